@@ -1,0 +1,3 @@
+//! What the device does.
+#![no_std]
+#![forbid(unsafe_code)]

@@ -1,0 +1,20 @@
+//! The command line: one file a verb, each from arguments to a library call.
+
+use crate::error::Result;
+use clap::{Parser, Subcommand};
+
+/// Natural frequency, damping and aerodynamic derivatives from a yawing wind-tunnel model.
+#[derive(Parser, Debug)]
+#[command(version, about)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub verb: Verb,
+}
+
+#[derive(Subcommand, Debug)]
+pub enum Verb {}
+
+/// Runs one verb: results on stdout, progress and messages on stderr.
+pub fn run(cli: Cli) -> Result<()> {
+    match cli.verb {}
+}

@@ -1,0 +1,7 @@
+//! Natural frequency, damping and aerodynamic derivatives from a yawing wind-tunnel model.
+#![forbid(unsafe_code)]
+
+pub mod cli;
+pub mod error;
+pub mod files;
+pub mod interrupt;

@@ -1,0 +1,15 @@
+#![forbid(unsafe_code)]
+
+use clap::Parser;
+
+fn main() -> std::process::ExitCode {
+    let arguments = yawrig::cli::Cli::parse();
+    yawrig::interrupt::install();
+    match yawrig::cli::run(arguments) {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("yawrig: {error}");
+            std::process::ExitCode::from(error.exit as u8)
+        }
+    }
+}
