@@ -4,9 +4,9 @@ use crate::estimator::Collector;
 use crate::line::Line;
 use crate::release::{Step, Watch};
 use crate::sampler::Sampler;
-use yawrig_shared::derivatives::Modal;
 use yawrig_shared::features::features;
 use yawrig_shared::history::BLOCK;
+use yawrig_shared::modal::Modal;
 use yawrig_shared::network::{Estimate, Network};
 use yawrig_shared::window::{Finding, Limits, Tracker, Window};
 use yawrig_shared::wire::{
