@@ -4,9 +4,10 @@ use crate::estimator::Collector;
 use crate::line::Line;
 use crate::release::{Step, Watch};
 use crate::sampler::Sampler;
-use yawrig_shared::derivatives::Modal;
+use yawrig_shared::derivatives::{reduced_frequency, YawDerivatives};
 use yawrig_shared::features::features;
 use yawrig_shared::history::BLOCK;
+use yawrig_shared::modal::Modal;
 use yawrig_shared::network::{Estimate, Network};
 use yawrig_shared::window::{Finding, Limits, Tracker, Window};
 use yawrig_shared::wire::{
@@ -320,16 +321,22 @@ impl Measuring {
     /// Derivatives of a wind-on release against the wind-off one before it, which this becomes
     /// where the wind is off.
     fn derivatives(&mut self, modal: &Modal) -> Option<Derivatives> {
-        let condition = self.condition.as_ref()?;
-        if condition.wind.speed_m_s == 0.0 {
+        let Condition { wind, model, inertia_kg_m2 } = self.condition?;
+        if wind.speed_m_s == 0.0 {
             self.reference = Some(*modal);
             return None;
         }
-        let reference = self.reference.as_ref()?;
-        if condition.inertia_kg_m2 <= 0.0 {
+        let reference = self.reference?;
+        if inertia_kg_m2 <= 0.0 {
             return None;
         }
-        None
+        let YawDerivatives { cn_beta, cn_r } =
+            YawDerivatives::from_releases(modal, &reference, inertia_kg_m2, &wind, &model);
+        Some(Derivatives {
+            cn_beta: cn_beta as f32,
+            cn_r: cn_r as f32,
+            reduced_frequency: reduced_frequency(modal, &wind, &model) as f32,
+        })
     }
 }
 

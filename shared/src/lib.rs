@@ -11,6 +11,8 @@ pub mod checksum;
 pub mod derivatives;
 pub mod features;
 pub mod history;
+pub mod modal;
 pub mod network;
+pub mod units;
 pub mod window;
 pub mod wire;
