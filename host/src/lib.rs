@@ -4,6 +4,7 @@
 pub mod cli;
 pub mod error;
 pub mod files;
+pub mod follow;
 pub mod interrupt;
 pub mod link;
 pub mod quantity;

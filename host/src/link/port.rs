@@ -34,17 +34,12 @@ fn explain(path: &str, error: &serialport::Error) -> Error {
             "another program has it open".to_owned(),
             "close that program (`fuser -v PORT` names it)",
         ),
-        _ if !is_terminal_device(path) => {
+        _ if error.description == nix::errno::Errno::ENOTTY.desc() => {
             ("it is not a serial port".to_owned(), "list the ports there are with `yawrig ports`")
         }
         _ => (error.to_string(), "unplug the device, plug it in again, and try once more"),
     };
     Error::new(Exit::Device, format!("cannot open port {path}: {why}")).help(help)
-}
-
-fn is_terminal_device(path: &str) -> bool {
-    use std::os::unix::fs::FileTypeExt;
-    std::fs::metadata(path).is_ok_and(|m| m.file_type().is_char_device())
 }
 
 /// A serial port of this machine.
