@@ -6,3 +6,4 @@ pub mod error;
 pub mod files;
 pub mod interrupt;
 pub mod quantity;
+pub mod record;
