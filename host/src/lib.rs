@@ -8,3 +8,4 @@ pub mod follow;
 pub mod interrupt;
 pub mod link;
 pub mod quantity;
+pub mod record;
