@@ -9,3 +9,4 @@ pub mod interrupt;
 pub mod link;
 pub mod quantity;
 pub mod record;
+pub mod replay;

@@ -4,6 +4,7 @@ mod common;
 mod device;
 mod flash;
 mod ports;
+mod replay;
 
 use crate::error::Result;
 use clap::{Parser, Subcommand};
@@ -22,6 +23,8 @@ pub enum Verb {
     Flash(flash::Flash),
     /// Show a device's firmware, protocol, network and slots
     Device(device::Device),
+    /// Play records into a device as its potentiometer and print its estimates
+    Replay(replay::Replay),
     /// List the serial ports of this machine
     Ports(ports::Ports),
 }
@@ -31,6 +34,7 @@ pub fn run(cli: Cli) -> Result<()> {
     match cli.verb {
         Verb::Flash(arguments) => flash::run(&arguments),
         Verb::Device(arguments) => device::run(&arguments),
+        Verb::Replay(arguments) => replay::run(&arguments),
         Verb::Ports(arguments) => ports::run(&arguments),
     }
 }
