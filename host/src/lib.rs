@@ -7,3 +7,4 @@ pub mod files;
 pub mod interrupt;
 pub mod quantity;
 pub mod record;
+pub mod rig;
