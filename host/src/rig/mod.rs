@@ -144,6 +144,19 @@ impl Rig {
         spring.derivatives(axis, self.model.length_m, self.axis_offset_m)
     }
 
+    /// Every spring on both axes, with the wind off and then at `wind_speed_m_s`.
+    pub fn conditions(&self, wind_speed_m_s: f64) -> impl Iterator<Item = Condition> {
+        SPRINGS.into_iter().flat_map(move |spring| {
+            Axis::BOTH.into_iter().flat_map(move |axis| {
+                [0.0, wind_speed_m_s].map(|wind_speed_m_s| Condition {
+                    spring,
+                    axis,
+                    wind_speed_m_s,
+                })
+            })
+        })
+    }
+
     /// Natural frequency and damping ratio under `condition`.
     ///
     /// # Errors
