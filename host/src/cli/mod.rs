@@ -5,6 +5,7 @@ mod device;
 mod flash;
 mod ports;
 mod replay;
+mod simulate;
 mod train;
 
 use crate::error::Result;
@@ -20,6 +21,7 @@ pub struct Cli {
 
 #[derive(Subcommand, Debug)]
 pub enum Verb {
+    Simulate(simulate::Simulate),
     /// Train a network and freeze it to a file
     Train(train::Train),
     /// Write a network to a device, verified
@@ -35,6 +37,7 @@ pub enum Verb {
 /// Runs one verb: results on stdout, progress and messages on stderr.
 pub fn run(cli: Cli) -> Result<()> {
     match cli.verb {
+        Verb::Simulate(verb) => verb.run(),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),
         Verb::Device(arguments) => device::run(&arguments),
