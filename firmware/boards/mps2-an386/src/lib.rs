@@ -1,0 +1,5 @@
+//! What the images for QEMU's mps2-an386 share.
+#![no_std]
+
+pub mod stand_in;
+pub mod uart;
