@@ -4,4 +4,9 @@
 pub mod cli;
 pub mod error;
 pub mod files;
+pub mod follow;
 pub mod interrupt;
+pub mod link;
+pub mod quantity;
+pub mod record;
+pub mod replay;

@@ -1,5 +1,11 @@
 //! The command line: one file a verb, each from arguments to a library call.
 
+mod common;
+mod device;
+mod flash;
+mod ports;
+mod replay;
+
 use crate::error::Result;
 use clap::{Parser, Subcommand};
 
@@ -12,9 +18,23 @@ pub struct Cli {
 }
 
 #[derive(Subcommand, Debug)]
-pub enum Verb {}
+pub enum Verb {
+    /// Write a network to a device, verified
+    Flash(flash::Flash),
+    /// Show a device's firmware, protocol, network and slots
+    Device(device::Device),
+    /// Play records into a device as its potentiometer and print its estimates
+    Replay(replay::Replay),
+    /// List the serial ports of this machine
+    Ports(ports::Ports),
+}
 
 /// Runs one verb: results on stdout, progress and messages on stderr.
 pub fn run(cli: Cli) -> Result<()> {
-    match cli.verb {}
+    match cli.verb {
+        Verb::Flash(arguments) => flash::run(&arguments),
+        Verb::Device(arguments) => device::run(&arguments),
+        Verb::Replay(arguments) => replay::run(&arguments),
+        Verb::Ports(arguments) => ports::run(&arguments),
+    }
 }

@@ -1,0 +1,9 @@
+//! From the host to a device: a serial port, frames, and the emulated devices behind one.
+
+pub mod bench;
+pub mod client;
+pub mod emulated;
+pub mod flash;
+pub mod hub;
+pub mod port;
+pub mod terminal;
