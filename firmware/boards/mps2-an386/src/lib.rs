@@ -1,5 +1,4 @@
 //! What the images for QEMU's mps2-an386 share.
 #![no_std]
 
-pub mod stand_in;
 pub mod uart;

@@ -5,7 +5,8 @@
 use cortex_m::asm::wfi;
 use cortex_m_rt::{entry, exception, ExceptionFrame};
 use panic_semihosting as _;
-use yawrig_mps2_an386::stand_in::Device;
+use yawrig_firmware::device::Device;
+use yawrig_firmware::slots::MemoryFlash;
 use yawrig_mps2_an386::uart::Uart;
 use yawrig_shared::potentiometer::Decoder;
 
@@ -20,7 +21,11 @@ fn main() -> ! {
     cortex_m::interrupt::disable();
     // SAFETY: the only owners, and PRIMASK is set for good.
     let (mut link, mut potentiometer) = unsafe { (Uart::new(0), Uart::new(1)) };
-    let device = cortex_m::singleton!(: Device = Device::new()).expect("main runs once");
+    // The slots live in RAM: this board has no flash, and a restart begins with the network compiled in.
+    let device = cortex_m::singleton!(
+        : Device<MemoryFlash> = Device::new(MemoryFlash::new(), "mps2-an386")
+    )
+    .expect("main runs once");
     let mut decoder = Decoder::default();
     let mut to_send = None;
     let mut idle = 0;
