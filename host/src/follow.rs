@@ -93,7 +93,9 @@ pub fn event_json(event: &Event) -> Value {
 pub fn event_text(event: &Event) -> Option<String> {
     Some(match event {
         Event::Phase { phase: Phase::Held, .. } => "held".to_owned(),
-        Event::Phase { phase: Phase::Released, release, .. } => format!("release {release}: let go"),
+        Event::Phase { phase: Phase::Released, release, .. } => {
+            format!("release {release}: let go")
+        }
         Event::Phase { .. } => return None,
         Event::Window(window) => format!(
             "  window {:2} at {:5.2} deg   wn {:8.4} rad/s   zeta {:9.6}   {}",

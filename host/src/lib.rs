@@ -10,3 +10,4 @@ pub mod link;
 pub mod quantity;
 pub mod record;
 pub mod replay;
+pub mod train;

@@ -6,7 +6,7 @@ use crate::link::bench::Bench;
 use crate::record::Record;
 use std::time::Duration;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
-use yawrig_shared::wire::{Event, Reply, ReleaseResult, Request, Settings, WindowResult};
+use yawrig_shared::wire::{Event, ReleaseResult, Reply, Request, Settings, WindowResult};
 
 /// What the device makes of one record.
 #[derive(Clone, Debug)]

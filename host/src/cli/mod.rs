@@ -5,6 +5,7 @@ mod device;
 mod flash;
 mod ports;
 mod replay;
+mod train;
 
 use crate::error::Result;
 use clap::{Parser, Subcommand};
@@ -19,6 +20,8 @@ pub struct Cli {
 
 #[derive(Subcommand, Debug)]
 pub enum Verb {
+    /// Train a network and freeze it to a file
+    Train(train::Train),
     /// Write a network to a device, verified
     Flash(flash::Flash),
     /// Show a device's firmware, protocol, network and slots
@@ -32,6 +35,7 @@ pub enum Verb {
 /// Runs one verb: results on stdout, progress and messages on stderr.
 pub fn run(cli: Cli) -> Result<()> {
     match cli.verb {
+        Verb::Train(arguments) => train::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),
         Verb::Device(arguments) => device::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),

@@ -155,7 +155,8 @@ pub fn errors(network: &Network, draws: &[Draw]) -> Errors {
     let mse = |k: usize| mean(&|p| (p[k].0 - p[k].1).powi(2));
     let percent = |k: usize| 100.0 * mean(&|p| (p[k].0 / p[k].1 - 1.0).powi(2)).sqrt();
     let quantile = |k: usize, share: f64| {
-        let mut all: Vec<f64> = pairs.iter().map(|p| 100.0 * (p[k].0 / p[k].1 - 1.0).abs()).collect();
+        let mut all: Vec<f64> =
+            pairs.iter().map(|p| 100.0 * (p[k].0 / p[k].1 - 1.0).abs()).collect();
         all.sort_by(f64::total_cmp);
         all.get(((all.len() as f64 * share) as usize).min(all.len().saturating_sub(1)))
             .copied()
@@ -171,4 +172,3 @@ pub fn errors(network: &Network, draws: &[Draw]) -> Errors {
         damping_ratio_p95_percent: quantile(1, 0.95),
     }
 }
-
