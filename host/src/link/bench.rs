@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::link::client::Client;
 use crate::link::emulated;
 use crate::link::hub::Hub;
+use crate::link::qemu;
 use std::convert::Infallible;
 use std::str::FromStr;
 
@@ -65,7 +66,10 @@ impl Bench {
                 let (device, potentiometer) = emulated::start();
                 (Hub::start(device)?, Box::new(potentiometer))
             }
-            Target::Qemu => return Err(Error::internal("qemu is not there yet")),
+            Target::Qemu => {
+                let (board, potentiometer) = qemu::start()?;
+                (Hub::start(board)?, Box::new(potentiometer))
+            }
         };
         let client = Client::open(hub.own_path())?;
         Ok(Self { client, potentiometer: Some(potentiometer), hub: Some(hub) })

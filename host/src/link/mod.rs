@@ -5,5 +5,7 @@ pub mod client;
 pub mod emulated;
 pub mod flash;
 pub mod hub;
+pub mod image;
 pub mod port;
+pub mod qemu;
 pub mod terminal;
