@@ -5,3 +5,4 @@ pub mod cli;
 pub mod error;
 pub mod files;
 pub mod interrupt;
+pub mod train;
