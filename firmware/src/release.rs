@@ -1,7 +1,7 @@
 //! Where in a release the model is, told from the potentiometer alone.
 //!
 //! Held: block means stay within a band for longer than half the slowest period, which no
-//! oscillation of interest does. Released: they leave that band. Ringing: three turning points,
+//! oscillation of interest does. Released: they leave their rest. Ringing: three turning points,
 //! so that there is a mid-line and an amplitude. Finished: the amplitude is below the range.
 
 use yawrig_shared::history::BLOCK;
@@ -12,6 +12,12 @@ use yawrig_shared::wire::Phase;
 const STILL_SAMPLES: u32 = 1304;
 /// Peak to peak, degrees: above the noise of block means, far below any release.
 const STILL_BAND_DEG: f32 = 0.5;
+/// How far from its rest a held model must be to have been let go: beyond the band, and beyond
+/// most of the smallest swing that is analysed.
+const LET_GO_DEG: f32 = 0.5;
+const LET_GO_SHARE: f32 = 0.6;
+/// Time constant of the rest's drift, blocks: 1 s.
+const DRIFT_BLOCKS: f32 = 128.0;
 /// A model that has rung down and moves this many times the lower end of the range is moved anew.
 const STIRRED: f32 = 2.0;
 
@@ -30,10 +36,12 @@ pub enum Step {
 #[derive(Clone, Copy, Debug)]
 pub struct Watch {
     phase: Phase,
+    /// The latest stretch of block means within the band: its length and its ends.
     still_blocks: u32,
     still_low: f32,
     still_high: f32,
-    still_sum: f32,
+    /// Where the model is held, following a slow drift.
+    rest_deg: f32,
 }
 
 impl Default for Watch {
@@ -49,7 +57,7 @@ impl Watch {
             still_blocks: 0,
             still_low: 0.0,
             still_high: 0.0,
-            still_sum: 0.0,
+            rest_deg: 0.0,
         }
     }
 
@@ -70,33 +78,22 @@ impl Watch {
         midline_deg: Option<f32>,
         to_deg: f32,
     ) -> Option<Step> {
-        let was = self.rest_deg();
-        let within = self.still_blocks > 0
-            && mean_deg.max(self.still_high) - mean_deg.min(self.still_low) <= STILL_BAND_DEG;
-        if within {
-            self.still_low = self.still_low.min(mean_deg);
-            self.still_high = self.still_high.max(mean_deg);
-            self.still_sum += mean_deg;
-            self.still_blocks += 1;
-        } else {
-            (self.still_low, self.still_high, self.still_sum) = (mean_deg, mean_deg, mean_deg);
-            self.still_blocks = 1;
-        }
-        let still = self.still_blocks * BLOCK as u32 >= STILL_SAMPLES;
-        // A sum of many blocks loses the newest ones' digits.
-        if self.still_blocks >= 4096 {
-            self.still_sum *= 0.5;
-            self.still_blocks /= 2;
-        }
+        let still = self.still(mean_deg);
         match self.phase {
-            Phase::Held if !still => {
-                self.phase = Phase::Released;
-                let at = at.wrapping_sub(BLOCK as u32);
-                Some(Step::LetGo(Extreme { at, yaw_deg: was }))
+            Phase::Held => {
+                let rest_deg = self.rest_deg;
+                self.rest_deg += (mean_deg - rest_deg) / DRIFT_BLOCKS;
+                // The last of a decay swings about its rest, too, but not so far.
+                let let_go = (mean_deg - rest_deg).abs() > LET_GO_DEG.max(LET_GO_SHARE * to_deg);
+                let_go.then(|| {
+                    self.phase = Phase::Released;
+                    let at = at.wrapping_sub(BLOCK as u32);
+                    Step::LetGo(Extreme { at, yaw_deg: rest_deg })
+                })
             }
-            Phase::Held => None,
             _ if still => {
                 self.phase = Phase::Held;
+                self.rest_deg = 0.5 * (self.still_low + self.still_high);
                 Some(Step::AtRest)
             }
             Phase::Finished => {
@@ -110,7 +107,16 @@ impl Watch {
         }
     }
 
-    fn rest_deg(&self) -> f32 {
-        self.still_sum / self.still_blocks.max(1) as f32
+    /// Whether the block means have kept to the band for long enough.
+    fn still(&mut self, mean_deg: f32) -> bool {
+        let (low, high) = (self.still_low.min(mean_deg), self.still_high.max(mean_deg));
+        if self.still_blocks > 0 && high - low <= STILL_BAND_DEG {
+            (self.still_low, self.still_high) = (low, high);
+            self.still_blocks = self.still_blocks.saturating_add(1);
+        } else {
+            (self.still_low, self.still_high) = (mean_deg, mean_deg);
+            self.still_blocks = 1;
+        }
+        self.still_blocks.saturating_mul(BLOCK as u32) >= STILL_SAMPLES
     }
 }

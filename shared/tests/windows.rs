@@ -84,6 +84,10 @@ fn windows_are_three_cycles_long_over_the_whole_range() {
                 }
                 let rms = |x: f64| (x / seeds as f64).sqrt();
                 println!("   {:.2e}      {:.2e}     {:.2e}", rms(first), rms(mean), rms(midline));
+                // A line through a sixth of a half period about each crossing: at zeta 0.1 the
+                // last crossings have a tenth of the first ones' slope.
+                assert!(rms(first) < 1e-4 + 0.01 * noise_deg, "wn {wn} zeta {zeta} {noise_deg}");
+                assert!(rms(midline) < 1e-5 + 0.06 * noise_deg, "wn {wn} zeta {zeta} {noise_deg}");
             }
         }
     }

@@ -76,9 +76,9 @@ fn teach(arguments: &Demo) -> Result<Outcome> {
         ranges: Ranges {
             natural_frequency_rad_s: [2.4, 28.0],
             damping_ratio: [0.0005, 0.105],
-            noise: [0.003, 0.03],
+            noise: [0.002, 0.01],
         },
-        samples: 4000,
+        samples: 8000,
         training: Options { epochs: 300, seed: arguments.seed, ..Options::default() },
     };
     let mut bar = train::Bar::new(settings.training.epochs);

@@ -25,19 +25,20 @@ pub struct Train {
     #[arg(long, default_value = "bins", value_parser = parse_features)]
     features: FeatureKind,
     /// Training windows
-    #[arg(long, default_value_t = 2000)]
+    #[arg(long, default_value_t = 8000)]
     samples: usize,
     /// Noise of the training windows, rms as a share of the peak: a number, or LOW..HIGH
-    #[arg(long, default_value = "0.003..0.03", value_parser = parse_noise)]
+    #[arg(long, default_value = "0.002..0.01", value_parser = parse_noise)]
     noise: [f64; 2],
-    /// Natural frequencies to train on, rad/s: LOW..HIGH
-    #[arg(long, default_value = "2.5..26.5", value_parser = parse_range)]
+    /// Natural frequencies to train on, rad/s: LOW..HIGH; a little wider than the rig's range, as a
+    /// network is at its worst at the edges
+    #[arg(long, default_value = "2.4..28", value_parser = parse_range)]
     natural_frequency: [f64; 2],
     /// Damping ratios to train on: LOW..HIGH
-    #[arg(long, default_value = "0.001..0.1", value_parser = parse_range)]
+    #[arg(long, default_value = "0.0005..0.105", value_parser = parse_range)]
     damping: [f64; 2],
     /// Most epochs
-    #[arg(long, default_value_t = 300)]
+    #[arg(long, default_value_t = 500)]
     epochs: usize,
     /// Starts to choose from, by evidence
     #[arg(long, default_value_t = 1)]

@@ -1,0 +1,209 @@
+//! Bytes that must not change without a change of version: a device in the field and a program
+//! on the host may be of different ages.
+//!
+//! The expected bytes beside this file are written anew, after a deliberate change, by
+//! `YAWRIG_BLESS=1 cargo test -p yawrig-shared --test golden`; look at the difference before you
+//! commit it.
+
+use std::fmt::Write as _;
+use yawrig_shared::blob::{self, Payload, Provenance};
+use yawrig_shared::derivatives::{Model, Wind};
+use yawrig_shared::features::{FeatureKind, InputScaling, FEATURES};
+use yawrig_shared::network::{
+    weight_count, Activation, Network, NetworkError, OutputScaling, TrainedRange,
+};
+use yawrig_shared::wire::{self, *};
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+fn compare(name: &str, actual: &str) {
+    let path = format!("{}/tests/golden/{name}", env!("CARGO_MANIFEST_DIR"));
+    if std::env::var_os("YAWRIG_BLESS").is_some() {
+        std::fs::write(&path, actual).unwrap();
+    }
+    let expected = std::fs::read_to_string(&path).unwrap_or_default();
+    assert_eq!(actual, expected, "{path} differs");
+}
+
+/// A network of exact binary fractions.
+fn network() -> Network {
+    let topology = heapless::Vec::from_slice(&[41, 3, 2]).unwrap();
+    let count = weight_count(&topology);
+    Network {
+        topology,
+        activation: Activation::Tanh,
+        features: FeatureKind::BinMeans,
+        inputs: InputScaling {
+            shape_gain: 0.5,
+            reciprocal_offset_hz: 0.75,
+            reciprocal_gain_s: 1.5,
+        },
+        outputs: [
+            OutputScaling { offset: 15.0, gain: 12.5 },
+            OutputScaling { offset: 0.0625, gain: 0.03125 },
+        ],
+        range: TrainedRange {
+            natural_frequency_rad_s: [2.5, 26.5],
+            damping_ratio: [0.0078125, 0.09375],
+        },
+        test_rms: [0.0078125, 0.001953125],
+        bias_rms: [0.00390625, 0.0009765625],
+        weights: (0..count).map(|i| (i % 17) as f32 / 64.0 - 0.125).collect(),
+    }
+}
+
+fn payload() -> Payload {
+    let network = network();
+    let vector = |k: usize| -> [f32; FEATURES] {
+        core::array::from_fn(|i| ((i * k) % 9) as f32 / 16.0 - 0.25)
+    };
+    let golden = [1, 2].iter().map(|&k| blob::golden(&network, &vector(k))).collect();
+    let provenance = Provenance {
+        trainer: heapless::String::try_from("0.1.0").unwrap(),
+        seed: 7,
+        samples: 250,
+        epochs: 1000,
+        noise: [0.0, 0.03125],
+    };
+    Payload { network, provenance, golden }
+}
+
+fn encoded(payload: &Payload, generation: u32) -> Vec<u8> {
+    let mut bytes = vec![0; blob::LONGEST];
+    let length = blob::encode(payload, generation, &mut bytes).unwrap();
+    bytes.truncate(length);
+    bytes
+}
+
+#[test]
+fn blob_bytes() {
+    let bytes = encoded(&payload(), 5);
+    compare("blob.hex", &format!("{}\n", hex(&bytes)));
+    let (envelope, back) = blob::decode(&bytes).unwrap();
+    assert_eq!((envelope.generation, back), (5, payload()));
+}
+
+#[test]
+fn wire_bytes() {
+    let mut text = String::new();
+    let mut line = |name: &str, frame: &Encoded| {
+        let _ = writeln!(text, "{name} {}", hex(frame));
+    };
+    line("hello", &wire::encode_raw(HELLO_KEY, 1, &[]).unwrap());
+    let hello = HelloReply {
+        protocol: 1,
+        request_key: 0x0403_0201,
+        firmware: HelloReply::text("yawrig 0.1.0"),
+        board: HelloReply::text("emulated"),
+    };
+    line("hello_reply", &wire::encode_raw(HELLO_KEY, 1, &hello.write()).unwrap());
+    let model = Model { length_m: 0.625, frontal_area_m2: 0.03125 };
+    let wind = Wind { density_kg_m3: 1.25, speed_m_s: 10.0 };
+    let requests = [
+        ("status", Request::Status),
+        ("configure", Request::Configure(Settings::default())),
+        ("condition", Request::Condition(Condition { wind, model, inertia_kg_m2: 0.125 })),
+        ("flash_begin", Request::FlashBegin { length: 2032 }),
+        (
+            "flash_chunk",
+            Request::FlashChunk {
+                offset: 256,
+                bytes: heapless::Vec::from_slice(&[0, 1, 0, 255]).unwrap(),
+            },
+        ),
+        ("flash_commit", Request::FlashCommit),
+        ("end_release", Request::EndRelease { after_samples: 70_000 }),
+    ];
+    for (name, request) in &requests {
+        line(name, &wire::encode(0x1234, request).unwrap());
+    }
+    let refused = Reply::Refused(Refusal::Blob(blob::BlobError::Network(NetworkError::NotFinite)));
+    line("done", &wire::encode(0x1234, &Reply::Done).unwrap());
+    line("refused", &wire::encode(0x1234, &refused).unwrap());
+    let window = WindowResult {
+        release: 3,
+        window: 1,
+        start_sample: 1000,
+        end_sample: 2500,
+        sent_sample: 2500,
+        amplitude_deg: 7.5,
+        midline_deg: -0.25,
+        natural_frequency_rad_s: 12.5,
+        damping_ratio: 0.0078125,
+        flags: Flags::default(),
+    };
+    line("window", &wire::encode(9, &Event::Window(window)).unwrap());
+    compare("wire.txt", &text);
+}
+
+#[test]
+fn every_frame_comes_back_and_the_longest_fits() {
+    let chunk = heapless::Vec::from_slice(&[0xAB; CHUNK]).unwrap();
+    let longest = Request::FlashChunk { offset: u32::MAX, bytes: chunk };
+    let frame = wire::encode(65535, &longest).unwrap();
+    let mut decoder = Decoder::new();
+    let mut found = 0;
+    for &byte in b"boot: garbage \xff\x01".iter().chain(&frame) {
+        if let Some(Ok(frame)) = decoder.push(byte) {
+            assert_eq!(frame.sequence, 65535);
+            assert_eq!(frame.message::<Request>(), Some(Ok(longest.clone())));
+            assert_eq!(frame.message::<Event>(), None, "another type's key");
+            found += 1;
+        }
+    }
+    assert_eq!(found, 1, "garbage before the first zero costs nothing");
+}
+
+#[test]
+fn any_single_wrong_bit_is_noticed() {
+    let frame = wire::encode(7, &Request::EndRelease { after_samples: 99 }).unwrap();
+    for position in 1..frame.len() - 1 {
+        for bit in 0..8 {
+            let mut damaged = frame.clone();
+            damaged[position] ^= 1 << bit;
+            let mut decoder = Decoder::new();
+            let read =
+                damaged.iter().filter_map(|&b| decoder.push(b).map(|f| f.is_ok())).any(|ok| ok);
+            assert!(!read, "byte {position} bit {bit}");
+        }
+    }
+}
+
+#[test]
+fn any_single_wrong_byte_of_a_blob_is_noticed() {
+    let bytes = encoded(&payload(), 1);
+    for position in 0..bytes.len() {
+        let mut damaged = bytes.clone();
+        damaged[position] ^= 0x10;
+        assert!(blob::decode(&damaged).is_err(), "byte {position}");
+    }
+    for length in 0..bytes.len() {
+        assert!(blob::decode(&bytes[..length]).is_err(), "cut to {length}");
+    }
+}
+
+#[test]
+fn wrong_networks_are_refused_for_what_is_wrong() {
+    let refused = |change: &dyn Fn(&mut Payload)| {
+        let mut payload = payload();
+        change(&mut payload);
+        blob::decode(&encoded(&payload, 1)).unwrap_err()
+    };
+    use blob::BlobError::*;
+    assert_eq!(refused(&|p| p.network.weights[5] = f32::NAN), Network(NetworkError::NotFinite));
+    assert_eq!(refused(&|p| p.network.topology[1] = 4), Network(NetworkError::WeightCount));
+    assert_eq!(refused(&|p| p.network.topology[0] = 40), Network(NetworkError::Topology));
+    assert_eq!(refused(&|p| p.network.outputs[1].gain = 0.0), Network(NetworkError::NotFinite));
+    assert_eq!(refused(&|p| p.golden.truncate(1)), GoldenMissing);
+    assert_eq!(refused(&|p| p.golden[1].outputs[0] ^= 1), GoldenDiffers { vector: 1 });
+    let mut later = encoded(&payload(), 1);
+    later[4] = 2;
+    let crc = yawrig_shared::checksum::crc32(&later[..20]);
+    later[20..24].copy_from_slice(&crc.to_le_bytes());
+    assert_eq!(blob::decode(&later).unwrap_err(), Format { theirs: 2 });
+}
