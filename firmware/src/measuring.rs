@@ -216,7 +216,6 @@ impl Measuring {
         let mut flags = Flags::default();
         if !network.range.holds(&estimate) {
             flags.set(Flags::OUT_OF_RANGE);
-            self.current.flags.set(Flags::OUT_OF_RANGE);
         }
         let number = self.current.windows.count();
         self.current.windows.add(&estimate, features.amplitude_deg);
@@ -263,8 +262,16 @@ impl Measuring {
             let small = current.largest_deg < self.sampler.settings().to_deg;
             flags.set(if small { Flags::TOO_SMALL } else { Flags::TOO_FEW_CYCLES });
         }
-        let rms = context.network.map_or([0.0; 2], |network| network.test_rms);
-        let [natural_frequency_rad_s, damping_ratio] = current.windows.result(rms);
+        let (rms, bias) =
+            context.network.map_or(([0.0; 2], [0.0; 2]), |n| (n.test_rms, n.bias_rms));
+        let [natural_frequency_rad_s, damping_ratio] = current.windows.result(rms, bias);
+        let mean = Estimate {
+            natural_frequency_rad_s: natural_frequency_rad_s.value,
+            damping_ratio: damping_ratio.value,
+        };
+        if context.network.is_some_and(|network| !network.range.holds(&mean)) {
+            flags.set(Flags::OUT_OF_RANGE);
+        }
         let usable = !flags.unusable();
         let modal = Modal {
             natural_frequency_rad_s: f64::from(natural_frequency_rad_s.value),

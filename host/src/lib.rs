@@ -2,6 +2,8 @@
 #![forbid(unsafe_code)]
 
 pub mod cli;
+pub mod demo;
+pub mod derivatives;
 pub mod error;
 pub mod files;
 pub mod follow;
@@ -10,4 +12,5 @@ pub mod link;
 pub mod quantity;
 pub mod record;
 pub mod replay;
+pub mod rig;
 pub mod train;

@@ -1,10 +1,13 @@
 //! The command line: one file a verb, each from arguments to a library call.
 
 mod common;
+mod demo;
 mod device;
 mod flash;
+mod monitor;
 mod ports;
 mod replay;
+mod simulate;
 mod train;
 
 use crate::error::Result;
@@ -20,12 +23,17 @@ pub struct Cli {
 
 #[derive(Subcommand, Debug)]
 pub enum Verb {
+    /// Train, flash, release on eight springs and tabulate the derivatives
+    Demo(demo::Demo),
+    Simulate(simulate::Simulate),
     /// Train a network and freeze it to a file
     Train(train::Train),
     /// Write a network to a device, verified
     Flash(flash::Flash),
     /// Show a device's firmware, protocol, network and slots
     Device(device::Device),
+    /// Follow the results of a device as they come
+    Monitor(monitor::Monitor),
     /// Play records into a device as its potentiometer and print its estimates
     Replay(replay::Replay),
     /// List the serial ports of this machine
@@ -35,9 +43,12 @@ pub enum Verb {
 /// Runs one verb: results on stdout, progress and messages on stderr.
 pub fn run(cli: Cli) -> Result<()> {
     match cli.verb {
+        Verb::Demo(arguments) => demo::run(&arguments),
+        Verb::Simulate(verb) => verb.run(),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),
         Verb::Device(arguments) => device::run(&arguments),
+        Verb::Monitor(arguments) => monitor::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
         Verb::Ports(arguments) => ports::run(&arguments),
     }

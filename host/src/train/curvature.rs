@@ -337,14 +337,14 @@ mod tests {
             curvature.gradient(&shape, &pass, pass.error.as_ref(), &beta, &mut gradient);
         }
         let (mut dense, mut slope) = (Mat::<f64>::zeros(p, p), vec![0.0; p]);
-        for o in 0..shape.outputs() {
+        for (o, &beta) in beta.iter().enumerate() {
             let j = jacobian(&shape, &inputs, n, &w, o);
             let own = j.transpose() * &j;
             let trace: f64 = (0..p).map(|i| own[(i, i)]).sum();
             assert!((curvature.trace(&shape, &pass, o) - trace).abs() < 1e-8 * trace);
-            dense += faer::Scale(beta[o]) * &own;
+            dense += faer::Scale(beta) * &own;
             for (i, slope) in slope.iter_mut().enumerate() {
-                *slope += (0..n).map(|s| beta[o] * j[(s, i)] * pass.error[(s, o)]).sum::<f64>();
+                *slope += (0..n).map(|s| beta * j[(s, i)] * pass.error[(s, o)]).sum::<f64>();
             }
         }
         let scale = (0..p).map(|i| dense[(i, i)]).fold(0.0, f64::max);
@@ -369,67 +369,6 @@ mod tests {
         for n in [CHUNK, 2 * CHUNK + 3] {
             agrees(&[3, 3, 3, 2], n, true);
             agrees(&[3, 3, 3, 2], n, false);
-        }
-    }
-}
-#[cfg(test)]
-mod timing {
-    use super::super::network::tests::problem;
-    use super::*;
-    #[test]
-    fn time() {
-        for (topo, n) in [(vec![41, 6, 2], 250), (vec![32, 20, 5, 2], 1000)] {
-            let (shape, inputs, targets, w) = problem(&topo, n, 1);
-            let mut pass = Pass::new(&shape, &inputs, n);
-            let mut c = Curvature::new(&shape, &pass);
-            let p = shape.parameters();
-            let mut h = Mat::<f64>::zeros(p, p);
-            let mut g = vec![0.0; p];
-            let beta = [1.0, 2.0];
-            let mut best = |what: &str, f: &mut dyn FnMut()| {
-                let mut b = f64::MAX;
-                for _ in 0..100 {
-                    let t = std::time::Instant::now();
-                    f();
-                    b = b.min(t.elapsed().as_secs_f64());
-                }
-                println!("{topo:?} {what}: {:.4} ms", b * 1e3);
-            };
-            best("run", &mut || {
-                pass.run(&shape, &w, &targets);
-            });
-            best("sens", &mut || c.sensitivities(&shape, &pass, &w));
-            best("grad", &mut || c.gradient(&shape, &pass, pass.error.as_ref(), &beta, &mut g));
-            best("trace", &mut || {
-                c.trace(&shape, &pass, 0);
-            });
-            best("second", &mut || {
-                pass.second_derivative(&shape, &w, &g);
-            });
-            best("assemble", &mut || c.assemble(&shape, &pass, &beta, &mut h));
-            for l in 0..shape.layers() - 1 {
-                best(&format!("within {l}"), &mut || c.within(&shape, &pass, &beta, l, &mut h));
-            }
-            for b in 0..shape.layers() {
-                for a in 0..b {
-                    best(&format!("across {a} {b}"), &mut || {
-                        c.across(&shape, &pass, &beta, (a, b), &mut h)
-                    });
-                }
-            }
-            best("output", &mut || c.output_layer(&shape, &pass, &beta, &mut h));
-            let mut f = super::super::solve::Factor::new(p);
-            best("factor", &mut || {
-                f.factor(&h, 1.0).unwrap();
-            });
-            let mut x = g.clone();
-            best("solve", &mut || f.solve(&mut x));
-            best("trace inv", &mut || {
-                f.inverse_trace();
-            });
-            best("inverse", &mut || {
-                f.inverse();
-            });
         }
     }
 }

@@ -93,6 +93,7 @@ pub fn network(
             damping_ratio: f32s(ranges.damping_ratio),
         },
         test_rms: [0.0; 2],
+        bias_rms: [0.0; 2],
         weights: frozen,
     };
     match network.check() {
@@ -149,11 +150,11 @@ pub fn errors(network: &Network, draws: &[Draw]) -> Errors {
             ]
         })
         .collect();
-    let mean = |f: &dyn Fn(&[(f64, f64); 2]) -> f64| {
-        pairs.iter().map(f).sum::<f64>() / pairs.len().max(1) as f64
+    let count = pairs.len().max(1) as f64;
+    let mse = |k: usize| pairs.iter().map(|p| (p[k].0 - p[k].1).powi(2)).sum::<f64>() / count;
+    let percent = |k: usize| {
+        100.0 * (pairs.iter().map(|p| (p[k].0 / p[k].1 - 1.0).powi(2)).sum::<f64>() / count).sqrt()
     };
-    let mse = |k: usize| mean(&|p| (p[k].0 - p[k].1).powi(2));
-    let percent = |k: usize| 100.0 * mean(&|p| (p[k].0 / p[k].1 - 1.0).powi(2)).sqrt();
     let quantile = |k: usize, share: f64| {
         let mut all: Vec<f64> =
             pairs.iter().map(|p| 100.0 * (p[k].0 / p[k].1 - 1.0).abs()).collect();

@@ -26,6 +26,8 @@ const PRECISION_EVERY: usize = 10;
 const SHARED_EPOCHS: usize = 30;
 /// Precisions that change by less than this share have settled.
 const SETTLED: f64 = 1e-6;
+/// How far along a step to look for a lower objective before damping more, which needs a new factor.
+const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 /// Longest bend of a step, as a share of its length (Transtrum & Sethna's alpha of 0.75, twice).
 const LONGEST_BEND: f64 = 1.5;
 
@@ -39,6 +41,8 @@ pub(super) struct Training<'a> {
     errors: Vec<f64>,
     pass: Pass,
     trial: Pass,
+    trial_weights: Vec<f64>,
+    trial_errors: Vec<f64>,
     curvature: Curvature,
     /// The lower triangle of beta J'J.
     h: Mat<f64>,
@@ -46,6 +50,14 @@ pub(super) struct Training<'a> {
     /// Half the negative gradient of the objective.
     descent: Vec<f64>,
     factor: Factor,
+}
+
+/// `w + t step + t^2 bend`, t from 0 to 1.
+struct Curve {
+    /// Decrease of the objective that the linearised network promises at the end of the step.
+    promised: f64,
+    step: Vec<f64>,
+    bend: Vec<f64>,
 }
 
 enum Step {
@@ -77,8 +89,10 @@ impl<'a> Training<'a> {
         Some(Self {
             samples,
             options,
+            trial_weights: from.weights.clone(),
             now: from,
             guards: Guards::default(),
+            trial_errors: errors.clone(),
             errors,
             trial: pass.clone(),
             curvature: Curvature::new(&shape, &pass),
@@ -216,21 +230,26 @@ impl<'a> Training<'a> {
         let mut mu = first;
         let mut growth = 2.0;
         while mu <= MOST_DAMPING * largest {
-            if let Some((promised, weights, errors)) = self.attempt(mu, objective) {
-                if promised <= ROUNDING * objective {
+            if let Some(curve) = self.curve(mu) {
+                if curve.promised <= ROUNDING * objective {
                     // Damped to nothing after failures is another matter than nothing to gain.
                     return if mu == first { Step::Minimum } else { Step::Stuck };
                 }
-                let decrease = objective - self.objective(&errors, &weights);
-                if decrease > 0.0 {
-                    let ratio = decrease / promised;
-                    let relax = (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 3.0);
-                    // Never so low that it would take many failures to come back.
-                    self.now.mu = Some((mu * relax).max(f64::EPSILON * largest));
-                    self.now.weights = weights;
-                    self.errors = errors;
-                    std::mem::swap(&mut self.pass, &mut self.trial);
-                    return Step::Taken;
+                for share in SHARES {
+                    let decrease = objective - self.walk(&curve, share);
+                    if decrease > 0.0 {
+                        let ratio = decrease / curve.promised;
+                        let relax = match share {
+                            1.0 => (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 3.0),
+                            share => 1.0 / share,
+                        };
+                        // Never so low that it would take many failures to come back.
+                        self.now.mu = Some((mu * relax).max(f64::EPSILON * largest));
+                        std::mem::swap(&mut self.now.weights, &mut self.trial_weights);
+                        std::mem::swap(&mut self.errors, &mut self.trial_errors);
+                        std::mem::swap(&mut self.pass, &mut self.trial);
+                        return Step::Taken;
+                    }
                 }
             }
             mu *= growth;
@@ -239,9 +258,8 @@ impl<'a> Training<'a> {
         Step::Stuck
     }
 
-    /// The step for one damping: its promised decrease of the objective, and weights and errors after
-    /// it, bent where that helps.
-    fn attempt(&mut self, mu: f64, objective: f64) -> Option<(f64, Vec<f64>, Vec<f64>)> {
+    /// The curved path that starts with the step for one damping.
+    fn curve(&mut self, mu: f64) -> Option<Curve> {
         if self.factor.factor(&self.h, self.now.alpha + mu).is_err() {
             self.guards.cholesky_failed += 1;
             return None;
@@ -250,23 +268,24 @@ impl<'a> Training<'a> {
         self.factor.solve(&mut step);
         let length_sq = dot(&step, &step);
         let promised = dot(&self.descent, &step) + mu * length_sq;
-        let second = self.pass.second_derivative(&self.shape, &self.now.weights, &step);
-        let mut bend = vec![0.0; step.len()];
         let (shape, pass) = (&self.shape, &self.pass);
+        let second = pass.second_derivative(shape, &self.now.weights, &step);
+        let mut bend = vec![0.0; step.len()];
         self.curvature.gradient(shape, pass, second.as_ref(), &self.now.beta, &mut bend);
         self.factor.solve(&mut bend);
-        if dot(&bend, &bend) <= LONGEST_BEND * LONGEST_BEND * length_sq {
-            let moved = step.iter().zip(&bend).map(|(s, b)| s - 0.5 * b);
-            let weights: Vec<f64> =
-                self.now.weights.iter().zip(moved).map(|(w, s)| w + s).collect();
-            let errors = self.trial.run(&self.shape, &weights, &self.samples.targets);
-            if self.objective(&errors, &weights) < objective {
-                return Some((promised, weights, errors));
-            }
-        }
-        let weights: Vec<f64> = self.now.weights.iter().zip(&step).map(|(w, s)| w + s).collect();
-        let errors = self.trial.run(&self.shape, &weights, &self.samples.targets);
-        Some((promised, weights, errors))
+        let longest = LONGEST_BEND * length_sq.sqrt() / dot(&bend, &bend).sqrt();
+        let bent = if longest.is_nan() { 0.0 } else { longest.min(1.0) };
+        bend.iter_mut().for_each(|b| *b *= -0.5 * bent);
+        Some(Curve { promised, step, bend })
+    }
+
+    /// Goes a share of the way along the curve, on trial; the objective there.
+    fn walk(&mut self, curve: &Curve, share: f64) -> f64 {
+        let path = curve.step.iter().zip(&curve.bend).map(|(s, b)| share * (s + share * b));
+        let weights = self.trial_weights.iter_mut().zip(&self.now.weights);
+        weights.zip(path).for_each(|((to, from), s)| *to = from + s);
+        self.trial_errors = self.trial.run(&self.shape, &self.trial_weights, &self.samples.targets);
+        self.objective(&self.trial_errors, &self.trial_weights)
     }
 
     fn epoch(&self) -> Epoch {

@@ -5,9 +5,12 @@
 //! same processor type. Processors with other vector units may sum in another order.
 
 mod curvature;
+pub mod draws;
 mod error;
+pub mod freeze;
 mod marquardt;
 mod network;
+pub mod network_training;
 mod precision;
 mod restarts;
 mod solve;
@@ -174,7 +177,3 @@ pub trait Progress: Send {
 pub struct Silent;
 
 impl Progress for Silent {}
-
-pub mod draws;
-pub mod freeze;
-pub mod network_training;

@@ -73,7 +73,7 @@ pub(super) fn update(
         let resolved = ROUNDING_BELOW_ALPHA * next_alpha / (f64::EPSILON * curvature);
         let cap = beta_cap.min(resolved);
         let wanted = freedom.max(1.0) / (2.0 * errors);
-        guards.beta_capped += usize::from(!(wanted <= cap));
+        guards.beta_capped += usize::from(wanted > cap);
         wanted.min(cap)
     });
     let betas = betas.collect();

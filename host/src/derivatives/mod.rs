@@ -1,0 +1,4 @@
+//! A campaign of releases, wind off and on, to aerodynamic derivatives.
+
+pub mod campaign;
+pub mod simulated;
