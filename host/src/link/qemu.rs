@@ -33,6 +33,8 @@ const PROGRAM: &str = "qemu-system-arm";
 const INSTALL: &str = "install QEMU (Debian: apt-get install qemu-system-arm)";
 /// What QEMU says when it has made the terminal of UART0.
 const TERMINAL: &str = "char device redirected to ";
+/// What the image says by semihosting once it listens.
+const RUNS: &str = "yawrig runs";
 /// How long QEMU may take to come up, and to take a sample.
 const PATIENCE: Duration = Duration::from_secs(20);
 const SLICE: Duration = Duration::from_millis(100);
@@ -80,10 +82,12 @@ pub fn boot(image: &Path) -> Result<(Qemu, QemuPotentiometer)> {
     line.set_write_timeout(Some(SLICE)).map_err(fail)?;
     let (process, found) = Process::start(command(&program, image), stdin).map_err(fail)?;
     let link_path = process.terminal(&found)?;
+    // Before the image runs: so QEMU finds it open when it looks first.
     let terminal = open_terminal(&link_path).map_err(|e| {
         Error::device(format!("cannot open the emulated board's terminal {link_path}: {e}"))
             .help("start it again")
     })?;
+    process.wait_for(&found, "does not run the image", |line| (line == RUNS).then_some(()))?;
     let process = Arc::new(process);
     let potentiometer =
         QemuPotentiometer { line, encoder: Encoder::default(), index: 0, process: process.clone() };
@@ -264,22 +268,33 @@ impl Process {
 
     /// Waits for QEMU to name the terminal of UART0.
     fn terminal(&self, lines: &Receiver<String>) -> Result<String> {
+        self.wait_for(lines, "names no terminal for the board's UART0", |line| {
+            let (_, rest) = line.split_once(TERMINAL)?;
+            rest.split_whitespace().next().map(str::to_owned)
+        })
+    }
+
+    /// Waits for a line of QEMU's output.
+    fn wait_for<T>(
+        &self,
+        lines: &Receiver<String>,
+        otherwise: &str,
+        find: impl Fn(&str) -> Option<T>,
+    ) -> Result<T> {
         let mut waited = Duration::ZERO;
         while waited < PATIENCE {
             interrupt::check()?;
             match lines.recv_timeout(SLICE) {
                 Ok(line) => {
-                    let rest = line.split_once(TERMINAL).map(|(_, rest)| rest);
-                    if let Some(path) = rest.and_then(|rest| rest.split_whitespace().next()) {
-                        return Ok(path.to_owned());
+                    if let Some(found) = find(line.trim_end()) {
+                        return Ok(found);
                     }
                 }
                 Err(RecvTimeoutError::Disconnected) => return Err(self.ended()),
                 Err(RecvTimeoutError::Timeout) => waited += SLICE,
             }
         }
-        Err(Error::device(format!("{PROGRAM} names no terminal for the board's UART0"))
-            .help(INSTALL))
+        Err(Error::device(format!("{PROGRAM} {otherwise}")).help(INSTALL))
     }
 
     /// Why it has ended, in its own words.

@@ -4,6 +4,7 @@
 
 use cortex_m::asm::wfi;
 use cortex_m_rt::{entry, exception, ExceptionFrame};
+use cortex_m_semihosting::hprintln;
 use panic_semihosting as _;
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
@@ -29,6 +30,8 @@ fn main() -> ! {
     let mut decoder = Decoder::default();
     let mut to_send = None;
     let mut idle = 0;
+    // To QEMU's output, not to the link: the host waits for this line.
+    hprintln!("yawrig runs");
     loop {
         let mut busy = false;
 

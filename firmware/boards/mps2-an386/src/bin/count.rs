@@ -43,17 +43,18 @@ impl Counter {
 
     #[inline(always)]
     fn ticks(&mut self, work: impl FnOnce()) -> u32 {
+        self.timer.clear_current();
         let before = SYST::get_current();
         work();
         let after = SYST::get_current();
-        // It counts down and starts anew after nought: one turn is 655 000 instructions.
-        assert!(!self.timer.has_wrapped() || after > before, "the work is too long to count");
+        // It counts down; a turn is 655 000 instructions.
+        assert!(!self.timer.has_wrapped(), "the work is too long to count");
         before.wrapping_sub(after) & RELOAD
     }
 
     #[inline(always)]
     fn count(&mut self, work: impl FnOnce()) -> u32 {
-        let ticks = self.ticks(work).wrapping_sub(self.nothing);
+        let ticks = self.ticks(work) - self.nothing;
         (ticks * INSTRUCTIONS + TICKS / 2) / TICKS
     }
 }

@@ -1,0 +1,160 @@
+//! The ARM image on QEMU's Cortex-M4F. `tests/run` runs these; plain `cargo test` needs no QEMU.
+
+use rand::SeedableRng;
+use rand_distr::Distribution;
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+use yawrig::error::Exit;
+use yawrig::link::bench::{Bench, Potentiometer, Target};
+use yawrig::link::client::Client;
+use yawrig::link::hub::Hub;
+use yawrig::link::qemu;
+use yawrig::record::Record;
+use yawrig::replay::{replay, Range, Replayed};
+use yawrig_shared::potentiometer::Encoder;
+use yawrig_shared::wire::Status;
+
+/// A release from 12 deg, 7.5 rad/s, damping ratio 0.012, noise of 0.05 deg.
+fn record() -> Record {
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(7);
+    let noise_deg = rand_distr::Normal::new(0.0, 0.05).expect("a positive deviation");
+    let (wn, zeta) = (7.5_f64, 0.012_f64);
+    let time_s: Vec<f64> = (0..40_000).map(|k| f64::from(k) * 1e-3).collect();
+    let yaw_deg = time_s
+        .iter()
+        .map(|t| {
+            let t = (t - 2.0).max(0.0);
+            12.0 * (-zeta * wn * t).exp() * (wn * t).cos() + noise_deg.sample(&mut random)
+        })
+        .collect();
+    Record { file: "made.csv".into(), time_s, yaw_deg }
+}
+
+fn played(target: &Target) -> (Replayed, Status) {
+    let mut bench = Bench::open(target).expect("a device");
+    let range = Range { from_deg: 10.0, to_deg: 1.0 };
+    let replayed = replay(&mut bench, &record(), range, &mut |_| Ok(())).expect("a replay");
+    let status = bench.client.status().expect("its state");
+    (replayed, status)
+}
+
+#[test]
+#[ignore = "needs QEMU: tests/run runs it"]
+fn the_arm_image_gives_the_same_bits_as_the_emulated_device() {
+    let (here, _) = played(&Target::Emulated);
+    let (there, status) = played(&Target::Qemu);
+    assert_eq!(status.lost_samples, 0);
+    assert_eq!(status.lost_events, 0);
+    let release = here.main_release().expect("a release");
+    assert!(release.windows.len() >= 8, "{} windows", release.windows.len());
+    // Debug prints the shortest decimal that means an f32, so equal text is equal bits.
+    assert_eq!(format!("{:?}", here.releases), format!("{:?}", there.releases));
+}
+
+#[test]
+#[ignore = "needs QEMU: tests/run runs it"]
+fn samples_missing_from_the_stream_are_counted_as_lost() {
+    let (board, mut potentiometer) = qemu::start().expect("a board");
+    let hub = Hub::start(board).expect("a hub");
+    let mut client = Client::open(hub.own_path()).expect("a device");
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::default();
+    for index in (0..1000).chain(1015..2000) {
+        encoder.encode(index, 30_000 + (index % 700) as u16, &mut bytes);
+    }
+    potentiometer.write_samples(&bytes).expect("a board that takes samples");
+    let status = settled(&mut client, 2000);
+    assert_eq!((status.samples, status.lost_samples), (2000, 15));
+}
+
+/// Its state once it has taken so many samples.
+fn settled(client: &mut Client, samples: u32) -> Status {
+    let patience = Instant::now() + Duration::from_secs(60);
+    loop {
+        let status = client.status().expect("its state");
+        if status.samples >= samples || Instant::now() > patience {
+            return status;
+        }
+    }
+}
+
+#[test]
+#[ignore = "needs QEMU: tests/run runs it"]
+fn an_image_that_does_not_run_is_refused_in_its_own_words() {
+    let mut image = tempfile::NamedTempFile::new().expect("a temporary file");
+    image.write_all(&[0xff; 4096]).expect("room for it");
+    let Err(error) = qemu::boot(image.path()) else { panic!("that was no image") };
+    assert_eq!(error.exit, Exit::Device);
+    assert!(error.message.contains("has stopped"), "{error}");
+
+    let Err(error) = qemu::boot("no/such/image".as_ref()) else { panic!("there is none") };
+    assert_eq!(error.exit, Exit::Device);
+    assert!(error.help.contains("boards/mps2-an386/build"), "{error}");
+}
+
+#[test]
+#[ignore = "needs QEMU: tests/run runs it"]
+fn a_board_that_dies_says_so_at_the_next_samples() {
+    let (board, mut potentiometer) = qemu::start().expect("a board");
+    let killed = Command::new("kill").arg("-KILL").arg(board.pid().to_string()).status();
+    assert!(killed.expect("kill(1)").success());
+    assert!(gone(board.pid()));
+    let error = potentiometer.send(&[1, 2, 3]).expect_err("it is dead");
+    assert_eq!(error.exit, Exit::Device);
+    assert!(error.message.contains("signal: 9"), "{error}");
+}
+
+#[test]
+#[ignore = "needs QEMU: tests/run runs it"]
+fn qemu_ends_with_its_owner() {
+    let (board, potentiometer) = qemu::start().expect("a board");
+    let pid = board.pid();
+    assert!(!finished(pid));
+    drop(board);
+    drop(potentiometer);
+    assert!(finished(pid));
+}
+
+#[test]
+#[ignore = "needs QEMU: tests/run runs it"]
+fn qemu_ends_even_where_its_owner_is_killed() {
+    // This very test again, in a process of its own that only starts QEMU and waits to be killed.
+    const OWNER: &str = "YAWRIG_TEST_OWNS_QEMU";
+    if std::env::var_os(OWNER).is_some() {
+        let (board, _potentiometer) = qemu::start().expect("a board");
+        println!("\npid {}", board.pid());
+        std::thread::sleep(Duration::from_secs(600));
+        return;
+    }
+    let mut owner = Command::new(std::env::current_exe().expect("this program"))
+        .args(["--exact", "qemu_ends_even_where_its_owner_is_killed", "--ignored", "--nocapture"])
+        .env(OWNER, "1")
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("this program again");
+    let lines = BufReader::new(owner.stdout.take().expect("its output")).lines();
+    let pid = lines
+        .map_while(Result::ok)
+        .find_map(|line| line.strip_prefix("pid ")?.parse::<u32>().ok())
+        .expect("the number of a running QEMU");
+    assert!(!finished(pid));
+    owner.kill().expect("a process of ours");
+    owner.wait().expect("its end");
+    assert!(gone(pid), "QEMU {pid} outlived its owner");
+}
+
+/// Whether a process is no more, or a zombie that its parent has yet to collect.
+fn finished(pid: u32) -> bool {
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    stat.rsplit(')').next().is_none_or(|rest| rest.trim_start().starts_with('Z') || stat.is_empty())
+}
+
+/// Waits for the end of a process.
+fn gone(pid: u32) -> bool {
+    let patience = Instant::now() + Duration::from_secs(20);
+    while !finished(pid) && Instant::now() < patience {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    finished(pid)
+}
