@@ -2,3 +2,6 @@
 
 pub mod campaign;
 pub mod simulated;
+
+#[cfg(test)]
+mod campaign_tests;
