@@ -6,6 +6,7 @@
 use crate::error::{Error, Result};
 use crate::rig::Axis;
 use serde::{Deserialize, Serialize};
+use std::collections::{HashMap, HashSet};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -184,8 +185,36 @@ impl CampaignFile {
             return Err(Error::data(format!("{named}: there is no [[release]] in it"))
                 .help("add one [[release]] for each record"));
         }
-        for index in 0..release.len() {
-            self.check_release(index)?;
+        let references: HashSet<_> = release
+            .iter()
+            .filter(|release| release.wind_speed_m_s == 0.0)
+            .map(|release| (&release.spring, release.axis))
+            .collect();
+        let (mut files, mut springs) = (HashMap::new(), HashMap::new());
+        for (index, release) in release.iter().enumerate() {
+            self.check_numbers(index)?;
+            if let Some(earlier) = files.insert(&release.file, index) {
+                let first = self.release_lines[earlier];
+                let what = format!("record {} is listed already, on line {first}", release.file);
+                return Err(self.error_at(index, what).help("list each record once"));
+            }
+            let stiffness = (release.spring_stiffness_n_per_m, release.spring_stiffness_u_n_per_m);
+            let (earlier, other) = *springs.entry(&release.spring).or_insert((index, stiffness));
+            if other != stiffness {
+                let first = self.release_lines[earlier];
+                let what =
+                    format!("spring {} has another stiffness on line {first}", release.spring);
+                return Err(self.error_at(index, what).help("give each spring one stiffness"));
+            }
+            let path = self.record_path(index);
+            if !path.is_file() {
+                return Err(self
+                    .error_at(index, format!("record {} is not there", path.display()))
+                    .help("paths are relative to the campaign's file"));
+            }
+            if !references.contains(&(&release.spring, release.axis)) {
+                return Err(self.no_reference(index));
+            }
         }
         if release.iter().all(|release| release.wind_speed_m_s == 0.0) {
             return Err(Error::data(format!("{named}: no release was made with the wind on"))
@@ -194,11 +223,12 @@ impl CampaignFile {
         Ok(())
     }
 
-    fn check_release(&self, index: usize) -> Result<()> {
-        let all = &self.campaign.release;
-        let release = &all[index];
+    fn check_numbers(&self, index: usize) -> Result<()> {
+        let release = &self.campaign.release[index];
         if !is_positive(release.spring_stiffness_n_per_m) {
-            return Err(self.error_at(index, "spring_stiffness_n_per_m is not a positive number"));
+            return Err(self
+                .error_at(index, "spring_stiffness_n_per_m is not a positive number")
+                .help("correct the entry"));
         }
         if !is_not_negative(release.wind_speed_m_s) {
             return Err(self
@@ -215,42 +245,17 @@ impl CampaignFile {
                     .help("give nought or a positive number"));
             }
         }
-        for (earlier, other) in all[..index].iter().enumerate() {
-            let first = self.release_lines[earlier];
-            if other.file == release.file {
-                let what = format!("record {} is listed already, on line {first}", release.file);
-                return Err(self.error_at(index, what).help("list each record once"));
-            }
-            let stiffness =
-                |r: &ReleaseEntry| (r.spring_stiffness_n_per_m, r.spring_stiffness_u_n_per_m);
-            if other.spring == release.spring && stiffness(other) != stiffness(release) {
-                let what =
-                    format!("spring {} has another stiffness on line {first}", release.spring);
-                return Err(self.error_at(index, what).help("give each spring one stiffness"));
-            }
-        }
-        let path = self.record_path(index);
-        if !path.is_file() {
-            return Err(self
-                .error_at(index, format!("record {} is not there", path.display()))
-                .help("paths are relative to the campaign's file"));
-        }
-        let is_reference = |other: &ReleaseEntry| {
-            other.wind_speed_m_s == 0.0
-                && other.spring == release.spring
-                && other.axis == release.axis
-        };
-        if !all.iter().any(is_reference) {
-            let ReleaseEntry { file, spring, axis, .. } = release;
-            let what = format!(
-                "{file} was made with the wind on, but there is no wind-off release of spring {spring} on the {axis} axis"
-            );
-            let help = format!(
-                "add a [[release]] with spring = \"{spring}\", axis = \"{axis}\", wind_speed_m_s = 0.0"
-            );
-            return Err(self.error_at(index, what).help(help));
-        }
         Ok(())
+    }
+
+    fn no_reference(&self, index: usize) -> Error {
+        let ReleaseEntry { file, spring, axis, .. } = &self.campaign.release[index];
+        let what = format!(
+            "{file} was made with the wind on, but there is no wind-off release of spring {spring} on the {axis} axis"
+        );
+        self.error_at(index, what).help(format!(
+            "add a [[release]] with spring = \"{spring}\", axis = \"{axis}\", wind_speed_m_s = 0.0"
+        ))
     }
 }
 
