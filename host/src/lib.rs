@@ -4,4 +4,5 @@
 pub mod cli;
 pub mod error;
 pub mod files;
+pub mod fit;
 pub mod interrupt;
