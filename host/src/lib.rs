@@ -5,4 +5,5 @@ pub mod cli;
 pub mod error;
 pub mod files;
 pub mod fit;
+pub mod identify;
 pub mod interrupt;
