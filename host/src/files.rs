@@ -1,24 +1,41 @@
 //! Files written whole or not at all.
 
 use crate::error::{Error, Result};
-use std::io::Write;
+use std::io::{BufWriter, Write};
 use std::path::Path;
+
+/// The error of a file that cannot be written.
+pub fn cannot_write(path: &Path, why: &dyn std::fmt::Display) -> Error {
+    Error::data(format!("cannot write {}: {why}", path.display()))
+        .help("choose a folder that exists and that you may write to")
+}
 
 /// Writes `bytes` to a temporary file beside `path` and renames it there.
 ///
 /// # Errors
 /// Names the path and the system's reason; nothing half-written is left.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
-    let fail = |e: std::io::Error| {
-        Error::data(format!("cannot write {}: {e}", path.display()))
-            .help("choose a folder that exists and that you may write to")
-    };
+    write_atomically_with(path, |out| out.write_all(bytes).map_err(|e| cannot_write(path, &e)))
+}
+
+/// Has `write` fill a temporary file beside `path` and renames it there once that succeeded.
+///
+/// # Errors
+/// Those of `write`, or names the path and the system's reason; nothing half-written is left.
+pub fn write_atomically_with(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> Result<()>,
+) -> Result<()> {
+    let fail = |e: std::io::Error| cannot_write(path, &e);
     let folder = match path.parent() {
         Some(p) if !p.as_os_str().is_empty() => p,
         _ => Path::new("."),
     };
     let mut file = tempfile::Builder::new().prefix(".yawrig-").tempfile_in(folder).map_err(fail)?;
-    file.write_all(bytes).map_err(fail)?;
+    let mut buffer = BufWriter::new(file.as_file_mut());
+    write(&mut buffer)?;
+    buffer.flush().map_err(fail)?;
+    drop(buffer);
     file.as_file().sync_all().map_err(fail)?;
     let permissions = std::os::unix::fs::PermissionsExt::from_mode(0o644);
     file.as_file().set_permissions(permissions).map_err(fail)?;

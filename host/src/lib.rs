@@ -7,3 +7,5 @@ pub mod files;
 pub mod fit;
 pub mod identify;
 pub mod interrupt;
+pub mod quantity;
+pub mod record;

@@ -1,3 +1,18 @@
 //! What host and device must agree on, bit for bit.
+//!
+//! One way through: record -> [`window`] -> [`features`] -> [`network`] -> modal estimate.
+//! Plain `f32` arithmetic and `libm` give the same bits on x86 and on a Cortex-M4F, so training,
+//! the device and the tests all call this code and compare bits.
 #![no_std]
 #![forbid(unsafe_code)]
+
+pub mod blob;
+pub mod checksum;
+pub mod derivatives;
+pub mod features;
+pub mod history;
+pub mod modal;
+pub mod network;
+pub mod units;
+pub mod window;
+pub mod wire;

@@ -1,0 +1,162 @@
+//! The device: samples and bytes in, bytes out.
+
+use crate::line::Line;
+use crate::measuring::{Context, Measuring};
+use crate::slots::{Flash, Slot, Store};
+use crate::BUILT_IN;
+use yawrig_shared::blob::{self, Envelope, Payload};
+use yawrig_shared::network::Network;
+use yawrig_shared::wire::{
+    self, Decoder, Frame, HelloReply, Message, NetworkStatus, Refusal, Reply, Request, Settings,
+    Status, HELLO_KEY,
+};
+
+/// The network that runs.
+#[derive(Debug)]
+struct Running {
+    network: Network,
+    generation: u32,
+    id: u32,
+    slot: Option<Slot>,
+}
+
+impl Running {
+    fn new(envelope: Envelope, payload: Payload, slot: Option<Slot>) -> Self {
+        let Envelope { generation, payload_crc: id, .. } = envelope;
+        Self { network: payload.network, generation, id, slot }
+    }
+}
+
+/// Everything the device knows and does, generic over its flash.
+#[derive(Debug)]
+pub struct Device<F> {
+    decoder: Decoder,
+    // Apart from the decoder, whose frame is still borrowed when it is acted on.
+    core: Core<F>,
+}
+
+#[derive(Debug)]
+struct Core<F> {
+    board: &'static str,
+    measuring: Measuring,
+    store: Store<F>,
+    running: Option<Running>,
+    line: Line,
+}
+
+impl<F: Flash> Device<F> {
+    /// A device that runs the newest network of its flash, or the one compiled in.
+    pub fn new(flash: F, board: &'static str) -> Self {
+        let store = Store::new(flash);
+        let running = match store.newest() {
+            Some((slot, envelope, payload)) => Some(Running::new(envelope, payload, Some(slot))),
+            None => blob::decode(BUILT_IN).ok().map(|(e, payload)| Running::new(e, payload, None)),
+        };
+        let measuring = Measuring::new(Settings::default());
+        let core = Core { board, measuring, store, running, line: Line::new() };
+        Self { decoder: Decoder::new(), core }
+    }
+
+    /// The flash, as a power cut leaves it.
+    pub fn into_flash(self) -> F {
+        self.core.store.into_flash()
+    }
+
+    /// The next sample of the converter, 1 ms after the one before.
+    pub fn sample(&mut self, counts: u16) {
+        let (measuring, mut context) = self.core.split();
+        measuring.sample(counts, &mut context);
+    }
+
+    /// `count` samples before the next one were lost. Few are bridged, many end the release.
+    pub fn lost(&mut self, count: u32) {
+        let (measuring, mut context) = self.core.split();
+        measuring.lost(count, &mut context);
+    }
+
+    /// A byte from the serial line.
+    pub fn receive(&mut self, byte: u8) {
+        if let Some(Ok(frame)) = self.decoder.push(byte) {
+            self.core.obey(&frame);
+        }
+    }
+
+    /// Next byte for the serial line.
+    pub fn transmit(&mut self) -> Option<u8> {
+        self.core.line.transmit()
+    }
+}
+
+impl<F: Flash> Core<F> {
+    fn split(&mut self) -> (&mut Measuring, Context<'_>) {
+        let network = self.running.as_ref().map(|running| &running.network);
+        (&mut self.measuring, Context { network, line: &mut self.line })
+    }
+
+    fn obey(&mut self, frame: &Frame<'_>) {
+        let Frame { key, sequence, .. } = *frame;
+        if key == HELLO_KEY {
+            let hello = HelloReply {
+                protocol: u16::from(wire::VERSION),
+                request_key: Request::KEY,
+                firmware: HelloReply::text(concat!("yawrig ", env!("CARGO_PKG_VERSION"))),
+                board: HelloReply::text(self.board),
+            };
+            if let Ok(reply) = wire::encode_raw(HELLO_KEY, sequence, &hello.write()) {
+                self.line.reply_raw(key, sequence, reply);
+            }
+            return;
+        }
+        if self.line.repeat(key, sequence) {
+            return;
+        }
+        let Some(Ok(request)) = frame.message::<Request>() else { return };
+        let reply = match self.answer(request) {
+            Ok(reply) => reply,
+            Err(refusal) => Reply::Refused(refusal),
+        };
+        self.line.reply(key, sequence, &reply);
+    }
+
+    fn answer(&mut self, request: Request) -> Result<Reply, Refusal> {
+        match request {
+            Request::Status => return Ok(Reply::Status(self.status())),
+            Request::Configure(settings) => self.measuring.configure(settings)?,
+            Request::Condition(condition) => self.measuring.set_condition(condition),
+            Request::FlashBegin { length } => {
+                let running = self.running.as_ref().and_then(|running| running.slot);
+                self.store.begin(length, running)?;
+            }
+            Request::FlashChunk { offset, bytes } => self.store.chunk(offset, &bytes)?,
+            Request::FlashCommit => {
+                let newest = self.running.as_ref().map_or(0, |running| running.generation);
+                let (slot, envelope, payload) = self.store.commit(newest)?;
+                self.running = Some(Running::new(envelope, payload, Some(slot)));
+            }
+            Request::EndRelease { after_samples } => {
+                let (measuring, mut context) = self.split();
+                measuring.end_after(after_samples, &mut context);
+            }
+        }
+        Ok(Reply::Done)
+    }
+
+    fn status(&self) -> Status {
+        let running = self.running.as_ref();
+        Status {
+            network: NetworkStatus {
+                id: running.map_or(0, |r| r.id),
+                generation: running.map_or(0, |r| r.generation),
+                topology: running.map_or(Default::default(), |r| r.network.topology.clone()),
+                slot: running.and_then(|r| r.slot).map(|slot| slot as u8),
+            },
+            slots: Slot::BOTH.map(|slot| self.store.state(slot)),
+            settings: *self.measuring.settings(),
+            phase: self.measuring.phase(),
+            samples: self.measuring.now(),
+            lost_samples: self.measuring.lost_samples(),
+            lost_events: self.line.lost_events(),
+            has_reference: self.measuring.has_reference(),
+        }
+    }
+}

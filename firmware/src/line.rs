@@ -1,0 +1,89 @@
+//! The serial line as the device sees it: a decoder, a queue of bytes to send, and the last reply.
+
+use heapless::Deque;
+use yawrig_shared::wire::{self, Encoded, Event, Message};
+
+/// Bytes waiting for the line: about forty events.
+const QUEUE: usize = 2048;
+/// Room that events leave for a reply.
+const RESERVE: usize = 256;
+
+/// Outgoing bytes, and what was answered last.
+#[derive(Debug)]
+pub struct Line {
+    queue: Deque<u8, QUEUE>,
+    last_reply: Option<(u32, u16, Encoded)>,
+    event: u16,
+    lost_events: u32,
+}
+
+impl Default for Line {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Line {
+    pub const fn new() -> Self {
+        Self { queue: Deque::new(), last_reply: None, event: 0, lost_events: 0 }
+    }
+
+    /// Next byte for the line.
+    pub fn transmit(&mut self) -> Option<u8> {
+        self.queue.pop_front()
+    }
+
+    /// Events that found no room; the gap in their sequence tells the host.
+    pub fn lost_events(&self) -> u32 {
+        self.lost_events
+    }
+
+    /// Queues an event.
+    pub fn event(&mut self, event: &Event) {
+        let sequence = self.event;
+        self.event = self.event.wrapping_add(1);
+        let sent = wire::encode(sequence, event).is_ok_and(|frame| self.queue_event(&frame));
+        self.lost_events += u32::from(!sent);
+    }
+
+    fn queue_event(&mut self, frame: &Encoded) -> bool {
+        let fits = self.queue.len() + frame.len() + RESERVE <= QUEUE;
+        if fits {
+            self.send(frame);
+        }
+        fits
+    }
+
+    /// Answers a request, and keeps the answer for when it is asked for again.
+    pub fn reply<M: Message>(&mut self, key: u32, sequence: u16, reply: &M) {
+        if let Ok(frame) = wire::encode(sequence, reply) {
+            self.reply_raw(key, sequence, frame);
+        }
+    }
+
+    /// Answers with a frame that is encoded already.
+    pub fn reply_raw(&mut self, key: u32, sequence: u16, frame: Encoded) {
+        self.send(&frame);
+        self.last_reply = Some((key, sequence, frame));
+    }
+
+    /// Sends the last reply again if it was to this very request.
+    pub fn repeat(&mut self, key: u32, sequence: u16) -> bool {
+        let Some((k, s, frame)) = self.last_reply.take() else { return false };
+        let same = (k, s) == (key, sequence);
+        if same {
+            self.send(&frame);
+        }
+        self.last_reply = Some((k, s, frame));
+        same
+    }
+
+    fn send(&mut self, frame: &Encoded) {
+        if self.queue.len() + frame.len() <= QUEUE {
+            for &byte in frame {
+                // There is room: just looked.
+                let _ = self.queue.push_back(byte);
+            }
+        }
+    }
+}

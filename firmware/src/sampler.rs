@@ -1,0 +1,50 @@
+//! Counts of the converter, as the potentiometer gives them.
+
+use yawrig_shared::wire::Settings;
+
+/// Counts are kept about the middle of a 16-bit converter, where they fit an `i16`.
+const MIDDLE: i32 = 32768;
+
+/// How counts become degrees.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampler {
+    settings: Settings,
+}
+
+impl Sampler {
+    pub const fn new(settings: Settings) -> Self {
+        Self { settings }
+    }
+
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Whether settings make sense.
+    pub fn check(settings: &Settings) -> bool {
+        settings.degrees_per_count.is_finite()
+            && settings.degrees_per_count != 0.0
+            && settings.full_scale_counts > 0
+            && settings.from_deg.is_finite()
+            && settings.to_deg > 0.0
+            && settings.from_deg > settings.to_deg
+    }
+
+    /// A sample as the tracker keeps it.
+    #[inline]
+    pub fn centred(counts: u16) -> i16 {
+        (i32::from(counts) - MIDDLE) as i16
+    }
+
+    /// Whether the converter is at one of its ends, where it cannot tell how far the model is.
+    #[inline]
+    pub fn saturated(&self, counts: u16) -> bool {
+        counts == 0 || counts >= self.settings.full_scale_counts
+    }
+
+    /// A height on the tracker's scale as degrees on the potentiometer's.
+    pub fn yaw_deg(&self, tracked_deg: f32) -> f32 {
+        let shift = MIDDLE - i32::from(self.settings.zero_counts);
+        tracked_deg + shift as f32 * self.settings.degrees_per_count
+    }
+}

@@ -1,0 +1,234 @@
+//! Two places for a network in flash, of which one is always whole.
+//!
+//! An update erases the idle slot, writes the blob, reads it back, verifies everything and only
+//! then programs the commit word. Until that word stands the slot does not count, so whenever the
+//! power goes the old network is there. The newest valid slot runs.
+//!
+//! ```text
+//! slot: 0 commit word   4 length of the blob   8 blob
+//! ```
+
+use yawrig_shared::blob::{self, BlobError, Envelope, Payload};
+use yawrig_shared::wire::{Refusal, SlotState};
+
+/// Bytes of a slot: a sector or more that is erased as one.
+pub const SLOT_BYTES: usize = 16 * 1024;
+const COMMITTED: u32 = u32::from_le_bytes(*b"LIVE");
+const BLOB_AT: usize = 8;
+const ERASED: u8 = 0xFF;
+
+/// One of the two slots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slot {
+    First,
+    Second,
+}
+
+impl Slot {
+    pub const BOTH: [Self; 2] = [Self::First, Self::Second];
+
+    pub fn other(self) -> Self {
+        match self {
+            Self::First => Self::Second,
+            Self::Second => Self::First,
+        }
+    }
+}
+
+/// The flash did not do what it was told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FlashFault;
+
+/// NOR flash with two slots: erasing sets all bits, programming can only clear them.
+pub trait Flash {
+    /// All bytes of a slot.
+    fn read(&self, slot: Slot) -> &[u8; SLOT_BYTES];
+    /// Sets every byte of the slot to 0xFF.
+    fn erase(&mut self, slot: Slot) -> Result<(), FlashFault>;
+    /// Programs the word at a multiple of four.
+    fn program(&mut self, slot: Slot, offset: usize, word: [u8; 4]) -> Result<(), FlashFault>;
+}
+
+/// NOR flash in memory, for the emulated devices and the tests.
+#[derive(Clone, Debug)]
+pub struct MemoryFlash {
+    slots: [[u8; SLOT_BYTES]; 2],
+}
+
+impl Default for MemoryFlash {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl MemoryFlash {
+    pub const fn new() -> Self {
+        Self { slots: [[ERASED; SLOT_BYTES]; 2] }
+    }
+}
+
+impl Flash for MemoryFlash {
+    fn read(&self, slot: Slot) -> &[u8; SLOT_BYTES] {
+        &self.slots[slot as usize]
+    }
+
+    fn erase(&mut self, slot: Slot) -> Result<(), FlashFault> {
+        self.slots[slot as usize].fill(ERASED);
+        Ok(())
+    }
+
+    fn program(&mut self, slot: Slot, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
+        let place = self.slots[slot as usize].get_mut(offset..offset + 4).ok_or(FlashFault)?;
+        for (byte, new) in place.iter_mut().zip(word) {
+            *byte &= new;
+        }
+        Ok(())
+    }
+}
+
+/// A running update.
+#[derive(Clone, Copy, Debug)]
+struct Update {
+    slot: Slot,
+    length: usize,
+    written: usize,
+}
+
+/// The network store.
+#[derive(Debug)]
+pub struct Store<F> {
+    flash: F,
+    update: Option<Update>,
+}
+
+impl<F: Flash> Store<F> {
+    pub const fn new(flash: F) -> Self {
+        Self { flash, update: None }
+    }
+
+    /// The flash itself.
+    pub fn flash(&self) -> &F {
+        &self.flash
+    }
+
+    /// Gives the flash back, as after a power cut.
+    pub fn into_flash(self) -> F {
+        self.flash
+    }
+
+    /// The newest valid network and where it stands.
+    pub fn newest(&self) -> Option<(Slot, Envelope, Payload)> {
+        // Headers are compared first: a payload is large, and one at a time is enough.
+        let mut order = Slot::BOTH;
+        let generation = |slot| committed(self.flash.read(slot)).map_or(0, |e| e.generation);
+        if generation(Slot::Second) > generation(Slot::First) {
+            order.reverse();
+        }
+        order.into_iter().find_map(|slot| {
+            let (envelope, payload) = load(self.flash.read(slot)).ok()??;
+            Some((slot, envelope, payload))
+        })
+    }
+
+    pub fn state(&self, slot: Slot) -> SlotState {
+        let bytes = self.flash.read(slot);
+        if bytes.iter().all(|&byte| byte == ERASED) {
+            return SlotState::Empty;
+        }
+        match load(bytes) {
+            Ok(Some((envelope, _))) => {
+                SlotState::Valid { generation: envelope.generation, id: envelope.payload_crc }
+            }
+            _ => SlotState::Invalid,
+        }
+    }
+
+    /// Erases the slot that does not run and makes ready for `length` bytes.
+    pub fn begin(&mut self, length: u32, running: Option<Slot>) -> Result<(), Refusal> {
+        let length = length as usize;
+        self.update = None;
+        if length < blob::ENVELOPE {
+            return Err(Refusal::Blob(BlobError::Truncated));
+        }
+        if length > blob::LONGEST {
+            return Err(Refusal::Blob(BlobError::TooLong));
+        }
+        let slot = running.map_or(Slot::First, Slot::other);
+        self.flash.erase(slot).map_err(|_| Refusal::FlashWrite)?;
+        if self.flash.read(slot).iter().any(|&byte| byte != ERASED) {
+            return Err(Refusal::FlashWrite);
+        }
+        self.update = Some(Update { slot, length, written: 0 });
+        Ok(())
+    }
+
+    /// Writes the next bytes. All chunks but the last are a multiple of four bytes long.
+    pub fn chunk(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refusal> {
+        let Some(mut update) = self.update else {
+            return Err(Refusal::FlashOrder { expected_offset: 0 });
+        };
+        let last = update.written + bytes.len() == update.length;
+        let in_order = offset as usize == update.written
+            && update.written + bytes.len() <= update.length
+            && (bytes.len() % 4 == 0 || last);
+        if !in_order {
+            return Err(Refusal::FlashOrder { expected_offset: update.written as u32 });
+        }
+        for (i, four) in bytes.chunks(4).enumerate() {
+            let mut word = [ERASED; 4];
+            word[..four.len()].copy_from_slice(four);
+            self.program(update.slot, BLOB_AT + update.written + 4 * i, word)?;
+        }
+        update.written += bytes.len();
+        self.update = Some(update);
+        Ok(())
+    }
+
+    /// Verifies what was written and commits it. `newest` is the generation that runs.
+    pub fn commit(&mut self, newest: u32) -> Result<(Slot, Envelope, Payload), Refusal> {
+        let Some(update) = self.update.take() else {
+            return Err(Refusal::FlashOrder { expected_offset: 0 });
+        };
+        if update.written != update.length {
+            let expected_offset = update.written as u32;
+            self.update = Some(update);
+            return Err(Refusal::FlashOrder { expected_offset });
+        }
+        let bytes = &self.flash.read(update.slot)[BLOB_AT..BLOB_AT + update.length];
+        let (envelope, payload) = blob::decode(bytes).map_err(Refusal::Blob)?;
+        if envelope.blob_length() != update.length {
+            return Err(Refusal::Blob(BlobError::Malformed));
+        }
+        if envelope.generation <= newest {
+            return Err(Refusal::Stale { newest });
+        }
+        self.program(update.slot, 4, (update.length as u32).to_le_bytes())?;
+        self.program(update.slot, 0, COMMITTED.to_le_bytes())?;
+        Ok((update.slot, envelope, payload))
+    }
+
+    /// Programs a word and reads it back.
+    fn program(&mut self, slot: Slot, offset: usize, word: [u8; 4]) -> Result<(), Refusal> {
+        self.flash.program(slot, offset, word).map_err(|_| Refusal::FlashWrite)?;
+        if self.flash.read(slot)[offset..offset + 4] != word {
+            return Err(Refusal::FlashWrite);
+        }
+        Ok(())
+    }
+}
+
+/// The envelope of a slot whose commit word stands.
+fn committed(slot: &[u8; SLOT_BYTES]) -> Option<Envelope> {
+    let word = |at: usize| u32::from_le_bytes([slot[at], slot[at + 1], slot[at + 2], slot[at + 3]]);
+    if word(0) != COMMITTED {
+        return None;
+    }
+    let envelope = Envelope::read(&slot[BLOB_AT..]).ok()?;
+    (word(4) as usize == envelope.blob_length()).then_some(envelope)
+}
+
+/// The network of a committed slot, checked throughout; `None` where none was committed.
+fn load(slot: &[u8; SLOT_BYTES]) -> Result<Option<(Envelope, Payload)>, BlobError> {
+    let Some(envelope) = committed(slot) else { return Ok(None) };
+    blob::decode(&slot[BLOB_AT..BLOB_AT + envelope.blob_length()]).map(Some)
+}

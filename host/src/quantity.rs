@@ -1,0 +1,57 @@
+//! A value with its standard uncertainty.
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// A value and its standard uncertainty u (k = 1), both in the unit the field's name states.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Quantity {
+    pub value: f64,
+    pub u: f64,
+}
+
+impl Quantity {
+    pub fn new(value: f64, u: f64) -> Self {
+        Self { value, u }
+    }
+
+    /// A value taken as known.
+    pub fn exact(value: f64) -> Self {
+        Self { value, u: 0.0 }
+    }
+
+    /// Whether `truth` lies within `k` standard uncertainties.
+    pub fn holds(&self, truth: f64, k: f64) -> bool {
+        (truth - self.value).abs() <= k * self.u
+    }
+}
+
+/// The value to the second significant digit of its uncertainty, then the uncertainty: `0.5321 ± 0.0017`.
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let decimals = if self.u > 0.0 && self.u.is_finite() {
+            (1 - self.u.log10().floor() as i32).clamp(0, 12) as usize
+        } else {
+            f.precision().unwrap_or(6)
+        };
+        write!(f, "{:.decimals$} ± {:.decimals$}", self.value, self.u)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shown_to_two_digits_of_the_uncertainty() {
+        assert_eq!(Quantity::new(0.532_143, 0.001_71).to_string(), "0.5321 ± 0.0017");
+        assert_eq!(Quantity::new(-12.0, 3.0).to_string(), "-12.0 ± 3.0");
+        assert_eq!(format!("{:.2}", Quantity::exact(1.0)), "1.00 ± 0.00");
+    }
+
+    #[test]
+    fn json_is_value_and_u() {
+        let json = serde_json::to_string(&Quantity::new(1.5, 0.25)).unwrap();
+        assert_eq!(json, r#"{"value":1.5,"u":0.25}"#);
+    }
+}

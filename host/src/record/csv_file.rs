@@ -1,0 +1,123 @@
+//! Records as CSV files.
+
+use super::Record;
+use crate::error::{Error, Result};
+use crate::{files, interrupt};
+use csv::ByteRecord;
+use std::path::Path;
+use yawrig_shared::units::deg_from_rad;
+
+/// The first lines a record may have.
+pub const ACCEPTED_COLUMNS: &str = "time_s,yaw_deg or time_s,yaw_rad";
+
+/// Fewer samples than this hold no three cycles at any rate: the fastest mode (4.2 Hz) at 20 Hz has 14.
+const FEWEST_SAMPLES: usize = 10;
+
+/// Rows between two looks at Ctrl-C.
+const ROWS_PER_CHECK: usize = 100_000;
+
+/// The size of one unit of the second column in degrees, from the first line.
+fn unit_deg(file: &Path, header: &ByteRecord) -> Result<f64> {
+    let names: Vec<String> = header
+        .iter()
+        .map(|name| String::from_utf8_lossy(name).trim_start_matches('\u{feff}').trim().to_owned())
+        .collect();
+    let fail = |what: &str| {
+        Error::data(format!("{}, line 1: {what}", file.display()))
+            .help(format!("make the first line {ACCEPTED_COLUMNS}"))
+    };
+    match names.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["time_s", "yaw_deg"] => Ok(1.0),
+        ["time_s", "yaw_rad"] => Ok(deg_from_rad(1.0)),
+        ["time_s", other] => {
+            Err(fail(&format!("the second column is {other:?}, not yaw_deg or yaw_rad")))
+        }
+        [other, _] => Err(fail(&format!("the first column is {other:?}, not time_s"))),
+        _ => Err(fail(&format!("{} columns instead of two", names.len()))),
+    }
+}
+
+/// A finite number, or why it is none.
+fn number(field: &[u8]) -> std::result::Result<f64, String> {
+    let text = String::from_utf8_lossy(field);
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(_) => Err(format!("{text:?} is not a finite number")),
+        Err(_) => Err(format!("{text:?} is not a number")),
+    }
+}
+
+pub(super) fn read(file: &Path) -> Result<Record> {
+    let named = file.display();
+    let unreadable = |e: &dyn std::fmt::Display| {
+        Error::data(format!("cannot read {named}: {e}")).help("give the path of a CSV record")
+    };
+    if file.is_dir() {
+        return Err(unreadable(&"it is a folder"));
+    }
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_path(file)
+        .map_err(|e| unreadable(&e))?;
+    let mut row = ByteRecord::new();
+    if !reader.read_byte_record(&mut row).map_err(|e| unreadable(&e))? {
+        return Err(Error::data(format!("{named}, line 1: the file is empty"))
+            .help(format!("a record starts with {ACCEPTED_COLUMNS}")));
+    }
+    let unit_deg = unit_deg(file, &row)?;
+    let mut record = Record { file: file.to_owned(), time_s: Vec::new(), yaw_deg: Vec::new() };
+    let mut line = 1;
+    while reader.read_byte_record(&mut row).map_err(|e| unreadable(&e))? {
+        line = row.position().map_or(line + 1, csv::Position::line);
+        let fail = |what: String, help: &str| {
+            Error::data(format!("{named}, line {line}: {what}")).help(help)
+        };
+        if row.len() != 2 {
+            let what = format!("{} fields instead of two", row.len());
+            return Err(fail(what, "each line holds a time and an angle, with a decimal point"));
+        }
+        let repair = "correct this line or leave it out";
+        let time_s = number(&row[0]).map_err(|why| fail(format!("time_s: {why}"), repair))?;
+        let yaw = number(&row[1]).map_err(|why| fail(format!("yaw angle: {why}"), repair))?;
+        if let Some(&before) = record.time_s.last() {
+            if time_s <= before {
+                let how = if time_s < before { "runs backwards" } else { "stands still" };
+                let what = format!("time {how}, from {before} s to {time_s} s");
+                return Err(fail(what, "sort the record by time, or cut it here"));
+            }
+        }
+        record.time_s.push(time_s);
+        record.yaw_deg.push(yaw * unit_deg);
+        if record.len() % ROWS_PER_CHECK == 0 {
+            interrupt::check()?;
+        }
+    }
+    if record.len() < FEWEST_SAMPLES {
+        return Err(Error::data(format!(
+            "{named}, line {line}: the record ends after {} samples, too short for three cycles",
+            record.len()
+        ))
+        .help("record at least three cycles of the swing"));
+    }
+    Ok(record)
+}
+
+/// Writes (time in s, yaw angle in deg) as they come, whole or not at all.
+///
+/// # Errors
+/// Exit 3 where the file cannot be written, 130 where the user stops it.
+pub fn write_samples(file: &Path, samples: impl Iterator<Item = (f64, f64)>) -> Result<()> {
+    files::write_atomically_with(file, |out| {
+        let fail = |e: std::io::Error| files::cannot_write(file, &e);
+        writeln!(out, "time_s,yaw_deg").map_err(fail)?;
+        for (row, (time_s, yaw_deg)) in samples.enumerate() {
+            writeln!(out, "{time_s:.6},{yaw_deg:.6}").map_err(fail)?;
+            if row % ROWS_PER_CHECK == 0 {
+                interrupt::check()?;
+            }
+        }
+        Ok(())
+    })
+}

@@ -1,0 +1,192 @@
+//! A network as bytes: what `train` writes, the wire carries and a slot keeps.
+//!
+//! ```text
+//! 0  magic "YRN1"      4  format version u16   6  envelope length u16 (24)
+//! 8  payload length    12 generation           16 payload CRC-32   20 CRC-32 of bytes 0..20
+//! 24 payload: postcard of [`Payload`]
+//! ```
+//! Numbers are little-endian. The envelope never changes, so a device can always tell a blob it
+//! is too old for from a broken one.
+
+use crate::checksum::crc32;
+use crate::features::FEATURES;
+use crate::network::{Network, NetworkError, OUTPUTS};
+use heapless::{String, Vec};
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+pub const MAGIC: [u8; 4] = *b"YRN1";
+pub const FORMAT: u16 = 1;
+pub const ENVELOPE: usize = 24;
+/// Longest blob: weights of 4 KiB, golden vectors and the rest.
+pub const LONGEST: usize = 8192;
+/// Fewest and most golden vectors.
+pub const GOLDEN: core::ops::RangeInclusive<usize> = 2..=4;
+
+/// One input vector and the bits the network must make of it on any machine.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Golden {
+    /// Scaled inputs, as bits of `f32`.
+    pub inputs: Vec<u32, FEATURES>,
+    /// Natural frequency (rad/s) and damping ratio, as bits of `f32`.
+    pub outputs: [u32; OUTPUTS],
+}
+
+/// How a network came about.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Provenance {
+    /// Version of the program that trained it.
+    pub trainer: String<16>,
+    pub seed: u64,
+    pub samples: u32,
+    pub epochs: u32,
+    /// Noise in the training windows, rms as a share of the peak: lowest and highest.
+    pub noise: [f32; 2],
+}
+
+/// What the envelope is about.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Payload {
+    pub network: Network,
+    pub provenance: Provenance,
+    pub golden: Vec<Golden, 4>,
+}
+
+/// Why a blob was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum BlobError {
+    /// Shorter than its envelope says, or than an envelope.
+    Truncated,
+    /// Does not begin with the magic.
+    NotABlob,
+    /// Written in a later format.
+    Format {
+        theirs: u16,
+    },
+    /// Longer than a slot.
+    TooLong,
+    EnvelopeCorrupt,
+    PayloadCorrupt,
+    /// The checksum is right but the contents do not decode.
+    Malformed,
+    Network(NetworkError),
+    /// Fewer than two golden vectors, or not of 41 inputs.
+    GoldenMissing,
+    /// This machine's arithmetic does not reproduce this golden vector.
+    GoldenDiffers {
+        vector: u8,
+    },
+    /// No room in the given buffer.
+    NoRoom,
+}
+
+/// What the envelope says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Envelope {
+    pub payload_length: usize,
+    pub generation: u32,
+    pub payload_crc: u32,
+}
+
+impl Envelope {
+    /// Reads and checks the first 24 bytes.
+    pub fn read(bytes: &[u8]) -> Result<Self, BlobError> {
+        let Some(head) = bytes.first_chunk::<ENVELOPE>() else { return Err(BlobError::Truncated) };
+        if head[..4] != MAGIC {
+            return Err(BlobError::NotABlob);
+        }
+        if crc32(&head[..20]) != word(head, 20) {
+            return Err(BlobError::EnvelopeCorrupt);
+        }
+        let format = u16::from_le_bytes([head[4], head[5]]);
+        if format != FORMAT {
+            return Err(BlobError::Format { theirs: format });
+        }
+        let payload_length = word(head, 8) as usize;
+        if payload_length > LONGEST - ENVELOPE {
+            return Err(BlobError::TooLong);
+        }
+        Ok(Self { payload_length, generation: word(head, 12), payload_crc: word(head, 16) })
+    }
+
+    /// Length of envelope and payload together.
+    pub fn blob_length(&self) -> usize {
+        ENVELOPE + self.payload_length
+    }
+
+    fn write(&self) -> [u8; ENVELOPE] {
+        let mut head = [0; ENVELOPE];
+        head[..4].copy_from_slice(&MAGIC);
+        head[4..6].copy_from_slice(&FORMAT.to_le_bytes());
+        head[6..8].copy_from_slice(&(ENVELOPE as u16).to_le_bytes());
+        head[8..12].copy_from_slice(&(self.payload_length as u32).to_le_bytes());
+        head[12..16].copy_from_slice(&self.generation.to_le_bytes());
+        head[16..20].copy_from_slice(&self.payload_crc.to_le_bytes());
+        let crc = crc32(&head[..20]);
+        head[20..24].copy_from_slice(&crc.to_le_bytes());
+        head
+    }
+}
+
+fn word(bytes: &[u8; ENVELOPE], at: usize) -> u32 {
+    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+}
+
+/// Writes a blob to `buffer`; returns its length.
+pub fn encode(payload: &Payload, generation: u32, buffer: &mut [u8]) -> Result<usize, BlobError> {
+    let room = buffer.get_mut(ENVELOPE..).ok_or(BlobError::NoRoom)?;
+    let written = postcard::to_slice(payload, room).map_err(|_| BlobError::NoRoom)?;
+    let payload_length = written.len();
+    if payload_length > LONGEST - ENVELOPE {
+        return Err(BlobError::TooLong);
+    }
+    let envelope = Envelope { payload_length, generation, payload_crc: crc32(written) };
+    buffer[..ENVELOPE].copy_from_slice(&envelope.write());
+    Ok(envelope.blob_length())
+}
+
+/// Gives a blob another generation, which decides what network of two a device runs.
+pub fn set_generation(blob: &mut [u8], generation: u32) -> Result<(), BlobError> {
+    let envelope = Envelope { generation, ..Envelope::read(blob)? };
+    blob[..ENVELOPE].copy_from_slice(&envelope.write());
+    Ok(())
+}
+
+/// Reads a blob and checks everything there is to check, the golden vectors bit for bit.
+pub fn decode(bytes: &[u8]) -> Result<(Envelope, Payload), BlobError> {
+    let envelope = Envelope::read(bytes)?;
+    let payload = bytes.get(ENVELOPE..envelope.blob_length()).ok_or(BlobError::Truncated)?;
+    if crc32(payload) != envelope.payload_crc {
+        return Err(BlobError::PayloadCorrupt);
+    }
+    let payload: Payload = postcard::from_bytes(payload).map_err(|_| BlobError::Malformed)?;
+    payload.network.check().map_err(BlobError::Network)?;
+    check_golden(&payload)?;
+    Ok((envelope, payload))
+}
+
+fn check_golden(payload: &Payload) -> Result<(), BlobError> {
+    if !GOLDEN.contains(&payload.golden.len()) {
+        return Err(BlobError::GoldenMissing);
+    }
+    for (vector, golden) in payload.golden.iter().enumerate() {
+        let Ok(bits) = <&[u32; FEATURES]>::try_from(golden.inputs.as_slice()) else {
+            return Err(BlobError::GoldenMissing);
+        };
+        let made = payload.network.estimate_inputs(&bits.map(f32::from_bits));
+        let made = [made.natural_frequency_rad_s.to_bits(), made.damping_ratio.to_bits()];
+        if made != golden.outputs {
+            return Err(BlobError::GoldenDiffers { vector: vector as u8 });
+        }
+    }
+    Ok(())
+}
+
+/// The golden vector of these scaled inputs.
+pub fn golden(network: &Network, inputs: &[f32; FEATURES]) -> Golden {
+    let made = network.estimate_inputs(inputs);
+    Golden {
+        inputs: inputs.iter().map(|x| x.to_bits()).collect(),
+        outputs: [made.natural_frequency_rad_s.to_bits(), made.damping_ratio.to_bits()],
+    }
+}

@@ -1,0 +1,10 @@
+//! The one checksum of frames, blobs and slots.
+
+use crc::{Crc, CRC_32_ISO_HDLC};
+
+const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+/// CRC-32 (ISO-HDLC, the one of zip and Ethernet).
+pub fn crc32(bytes: &[u8]) -> u32 {
+    CRC.checksum(bytes)
+}

@@ -1,0 +1,265 @@
+//! Forward pass of a small multilayer perceptron, the same bits on host and device.
+
+use crate::features::{FeatureKind, Features, InputScaling, FEATURES};
+use heapless::Vec;
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// Widest layer, the inputs' included.
+pub const WIDEST: usize = 48;
+/// Most layers, inputs and outputs included.
+pub const MOST_LAYERS: usize = 5;
+/// Most weights and biases: 41-20-2 has 882.
+pub const MOST_WEIGHTS: usize = 1024;
+/// Natural frequency and damping ratio.
+pub const OUTPUTS: usize = 2;
+/// Columns of a layer that are summed side by side, each in a register of its own.
+const COLUMNS: usize = 6;
+
+/// What the hidden nodes do. Outputs are linear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Activation {
+    Tanh,
+}
+
+/// `physical = offset + gain * output`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct OutputScaling {
+    pub offset: f32,
+    pub gain: f32,
+}
+
+/// The stretch of natural frequency and damping ratio a network was trained on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct TrainedRange {
+    pub natural_frequency_rad_s: [f32; 2],
+    pub damping_ratio: [f32; 2],
+}
+
+impl TrainedRange {
+    pub fn holds(&self, estimate: &Estimate) -> bool {
+        let within = |[low, high]: [f32; 2], x: f32| x >= low && x <= high;
+        within(self.natural_frequency_rad_s, estimate.natural_frequency_rad_s)
+            && within(self.damping_ratio, estimate.damping_ratio)
+    }
+}
+
+/// Natural frequency and damping ratio of one window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    pub natural_frequency_rad_s: f32,
+    pub damping_ratio: f32,
+}
+
+/// A frozen network with everything that belongs to it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Network {
+    /// Nodes in each layer, inputs first: 41, 6, 2.
+    pub topology: Vec<u8, MOST_LAYERS>,
+    pub activation: Activation,
+    pub features: FeatureKind,
+    pub inputs: InputScaling,
+    /// Natural frequency in rad/s, then damping ratio.
+    pub outputs: [OutputScaling; OUTPUTS],
+    pub range: TrainedRange,
+    /// Rms error of one window on the test set at the noise trained for, rad/s and 1.
+    pub test_rms: [f32; OUTPUTS],
+    /// Layer by layer a row of biases, then a row for each input, each as long as the layer is
+    /// wide: the weights a node's neighbours use at once stand side by side.
+    pub weights: Vec<f32, MOST_WEIGHTS>,
+}
+
+/// What is wrong with a network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum NetworkError {
+    /// Not 41 inputs, not two outputs, a layer too wide or empty, or too many layers.
+    Topology,
+    /// The number of weights is not what the topology needs.
+    WeightCount,
+    /// A weight or scale is not a finite number, or a scale is nought.
+    NotFinite,
+}
+
+/// Weights and biases a topology needs.
+pub fn weight_count(topology: &[u8]) -> usize {
+    topology.windows(2).map(|pair| (pair[0] as usize + 1) * pair[1] as usize).sum()
+}
+
+impl Network {
+    /// Whether this is a network that [`Network::estimate`] can run.
+    pub fn check(&self) -> Result<(), NetworkError> {
+        let ends = (self.topology.first(), self.topology.last());
+        if self.topology.len() < 2
+            || ends != (Some(&(FEATURES as u8)), Some(&(OUTPUTS as u8)))
+            || self.topology.iter().any(|&width| width == 0 || width as usize > WIDEST)
+        {
+            return Err(NetworkError::Topology);
+        }
+        if weight_count(&self.topology) != self.weights.len() {
+            return Err(NetworkError::WeightCount);
+        }
+        let gains = [
+            self.inputs.shape_gain,
+            self.inputs.reciprocal_gain_s,
+            self.outputs[0].gain,
+            self.outputs[1].gain,
+        ];
+        let offsets =
+            [self.inputs.reciprocal_offset_hz, self.outputs[0].offset, self.outputs[1].offset];
+        let ranges = [self.range.natural_frequency_rad_s, self.range.damping_ratio, self.test_rms];
+        let finite = self.weights.iter().chain(&offsets).chain(ranges.iter().flatten());
+        if !finite.clone().all(|x| x.is_finite()) || !gains.iter().all(|x| x.is_normal()) {
+            return Err(NetworkError::NotFinite);
+        }
+        Ok(())
+    }
+
+    /// Natural frequency and damping ratio of a window. The network has been checked.
+    pub fn estimate(&self, features: &Features) -> Estimate {
+        self.estimate_inputs(&self.inputs.apply(&features.values))
+    }
+
+    /// The same from inputs scaled already, as golden vectors hold them.
+    pub fn estimate_inputs(&self, inputs: &[f32; FEATURES]) -> Estimate {
+        let [frequency, damping] = forward(&self.topology, &self.weights, inputs);
+        let [f, d] = &self.outputs;
+        Estimate {
+            natural_frequency_rad_s: f.offset + f.gain * frequency,
+            damping_ratio: d.offset + d.gain * damping,
+        }
+    }
+}
+
+/// Scaled outputs for scaled inputs. Topology and weights have passed [`Network::check`].
+pub fn forward(topology: &[u8], weights: &[f32], inputs: &[f32]) -> [f32; OUTPUTS] {
+    let mut values = [0.0_f32; WIDEST];
+    let mut next = [0.0_f32; WIDEST];
+    let mut weights = weights;
+    let mut given = inputs;
+    let last = topology.len() - 1;
+    for (layer, &width) in topology.iter().enumerate().skip(1) {
+        let width = width as usize;
+        let (own, rest) = weights.split_at((given.len() + 1) * width);
+        weights = rest;
+        let mut column = 0;
+        while column < width {
+            let output = &mut next[column..width];
+            column += match width - column {
+                1 => sums::<1>(own, width, column, given, output),
+                2 => sums::<2>(own, width, column, given, output),
+                3 => sums::<3>(own, width, column, given, output),
+                4 => sums::<4>(own, width, column, given, output),
+                5 => sums::<5>(own, width, column, given, output),
+                _ => sums::<COLUMNS>(own, width, column, given, output),
+            };
+        }
+        if layer != last {
+            for value in &mut next[..width] {
+                *value = tanh(*value);
+            }
+        }
+        values[..width].copy_from_slice(&next[..width]);
+        given = &values[..width];
+    }
+    [given[0], given[1]]
+}
+
+/// Net inputs of `N` neighbouring nodes, in `N` accumulators; returns `N`.
+#[inline(always)]
+fn sums<const N: usize>(
+    weights: &[f32],
+    width: usize,
+    column: usize,
+    inputs: &[f32],
+    output: &mut [f32],
+) -> usize {
+    let (biases, rows) = weights.split_at(width);
+    let mut totals = [0.0_f32; N];
+    totals.copy_from_slice(&biases[column..column + N]);
+    if width == N {
+        for (row, &input) in rows.chunks_exact(N).zip(inputs) {
+            for j in 0..N {
+                totals[j] += row[j] * input;
+            }
+        }
+    } else {
+        for (row, &input) in rows.chunks_exact(width).zip(inputs) {
+            let row = &row[column..column + N];
+            for j in 0..N {
+                totals[j] += row[j] * input;
+            }
+        }
+    }
+    output[..N].copy_from_slice(&totals);
+    N
+}
+
+/// Hyperbolic tangent as a rational function of degree 9 over 8, minimax on -8 to 8 (coefficients
+/// by linear programming); absolute error at most 4e-7 in `f32`. A third of `libm::tanhf`'s
+/// instructions.
+#[inline(always)]
+pub fn tanh(x: f32) -> f32 {
+    let x = x.clamp(-8.0, 8.0);
+    let z = x * x;
+    let p = 1.505_243_7e-8;
+    let p = 2.176_673_4e-5 + z * p;
+    let p = 3.563_766_6e-3 + z * p;
+    let p = 1.343_786_4e-1 + z * p;
+    let p = 9.999_999_7e-1 + z * p;
+    let q = 8.449_909_7e-7;
+    let q = 3.398_538_8e-4 + z * q;
+    let q = 2.613_453_7e-2 + z * q;
+    let q = 4.677_118_5e-1 + z * q;
+    let q = 1.0 + z * q;
+    x * p / q
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tanh_is_within_4e_7_everywhere() {
+        let mut worst = 0.0_f64;
+        for i in -120_000..=120_000 {
+            let x = i as f32 * 1e-4;
+            worst = worst.max((f64::from(tanh(x)) - libm::tanh(f64::from(x))).abs());
+        }
+        assert!(worst < 4e-7, "{worst}");
+        assert_eq!(tanh(f32::INFINITY), tanh(8.0));
+    }
+
+    #[test]
+    fn forward_is_the_plain_double_sum() {
+        // A layer of each width class: six, more than six, fewer.
+        let topology = [41_u8, 6, 14, 3, 2];
+        let count = weight_count(&topology);
+        assert_eq!(count, 42 * 6 + 7 * 14 + 15 * 3 + 4 * 2);
+        let mut state = 12345_u32;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+        };
+        let weights: Vec<f32, 512> = (0..count).map(|_| random() * 0.5).collect();
+        let inputs: [f32; 41] = core::array::from_fn(|_| random());
+        let mut given: Vec<f64, 48> = inputs.iter().map(|&x| f64::from(x)).collect();
+        let mut at = 0;
+        for layer in 1..topology.len() {
+            let width = topology[layer] as usize;
+            let mut out = Vec::<f64, 48>::new();
+            for j in 0..width {
+                let mut total = f64::from(weights[at + j]);
+                for (i, x) in given.iter().enumerate() {
+                    total += f64::from(weights[at + (i + 1) * width + j]) * x;
+                }
+                out.push(if layer < 4 { libm::tanh(total) } else { total }).unwrap();
+            }
+            at += (given.len() + 1) * width;
+            given = out;
+        }
+        let outputs = forward(&topology, &weights, &inputs);
+        for (ours, plain) in outputs.iter().zip(&given) {
+            assert!((f64::from(*ours) - plain).abs() < 2e-6, "{ours} {plain}");
+        }
+    }
+}

@@ -1,0 +1,444 @@
+//! Three-cycle windows of a decaying oscillation, found while it is recorded.
+//!
+//! Extremes of the block means give the mid-line and bracket each zero crossing; a straight line
+//! through the samples about a crossing times it to a fraction of a sample. A regression over
+//! the window's crossings (start, half period, and an alternating term that takes up what is left
+//! of the mid-line's error) then says where the third cycle *will* end, so that the window is
+//! closed by the first sample at or after its end and not when later samples have confirmed it.
+
+use crate::history::{History, Moment, BLOCK};
+use heapless::Deque;
+
+/// Cycles in a window (thesis 4.5.2).
+pub const CYCLES: usize = 3;
+/// Rate of the device's samples.
+pub const SAMPLE_RATE_HZ: f32 = 1000.0;
+
+const HALF_CYCLES: usize = 2 * CYCLES;
+/// Fewest crossings that may fix a window: two cycles and the alternating term's degree of freedom.
+const FEWEST_CROSSINGS: usize = 5;
+/// Half-width of the straight line through a crossing, as a share of the half period between
+/// the extremes about it. At a sixth the sine still deviates by 4 % of its own height only, and
+/// does so symmetrically.
+const LINE_SHARE: f32 = 1.0 / 6.0;
+const LINE_SAMPLES: core::ops::RangeInclusive<i32> = 3..=200;
+
+/// What the tracker looks for. All in degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// The first peak inside a window is at most this high above the mid-line.
+    pub from_deg: f32,
+    /// The oscillation has ended once a peak is lower than this.
+    pub to_deg: f32,
+    /// Smallest movement that counts as an extreme, well above the noise of a block mean.
+    pub least_swing_deg: f32,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { from_deg: 10.0, to_deg: 1.0, least_swing_deg: 0.4 }
+    }
+}
+
+/// A turning point of the block means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extreme {
+    pub at: u32,
+    pub yaw_deg: f32,
+}
+
+/// A passage through the mid-line.
+#[derive(Clone, Copy, Debug)]
+struct Crossing {
+    at: Moment,
+    /// Square of the line's slope: the weight of its time.
+    weight: f32,
+    rising: bool,
+    number: u32,
+}
+
+/// Three consecutive cycles, from a zero crossing to the sixth after it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    pub start: Moment,
+    /// Length of the three cycles in samples.
+    pub length: f32,
+    /// Height of the mid-line, degrees.
+    pub midline_deg: f32,
+    /// Whether the first half cycle lies above the mid-line.
+    pub rising: bool,
+    /// First sample at or after the end of the third cycle.
+    pub end: u32,
+}
+
+impl Window {
+    /// The moment a share (0 to 1) of the way through.
+    pub fn moment(&self, share: f32) -> Moment {
+        Moment::after(self.start.sample, self.start.fraction + share * self.length)
+    }
+}
+
+/// What one sample brought to light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Finding {
+    /// A turning point; `amplitude_deg` above the mid-line once there have been three.
+    Extreme { extreme: Extreme, amplitude_deg: Option<f32> },
+    /// Three cycles are complete.
+    Window(Window),
+}
+
+/// Follows an oscillation sample by sample.
+#[derive(Clone, Debug)]
+pub struct Tracker<S> {
+    history: History<S>,
+    limits: Limits,
+    /// The block mean the tracking began with: not a turning point unless the model was held there.
+    began: Option<Extreme>,
+    held: bool,
+    /// Highest and lowest block mean since the last extreme.
+    high: Option<Extreme>,
+    low: Option<Extreme>,
+    /// Last three extremes, newest last.
+    extremes: Deque<Extreme, 3>,
+    /// 1: rising towards a maximum, -1: falling, 0: not known yet.
+    heading: i8,
+    midline: Midline,
+    crossings: Deque<Crossing, HALF_CYCLES>,
+    crossings_seen: u32,
+    /// Number of the crossing the next window starts at, once one has started.
+    starts_at: Option<u32>,
+    end: Option<Moment>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Midline {
+    degrees: f32,
+    count: u32,
+}
+
+impl Midline {
+    /// Averages over the last eight estimates, so that a slow drift is followed.
+    fn add(&mut self, degrees: f32) {
+        self.count = (self.count + 1).min(8);
+        self.degrees += (degrees - self.degrees) / self.count as f32;
+    }
+}
+
+impl<S: Copy + Default + Into<f32>> Tracker<S> {
+    /// A tracker without samples; `scale` in degrees per unit of `S`, `zero` an `S` of nought.
+    pub const fn new(zero: S, scale: f32, limits: Limits) -> Self {
+        Self {
+            history: History::new(zero, scale),
+            limits,
+            began: None,
+            held: false,
+            high: None,
+            low: None,
+            extremes: Deque::new(),
+            heading: 0,
+            midline: Midline { degrees: 0.0, count: 0 },
+            crossings: Deque::new(),
+            crossings_seen: 0,
+            starts_at: None,
+            end: None,
+        }
+    }
+
+    pub fn history(&self) -> &History<S> {
+        &self.history
+    }
+
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// New limits and scale, for the next release.
+    pub fn configure(&mut self, scale: f32, limits: Limits) {
+        self.history.set_scale(scale);
+        self.limits = limits;
+    }
+
+    /// Mid-line in degrees, once three extremes have been seen.
+    pub fn midline_deg(&self) -> Option<f32> {
+        (self.midline.count > 0).then_some(self.midline.degrees)
+    }
+
+    /// Forgets the oscillation, not the samples. `held` is where the model was let go, if it was:
+    /// that is the new oscillation's first extreme.
+    pub fn restart(&mut self, held: Option<Extreme>) {
+        self.began = held;
+        self.held = held.is_some();
+        self.high = held;
+        self.low = held;
+        self.extremes.clear();
+        self.heading = 0;
+        self.midline = Midline::default();
+        self.crossings.clear();
+        self.crossings_seen = 0;
+        self.starts_at = None;
+        self.end = None;
+    }
+
+    /// Takes the next sample. Returns the mean of the block it completed, if it did, and what it
+    /// brought to light.
+    #[inline]
+    pub fn push(&mut self, sample: S) -> (Option<f32>, Option<Finding>) {
+        let index = self.history.next_index();
+        let block = self.history.push(sample);
+        if let Some(window) = self.close(index) {
+            // An extreme that this same sample would confirm is confirmed by the next block.
+            return (block, Some(Finding::Window(window)));
+        }
+        let Some(mean) = block else { return (None, None) };
+        let finding = self.turn(index.wrapping_sub(BLOCK as u32 / 2), mean);
+        (Some(mean), finding)
+    }
+
+    /// Extremes with hysteresis: a maximum is one when the block means have fallen half of
+    /// its own height below it: late enough for noise at 1 deg, early enough for the next crossing.
+    fn turn(&mut self, at: u32, mean: f32) -> Option<Finding> {
+        let now = Extreme { at, yaw_deg: mean };
+        let began = *self.began.get_or_insert(now);
+        let high = *self.high.get_or_insert(now);
+        let low = *self.low.get_or_insert(now);
+        if mean > high.yaw_deg {
+            self.high = Some(now);
+        }
+        if mean < low.yaw_deg {
+            self.low = Some(now);
+        }
+        let swing = match (self.extremes.back(), self.heading) {
+            (Some(last), 1) => high.yaw_deg - last.yaw_deg,
+            (Some(last), -1) => last.yaw_deg - low.yaw_deg,
+            _ => 0.0,
+        };
+        let enough = (0.25 * swing).max(self.limits.least_swing_deg);
+        let (extreme, heading) = if self.heading >= 0 && high.yaw_deg - mean > enough {
+            (high, -1)
+        } else if self.heading <= 0 && mean - low.yaw_deg > enough {
+            (low, 1)
+        } else {
+            return None;
+        };
+        self.heading = heading;
+        self.high = Some(now);
+        self.low = Some(now);
+        if extreme == began && !self.held {
+            // The record began in mid-swing.
+            return None;
+        }
+        if self.extremes.is_full() {
+            self.extremes.pop_front();
+        }
+        // Room was made above.
+        let _ = self.extremes.push_back(extreme);
+        let amplitude_deg = self.place_midline();
+        self.cross();
+        Some(Finding::Extreme { extreme, amplitude_deg })
+    }
+
+    /// Mid-line from three extremes: e0 - c, e1 - c, e2 - c are a geometric series whatever the
+    /// damping (Aitken). Returns the newest extreme's height above it.
+    fn place_midline(&mut self) -> Option<f32> {
+        let mut e = self.extremes.iter().map(|e| e.yaw_deg);
+        let (e0, e1, e2) = (e.next()?, e.next()?, e.next()?);
+        let curvature = e0 - 2.0 * e1 + e2;
+        self.midline.add(e0 - (e1 - e0) * (e1 - e0) / curvature);
+        Some(libm::fabsf(e2 - self.midline.degrees))
+    }
+
+    /// Times the crossings between the last extremes: the newest one, or the two newest ones
+    /// when the mid-line has only just become known.
+    fn cross(&mut self) {
+        let mut e = self.extremes.iter().copied();
+        let (Some(e0), Some(e1), Some(e2)) = (e.next(), e.next(), e.next()) else { return };
+        if self.crossings_seen == 0 {
+            self.time_crossing(e0, e1);
+        }
+        self.time_crossing(e1, e2);
+    }
+
+    fn time_crossing(&mut self, before: Extreme, after: Extreme) {
+        self.crossings_seen += 1;
+        let number = self.crossings_seen;
+        let amplitude = libm::fabsf(after.yaw_deg - self.midline.degrees);
+        let wanted = match self.starts_at {
+            Some(first) => number >= first,
+            None => amplitude <= self.limits.from_deg,
+        };
+        if !wanted {
+            return;
+        }
+        let Some((at, slope)) = self.line_through(before, after) else { return };
+        self.starts_at.get_or_insert(number);
+        let crossing = Crossing { at, weight: slope * slope, rising: slope > 0.0, number };
+        if self.crossings.push_back(crossing).is_err() {
+            // Six crossings through which no line goes: begin anew with this one.
+            self.crossings.clear();
+            self.starts_at = Some(number);
+            let _ = self.crossings.push_back(crossing);
+        }
+        self.end = self.regress().map(|fit| fit.end);
+    }
+
+    /// The moment of the crossing between two extremes, and the slope in degrees per sample.
+    fn line_through(&self, before: Extreme, after: Extreme) -> Option<(Moment, f32)> {
+        let half_period = after.at.wrapping_sub(before.at) as i32;
+        let sign = if after.yaw_deg > before.yaw_deg { 1.0 } else { -1.0 };
+        // Block means are monotone between extremes but for noise: bisect.
+        let (mut low, mut high) = (before.at, after.at);
+        while high.wrapping_sub(low) > BLOCK as u32 {
+            let middle = low.wrapping_add(high.wrapping_sub(low) / 2);
+            if (self.history.block_mean(middle) - self.midline.degrees) * sign < 0.0 {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let reach = ((half_period as f32 * LINE_SHARE) as i32)
+            .clamp(*LINE_SAMPLES.start(), *LINE_SAMPLES.end());
+        let newest = self.history.next_index().wrapping_sub(1);
+        let mut centre = low.wrapping_add(high.wrapping_sub(low) / 2);
+        let mut found = None;
+        for _ in 0..3 {
+            let first = centre.wrapping_sub(reach as u32);
+            let kept = first.wrapping_sub(self.history.oldest()) as i32 >= 0
+                && newest.wrapping_sub(centre) as i32 >= reach;
+            if !kept {
+                return found;
+            }
+            let (mut sum, mut moment) = (0.0_f32, 0.0_f32);
+            for k in -reach..=reach {
+                let y = self.history.degrees(centre.wrapping_add(k as u32)) - self.midline.degrees;
+                sum += y;
+                moment += k as f32 * y;
+            }
+            let n = (2 * reach + 1) as f32;
+            let slope = moment * 3.0 / (n * reach as f32 * (reach + 1) as f32);
+            if slope * sign <= 0.0 {
+                return found;
+            }
+            let offset = (-(sum / n) / slope).clamp(-(half_period as f32), half_period as f32);
+            let at = Moment::after(centre, offset);
+            found = Some((at, slope));
+            let nearest = at.sample.wrapping_add((at.fraction >= 0.5) as u32);
+            if nearest == centre {
+                break;
+            }
+            centre = nearest;
+        }
+        found
+    }
+
+    /// Weighted regression over this window's crossings.
+    fn regress(&self) -> Option<Fit> {
+        if self.crossings.len() < FEWEST_CROSSINGS {
+            return None;
+        }
+        let first = self.crossings.front()?;
+        let origin = first.at.sample;
+        // Normal equations for t = start + k half + (-1)^k alternation.
+        let mut a = [[0.0_f32; 3]; 3];
+        let mut b = [0.0_f32; 3];
+        for crossing in self.crossings.iter() {
+            let k = crossing.number.wrapping_sub(first.number);
+            let row = [1.0, k as f32, if k % 2 == 0 { 1.0 } else { -1.0 }];
+            let w = crossing.weight / first.weight;
+            let t = crossing.at.since(origin);
+            for i in 0..3 {
+                for j in 0..3 {
+                    a[i][j] += w * row[i] * row[j];
+                }
+                b[i] += w * row[i] * t;
+            }
+        }
+        let [start, half, _] = solve3(a, b)?;
+        let length = HALF_CYCLES as f32 * half;
+        Some(Fit {
+            start: Moment::after(origin, start),
+            length,
+            end: Moment::after(origin, start + length),
+            rising: first.rising,
+            next: first.number.wrapping_add(HALF_CYCLES as u32),
+        })
+    }
+
+    /// Closes the window when sample `index` is the first at or after its end.
+    #[inline]
+    fn close(&mut self, index: u32) -> Option<Window> {
+        let end = self.end?.next_sample();
+        if (index.wrapping_sub(end) as i32) < 0 {
+            return None;
+        }
+        let fit = self.regress();
+        self.end = None;
+        self.crossings.clear();
+        let fit = fit?;
+        self.starts_at = Some(fit.next);
+        let too_old = fit.start.sample.wrapping_sub(self.history.oldest()) as i32 <= 0;
+        if too_old || fit.length <= 0.0 {
+            return None;
+        }
+        let mut window = Window {
+            start: fit.start,
+            length: fit.length,
+            midline_deg: 0.0,
+            rising: fit.rising,
+            end: index,
+        };
+        window.midline_deg = self.window_midline(&window);
+        Some(window)
+    }
+
+    /// Mid-line from the means of the six half cycles: about it they alternate and shrink by
+    /// one factor q each, so every neighbouring pair gives it.
+    fn window_midline(&self, window: &Window) -> f32 {
+        let mut means = [0.0_f32; HALF_CYCLES];
+        let mut from = window.start;
+        for (i, mean) in means.iter_mut().enumerate() {
+            let to = window.moment((i + 1) as f32 / HALF_CYCLES as f32);
+            *mean = self.history.mean(from, to);
+            from = to;
+        }
+        let (mut product, mut square) = (0.0_f32, 0.0_f32);
+        for i in 0..HALF_CYCLES - 2 {
+            let step = means[i + 1] - means[i];
+            product -= (means[i + 2] - means[i + 1]) * step;
+            square += step * step;
+        }
+        let q = if square > 0.0 { (product / square).clamp(0.0, 2.0) } else { 1.0 };
+        // Weights 1 2 2 2 1: an error of q then cancels between neighbours.
+        let pair = |i: usize| (means[i + 1] + q * means[i]) / (1.0 + q);
+        (pair(0) + 2.0 * (pair(1) + pair(2) + pair(3)) + pair(4)) / 8.0
+    }
+}
+
+struct Fit {
+    start: Moment,
+    length: f32,
+    end: Moment,
+    rising: bool,
+    next: u32,
+}
+
+/// Solves a symmetric positive 3 x 3 system.
+fn solve3(mut a: [[f32; 3]; 3], mut b: [f32; 3]) -> Option<[f32; 3]> {
+    for i in 0..3 {
+        let pivot = a[i][i];
+        if pivot <= 0.0 || !pivot.is_finite() {
+            return None;
+        }
+        for row in i + 1..3 {
+            let factor = a[row][i] / pivot;
+            #[allow(clippy::needless_range_loop)]
+            for column in i..3 {
+                a[row][column] -= factor * a[i][column];
+            }
+            b[row] -= factor * b[i];
+        }
+    }
+    let z = b[2] / a[2][2];
+    let y = (b[1] - a[1][2] * z) / a[1][1];
+    let x = (b[0] - a[0][1] * y - a[0][2] * z) / a[0][0];
+    Some([x, y, z])
+}

@@ -1,0 +1,458 @@
+//! Frames on the serial line and what they carry.
+//!
+//! ```text
+//! 00 | COBS( version u8 | key u32 | sequence u16 | postcard body | CRC-32 ) | 00
+//! ```
+//! Numbers are little-endian; the CRC covers all before it. A key is the hash of a message
+//! type's name and shape, so one changed type cannot be taken for another. A request that is
+//! sent again keeps its sequence number, and the device repeats its reply without acting twice.
+//! Events have a sequence of their own. [`Hello`] has a key and an encoding that never change:
+//! with it two programs of any age find out whether they can talk.
+
+use crate::blob::BlobError;
+use crate::checksum::crc32;
+use crate::derivatives::{Model, Wind};
+use heapless::Vec;
+use postcard_schema::key::Key;
+use postcard_schema::Schema;
+use serde::{de::DeserializeOwned, Deserialize, Serialize};
+
+/// First byte of every frame.
+pub const VERSION: u8 = 1;
+/// Bytes of a blob in one chunk.
+pub const CHUNK: usize = 256;
+/// Longest frame before COBS: header, body and CRC.
+pub const LONGEST_FRAME: usize = 384;
+/// Longest frame on the line, both zeros included.
+pub const LONGEST_ENCODED: usize = LONGEST_FRAME + LONGEST_FRAME / 254 + 3;
+const HEADER: usize = 7;
+const TRAILER: usize = 4;
+
+/// Key of [`Hello`] and [`HelloReply`]: "HELO".
+pub const HELLO_KEY: u32 = u32::from_le_bytes(*b"HELO");
+
+/// A message type with its key.
+pub trait Message: Schema + Serialize + DeserializeOwned {
+    const KEY: u32 = {
+        let hash = Key::for_path::<Self>(Self::NAME).to_bytes();
+        u32::from_le_bytes([hash[0], hash[1], hash[2], hash[3]])
+    };
+    /// The name hashed with the shape.
+    const NAME: &'static str;
+}
+
+impl Message for Request {
+    const NAME: &'static str = "yawrig/request";
+}
+impl Message for Reply {
+    const NAME: &'static str = "yawrig/reply";
+}
+impl Message for Event {
+    const NAME: &'static str = "yawrig/event";
+}
+
+/// Who the device is. Never changes its encoding, which is fixed and not postcard's:
+/// protocol u16, request key u32, then 24 bytes of text each for firmware and board, padded with
+/// zeros.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HelloReply {
+    pub protocol: u16,
+    /// Key of this device's [`Request`]: equal keys, equal messages.
+    pub request_key: u32,
+    pub firmware: [u8; 24],
+    pub board: [u8; 24],
+}
+
+/// The host's first question; its body is empty.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Hello;
+
+impl HelloReply {
+    pub const LENGTH: usize = 54;
+
+    pub fn write(&self) -> [u8; Self::LENGTH] {
+        let mut bytes = [0; Self::LENGTH];
+        bytes[..2].copy_from_slice(&self.protocol.to_le_bytes());
+        bytes[2..6].copy_from_slice(&self.request_key.to_le_bytes());
+        bytes[6..30].copy_from_slice(&self.firmware);
+        bytes[30..].copy_from_slice(&self.board);
+        bytes
+    }
+
+    pub fn read(bytes: &[u8]) -> Option<Self> {
+        let bytes: &[u8; Self::LENGTH] = bytes.try_into().ok()?;
+        Some(Self {
+            protocol: u16::from_le_bytes([bytes[0], bytes[1]]),
+            request_key: u32::from_le_bytes([bytes[2], bytes[3], bytes[4], bytes[5]]),
+            firmware: bytes[6..30].try_into().ok()?,
+            board: bytes[30..].try_into().ok()?,
+        })
+    }
+
+    /// A text as the fixed field it is sent in; cut to 24 bytes.
+    pub fn text(text: &str) -> [u8; 24] {
+        let mut field = [0; 24];
+        for (to, from) in field.iter_mut().zip(text.bytes()) {
+            *to = from;
+        }
+        field
+    }
+}
+
+/// What the host asks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum Request {
+    Status,
+    /// Takes effect with the next release.
+    Configure(Settings),
+    /// What the coming releases are made under.
+    Condition(Condition),
+    /// Announces a blob of this many bytes; the idle slot is erased.
+    FlashBegin {
+        length: u32,
+    },
+    FlashChunk {
+        offset: u32,
+        bytes: Vec<u8, CHUNK>,
+    },
+    /// Verifies what was written, commits it and runs it.
+    FlashCommit,
+    /// Ends the running release once this many samples have come: the record is over.
+    EndRelease {
+        after_samples: u32,
+    },
+}
+
+/// The device's answer to a [`Request`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum Reply {
+    Done,
+    Status(Status),
+    Refused(Refusal),
+}
+
+/// Why a request was not carried out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum Refusal {
+    /// A setting out of its range.
+    Settings,
+    /// A chunk without a begin, or not at the expected offset.
+    FlashOrder { expected_offset: u32 },
+    /// The blob is refused; the old network runs on.
+    Blob(BlobError),
+    /// Not newer than the network that runs.
+    Stale { newest: u32 },
+    /// The flash did not take what was written.
+    FlashWrite,
+}
+
+/// How the device sees the potentiometer and what it analyses.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Settings {
+    pub degrees_per_count: f32,
+    /// Counts at nought degrees.
+    pub zero_counts: u16,
+    /// Highest count the converter gives.
+    pub full_scale_counts: u16,
+    /// Windows begin below this amplitude and end above the other.
+    pub from_deg: f32,
+    pub to_deg: f32,
+}
+
+impl Default for Settings {
+    /// A 16-bit converter with 0.005 deg a count, analysed from 10 to 1 deg.
+    fn default() -> Self {
+        Self {
+            degrees_per_count: 0.005,
+            zero_counts: 32768,
+            full_scale_counts: 65535,
+            from_deg: 10.0,
+            to_deg: 1.0,
+        }
+    }
+}
+
+/// What a release is made under, so that the device can give derivatives.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Condition {
+    /// Wind off: its result becomes the reference of the releases after it.
+    pub wind: Wind,
+    pub model: Model,
+    /// Moment of inertia about the yaw axis; nought: the device gives no derivatives.
+    pub inertia_kg_m2: f64,
+}
+
+/// State of one slot of the network store.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum SlotState {
+    Empty,
+    /// Begun and not committed, or damaged.
+    Invalid,
+    Valid {
+        generation: u32,
+        id: u32,
+    },
+}
+
+/// What the device is and runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Status {
+    pub network: NetworkStatus,
+    pub slots: [SlotState; 2],
+    pub settings: Settings,
+    pub phase: Phase,
+    /// Samples since it started, and how many were lost on the way.
+    pub samples: u32,
+    pub lost_samples: u32,
+    /// Events that found no room on the line.
+    pub lost_events: u32,
+    pub has_reference: bool,
+}
+
+/// The network that runs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct NetworkStatus {
+    /// CRC-32 of its payload.
+    pub id: u32,
+    pub generation: u32,
+    pub topology: Vec<u8, 5>,
+    /// Slot it came from; none: compiled in.
+    pub slot: Option<u8>,
+}
+
+/// Where in a release the device is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Phase {
+    /// Nothing to see yet, or moved by hand.
+    Waiting,
+    /// At rest, at any angle.
+    Held,
+    /// Let go, not turned back yet.
+    Released,
+    Ringing,
+    Finished,
+}
+
+/// What the device says unasked.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub enum Event {
+    Phase { phase: Phase, release: u32, at_sample: u32 },
+    Window(WindowResult),
+    Release(ReleaseResult),
+}
+
+/// The network's estimate from three cycles.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct WindowResult {
+    pub release: u32,
+    /// Number in the release, from 0.
+    pub window: u16,
+    pub start_sample: u32,
+    /// First sample at or after the end of the third cycle.
+    pub end_sample: u32,
+    /// Samples the device had seen when it sent this, less one.
+    pub sent_sample: u32,
+    pub amplitude_deg: f32,
+    /// Mid-line on the potentiometer's scale: the constant offset.
+    pub midline_deg: f32,
+    pub natural_frequency_rad_s: f32,
+    pub damping_ratio: f32,
+    pub flags: Flags,
+}
+
+/// A value and its standard uncertainty (k = 1).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Measured {
+    pub value: f32,
+    pub u: f32,
+}
+
+/// A release's mean over its windows.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct ReleaseResult {
+    pub release: u32,
+    /// Where it was let go, or where the device first saw it swing.
+    pub release_sample: u32,
+    pub finished_sample: u32,
+    pub windows: u16,
+    /// Weighted by the square of the amplitude; meaningless where `windows` is nought.
+    pub natural_frequency_rad_s: Measured,
+    pub damping_ratio: Measured,
+    pub derivatives: Option<Derivatives>,
+    pub flags: Flags,
+}
+
+/// Yaw derivatives about this axis, per radian.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Derivatives {
+    pub cn_beta: f32,
+    pub cn_r: f32,
+    pub reduced_frequency: f32,
+}
+
+/// What is the matter with a result, as bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Flags(pub u16);
+
+impl Flags {
+    /// Never rose above the lower end of the analysed range.
+    pub const TOO_SMALL: Self = Self(1);
+    /// No three cycles between the two ends of the range.
+    pub const TOO_FEW_CYCLES: Self = Self(2);
+    /// The converter was at one of its ends.
+    pub const SATURATED: Self = Self(4);
+    pub const LOST_SAMPLES: Self = Self(8);
+    /// Outside what the network was trained on.
+    pub const OUT_OF_RANGE: Self = Self(16);
+    /// Was swinging already when first seen.
+    pub const MID_SWING: Self = Self(32);
+    /// Ended by the host or by a new release before the lower end of the range.
+    pub const CUT_SHORT: Self = Self(64);
+    /// No network passed its checks on this device.
+    pub const NO_NETWORK: Self = Self(128);
+
+    /// Every flag with its name in files and on screen.
+    pub const NAMES: [(Self, &'static str); 8] = [
+        (Self::TOO_SMALL, "too_small"),
+        (Self::TOO_FEW_CYCLES, "too_few_cycles"),
+        (Self::SATURATED, "saturated"),
+        (Self::LOST_SAMPLES, "lost_samples"),
+        (Self::OUT_OF_RANGE, "out_of_trained_range"),
+        (Self::MID_SWING, "started_in_mid_swing"),
+        (Self::CUT_SHORT, "cut_short"),
+        (Self::NO_NETWORK, "no_network"),
+    ];
+
+    pub fn set(&mut self, flag: Self) {
+        self.0 |= flag.0;
+    }
+
+    pub fn has(self, flag: Self) -> bool {
+        self.0 & flag.0 != 0
+    }
+
+    /// Whether the release gives no result to rely on.
+    pub fn unusable(self) -> bool {
+        self.has(Self::TOO_SMALL)
+            || self.has(Self::TOO_FEW_CYCLES)
+            || self.has(Self::SATURATED)
+            || self.has(Self::LOST_SAMPLES)
+            || self.has(Self::NO_NETWORK)
+    }
+}
+
+/// Why bytes between two zeros are no frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameError {
+    /// Longer than any frame.
+    TooLong,
+    /// Not COBS, or too short.
+    Malformed,
+    Checksum,
+    /// Of another version of this protocol.
+    Version(u8),
+    /// Right frame, wrong contents.
+    Body,
+}
+
+/// A frame that has passed its checksum.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame<'a> {
+    pub key: u32,
+    pub sequence: u16,
+    pub body: &'a [u8],
+}
+
+impl Frame<'_> {
+    /// The body as a message; `None` where the key is another's.
+    pub fn message<M: Message>(&self) -> Option<Result<M, FrameError>> {
+        (self.key == M::KEY).then(|| postcard::from_bytes(self.body).map_err(|_| FrameError::Body))
+    }
+}
+
+/// Bytes of one frame, ready for the line.
+pub type Encoded = Vec<u8, LONGEST_ENCODED>;
+
+/// A message as a frame.
+pub fn encode<M: Message>(sequence: u16, message: &M) -> Result<Encoded, FrameError> {
+    let mut body = [0; LONGEST_FRAME - HEADER - TRAILER];
+    let body = postcard::to_slice(message, &mut body).map_err(|_| FrameError::TooLong)?;
+    encode_raw(M::KEY, sequence, body)
+}
+
+/// A body of any kind as a frame.
+pub fn encode_raw(key: u32, sequence: u16, body: &[u8]) -> Result<Encoded, FrameError> {
+    let mut frame = Vec::<u8, LONGEST_FRAME>::new();
+    let mut push = |bytes: &[u8]| frame.extend_from_slice(bytes).map_err(|_| FrameError::TooLong);
+    push(&[VERSION])?;
+    push(&key.to_le_bytes())?;
+    push(&sequence.to_le_bytes())?;
+    push(body)?;
+    let crc = crc32(&frame);
+    frame.extend_from_slice(&crc.to_le_bytes()).map_err(|_| FrameError::TooLong)?;
+    let mut line = Encoded::new();
+    // As long as the longest frame can become: COBS adds one byte in 254, and one.
+    let _ = line.resize_default(LONGEST_ENCODED);
+    let coded = cobs::try_encode(&frame, &mut line[1..LONGEST_ENCODED - 1])
+        .map_err(|_| FrameError::TooLong)?;
+    line.truncate(coded + 2);
+    Ok(line)
+}
+
+/// Cuts a stream of bytes into frames. Garbage before the first zero, and between frames, is
+/// reported and passed over.
+#[derive(Clone, Debug)]
+pub struct Decoder {
+    buffer: [u8; LONGEST_ENCODED],
+    length: usize,
+    overflow: bool,
+}
+
+impl Default for Decoder {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Decoder {
+    pub const fn new() -> Self {
+        Self { buffer: [0; LONGEST_ENCODED], length: 0, overflow: false }
+    }
+
+    /// Takes one byte; a frame or an error where it ends one.
+    pub fn push(&mut self, byte: u8) -> Option<Result<Frame<'_>, FrameError>> {
+        if byte != 0 {
+            match self.buffer.get_mut(self.length) {
+                Some(place) => *place = byte,
+                None => self.overflow = true,
+            }
+            self.length += 1;
+            return None;
+        }
+        let length = core::mem::take(&mut self.length);
+        if core::mem::take(&mut self.overflow) {
+            return Some(Err(FrameError::TooLong));
+        }
+        (length > 0).then(|| open(&mut self.buffer[..length]))
+    }
+}
+
+/// What stands between two zeros, as a frame.
+fn open(coded: &mut [u8]) -> Result<Frame<'_>, FrameError> {
+    let length = cobs::decode_in_place(coded).map_err(|_| FrameError::Malformed)?;
+    if length < HEADER + TRAILER {
+        return Err(FrameError::Malformed);
+    }
+    let (content, trailer) = coded[..length].split_at(length - TRAILER);
+    if crc32(content).to_le_bytes() != *trailer {
+        return Err(FrameError::Checksum);
+    }
+    if content[0] != VERSION {
+        return Err(FrameError::Version(content[0]));
+    }
+    Ok(Frame {
+        key: u32::from_le_bytes([content[1], content[2], content[3], content[4]]),
+        sequence: u16::from_le_bytes([content[5], content[6]]),
+        body: &content[HEADER..],
+    })
+}
