@@ -286,8 +286,12 @@ mod tests {
         let j = Mode::from_parameters(0.0, &[1.0, 0.0, 0.0, 0.4, 5.0]).modal_jacobian();
         for i in 0..2 {
             let h = 1e-6;
-            assert!((j[i][0] - (at(0.4 + h, 5.0)[i] - at(0.4 - h, 5.0)[i]) / (2.0 * h)).abs() < 1e-8);
-            assert!((j[i][1] - (at(0.4, 5.0 + h)[i] - at(0.4, 5.0 - h)[i]) / (2.0 * h)).abs() < 1e-8);
+            assert!(
+                (j[i][0] - (at(0.4 + h, 5.0)[i] - at(0.4 - h, 5.0)[i]) / (2.0 * h)).abs() < 1e-8
+            );
+            assert!(
+                (j[i][1] - (at(0.4, 5.0 + h)[i] - at(0.4, 5.0 - h)[i]) / (2.0 * h)).abs() < 1e-8
+            );
         }
     }
 }

@@ -55,11 +55,8 @@ fn fit_from(stretch: &Stretch<'_>, start: &Mode, options: &Options) -> Option<Mo
         return None;
     }
     let origin = stretch.start_s();
-    let fit = fit::minimise(
-        &DampedSinusoid { stretch: *stretch },
-        &start.parameters_at(origin),
-        options,
-    );
+    let fit =
+        fit::minimise(&DampedSinusoid { stretch: *stretch }, &start.parameters_at(origin), options);
     let mode = Mode::from_parameters(origin, &fit.parameters);
     let seen = mode.damped_frequency_rad_s * stretch.duration_s() > 0.5 * TAU;
     (fit.stop.is_minimum() && seen).then_some(ModeFit { mode, fit })
@@ -117,8 +114,8 @@ fn starts(stretch: &Stretch<'_>, frequency_rad_s: f64) -> Vec<Mode> {
     by_pencil.chain(by_spectrum).filter_map(|(s, w)| linear_start(stretch, s, w)).collect()
 }
 
-/// With decay rate and frequency given, the rest is linear.
-fn linear_start(stretch: &Stretch<'_>, decay_rate: f64, frequency: f64) -> Option<Mode> {
+/// With decay rate and frequency given, amplitude, phase and offset are linear.
+pub fn linear_start(stretch: &Stretch<'_>, decay_rate: f64, frequency: f64) -> Option<Mode> {
     let origin = stretch.start_s();
     let mut normal = Normal::new(3);
     for (t, y) in stretch.kept() {

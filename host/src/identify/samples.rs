@@ -219,7 +219,8 @@ mod tests {
     #[test]
     fn rounded_time_stamps_are_even_and_jittered_ones_are_not() {
         let rounded: Vec<f64> = (0..100).map(|k| (k as f64 / 3.0 * 1e3).round() / 1e3).collect();
-        let jittered: Vec<f64> = (0..100).map(|k| 0.05 * (k as f64 + 0.1 * (k % 3) as f64)).collect();
+        let jittered: Vec<f64> =
+            (0..100).map(|k| 0.05 * (k as f64 + 0.1 * (k % 3) as f64)).collect();
         let y = vec![0.0; 100];
         assert!(Samples::new(&rounded, &y).is_uniform());
         assert!(!Samples::new(&jittered, &y).is_uniform());

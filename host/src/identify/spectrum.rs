@@ -35,8 +35,8 @@ impl Periodogram {
     /// Bins whose frequency lies in `hz`, the constant left out.
     fn bins(&self, hz: &RangeInclusive<f64>) -> std::ops::Range<usize> {
         let from = (hz.start() / self.resolution_hz).ceil().max(1.0) as usize;
-        let to = (hz.end() / self.resolution_hz).floor() as usize + 1;
-        from..to.min(self.power.len())
+        let to = (hz.end() / self.resolution_hz).min(self.power.len() as f64) as usize;
+        from..(to + 1).min(self.power.len())
     }
 
     /// The strongest bin within `hz` after weighting by `weight(frequency in Hz)`.
@@ -62,10 +62,13 @@ impl Periodogram {
     pub fn interpolated_hz(&self, bin: usize) -> f64 {
         let shift = match (bin.checked_sub(1), self.power.get(bin + 1)) {
             (Some(before), Some(&after)) if before > 0 => {
-                let (a, b, c) =
-                    (self.power[before].ln(), self.power[bin].ln(), after.ln());
+                let (a, b, c) = (self.power[before].ln(), self.power[bin].ln(), after.ln());
                 let curvature = a - 2.0 * b + c;
-                if curvature < 0.0 { (0.5 * (a - c) / curvature).clamp(-0.5, 0.5) } else { 0.0 }
+                if curvature < 0.0 {
+                    (0.5 * (a - c) / curvature).clamp(-0.5, 0.5)
+                } else {
+                    0.0
+                }
             }
             _ => 0.0,
         };

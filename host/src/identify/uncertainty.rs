@@ -9,6 +9,7 @@ use super::damped_sinusoid::Mode;
 use super::least_squares::ModeFit;
 use super::samples::Stretch;
 use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Bins on either side of the damped frequency over which the residual's spectrum is averaged.
@@ -31,7 +32,7 @@ pub struct Uncertainty {
 }
 
 /// Cramer-Rao bound on the standard deviations of wn and zeta.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bound {
     pub natural_frequency_rad_s: f64,
     pub damping_ratio: f64,
@@ -39,8 +40,7 @@ pub struct Bound {
 
 /// From a fit and its residuals (record - model, at every sample of the stretch).
 pub fn of(found: &ModeFit, stretch: &Stretch<'_>, residuals_deg: &[f64]) -> Option<Uncertainty> {
-    let covariance = found.fit.covariance.as_ref().ok()?;
-    let bound = modal_deviations(&found.mode, covariance);
+    let bound = white(found)?;
     let frequency = found.mode.damped_frequency_rad_s;
     let ratio = spectral_density(stretch, residuals_deg, frequency) / found.fit.variance();
     // A fit of noise-free data leaves no residual to speak of.
@@ -51,6 +51,11 @@ pub fn of(found: &ModeFit, stretch: &Stretch<'_>, residuals_deg: &[f64]) -> Opti
         bound,
         spectral_ratio: ratio,
     })
+}
+
+/// What the covariance of the fit says by itself: standard deviations for a white residual.
+pub fn white(found: &ModeFit) -> Option<Bound> {
+    Some(modal_deviations(&found.mode, found.fit.covariance.as_ref().ok()?))
 }
 
 /// Cramer-Rao bound for one known mode in white noise of `noise_rms_deg`: sigma^2 (J'J)^-1 over the samples.
@@ -78,17 +83,24 @@ fn modal_deviations(mode: &Mode, covariance: &DMatrix<f64>) -> Bound {
 /// Power spectral density of the residual about `frequency_rad_s`, scaled so that white noise of variance v gives v.
 fn spectral_density(stretch: &Stretch<'_>, residuals_deg: &[f64], frequency_rad_s: f64) -> f64 {
     let duration = stretch.duration_s();
-    let cycles = frequency_rad_s * duration / TAU;
-    let centre = cycles.round().max(1.0) as usize;
+    let centre = (frequency_rad_s * duration / TAU).round().max(1.0) as usize;
     let half = (centre / 2).clamp(LEAST_HALF_WIDTH, HALF_WIDTH);
     let highest = (0.45 * duration / stretch.step_s) as usize;
-    let (from, to) = (centre.saturating_sub(half).max(1), (centre + half).min(highest));
-    if to < from + 3 {
+    let bins: Vec<usize> =
+        (centre.saturating_sub(half).max(1)..=(centre + half).min(highest)).collect();
+    if bins.len() < 4 {
         return f64::NAN;
     }
-    // Sums over bins of at most a twentieth of the shortest period: the transform needs no finer time.
-    let per_cycle = TAU / (to as f64 * TAU / duration) / stretch.step_s;
-    let width = (per_cycle / 20.0).floor().max(1.0) * stretch.step_s;
+    power(stretch, residuals_deg, &bins) / (bins.len() as f64 - ABSORBED)
+}
+
+/// Sum of the residual's periodogram over `bins` (rising multiples of one over the duration), each of which is v for
+/// white noise of variance v.
+pub(super) fn power(stretch: &Stretch<'_>, residuals_deg: &[f64], bins: &[usize]) -> f64 {
+    let duration = stretch.duration_s();
+    // The transform takes sums over a twentieth of the shortest period: it needs no finer time.
+    let highest = *bins.last().expect("a bin") as f64;
+    let width = (duration / highest / stretch.step_s / 20.0).floor().max(1.0) * stretch.step_s;
     let mut sums = vec![0.0; (duration / width).ceil() as usize + 1];
     let mut kept = 0.0;
     for (k, &r) in residuals_deg.iter().enumerate() {
@@ -97,19 +109,18 @@ fn spectral_density(stretch: &Stretch<'_>, residuals_deg: &[f64], frequency_rad_
             kept += 1.0;
         }
     }
-    let bins = to - from + 1;
     let turn: Vec<(f64, f64)> =
-        (from..=to).map(|k| (k as f64 * TAU / duration * width).sin_cos()).collect();
-    let mut phasor = vec![(0.0, 1.0); bins];
-    let mut transform = vec![(0.0, 0.0); bins];
+        bins.iter().map(|&k| (k as f64 * TAU / duration * width).sin_cos()).collect();
+    let mut phasor = vec![(0.0, 1.0); bins.len()];
+    let mut transform = vec![(0.0, 0.0); bins.len()];
     for sum in sums {
-        for k in 0..bins {
+        for k in 0..bins.len() {
             let (s, c) = phasor[k];
             transform[k].0 += sum * c;
             transform[k].1 += sum * s;
-            phasor[k] = (s * turn[k].1 + c * turn[k].0, c * turn[k].1 - s * turn[k].0);
+            let (ts, tc) = turn[k];
+            phasor[k] = (s * tc + c * ts, c * tc - s * ts);
         }
     }
-    let power: f64 = transform.iter().map(|(a, b)| a * a + b * b).sum();
-    power / kept / (bins as f64 - ABSORBED)
+    transform.iter().map(|(a, b)| a * a + b * b).sum::<f64>() / kept
 }
