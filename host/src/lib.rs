@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod cli;
+pub mod derivatives;
 pub mod error;
 pub mod files;
 pub mod fit;
@@ -9,3 +10,4 @@ pub mod identify;
 pub mod interrupt;
 pub mod quantity;
 pub mod record;
+pub mod rig;

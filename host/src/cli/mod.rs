@@ -1,5 +1,7 @@
 //! The command line: one file a verb, each from arguments to a library call.
 
+mod simulate;
+
 use crate::error::Result;
 use clap::{Parser, Subcommand};
 
@@ -12,9 +14,13 @@ pub struct Cli {
 }
 
 #[derive(Subcommand, Debug)]
-pub enum Verb {}
+pub enum Verb {
+    Simulate(simulate::Simulate),
+}
 
 /// Runs one verb: results on stdout, progress and messages on stderr.
 pub fn run(cli: Cli) -> Result<()> {
-    match cli.verb {}
+    match cli.verb {
+        Verb::Simulate(verb) => verb.run(),
+    }
 }

@@ -61,8 +61,8 @@ impl Record {
     /// every sample (not-a-knot ends).
     ///
     /// The error for a sinusoid of f Hz sampled at s Hz is about 2 (f / (s - f))^4 of its amplitude: 1.2e-2 for
-    /// the rig's fastest mode (4.2 Hz) at 20 Hz, where straight lines are 0.2 out, and below 1e-6 from
-    /// 160 Hz on. A record faster than `rate_hz` is sampled at points, as the device's converter would.
+    /// the rig's fastest mode (4.2 Hz) at 20 Hz, where straight lines are 0.2 out, and about 1e-6 at
+    /// 160 Hz. A record faster than `rate_hz` is sampled at points, as the device's converter would.
     ///
     /// # Errors
     /// Exit 3 for fewer than four samples.

@@ -1,0 +1,316 @@
+//! `simulate`: records of a virtual rig whose truth is known.
+
+use crate::derivatives::simulated::{self, refuse_existing, Planned};
+use crate::error::{Error, Result};
+use crate::record::write_samples;
+use crate::rig::{Axis, Condition, End, Motion, Rig, Samples, Sensor, Spring, Start};
+use clap::Args;
+use serde_json::{json, Value};
+use std::path::{Path, PathBuf};
+use yawrig_shared::derivatives::reduced_frequency;
+use yawrig_shared::modal::Modal;
+
+/// An oscillation that does not die is watched this long, s.
+const ENDLESS_S: f64 = 60.0;
+
+/// Write records of a virtual rig, its truth printed beside them.
+///
+/// One record: give --natural-frequency and --damping, or --spring with --wind and --axis, and --out.
+/// A whole campaign (eight springs, both axes, wind off and on): give --campaign FOLDER.
+#[derive(Args, Debug, Clone)]
+pub struct Simulate {
+    /// Where the record goes (CSV)
+    #[arg(
+        long,
+        value_name = "FILE",
+        conflicts_with = "campaign",
+        required_unless_present = "campaign"
+    )]
+    pub out: Option<PathBuf>,
+    /// Write a campaign, campaign.toml and all records, into this folder
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["natural_frequency", "spring", "axis"])]
+    pub campaign: Option<PathBuf>,
+    /// Releases of each condition of a campaign
+    #[arg(long, default_value_t = 1, requires = "campaign", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub repeats: u32,
+    /// Natural frequency of one record, rad/s
+    #[arg(long, value_name = "RAD_S", requires = "damping", conflicts_with_all = ["spring", "wind", "axis"])]
+    pub natural_frequency: Option<f64>,
+    /// Damping ratio of one record; nought or negative: self-excited
+    #[arg(
+        long,
+        value_name = "ZETA",
+        requires = "natural_frequency",
+        allow_negative_numbers = true
+    )]
+    pub damping: Option<f64>,
+    /// Spring of one record, K1 to K8
+    #[arg(long, required_unless_present_any = ["campaign", "natural_frequency"])]
+    pub spring: Option<String>,
+    /// Wind speed, m/s; 0: off [default: 0 for one record, 10 for a campaign]
+    #[arg(long, value_name = "M_S")]
+    pub wind: Option<f64>,
+    /// Axis the model turns about
+    #[arg(long, value_enum, default_value_t = Axis::Mid)]
+    pub axis: Axis,
+    /// Angle the model is released from
+    #[arg(long, value_name = "DEG", default_value_t = 15.0, allow_negative_numbers = true)]
+    pub amplitude_deg: f64,
+    /// Rms of the sensor's noise
+    #[arg(long, value_name = "DEG", default_value_t = 0.05)]
+    pub noise_deg: f64,
+    /// Correlation of the noise from one sample to the next; 0: white
+    #[arg(long, value_name = "RHO", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub noise_correlation: f64,
+    /// Reading of the sensor with the model at rest
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub offset_deg: f64,
+    /// One count of the 16-bit converter; 0: no converter
+    #[arg(long, value_name = "DEG", default_value_t = 0.005)]
+    pub adc_step_deg: f64,
+    /// Sampling rate
+    #[arg(long, value_name = "HZ", default_value_t = 1000.0)]
+    pub rate_hz: f64,
+    /// How long the model is held before it is released
+    #[arg(long, value_name = "S", default_value_t = 2.0)]
+    pub hold_s: f64,
+    /// Length of the record [default: until the swing is below 0.8 deg]
+    #[arg(long, value_name = "S")]
+    pub seconds: Option<f64>,
+    /// Seed of the noise
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Overwrite what is there
+    #[arg(long)]
+    pub force: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl Simulate {
+    pub fn run(&self) -> Result<()> {
+        let (sensor, start) = (self.sensor()?, self.start()?);
+        match (&self.campaign, &self.out) {
+            (Some(folder), _) => self.write_campaign(folder, &sensor, &start),
+            (None, Some(file)) => self.write_record(file, &sensor, &start),
+            (None, None) => Err(Error::usage("neither --out nor --campaign is given")),
+        }
+    }
+
+    fn sensor(&self) -> Result<Sensor> {
+        within("--rate-hz", self.rate_hz, 20.0, 10_000.0)?;
+        within("--noise-deg", self.noise_deg, 0.0, 90.0)?;
+        within("--noise-correlation", self.noise_correlation, -0.999_999, 0.999_999)?;
+        within("--adc-step-deg", self.adc_step_deg, 0.0, 10.0)?;
+        within("--offset-deg", self.offset_deg, -360.0, 360.0)?;
+        Ok(Sensor {
+            rate_hz: self.rate_hz,
+            noise_deg: self.noise_deg,
+            noise_correlation: self.noise_correlation,
+            offset_deg: self.offset_deg,
+            adc_step_deg: self.adc_step_deg,
+        })
+    }
+
+    fn start(&self) -> Result<Start> {
+        let standard = Start::default();
+        within("--amplitude-deg", self.amplitude_deg, -180.0, 180.0)?;
+        within("--hold-s", self.hold_s, 0.0, 3600.0)?;
+        let end = match (self.seconds, standard.end) {
+            (Some(seconds), _) => {
+                within("--seconds", seconds, 0.1, 86_400.0)?;
+                End::After(seconds)
+            }
+            (None, End::Below { amplitude_deg, .. })
+                if self.amplitude_deg.abs() <= amplitude_deg =>
+            {
+                return Err(Error::usage(format!(
+                    "--amplitude-deg {}: a record ends below {amplitude_deg} deg",
+                    self.amplitude_deg
+                ))
+                .help("release from a larger angle, or say how long with --seconds"));
+            }
+            (None, end) => end,
+        };
+        Ok(Start { amplitude_deg: self.amplitude_deg, hold_s: self.hold_s, end })
+    }
+
+    /// What one record is made of; the condition where it is one of the rig's.
+    fn subject(&self, rig: &Rig) -> Result<(Modal, Option<Condition>)> {
+        if let (Some(natural_frequency_rad_s), Some(damping_ratio)) =
+            (self.natural_frequency, self.damping)
+        {
+            within("--natural-frequency", natural_frequency_rad_s, 1e-3, 1e4)?;
+            within("--damping", damping_ratio, -0.99, 0.99)?;
+            return Ok((Modal { natural_frequency_rad_s, damping_ratio }, None));
+        }
+        let name = self.spring.as_deref().ok_or_else(|| Error::usage("--spring is missing"))?;
+        let wind_speed_m_s = self.wind.unwrap_or(0.0);
+        within("--wind", wind_speed_m_s, 0.0, 300.0)?;
+        let condition = Condition { spring: Spring::named(name)?, axis: self.axis, wind_speed_m_s };
+        Ok((rig.modal(&condition)?, Some(condition)))
+    }
+
+    fn write_record(&self, file: &Path, sensor: &Sensor, start: &Start) -> Result<()> {
+        let rig = Rig::default();
+        let (truth, condition) = self.subject(&rig)?;
+        if 2.0 * truth.damped_frequency_hz() >= sensor.rate_hz {
+            return Err(Error::usage(format!(
+                "--rate-hz {}: an oscillation at {:.3} Hz needs more than two samples a cycle",
+                sensor.rate_hz,
+                truth.damped_frequency_hz()
+            ))
+            .help("sample faster"));
+        }
+        if !self.force {
+            refuse_existing(file)?;
+        }
+        let mut start = *start;
+        if let End::Below { amplitude_deg, at_most_s } = start.end {
+            let at_most_s =
+                if truth.damping_ratio > 0.0 { at_most_s } else { start.hold_s + ENDLESS_S };
+            start.end = End::Below { amplitude_deg, at_most_s };
+        }
+        let mut samples = 0u64;
+        let (mut last_s, mut saturated) = (0.0, 0u64);
+        let readings = Samples::new(Motion::new(&truth), &start, sensor, self.seed);
+        write_samples(
+            file,
+            readings.map(|sample| {
+                samples += 1;
+                last_s = sample.time_s;
+                saturated += u64::from(matches!(sample.counts, Some(0 | u16::MAX)));
+                (sample.time_s, sample.yaw_deg)
+            }),
+        )?;
+        if saturated > 0 {
+            eprintln!("yawrig: {saturated} of {samples} readings are at an end of the converter");
+        }
+        let derivatives = condition
+            .filter(|condition| condition.wind_speed_m_s > 0.0)
+            .map(|condition| rig.derivatives(&condition.spring, condition.axis));
+        if self.json {
+            print_json(&json!({
+                "schema_version": 1,
+                "file": file,
+                "samples": samples,
+                "seconds": last_s,
+                "rate_hz": sensor.rate_hz,
+                "release_time_s": start.hold_s,
+                "seed": self.seed,
+                "condition": condition.map(|c| condition_json(&c)),
+                "truth": {
+                    "natural_frequency_rad_s": truth.natural_frequency_rad_s,
+                    "damping_ratio": truth.damping_ratio,
+                    "amplitude_deg": start.amplitude_deg,
+                    "offset_deg": sensor.offset_deg,
+                    "noise_rms_deg": sensor.noise_deg,
+                    "cn_beta": derivatives.map(|d| d.cn_beta),
+                    "cn_r": derivatives.map(|d| d.cn_r),
+                },
+            }));
+        } else {
+            println!("{}: {samples} samples, {last_s:.3} s", file.display());
+            println!("natural frequency  {:.6} rad/s", truth.natural_frequency_rad_s);
+            println!("damping ratio      {:.7}", truth.damping_ratio);
+            if let Some(d) = derivatives {
+                println!("Cn_beta            {:.4} per rad, about this axis", d.cn_beta);
+                println!("Cn_r - Cn_betadot  {:.4} per rad, about this axis", d.cn_r);
+            }
+        }
+        Ok(())
+    }
+
+    fn write_campaign(&self, folder: &Path, sensor: &Sensor, start: &Start) -> Result<()> {
+        let rig = Rig::default();
+        let wind_speed_m_s = self.wind.unwrap_or(10.0);
+        within("--wind", wind_speed_m_s, 0.1, 300.0)?;
+        let planned = simulated::plan(&rig, wind_speed_m_s, self.repeats, self.seed)?;
+        eprintln!("writing {} records to {}", planned.len(), folder.display());
+        let file = simulated::write(folder, &rig, &planned, start, sensor, self.force)?;
+        if self.json {
+            print_json(&campaign_json(&rig, &file, &planned));
+        } else {
+            println!("{}: {} releases", file.display(), planned.len());
+            println!("spring      km   Cn_beta  Cn_r-Cn_betadot   Cy_beta      Cy_r");
+            for (condition, modal) in points(&planned) {
+                let truth = rig.truth(&condition.spring);
+                let km = reduced_frequency(modal, &rig.wind(condition.wind_speed_m_s), &rig.model);
+                println!(
+                    "{:6} {km:7.3} {:9.4} {:16.4} {:9.4} {:9.4}",
+                    condition.spring.name, truth.cn_beta, truth.cn_r, truth.cy_beta, truth.cy_r
+                );
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The wind-on conditions at the middle axis, once each: the points of the derivative table.
+fn points(planned: &[Planned]) -> impl Iterator<Item = (&Condition, &Modal)> {
+    let mut last = None;
+    planned.iter().filter_map(move |record| {
+        let Condition { spring, axis, wind_speed_m_s } = &record.condition;
+        let wanted = *axis == Axis::Mid && *wind_speed_m_s > 0.0 && last != Some(spring.name);
+        wanted.then(|| {
+            last = Some(spring.name);
+            (&record.condition, &record.truth)
+        })
+    })
+}
+
+fn campaign_json(rig: &Rig, file: &Path, planned: &[Planned]) -> Value {
+    let releases: Vec<Value> = planned
+        .iter()
+        .map(|record| {
+            let mut entry = condition_json(&record.condition);
+            entry["file"] = json!(record.file);
+            entry["truth"] = json!({
+                "natural_frequency_rad_s": record.truth.natural_frequency_rad_s,
+                "damping_ratio": record.truth.damping_ratio,
+            });
+            entry
+        })
+        .collect();
+    let points: Vec<Value> = points(planned)
+        .map(|(condition, modal)| {
+            json!({
+                "spring": condition.spring.name,
+                "wind_speed_m_s": condition.wind_speed_m_s,
+                "reduced_frequency":
+                    reduced_frequency(modal, &rig.wind(condition.wind_speed_m_s), &rig.model),
+                "truth": rig.truth(&condition.spring),
+            })
+        })
+        .collect();
+    json!({
+        "schema_version": 1,
+        "campaign": file,
+        "inertia_kg_m2": { "mid": rig.mid_inertia_kg_m2, "front": rig.front_inertia_kg_m2 },
+        "releases": releases,
+        "points": points,
+    })
+}
+
+fn condition_json(condition: &Condition) -> Value {
+    json!({
+        "spring": condition.spring.name,
+        "axis": condition.axis,
+        "wind_speed_m_s": condition.wind_speed_m_s,
+    })
+}
+
+fn print_json(value: &Value) {
+    println!("{value}");
+}
+
+/// # Errors
+/// Exit 2, naming the flag, for a value that is not between the two.
+fn within(flag: &str, value: f64, least: f64, most: f64) -> Result<()> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(Error::usage(format!("{flag} {value} is not between {least} and {most}"))
+        .help(format!("give {flag} a value in that range")))
+}

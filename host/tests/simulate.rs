@@ -1,0 +1,104 @@
+//! `yawrig simulate` as a user runs it.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+use yawrig::record::Record;
+
+fn yawrig(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_yawrig")).arg("simulate").args(arguments).output().unwrap()
+}
+
+fn json(output: &Output) -> Value {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn one_record_with_its_truth() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("k4.csv");
+    let name = file.to_str().unwrap();
+    let arguments =
+        ["--spring", "K4", "--wind", "10", "--axis", "mid", "--offset-deg", "3", "--json"];
+    let told = json(&yawrig(&[&arguments[..], &["--out", name]].concat()));
+    assert_eq!(told["schema_version"], 1);
+    assert_eq!(told["truth"]["cn_beta"], 0.5462);
+    let record = Record::read(&file).unwrap();
+    assert_eq!(record.len() as u64, told["samples"].as_u64().unwrap());
+    assert!((record.timing().rate_hz - 1000.0).abs() < 1e-6);
+    let held = record.yaw_deg[..2000].iter().sum::<f64>() / 2000.0;
+    assert!((held - 18.0).abs() < 0.01, "{held}");
+
+    let again = yawrig(&[&arguments[..], &["--out", name]].concat());
+    assert_eq!(again.status.code(), Some(2), "does not overwrite");
+    assert!(String::from_utf8_lossy(&again.stderr).contains("--force"));
+    let before = std::fs::read(&file).unwrap();
+    json(&yawrig(&[&arguments[..], &["--out", name, "--force"]].concat()));
+    assert_eq!(std::fs::read(&file).unwrap(), before, "one seed, one record");
+}
+
+#[test]
+fn a_campaign_with_repeats() {
+    let folder = tempfile::tempdir().unwrap();
+    let campaign = folder.path().join("c");
+    let arguments =
+        ["--campaign", campaign.to_str().unwrap(), "--repeats", "2", "--rate-hz", "100", "--json"];
+    let told = json(&yawrig(&arguments));
+    assert_eq!(told["points"].as_array().unwrap().len(), 8);
+    assert_eq!(told["releases"].as_array().unwrap().len(), 64);
+    let first = Record::read(&campaign.join("K1-mid-off.csv")).unwrap();
+    let second = Record::read(&campaign.join("K1-mid-off-2.csv")).unwrap();
+    assert_ne!(first.yaw_deg, second.yaw_deg, "repeats have noise of their own");
+    assert_eq!(yawrig(&arguments).status.code(), Some(2));
+}
+
+#[test]
+fn wrong_arguments_name_their_flag() {
+    for (arguments, exit, words) in [
+        (&["--out", "x.csv", "--spring", "K9"][..], 2, "K1 to K8"),
+        (&["--out", "x.csv", "--spring", "K1", "--noise-deg", "nan"], 2, "--noise-deg"),
+        (&["--out", "x.csv", "--spring", "K1", "--rate-hz", "5"], 2, "--rate-hz"),
+        (&["--out", "x.csv", "--spring", "K1", "--wind", "40"], 2, "--wind"),
+        (&["--out", "x.csv", "--spring", "K1", "--amplitude-deg", "0.5"], 2, "--amplitude-deg"),
+        (&["--out", "x.csv", "--natural-frequency", "7"], 2, "--damping"),
+        (&["--out", "absent/x.csv", "--spring", "K1"], 3, "absent/x.csv"),
+    ] {
+        let output = yawrig(arguments);
+        assert_eq!(output.status.code(), Some(exit), "{arguments:?}");
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(message.contains(words), "{arguments:?}: {message}");
+    }
+    assert!(!Path::new("x.csv").exists());
+}
+
+/// Stopped while it writes, it leaves whole records or none, and no temporary file.
+#[test]
+fn an_interrupted_campaign_leaves_no_half_written_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let campaign = folder.path().join("c");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_yawrig"))
+        .args(["simulate", "--repeats", "100", "--campaign", campaign.to_str().unwrap()])
+        .spawn()
+        .unwrap();
+    while !campaign.join("K1-mid-off.csv").exists() {
+        assert!(child.try_wait().unwrap().is_none(), "ended before it wrote anything");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let id = nix::unistd::Pid::from_raw(child.id() as i32);
+    nix::sys::signal::kill(id, nix::sys::signal::Signal::SIGINT).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(!campaign.join("campaign.toml").exists());
+    for entry in std::fs::read_dir(&campaign).unwrap() {
+        let file = entry.unwrap().path();
+        assert_eq!(file.extension().unwrap(), "csv", "{}", file.display());
+        let amplitude = Record::read(&file)
+            .unwrap()
+            .yaw_deg
+            .iter()
+            .rev()
+            .take(200)
+            .fold(0.0f64, |a, y| a.max(y.abs()));
+        assert!(amplitude < 1.5, "{} is cut short", file.display());
+    }
+}
