@@ -5,6 +5,8 @@ pub mod cli;
 pub mod derivatives;
 pub mod error;
 pub mod files;
+pub mod fit;
+pub mod identify;
 pub mod interrupt;
 pub mod quantity;
 pub mod record;
