@@ -50,7 +50,7 @@ impl<'a> Computed<'a> {
             spring: entry.spring.clone(),
             axis: entry.axis,
             wind_speed_m_s: entry.wind_speed_m_s,
-            identified: *identified,
+            identified: identified.clone(),
             validation_mse_deg2: None,
         };
         Table {

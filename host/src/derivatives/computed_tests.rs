@@ -86,7 +86,13 @@ fn measured(planted: Planted, repeats: u32, seed: u64) -> Table {
                 0.01 * planted.repeatability,
             );
             let zeta = identify(record.truth.damping_ratio, fit, planted.repeatability);
-            Identified { natural_frequency_rad_s: wn, damping_ratio: zeta, from_s: 0.0, to_s: 1.0 }
+            Identified {
+                natural_frequency_rad_s: wn,
+                damping_ratio: zeta,
+                from_s: 0.0,
+                to_s: 1.0,
+                flags: Vec::new(),
+            }
         })
         .collect();
     Computed::new(&file, &identified).unwrap().table(&file, "planted")
@@ -218,6 +224,7 @@ fn exact(planned: &[Planned]) -> Vec<Identified> {
         damping_ratio: Quantity::new(record.truth.damping_ratio, 1e-6),
         from_s: 0.0,
         to_s: 1.0,
+        flags: Vec::new(),
     };
     planned.iter().map(identify).collect()
 }
@@ -274,7 +281,7 @@ fn a_given_inertia_is_taken_and_a_stiffness_that_is_not_the_springs_is_seen() {
             let wn = record.truth.natural_frequency_rad_s;
             let inertia = rig.inertia_kg_m2(record.condition.axis);
             let wn = Quantity::new((wn * wn + 1.2 / inertia).sqrt(), 1e-5);
-            Identified { natural_frequency_rad_s: wn, ..*found }
+            Identified { natural_frequency_rad_s: wn, ..found.clone() }
         })
         .collect();
     let file = campaign(&rig, &planned);

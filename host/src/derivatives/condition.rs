@@ -1,19 +1,38 @@
 //! Repeated releases of one condition, averaged.
 
 use super::campaign::Campaign;
+use crate::identify::flag::Flag;
+use crate::identify::Identification;
 use crate::quantity::Quantity;
 use crate::rig::Axis;
 use serde::Serialize;
 use std::collections::HashMap;
 
 /// What a method found in one record.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Identified {
     pub natural_frequency_rad_s: Quantity,
     pub damping_ratio: Quantity,
     /// Beginning and end of what was analysed, on the record's clock.
     pub from_s: f64,
     pub to_s: f64,
+    /// What a reader must know besides.
+    pub flags: Vec<Flag>,
+}
+
+impl Identified {
+    /// The first method's answer of an identification; `None` where no method had one.
+    pub fn of(identification: Identification) -> Option<Self> {
+        let window = identification.window;
+        let estimate = identification.estimates.into_iter().next()?;
+        Some(Self {
+            natural_frequency_rad_s: estimate.natural_frequency_rad_s,
+            damping_ratio: estimate.damping_ratio,
+            from_s: window.from_s,
+            to_s: window.to_s,
+            flags: estimate.flags,
+        })
+    }
 }
 
 /// A mean and where its standard uncertainty comes from.
@@ -173,7 +192,7 @@ mod tests {
     fn scatter_within_the_fits_uncertainty_is_not_counted_twice() {
         let group =
             vec![Quantity::new(1.0, 0.1), Quantity::new(1.1, 0.1), Quantity::new(0.95, 0.1)];
-        assert_eq!(excess_scatter(&[group.clone()]), 0.0);
+        assert_eq!(excess_scatter(std::slice::from_ref(&group)), 0.0);
         let mean = mean(&group, 0.0);
         assert!((mean.value - 3.05 / 3.0).abs() < 1e-12);
         assert!((mean.u() - 0.1 / 3f64.sqrt()).abs() < 1e-12);

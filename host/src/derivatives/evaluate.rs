@@ -34,8 +34,8 @@ pub fn evaluate(file: &CampaignFile, method: &str, identify: &Identify) -> Resul
         interrupt::check()?;
         let Some(modal) = &responses[index] else { return Ok(None) };
         let record = Record::read(&file.record_path(index))?;
-        let Identified { from_s, to_s, .. } = identified[index];
-        Ok(validation::mean_squared_error_deg2(&record, from_s, to_s, modal))
+        let Identified { from_s, to_s, .. } = &identified[index];
+        Ok(validation::mean_squared_error_deg2(&record, *from_s, *to_s, modal))
     };
     let errors: Vec<Option<f64>> = releases.into_par_iter().map(validate).collect::<Result<_>>()?;
     let mut table = computed.table(file, method);

@@ -67,11 +67,14 @@ pub(super) struct Inputs {
     slope_shift_kg_m2: [f64; 2],
 }
 
+/// A change of one number by so much.
+type Change = Box<dyn Fn(&mut Inputs, f64)>;
+
 /// One number's standard uncertainty and how to change it.
 pub(super) struct Uncertain {
     pub source: Source,
     pub u: f64,
-    pub change: Box<dyn Fn(&mut Inputs, f64)>,
+    pub change: Change,
 }
 
 /// The campaign's structure, which no uncertainty changes.
@@ -243,7 +246,7 @@ pub(super) fn uncertain(
     inputs: &Inputs,
 ) -> Vec<Uncertain> {
     let mut all: Vec<Uncertain> = Vec::new();
-    let mut add = |source, u: f64, change: Box<dyn Fn(&mut Inputs, f64)>| {
+    let mut add = |source, u: f64, change: Change| {
         if u > 0.0 {
             all.push(Uncertain { source, u, change });
         }
