@@ -177,7 +177,8 @@ fn a_budget_names_its_source_and_adds_up() {
             .sum::<f64>()
             .sqrt()
     };
-    let of: [(Planted, fn(&Budget) -> f64); 5] = [
+    type SourceOf = fn(&Budget) -> f64;
+    let of: [(Planted, SourceOf); 5] = [
         (Planted { density: 0.01, ..none }, |b| b.air_density),
         (Planted { wind_speed: 0.01, ..none }, |b| b.wind_speed),
         (Planted { length: 0.01, ..none }, |b| b.geometry),
