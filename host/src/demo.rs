@@ -1,16 +1,19 @@
 //! The main job: releases on all springs, played into a device, to a table of derivatives.
 
-use crate::error::Result;
+use crate::derivatives::campaign::CampaignFile;
+use crate::derivatives::condition::Identified;
+use crate::derivatives::table::Point;
+use crate::derivatives::{simulated, Computed};
+use crate::error::{Error, Exit, Result};
 use crate::interrupt;
 use crate::link::bench::Bench;
+use crate::quantity::Quantity;
 use crate::replay::wait_for;
-use crate::rig::{Axis, Condition, Rig, Sensor, Spring, Start, Truth, SPRINGS};
+use crate::rig::{Condition, Rig, Sensor, Spring, Start, Truth};
 use std::time::Duration;
-use yawrig_shared::derivatives::{
-    reduced_frequency, side_force, torsional_stiffness_nm, YawDerivatives,
-};
 use yawrig_shared::modal::Modal;
-use yawrig_shared::wire::{self, Event, ReleaseResult, Request, Settings, WindowResult};
+use yawrig_shared::window::SAMPLE_RATE_HZ;
+use yawrig_shared::wire::{self, Event, Measured, ReleaseResult, Request, Settings, WindowResult};
 
 /// Samples handed to the device at once.
 const CHUNK: usize = 2000;
@@ -25,11 +28,16 @@ pub struct Made {
 }
 
 impl Made {
-    /// The device's estimate.
-    pub fn modal(&self) -> Modal {
-        Modal {
-            natural_frequency_rad_s: f64::from(self.result.natural_frequency_rad_s.value),
-            damping_ratio: f64::from(self.result.damping_ratio.value),
+    /// The device's estimate as the derivatives are computed from it.
+    fn identified(&self) -> Identified {
+        let quantity = |m: Measured| Quantity::new(f64::from(m.value), f64::from(m.u));
+        let seconds = |sample: u32| f64::from(sample) / f64::from(SAMPLE_RATE_HZ);
+        Identified {
+            natural_frequency_rad_s: quantity(self.result.natural_frequency_rad_s),
+            damping_ratio: quantity(self.result.damping_ratio),
+            from_s: seconds(self.result.release_sample),
+            to_s: seconds(self.result.finished_sample),
+            flags: Vec::new(),
         }
     }
 }
@@ -58,8 +66,8 @@ pub fn releases(
         Settings { degrees_per_count: plan.sensor.adc_step_deg as f32, ..Settings::default() };
     bench.client.tell(&Request::Configure(settings), "the settings")?;
     let mut made = Vec::new();
-    for (index, condition) in plan.rig.conditions(plan.wind_speed_m_s).enumerate() {
-        let release = release(bench, plan, &condition, plan.seed.wrapping_add(index as u64))?;
+    for planned in simulated::plan(&plan.rig, plan.wind_speed_m_s, 1, plan.seed)? {
+        let release = release(bench, plan, &planned.condition, planned.seed)?;
         seen(&release)?;
         made.push(release);
     }
@@ -102,104 +110,58 @@ fn release(bench: &mut Bench, plan: &Plan, condition: &Condition, seed: u64) -> 
         }
     }
     let result = result.ok_or_else(|| {
-        crate::error::Error::new(
-            crate::error::Exit::Timeout,
+        Error::new(
+            Exit::Timeout,
             format!("the device said nothing of the release on {}", condition.spring.name),
         )
     })?;
     Ok(Made { condition: *condition, truth: release.truth, result, windows })
 }
 
-/// One spring's derivatives, per radian, and what was planted.
-#[derive(Clone, Debug)]
-pub struct Point {
-    pub spring: Spring,
-    pub reduced_frequency: f64,
-    pub cn_beta: f64,
-    pub cn_r: f64,
-    pub cy_beta: f64,
-    pub cy_r: f64,
-    pub truth: Truth,
+/// The device's answers as derivatives, one point a spring, beside what was planted.
+///
+/// # Errors
+/// Exit 3 where a release that is needed has no estimate.
+pub fn table(plan: &Plan, made: &[Made]) -> Result<Vec<(Point, Truth)>> {
+    let rig = &plan.rig;
+    let planned = simulated::plan(rig, plan.wind_speed_m_s, 1, plan.seed)?;
+    let campaign = simulated::describe(rig, &planned);
+    let release_lines = vec![0; campaign.release.len()];
+    let file = CampaignFile { path: "the built-in rig".into(), campaign, release_lines };
+    let identified: Vec<Identified> = made.iter().map(Made::identified).collect();
+    let table = Computed::new(&file, &identified)?.table(&file, "device");
+    table
+        .points
+        .into_iter()
+        .map(|point| {
+            let truth = rig.truth(&Spring::named(&point.spring)?);
+            Ok((point, truth))
+        })
+        .collect()
 }
 
-/// The device's answers as derivatives.
-#[derive(Clone, Debug)]
-pub struct Table {
-    /// About the middle and the front axis, from the wind-off releases.
-    pub inertia_kg_m2: [f64; 2],
-    pub points: Vec<Point>,
+/// Median and worst share by which estimates miss their truths.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Miss {
+    pub median: f64,
+    pub worst: f64,
 }
 
-impl Table {
-    /// From all releases of a plan.
-    pub fn of(plan: &Plan, made: &[Made]) -> Self {
-        let rig = &plan.rig;
-        let find = |spring: &Spring, axis: Axis, on: bool| {
-            made.iter().find(|m| {
-                m.condition.spring.name == spring.name
-                    && m.condition.axis == axis
-                    && (m.condition.wind_speed_m_s != 0.0) == on
-            })
+impl Miss {
+    /// Of pairs of estimate and truth; infinite without any.
+    pub fn of(pairs: impl Iterator<Item = (f64, f64)>) -> Self {
+        let mut all: Vec<f64> =
+            pairs.map(|(estimate, truth)| (estimate / truth - 1.0).abs()).collect();
+        all.sort_by(f64::total_cmp);
+        let Some(&worst) = all.last() else {
+            return Self { median: f64::INFINITY, worst: f64::INFINITY };
         };
-        let inertia = |axis: Axis| {
-            let points: Vec<(f64, f64)> = SPRINGS
-                .iter()
-                .filter_map(|spring| {
-                    let off = find(spring, axis, false)?.modal().stiffness_rad2_s2();
-                    Some((off, torsional_stiffness_nm(spring.stiffness_n_per_m, rig.spring_arm_m)))
-                })
-                .collect();
-            slope(&points)
-        };
-        let inertia_kg_m2 = Axis::BOTH.map(inertia);
-        let wind = rig.wind(plan.wind_speed_m_s);
-        let at = |spring: &Spring, axis: Axis| {
-            let (on, off) = (find(spring, axis, true)?.modal(), find(spring, axis, false)?.modal());
-            let inertia = inertia_kg_m2[axis as usize];
-            Some((on, YawDerivatives::from_releases(&on, &off, inertia, &wind, &rig.model)))
-        };
-        let points = SPRINGS
-            .into_iter()
-            .filter_map(|spring| {
-                let (on, mid) = at(&spring, Axis::Mid)?;
-                let (_, front) = at(&spring, Axis::Front)?;
-                let side =
-                    |mid, front| side_force(mid, front, rig.model.length_m, rig.axis_offset_m);
-                Some(Point {
-                    reduced_frequency: reduced_frequency(&on, &wind, &rig.model),
-                    cn_beta: mid.cn_beta,
-                    cn_r: mid.cn_r,
-                    cy_beta: side(mid.cn_beta, front.cn_beta),
-                    cy_r: side(mid.cn_r, front.cn_r),
-                    truth: rig.truth(&spring),
-                    spring,
-                })
-            })
-            .collect();
-        Self { inertia_kg_m2, points }
+        let (low, high) = (all[(all.len() - 1) / 2], all[all.len() / 2]);
+        Self { median: 0.5 * (low + high), worst }
     }
 
-    /// Shares by which Cn_beta and Cn_r miss the truth: median and worst of each.
-    pub fn misses(&self) -> [[f64; 2]; 2] {
-        let spread = |miss: &dyn Fn(&Point) -> f64| {
-            let mut all: Vec<f64> = self.points.iter().map(|p| miss(p).abs()).collect();
-            all.sort_by(f64::total_cmp);
-            let middle = all.len() / 2;
-            let median = if all.len() % 2 == 0 {
-                0.5 * (all[middle - 1] + all[middle])
-            } else {
-                all[middle]
-            };
-            [median, all[all.len() - 1]]
-        };
-        [spread(&|p| p.cn_beta / p.truth.cn_beta - 1.0), spread(&|p| p.cn_r / p.truth.cn_r - 1.0)]
+    /// Whether neither is larger than `most`'s.
+    pub fn within(&self, most: &Self) -> bool {
+        self.median <= most.median && self.worst <= most.worst
     }
-}
-
-fn slope(points: &[(f64, f64)]) -> f64 {
-    let n = points.len() as f64;
-    let (mx, my) =
-        (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
-    points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>()
-        / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>()
 }

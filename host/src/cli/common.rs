@@ -61,6 +61,16 @@ pub fn print_line(text: &str) -> Result<()> {
     }
 }
 
+/// A table without lines, its columns but the first to the right.
+pub fn bare(header: &[&str]) -> comfy_table::Table {
+    let mut table = comfy_table::Table::new();
+    table.load_preset(comfy_table::presets::NOTHING).set_header(header);
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(comfy_table::CellAlignment::Right);
+    }
+    table
+}
+
 /// A bar on stderr where that is a terminal, else nothing.
 pub fn bar(length: u64, what: &'static str) -> ProgressBar {
     if !std::io::stderr().is_terminal() {

@@ -2,6 +2,7 @@
 
 mod common;
 mod demo;
+mod derivatives;
 mod device;
 mod flash;
 mod monitor;
@@ -25,6 +26,7 @@ pub struct Cli {
 pub enum Verb {
     /// Train, flash, release on eight springs and tabulate the derivatives
     Demo(demo::Demo),
+    Derivatives(derivatives::Derivatives),
     Simulate(simulate::Simulate),
     /// Train a network and freeze it to a file
     Train(train::Train),
@@ -44,6 +46,7 @@ pub enum Verb {
 pub fn run(cli: Cli) -> Result<()> {
     match cli.verb {
         Verb::Demo(arguments) => demo::run(&arguments),
+        Verb::Derivatives(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),

@@ -1,0 +1,51 @@
+//! A problem's Jacobian against differences of its residuals: for the tests of whoever writes a problem.
+
+use super::{Problem, Rows};
+
+#[derive(Default)]
+struct Dense {
+    residuals: Vec<f64>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Rows for Dense {
+    fn row(&mut self, residual: f64, derivatives: &[f64]) {
+        self.residuals.push(residual);
+        self.rows.push(derivatives.to_vec());
+    }
+    fn block(&mut self, residuals: &[f64], columns: &[&[f64]]) {
+        for (k, &r) in residuals.iter().enumerate() {
+            self.row(r, &columns.iter().map(|c| c[k]).collect::<Vec<_>>());
+        }
+    }
+}
+
+/// All residuals at `p`, in order.
+pub fn residuals(problem: &impl Problem, p: &[f64]) -> Vec<f64> {
+    let mut dense = Dense::default();
+    problem.evaluate(p, &mut dense);
+    dense.residuals
+}
+
+/// Largest difference between the analytic Jacobian and one by fourth-order central differences,
+/// relative to the largest element of its column.
+pub fn jacobian_error(problem: &impl Problem, p: &[f64]) -> f64 {
+    let mut analytic = Dense::default();
+    problem.evaluate(p, &mut analytic);
+    let mut worst = 0.0_f64;
+    for j in 0..p.len() {
+        let h = 1e-3 * p[j].abs().max(1e-3);
+        let at = |shift: f64| {
+            let mut q = p.to_vec();
+            q[j] += shift;
+            residuals(problem, &q)
+        };
+        let (a, b, c, d) = (at(-2.0 * h), at(-h), at(h), at(2.0 * h));
+        let largest = analytic.rows.iter().fold(0.0_f64, |m, row| m.max(row[j].abs()));
+        for (k, row) in analytic.rows.iter().enumerate() {
+            let difference = (a[k] - 8.0 * b[k] + 8.0 * c[k] - d[k]) / (12.0 * h);
+            worst = worst.max((difference - row[j]).abs() / largest.max(f64::MIN_POSITIVE));
+        }
+    }
+    worst
+}

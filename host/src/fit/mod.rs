@@ -1,0 +1,134 @@
+//! Nonlinear least squares for any model: Levenberg-Marquardt on streamed normal equations.
+//!
+//! A [`Problem`] hands over its residuals and Jacobian a row or a block at a time; only J'J, J'r and
+//! r'r are kept, so a record of any length costs memory for its parameters alone.
+//! Reference: K. Madsen, H. B. Nielsen, O. Tingleff, "Methods for non-linear least squares problems"
+//! (2004), with the column scaling of J. J. Moré (1978).
+
+pub mod check;
+mod levenberg;
+mod normal;
+
+pub use levenberg::{minimise, Options};
+pub use normal::Normal;
+
+use nalgebra::{DMatrix, DVector};
+use std::fmt;
+
+/// Where a problem puts its residuals and the rows of its Jacobian, in any grouping.
+pub trait Rows {
+    /// One residual r and its derivatives dr/dp, as many as there are parameters.
+    fn row(&mut self, residual: f64, derivatives: &[f64]);
+    /// Several at once, the Jacobian by columns: `columns[j][k]` is d `residuals[k]` / d p_j.
+    fn block(&mut self, residuals: &[f64], columns: &[&[f64]]);
+}
+
+/// A sum of squared residuals r(p) to be made small.
+pub trait Problem {
+    /// How many parameters p holds.
+    fn parameters(&self) -> usize;
+    /// Streams every residual and its derivatives at `p` into `rows`. A residual that is not finite says
+    /// that the model cannot be evaluated there, and the step is taken back.
+    fn evaluate(&self, p: &[f64], rows: &mut dyn Rows);
+    /// Smallest and largest value parameter `index` may take.
+    fn bounds(&self, _index: usize) -> (f64, f64) {
+        (f64::NEG_INFINITY, f64::INFINITY)
+    }
+}
+
+/// Why a fit stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// The minimum is nearer than the asked fraction of a standard error.
+    Converged,
+    /// The step is below the rounding of the parameters, as with data without noise.
+    SmallStep,
+    /// No damping gives a smaller sum of squares.
+    NoDescent,
+    /// The allowed evaluations are used up.
+    MaxEvaluations,
+    /// The start itself gives residuals that are not finite.
+    NotFinite,
+    /// No residuals, or fewer than free parameters.
+    TooFewResiduals,
+}
+
+impl Stop {
+    /// Whether the parameters can be taken for a minimum.
+    pub fn is_minimum(self) -> bool {
+        matches!(self, Stop::Converged | Stop::SmallStep | Stop::NoDescent)
+    }
+}
+
+impl fmt::Display for Stop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Stop::Converged => "converged",
+            Stop::SmallStep => "step below rounding",
+            Stop::NoDescent => "no step makes the sum of squares smaller",
+            Stop::MaxEvaluations => "evaluations used up",
+            Stop::NotFinite => "the model is not finite at the start",
+            Stop::TooFewResiduals => "fewer residuals than free parameters",
+        })
+    }
+}
+
+/// Why a fit has no covariance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoCovariance {
+    /// The fit did not reach a minimum.
+    NotAMinimum(Stop),
+    /// The residuals do not depend on this parameter apart from the others.
+    Undetermined { parameter: usize },
+    /// As many parameters as residuals: nothing is left to tell the noise from.
+    NoFreedom,
+}
+
+impl fmt::Display for NoCovariance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            NoCovariance::NotAMinimum(stop) => write!(f, "the fit did not reach a minimum: {stop}"),
+            NoCovariance::Undetermined { parameter } => {
+                write!(f, "parameter {parameter} is not determined by the data")
+            }
+            NoCovariance::NoFreedom => f.write_str("as many parameters as residuals"),
+        }
+    }
+}
+
+/// What a fit found.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    pub parameters: Vec<f64>,
+    /// r'r at the parameters, in the residual's unit squared.
+    pub sum_of_squares: f64,
+    /// How many residuals there were.
+    pub residuals: usize,
+    pub stop: Stop,
+    /// How often the model was evaluated.
+    pub evaluations: usize,
+    /// Parameters that ended on a bound and are taken for known in `covariance` (their rows are zero).
+    pub at_bound: Vec<bool>,
+    /// J'J at the parameters.
+    pub normal_matrix: DMatrix<f64>,
+    /// J'r at the parameters, half the gradient.
+    pub gradient: DVector<f64>,
+    /// s^2 (J'J)^-1 with s^2 = r'r / (residuals - free parameters): right for white residuals only.
+    pub covariance: Result<DMatrix<f64>, NoCovariance>,
+}
+
+impl Fit {
+    /// Residuals less free parameters.
+    pub fn degrees_of_freedom(&self) -> usize {
+        let free = self.at_bound.iter().filter(|&&b| !b).count();
+        self.residuals.saturating_sub(free)
+    }
+    /// s^2, the variance of one residual.
+    pub fn variance(&self) -> f64 {
+        self.sum_of_squares / self.degrees_of_freedom().max(1) as f64
+    }
+    /// Root mean square of the residuals.
+    pub fn residual_rms(&self) -> f64 {
+        (self.sum_of_squares / self.residuals.max(1) as f64).sqrt()
+    }
+}

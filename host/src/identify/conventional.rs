@@ -1,0 +1,242 @@
+//! The conventional method of the thesis (3.4 and 3.5): spectrum and time to half amplitude.
+//!
+//! 10 Hz low-pass, amplitude window, damped frequency at the highest bin of the power spectral density (plain
+//! periodogram of the window, neither tapered nor filled up), one maximum a cycle, a fifth-degree polynomial
+//! through them, the time at which it has fallen to half, and (3.23) to (3.25). Two options replace its weak
+//! points: the bin by an interpolated peak, the half amplitude by a regression over all maxima.
+
+use super::flag::Flag;
+use super::least_squares::linear_start;
+use super::lowpass;
+use super::spectrum::Periodogram;
+use super::{Estimate, Method, Prepared};
+use crate::quantity::Quantity;
+use crate::record::Record;
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::{LN_2, TAU};
+use yawrig_shared::modal::Modal;
+
+/// Corner of the low-pass, thesis 3.5 step 1.
+const CORNER_HZ: f64 = 10.0;
+/// Above this the low-pass takes more than one percent of the oscillation.
+const HIGHEST_HZ: f64 = 5.7;
+/// Degree of the polynomial through the maxima, thesis 3.4.3.
+const DEGREE: usize = 5;
+/// How far the window is filled up with zeros for an interpolated peak.
+const FILLED: usize = 4;
+
+/// How the damped frequency is read off the spectrum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum SpectralPeak {
+    /// The highest bin.
+    #[default]
+    Plain,
+    /// A parabola through the highest of four times as many bins.
+    Interpolated,
+}
+
+/// How the decay is read off the maxima.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Decay {
+    /// Time to half amplitude of the polynomial.
+    #[default]
+    HalfAmplitude,
+    /// Straight line through the logarithms of all maxima.
+    Regression,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    pub spectral_peak: SpectralPeak,
+    pub decay: Decay,
+}
+
+/// The method on a prepared record; why not in words.
+pub fn estimate(prepared: &Prepared<'_>) -> Result<Estimate, String> {
+    let options = prepared.settings.conventional;
+    let mut flags = Vec::new();
+    let even = evenly_sampled(prepared.record, prepared, &mut flags)?;
+    let rate_hz = prepared.samples.rate_hz();
+    let filtered = match lowpass::zero_phase(&even.yaw_deg, rate_hz, CORNER_HZ) {
+        Some(filtered) => filtered,
+        None => {
+            flags.push(Flag::LowPassNotApplied);
+            even.yaw_deg.clone()
+        }
+    };
+    let from = even.time_s.partition_point(|&t| t < prepared.swing.from_s);
+    let to = even.time_s.partition_point(|&t| t < prepared.swing.to_s);
+    let (time, yaw) = (&even.time_s[from..to], &filtered[from..to]);
+    let step_s = 1.0 / rate_hz;
+
+    let frequency_hz = damped_frequency(yaw, step_s, options.spectral_peak)
+        .ok_or("no peak in the power spectral density")?;
+    if frequency_hz.value > HIGHEST_HZ && !flags.contains(&Flag::LowPassNotApplied) {
+        flags.push(Flag::LowPassTooNear);
+    }
+    let peaks = maxima(time, yaw, 1.0 / frequency_hz.value);
+    let half_life_s = match options.decay {
+        Decay::HalfAmplitude => half_amplitude(&peaks)?,
+        Decay::Regression => regression(&peaks)?,
+    };
+    let modal = Modal::from_damped_frequency_and_half_life(frequency_hz.value, half_life_s.value);
+    let (wn, zeta) = (modal.natural_frequency_rad_s, modal.damping_ratio);
+    // wn^2 = wd^2 + s^2 and zeta = s/wn, with s = ln 2 / t_half.
+    let (u_wd, u_s) = (TAU * frequency_hz.u, LN_2 * half_life_s.u / half_life_s.value.powi(2));
+    let wd = TAU * frequency_hz.value;
+    let stretch = prepared.stretch();
+    let fitted = linear_start(&stretch, zeta * wn, wd).ok_or("the swing has no amplitude")?;
+    let (mut n, mut squares) = (0.0, 0.0);
+    for (t, y) in stretch.kept() {
+        n += 1.0;
+        squares += (y - fitted.yaw_deg(t)).powi(2);
+    }
+    Ok(Estimate {
+        method: Method::Conventional,
+        natural_frequency_rad_s: Quantity::new(wn, (wd / wn * u_wd).hypot(zeta * u_s)),
+        damping_ratio: Quantity::new(zeta, (u_s / wn).hypot(zeta / wn * u_wd)),
+        residual_rms_deg: (squares / n).sqrt(),
+        windows: Vec::new(),
+        flags,
+        cramer_rao: None,
+    })
+}
+
+/// The record without its wild samples on an even grid of its own rate.
+fn evenly_sampled(
+    record: &Record,
+    prepared: &Prepared<'_>,
+    flags: &mut Vec<Flag>,
+) -> Result<Record, String> {
+    let samples = &prepared.samples;
+    if samples.is_uniform() && samples.excluded() == 0 {
+        return Ok(record.clone());
+    }
+    if !samples.is_uniform() {
+        flags.push(Flag::Resampled);
+    }
+    let (time_s, yaw_deg) = samples.all().kept().unzip();
+    let kept = Record { file: record.file.clone(), time_s, yaw_deg };
+    kept.resampled(samples.rate_hz()).map_err(|e| e.message)
+}
+
+/// Damped frequency in Hz. Its uncertainty is that of the bin, or of the peak of a fine spectrum.
+fn damped_frequency(yaw: &[f64], step_s: f64, peak: SpectralPeak) -> Option<Quantity> {
+    let length = match peak {
+        SpectralPeak::Plain => yaw.len(),
+        SpectralPeak::Interpolated => FILLED * yaw.len(),
+    };
+    let periodogram = Periodogram::of(yaw, step_s, length);
+    let bin = periodogram.strongest_bin(0.0..=f64::INFINITY, |_| 1.0)?;
+    // Anywhere within half a bin: a rectangular distribution.
+    let width = periodogram.resolution_hz / 12.0_f64.sqrt();
+    Some(match peak {
+        SpectralPeak::Plain => Quantity::new(periodogram.frequency_hz(bin), width),
+        SpectralPeak::Interpolated => Quantity::new(periodogram.interpolated_hz(bin), width),
+    })
+}
+
+/// A maximum of the angle above the middle of its cycle.
+#[derive(Clone, Copy, Debug)]
+struct Peak {
+    time_s: f64,
+    amplitude_deg: f64,
+}
+
+/// The largest value of each cycle, a cycle being what lies between two rising passages through the middle.
+fn maxima(time: &[f64], yaw: &[f64], period: f64) -> Vec<Peak> {
+    let mean = yaw.iter().sum::<f64>() / yaw.len() as f64;
+    let mut passages: Vec<usize> = Vec::new();
+    for k in 1..yaw.len() {
+        let rises = yaw[k - 1] < mean && yaw[k] >= mean;
+        if rises && passages.last().is_none_or(|&last| time[k] - time[last] > 0.6 * period) {
+            passages.push(k);
+        }
+    }
+    let cycles: Vec<(usize, f64, f64)> = passages
+        .windows(2)
+        .map(|w| {
+            let cycle = &yaw[w[0]..w[1]];
+            let lowest = cycle.iter().copied().fold(f64::INFINITY, f64::min);
+            let (at, &highest) =
+                cycle.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).expect("not empty");
+            (w[0] + at, highest, lowest)
+        })
+        .collect();
+    // The middle between the extremes, not the mean: a decaying swing spends unequal areas on its sides.
+    let middle =
+        cycles.iter().map(|(_, high, low)| 0.5 * (high + low)).sum::<f64>() / cycles.len() as f64;
+    cycles
+        .into_iter()
+        .map(|(at, high, _)| Peak { time_s: time[at], amplitude_deg: high - middle })
+        .filter(|p| p.amplitude_deg > 0.0)
+        .collect()
+}
+
+/// Time to half amplitude in s of the polynomial through the maxima, by interpolation.
+fn half_amplitude(peaks: &[Peak]) -> Result<Quantity, String> {
+    let n = peaks.len();
+    if n < 4 {
+        return Err(format!("{n} maxima are too few for a decay"));
+    }
+    let (first, last) = (peaks[0].time_s, peaks[n - 1].time_s);
+    let degree = DEGREE.min(n - 2);
+    let row = |t: f64| {
+        let x = 2.0 * (t - first) / (last - first) - 1.0;
+        DVector::from_fn(degree + 1, |i, _| x.powi(i as i32))
+    };
+    let design = DMatrix::from_fn(n, degree + 1, |k, i| row(peaks[k].time_s)[i]);
+    let values = DVector::from_iterator(n, peaks.iter().map(|p| p.amplitude_deg));
+    let svd = design.clone().svd(true, true);
+    let coefficients = svd.solve(&values, 1e-12).map_err(str::to_owned)?;
+    let at = |t: f64| coefficients.dot(&row(t));
+    let half = 0.5 * at(first);
+    let steps = 2000;
+    let time = |i: usize| first + (last - first) * i as f64 / steps as f64;
+    let below = (1..=steps)
+        .find(|&i| at(time(i)) <= half)
+        .ok_or("the amplitude does not fall to half inside the window; use --decay regression")?;
+    let (mut a, mut b) = (time(below - 1), time(below));
+    for _ in 0..60 {
+        let middle = 0.5 * (a + b);
+        if at(middle) > half {
+            a = middle
+        } else {
+            b = middle
+        }
+    }
+    let half_life = 0.5 * (a + b) - first;
+    // The polynomial's own error at the two places, carried to the time by its slope.
+    let freedom = n - degree - 1;
+    let variance = (&design * &coefficients - values).norm_squared() / freedom as f64;
+    let contrast = row(a) - row(first) * 0.5;
+    let inverse = (design.transpose() * design).try_inverse().ok_or("the maxima coincide")?;
+    let h = 1e-4 * (last - first);
+    let slope = (at(a + h) - at(a - h)) / (2.0 * h);
+    let u = (variance * contrast.dot(&(inverse * &contrast))).sqrt() / slope.abs();
+    Ok(Quantity::new(half_life, u))
+}
+
+/// ln 2 over the slope of a straight line through the logarithms of the maxima, s.
+fn regression(peaks: &[Peak]) -> Result<Quantity, String> {
+    let n = peaks.len() as f64;
+    if peaks.len() < 3 {
+        return Err(format!("{n} maxima are too few for a decay"));
+    }
+    let x0 = peaks.iter().map(|p| p.time_s).sum::<f64>() / n;
+    let y0 = peaks.iter().map(|p| p.amplitude_deg.ln()).sum::<f64>() / n;
+    let xx: f64 = peaks.iter().map(|p| (p.time_s - x0).powi(2)).sum();
+    let xy: f64 = peaks.iter().map(|p| (p.time_s - x0) * (p.amplitude_deg.ln() - y0)).sum();
+    let slope = xy / xx;
+    // The logarithm's noise grows as the amplitude falls: each maximum's own residual stands for its variance.
+    let scatter: f64 = peaks
+        .iter()
+        .map(|p| {
+            let residual = p.amplitude_deg.ln() - y0 - slope * (p.time_s - x0);
+            ((p.time_s - x0) * residual).powi(2)
+        })
+        .sum();
+    let u_slope = (scatter * n / (n - 2.0)).sqrt() / xx;
+    let half_life = -LN_2 / slope;
+    Ok(Quantity::new(half_life, half_life.abs() * u_slope / slope.abs()))
+}

@@ -1,0 +1,55 @@
+//! What a reader of an estimate must know besides its numbers.
+
+use serde::{Deserialize, Serialize};
+
+/// Written to JSON by its name in snake case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Flag {
+    IrregularTimeStamps,
+    Resampled,
+    OutliersExcluded,
+    StartsInMidSwing,
+    PushedAtStart,
+    StoppedEarly,
+    AmplitudeOutsideWindow,
+    EndsAboveWindow,
+    FewCycles,
+    Grows,
+    AmplitudeDependentDamping,
+    AmplitudeDependentFrequency,
+    ResidualAboveNoise,
+    LowPassNotApplied,
+    LowPassTooNear,
+    OutsideTrainedRange,
+}
+
+impl Flag {
+    /// The reason in words, for a table.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Flag::IrregularTimeStamps => "time stamps are irregular; each sample is used at its own time",
+            Flag::Resampled => "resampled to an even rate",
+            Flag::OutliersExcluded => "wild samples were left out",
+            Flag::StartsInMidSwing => "the record starts in mid-swing; the release is not in it",
+            Flag::PushedAtStart => "the model was still pushed at the start; that part was left out",
+            Flag::StoppedEarly => "the swing was stopped before it had died out; analysed up to there",
+            Flag::AmplitudeOutsideWindow => {
+                "fewer than three cycles inside the asked amplitude window; analysed on what there is"
+            }
+            Flag::EndsAboveWindow => "the record ends before the lower end of the amplitude window",
+            Flag::FewCycles => "fewer than six cycles",
+            Flag::Grows => "the oscillation grows: negative damping",
+            Flag::AmplitudeDependentDamping => {
+                "damping changes with amplitude; the value is a mean over the window, its uncertainty holds the change"
+            }
+            Flag::AmplitudeDependentFrequency => {
+                "frequency changes with amplitude; the value is a mean over the window, its uncertainty holds the change"
+            }
+            Flag::ResidualAboveNoise => "one damped mode does not explain the record to its noise",
+            Flag::LowPassNotApplied => "the sampling rate is too low for the 10 Hz low-pass",
+            Flag::LowPassTooNear => "the oscillation is too near the 10 Hz low-pass",
+            Flag::OutsideTrainedRange => "a window lies outside the range the network was trained on",
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Single wild samples, found before anything is known of the oscillation.
+
+use super::samples::{median, Samples};
+
+/// How far, in standard deviations of the noise, a sample may lie from the median of its neighbours.
+const NOISE_FACTOR: f64 = 8.0;
+/// Samples the median is taken over: a run of up to two wild ones is seen.
+const NEIGHBOURS: usize = 5;
+
+/// Leaves out samples that stand off from the median of their five neighbours by more than noise and the
+/// signal's own curvature explain. A record sampled too coarsely for that loses none; the fits look again.
+pub fn exclude_spikes(samples: &mut Samples<'_>) {
+    let yaw = samples.all().yaw_deg;
+    let n = yaw.len();
+    if n < 4 * NEIGHBOURS {
+        return;
+    }
+    let half = NEIGHBOURS / 2;
+    // At the ends the five outermost samples serve, so that a wild first sample does not stand for its own median.
+    let middle: Vec<f64> = (0..n)
+        .map(|k| {
+            let from = k.saturating_sub(half).min(n - NEIGHBOURS);
+            median_of_five(&yaw[from..from + NEIGHBOURS])
+        })
+        .collect();
+    let off: Vec<f64> = yaw.iter().zip(&middle).map(|(y, m)| (y - m).abs()).collect();
+    // Half of all white samples lie within 0.49 standard deviations of the median they take part in.
+    let noise = median(&mut off.clone()) / 0.49;
+    let step = smallest_step(yaw);
+    let curvature = |k: usize| {
+        let at = |i: isize| middle[(k as isize + i).clamp(0, n as isize - 1) as usize];
+        (-4..=4).map(|i| (at(i + 2) - 2.0 * at(i) + at(i - 2)).abs()).fold(0.0, f64::max)
+    };
+    let least = (NOISE_FACTOR * noise).max(3.0 * step);
+    let wild: Vec<usize> =
+        (0..n).filter(|&k| off[k] > least && off[k] > least + 2.0 * curvature(k)).collect();
+    for k in wild {
+        samples.exclude(k);
+    }
+}
+
+fn median_of_five(v: &[f64]) -> f64 {
+    let (a, b) = (v[0].min(v[1]), v[0].max(v[1]));
+    let (c, d) = (v[2].min(v[3]), v[2].max(v[3]));
+    // The smallest and the largest of the four cannot be the median.
+    let (e, f) = (a.max(c), b.min(d));
+    let (low, high) = (e.min(f), e.max(f));
+    v[4].clamp(low, high)
+}
+
+/// The converter's step, where the record shows one: the smallest difference between neighbours that is not zero.
+fn smallest_step(yaw: &[f64]) -> f64 {
+    let smallest = yaw
+        .windows(2)
+        .map(|w| (w[1] - w[0]).abs())
+        .filter(|d| *d > 0.0)
+        .fold(f64::INFINITY, f64::min);
+    if smallest.is_finite() {
+        smallest
+    } else {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(yaw: &[f64]) -> Vec<usize> {
+        let t: Vec<f64> = (0..yaw.len()).map(|k| k as f64 * 0.01).collect();
+        let mut samples = Samples::new(&t, yaw);
+        exclude_spikes(&mut samples);
+        let excluded = samples.all().excluded;
+        (0..yaw.len()).filter(|&k| excluded[k]).collect()
+    }
+
+    fn swing(n: usize, step: f64) -> Vec<f64> {
+        (0..n)
+            .map(|k| {
+                let t = k as f64 * 0.01;
+                let y = 3.0 + if t < 1.0 { 10.0 } else { 10.0 * (7.0 * (t - 1.0)).cos() };
+                if step > 0.0 {
+                    (y / step).round() * step
+                } else {
+                    y
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn spikes_are_found_and_nothing_else() {
+        for step in [0.0, 0.09] {
+            let mut yaw = swing(1500, step);
+            assert!(found(&yaw).is_empty(), "step {step}");
+            for k in [0, 50, 400, 401, 777, 1499] {
+                yaw[k] += if k % 2 == 0 { 12.0 } else { -60.0 };
+            }
+            assert_eq!(found(&yaw), [0, 50, 400, 401, 777, 1499], "step {step}");
+        }
+    }
+
+    #[test]
+    fn a_fast_mode_sampled_coarsely_loses_nothing() {
+        let yaw: Vec<f64> = (0..200).map(|k| 10.0 * (26.0 * 0.05 * k as f64).cos()).collect();
+        assert!(found(&yaw).is_empty());
+    }
+
+    #[test]
+    fn five_values_have_the_median_that_sorting_gives() {
+        let mut v = [3.0, 1.0, 4.0, 1.5, 9.0];
+        for rotation in 0..5 {
+            v.rotate_left(1);
+            let _ = rotation;
+            assert_eq!(median_of_five(&v), 3.0);
+        }
+    }
+}

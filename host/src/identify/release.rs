@@ -1,0 +1,351 @@
+//! Where the free swing is: release, hold, end, and the part of it inside the amplitude window.
+
+use super::damped_sinusoid::Mode;
+use super::envelope::{envelope, strongest_frequency_rad_s, Point, POINTS_PER_CYCLE};
+use super::flag::Flag;
+use super::least_squares;
+use super::samples::{median, Samples, Stretch};
+use super::{Refusal, Settings, FEWEST_CYCLES};
+use std::f64::consts::TAU;
+
+/// Block means per cycle in which the swing is looked for.
+const MEANS_PER_CYCLE: f64 = 24.0;
+/// A swing this far above the envelope's own noise is one.
+const AMPLITUDE_OVER_NOISE: f64 = 4.0;
+/// Share of the largest amplitude below which a swing has died out.
+const DIED_OUT: f64 = 0.01;
+/// Misfit of the continued swing that says "not free any more", as a share of its amplitude and in noise.
+const MISFIT_SHARE: f64 = 0.12;
+const MISFIT_NOISE: f64 = 6.0;
+/// Left out after a release, in cycles: the catch takes some time to let go.
+const GUARD_CYCLES: f64 = 0.02;
+/// Fall of the amplitude within a cycle that no damping in range explains (damping ratio 0.15).
+const STOPPED_RATIO: f64 = 2.5;
+
+/// The free swing of a record and what of it is analysed.
+#[derive(Clone, Debug)]
+pub struct Swing {
+    /// Strongest frequency of the record, rad/s, to a few percent.
+    pub frequency_rad_s: f64,
+    /// Beginning of the free motion: the release, or the first sample where the release is not in the record.
+    pub release_time_s: f64,
+    /// What is analysed.
+    pub from_s: f64,
+    pub to_s: f64,
+    pub flags: Vec<Flag>,
+}
+
+impl Swing {
+    pub fn stretch<'a>(&self, samples: &'a Samples<'_>) -> Stretch<'a> {
+        samples.between(self.from_s, self.to_s)
+    }
+}
+
+/// Finds the swing.
+///
+/// # Errors
+/// No oscillation, or fewer than three cycles of one.
+pub fn find(samples: &Samples<'_>, settings: &Settings) -> Result<Swing, Refusal> {
+    let frequency = strongest_frequency_rad_s(samples).ok_or(Refusal::NoOscillation)?;
+    let period = TAU / frequency;
+    let block = (period * samples.rate_hz() / MEANS_PER_CYCLE).floor().max(1.0) as usize;
+    let means = samples.all().block_means(block);
+    let none = vec![false; means.len()];
+    let means = means.stretch(&none);
+    let noise = noise_of_means(&means);
+    let points = envelope(&means, frequency);
+    if points.is_empty() {
+        return Err(Refusal::TooFewCycles { cycles: means.duration_s() / period });
+    }
+    let (begin_s, duration_s) = (samples.all().start_s(), samples.all().duration_s());
+    let search = Search { means, begin_s, end_s: begin_s + duration_s, period, noise, points };
+    search.find(settings, frequency)
+}
+
+/// Standard deviation of the means' noise, from their third differences, which hold little of the swing.
+fn noise_of_means(means: &Stretch<'_>) -> f64 {
+    let mut third: Vec<f64> =
+        means.yaw_deg.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
+    if third.is_empty() {
+        0.0
+    } else {
+        median(&mut third) / (0.6745 * 20.0_f64.sqrt())
+    }
+}
+
+struct Search<'a> {
+    means: Stretch<'a>,
+    /// First sample, and one step after the last: the means lie inside.
+    begin_s: f64,
+    end_s: f64,
+    period: f64,
+    noise: f64,
+    points: Vec<Point>,
+}
+
+/// Consecutive points of the envelope, ends included.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    first: usize,
+    last: usize,
+}
+
+impl Search<'_> {
+    fn find(&self, settings: &Settings, frequency: f64) -> Result<Swing, Refusal> {
+        let largest = self.points.iter().map(|p| p.amplitude_deg).fold(0.0, f64::max);
+        // A sinusoid's amplitude from n samples of noise s is known to s sqrt(2/n).
+        let per_cycle = (self.period / self.means.step_s).max(1.0);
+        let amplitude_noise = self.noise * (2.0 / per_cycle).sqrt();
+        let least = (AMPLITUDE_OVER_NOISE * amplitude_noise).max(DIED_OUT * largest);
+        let everything = self
+            .longest_run(|p| p.amplitude_deg >= least)
+            .filter(|_| largest > 0.0)
+            .ok_or(Refusal::NoOscillation)?;
+        let inside = |p: &Point| {
+            p.amplitude_deg <= settings.from_deg && p.amplitude_deg >= settings.to_deg.max(least)
+        };
+        let mut flags = Vec::new();
+        let windowed = self.longest_run(inside).filter(|r| self.cycles(*r) >= FEWEST_CYCLES);
+        let chosen = windowed.unwrap_or(everything);
+        if windowed.is_none() {
+            flags.push(Flag::AmplitudeOutsideWindow);
+        }
+        let around = self.grown(chosen, |p| p.amplitude_deg >= least);
+        let onset = self.onset(around, &mut flags);
+        let end = self.end(around, &mut flags);
+        let mut from = onset.free_from_s;
+        let mut to = end;
+        if windowed.is_some() {
+            from = from.max(self.start_inside(chosen, from, settings.from_deg));
+            to = to.min(self.end_inside(chosen, end));
+            let above = self.points[chosen.last].amplitude_deg > 1.3 * settings.to_deg;
+            if above && chosen.last + 1 == self.points.len() {
+                flags.push(Flag::EndsAboveWindow);
+            }
+        }
+        let cycles = (to - from) / self.period;
+        // The frequency is known to a few percent only here.
+        if cycles < 0.95 * FEWEST_CYCLES {
+            return Err(Refusal::TooFewCycles { cycles });
+        }
+        Ok(Swing {
+            frequency_rad_s: frequency,
+            release_time_s: onset.release_s,
+            from_s: from,
+            to_s: to,
+            flags,
+        })
+    }
+
+    /// The longest stretch of points for which `accept` holds, gaps shorter than a cycle bridged.
+    fn longest_run(&self, accept: impl Fn(&Point) -> bool) -> Option<Run> {
+        let mut best: Option<Run> = None;
+        let mut open: Option<Run> = None;
+        for (i, point) in self.points.iter().enumerate() {
+            if accept(point) {
+                let first = match open {
+                    Some(run) if i - run.last <= POINTS_PER_CYCLE => run.first,
+                    _ => i,
+                };
+                let run = Run { first, last: i };
+                open = Some(run);
+                if best.is_none_or(|b| run.last - run.first > b.last - b.first) {
+                    best = Some(run);
+                }
+            }
+        }
+        best
+    }
+
+    /// `run` and the points on both sides of it for which `accept` holds without a gap.
+    fn grown(&self, run: Run, accept: impl Fn(&Point) -> bool) -> Run {
+        let first = (0..run.first)
+            .rev()
+            .take_while(|&i| accept(&self.points[i]))
+            .last()
+            .unwrap_or(run.first);
+        let last = (run.last + 1..self.points.len())
+            .take_while(|&i| accept(&self.points[i]))
+            .last()
+            .unwrap_or(run.last);
+        Run { first, last }
+    }
+
+    /// Cycles from half a cycle before the first point to half a cycle after the last.
+    fn cycles(&self, run: Run) -> f64 {
+        (self.points[run.last].time_s - self.points[run.first].time_s) / self.period + 1.0
+    }
+
+    /// Time from which the envelope is inside the window: the crossing, or `free_from` where it starts inside.
+    fn start_inside(&self, run: Run, free_from: f64, from_deg: f64) -> f64 {
+        let p = self.points[run.first];
+        match run.first.checked_sub(1).map(|i| self.points[i]) {
+            Some(before) if before.amplitude_deg > from_deg => crossing(before, p, from_deg),
+            _ => {
+                // The amplitude half a cycle before the first point, from its fall over the next cycle.
+                let next = self.points[(run.first + POINTS_PER_CYCLE).min(run.last)];
+                let rate = (p.amplitude_deg / next.amplitude_deg).ln() / (next.time_s - p.time_s);
+                let crossed = p.time_s - (from_deg / p.amplitude_deg).ln() / rate;
+                let amplitude = p.amplitude_deg * ((p.time_s - free_from) * rate).exp();
+                // Two percent: the envelope's own uncertainty. What starts at the limit is not to lose a sample.
+                if rate > 0.0 && amplitude > 1.02 * from_deg {
+                    crossed.max(free_from)
+                } else {
+                    free_from
+                }
+            }
+        }
+    }
+
+    /// Time to which the envelope is inside the window.
+    fn end_inside(&self, run: Run, free_to: f64) -> f64 {
+        let p = self.points[run.last];
+        match self.points.get(run.last + 1) {
+            // Its half cycle beyond the centre belongs to the swing as long as the swing goes on.
+            Some(_) => p.time_s + 0.5 * self.period / POINTS_PER_CYCLE as f64,
+            None => free_to,
+        }
+        .min(free_to)
+    }
+}
+
+/// Time at which the amplitude passes `level` between two points, exponentially.
+fn crossing(a: Point, b: Point, level: f64) -> f64 {
+    let share = (a.amplitude_deg / level).ln() / (a.amplitude_deg / b.amplitude_deg).ln();
+    a.time_s + share.clamp(0.0, 1.0) * (b.time_s - a.time_s)
+}
+
+struct Onset {
+    release_s: f64,
+    free_from_s: f64,
+}
+
+impl Search<'_> {
+    /// The beginning of the free motion that `run` belongs to.
+    fn onset(&self, run: Run, flags: &mut Vec<Flag>) -> Onset {
+        let peak = (run.first..=run.last)
+            .max_by(|&a, &b| self.points[a].amplitude_deg.total_cmp(&self.points[b].amplitude_deg))
+            .unwrap_or(run.first);
+        let first_s = (self.points[run.first].time_s - 0.5 * self.period).max(self.begin_s);
+        if peak - run.first > 2 * POINTS_PER_CYCLE {
+            // The amplitude grows by itself: nothing was released.
+            return Onset { release_s: first_s, free_from_s: first_s };
+        }
+        // Two cycles that are free for certain, continued backwards by half a cycle at a time as long as that fits.
+        let mut free_s = self.points[peak].time_s + 0.5 * self.period;
+        loop {
+            let core = self.means.between(free_s, free_s + 2.0 * self.period);
+            let Some(mode) = self.mode_of(&core) else {
+                flags.push(Flag::StartsInMidSwing);
+                return Onset { release_s: free_s, free_from_s: free_s };
+            };
+            let before = self.means.between(free_s - 0.5 * self.period, free_s);
+            let misfit = self.misfits(&before, &mode).last();
+            if let Some(last) = misfit {
+                return self.released(before.time_s[last] + self.means.step_s, &mode, flags);
+            }
+            free_s -= 0.5 * self.period;
+            if free_s <= self.begin_s {
+                let rate = mode.rate_deg_s(self.begin_s).abs();
+                let fastest = mode.amplitude_deg(self.begin_s) * mode.natural_frequency_rad_s();
+                if rate > 0.15 * fastest {
+                    flags.push(Flag::StartsInMidSwing);
+                }
+                return Onset { release_s: self.begin_s, free_from_s: self.begin_s };
+            }
+        }
+    }
+
+    /// The release, seen to be over at `free_s` from the free motion after it.
+    fn released(&self, free_s: f64, mode: &Mode, flags: &mut Vec<Flag>) -> Onset {
+        let release_s = match self.hold_before(free_s, mode.amplitude_deg(free_s)) {
+            None => {
+                flags.push(Flag::PushedAtStart);
+                free_s
+            }
+            Some(hold_deg) => self.leaves(mode, hold_deg, free_s),
+        };
+        let guarded = release_s + GUARD_CYCLES * self.period;
+        Onset { release_s, free_from_s: free_s.max(guarded) }
+    }
+
+    fn mode_of(&self, stretch: &Stretch<'_>) -> Option<Mode> {
+        least_squares::fit_mode(stretch, TAU / self.period).map(|found| found.mode)
+    }
+
+    /// Indices in `stretch` from which on two neighbours lie off the continued mode.
+    fn misfits<'b>(
+        &self,
+        stretch: &'b Stretch<'_>,
+        mode: &'b Mode,
+    ) -> impl DoubleEndedIterator<Item = usize> + 'b {
+        let noise = MISFIT_NOISE * self.noise;
+        let off = move |k: usize| {
+            let t = stretch.time_s[k];
+            let allowed = noise.max(MISFIT_SHARE * mode.amplitude_deg(t));
+            (stretch.yaw_deg[k] - mode.yaw_deg(t)).abs() > allowed
+        };
+        (0..stretch.len()).filter(move |&k| off(k) && (k == 0 || off(k - 1)))
+    }
+
+    /// The level before `time_s`, if the model stood still there.
+    fn hold_before(&self, time_s: f64, amplitude_deg: f64) -> Option<f64> {
+        let before = self.means.between(time_s - 0.5 * self.period, time_s);
+        if before.is_empty() {
+            return None;
+        }
+        let level = median(&mut before.yaw_deg.to_vec());
+        let allowed = (MISFIT_NOISE * self.noise).max(0.1 * amplitude_deg);
+        // The last means before the swing is seen to be free are on their way already.
+        let still = before.yaw_deg.iter().filter(|y| (*y - level).abs() <= allowed).count();
+        (still as f64 >= 0.75 * before.len() as f64).then_some(level)
+    }
+
+    /// When the mode leaves the hold: at its turning point if that is the hold's level, else where it crosses it.
+    fn leaves(&self, mode: &Mode, hold_deg: f64, seen_s: f64) -> f64 {
+        let steps = 64;
+        let span = 0.25 * self.period;
+        let times = (0..=2 * steps).map(|i| seen_s + span * (i as f64 / steps as f64 - 1.0));
+        let off = |t: f64| (mode.yaw_deg(t) - hold_deg).abs();
+        let Some(nearest) = times.min_by(|a, b| off(*a).total_cmp(&off(*b))) else { return seen_s };
+        // Newton on the rate: a turning point within a sixteenth of a cycle is the release from rest.
+        let mut turning = nearest;
+        let wn2 = mode.natural_frequency_rad_s().powi(2);
+        for _ in 0..20 {
+            let rate = mode.rate_deg_s(turning);
+            let acceleration =
+                -2.0 * mode.decay_rate_1_s * rate - wn2 * (mode.yaw_deg(turning) - mode.offset_deg);
+            turning -= rate / acceleration;
+        }
+        let near = (turning - nearest).abs() < self.period / 8.0;
+        let allowed = (MISFIT_NOISE * self.noise).max(MISFIT_SHARE * mode.amplitude_deg(seen_s));
+        if near && off(turning) <= allowed {
+            turning
+        } else {
+            nearest
+        }
+    }
+
+    /// The end of the free motion that `run` belongs to: where it dies out, is stopped, or the record ends.
+    fn end(&self, run: Run, flags: &mut Vec<Flag>) -> f64 {
+        let last = self.points[run.last];
+        let reaches_end = run.last + 1 == self.points.len();
+        let natural = if reaches_end { self.end_s } else { last.time_s };
+        let earlier = run.last.saturating_sub(POINTS_PER_CYCLE).max(run.first);
+        if self.points[earlier].amplitude_deg < STOPPED_RATIO * last.amplitude_deg {
+            return natural;
+        }
+        let core_to = self.points[earlier].time_s - 0.5 * self.period;
+        let core = self.means.between(core_to - 2.0 * self.period, core_to);
+        let Some(mode) = self.mode_of(&core) else { return natural };
+        let after = self.means.between(core_to, natural);
+        let first_misfit = self.misfits(&after, &mode).next();
+        match first_misfit {
+            Some(k) => {
+                flags.push(Flag::StoppedEarly);
+                after.time_s[k.saturating_sub(1)] - self.means.step_s
+            }
+            None => natural,
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! Periodogram of an evenly sampled stretch and its peak.
+
+use realfft::RealFftPlanner;
+use std::cell::RefCell;
+use std::ops::RangeInclusive;
+
+thread_local! {
+    // Plans are kept: records of one campaign have few lengths.
+    static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
+}
+
+/// |FFT|^2 by bin, bin k at k times `resolution_hz`.
+#[derive(Clone, Debug)]
+pub struct Periodogram {
+    pub resolution_hz: f64,
+    pub power: Vec<f64>,
+}
+
+impl Periodogram {
+    /// Of `values` every `step_s`, the mean taken off, filled up with zeros to `length` (at least the number of values).
+    pub fn of(values: &[f64], step_s: f64, length: usize) -> Self {
+        let length = length.max(values.len()).max(2);
+        let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+        let mut padded: Vec<f64> = values.iter().map(|v| v - mean).collect();
+        padded.resize(length, 0.0);
+        let plan = PLANNER.with(|p| p.borrow_mut().plan_fft_forward(length));
+        let mut spectrum = plan.make_output_vec();
+        plan.process(&mut padded, &mut spectrum).expect("lengths come from the plan");
+        Self {
+            resolution_hz: 1.0 / (length as f64 * step_s),
+            power: spectrum.iter().map(|z| z.norm_sqr()).collect(),
+        }
+    }
+
+    /// Bins whose frequency lies in `hz`, the constant left out.
+    fn bins(&self, hz: &RangeInclusive<f64>) -> std::ops::Range<usize> {
+        let from = (hz.start() / self.resolution_hz).ceil().max(1.0) as usize;
+        let to = (hz.end() / self.resolution_hz).min(self.power.len() as f64) as usize;
+        from..(to + 1).min(self.power.len())
+    }
+
+    /// The strongest bin within `hz` after weighting by `weight(frequency in Hz)`.
+    pub fn strongest_bin(
+        &self,
+        hz: RangeInclusive<f64>,
+        weight: impl Fn(f64) -> f64,
+    ) -> Option<usize> {
+        self.bins(&hz)
+            .map(|k| (k, self.power[k] * weight(k as f64 * self.resolution_hz)))
+            .filter(|(_, p)| *p > 0.0)
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(k, _)| k)
+    }
+
+    /// Frequency of a bin, Hz.
+    pub fn frequency_hz(&self, bin: usize) -> f64 {
+        bin as f64 * self.resolution_hz
+    }
+
+    /// Frequency of the parabola through the logarithms of a peak and its two neighbours, Hz. Meant for a
+    /// stretch filled up with zeros to four times its length.
+    pub fn interpolated_hz(&self, bin: usize) -> f64 {
+        let shift = match (bin.checked_sub(1), self.power.get(bin + 1)) {
+            (Some(before), Some(&after)) if before > 0 => {
+                let (a, b, c) = (self.power[before].ln(), self.power[bin].ln(), after.ln());
+                let curvature = a - 2.0 * b + c;
+                if curvature < 0.0 {
+                    (0.5 * (a - c) / curvature).clamp(-0.5, 0.5)
+                } else {
+                    0.0
+                }
+            }
+            _ => 0.0,
+        };
+        (bin as f64 + shift) * self.resolution_hz
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn swing(hz: f64, n: usize) -> Vec<f64> {
+        (0..n)
+            .map(|k| {
+                let t = k as f64 * 0.01;
+                7.0 + (-0.2 * t).exp() * (std::f64::consts::TAU * hz * t).cos()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_peak_is_the_nearest_bin_and_interpolation_comes_nearer() {
+        let periodogram = Periodogram::of(&swing(1.27, 1000), 0.01, 1000);
+        let bin = periodogram.strongest_bin(0.0..=20.0, |_| 1.0).unwrap();
+        assert_eq!(bin, 13);
+        assert!((periodogram.frequency_hz(bin) - 1.3).abs() < 1e-12);
+        // Filled up fourfold, as interpolation wants it: a parabola fits only the tip of the peak.
+        let filled = Periodogram::of(&swing(1.27, 1000), 0.01, 4000);
+        let bin = filled.strongest_bin(0.0..=20.0, |_| 1.0).unwrap();
+        let error = (filled.interpolated_hz(bin) - 1.27).abs();
+        assert!(error < 0.004, "{error}");
+    }
+
+    #[test]
+    fn a_constant_has_no_peak() {
+        let periodogram = Periodogram::of(&[3.0; 64], 0.01, 64);
+        assert_eq!(periodogram.strongest_bin(0.0..=50.0, |_| 1.0), None);
+    }
+}
