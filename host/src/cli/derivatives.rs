@@ -1,6 +1,6 @@
 //! `derivatives`: a campaign of releases to the table of aerodynamic derivatives.
 
-use super::print;
+use super::common::{print_json, print_line};
 use crate::derivatives::campaign::CampaignFile;
 use crate::derivatives::condition::Identified;
 use crate::derivatives::evaluate;
@@ -73,12 +73,10 @@ impl Derivatives {
             })?);
         }
         if !self.json {
-            return print(&tables.iter().map(text).collect::<Vec<_>>().join("\n"));
+            return print_line(&tables.iter().map(text).collect::<Vec<_>>().join("\n\n"));
         }
         let first = tables.remove(0);
-        let text = serde_json::to_string(&Tables { first, others: tables })
-            .map_err(|e| Error::internal(format!("cannot print the table: {e}")))?;
-        print(&(text + "\n"))
+        print_json(&Tables { first, others: tables })
     }
 
     fn settings(&self) -> Result<Settings> {
@@ -127,7 +125,7 @@ fn text(table: &Table) -> String {
             text.push(format!("{}: {}", release.file, flag.reason()));
         }
     }
-    text.join("\n") + "\n"
+    text.join("\n")
 }
 
 fn inertia_lines(table: &Table) -> String {

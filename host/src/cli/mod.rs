@@ -1,11 +1,18 @@
 //! The command line: one file a verb, each from arguments to a library call.
 
+mod common;
+mod demo;
 mod derivatives;
+mod device;
+mod flash;
+mod monitor;
+mod ports;
+mod replay;
 mod simulate;
+mod train;
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use clap::{Parser, Subcommand};
-use std::io::{ErrorKind, Write};
 
 /// Natural frequency, damping and aerodynamic derivatives from a yawing wind-tunnel model.
 #[derive(Parser, Debug)]
@@ -18,24 +25,34 @@ pub struct Cli {
 #[derive(Subcommand, Debug)]
 pub enum Verb {
     Derivatives(derivatives::Derivatives),
+    /// Train, flash, release on eight springs and tabulate the derivatives
+    Demo(demo::Demo),
     Simulate(simulate::Simulate),
+    /// Train a network and freeze it to a file
+    Train(train::Train),
+    /// Write a network to a device, verified
+    Flash(flash::Flash),
+    /// Show a device's firmware, protocol, network and slots
+    Device(device::Device),
+    /// Follow the results of a device as they come
+    Monitor(monitor::Monitor),
+    /// Play records into a device as its potentiometer and print its estimates
+    Replay(replay::Replay),
+    /// List the serial ports of this machine
+    Ports(ports::Ports),
 }
 
 /// Runs one verb: results on stdout, progress and messages on stderr.
 pub fn run(cli: Cli) -> Result<()> {
     match cli.verb {
         Verb::Derivatives(verb) => verb.run(),
+        Verb::Demo(arguments) => demo::run(&arguments),
         Verb::Simulate(verb) => verb.run(),
-    }
-}
-
-/// Writes results to stdout. A reader that has gone (`| head`) is not an error.
-fn print(text: &str) -> Result<()> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
-            Err(Error::internal(format!("cannot write to stdout: {e}")))
-        }
-        _ => Ok(()),
+        Verb::Train(arguments) => train::run(&arguments),
+        Verb::Flash(arguments) => flash::run(&arguments),
+        Verb::Device(arguments) => device::run(&arguments),
+        Verb::Monitor(arguments) => monitor::run(&arguments),
+        Verb::Replay(arguments) => replay::run(&arguments),
+        Verb::Ports(arguments) => ports::run(&arguments),
     }
 }

@@ -1,6 +1,6 @@
 //! `simulate`: records of a virtual rig whose truth is known.
 
-use super::print;
+use super::common::{print_json, print_line};
 use crate::derivatives::simulated::{self, refuse_existing, Planned};
 use crate::error::{Error, Result};
 use crate::record::write_samples;
@@ -224,7 +224,7 @@ impl Simulate {
                 d.cn_beta, d.cn_r
             );
         }
-        print(&text)
+        print_line(text.trim_end())
     }
 
     fn write_campaign(&self, folder: &Path, sensor: &Sensor, start: &Start) -> Result<()> {
@@ -250,7 +250,7 @@ impl Simulate {
                 condition.spring.name, truth.cn_beta, truth.cn_r, truth.cy_beta, truth.cy_r
             );
         }
-        print(&text)
+        print_line(text.trim_end())
     }
 }
 
@@ -306,10 +306,6 @@ fn condition_json(condition: &Condition) -> Value {
         "axis": condition.axis,
         "wind_speed_m_s": condition.wind_speed_m_s,
     })
-}
-
-fn print_json(value: &Value) -> Result<()> {
-    print(&format!("{value}\n"))
 }
 
 /// # Errors
