@@ -1,5 +1,6 @@
 //! The command line: one file a verb, each from arguments to a library call.
 
+mod identify;
 mod simulate;
 
 use crate::error::Result;
@@ -15,12 +16,14 @@ pub struct Cli {
 
 #[derive(Subcommand, Debug)]
 pub enum Verb {
+    Identify(identify::Identify),
     Simulate(simulate::Simulate),
 }
 
 /// Runs one verb: results on stdout, progress and messages on stderr.
 pub fn run(cli: Cli) -> Result<()> {
     match cli.verb {
+        Verb::Identify(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
     }
 }
