@@ -5,6 +5,7 @@ mod demo;
 mod derivatives;
 mod device;
 mod flash;
+mod identify;
 mod monitor;
 mod ports;
 mod replay;
@@ -27,6 +28,7 @@ pub enum Verb {
     Derivatives(derivatives::Derivatives),
     /// Train, flash, release on eight springs and tabulate the derivatives
     Demo(demo::Demo),
+    Identify(identify::Identify),
     Simulate(simulate::Simulate),
     /// Train a network and freeze it to a file
     Train(train::Train),
@@ -47,6 +49,7 @@ pub fn run(cli: Cli) -> Result<()> {
     match cli.verb {
         Verb::Derivatives(verb) => verb.run(),
         Verb::Demo(arguments) => demo::run(&arguments),
+        Verb::Identify(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),
