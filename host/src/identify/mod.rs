@@ -3,12 +3,14 @@
 //! [`identify`] finds the free swing in a record and hands the part inside the amplitude window to each method.
 //! Angles in deg, as recorded; damping ratio negative where the oscillation grows.
 
+pub mod batch;
 pub mod conventional;
 pub mod damped_sinusoid;
 pub mod envelope;
 pub mod flag;
 pub mod least_squares;
 mod lowpass;
+pub mod network;
 pub mod outliers;
 pub mod pencil;
 pub mod release;
@@ -33,7 +35,7 @@ pub const FEWEST_CYCLES: f64 = 3.0;
 const FEW_CYCLES: f64 = 6.0;
 /// A record whose three-cycle fits explain less than this of it holds no oscillation worth the name.
 const LEAST_EXPLAINED: f64 = 0.5;
-/// Residual of one mode over the whole window, in residuals of its three-cycle fits, that needs a word.
+/// Residual of an estimate over the whole window, in residuals of the three-cycle fits, that needs a word.
 const ABOVE_NOISE: f64 = 1.5;
 
 /// How records are analysed.
@@ -58,6 +60,7 @@ impl Default for Settings {
 pub enum Method {
     LeastSquares,
     Conventional,
+    Network,
 }
 
 /// Why a record gives nothing.
@@ -188,19 +191,35 @@ impl Prepared<'_> {
             to_s,
         }
     }
-    /// Flags of the record and its swing, true for every method.
-    fn common_flags(&self) -> Vec<Flag> {
-        let mut flags = self.swing.flags.clone();
-        if !self.samples.is_uniform() {
-            flags.push(Flag::IrregularTimeStamps);
+    /// The estimate with what the record says about it: flags, and where its values change with amplitude an
+    /// uncertainty that holds the change, since one number then stands for many.
+    fn judged(&self, mut estimate: Estimate) -> Estimate {
+        let flags = &mut estimate.flags;
+        flags.extend(&self.swing.flags);
+        let trends = trend::of(&self.windows);
+        if let Some(spread) = trends.frequency {
+            flags.push(Flag::AmplitudeDependentFrequency);
+            let u = &mut estimate.natural_frequency_rad_s.u;
+            *u = u.hypot(spread);
         }
-        if self.samples.excluded() > 0 {
-            flags.push(Flag::OutliersExcluded);
+        if let Some(spread) = trends.damping {
+            flags.push(Flag::AmplitudeDependentDamping);
+            let u = &mut estimate.damping_ratio.u;
+            *u = u.hypot(spread);
         }
-        if self.window().cycles < FEW_CYCLES {
-            flags.push(Flag::FewCycles);
-        }
-        flags
+        let tests = [
+            (!self.samples.is_uniform(), Flag::IrregularTimeStamps),
+            (self.samples.excluded() > 0, Flag::OutliersExcluded),
+            (self.window().cycles < FEW_CYCLES, Flag::FewCycles),
+            (
+                estimate.residual_rms_deg > ABOVE_NOISE * self.noise_rms_deg(),
+                Flag::ResidualAboveNoise,
+            ),
+            (estimate.damping_ratio.value < -2.0 * estimate.damping_ratio.u, Flag::Grows),
+        ];
+        flags.extend(tests.iter().filter(|(found, _)| *found).map(|(_, flag)| *flag));
+        flags.sort_unstable();
+        estimate
     }
 }
 
@@ -239,13 +258,10 @@ pub fn identify(
         let answer = match method {
             Method::LeastSquares => least_squares_estimate(&prepared),
             Method::Conventional => conventional::estimate(&prepared),
+            Method::Network => network::estimate(&prepared),
         };
         match answer {
-            Ok(mut estimate) => {
-                estimate.flags.extend(prepared.common_flags());
-                estimate.flags.sort_unstable();
-                estimates.push(estimate);
-            }
+            Ok(estimate) => estimates.push(prepared.judged(estimate)),
             Err(reason) => unavailable.push(Unavailable { method, reason }),
         }
     }
@@ -270,33 +286,16 @@ fn least_squares_estimate(prepared: &Prepared<'_>) -> std::result::Result<Estima
         prepared.mode().ok_or("the fit of one mode to the whole window did not converge")?;
     let stretch = prepared.stretch();
     let u = found.uncertainty(&stretch).ok_or("the fit does not determine its parameters")?;
-    let trends = trend::of(&prepared.windows);
-    let mut flags = Vec::new();
-    // Where the value changes with amplitude, one number stands for many: their spread is part of its uncertainty.
-    let mut widened = |u: f64, trend: Option<f64>, flag: Flag| match trend {
-        Some(spread) => {
-            flags.push(flag);
-            u.hypot(spread)
-        }
-        None => u,
-    };
-    let wn_u =
-        widened(u.natural_frequency_rad_s, trends.frequency, Flag::AmplitudeDependentFrequency);
-    let zeta_u = widened(u.damping_ratio, trends.damping, Flag::AmplitudeDependentDamping);
-    if found.residual_rms_deg() > ABOVE_NOISE * prepared.noise_rms_deg() {
-        flags.push(Flag::ResidualAboveNoise);
-    }
-    let zeta = found.mode.damping_ratio();
-    if zeta < -2.0 * zeta_u {
-        flags.push(Flag::Grows);
-    }
     Ok(Estimate {
         method: Method::LeastSquares,
-        natural_frequency_rad_s: Quantity::new(found.mode.natural_frequency_rad_s(), wn_u),
-        damping_ratio: Quantity::new(zeta, zeta_u),
+        natural_frequency_rad_s: Quantity::new(
+            found.mode.natural_frequency_rad_s(),
+            u.natural_frequency_rad_s,
+        ),
+        damping_ratio: Quantity::new(found.mode.damping_ratio(), u.damping_ratio),
         residual_rms_deg: found.residual_rms_deg(),
         windows: prepared.windows.iter().map(WindowEstimate::of).collect(),
-        flags,
+        flags: Vec::new(),
         cramer_rao: Some(u.bound),
     })
 }

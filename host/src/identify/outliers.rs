@@ -2,8 +2,9 @@
 
 use super::samples::{median, Samples};
 
-/// How far, in standard deviations of the noise, a sample may lie from the median of its neighbours.
-const NOISE_FACTOR: f64 = 8.0;
+/// How far, in standard deviations of white noise, a sample may lie from the median of its neighbours: far enough that
+/// correlated noise, which changes less from sample to sample than it seems to here, loses none.
+const NOISE_FACTOR: f64 = 12.0;
 /// Samples the median is taken over: a run of up to two wild ones is seen.
 const NEIGHBOURS: usize = 5;
 
@@ -24,8 +25,7 @@ pub fn exclude_spikes(samples: &mut Samples<'_>) {
         })
         .collect();
     let off: Vec<f64> = yaw.iter().zip(&middle).map(|(y, m)| (y - m).abs()).collect();
-    // Half of all white samples lie within 0.49 standard deviations of the median they take part in.
-    let noise = median(&mut off.clone()) / 0.49;
+    let noise = sample_noise(yaw);
     let step = smallest_step(yaw);
     let curvature = |k: usize| {
         let at = |i: isize| middle[(k as isize + i).clamp(0, n as isize - 1) as usize];
@@ -36,6 +36,17 @@ pub fn exclude_spikes(samples: &mut Samples<'_>) {
         (0..n).filter(|&k| off[k] > least && off[k] > least + 2.0 * curvature(k)).collect();
     for k in wild {
         samples.exclude(k);
+    }
+}
+
+/// Standard deviation of white noise from third differences, which hold little of a well sampled swing.
+pub fn sample_noise(yaw: &[f64]) -> f64 {
+    let mut third: Vec<f64> =
+        yaw.windows(4).map(|w| (w[3] - w[0] - 3.0 * (w[2] - w[1])).abs()).collect();
+    if third.is_empty() {
+        0.0
+    } else {
+        median(&mut third) / (0.6745 * 20.0_f64.sqrt())
     }
 }
 
