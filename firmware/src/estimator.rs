@@ -20,11 +20,15 @@ impl Mean {
     }
 
     /// The mean and its standard uncertainty from the scatter of `count` values whose variance
-    /// goes with the reciprocal weight; `single` is the uncertainty of one alone.
-    fn result(&self, count: u16, single: f32) -> Measured {
+    /// goes with the reciprocal weight; `single` is the uncertainty of one alone, `bias` what all
+    /// have in common.
+    fn result(&self, count: u16, single: f32, bias: f32) -> Measured {
         let u = match count {
             0 | 1 => single,
-            _ => libm::sqrtf(self.squares / ((count - 1) as f32 * self.weights)),
+            _ => {
+                let scatter = self.squares / ((count - 1) as f32 * self.weights);
+                libm::sqrtf(scatter + bias * bias)
+            }
         };
         Measured { value: self.mean, u }
     }
@@ -53,11 +57,11 @@ impl Collector {
     }
 
     /// Natural frequency (rad/s) and damping ratio. `test_rms` is the network's error on one
-    /// window, for a release that has only one.
-    pub fn result(&self, test_rms: [f32; 2]) -> [Measured; 2] {
+    /// window, for a release that has only one; `bias_rms` its error without noise.
+    pub fn result(&self, test_rms: [f32; 2], bias_rms: [f32; 2]) -> [Measured; 2] {
         [
-            self.natural_frequency.result(self.count, test_rms[0]),
-            self.damping.result(self.count, test_rms[1]),
+            self.natural_frequency.result(self.count, test_rms[0], bias_rms[0]),
+            self.damping.result(self.count, test_rms[1], bias_rms[1]),
         ]
     }
 }
@@ -79,7 +83,7 @@ mod tests {
         let mean = w.iter().zip(values).map(|(w, v)| w * f64::from(v.0)).sum::<f64>() / total;
         let square: f64 =
             w.iter().zip(values).map(|(w, v)| w * (f64::from(v.0) - mean).powi(2)).sum();
-        let [f, d] = collector.result([0.0; 2]);
+        let [f, d] = collector.result([0.0; 2], [0.0; 2]);
         assert!((f64::from(f.value) - mean).abs() < 1e-5);
         assert!((f64::from(f.u) - (square / (2.0 * total)).sqrt()).abs() < 1e-5);
         assert!(d.value > 0.0055 && d.value < 0.0064);
@@ -89,6 +93,6 @@ mod tests {
     fn a_single_window_has_the_network_s_own_error() {
         let mut collector = Collector::default();
         collector.add(&Estimate { natural_frequency_rad_s: 5.0, damping_ratio: 0.1 }, 5.0);
-        assert_eq!(collector.result([0.01, 0.002])[1], Measured { value: 0.1, u: 0.002 });
+        assert_eq!(collector.result([0.01, 0.002], [0.0; 2])[1], Measured { value: 0.1, u: 0.002 });
     }
 }

@@ -4,6 +4,7 @@ use crate::estimator::Collector;
 use crate::line::Line;
 use crate::release::{Step, Watch};
 use crate::sampler::Sampler;
+use yawrig_shared::derivatives::{reduced_frequency, YawDerivatives};
 use yawrig_shared::features::features;
 use yawrig_shared::history::BLOCK;
 use yawrig_shared::modal::Modal;
@@ -215,7 +216,6 @@ impl Measuring {
         let mut flags = Flags::default();
         if !network.range.holds(&estimate) {
             flags.set(Flags::OUT_OF_RANGE);
-            self.current.flags.set(Flags::OUT_OF_RANGE);
         }
         let number = self.current.windows.count();
         self.current.windows.add(&estimate, features.amplitude_deg);
@@ -262,8 +262,16 @@ impl Measuring {
             let small = current.largest_deg < self.sampler.settings().to_deg;
             flags.set(if small { Flags::TOO_SMALL } else { Flags::TOO_FEW_CYCLES });
         }
-        let rms = context.network.map_or([0.0; 2], |network| network.test_rms);
-        let [natural_frequency_rad_s, damping_ratio] = current.windows.result(rms);
+        let (rms, bias) =
+            context.network.map_or(([0.0; 2], [0.0; 2]), |n| (n.test_rms, n.bias_rms));
+        let [natural_frequency_rad_s, damping_ratio] = current.windows.result(rms, bias);
+        let mean = Estimate {
+            natural_frequency_rad_s: natural_frequency_rad_s.value,
+            damping_ratio: damping_ratio.value,
+        };
+        if context.network.is_some_and(|network| !network.range.holds(&mean)) {
+            flags.set(Flags::OUT_OF_RANGE);
+        }
         let usable = !flags.unusable();
         let modal = Modal {
             natural_frequency_rad_s: f64::from(natural_frequency_rad_s.value),
@@ -320,16 +328,22 @@ impl Measuring {
     /// Derivatives of a wind-on release against the wind-off one before it, which this becomes
     /// where the wind is off.
     fn derivatives(&mut self, modal: &Modal) -> Option<Derivatives> {
-        let condition = self.condition.as_ref()?;
-        if condition.wind.speed_m_s == 0.0 {
+        let Condition { wind, model, inertia_kg_m2 } = self.condition?;
+        if wind.speed_m_s == 0.0 {
             self.reference = Some(*modal);
             return None;
         }
-        let reference = self.reference.as_ref()?;
-        if condition.inertia_kg_m2 <= 0.0 {
+        let reference = self.reference?;
+        if inertia_kg_m2 <= 0.0 {
             return None;
         }
-        None
+        let YawDerivatives { cn_beta, cn_r } =
+            YawDerivatives::from_releases(modal, &reference, inertia_kg_m2, &wind, &model);
+        Some(Derivatives {
+            cn_beta: cn_beta as f32,
+            cn_r: cn_r as f32,
+            reduced_frequency: reduced_frequency(modal, &wind, &model) as f32,
+        })
     }
 }
 

@@ -13,6 +13,7 @@ pub mod features;
 pub mod history;
 pub mod modal;
 pub mod network;
+pub mod potentiometer;
 pub mod units;
 pub mod window;
 pub mod wire;

@@ -64,6 +64,8 @@ pub struct Network {
     pub range: TrainedRange,
     /// Rms error of one window on the test set at the noise trained for, rad/s and 1.
     pub test_rms: [f32; OUTPUTS],
+    /// Rms error on test windows without noise: what averaging over windows does not take away.
+    pub bias_rms: [f32; OUTPUTS],
     /// Layer by layer a row of biases, then a row for each input, each as long as the layer is
     /// wide: the weights a node's neighbours use at once stand side by side.
     pub weights: Vec<f32, MOST_WEIGHTS>,
@@ -106,7 +108,12 @@ impl Network {
         ];
         let offsets =
             [self.inputs.reciprocal_offset_hz, self.outputs[0].offset, self.outputs[1].offset];
-        let ranges = [self.range.natural_frequency_rad_s, self.range.damping_ratio, self.test_rms];
+        let ranges = [
+            self.range.natural_frequency_rad_s,
+            self.range.damping_ratio,
+            self.test_rms,
+            self.bias_rms,
+        ];
         let finite = self.weights.iter().chain(&offsets).chain(ranges.iter().flatten());
         if !finite.clone().all(|x| x.is_finite()) || !gains.iter().all(|x| x.is_normal()) {
             return Err(NetworkError::NotFinite);

@@ -92,9 +92,8 @@ pub enum Finding {
 pub struct Tracker<S> {
     history: History<S>,
     limits: Limits,
-    /// The block mean the tracking began with: not a turning point unless the model was held there.
-    began: Option<Extreme>,
-    held: bool,
+    /// Nothing has turned yet, and the model was not let go from rest.
+    mid_swing: bool,
     /// Highest and lowest block mean since the last extreme.
     high: Option<Extreme>,
     low: Option<Extreme>,
@@ -130,8 +129,7 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         Self {
             history: History::new(zero, scale),
             limits,
-            began: None,
-            held: false,
+            mid_swing: true,
             high: None,
             low: None,
             extremes: Deque::new(),
@@ -166,8 +164,7 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
     /// Forgets the oscillation, not the samples. `held` is where the model was let go, if it was:
     /// that is the new oscillation's first extreme.
     pub fn restart(&mut self, held: Option<Extreme>) {
-        self.began = held;
-        self.held = held.is_some();
+        self.mid_swing = held.is_none();
         self.high = held;
         self.low = held;
         self.extremes.clear();
@@ -198,7 +195,6 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
     /// its own height below it: late enough for noise at 1 deg, early enough for the next crossing.
     fn turn(&mut self, at: u32, mean: f32) -> Option<Finding> {
         let now = Extreme { at, yaw_deg: mean };
-        let began = *self.began.get_or_insert(now);
         let high = *self.high.get_or_insert(now);
         let low = *self.low.get_or_insert(now);
         if mean > high.yaw_deg {
@@ -223,8 +219,8 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         self.heading = heading;
         self.high = Some(now);
         self.low = Some(now);
-        if extreme == began && !self.held {
-            // The record began in mid-swing.
+        if core::mem::take(&mut self.mid_swing) {
+            // Where the record began, or too near it to be sure that it turned there.
             return None;
         }
         if self.extremes.is_full() {

@@ -101,6 +101,7 @@ impl HelloReply {
 
 /// What the host asks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[allow(clippy::large_enum_variant)] // no heap to put the chunk on
 pub enum Request {
     Status,
     /// Takes effect with the next release.

@@ -1,7 +1,16 @@
 //! The command line: one file a verb, each from arguments to a library call.
 
+mod common;
+mod demo;
+mod derivatives;
+mod device;
+mod flash;
 mod identify;
+mod monitor;
+mod ports;
+mod replay;
 mod simulate;
+mod train;
 
 use crate::error::Result;
 use clap::{Parser, Subcommand};
@@ -16,14 +25,37 @@ pub struct Cli {
 
 #[derive(Subcommand, Debug)]
 pub enum Verb {
+    Derivatives(derivatives::Derivatives),
+    /// Train, flash, release on eight springs and tabulate the derivatives
+    Demo(demo::Demo),
     Identify(identify::Identify),
     Simulate(simulate::Simulate),
+    /// Train a network and freeze it to a file
+    Train(train::Train),
+    /// Write a network to a device, verified
+    Flash(flash::Flash),
+    /// Show a device's firmware, protocol, network and slots
+    Device(device::Device),
+    /// Follow the results of a device as they come
+    Monitor(monitor::Monitor),
+    /// Play records into a device as its potentiometer and print its estimates
+    Replay(replay::Replay),
+    /// List the serial ports of this machine
+    Ports(ports::Ports),
 }
 
 /// Runs one verb: results on stdout, progress and messages on stderr.
 pub fn run(cli: Cli) -> Result<()> {
     match cli.verb {
+        Verb::Derivatives(verb) => verb.run(),
+        Verb::Demo(arguments) => demo::run(&arguments),
         Verb::Identify(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
+        Verb::Train(arguments) => train::run(&arguments),
+        Verb::Flash(arguments) => flash::run(&arguments),
+        Verb::Device(arguments) => device::run(&arguments),
+        Verb::Monitor(arguments) => monitor::run(&arguments),
+        Verb::Replay(arguments) => replay::run(&arguments),
+        Verb::Ports(arguments) => ports::run(&arguments),
     }
 }

@@ -1,5 +1,6 @@
 //! `simulate`: records of a virtual rig whose truth is known.
 
+use super::common::{print_json, print_line};
 use crate::derivatives::simulated::{self, refuse_existing, Planned};
 use crate::error::{Error, Result};
 use crate::record::write_samples;
@@ -191,7 +192,7 @@ impl Simulate {
             .filter(|condition| condition.wind_speed_m_s > 0.0)
             .map(|condition| rig.derivatives(&condition.spring, condition.axis));
         if self.json {
-            print_json(&json!({
+            return print_json(&json!({
                 "schema_version": 1,
                 "file": file,
                 "samples": samples,
@@ -210,16 +211,20 @@ impl Simulate {
                     "cn_r": derivatives.map(|d| d.cn_r),
                 },
             }));
-        } else {
-            println!("{}: {samples} samples, {last_s:.3} s", file.display());
-            println!("natural frequency  {:.6} rad/s", truth.natural_frequency_rad_s);
-            println!("damping ratio      {:.7}", truth.damping_ratio);
-            if let Some(d) = derivatives {
-                println!("Cn_beta            {:.4} per rad, about this axis", d.cn_beta);
-                println!("Cn_r - Cn_betadot  {:.4} per rad, about this axis", d.cn_r);
-            }
         }
-        Ok(())
+        let mut text = format!(
+            "{}: {samples} samples, {last_s:.3} s\nnatural frequency  {:.6} rad/s\ndamping ratio      {:.7}\n",
+            file.display(),
+            truth.natural_frequency_rad_s,
+            truth.damping_ratio
+        );
+        if let Some(d) = derivatives {
+            text += &format!(
+                "Cn_beta            {:.4} per rad, about this axis\nCn_r - Cn_betadot  {:.4} per rad, about this axis\n",
+                d.cn_beta, d.cn_r
+            );
+        }
+        print_line(text.trim_end())
     }
 
     fn write_campaign(&self, folder: &Path, sensor: &Sensor, start: &Start) -> Result<()> {
@@ -230,20 +235,22 @@ impl Simulate {
         eprintln!("writing {} records to {}", planned.len(), folder.display());
         let file = simulated::write(folder, &rig, &planned, start, sensor, self.force)?;
         if self.json {
-            print_json(&campaign_json(&rig, &file, &planned));
-        } else {
-            println!("{}: {} releases", file.display(), planned.len());
-            println!("spring      km   Cn_beta  Cn_r-Cn_betadot   Cy_beta      Cy_r");
-            for (condition, modal) in points(&planned) {
-                let truth = rig.truth(&condition.spring);
-                let km = reduced_frequency(modal, &rig.wind(condition.wind_speed_m_s), &rig.model);
-                println!(
-                    "{:6} {km:7.3} {:9.4} {:16.4} {:9.4} {:9.4}",
-                    condition.spring.name, truth.cn_beta, truth.cn_r, truth.cy_beta, truth.cy_r
-                );
-            }
+            return print_json(&campaign_json(&rig, &file, &planned));
         }
-        Ok(())
+        let mut text = format!(
+            "{}: {} releases\nspring      km   Cn_beta  Cn_r-Cn_betadot   Cy_beta      Cy_r\n",
+            file.display(),
+            planned.len()
+        );
+        for (condition, modal) in points(&planned) {
+            let truth = rig.truth(&condition.spring);
+            let km = reduced_frequency(modal, &rig.wind(condition.wind_speed_m_s), &rig.model);
+            text += &format!(
+                "{:6} {km:7.3} {:9.4} {:16.4} {:9.4} {:9.4}\n",
+                condition.spring.name, truth.cn_beta, truth.cn_r, truth.cy_beta, truth.cy_r
+            );
+        }
+        print_line(text.trim_end())
     }
 }
 
@@ -299,10 +306,6 @@ fn condition_json(condition: &Condition) -> Value {
         "axis": condition.axis,
         "wind_speed_m_s": condition.wind_speed_m_s,
     })
-}
-
-fn print_json(value: &Value) {
-    println!("{value}");
 }
 
 /// # Errors

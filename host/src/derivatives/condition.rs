@@ -1,18 +1,38 @@
 //! Repeated releases of one condition, averaged.
 
 use super::campaign::Campaign;
+use crate::identify::flag::Flag;
+use crate::identify::Identification;
 use crate::quantity::Quantity;
 use crate::rig::Axis;
 use serde::Serialize;
+use std::collections::HashMap;
 
 /// What a method found in one record.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Identified {
     pub natural_frequency_rad_s: Quantity,
     pub damping_ratio: Quantity,
     /// Beginning and end of what was analysed, on the record's clock.
     pub from_s: f64,
     pub to_s: f64,
+    /// What a reader must know besides.
+    pub flags: Vec<Flag>,
+}
+
+impl Identified {
+    /// The first method's answer of an identification; `None` where no method had one.
+    pub fn of(identification: Identification) -> Option<Self> {
+        let window = identification.window;
+        let estimate = identification.estimates.into_iter().next()?;
+        Some(Self {
+            natural_frequency_rad_s: estimate.natural_frequency_rad_s,
+            damping_ratio: estimate.damping_ratio,
+            from_s: window.from_s,
+            to_s: window.to_s,
+            flags: estimate.flags,
+        })
+    }
 }
 
 /// A mean and where its standard uncertainty comes from.
@@ -29,13 +49,22 @@ impl Mean {
     }
 }
 
+/// Wind speeds closer than this, relative, are one condition.
+const SAME_SPEED: f64 = 0.02;
+
+/// Whether two wind speeds in m/s are the same setting; off is only the same as off.
+fn is_same_speed(a: f64, b: f64) -> bool {
+    a == b || (a > 0.0 && b > 0.0 && (a - b).abs() <= SAME_SPEED * a.max(b))
+}
+
 /// All releases of one spring and axis at one wind speed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Condition {
     pub spring: String,
     pub axis: Axis,
-    /// 0: wind off.
+    /// Mean over the releases; 0: wind off.
     pub wind_speed_m_s: f64,
+    /// The largest of theirs: repeats share the tunnel's error.
     pub wind_speed_u_m_s: f64,
     /// Indices into the campaign's releases.
     pub releases: Vec<usize>,
@@ -50,22 +79,26 @@ impl Condition {
     }
 }
 
-/// The conditions in the order of their first release, each with the means over its releases.
+/// The conditions in the order of their first release, each with the means over its releases. Wind speeds within 2 %
+/// of each other are one condition.
 ///
 /// Releases scatter more than their fits' uncertainties say; that excess is pooled over all repeated conditions
 /// (wind off and wind on apart, relative for wn, absolute for 2 zeta wn), since two or three repeats of one tell
 /// little, and it counts for the conditions released once too.
 pub fn group(campaign: &Campaign, identified: &[Identified]) -> Vec<Condition> {
     let mut conditions: Vec<Condition> = Vec::new();
-    let mut places = std::collections::HashMap::new();
+    let mut places: HashMap<_, Vec<usize>> = HashMap::new();
     let nothing = Mean { value: 0.0, u_fit: 0.0, u_repeatability: 0.0 };
     for (index, release) in campaign.release.iter().enumerate() {
-        let key = (&release.spring, release.axis, release.wind_speed_m_s.to_bits());
-        let place = *places.entry(key).or_insert_with(|| {
+        let speed = release.wind_speed_m_s;
+        let known = places.entry((&release.spring, release.axis)).or_default();
+        let same = known.iter().find(|&&i| is_same_speed(conditions[i].wind_speed_m_s, speed));
+        let place = same.copied().unwrap_or_else(|| {
+            known.push(conditions.len());
             conditions.push(Condition {
                 spring: release.spring.clone(),
                 axis: release.axis,
-                wind_speed_m_s: release.wind_speed_m_s,
+                wind_speed_m_s: speed,
                 wind_speed_u_m_s: 0.0,
                 releases: Vec::new(),
                 natural_frequency_rad_s: nothing,
@@ -75,6 +108,8 @@ pub fn group(campaign: &Campaign, identified: &[Identified]) -> Vec<Condition> {
         });
         let condition = &mut conditions[place];
         condition.releases.push(index);
+        condition.wind_speed_m_s +=
+            (speed - condition.wind_speed_m_s) / condition.releases.len() as f64;
         let u = release.wind_speed_u_m_s.unwrap_or(0.0);
         condition.wind_speed_u_m_s = condition.wind_speed_u_m_s.max(u);
     }
@@ -157,7 +192,7 @@ mod tests {
     fn scatter_within_the_fits_uncertainty_is_not_counted_twice() {
         let group =
             vec![Quantity::new(1.0, 0.1), Quantity::new(1.1, 0.1), Quantity::new(0.95, 0.1)];
-        assert_eq!(excess_scatter(&[group.clone()]), 0.0);
+        assert_eq!(excess_scatter(std::slice::from_ref(&group)), 0.0);
         let mean = mean(&group, 0.0);
         assert!((mean.value - 3.05 / 3.0).abs() < 1e-12);
         assert!((mean.u() - 0.1 / 3f64.sqrt()).abs() < 1e-12);

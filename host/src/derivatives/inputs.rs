@@ -10,6 +10,9 @@ use yawrig_shared::derivatives::{
 };
 use yawrig_shared::modal::Modal;
 
+/// The two axes of a point may have been measured at wind speeds this far apart, relative.
+const PARTNER_SPEED: f64 = 0.05;
+
 /// Where a standard uncertainty comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Source {
@@ -64,11 +67,14 @@ pub(super) struct Inputs {
     slope_shift_kg_m2: [f64; 2],
 }
 
+/// A change of one number by so much.
+type Change = Box<dyn Fn(&mut Inputs, f64)>;
+
 /// One number's standard uncertainty and how to change it.
 pub(super) struct Uncertain {
     pub source: Source,
     pub u: f64,
-    pub change: Box<dyn Fn(&mut Inputs, f64)>,
+    pub change: Change,
 }
 
 /// The campaign's structure, which no uncertainty changes.
@@ -89,20 +95,23 @@ pub(super) fn axis_index(axis: Axis) -> usize {
 
 impl Layout {
     pub fn new(campaign: &Campaign, conditions: &[Condition]) -> Self {
-        let find = |spring: &str, axis: Axis, wind_speed_m_s: f64| {
-            conditions.iter().position(|c| {
-                c.spring == spring && c.axis == axis && c.wind_speed_m_s == wind_speed_m_s
-            })
+        // The nearest setting: the coefficients are made with each condition's own speed.
+        let find = |like: &Condition, axis: Axis, speed_m_s: f64| {
+            let off = |c: &Condition| (c.wind_speed_m_s - speed_m_s).abs();
+            (0..conditions.len())
+                .filter(|&i| conditions[i].spring == like.spring && conditions[i].axis == axis)
+                .filter(|&i| off(&conditions[i]) <= PARTNER_SPEED * speed_m_s)
+                .min_by(|&i, &j| off(&conditions[i]).total_cmp(&off(&conditions[j])))
         };
         let pair = |on: usize| {
             let c = &conditions[on];
-            find(&c.spring, c.axis, 0.0).map(|off| Pair { on, off })
+            find(c, c.axis, 0.0).map(|off| Pair { on, off })
         };
         let places = (0..conditions.len())
             .filter(|&i| conditions[i].axis == Axis::Mid && conditions[i].wind_speed_m_s > 0.0)
             .filter_map(|on| {
                 let c = &conditions[on];
-                let front = find(&c.spring, Axis::Front, c.wind_speed_m_s).and_then(pair);
+                let front = find(c, Axis::Front, c.wind_speed_m_s).and_then(pair);
                 Some(Place { mid: pair(on)?, front })
             })
             .collect();
@@ -237,7 +246,7 @@ pub(super) fn uncertain(
     inputs: &Inputs,
 ) -> Vec<Uncertain> {
     let mut all: Vec<Uncertain> = Vec::new();
-    let mut add = |source, u: f64, change: Box<dyn Fn(&mut Inputs, f64)>| {
+    let mut add = |source, u: f64, change: Change| {
         if u > 0.0 {
             all.push(Uncertain { source, u, change });
         }

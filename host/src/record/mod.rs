@@ -1,6 +1,7 @@
 //! Yaw angle over time as it comes from a file, at whatever rate and with whatever jitter.
 
 mod csv_file;
+mod noise;
 mod resample;
 mod timing;
 

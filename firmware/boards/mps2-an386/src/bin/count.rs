@@ -1,0 +1,145 @@
+//! Counts what the device executes; `tests/budgets` runs it.
+//!
+//! For QEMU with `-icount shift=10` only: there every instruction takes 1024 ns of emulated time,
+//! so that SysTick, at 25 MHz, tells how many were executed, the same number in every run.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::SYST;
+use cortex_m_rt::entry;
+use cortex_m_semihosting::{debug, hprintln};
+use panic_semihosting as _;
+use yawrig_firmware::device::Device;
+use yawrig_firmware::slots::MemoryFlash;
+use yawrig_firmware::BUILT_IN;
+use yawrig_shared::blob;
+use yawrig_shared::features::FEATURES;
+use yawrig_shared::network::forward;
+use yawrig_shared::potentiometer::{Decoder, Encoder};
+
+/// 1024 ns an instruction at 40 ns a tick: 128 / 5 ticks.
+const TICKS: u32 = 128;
+const INSTRUCTIONS: u32 = 5;
+const RELOAD: u32 = 0x00ff_ffff;
+
+struct Counter {
+    timer: SYST,
+    /// Ticks that counting nothing takes.
+    nothing: u32,
+}
+
+impl Counter {
+    fn new(mut timer: SYST) -> Self {
+        timer.set_clock_source(SystClkSource::Core);
+        timer.set_reload(RELOAD);
+        timer.clear_current();
+        timer.enable_counter();
+        let mut counter = Self { timer, nothing: 0 };
+        counter.nothing = counter.ticks(|| ());
+        counter
+    }
+
+    #[inline(always)]
+    fn ticks(&mut self, work: impl FnOnce()) -> u32 {
+        let before = SYST::get_current();
+        work();
+        let after = SYST::get_current();
+        // It counts down and starts anew after nought: one turn is 655 000 instructions.
+        assert!(!self.timer.has_wrapped() || after > before, "the work is too long to count");
+        before.wrapping_sub(after) & RELOAD
+    }
+
+    #[inline(always)]
+    fn count(&mut self, work: impl FnOnce()) -> u32 {
+        let ticks = self.ticks(work).wrapping_sub(self.nothing);
+        (ticks * INSTRUCTIONS + TICKS / 2) / TICKS
+    }
+}
+
+/// Counts over many goes of one kind of work.
+#[derive(Default)]
+struct Tally {
+    goes: u32,
+    total: u32,
+    most: u32,
+}
+
+impl Tally {
+    fn add(&mut self, count: u32) {
+        self.goes += 1;
+        self.total += count;
+        self.most = self.most.max(count);
+    }
+
+    fn mean(&self) -> u32 {
+        (self.total + self.goes / 2) / self.goes.max(1)
+    }
+}
+
+#[entry]
+fn main() -> ! {
+    let peripherals = cortex_m::Peripherals::take().expect("main runs once");
+    let mut counter = Counter::new(peripherals.SYST);
+    let (_, payload) = blob::decode(BUILT_IN).expect("a network is compiled in");
+    let network = payload.network;
+    hprintln!("topology {:?}", network.topology.as_slice());
+
+    let inputs: [f32; FEATURES] = payload.golden[0].inputs[..]
+        .iter()
+        .map(|bits| f32::from_bits(*bits))
+        .collect::<heapless::Vec<f32, FEATURES>>()
+        .into_array()
+        .expect("the blob has been checked");
+    let inference = counter.count(|| {
+        black_box(forward(black_box(&network.topology), &network.weights, black_box(&inputs)));
+    });
+    hprintln!("inference {}", inference);
+    let estimate = counter.count(|| {
+        black_box(black_box(&network).estimate_inputs(black_box(&inputs)));
+    });
+    hprintln!("inference_in_physical_units {}", estimate);
+
+    release(&mut counter);
+    debug::exit(debug::EXIT_SUCCESS);
+    unreachable!("QEMU has been told to exit")
+}
+
+/// Lets go of a model at 12 deg (7.5 rad/s, damping ratio 0.012) and counts what the samples cost.
+fn release(counter: &mut Counter) {
+    const HELD: u32 = 1000;
+    const SAMPLES: u32 = 60_000;
+    let device = cortex_m::singleton!(
+        : Device<MemoryFlash> = Device::new(MemoryFlash::new(), "mps2-an386")
+    )
+    .expect("called once");
+    let mut encoder = Encoder::default();
+    let mut decoder = Decoder::default();
+    let (mut decoding, mut sampling, mut sent) = (Tally::default(), Tally::default(), 0_u32);
+    for index in 0..SAMPLES {
+        let time_s = index.saturating_sub(HELD) as f32 * 1e-3;
+        let (natural_frequency_rad_s, damping_ratio) = (7.5_f32, 0.012_f32);
+        let decay = libm::expf(-damping_ratio * natural_frequency_rad_s * time_s);
+        let yaw_deg = 12.0 * decay * libm::cosf(natural_frequency_rad_s * time_s);
+        let counts = (32768.0 + yaw_deg / 0.005) as u16;
+
+        let mut bytes = heapless::Vec::<u8, 16>::new();
+        encoder.encode(index, counts, &mut bytes);
+        let mut sample = None;
+        decoding.add(counter.count(|| {
+            for byte in black_box(&bytes) {
+                sample = black_box(decoder.decode(*byte));
+            }
+        }));
+        let sample = sample.expect("an encoded sample");
+        sampling.add(counter.count(|| device.sample(black_box(sample.counts))));
+        while device.transmit().is_some() {
+            sent += 1;
+        }
+    }
+    hprintln!("sample_decoding_mean {}", decoding.mean());
+    hprintln!("sample_mean {}", sampling.mean());
+    hprintln!("sample_most {}", sampling.most);
+    hprintln!("release_bytes_sent {}", sent);
+}

@@ -1,0 +1,165 @@
+//! Seconds per epoch of the trainer, beside the plain dense way and the product no way can do without.
+//!
+//! `cargo bench -p yawrig --bench train`; one core. Best of several repeats, since the machine is
+//! seldom alone.
+
+#[path = "../tests/damped_sinusoid/mod.rs"]
+mod damped_sinusoid;
+
+use damped_sinusoid::{draw, scaled_mse, Draws, Scaling, BINS};
+use faer::linalg::matmul::matmul;
+use faer::linalg::matmul::triangular::{self, BlockStructure};
+use faer::{Accum, Mat, Par};
+use std::hint::black_box;
+use std::time::Instant;
+use yawrig::train::{forward, train, Options, Precision, Samples, Shape, Silent};
+
+fn best_of(repeats: usize, mut work: impl FnMut()) -> f64 {
+    let time = |_| {
+        let start = Instant::now();
+        work();
+        start.elapsed().as_secs_f64()
+    };
+    (0..repeats).map(time).fold(f64::INFINITY, f64::min)
+}
+
+/// The last `d` features of these draws.
+fn set(draws: &Draws, scaling: &Scaling, d: usize) -> Samples {
+    let (all, n) = (scaling.inputs(draws), draws.truth.len());
+    let inputs = all.chunks_exact(BINS + 1).flat_map(|row| &row[BINS + 1 - d..]).copied().collect();
+    Samples { inputs, targets: scaling.targets(draws), n, d, k: 2 }
+}
+
+/// One epoch without any of the structure: the whole Jacobian, J'J, two factors, one inverse.
+struct Dense {
+    shape: Shape,
+    topology: Vec<usize>,
+    jacobian: Mat<f64>,
+    h: Mat<f64>,
+}
+
+impl Dense {
+    fn epoch(&mut self, set: &Samples, w: &[f64]) {
+        let layers = self.shape.layers();
+        for s in 0..set.n {
+            // Activations of this sample, the bias's one first.
+            let mut z = vec![vec![1.0; 1]];
+            z[0].extend_from_slice(&set.inputs[s * set.d..][..set.d]);
+            for layer in 0..layers - 1 {
+                let part = &self.topology[..layer + 2];
+                let a = forward(
+                    part,
+                    &w[..self.shape.block(layer).end],
+                    &set.inputs[s * set.d..][..set.d],
+                );
+                let mut next = vec![1.0];
+                next.extend(a.iter().map(|a| a.tanh()));
+                z.push(next);
+            }
+            for o in 0..set.k {
+                let row = s * set.k + o;
+                let mut delta = vec![0.0; set.k];
+                delta[o] = 1.0;
+                for layer in (0..layers).rev() {
+                    let (block, nodes) = (self.shape.block(layer), self.shape.nodes(layer));
+                    for (i, z) in z[layer].iter().enumerate() {
+                        for (j, delta) in delta.iter().enumerate() {
+                            // Parameters down the columns: a sample's row is contiguous.
+                            self.jacobian[(block.start + i * nodes + j, row)] = z * delta;
+                        }
+                    }
+                    let through = |i: usize| -> f64 {
+                        let weights = &w[block.start + i * nodes..][..nodes];
+                        let sum: f64 = weights.iter().zip(&delta).map(|(w, d)| w * d).sum();
+                        sum * (1.0 - z[layer][i] * z[layer][i])
+                    };
+                    delta = (1..z[layer].len()).map(through).collect();
+                }
+            }
+        }
+        let (lower, full) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
+        let j = &self.jacobian;
+        triangular::matmul(
+            &mut self.h,
+            lower,
+            Accum::Replace,
+            j,
+            full,
+            j.transpose(),
+            full,
+            1.0,
+            Par::Seq,
+        );
+        for i in 0..self.h.nrows() {
+            self.h[(i, i)] += 1.0;
+        }
+        let step = self.h.llt(faer::Side::Lower).expect("positive");
+        let prior = self.h.llt(faer::Side::Lower).expect("positive");
+        let identity = Mat::<f64>::identity(self.h.nrows(), self.h.nrows());
+        use faer::linalg::solvers::Solve;
+        black_box((step.solve(Mat::<f64>::zeros(self.h.nrows(), 1)), prior.solve(identity)));
+    }
+}
+
+fn row(what: &str, milliseconds: f64) {
+    println!("  {what:<58} {milliseconds:>9.3} ms an epoch");
+}
+
+fn compare(hidden: &[usize], set: &Samples, epochs: usize, repeats: usize) {
+    let mut options = Options { hidden: hidden.to_vec(), epochs, ..Options::default() };
+    let topology = options.topology(set);
+    let shape = Shape::new(&topology);
+    println!("{topology:?}, {} samples, {} parameters, {epochs} epochs", set.n, shape.parameters());
+    let mut weights = Vec::new();
+    for precision in [Precision::Shared, Precision::PerOutput] {
+        options.precision = precision;
+        let mut done = 0;
+        let seconds = best_of(repeats, || {
+            let trained = train(set, &options, &mut Silent).expect("trains");
+            (done, weights) = (trained.epochs, trained.weights);
+        });
+        row(
+            &format!("ours, {precision:?} ({done} epochs in {seconds:.3} s)"),
+            seconds / done as f64 * 1e3,
+        );
+    }
+    let p = shape.parameters();
+    let mut dense = Dense {
+        shape: shape.clone(),
+        topology,
+        jacobian: Mat::zeros(p, set.n * set.k),
+        h: Mat::zeros(p, p),
+    };
+    let seconds = best_of(10, || dense.epoch(set, &weights));
+    row("dense: whole Jacobian, J'J, two factors, an inverse", seconds * 1e3);
+    let pairs = |n: usize| n * (n + 1) / 2;
+    let inputs = Mat::from_fn(set.n, pairs(set.d + 1), |s, i| ((s * 7 + i) as f64).sin());
+    let nodes = Mat::from_fn(set.n, pairs(hidden[0]), |s, i| ((s * 5 + i) as f64).cos());
+    let mut product = Mat::zeros(nodes.ncols(), inputs.ncols());
+    let seconds = best_of(200, || {
+        matmul(&mut product, Accum::Replace, nodes.transpose(), &inputs, 1.0, Par::Seq);
+        black_box(&product);
+    });
+    row("floor: the first layer's product alone", seconds * 1e3);
+}
+
+fn main() {
+    let draws = draw(250, 0.0, 1);
+    let scaling = Scaling::of(&draws);
+    let noise_free = set(&draws, &scaling, 41);
+    compare(&[6], &noise_free, 1000, 5);
+    let noisy = draw(1000, 0.02, 1);
+    compare(&[20, 5], &set(&noisy, &Scaling::of(&noisy), 32), 100, 3);
+
+    println!("[41, 6, 2] on 250 noise-free samples, 2000 others for the test");
+    let test = set(&draw(2000, 0.0, 2), &scaling, 41);
+    for epochs in [30, 60, 100, 200, 1000] {
+        let options = Options { epochs, ..Options::default() };
+        let trained = train(&noise_free, &options, &mut Silent).expect("trains");
+        let topology = options.topology(&test);
+        let [wn, zeta] = scaled_mse(&test.targets, |s| {
+            forward(&topology, &trained.weights, &test.inputs[s * test.d..][..test.d])
+        });
+        println!("  {epochs:>4} epochs: test MSE wn {wn:.1e} rad2/s2, zeta {zeta:.1e}");
+    }
+}

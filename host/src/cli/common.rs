@@ -1,0 +1,77 @@
+//! What several verbs share: the `--device` option, bars and JSON on stdout.
+
+use crate::error::{Error, Result};
+use crate::link::bench::{Bench, Target};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+use std::io::{IsTerminal, Write};
+
+/// Version of every JSON object this program prints.
+pub const SCHEMA_VERSION: u32 = 1;
+
+#[derive(Args, Debug, Clone)]
+pub struct DeviceArg {
+    /// `emulated` (the firmware in this process), `qemu` (the ARM image on an emulated
+    /// Cortex-M4F) or a serial port's path
+    #[arg(long, value_name = "DEVICE", default_value = "emulated")]
+    pub device: Target,
+}
+
+impl DeviceArg {
+    /// Starts or opens it; where it is emulated, says where another shell finds it.
+    pub fn open(&self) -> Result<Bench> {
+        let bench = Bench::open(&self.device)?;
+        if !matches!(self.device, Target::Port(_)) {
+            eprintln!(
+                "device: {} at {path}; from another shell: yawrig monitor --device {path}",
+                self.device,
+                path = bench.shared_path()
+            );
+        }
+        Ok(bench)
+    }
+}
+
+/// Prints one JSON object on stdout.
+pub fn print_json(value: &impl Serialize) -> Result<()> {
+    let text = serde_json::to_string_pretty(value)
+        .map_err(|e| Error::internal(format!("cannot write JSON: {e}")))?;
+    print_line(&text)
+}
+
+/// Prints one JSON object on a line of stdout, at once.
+pub fn print_json_line(value: &impl Serialize) -> Result<()> {
+    let text = serde_json::to_string(value)
+        .map_err(|e| Error::internal(format!("cannot write JSON: {e}")))?;
+    print_line(&text)
+}
+
+/// Prints a line on stdout, at once.
+///
+/// # Errors
+/// A reader that has gone away (`| head`) ends the program quietly, as it does others.
+pub fn print_line(text: &str) -> Result<()> {
+    let mut out = std::io::stdout().lock();
+    let done = writeln!(out, "{text}").and_then(|()| out.flush());
+    match done {
+        Ok(()) => Ok(()),
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),
+        Err(e) => Err(Error::internal(format!("cannot write to stdout: {e}"))),
+    }
+}
+
+/// A bar on stderr where that is a terminal, else nothing.
+pub fn bar(length: u64, what: &'static str) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{msg:12} [{bar:40}] {pos}/{len} {elapsed}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(length).with_style(style).with_message(what)
+}
+
+/// The network's identity as files and screens show it.
+pub fn network_id(id: u32) -> String {
+    format!("{id:08x}")
+}

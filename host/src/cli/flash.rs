@@ -1,0 +1,58 @@
+//! `yawrig flash`: write a network to a device.
+
+use super::common::{bar, network_id, print_json, print_line, DeviceArg, SCHEMA_VERSION};
+use crate::error::Result;
+use crate::link::flash::{self, Progress};
+use clap::Args;
+use indicatif::ProgressBar;
+use std::path::PathBuf;
+
+#[derive(Args, Debug)]
+pub struct Flash {
+    /// Network file made by `yawrig train`
+    network: PathBuf,
+    #[command(flatten)]
+    device: DeviceArg,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Bytes written, as a bar.
+pub struct Bar(ProgressBar);
+
+impl Bar {
+    pub fn new() -> Self {
+        Self(bar(0, "flashing"))
+    }
+}
+
+impl Progress for Bar {
+    fn written(&mut self, bytes: usize, of: usize) {
+        self.0.set_length(of as u64);
+        self.0.set_position(bytes as u64);
+        if bytes == of {
+            self.0.finish_and_clear();
+        }
+    }
+}
+
+pub fn run(arguments: &Flash) -> Result<()> {
+    let (blob, _) = flash::read(&arguments.network)?;
+    let mut bench = arguments.device.open()?;
+    let generation = flash::write(&mut bench.client, &blob, &mut Bar::new())?;
+    let id = network_id(bench.client.status()?.network.id);
+    if arguments.json {
+        return print_json(&serde_json::json!({
+            "schema_version": SCHEMA_VERSION,
+            "device": arguments.device.device.to_string(),
+            "network": {"id": id, "generation": generation},
+            "bytes": blob.len(),
+            "verified": true,
+        }));
+    }
+    print_line(&format!(
+        "network {id} written and verified ({} bytes); the device runs it as generation {generation}",
+        blob.len()
+    ))
+}

@@ -1,0 +1,30 @@
+//! `yawrig ports`: the serial ports of this machine.
+
+use super::common::{print_json, print_line, SCHEMA_VERSION};
+use crate::error::Result;
+use crate::link::port;
+use clap::Args;
+
+#[derive(Args, Debug)]
+pub struct Ports {
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Ports) -> Result<()> {
+    let ports = port::list()?;
+    if arguments.json {
+        return print_json(&serde_json::json!({
+            "schema_version": SCHEMA_VERSION,
+            "ports": ports,
+        }));
+    }
+    if ports.is_empty() {
+        eprintln!("no serial port found; is the board plugged in?");
+    }
+    for port in ports {
+        print_line(&format!("{:16} {}", port.path, port.description))?;
+    }
+    Ok(())
+}

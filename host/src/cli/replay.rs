@@ -1,0 +1,126 @@
+//! `yawrig replay`: play a record into a device as its potentiometer.
+
+use super::common::{print_json, print_line, DeviceArg, SCHEMA_VERSION};
+use super::device::summary;
+use crate::error::{Error, Exit, Result};
+use crate::follow::{event_text, flag_names, quantity, window_json};
+use crate::record::Record;
+use crate::replay::{replay, residual_rms_deg, Range, Release, Replayed};
+use clap::Args;
+use serde_json::{json, Value};
+use std::path::{Path, PathBuf};
+use yawrig_shared::window::{CYCLES, SAMPLE_RATE_HZ};
+
+#[derive(Args, Debug)]
+pub struct Replay {
+    /// Records: CSV with `time_s,yaw_deg` or `time_s,yaw_rad`
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    #[command(flatten)]
+    device: DeviceArg,
+    /// Analyse from this amplitude down
+    #[arg(long, default_value_t = 10.0)]
+    from_deg: f64,
+    /// Analyse down to this amplitude
+    #[arg(long, default_value_t = 1.0)]
+    to_deg: f64,
+    /// Print one JSON object, shaped like that of `identify`
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn run(arguments: &Replay) -> Result<()> {
+    if !(arguments.to_deg > 0.0 && arguments.from_deg > arguments.to_deg) {
+        return Err(Error::usage(format!(
+            "--from-deg {} must lie above --to-deg {}, and that above 0",
+            arguments.from_deg, arguments.to_deg
+        )));
+    }
+    let range = Range { from_deg: arguments.from_deg, to_deg: arguments.to_deg };
+    // All are read before a device is started: a wrong name is found at once.
+    let records: Vec<Record> =
+        arguments.files.iter().map(|file| Record::read(file)).collect::<Result<_>>()?;
+    let mut bench = arguments.device.open()?;
+    let mut objects = Vec::new();
+    let mut unusable = Vec::new();
+    for record in &records {
+        if !arguments.json {
+            print_line(&record.file.display().to_string())?;
+        }
+        let mut show = |event: &_| match event_text(event) {
+            Some(text) if !arguments.json => print_line(&text),
+            _ => Ok(()),
+        };
+        let replayed = replay(&mut bench, record, range, &mut show)?;
+        let usable = replayed
+            .main_release()
+            .and_then(|release| release.result)
+            .is_some_and(|result| !result.flags.unusable());
+        if !usable {
+            unusable.push(why(&record.file, replayed.main_release()));
+        }
+        objects.push(record_json(record, range, &replayed));
+    }
+    if arguments.json {
+        let status = bench.client.status()?;
+        print_json(&json!({
+            "schema_version": SCHEMA_VERSION,
+            "device": summary(&bench.client.identity, &status),
+            "records": objects,
+        }))?;
+    }
+    match unusable.is_empty() {
+        true => Ok(()),
+        false => Err(Error::new(Exit::Quality, unusable.join("\n  "))
+            .help("choose another range with --from-deg and --to-deg, or release anew")),
+    }
+}
+
+fn why(file: &Path, release: Option<&Release>) -> String {
+    let flags = release.and_then(|r| r.result).map(|r| flag_names(r.flags).join(", "));
+    let flags = flags.unwrap_or_else(|| "no release found".to_owned());
+    format!("{}: the device has no estimate to rely on ({flags})", file.display())
+}
+
+fn record_json(record: &Record, range: Range, replayed: &Replayed) -> Value {
+    let seconds = |sample: u32| {
+        f64::from(sample.wrapping_sub(replayed.first_sample)) / f64::from(SAMPLE_RATE_HZ)
+            + record.time_s.first().copied().unwrap_or(0.0)
+    };
+    let release = replayed.main_release();
+    let result = release.and_then(|release| release.result);
+    let estimates: Vec<Value> = release
+        .zip(result)
+        .map(|(release, result)| {
+            let given = result.windows > 0;
+            json!({
+                "method": "device",
+                "natural_frequency_rad_s": given.then(|| quantity(result.natural_frequency_rad_s)),
+                "damping_ratio": given.then(|| quantity(result.damping_ratio)),
+                "residual_rms_deg": residual_rms_deg(record, replayed, release),
+                "windows": release.windows.iter().map(window_json).collect::<Vec<_>>(),
+                "flags": flag_names(result.flags),
+            })
+        })
+        .into_iter()
+        .collect();
+    let midlines: Vec<f64> = release
+        .iter()
+        .flat_map(|release| &release.windows)
+        .map(|window| f64::from(window.midline_deg) + replayed.shift_deg)
+        .collect();
+    let offset_deg = midlines.iter().sum::<f64>() / midlines.len() as f64;
+    json!({
+        "file": record.file.display().to_string(),
+        "release_time_s": result.map(|r| seconds(r.release_sample)),
+        "rate_hz": record.timing().rate_hz,
+        "window": {
+            "from_deg": range.from_deg,
+            "to_deg": range.to_deg,
+            "cycles": result.map_or(0, |r| usize::from(r.windows) * CYCLES),
+        },
+        "offset_deg": if midlines.is_empty() { Value::Null } else { json!(offset_deg) },
+        "noise_rms_deg": record.noise_rms_deg(),
+        "estimates": estimates,
+    })
+}

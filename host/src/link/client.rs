@@ -1,0 +1,386 @@
+//! Requests, replies and events over one port.
+//!
+//! A thread of its own reads the port, so that results are taken off the line while the host is
+//! busy. A request without an answer is sent again under its old sequence number; the device
+//! then repeats its answer and does nothing twice.
+
+use crate::error::{Error, Exit, Result};
+use crate::interrupt;
+use crate::link::port;
+use serialport::TTYPort;
+use std::collections::VecDeque;
+use std::io::{self, Read, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use yawrig_shared::wire::{
+    self, Decoder, Encoded, Event, HelloReply, Message, Refusal, Reply, Request, Status, HELLO_KEY,
+};
+
+/// How long the device may take over an ordinary answer, and over erasing or verifying flash.
+const ANSWER: Duration = Duration::from_millis(700);
+const FLASH_ANSWER: Duration = Duration::from_secs(4);
+const TRIES: u32 = 3;
+
+/// What went wrong between a request and its reply.
+#[derive(Clone, Debug)]
+pub enum LinkError {
+    /// No answer; `bytes` came in the meantime, none of them a frame of ours if `frames` is nought.
+    Silent {
+        bytes: u64,
+        frames: u64,
+    },
+    /// The port is gone: unplugged, or its program ended.
+    Gone(String),
+    /// The device understood and said no.
+    Refused(Refusal),
+    Interrupted,
+}
+
+/// What the reading thread found.
+enum Incoming {
+    Frame { key: u32, sequence: u16, body: Vec<u8> },
+    Garbled,
+    Gone(String),
+}
+
+/// An event with its number on the line.
+#[derive(Clone, Copy, Debug)]
+pub struct Numbered {
+    pub number: u16,
+    pub event: Event,
+}
+
+/// A device that has said hello.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Identity {
+    pub firmware: String,
+    pub board: String,
+    pub protocol: u16,
+}
+
+/// One end of the link.
+pub struct Client {
+    path: String,
+    port: TTYPort,
+    incoming: Receiver<Incoming>,
+    events: VecDeque<Numbered>,
+    sequence: u16,
+    next_event: Option<u16>,
+    missed_events: u64,
+    garbled: u64,
+    frames: u64,
+    bytes: Arc<std::sync::atomic::AtomicU64>,
+    gone: Option<String>,
+    stop: Arc<AtomicBool>,
+    reader: Option<JoinHandle<()>>,
+    pub identity: Identity,
+}
+
+impl Client {
+    /// Opens a port and finds out who is there.
+    ///
+    /// # Errors
+    /// Exit 4: no such port, busy, forbidden, another protocol; exit 7: nobody answers.
+    pub fn open(path: &str) -> Result<Self> {
+        let port = port::open(path)?;
+        let fail = |e: &dyn std::fmt::Display| Error::device(format!("port {path} failed: {e}"));
+        let reading = port.try_clone_native().map_err(|e| fail(&e))?;
+        let (sender, incoming) = mpsc::channel();
+        let stop = Arc::new(AtomicBool::new(false));
+        let bytes = Arc::new(std::sync::atomic::AtomicU64::new(0));
+        let reader = {
+            let (stop, bytes) = (stop.clone(), bytes.clone());
+            std::thread::spawn(move || read(reading, &sender, &stop, &bytes))
+        };
+        let mut client = Self {
+            path: path.to_owned(),
+            port,
+            incoming,
+            events: VecDeque::new(),
+            // Another client's last request must not be answered to ours.
+            sequence: rand::random(),
+            next_event: None,
+            missed_events: 0,
+            garbled: 0,
+            frames: 0,
+            bytes,
+            gone: None,
+            stop,
+            reader: Some(reader),
+            identity: Identity { firmware: String::new(), board: String::new(), protocol: 0 },
+        };
+        client.hello()?;
+        Ok(client)
+    }
+
+    pub fn path(&self) -> &str {
+        &self.path
+    }
+
+    fn hello(&mut self) -> Result<()> {
+        let sequence = self.next_sequence();
+        let frame = wire::encode_raw(HELLO_KEY, sequence, &[])
+            .map_err(|e| Error::internal(format!("hello does not fit a frame: {e:?}")))?;
+        let body = self.exchange(HELLO_KEY, sequence, &frame, ANSWER).map_err(|e| match e {
+            LinkError::Silent { bytes, frames: 0 } if bytes > 0 => Error::device(format!(
+                "what is on {} is not a yawrig device: it sent {bytes} bytes and no frame of ours",
+                self.path
+            ))
+            .help("choose another port (`yawrig ports`) or write yawrig's firmware to the board"),
+            other => self.explain(other, "hello"),
+        })?;
+        let hello = HelloReply::read(&body).ok_or_else(|| {
+            Error::device(format!("the device on {} says hello in another way", self.path))
+                .help("write this version's firmware to the board")
+        })?;
+        let text =
+            |field: [u8; 24]| String::from_utf8_lossy(&field).trim_end_matches('\0').to_owned();
+        self.identity = Identity {
+            firmware: text(hello.firmware),
+            board: text(hello.board),
+            protocol: hello.protocol,
+        };
+        if hello.protocol != u16::from(wire::VERSION) || hello.request_key != Request::KEY {
+            return Err(Error::device(format!(
+                "the device on {} ({}) speaks protocol {} ({:08x}), this program {} ({:08x})",
+                self.path,
+                self.identity.firmware,
+                hello.protocol,
+                hello.request_key,
+                wire::VERSION,
+                Request::KEY
+            ))
+            .help(
+                "write this version's firmware to the board, or use the program that came with it",
+            ));
+        }
+        Ok(())
+    }
+
+    /// Sends a request and waits for its reply.
+    pub fn request(&mut self, request: &Request) -> std::result::Result<Reply, LinkError> {
+        let patience = match request {
+            Request::FlashBegin { .. } | Request::FlashCommit => FLASH_ANSWER,
+            _ => ANSWER,
+        };
+        let sequence = self.next_sequence();
+        // Every request fits a frame: the wire's tests hold the largest against it.
+        let frame =
+            wire::encode(sequence, request).map_err(|e| LinkError::Gone(format!("{e:?}")))?;
+        let body = self.exchange(Reply::KEY, sequence, &frame, patience)?;
+        match postcard::from_bytes(&body) {
+            Ok(Reply::Refused(refusal)) => Err(LinkError::Refused(refusal)),
+            Ok(reply) => Ok(reply),
+            Err(_) => Err(LinkError::Silent { bytes: self.bytes(), frames: self.frames }),
+        }
+    }
+
+    /// The device's state.
+    pub fn status(&mut self) -> Result<Status> {
+        match self.request(&Request::Status) {
+            Ok(Reply::Status(status)) => Ok(status),
+            Ok(other) => Err(Error::device(format!(
+                "the device on {} answered a question about its state with {other:?}",
+                self.path
+            ))),
+            Err(e) => Err(self.explain(e, "its state")),
+        }
+    }
+
+    /// Sends a request that is answered with "done".
+    pub fn tell(&mut self, request: &Request, what: &str) -> Result<()> {
+        self.request(request).map(|_| ()).map_err(|e| self.explain(e, what))
+    }
+
+    /// A link error as the user sees it.
+    pub fn explain(&self, error: LinkError, what: &str) -> Error {
+        let path = &self.path;
+        match error {
+            LinkError::Silent { .. } => {
+                Error::new(Exit::Timeout, format!("the device on {path} does not answer ({what})"))
+                    .help("check that it has power and that this is its port (`yawrig ports`)")
+            }
+            LinkError::Gone(why) => Error::device(format!("the device on {path} is gone: {why}"))
+                .help("plug it in again and repeat the command"),
+            LinkError::Refused(refusal) => {
+                Error::device(format!("the device on {path} refused {what}: {refusal:?}"))
+            }
+            LinkError::Interrupted => Error::interrupted(),
+        }
+    }
+
+    fn next_sequence(&mut self) -> u16 {
+        self.sequence = self.sequence.wrapping_add(1);
+        self.sequence
+    }
+
+    fn bytes(&self) -> u64 {
+        self.bytes.load(Ordering::Relaxed)
+    }
+
+    fn exchange(
+        &mut self,
+        key: u32,
+        sequence: u16,
+        frame: &Encoded,
+        patience: Duration,
+    ) -> std::result::Result<Vec<u8>, LinkError> {
+        for _ in 0..TRIES {
+            self.send(frame)?;
+            let deadline = Instant::now() + patience;
+            while let Some(left) = deadline.checked_duration_since(Instant::now()) {
+                if interrupt::requested() {
+                    return Err(LinkError::Interrupted);
+                }
+                if let Some((k, s, body)) = self.take(left.min(Duration::from_millis(100)))? {
+                    if (k, s) == (key, sequence) {
+                        return Ok(body);
+                    }
+                }
+            }
+        }
+        Err(LinkError::Silent { bytes: self.bytes(), frames: self.frames })
+    }
+
+    fn send(&mut self, frame: &Encoded) -> std::result::Result<(), LinkError> {
+        let mut left: &[u8] = frame;
+        let deadline = Instant::now() + ANSWER;
+        while !left.is_empty() {
+            match self.port.write(left) {
+                Ok(0) => return Err(LinkError::Gone("nothing more can be written".into())),
+                Ok(n) => left = &left[n..],
+                Err(e) if passing(&e) && Instant::now() < deadline => {}
+                Err(e) if passing(&e) => {
+                    return Err(LinkError::Silent { bytes: self.bytes(), frames: self.frames })
+                }
+                Err(e) => return Err(LinkError::Gone(e.to_string())),
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes one thing the reading thread found: an event is put aside, anything else returned.
+    fn take(
+        &mut self,
+        patience: Duration,
+    ) -> std::result::Result<Option<(u32, u16, Vec<u8>)>, LinkError> {
+        if let Some(why) = &self.gone {
+            return Err(LinkError::Gone(why.clone()));
+        }
+        match self.incoming.recv_timeout(patience) {
+            Ok(Incoming::Frame { key, sequence, body }) => {
+                self.frames += 1;
+                if key != Event::KEY {
+                    return Ok(Some((key, sequence, body)));
+                }
+                match postcard::from_bytes(&body) {
+                    Ok(event) => self.event(sequence, event),
+                    Err(_) => self.garbled += 1,
+                }
+                Ok(None)
+            }
+            Ok(Incoming::Garbled) => {
+                self.garbled += 1;
+                Ok(None)
+            }
+            Ok(Incoming::Gone(why)) => {
+                self.gone = Some(why.clone());
+                Err(LinkError::Gone(why))
+            }
+            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Err(RecvTimeoutError::Disconnected) => Err(LinkError::Gone("reading ended".into())),
+        }
+    }
+
+    fn event(&mut self, number: u16, event: Event) {
+        let missed = self.next_event.map_or(0, |expected| number.wrapping_sub(expected));
+        self.missed_events += u64::from(missed);
+        self.next_event = Some(number.wrapping_add(1));
+        self.events.push_back(Numbered { number, event });
+    }
+
+    /// The next event, waiting for it at most so long.
+    pub fn next_event(
+        &mut self,
+        patience: Duration,
+    ) -> std::result::Result<Option<Numbered>, LinkError> {
+        let deadline = Instant::now() + patience;
+        loop {
+            if let Some(event) = self.events.pop_front() {
+                return Ok(Some(event));
+            }
+            let left = deadline.saturating_duration_since(Instant::now());
+            if interrupt::requested() {
+                return Err(LinkError::Interrupted);
+            }
+            self.take(left.min(Duration::from_millis(100)))?;
+            if self.events.is_empty() && Instant::now() >= deadline {
+                return Ok(None);
+            }
+        }
+    }
+
+    /// Events the line has lost since it was opened, by the gaps in their numbers.
+    pub fn missed_events(&self) -> u64 {
+        self.missed_events
+    }
+}
+
+impl Drop for Client {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(reader) = self.reader.take() {
+            let _ = reader.join();
+        }
+    }
+}
+
+/// Errors that only mean "not now".
+fn passing(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted
+    )
+}
+
+fn read(
+    mut port: TTYPort,
+    sender: &Sender<Incoming>,
+    stop: &AtomicBool,
+    bytes: &std::sync::atomic::AtomicU64,
+) {
+    let mut decoder = Decoder::new();
+    let mut buffer = [0; 1024];
+    while !stop.load(Ordering::Relaxed) {
+        let count = match port.read(&mut buffer) {
+            Ok(0) => {
+                let _ = sender.send(Incoming::Gone("the port was closed".into()));
+                return;
+            }
+            Ok(count) => count,
+            Err(e) if passing(&e) => continue,
+            Err(e) => {
+                let _ = sender.send(Incoming::Gone(e.to_string()));
+                return;
+            }
+        };
+        bytes.fetch_add(count as u64, Ordering::Relaxed);
+        for &byte in &buffer[..count] {
+            let found = match decoder.push(byte) {
+                None => continue,
+                Some(Ok(frame)) => Incoming::Frame {
+                    key: frame.key,
+                    sequence: frame.sequence,
+                    body: frame.body.to_vec(),
+                },
+                Some(Err(_)) => Incoming::Garbled,
+            };
+            if sender.send(found).is_err() {
+                return;
+            }
+        }
+    }
+}

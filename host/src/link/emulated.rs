@@ -1,0 +1,64 @@
+//! The firmware's own logic on a thread of this program, behind a real pseudo-terminal.
+
+use crate::error::{Error, Result};
+use crate::link::bench::Potentiometer;
+use crate::link::hub::Side;
+use std::io;
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
+use std::time::Duration;
+use yawrig_firmware::device::Device;
+use yawrig_firmware::slots::MemoryFlash;
+
+/// Chunks of samples that may wait for the device.
+const CHUNKS: usize = 4;
+
+/// The device's thread's part.
+pub struct Emulated {
+    device: Box<Device<MemoryFlash>>,
+    samples: Receiver<Vec<u16>>,
+    unplugged: bool,
+}
+
+/// What feeds it.
+pub struct EmulatedPotentiometer(SyncSender<Vec<u16>>);
+
+/// A device with empty slots, and its potentiometer.
+pub fn start() -> (Emulated, EmulatedPotentiometer) {
+    let (sender, samples) = mpsc::sync_channel(CHUNKS);
+    let device = Box::new(Device::new(MemoryFlash::new(), "emulated"));
+    (Emulated { device, samples, unplugged: false }, EmulatedPotentiometer(sender))
+}
+
+impl Potentiometer for EmulatedPotentiometer {
+    fn send(&mut self, counts: &[u16]) -> Result<()> {
+        self.0.send(counts.to_vec()).map_err(|_| Error::device("the emulated device has stopped"))
+    }
+}
+
+impl Side for Emulated {
+    fn work(&mut self) -> io::Result<()> {
+        const IDLE: Duration = Duration::from_millis(1);
+        if self.unplugged {
+            std::thread::sleep(IDLE);
+            return Ok(());
+        }
+        match self.samples.recv_timeout(IDLE) {
+            Ok(counts) => counts.into_iter().for_each(|c| self.device.sample(c)),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => self.unplugged = true,
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, bytes: &[u8]) -> io::Result<()> {
+        bytes.iter().for_each(|&byte| self.device.receive(byte));
+        Ok(())
+    }
+
+    fn transmit(&mut self, out: &mut Vec<u8>) -> io::Result<()> {
+        while let Some(byte) = self.device.transmit() {
+            out.push(byte);
+        }
+        Ok(())
+    }
+}

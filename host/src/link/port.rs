@@ -1,0 +1,71 @@
+//! Opening a serial port, and saying what is wrong with one that does not open.
+
+use crate::error::{Error, Exit, Result};
+use serialport::{ClearBuffer, ErrorKind, SerialPort, TTYPort};
+use std::io;
+use std::time::Duration;
+
+/// Speed of the link; pseudo-terminals ignore it.
+pub const BAUD: u32 = 115_200;
+/// How long one read waits before it looks whether it should stop.
+pub const READ_SLICE: Duration = Duration::from_millis(20);
+
+/// Opens `path` for this program alone and drops what was waiting in it.
+///
+/// # Errors
+/// Exit code 4, saying whether the port is absent, busy, forbidden or no port at all.
+pub fn open(path: &str) -> Result<TTYPort> {
+    let port = TTYPort::open(&serialport::new(path, BAUD).timeout(READ_SLICE))
+        .map_err(|e| explain(path, &e))?;
+    port.clear(ClearBuffer::Input).map_err(|e| explain(path, &e))?;
+    Ok(port)
+}
+
+fn explain(path: &str, error: &serialport::Error) -> Error {
+    let (why, help) = match error.kind() {
+        ErrorKind::Io(io::ErrorKind::NotFound) => {
+            ("there is no such port".to_owned(), "list the ports there are with `yawrig ports`")
+        }
+        ErrorKind::Io(io::ErrorKind::PermissionDenied) => (
+            "you may not open it".to_owned(),
+            "join the group that owns it (mostly `sudo usermod -aG dialout $USER`) and log in anew",
+        ),
+        ErrorKind::NoDevice => (
+            "another program has it open".to_owned(),
+            "close that program (`fuser -v PORT` names it)",
+        ),
+        _ if error.description == nix::errno::Errno::ENOTTY.desc() => {
+            ("it is not a serial port".to_owned(), "list the ports there are with `yawrig ports`")
+        }
+        _ => (error.to_string(), "unplug the device, plug it in again, and try once more"),
+    };
+    Error::new(Exit::Device, format!("cannot open port {path}: {why}")).help(help)
+}
+
+/// A serial port of this machine.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct PortInfo {
+    pub path: String,
+    /// What the system knows of it: USB product, or its kind.
+    pub description: String,
+}
+
+/// The serial ports of this machine.
+pub fn list() -> Result<Vec<PortInfo>> {
+    let ports = serialport::available_ports()
+        .map_err(|e| Error::device(format!("cannot list the serial ports: {e}")))?;
+    let describe = |kind: serialport::SerialPortType| match kind {
+        serialport::SerialPortType::UsbPort(usb) => {
+            let names = [usb.manufacturer, usb.product];
+            let names: Vec<String> = names.into_iter().flatten().collect();
+            format!("USB {:04x}:{:04x} {}", usb.vid, usb.pid, names.join(" ")).trim().to_owned()
+        }
+        serialport::SerialPortType::BluetoothPort => "Bluetooth".to_owned(),
+        serialport::SerialPortType::PciPort => "on board".to_owned(),
+        serialport::SerialPortType::Unknown => "unknown kind".to_owned(),
+    };
+    Ok(ports
+        .into_iter()
+        .map(|port| PortInfo { path: port.port_name, description: describe(port.port_type) })
+        .collect())
+}

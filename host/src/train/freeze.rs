@@ -1,0 +1,175 @@
+//! From trained weights to a frozen network, and how good it is on windows it has not seen.
+
+use super::draws::{Draw, Ranges};
+use crate::error::{Error, Result};
+use yawrig_shared::blob::{self, Payload, Provenance};
+use yawrig_shared::features::{FeatureKind, InputScaling, SHAPE};
+use yawrig_shared::network::{Activation, Network, OutputScaling, TrainedRange};
+
+/// How features become inputs and outputs become physical, fixed before training.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scaling {
+    pub inputs: InputScaling,
+    pub outputs: [OutputScaling; 2],
+}
+
+impl Scaling {
+    /// Brings the draws' features and the ranges' targets to -1 to 1.
+    pub fn of(draws: &[Draw], ranges: &Ranges) -> Self {
+        let largest = draws
+            .iter()
+            .flat_map(|draw| &draw.features[..SHAPE])
+            .fold(f32::MIN_POSITIVE, |largest, x| largest.max(x.abs()));
+        let reciprocals = draws.iter().map(|draw| draw.features[SHAPE]);
+        let low = reciprocals.clone().fold(f32::INFINITY, f32::min);
+        let high = reciprocals.fold(f32::NEG_INFINITY, f32::max);
+        let output = |[low, high]: [f64; 2]| OutputScaling {
+            offset: (0.5 * (low + high)) as f32,
+            gain: (0.5 * (high - low)) as f32,
+        };
+        Self {
+            inputs: InputScaling {
+                shape_gain: 1.0 / largest,
+                reciprocal_offset_hz: 0.5 * (low + high),
+                reciprocal_gain_s: 2.0 / (high - low).max(f32::MIN_POSITIVE),
+            },
+            outputs: [output(ranges.natural_frequency_rad_s), output(ranges.damping_ratio)],
+        }
+    }
+
+    /// Row-major inputs (n x 41) as the trainer takes them.
+    pub fn inputs(&self, draws: &[Draw]) -> Vec<f64> {
+        draws.iter().flat_map(|draw| self.inputs.apply(&draw.features).map(f64::from)).collect()
+    }
+
+    /// Row-major targets (n x 2) as the trainer takes them.
+    pub fn targets(&self, draws: &[Draw]) -> Vec<f64> {
+        let scaled = |x: f64, s: &OutputScaling| (x - f64::from(s.offset)) / f64::from(s.gain);
+        draws
+            .iter()
+            .flat_map(|draw| {
+                [
+                    scaled(draw.natural_frequency_rad_s, &self.outputs[0]),
+                    scaled(draw.damping_ratio, &self.outputs[1]),
+                ]
+            })
+            .collect()
+    }
+}
+
+/// A network frozen from trained weights.
+///
+/// # Errors
+/// Where the device could not run it: too wide, too many weights, not finite.
+pub fn network(
+    topology: &[usize],
+    weights: &[f64],
+    kind: FeatureKind,
+    scaling: &Scaling,
+    ranges: &Ranges,
+) -> Result<Network> {
+    let too_large = || {
+        Error::usage(format!("the device cannot hold a {} network", name(topology)))
+            .help("choose at most 1024 weights, 48 nodes in a layer and 5 layers")
+    };
+    let mut layers = heapless::Vec::new();
+    for &width in topology {
+        let width = u8::try_from(width).map_err(|_| too_large())?;
+        layers.push(width).map_err(|_| too_large())?;
+    }
+    let mut frozen = heapless::Vec::new();
+    for &weight in weights {
+        frozen.push(weight as f32).map_err(|_| too_large())?;
+    }
+    let f32s = |range: [f64; 2]| range.map(|x| x as f32);
+    let network = Network {
+        topology: layers,
+        activation: Activation::Tanh,
+        features: kind,
+        inputs: scaling.inputs,
+        outputs: scaling.outputs,
+        range: TrainedRange {
+            natural_frequency_rad_s: f32s(ranges.natural_frequency_rad_s),
+            damping_ratio: f32s(ranges.damping_ratio),
+        },
+        test_rms: [0.0; 2],
+        bias_rms: [0.0; 2],
+        weights: frozen,
+    };
+    match network.check() {
+        Ok(()) => Ok(network),
+        Err(yawrig_shared::network::NetworkError::NotFinite) => {
+            Err(Error::internal("training ended with weights that are not finite numbers")
+                .help("train again with another --seed"))
+        }
+        Err(_) => Err(too_large()),
+    }
+}
+
+/// `41-6-2`.
+pub fn name(topology: &[usize]) -> String {
+    topology.iter().map(usize::to_string).collect::<Vec<_>>().join("-")
+}
+
+/// The blob of a network: generation 0 until a device is written to.
+pub fn blob(network: Network, provenance: Provenance, golden_from: &[Draw]) -> Result<Vec<u8>> {
+    let golden = golden_from
+        .iter()
+        .take(*blob::GOLDEN.end())
+        .map(|draw| blob::golden(&network, &network.inputs.apply(&draw.features)))
+        .collect();
+    let mut bytes = vec![0; blob::LONGEST];
+    let payload = Payload { network, provenance, golden };
+    let length = blob::encode(&payload, 0, &mut bytes)
+        .map_err(|e| Error::internal(format!("the network does not fit a blob: {e:?}")))?;
+    bytes.truncate(length);
+    Ok(bytes)
+}
+
+/// Errors of a network in physical units.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Errors {
+    pub natural_frequency_mse: f64,
+    pub natural_frequency_rms_percent: f64,
+    pub natural_frequency_p95_percent: f64,
+    pub damping_ratio_mse: f64,
+    pub damping_ratio_rms_percent: f64,
+    pub damping_ratio_median_percent: f64,
+    pub damping_ratio_p95_percent: f64,
+}
+
+/// Runs the frozen network, in the device's own arithmetic, over draws.
+pub fn errors(network: &Network, draws: &[Draw]) -> Errors {
+    let pairs: Vec<[(f64, f64); 2]> = draws
+        .iter()
+        .map(|draw| {
+            let estimate = network.estimate_inputs(&network.inputs.apply(&draw.features));
+            [
+                (f64::from(estimate.natural_frequency_rad_s), draw.natural_frequency_rad_s),
+                (f64::from(estimate.damping_ratio), draw.damping_ratio),
+            ]
+        })
+        .collect();
+    let count = pairs.len().max(1) as f64;
+    let mse = |k: usize| pairs.iter().map(|p| (p[k].0 - p[k].1).powi(2)).sum::<f64>() / count;
+    let percent = |k: usize| {
+        100.0 * (pairs.iter().map(|p| (p[k].0 / p[k].1 - 1.0).powi(2)).sum::<f64>() / count).sqrt()
+    };
+    let quantile = |k: usize, share: f64| {
+        let mut all: Vec<f64> =
+            pairs.iter().map(|p| 100.0 * (p[k].0 / p[k].1 - 1.0).abs()).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(((all.len() as f64 * share) as usize).min(all.len().saturating_sub(1)))
+            .copied()
+            .unwrap_or(f64::NAN)
+    };
+    Errors {
+        natural_frequency_mse: mse(0),
+        natural_frequency_rms_percent: percent(0),
+        natural_frequency_p95_percent: quantile(0, 0.95),
+        damping_ratio_mse: mse(1),
+        damping_ratio_rms_percent: percent(1),
+        damping_ratio_median_percent: quantile(1, 0.5),
+        damping_ratio_p95_percent: quantile(1, 0.95),
+    }
+}

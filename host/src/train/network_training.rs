@@ -1,0 +1,115 @@
+//! From settings to a frozen network: draw windows, train, freeze, test.
+
+use super::draws::{draw, Draw, Ranges};
+use super::freeze::{self, Errors, Scaling};
+use super::{Options, Progress, Samples, Trained};
+use crate::error::{Error, Exit, Result};
+use yawrig_shared::blob::Provenance;
+use yawrig_shared::features::{FeatureKind, FEATURES};
+use yawrig_shared::network::{Network, OUTPUTS};
+
+/// Windows the network is tested on, drawn apart from those it is trained on.
+const TEST_DRAWS: usize = 2000;
+
+/// What `train` is asked for.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    pub features: FeatureKind,
+    pub ranges: Ranges,
+    pub samples: usize,
+    pub training: Options,
+}
+
+/// A frozen network and how it came about.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    pub network: Network,
+    pub blob: Vec<u8>,
+    pub trained: Trained,
+    pub topology: Vec<usize>,
+    pub train: Errors,
+    pub test: Errors,
+}
+
+/// Draws, trains, freezes and tests.
+///
+/// # Errors
+/// Exit 2 for settings that make no sense, exit 6 for a training that came to nothing.
+pub fn run(settings: &Settings, progress: &mut dyn Progress) -> Result<Outcome> {
+    check(settings)?;
+    let seed = settings.training.seed;
+    let quiet = Ranges { noise: [0.0; 2], ..settings.ranges.clone() };
+    let windows = |ranges: &Ranges, count, seed| -> Result<Vec<Draw>> {
+        draw(ranges, settings.features, count, seed).ok_or_else(|| {
+            Error::usage(format!(
+                "noise of {} of the peak leaves no windows to train on",
+                settings.ranges.noise[1]
+            ))
+            .help("choose a smaller --noise")
+        })
+    };
+    let draws = windows(&settings.ranges, settings.samples, seed)?;
+    let scaling = Scaling::of(&draws, &settings.ranges);
+    let samples = Samples {
+        inputs: scaling.inputs(&draws),
+        targets: scaling.targets(&draws),
+        n: draws.len(),
+        d: FEATURES,
+        k: OUTPUTS,
+    };
+    let topology = settings.training.topology(&samples);
+    // Freezing is tried before training: a network too large for the device is no use.
+    let shape: usize = topology.windows(2).map(|pair| (pair[0] + 1) * pair[1]).sum();
+    let freeze = |weights: &[f64]| {
+        freeze::network(&topology, weights, settings.features, &scaling, &settings.ranges)
+    };
+    freeze(&vec![0.0; shape])?;
+    let trained = super::train(&samples, &settings.training, progress)
+        .map_err(|e| Error::new(Exit::Quality, format!("training failed: {e}")))?;
+    let mut network = freeze(&trained.weights)?;
+    let test_draws = windows(&settings.ranges, TEST_DRAWS, !seed)?;
+    let test = freeze::errors(&network, &test_draws);
+    let bias = freeze::errors(&network, &windows(&quiet, TEST_DRAWS, !seed)?);
+    let rms =
+        |e: &Errors| [e.natural_frequency_mse.sqrt() as f32, e.damping_ratio_mse.sqrt() as f32];
+    (network.test_rms, network.bias_rms) = (rms(&test), rms(&bias));
+    let provenance = Provenance {
+        trainer: heapless::String::try_from(env!("CARGO_PKG_VERSION")).unwrap_or_default(),
+        seed,
+        samples: settings.samples as u32,
+        epochs: trained.epochs as u32,
+        noise: settings.ranges.noise.map(|x| x as f32),
+    };
+    let blob = freeze::blob(network.clone(), provenance, &test_draws)?;
+    let train = freeze::errors(&network, &draws);
+    Ok(Outcome { network, blob, trained, topology, train, test })
+}
+
+fn check(settings: &Settings) -> Result<()> {
+    let Ranges { natural_frequency_rad_s, damping_ratio, noise } = &settings.ranges;
+    let rising = |[low, high]: &[f64; 2]| low.is_finite() && high.is_finite() && low < high;
+    if !rising(natural_frequency_rad_s) || natural_frequency_rad_s[0] < 2.4 {
+        return Err(Error::usage(
+            "the natural frequency's range must rise and begin at 2.4 rad/s or above",
+        )
+        .help("three cycles slower than that do not fit the device's buffer of 8.2 s"));
+    }
+    if natural_frequency_rad_s[1] > 60.0 {
+        return Err(Error::usage("the natural frequency's range must end at 60 rad/s or below"));
+    }
+    if !rising(damping_ratio) || damping_ratio[0] < -0.1 || damping_ratio[1] > 0.2 {
+        return Err(Error::usage("the damping ratio's range must rise and lie within -0.1 to 0.2"));
+    }
+    let [low, high] = *noise;
+    let sensible = (low == 0.0 && high == 0.0) || (low > 0.0 && low <= high && high <= 0.2);
+    if !sensible {
+        return Err(Error::usage(format!(
+            "noise from {low} to {high} of the peak is not a range within 0 to 0.2"
+        ))
+        .help("--noise 0.02, or a range: --noise 0.002..0.02"));
+    }
+    if settings.samples < 10 {
+        return Err(Error::usage("fewer than 10 training samples teach nothing"));
+    }
+    Ok(())
+}

@@ -1,0 +1,119 @@
+//! `yawrig derivatives` as a user runs it.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn yawrig(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_yawrig")).args(arguments).output().unwrap()
+}
+
+/// A simulated campaign at 200 Hz with `repeats` releases of each condition.
+fn simulated(folder: &Path, repeats: &str) -> PathBuf {
+    let campaign = folder.join("campaign");
+    let name = campaign.to_str().unwrap();
+    let arguments = ["simulate", "--campaign", name, "--rate-hz", "200", "--repeats", repeats];
+    assert!(yawrig(&arguments).status.success());
+    campaign.join("campaign.toml")
+}
+
+fn is_quantity(value: &Value) -> bool {
+    value["value"].is_f64() && value["u"].as_f64().is_some_and(|u| u > 0.0)
+}
+
+#[test]
+fn json_is_what_the_contract_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let campaign = simulated(folder.path(), "2");
+    let name = campaign.to_str().unwrap();
+    let output = yawrig(&["derivatives", name, "--method", "least-squares,conventional", "--json"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(told["schema_version"], 1);
+    assert!(
+        is_quantity(&told["inertia_kg_m2"]["mid"]) && is_quantity(&told["inertia_kg_m2"]["front"])
+    );
+    let points = told["points"].as_array().unwrap();
+    assert_eq!(points.len(), 8);
+    let mut last = 0.0;
+    for point in points {
+        assert_eq!(point["wind_speed_m_s"], 10.0);
+        let km = point["reduced_frequency"].as_f64().unwrap();
+        assert!(km > last);
+        last = km;
+        for key in ["cn_beta", "cn_r", "cy_beta", "cy_r"] {
+            assert!(is_quantity(&point[key]), "{key}");
+            assert!(point["budget"][key]["fit"].as_f64().unwrap() > 0.0);
+        }
+    }
+    assert_eq!(points[7]["spring"], "K8");
+    assert!((points[7]["cn_beta"]["value"].as_f64().unwrap() - 0.4426).abs() < 0.002);
+    let releases = told["releases"].as_array().unwrap();
+    assert_eq!(releases.len(), 64);
+    for release in releases {
+        let error = &release["validation_mse_deg2"];
+        assert_eq!(error.is_null(), release["wind_speed_m_s"] == 0.0);
+        // 0.05 deg of noise and a mean over two repeats.
+        assert!(
+            error.is_null() || (error.as_f64().unwrap() / 0.0025 - 1.0).abs() < 0.15,
+            "{release}"
+        );
+    }
+    assert!(told["assumed_zero"].as_array().unwrap().contains(&"air.density_u_kg_m3".into()));
+    assert_eq!(told["others"][0]["method"], "conventional");
+    assert_eq!(told["others"][0]["points"].as_array().unwrap().len(), 8);
+}
+
+#[test]
+fn the_table_says_what_its_damping_is_and_what_it_assumes() {
+    let folder = tempfile::tempdir().unwrap();
+    let campaign = simulated(folder.path(), "1");
+    let output = yawrig(&["derivatives", campaign.to_str().unwrap()]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    for words in [
+        "Cn_r - Cn_betadot",
+        "intercept",
+        "assumed nought: air.density_u_kg_m3",
+        "repeatability is not",
+    ] {
+        assert!(text.contains(words), "{words:?} is not in\n{text}");
+    }
+}
+
+#[test]
+fn what_cannot_be_used_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let campaign = simulated(folder.path(), "1");
+    let name = campaign.to_str().unwrap();
+    let refused = |arguments: &[&str], exit: i32, words: &[&str]| {
+        let output = yawrig(&[&["derivatives"], arguments].concat());
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(exit), "{message}");
+        assert!(output.stdout.is_empty());
+        for word in words {
+            assert!(message.contains(word), "{word:?} is not in {message}");
+        }
+    };
+    refused(&["absent.toml"], 3, &["absent.toml"]);
+    refused(&[name, "--method", "guess"], 2, &["guess", "least-squares"]);
+    refused(&[name, "--from-deg", "1", "--to-deg", "5"], 2, &["--from-deg"]);
+
+    let good = std::fs::read_to_string(&campaign).unwrap();
+    // K5's wind-off release at the front axis is taken out of the file.
+    let place = good.find("file = \"K5-front-off.csv\"").unwrap();
+    let end = place + good[place..].find("[[release]]").unwrap();
+    let start = good[..place].rfind("[[release]]").unwrap();
+    std::fs::write(&campaign, format!("{}{}", &good[..start], &good[end..])).unwrap();
+    refused(
+        &[name],
+        3,
+        &["campaign.toml, line", "K5-front-on.csv", "no wind-off release of spring K5"],
+    );
+
+    std::fs::write(&campaign, good).unwrap();
+    let record = campaign.parent().unwrap().join("K2-mid-on.csv");
+    std::fs::write(&record, "time_s,yaw_deg\n0.0,1.0\n0.005,oops\n").unwrap();
+    refused(&[name], 3, &["K2-mid-on.csv, line 3", "oops"]);
+    std::fs::remove_file(&record).unwrap();
+    refused(&[name], 3, &["campaign.toml, line", "K2-mid-on.csv is not there"]);
+}
