@@ -7,10 +7,9 @@
 //! points: the bin by an interpolated peak, the half amplitude by a regression over all maxima.
 
 use super::flag::Flag;
-use super::least_squares::linear_start;
 use super::lowpass;
 use super::spectrum::Periodogram;
-use super::{Estimate, Method, Prepared};
+use super::{Prepared, Values};
 use crate::quantity::Quantity;
 use crate::record::Record;
 use nalgebra::{DMatrix, DVector};
@@ -53,7 +52,7 @@ pub struct Options {
 }
 
 /// The method on a prepared record; why not in words.
-pub fn estimate(prepared: &Prepared<'_>) -> Result<Estimate, String> {
+pub fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
     let options = prepared.settings.conventional;
     let mut flags = Vec::new();
     let even = evenly_sampled(prepared.record, prepared, &mut flags)?;
@@ -89,18 +88,9 @@ pub fn estimate(prepared: &Prepared<'_>) -> Result<Estimate, String> {
     // wn^2 = wd^2 + s^2 and zeta = s/wn, with s = ln 2 / t_half.
     let (u_wd, u_s) = (TAU * frequency_hz.u, LN_2 * half_life_s.u / half_life_s.value.powi(2));
     let wd = TAU * frequency_hz.value;
-    let stretch = prepared.stretch();
-    let fitted = linear_start(&stretch, zeta * wn, wd).ok_or("the swing has no amplitude")?;
-    let (mut n, mut squares) = (0.0, 0.0);
-    for (t, y) in stretch.kept() {
-        n += 1.0;
-        squares += (y - fitted.yaw_deg(t)).powi(2);
-    }
-    Ok(Estimate {
-        method: Method::Conventional,
+    Ok(Values {
         natural_frequency_rad_s: Quantity::new(wn, (wd / wn * u_wd).hypot(zeta * u_s)),
         damping_ratio: Quantity::new(zeta, (u_s / wn).hypot(zeta / wn * u_wd)),
-        residual_rms_deg: (squares / n).sqrt(),
         windows: Vec::new(),
         flags,
         cramer_rao: None,

@@ -13,6 +13,7 @@ mod lowpass;
 pub mod network;
 pub mod outliers;
 pub mod pencil;
+mod prepared;
 pub mod release;
 pub mod samples;
 pub mod spectrum;
@@ -24,19 +25,13 @@ use crate::error::{Error, Result};
 use crate::quantity::Quantity;
 use crate::record::Record;
 use flag::Flag;
-use samples::{median, Samples, Stretch};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use windows::Window;
+
+pub use prepared::{prepare, Prepared, Values};
 
 /// Fewest cycles an estimate is made from.
 pub const FEWEST_CYCLES: f64 = 3.0;
-/// Below this many cycles a flag says so.
-const FEW_CYCLES: f64 = 6.0;
-/// A record whose three-cycle fits explain less than this of it holds no oscillation worth the name.
-const LEAST_EXPLAINED: f64 = 0.5;
-/// Residual of an estimate over the whole window, in residuals of the three-cycle fits, that needs a word.
-const ABOVE_NOISE: f64 = 1.5;
 
 /// How records are analysed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,7 +89,8 @@ pub struct Identification {
     pub release_time_s: f64,
     pub rate_hz: f64,
     pub window: AmplitudeWindow,
-    /// Standard deviation of what three-cycle fits leave.
+    /// Standard deviation of the noise: of what one mode leaves of the window where it explains it, of what three-cycle
+    /// fits leave where it does not.
     pub noise_rms_deg: f64,
     /// Wild samples left out.
     pub outliers: usize,
@@ -148,100 +144,6 @@ pub struct Unavailable {
     pub reason: String,
 }
 
-/// A record with its swing found, as every method gets it.
-pub struct Prepared<'a> {
-    pub record: &'a Record,
-    pub samples: Samples<'a>,
-    pub swing: release::Swing,
-    pub windows: Vec<Window>,
-    pub settings: Settings,
-}
-
-impl Prepared<'_> {
-    /// The analysed part of the record.
-    pub fn stretch(&self) -> Stretch<'_> {
-        self.swing.stretch(&self.samples)
-    }
-    /// The mode over all of it.
-    fn mode(&self) -> Option<least_squares::ModeFit> {
-        least_squares::fit_mode(&self.stretch(), self.swing.frequency_rad_s)
-    }
-    /// Standard deviation of what three-cycle fits leave.
-    pub fn noise_rms_deg(&self) -> f64 {
-        let mut variances: Vec<f64> = self.windows.iter().map(|w| w.noise_deg.powi(2)).collect();
-        median(&mut variances).sqrt()
-    }
-    /// The analysed amplitudes and times.
-    pub fn window(&self) -> AmplitudeWindow {
-        let (from_s, to_s) = (self.swing.from_s, self.swing.to_s);
-        let amplitude = |w: &Window, time_s: f64| {
-            let middle = 0.5 * (w.from_s + w.to_s);
-            w.amplitude_deg
-                * (w.damping_ratio * w.natural_frequency_rad_s * (middle - time_s)).exp()
-        };
-        let cycles = self.windows.iter().map(|w| w.natural_frequency_rad_s).sum::<f64>()
-            / self.windows.len() as f64
-            / std::f64::consts::TAU
-            * (to_s - from_s);
-        AmplitudeWindow {
-            from_deg: amplitude(&self.windows[0], from_s),
-            to_deg: amplitude(&self.windows[self.windows.len() - 1], to_s),
-            cycles,
-            from_s,
-            to_s,
-        }
-    }
-    /// The estimate with what the record says about it: flags, and where its values change with amplitude an
-    /// uncertainty that holds the change, since one number then stands for many.
-    fn judged(&self, mut estimate: Estimate) -> Estimate {
-        let flags = &mut estimate.flags;
-        flags.extend(&self.swing.flags);
-        let trends = trend::of(&self.windows);
-        if let Some(spread) = trends.frequency {
-            flags.push(Flag::AmplitudeDependentFrequency);
-            let u = &mut estimate.natural_frequency_rad_s.u;
-            *u = u.hypot(spread);
-        }
-        if let Some(spread) = trends.damping {
-            flags.push(Flag::AmplitudeDependentDamping);
-            let u = &mut estimate.damping_ratio.u;
-            *u = u.hypot(spread);
-        }
-        let tests = [
-            (!self.samples.is_uniform(), Flag::IrregularTimeStamps),
-            (self.samples.excluded() > 0, Flag::OutliersExcluded),
-            (self.window().cycles < FEW_CYCLES, Flag::FewCycles),
-            (
-                estimate.residual_rms_deg > ABOVE_NOISE * self.noise_rms_deg(),
-                Flag::ResidualAboveNoise,
-            ),
-            (estimate.damping_ratio.value < -2.0 * estimate.damping_ratio.u, Flag::Grows),
-        ];
-        flags.extend(tests.iter().filter(|(found, _)| *found).map(|(_, flag)| *flag));
-        flags.sort_unstable();
-        estimate
-    }
-}
-
-/// Finds the swing of `record` and fits its three-cycle windows.
-///
-/// # Errors
-/// See [`Refusal`].
-pub fn prepare<'a>(
-    record: &'a Record,
-    settings: &Settings,
-) -> std::result::Result<Prepared<'a>, Refusal> {
-    let mut samples = Samples::new(&record.time_s, &record.yaw_deg);
-    outliers::exclude_spikes(&mut samples);
-    let swing = release::find(&samples, settings)?;
-    let windows = windows::windows(&mut samples, swing.from_s, swing.to_s, swing.frequency_rad_s);
-    let mut explained: Vec<f64> = windows.iter().map(|w| w.explained).collect();
-    if explained.is_empty() || median(&mut explained) < LEAST_EXPLAINED {
-        return Err(Refusal::NoOscillation);
-    }
-    Ok(Prepared { record, samples, swing, windows, settings: *settings })
-}
-
 /// Applies `methods` to a record.
 ///
 /// # Errors
@@ -256,12 +158,12 @@ pub fn identify(
     let mut unavailable = Vec::new();
     for &method in methods {
         let answer = match method {
-            Method::LeastSquares => least_squares_estimate(&prepared),
-            Method::Conventional => conventional::estimate(&prepared),
-            Method::Network => network::estimate(&prepared),
+            Method::LeastSquares => prepared.least_squares(),
+            Method::Conventional => conventional::values(&prepared),
+            Method::Network => network::values(&prepared),
         };
-        match answer {
-            Ok(estimate) => estimates.push(prepared.judged(estimate)),
+        match answer.and_then(|values| prepared.judged(method, values)) {
+            Ok(estimate) => estimates.push(estimate),
             Err(reason) => unavailable.push(Unavailable { method, reason }),
         }
     }
@@ -279,34 +181,4 @@ pub fn identify(
         estimates,
         unavailable,
     })
-}
-
-fn least_squares_estimate(prepared: &Prepared<'_>) -> std::result::Result<Estimate, String> {
-    let found =
-        prepared.mode().ok_or("the fit of one mode to the whole window did not converge")?;
-    let stretch = prepared.stretch();
-    let u = found.uncertainty(&stretch).ok_or("the fit does not determine its parameters")?;
-    Ok(Estimate {
-        method: Method::LeastSquares,
-        natural_frequency_rad_s: Quantity::new(
-            found.mode.natural_frequency_rad_s(),
-            u.natural_frequency_rad_s,
-        ),
-        damping_ratio: Quantity::new(found.mode.damping_ratio(), u.damping_ratio),
-        residual_rms_deg: found.residual_rms_deg(),
-        windows: prepared.windows.iter().map(WindowEstimate::of).collect(),
-        flags: Vec::new(),
-        cramer_rao: Some(u.bound),
-    })
-}
-
-impl WindowEstimate {
-    fn of(w: &Window) -> Self {
-        Self {
-            time_s: 0.5 * (w.from_s + w.to_s),
-            amplitude_deg: w.amplitude_deg,
-            natural_frequency_rad_s: w.natural_frequency_rad_s,
-            damping_ratio: w.damping_ratio,
-        }
-    }
 }

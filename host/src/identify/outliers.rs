@@ -31,9 +31,16 @@ pub fn exclude_spikes(samples: &mut Samples<'_>) {
         let at = |i: isize| middle[(k as isize + i).clamp(0, n as isize - 1) as usize];
         (-4..=4).map(|i| (at(i + 2) - 2.0 * at(i) + at(i - 2)).abs()).fold(0.0, f64::max)
     };
+    // Where a cycle has hardly five samples, every one stands off from its neighbours.
+    let coarse = |k: usize| {
+        let near = &yaw[k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(n)];
+        let mut steps: Vec<f64> = near.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+        3.0 * median(&mut steps)
+    };
     let least = (NOISE_FACTOR * noise).max(3.0 * step);
-    let wild: Vec<usize> =
-        (0..n).filter(|&k| off[k] > least && off[k] > least + 2.0 * curvature(k)).collect();
+    let wild: Vec<usize> = (0..n)
+        .filter(|&k| off[k] > least && off[k] > least + 2.0 * curvature(k) && off[k] > coarse(k))
+        .collect();
     for k in wild {
         samples.exclude(k);
     }
@@ -113,7 +120,13 @@ mod tests {
 
     #[test]
     fn a_fast_mode_sampled_coarsely_loses_nothing() {
-        let yaw: Vec<f64> = (0..200).map(|k| 10.0 * (26.0 * 0.05 * k as f64).cos()).collect();
+        // Long held and long at rest, so that the swing is a small part of the record.
+        let swing = (0..100).map(|k| {
+            let t = 0.05 * k as f64;
+            10.0 * (-1.0 * t).exp() * (26.0 * t).cos()
+        });
+        let yaw: Vec<f64> =
+            vec![10.0; 200].into_iter().chain(swing).chain(vec![0.0; 200]).collect();
         assert!(found(&yaw).is_empty());
     }
 

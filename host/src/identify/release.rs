@@ -127,6 +127,10 @@ impl Search<'_> {
         let cycles = (to - from) / self.period;
         // The frequency is known to a few percent only here.
         if cycles < LEAST_SHARE * FEWEST_CYCLES {
+            // Noise alone stands above itself for a moment, though never by much.
+            if largest < 2.0 * AMPLITUDE_OVER_NOISE * amplitude_noise {
+                return Err(Refusal::NoOscillation);
+            }
             return Err(Refusal::TooFewCycles { cycles: cycles.max(0.0) });
         }
         Ok(Swing {

@@ -33,12 +33,31 @@ pub struct Window {
     pub damping_ratio_u: f64,
     /// Standard deviation of the residual.
     pub noise_deg: f64,
-    /// Share of the angle's variance in the window that the fit explains.
-    pub explained: f64,
+    /// Standard deviation of the angle.
+    pub motion_deg: f64,
 }
 
-/// Consecutive windows over `from_s..to_s`; wild samples are excluded from `samples` on the way.
-pub fn windows(samples: &mut Samples<'_>, from_s: f64, to_s: f64, frequency: f64) -> Vec<Window> {
+impl Window {
+    /// Share of the motion that the fit explains, white noise of the given standard deviation taken off both.
+    pub fn explained(&self, white_noise_deg: f64) -> f64 {
+        let white = white_noise_deg.powi(2);
+        let motion = self.motion_deg.powi(2) - white;
+        if motion > 0.1 * white {
+            1.0 - (self.noise_deg.powi(2) - white).max(0.0) / motion
+        } else {
+            0.0
+        }
+    }
+}
+
+/// Consecutive windows over `from_s..to_s` and the spectral density, as a variance, of what they leave about the
+/// oscillation's frequency; wild samples are excluded from `samples` on the way.
+pub fn windows(
+    samples: &mut Samples<'_>,
+    from_s: f64,
+    to_s: f64,
+    frequency: f64,
+) -> (Vec<Window>, f64) {
     let mut fits = consecutive(samples, from_s, to_s, frequency);
     // The middle scatter of all windows: in few cycles of coloured noise a window's own can be small by chance.
     let mut scatters: Vec<f64> = fits.iter().map(|f| f.scatter_deg).collect();
@@ -51,24 +70,25 @@ pub fn windows(samples: &mut Samples<'_>, from_s: f64, to_s: f64, frequency: f64
         }
     }
     let mut out: Vec<Window> = Vec::new();
-    let (mut power, mut white) = (0.0, 0.0);
+    let (mut power, mut variance) = (0.0, 0.0);
     for f in &fits {
         let stretch = samples.between(f.from_s, f.to_s);
         if let Some(window) = window(&stretch, &f.found) {
             let residuals = DampedSinusoid { stretch }.residuals_deg(&f.found.mode);
             power += uncertainty::power(&stretch, &residuals, &NEIGHBOURS);
-            white += LEFT_OVER * window.noise_deg.powi(2);
+            variance += window.noise_deg.powi(2);
             out.push(window);
         }
     }
-    let colour = (power / white).sqrt();
+    let density = power / LEFT_OVER / out.len() as f64;
+    let colour = (density / (variance / out.len() as f64)).sqrt();
     if colour.is_finite() {
         for window in &mut out {
             window.natural_frequency_u *= colour;
             window.damping_ratio_u *= colour;
         }
     }
-    out
+    (out, density)
 }
 
 struct WindowFit {
@@ -127,7 +147,6 @@ fn window(stretch: &Stretch<'_>, found: &ModeFit) -> Option<Window> {
         sum += y;
         squares += y * y;
     }
-    let total = squares - sum * sum / n;
     Some(Window {
         from_s: stretch.start_s(),
         to_s: stretch.start_s() + stretch.duration_s(),
@@ -137,7 +156,7 @@ fn window(stretch: &Stretch<'_>, found: &ModeFit) -> Option<Window> {
         damping_ratio: found.mode.damping_ratio(),
         damping_ratio_u: deviations.damping_ratio,
         noise_deg: found.fit.variance().sqrt(),
-        explained: 1.0 - found.fit.sum_of_squares / total,
+        motion_deg: ((squares - sum * sum / n) / n).sqrt(),
     })
 }
 
