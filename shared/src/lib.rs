@@ -8,6 +8,7 @@
 
 pub mod blob;
 pub mod checksum;
+mod crossing;
 pub mod derivatives;
 pub mod features;
 pub mod history;
