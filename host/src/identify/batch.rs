@@ -14,6 +14,8 @@ use std::sync::Mutex;
 
 /// Version of what is written.
 pub const SCHEMA_VERSION: u32 = 1;
+/// How every line begins.
+const LINE_START: &[u8] = br#"{"schema_version":"#;
 /// Files in flight before their answers are handed on in order.
 const CHUNK: usize = 64;
 
@@ -143,15 +145,19 @@ fn finished(out: &Path) -> Result<HashSet<u64>> {
     let (mut text, mut whole, mut number) = (Vec::new(), 0u64, 0);
     while reader.read_until(b'\n', &mut text).map_err(|e| fail(&e))? > 0 {
         number += 1;
+        let foreign = || {
+            Error::data(format!("{}, line {number}: not a line of results", out.display()))
+                .help("give --out a new file, or one that identify wrote")
+        };
         if text.last() != Some(&b'\n') {
+            if !text.starts_with(&LINE_START[..text.len().min(LINE_START.len())]) {
+                return Err(foreign());
+            }
             let log = OpenOptions::new().write(true).open(out).map_err(|e| fail(&e))?;
             log.set_len(whole).map_err(|e| fail(&e))?;
             break;
         }
-        let named: Named = serde_json::from_slice(&text).map_err(|_| {
-            Error::data(format!("{}, line {number}: not a line of results", out.display()))
-                .help("give --out a new file, or one that identify wrote")
-        })?;
+        let named: Named = serde_json::from_slice(&text).map_err(|_| foreign())?;
         done.insert(fingerprint(&named.file));
         whole += text.len() as u64;
         text.clear();

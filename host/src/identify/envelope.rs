@@ -77,10 +77,10 @@ pub fn envelope(means: &Stretch<'_>, frequency_rad_s: f64) -> Vec<Point> {
                 return None;
             }
             let (mut m, mut r) = (Matrix3::zeros(), Vector3::zeros());
-            for k in a..b {
-                let row = Vector3::new(phase[k].1, phase[k].0, 1.0);
+            for ((sine, cosine), yaw) in phase[a..b].iter().zip(&means.yaw_deg[a..b]) {
+                let row = Vector3::new(*cosine, *sine, 1.0);
                 m += row * row.transpose();
-                r += row * means.yaw_deg[k];
+                r += row * *yaw;
             }
             let x = m.cholesky()?.solve(&r);
             let squares: f64 = (a..b)

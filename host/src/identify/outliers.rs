@@ -123,7 +123,7 @@ mod tests {
         // Long held and long at rest, so that the swing is a small part of the record.
         let swing = (0..100).map(|k| {
             let t = 0.05 * k as f64;
-            10.0 * (-1.0 * t).exp() * (26.0 * t).cos()
+            10.0 * (-t).exp() * (26.0 * t).cos()
         });
         let yaw: Vec<f64> =
             vec![10.0; 200].into_iter().chain(swing).chain(vec![0.0; 200]).collect();
