@@ -10,6 +10,7 @@
 //! with it two programs of any age find out whether they can talk.
 
 use crate::checksum::crc32;
+use crate::wire::HELLO_KEY;
 use heapless::Vec;
 use postcard_schema::key::Key;
 use postcard_schema::Schema;
@@ -42,7 +43,7 @@ pub enum FrameError {
     /// Not COBS, or too short.
     Malformed,
     Checksum,
-    /// Of another version of this protocol.
+    /// Of another version of this protocol, and not a hello, which all versions read.
     Version(u8),
     /// Right frame, wrong contents.
     Body,
@@ -140,11 +141,13 @@ fn open(coded: &mut [u8]) -> Result<Frame<'_>, FrameError> {
     if crc32(content).to_le_bytes() != *trailer {
         return Err(FrameError::Checksum);
     }
-    if content[0] != VERSION {
+    let key = u32::from_le_bytes([content[1], content[2], content[3], content[4]]);
+    // Two programs of different versions must be able to tell each other so.
+    if content[0] != VERSION && key != HELLO_KEY {
         return Err(FrameError::Version(content[0]));
     }
     Ok(Frame {
-        key: u32::from_le_bytes([content[1], content[2], content[3], content[4]]),
+        key,
         sequence: u16::from_le_bytes([content[5], content[6]]),
         body: &content[HEADER..],
     })
