@@ -66,10 +66,8 @@ pub fn run(settings: &Settings, progress: &mut dyn Progress) -> Result<Outcome> 
     freeze(&vec![0.0; shape])?;
     // Without noise one output can let the other starve; with it a shared precision lets zeta's
     // noise loosen the fit of wn.
-    let precision = match settings.ranges.noise {
-        [_, high] if high == 0.0 => Precision::Shared,
-        _ => Precision::PerOutput,
-    };
+    let quiet_windows = settings.ranges.noise[1] == 0.0;
+    let precision = if quiet_windows { Precision::Shared } else { Precision::PerOutput };
     let options = Options { precision, ..settings.training.clone() };
     let trained = super::train(&samples, &options, progress)
         .map_err(|e| Error::new(Exit::Quality, format!("training failed: {e}")))?;
