@@ -350,7 +350,7 @@ pub enum FrameError {
     /// Not COBS, or too short.
     Malformed,
     Checksum,
-    /// Of another version of this protocol.
+    /// Of another version of this protocol, and not [`Hello`], which all versions read.
     Version(u8),
     /// Right frame, wrong contents.
     Body,
@@ -448,11 +448,13 @@ fn open(coded: &mut [u8]) -> Result<Frame<'_>, FrameError> {
     if crc32(content).to_le_bytes() != *trailer {
         return Err(FrameError::Checksum);
     }
-    if content[0] != VERSION {
+    let key = u32::from_le_bytes([content[1], content[2], content[3], content[4]]);
+    // Two programs of different versions must be able to tell each other so.
+    if content[0] != VERSION && key != HELLO_KEY {
         return Err(FrameError::Version(content[0]));
     }
     Ok(Frame {
-        key: u32::from_le_bytes([content[1], content[2], content[3], content[4]]),
+        key,
         sequence: u16::from_le_bytes([content[5], content[6]]),
         body: &content[HEADER..],
     })
