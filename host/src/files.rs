@@ -3,11 +3,35 @@
 use crate::error::{Error, Result};
 use std::io::{BufWriter, Write};
 use std::path::Path;
+use tempfile::NamedTempFile;
 
 /// The error of a file that cannot be written.
 pub fn cannot_write(path: &Path, why: &dyn std::fmt::Display) -> Error {
     Error::data(format!("cannot write {}: {why}", path.display()))
         .help("choose a folder that exists and that you may write to")
+}
+
+/// Whether [`write_atomically`] will find a place, asked before the work whose result it is to keep.
+///
+/// # Errors
+/// Names the path and the system's reason.
+pub fn check_writable(path: &Path) -> Result<()> {
+    if path.is_dir() {
+        return Err(cannot_write(path, &"it is a folder"));
+    }
+    temporary(path).map(drop)
+}
+
+/// An empty file in the folder of `path`; gone with this value.
+fn temporary(path: &Path) -> Result<NamedTempFile> {
+    let folder = match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    };
+    tempfile::Builder::new()
+        .prefix(".yawrig-")
+        .tempfile_in(folder)
+        .map_err(|e| cannot_write(path, &e))
 }
 
 /// Writes `bytes` to a temporary file beside `path` and renames it there.
@@ -27,11 +51,7 @@ pub fn write_atomically_with(
     write: impl FnOnce(&mut dyn Write) -> Result<()>,
 ) -> Result<()> {
     let fail = |e: std::io::Error| cannot_write(path, &e);
-    let folder = match path.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p,
-        _ => Path::new("."),
-    };
-    let mut file = tempfile::Builder::new().prefix(".yawrig-").tempfile_in(folder).map_err(fail)?;
+    let mut file = temporary(path)?;
     let mut buffer = BufWriter::new(file.as_file_mut());
     write(&mut buffer)?;
     buffer.flush().map_err(fail)?;

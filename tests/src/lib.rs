@@ -1,1 +1,7 @@
-//! End-to-end tests live in `tests/`; this crate has no code of its own.
+//! What the end-to-end tests in `tests/` share: the program run as a user runs it, and lines with
+//! a device, or something else, at their other end.
+#![forbid(unsafe_code)]
+
+pub mod line;
+pub mod networks;
+pub mod process;

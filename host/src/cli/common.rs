@@ -85,3 +85,15 @@ pub fn bar(length: u64, what: &'static str) -> ProgressBar {
 pub fn network_id(id: u32) -> String {
     format!("{id:08x}")
 }
+
+/// Whether a flag's value makes sense.
+///
+/// # Errors
+/// Exit 2, naming the flag, for a value that is not between the two.
+pub fn within(flag: &str, value: f64, least: f64, most: f64) -> Result<()> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(Error::usage(format!("{flag} {value} is not between {least} and {most}"))
+        .help(format!("give {flag} a value in that range")))
+}

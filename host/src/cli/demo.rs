@@ -1,6 +1,6 @@
 //! `yawrig demo`: the main job from training to the table of derivatives.
 
-use super::common::{bare, print_json, print_line, DeviceArg, SCHEMA_VERSION};
+use super::common::{bare, print_json, print_line, within, DeviceArg, SCHEMA_VERSION};
 use super::{flash, train};
 use crate::demo::{releases, table, Made, Miss, Plan};
 use crate::derivatives::table::Point;
@@ -28,7 +28,7 @@ pub struct Demo {
     #[arg(long, default_value_t = 0.05)]
     noise_deg: f64,
     /// Wind speed, m/s
-    #[arg(long, default_value_t = 10.0)]
+    #[arg(long, default_value_t = 10.0, allow_negative_numbers = true)]
     wind: f64,
     /// Seed of the training and of the noise
     #[arg(long, default_value_t = 1)]
@@ -39,8 +39,13 @@ pub struct Demo {
 }
 
 pub fn run(arguments: &Demo) -> Result<()> {
-    if !(0.0..=1.0).contains(&arguments.noise_deg) {
-        return Err(Error::usage("--noise-deg must lie between 0 and 1"));
+    within("--noise-deg", arguments.noise_deg, 0.0, 1.0)?;
+    // Without wind there is nothing to make derivatives of.
+    within("--wind", arguments.wind, 0.1, 300.0)?;
+    let rig = Rig::default();
+    for condition in rig.conditions(arguments.wind) {
+        // Said before the training and not after it.
+        rig.modal(&condition)?;
     }
     let begun = Instant::now();
     let outcome = teach(arguments)?;
@@ -48,7 +53,7 @@ pub fn run(arguments: &Demo) -> Result<()> {
     let generation = write(&mut bench.client, &outcome.blob, &mut flash::Bar::new())?;
     eprintln!("flashed and verified; the device runs it as generation {generation}");
     let plan = Plan {
-        rig: Rig::default(),
+        rig,
         wind_speed_m_s: arguments.wind,
         start: Start::default(),
         sensor: Sensor { noise_deg: arguments.noise_deg, offset_deg: 1.5, ..Sensor::default() },
@@ -82,7 +87,7 @@ fn teach(arguments: &Demo) -> Result<Outcome> {
         samples: 8000,
         training: Options { epochs: 300, seed: arguments.seed, ..Options::default() },
     };
-    let mut bar = train::Bar::new(settings.training.epochs);
+    let mut bar = train::Bar::new(settings.training.epochs as u64);
     let outcome = network_training::run(&settings, &mut bar)?;
     drop(bar);
     crate::interrupt::check()?;

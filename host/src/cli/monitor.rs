@@ -1,6 +1,6 @@
 //! `yawrig monitor`: follow a device's results as they come.
 
-use super::common::{print_json_line, print_line, DeviceArg};
+use super::common::{print_json_line, print_line, within, DeviceArg};
 use crate::error::{Error, Exit, Result};
 use crate::follow::{event_json, event_text};
 use crate::interrupt;
@@ -22,16 +22,17 @@ pub struct Monitor {
     #[arg(long, value_name = "N")]
     releases: Option<u32>,
     /// End after so many seconds; exit code 7 if --releases were not reached by then
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// How many times faster than life the built-in rig swings (emulated devices only)
-    #[arg(long, value_name = "X", default_value_t = 1.0)]
+    #[arg(long, value_name = "X", default_value_t = 1.0, allow_negative_numbers = true)]
     speed: f64,
 }
 
 pub fn run(arguments: &Monitor) -> Result<()> {
-    if !(arguments.speed > 0.0 && arguments.speed.is_finite()) {
-        return Err(Error::usage("--speed must be above 0"));
+    within("--speed", arguments.speed, 1e-3, 1e6)?;
+    if let Some(seconds) = arguments.seconds {
+        within("--seconds", seconds, 0.0, 1e9)?;
     }
     let mut bench = arguments.device.open()?;
     let mut swing = match arguments.device.device {
@@ -42,7 +43,7 @@ pub fn run(arguments: &Monitor) -> Result<()> {
         }
     };
     let mut follow = Follow { seen: 0, missed: 0, arguments };
-    let deadline = arguments.seconds.map(|s| Instant::now() + Duration::from_secs_f64(s.max(0.0)));
+    let deadline = arguments.seconds.map(|s| Instant::now() + Duration::from_secs_f64(s));
     loop {
         if let Some(swing) = &mut swing {
             swing.go_on(&mut bench)?;
@@ -57,7 +58,8 @@ pub fn run(arguments: &Monitor) -> Result<()> {
                 Some(wanted) => Err(Error::new(
                     Exit::Timeout,
                     format!("{} releases of {wanted} came in the given time", follow.seen),
-                )),
+                )
+                .help("give it more --seconds, or see that the model is released")),
             };
         }
         interrupt::check()?;

@@ -1,6 +1,6 @@
 //! `yawrig replay`: play a record into a device as its potentiometer.
 
-use super::common::{print_json, print_line, DeviceArg, SCHEMA_VERSION};
+use super::common::{print_json, print_line, within, DeviceArg, SCHEMA_VERSION};
 use super::device::summary;
 use crate::error::{Error, Exit, Result};
 use crate::follow::{event_text, flag_names, quantity, window_json};
@@ -30,6 +30,7 @@ pub struct Replay {
 }
 
 pub fn run(arguments: &Replay) -> Result<()> {
+    within("--from-deg", arguments.from_deg, 0.0, 360.0)?;
     if !(arguments.to_deg > 0.0 && arguments.from_deg > arguments.to_deg) {
         return Err(Error::usage(format!(
             "--from-deg {} must lie above --to-deg {}, and that above 0",

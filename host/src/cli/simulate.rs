@@ -1,6 +1,6 @@
 //! `simulate`: records of a virtual rig whose truth is known.
 
-use super::common::{print_json, print_line};
+use super::common::{print_json, print_line, within};
 use crate::derivatives::simulated::{self, refuse_existing, Planned};
 use crate::error::{Error, Result};
 use crate::record::write_samples;
@@ -306,14 +306,4 @@ fn condition_json(condition: &Condition) -> Value {
         "axis": condition.axis,
         "wind_speed_m_s": condition.wind_speed_m_s,
     })
-}
-
-/// # Errors
-/// Exit 2, naming the flag, for a value that is not between the two.
-fn within(flag: &str, value: f64, least: f64, most: f64) -> Result<()> {
-    if (least..=most).contains(&value) {
-        return Ok(());
-    }
-    Err(Error::usage(format!("{flag} {value} is not between {least} and {most}"))
-        .help(format!("give {flag} a value in that range")))
 }

@@ -25,8 +25,8 @@ pub struct Train {
     #[arg(long, default_value = "bins", value_parser = parse_features)]
     features: FeatureKind,
     /// Training windows
-    #[arg(long, default_value_t = 8000)]
-    samples: usize,
+    #[arg(long, default_value_t = 8000, value_parser = clap::value_parser!(u32).range(10..=100_000))]
+    samples: u32,
     /// Noise of the training windows, rms as a share of the peak: a number, or LOW..HIGH
     #[arg(long, default_value = "0.002..0.01", value_parser = parse_noise)]
     noise: [f64; 2],
@@ -38,11 +38,11 @@ pub struct Train {
     #[arg(long, default_value = "0.0005..0.105", value_parser = parse_range)]
     damping: [f64; 2],
     /// Most epochs
-    #[arg(long, default_value_t = 500)]
-    epochs: usize,
+    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..))]
+    epochs: u32,
     /// Starts to choose from, by evidence
-    #[arg(long, default_value_t = 1)]
-    restarts: usize,
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    restarts: u32,
     /// The same seed gives the same network
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -95,8 +95,8 @@ fn parse_hidden(topology: &str) -> Result<Vec<usize>> {
 pub struct Bar(ProgressBar);
 
 impl Bar {
-    pub fn new(epochs: usize) -> Self {
-        Self(bar(epochs as u64, "training"))
+    pub fn new(epochs: u64) -> Self {
+        Self(bar(epochs, "training"))
     }
 }
 
@@ -124,27 +124,33 @@ pub fn run(arguments: &Train) -> Result<()> {
             damping_ratio: arguments.damping,
             noise: arguments.noise,
         },
-        samples: arguments.samples,
+        samples: arguments.samples as usize,
         training: Options {
             hidden: parse_hidden(&arguments.topology)?,
-            epochs: arguments.epochs,
+            epochs: arguments.epochs as usize,
             seed: arguments.seed,
-            restarts: arguments.restarts,
+            restarts: arguments.restarts as usize,
             ..Options::default()
         },
     };
+    files::check_writable(&arguments.out)?;
     let begun = Instant::now();
-    let mut bar = Bar::new(arguments.epochs * arguments.restarts);
+    let mut bar = Bar::new(u64::from(arguments.epochs) * u64::from(arguments.restarts));
     let outcome = network_training::run(&settings, &mut bar)?;
     drop(bar);
     let seconds = begun.elapsed().as_secs_f64();
+    let interrupted = outcome.trained.stopped == Stop::Interrupted;
+    if interrupted && outcome.trained.epochs <= 1 {
+        // Nothing learned yet: a network that may be there already is worth more.
+        return Err(Error::interrupted());
+    }
     files::write_atomically(&arguments.out, &outcome.blob)?;
     if arguments.json {
         print_json(&to_json(arguments, &outcome, seconds))?;
     } else {
         print_line(&to_text(arguments, &outcome, seconds))?;
     }
-    if outcome.trained.stopped == Stop::Interrupted {
+    if interrupted {
         eprintln!("stopped after {} epochs; the network so far is kept", outcome.trained.epochs);
         return Err(Error::interrupted());
     }

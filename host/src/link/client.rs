@@ -132,10 +132,21 @@ impl Client {
             .help("choose another port (`yawrig ports`) or write yawrig's firmware to the board"),
             other => self.explain(other, "hello"),
         })?;
+        if body.is_empty() {
+            // Our own question came back.
+            return Err(Error::device(format!(
+                "the line on {} sends back what it is sent",
+                self.path
+            ))
+            .help("see that a device is at its other end, and no plug that joins its two wires"));
+        }
         let hello = HelloReply::read(&body).ok_or_else(|| {
             Error::device(format!("the device on {} says hello in another way", self.path))
                 .help("write this version's firmware to the board")
         })?;
+        // What came before the answer had been waiting in the line, perhaps for an hour.
+        self.events.clear();
+        (self.next_event, self.missed_events) = (None, 0);
         let text =
             |field: [u8; 24]| String::from_utf8_lossy(&field).trim_end_matches('\0').to_owned();
         self.identity = Identity {

@@ -50,7 +50,7 @@ pub fn write(client: &mut Client, blob: &[u8], progress: &mut dyn Progress) -> R
         SlotState::Valid { generation, .. } => Some(*generation),
         _ => None,
     });
-    let generation = newest.fold(status.network.generation, u32::max) + 1;
+    let generation = newest.fold(status.network.generation, u32::max).saturating_add(1);
     let mut blob = blob.to_vec();
     blob::set_generation(&mut blob, generation).map_err(|e| failed(client, &say(&e)))?;
     let id = Envelope::read(&blob).map_err(|e| failed(client, &say(&e)))?.payload_crc;

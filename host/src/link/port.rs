@@ -3,6 +3,7 @@
 use crate::error::{Error, Exit, Result};
 use serialport::{ClearBuffer, ErrorKind, SerialPort, TTYPort};
 use std::io;
+use std::path::Path;
 use std::time::Duration;
 
 /// Speed of the link; pseudo-terminals ignore it.
@@ -22,6 +23,8 @@ pub fn open(path: &str) -> Result<TTYPort> {
 }
 
 fn explain(path: &str, error: &serialport::Error) -> Error {
+    let no_port =
+        ("it is not a serial port".to_owned(), "list the ports there are with `yawrig ports`");
     let (why, help) = match error.kind() {
         ErrorKind::Io(io::ErrorKind::NotFound) => {
             ("there is no such port".to_owned(), "list the ports there are with `yawrig ports`")
@@ -32,11 +35,10 @@ fn explain(path: &str, error: &serialport::Error) -> Error {
         ),
         ErrorKind::NoDevice => (
             "another program has it open".to_owned(),
-            "close that program (`fuser -v PORT` names it)",
+            "close that program (`fuser -v` with the port's path names it)",
         ),
-        _ if error.description == nix::errno::Errno::ENOTTY.desc() => {
-            ("it is not a serial port".to_owned(), "list the ports there are with `yawrig ports`")
-        }
+        _ if error.description == nix::errno::Errno::ENOTTY.desc() => no_port,
+        _ if Path::new(path).is_dir() => no_port,
         _ => (error.to_string(), "unplug the device, plug it in again, and try once more"),
     };
     Error::new(Exit::Device, format!("cannot open port {path}: {why}")).help(help)

@@ -1,19 +1,21 @@
 //! Pseudo-terminals: what stands where a board's serial port would.
 
 use crate::error::{Error, Result};
-use nix::fcntl::{fcntl, FcntlArg, OFlag};
-use nix::pty::openpty;
+use nix::fcntl::{open, OFlag};
+use nix::pty::{grantpt, posix_openpt, ptsname_r, unlockpt};
+use nix::sys::stat::Mode;
 use nix::sys::termios::{cfmakeraw, tcgetattr, tcsetattr, SetArg};
+use rustix::termios::ioctl_tiocnxcl;
 use std::fs::File;
 use std::io::{self, Read, Write};
-use std::os::fd::{AsFd, OwnedFd};
+use std::os::fd::OwnedFd;
 
 /// The device's end of a pseudo-terminal.
 #[derive(Debug)]
 pub struct Terminal {
     near: File,
     /// Held open so that a client may come and go without the near end failing.
-    _far: OwnedFd,
+    far: OwnedFd,
     path: String,
     /// Frames begun by the client and not ended yet.
     partial: Vec<u8>,
@@ -24,16 +26,21 @@ pub struct Terminal {
 impl Terminal {
     pub fn new() -> Result<Self> {
         let fail = |e: nix::Error| Error::device(format!("cannot open a pseudo-terminal: {e}"));
-        let pair = openpty(None, None).map_err(fail)?;
-        let mut settings = tcgetattr(&pair.slave).map_err(fail)?;
+        // Not `openpty`: a program started meanwhile would inherit both ends and keep the line up
+        // when this one has gone.
+        let flags = OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_CLOEXEC;
+        let near = posix_openpt(flags | OFlag::O_NONBLOCK).map_err(fail)?;
+        grantpt(&near).map_err(fail)?;
+        unlockpt(&near).map_err(fail)?;
+        let path = ptsname_r(&near).map_err(fail)?;
+        let far = open(path.as_str(), flags, Mode::empty()).map_err(fail)?;
+        let mut settings = tcgetattr(&far).map_err(fail)?;
         cfmakeraw(&mut settings);
-        tcsetattr(&pair.slave, SetArg::TCSANOW, &settings).map_err(fail)?;
-        fcntl(pair.master.as_fd(), FcntlArg::F_SETFL(OFlag::O_NONBLOCK)).map_err(fail)?;
-        let path = nix::unistd::ttyname(&pair.slave).map_err(fail)?;
+        tcsetattr(&far, SetArg::TCSANOW, &settings).map_err(fail)?;
         Ok(Self {
-            near: File::from(pair.master),
-            _far: pair.slave,
-            path: path.display().to_string(),
+            near: File::from(OwnedFd::from(near)),
+            far,
+            path,
             partial: Vec::new(),
             backlog: Vec::new(),
         })
@@ -47,6 +54,9 @@ impl Terminal {
     /// Whole frames the client has sent, zeros included: two clients of one device must not cut
     /// into each other's.
     pub fn take_frames(&mut self) -> io::Result<Vec<u8>> {
+        // A client marks the terminal as its own. Killed, it leaves the mark, which the system takes
+        // away only when the last end is closed, and that is ours. Living clients hold a lock, too.
+        ioctl_tiocnxcl(&self.far)?;
         let mut buffer = [0; 1024];
         loop {
             match self.near.read(&mut buffer) {

@@ -13,6 +13,9 @@ pub const ACCEPTED_COLUMNS: &str = "time_s,yaw_deg or time_s,yaw_rad";
 /// Fewer samples than this hold no three cycles at any rate: the fastest mode (4.2 Hz) at 20 Hz has 14.
 const FEWEST_SAMPLES: usize = 10;
 
+/// Longest record, s.
+const LONGEST_S: f64 = 86_400.0;
+
 /// Rows between two looks at Ctrl-C.
 const ROWS_PER_CHECK: usize = 100_000;
 
@@ -87,6 +90,13 @@ pub(super) fn read(file: &Path) -> Result<Record> {
                 let what = format!("time {how}, from {before} s to {time_s} s");
                 return Err(fail(what, "sort the record by time, or cut it here"));
             }
+        }
+        // A clock set anew in mid-record, or seconds since 1970 after seconds since the start: to fill
+        // such a gap at the device's rate would take more memory than there is.
+        if record.time_s.first().is_some_and(|first| time_s - first > LONGEST_S) {
+            let what =
+                format!("time runs on to {time_s} s, more than a day after the first sample");
+            return Err(fail(what, "cut the record here, or give time_s in seconds"));
         }
         record.time_s.push(time_s);
         record.yaw_deg.push(yaw * unit_deg);

@@ -1,0 +1,355 @@
+//! The built program, run and watched: nothing here waits for ever.
+
+use nix::sys::signal::{kill, Signal};
+use nix::unistd::{geteuid, Pid};
+use serde_json::Value;
+use std::ffi::OsStr;
+use std::io::Read;
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant, SystemTime};
+
+/// How long a command may take before its test kills it.
+const PATIENCE: Duration = Duration::from_secs(60);
+const SLICE: Duration = Duration::from_millis(5);
+const BUILD: &str = "cargo build --release -p yawrig";
+
+/// The program that was built with these tests: `target/<profile>/yawrig`.
+///
+/// # Panics
+/// Where it is not there, or older than sources these tests were built from.
+pub fn binary() -> &'static Path {
+    static BINARY: OnceLock<PathBuf> = OnceLock::new();
+    BINARY.get_or_init(|| {
+        let tests = std::env::current_exe().expect("this program's own path");
+        let profile = tests.ancestors().nth(2).expect("target/<profile>/deps/<test>");
+        let binary = profile.join("yawrig");
+        assert!(binary.is_file(), "{} is not there: run {BUILD}", binary.display());
+        let age = |path: &Path| path.metadata().and_then(|m| m.modified()).expect("a file's time");
+        let (built, tested) = (age(&binary), age(&tests));
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        for folder in ["host/src", "shared/src", "firmware/src"] {
+            if let Some(newer) = newer_source(&root.join(folder), built, tested) {
+                panic!("{} is older than {}: run {BUILD}", binary.display(), newer.display());
+            }
+        }
+        binary
+    })
+}
+
+/// A source younger than the program though these tests know it: `cargo test -p` of this package
+/// alone builds the library and not the program.
+fn newer_source(folder: &Path, built: SystemTime, tested: SystemTime) -> Option<PathBuf> {
+    folder.read_dir().ok()?.flatten().map(|entry| entry.path()).find_map(|path| {
+        if path.is_dir() {
+            return newer_source(&path, built, tested);
+        }
+        let changed = path.metadata().and_then(|m| m.modified()).ok()?;
+        (changed > built && changed < tested).then_some(path)
+    })
+}
+
+/// A command about to be run.
+pub struct Yawrig {
+    command: Command,
+    line: String,
+    patience: Duration,
+}
+
+/// `yawrig` with these arguments, parted by blanks.
+pub fn yawrig(arguments: &str) -> Yawrig {
+    Yawrig::of(Command::new(binary()), arguments)
+}
+
+/// The same without the rights of the superuser, to whom nothing is forbidden.
+pub fn yawrig_as_anybody(arguments: &str) -> Yawrig {
+    if !geteuid().is_root() {
+        return yawrig(arguments);
+    }
+    let mut command = Command::new("setpriv");
+    command.args(["--bounding-set=-all", "--inh-caps=-all", "--"]).arg(binary());
+    Yawrig::of(command, arguments)
+}
+
+impl Yawrig {
+    fn of(mut command: Command, arguments: &str) -> Self {
+        command.args(arguments.split_whitespace());
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        Self { command, line: format!("yawrig {arguments}"), patience: PATIENCE }
+    }
+
+    /// One more argument.
+    pub fn and(mut self, argument: impl AsRef<OsStr>) -> Self {
+        self.line.push(' ');
+        self.line.push_str(&argument.as_ref().to_string_lossy());
+        self.command.arg(argument);
+        self
+    }
+
+    pub fn in_folder(mut self, folder: &Path) -> Self {
+        self.command.current_dir(folder);
+        self
+    }
+
+    pub fn with_patience(mut self, seconds: u64) -> Self {
+        self.patience = Duration::from_secs(seconds);
+        self
+    }
+
+    /// Runs it to its end.
+    pub fn run(self) -> Ended {
+        self.start().ends()
+    }
+
+    /// Starts it.
+    pub fn start(mut self) -> Running {
+        let mut child = self.command.spawn().unwrap_or_else(|e| panic!("{}: {e}", self.line));
+        let stdout = Heard::of(child.stdout.take().expect("its stdout"));
+        let stderr = Heard::of(child.stderr.take().expect("its stderr"));
+        Running { child, stdout, stderr, line: self.line, until: Instant::now() + self.patience }
+    }
+
+    /// Starts it with a stdout that nobody reads after the first `bytes` bytes, as `| head` does.
+    pub fn start_with_short_reader(mut self, bytes: usize) -> Running {
+        let mut child = self.command.spawn().unwrap_or_else(|e| panic!("{}: {e}", self.line));
+        let mut stdout = child.stdout.take().expect("its stdout");
+        let stderr = Heard::of(child.stderr.take().expect("its stderr"));
+        let heard = Heard::none();
+        let text = heard.text.clone();
+        std::thread::spawn(move || {
+            let mut first = vec![0; bytes];
+            if stdout.read_exact(&mut first).is_ok() {
+                text.lock().unwrap_or_else(PoisonError::into_inner).extend(first);
+            }
+        });
+        Running {
+            child,
+            stdout: heard,
+            stderr,
+            line: self.line,
+            until: Instant::now() + self.patience,
+        }
+    }
+}
+
+/// What a process has said on one of its streams, gathered by a thread.
+struct Heard {
+    text: Arc<Mutex<Vec<u8>>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Heard {
+    fn none() -> Self {
+        Self { text: Arc::default(), thread: None }
+    }
+
+    fn of(mut stream: impl Read + Send + 'static) -> Self {
+        let mut heard = Self::none();
+        let text = heard.text.clone();
+        heard.thread = Some(std::thread::spawn(move || {
+            let mut buffer = [0; 4096];
+            while let Ok(count @ 1..) = stream.read(&mut buffer) {
+                let mut text = text.lock().unwrap_or_else(PoisonError::into_inner);
+                text.extend_from_slice(&buffer[..count]);
+            }
+        }));
+        heard
+    }
+
+    fn text(&self) -> String {
+        let text = self.text.lock().unwrap_or_else(PoisonError::into_inner);
+        String::from_utf8_lossy(&text).into_owned()
+    }
+
+    fn all(&mut self) -> String {
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+        self.text()
+    }
+}
+
+/// A command that runs; killed when it is forgotten or out of time.
+pub struct Running {
+    child: Child,
+    stdout: Heard,
+    stderr: Heard,
+    line: String,
+    until: Instant,
+}
+
+impl Running {
+    pub fn pid(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Waits until a whole line on stderr holds these words, and returns it.
+    pub fn says(&mut self, words: &str) -> String {
+        self.wait_for(words, |running| running.stderr.text())
+    }
+
+    /// Waits until a whole line on stdout holds these words, and returns it.
+    pub fn prints(&mut self, words: &str) -> String {
+        self.wait_for(words, |running| running.stdout.text())
+    }
+
+    fn wait_for(&mut self, words: &str, text: impl Fn(&Self) -> String) -> String {
+        loop {
+            let ended = self.child.try_wait().expect("its state").is_some();
+            let text = text(self);
+            let whole = text.rsplit_once('\n').map_or("", |(lines, _)| lines);
+            if let Some(line) = whole.lines().find(|line| line.contains(words)) {
+                return line.to_owned();
+            }
+            assert!(!ended, "{} ended and never said {words:?}: {}", self.line, self.report());
+            self.check_time(words);
+            std::thread::sleep(SLICE);
+        }
+    }
+
+    /// Where another process finds its emulated device: `/dev/pts/7`.
+    pub fn shared_path(&mut self) -> String {
+        let line = self.says("--device /dev/");
+        line.rsplit_once("--device ").expect("a path").1.trim().to_owned()
+    }
+
+    /// Waits until it catches SIGINT: before that a signal would end it as it does any program.
+    pub fn catches_interrupts(&mut self) {
+        let caught = |status: String| {
+            let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:"))?;
+            let mask = u64::from_str_radix(mask.trim(), 16).ok()?;
+            Some(mask & (1 << (Signal::SIGINT as u32 - 1)) != 0)
+        };
+        let status = format!("/proc/{}/status", self.pid());
+        while std::fs::read_to_string(&status).ok().and_then(caught) != Some(true) {
+            let ended = self.child.try_wait().expect("its state");
+            assert!(ended.is_none(), "{} ended already: {}", self.line, self.report());
+            self.check_time("it catches SIGINT");
+            std::thread::sleep(SLICE);
+        }
+    }
+
+    pub fn signal(&self, signal: Signal) {
+        kill(Pid::from_raw(self.pid() as i32), signal).expect("a signal to a process of ours");
+    }
+
+    /// Whether it still runs.
+    pub fn runs(&mut self) -> bool {
+        self.child.try_wait().expect("its state").is_none()
+    }
+
+    /// Waits for its end.
+    pub fn ends(mut self) -> Ended {
+        let status = loop {
+            if let Some(status) = self.child.try_wait().expect("its state") {
+                break status;
+            }
+            self.check_time("its end");
+            std::thread::sleep(SLICE);
+        };
+        Ended {
+            code: status.code().unwrap_or_else(|| -status.signal().unwrap_or(0)),
+            stdout: self.stdout.all(),
+            stderr: self.stderr.all(),
+            line: std::mem::take(&mut self.line),
+        }
+    }
+
+    fn check_time(&mut self, what: &str) {
+        if Instant::now() > self.until {
+            let _ = self.child.kill();
+            let _ = self.child.wait();
+            panic!("{}: out of patience for {what:?}, killed: {}", self.line, self.report());
+        }
+    }
+
+    fn report(&self) -> String {
+        format!("\n-- stdout\n{}\n-- stderr\n{}", self.stdout.text(), self.stderr.text())
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Fails where it has ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A command that has ended.
+#[derive(Debug)]
+pub struct Ended {
+    /// Exit code; a signal's number below nought where one ended it.
+    pub code: i32,
+    pub stdout: String,
+    pub stderr: String,
+    line: String,
+}
+
+impl Ended {
+    /// # Panics
+    /// Where it ended with another exit code, or a thread of it panicked.
+    #[track_caller]
+    pub fn exits(self, code: i32) -> Self {
+        assert_eq!(self.code, code, "exit code of {}", self.report());
+        assert!(!self.stderr.contains("panicked"), "{}", self.report());
+        self
+    }
+
+    /// # Panics
+    /// Where these words are not on its stderr.
+    #[track_caller]
+    pub fn says(self, words: &str) -> Self {
+        assert!(self.stderr.contains(words), "{words:?} is missing from {}", self.report());
+        self
+    }
+
+    /// # Panics
+    /// Where these words are not on its stderr one after the other.
+    #[track_caller]
+    pub fn says_in_order(&self, all: &[&str]) {
+        let mut left = self.stderr.as_str();
+        for words in all {
+            let at = left.find(words);
+            let at = at.unwrap_or_else(|| panic!("{words:?} is missing from {}", self.report()));
+            left = &left[at + words.len()..];
+        }
+    }
+
+    /// # Panics
+    /// Where its message has no line that tells the user what to do.
+    #[track_caller]
+    pub fn helps(self) -> Self {
+        self.says("\n  help: ")
+    }
+
+    /// The one JSON object on its stdout.
+    ///
+    /// # Panics
+    /// Where that is not what stdout holds.
+    #[track_caller]
+    pub fn json(&self) -> Value {
+        let object: Value = serde_json::from_str(&self.stdout)
+            .unwrap_or_else(|e| panic!("not one JSON value: {e}; {}", self.report()));
+        assert!(object.is_object(), "{}", self.report());
+        assert_eq!(object["schema_version"], 1, "{}", self.report());
+        object
+    }
+
+    /// The JSON objects on its stdout, one a line.
+    #[track_caller]
+    pub fn json_lines(&self) -> Vec<Value> {
+        let parse = |line: &str| {
+            serde_json::from_str(line)
+                .unwrap_or_else(|e| panic!("not JSON: {line:?}: {e}; {}", self.report()))
+        };
+        self.stdout.lines().map(parse).collect()
+    }
+
+    pub fn report(&self) -> String {
+        format!("{}\n-- stdout\n{}\n-- stderr\n{}", self.line, self.stdout, self.stderr)
+    }
+}

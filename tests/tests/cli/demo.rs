@@ -1,0 +1,105 @@
+//! `yawrig demo`: the main job against the contract and against the rig's truth.
+
+use serde_json::Value;
+use yawrig_tests::process::{yawrig, Ended};
+
+pub fn demo(arguments: &str) -> Ended {
+    yawrig(&format!("demo --json {arguments}")).with_patience(300).run()
+}
+
+/// Shares by which the table misses the truth, sorted.
+fn misses(points: &[Value], field: &str) -> Vec<f64> {
+    let mut misses: Vec<f64> = points
+        .iter()
+        .map(|point| {
+            let found = point[field]["value"].as_f64().expect("a quantity");
+            let truth = point["truth"][field].as_f64().expect("a number");
+            (found / truth - 1.0).abs()
+        })
+        .collect();
+    misses.sort_by(f64::total_cmp);
+    misses
+}
+
+fn within(misses: &[f64], median: f64, worst: f64) {
+    let middle = misses.len() / 2;
+    let found = 0.5 * (misses[middle - 1] + misses[middle]);
+    assert!(found <= median, "median {found} of {misses:?}");
+    assert!(misses[misses.len() - 1] <= worst, "{misses:?}");
+}
+
+#[test]
+fn the_main_job_finds_the_planted_derivatives() {
+    let ended = demo("--seed 1").exits(0);
+    // Results on stdout, one object and nothing else; what goes on meanwhile on stderr.
+    ended.says_in_order(&["trained 41-6-2", "device: emulated at /dev/", "flashed and verified"]);
+    let object = ended.json();
+    assert_eq!(object["device"], "emulated");
+    assert!(object["seconds"].as_f64().is_some_and(|seconds| seconds > 0.0));
+    assert!(object["report"].is_null());
+
+    let points = object["points"].as_array().expect("points");
+    assert_eq!(points.len(), 8);
+    for (index, point) in points.iter().enumerate() {
+        assert_eq!(point["spring"], format!("K{}", index + 1));
+        assert_eq!(point["wind_speed_m_s"], 10.0);
+        assert!(point["reduced_frequency"].as_f64().is_some_and(|km| km > 0.0));
+        for field in ["cn_beta", "cn_r", "cy_beta", "cy_r"] {
+            assert!(point["truth"][field].is_f64(), "{field} of {point}");
+            assert!(point[field]["value"].is_f64(), "{field} of {point}");
+            assert!(point[field]["u"].as_f64().is_some_and(|u| u > 0.0), "{field} of {point}");
+        }
+    }
+    within(&misses(points, "cn_beta"), 0.02, 0.06);
+    within(&misses(points, "cn_r"), 0.04, 0.12);
+
+    let releases = object["releases"].as_array().expect("releases");
+    // Eight springs, two axes, wind off and on.
+    assert_eq!(releases.len(), 32);
+    for release in releases {
+        assert!(release["spring"].is_string());
+        assert!(["mid", "front"].contains(&release["axis"].as_str().expect("an axis")));
+        assert!(release["wind_speed_m_s"].is_f64());
+        for field in ["natural_frequency_rad_s", "damping_ratio"] {
+            let found = release[field]["value"].as_f64().expect("a quantity");
+            let truth = release["truth"][field].as_f64().expect("a number");
+            assert!((found / truth - 1.0).abs() < 0.2, "{field} of {release}");
+        }
+        let windows = release["windows"].as_array().expect("windows");
+        assert!(windows.len() >= 2, "{release}");
+        for window in windows {
+            assert!(window["amplitude_deg"].is_f64() && window["damping_ratio"].is_f64());
+            assert!(window["natural_frequency_rad_s"].is_f64());
+        }
+    }
+
+    // The same seed again, to the last bit; another seed is another noise.
+    let again = demo("--seed 1").exits(0).json();
+    assert_eq!(object["releases"], again["releases"]);
+    assert_eq!(object["points"], again["points"]);
+}
+
+#[test]
+fn another_seed_is_another_noise_and_as_good() {
+    let object = demo("--seed 20").exits(0).json();
+    let points = object["points"].as_array().expect("points");
+    within(&misses(points, "cn_beta"), 0.02, 0.06);
+    within(&misses(points, "cn_r"), 0.04, 0.12);
+}
+
+#[test]
+fn without_json_a_table_is_printed_as_the_releases_come() {
+    let ended = yawrig("demo").with_patience(300).run().exits(0);
+    for words in ["K1 mid   wind off", "K8 front wind on", "Cn_beta", "truth", "per radian"] {
+        assert!(ended.stdout.contains(words), "{words:?} is missing from {}", ended.report());
+    }
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_before_the_training() {
+    for arguments in ["--wind 0", "--wind=-5", "--wind nan", "--wind 1e9", "--noise-deg 2"] {
+        let ended = demo(arguments).exits(2).helps();
+        assert!(!ended.stderr.contains("trained"), "{}", ended.report());
+        assert_eq!(ended.stdout, "");
+    }
+}

@@ -1,0 +1,106 @@
+//! Ctrl-C.
+
+use nix::sys::signal::Signal;
+use std::path::Path;
+use std::time::Duration;
+use yawrig_shared::blob;
+use yawrig_tests::process::{yawrig, Ended, Running};
+
+fn interrupted(mut running: Running) -> Ended {
+    running.catches_interrupts();
+    running.signal(Signal::SIGINT);
+    running.ends().exits(130).says("interrupted")
+}
+
+/// Names of what is in a folder.
+fn names(folder: &Path) -> Vec<String> {
+    let entries = folder.read_dir().expect("a folder").flatten();
+    entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
+}
+
+#[test]
+fn a_training_ends_at_once_and_leaves_a_network_or_nothing() {
+    // At once, while it draws its windows, and well into its epochs.
+    for wait_ms in [0, 300, 3000] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("n.yrn");
+        let mut running =
+            yawrig("train --json --samples 4000 --epochs 1000000 --out").and(&file).start();
+        running.catches_interrupts();
+        std::thread::sleep(Duration::from_millis(wait_ms));
+        let ended = interrupted(running);
+        let names = names(folder.path());
+        match std::fs::read(&file) {
+            Ok(bytes) => {
+                assert_eq!(names, ["n.yrn"]);
+                blob::decode(&bytes).expect("a whole network");
+                assert_eq!(ended.json()["stopped"], "interrupted");
+            }
+            Err(_) => assert!(names.is_empty(), "{names:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_training_interrupted_before_its_first_epoch_leaves_an_older_network_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("n.yrn");
+    std::fs::write(&file, "an older one").expect("room for it");
+    interrupted(yawrig("train --samples 3000 --epochs 1000000 --out").and(&file).start());
+    assert_eq!(names(folder.path()), ["n.yrn"]);
+    assert_eq!(std::fs::read(&file).expect("the older one"), b"an older one");
+}
+
+#[test]
+fn a_record_is_written_whole_or_not_at_all() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("r.csv");
+    // A day at 10 kHz: nobody waits for that.
+    let long =
+        "simulate --natural-frequency 7 --damping 0.01 --seconds 86400 --rate-hz 10000 --out";
+    let mut running = yawrig(long).and(&file).start();
+    running.catches_interrupts();
+    std::thread::sleep(Duration::from_millis(300));
+    interrupted(running);
+    assert!(names(folder.path()).is_empty(), "{:?}", names(folder.path()));
+}
+
+#[test]
+fn monitor_and_demo_end_at_once() {
+    let mut monitor = yawrig("monitor --device emulated --speed 20").start();
+    monitor.prints("window");
+    interrupted(monitor);
+
+    // While it trains, and while it releases.
+    interrupted(yawrig("demo").start());
+    let mut demo = yawrig("demo").with_patience(120).start();
+    demo.prints("K1 mid");
+    let ended = interrupted(demo);
+    assert!(!ended.stdout.contains("K8 front wind on"), "{}", ended.report());
+}
+
+#[test]
+fn a_follower_of_another_device_ends_and_leaves_it_be() {
+    let (mut swinging, path) = crate::shells::swinging();
+    let mut follower = yawrig("monitor --device").and(&path).start();
+    follower.prints("window");
+    interrupted(follower);
+    assert!(swinging.runs());
+    crate::shells::device(&path);
+}
+
+#[test]
+fn waiting_for_a_silent_device_can_be_interrupted() {
+    let line = yawrig_tests::line::Line::new(|_| Some(Vec::new()));
+    interrupted(yawrig("device --device").and(line.path()).start());
+}
+
+#[test]
+fn termination_and_hangup_end_it_as_ctrl_c_does() {
+    for signal in [Signal::SIGTERM, Signal::SIGHUP] {
+        let mut monitor = yawrig("monitor --device emulated --speed 20").start();
+        monitor.prints("window");
+        monitor.signal(signal);
+        monitor.ends().exits(130);
+    }
+}

@@ -1,0 +1,52 @@
+//! Ports that do not open, each with its own message.
+
+use std::os::unix::fs::PermissionsExt;
+use yawrig_tests::line::{Board, Line};
+use yawrig_tests::process::{yawrig, yawrig_as_anybody};
+
+#[test]
+fn a_port_that_is_not_there() {
+    for verb in ["device", "monitor"] {
+        let ended = yawrig(verb).and("--device").and("/dev/ttyNONE9").run().exits(4).helps();
+        ended.says("cannot open port /dev/ttyNONE9: there is no such port").says("yawrig ports");
+    }
+}
+
+#[test]
+fn a_file_a_folder_and_a_device_that_is_no_port() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("record.csv");
+    std::fs::write(&file, "time_s,yaw_deg\n").expect("room for it");
+    for path in [file.as_path(), folder.path(), "/dev/null".as_ref(), "/dev/zero".as_ref()] {
+        let ended = yawrig("device --device").and(path).run().exits(4).helps();
+        ended.says(&path.display().to_string()).says("it is not a serial port");
+    }
+    // Looking at it has not changed it.
+    assert_eq!(std::fs::read(&file).expect("the file"), b"time_s,yaw_deg\n");
+}
+
+#[test]
+fn a_port_one_may_not_open() {
+    let line = Line::new(|_| Some(Vec::new()));
+    let forbid = std::fs::Permissions::from_mode(0);
+    std::fs::set_permissions(line.path(), forbid).expect("a terminal of ours");
+    let ended = yawrig_as_anybody("device --device").and(line.path()).run().exits(4).helps();
+    ended.says(&line.path().display().to_string()).says("you may not open it").says("dialout");
+}
+
+#[test]
+fn a_port_that_opens_again_after_each_use() {
+    let line = Board::default().plug();
+    for _ in 0..5 {
+        yawrig_as_anybody("device --device").and(line.path()).run().exits(0);
+    }
+}
+
+#[test]
+fn ports_lists_what_there_is() {
+    let object = yawrig("ports --json").run().exits(0).json();
+    for port in object["ports"].as_array().expect("a list") {
+        assert!(port["path"].is_string() && port["description"].is_string(), "{port}");
+    }
+    yawrig("ports").run().exits(0);
+}

@@ -1,0 +1,136 @@
+//! `yawrig train`: JSON, figures, files.
+
+use serde_json::Value;
+use yawrig_shared::blob;
+use yawrig_tests::process::yawrig;
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
+}
+
+/// 41-6-2 on 250 windows without noise reaches the thesis's accuracy and better.
+fn learns(features: &str) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("n.yrn");
+    let ended = yawrig("train --json --samples 250 --noise 0 --epochs 1000 --topology 41-6-2")
+        .and("--features")
+        .and(features)
+        .and("--out")
+        .and(&file)
+        .with_patience(300)
+        .run()
+        .exits(0);
+    let object = ended.json();
+    assert_eq!(object["topology"], "41-6-2");
+    assert_eq!(object["features"], features);
+    assert_eq!(object["parameters"], 266);
+    assert_eq!(object["samples"], 250);
+    let effective = number(&object["effective_parameters"]);
+    assert!(effective > 0.0 && effective <= 266.0, "{effective}");
+    assert!((1..=1000).contains(&object["epochs"].as_u64().expect("a count")));
+    assert!(object["stopped"].is_string());
+    assert!(number(&object["seconds"]) > 0.0);
+    assert_eq!(object["network"], file.display().to_string());
+    for set in ["train", "test"] {
+        for field in [
+            "natural_frequency_mse",
+            "natural_frequency_rms_percent",
+            "damping_ratio_mse",
+            "damping_ratio_rms_percent",
+            "damping_ratio_p95_percent",
+        ] {
+            assert!(number(&object[set][field]) >= 0.0, "{set} {field}");
+        }
+    }
+    let test = &object["test"];
+    assert!(number(&test["natural_frequency_mse"]) <= 1e-5, "{test}");
+    assert!(number(&test["damping_ratio_mse"]) <= 1e-12, "{test}");
+
+    // The file holds that network.
+    let bytes = std::fs::read(&file).expect("the network");
+    let (envelope, payload) = blob::decode(&bytes).expect("a sound network");
+    assert_eq!(envelope.blob_length(), bytes.len());
+    assert_eq!(payload.network.topology.as_slice(), [41, 6, 2]);
+    assert_eq!(object["id"], format!("{:08x}", envelope.payload_crc));
+    assert_eq!(payload.provenance.samples, 250);
+}
+
+#[test]
+fn noise_free_samples_teach_it_the_thesis_features() {
+    learns("thesis");
+}
+
+#[test]
+fn noise_free_samples_teach_it_the_bins() {
+    learns("bins");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_file_and_another_another() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let train = |name: &str, seed: &str| {
+        let file = folder.path().join(name);
+        let train = yawrig("train --samples 300 --epochs 30 --seed").and(seed).and("--out");
+        let ended = train.and(&file).run().exits(0);
+        assert!(ended.stdout.contains("written to"), "{}", ended.report());
+        std::fs::read(&file).expect("the network")
+    };
+    let first = train("a.yrn", "5");
+    assert_eq!(first, train("b.yrn", "5"));
+    assert_ne!(first, train("c.yrn", "6"));
+}
+
+#[test]
+fn what_cannot_be_trained_is_a_usage_error_that_names_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (arguments, said) in [
+        ("--topology 41-6", "`41-6` is not a topology"),
+        ("--topology 40-6-2", "`40-6-2` is not a topology"),
+        ("--topology 41-0-2", "`41-0-2` is not a topology"),
+        ("--topology 41-six-2", "`41-six-2` is not a topology"),
+        ("--topology 41-49-2", "41-49-2 network"),
+        ("--topology 41-24-2", "41-24-2 network"),
+        ("--topology 41-4-4-4-4-2", "41-4-4-4-4-2 network"),
+        ("--features all", "neither `bins` nor `thesis`"),
+        ("--natural-frequency 20..5", "natural frequency's range must rise"),
+        ("--natural-frequency 1..5", "2.4 rad/s"),
+        ("--natural-frequency 5..500", "60 rad/s"),
+        ("--natural-frequency 5", "LOW..HIGH"),
+        ("--natural-frequency nan..5", "natural frequency's range"),
+        ("--damping 0.1..0.01", "damping ratio's range must rise"),
+        ("--damping 0.01..0.9", "damping ratio's range"),
+        ("--damping a..b", "`a` is not a number"),
+        ("--noise 0.5", "noise from 0.5 to 0.5"),
+        ("--noise 0.03..0.01", "noise from 0.03 to 0.01"),
+        ("--noise nan", "noise from NaN"),
+        ("--noise loud", "`loud` is not a number"),
+        ("--samples 3", "--samples"),
+        ("--samples 99999999999", "--samples"),
+        ("--samples many", "--samples"),
+        ("--epochs 0", "--epochs"),
+        ("--restarts 0", "--restarts"),
+    ] {
+        let ended = yawrig("train --epochs 5 --samples 50").in_folder(folder.path());
+        // The same flag twice is an error of its own.
+        let ended = match arguments {
+            a if a.starts_with("--samples") => yawrig("train --epochs 5").in_folder(folder.path()),
+            a if a.starts_with("--epochs") => yawrig("train --samples 50").in_folder(folder.path()),
+            _ => ended,
+        };
+        let ended = arguments.split(' ').fold(ended, |command, argument| command.and(argument));
+        ended.run().exits(2).says(said);
+        let left: Vec<_> = folder.path().read_dir().expect("the folder").collect();
+        assert!(left.is_empty(), "{arguments} leaves {left:?}");
+    }
+}
+
+#[test]
+fn a_file_that_cannot_be_written_is_found_before_the_training() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let absent = folder.path().join("absent/n.yrn");
+    // So many epochs that whoever trains first runs out of the test's patience.
+    for out in [absent.as_path(), folder.path(), "/proc/n.yrn".as_ref()] {
+        let command = yawrig("train --samples 20000 --epochs 1000000 --out").and(out);
+        command.run().exits(3).says("cannot write").says(&out.display().to_string()).helps();
+    }
+}
