@@ -1,0 +1,83 @@
+//! Every command of the README, as it stands there.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("tests lie in the project").to_owned()
+}
+
+/// Lines of the README's `sh` blocks, in order.
+fn commands() -> Vec<String> {
+    let text = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let mut inside = false;
+    let mut found = Vec::new();
+    for line in text.lines() {
+        match line {
+            "```sh" => inside = true,
+            "```" => inside = false,
+            line if inside => found.push(line.to_owned()),
+            _ => {}
+        }
+    }
+    assert!(found.len() > 10, "{found:?}");
+    found
+}
+
+fn needs_more_than_rust(command: &str) -> bool {
+    command.contains("qemu") || command.starts_with("firmware/") || command.starts_with("tests/")
+}
+
+/// Runs them one after the other in one folder, as a reader would with `yawrig` in the path.
+fn run(commands: &[String]) {
+    let folder = tempfile::tempdir().unwrap();
+    let programs = yawrig_tests::process::binary().parent().unwrap().to_owned();
+    let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
+    for command in commands {
+        let line = command.replace("cargo run --release -- ", "yawrig ");
+        let line = match line.starts_with("firmware/") || line.starts_with("tests/") {
+            true => format!("{}/{line}", root().display()),
+            false => line,
+        };
+        let output = Command::new("sh")
+            .args(["-c", &line])
+            .env("PATH", &path)
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert!(
+            output.status.success(),
+            "{command}: {}\n{}\n{}",
+            output.status,
+            String::from_utf8_lossy(&output.stdout),
+            String::from_utf8_lossy(&output.stderr)
+        );
+        // There may be no ports to list; everything else has something to say.
+        assert!(
+            !output.stdout.is_empty() || command.contains("ports") || command.contains("--out"),
+            "{command} prints nothing"
+        );
+    }
+}
+
+#[test]
+fn commands_of_the_readme() {
+    let commands: Vec<String> =
+        commands().into_iter().filter(|c| !needs_more_than_rust(c)).collect();
+    run(&commands);
+}
+
+#[test]
+#[ignore = "needs QEMU: tests/run runs it"]
+fn commands_of_the_readme_that_need_qemu() {
+    let mut chosen: Vec<String> = commands()
+        .into_iter()
+        // tests/run runs this test, and is the one command that a test cannot run.
+        .filter(|c| {
+            (needs_more_than_rust(c) && c != "tests/run") || c.contains("simulate --spring")
+        })
+        .collect();
+    chosen.dedup();
+    assert!(chosen.len() >= 4, "{chosen:?}");
+    run(&chosen);
+}
