@@ -171,6 +171,39 @@ fn a_swing_that_is_caught_ends_there() {
 }
 
 #[test]
+fn a_second_release_in_the_record_is_left_alone() {
+    let mut yaw = held(7.5, 0.012, 500.0, 15.0, 1.0, 30.0);
+    yaw.extend(held(7.5, 0.012, 500.0, 12.0, 2.0, 10.0));
+    let found = found(&even(common::with_noise(&yaw, 0.05, 0.0, 5), 500.0));
+    assert_holds(&found.estimates[0], 7.5, 0.012);
+    assert!((found.release_time_s - 1.0).abs() < 0.01);
+    assert!(found.window.to_s < 31.05, "{:?}", found.window);
+}
+
+#[test]
+fn missing_stretches_do_no_harm() {
+    for gap_s in [0.5, 2.0, 5.0] {
+        let yaw = common::with_noise(&held(7.5, 0.012, 200.0, 15.0, 1.0, 31.0), 0.05, 0.0, 3);
+        let (time, yaw) = (0..yaw.len())
+            .map(|k| (k as f64 / 200.0, yaw[k]))
+            .filter(|(t, _)| *t < 9.0 || *t > 9.0 + gap_s)
+            .unzip();
+        let found = found(&record(time, yaw));
+        assert_holds(&found.estimates[0], 7.5, 0.012);
+        assert!(found.estimates[0].flags.contains(&Flag::IrregularTimeStamps));
+    }
+}
+
+#[test]
+fn a_record_without_noise_gives_the_truth() {
+    let found = found(&even(common::release(7.5, 0.012, 1000.0, 10.0, 1.0).1, 1000.0));
+    let e = &found.estimates[0];
+    assert!((e.natural_frequency_rad_s.value - 7.5).abs() < 1e-9, "{e:?}");
+    assert!((e.damping_ratio.value - 0.012).abs() < 1e-10, "{e:?}");
+    assert_eq!(found.outliers, 0);
+}
+
+#[test]
 fn growing_and_steady_oscillations_are_results() {
     let (_, yaw) = common::swing(8.0, -0.01, 500.0, 0.5, 40.0);
     let grows = found(&even(common::with_noise(&yaw, 0.05, 0.0, 6), 500.0));

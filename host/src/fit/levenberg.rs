@@ -3,6 +3,9 @@
 use super::{Fit, NoCovariance, Normal, Problem, Stop};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
+/// Step, as a share of the parameters in the scaling of J, that is lost in rounding.
+const ROUNDING: f64 = 1e-13;
+
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
@@ -73,8 +76,10 @@ pub fn minimise(problem: &impl Problem, start: &[f64], options: &Options) -> Fit
                 for (k, &i) in free.iter().enumerate() {
                     trial[i] = clamp(problem, i, p[i] + step[k]);
                 }
-                let moved = trial.iter().zip(&p).any(|(t, q)| (t - q).abs() > 1e-15 * q.abs());
-                if !moved {
+                let norm = |v: &dyn Fn(usize) -> f64| {
+                    free.iter().map(|&i| scale[i] * v(i).powi(2)).sum::<f64>().sqrt()
+                };
+                if norm(&|i| trial[i] - p[i]) <= ROUNDING * norm(&|i| p[i]) {
                     break 'fit Stop::SmallStep;
                 }
                 there.clear();

@@ -16,6 +16,8 @@ use std::f64::consts::TAU;
 const MEANS_PER_CYCLE: f64 = 16.0;
 /// Cycles of the first horizon.
 const FIRST_HORIZON: f64 = 3.0;
+/// One more than there are parameters.
+const FEWEST_SAMPLES: usize = 6;
 /// How much longer the next horizon is. The phase at its end must be known to well under half a cycle.
 const LENGTHENING: f64 = 2.0;
 
@@ -41,6 +43,9 @@ impl ModeFit {
 /// Fits one mode to all of `stretch`; `frequency_rad_s` is known to some ten percent. `None` where no fit reaches a
 /// minimum with an oscillation in it.
 pub fn fit_mode(stretch: &Stretch<'_>, frequency_rad_s: f64) -> Option<ModeFit> {
+    if stretch.len() < FEWEST_SAMPLES {
+        return None;
+    }
     let start = start(stretch, frequency_rad_s)?;
     refine(stretch, &start)
 }
@@ -51,7 +56,7 @@ pub fn refine(stretch: &Stretch<'_>, start: &Mode) -> Option<ModeFit> {
 }
 
 fn fit_from(stretch: &Stretch<'_>, start: &Mode, options: &Options) -> Option<ModeFit> {
-    if stretch.len() < 6 {
+    if stretch.len() < FEWEST_SAMPLES {
         return None;
     }
     let origin = stretch.start_s();
@@ -69,7 +74,7 @@ fn start(stretch: &Stretch<'_>, frequency_rad_s: f64) -> Option<Mode> {
     let means = stretch.block_means(block);
     let none = vec![false; means.len()];
     let means = means.stretch(&none);
-    if means.len() < 6 {
+    if means.len() < FEWEST_SAMPLES {
         return None;
     }
     let coarse = Options { tolerance: 1e-2, max_evaluations: 30, ..Options::default() };
@@ -116,6 +121,9 @@ fn starts(stretch: &Stretch<'_>, frequency_rad_s: f64) -> Vec<Mode> {
 
 /// With decay rate and frequency given, amplitude, phase and offset are linear.
 pub fn linear_start(stretch: &Stretch<'_>, decay_rate: f64, frequency: f64) -> Option<Mode> {
+    if stretch.is_empty() {
+        return None;
+    }
     let origin = stretch.start_s();
     let mut normal = Normal::new(3);
     for (t, y) in stretch.kept() {

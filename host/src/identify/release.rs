@@ -339,11 +339,13 @@ impl Search<'_> {
         let last = self.points[run.last];
         let reaches_end = run.last + 1 == self.points.len();
         let natural = if reaches_end { self.end_s } else { last.time_s };
-        let earlier = run.last.saturating_sub(POINTS_PER_CYCLE).max(run.first);
-        if self.points[earlier].amplitude_deg < STOPPED_RATIO * last.amplitude_deg {
+        let cycle = run.last.saturating_sub(POINTS_PER_CYCLE).max(run.first)..=run.last;
+        let largest = cycle.map(|i| self.points[i].amplitude_deg).fold(0.0, f64::max);
+        if largest < STOPPED_RATIO * last.amplitude_deg {
             return natural;
         }
-        let core_to = self.points[earlier].time_s - 0.5 * self.period;
+        // Two cycles clear of what made the amplitude fall, continued to the end.
+        let core_to = last.time_s - 1.75 * self.period;
         let core = self.means.between(core_to - 2.0 * self.period, core_to);
         let Some(mode) = self.mode_of(&core) else { return natural };
         let after = self.means.between(core_to, natural);
