@@ -25,7 +25,9 @@ fn a_training_ends_at_once_and_leaves_a_network_or_nothing() {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("n.yrn");
         let mut running =
-            yawrig("train --json --samples 4000 --epochs 1000000 --out").and(&file).start();
+            yawrig("train --json --samples 20000 --restarts 1000 --epochs 1000000 --out")
+                .and(&file)
+                .start();
         running.catches_interrupts();
         std::thread::sleep(Duration::from_millis(wait_ms));
         let ended = interrupted(running);
