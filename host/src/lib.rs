@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod cli;
+pub mod criticism;
 pub mod demo;
 pub mod derivatives;
 pub mod error;

@@ -1,9 +1,11 @@
 //! The command line: one file a verb, each from arguments to a library call.
 
 mod common;
+mod compare;
 mod demo;
 mod derivatives;
 mod device;
+mod diagnose;
 mod flash;
 mod identify;
 mod monitor;
@@ -29,6 +31,8 @@ pub enum Verb {
     Demo(demo::Demo),
     Identify(identify::Identify),
     Derivatives(derivatives::Derivatives),
+    Compare(compare::Compare),
+    Diagnose(diagnose::Diagnose),
     Simulate(simulate::Simulate),
     /// Train a network and freeze it to a file
     Train(train::Train),
@@ -50,6 +54,8 @@ pub fn run(cli: Cli) -> Result<()> {
         Verb::Derivatives(verb) => verb.run(),
         Verb::Demo(arguments) => demo::run(&arguments),
         Verb::Identify(verb) => verb.run(),
+        Verb::Compare(verb) => verb.run(),
+        Verb::Diagnose(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),

@@ -1,0 +1,263 @@
+//! The verdict on a record: adequate, explained by these effects, or unexplained.
+
+use super::buffeting::{self, Buffeted};
+use super::compare::{self, Where};
+use super::effects::Effect;
+use super::fitting::{fit_added, fit_plain, held_out_over_noise, refit, Fitted};
+use super::search::{self, evidence, Found};
+use super::swing::Swing;
+use crate::error::{Error, Result};
+use crate::identify::WindowEstimate;
+use crate::quantity::Quantity;
+use crate::record::Record;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Share of the swing that is fitted when the rest is held out.
+const FITTED_SHARE: f64 = 0.65;
+/// Ratio of the random forcing in both halves of a record beyond which it is no random forcing.
+const MOST_UNSTEADY: f64 = 4.0;
+/// Lag-one correlation of the innovations up to which they are white.
+const MOST_CORRELATED: f64 = 0.1;
+
+/// How a record is judged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// The sensor's nought is not known: it is fitted, and a constant moment cannot be told from it.
+    pub zero_unknown: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// The plain model explains the record to its noise.
+    Adequate,
+    /// It does with the effects named.
+    Explained,
+    /// Something is missing that the library does not hold, or not enough of it.
+    Unexplained,
+}
+
+/// All that is said about one record. Rms in deg, ratios to the noise floor of block means.
+#[derive(Clone, Debug, Serialize)]
+pub struct Diagnosis {
+    pub noise_rms_deg: f64,
+    pub status: Status,
+    /// In the order in which they help.
+    pub effects: Vec<Effect>,
+    /// An accepted effect and one that does as well in its place.
+    pub indistinguishable: Vec<[Effect; 2]>,
+    pub modal: Modal,
+    pub steps: Vec<Step>,
+    /// Every effect alone, best first.
+    pub candidates: Vec<Candidate>,
+    #[serde(rename = "where")]
+    pub where_: Where,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Modal {
+    pub natural_frequency_rad_s: Quantity,
+    pub damping_ratio: Quantity,
+}
+
+/// One model on the way from plain to final.
+#[derive(Clone, Debug, Serialize)]
+pub struct Step {
+    pub added: Option<Effect>,
+    pub residual_rms_deg: f64,
+    pub residual_over_noise: f64,
+    pub held_out_over_noise: f64,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, Quantity>,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Candidate {
+    pub effect: Effect,
+    pub residual_over_noise: f64,
+    pub evidence: f64,
+    pub converged: bool,
+}
+
+/// Judges `record`.
+///
+/// # Errors
+/// Exit 3 where there is no swing in it, 130 where the user stops it.
+pub fn diagnose(record: &Record, options: &Options) -> Result<Diagnosis> {
+    let swing = Swing::of(record)?;
+    diagnose_swing(&swing, options)
+}
+
+/// One model against one record.
+#[derive(Clone, Debug, Serialize)]
+pub struct Comparison {
+    pub noise_rms_deg: f64,
+    pub modal: Modal,
+    #[serde(flatten)]
+    pub step: Step,
+    /// wn and zeta over three cycles each.
+    pub windows: Vec<WindowEstimate>,
+    #[serde(rename = "where")]
+    pub where_: Where,
+}
+
+/// Fits the plain model with `effects` to `record`.
+///
+/// # Errors
+/// Exit 3 where there is no swing in it or the fit does not converge, 2 where an effect cannot be simulated or is
+/// named twice.
+pub fn compare(record: &Record, effects: &[Effect], options: &Options) -> Result<Comparison> {
+    let swing = Swing::of(record)?;
+    let mut model = fit_plain(&swing, options.zero_unknown, swing.yaw_rad.len());
+    for &effect in effects {
+        if effect == Effect::Buffeting {
+            return Err(Error::usage("buffeting is random and cannot be simulated")
+                .help("run `yawrig diagnose`, which judges it by a filter"));
+        }
+        let zero = options.zero_unknown && effect == Effect::StaticOffset;
+        if zero || model.structure.effects.contains(&effect) {
+            return Err(Error::usage(format!("{effect}: it is in the model already"))
+                .help("name each effect once; --unknown-zero takes the place of static_offset"));
+        }
+        model = fit_added(&swing, &model, effect);
+        crate::interrupt::check()?;
+    }
+    if !model.converged {
+        return Err(Error::data(format!("{}: the fit did not converge", record.file.display()))
+            .help("leave out an effect that the record does not show"));
+    }
+    Ok(Comparison {
+        noise_rms_deg: swing.sample_noise_rad.to_degrees(),
+        modal: modal(&model),
+        step: step(&swing, &model, effects.len()),
+        where_: compare::locate(&swing, &model),
+        windows: swing.windows,
+    })
+}
+
+/// Judges a swing.
+///
+/// # Errors
+/// 130 where the user stops it.
+pub fn diagnose_swing(swing: &Swing, options: &Options) -> Result<Diagnosis> {
+    let found = search::search(swing, options.zero_unknown)?;
+    let last = found.path.last().expect("the plain model");
+    if let Some(buffeted) = random_forcing(swing, &found) {
+        return Ok(buffeted_verdict(swing, &found, &buffeted));
+    }
+    let effects = last.structure.effects.clone();
+    let status = match (found.explained, effects.is_empty()) {
+        (true, true) => Status::Adequate,
+        (true, false) => Status::Explained,
+        (false, _) => Status::Unexplained,
+    };
+    Ok(Diagnosis {
+        noise_rms_deg: swing.sample_noise_rad.to_degrees(),
+        status,
+        effects,
+        indistinguishable: found.indistinguishable.iter().map(|(a, b)| [*a, *b]).collect(),
+        modal: modal(last),
+        steps: steps(swing, &found.path),
+        candidates: candidates(swing, &found),
+        where_: compare::locate(swing, last),
+    })
+}
+
+/// The random forcing that explains the swing where no deterministic effects do: as strong late as early, its
+/// innovations white and down to the noise, and far likelier than the best deterministic model.
+fn random_forcing(swing: &Swing, found: &Found) -> Option<Buffeted> {
+    let best = found.path.last()?;
+    if found.explained && best.structure.effects.len() < 2 {
+        return None;
+    }
+    let fitted = buffeting::fit(swing, &found.plain)?;
+    let n = best.count as f64;
+    let deterministic = n * (best.sum_of_squares / n).ln() + best.parameters.len() as f64 * n.ln();
+    let random = fitted.deviance + 5.0 * n.ln();
+    let steady = (1.0 / MOST_UNSTEADY..MOST_UNSTEADY).contains(&fitted.early_over_late);
+    let white = fitted.correlation.abs() < MOST_CORRELATED.max(4.0 / n.sqrt());
+    (deterministic - random > search::MARGIN && steady && white && fitted.over_noise <= 1.10)
+        .then_some(fitted)
+}
+
+fn buffeted_verdict(swing: &Swing, found: &Found, b: &Buffeted) -> Diagnosis {
+    let plain = &found.plain;
+    let [u_log, u_wn, u_zeta] = b.deviations;
+    let first = step(swing, plain, 0);
+    let intensity = Quantity::new(b.intensity, b.intensity * u_log);
+    let added = Step {
+        added: Some(Effect::Buffeting),
+        residual_rms_deg: swing.raw_rms_deg(b.over_noise * swing.noise_rad),
+        residual_over_noise: b.over_noise,
+        // What is random cannot be foretold; the filter's innovations are one step ahead throughout.
+        held_out_over_noise: b.over_noise,
+        parameters: BTreeMap::from([("buffeting.q".to_string(), intensity)]),
+    };
+    let mut candidates = candidates(swing, found);
+    let n = plain.count as f64;
+    let evidence = n * (plain.sum_of_squares / n).ln() - b.deviance - n.ln();
+    let random = Candidate {
+        effect: Effect::Buffeting,
+        residual_over_noise: b.over_noise,
+        evidence,
+        converged: true,
+    };
+    candidates.insert(0, random);
+    Diagnosis {
+        noise_rms_deg: swing.sample_noise_rad.to_degrees(),
+        status: Status::Explained,
+        effects: vec![Effect::Buffeting],
+        indistinguishable: Vec::new(),
+        modal: Modal {
+            natural_frequency_rad_s: Quantity::new(b.natural_frequency_rad_s, u_wn),
+            damping_ratio: Quantity::new(b.damping_ratio, u_zeta),
+        },
+        steps: vec![first, added],
+        candidates,
+        where_: compare::locate(swing, plain),
+    }
+}
+
+pub(super) fn modal(model: &Fitted) -> Modal {
+    Modal {
+        natural_frequency_rad_s: model.natural_frequency_rad_s(),
+        damping_ratio: model.damping_ratio(),
+    }
+}
+
+fn steps(swing: &Swing, path: &[Fitted]) -> Vec<Step> {
+    path.par_iter().enumerate().map(|(k, model)| step(swing, model, k)).collect()
+}
+
+/// Residuals of one model, on what it was fitted to and on the later part held out from another fit.
+pub(super) fn step(swing: &Swing, model: &Fitted, effects: usize) -> Step {
+    let count = (FITTED_SHARE * swing.yaw_rad.len() as f64) as usize;
+    let partial = refit(swing, model, count);
+    Step {
+        added: effects.checked_sub(1).map(|k| model.structure.effects[k]),
+        residual_rms_deg: swing.raw_rms_deg(model.rms_rad()),
+        residual_over_noise: model.over_noise(swing),
+        held_out_over_noise: held_out_over_noise(swing, &partial),
+        parameters: model.effect_parameters().into_iter().collect(),
+    }
+}
+
+fn candidates(swing: &Swing, found: &Found) -> Vec<Candidate> {
+    // One count of independent residuals for all, that of the best: else the worst correlated would be ranked by it.
+    let best = found.singles.iter().min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares));
+    let effective = best.map_or(2.0, Fitted::effective_count);
+    let mut out: Vec<Candidate> = found
+        .singles
+        .iter()
+        .map(|single| Candidate {
+            effect: single.structure.effects[0],
+            residual_over_noise: single.over_noise(swing),
+            evidence: evidence(&found.plain, single, effective),
+            converged: single.converged,
+        })
+        .collect();
+    out.sort_by(|a, b| b.converged.cmp(&a.converged).then(b.evidence.total_cmp(&a.evidence)));
+    out
+}
