@@ -28,7 +28,7 @@ fn a_file_a_folder_and_a_device_that_is_no_port() {
 #[test]
 fn a_port_one_may_not_open() {
     let line = Line::new(|_| Some(Vec::new()));
-    let forbid = std::fs::Permissions::from_mode(0);
+    let forbid = std::fs::Permissions::from_mode(0o000);
     std::fs::set_permissions(line.path(), forbid).expect("a terminal of ours");
     let ended = yawrig_as_anybody("device --device").and(line.path()).run().exits(4).helps();
     ended.says(&line.path().display().to_string()).says("you may not open it").says("dialout");
