@@ -158,6 +158,14 @@ fn a_campaign_with_effects() {
         let length = |name| Record::read(&folder.path().join(name).join(file)).unwrap().len();
         assert!(length("rough") < length("plain"), "{file}");
     }
+    let told = json(&write("windy", &["--effect", "coulomb_friction:c=0.1", "--aerodynamic"]));
+    for release in told["releases"].as_array().unwrap() {
+        let wind = release["wind_speed_m_s"].as_f64().unwrap() > 0.0;
+        assert_eq!(release["truth"]["effects"].as_array().unwrap().len(), usize::from(wind));
+        let file = release["file"].as_str().unwrap();
+        let read = |name| std::fs::read(folder.path().join(name).join(file)).unwrap();
+        assert!(read("windy") == read(if wind { "rough" } else { "plain" }), "{file}");
+    }
     let refused = write("none", &["--effect", "harmonic_forcing:f=0.1,w=12,phi=0"]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("K4-mid-off.csv"));

@@ -78,6 +78,9 @@ pub struct Simulate {
     /// Hide an effect, ID:NAME=VALUE,NAME=VALUE; repeatable, see the list below
     #[arg(long = "effect", value_name = "EFFECT")]
     pub effects: Vec<String>,
+    /// Effects act with the wind on only, as aerodynamic ones do [default: in every release]
+    #[arg(long, requires_all = ["campaign", "effects"])]
+    pub aerodynamic: bool,
     /// Length of the record [default: until the swing is below 0.8 deg]
     #[arg(long, value_name = "S")]
     pub seconds: Option<f64>,
@@ -250,11 +253,16 @@ impl Simulate {
         let rig = Rig::default();
         let wind_speed_m_s = self.wind.unwrap_or(10.0);
         within("--wind", wind_speed_m_s, 0.1, 300.0)?;
-        let planned = simulated::plan(&rig, wind_speed_m_s, self.repeats, self.seed)?;
+        let mut planned = simulated::plan(&rig, wind_speed_m_s, self.repeats, self.seed)?;
+        for record in &mut planned {
+            if !self.aerodynamic || record.condition.wind_speed_m_s > 0.0 {
+                record.effects = effects.clone();
+            }
+        }
         eprintln!("writing {} records to {}", planned.len(), folder.display());
-        let file = simulated::write(folder, &rig, &planned, effects, start, sensor, self.force)?;
+        let file = simulated::write(folder, &rig, &planned, start, sensor, self.force)?;
         if self.json {
-            return print_json(&campaign_json(&rig, &file, &planned, effects));
+            return print_json(&campaign_json(&rig, &file, &planned));
         }
         let mut text = format!(
             "{}: {} releases\nspring      km   Cn_beta  Cn_r-Cn_betadot   Cy_beta      Cy_r\n",
@@ -286,7 +294,7 @@ fn points(planned: &[Planned]) -> impl Iterator<Item = (&Condition, &Modal)> {
     })
 }
 
-fn campaign_json(rig: &Rig, file: &Path, planned: &[Planned], effects: &Effects) -> Value {
+fn campaign_json(rig: &Rig, file: &Path, planned: &[Planned]) -> Value {
     let releases: Vec<Value> = planned
         .iter()
         .map(|record| {
@@ -295,8 +303,8 @@ fn campaign_json(rig: &Rig, file: &Path, planned: &[Planned], effects: &Effects)
             entry["truth"] = json!({
                 "natural_frequency_rad_s": record.truth.natural_frequency_rad_s,
                 "damping_ratio": record.truth.damping_ratio,
-                "effects": effect_ids(effects),
-                "parameters": effect_parameters(effects),
+                "effects": effect_ids(&record.effects),
+                "parameters": effect_parameters(&record.effects),
             });
             entry
         })

@@ -19,6 +19,8 @@ pub struct Planned {
     /// In the campaign's folder, such as `K1-mid-off.csv`.
     pub file: String,
     pub truth: Modal,
+    /// Hidden in it; none as planned.
+    pub effects: Effects,
     /// Of its noise.
     pub seed: u64,
 }
@@ -38,7 +40,8 @@ pub fn plan(rig: &Rig, wind_speed_m_s: f64, repeats: u32, seed: u64) -> Result<V
             let file = format!("{}-{axis}-{wind}{number}.csv", spring.name);
             // The upper half counts records, so that campaigns of neighbouring seeds share no noise.
             let seed = seed.wrapping_add((planned.len() as u64 + 1) << 32);
-            planned.push(Planned { condition, file, truth, seed });
+            let effects = Effects::default();
+            planned.push(Planned { condition, file, truth, effects, seed });
         }
     }
     Ok(planned)
@@ -77,16 +80,14 @@ pub fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
 }
 
 /// Writes every record on all cores, then the campaign file, each whole or not at all. Gives its path.
-/// The effects are in every release, wind on or off, with the same coefficients.
 ///
 /// # Errors
-/// Exit 2 where a file is there already and `force` is not set, or the effects suit not every release, 3 where one cannot be written, 130 where the
+/// Exit 2 where a file is there already and `force` is not set, or effects do not suit their release, 3 where one cannot be written, 130 where the
 /// user stops it; the records written by then stay.
 pub fn write(
     folder: &Path,
     rig: &Rig,
     planned: &[Planned],
-    effects: &Effects,
     start: &Start,
     sensor: &Sensor,
     force: bool,
@@ -100,13 +101,14 @@ pub fn write(
         }
     }
     for record in planned {
-        Samples::with_effects(&record.truth, effects, start, sensor, record.seed)
+        Samples::with_effects(&record.truth, &record.effects, start, sensor, record.seed)
             .map_err(|e| Error { message: format!("{}: {}", record.file, e.message), ..e })?;
     }
     std::fs::create_dir_all(folder).map_err(|e| files::cannot_write(folder, &e))?;
     planned.par_iter().try_for_each(|record| {
         interrupt::check()?;
-        let release = rig.release_with(&record.condition, effects, start, sensor, record.seed)?;
+        let release =
+            rig.release_with(&record.condition, &record.effects, start, sensor, record.seed)?;
         write_samples(
             &folder.join(&record.file),
             release.samples.map(|sample| (sample.time_s, sample.yaw_deg)),

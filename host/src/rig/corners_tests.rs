@@ -167,6 +167,7 @@ fn buffeting_has_its_variance_at_every_step() {
             }
         }
         let ratio = sum / count / expected;
+        println!("step {h} s: variance over q / (4 zeta wn^3) {ratio:.4}, spread {spread:.4}");
         assert!((ratio - 1.0).abs() < 3.0 * spread, "{h}: {ratio}, spread {spread}");
     }
 }
@@ -294,5 +295,23 @@ fn a_model_at_rest_ends_the_record() {
         let seconds = samples.unwrap().count() as f64 / 100.0;
         println!("{text}: {seconds} s");
         assert!((3.0..400.0).contains(&seconds), "{text}: {seconds}");
+    }
+}
+
+/// Driven for ever: over when the swing would have died without; with no damping, after a minute.
+#[test]
+fn a_driven_model_ends_the_record() {
+    for (text, damping_ratio, expected_s) in [
+        ("buffeting:q=0.1", 0.01, 1.0 + (12f64 / 0.8).ln() / (0.01 * WN)),
+        ("harmonic_forcing:f=5,w=11,phi=0", 0.01, 1.0 + (12f64 / 0.8).ln() / (0.01 * WN)),
+        ("buffeting:q=0.1", 0.0, 61.0),
+    ] {
+        let (modal, effects) = (modal(damping_ratio), effects(&[text]));
+        let start = Start { amplitude_deg: 12.0, hold_s: 1.0, ..Start::default() };
+        let sensor = Sensor { rate_hz: 100.0, ..Sensor::default() };
+        let start = start.limited(&modal, &effects);
+        let samples = Samples::with_effects(&modal, &effects, &start, &sensor, 1).unwrap();
+        let last_s = samples.last().unwrap().time_s;
+        assert!((last_s - expected_s).abs() <= 0.01, "{text}: {last_s} is not {expected_s}");
     }
 }

@@ -95,13 +95,18 @@ impl Start {
     pub fn limited(self, modal: &Modal, effects: &Effects) -> Self {
         let End::Below { amplitude_deg, at_most_s } = self.end else { return self };
         let decay_rate_per_s = modal.decay_rate_per_s();
-        let end = if decay_rate_per_s.is_nan() || decay_rate_per_s <= 0.0 {
-            End::Below { amplitude_deg, at_most_s: self.hold_s + ENDLESS_S }
-        } else if effects.drive_the_model() {
-            let swings_s = (self.amplitude_deg.abs() / amplitude_deg).ln() / decay_rate_per_s;
-            End::After((self.hold_s + swings_s).min(at_most_s))
+        let dies = decay_rate_per_s > 0.0;
+        let swings_s = if dies {
+            (self.amplitude_deg.abs() / amplitude_deg).ln() / decay_rate_per_s
         } else {
+            ENDLESS_S
+        };
+        let end = if effects.drive_the_model() {
+            End::After((self.hold_s + swings_s).min(at_most_s))
+        } else if dies {
             self.end
+        } else {
+            End::Below { amplitude_deg, at_most_s: self.hold_s + ENDLESS_S }
         };
         Self { end, ..self }
     }
