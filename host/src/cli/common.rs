@@ -23,7 +23,7 @@ impl DeviceArg {
     pub fn open(&self) -> Result<Bench> {
         let bench = Bench::open(&self.device)?;
         if !matches!(self.device, Target::Port(_)) {
-            eprintln!(
+            crate::say!(
                 "device: {} at {path}; from another shell: yawrig monitor --device {path}",
                 self.device,
                 path = bench.shared_path()

@@ -186,7 +186,7 @@ impl Simulate {
             }),
         )?;
         if saturated > 0 {
-            eprintln!("yawrig: {saturated} of {samples} readings are at an end of the converter");
+            crate::say!("yawrig: {saturated} of {samples} readings are at an end of the converter");
         }
         let derivatives = condition
             .filter(|condition| condition.wind_speed_m_s > 0.0)
@@ -232,7 +232,7 @@ impl Simulate {
         let wind_speed_m_s = self.wind.unwrap_or(10.0);
         within("--wind", wind_speed_m_s, 0.1, 300.0)?;
         let planned = simulated::plan(&rig, wind_speed_m_s, self.repeats, self.seed)?;
-        eprintln!("writing {} records to {}", planned.len(), folder.display());
+        crate::say!("writing {} records to {}", planned.len(), folder.display());
         let file = simulated::write(folder, &rig, &planned, start, sensor, self.force)?;
         if self.json {
             return print_json(&campaign_json(&rig, &file, &planned));
