@@ -85,3 +85,12 @@ fn a_reader_that_goes_away_ends_it_quietly() {
         assert!(!ended.stderr.contains("yawrig: "), "{}", ended.report());
     }
 }
+
+#[test]
+fn what_nobody_hears_on_stderr_is_no_reason_to_fail() {
+    yawrig("device --json").unheard().run().exits(0).json();
+    yawrig("monitor --speed 200 --releases 1").unheard().run().exits(0);
+    yawrig("demo --wind 0").unheard().run().exits(2);
+    // `2>&1 | head`
+    yawrig("demo").unheard().with_patience(120).start_with_short_reader(1).ends().exits(0);
+}
