@@ -65,7 +65,9 @@ fn twenty_campaigns_give_their_truths_back_inside_their_intervals() {
     assert!(cn_r < 2.0, "{cn_r}");
     assert!(inertia < 0.5, "{inertia}");
 
-    let kinds: [(&str, fn(&Point) -> (Quantity, f64)); 4] = [
+    /// What was found and what was planted.
+    type Pair = fn(&Point) -> (Quantity, f64);
+    let kinds: [(&str, Pair); 4] = [
         ("Cn_beta", |p| (p.cn_beta, truth(p).cn_beta)),
         ("Cn_r", |p| (p.cn_r, truth(p).cn_r)),
         ("Cy_beta", |p| (p.cy_beta.unwrap(), truth(p).cy_beta)),

@@ -62,6 +62,11 @@ fn wrong_arguments_name_their_flag() {
         (&["--out", "x.csv", "--spring", "K1", "--wind", "40"], 2, "--wind"),
         (&["--out", "x.csv", "--spring", "K1", "--amplitude-deg", "0.5"], 2, "--amplitude-deg"),
         (&["--out", "x.csv", "--natural-frequency", "7"], 2, "--damping"),
+        (&["--out", "x.csv", "--spring", "K1", "--effect", "rust:c=1"], 2, "stiffness_drift"),
+        (&["--out", "x.csv", "--spring", "K1", "--effect", "free_play:c=1"], 2, "takes g (rad)"),
+        (&["--out", "x.csv", "--spring", "K1", "--effect", "free_play"], 2, "g is missing"),
+        (&["--out", "x.csv", "--spring", "K1", "--effect", "buffeting:q=-1"], 2, "q=-1"),
+        (&["--out", "x.csv", "--spring", "K1", "--effect", "buffeting:q=inf"], 2, "q=inf"),
         (&["--out", "absent/x.csv", "--spring", "K1"], 3, "absent/x.csv"),
     ] {
         let output = yawrig(arguments);
@@ -70,6 +75,93 @@ fn wrong_arguments_name_their_flag() {
         assert!(message.contains(words), "{arguments:?}: {message}");
     }
     assert!(!Path::new("x.csv").exists());
+}
+
+/// FNV-1a of the 64-bit kind.
+fn checksum(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |sum, byte| {
+        (sum ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+/// As written before there were effects. Without noise nothing but sums and products is in it, the same anywhere.
+#[test]
+fn a_record_without_effects_is_what_it_always_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("x.csv");
+    let told = json(&yawrig(&[
+        "--natural-frequency",
+        "7.5",
+        "--damping",
+        "0.012",
+        "--noise-deg",
+        "0",
+        "--seconds",
+        "20",
+        "--json",
+        "--out",
+        file.to_str().unwrap(),
+    ]));
+    assert_eq!(checksum(&std::fs::read(&file).unwrap()), 0xc038_ab40_d46c_1ba8);
+    assert_eq!(told["truth"]["effects"], serde_json::json!([]));
+}
+
+#[test]
+fn hidden_effects_are_told_as_truth() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("x.csv");
+    let arguments = [
+        "--natural-frequency",
+        "7.5",
+        "--damping",
+        "0.012",
+        "--json",
+        "--force",
+        "--out",
+        file.to_str().unwrap(),
+        "--effect",
+        "coulomb_friction:c=0.12",
+        "--effect",
+        "harmonic_forcing:f=0.02,w=11,phi=-0.5",
+    ];
+    let told = json(&yawrig(&arguments));
+    let parameters = serde_json::json!({
+        "coulomb_friction.c": 0.12,
+        "harmonic_forcing.f": 0.02, "harmonic_forcing.w": 11.0, "harmonic_forcing.phi": -0.5,
+    });
+    assert_eq!(
+        told["truth"]["effects"],
+        serde_json::json!(["coulomb_friction", "harmonic_forcing"])
+    );
+    assert_eq!(told["truth"]["parameters"], parameters);
+    let first = std::fs::read(&file).unwrap();
+    json(&yawrig(&arguments));
+    assert_eq!(std::fs::read(&file).unwrap(), first, "one seed, one record");
+}
+
+/// In every release of a campaign; what suits not all of them is refused before anything is written.
+#[test]
+fn a_campaign_with_effects() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, effects: &[&str]| {
+        let to = folder.path().join(name);
+        let common = ["--campaign", to.to_str().unwrap(), "--rate-hz", "100", "--json"];
+        yawrig(&[&common[..], effects].concat())
+    };
+    json(&write("plain", &[]));
+    let told = json(&write("rough", &["--effect", "coulomb_friction:c=0.1"]));
+    let releases = told["releases"].as_array().unwrap();
+    assert_eq!(releases.len(), 32);
+    for release in releases {
+        assert_eq!(release["truth"]["parameters"]["coulomb_friction.c"], 0.1);
+        let file = release["file"].as_str().unwrap();
+        let length = |name| Record::read(&folder.path().join(name).join(file)).unwrap().len();
+        assert!(length("rough") < length("plain"), "{file}");
+    }
+    let refused = write("none", &["--effect", "harmonic_forcing:f=0.1,w=12,phi=0"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("K4-mid-off.csv"));
+    assert!(!folder.path().join("none").exists());
 }
 
 /// Stopped while it writes, it leaves whole records or none, and no temporary file.

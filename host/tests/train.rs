@@ -65,6 +65,46 @@ fn fits_250_noise_free_samples() {
 }
 
 #[test]
+fn gamma_does_not_collapse_however_high_beta_may_go() {
+    let (set, test) = sets(250, 0.0);
+    let options = Options { beta_cap: 1e20, precision: Precision::Shared, ..Options::default() };
+    let trained = train(&set, &options, &mut Silent).unwrap();
+    let [wn, zeta] = test_mse(&options, &trained, &test);
+    let last = &trained.history[trained.history.len() - 1];
+    println!(
+        "no cap on beta: it stays at {:.1e}, gamma {:.1}, alpha {:.1e}; test MSE wn {wn:.1e}, zeta {zeta:.1e}",
+        trained.beta[0], last.gamma, trained.alpha
+    );
+    // With the cap of 1e10, gamma is 37 to 42 and alpha 0.3 to 0.7; unguarded, gamma fell below zero.
+    assert!(trained.guards.beta_capped > 0 && trained.beta[0] < 1e12);
+    assert!((30.0..60.0).contains(&last.gamma) && trained.alpha > 0.1);
+    assert!(wn <= 1e-7 && zeta <= 1e-13, "wn {wn:e} zeta {zeta:e}");
+}
+
+#[test]
+fn fits_the_features_of_the_thesis() {
+    let (train_draws, test_draws) = (draw(250, 0.0, TRAIN_SEED), draw(TEST_DRAWS, 0.0, TEST_SEED));
+    let (set, test) = sets(250, 0.0);
+    let set = Samples { inputs: damped_sinusoid::thesis_inputs(&train_draws), ..set };
+    let test = Samples { inputs: damped_sinusoid::thesis_inputs(&test_draws), ..test };
+    for precision in [Precision::Shared, Precision::PerOutput] {
+        let options = Options { precision, ..Options::default() };
+        let trained = train(&set, &options, &mut Silent).unwrap();
+        let [wn, zeta] = test_mse(&options, &trained, &test);
+        println!(
+            "features of the thesis, noise-free, {precision:?}: test MSE wn {wn:.1e} rad2/s2, zeta \
+             {zeta:.1e}; gamma {:.1}, {:?} after {} epochs",
+            trained.gamma, trained.stopped, trained.epochs
+        );
+        // The duration, unlike its reciprocal, must be bent into a frequency: that costs nodes. With
+        // a precision of its own zeta may keep them, from other draws than these: wn 4e-4, zeta 2e-17.
+        if precision == Precision::Shared {
+            assert!(wn <= 1e-5 && zeta <= 1e-12, "wn {wn:e} zeta {zeta:e}");
+        }
+    }
+}
+
+#[test]
 fn noise_in_one_output_does_not_loosen_the_other() {
     for noise in [0.005, 0.01, 0.02] {
         let (set, test) = sets(250, noise);
@@ -283,6 +323,6 @@ fn targets_that_are_only_noise_leave_no_effective_parameters() {
         "targets unrelated to the inputs: gamma {:.1}, alpha {:.1e}, {:?} after {} epochs, {:?}",
         trained.gamma, trained.alpha, trained.stopped, trained.epochs, trained.guards
     );
-    assert!(trained.gamma < 40.0, "gamma {}", trained.gamma);
+    assert!(trained.gamma < 1.0, "gamma {}", trained.gamma);
     assert!(trained.weights.iter().map(|w| w * w).sum::<f64>() < 10.0);
 }

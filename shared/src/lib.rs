@@ -8,8 +8,10 @@
 
 pub mod blob;
 pub mod checksum;
+mod crossing;
 pub mod derivatives;
 pub mod features;
+pub mod frame;
 pub mod history;
 pub mod modal;
 pub mod network;

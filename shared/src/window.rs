@@ -6,6 +6,7 @@
 //! of the mid-line's error) then says where the third cycle *will* end, so that the window is
 //! closed by the first sample at or after its end and not when later samples have confirmed it.
 
+use crate::crossing::{line_through, regress, Crossing, Fit};
 use crate::history::{History, Moment, BLOCK};
 use heapless::Deque;
 
@@ -14,14 +15,7 @@ pub const CYCLES: usize = 3;
 /// Rate of the device's samples.
 pub const SAMPLE_RATE_HZ: f32 = 1000.0;
 
-const HALF_CYCLES: usize = 2 * CYCLES;
-/// Fewest crossings that may fix a window: two cycles and the alternating term's degree of freedom.
-const FEWEST_CROSSINGS: usize = 5;
-/// Half-width of the straight line through a crossing, as a share of the half period between
-/// the extremes about it. At a sixth the sine still deviates by 4 % of its own height only, and
-/// does so symmetrically.
-const LINE_SHARE: f32 = 1.0 / 6.0;
-const LINE_SAMPLES: core::ops::RangeInclusive<i32> = 3..=200;
+pub(crate) const HALF_CYCLES: usize = 2 * CYCLES;
 
 /// What the tracker looks for. All in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,16 +39,6 @@ impl Default for Limits {
 pub struct Extreme {
     pub at: u32,
     pub yaw_deg: f32,
-}
-
-/// A passage through the mid-line.
-#[derive(Clone, Copy, Debug)]
-struct Crossing {
-    at: Moment,
-    /// Square of the line's slope: the weight of its time.
-    weight: f32,
-    rising: bool,
-    number: u32,
 }
 
 /// Three consecutive cycles, from a zero crossing to the sixth after it.
@@ -265,7 +249,8 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         if !wanted {
             return;
         }
-        let Some((at, slope)) = self.line_through(before, after) else { return };
+        let found = line_through(&self.history, self.midline.degrees, before, after);
+        let Some((at, slope)) = found else { return };
         self.starts_at.get_or_insert(number);
         let crossing = Crossing { at, weight: slope * slope, rising: slope > 0.0, number };
         if self.crossings.push_back(crossing).is_err() {
@@ -274,89 +259,11 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
             self.starts_at = Some(number);
             let _ = self.crossings.push_back(crossing);
         }
-        self.end = self.regress().map(|fit| fit.end);
+        self.end = self.fit().map(|fit| fit.end);
     }
 
-    /// The moment of the crossing between two extremes, and the slope in degrees per sample.
-    fn line_through(&self, before: Extreme, after: Extreme) -> Option<(Moment, f32)> {
-        let half_period = after.at.wrapping_sub(before.at) as i32;
-        let sign = if after.yaw_deg > before.yaw_deg { 1.0 } else { -1.0 };
-        // Block means are monotone between extremes but for noise: bisect.
-        let (mut low, mut high) = (before.at, after.at);
-        while high.wrapping_sub(low) > BLOCK as u32 {
-            let middle = low.wrapping_add(high.wrapping_sub(low) / 2);
-            if (self.history.block_mean(middle) - self.midline.degrees) * sign < 0.0 {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        let reach = ((half_period as f32 * LINE_SHARE) as i32)
-            .clamp(*LINE_SAMPLES.start(), *LINE_SAMPLES.end());
-        let newest = self.history.next_index().wrapping_sub(1);
-        let mut centre = low.wrapping_add(high.wrapping_sub(low) / 2);
-        let mut found = None;
-        for _ in 0..3 {
-            let first = centre.wrapping_sub(reach as u32);
-            let kept = first.wrapping_sub(self.history.oldest()) as i32 >= 0
-                && newest.wrapping_sub(centre) as i32 >= reach;
-            if !kept {
-                return found;
-            }
-            let (mut sum, mut moment) = (0.0_f32, 0.0_f32);
-            for k in -reach..=reach {
-                let y = self.history.degrees(centre.wrapping_add(k as u32)) - self.midline.degrees;
-                sum += y;
-                moment += k as f32 * y;
-            }
-            let n = (2 * reach + 1) as f32;
-            let slope = moment * 3.0 / (n * reach as f32 * (reach + 1) as f32);
-            if slope * sign <= 0.0 {
-                return found;
-            }
-            let offset = (-(sum / n) / slope).clamp(-(half_period as f32), half_period as f32);
-            let at = Moment::after(centre, offset);
-            found = Some((at, slope));
-            let nearest = at.sample.wrapping_add((at.fraction >= 0.5) as u32);
-            if nearest == centre {
-                break;
-            }
-            centre = nearest;
-        }
-        found
-    }
-
-    /// Weighted regression over this window's crossings.
-    fn regress(&self) -> Option<Fit> {
-        if self.crossings.len() < FEWEST_CROSSINGS {
-            return None;
-        }
-        let first = self.crossings.front()?;
-        let origin = first.at.sample;
-        // Normal equations for t = start + k half + (-1)^k alternation.
-        let mut a = [[0.0_f32; 3]; 3];
-        let mut b = [0.0_f32; 3];
-        for crossing in self.crossings.iter() {
-            let k = crossing.number.wrapping_sub(first.number);
-            let row = [1.0, k as f32, if k % 2 == 0 { 1.0 } else { -1.0 }];
-            let w = crossing.weight / first.weight;
-            let t = crossing.at.since(origin);
-            for i in 0..3 {
-                for j in 0..3 {
-                    a[i][j] += w * row[i] * row[j];
-                }
-                b[i] += w * row[i] * t;
-            }
-        }
-        let [start, half, _] = solve3(a, b)?;
-        let length = HALF_CYCLES as f32 * half;
-        Some(Fit {
-            start: Moment::after(origin, start),
-            length,
-            end: Moment::after(origin, start + length),
-            rising: first.rising,
-            next: first.number.wrapping_add(HALF_CYCLES as u32),
-        })
+    fn fit(&self) -> Option<Fit> {
+        regress(&self.crossings)
     }
 
     /// Closes the window when sample `index` is the first at or after its end.
@@ -366,7 +273,7 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         if (index.wrapping_sub(end) as i32) < 0 {
             return None;
         }
-        let fit = self.regress();
+        let fit = self.fit();
         self.end = None;
         self.crossings.clear();
         let fit = fit?;
@@ -407,34 +314,4 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         let pair = |i: usize| (means[i + 1] + q * means[i]) / (1.0 + q);
         (pair(0) + 2.0 * (pair(1) + pair(2) + pair(3)) + pair(4)) / 8.0
     }
-}
-
-struct Fit {
-    start: Moment,
-    length: f32,
-    end: Moment,
-    rising: bool,
-    next: u32,
-}
-
-/// Solves a symmetric positive 3 x 3 system.
-fn solve3(mut a: [[f32; 3]; 3], mut b: [f32; 3]) -> Option<[f32; 3]> {
-    for i in 0..3 {
-        let pivot = a[i][i];
-        if pivot <= 0.0 || !pivot.is_finite() {
-            return None;
-        }
-        for row in i + 1..3 {
-            let factor = a[row][i] / pivot;
-            #[allow(clippy::needless_range_loop)]
-            for column in i..3 {
-                a[row][column] -= factor * a[i][column];
-            }
-            b[row] -= factor * b[i];
-        }
-    }
-    let z = b[2] / a[2][2];
-    let y = (b[1] - a[1][2] * z) / a[1][1];
-    let x = (b[0] - a[0][1] * y - a[0][2] * z) / a[0][0];
-    Some([x, y, z])
 }

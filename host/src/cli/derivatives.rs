@@ -72,7 +72,7 @@ impl Derivatives {
             })?);
         }
         if !self.json {
-            return print_line(tables.iter().map(text).collect::<Vec<_>>().join("\n").trim_end());
+            return print_line(&tables.iter().map(text).collect::<Vec<_>>().join("\n\n"));
         }
         let first = tables.remove(0);
         print_json(&Tables { first, others: tables })
@@ -124,7 +124,7 @@ fn text(table: &Table) -> String {
             text.push(format!("{}: {}", release.file, flag.reason()));
         }
     }
-    text.join("\n") + "\n"
+    text.join("\n")
 }
 
 fn inertia_lines(table: &Table) -> String {

@@ -5,6 +5,7 @@ mod demo;
 mod derivatives;
 mod device;
 mod flash;
+mod identify;
 mod monitor;
 mod ports;
 mod replay;
@@ -26,6 +27,7 @@ pub struct Cli {
 pub enum Verb {
     /// Train, flash, release on eight springs and tabulate the derivatives
     Demo(demo::Demo),
+    Identify(identify::Identify),
     Derivatives(derivatives::Derivatives),
     Simulate(simulate::Simulate),
     /// Train a network and freeze it to a file
@@ -45,8 +47,9 @@ pub enum Verb {
 /// Runs one verb: results on stdout, progress and messages on stderr.
 pub fn run(cli: Cli) -> Result<()> {
     match cli.verb {
-        Verb::Demo(arguments) => demo::run(&arguments),
         Verb::Derivatives(verb) => verb.run(),
+        Verb::Demo(arguments) => demo::run(&arguments),
+        Verb::Identify(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),

@@ -4,21 +4,21 @@ use super::common::{print_json, print_line, within};
 use crate::derivatives::simulated::{self, refuse_existing, Planned};
 use crate::error::{Error, Result};
 use crate::record::write_samples;
-use crate::rig::{Axis, Condition, End, Motion, Rig, Samples, Sensor, Spring, Start};
+use crate::rig::{
+    Axis, Condition, Effect, Effects, End, Rig, Samples, Sensor, Spring, Start, LIBRARY,
+};
 use clap::Args;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
 use yawrig_shared::derivatives::reduced_frequency;
 use yawrig_shared::modal::Modal;
 
-/// An oscillation that does not die is watched this long, s.
-const ENDLESS_S: f64 = 60.0;
-
 /// Write records of a virtual rig, its truth printed beside them.
 ///
 /// One record: give --natural-frequency and --damping, or --spring with --wind and --axis, and --out.
 /// A whole campaign (eight springs, both axes, wind off and on): give --campaign FOLDER.
 #[derive(Args, Debug, Clone)]
+#[command(after_long_help = effects_help(), after_help = effects_help())]
 pub struct Simulate {
     /// Where the record goes (CSV)
     #[arg(
@@ -75,6 +75,9 @@ pub struct Simulate {
     /// How long the model is held before it is released
     #[arg(long, value_name = "S", default_value_t = 2.0)]
     pub hold_s: f64,
+    /// Hide an effect, ID:NAME=VALUE,NAME=VALUE; repeatable, see the list below
+    #[arg(long = "effect", value_name = "EFFECT")]
+    pub effects: Vec<String>,
     /// Length of the record [default: until the swing is below 0.8 deg]
     #[arg(long, value_name = "S")]
     pub seconds: Option<f64>,
@@ -91,12 +94,16 @@ pub struct Simulate {
 
 impl Simulate {
     pub fn run(&self) -> Result<()> {
-        let (sensor, start) = (self.sensor()?, self.start()?);
+        let (sensor, start, effects) = (self.sensor()?, self.start()?, self.effects()?);
         match (&self.campaign, &self.out) {
-            (Some(folder), _) => self.write_campaign(folder, &sensor, &start),
-            (None, Some(file)) => self.write_record(file, &sensor, &start),
+            (Some(folder), _) => self.write_campaign(folder, &effects, &sensor, &start),
+            (None, Some(file)) => self.write_record(file, &effects, &sensor, &start),
             (None, None) => Err(Error::usage("neither --out nor --campaign is given")),
         }
+    }
+
+    fn effects(&self) -> Result<Effects> {
+        Effects::new(self.effects.iter().map(|text| text.parse()).collect::<Result<Vec<Effect>>>()?)
     }
 
     fn sensor(&self) -> Result<Sensor> {
@@ -153,7 +160,13 @@ impl Simulate {
         Ok((rig.modal(&condition)?, Some(condition)))
     }
 
-    fn write_record(&self, file: &Path, sensor: &Sensor, start: &Start) -> Result<()> {
+    fn write_record(
+        &self,
+        file: &Path,
+        effects: &Effects,
+        sensor: &Sensor,
+        start: &Start,
+    ) -> Result<()> {
         let rig = Rig::default();
         let (truth, condition) = self.subject(&rig)?;
         if 2.0 * truth.damped_frequency_hz() >= sensor.rate_hz {
@@ -167,15 +180,10 @@ impl Simulate {
         if !self.force {
             refuse_existing(file)?;
         }
-        let mut start = *start;
-        if let End::Below { amplitude_deg, at_most_s } = start.end {
-            let at_most_s =
-                if truth.damping_ratio > 0.0 { at_most_s } else { start.hold_s + ENDLESS_S };
-            start.end = End::Below { amplitude_deg, at_most_s };
-        }
+        let start = start.limited(&truth, effects);
         let mut samples = 0u64;
         let (mut last_s, mut saturated) = (0.0, 0u64);
-        let readings = Samples::new(Motion::new(&truth), &start, sensor, self.seed);
+        let readings = Samples::with_effects(&truth, effects, &start, sensor, self.seed)?;
         write_samples(
             file,
             readings.map(|sample| {
@@ -209,6 +217,8 @@ impl Simulate {
                     "noise_rms_deg": sensor.noise_deg,
                     "cn_beta": derivatives.map(|d| d.cn_beta),
                     "cn_r": derivatives.map(|d| d.cn_r),
+                    "effects": effect_ids(effects),
+                    "parameters": effect_parameters(effects),
                 },
             }));
         }
@@ -218,6 +228,9 @@ impl Simulate {
             truth.natural_frequency_rad_s,
             truth.damping_ratio
         );
+        for effect in effects.iter() {
+            text += &format!("hidden effect      {effect}\n");
+        }
         if let Some(d) = derivatives {
             text += &format!(
                 "Cn_beta            {:.4} per rad, about this axis\nCn_r - Cn_betadot  {:.4} per rad, about this axis\n",
@@ -227,15 +240,21 @@ impl Simulate {
         print_line(text.trim_end())
     }
 
-    fn write_campaign(&self, folder: &Path, sensor: &Sensor, start: &Start) -> Result<()> {
+    fn write_campaign(
+        &self,
+        folder: &Path,
+        effects: &Effects,
+        sensor: &Sensor,
+        start: &Start,
+    ) -> Result<()> {
         let rig = Rig::default();
         let wind_speed_m_s = self.wind.unwrap_or(10.0);
         within("--wind", wind_speed_m_s, 0.1, 300.0)?;
         let planned = simulated::plan(&rig, wind_speed_m_s, self.repeats, self.seed)?;
         crate::say!("writing {} records to {}", planned.len(), folder.display());
-        let file = simulated::write(folder, &rig, &planned, start, sensor, self.force)?;
+        let file = simulated::write(folder, &rig, &planned, effects, start, sensor, self.force)?;
         if self.json {
-            return print_json(&campaign_json(&rig, &file, &planned));
+            return print_json(&campaign_json(&rig, &file, &planned, effects));
         }
         let mut text = format!(
             "{}: {} releases\nspring      km   Cn_beta  Cn_r-Cn_betadot   Cy_beta      Cy_r\n",
@@ -267,7 +286,7 @@ fn points(planned: &[Planned]) -> impl Iterator<Item = (&Condition, &Modal)> {
     })
 }
 
-fn campaign_json(rig: &Rig, file: &Path, planned: &[Planned]) -> Value {
+fn campaign_json(rig: &Rig, file: &Path, planned: &[Planned], effects: &Effects) -> Value {
     let releases: Vec<Value> = planned
         .iter()
         .map(|record| {
@@ -276,6 +295,8 @@ fn campaign_json(rig: &Rig, file: &Path, planned: &[Planned]) -> Value {
             entry["truth"] = json!({
                 "natural_frequency_rad_s": record.truth.natural_frequency_rad_s,
                 "damping_ratio": record.truth.damping_ratio,
+                "effects": effect_ids(effects),
+                "parameters": effect_parameters(effects),
             });
             entry
         })
@@ -298,6 +319,34 @@ fn campaign_json(rig: &Rig, file: &Path, planned: &[Planned]) -> Value {
         "releases": releases,
         "points": points,
     })
+}
+
+fn effect_ids(effects: &Effects) -> Vec<&'static str> {
+    effects.iter().map(Effect::id).collect()
+}
+
+/// `{"coulomb_friction.c": 0.12}`, in the units of the library.
+fn effect_parameters(effects: &Effects) -> Value {
+    let parameter = |effect: &Effect| {
+        let id = effect.id();
+        effect
+            .parameters()
+            .map(|(parameter, value)| (format!("{id}.{}", parameter.name), json!(value)))
+            .collect::<Vec<_>>()
+    };
+    Value::Object(effects.iter().flat_map(parameter).collect())
+}
+
+/// The library as `--help` shows it.
+fn effects_help() -> String {
+    let mut text = "Effects, torques over the inertia, b yaw angle (rad), r yaw rate (rad/s), t from the release (s):\n".to_owned();
+    for kind in &LIBRARY {
+        let parameters: Vec<String> =
+            kind.parameters.iter().map(|p| format!("{} ({})", p.name, p.unit)).collect();
+        text +=
+            &format!("  {:20} {}\n  {:20}   {}\n", kind.id, kind.term, "", parameters.join(", "));
+    }
+    text + "\nExample: --effect coulomb_friction:c=0.12 --effect harmonic_forcing:f=0.05,w=11,phi=0"
 }
 
 fn condition_json(condition: &Condition) -> Value {

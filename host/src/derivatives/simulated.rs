@@ -3,7 +3,7 @@
 use super::campaign::{AirEntry, Campaign, ModelEntry, ReleaseEntry, RigEntry, SCHEMA_VERSION};
 use crate::error::{Error, Result};
 use crate::record::write_samples;
-use crate::rig::{Condition, Rig, Sensor, Start};
+use crate::rig::{Condition, Effects, Rig, Samples, Sensor, Start};
 use crate::{files, interrupt};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -77,14 +77,16 @@ pub fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
 }
 
 /// Writes every record on all cores, then the campaign file, each whole or not at all. Gives its path.
+/// The effects are in every release, wind on or off, with the same coefficients.
 ///
 /// # Errors
-/// Exit 2 where a file is there already and `force` is not set, 3 where one cannot be written, 130 where the
+/// Exit 2 where a file is there already and `force` is not set, or the effects suit not every release, 3 where one cannot be written, 130 where the
 /// user stops it; the records written by then stay.
 pub fn write(
     folder: &Path,
     rig: &Rig,
     planned: &[Planned],
+    effects: &Effects,
     start: &Start,
     sensor: &Sensor,
     force: bool,
@@ -97,10 +99,14 @@ pub fn write(
             refuse_existing(&file)?;
         }
     }
+    for record in planned {
+        Samples::with_effects(&record.truth, effects, start, sensor, record.seed)
+            .map_err(|e| Error { message: format!("{}: {}", record.file, e.message), ..e })?;
+    }
     std::fs::create_dir_all(folder).map_err(|e| files::cannot_write(folder, &e))?;
     planned.par_iter().try_for_each(|record| {
         interrupt::check()?;
-        let release = rig.release(&record.condition, start, sensor, record.seed)?;
+        let release = rig.release_with(&record.condition, effects, start, sensor, record.seed)?;
         write_samples(
             &folder.join(&record.file),
             release.samples.map(|sample| (sample.time_s, sample.yaw_deg)),

@@ -1,15 +1,15 @@
 //! The conventional method of the thesis (3.4 and 3.5): spectrum and time to half amplitude.
 //!
 //! 10 Hz low-pass, amplitude window, damped frequency at the highest bin of the power spectral density (plain
-//! periodogram of the window, neither tapered nor filled up), one maximum a cycle, a fifth-degree polynomial
+//! periodogram of the window, filled up with zeros to a power of two: 16384 at 1 kHz puts a bin at the 23.39 rad/s of
+//! the thesis's Table 4.7), one maximum a cycle, a fifth-degree polynomial
 //! through them, the time at which it has fallen to half, and (3.23) to (3.25). Two options replace its weak
 //! points: the bin by an interpolated peak, the half amplitude by a regression over all maxima.
 
 use super::flag::Flag;
-use super::least_squares::linear_start;
 use super::lowpass;
 use super::spectrum::Periodogram;
-use super::{Estimate, Method, Prepared};
+use super::{Prepared, Values};
 use crate::quantity::Quantity;
 use crate::record::Record;
 use nalgebra::{DMatrix, DVector};
@@ -28,7 +28,7 @@ const FILLED: usize = 4;
 /// How the damped frequency is read off the spectrum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum SpectralPeak {
-    /// The highest bin.
+    /// The highest bin of the periodogram.
     #[default]
     Plain,
     /// A parabola through the highest of four times as many bins.
@@ -52,7 +52,7 @@ pub struct Options {
 }
 
 /// The method on a prepared record; why not in words.
-pub fn estimate(prepared: &Prepared<'_>) -> Result<Estimate, String> {
+pub fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
     let options = prepared.settings.conventional;
     let mut flags = Vec::new();
     let even = evenly_sampled(prepared.record, prepared, &mut flags)?;
@@ -76,7 +76,11 @@ pub fn estimate(prepared: &Prepared<'_>) -> Result<Estimate, String> {
     }
     let peaks = maxima(time, yaw, 1.0 / frequency_hz.value);
     let half_life_s = match options.decay {
-        Decay::HalfAmplitude => half_amplitude(&peaks)?,
+        Decay::HalfAmplitude => {
+            // White noise after the low-pass, twice its corner of the whole band.
+            let passed = (2.0 * CORNER_HZ / rate_hz).min(1.0).sqrt();
+            half_amplitude(&peaks, passed * prepared.noise_rms_deg())?
+        }
         Decay::Regression => regression(&peaks)?,
     };
     let modal = Modal::from_damped_frequency_and_half_life(frequency_hz.value, half_life_s.value);
@@ -84,18 +88,9 @@ pub fn estimate(prepared: &Prepared<'_>) -> Result<Estimate, String> {
     // wn^2 = wd^2 + s^2 and zeta = s/wn, with s = ln 2 / t_half.
     let (u_wd, u_s) = (TAU * frequency_hz.u, LN_2 * half_life_s.u / half_life_s.value.powi(2));
     let wd = TAU * frequency_hz.value;
-    let stretch = prepared.stretch();
-    let fitted = linear_start(&stretch, zeta * wn, wd).ok_or("the swing has no amplitude")?;
-    let (mut n, mut squares) = (0.0, 0.0);
-    for (t, y) in stretch.kept() {
-        n += 1.0;
-        squares += (y - fitted.yaw_deg(t)).powi(2);
-    }
-    Ok(Estimate {
-        method: Method::Conventional,
+    Ok(Values {
         natural_frequency_rad_s: Quantity::new(wn, (wd / wn * u_wd).hypot(zeta * u_s)),
         damping_ratio: Quantity::new(zeta, (u_s / wn).hypot(zeta / wn * u_wd)),
-        residual_rms_deg: (squares / n).sqrt(),
         windows: Vec::new(),
         flags,
         cramer_rao: None,
@@ -143,17 +138,25 @@ struct Peak {
     amplitude_deg: f64,
 }
 
-/// The largest value of each cycle, a cycle being what lies between two rising passages through the middle.
+/// The largest value of each cycle, a cycle being what lies between two rising passages through the middle. Of the
+/// parts before the first and after the last passage those count that must hold a maximum.
 fn maxima(time: &[f64], yaw: &[f64], period: f64) -> Vec<Peak> {
     let mean = yaw.iter().sum::<f64>() / yaw.len() as f64;
-    let mut passages: Vec<usize> = Vec::new();
+    let mut ends: Vec<usize> = Vec::new();
     for k in 1..yaw.len() {
         let rises = yaw[k - 1] < mean && yaw[k] >= mean;
-        if rises && passages.last().is_none_or(|&last| time[k] - time[last] > 0.6 * period) {
-            passages.push(k);
+        if rises && ends.last().is_none_or(|&last| time[k] - time[last] > 0.6 * period) {
+            ends.push(k);
         }
     }
-    let cycles: Vec<(usize, f64, f64)> = passages
+    let (Some(&first), Some(&last)) = (ends.first(), ends.last()) else { return Vec::new() };
+    if time[first] - time[0] > 0.75 * period {
+        ends.insert(0, 0);
+    }
+    if time[yaw.len() - 1] - time[last] > 0.3 * period {
+        ends.push(yaw.len());
+    }
+    let extremes: Vec<(usize, f64, f64)> = ends
         .windows(2)
         .map(|w| {
             let cycle = &yaw[w[0]..w[1]];
@@ -163,24 +166,26 @@ fn maxima(time: &[f64], yaw: &[f64], period: f64) -> Vec<Peak> {
             (w[0] + at, highest, lowest)
         })
         .collect();
-    // The middle between the extremes, not the mean: a decaying swing spends unequal areas on its sides.
-    let middle =
-        cycles.iter().map(|(_, high, low)| 0.5 * (high + low)).sum::<f64>() / cycles.len() as f64;
-    cycles
+    // A maximum, twice the minimum after it and the next maximum: their mean is the middle also of a fast decay.
+    let middles: Vec<f64> =
+        extremes.windows(2).map(|w| 0.25 * (w[0].1 + 2.0 * w[0].2 + w[1].1)).collect();
+    let middle = middles.iter().sum::<f64>() / middles.len() as f64;
+    extremes
         .into_iter()
         .map(|(at, high, _)| Peak { time_s: time[at], amplitude_deg: high - middle })
         .filter(|p| p.amplitude_deg > 0.0)
         .collect()
 }
 
-/// Time to half amplitude in s of the polynomial through the maxima, by interpolation.
-fn half_amplitude(peaks: &[Peak]) -> Result<Quantity, String> {
+/// Time to half amplitude in s of the polynomial through the maxima, by interpolation; each maximum is known to
+/// `noise_deg` at best.
+fn half_amplitude(peaks: &[Peak], noise_deg: f64) -> Result<Quantity, String> {
     let n = peaks.len();
-    if n < 4 {
+    if n < 3 {
         return Err(format!("{n} maxima are too few for a decay"));
     }
     let (first, last) = (peaks[0].time_s, peaks[n - 1].time_s);
-    let degree = DEGREE.min(n - 2);
+    let degree = DEGREE.min(n - 1);
     let row = |t: f64| {
         let x = 2.0 * (t - first) / (last - first) - 1.0;
         DVector::from_fn(degree + 1, |i, _| x.powi(i as i32))
@@ -207,8 +212,9 @@ fn half_amplitude(peaks: &[Peak]) -> Result<Quantity, String> {
     }
     let half_life = 0.5 * (a + b) - first;
     // The polynomial's own error at the two places, carried to the time by its slope.
-    let freedom = n - degree - 1;
-    let variance = (&design * &coefficients - values).norm_squared() / freedom as f64;
+    let freedom = (n - degree - 1).max(1);
+    let misfit = (&design * &coefficients - values).norm_squared() / freedom as f64;
+    let variance = misfit.max(noise_deg * noise_deg);
     let contrast = row(a) - row(first) * 0.5;
     let inverse = (design.transpose() * design).try_inverse().ok_or("the maxima coincide")?;
     let h = 1e-4 * (last - first);

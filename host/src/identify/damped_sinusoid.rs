@@ -284,14 +284,11 @@ mod tests {
             [m.natural_frequency_rad_s(), m.damping_ratio()]
         };
         let j = Mode::from_parameters(0.0, &[1.0, 0.0, 0.0, 0.4, 5.0]).modal_jacobian();
-        for i in 0..2 {
-            let h = 1e-6;
-            assert!(
-                (j[i][0] - (at(0.4 + h, 5.0)[i] - at(0.4 - h, 5.0)[i]) / (2.0 * h)).abs() < 1e-8
-            );
-            assert!(
-                (j[i][1] - (at(0.4, 5.0 + h)[i] - at(0.4, 5.0 - h)[i]) / (2.0 * h)).abs() < 1e-8
-            );
+        let h = 1e-6;
+        for (i, row) in j.iter().enumerate() {
+            let by_decay = (at(0.4 + h, 5.0)[i] - at(0.4 - h, 5.0)[i]) / (2.0 * h);
+            let by_frequency = (at(0.4, 5.0 + h)[i] - at(0.4, 5.0 - h)[i]) / (2.0 * h);
+            assert!((row[0] - by_decay).abs() < 1e-8 && (row[1] - by_frequency).abs() < 1e-8);
         }
     }
 }

@@ -22,9 +22,8 @@ pub fn strongest_frequency_rad_s(samples: &Samples<'_>) -> Option<f64> {
     let step_s = block / samples.rate_hz();
     let means = samples.all().block_means(block as usize);
     let even = evenly(&means.time_s, &means.yaw_deg, step_s);
-    // Twice the length at least, so that the peak is well sampled, and a length the transform is quick at.
-    let length = (2 * even.len()).next_power_of_two();
-    let periodogram = Periodogram::of(&even, step_s, length);
+    // Twice the length at least, so that the peak is well sampled.
+    let periodogram = Periodogram::of(&even, step_s, 2 * even.len());
     let lowest = 2.0 / samples.all().duration_s();
     let highest = (HIGHEST_SHARE * samples.rate_hz()).min(HIGHEST_HZ);
     let weight = |hz: f64| (hz * TAU).min(RATE_WEIGHT_TO_RAD_S).powi(2);
@@ -53,6 +52,8 @@ fn evenly(time: &[f64], value: &[f64], step: f64) -> Vec<f64> {
 pub struct Point {
     pub time_s: f64,
     pub amplitude_deg: f64,
+    /// Standard deviation of what the sinusoid leaves.
+    pub scatter_deg: f64,
 }
 
 /// Envelope of `means` at `frequency_rad_s`: a sinusoid and a constant fitted to each cycle, eight a cycle.
@@ -76,13 +77,23 @@ pub fn envelope(means: &Stretch<'_>, frequency_rad_s: f64) -> Vec<Point> {
                 return None;
             }
             let (mut m, mut r) = (Matrix3::zeros(), Vector3::zeros());
-            for k in a..b {
-                let row = Vector3::new(phase[k].1, phase[k].0, 1.0);
+            for ((sine, cosine), yaw) in phase[a..b].iter().zip(&means.yaw_deg[a..b]) {
+                let row = Vector3::new(*cosine, *sine, 1.0);
                 m += row * row.transpose();
-                r += row * means.yaw_deg[k];
+                r += row * *yaw;
             }
             let x = m.cholesky()?.solve(&r);
-            Some(Point { time_s: from + 0.5 * width, amplitude_deg: x[0].hypot(x[1]) })
+            let squares: f64 = (a..b)
+                .map(|k| {
+                    let model = x[0] * phase[k].1 + x[1] * phase[k].0 + x[2];
+                    (means.yaw_deg[k] - model).powi(2)
+                })
+                .sum();
+            Some(Point {
+                time_s: from + 0.5 * width,
+                amplitude_deg: x[0].hypot(x[1]),
+                scatter_deg: (squares / (b - a - 3) as f64).sqrt(),
+            })
         })
         .collect()
 }

@@ -46,7 +46,7 @@ impl Flag {
             Flag::AmplitudeDependentFrequency => {
                 "frequency changes with amplitude; the value is a mean over the window, its uncertainty holds the change"
             }
-            Flag::ResidualAboveNoise => "one damped mode does not explain the record to its noise",
+            Flag::ResidualAboveNoise => "one damped mode with these values does not explain the record to its noise",
             Flag::LowPassNotApplied => "the sampling rate is too low for the 10 Hz low-pass",
             Flag::LowPassTooNear => "the oscillation is too near the 10 Hz low-pass",
             Flag::OutsideTrainedRange => "a window lies outside the range the network was trained on",

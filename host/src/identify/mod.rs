@@ -3,14 +3,17 @@
 //! [`identify`] finds the free swing in a record and hands the part inside the amplitude window to each method.
 //! Angles in deg, as recorded; damping ratio negative where the oscillation grows.
 
+pub mod batch;
 pub mod conventional;
 pub mod damped_sinusoid;
 pub mod envelope;
 pub mod flag;
 pub mod least_squares;
 mod lowpass;
+pub mod network;
 pub mod outliers;
 pub mod pencil;
+mod prepared;
 pub mod release;
 pub mod samples;
 pub mod spectrum;
@@ -22,19 +25,13 @@ use crate::error::{Error, Result};
 use crate::quantity::Quantity;
 use crate::record::Record;
 use flag::Flag;
-use samples::{median, Samples, Stretch};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use windows::Window;
+
+pub use prepared::{prepare, Prepared, Values};
 
 /// Fewest cycles an estimate is made from.
 pub const FEWEST_CYCLES: f64 = 3.0;
-/// Below this many cycles a flag says so.
-const FEW_CYCLES: f64 = 6.0;
-/// A record whose three-cycle fits explain less than this of it holds no oscillation worth the name.
-const LEAST_EXPLAINED: f64 = 0.5;
-/// Residual of one mode over the whole window, in residuals of its three-cycle fits, that needs a word.
-const ABOVE_NOISE: f64 = 1.5;
 
 /// How records are analysed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +55,7 @@ impl Default for Settings {
 pub enum Method {
     LeastSquares,
     Conventional,
+    Network,
 }
 
 /// Why a record gives nothing.
@@ -91,7 +89,8 @@ pub struct Identification {
     pub release_time_s: f64,
     pub rate_hz: f64,
     pub window: AmplitudeWindow,
-    /// Standard deviation of what three-cycle fits leave.
+    /// Standard deviation of the noise: of what one mode leaves of the window where it explains it, of what three-cycle
+    /// fits leave where it does not.
     pub noise_rms_deg: f64,
     /// Wild samples left out.
     pub outliers: usize,
@@ -145,84 +144,6 @@ pub struct Unavailable {
     pub reason: String,
 }
 
-/// A record with its swing found, as every method gets it.
-pub struct Prepared<'a> {
-    pub record: &'a Record,
-    pub samples: Samples<'a>,
-    pub swing: release::Swing,
-    pub windows: Vec<Window>,
-    pub settings: Settings,
-}
-
-impl Prepared<'_> {
-    /// The analysed part of the record.
-    pub fn stretch(&self) -> Stretch<'_> {
-        self.swing.stretch(&self.samples)
-    }
-    /// The mode over all of it.
-    fn mode(&self) -> Option<least_squares::ModeFit> {
-        least_squares::fit_mode(&self.stretch(), self.swing.frequency_rad_s)
-    }
-    /// Standard deviation of what three-cycle fits leave.
-    pub fn noise_rms_deg(&self) -> f64 {
-        let mut variances: Vec<f64> = self.windows.iter().map(|w| w.noise_deg.powi(2)).collect();
-        median(&mut variances).sqrt()
-    }
-    /// The analysed amplitudes and times.
-    pub fn window(&self) -> AmplitudeWindow {
-        let (from_s, to_s) = (self.swing.from_s, self.swing.to_s);
-        let amplitude = |w: &Window, time_s: f64| {
-            let middle = 0.5 * (w.from_s + w.to_s);
-            w.amplitude_deg
-                * (w.damping_ratio * w.natural_frequency_rad_s * (middle - time_s)).exp()
-        };
-        let cycles = self.windows.iter().map(|w| w.natural_frequency_rad_s).sum::<f64>()
-            / self.windows.len() as f64
-            / std::f64::consts::TAU
-            * (to_s - from_s);
-        AmplitudeWindow {
-            from_deg: amplitude(&self.windows[0], from_s),
-            to_deg: amplitude(&self.windows[self.windows.len() - 1], to_s),
-            cycles,
-            from_s,
-            to_s,
-        }
-    }
-    /// Flags of the record and its swing, true for every method.
-    fn common_flags(&self) -> Vec<Flag> {
-        let mut flags = self.swing.flags.clone();
-        if !self.samples.is_uniform() {
-            flags.push(Flag::IrregularTimeStamps);
-        }
-        if self.samples.excluded() > 0 {
-            flags.push(Flag::OutliersExcluded);
-        }
-        if self.window().cycles < FEW_CYCLES {
-            flags.push(Flag::FewCycles);
-        }
-        flags
-    }
-}
-
-/// Finds the swing of `record` and fits its three-cycle windows.
-///
-/// # Errors
-/// See [`Refusal`].
-pub fn prepare<'a>(
-    record: &'a Record,
-    settings: &Settings,
-) -> std::result::Result<Prepared<'a>, Refusal> {
-    let mut samples = Samples::new(&record.time_s, &record.yaw_deg);
-    outliers::exclude_spikes(&mut samples);
-    let swing = release::find(&samples, settings)?;
-    let windows = windows::windows(&mut samples, swing.from_s, swing.to_s, swing.frequency_rad_s);
-    let mut explained: Vec<f64> = windows.iter().map(|w| w.explained).collect();
-    if explained.is_empty() || median(&mut explained) < LEAST_EXPLAINED {
-        return Err(Refusal::NoOscillation);
-    }
-    Ok(Prepared { record, samples, swing, windows, settings: *settings })
-}
-
 /// Applies `methods` to a record.
 ///
 /// # Errors
@@ -237,15 +158,12 @@ pub fn identify(
     let mut unavailable = Vec::new();
     for &method in methods {
         let answer = match method {
-            Method::LeastSquares => least_squares_estimate(&prepared),
-            Method::Conventional => conventional::estimate(&prepared),
+            Method::LeastSquares => prepared.least_squares(),
+            Method::Conventional => conventional::values(&prepared),
+            Method::Network => network::values(&prepared),
         };
-        match answer {
-            Ok(mut estimate) => {
-                estimate.flags.extend(prepared.common_flags());
-                estimate.flags.sort_unstable();
-                estimates.push(estimate);
-            }
+        match answer.and_then(|values| prepared.judged(method, values)) {
+            Ok(estimate) => estimates.push(estimate),
             Err(reason) => unavailable.push(Unavailable { method, reason }),
         }
     }
@@ -263,51 +181,4 @@ pub fn identify(
         estimates,
         unavailable,
     })
-}
-
-fn least_squares_estimate(prepared: &Prepared<'_>) -> std::result::Result<Estimate, String> {
-    let found =
-        prepared.mode().ok_or("the fit of one mode to the whole window did not converge")?;
-    let stretch = prepared.stretch();
-    let u = found.uncertainty(&stretch).ok_or("the fit does not determine its parameters")?;
-    let trends = trend::of(&prepared.windows);
-    let mut flags = Vec::new();
-    // Where the value changes with amplitude, one number stands for many: their spread is part of its uncertainty.
-    let mut widened = |u: f64, trend: Option<f64>, flag: Flag| match trend {
-        Some(spread) => {
-            flags.push(flag);
-            u.hypot(spread)
-        }
-        None => u,
-    };
-    let wn_u =
-        widened(u.natural_frequency_rad_s, trends.frequency, Flag::AmplitudeDependentFrequency);
-    let zeta_u = widened(u.damping_ratio, trends.damping, Flag::AmplitudeDependentDamping);
-    if found.residual_rms_deg() > ABOVE_NOISE * prepared.noise_rms_deg() {
-        flags.push(Flag::ResidualAboveNoise);
-    }
-    let zeta = found.mode.damping_ratio();
-    if zeta < -2.0 * zeta_u {
-        flags.push(Flag::Grows);
-    }
-    Ok(Estimate {
-        method: Method::LeastSquares,
-        natural_frequency_rad_s: Quantity::new(found.mode.natural_frequency_rad_s(), wn_u),
-        damping_ratio: Quantity::new(zeta, zeta_u),
-        residual_rms_deg: found.residual_rms_deg(),
-        windows: prepared.windows.iter().map(WindowEstimate::of).collect(),
-        flags,
-        cramer_rao: Some(u.bound),
-    })
-}
-
-impl WindowEstimate {
-    fn of(w: &Window) -> Self {
-        Self {
-            time_s: 0.5 * (w.from_s + w.to_s),
-            amplitude_deg: w.amplitude_deg,
-            natural_frequency_rad_s: w.natural_frequency_rad_s,
-            damping_ratio: w.damping_ratio,
-        }
-    }
 }

@@ -2,8 +2,9 @@
 
 use super::samples::{median, Samples};
 
-/// How far, in standard deviations of the noise, a sample may lie from the median of its neighbours.
-const NOISE_FACTOR: f64 = 8.0;
+/// How far, in standard deviations of white noise, a sample may lie from the median of its neighbours: far enough that
+/// correlated noise, which changes less from sample to sample than it seems to here, loses none.
+const NOISE_FACTOR: f64 = 12.0;
 /// Samples the median is taken over: a run of up to two wild ones is seen.
 const NEIGHBOURS: usize = 5;
 
@@ -24,18 +25,35 @@ pub fn exclude_spikes(samples: &mut Samples<'_>) {
         })
         .collect();
     let off: Vec<f64> = yaw.iter().zip(&middle).map(|(y, m)| (y - m).abs()).collect();
-    // Half of all white samples lie within 0.49 standard deviations of the median they take part in.
-    let noise = median(&mut off.clone()) / 0.49;
+    let noise = sample_noise(yaw);
     let step = smallest_step(yaw);
     let curvature = |k: usize| {
         let at = |i: isize| middle[(k as isize + i).clamp(0, n as isize - 1) as usize];
         (-4..=4).map(|i| (at(i + 2) - 2.0 * at(i) + at(i - 2)).abs()).fold(0.0, f64::max)
     };
+    // Where a cycle has hardly five samples, every one stands off from its neighbours.
+    let coarse = |k: usize| {
+        let near = &yaw[k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(n)];
+        let mut steps: Vec<f64> = near.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+        3.0 * median(&mut steps)
+    };
     let least = (NOISE_FACTOR * noise).max(3.0 * step);
-    let wild: Vec<usize> =
-        (0..n).filter(|&k| off[k] > least && off[k] > least + 2.0 * curvature(k)).collect();
+    let wild: Vec<usize> = (0..n)
+        .filter(|&k| off[k] > least && off[k] > least + 2.0 * curvature(k) && off[k] > coarse(k))
+        .collect();
     for k in wild {
         samples.exclude(k);
+    }
+}
+
+/// Standard deviation of white noise from third differences, which hold little of a well sampled swing.
+pub fn sample_noise(yaw: &[f64]) -> f64 {
+    let mut third: Vec<f64> =
+        yaw.windows(4).map(|w| (w[3] - w[0] - 3.0 * (w[2] - w[1])).abs()).collect();
+    if third.is_empty() {
+        0.0
+    } else {
+        median(&mut third) / (0.6745 * 20.0_f64.sqrt())
     }
 }
 
@@ -102,7 +120,13 @@ mod tests {
 
     #[test]
     fn a_fast_mode_sampled_coarsely_loses_nothing() {
-        let yaw: Vec<f64> = (0..200).map(|k| 10.0 * (26.0 * 0.05 * k as f64).cos()).collect();
+        // Long held and long at rest, so that the swing is a small part of the record.
+        let swing = (0..100).map(|k| {
+            let t = 0.05 * k as f64;
+            10.0 * (-t).exp() * (26.0 * t).cos()
+        });
+        let yaw: Vec<f64> =
+            vec![10.0; 200].into_iter().chain(swing).chain(vec![0.0; 200]).collect();
         assert!(found(&yaw).is_empty());
     }
 

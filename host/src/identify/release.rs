@@ -4,7 +4,9 @@ use super::damped_sinusoid::Mode;
 use super::envelope::{envelope, strongest_frequency_rad_s, Point, POINTS_PER_CYCLE};
 use super::flag::Flag;
 use super::least_squares;
+use super::outliers::sample_noise;
 use super::samples::{median, Samples, Stretch};
+use super::windows::LEAST_SHARE;
 use super::{Refusal, Settings, FEWEST_CYCLES};
 use std::f64::consts::TAU;
 
@@ -17,6 +19,8 @@ const DIED_OUT: f64 = 0.01;
 /// Misfit of the continued swing that says "not free any more", as a share of its amplitude and in noise.
 const MISFIT_SHARE: f64 = 0.12;
 const MISFIT_NOISE: f64 = 6.0;
+/// The envelope is known to this share: what is released at the upper limit is not to lose a sample.
+const ENVELOPE_SHARE: f64 = 0.02;
 /// Left out after a release, in cycles: the catch takes some time to let go.
 const GUARD_CYCLES: f64 = 0.02;
 /// Fall of the amplitude within a cycle that no damping in range explains (damping ratio 0.15).
@@ -52,25 +56,21 @@ pub fn find(samples: &Samples<'_>, settings: &Settings) -> Result<Swing, Refusal
     let means = samples.all().block_means(block);
     let none = vec![false; means.len()];
     let means = means.stretch(&none);
-    let noise = noise_of_means(&means);
     let points = envelope(&means, frequency);
     if points.is_empty() {
         return Err(Refusal::TooFewCycles { cycles: means.duration_s() / period });
     }
+    let noise = noise_of_means(&means, &points);
     let (begin_s, duration_s) = (samples.all().start_s(), samples.all().duration_s());
     let search = Search { means, begin_s, end_s: begin_s + duration_s, period, noise, points };
     search.find(settings, frequency)
 }
 
-/// Standard deviation of the means' noise, from their third differences, which hold little of the swing.
-fn noise_of_means(means: &Stretch<'_>) -> f64 {
-    let mut third: Vec<f64> =
-        means.yaw_deg.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
-    if third.is_empty() {
-        0.0
-    } else {
-        median(&mut third) / (0.6745 * 20.0_f64.sqrt())
-    }
+/// Standard deviation of the means' noise: the smaller of two values that the swing itself makes too large, one where it
+/// is sampled coarsely, the other where it decays fast.
+fn noise_of_means(means: &Stretch<'_>, points: &[Point]) -> f64 {
+    let mut scatter: Vec<f64> = points.iter().map(|p| p.scatter_deg).collect();
+    sample_noise(means.yaw_deg).min(median(&mut scatter))
 }
 
 struct Search<'a> {
@@ -102,7 +102,8 @@ impl Search<'_> {
             .filter(|_| largest > 0.0)
             .ok_or(Refusal::NoOscillation)?;
         let inside = |p: &Point| {
-            p.amplitude_deg <= settings.from_deg && p.amplitude_deg >= settings.to_deg.max(least)
+            p.amplitude_deg <= (1.0 + ENVELOPE_SHARE) * settings.from_deg
+                && p.amplitude_deg >= settings.to_deg.max(least)
         };
         let mut flags = Vec::new();
         let windowed = self.longest_run(inside).filter(|r| self.cycles(*r) >= FEWEST_CYCLES);
@@ -125,8 +126,12 @@ impl Search<'_> {
         }
         let cycles = (to - from) / self.period;
         // The frequency is known to a few percent only here.
-        if cycles < 0.95 * FEWEST_CYCLES {
-            return Err(Refusal::TooFewCycles { cycles });
+        if cycles < LEAST_SHARE * FEWEST_CYCLES {
+            // Noise alone stands above itself for a moment, though never by much.
+            if largest < 2.0 * AMPLITUDE_OVER_NOISE * amplitude_noise {
+                return Err(Refusal::NoOscillation);
+            }
+            return Err(Refusal::TooFewCycles { cycles: cycles.max(0.0) });
         }
         Ok(Swing {
             frequency_rad_s: frequency,
@@ -178,22 +183,25 @@ impl Search<'_> {
 
     /// Time from which the envelope is inside the window: the crossing, or `free_from` where it starts inside.
     fn start_inside(&self, run: Run, free_from: f64, from_deg: f64) -> f64 {
-        let p = self.points[run.first];
-        match run.first.checked_sub(1).map(|i| self.points[i]) {
-            Some(before) if before.amplitude_deg > from_deg => crossing(before, p, from_deg),
-            _ => {
-                // The amplitude half a cycle before the first point, from its fall over the next cycle.
-                let next = self.points[(run.first + POINTS_PER_CYCLE).min(run.last)];
-                let rate = (p.amplitude_deg / next.amplitude_deg).ln() / (next.time_s - p.time_s);
-                let crossed = p.time_s - (from_deg / p.amplitude_deg).ln() / rate;
-                let amplitude = p.amplitude_deg * ((p.time_s - free_from) * rate).exp();
-                // Two percent: the envelope's own uncertainty. What starts at the limit is not to lose a sample.
-                if rate > 0.0 && amplitude > 1.02 * from_deg {
-                    crossed.max(free_from)
-                } else {
-                    free_from
-                }
-            }
+        // Only points whose whole cycle is free count.
+        let whole = free_from + 0.49 * self.period;
+        let free = self.points.partition_point(|p| p.time_s < whole);
+        let first = run.first.saturating_sub(1).max(free).min(run.last);
+        let inside = (first..run.last)
+            .find(|&i| self.points[i].amplitude_deg <= from_deg)
+            .unwrap_or(run.last);
+        if inside > first {
+            return crossing(self.points[inside - 1], self.points[inside], from_deg);
+        }
+        // The amplitude before the first point, from its fall over the next cycle.
+        let p = self.points[first];
+        let next = self.points[(first + POINTS_PER_CYCLE).min(run.last)];
+        let rate = (p.amplitude_deg / next.amplitude_deg).ln() / (next.time_s - p.time_s);
+        let amplitude = p.amplitude_deg * ((p.time_s - free_from) * rate).exp();
+        if rate > 0.0 && amplitude > (1.0 + ENVELOPE_SHARE) * from_deg {
+            (p.time_s - (from_deg / p.amplitude_deg).ln() / rate).max(free_from)
+        } else {
+            free_from
         }
     }
 

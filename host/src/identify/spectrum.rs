@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use std::ops::RangeInclusive;
 
 thread_local! {
-    // Plans are kept: records of one campaign have few lengths.
+    // Plans are kept; there are few, as every length is a power of two.
     static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
 }
 
@@ -17,9 +17,10 @@ pub struct Periodogram {
 }
 
 impl Periodogram {
-    /// Of `values` every `step_s`, the mean taken off, filled up with zeros to `length` (at least the number of values).
+    /// Of `values` every `step_s`, the mean taken off, filled up with zeros to the power of two that holds `length` and
+    /// all values.
     pub fn of(values: &[f64], step_s: f64, length: usize) -> Self {
-        let length = length.max(values.len()).max(2);
+        let length = length.max(values.len()).max(2).next_power_of_two();
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         let mut padded: Vec<f64> = values.iter().map(|v| v - mean).collect();
         padded.resize(length, 0.0);
@@ -58,7 +59,7 @@ impl Periodogram {
     }
 
     /// Frequency of the parabola through the logarithms of a peak and its two neighbours, Hz. Meant for a
-    /// stretch filled up with zeros to four times its length.
+    /// stretch filled up with zeros to four times its length at least.
     pub fn interpolated_hz(&self, bin: usize) -> f64 {
         let shift = match (bin.checked_sub(1), self.power.get(bin + 1)) {
             (Some(before), Some(&after)) if before > 0 => {
@@ -94,7 +95,7 @@ mod tests {
         let periodogram = Periodogram::of(&swing(1.27, 1000), 0.01, 1000);
         let bin = periodogram.strongest_bin(0.0..=20.0, |_| 1.0).unwrap();
         assert_eq!(bin, 13);
-        assert!((periodogram.frequency_hz(bin) - 1.3).abs() < 1e-12);
+        assert!((periodogram.frequency_hz(bin) - 13.0 / 10.24).abs() < 1e-12);
         // Filled up fourfold, as interpolation wants it: a parabola fits only the tip of the peak.
         let filled = Periodogram::of(&swing(1.27, 1000), 0.01, 4000);
         let bin = filled.strongest_bin(0.0..=20.0, |_| 1.0).unwrap();

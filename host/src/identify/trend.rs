@@ -63,7 +63,7 @@ mod tests {
                     damping_ratio: damping(amplitude_deg),
                     damping_ratio_u: 0.001,
                     noise_deg: 0.1,
-                    explained: 0.99,
+                    motion_deg: 5.0,
                 }
             })
             .collect()

@@ -81,7 +81,11 @@ fn modal_deviations(mode: &Mode, covariance: &DMatrix<f64>) -> Bound {
 }
 
 /// Power spectral density of the residual about `frequency_rad_s`, scaled so that white noise of variance v gives v.
-fn spectral_density(stretch: &Stretch<'_>, residuals_deg: &[f64], frequency_rad_s: f64) -> f64 {
+pub(super) fn spectral_density(
+    stretch: &Stretch<'_>,
+    residuals_deg: &[f64],
+    frequency_rad_s: f64,
+) -> f64 {
     let duration = stretch.duration_s();
     let centre = (frequency_rad_s * duration / TAU).round().max(1.0) as usize;
     let half = (centre / 2).clamp(LEAST_HALF_WIDTH, HALF_WIDTH);

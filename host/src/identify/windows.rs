@@ -8,6 +8,8 @@ use std::f64::consts::TAU;
 
 /// Cycles in a window.
 pub const WINDOW_CYCLES: f64 = 3.0;
+/// Share of three cycles a window holds at least.
+pub const LEAST_SHARE: f64 = 0.95;
 /// A residual this many standard deviations out belongs to a wild sample: once in 500 million samples by chance.
 const WILD: f64 = 6.0;
 
@@ -31,51 +33,99 @@ pub struct Window {
     pub damping_ratio_u: f64,
     /// Standard deviation of the residual.
     pub noise_deg: f64,
-    /// Share of the angle's variance in the window that the fit explains.
-    pub explained: f64,
+    /// Standard deviation of the angle.
+    pub motion_deg: f64,
 }
 
-/// Consecutive windows over `from_s..to_s`; wild samples are excluded from `samples` on the way.
-pub fn windows(samples: &mut Samples<'_>, from_s: f64, to_s: f64, frequency: f64) -> Vec<Window> {
-    let mut out: Vec<Window> = Vec::new();
-    let (mut power, mut white) = (0.0, 0.0);
-    let mut begin = from_s;
-    let mut last: Option<ModeFit> = None;
-    let mut guess = frequency;
-    // A last window may lack a hundredth of its length.
-    while begin + 0.99 * WINDOW_CYCLES * TAU / guess <= to_s {
-        let end = begin + WINDOW_CYCLES * TAU / guess;
-        let found = fit_window(&samples.between(begin, end), last.as_ref(), guess);
-        let Some(mut found) = found else {
-            begin = end;
-            last = None;
-            continue;
-        };
-        if exclude_wild(samples, begin, end, &found) {
-            if let Some(again) = refine(&samples.between(begin, end), &found.mode) {
-                found = again;
+impl Window {
+    /// Share of the motion that the fit explains, white noise of the given standard deviation taken off both.
+    pub fn explained(&self, white_noise_deg: f64) -> f64 {
+        let white = white_noise_deg.powi(2);
+        let motion = self.motion_deg.powi(2) - white;
+        if motion > 0.1 * white {
+            1.0 - (self.noise_deg.powi(2) - white).max(0.0) / motion
+        } else {
+            0.0
+        }
+    }
+}
+
+/// Consecutive windows over `from_s..to_s` and the spectral density, as a variance, of what they leave about the
+/// oscillation's frequency; wild samples are excluded from `samples` on the way.
+pub fn windows(
+    samples: &mut Samples<'_>,
+    from_s: f64,
+    to_s: f64,
+    frequency: f64,
+) -> (Vec<Window>, f64) {
+    let mut fits = consecutive(samples, from_s, to_s, frequency);
+    // The middle scatter of all windows: in few cycles of coloured noise a window's own can be small by chance.
+    let mut scatters: Vec<f64> = fits.iter().map(|f| f.scatter_deg).collect();
+    let scatter = median(&mut scatters);
+    for f in &mut fits {
+        if exclude_wild(samples, f, scatter) {
+            if let Some(again) = refine(&samples.between(f.from_s, f.to_s), &f.found.mode) {
+                f.found = again;
             }
         }
-        let stretch = samples.between(begin, end);
-        if let Some(window) = window(&stretch, &found) {
-            let residuals = DampedSinusoid { stretch }.residuals_deg(&found.mode);
+    }
+    let mut out: Vec<Window> = Vec::new();
+    let (mut power, mut variance) = (0.0, 0.0);
+    for f in &fits {
+        let stretch = samples.between(f.from_s, f.to_s);
+        if let Some(window) = window(&stretch, &f.found) {
+            let residuals = DampedSinusoid { stretch }.residuals_deg(&f.found.mode);
             power += uncertainty::power(&stretch, &residuals, &NEIGHBOURS);
-            white += LEFT_OVER * window.noise_deg.powi(2);
+            variance += window.noise_deg.powi(2);
             out.push(window);
         }
-        // The next one is as long as three cycles are by now.
-        guess = found.mode.damped_frequency_rad_s.clamp(0.8 * guess, 1.25 * guess);
-        begin = end;
-        last = Some(found);
     }
-    let colour = (power / white).sqrt();
+    let density = power / LEFT_OVER / out.len() as f64;
+    let colour = (density / (variance / out.len() as f64)).sqrt();
     if colour.is_finite() {
         for window in &mut out {
             window.natural_frequency_u *= colour;
             window.damping_ratio_u *= colour;
         }
     }
+    (out, density)
+}
+
+struct WindowFit {
+    from_s: f64,
+    to_s: f64,
+    found: ModeFit,
+    /// Standard deviation of the residual from its median size.
+    scatter_deg: f64,
+}
+
+/// Fits to every three cycles, each window as long as three cycles were in the one before.
+fn consecutive(samples: &Samples<'_>, from_s: f64, to_s: f64, frequency: f64) -> Vec<WindowFit> {
+    let mut out: Vec<WindowFit> = Vec::new();
+    let mut begin = from_s;
+    let mut guess = frequency;
+    while begin + LEAST_SHARE * WINDOW_CYCLES * TAU / guess <= to_s {
+        let end = begin + WINDOW_CYCLES * TAU / guess;
+        let stretch = samples.between(begin, end);
+        let last = out.last().filter(|last| last.to_s == begin).map(|last| &last.found);
+        if let Some(found) = fit_window(&stretch, last, guess) {
+            guess = found.mode.damped_frequency_rad_s.clamp(0.8 * guess, 1.25 * guess);
+            let mut sizes = sizes(&stretch, &found).map(|(_, size)| size).collect::<Vec<_>>();
+            let scatter_deg = median(&mut sizes) / 0.6745;
+            out.push(WindowFit { from_s: begin, to_s: end, found, scatter_deg });
+        }
+        begin = end;
+    }
     out
+}
+
+/// Index in the record and size of the residual of every sample that counts.
+fn sizes<'a>(stretch: &Stretch<'a>, found: &ModeFit) -> impl Iterator<Item = (usize, f64)> + 'a {
+    let stretch = *stretch;
+    let residuals = DampedSinusoid { stretch }.residuals_deg(&found.mode);
+    (0..stretch.len())
+        .filter(move |&k| !stretch.excluded[k])
+        .map(move |k| (stretch.first + k, residuals[k].abs()))
 }
 
 fn fit_window(stretch: &Stretch<'_>, last: Option<&ModeFit>, frequency: f64) -> Option<ModeFit> {
@@ -97,7 +147,6 @@ fn window(stretch: &Stretch<'_>, found: &ModeFit) -> Option<Window> {
         sum += y;
         squares += y * y;
     }
-    let total = squares - sum * sum / n;
     Some(Window {
         from_s: stretch.start_s(),
         to_s: stretch.start_s() + stretch.duration_s(),
@@ -107,29 +156,24 @@ fn window(stretch: &Stretch<'_>, found: &ModeFit) -> Option<Window> {
         damping_ratio: found.mode.damping_ratio(),
         damping_ratio_u: deviations.damping_ratio,
         noise_deg: found.fit.variance().sqrt(),
-        explained: 1.0 - found.fit.sum_of_squares / total,
+        motion_deg: ((squares - sum * sum / n) / n).sqrt(),
     })
 }
 
-/// Excludes what lies off the window's own fit by far more than the rest does. Whether there was anything.
-fn exclude_wild(samples: &mut Samples<'_>, from_s: f64, to_s: f64, found: &ModeFit) -> bool {
-    let stretch = samples.between(from_s, to_s);
-    let residuals = DampedSinusoid { stretch }.residuals_deg(&found.mode);
-    let mut sizes: Vec<f64> =
-        (0..stretch.len()).filter(|&k| !stretch.excluded[k]).map(|k| residuals[k].abs()).collect();
-    let largest = sizes.iter().copied().fold(0.0, f64::max);
+/// Excludes what lies off the window's fit by far more than scatter does. Whether there was anything.
+fn exclude_wild(samples: &mut Samples<'_>, fit: &WindowFit, scatter_deg: f64) -> bool {
+    let stretch = samples.between(fit.from_s, fit.to_s);
     // Rounding of noise-free data is no wild sample.
-    let floor = 1e-6 * found.mode.amplitude_deg(stretch.start_s());
-    let limit = (WILD * median(&mut sizes) / 0.6745).max(floor);
-    if largest <= limit {
-        return false;
-    }
-    let wild: Vec<usize> = (0..stretch.len())
-        .filter(|&k| !stretch.excluded[k] && residuals[k].abs() > limit)
-        .map(|k| stretch.first + k)
+    let floor = 1e-6 * fit.found.mode.amplitude_deg(fit.from_s);
+    // A fit to a dozen samples comes nearer to most of them than noise would let it.
+    let few = 1.0 + 10.0 / stretch.len() as f64;
+    let limit = (few * WILD * fit.scatter_deg.max(scatter_deg)).max(floor);
+    let wild: Vec<usize> = sizes(&stretch, &fit.found)
+        .filter(|(_, size)| *size > limit)
+        .map(|(index, _)| index)
         .collect();
-    for k in wild {
+    for &k in &wild {
         samples.exclude(k);
     }
-    true
+    !wild.is_empty()
 }

@@ -4,10 +4,14 @@
 //! The motion is integrated step by step from the equation of motion, never taken from the closed form, so
 //! that a fit of the closed form to it proves something.
 
+mod corners;
+mod effects;
+mod moments;
 mod motion;
 mod sensor;
 mod springs;
 
+pub use effects::{Effect, Effects, Kind, Parameter, LIBRARY};
 pub use motion::{End, Motion, Sample, Samples, Start};
 pub use sensor::Sensor;
 pub use springs::{Spring, SPRINGS};
@@ -193,10 +197,26 @@ impl Rig {
         sensor: &Sensor,
         seed: u64,
     ) -> Result<Release> {
+        self.release_with(condition, &Effects::default(), start, sensor, seed)
+    }
+
+    /// Releases the model with `effects` hidden in the record, its end put where [`Start::limited`] says.
+    ///
+    /// # Errors
+    /// Those of [`Self::modal`] and [`Samples::with_effects`].
+    pub fn release_with(
+        &self,
+        condition: &Condition,
+        effects: &Effects,
+        start: &Start,
+        sensor: &Sensor,
+        seed: u64,
+    ) -> Result<Release> {
         let truth = self.modal(condition)?;
         let derivatives = (condition.wind_speed_m_s != 0.0)
             .then(|| self.derivatives(&condition.spring, condition.axis));
-        let samples = Samples::new(Motion::new(&truth), start, sensor, seed);
+        let start = start.limited(&truth, effects);
+        let samples = Samples::with_effects(&truth, effects, &start, sensor, seed)?;
         Ok(Release { truth, derivatives, samples })
     }
 }

@@ -1,11 +1,36 @@
 //! The equation of motion, integrated.
 
+use super::corners::{self, Swing};
+use super::effects::Effects;
+use super::moments::{Distortion, Moments};
 use super::sensor::{Reader, Sensor};
+use crate::error::Result;
+use std::f64::consts::{PI, TAU};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::units::{deg_from_rad, rad_from_deg};
 
 /// Longest step of the integration, s. At the rig's fastest mode, 26.5 rad/s, the frequency is then 2e-11 out.
 const LONGEST_STEP_S: f64 = 0.25e-3;
+/// An oscillation that does not die is watched this long, s.
+const ENDLESS_S: f64 = 60.0;
+/// A model whose rate stays below this share of what the smallest swing watched has, for a whole cycle, rests.
+const RESTING: f64 = 0.05;
+
+/// One step of the classical fourth-order Runge-Kutta method from `[b, r]` over `h` s; `acceleration` gives
+/// b'' in rad/s2 at a time from the step's beginning, s, and a state.
+pub(super) fn runge_kutta(
+    [b, r]: [f64; 2],
+    h: f64,
+    acceleration: impl Fn(f64, [f64; 2]) -> f64,
+) -> [f64; 2] {
+    let slope = |t, b, r| [r, acceleration(t, [b, r])];
+    let k1 = slope(0.0, b, r);
+    let k2 = slope(0.5 * h, b + 0.5 * h * k1[0], r + 0.5 * h * k1[1]);
+    let k3 = slope(0.5 * h, b + 0.5 * h * k2[0], r + 0.5 * h * k2[1]);
+    let k4 = slope(h, b + h * k3[0], r + h * k3[1]);
+    let advance = |i: usize| h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]);
+    [b + advance(0), r + advance(1)]
+}
 
 /// b'' as a function of the state: the equation of motion divided by the inertia.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,15 +51,8 @@ impl Motion {
         -self.damping_rad_s * r - self.stiffness_rad2_s2 * b
     }
 
-    /// One step of the classical fourth-order Runge-Kutta method.
-    fn step(&self, [b, r]: [f64; 2], h: f64) -> [f64; 2] {
-        let slope = |b, r| [r, self.acceleration(b, r)];
-        let k1 = slope(b, r);
-        let k2 = slope(b + 0.5 * h * k1[0], r + 0.5 * h * k1[1]);
-        let k3 = slope(b + 0.5 * h * k2[0], r + 0.5 * h * k2[1]);
-        let k4 = slope(b + h * k3[0], r + h * k3[1]);
-        let advance = |i: usize| h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]);
-        [b + advance(0), r + advance(1)]
+    fn step(&self, state: [f64; 2], h: f64) -> [f64; 2] {
+        runge_kutta(state, h, |_, [b, r]| self.acceleration(b, r))
     }
 
     /// Amplitude of the swing through this state, rad: what remains of it at the next turning point.
@@ -70,6 +88,25 @@ impl Default for Start {
     }
 }
 
+impl Start {
+    /// This start with an end for what may never end by itself: without damping, a minute after the release;
+    /// driven by forcing or buffeting, when the swing would have died down without them.
+    #[must_use]
+    pub fn limited(self, modal: &Modal, effects: &Effects) -> Self {
+        let End::Below { amplitude_deg, at_most_s } = self.end else { return self };
+        let decay_rate_per_s = modal.decay_rate_per_s();
+        let end = if decay_rate_per_s.is_nan() || decay_rate_per_s <= 0.0 {
+            End::Below { amplitude_deg, at_most_s: self.hold_s + ENDLESS_S }
+        } else if effects.drive_the_model() {
+            let swings_s = (self.amplitude_deg.abs() / amplitude_deg).ln() / decay_rate_per_s;
+            End::After((self.hold_s + swings_s).min(at_most_s))
+        } else {
+            self.end
+        };
+        Self { end, ..self }
+    }
+}
+
 /// One reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
@@ -93,7 +130,19 @@ pub struct Samples {
     end: End,
     /// Yaw angle in rad and yaw rate in rad/s.
     state: [f64; 2],
+    effects: Option<WithEffects>,
     next: u64,
+}
+
+/// What takes the plain motion's place where there are effects.
+#[derive(Clone, Debug)]
+struct WithEffects {
+    swing: Swing,
+    distortion: Distortion,
+    /// How long the model has hardly moved, s.
+    resting_s: f64,
+    /// A cycle of the plain motion, s.
+    cycle_s: f64,
 }
 
 impl Samples {
@@ -109,7 +158,64 @@ impl Samples {
             held_samples: (start.hold_s * sensor.rate_hz).round() as u64,
             end: start.end,
             state: [rad_from_deg(start.amplitude_deg), 0.0],
+            effects: None,
             next: 0,
+        }
+    }
+
+    /// A release of a model of this `modal` with `effects`; without any, the same as [`Self::new`].
+    ///
+    /// The model is held `start.amplitude_deg` from where it would rest without effects. It ends early where
+    /// it turns past 180 deg. One seed gives one noise and one buffeting.
+    ///
+    /// # Errors
+    /// Exit 2 for a frequency that imitates another, a release that friction or play holds, or one that does
+    /// not come back.
+    pub fn with_effects(
+        modal: &Modal,
+        effects: &Effects,
+        start: &Start,
+        sensor: &Sensor,
+        seed: u64,
+    ) -> Result<Self> {
+        let mut samples = Self::new(Motion::new(modal), start, sensor, seed);
+        if !effects.is_empty() {
+            let released_rad = rad_from_deg(start.amplitude_deg);
+            corners::check(modal, effects, released_rad)?;
+            samples.effects = Some(WithEffects {
+                swing: Swing::new(Moments::new(modal, effects), released_rad, seed),
+                distortion: Distortion::new(effects),
+                resting_s: 0.0,
+                cycle_s: TAU / modal.natural_frequency_rad_s,
+            });
+        }
+        Ok(samples)
+    }
+
+    fn swing_rad(&self) -> f64 {
+        match &self.effects {
+            None => self.motion.amplitude(self.state),
+            Some(with) if with.resting_s > with.cycle_s => 0.0,
+            Some(with) => with.swing.swing_rad,
+        }
+    }
+
+    /// From one sample to the next.
+    fn advance(&mut self) {
+        let Some(with) = &mut self.effects else {
+            for _ in 0..self.steps_per_sample {
+                self.state = self.motion.step(self.state, self.step_s);
+            }
+            return;
+        };
+        for _ in 0..self.steps_per_sample {
+            with.swing.advance(self.step_s);
+        }
+        self.state = with.swing.state;
+        if let End::Below { amplitude_deg, .. } = self.end {
+            let least_rad_s = RESTING * rad_from_deg(amplitude_deg) * TAU / with.cycle_s;
+            let rests = self.state[1].abs() < least_rad_s;
+            with.resting_s = if rests { with.resting_s + 1.0 / self.rate_hz } else { 0.0 };
         }
     }
 
@@ -119,7 +225,7 @@ impl Samples {
             End::Below { amplitude_deg, at_most_s } => {
                 time_s > at_most_s
                     || (self.next > self.held_samples
-                        && deg_from_rad(self.motion.amplitude(self.state)) < amplitude_deg)
+                        && deg_from_rad(self.swing_rad()) < amplitude_deg)
             }
         }
     }
@@ -131,15 +237,21 @@ impl Iterator for Samples {
     fn next(&mut self) -> Option<Sample> {
         let time_s = self.next as f64 / self.rate_hz;
         if self.next > self.held_samples {
-            for _ in 0..self.steps_per_sample {
-                self.state = self.motion.step(self.state, self.step_s);
-            }
+            self.advance();
         }
         if self.is_over(time_s) || !self.state[0].is_finite() {
             return None;
         }
+        let seen_rad = match &self.effects {
+            None => self.state[0],
+            Some(_) if self.state[0].abs() > PI => return None,
+            Some(with) => {
+                let released_s = self.held_samples as f64 / self.rate_hz;
+                with.distortion.reading(time_s - released_s, self.state[0])
+            }
+        };
         self.next += 1;
-        let (yaw_deg, counts) = self.reader.read(deg_from_rad(self.state[0]));
+        let (yaw_deg, counts) = self.reader.read(deg_from_rad(seen_rad));
         Some(Sample { time_s, yaw_deg, counts })
     }
 }

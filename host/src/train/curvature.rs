@@ -31,7 +31,7 @@ fn pairs(n: usize) -> usize {
 }
 
 /// All pairs (a, b), a <= b, of 0..n, b outermost.
-fn each_pair(n: usize) -> impl Iterator<Item = (usize, usize)> {
+fn each_pair(n: usize) -> impl Iterator<Item = (usize, usize)> + Clone {
     (0..n).flat_map(|b| (0..=b).map(move |a| (a, b)))
 }
 
@@ -177,45 +177,34 @@ impl Curvature {
             let (delta, into) = (&self.delta[layer], self.left.col_as_slice_mut(column));
             weighted_products(delta, delta, beta, (j, l), into);
         }
-        room(&mut self.block, nq, np);
-        let left = self.left.submatrix(0, 0, n, nq);
-        let mut block = self.block.submatrix_mut(0, 0, nq, np);
+        let z = &pass.z[layer];
         match &self.input_products {
             Some(table) if layer == 0 => {
-                matmul(block.as_mut(), Accum::Replace, left.transpose(), table, 1.0, Par::Seq);
+                room(&mut self.block, nq, np);
+                let left = self.left.submatrix(0, 0, n, nq).transpose();
+                let block = self.block.submatrix_mut(0, 0, nq, np);
+                matmul(block, Accum::Replace, left, table, 1.0, Par::Seq);
             }
-            _ => {
-                block.fill(0.0);
-                let z = &pass.z[layer];
-                for start in (0..n).step_by(CHUNK) {
-                    let len = CHUNK.min(n - start);
-                    room(&mut self.right, len, np);
-                    for (column, (i, m)) in each_pair(rows).enumerate() {
-                        let (x, y) = (&z.col_as_slice(i)[start..], &z.col_as_slice(m)[start..]);
-                        multiply(self.right.col_as_slice_mut(column), x, y);
-                    }
-                    let left = left.subrows(start, len).transpose();
-                    let right = self.right.submatrix(0, 0, len, np);
-                    matmul(block.as_mut(), Accum::Add, left, right, 1.0, Par::Seq);
-                }
-            }
+            _ => self.product(z, z, each_pair(rows), (nq, np)),
         }
+        // Where a pair of nodes lies among the pairs, either way round.
+        let place = |j: usize, l: usize| pairs(j.max(l)) + j.min(l);
+        let places: Vec<usize> =
+            (0..nodes).flat_map(|l| (0..nodes).map(move |j| place(j, l))).collect();
         let start = shape.block(layer).start;
-        for (column, (m, i)) in each_pair(rows).enumerate() {
-            // i >= m: below or on the block diagonal. A block is itself symmetric; its upper half is spread too.
-            let values = self.block.col_as_slice(column);
-            for l in 0..nodes {
-                let into = h.col_as_slice_mut(start + m * nodes + l);
-                let into = &mut into[start + i * nodes..][..nodes];
-                into[..=l].copy_from_slice(&values[pairs(l)..][..=l]);
-                for (j, into) in into.iter_mut().enumerate().skip(l + 1) {
-                    *into = values[pairs(j) + l];
+        for m in 0..rows {
+            for (l, places) in places.chunks_exact(nodes).enumerate() {
+                // From the block diagonal down.
+                let into = &mut h.col_as_slice_mut(start + m * nodes + l)[start + m * nodes..];
+                for (i, into) in (m..rows).zip(into.chunks_exact_mut(nodes)) {
+                    let values = &self.block.col_as_slice(pairs(i) + m)[..nq];
+                    into.iter_mut().zip(places).for_each(|(into, at)| *into = values[*at]);
                 }
             }
         }
     }
 
-    /// Layer `a` with a later one, `b`: one product for each node of `a`.
+    /// Layer `a` with a later one, `b`.
     fn across(
         &mut self,
         shape: &Shape,
@@ -225,14 +214,12 @@ impl Curvature {
         h: &mut Mat<f64>,
     ) {
         let n = pass.error.nrows();
-        let (rows, nodes) = (shape.rows(b), shape.nodes(b));
-        let (start_a, start_b) = (shape.block(a).start, shape.block(b).start);
-        room(&mut self.left, n, nodes);
-        room(&mut self.right, n, rows * nodes);
-        room(&mut self.block, rows * nodes, shape.rows(a));
-        for j in 0..shape.nodes(a) {
-            for l in 0..nodes {
-                let into = self.left.col_as_slice_mut(l);
+        let (nodes_a, nodes_b) = (shape.nodes(a), shape.nodes(b));
+        let nq = nodes_a * nodes_b;
+        room(&mut self.left, n, nq);
+        for j in 0..nodes_a {
+            for l in 0..nodes_b {
+                let into = self.left.col_as_slice_mut(j * nodes_b + l);
                 match self.delta.get(b) {
                     Some(above) => weighted_products(&self.delta[a], above, beta, (j, l), into),
                     None => {
@@ -241,20 +228,67 @@ impl Curvature {
                     }
                 }
             }
-            for m in 0..rows {
-                for l in 0..nodes {
-                    let into = self.right.col_as_slice_mut(m * nodes + l);
-                    multiply(into, self.left.col_as_slice(l), pass.z[b].col_as_slice(m));
+        }
+        let (rows_a, rows_b) = (shape.rows(a), shape.rows(b));
+        let (start_a, start_b) = (shape.block(a).start, shape.block(b).start);
+        if nq < rows_a {
+            // Few sensitivities: take the products with the inputs of `b` into that table.
+            room(&mut self.right, n, nq * rows_b);
+            for j in 0..nodes_a {
+                for (m, l) in (0..rows_b).flat_map(|m| (0..nodes_b).map(move |l| (m, l))) {
+                    let q = self.left.col_as_slice(j * nodes_b + l);
+                    let into = self.right.col_as_slice_mut((j * rows_b + m) * nodes_b + l);
+                    multiply(&mut into[..n], q, pass.z[b].col_as_slice(m));
                 }
             }
-            let right = self.right.submatrix(0, 0, n, rows * nodes);
-            let mut block = self.block.submatrix_mut(0, 0, rows * nodes, shape.rows(a));
-            matmul(block.as_mut(), Accum::Replace, right.transpose(), &pass.z[a], 1.0, Par::Seq);
-            for i in 0..shape.rows(a) {
-                let into = h.col_as_slice_mut(start_a + i * shape.nodes(a) + j);
-                into[start_b..][..rows * nodes]
-                    .copy_from_slice(&self.block.col_as_slice(i)[..rows * nodes]);
+            room(&mut self.block, nq * rows_b, rows_a);
+            let right = self.right.submatrix(0, 0, n, nq * rows_b).transpose();
+            let block = self.block.submatrix_mut(0, 0, nq * rows_b, rows_a);
+            matmul(block, Accum::Replace, right, &pass.z[a], 1.0, Par::Seq);
+            for i in 0..rows_a {
+                let run = rows_b * nodes_b;
+                for (j, values) in
+                    self.block.col_as_slice(i)[..nodes_a * run].chunks_exact(run).enumerate()
+                {
+                    let into = h.col_as_slice_mut(start_a + i * nodes_a + j);
+                    into[start_b..][..run].copy_from_slice(values);
+                }
             }
+            return;
+        }
+        let columns = (0..rows_a).flat_map(|i| (0..rows_b).map(move |m| (i, m)));
+        self.product(&pass.z[a], &pass.z[b], columns.clone(), (nq, rows_a * rows_b));
+        for (column, (i, m)) in columns.enumerate() {
+            let values = self.block.col_as_slice(column)[..nq].chunks_exact(nodes_b);
+            for (j, values) in values.enumerate() {
+                let into = h.col_as_slice_mut(start_a + i * nodes_a + j);
+                into[start_b + m * nodes_b..][..nodes_b].copy_from_slice(values);
+            }
+        }
+    }
+
+    /// `block` = the `left` table's `nq` columns, transposed, times the `np` products of the columns
+    /// (i, m) of `x` and `y`, formed a chunk of samples at a time.
+    fn product(
+        &mut self,
+        x: &Mat<f64>,
+        y: &Mat<f64>,
+        columns: impl Iterator<Item = (usize, usize)> + Clone,
+        (nq, np): (usize, usize),
+    ) {
+        room(&mut self.block, nq, np);
+        room(&mut self.right, CHUNK.min(x.nrows()), np);
+        let mut block = self.block.submatrix_mut(0, 0, nq, np);
+        for start in (0..x.nrows()).step_by(CHUNK) {
+            let len = CHUNK.min(x.nrows() - start);
+            for (column, (i, m)) in columns.clone().enumerate() {
+                let (x, y) = (&x.col_as_slice(i)[start..], &y.col_as_slice(m)[start..]);
+                multiply(&mut self.right.col_as_slice_mut(column)[..len], x, y);
+            }
+            let left = self.left.submatrix(start, 0, len, nq).transpose();
+            let right = self.right.submatrix(0, 0, len, np);
+            let how = if start == 0 { Accum::Replace } else { Accum::Add };
+            matmul(block.as_mut(), how, left, right, 1.0, Par::Seq);
         }
     }
 
@@ -293,82 +327,4 @@ fn weighted_products(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::network::tests::problem;
-    use super::*;
-
-    /// The derivative of every output of every sample, one row each, by central differences.
-    fn jacobian(shape: &Shape, inputs: &[f64], n: usize, w: &[f64], o: usize) -> Mat<f64> {
-        let step = 1e-5;
-        let targets = vec![0.0; n * shape.outputs()];
-        let mut pass = Pass::new(shape, inputs, n);
-        let mut jacobian = Mat::zeros(n, w.len());
-        for p in 0..w.len() {
-            let mut column = |sign: f64| {
-                let mut w = w.to_vec();
-                w[p] += sign * step;
-                pass.run(shape, &w, &targets);
-                (0..n).map(|s| -pass.error[(s, o)]).collect::<Vec<_>>()
-            };
-            let (up, down) = (column(1.0), column(-1.0));
-            for s in 0..n {
-                jacobian[(s, p)] = (up[s] - down[s]) / (2.0 * step);
-            }
-        }
-        jacobian
-    }
-
-    /// `n` beyond a chunk, and `keep` false, take the products formed on the way.
-    fn agrees(topology: &[usize], n: usize, keep: bool) {
-        let (shape, inputs, targets, w) = problem(topology, n, 5);
-        let beta: Vec<f64> = (0..shape.outputs()).map(|o| 0.7 + 1.9 * o as f64).collect();
-        let mut pass = Pass::new(&shape, &inputs, n);
-        pass.run(&shape, &w, &targets);
-        let mut curvature = Curvature::new(&shape, &pass);
-        if !keep {
-            curvature.input_products = None;
-        }
-        let p = shape.parameters();
-        let (mut h, mut gradient) = (Mat::zeros(p, p), vec![0.0; p]);
-        curvature.sensitivities(&shape, &pass, &w);
-        // Twice: scratch left from a first use must not show.
-        for _ in 0..2 {
-            curvature.assemble(&shape, &pass, &beta, &mut h);
-            curvature.gradient(&shape, &pass, pass.error.as_ref(), &beta, &mut gradient);
-        }
-        let (mut dense, mut slope) = (Mat::<f64>::zeros(p, p), vec![0.0; p]);
-        for (o, &beta) in beta.iter().enumerate() {
-            let j = jacobian(&shape, &inputs, n, &w, o);
-            let own = j.transpose() * &j;
-            let trace: f64 = (0..p).map(|i| own[(i, i)]).sum();
-            assert!((curvature.trace(&shape, &pass, o) - trace).abs() < 1e-8 * trace);
-            dense += faer::Scale(beta) * &own;
-            for (i, slope) in slope.iter_mut().enumerate() {
-                *slope += (0..n).map(|s| beta * j[(s, i)] * pass.error[(s, o)]).sum::<f64>();
-            }
-        }
-        let scale = (0..p).map(|i| dense[(i, i)]).fold(0.0, f64::max);
-        for a in 0..p {
-            assert!((gradient[a] - slope[a]).abs() < 1e-8 * scale, "{topology:?} gradient {a}");
-            for b in 0..=a {
-                assert!((h[(a, b)] - dense[(a, b)]).abs() < 1e-8 * scale, "{topology:?} {a} {b}");
-            }
-        }
-    }
-
-    #[test]
-    fn agrees_with_the_jacobian_by_differences() {
-        for topology in [&[3, 2][..], &[7, 4, 2], &[4, 1, 1], &[4, 5, 3, 2], &[3, 4, 2, 3, 3]] {
-            agrees(topology, 11, true);
-            agrees(topology, 11, false);
-        }
-    }
-
-    #[test]
-    fn agrees_beyond_one_chunk() {
-        for n in [CHUNK, 2 * CHUNK + 3] {
-            agrees(&[3, 3, 3, 2], n, true);
-            agrees(&[3, 3, 3, 2], n, false);
-        }
-    }
-}
+mod tests;

@@ -17,15 +17,15 @@ use std::ops::ControlFlow;
 const FIRST_DAMPING: f64 = 1e-3;
 /// Damping beyond this share of the largest curvature is a step of no length.
 const MOST_DAMPING: f64 = 1e10;
-/// A promised decrease below this share of the objective is rounding.
-const ROUNDING: f64 = 1e-12;
-/// Precisions are re-estimated at every epoch up to here, then at every tenth: it costs as much as a step.
-const SETTLING_EPOCHS: usize = 10;
-const PRECISION_EVERY: usize = 10;
+/// A promised decrease below this share of the objective is not worth a factor: rounding eats it.
+const ROUNDING: f64 = 1e-10;
+/// Precisions are re-estimated, which costs as much as a step, at every epoch of the first, then at
+/// every tenth, from the second on at every 25th; and wherever no step was found.
+const SETTLING_EPOCHS: [usize; 2] = [10, 100];
 /// Until here all outputs share one precision, since an output fitted first would starve the others.
 const SHARED_EPOCHS: usize = 30;
-/// Precisions that change by less than this share have settled.
-const SETTLED: f64 = 1e-6;
+/// Precisions that change by less than this share have settled: the evidence is stationary in them.
+const SETTLED: f64 = 1e-4;
 /// How far along a step to look for a lower objective before damping more, which needs a new factor.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 /// Longest bend of a step, as a share of its length (Transtrum & Sethna's alpha of 0.75, twice).
@@ -116,7 +116,12 @@ impl<'a> Training<'a> {
         while self.now.epoch < self.options.epochs {
             let epoch = self.now.epoch;
             self.linearise();
-            let due = self.now.resting || epoch < SETTLING_EPOCHS || epoch % PRECISION_EVERY == 0;
+            let every = match epoch {
+                early if early < SETTLING_EPOCHS[0] => 1,
+                later if later < SETTLING_EPOCHS[1] => 10,
+                _ => 25,
+            };
+            let due = self.now.resting || epoch % every == 0;
             let next = if due { self.next_precisions() } else { None };
             let step = self.step();
             let settled = due && next.as_ref().is_none_or(|next| self.settled(next));

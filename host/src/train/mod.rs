@@ -39,9 +39,10 @@ pub struct Samples {
 /// Whether outputs share one error precision beta.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
-    /// One for all, as in the thesis.
+    /// One for all, as in the thesis. Better without noise, where one output may be harder to
+    /// represent than another: with one precision each, the easy one would take all the nodes.
     Shared,
-    /// One each, after a shared beginning: an output's noise does not loosen the fit of the others.
+    /// One each, after a shared beginning. Better with noise: one output's does not loosen the others.
     #[default]
     PerOutput,
 }

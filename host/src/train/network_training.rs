@@ -2,7 +2,7 @@
 
 use super::draws::{draw, Draw, Ranges};
 use super::freeze::{self, Errors, Scaling};
-use super::{Options, Progress, Samples, Trained};
+use super::{Options, Precision, Progress, Samples, Trained};
 use crate::error::{Error, Exit, Result};
 use yawrig_shared::blob::Provenance;
 use yawrig_shared::features::{FeatureKind, FEATURES};
@@ -64,7 +64,12 @@ pub fn run(settings: &Settings, progress: &mut dyn Progress) -> Result<Outcome> 
         freeze::network(&topology, weights, settings.features, &scaling, &settings.ranges)
     };
     freeze(&vec![0.0; shape])?;
-    let trained = super::train(&samples, &settings.training, progress)
+    // Without noise one output can let the other starve; with it a shared precision lets zeta's
+    // noise loosen the fit of wn.
+    let quiet_windows = settings.ranges.noise[1] == 0.0;
+    let precision = if quiet_windows { Precision::Shared } else { Precision::PerOutput };
+    let options = Options { precision, ..settings.training.clone() };
+    let trained = super::train(&samples, &options, progress)
         .map_err(|e| Error::new(Exit::Quality, format!("training failed: {e}")))?;
     let mut network = freeze(&trained.weights)?;
     let test_draws = windows(&settings.ranges, TEST_DRAWS, !seed)?;

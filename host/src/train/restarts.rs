@@ -3,7 +3,7 @@
 use super::marquardt::Training;
 use super::network::Shape;
 use super::start::nguyen_widrow;
-use super::{Checkpoint, Options, Progress, Samples, TrainError, Trained};
+use super::{Checkpoint, Options, Progress, Samples, Stop, TrainError, Trained};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -40,7 +40,12 @@ pub fn train(
         run(samples, options, start, restart, &progress, &ended)
     };
     let trained: Vec<Option<Trained>> = (0..options.restarts).into_par_iter().map(one).collect();
-    best(trained).ok_or(TrainError::Diverged { restarts: options.restarts })
+    let mut best = best(trained).ok_or(TrainError::Diverged { restarts: options.restarts })?;
+    if ended.into_inner() {
+        // Also where this one had come to its end: others had not.
+        best.stopped = Stop::Interrupted;
+    }
+    Ok(best)
 }
 
 /// Goes on from `from` until `options.epochs` in all: the same network to the bit as if it had never

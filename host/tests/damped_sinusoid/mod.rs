@@ -50,6 +50,26 @@ pub fn draw(n: usize, noise: f64, seed: u64) -> Draws {
     Draws { features, truth }
 }
 
+/// The thesis's features of the same responses: point samples over the peak of each, duration to [-1, 1].
+#[allow(dead_code)] // of the users of this module only the tests want it
+pub fn thesis_inputs(draws: &Draws) -> Vec<f64> {
+    let durations = (CYCLES * 2.0 * PI / WN.1, CYCLES * 2.0 * PI / WN.0);
+    let response = |[wn, zeta]: &[f64; 2]| {
+        let wd = wn * (1.0 - zeta * zeta).sqrt();
+        let duration = CYCLES * 2.0 * PI / wd;
+        let sample = |i: usize| {
+            let t = duration * i as f64 / BINS as f64;
+            (-zeta * wn * t).exp() * (wd * t).sin()
+        };
+        let samples: Vec<f64> = (0..BINS).map(sample).collect();
+        let peak = samples.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let mut row: Vec<f64> = samples.iter().map(|v| v / peak).collect();
+        row.push(unit(duration, durations));
+        row
+    };
+    draws.truth.iter().flat_map(response).collect()
+}
+
 /// One scale for all bins, [-1, 1] for the reciprocal of the duration and for the targets.
 pub struct Scaling {
     bins: f64,

@@ -2,8 +2,18 @@
 
 use yawrig_tests::process::yawrig;
 
-const VERBS: [&str; 9] =
-    ["demo", "derivatives", "simulate", "train", "flash", "device", "monitor", "replay", "ports"];
+const VERBS: [&str; 10] = [
+    "demo",
+    "derivatives",
+    "identify",
+    "simulate",
+    "train",
+    "flash",
+    "device",
+    "monitor",
+    "replay",
+    "ports",
+];
 
 #[test]
 fn every_verb_explains_itself() {
@@ -71,6 +81,8 @@ fn a_reader_that_goes_away_ends_it_quietly() {
         (yawrig("simulate --force --json --campaign").and(&campaign), 10),
         (yawrig("replay").and(&record), 30),
         (yawrig("replay --json").and(&record), 0),
+        (yawrig("identify").and(&record), 5),
+        (yawrig("identify --json").and(&record), 0),
         (yawrig("monitor --speed 50"), 100),
         (yawrig("monitor --speed 50 --jsonl"), 1),
         (yawrig("device"), 0),

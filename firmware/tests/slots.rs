@@ -1,0 +1,135 @@
+//! The network store: what runs after each kind of update, begun, broken or whole.
+
+use yawrig_firmware::slots::{Flash, FlashFault, MemoryFlash, Slot, Store, SLOT_BYTES};
+use yawrig_firmware::BUILT_IN;
+use yawrig_shared::blob::{self, BlobError};
+use yawrig_shared::wire::{Refusal, SlotState};
+
+fn blob(generation: u32) -> Vec<u8> {
+    let mut bytes = BUILT_IN.to_vec();
+    blob::set_generation(&mut bytes, generation).unwrap();
+    bytes
+}
+
+fn update<F: Flash>(
+    store: &mut Store<F>,
+    bytes: &[u8],
+    running: Option<Slot>,
+    newest: u32,
+) -> Result<Slot, Refusal> {
+    store.begin(bytes.len() as u32, running)?;
+    for (index, chunk) in bytes.chunks(256).enumerate() {
+        store.chunk(256 * index as u32, chunk)?;
+    }
+    store.commit(newest).map(|(slot, ..)| slot)
+}
+
+fn newest<F: Flash>(store: &Store<F>) -> Option<(Slot, u32)> {
+    store.newest().map(|(slot, envelope, _)| (slot, envelope.generation))
+}
+
+#[test]
+fn the_network_compiled_in_is_sound() {
+    let (envelope, payload) = blob::decode(BUILT_IN).unwrap();
+    assert_eq!(envelope.blob_length(), BUILT_IN.len());
+    assert_eq!(payload.network.topology, [41, 6, 2]);
+}
+
+#[test]
+fn updates_go_to_the_slot_that_does_not_run() {
+    let mut store = Store::new(MemoryFlash::new());
+    assert_eq!(newest(&store), None);
+    assert_eq!(store.state(Slot::First), SlotState::Empty);
+    assert_eq!(update(&mut store, &blob(1), None, 0), Ok(Slot::First));
+    assert_eq!(update(&mut store, &blob(2), Some(Slot::First), 1), Ok(Slot::Second));
+    assert_eq!(update(&mut store, &blob(3), Some(Slot::Second), 2), Ok(Slot::First));
+    assert_eq!(newest(&store), Some((Slot::First, 3)));
+    assert!(matches!(store.state(Slot::Second), SlotState::Valid { generation: 2, .. }));
+}
+
+#[test]
+fn an_update_that_stops_anywhere_leaves_the_old_network() {
+    let new = blob(2);
+    for stop in 0..=new.len().div_ceil(256) {
+        let mut store = Store::new(MemoryFlash::new());
+        update(&mut store, &blob(1), None, 0).unwrap();
+        store.begin(new.len() as u32, Some(Slot::First)).unwrap();
+        for (index, chunk) in new.chunks(256).enumerate().take(stop) {
+            store.chunk(256 * index as u32, chunk).unwrap();
+        }
+        // The power goes; what the flash holds is all there is.
+        let store = Store::new(store.into_flash());
+        assert_eq!(newest(&store), Some((Slot::First, 1)), "after {stop} chunks");
+        if stop > 0 {
+            assert_eq!(store.state(Slot::Second), SlotState::Invalid);
+        }
+    }
+}
+
+#[test]
+fn a_broken_or_stale_blob_is_refused() {
+    let mut store = Store::new(MemoryFlash::new());
+    update(&mut store, &blob(5), None, 0).unwrap();
+    let mut broken = blob(6);
+    broken[100] ^= 1;
+    let refused = update(&mut store, &broken, Some(Slot::First), 5);
+    assert_eq!(refused, Err(Refusal::Blob(BlobError::PayloadCorrupt)));
+    let stale = update(&mut store, &blob(5), Some(Slot::First), 5);
+    assert_eq!(stale, Err(Refusal::Stale { newest: 5 }));
+    let too_long = store.begin(blob::LONGEST as u32 + 1, Some(Slot::First));
+    assert_eq!(too_long, Err(Refusal::Blob(BlobError::TooLong)));
+    assert_eq!(newest(&store), Some((Slot::First, 5)));
+}
+
+#[test]
+fn chunks_out_of_order_are_refused_and_the_right_one_is_named() {
+    let mut store = Store::new(MemoryFlash::new());
+    assert_eq!(store.chunk(0, &[0; 4]), Err(Refusal::FlashOrder { expected_offset: 0 }));
+    store.begin(1000, None).unwrap();
+    store.chunk(0, &[0; 256]).unwrap();
+    let again = store.chunk(0, &[0; 256]);
+    assert_eq!(again, Err(Refusal::FlashOrder { expected_offset: 256 }));
+    let short = store.commit(0).map(|_| ());
+    assert_eq!(short, Err(Refusal::FlashOrder { expected_offset: 256 }));
+    let odd = store.chunk(256, &[0; 3]);
+    assert_eq!(odd, Err(Refusal::FlashOrder { expected_offset: 256 }));
+}
+
+/// Flash with a bit that will not stay set.
+struct Worn(MemoryFlash);
+
+impl Flash for Worn {
+    fn read(&self, slot: Slot) -> &[u8; SLOT_BYTES] {
+        self.0.read(slot)
+    }
+    fn erase(&mut self, slot: Slot) -> Result<(), FlashFault> {
+        self.0.erase(slot)
+    }
+    fn program(&mut self, slot: Slot, offset: usize, mut word: [u8; 4]) -> Result<(), FlashFault> {
+        if offset == 512 {
+            word[1] &= 0b1011_1111;
+        }
+        self.0.program(slot, offset, word)
+    }
+}
+
+#[test]
+fn flash_that_does_not_take_a_bit_is_noticed() {
+    let mut store = Store::new(Worn(MemoryFlash::new()));
+    store.begin(1024, None).unwrap();
+    let written: Result<(), Refusal> =
+        (0..4_u32).try_for_each(|i| store.chunk(256 * i, &[0xFF; 256]));
+    assert_eq!(written, Err(Refusal::FlashWrite));
+}
+
+#[test]
+fn the_older_network_runs_where_the_newer_one_is_damaged() {
+    let mut store = Store::new(MemoryFlash::new());
+    update(&mut store, &blob(1), None, 0).unwrap();
+    update(&mut store, &blob(2), Some(Slot::First), 1).unwrap();
+    let mut flash = store.into_flash();
+    flash.program(Slot::Second, 600, [0; 4]).unwrap();
+    let store = Store::new(flash);
+    assert_eq!(store.state(Slot::Second), SlotState::Invalid);
+    assert_eq!(newest(&store), Some((Slot::First, 1)));
+}

@@ -1,0 +1,259 @@
+//! `identify`: natural frequency and damping of records.
+
+use super::common::print;
+use crate::error::{Error, Result};
+use crate::identify::batch::{self, Answer, Refused, Tally, SCHEMA_VERSION};
+use crate::identify::conventional::{self, Decay, SpectralPeak};
+use crate::identify::{Identification, Method, Settings};
+use clap::{Args, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+/// Natural frequency and damping ratio of recorded releases, with their uncertainties.
+///
+/// Release, hold, end and offset are found in the record. A folder stands for the CSV files in it. Exit code 3 where
+/// any file could not be used.
+#[derive(Args, Debug, Clone)]
+pub struct Identify {
+    /// Records (CSV: time_s,yaw_deg) or folders of them
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// How
+    #[arg(long, value_enum, default_value_t = MethodChoice::LeastSquares)]
+    pub method: MethodChoice,
+    /// Amplitude at which the analysis starts
+    #[arg(long, value_name = "DEG", default_value_t = Settings::default().from_deg)]
+    pub from_deg: f64,
+    /// Amplitude at which it ends
+    #[arg(long, value_name = "DEG", default_value_t = Settings::default().to_deg)]
+    pub to_deg: f64,
+    /// Conventional method: how the damped frequency is read off the spectrum
+    #[arg(long, value_enum, default_value_t)]
+    pub spectral_peak: SpectralPeak,
+    /// Conventional method: how the decay is read off the maxima
+    #[arg(long, value_enum, default_value_t)]
+    pub decay: Decay,
+    /// Print one JSON object
+    #[arg(long, conflicts_with_all = ["jsonl", "out"])]
+    pub json: bool,
+    /// Print a line of JSON for each record
+    #[arg(long, conflicts_with = "out")]
+    pub jsonl: bool,
+    /// Append a line of JSON for each record to this file as it comes; files that have one are not done again
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MethodChoice {
+    LeastSquares,
+    Conventional,
+    Network,
+    All,
+}
+
+impl MethodChoice {
+    pub fn methods(self) -> &'static [Method] {
+        match self {
+            Self::LeastSquares => &[Method::LeastSquares],
+            Self::Conventional => &[Method::Conventional],
+            Self::Network => &[Method::Network],
+            Self::All => &[Method::LeastSquares, Method::Conventional, Method::Network],
+        }
+    }
+}
+
+impl Identify {
+    pub fn run(&self) -> Result<()> {
+        let settings = self.settings()?;
+        let files = expanded(&self.files)?;
+        let methods = self.method.methods();
+        let tally = if let Some(out) = &self.out {
+            let bar = progress(files.len());
+            let tally = batch::to_log(&files, methods, &settings, out, || bar.inc(1))?;
+            bar.finish_and_clear();
+            crate::say!(
+                "{}: {} identified, {} refused, {} already there",
+                out.display(),
+                tally.identified,
+                tally.refused,
+                tally.kept
+            );
+            tally
+        } else if self.json {
+            json(&files, methods, &settings)?
+        } else if self.jsonl {
+            batch::in_order(&files, methods, &settings, |answer| {
+                complain(&answer);
+                print(&batch::line(answer)?)
+            })?
+        } else {
+            let with_windows = files.len() == 1;
+            batch::in_order(&files, methods, &settings, |answer| {
+                complain(&answer);
+                match answer {
+                    Answer::Identified(found) => print(&table(&found, with_windows)),
+                    Answer::Refused(_) => Ok(()),
+                }
+            })?
+        };
+        if tally.refused > 0 {
+            let total = tally.refused + tally.identified;
+            return Err(Error::data(format!(
+                "{} of {total} files could not be used",
+                tally.refused
+            )));
+        }
+        Ok(())
+    }
+
+    fn settings(&self) -> Result<Settings> {
+        let within = |value: f64| value > 0.0 && value <= 360.0;
+        if !(within(self.from_deg) && within(self.to_deg) && self.to_deg < self.from_deg) {
+            return Err(Error::usage(format!(
+                "--from-deg {} and --to-deg {}: no amplitude window",
+                self.from_deg, self.to_deg
+            ))
+            .help("give a larger --from-deg than --to-deg, both above 0"));
+        }
+        let conventional =
+            conventional::Options { spectral_peak: self.spectral_peak, decay: self.decay };
+        Ok(Settings { from_deg: self.from_deg, to_deg: self.to_deg, conventional })
+    }
+}
+
+/// Folders replaced by the CSV files in them, in order of their names.
+fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let mut out = Vec::new();
+    for file in files {
+        if !file.is_dir() {
+            out.push(file.clone());
+            continue;
+        }
+        let fail = |e: std::io::Error| Error::data(format!("cannot read {}: {e}", file.display()));
+        let mut inside = Vec::new();
+        for entry in std::fs::read_dir(file).map_err(fail)? {
+            let path = entry.map_err(fail)?.path();
+            if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
+                inside.push(path);
+            }
+        }
+        if inside.is_empty() {
+            return Err(Error::data(format!("{}: no CSV file in it", file.display()))
+                .help("give a folder that holds records"));
+        }
+        inside.sort();
+        out.extend(inside);
+    }
+    Ok(out)
+}
+
+fn progress(files: usize) -> ProgressBar {
+    let style = "{bar:30} {pos}/{len} {per_sec} {eta}";
+    let bar = ProgressBar::new(files as u64);
+    bar.set_style(
+        ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()),
+    );
+    bar
+}
+
+/// One object, written as the answers come.
+fn json(files: &[PathBuf], methods: &[Method], settings: &Settings) -> Result<Tally> {
+    let mut refused: Vec<Refused> = Vec::new();
+    let mut separator = "";
+    print(&format!(r#"{{"schema_version":{SCHEMA_VERSION},"records":["#))?;
+    let tally = batch::in_order(files, methods, settings, |answer| {
+        complain(&answer);
+        match answer {
+            Answer::Identified(found) => {
+                print(&format!("{separator}{}", to_json(&found)?))?;
+                separator = ",";
+            }
+            Answer::Refused(why) => refused.push(why),
+        }
+        Ok(())
+    })?;
+    print(&format!("],\"refused\":{}}}\n", to_json(&refused)?))?;
+    Ok(tally)
+}
+
+fn to_json(value: &impl serde::Serialize) -> Result<String> {
+    serde_json::to_string(value).map_err(|e| Error::internal(e.to_string()))
+}
+
+fn complain(answer: &Answer) {
+    if let Answer::Refused(why) = answer {
+        crate::say!("yawrig: {}", why.refused);
+    }
+}
+
+/// What was found in a record, to be read.
+pub fn table(found: &Identification, with_windows: bool) -> String {
+    let mut text = String::new();
+    let w = &found.window;
+    let _ = writeln!(
+        text,
+        "{}\n  release {:.3} s, {:.2} to {:.2} deg in {:.1} cycles, {:.2} Hz, noise {:.4} deg, {} wild samples",
+        found.file,
+        found.release_time_s,
+        w.from_deg,
+        w.to_deg,
+        w.cycles,
+        found.rate_hz,
+        found.noise_rms_deg,
+        found.outliers
+    );
+    let _ = writeln!(
+        text,
+        "  {:<14} {:>24} {:>26} {:>13}",
+        "method", "wn (rad/s)", "zeta", "residual (deg)"
+    );
+    for estimate in &found.estimates {
+        let _ = writeln!(
+            text,
+            "  {:<14} {:>24} {:>26} {:>13.4}",
+            name(estimate.method),
+            estimate.natural_frequency_rad_s.to_string(),
+            estimate.damping_ratio.to_string(),
+            estimate.residual_rms_deg
+        );
+    }
+    for missing in &found.unavailable {
+        let _ = writeln!(text, "  {:<14} none: {}", name(missing.method), missing.reason);
+    }
+    let mut said = Vec::new();
+    for flag in found.estimates.iter().flat_map(|e| &e.flags) {
+        if !said.contains(flag) {
+            said.push(*flag);
+            let _ = writeln!(text, "  note: {}", flag.reason());
+        }
+    }
+    let windows = found.estimates.iter().find(|e| with_windows && !e.windows.is_empty());
+    if let Some(estimate) = windows {
+        let _ = writeln!(
+            text,
+            "  {:>10} {:>15} {:>12} {:>10}",
+            "time (s)", "amplitude (deg)", "wn (rad/s)", "zeta"
+        );
+        for window in &estimate.windows {
+            let _ = writeln!(
+                text,
+                "  {:>10.3} {:>15.3} {:>12.4} {:>10.5}",
+                window.time_s,
+                window.amplitude_deg,
+                window.natural_frequency_rad_s,
+                window.damping_ratio
+            );
+        }
+    }
+    text
+}
+
+fn name(method: Method) -> &'static str {
+    match method {
+        Method::LeastSquares => "least-squares",
+        Method::Conventional => "conventional",
+        Method::Network => "network",
+    }
+}

@@ -1,0 +1,203 @@
+//! A record with its swing found, and what the record says about any method's values.
+
+use super::damped_sinusoid::{DampedSinusoid, Mode};
+use super::flag::Flag;
+use super::least_squares::{self, ModeFit};
+use super::outliers::{self, sample_noise};
+use super::release::{self, Swing};
+use super::samples::{median, Samples, Stretch};
+use super::uncertainty::{self, Bound};
+use super::windows::{self, Window};
+use super::{trend, AmplitudeWindow, Estimate, Method, Refusal, Settings, WindowEstimate};
+use crate::quantity::Quantity;
+use crate::record::Record;
+use std::f64::consts::TAU;
+
+/// Below this many cycles a flag says so.
+const FEW_CYCLES: f64 = 6.0;
+/// Share of a three-cycle window's motion, white noise not counted, that one mode explains where there is a swing.
+const LEAST_EXPLAINED: f64 = 0.8;
+/// Largest middle deviation of the windows' frequencies from their median, as a share of it: what wanders has no
+/// frequency of its own.
+const LARGEST_WANDER: f64 = 0.1;
+/// Rms of the residual about the oscillation's frequency, in what three-cycle fits leave there, that needs a word. Few
+/// bins are behind either: by chance 1 % of records of four cycles come here, of longer ones hardly any.
+const ABOVE_NOISE: f64 = 2.5;
+
+/// A record as every method gets it.
+pub struct Prepared<'a> {
+    pub record: &'a Record,
+    pub samples: Samples<'a>,
+    pub swing: Swing,
+    pub windows: Vec<Window>,
+    pub settings: Settings,
+    /// Spectral density of what three-cycle fits leave, about the oscillation's frequency; as a variance.
+    density: f64,
+    /// One mode over the whole window.
+    whole: Option<ModeFit>,
+}
+
+/// A method's answer, before the record has its say.
+#[derive(Clone, Debug)]
+pub struct Values {
+    pub natural_frequency_rad_s: Quantity,
+    pub damping_ratio: Quantity,
+    /// The method's own windows of three cycles, where it has them.
+    pub windows: Vec<WindowEstimate>,
+    /// What only the method knows.
+    pub flags: Vec<Flag>,
+    pub cramer_rao: Option<Bound>,
+}
+
+/// Finds the swing of `record` and fits its three-cycle windows and the whole.
+///
+/// # Errors
+/// See [`Refusal`].
+pub fn prepare<'a>(record: &'a Record, settings: &Settings) -> Result<Prepared<'a>, Refusal> {
+    let mut samples = Samples::new(&record.time_s, &record.yaw_deg);
+    outliers::exclude_spikes(&mut samples);
+    let swing = release::find(&samples, settings)?;
+    let (windows, density) =
+        windows::windows(&mut samples, swing.from_s, swing.to_s, swing.frequency_rad_s);
+    if !oscillates(&windows, sample_noise(&record.yaw_deg)) {
+        return Err(Refusal::NoOscillation);
+    }
+    let whole = least_squares::fit_mode(&swing.stretch(&samples), swing.frequency_rad_s);
+    Ok(Prepared { record, samples, swing, windows, settings: *settings, density, whole })
+}
+
+/// Whether the windows hold one and the same oscillation rather than whatever fits noise best.
+fn oscillates(windows: &[Window], white_noise_deg: f64) -> bool {
+    if windows.is_empty() {
+        return false;
+    }
+    let mut explained: Vec<f64> = windows.iter().map(|w| w.explained(white_noise_deg)).collect();
+    let mut frequencies: Vec<f64> = windows.iter().map(|w| w.natural_frequency_rad_s).collect();
+    let middle = median(&mut frequencies);
+    let mut off: Vec<f64> = frequencies.iter().map(|f| (f - middle).abs()).collect();
+    median(&mut explained) >= LEAST_EXPLAINED && median(&mut off) <= LARGEST_WANDER * middle
+}
+
+impl Prepared<'_> {
+    /// The analysed part of the record.
+    pub fn stretch(&self) -> Stretch<'_> {
+        self.swing.stretch(&self.samples)
+    }
+
+    /// Standard deviation of the noise; see [`super::Identification::noise_rms_deg`].
+    pub fn noise_rms_deg(&self) -> f64 {
+        match &self.whole {
+            Some(whole) if !self.misfit(&whole.mode).above_noise => whole.fit.variance().sqrt(),
+            _ => {
+                let mut variances: Vec<f64> =
+                    self.windows.iter().map(|w| w.noise_deg.powi(2)).collect();
+                median(&mut variances).sqrt()
+            }
+        }
+    }
+
+    /// The analysed amplitudes and times.
+    pub fn window(&self) -> AmplitudeWindow {
+        let (from_s, to_s) = (self.swing.from_s, self.swing.to_s);
+        let amplitude = |w: &Window, time_s: f64| {
+            let middle = 0.5 * (w.from_s + w.to_s);
+            w.amplitude_deg
+                * (w.damping_ratio * w.natural_frequency_rad_s * (middle - time_s)).exp()
+        };
+        let frequencies: f64 = self.windows.iter().map(|w| w.natural_frequency_rad_s).sum();
+        AmplitudeWindow {
+            from_deg: amplitude(&self.windows[0], from_s),
+            to_deg: amplitude(&self.windows[self.windows.len() - 1], to_s),
+            cycles: frequencies / self.windows.len() as f64 / TAU * (to_s - from_s),
+            from_s,
+            to_s,
+        }
+    }
+
+    /// Least squares over all of the window.
+    pub fn least_squares(&self) -> Result<Values, String> {
+        let found = self
+            .whole
+            .as_ref()
+            .ok_or("the fit of one mode to the whole window did not converge")?;
+        let u = found.uncertainty(&self.stretch()).ok_or("the fit leaves a parameter open")?;
+        let mode = &found.mode;
+        Ok(Values {
+            natural_frequency_rad_s: Quantity::new(
+                mode.natural_frequency_rad_s(),
+                u.natural_frequency_rad_s,
+            ),
+            damping_ratio: Quantity::new(mode.damping_ratio(), u.damping_ratio),
+            windows: self.windows.iter().map(WindowEstimate::of).collect(),
+            flags: Vec::new(),
+            cramer_rao: Some(u.bound),
+        })
+    }
+
+    /// The estimate with what the record says about it: its residual, flags, and where wn or zeta change with amplitude
+    /// an uncertainty that holds the change, since one number then stands for many.
+    ///
+    /// # Errors
+    /// In words, where no oscillation has these values.
+    pub fn judged(&self, method: Method, values: Values) -> Result<Estimate, String> {
+        let (mut wn, mut zeta) = (values.natural_frequency_rad_s, values.damping_ratio);
+        let decay_rate = zeta.value * wn.value;
+        let damped_frequency = (wn.value.powi(2) - decay_rate.powi(2)).sqrt();
+        let mode = least_squares::linear_start(&self.stretch(), decay_rate, damped_frequency)
+            .ok_or("no oscillation has its values")?;
+        let misfit = self.misfit(&mode);
+        let trends = trend::of(&self.windows);
+        wn.u = wn.u.hypot(trends.frequency.unwrap_or(0.0));
+        zeta.u = zeta.u.hypot(trends.damping.unwrap_or(0.0));
+        let mut flags = values.flags;
+        flags.extend(&self.swing.flags);
+        let tests = [
+            (!self.samples.is_uniform(), Flag::IrregularTimeStamps),
+            (self.samples.excluded() > 0, Flag::OutliersExcluded),
+            (self.window().cycles < FEW_CYCLES, Flag::FewCycles),
+            (trends.frequency.is_some(), Flag::AmplitudeDependentFrequency),
+            (trends.damping.is_some(), Flag::AmplitudeDependentDamping),
+            (misfit.above_noise, Flag::ResidualAboveNoise),
+            (zeta.value < -2.0 * zeta.u, Flag::Grows),
+        ];
+        flags.extend(tests.iter().filter(|(found, _)| *found).map(|(_, flag)| *flag));
+        flags.sort_unstable();
+        Ok(Estimate {
+            method,
+            natural_frequency_rad_s: wn,
+            damping_ratio: zeta,
+            residual_rms_deg: misfit.rms_deg,
+            windows: values.windows,
+            flags,
+            cramer_rao: values.cramer_rao,
+        })
+    }
+
+    /// What `mode` leaves of the window. Compared about its own frequency, where a misfit lies and where neither the
+    /// sample noise nor a wandering zero hides it.
+    fn misfit(&self, mode: &Mode) -> Misfit {
+        let stretch = self.stretch();
+        let residuals = DampedSinusoid { stretch }.residuals_deg(mode);
+        let kept = || residuals.iter().zip(stretch.excluded).filter(|(_, &e)| !e).map(|(r, _)| r);
+        let rms_deg = (kept().map(|r| r * r).sum::<f64>() / kept().count() as f64).sqrt();
+        let density =
+            uncertainty::spectral_density(&stretch, &residuals, mode.damped_frequency_rad_s);
+        Misfit { rms_deg, above_noise: density > ABOVE_NOISE.powi(2) * self.density }
+    }
+}
+
+struct Misfit {
+    rms_deg: f64,
+    above_noise: bool,
+}
+
+impl WindowEstimate {
+    fn of(w: &Window) -> Self {
+        Self {
+            time_s: 0.5 * (w.from_s + w.to_s),
+            amplitude_deg: w.amplitude_deg,
+            natural_frequency_rad_s: w.natural_frequency_rad_s,
+            damping_ratio: w.damping_ratio,
+        }
+    }
+}

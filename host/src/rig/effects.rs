@@ -1,0 +1,251 @@
+//! The effects a virtual rig can hide in its records: identifiers, parameters, and what is refused.
+//!
+//! Terms of the yaw acceleration (all torques divided by Izz, angles in rad) are computed in `moments`; the
+//! last three effects change the reading and leave the motion alone. Time runs from the release.
+
+use crate::error::{Error, Result};
+use std::fmt;
+use std::str::FromStr;
+use yawrig_shared::modal::Modal;
+
+/// One parameter of an effect and the values it may have, ends included.
+#[derive(Debug, PartialEq)]
+pub struct Parameter {
+    pub name: &'static str,
+    pub unit: &'static str,
+    least: f64,
+    most: f64,
+}
+
+/// One effect of the library.
+#[derive(Debug, PartialEq)]
+pub struct Kind {
+    pub id: &'static str,
+    /// Added to b'' = -2 zeta wn r - wn^2 b, or the reading where it says so.
+    pub term: &'static str,
+    pub parameters: &'static [Parameter],
+}
+
+const fn any(name: &'static str, unit: &'static str) -> Parameter {
+    Parameter { name, unit, least: f64::MIN, most: f64::MAX }
+}
+
+const fn positive(name: &'static str, unit: &'static str) -> Parameter {
+    Parameter { name, unit, least: f64::MIN_POSITIVE, most: f64::MAX }
+}
+
+const fn within(name: &'static str, unit: &'static str, least: f64, most: f64) -> Parameter {
+    Parameter { name, unit, least, most }
+}
+
+const fn kind(id: &'static str, term: &'static str, parameters: &'static [Parameter]) -> Kind {
+    Kind { id, term, parameters }
+}
+
+/// Fastest forcing, rad/s: beyond it the integration's steps no longer resolve a cycle.
+const FASTEST_FORCING_RAD_S: f64 = 1000.0;
+
+/// Every effect there is.
+///
+/// Friction and drag only take energy out, so that their coefficients are positive; a negative
+/// `cubic_damping` is allowed, since damping that falls with amplitude is seen on such rigs.
+pub static LIBRARY: [Kind; 13] = [
+    kind(
+        "coulomb_friction",
+        "- c sign(r); sticks while r = 0 and the other torque is at most c",
+        &[positive("c", "rad/s2")],
+    ),
+    kind("quadratic_damping", "- d |r| r", &[positive("d", "1/rad")]),
+    kind("cubic_damping", "- c b^2 r", &[any("c", "1/(rad2 s)")]),
+    kind("cubic_stiffness", "- k3 b^3", &[any("k3", "1/(rad2 s2)")]),
+    kind("quadratic_stiffness", "- k2 b^2", &[any("k2", "1/(rad s2)")]),
+    kind("static_offset", "+ m", &[any("m", "rad/s2")]),
+    kind(
+        "free_play",
+        "the spring term wn^2 b acts on b beyond a dead zone of +-g only",
+        &[within("g", "rad", f64::MIN_POSITIVE, std::f64::consts::PI)],
+    ),
+    kind(
+        "harmonic_forcing",
+        "+ f cos(w t + phi), w at least 10 % of wn away from it",
+        &[
+            positive("f", "rad/s2"),
+            within("w", "rad/s", f64::MIN_POSITIVE, FASTEST_FORCING_RAD_S),
+            any("phi", "rad"),
+        ],
+    ),
+    kind("stiffness_drift", "wn^2 (1 + e t) in place of wn^2", &[any("e", "1/s")]),
+    kind("buffeting", "+ white random moment of intensity q", &[positive("q", "rad2/s3")]),
+    kind(
+        "second_mode",
+        "reading + amplitude exp(-zeta2 w2 t) cos(w2 sqrt(1 - zeta2^2) t + phase)",
+        &[
+            positive("amplitude", "rad"),
+            any("phase", "rad"),
+            positive("w2", "rad/s"),
+            within("zeta2", "1", 0.001, 0.99),
+        ],
+    ),
+    kind("sensor_nonlinearity", "reading = b + s b^2", &[any("s", "1/rad")]),
+    kind("baseline_drift", "reading = b + d t", &[any("d", "rad/s")]),
+];
+
+/// An effect with values for all its parameters, in physical range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effect {
+    kind: &'static Kind,
+    values: [f64; 4],
+}
+
+impl Effect {
+    pub fn id(&self) -> &'static str {
+        self.kind.id
+    }
+
+    /// Each parameter with its value, in the library's order and units.
+    pub fn parameters(&self) -> impl Iterator<Item = (&'static Parameter, f64)> {
+        self.kind.parameters.iter().zip(self.values)
+    }
+}
+
+impl fmt::Display for Effect {
+    /// As [`Effect::from_str`] reads it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let values: Vec<String> =
+            self.parameters().map(|(p, value)| format!("{}={value}", p.name)).collect();
+        write!(f, "{}:{}", self.id(), values.join(","))
+    }
+}
+
+impl FromStr for Effect {
+    type Err = Error;
+
+    /// `id:name=value,name=value`, every parameter once, in any order.
+    ///
+    /// # Errors
+    /// Exit 2, naming the ids or the parameters there are.
+    fn from_str(text: &str) -> Result<Self> {
+        let (id, given) = text.split_once(':').unwrap_or((text, ""));
+        let kind = LIBRARY.iter().find(|kind| kind.id == id.trim()).ok_or_else(|| {
+            let ids: Vec<&str> = LIBRARY.iter().map(|kind| kind.id).collect();
+            Error::usage(format!("--effect {text}: there is no effect \"{}\"", id.trim()))
+                .help(format!("the effects are {}", ids.join(", ")))
+        })?;
+        let refuse = |why: String| {
+            let parameters: Vec<String> =
+                kind.parameters.iter().map(|p| format!("{} ({})", p.name, p.unit)).collect();
+            Error::usage(format!("--effect {text}: {why}")).help(format!(
+                "{} takes {}",
+                kind.id,
+                parameters.join(", ")
+            ))
+        };
+        let mut values = [None; 4];
+        for pair in given.split(',').map(str::trim).filter(|pair| !pair.is_empty()) {
+            let (name, value) = pair
+                .split_once('=')
+                .ok_or_else(|| refuse(format!("\"{pair}\" is not name=value")))?;
+            let place = kind
+                .parameters
+                .iter()
+                .position(|p| p.name == name.trim())
+                .ok_or_else(|| refuse(format!("there is no parameter \"{}\"", name.trim())))?;
+            let parameter = &kind.parameters[place];
+            let value: f64 = value
+                .trim()
+                .parse()
+                .map_err(|_| refuse(format!("{} is no number", parameter.name)))?;
+            if !(parameter.least..=parameter.most).contains(&value) {
+                return Err(refuse(parameter.out_of_range(value)));
+            }
+            if values[place].replace(value).is_some() {
+                return Err(refuse(format!("{} is given twice", parameter.name)));
+            }
+        }
+        if let Some((missing, _)) =
+            kind.parameters.iter().zip(&values).find(|(_, value)| value.is_none())
+        {
+            return Err(refuse(format!("{} is missing", missing.name)));
+        }
+        Ok(Self { kind, values: values.map(Option::unwrap_or_default) })
+    }
+}
+
+impl Parameter {
+    fn out_of_range(&self, value: f64) -> String {
+        let Self { name, least, most, .. } = self;
+        match (*least == f64::MIN_POSITIVE, *most == f64::MAX) {
+            (true, true) => format!("{name}={value} is not positive and finite"),
+            (true, false) => format!("{name}={value} is not positive and at most {most:.6}"),
+            (false, true) => format!("{name}={value} is not finite"),
+            (false, false) => format!("{name}={value} is not from {least} to {most}"),
+        }
+    }
+}
+
+/// The effects of one rig, each at most once; none by default.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Effects(Vec<Effect>);
+
+impl Effects {
+    /// # Errors
+    /// Exit 2 for an effect given twice.
+    pub fn new(effects: Vec<Effect>) -> Result<Self> {
+        for (place, effect) in effects.iter().enumerate() {
+            if effects[..place].iter().any(|other| other.id() == effect.id()) {
+                return Err(Error::usage(format!("--effect {effect}: {} twice", effect.id()))
+                    .help("give each effect once"));
+            }
+        }
+        Ok(Self(effects))
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = &Effect> {
+        self.0.iter()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Whether something keeps the model moving for ever.
+    pub fn drive_the_model(&self) -> bool {
+        self.0.iter().any(|effect| matches!(effect.id(), "harmonic_forcing" | "buffeting"))
+    }
+
+    /// Value of a parameter; `None` where the effect is absent.
+    pub(super) fn value(&self, id: &str, name: &str) -> Option<f64> {
+        let effect = self.0.iter().find(|effect| effect.id() == id)?;
+        effect.parameters().find(|(p, _)| p.name == name).map(|(_, value)| value)
+    }
+
+    /// Refuses frequencies that would imitate the yaw mode, a slow drift, or resonance.
+    ///
+    /// # Errors
+    /// Exit 2, naming the effect, its frequency and the mode's.
+    pub(super) fn check_frequencies(&self, modal: &Modal) -> Result<()> {
+        let wn = modal.natural_frequency_rad_s;
+        if let Some(w) = self.value("harmonic_forcing", "w") {
+            if (w - wn).abs() < 0.1 * wn {
+                return Err(Error::usage(format!(
+                    "--effect harmonic_forcing: w = {w} rad/s is within 10 % of a release's natural frequency, {wn:.4} rad/s"
+                ))
+                .help(format!("take w below {:.4} or above {:.4} rad/s", 0.9 * wn, 1.1 * wn)));
+            }
+        }
+        if let Some(w2) = self.value("second_mode", "w2") {
+            if (w2 - wn).abs() < 0.3 * wn || w2 < 0.3 * wn {
+                return Err(Error::usage(format!(
+                    "--effect second_mode: w2 = {w2} rad/s is within 30 % of a release's natural frequency, {wn:.4} rad/s, or of zero"
+                ))
+                .help(format!(
+                    "take w2 from {:.4} to {:.4} or above {:.4} rad/s",
+                    0.3 * wn,
+                    0.7 * wn,
+                    1.3 * wn
+                )));
+            }
+        }
+        Ok(())
+    }
+}

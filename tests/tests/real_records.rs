@@ -1,0 +1,91 @@
+//! Records that other people measured, read from the folder YAWRIG_RECORDS where that is set; skipped elsewhere.
+
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+use yawrig::identify::flag::Flag;
+use yawrig::identify::{identify, Estimate, Identification, Method, Settings};
+use yawrig::record::Record;
+
+fn found(name: &str) -> Option<Identification> {
+    let Some(folder) = std::env::var_os("YAWRIG_RECORDS") else {
+        eprintln!("YAWRIG_RECORDS is not set: {name} skipped");
+        return None;
+    };
+    let record = Record::read(&PathBuf::from(folder).join(name)).unwrap();
+    Some(identify(&record, &[Method::LeastSquares], &Settings::default()).unwrap())
+}
+
+fn check(e: &Estimate, wn: RangeInclusive<f64>, zeta: RangeInclusive<f64>) {
+    assert!(wn.contains(&e.natural_frequency_rad_s.value), "{e:?}");
+    assert!(zeta.contains(&e.damping_ratio.value), "{e:?}");
+}
+
+#[test]
+fn ship_roll_decay() {
+    let Some(found) = found("kvlcc2_21338.csv") else { return };
+    let e = &found.estimates[0];
+    check(e, 2.45..=2.49, 0.0042..=0.0067);
+    assert!(e.flags.contains(&Flag::AmplitudeDependentDamping));
+    // Damping large, small, a little larger again.
+    let at = |from: f64, to: f64| {
+        let inside: Vec<f64> = e
+            .windows
+            .iter()
+            .filter(|w| (to..from).contains(&w.amplitude_deg))
+            .map(|w| w.damping_ratio)
+            .collect();
+        inside.iter().sum::<f64>() / inside.len() as f64
+    };
+    let (large, middle, small) = (at(9.0, 6.0), at(4.0, 2.4), at(1.8, 1.0));
+    println!("zeta {large:.4} {middle:.4} {small:.4}");
+    assert!((large - 0.0067).abs() < 0.0004 && (middle - 0.0042).abs() < 0.0002);
+    assert!((small - 0.0046).abs() < 0.0002);
+}
+
+#[test]
+fn rotary_pendulum_pushed_at_the_start() {
+    let Some(found) = found("jensen_1.csv") else { return };
+    let e = &found.estimates[0];
+    check(e, 8.8..=10.6, 0.02..=0.04);
+    for flag in
+        [Flag::PushedAtStart, Flag::AmplitudeOutsideWindow, Flag::AmplitudeDependentFrequency]
+    {
+        assert!(e.flags.contains(&flag), "{:?}", e.flags);
+    }
+    assert!(e.windows.iter().all(|w| (8.8..=10.6).contains(&w.natural_frequency_rad_s)));
+    assert!(e
+        .windows
+        .windows(2)
+        .all(|w| w[0].natural_frequency_rad_s < w[1].natural_frequency_rad_s));
+}
+
+#[test]
+fn wheel_on_a_torsion_rod() {
+    let Some(found) = found("wheel_torsion.csv") else { return };
+    let e = &found.estimates[0];
+    check(e, 14.905..=14.915, 0.0145..=0.0155);
+    assert!((found.window.cycles - 4.75).abs() < 0.3, "{:?}", found.window);
+}
+
+#[test]
+fn bicycle_fork_with_offset_and_friction() {
+    let Some(found) = found("bike_fork.csv") else { return };
+    let e = &found.estimates[0];
+    check(e, 3.94..=3.96, 0.0069..=0.0133);
+    assert!(e.flags.contains(&Flag::AmplitudeDependentDamping));
+    assert!(e.windows.windows(2).all(|w| w[0].damping_ratio < w[1].damping_ratio));
+    assert!((e.windows[0].damping_ratio - 0.0069).abs() < 0.0005);
+}
+
+#[test]
+fn string_pendulum_at_20_hz_with_jitter() {
+    let Some(found) = found("tyler_lab1.csv") else { return };
+    let e = &found.estimates[0];
+    check(e, 3.73..=3.85, 0.002..=0.006);
+    for flag in
+        [Flag::IrregularTimeStamps, Flag::AmplitudeOutsideWindow, Flag::AmplitudeDependentDamping]
+    {
+        assert!(e.flags.contains(&flag), "{:?}", e.flags);
+    }
+    assert!((found.window.from_deg - 40.0).abs() < 2.0 && (found.window.to_deg - 10.5).abs() < 1.0);
+}
