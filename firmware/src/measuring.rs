@@ -269,7 +269,8 @@ impl Measuring {
             natural_frequency_rad_s: natural_frequency_rad_s.value,
             damping_ratio: damping_ratio.value,
         };
-        if context.network.is_some_and(|network| !network.range.holds(&mean)) {
+        let outside = context.network.is_some_and(|network| !network.range.holds(&mean));
+        if outside && current.windows.count() > 0 {
             flags.set(Flags::OUT_OF_RANGE);
         }
         let usable = !flags.unusable();

@@ -28,6 +28,11 @@ pub struct Made {
 }
 
 impl Made {
+    /// Whether the device has an estimate to rely on.
+    pub fn usable(&self) -> bool {
+        self.result.windows > 0 && !self.result.flags.unusable()
+    }
+
     /// The device's estimate as the derivatives are computed from it.
     fn identified(&self) -> Identified {
         let quantity = |m: Measured| Quantity::new(f64::from(m.value), f64::from(m.u));
@@ -121,7 +126,7 @@ fn release(bench: &mut Bench, plan: &Plan, condition: &Condition, seed: u64) -> 
 /// The device's answers as derivatives, one point a spring, beside what was planted.
 ///
 /// # Errors
-/// Exit 3 where a release that is needed has no estimate.
+/// Exit 3 where a release that is needed is missing. All releases given are [`Made::usable`].
 pub fn table(plan: &Plan, made: &[Made]) -> Result<Vec<(Point, Truth)>> {
     let rig = &plan.rig;
     let planned = simulated::plan(rig, plan.wind_speed_m_s, 1, plan.seed)?;

@@ -1,7 +1,7 @@
 //! Files written whole or not at all.
 
 use crate::error::{Error, Result};
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::Path;
 use tempfile::NamedTempFile;
 
@@ -28,10 +28,12 @@ fn temporary(path: &Path) -> Result<NamedTempFile> {
         Some(p) if !p.as_os_str().is_empty() => p,
         _ => Path::new("."),
     };
-    tempfile::Builder::new()
-        .prefix(".yawrig-")
-        .tempfile_in(folder)
-        .map_err(|e| cannot_write(path, &e))
+    tempfile::Builder::new().prefix(".yawrig-").tempfile_in(folder).map_err(|e| match e.kind() {
+        // Its own words name the temporary file, which nobody has heard of.
+        ErrorKind::NotFound => cannot_write(path, &"there is no such folder"),
+        ErrorKind::PermissionDenied => cannot_write(path, &"you may not write there"),
+        _ => cannot_write(path, &e),
+    })
 }
 
 /// Writes `bytes` to a temporary file beside `path` and renames it there.

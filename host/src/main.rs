@@ -8,7 +8,7 @@ fn main() -> std::process::ExitCode {
     match yawrig::cli::run(arguments) {
         Ok(()) => std::process::ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("yawrig: {error}");
+            yawrig::say!("yawrig: {error}");
             std::process::ExitCode::from(error.exit as u8)
         }
     }

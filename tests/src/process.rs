@@ -5,6 +5,8 @@ use nix::unistd::{geteuid, Pid};
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::io::Read;
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -94,6 +96,13 @@ impl Yawrig {
         self
     }
 
+    /// With a stderr that nobody reads.
+    pub fn unheard(mut self) -> Self {
+        let (theirs, _) = UnixStream::pair().expect("two ends");
+        self.command.stderr(Stdio::from(OwnedFd::from(theirs)));
+        self
+    }
+
     pub fn with_patience(mut self, seconds: u64) -> Self {
         self.patience = Duration::from_secs(seconds);
         self
@@ -108,7 +117,7 @@ impl Yawrig {
     pub fn start(mut self) -> Running {
         let mut child = self.command.spawn().unwrap_or_else(|e| panic!("{}: {e}", self.line));
         let stdout = Heard::of(child.stdout.take().expect("its stdout"));
-        let stderr = Heard::of(child.stderr.take().expect("its stderr"));
+        let stderr = child.stderr.take().map_or_else(Heard::none, Heard::of);
         Running { child, stdout, stderr, line: self.line, until: Instant::now() + self.patience }
     }
 
@@ -116,7 +125,7 @@ impl Yawrig {
     pub fn start_with_short_reader(mut self, bytes: usize) -> Running {
         let mut child = self.command.spawn().unwrap_or_else(|e| panic!("{}: {e}", self.line));
         let mut stdout = child.stdout.take().expect("its stdout");
-        let stderr = Heard::of(child.stderr.take().expect("its stderr"));
+        let stderr = child.stderr.take().map_or_else(Heard::none, Heard::of);
         let heard = Heard::none();
         let text = heard.text.clone();
         std::thread::spawn(move || {

@@ -23,7 +23,7 @@ impl DeviceArg {
     pub fn open(&self) -> Result<Bench> {
         let bench = Bench::open(&self.device)?;
         if !matches!(self.device, Target::Port(_)) {
-            eprintln!(
+            crate::say!(
                 "device: {} at {path}; from another shell: yawrig monitor --device {path}",
                 self.device,
                 path = bench.shared_path()
@@ -50,10 +50,18 @@ pub fn print_json_line(value: &impl Serialize) -> Result<()> {
 /// Prints a line on stdout, at once.
 ///
 /// # Errors
-/// A reader that has gone away (`| head`) ends the program quietly, as it does others.
+/// As [`print`].
 pub fn print_line(text: &str) -> Result<()> {
+    print(&format!("{text}\n"))
+}
+
+/// Prints on stdout, at once.
+///
+/// # Errors
+/// A reader that has gone away (`| head`) ends the program quietly, as it does others.
+pub fn print(text: &str) -> Result<()> {
     let mut out = std::io::stdout().lock();
-    let done = writeln!(out, "{text}").and_then(|()| out.flush());
+    let done = out.write_all(text.as_bytes()).and_then(|()| out.flush());
     match done {
         Ok(()) => Ok(()),
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => std::process::exit(0),

@@ -51,7 +51,7 @@ pub fn run(arguments: &Demo) -> Result<()> {
     let outcome = teach(arguments)?;
     let mut bench = arguments.device.open()?;
     let generation = write(&mut bench.client, &outcome.blob, &mut flash::Bar::new())?;
-    eprintln!("flashed and verified; the device runs it as generation {generation}");
+    crate::say!("flashed and verified; the device runs it as generation {generation}");
     let plan = Plan {
         rig,
         wind_speed_m_s: arguments.wind,
@@ -64,15 +64,17 @@ pub fn run(arguments: &Demo) -> Result<()> {
         false => print_line(&release_line(made)),
     };
     let made = releases(&mut bench, &plan, &mut show)?;
-    let points = table(&plan, &made)?;
+    let unusable: Vec<&Made> = made.iter().filter(|made| !made.usable()).collect();
+    // Every release goes into the table, by the inertia: one without an estimate spoils it all.
+    let points = if unusable.is_empty() { table(&plan, &made)? } else { Vec::new() };
     let seconds = begun.elapsed().as_secs_f64();
     if arguments.json {
         print_json(&to_json(arguments, &made, &points, seconds))?;
-    } else {
+    } else if !points.is_empty() {
         print_line(&to_text(&points))?;
     }
-    eprintln!("{seconds:.1} s in all, training included");
-    gate(&points)
+    crate::say!("{seconds:.1} s in all, training included");
+    gate(&unusable, &points)
 }
 
 fn teach(arguments: &Demo) -> Result<Outcome> {
@@ -91,7 +93,7 @@ fn teach(arguments: &Demo) -> Result<Outcome> {
     let outcome = network_training::run(&settings, &mut bar)?;
     drop(bar);
     crate::interrupt::check()?;
-    eprintln!(
+    crate::say!(
         "trained {} on {} windows; on 2000 others: wn {:.3} % rms, zeta {:.2} % rms",
         crate::train::freeze::name(&outcome.topology),
         settings.samples,
@@ -101,24 +103,37 @@ fn teach(arguments: &Demo) -> Result<Outcome> {
     Ok(outcome)
 }
 
-fn release_line(made: &Made) -> String {
+/// `K1 mid   wind on `.
+fn name(made: &Made) -> String {
     let condition = &made.condition;
     let wind = if condition.wind_speed_m_s == 0.0 { "off" } else { "on" };
+    format!("{} {:5} wind {wind:3}", condition.spring.name, condition.axis.to_string())
+}
+
+fn flags(made: &Made) -> String {
+    flag_names(made.result.flags).join(" ")
+}
+
+fn release_line(made: &Made) -> String {
+    if !made.usable() {
+        return format!("{}  not usable: {}", name(made), flags(made));
+    }
     let derivatives = made
         .result
         .derivatives
         .map_or(String::new(), |d| format!("   Cn_beta {:7.4}  Cn_r {:7.4}", d.cn_beta, d.cn_r));
     format!(
-        "{} {:5} wind {wind:3}  {:3} windows  wn {:8.4} ± {:.4} rad/s  zeta {:.6} ± {:.6}{derivatives}   {}",
-        condition.spring.name,
-        condition.axis.to_string(),
+        "{}  {:3} windows  wn {:8.4} ± {:.4} rad/s  zeta {:.6} ± {:.6}{derivatives}   {}",
+        name(made),
         made.result.windows,
         made.result.natural_frequency_rad_s.value,
         made.result.natural_frequency_rad_s.u,
         made.result.damping_ratio.value,
         made.result.damping_ratio.u,
-        flag_names(made.result.flags).join(" ")
+        flags(made)
     )
+    .trim_end()
+    .to_owned()
 }
 
 fn to_text(points: &[(Point, Truth)]) -> String {
@@ -168,12 +183,14 @@ fn to_json(arguments: &Demo, made: &[Made], points: &[(Point, Truth)], seconds: 
     let releases: Vec<Value> = made
         .iter()
         .map(|m| {
+            let given = m.result.windows > 0;
             json!({
                 "spring": m.condition.spring.name,
                 "axis": m.condition.axis,
                 "wind_speed_m_s": m.condition.wind_speed_m_s,
-                "natural_frequency_rad_s": quantity(m.result.natural_frequency_rad_s),
-                "damping_ratio": quantity(m.result.damping_ratio),
+                "natural_frequency_rad_s":
+                    given.then(|| quantity(m.result.natural_frequency_rad_s)),
+                "damping_ratio": given.then(|| quantity(m.result.damping_ratio)),
                 "windows": m.windows.iter().map(window_json).collect::<Vec<_>>(),
                 "flags": flag_names(m.result.flags),
                 "truth": {
@@ -208,8 +225,21 @@ fn to_json(arguments: &Demo, made: &[Made], points: &[(Point, Truth)], seconds: 
     })
 }
 
-/// Exit 6 where the table is further from the truth than it may be.
-fn gate(points: &[(Point, Truth)]) -> Result<()> {
+/// Exit 6 where a release gave no estimate or the table is further from the truth than it may be.
+fn gate(unusable: &[&Made], points: &[(Point, Truth)]) -> Result<()> {
+    if let Some(first) = unusable.first() {
+        return Err(Error::new(
+            Exit::Quality,
+            format!(
+                "no table: the device has no estimate to rely on for {} of the releases, the first \
+                 {} ({})",
+                unusable.len(),
+                name(first).trim_end(),
+                flags(first)
+            ),
+        )
+        .help("lower --noise-deg"));
+    }
     let [beta, r] = misses(points);
     if points.len() == SPRINGS.len() && beta.within(&GATE[0]) && r.within(&GATE[1]) {
         return Ok(());

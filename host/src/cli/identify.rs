@@ -1,13 +1,13 @@
 //! `identify`: natural frequency and damping of records.
 
-use crate::error::{Error, Exit, Result};
+use super::common::print;
+use crate::error::{Error, Result};
 use crate::identify::batch::{self, Answer, Refused, Tally, SCHEMA_VERSION};
 use crate::identify::conventional::{self, Decay, SpectralPeak};
 use crate::identify::{Identification, Method, Settings};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::PathBuf;
 
 /// Natural frequency and damping ratio of recorded releases, with their uncertainties.
@@ -73,7 +73,7 @@ impl Identify {
             let bar = progress(files.len());
             let tally = batch::to_log(&files, methods, &settings, out, || bar.inc(1))?;
             bar.finish_and_clear();
-            eprintln!(
+            crate::say!(
                 "{}: {} identified, {} refused, {} already there",
                 out.display(),
                 tally.identified,
@@ -184,19 +184,8 @@ fn to_json(value: &impl serde::Serialize) -> Result<String> {
 
 fn complain(answer: &Answer) {
     if let Answer::Refused(why) = answer {
-        eprintln!("yawrig: {}", why.refused);
+        crate::say!("yawrig: {}", why.refused);
     }
-}
-
-fn print(text: &str) -> Result<()> {
-    std::io::stdout().write_all(text.as_bytes()).map_err(|e| {
-        // A pager that was closed is the user's way to stop.
-        let exit = match e.kind() {
-            std::io::ErrorKind::BrokenPipe => Exit::Interrupted,
-            _ => Exit::Data,
-        };
-        Error::new(exit, format!("cannot write the results: {e}"))
-    })
 }
 
 /// What was found in a record, to be read.

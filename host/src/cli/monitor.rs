@@ -38,7 +38,9 @@ pub fn run(arguments: &Monitor) -> Result<()> {
     let mut swing = match arguments.device.device {
         Target::Port(_) => None,
         _ => {
-            eprintln!("the built-in rig swings: springs K1 to K8, wind off and on; Ctrl-C ends it");
+            crate::say!(
+                "the built-in rig swings: springs K1 to K8, wind off and on; Ctrl-C ends it"
+            );
             Some(Swing::new(arguments.speed))
         }
     };
@@ -82,7 +84,7 @@ impl Follow<'_> {
             if bench.client.missed_events() > self.missed {
                 let lost = bench.client.missed_events() - self.missed;
                 self.missed = bench.client.missed_events();
-                eprintln!("{lost} results were lost on the line");
+                crate::say!("{lost} results were lost on the line");
             }
             let Some(numbered) = next else { return Ok(()) };
             patience = Duration::ZERO;

@@ -21,7 +21,7 @@ pub fn run(arguments: &Ports) -> Result<()> {
         }));
     }
     if ports.is_empty() {
-        eprintln!("no serial port found; is the board plugged in?");
+        crate::say!("no serial port found; is the board plugged in?");
     }
     for port in ports {
         print_line(&format!("{:16} {}", port.path, port.description))?;

@@ -197,7 +197,7 @@ impl Simulate {
             }),
         )?;
         if saturated > 0 {
-            eprintln!("yawrig: {saturated} of {samples} readings are at an end of the converter");
+            crate::say!("yawrig: {saturated} of {samples} readings are at an end of the converter");
         }
         let derivatives = condition
             .filter(|condition| condition.wind_speed_m_s > 0.0)
@@ -259,7 +259,7 @@ impl Simulate {
                 record.effects = effects.clone();
             }
         }
-        eprintln!("writing {} records to {}", planned.len(), folder.display());
+        crate::say!("writing {} records to {}", planned.len(), folder.display());
         let file = simulated::write(folder, &rig, &planned, start, sensor, self.force)?;
         if self.json {
             return print_json(&campaign_json(&rig, &file, &planned));

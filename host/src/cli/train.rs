@@ -151,7 +151,7 @@ pub fn run(arguments: &Train) -> Result<()> {
         print_line(&to_text(arguments, &outcome, seconds))?;
     }
     if interrupted {
-        eprintln!("stopped after {} epochs; the network so far is kept", outcome.trained.epochs);
+        crate::say!("stopped after {} epochs; the network so far is kept", outcome.trained.epochs);
         return Err(Error::interrupted());
     }
     Ok(())

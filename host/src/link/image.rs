@@ -43,7 +43,7 @@ fn build(script: &Path) -> Result<PathBuf> {
     };
     // Nothing to build takes a moment and is not worth a word; the first time takes a minute.
     if !script.with_file_name("target").exists() {
-        eprintln!("building the ARM image (the first time takes a minute)");
+        crate::say!("building the ARM image (the first time takes a minute)");
     }
     let mut child = Command::new(script)
         .stdin(Stdio::null())

@@ -96,6 +96,21 @@ fn without_json_a_table_is_printed_as_the_releases_come() {
 }
 
 #[test]
+fn a_potentiometer_too_noisy_for_the_device_gives_no_table_and_says_so() {
+    let ended = demo("--noise-deg 1").exits(6).helps();
+    let ended = ended.says("no table").says("of the releases, the first K1 mid wind off (");
+    let object = ended.json();
+    assert_eq!(object["points"], serde_json::json!([]));
+    let releases = object["releases"].as_array().expect("releases");
+    assert_eq!(releases.len(), 32);
+    for release in releases.iter().filter(|r| r["windows"] == serde_json::json!([])) {
+        assert!(release["natural_frequency_rad_s"].is_null(), "{release}");
+        assert!(release["damping_ratio"].is_null(), "{release}");
+        assert!(!release["flags"].as_array().expect("flags").is_empty(), "{release}");
+    }
+}
+
+#[test]
 fn what_makes_no_sense_is_refused_before_the_training() {
     for arguments in ["--wind 0", "--wind=-5", "--wind nan", "--wind 1e9", "--noise-deg 2"] {
         let ended = demo(arguments).exits(2).helps();

@@ -1,6 +1,5 @@
 //! What may be at the other end of a line: nothing, anything, another firmware, a bad cable.
 
-use std::time::{Duration, Instant};
 use yawrig_shared::wire::{self, HelloReply, Message, Request, Status, HELLO_KEY};
 use yawrig_tests::line::{Board, Line, Way};
 use yawrig_tests::networks;
@@ -266,11 +265,8 @@ fn a_device_that_falls_silent_in_mid_flash_is_no_success() {
         }
         true
     });
-    let begun = Instant::now();
     let ended = flash(&line, &networks::another()).exits(5).helps();
     ended.says("does not answer any more").says("keeps its old network");
-    // It gave up by itself: the patience of the test is longer.
-    assert!(begun.elapsed() < Duration::from_secs(60));
     drop(line);
     board.restart();
     assert_eq!(board.status().network.slot, None);

@@ -2,8 +2,18 @@
 
 use yawrig_tests::process::yawrig;
 
-const VERBS: [&str; 9] =
-    ["demo", "derivatives", "simulate", "train", "flash", "device", "monitor", "replay", "ports"];
+const VERBS: [&str; 10] = [
+    "demo",
+    "derivatives",
+    "identify",
+    "simulate",
+    "train",
+    "flash",
+    "device",
+    "monitor",
+    "replay",
+    "ports",
+];
 
 #[test]
 fn every_verb_explains_itself() {
@@ -71,6 +81,8 @@ fn a_reader_that_goes_away_ends_it_quietly() {
         (yawrig("simulate --force --json --campaign").and(&campaign), 10),
         (yawrig("replay").and(&record), 30),
         (yawrig("replay --json").and(&record), 0),
+        (yawrig("identify").and(&record), 5),
+        (yawrig("identify --json").and(&record), 0),
         (yawrig("monitor --speed 50"), 100),
         (yawrig("monitor --speed 50 --jsonl"), 1),
         (yawrig("device"), 0),
@@ -84,4 +96,13 @@ fn a_reader_that_goes_away_ends_it_quietly() {
         let ended = ended.exits(0);
         assert!(!ended.stderr.contains("yawrig: "), "{}", ended.report());
     }
+}
+
+#[test]
+fn what_nobody_hears_on_stderr_is_no_reason_to_fail() {
+    yawrig("device --json").unheard().run().exits(0).json();
+    yawrig("monitor --speed 200 --releases 1").unheard().run().exits(0);
+    yawrig("demo --wind 0").unheard().run().exits(2);
+    // `2>&1 | head`
+    yawrig("demo").unheard().with_patience(120).start_with_short_reader(1).ends().exits(0);
 }
