@@ -58,7 +58,7 @@ pub struct Terms {
     pub quadratic_stiffness: f64,
     pub static_offset: f64,
     pub free_play: f64,
-    /// f cos phi and -f sin phi, so that f cos(w t + phi) = p[0] cos wt + p[1] sin wt.
+    /// f cos phi and -f sin phi, so that f cos(w t + phi) = `p[0] cos wt + p[1] sin wt`.
     pub forcing: [f64; 2],
     pub forcing_rad_s: f64,
     pub stiffness_drift: f64,
