@@ -26,12 +26,16 @@ pub struct Buffeted {
     pub correlation: f64,
     /// Intensity in the first half over that in the second.
     pub early_over_late: f64,
+    /// Dependence of the innovations on the state, in standard deviations.
+    pub state_dependence: f64,
 }
 
 struct Run {
     deviance: f64,
     noise_variance: f64,
     innovations: Vec<f64>,
+    /// The state foretold for each innovation.
+    states: Vec<[f64; 2]>,
 }
 
 /// Filters `yaw` with the model; `ratio` is q over the noise's variance. Discrete noise for a step short against the
@@ -52,6 +56,7 @@ fn filter(grid: &Grid, yaw: &[f64], wn: f64, zeta: f64, ratio: f64) -> Option<Ru
     let (mut x, mut p) = ([yaw[0], 0.0], [1e6, 0.0, 1e6 * wn * wn]);
     let (mut sum, mut logs, mut n) = (0.0, 0.0, 0.0);
     let mut innovations = Vec::with_capacity(yaw.len());
+    let mut states = Vec::with_capacity(yaw.len());
     for (k, &y) in yaw.iter().enumerate() {
         let variance = p[0] + 1.0;
         let innovation = y - x[0];
@@ -60,6 +65,7 @@ fn filter(grid: &Grid, yaw: &[f64], wn: f64, zeta: f64, ratio: f64) -> Option<Ru
             logs += variance.ln();
             n += 1.0;
             innovations.push(innovation / variance.sqrt());
+            states.push(x);
         }
         let gain = [p[0] / variance, p[1] / variance];
         x = [x[0] + gain[0] * innovation, x[1] + gain[1] * innovation];
@@ -77,7 +83,28 @@ fn filter(grid: &Grid, yaw: &[f64], wn: f64, zeta: f64, ratio: f64) -> Option<Ru
     }
     let noise_variance = sum / n;
     let deviance = n * noise_variance.ln() + logs;
-    deviance.is_finite().then_some(Run { deviance, noise_variance, innovations })
+    deviance.is_finite().then_some(Run { deviance, noise_variance, innovations, states })
+}
+
+/// Cells of yaw angle on which innovations are averaged, for either direction of motion.
+const CELLS: usize = 15;
+
+/// How far the innovations' means over yaw angle and direction are from nought, in standard deviations of their sum of
+/// squares: a random moment does not know the state, a missing law does.
+fn state_dependence(run: &Run) -> f64 {
+    let largest = run.states.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x[0].abs()));
+    let power = run.innovations.iter().map(|v| v * v).sum::<f64>();
+    let variance = power / run.innovations.len() as f64;
+    let mut cells = [(0.0, 0.0); 2 * CELLS];
+    for (v, x) in run.innovations.iter().zip(&run.states) {
+        let k = ((x[0] / largest + 1.0) * 0.5 * CELLS as f64) as usize;
+        let cell = &mut cells[2 * k.min(CELLS - 1) + usize::from(x[1] > 0.0)];
+        *cell = (cell.0 + 1.0, cell.1 + v);
+    }
+    let filled: Vec<f64> =
+        cells.iter().filter(|c| c.0 >= 3.0).map(|c| c.1 * c.1 / c.0 / variance).collect();
+    let n = filled.len().max(1) as f64;
+    (filled.iter().sum::<f64>() - n) / (2.0 * n).sqrt()
 }
 
 /// The likeliest random forcing, from the plain model's fit.
@@ -126,6 +153,7 @@ pub fn fit(swing: &Swing, plain: &Fitted) -> Option<Buffeted> {
         over_noise: (run.noise_variance / noise).sqrt(),
         correlation: lag / power,
         early_over_late,
+        state_dependence: state_dependence(&run),
     })
 }
 

@@ -18,6 +18,8 @@ use std::collections::BTreeMap;
 const FITTED_SHARE: f64 = 0.65;
 /// Ratio of the random forcing in both halves of a record beyond which it is no random forcing.
 const MOST_UNSTEADY: f64 = 4.0;
+/// Dependence of the innovations on the state, in standard deviations, that chance explains.
+const MOST_DEPENDENT: f64 = 4.0;
 /// Lag-one correlation of the innovations up to which they are white.
 const MOST_CORRELATED: f64 = 0.1;
 
@@ -178,8 +180,9 @@ fn random_forcing(swing: &Swing, found: &Found) -> Option<Buffeted> {
     let random = fitted.deviance + 5.0 * n.ln();
     let steady = (1.0 / MOST_UNSTEADY..MOST_UNSTEADY).contains(&fitted.early_over_late);
     let white = fitted.correlation.abs() < MOST_CORRELATED.max(4.0 / n.sqrt());
-    (deterministic - random > search::MARGIN && steady && white && fitted.over_noise <= 1.10)
-        .then_some(fitted)
+    let blind = fitted.state_dependence < MOST_DEPENDENT;
+    let likelier = deterministic - random > search::MARGIN;
+    (likelier && steady && white && blind && fitted.over_noise <= 1.10).then_some(fitted)
 }
 
 fn buffeted_verdict(swing: &Swing, found: &Found, b: &Buffeted) -> Diagnosis {
