@@ -8,12 +8,12 @@ use crate::error::{Error, Exit, Result};
 use crate::interrupt;
 use crate::link::bench::Bench;
 use crate::quantity::Quantity;
-use crate::replay::wait_for;
+use crate::replay::{self, collect, main_release, wait_for};
 use crate::rig::{Condition, Rig, Sensor, Spring, Start, Truth};
 use std::time::Duration;
 use yawrig_shared::modal::Modal;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
-use yawrig_shared::wire::{self, Event, Measured, ReleaseResult, Request, Settings, WindowResult};
+use yawrig_shared::wire::{self, Measured, ReleaseResult, Request, Settings, WindowResult};
 
 /// Samples handed to the device at once.
 const CHUNK: usize = 2000;
@@ -101,26 +101,18 @@ fn release(bench: &mut Bench, plan: &Plan, condition: &Condition, seed: u64) -> 
     }
     bench.client.tell(&Request::EndRelease { after_samples }, "the end of the record")?;
     wait_for(bench, after_samples)?;
-    let (mut windows, mut result) = (Vec::new(), None);
     // All the device had to say went out before it said it had all samples.
-    while let Some(numbered) = bench
-        .client
-        .next_event(Duration::ZERO)
-        .map_err(|e| bench.client.explain(e, "its events"))?
-    {
-        match numbered.event {
-            Event::Window(window) => windows.push(window),
-            Event::Release(release) => result = Some(release),
-            Event::Phase { .. } => {}
-        }
-    }
-    let result = result.ok_or_else(|| {
+    let (mut open, mut releases) = (replay::Release::default(), Vec::new());
+    collect(bench, Duration::ZERO, &mut open, &mut releases, &mut |_| Ok(()))?;
+    // Noise may make more than one of it.
+    let main = main_release(&releases).cloned().unwrap_or_default();
+    let result = main.result.ok_or_else(|| {
         Error::new(
             Exit::Timeout,
             format!("the device said nothing of the release on {}", condition.spring.name),
         )
     })?;
-    Ok(Made { condition: *condition, truth: release.truth, result, windows })
+    Ok(Made { condition: *condition, truth: release.truth, result, windows: main.windows })
 }
 
 /// The device's answers as derivatives, one point a spring, beside what was planted.

@@ -29,8 +29,13 @@ pub struct Release {
 impl Replayed {
     /// The release with the most windows: a record mostly holds one.
     pub fn main_release(&self) -> Option<&Release> {
-        self.releases.iter().rev().max_by_key(|release| release.windows.len())
+        main_release(&self.releases)
     }
+}
+
+/// The release with the most windows, the first of equals.
+pub fn main_release(releases: &[Release]) -> Option<&Release> {
+    releases.iter().rev().max_by_key(|release| release.windows.len())
 }
 
 /// The range of amplitudes to analyse, degrees.
@@ -118,8 +123,8 @@ pub fn wait_for(bench: &mut Bench, samples: u32) -> Result<()> {
     .help("start it again"))
 }
 
-/// Takes the events there are.
-fn collect(
+/// Takes the events there are; windows wait in `open` for their release's result.
+pub fn collect(
     bench: &mut Bench,
     patience: Duration,
     open: &mut Release,

@@ -238,7 +238,7 @@ fn gate(unusable: &[&Made], points: &[(Point, Truth)]) -> Result<()> {
                 flags(first)
             ),
         )
-        .help("lower --noise-deg"));
+        .help("lower --noise-deg or --wind"));
     }
     let [beta, r] = misses(points);
     if points.len() == SPRINGS.len() && beta.within(&GATE[0]) && r.within(&GATE[1]) {
