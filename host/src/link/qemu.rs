@@ -196,6 +196,10 @@ impl QemuPotentiometer {
     /// # Errors
     /// Exit 4 with QEMU's last words where it has ended, exit 7 where it takes nothing.
     pub fn write_samples(&mut self, mut bytes: &[u8]) -> Result<()> {
+        // A dead board's line may take bytes for a moment still.
+        if self.process.has_ended() {
+            return Err(self.process.ended());
+        }
         let mut waited = Duration::ZERO;
         while !bytes.is_empty() {
             interrupt::check()?;
@@ -298,6 +302,10 @@ impl Process {
     }
 
     /// Why it has ended, in its own words.
+    fn has_ended(&self) -> bool {
+        matches!(self.child().try_wait(), Ok(Some(_)))
+    }
+
     fn ended(&self) -> Error {
         // It has closed its line, so it is gone or about to go.
         let status = self.child().wait();
