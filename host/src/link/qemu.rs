@@ -301,11 +301,11 @@ impl Process {
         Err(Error::device(format!("{PROGRAM} {otherwise}")).help(INSTALL))
     }
 
-    /// Why it has ended, in its own words.
     fn has_ended(&self) -> bool {
         matches!(self.child().try_wait(), Ok(Some(_)))
     }
 
+    /// Why it has ended, in its own words.
     fn ended(&self) -> Error {
         // It has closed its line, so it is gone or about to go.
         let status = self.child().wait();
