@@ -11,7 +11,6 @@ use super::lowpass;
 use super::spectrum::Periodogram;
 use super::{Prepared, Values};
 use crate::quantity::Quantity;
-use crate::record::Record;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{LN_2, TAU};
 use yawrig_shared::modal::Modal;
@@ -55,8 +54,8 @@ pub struct Options {
 pub fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
     let options = prepared.settings.conventional;
     let mut flags = Vec::new();
-    let even = evenly_sampled(prepared.record, prepared, &mut flags)?;
     let rate_hz = prepared.samples.rate_hz();
+    let even = prepared.evenly_sampled(rate_hz, &mut flags)?;
     let filtered = match lowpass::zero_phase(&even.yaw_deg, rate_hz, CORNER_HZ) {
         Some(filtered) => filtered,
         None => {
@@ -95,24 +94,6 @@ pub fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
         flags,
         cramer_rao: None,
     })
-}
-
-/// The record without its wild samples on an even grid of its own rate.
-fn evenly_sampled(
-    record: &Record,
-    prepared: &Prepared<'_>,
-    flags: &mut Vec<Flag>,
-) -> Result<Record, String> {
-    let samples = &prepared.samples;
-    if samples.is_uniform() && samples.excluded() == 0 {
-        return Ok(record.clone());
-    }
-    if !samples.is_uniform() {
-        flags.push(Flag::Resampled);
-    }
-    let (time_s, yaw_deg) = samples.all().kept().unzip();
-    let kept = Record { file: record.file.clone(), time_s, yaw_deg };
-    kept.resampled(samples.rate_hz()).map_err(|e| e.message)
 }
 
 /// Damped frequency in Hz. Its uncertainty is that of the bin, or of the peak of a fine spectrum.

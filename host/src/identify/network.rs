@@ -3,7 +3,6 @@
 use super::flag::Flag;
 use super::{Prepared, Values, WindowEstimate};
 use crate::quantity::Quantity;
-use crate::record::Record;
 use std::sync::OnceLock;
 use yawrig_firmware::estimator::Collector;
 use yawrig_firmware::BUILT_IN;
@@ -28,7 +27,7 @@ pub fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
     let network = built_in()?;
     let analysed = prepared.window();
     let mut flags = Vec::new();
-    let record = at_device_rate(prepared, &mut flags)?;
+    let record = prepared.evenly_sampled(f64::from(SAMPLE_RATE_HZ), &mut flags)?;
     let limits = Limits {
         // The first peak lies a little below the envelope, noise a little above it.
         from_deg: (1.02 * analysed.from_deg) as f32,
@@ -74,26 +73,11 @@ pub fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
     })
 }
 
-/// The record without its wild samples, at the rate the device samples at.
-fn at_device_rate(prepared: &Prepared<'_>, flags: &mut Vec<Flag>) -> Result<Record, String> {
-    let samples = &prepared.samples;
-    let rate_hz = f64::from(SAMPLE_RATE_HZ);
-    let same = (samples.rate_hz() / rate_hz - 1.0).abs() < 1e-6;
-    if samples.is_uniform() && same && samples.excluded() == 0 {
-        return Ok(prepared.record.clone());
-    }
-    if !(samples.is_uniform() && same) {
-        flags.push(Flag::Resampled);
-    }
-    let (time_s, yaw_deg) = samples.all().kept().unzip();
-    let kept = Record { file: prepared.record.file.clone(), time_s, yaw_deg };
-    kept.resampled(rate_hz).map_err(|e| e.message)
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::{identify, Method, Settings};
     use super::*;
+    use crate::record::Record;
     use crate::rig::{Motion, Samples, Sensor, Start};
     use yawrig_shared::modal::Modal;
 

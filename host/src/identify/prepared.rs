@@ -84,6 +84,24 @@ impl Prepared<'_> {
         self.swing.stretch(&self.samples)
     }
 
+    /// The record without its wild samples on an even grid.
+    ///
+    /// # Errors
+    /// In words, where too few samples are left.
+    pub fn evenly_sampled(&self, rate_hz: f64, flags: &mut Vec<Flag>) -> Result<Record, String> {
+        let samples = &self.samples;
+        let even = samples.is_uniform() && (samples.rate_hz() / rate_hz - 1.0).abs() < 1e-6;
+        if even && samples.excluded() == 0 {
+            return Ok(self.record.clone());
+        }
+        if !even {
+            flags.push(Flag::Resampled);
+        }
+        let (time_s, yaw_deg) = samples.all().kept().unzip();
+        let kept = Record { file: self.record.file.clone(), time_s, yaw_deg };
+        kept.resampled(rate_hz).map_err(|e| e.message)
+    }
+
     /// Standard deviation of the noise; see [`super::Identification::noise_rms_deg`].
     pub fn noise_rms_deg(&self) -> f64 {
         match &self.whole {
