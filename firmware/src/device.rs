@@ -8,7 +8,7 @@ use yawrig_shared::blob::{self, Envelope, Payload};
 use yawrig_shared::network::Network;
 use yawrig_shared::wire::{
     self, Decoder, Frame, HelloReply, Message, NetworkStatus, Refusal, Reply, Request, Settings,
-    Status, HELLO_KEY,
+    Status, HELLO_KEY, TRIAL_SAMPLES,
 };
 
 /// The network that runs.
@@ -21,6 +21,14 @@ struct Running {
 }
 
 impl Running {
+    /// The newest network of the flash, or the one compiled in.
+    fn kept<F: Flash>(store: &Store<F>) -> Option<Self> {
+        match store.newest() {
+            Some((slot, envelope, payload)) => Some(Self::new(envelope, payload, Some(slot))),
+            None => blob::decode(BUILT_IN).ok().map(|(e, payload)| Self::new(e, payload, None)),
+        }
+    }
+
     fn new(envelope: Envelope, payload: Payload, slot: Option<Slot>) -> Self {
         let Envelope { generation, payload_crc: id, .. } = envelope;
         Self { network: payload.network, generation, id, slot }
@@ -41,6 +49,8 @@ struct Core<F> {
     measuring: Measuring,
     store: Store<F>,
     running: Option<Running>,
+    /// Samples left for the host to confirm the network that runs; none: it is not on trial.
+    trial: Option<u32>,
     line: Line,
 }
 
@@ -48,12 +58,9 @@ impl<F: Flash> Device<F> {
     /// A device that runs the newest network of its flash, or the one compiled in.
     pub fn new(flash: F, board: &'static str) -> Self {
         let store = Store::new(flash);
-        let running = match store.newest() {
-            Some((slot, envelope, payload)) => Some(Running::new(envelope, payload, Some(slot))),
-            None => blob::decode(BUILT_IN).ok().map(|(e, payload)| Running::new(e, payload, None)),
-        };
+        let running = Running::kept(&store);
         let measuring = Measuring::new(Settings::default());
-        let core = Core { board, measuring, store, running, line: Line::new() };
+        let core = Core { board, measuring, store, running, trial: None, line: Line::new() };
         Self { decoder: Decoder::new(), core }
     }
 
@@ -64,12 +71,14 @@ impl<F: Flash> Device<F> {
 
     /// The next sample of the converter, 1 ms after the one before.
     pub fn sample(&mut self, counts: u16) {
+        self.core.pass(1);
         let (measuring, mut context) = self.core.split();
         measuring.sample(counts, &mut context);
     }
 
     /// `count` samples before the next one were lost. Few are bridged, many end the release.
     pub fn lost(&mut self, count: u32) {
+        self.core.pass(count);
         let (measuring, mut context) = self.core.split();
         measuring.lost(count, &mut context);
     }
@@ -91,6 +100,24 @@ impl<F: Flash> Core<F> {
     fn split(&mut self) -> (&mut Measuring, Context<'_>) {
         let network = self.running.as_ref().map(|running| &running.network);
         (&mut self.measuring, Context { network, line: &mut self.line })
+    }
+
+    /// Time goes by: a network on trial that nobody confirms is given up.
+    fn pass(&mut self, samples: u32) {
+        if let Some(left) = self.trial {
+            match left.checked_sub(samples) {
+                Some(left) => self.trial = Some(left),
+                None => self.roll_back(),
+            }
+        }
+    }
+
+    /// Back from a network on trial to the one before.
+    fn roll_back(&mut self) {
+        if self.trial.take().is_some() {
+            self.store.abandon();
+            self.running = Running::kept(&self.store);
+        }
     }
 
     fn obey(&mut self, frame: &Frame<'_>) {
@@ -124,14 +151,24 @@ impl<F: Flash> Core<F> {
             Request::Configure(settings) => self.measuring.configure(settings)?,
             Request::Condition(condition) => self.measuring.set_condition(condition),
             Request::FlashBegin { length } => {
+                self.roll_back();
                 let running = self.running.as_ref().and_then(|running| running.slot);
                 self.store.begin(length, running)?;
             }
             Request::FlashChunk { offset, bytes } => self.store.chunk(offset, &bytes)?,
-            Request::FlashCommit => {
+            Request::FlashTrial => {
                 let newest = self.running.as_ref().map_or(0, |running| running.generation);
-                let (slot, envelope, payload) = self.store.commit(newest)?;
+                let (slot, envelope, payload) = self.store.verify(newest)?;
                 self.running = Some(Running::new(envelope, payload, Some(slot)));
+                self.trial = Some(TRIAL_SAMPLES);
+            }
+            Request::FlashCommit => {
+                let committed = self.store.commit();
+                if committed.is_err() {
+                    self.roll_back();
+                }
+                self.trial = None;
+                committed?;
             }
             Request::EndRelease { after_samples } => {
                 let (measuring, mut context) = self.split();
@@ -149,6 +186,7 @@ impl<F: Flash> Core<F> {
                 generation: running.map_or(0, |r| r.generation),
                 topology: running.map_or(Default::default(), |r| r.network.topology.clone()),
                 slot: running.and_then(|r| r.slot).map(|slot| slot as u8),
+                on_trial: self.trial.is_some(),
             },
             slots: Slot::BOTH.map(|slot| self.store.state(slot)),
             settings: *self.measuring.settings(),

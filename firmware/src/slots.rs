@@ -1,8 +1,9 @@
 //! Two places for a network in flash, of which one is always whole.
 //!
-//! An update erases the idle slot, writes the blob, reads it back, verifies everything and only
-//! then programs the commit word. Until that word stands the slot does not count, so whenever the
-//! power goes the old network is there. The newest valid slot runs.
+//! An update erases the idle slot, writes the blob, reads it back and verifies everything; the
+//! network then runs on trial, from memory. Only once the host has confirmed it is the commit word
+//! programmed. Until that word stands the slot does not count, so whenever the power goes, or no
+//! confirmation comes, the old network is there. The newest valid slot runs.
 //!
 //! ```text
 //! slot: 0 commit word   4 length of the blob   8 blob
@@ -92,6 +93,8 @@ struct Update {
     slot: Slot,
     length: usize,
     written: usize,
+    /// Found good: its network may be committed.
+    verified: bool,
 }
 
 /// The network store.
@@ -158,15 +161,13 @@ impl<F: Flash> Store<F> {
         if self.flash.read(slot).iter().any(|&byte| byte != ERASED) {
             return Err(Refusal::FlashWrite);
         }
-        self.update = Some(Update { slot, length, written: 0 });
+        self.update = Some(Update { slot, length, written: 0, verified: false });
         Ok(())
     }
 
     /// Writes the next bytes. All chunks but the last are a multiple of four bytes long.
     pub fn chunk(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refusal> {
-        let Some(mut update) = self.update else {
-            return Err(Refusal::FlashOrder { expected_offset: 0 });
-        };
+        let mut update = self.running_update()?;
         let last = update.written + bytes.len() == update.length;
         let in_order = offset as usize == update.written
             && update.written + bytes.len() <= update.length
@@ -184,16 +185,13 @@ impl<F: Flash> Store<F> {
         Ok(())
     }
 
-    /// Verifies what was written and commits it. `newest` is the generation that runs.
-    pub fn commit(&mut self, newest: u32) -> Result<(Slot, Envelope, Payload), Refusal> {
-        let Some(update) = self.update.take() else {
-            return Err(Refusal::FlashOrder { expected_offset: 0 });
-        };
+    /// Verifies what was written. `newest` is the generation that runs.
+    pub fn verify(&mut self, newest: u32) -> Result<(Slot, Envelope, Payload), Refusal> {
+        let update = self.running_update()?;
         if update.written != update.length {
-            let expected_offset = update.written as u32;
-            self.update = Some(update);
-            return Err(Refusal::FlashOrder { expected_offset });
+            return Err(Refusal::FlashOrder { expected_offset: update.written as u32 });
         }
+        self.update = None;
         let bytes = &self.flash.read(update.slot)[BLOB_AT..BLOB_AT + update.length];
         let (envelope, payload) = blob::decode(bytes).map_err(Refusal::Blob)?;
         if envelope.blob_length() != update.length {
@@ -202,9 +200,28 @@ impl<F: Flash> Store<F> {
         if envelope.generation <= newest {
             return Err(Refusal::Stale { newest });
         }
-        self.program(update.slot, 4, (update.length as u32).to_le_bytes())?;
-        self.program(update.slot, 0, COMMITTED.to_le_bytes())?;
+        self.update = Some(Update { verified: true, ..update });
         Ok((update.slot, envelope, payload))
+    }
+
+    /// Makes the network that was verified the one that runs from now on.
+    pub fn commit(&mut self) -> Result<(), Refusal> {
+        let Some(update) = self.update.take_if(|update| update.verified) else {
+            return Err(Refusal::NoTrial);
+        };
+        self.program(update.slot, 4, (update.length as u32).to_le_bytes())?;
+        self.program(update.slot, 0, COMMITTED.to_le_bytes())
+    }
+
+    /// Forgets the update; what it wrote stays uncommitted.
+    pub fn abandon(&mut self) {
+        self.update = None;
+    }
+
+    fn running_update(&self) -> Result<Update, Refusal> {
+        self.update
+            .filter(|update| !update.verified)
+            .ok_or(Refusal::FlashOrder { expected_offset: 0 })
     }
 
     /// Programs a word and reads it back.

@@ -11,6 +11,8 @@ use serde::{Deserialize, Serialize};
 
 /// Bytes of a blob in one chunk.
 pub const CHUNK: usize = 256;
+/// Samples within which a network on trial has to be confirmed: ten seconds.
+pub const TRIAL_SAMPLES: u32 = 10_000;
 /// Key of [`Hello`] and [`HelloReply`]: "HELO".
 pub const HELLO_KEY: u32 = u32::from_le_bytes(*b"HELO");
 
@@ -89,7 +91,9 @@ pub enum Request {
         offset: u32,
         bytes: Vec<u8, CHUNK>,
     },
-    /// Verifies what was written, commits it and runs it.
+    /// Verifies what was written and runs it on trial.
+    FlashTrial,
+    /// Commits the network on trial. Without it the old one is back after [`TRIAL_SAMPLES`].
     FlashCommit,
     /// Ends the running release once this many samples have come: the record is over.
     EndRelease {
@@ -118,6 +122,8 @@ pub enum Refusal {
     Stale { newest: u32 },
     /// The flash did not take what was written.
     FlashWrite,
+    /// No network is on trial; it may have run out of time.
+    NoTrial,
 }
 
 /// How the device sees the potentiometer and what it analyses.
@@ -192,6 +198,8 @@ pub struct NetworkStatus {
     pub topology: Vec<u8, 5>,
     /// Slot it came from; none: compiled in.
     pub slot: Option<u8>,
+    /// Not confirmed yet: a power cut, or [`TRIAL_SAMPLES`], bring the old one back.
+    pub on_trial: bool,
 }
 
 /// Where in a release the device is.

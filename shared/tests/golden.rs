@@ -116,6 +116,7 @@ fn wire_bytes() {
                 bytes: heapless::Vec::from_slice(&[0, 1, 0, 255]).unwrap(),
             },
         ),
+        ("flash_trial", Request::FlashTrial),
         ("flash_commit", Request::FlashCommit),
         ("end_release", Request::EndRelease { after_samples: 70_000 }),
     ];

@@ -59,6 +59,7 @@ fn to_json(identity: &Identity, status: &Status) -> Value {
     object["schema_version"] = json!(SCHEMA_VERSION);
     object["slots"] = json!(slots);
     object["running_slot"] = json!(status.network.slot);
+    object["on_trial"] = json!(status.network.on_trial);
     object["samples"] = json!(status.samples);
     object["lost_samples"] = json!(status.lost_samples);
     object["lost_events"] = json!(status.lost_events);
@@ -68,6 +69,9 @@ fn to_json(identity: &Identity, status: &Status) -> Value {
 fn to_text(identity: &Identity, status: &Status) -> String {
     let network = &status.network;
     let from = match network.slot {
+        Some(slot) if network.on_trial => {
+            format!("slot {slot}, generation {}, on trial", network.generation)
+        }
         Some(slot) => format!("slot {slot}, generation {}", network.generation),
         None => "compiled in".to_owned(),
     };

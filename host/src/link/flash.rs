@@ -62,24 +62,42 @@ pub fn write(client: &mut Client, blob: &[u8], progress: &mut dyn Progress) -> R
         step(client, &Request::FlashChunk { offset: (index * CHUNK) as u32, bytes })?;
         progress.written((index * CHUNK) + chunk.len(), blob.len());
     }
-    step(client, &Request::FlashCommit)?;
-    let running = client.status().map_err(|e| failed(client, &e.message))?.network;
-    if (running.generation, running.id) != (generation, id) {
-        return Err(failed(
-            client,
-            &format!("it runs network {:08x}, not {id:08x}, after the commit", running.id),
-        ));
+    step(client, &Request::FlashTrial)?;
+    runs(client, generation, id, true)?;
+    if let Err(error) = client.request(&Request::FlashCommit) {
+        return Err(match error {
+            LinkError::Refused(_) => why(client, error),
+            // The device may have heard, and its answer been lost.
+            _ => why(client, error).help(UNKNOWN),
+        });
     }
+    runs(client, generation, id, false)?;
     Ok(generation)
 }
 
+/// What helps where the last answer of an update is missing.
+const UNKNOWN: &str =
+    "whether it took the new network is not known: `yawrig device` shows which of the two it runs";
+
+/// That the device runs this network, on trial or for good.
+fn runs(client: &mut Client, generation: u32, id: u32, on_trial: bool) -> Result<()> {
+    let network = client.status().map_err(|e| failed(client, &e.message))?.network;
+    if (network.generation, network.id, network.on_trial) == (generation, id, on_trial) {
+        return Ok(());
+    }
+    Err(failed(client, &format!("it runs network {:08x}, not {id:08x}", network.id)))
+}
+
 fn step(client: &mut Client, request: &Request) -> Result<()> {
-    match client.request(request) {
-        Ok(_) => Ok(()),
-        Err(LinkError::Interrupted) => Err(Error::interrupted()),
-        Err(LinkError::Refused(refusal)) => Err(failed(client, &say_refusal(&refusal))),
-        Err(LinkError::Gone(why)) => Err(failed(client, &format!("it is gone: {why}"))),
-        Err(LinkError::Silent { .. }) => Err(failed(client, "it does not answer any more")),
+    client.request(request).map(|_| ()).map_err(|error| why(client, error))
+}
+
+fn why(client: &Client, error: LinkError) -> Error {
+    match error {
+        LinkError::Interrupted => Error::interrupted(),
+        LinkError::Refused(refusal) => failed(client, &say_refusal(&refusal)),
+        LinkError::Gone(why) => failed(client, &format!("it is gone: {why}")),
+        LinkError::Silent { .. } => failed(client, "it does not answer any more"),
     }
 }
 
@@ -98,6 +116,9 @@ fn say_refusal(refusal: &Refusal) -> String {
             )
         }
         Refusal::FlashWrite => "its flash did not take what was written".to_owned(),
+        Refusal::NoTrial => {
+            "it has given the network up: the confirmation came too late".to_owned()
+        }
         Refusal::Settings => "it refused its settings".to_owned(),
     }
 }

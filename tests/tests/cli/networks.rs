@@ -52,7 +52,7 @@ fn write(client: &mut Client, blob: &[u8]) -> Option<Refusal> {
             return refusal;
         }
     }
-    tell(Request::FlashCommit)
+    tell(Request::FlashTrial)
 }
 
 #[test]
@@ -81,12 +81,13 @@ fn a_device_refuses_what_the_host_would_have_held_back() {
             other => panic!("not refused: {other:?}"),
         };
         let order = |expected_offset| Refusal::FlashOrder { expected_offset };
-        assert_eq!(refused(&mut client, &Request::FlashCommit), order(0));
+        assert_eq!(refused(&mut client, &Request::FlashTrial), order(0));
+        assert_eq!(refused(&mut client, &Request::FlashCommit), Refusal::NoTrial);
         assert_eq!(refused(&mut client, &chunk(0)), order(0));
         client.request(&Request::FlashBegin { length: 24 }).expect("a beginning");
         assert_eq!(refused(&mut client, &chunk(8)), order(0));
         client.request(&chunk(0)).expect("in order");
-        assert_eq!(refused(&mut client, &Request::FlashCommit), order(8));
+        assert_eq!(refused(&mut client, &Request::FlashTrial), order(8));
         client.request(&chunk(8)).expect("in order");
         client.request(&chunk(16)).expect("in order");
         assert_eq!(refused(&mut client, &chunk(24)), order(24));

@@ -1,0 +1,125 @@
+//! A network on trial: confirmed, not confirmed in time, cut off, or replaced.
+
+use yawrig_firmware::device::Device;
+use yawrig_firmware::slots::MemoryFlash;
+use yawrig_firmware::BUILT_IN;
+use yawrig_shared::blob;
+use yawrig_shared::wire::{
+    encode, Decoder, Refusal, Reply, Request, SlotState, Status, CHUNK, TRIAL_SAMPLES,
+};
+
+/// A device and the number of the next request.
+struct Desk {
+    device: Device<MemoryFlash>,
+    sequence: u16,
+}
+
+impl Desk {
+    fn new(flash: MemoryFlash) -> Self {
+        Self { device: Device::new(flash, "desk"), sequence: 0 }
+    }
+
+    fn ask(&mut self, request: &Request) -> Reply {
+        self.sequence += 1;
+        for byte in encode(self.sequence, request).expect("a frame") {
+            self.device.receive(byte);
+        }
+        let mut decoder = Decoder::new();
+        while let Some(byte) = self.device.transmit() {
+            if let Some(Ok(frame)) = decoder.push(byte) {
+                if let Some(Ok(reply)) = frame.message::<Reply>() {
+                    return reply;
+                }
+            }
+        }
+        panic!("no answer to {request:?}");
+    }
+
+    fn status(&mut self) -> Status {
+        match self.ask(&Request::Status) {
+            Reply::Status(status) => status,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// Generation that runs, and whether on trial.
+    fn runs(&mut self) -> (u32, bool) {
+        let network = self.status().network;
+        (network.generation, network.on_trial)
+    }
+
+    fn samples(&mut self, count: u32) {
+        (0..count).for_each(|_| self.device.sample(32_768));
+    }
+
+    /// Writes the built-in network as this generation, up to its trial.
+    fn try_out(&mut self, generation: u32) {
+        let mut bytes = BUILT_IN.to_vec();
+        blob::set_generation(&mut bytes, generation).expect("a blob");
+        let done = |reply| assert_eq!(reply, Reply::Done);
+        done(self.ask(&Request::FlashBegin { length: bytes.len() as u32 }));
+        for (index, chunk) in bytes.chunks(CHUNK).enumerate() {
+            let bytes = chunk.iter().copied().collect();
+            done(self.ask(&Request::FlashChunk { offset: (index * CHUNK) as u32, bytes }));
+        }
+        done(self.ask(&Request::FlashTrial));
+        assert_eq!(self.runs(), (generation, true));
+    }
+
+    fn power_cut(self) -> Self {
+        Self::new(self.device.into_flash())
+    }
+}
+
+const TOO_LATE: Reply = Reply::Refused(Refusal::NoTrial);
+
+#[test]
+fn a_network_that_is_confirmed_in_time_stays() {
+    let mut desk = Desk::new(MemoryFlash::new());
+    desk.try_out(1);
+    desk.samples(TRIAL_SAMPLES);
+    assert_eq!(desk.ask(&Request::FlashCommit), Reply::Done);
+    desk.samples(2 * TRIAL_SAMPLES);
+    assert_eq!(desk.runs(), (1, false));
+    assert_eq!(desk.power_cut().runs(), (1, false));
+}
+
+#[test]
+fn one_that_is_not_makes_way_for_the_one_before() {
+    let mut desk = Desk::new(MemoryFlash::new());
+    // Back to the one compiled in.
+    desk.try_out(1);
+    desk.samples(TRIAL_SAMPLES + 1);
+    assert_eq!(desk.runs(), (0, false));
+    assert_eq!(desk.ask(&Request::FlashCommit), TOO_LATE);
+    assert_eq!(desk.status().slots, [SlotState::Invalid, SlotState::Empty]);
+    // Back to one in a slot, where lost samples count as time.
+    desk.try_out(2);
+    assert_eq!(desk.ask(&Request::FlashCommit), Reply::Done);
+    desk.try_out(3);
+    desk.device.lost(TRIAL_SAMPLES + 1);
+    assert_eq!(desk.runs(), (2, false));
+    assert_eq!(desk.ask(&Request::FlashCommit), TOO_LATE);
+    assert_eq!(desk.power_cut().runs(), (2, false));
+}
+
+#[test]
+fn a_power_cut_ends_a_trial() {
+    let mut desk = Desk::new(MemoryFlash::new());
+    desk.try_out(1);
+    let mut desk = desk.power_cut();
+    assert_eq!(desk.runs(), (0, false));
+    assert_eq!(desk.ask(&Request::FlashCommit), TOO_LATE);
+}
+
+#[test]
+fn another_update_ends_a_trial_and_leaves_the_network_that_was_confirmed() {
+    let mut desk = Desk::new(MemoryFlash::new());
+    desk.try_out(1);
+    assert_eq!(desk.ask(&Request::FlashCommit), Reply::Done);
+    desk.try_out(2);
+    assert_eq!(desk.ask(&Request::FlashBegin { length: 1000 }), Reply::Done);
+    assert_eq!(desk.runs(), (1, false));
+    // It was not erased with the one on trial.
+    assert_eq!(desk.power_cut().runs(), (1, false));
+}

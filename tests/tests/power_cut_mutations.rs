@@ -1,0 +1,96 @@
+//! The test of power cuts must fail where the store's safeguards are taken out. It is run on copies of the device's
+//! sources: as they are, without checksum and commit word, and with the commit word first and no checksum.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// Lines to find, each once, and what stands there instead.
+type Mutation = [(&'static str, &'static str, &'static str)];
+
+const NO_ENVELOPE_CRC: (&str, &str, &str) =
+    ("shared/src/blob.rs", "if crc32(&head[..20]) != word(head, 20) {", "if false {");
+const NO_PAYLOAD_CRC: (&str, &str, &str) =
+    ("shared/src/blob.rs", "if crc32(payload) != envelope.payload_crc {", "if false {");
+const NO_COMMIT_WORD: (&str, &str, &str) =
+    ("firmware/src/slots.rs", "if word(0) != COMMITTED {", "if false {");
+const NO_LENGTH: (&str, &str, &str) = (
+    "firmware/src/slots.rs",
+    "(word(4) as usize == envelope.blob_length()).then_some(envelope)",
+    "Some(envelope)",
+);
+const COMMIT_WORD_FIRST: (&str, &str, &str) = (
+    "firmware/src/slots.rs",
+    "        self.update = Some(Update { slot, length, written: 0, verified: false });",
+    "        self.program(slot, 0, COMMITTED.to_le_bytes())?;
+        self.update = Some(Update { slot, length, written: 0, verified: false });",
+);
+
+/// A workspace of the two device crates alone.
+fn copy(to: &Path, mutation: &Mutation) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    copy_folder(&root.join("shared"), &to.join("shared"));
+    for part in ["src", "tests", "networks"] {
+        copy_folder(&root.join("firmware").join(part), &to.join("firmware").join(part));
+    }
+    fs::copy(root.join("firmware/Cargo.toml"), to.join("firmware/Cargo.toml")).expect("a copy");
+    fs::copy(root.join("Cargo.lock"), to.join("Cargo.lock")).expect("a copy");
+    let manifest = fs::read_to_string(root.join("Cargo.toml")).expect("the workspace");
+    let alone =
+        manifest.replace(r#"["shared", "firmware", "host", "tests"]"#, r#"["shared", "firmware"]"#);
+    assert_ne!(alone, manifest);
+    fs::write(to.join("Cargo.toml"), alone).expect("a copy");
+    for (file, from, into) in mutation {
+        let file = to.join(file);
+        let text = fs::read_to_string(&file).expect("a source");
+        assert_eq!(text.matches(from).count(), 1, "{from}");
+        fs::write(&file, text.replace(from, into)).expect("a copy");
+    }
+}
+
+fn copy_folder(from: &Path, to: &Path) {
+    fs::create_dir_all(to).expect("a folder");
+    for entry in fs::read_dir(from).expect("a folder") {
+        let entry = entry.expect("an entry");
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy_folder(&entry.path(), &target);
+        } else {
+            fs::copy(entry.path(), target).expect("a copy");
+        }
+    }
+}
+
+fn power_cuts(at: &Path, target: &Path) -> Output {
+    Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+        .args(["test", "--release", "--offline", "-p", "yawrig-firmware", "--test", "power_cuts"])
+        .current_dir(at)
+        .env("CARGO_TARGET_DIR", target)
+        .output()
+        .expect("cargo")
+}
+
+#[test]
+fn the_power_cut_test_fails_without_the_safeguards() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let target: PathBuf = folder.path().join("target");
+    let run = |name: &str, mutation: &Mutation| {
+        let at = folder.path().join(name);
+        copy(&at, mutation);
+        let output = power_cuts(&at, &target);
+        let said = [output.stdout, output.stderr].concat();
+        (output.status.success(), String::from_utf8_lossy(&said).into_owned())
+    };
+    let (passed, said) = run("whole", &[]);
+    assert!(passed, "as it is: {said}");
+    let mutants: [(&str, &Mutation); 2] = [
+        ("bare", &[NO_ENVELOPE_CRC, NO_PAYLOAD_CRC, NO_COMMIT_WORD, NO_LENGTH]),
+        ("early", &[NO_ENVELOPE_CRC, NO_PAYLOAD_CRC, NO_LENGTH, COMMIT_WORD_FIRST]),
+    ];
+    for (name, mutation) in mutants {
+        let (passed, said) = run(name, mutation);
+        assert!(!passed, "{name}: the test does not notice");
+        // It was the device's start that failed, not the build.
+        assert!(said.contains("runs after a cut where"), "{name}: {said}");
+    }
+}
