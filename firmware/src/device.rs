@@ -148,6 +148,12 @@ impl<F: Flash> Core<F> {
     fn answer(&mut self, request: Request) -> Result<Reply, Refusal> {
         match request {
             Request::Status => return Ok(Reply::Status(self.status())),
+            Request::Event { number } => {
+                let kept = self.line.kept(number);
+                return kept
+                    .map(|event| Reply::Event(*event))
+                    .map_err(|oldest| Refusal::NotKept { oldest });
+            }
             Request::Configure(settings) => self.measuring.configure(settings)?,
             Request::Condition(condition) => self.measuring.set_condition(condition),
             Request::FlashBegin { length } => {
@@ -194,6 +200,7 @@ impl<F: Flash> Core<F> {
             samples: self.measuring.now(),
             lost_samples: self.measuring.lost_samples(),
             lost_events: self.line.lost_events(),
+            next_event: self.line.next_event(),
             has_reference: self.measuring.has_reference(),
         }
     }

@@ -1,7 +1,7 @@
 //! The serial line as the device sees it: a decoder, a queue of bytes to send, and the last reply.
 
 use heapless::Deque;
-use yawrig_shared::wire::{self, Encoded, Event, Message};
+use yawrig_shared::wire::{self, Encoded, Event, Message, KEPT_EVENTS};
 
 /// Bytes waiting for the line: about forty events.
 const QUEUE: usize = 2048;
@@ -13,7 +13,9 @@ const RESERVE: usize = 256;
 pub struct Line {
     queue: Deque<u8, QUEUE>,
     last_reply: Option<(u32, u16, Encoded)>,
-    event: u16,
+    /// The last events, so that a host can ask for those it missed.
+    kept: Deque<Event, KEPT_EVENTS>,
+    next_event: u16,
     lost_events: u32,
 }
 
@@ -25,7 +27,13 @@ impl Default for Line {
 
 impl Line {
     pub const fn new() -> Self {
-        Self { queue: Deque::new(), last_reply: None, event: 0, lost_events: 0 }
+        Self {
+            queue: Deque::new(),
+            last_reply: None,
+            kept: Deque::new(),
+            next_event: 0,
+            lost_events: 0,
+        }
     }
 
     /// Next byte for the line.
@@ -33,15 +41,34 @@ impl Line {
         self.queue.pop_front()
     }
 
-    /// Events that found no room; the gap in their sequence tells the host.
+    /// Events that found no room; the gap in their sequence tells the host, which asks for them.
     pub fn lost_events(&self) -> u32 {
         self.lost_events
     }
 
-    /// Queues an event.
+    /// Number of the next event.
+    pub fn next_event(&self) -> u16 {
+        self.next_event
+    }
+
+    /// An event of before.
+    ///
+    /// # Errors
+    /// The number of the oldest one that is kept.
+    pub fn kept(&self, number: u16) -> Result<&Event, u16> {
+        let oldest = self.next_event.wrapping_sub(self.kept.len() as u16);
+        self.kept.iter().nth(usize::from(number.wrapping_sub(oldest))).ok_or(oldest)
+    }
+
+    /// Queues an event, and keeps it for when it is asked for again.
     pub fn event(&mut self, event: &Event) {
-        let sequence = self.event;
-        self.event = self.event.wrapping_add(1);
+        let sequence = self.next_event;
+        self.next_event = self.next_event.wrapping_add(1);
+        if self.kept.is_full() {
+            self.kept.pop_front();
+        }
+        // There is room: just made.
+        let _ = self.kept.push_back(*event);
         let sent = wire::encode(sequence, event).is_ok_and(|frame| self.queue_event(&frame));
         self.lost_events += u32::from(!sent);
     }

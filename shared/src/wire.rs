@@ -13,6 +13,8 @@ use serde::{Deserialize, Serialize};
 pub const CHUNK: usize = 256;
 /// Samples within which a network on trial has to be confirmed: ten seconds.
 pub const TRIAL_SAMPLES: u32 = 10_000;
+/// Events a device keeps for a host that missed them.
+pub const KEPT_EVENTS: usize = 32;
 /// Key of [`Hello`] and [`HelloReply`]: "HELO".
 pub const HELLO_KEY: u32 = u32::from_le_bytes(*b"HELO");
 
@@ -99,6 +101,10 @@ pub enum Request {
     EndRelease {
         after_samples: u32,
     },
+    /// Asks again for an event that was lost on the line: one of the last [`KEPT_EVENTS`].
+    Event {
+        number: u16,
+    },
 }
 
 /// The device's answer to a [`Request`].
@@ -106,6 +112,7 @@ pub enum Request {
 pub enum Reply {
     Done,
     Status(Status),
+    Event(Event),
     Refused(Refusal),
 }
 
@@ -124,6 +131,8 @@ pub enum Refusal {
     FlashWrite,
     /// No network is on trial; it may have run out of time.
     NoTrial,
+    /// The event is not kept any more, or has not been yet.
+    NotKept { oldest: u16 },
 }
 
 /// How the device sees the potentiometer and what it analyses.
@@ -186,6 +195,8 @@ pub struct Status {
     pub lost_samples: u32,
     /// Events that found no room on the line.
     pub lost_events: u32,
+    /// Number of the next event: all before it were sent.
+    pub next_event: u16,
     pub has_reference: bool,
 }
 

@@ -118,6 +118,7 @@ fn wire_bytes() {
         ),
         ("flash_trial", Request::FlashTrial),
         ("flash_commit", Request::FlashCommit),
+        ("event", Request::Event { number: 7 }),
         ("end_release", Request::EndRelease { after_samples: 70_000 }),
     ];
     for (name, request) in &requests {

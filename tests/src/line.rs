@@ -103,12 +103,18 @@ impl Board {
     /// What the device says to these bytes.
     pub fn exchange(&self, bytes: &[u8]) -> Vec<u8> {
         let mut device = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut said = Vec::new();
+        let mut said: Vec<u8> = std::iter::from_fn(|| device.transmit()).collect();
         for &byte in bytes {
             device.receive(byte);
             said.extend(std::iter::from_fn(|| device.transmit()));
         }
         said
+    }
+
+    /// What its potentiometer shows next.
+    pub fn samples(&self, counts: &[u16]) {
+        let mut device = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        counts.iter().for_each(|&count| device.sample(count));
     }
 
     /// Plugs it into an honest line.

@@ -6,9 +6,9 @@
 
 use crate::error::{Error, Exit, Result};
 use crate::interrupt;
+use crate::link::events::{Events, Numbered};
 use crate::link::port;
 use serialport::TTYPort;
-use std::collections::VecDeque;
 use std::io::{self, Read, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
@@ -23,6 +23,10 @@ use yawrig_shared::wire::{
 const ANSWER: Duration = Duration::from_millis(700);
 const FLASH_ANSWER: Duration = Duration::from_secs(4);
 const TRIES: u32 = 3;
+/// How often that is repeated for an event before it counts as lost.
+const ROUNDS: u32 = 5;
+/// After so long a silence the device is asked whether it has said anything.
+const SILENCE: Duration = Duration::from_secs(1);
 
 /// What went wrong between a request and its reply.
 #[derive(Clone, Debug)]
@@ -46,13 +50,6 @@ enum Incoming {
     Gone(String),
 }
 
-/// An event with its number on the line.
-#[derive(Clone, Copy, Debug)]
-pub struct Numbered {
-    pub number: u16,
-    pub event: Event,
-}
-
 /// A device that has said hello.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
@@ -66,12 +63,12 @@ pub struct Client {
     path: String,
     port: TTYPort,
     incoming: Receiver<Incoming>,
-    events: VecDeque<Numbered>,
+    events: Events,
     sequence: u16,
-    next_event: Option<u16>,
-    missed_events: u64,
     garbled: u64,
     frames: u64,
+    heard: Instant,
+    rounds: u32,
     bytes: Arc<std::sync::atomic::AtomicU64>,
     gone: Option<String>,
     stop: Arc<AtomicBool>,
@@ -99,13 +96,13 @@ impl Client {
             path: path.to_owned(),
             port,
             incoming,
-            events: VecDeque::new(),
+            events: Events::default(),
             // Another client's last request must not be answered to ours.
             sequence: rand::random(),
-            next_event: None,
-            missed_events: 0,
             garbled: 0,
             frames: 0,
+            heard: Instant::now(),
+            rounds: 0,
             bytes,
             gone: None,
             stop,
@@ -145,8 +142,7 @@ impl Client {
                 .help("write this version's firmware to the board")
         })?;
         // What came before the answer had been waiting in the line, perhaps for an hour.
-        self.events.clear();
-        (self.next_event, self.missed_events) = (None, 0);
+        self.events.begin(None);
         let text =
             |field: [u8; 24]| String::from_utf8_lossy(&field).trim_end_matches('\0').to_owned();
         self.identity = Identity {
@@ -184,7 +180,12 @@ impl Client {
         let body = self.exchange(Reply::KEY, sequence, &frame, patience)?;
         match postcard::from_bytes(&body) {
             Ok(Reply::Refused(refusal)) => Err(LinkError::Refused(refusal)),
-            Ok(reply) => Ok(reply),
+            Ok(reply) => {
+                if let Reply::Status(status) = &reply {
+                    self.events.had(status.next_event);
+                }
+                Ok(reply)
+            }
             Err(_) => Err(LinkError::Silent { bytes: self.bytes(), frames: self.frames }),
         }
     }
@@ -284,11 +285,12 @@ impl Client {
         match self.incoming.recv_timeout(patience) {
             Ok(Incoming::Frame { key, sequence, body }) => {
                 self.frames += 1;
+                self.heard = Instant::now();
                 if key != Event::KEY {
                     return Ok(Some((key, sequence, body)));
                 }
                 match postcard::from_bytes(&body) {
-                    Ok(event) => self.event(sequence, event),
+                    Ok(event) => self.events.put(sequence, event),
                     Err(_) => self.garbled += 1,
                 }
                 Ok(None)
@@ -306,37 +308,61 @@ impl Client {
         }
     }
 
-    fn event(&mut self, number: u16, event: Event) {
-        let missed = self.next_event.map_or(0, |expected| number.wrapping_sub(expected));
-        self.missed_events += u64::from(missed);
-        self.next_event = Some(number.wrapping_add(1));
-        self.events.push_back(Numbered { number, event });
-    }
-
-    /// The next event, waiting for it at most so long.
+    /// The next event, waiting for it at most so long. What the line has lost is asked for again.
     pub fn next_event(
         &mut self,
         patience: Duration,
     ) -> std::result::Result<Option<Numbered>, LinkError> {
         let deadline = Instant::now() + patience;
         loop {
-            if let Some(event) = self.events.pop_front() {
+            if let Some(event) = self.events.take() {
                 return Ok(Some(event));
+            }
+            if let Some(number) = self.events.missing() {
+                self.fetch(number)?;
+                continue;
+            }
+            if self.heard.elapsed() > SILENCE {
+                self.heard = Instant::now();
+                match self.request(&Request::Status) {
+                    // It may be busy; whoever waits for an answer of its own will be told.
+                    Ok(_) | Err(LinkError::Silent { .. } | LinkError::Refused(_)) => continue,
+                    Err(error) => return Err(error),
+                }
             }
             let left = deadline.saturating_duration_since(Instant::now());
             if interrupt::requested() {
                 return Err(LinkError::Interrupted);
             }
+            let frames = self.frames;
             self.take(left.min(Duration::from_millis(100)))?;
-            if self.events.is_empty() && Instant::now() >= deadline {
+            if self.frames == frames && Instant::now() >= deadline {
                 return Ok(None);
             }
         }
     }
 
-    /// Events the line has lost since it was opened, by the gaps in their numbers.
+    /// Asks again for an event that did not come.
+    fn fetch(&mut self, number: u16) -> std::result::Result<(), LinkError> {
+        match self.request(&Request::Event { number }) {
+            Ok(Reply::Event(event)) => self.events.put(number, event),
+            Ok(_) => self.events.give_up(number.wrapping_add(1)),
+            Err(LinkError::Refused(Refusal::NotKept { oldest })) => self.events.give_up(oldest),
+            // A bad line: once more, a few times; the results after it wait for this one.
+            Err(LinkError::Silent { .. }) if self.rounds < ROUNDS => {
+                self.rounds += 1;
+                return Ok(());
+            }
+            Err(LinkError::Silent { .. }) => self.events.give_up(number.wrapping_add(1)),
+            Err(error) => return Err(error),
+        }
+        self.rounds = 0;
+        Ok(())
+    }
+
+    /// Events lost for good since the line was opened: the device does not keep them any more.
     pub fn missed_events(&self) -> u64 {
-        self.missed_events
+        self.events.lost()
     }
 }
 

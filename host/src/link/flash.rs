@@ -71,7 +71,8 @@ pub fn write(client: &mut Client, blob: &[u8], progress: &mut dyn Progress) -> R
             _ => why(client, error).help(UNKNOWN),
         });
     }
-    runs(client, generation, id, false)?;
+    // It has said yes; where it cannot be asked again, that is not known here.
+    runs(client, generation, id, false).map_err(|error| error.help(UNKNOWN))?;
     Ok(generation)
 }
 
@@ -119,6 +120,7 @@ fn say_refusal(refusal: &Refusal) -> String {
         Refusal::NoTrial => {
             "it has given the network up: the confirmation came too late".to_owned()
         }
+        Refusal::NotKept { .. } => "it was asked for an event that it does not keep".to_owned(),
         Refusal::Settings => "it refused its settings".to_owned(),
     }
 }

@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod client;
 pub mod emulated;
+pub mod events;
 pub mod flash;
 pub mod hub;
 pub mod image;
