@@ -66,7 +66,9 @@ pub(crate) fn line_through<S: Copy + Default + Into<f32>>(
         if slope * sign <= 0.0 {
             return found;
         }
-        let offset = (-(sum / n) / slope).clamp(-(half_period as f32), half_period as f32);
+        // Not `clamp`, whose panic would bring all of core's printing of floats into the image.
+        let most = half_period as f32;
+        let offset = (-(sum / n) / slope).max(-most).min(most);
         let at = Moment::after(centre, offset);
         found = Some((at, slope));
         let nearest = at.sample.wrapping_add((at.fraction >= 0.5) as u32);

@@ -5,7 +5,6 @@
 use cortex_m::asm::wfi;
 use cortex_m_rt::{entry, exception, ExceptionFrame};
 use cortex_m_semihosting::hprintln;
-use panic_semihosting as _;
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_mps2_an386::uart::Uart;
@@ -83,5 +82,6 @@ fn main() -> ! {
 
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    panic!("hard fault at {:#010x}", frame.pc());
+    hprintln!("hard fault at {:#010x}", frame.pc());
+    panic!();
 }
