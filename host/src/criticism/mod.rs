@@ -10,6 +10,8 @@ pub mod compare;
 pub mod diagnose;
 pub mod effects;
 pub mod fitting;
+pub mod model;
+mod model_text;
 mod search;
 pub mod simulate;
 mod starts;
