@@ -284,6 +284,27 @@ impl Effect {
         }
     }
 
+    /// Which of what the fit varies is the users' parameter `index`; `None` for size and phase of a line, which it
+    /// varies as cosine and sine part.
+    pub fn varied_place(self, index: usize) -> Option<usize> {
+        let p: Vec<f64> = (0..self.parameters().len()).map(|i| 0.3 + 0.1 * i as f64).collect();
+        let (_, rows) = self.published(&p);
+        let parts: Vec<usize> = (0..p.len()).filter(|&j| rows[index][j] != 0.0).collect();
+        match parts[..] {
+            [one] => Some(one),
+            _ => None,
+        }
+    }
+
+    /// Whether the `number`th of what the fit varies belongs to one release alone: phases and sizes of lines, drifts.
+    pub fn belongs_to_release(self, number: usize) -> bool {
+        match self {
+            Self::StiffnessDrift | Self::BaselineDrift => true,
+            Self::HarmonicForcing | Self::SecondMode => number < 2,
+            _ => false,
+        }
+    }
+
     /// Bounds of what the fit varies, with its frequency kept on the side of the yaw mode where `start` is.
     pub fn bounds(self, start: &[f64], natural_frequency_rad_s: f64) -> Vec<(f64, f64)> {
         let wn = natural_frequency_rad_s;
