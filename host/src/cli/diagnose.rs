@@ -1,6 +1,7 @@
 //! `diagnose`: which physical effect a second-order model of a record lacks.
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
+use super::model::JudgeArgs;
 use crate::criticism::diagnose::{diagnose, Diagnosis, Options, Status};
 use crate::error::Result;
 use crate::record::Record;
@@ -19,12 +20,8 @@ pub struct Diagnose {
     /// Record (CSV: time_s,yaw_deg)
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
-    /// The sensor was not zeroed: fit its nought, and leave out the constant moment
-    #[arg(long)]
-    pub unknown_zero: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub judge: JudgeArgs,
 }
 
 #[derive(Serialize)]
@@ -37,8 +34,8 @@ struct Object<'a> {
 impl Diagnose {
     pub fn run(&self) -> Result<()> {
         let record = Record::read(&self.file)?;
-        let diagnosis = diagnose(&record, &Options { zero_unknown: self.unknown_zero })?;
-        if self.json {
+        let diagnosis = diagnose(&record, &Options { zero_unknown: self.judge.unknown_zero })?;
+        if self.judge.json {
             return print_json(&Object { schema_version: SCHEMA_VERSION, diagnosis: &diagnosis });
         }
         print_line(&text(&self.file.display().to_string(), &diagnosis))

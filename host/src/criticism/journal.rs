@@ -1,6 +1,5 @@
 //! The journal of a model: every step that was taken with it, one JSON object a line, nothing ever taken out.
 
-use super::model::Model;
 use crate::error::{Error, Result};
 use crate::quantity::Quantity;
 use serde::{Deserialize, Serialize};
@@ -176,9 +175,4 @@ impl Journal {
             })
         })
     }
-}
-
-/// Whether `text` is a model that can be read.
-pub(super) fn readable(text: &str, path: &Path) -> Option<Model> {
-    Model::parse(text, path).ok()
 }

@@ -6,16 +6,21 @@
 //! size; [`compare`] says where a model fails. What is made of it stands in a file ([`model`]) whose every step is kept
 //! ([`journal`], [`store`]).
 
+pub mod appraisal;
 pub mod buffeting;
 pub mod cards;
 pub mod compare;
+pub mod comparison;
 pub mod diagnose;
 pub mod effects;
 pub mod fitting;
 pub mod joint;
 pub mod journal;
 pub mod model;
+pub mod model_fit;
 mod model_text;
+mod records;
+pub mod revise;
 mod search;
 pub mod simulate;
 mod starts;

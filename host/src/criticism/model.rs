@@ -51,7 +51,7 @@ pub struct MadeUnder {
     pub wind_speed_m_s: f64,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModalEntry {
     pub natural_frequency_rad_s: ParameterEntry,
     pub damping_ratio: ParameterEntry,
@@ -131,13 +131,19 @@ impl Model {
         Reader { text, path }.model()
     }
 
-    /// Every effect with its numbers, in the units and order of [`Effect::parameters`].
+    /// Every effect with its numbers, in the units and order of [`Effect::parameters`]. Numbers that belong to one
+    /// release (size and phase of a line, a drift) are nought where the model is about several.
     ///
     /// # Errors
     /// Exit 3 where one is not fitted yet.
     pub fn effect_values(&self, path: &Path) -> Result<Vec<(Effect, Vec<f64>)>> {
         let known = |entry: &EffectEntry| {
-            let values = entry.values().ok_or_else(|| {
+            let value = |(index, p): (usize, &ParameterEntry)| match p.value {
+                None if is_own(entry.effect, index) => Some(0.0),
+                value => value,
+            };
+            let values: Option<Vec<f64>> = entry.parameters.iter().enumerate().map(value).collect();
+            let values = values.ok_or_else(|| {
                 Error::data(format!("{}: {} has no values yet", path.display(), entry.effect))
                     .help(format!("run `yawrig fit --model {}`", path.display()))
             })?;
@@ -154,6 +160,12 @@ impl Model {
     pub fn record_path(path: &Path, entry: &RecordEntry) -> PathBuf {
         path.parent().unwrap_or(Path::new("")).join(&entry.file)
     }
+}
+
+/// Whether parameter `index` of [`Effect::parameters`] belongs to one release: it has as many values as there are
+/// releases.
+pub fn is_own(effect: Effect, index: usize) -> bool {
+    effect.varied_place(index).is_none_or(|number| effect.belongs_to_release(number))
 }
 
 /// The text of the model's file.
@@ -387,10 +399,27 @@ impl Reader<'_> {
                 Law { name: format!("{effect}.{}", p.name), unit: p.unit, min: p.min, max: p.max };
             entry.parameters[at] = self.parameter(parameter, &law)?;
         }
-        let given = entry.parameters.iter().filter(|p| p.value.is_some()).count();
-        if given > 0 && given < entry.parameters.len() {
+        let numbers = || entry.parameters.iter().enumerate();
+        let shared = || numbers().filter(|(index, _)| !is_own(effect, *index)).map(|(_, p)| p);
+        if shared().any(|p| p.value.is_some()) && shared().any(|p| p.value.is_none()) {
             let what = format!("{effect} has values for some of its parameters only");
             return Err(self.error(&raw.id.span(), what).help("give all of them, or none"));
+        }
+        // Size and phase of a line are fitted as cosine and sine part.
+        let line = || numbers().filter(|(index, _)| effect.varied_place(*index).is_none());
+        let kept = |(index, p): (usize, &ParameterEntry)| {
+            let known = &effect.parameters()[index];
+            !p.free || (p.min, p.max) != (known.min, known.max)
+        };
+        if line().any(kept) && line().any(|(_, p)| p.free) {
+            let names: Vec<&str> = line().map(|(i, _)| effect.parameters()[i].name).collect();
+            let what = format!(
+                "{effect}: {} are free within no bounds, or all fixed",
+                names.join(" and ")
+            );
+            return Err(self
+                .error(&raw.id.span(), what)
+                .help("free them and delete their bounds, or fix all"));
         }
         Ok(entry)
     }

@@ -7,7 +7,7 @@
 
 use super::journal::{path_of, Action, Journal, Step};
 use super::model::{read_text, Model};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::{files, interrupt};
 use nix::errno::Errno;
 use nix::fcntl::{Flock, FlockArg};
