@@ -1,8 +1,7 @@
 //! `compare`: a second-order model, with any effects, against a record.
 
-use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
+use super::common::{bare, print_json, print_line, EffectsArg, SCHEMA_VERSION};
 use crate::criticism::diagnose::{compare, Comparison, Options};
-use crate::criticism::effects::Effect;
 use crate::error::Result;
 use crate::record::Record;
 use clap::Args;
@@ -18,9 +17,8 @@ pub struct Compare {
     /// Record (CSV: time_s,yaw_deg)
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
-    /// Add an effect of the library to the model (repeatable)
-    #[arg(long = "effect", value_name = "EFFECT", value_enum)]
-    pub effects: Vec<Effect>,
+    #[command(flatten)]
+    pub effects: EffectsArg,
     /// The sensor was not zeroed: fit its nought
     #[arg(long)]
     pub unknown_zero: bool,
@@ -38,9 +36,10 @@ struct Object<'a> {
 
 impl Compare {
     pub fn run(&self) -> Result<()> {
+        let effects = self.effects.effects()?;
         let record = Record::read(&self.file)?;
-        let options = Options { zero_unknown: self.unknown_zero };
-        let comparison = compare(&record, &self.effects, &options)?;
+        let options = Options { zero_unknown: self.unknown_zero, ..Options::default() };
+        let comparison = compare(&record, &effects, &options)?;
         if self.json {
             return print_json(&Object { schema_version: SCHEMA_VERSION, comparison: &comparison });
         }

@@ -9,6 +9,8 @@ use nalgebra::DMatrix;
 
 /// Of an effect's size (where it rivals the spring): the step of the differences.
 const DIFFERENCE: f64 = 1e-6;
+/// The same with a user's own effects, whose integration adapts its steps.
+const OWN_DIFFERENCE: f64 = 3e-5;
 /// wn, zeta, yaw angle and yaw rate at the first instant.
 const PLAIN: usize = 4;
 /// Cycles of the first, shortest fit.
@@ -187,7 +189,9 @@ impl<'a> SwingProblem<'a> {
             sizes.extend(effect.sizes(&scale));
         }
         debug_assert_eq!(sizes.len(), n);
-        let steps = sizes.iter().map(|s| DIFFERENCE * s).collect();
+        let own = structure.effects.iter().any(|e| matches!(e, Effect::Own(_)));
+        let difference = if own { OWN_DIFFERENCE } else { DIFFERENCE };
+        let steps = sizes.iter().map(|s| difference * s).collect();
         Self { swing, structure, starts, bounds, steps, count }
     }
 
