@@ -1,5 +1,6 @@
 //! What several verbs share: the `--device` option, bars and JSON on stdout.
 
+use crate::criticism::effects::{Effect, MOST_OWN};
 use crate::error::{Error, Result};
 use crate::identify::conventional::{self, Decay, SpectralPeak};
 use crate::identify::Settings;
@@ -7,6 +8,7 @@ use crate::link::bench::{Bench, Target};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
+use std::collections::HashSet;
 use std::io::{IsTerminal, Write};
 
 /// Version of every JSON object this program prints.
@@ -66,6 +68,31 @@ impl AnalysisArgs {
         }
         let conventional = conventional::Options { spectral_peak, decay };
         Ok(Settings { from_deg, to_deg, conventional })
+    }
+}
+
+#[derive(Args, Debug, Clone)]
+pub struct EffectsArg {
+    /// An effect of the library by its id, or your own from a file ending in .toml (repeatable)
+    #[arg(long = "effect", value_name = "EFFECT")]
+    effects: Vec<String>,
+}
+
+impl EffectsArg {
+    /// # Errors
+    /// Exit 2 for an id that there is not, or too many own effects; exit 3 for a file that cannot be used.
+    pub fn effects(&self) -> Result<Vec<Effect>> {
+        let effects: Vec<Effect> =
+            self.effects.iter().map(|text| Effect::named(text)).collect::<Result<_>>()?;
+        let own: HashSet<&Effect> =
+            effects.iter().filter(|e| matches!(e, Effect::Own(_))).collect();
+        if own.len() > MOST_OWN {
+            return Err(Error::usage(format!(
+                "--effect: more than {MOST_OWN} effects of your own"
+            ))
+            .help("take fewer at a time"));
+        }
+        Ok(effects)
     }
 }
 

@@ -1,11 +1,9 @@
 //! `compare`: a model, with any effects on top, against records.
 
-use super::common::bare;
-use super::common::print_line;
+use super::common::{bare, print_line, EffectsArg};
 use super::model::{print_revision, summary, JudgeArgs, DEFAULT};
 use crate::criticism::appraisal::Appraisal;
 use crate::criticism::comparison::{compare, Comparison};
-use crate::criticism::effects::Effect;
 use crate::criticism::revise::Revision;
 use crate::error::{Error, Result};
 use clap::Args;
@@ -23,9 +21,8 @@ pub struct Compare {
     /// Records (CSV: time_s,yaw_deg); none: those of the model
     #[arg(value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// Try an effect of the library on top of the model (repeatable)
-    #[arg(long = "effect", value_name = "EFFECT", value_enum)]
-    pub effects: Vec<Effect>,
+    #[command(flatten)]
+    pub effects: EffectsArg,
     /// The model's file [default: model.toml where there is one]
     #[arg(long, value_name = "MODEL")]
     pub model: Option<PathBuf>,
@@ -56,7 +53,7 @@ impl Compare {
         let revision = compare(&Comparison {
             model: model.clone(),
             files: self.files.clone(),
-            effects: self.effects.clone(),
+            effects: self.effects.effects()?,
             unknown_zero: self.judge.unknown_zero,
         })?;
         if self.judge.json {

@@ -1,6 +1,6 @@
 //! `diagnose`: which physical effect a second-order model of a record lacks.
 
-use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
+use super::common::{bare, print_json, print_line, EffectsArg, SCHEMA_VERSION};
 use super::model::JudgeArgs;
 use crate::criticism::diagnose::{diagnose, Diagnosis, Options, Status};
 use crate::error::Result;
@@ -14,12 +14,15 @@ use std::path::PathBuf;
 ///
 /// Every effect of the library is fitted, alone and together with others, and judged by evidence, by the later part of
 /// the record and by its size. A reading at rest that is not nought counts as a constant moment unless --unknown-zero
-/// says that the sensor was not zeroed.
+/// says that the sensor was not zeroed. Your own effect, a moment written as an expression in a file, competes with them
+/// when --effect names it.
 #[derive(Args, Debug, Clone)]
 pub struct Diagnose {
     /// Record (CSV: time_s,yaw_deg)
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
+    #[command(flatten)]
+    pub effects: EffectsArg,
     #[command(flatten)]
     pub judge: JudgeArgs,
 }
@@ -33,8 +36,10 @@ struct Object<'a> {
 
 impl Diagnose {
     pub fn run(&self) -> Result<()> {
+        let own = self.effects.effects()?;
         let record = Record::read(&self.file)?;
-        let diagnosis = diagnose(&record, &Options { zero_unknown: self.judge.unknown_zero })?;
+        let options = Options { zero_unknown: self.judge.unknown_zero, own };
+        let diagnosis = diagnose(&record, &options)?;
         if self.judge.json {
             return print_json(&Object { schema_version: SCHEMA_VERSION, diagnosis: &diagnosis });
         }

@@ -9,22 +9,25 @@ use clap::Args;
 /// Add an effect to the model and fit it
 #[derive(Args, Debug, Clone)]
 pub struct Add {
+    /// An effect of the library by its id, or your own from a file ending in .toml
+    #[arg(value_name = "EFFECT")]
+    pub effect: String,
     #[command(flatten)]
-    pub effect: EffectArgs,
+    pub step: StepArgs,
 }
 
 /// Take an effect out of the model and fit what is left
 #[derive(Args, Debug, Clone)]
 pub struct Remove {
+    /// The effect's id
+    #[arg(value_name = "EFFECT")]
+    pub effect: String,
     #[command(flatten)]
-    pub effect: EffectArgs,
+    pub step: StepArgs,
 }
 
 #[derive(Args, Debug, Clone)]
-pub struct EffectArgs {
-    /// An effect of the library
-    #[arg(value_name = "EFFECT", value_enum)]
-    pub effect: Effect,
+pub struct StepArgs {
     /// The reason, for the journal
     #[arg(long, value_name = "TEXT")]
     pub why: Option<String>,
@@ -37,16 +40,17 @@ pub struct EffectArgs {
 
 impl Add {
     pub fn run(&self) -> Result<()> {
-        let EffectArgs { effect, why, model, json } = &self.effect;
-        let revision = revise::add(&model.model, *effect, &asked(why.as_deref()))?;
+        let StepArgs { why, model, json } = &self.step;
+        let effect = Effect::named(&self.effect)?;
+        let revision = revise::add(&model.model, effect, &asked(why.as_deref()))?;
         print_revision(Some(&model.model), &revision, *json)
     }
 }
 
 impl Remove {
     pub fn run(&self) -> Result<()> {
-        let EffectArgs { effect, why, model, json } = &self.effect;
-        let revision = revise::remove(&model.model, *effect, &asked(why.as_deref()))?;
+        let StepArgs { why, model, json } = &self.step;
+        let revision = revise::remove(&model.model, &self.effect, &asked(why.as_deref()))?;
         print_revision(Some(&model.model), &revision, *json)
     }
 }

@@ -23,10 +23,12 @@ const MOST_DEPENDENT: f64 = 4.0;
 const MOST_CORRELATED: f64 = 0.1;
 
 /// How a record is judged.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// The sensor's nought is not known: it is fitted, and a constant moment cannot be told from it.
     pub zero_unknown: bool,
+    /// The user's own effects, to compete with those of the library, which take part anyway.
+    pub own: Vec<Effect>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -96,7 +98,7 @@ pub fn diagnose(record: &Record, options: &Options) -> Result<Diagnosis> {
 /// # Errors
 /// 130 where the user stops it.
 pub fn diagnose_swing(swing: &Swing, options: &Options) -> Result<Diagnosis> {
-    let found = search::search(swing, options.zero_unknown)?;
+    let found = search::search(swing, options)?;
     let last = found.path.last().expect("the plain model");
     if let Some(buffeted) = random_forcing(swing, &found) {
         return Ok(buffeted_verdict(swing, &found, &buffeted));

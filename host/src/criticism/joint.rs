@@ -20,6 +20,8 @@ use std::collections::HashMap;
 
 /// Of an effect's size (where it rivals the spring): the step of the differences.
 const DIFFERENCE: f64 = 1e-6;
+/// The same with a user's own effects, whose integration adapts its steps.
+const OWN_DIFFERENCE: f64 = 3e-5;
 const EVALUATIONS: usize = 30;
 
 /// The first `count` means of a swing.
@@ -216,10 +218,12 @@ impl<'a> Together<'a> {
                     (0..places.len()).filter(|&j| bounds[j].0 < bounds[j].1).collect();
                 free.sort_by_key(|&j| places[j]);
                 let sizes = structure.sizes(release.swing);
+                let own = structure.effects.iter().any(|e| matches!(e, Effect::Own(_)));
+                let difference = if own { OWN_DIFFERENCE } else { DIFFERENCE };
                 debug_assert_eq!(sizes.len(), places.len());
                 Part {
                     starts: structure.starts(),
-                    steps: sizes.iter().map(|s| DIFFERENCE * s).collect(),
+                    steps: sizes.iter().map(|s| difference * s).collect(),
                     release,
                     structure,
                     places,

@@ -5,6 +5,7 @@
 
 use super::effects::Effect;
 use crate::error::{Error, Result};
+use crate::own_effect::{is_file, pointed};
 use crate::rig::Axis;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -179,23 +180,6 @@ pub fn read_text(path: &Path) -> Result<String> {
     })
 }
 
-/// The id nearest to `word`, for a message.
-pub fn nearest<'a>(word: &str, ids: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    ids.map(|id| (strsim::jaro_winkler(word, id), id))
-        .filter(|(likeness, _)| *likeness > 0.75)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, id)| id)
-}
-
-/// What to do about an id that is none.
-pub fn which_effect(word: &str) -> String {
-    let ids = || Effect::ALL.into_iter().map(Effect::id);
-    match nearest(word, ids()) {
-        Some(id) => format!("did you mean {id}?"),
-        None => format!("the effects are {}", ids().collect::<Vec<_>>().join(", ")),
-    }
-}
-
 #[derive(Deserialize)]
 struct Version {
     schema_version: Spanned<u32>,
@@ -239,6 +223,7 @@ struct RawModal {
 #[serde(deny_unknown_fields)]
 struct RawEffect {
     id: Spanned<String>,
+    definition: Option<Spanned<String>>,
     #[serde(default)]
     parameters: BTreeMap<Spanned<String>, Spanned<RawParameter>>,
 }
@@ -274,7 +259,11 @@ impl Reader<'_> {
     }
 
     fn error(&self, span: &Range<usize>, what: impl std::fmt::Display) -> Error {
-        Error::data(format!("{}:{}: {what}", self.path.display(), self.line(span)))
+        Error::data(pointed(self.path, self.text, span.clone(), &what.to_string()))
+    }
+
+    fn name(&self) -> std::path::Display<'_> {
+        Path::new(self.path.file_name().unwrap_or_default()).display()
     }
 
     fn malformed(&self, e: &toml::de::Error) -> Error {
@@ -376,10 +365,23 @@ impl Reader<'_> {
 
     fn effect(&self, raw: &RawEffect) -> Result<EffectEntry> {
         let id = raw.id.get_ref();
-        let effect = Effect::from_id(id).ok_or_else(|| {
-            self.error(&raw.id.span(), format!("there is no effect \"{id}\""))
-                .help(which_effect(id))
-        })?;
+        let effect = match &raw.definition {
+            Some(definition) => {
+                let file = self.path.with_file_name(format!("{id} in {}", self.name()));
+                Effect::defined(&file, definition.get_ref())?
+            }
+            None if is_file(id) => {
+                Effect::load(&self.path.parent().unwrap_or(Path::new("")).join(id))?
+            }
+            None => Effect::named(id).map_err(|e| {
+                self.error(&raw.id.span(), e.message)
+                    .help(format!("{}, with its text as definition", e.help))
+            })?,
+        };
+        if raw.definition.is_some() && effect.id() != id {
+            let what = format!("the definition is that of \"{effect}\", not of \"{id}\"");
+            return Err(self.error(&raw.id.span(), what).help("give both the same id"));
+        }
         if effect == Effect::Buffeting {
             return Err(self
                 .error(&raw.id.span(), "buffeting is random and cannot be simulated")

@@ -1,5 +1,6 @@
 //! Writing `model.toml`, with what the user wrote beside the values left in place.
 
+use super::effects::Effect;
 use super::model::{Model, ParameterEntry, RecordEntry, SCHEMA_VERSION};
 use crate::error::{Error, Result};
 use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike, Value};
@@ -60,6 +61,9 @@ impl Model {
         tables.retain(|t| self.effects.iter().any(|e| text_of(t, "id") == Some(e.effect.id())));
         for entry in &self.effects {
             let table = with_text(tables, "id", entry.effect.id());
+            if let Effect::Own(own) = entry.effect {
+                put(table, "definition", own.text.as_str());
+            }
             let parameters = sub_table(table, "parameters", false);
             for (known, value) in entry.effect.parameters().iter().zip(&entry.parameters) {
                 value.write(parameters, known.name, known.unit);
@@ -167,7 +171,6 @@ fn sub_table<'a>(parent: &'a mut Table, key: &str, implicit: bool) -> &'a mut Ta
 
 #[cfg(test)]
 mod tests {
-    use super::super::effects::Effect;
     use super::super::model::{EffectEntry, ModalEntry};
     use super::*;
     use std::path::Path;
@@ -280,7 +283,7 @@ mod tests {
             assert_ne!(wrong, text, "{from} is not in\n{text}");
             let line = 1 + wrong.lines().zip(text.lines()).position(|(a, b)| a != b).unwrap();
             let error = Model::parse(&wrong, Path::new("m.toml")).unwrap_err().to_string();
-            assert!(error.contains(&format!("m.toml:{line}: ")), "line {line}: {error}\n{wrong}");
+            assert!(error.contains(&format!("m.toml:{line}:")), "line {line}: {error}\n{wrong}");
             assert!(error.contains(said) && error.contains(help), "{error}");
         }
     }

@@ -2,15 +2,16 @@
 
 use super::appraisal::{appraise, Appraisal, Condition};
 use super::comparison::as_it_is;
-use super::effects::Effect;
+use super::effects::{Effect, MOST_OWN};
 use super::joint::JointFit;
 use super::journal::{path_of, Action, Known, KnownModal, Residuals, Step};
-use super::model::{nearest, read_text, EffectEntry, Model, RecordEntry};
+use super::model::{read_text, EffectEntry, Model, RecordEntry};
 use super::model_fit::{self, held_against, Data, Recorded};
 use super::records;
 use super::store::Store;
 use crate::error::{Error, Exit, Result};
 use crate::interrupt;
+use crate::own_effect::nearest;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -193,6 +194,11 @@ pub(super) fn check_addable(model: &Model, effect: Effect) -> Result<()> {
         return Err(Error::usage(format!("{effect}: it is in the model already"))
             .help("name each effect once"));
     }
+    let own = |e: &&Effect| matches!(e, Effect::Own(_));
+    if own(&&effect) && model.effects.iter().map(|e| &e.effect).filter(own).count() >= MOST_OWN {
+        return Err(Error::usage(format!("the model has {MOST_OWN} effects of your own"))
+            .help("take one out first: yawrig remove ID"));
+    }
     Ok(())
 }
 
@@ -228,21 +234,21 @@ pub(super) fn added(inner: &Current, data: &Data, effect: Effect) -> Result<Curr
     Current::of(&model, data, fit)
 }
 
-/// Takes `effect` out of the model at `path`.
+/// Takes the effect `id` out of the model at `path`.
 ///
 /// # Errors
 /// Exit 2 where it is not in the model; else as [`fit`].
-pub fn remove(path: &Path, effect: Effect, asked: &Asked) -> Result<Revision> {
+pub fn remove(path: &Path, id: &str, asked: &Asked) -> Result<Revision> {
     let (store, model) = opened(path)?;
-    if model.effect(effect).is_none() {
+    let Some(effect) = model.effects.iter().map(|e| e.effect).find(|e| e.id() == id) else {
         let ids = || model.effects.iter().map(|e| e.effect.id());
-        let help = match (nearest(effect.id(), ids()), ids().count()) {
+        let help = match (nearest(id, ids()), ids().count()) {
             (_, 0) => "the model has no effects".to_owned(),
             (Some(id), _) => format!("did you mean {id}?"),
             _ => format!("its effects: {}", ids().collect::<Vec<_>>().join(", ")),
         };
-        return Err(Error::usage(format!("{effect} is not in {}", path.display())).help(help));
-    }
+        return Err(Error::usage(format!("{id} is not in {}", path.display())).help(help));
+    };
     let data = Data::of(&model, path)?;
     let outer = Current::fitted(&model, &data)?;
     let mut smaller = outer.model.clone();
