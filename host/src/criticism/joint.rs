@@ -13,6 +13,7 @@ use super::fitting::{motion, Fitted, Structure};
 use super::simulate::Grid;
 use super::swing::Swing;
 use crate::fit::{minimise, Fit, Options, Problem, Rows};
+use crate::interrupt;
 use crate::quantity::Quantity;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -264,6 +265,10 @@ impl Problem for Together<'_> {
     }
 
     fn evaluate(&self, p: &[f64], rows: &mut dyn Rows) {
+        if interrupt::requested() {
+            // Nowhere to be evaluated: the fit ends at once, and whoever asked for it finds out why.
+            return rows.row(f64::NAN, &vec![0.0; p.len()]);
+        }
         let mut add = |part: &Part, (residuals, columns): (Vec<f64>, Vec<Vec<f64>>)| {
             let which: Vec<usize> = part.free.iter().map(|&j| part.places[j]).collect();
             let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();

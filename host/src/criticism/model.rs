@@ -3,7 +3,7 @@
 //! The file is written by the program and may be edited by hand: an entry with `free = false` keeps its value in the
 //! next fit, `min` and `max` bound it.
 
-use super::effects::Effect;
+use super::effects::{Effect, MOST_OWN};
 use crate::error::{Error, Result};
 use crate::own_effect::{is_file, pointed};
 use crate::rig::Axis;
@@ -312,6 +312,11 @@ impl Reader<'_> {
                 return Err(self.error(&entry.id.span(), what).help("delete one of the two"));
             }
             effects.push(effect);
+            let own = effects.iter().filter(|e| matches!(e.effect, Effect::Own(_))).count();
+            if own > MOST_OWN {
+                let what = format!("more than {MOST_OWN} effects of your own");
+                return Err(self.error(&entry.id.span(), what).help("take fewer at a time"));
+            }
         }
         Ok(Model { unknown_zero: raw.unknown_zero, records, modal, effects })
     }

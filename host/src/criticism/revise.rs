@@ -230,6 +230,7 @@ pub fn add(path: &Path, effect: Effect, asked: &Asked) -> Result<Revision> {
 pub(super) fn added(inner: &Current, data: &Data, effect: Effect) -> Result<Current> {
     let mut model = inner.model.clone();
     model.effects.push(EffectEntry::unfitted(effect));
+    model_fit::structure(&model)?;
     let fit = model_fit::add(data, &inner.fit, effect)?;
     Current::of(&model, data, fit)
 }
