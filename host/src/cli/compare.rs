@@ -6,6 +6,7 @@ use crate::criticism::appraisal::Appraisal;
 use crate::criticism::comparison::{compare, Comparison};
 use crate::criticism::revise::Revision;
 use crate::error::{Error, Result};
+use crate::quantity::Quantity;
 use clap::Args;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -94,12 +95,14 @@ fn tables(a: &Appraisal) -> [comfy_table::Table; 6] {
         table
     };
     let deg = |at: String, rms: f64| (at, rms, format!("{rms:.4}"));
-    let law = |at: f64, moment: f64| (format!("{at:.2}"), moment, format!("{moment:+.5}"));
+    let law = |at: f64, moment: f64, u: f64| {
+        (format!("{at:.2}"), moment, Quantity::new(moment, u).to_string())
+    };
     let time = w.time.iter().map(|t| deg(format!("{:.2} - {:.2}", t.from_s, t.to_s), t.rms_deg));
     let amplitude =
         w.amplitude.iter().map(|t| deg(format!("{:.2} - {:.2}", t.from_deg, t.to_deg), t.rms_deg));
-    let damping = w.damping_law.iter().map(|p| law(p.rate_deg_s, p.moment_rad_s2));
-    let stiffness = w.stiffness_law.iter().map(|p| law(p.yaw_deg, p.moment_rad_s2));
+    let damping = w.damping_law.iter().map(|p| law(p.rate_deg_s, p.moment_rad_s2, p.u_rad_s2));
+    let stiffness = w.stiffness_law.iter().map(|p| law(p.yaw_deg, p.moment_rad_s2, p.u_rad_s2));
     let frequency = w
         .frequency
         .iter()

@@ -2,6 +2,7 @@
 
 use super::fitting::Fitted;
 use super::swing::Swing;
+use crate::quantity::Quantity;
 use serde::Serialize;
 use std::f64::consts::TAU;
 
@@ -9,7 +10,7 @@ const TIME_BINS: usize = 20;
 const AMPLITUDE_BINS: usize = 8;
 /// Cells of the phase plane on each side of nought.
 const PHASE_CELLS: i32 = 4;
-/// Cells of a cut on each side of nought, and how far from it a state may be, as a share of where it is along it.
+/// Cells of a cut on each side of nought, and how far from it a state may be: tangent of the angle in the plane.
 const CUT_CELLS: i32 = 8;
 const CUT_WIDTH: f64 = 0.25;
 const FREQUENCY_BINS: usize = 24;
@@ -64,6 +65,7 @@ pub struct PhaseCell {
 pub struct DampingPoint {
     pub rate_deg_s: f64,
     pub moment_rad_s2: f64,
+    pub u_rad_s2: f64,
 }
 
 /// At zero rate, mean over the turning points at about this angle.
@@ -71,6 +73,7 @@ pub struct DampingPoint {
 pub struct StiffnessPoint {
     pub yaw_deg: f64,
     pub moment_rad_s2: f64,
+    pub u_rad_s2: f64,
 }
 
 /// Share of the residual's power about `hz`.
@@ -91,14 +94,21 @@ pub fn locate(swing: &Swing, model: &Fitted) -> Where {
     Where {
         time: time(swing, &residual),
         amplitude: amplitude(&residual, &yaw, &rate, wn),
-        damping_law: cut(&states, b_max, r_max, |s| (s.yaw_rad, s.rate_rad_s))
-            .map(|(rate, moment_rad_s2)| DampingPoint {
+        damping_law: cut(&states, r_max, |s| (s.yaw_rad * wn, s.rate_rad_s))
+            .into_iter()
+            .map(|(rate, m)| DampingPoint {
                 rate_deg_s: rate.to_degrees(),
-                moment_rad_s2,
+                moment_rad_s2: m.value,
+                u_rad_s2: m.u,
             })
             .collect(),
-        stiffness_law: cut(&states, r_max, b_max, |s| (s.rate_rad_s, s.yaw_rad))
-            .map(|(yaw, moment_rad_s2)| StiffnessPoint { yaw_deg: yaw.to_degrees(), moment_rad_s2 })
+        stiffness_law: cut(&states, b_max, |s| (s.rate_rad_s / wn, s.yaw_rad))
+            .into_iter()
+            .map(|(yaw, m)| StiffnessPoint {
+                yaw_deg: yaw.to_degrees(),
+                moment_rad_s2: m.value,
+                u_rad_s2: m.u,
+            })
             .collect(),
         phase: phase(&states, b_max, r_max),
         frequency: frequency(swing, &residual),
@@ -217,25 +227,32 @@ fn cell(x: f64, most: f64, cells: i32) -> i32 {
     ((x / most * (f64::from(cells) + 0.5)).round() as i32).clamp(-cells, cells)
 }
 
-/// Mean moment along a line through the plane: where the first coordinate of `split` is about nought, against the
-/// second.
-fn cut<'a>(
-    states: &'a [Missing],
-    across_max: f64,
+/// Moment along a line through the plane, where the first coordinate of `split` is about nought, against the second:
+/// means over the passages through the line, and their standard uncertainties from the passages' scatter.
+fn cut(
+    states: &[Missing],
     along_max: f64,
     split: impl Fn(&Missing) -> (f64, f64),
-) -> impl Iterator<Item = (f64, f64)> + 'a {
-    let mut sums = vec![(0.0, 0.0, 0.0); (2 * CUT_CELLS + 1) as usize];
-    for s in states {
+) -> Vec<(f64, Quantity)> {
+    let inside = |s: &Missing| {
         let (across, along) = split(s);
-        // Near the line as seen from this state's own cycle, that a small swing counts where it is and not at all angles.
-        let turned = (across / across_max).abs() < CUT_WIDTH * (along / along_max).abs();
-        if turned && along_max > 0.0 {
-            let sum = &mut sums[(cell(along, along_max, CUT_CELLS) + CUT_CELLS) as usize];
-            *sum = (sum.0 + 1.0, sum.1 + along, sum.2 + s.moment_rad_s2);
-        }
+        across.abs() < CUT_WIDTH * along.abs()
+    };
+    let mut cells = vec![Vec::<(f64, f64)>::new(); (2 * CUT_CELLS + 1) as usize];
+    for passage in states.chunk_by(|a, b| inside(a) == inside(b)).filter(|c| inside(&c[0])) {
+        let n = passage.len() as f64;
+        let along = passage.iter().map(|s| split(s).1).sum::<f64>() / n;
+        let moment = passage.iter().map(|s| s.moment_rad_s2).sum::<f64>() / n;
+        cells[(cell(along, along_max, CUT_CELLS) + CUT_CELLS) as usize].push((along, moment));
     }
-    sums.into_iter().filter(|s| s.0 >= 3.0).map(|s| (s.1 / s.0, s.2 / s.0))
+    let mean = |passages: Vec<(f64, f64)>| {
+        let n = passages.len() as f64;
+        let along = passages.iter().map(|p| p.0).sum::<f64>() / n;
+        let moment = passages.iter().map(|p| p.1).sum::<f64>() / n;
+        let scatter = passages.iter().map(|p| (p.1 - moment).powi(2)).sum::<f64>() / (n - 1.0);
+        (along, Quantity::new(moment, (scatter / n).sqrt()))
+    };
+    cells.into_iter().filter(|passages| passages.len() >= 2).map(mean).collect()
 }
 
 fn largest(values: &[f64]) -> f64 {

@@ -3,6 +3,7 @@
 use super::appraisal::{appraise, Appraisal};
 use super::effects::Effect;
 use super::fitting::{held_out_over_noise, Fitted};
+use super::limits;
 use super::model::{Model, RecordEntry};
 use super::model_fit::{self, combined, held_against, later_part, Data, Recorded, FITTED_SHARE};
 use super::records;
@@ -21,7 +22,7 @@ pub(super) fn as_it_is(model: &Model, data: &Data) -> Result<Appraisal> {
     let n = data.fitted.len();
     let over_noise = combined(&fits[..n], &recorded[..n]);
     let held_out = if data.held_out.is_empty() {
-        later_part(data, &model_fit::structure(model)?, &fits)?
+        later_part(data, &limits::structure(model)?, &fits)?
     } else {
         combined(&fits[n..], &recorded[n..])
     };

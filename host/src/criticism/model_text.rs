@@ -86,13 +86,20 @@ impl RecordEntry {
 
 impl ParameterEntry {
     fn write(&self, table: &mut Table, name: &str, unit: &str) {
-        if !table.get(name).is_some_and(Item::is_table_like) {
-            table.insert(name, Item::Value(Value::InlineTable(InlineTable::new())));
+        // A table under a header of its own keeps what the user wrote in it; an inline one has no room for comments.
+        if let Some(entry) = table.get_mut(name).and_then(Item::as_table_mut) {
+            return self.fill(entry, unit);
         }
-        let Some(entry) = table.get_mut(name).and_then(Item::as_table_like_mut) else { return };
-        for (key, value) in [("value", self.value.map(|v| rounded(v, self.u))), ("u", self.u)] {
+        let mut entry = InlineTable::new();
+        self.fill(&mut entry, unit);
+        put(table, name, Value::InlineTable(entry));
+    }
+
+    fn fill(&self, entry: &mut dyn TableLike, unit: &str) {
+        for (key, value) in
+            [("value", self.value.map(|v| rounded(v, self.u))), ("u", self.u.map(four_digits))]
+        {
             match value {
-                Some(value) if key == "u" => put(entry, key, four_digits(value)),
                 Some(value) => put(entry, key, value),
                 None => drop(entry.remove(key)),
             }
@@ -105,7 +112,7 @@ impl ParameterEntry {
 }
 
 /// Without the digits that its uncertainty makes meaningless, so that a person can read it.
-pub(super) fn rounded(value: f64, u: Option<f64>) -> f64 {
+fn rounded(value: f64, u: Option<f64>) -> f64 {
     let Some(u) = u.filter(|u| u.is_finite() && *u > 0.0) else { return value };
     let decimals = ROUNDING_DIGITS - u.log10().floor() as i32;
     if decimals < 0 {
@@ -114,7 +121,7 @@ pub(super) fn rounded(value: f64, u: Option<f64>) -> f64 {
     format!("{value:.*}", decimals as usize).parse().unwrap_or(value)
 }
 
-pub(super) fn four_digits(u: f64) -> f64 {
+fn four_digits(u: f64) -> f64 {
     format!("{u:.3e}").parse().unwrap_or(u)
 }
 

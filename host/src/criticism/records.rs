@@ -12,6 +12,10 @@ use std::path::{Component, Path, PathBuf};
 pub fn entries(files: &[PathBuf], model: &Path) -> Result<Vec<RecordEntry>> {
     let mut all: Vec<RecordEntry> = Vec::new();
     for file in files {
+        if model.exists() && file.canonicalize().ok() == model.canonicalize().ok() {
+            return Err(Error::usage(format!("{} is the model, not a record", file.display()))
+                .help(format!("name it with --model: yawrig fit --model {}", file.display())));
+        }
         let entries = if file.extension().is_some_and(|e| e == "toml") {
             of_campaign(file, model)?
         } else {

@@ -187,8 +187,7 @@ fn what_is_edited_by_hand_is_kept_to() {
     assert!(number(&fixed, "residual_over_noise") > 1.5, "{fixed}");
     assert!(bench.text("model.toml").contains("# from the workshop"));
     // Free again, but within bounds.
-    bench.replace("free = false", "free = true");
-    bench.replace("max = inf, free = true } # from", "max = 0.05, free = true } # from");
+    bench.replace("max = inf, free = false } # from", "max = 0.05, free = true } # from");
     let bounded = bench.json("fit");
     assert_eq!(friction(&bounded), 0.05);
     bench.replace("max = 0.05", "max = inf");
@@ -233,6 +232,7 @@ fn what_makes_no_sense_is_refused_and_changes_nothing() {
     bench.refuses("add buffeting", 2).says("random");
     bench.refuses("add absent.toml", 3).says("cannot read absent.toml");
     bench.refuses("remove free_play", 2).says("free_play is not in model.toml");
+    bench.refuses("fit model.toml", 2).says("is the model, not a record");
     bench.refuses("fit other.csv", 2).says("about other records (r.csv)");
     bench.refuses("fit --hold-out absent.csv", 3).says("absent.csv");
     bench.refuses("fit --hold-out r.csv", 3).says("no record to fit");
