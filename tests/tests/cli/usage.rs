@@ -2,8 +2,14 @@
 
 use yawrig_tests::process::yawrig;
 
-const VERBS: [&str; 10] = [
+const VERBS: [&str; 16] = [
     "demo",
+    "compare",
+    "diagnose",
+    "fit",
+    "add",
+    "remove",
+    "history",
     "derivatives",
     "identify",
     "simulate",

@@ -1,0 +1,86 @@
+//! What the model's file lets a fit vary, and how far.
+
+use super::effects::Effect;
+use super::fitting::{Limit, Number, Structure};
+use super::model::{
+    EffectEntry, Model, ParameterEntry, RecordEntry, DAMPING_RATIO, NATURAL_FREQUENCY,
+};
+use crate::error::{Error, Result};
+
+/// Refuses a user's own effect that depends on the wind where there was any: the fits simulate every release with the
+/// wind off.
+pub(super) fn check_wind(model: &Model) -> Result<()> {
+    let windy = |r: &RecordEntry| r.made_under.as_ref().is_some_and(|m| m.wind_speed_m_s > 0.0);
+    let Some(record) = model.records.iter().find(|r| windy(r)) else { return Ok(()) };
+    let depends = |e: &&EffectEntry| matches!(e.effect, Effect::Own(own) if own.uses_wind);
+    match model.effects.iter().find(depends) {
+        Some(entry) => Err(Error::data(format!(
+            "{} depends on the wind, and {} was made with the wind on",
+            entry.effect, record.file
+        ))
+        .help("fit releases of one wind speed, with the wind's part in the coefficient")),
+        None => Ok(()),
+    }
+}
+
+/// What the model lets a fit vary, and how far.
+///
+/// # Errors
+/// Exit 3 where a user's own effect depends on a wind that the fits do not know, or bounds on natural frequency or damping stand beside several conditions.
+pub fn structure(model: &Model) -> Result<Structure> {
+    check_wind(model)?;
+    let mut limits: Vec<Limit> = model.effects.iter().flat_map(limits_of).collect();
+    for (condition, entry) in &model.modal {
+        for (number, entry, own) in [
+            (Number::NaturalFrequency, &entry.natural_frequency_rad_s, NATURAL_FREQUENCY),
+            (Number::DampingRatio, &entry.damping_ratio, DAMPING_RATIO),
+        ] {
+            let [low, high] = range(entry);
+            if [low, high] == own {
+                continue;
+            }
+            if model.modal.len() > 1 {
+                let what =
+                    format!("bounds or free = false on wn or zeta of condition \"{condition}\"");
+                return Err(Error::data(format!("{what}, one of several"))
+                    .help("such bounds are kept for a single condition only: free them"));
+            }
+            limits.push(Limit { number, low, high });
+        }
+    }
+    let effects = model.effects.iter().map(|e| e.effect).collect();
+    Ok(Structure { effects, zero_unknown: model.unknown_zero, limits })
+}
+
+fn range(entry: &ParameterEntry) -> [f64; 2] {
+    match (entry.free, entry.value) {
+        (false, Some(value)) => [value, value],
+        _ => [entry.min, entry.max],
+    }
+}
+
+/// The limits that the file sets beyond the effect's own.
+pub(super) fn limits_of(entry: &EffectEntry) -> Vec<Limit> {
+    let effect = entry.effect;
+    let mut limits = Vec::new();
+    for (index, (parameter, known)) in entry.parameters.iter().zip(effect.parameters()).enumerate()
+    {
+        let [low, high] = range(parameter);
+        if (low, high) == (known.min, known.max) {
+            continue;
+        }
+        if let Some(number) = effect.varied_place(index) {
+            limits.push(Limit { number: Number::Of(effect, number), low, high });
+        } else if let Some(values) = entry.values() {
+            // Size and phase of a line, fixed together, are its cosine and sine part.
+            let parts = effect.varied(&values);
+            let part = |number| Limit {
+                number: Number::Of(effect, number),
+                low: parts[number],
+                high: parts[number],
+            };
+            limits.extend([part(0), part(1)]);
+        }
+    }
+    limits
+}
