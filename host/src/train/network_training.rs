@@ -5,7 +5,7 @@ use super::freeze::{self, Errors, Scaling};
 use super::{Options, Precision, Progress, Samples, Trained};
 use crate::error::{Error, Exit, Result};
 use yawrig_shared::blob::Provenance;
-use yawrig_shared::features::{FeatureKind, FEATURES};
+use yawrig_shared::features::FeatureKind;
 use yawrig_shared::network::{Network, OUTPUTS};
 
 /// Windows the network is tested on, drawn apart from those it is trained on.
@@ -49,12 +49,12 @@ pub fn run(settings: &Settings, progress: &mut dyn Progress) -> Result<Outcome> 
         })
     };
     let draws = windows(&settings.ranges, settings.samples, seed)?;
-    let scaling = Scaling::of(&draws, &settings.ranges);
+    let scaling = Scaling::of(&draws, &settings.ranges, false);
     let samples = Samples {
         inputs: scaling.inputs(&draws),
         targets: scaling.targets(&draws),
         n: draws.len(),
-        d: FEATURES,
+        d: scaling.inputs.count(),
         k: OUTPUTS,
     };
     let topology = settings.training.topology(&samples);
@@ -84,6 +84,7 @@ pub fn run(settings: &Settings, progress: &mut dyn Progress) -> Result<Outcome> 
         samples: settings.samples as u32,
         epochs: trained.epochs as u32,
         noise: settings.ranges.noise.map(|x| x as f32),
+        effects: Default::default(),
     };
     let blob = freeze::blob(network.clone(), provenance, &test_draws)?;
     let train = freeze::errors(&network, &draws);
