@@ -6,8 +6,12 @@ mod demo;
 mod derivatives;
 mod device;
 mod diagnose;
+mod effects;
+mod fit;
 mod flash;
+mod history;
 mod identify;
+mod model;
 mod monitor;
 mod ports;
 mod replay;
@@ -33,6 +37,10 @@ pub enum Verb {
     Derivatives(derivatives::Derivatives),
     Compare(compare::Compare),
     Diagnose(diagnose::Diagnose),
+    Fit(fit::Fit),
+    Add(effects::Add),
+    Remove(effects::Remove),
+    History(history::History),
     Simulate(simulate::Simulate),
     /// Train a network and freeze it to a file
     Train(train::Train),
@@ -56,6 +64,10 @@ pub fn run(cli: Cli) -> Result<()> {
         Verb::Identify(verb) => verb.run(),
         Verb::Compare(verb) => verb.run(),
         Verb::Diagnose(verb) => verb.run(),
+        Verb::Fit(verb) => verb.run(),
+        Verb::Add(verb) => verb.run(),
+        Verb::Remove(verb) => verb.run(),
+        Verb::History(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),
