@@ -4,7 +4,7 @@ use crate::line::Line;
 use crate::measuring::{Context, Measuring};
 use crate::slots::{Flash, Slot, Store};
 use crate::BUILT_IN;
-use yawrig_shared::blob::{self, Envelope, Payload};
+use yawrig_shared::blob::{self, EffectIds, Envelope, Payload};
 use yawrig_shared::network::Network;
 use yawrig_shared::wire::{
     self, Decoder, Frame, HelloReply, Message, NetworkStatus, Refusal, Reply, Request, Settings,
@@ -18,6 +18,7 @@ struct Running {
     generation: u32,
     id: u32,
     slot: Option<Slot>,
+    effects: EffectIds,
 }
 
 impl Running {
@@ -31,7 +32,8 @@ impl Running {
 
     fn new(envelope: Envelope, payload: Payload, slot: Option<Slot>) -> Self {
         let Envelope { generation, payload_crc: id, .. } = envelope;
-        Self { network: payload.network, generation, id, slot }
+        let effects = payload.provenance.effects;
+        Self { network: payload.network, generation, id, slot, effects }
     }
 }
 
@@ -193,6 +195,7 @@ impl<F: Flash> Core<F> {
                 topology: running.map_or(Default::default(), |r| r.network.topology.clone()),
                 slot: running.and_then(|r| r.slot).map(|slot| slot as u8),
                 on_trial: self.trial.is_some(),
+                effects: running.map_or(Default::default(), |r| r.effects.clone()),
             },
             slots: Slot::BOTH.map(|slot| self.store.state(slot)),
             settings: *self.measuring.settings(),

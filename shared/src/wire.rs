@@ -2,7 +2,7 @@
 //!
 //! How they become frames stands in [`crate::frame`].
 
-use crate::blob::BlobError;
+use crate::blob::{BlobError, EffectIds};
 use crate::derivatives::{Model, Wind};
 pub use crate::frame::*;
 use heapless::Vec;
@@ -211,6 +211,8 @@ pub struct NetworkStatus {
     pub slot: Option<u8>,
     /// Not confirmed yet: a power cut, or [`TRIAL_SAMPLES`], bring the old one back.
     pub on_trial: bool,
+    /// Effects of the model it was trained on.
+    pub effects: EffectIds,
 }
 
 /// Where in a release the device is.

@@ -81,6 +81,8 @@ fn teach(arguments: &Demo) -> Result<Outcome> {
     let settings = Settings {
         features: FeatureKind::BinMeans,
         // A little wider than the rig's range: a network is at its worst at the edges.
+        model: None,
+        amplitude: false,
         ranges: Ranges {
             natural_frequency_rad_s: [2.4, 28.0],
             damping_ratio: [0.0005, 0.105],

@@ -2,6 +2,7 @@
 
 use super::common::{bar, network_id, print_json, print_line, SCHEMA_VERSION};
 use crate::error::{Error, Result};
+use crate::train::augmented::Source;
 use crate::train::draws::Ranges;
 use crate::train::freeze::{self, Errors};
 use crate::train::network_training::{self, Outcome, Settings};
@@ -10,16 +11,21 @@ use crate::{files, interrupt};
 use clap::Args;
 use indicatif::ProgressBar;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 use yawrig_shared::blob::Envelope;
 use yawrig_shared::features::FeatureKind;
 
 #[derive(Args, Debug)]
 pub struct Train {
-    /// Nodes in each layer, inputs first
-    #[arg(long, default_value = "41-6-2")]
-    topology: String,
+    /// Nodes in each layer, inputs first; 42 inputs: with the window's amplitude, which effects
+    /// need. [default: 41-6-2, or 42-6-2 on a model with effects]
+    #[arg(long)]
+    topology: Option<String>,
+    /// Train on this model and its effects: what the device then reports is the natural frequency
+    /// and damping ratio without them
+    #[arg(long, value_name = "MODEL")]
+    model: Option<PathBuf>,
     /// How a window is told to the network: `bins` (means over forty bins) or `thesis` (forty
     /// point samples)
     #[arg(long, default_value = "bins", value_parser = parse_features)]
@@ -76,7 +82,9 @@ fn parse_noise(text: &str) -> std::result::Result<[f64; 2], String> {
     Ok([level, level])
 }
 
-fn parse_hidden(topology: &str) -> Result<Vec<usize>> {
+/// Whether the amplitude is an input, and the hidden layers. `with_effects`: the windows are of a
+/// model that has some.
+fn parse_topology(topology: &str, with_effects: bool) -> Result<(bool, Vec<usize>)> {
     let wrong = || {
         Error::usage(format!("`{topology}` is not a topology this trains"))
             .help("41 inputs, hidden layers, 2 outputs: --topology 41-6-2")
@@ -86,7 +94,13 @@ fn parse_hidden(topology: &str) -> Result<Vec<usize>> {
         .map(|width| width.parse().map_err(|_| wrong()))
         .collect::<Result<_>>()?;
     match layers.as_slice() {
-        [41, hidden @ .., 2] if !hidden.contains(&0) => Ok(hidden.to_vec()),
+        [42, _, .., 2] if !with_effects => Err(Error::usage(format!(
+            "`{topology}`: without effects nothing depends on the amplitude, the 42nd input"
+        ))
+        .help("take 41 inputs, or train on a model with effects: --model model.toml")),
+        [inputs @ (41 | 42), hidden @ .., 2] if !hidden.contains(&0) => {
+            Ok((*inputs == 42, hidden.to_vec()))
+        }
         _ => Err(wrong()),
     }
 }
@@ -117,7 +131,23 @@ impl Drop for Bar {
 }
 
 pub fn run(arguments: &Train) -> Result<()> {
+    let model = arguments.model.as_deref().map(Source::read).transpose()?;
+    let effects = match &model {
+        Some(source) => source.augmented()?.and_then(|model| model.ids()).unwrap_or_default(),
+        None => Default::default(),
+    };
+    if let (Some(path), true) = (&arguments.model, effects.is_empty()) {
+        crate::say!(
+            "{} has no effects: training on the second-order response alone",
+            path.display()
+        );
+    }
+    let usual = if effects.is_empty() { "41-6-2" } else { "42-6-2" };
+    let topology = arguments.topology.as_deref().unwrap_or(usual);
+    let (amplitude, hidden) = parse_topology(topology, !effects.is_empty())?;
     let settings = Settings {
+        model,
+        amplitude,
         features: arguments.features,
         ranges: Ranges {
             natural_frequency_rad_s: arguments.natural_frequency,
@@ -126,7 +156,7 @@ pub fn run(arguments: &Train) -> Result<()> {
         },
         samples: arguments.samples as usize,
         training: Options {
-            hidden: parse_hidden(&arguments.topology)?,
+            hidden,
             epochs: arguments.epochs as usize,
             seed: arguments.seed,
             restarts: arguments.restarts as usize,
@@ -144,20 +174,41 @@ pub fn run(arguments: &Train) -> Result<()> {
         // Nothing learned yet: a network that may be there already is worth more.
         return Err(Error::interrupted());
     }
-    files::write_atomically(&arguments.out, &outcome.blob)?;
+    let out = if interrupted { interrupted_out(&arguments.out) } else { arguments.out.clone() };
+    files::write_atomically(&out, &outcome.blob)?;
     if arguments.json {
-        print_json(&to_json(arguments, &outcome, seconds))?;
+        print_json(&to_json(arguments, &outcome, &effects, &out, seconds))?;
     } else {
-        print_line(&to_text(arguments, &outcome, seconds))?;
+        print_line(&to_text(arguments, &outcome, &effects, &out, seconds))?;
     }
     if interrupted {
-        crate::say!("stopped after {} epochs; the network so far is kept", outcome.trained.epochs);
+        crate::say!(
+            "stopped after {} epochs; the network so far is in {}",
+            outcome.trained.epochs,
+            out.display()
+        );
         return Err(Error::interrupted());
     }
     Ok(())
 }
 
-fn to_json(arguments: &Train, outcome: &Outcome, seconds: f64) -> serde_json::Value {
+/// Where an interrupted training leaves its network: a finished one that is there already stays.
+fn interrupted_out(out: &Path) -> PathBuf {
+    if !out.exists() {
+        return out.to_owned();
+    }
+    let mut name = out.as_os_str().to_owned();
+    name.push(".partial");
+    name.into()
+}
+
+fn to_json(
+    arguments: &Train,
+    outcome: &Outcome,
+    effects: &str,
+    out: &Path,
+    seconds: f64,
+) -> serde_json::Value {
     serde_json::json!({
         "schema_version": SCHEMA_VERSION,
         "topology": freeze::name(&outcome.topology),
@@ -173,12 +224,23 @@ fn to_json(arguments: &Train, outcome: &Outcome, seconds: f64) -> serde_json::Va
         "seconds": seconds,
         "train": outcome.train,
         "test": outcome.test,
-        "network": arguments.out.display().to_string(),
+        "effects": effects.split_whitespace().collect::<Vec<_>>(),
+        "network": out.display().to_string(),
         "id": Envelope::read(&outcome.blob).map(|e| network_id(e.payload_crc)).ok(),
     })
 }
 
-fn to_text(arguments: &Train, outcome: &Outcome, seconds: f64) -> String {
+fn to_text(
+    arguments: &Train,
+    outcome: &Outcome,
+    effects: &str,
+    out: &Path,
+    seconds: f64,
+) -> String {
+    let model = match effects {
+        "" => String::new(),
+        effects => format!(" of a model with {}", effects.replace(' ', ", ")),
+    };
     let row = |name: &str, e: &Errors| {
         format!(
             "{name:6} wn: mse {:.2e} rad2/s2, rms {:.4} %   zeta: mse {:.2e}, rms {:.3} %, 95 % below {:.3} %",
@@ -191,7 +253,7 @@ fn to_text(arguments: &Train, outcome: &Outcome, seconds: f64) -> String {
     };
     [
         format!(
-            "{} on {} windows: {} epochs in {seconds:.1} s ({:?}), {:.0} of {} parameters effective",
+            "{} on {} windows{model}: {} epochs in {seconds:.1} s ({:?}), {:.0} of {} parameters effective",
             freeze::name(&outcome.topology),
             arguments.samples,
             outcome.trained.epochs,
@@ -201,7 +263,7 @@ fn to_text(arguments: &Train, outcome: &Outcome, seconds: f64) -> String {
         ),
         row("train", &outcome.train),
         row("test", &outcome.test),
-        format!("written to {}", arguments.out.display()),
+        format!("written to {}", out.display()),
     ]
     .join("\n")
 }

@@ -1,11 +1,12 @@
 //! From settings to a frozen network: draw windows, train, freeze, test.
 
-use super::draws::{draw, Draw, Ranges};
+use super::augmented::Source;
+use super::draws::{draw, Ranges};
 use super::freeze::{self, Errors, Scaling};
 use super::{Options, Precision, Progress, Samples, Trained};
-use crate::error::{Error, Exit, Result};
+use crate::error::{Error, Result};
 use yawrig_shared::blob::Provenance;
-use yawrig_shared::features::{FeatureKind, FEATURES};
+use yawrig_shared::features::FeatureKind;
 use yawrig_shared::network::{Network, OUTPUTS};
 
 /// Windows the network is tested on, drawn apart from those it is trained on.
@@ -16,6 +17,10 @@ const TEST_DRAWS: usize = 2000;
 pub struct Settings {
     pub features: FeatureKind,
     pub ranges: Ranges,
+    /// A model whose effects the windows have; none: the second-order response alone.
+    pub model: Option<Source>,
+    /// The window's amplitude is an input, too.
+    pub amplitude: bool,
     pub samples: usize,
     pub training: Options,
 }
@@ -39,22 +44,19 @@ pub fn run(settings: &Settings, progress: &mut dyn Progress) -> Result<Outcome> 
     check(settings)?;
     let seed = settings.training.seed;
     let quiet = Ranges { noise: [0.0; 2], ..settings.ranges.clone() };
-    let windows = |ranges: &Ranges, count, seed| -> Result<Vec<Draw>> {
-        draw(ranges, settings.features, count, seed).ok_or_else(|| {
-            Error::usage(format!(
-                "noise of {} of the peak leaves no windows to train on",
-                settings.ranges.noise[1]
-            ))
-            .help("choose a smaller --noise")
-        })
+    let model = match &settings.model {
+        Some(source) => source.augmented()?,
+        None => None,
     };
+    let windows =
+        |ranges: &Ranges, count, seed| draw(ranges, settings.features, model.as_ref(), count, seed);
     let draws = windows(&settings.ranges, settings.samples, seed)?;
-    let scaling = Scaling::of(&draws, &settings.ranges);
+    let scaling = Scaling::of(&draws, &settings.ranges, settings.amplitude);
     let samples = Samples {
         inputs: scaling.inputs(&draws),
         targets: scaling.targets(&draws),
         n: draws.len(),
-        d: FEATURES,
+        d: scaling.inputs.count(),
         k: OUTPUTS,
     };
     let topology = settings.training.topology(&samples);
@@ -69,8 +71,7 @@ pub fn run(settings: &Settings, progress: &mut dyn Progress) -> Result<Outcome> 
     let quiet_windows = settings.ranges.noise[1] == 0.0;
     let precision = if quiet_windows { Precision::Shared } else { Precision::PerOutput };
     let options = Options { precision, ..settings.training.clone() };
-    let trained = super::train(&samples, &options, progress)
-        .map_err(|e| Error::new(Exit::Quality, format!("training failed: {e}")))?;
+    let trained = super::train(&samples, &options, progress)?;
     let mut network = freeze(&trained.weights)?;
     let test_draws = windows(&settings.ranges, TEST_DRAWS, !seed)?;
     let test = freeze::errors(&network, &test_draws);
@@ -84,6 +85,7 @@ pub fn run(settings: &Settings, progress: &mut dyn Progress) -> Result<Outcome> 
         samples: settings.samples as u32,
         epochs: trained.epochs as u32,
         noise: settings.ranges.noise.map(|x| x as f32),
+        effects: model.as_ref().and_then(|model| model.ids()).unwrap_or_default(),
     };
     let blob = freeze::blob(network.clone(), provenance, &test_draws)?;
     let train = freeze::errors(&network, &draws);
