@@ -6,6 +6,7 @@ mod demo;
 mod derivatives;
 mod device;
 mod diagnose;
+mod diagnose_campaign;
 mod flash;
 mod identify;
 mod monitor;

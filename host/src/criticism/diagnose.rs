@@ -15,7 +15,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Share of the swing that is fitted when the rest is held out.
-const FITTED_SHARE: f64 = 0.65;
+pub(super) const FITTED_SHARE: f64 = 0.65;
 /// Ratio of the random forcing in both halves of a record beyond which it is no random forcing.
 const MOST_UNSTEADY: f64 = 4.0;
 /// Dependence of the innovations on the state, in standard deviations, that chance explains.
@@ -169,7 +169,7 @@ pub fn diagnose_swing(swing: &Swing, options: &Options) -> Result<Diagnosis> {
 
 /// The random forcing that explains the swing where no deterministic effects do: as strong late as early, its
 /// innovations white and down to the noise, and far likelier than the best deterministic model.
-fn random_forcing(swing: &Swing, found: &Found) -> Option<Buffeted> {
+pub(super) fn random_forcing(swing: &Swing, found: &Found) -> Option<Buffeted> {
     let best = found.path.last()?;
     if found.explained && best.structure.effects.len() < 2 {
         return None;

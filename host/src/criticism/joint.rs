@@ -305,7 +305,7 @@ impl JointFit {
         together: Together,
         fit: Fit,
     ) -> Self {
-        let covariance = fit.covariance.ok();
+        let covariance = with_pressed(&fit, &together.bounds);
         let converged = fit.stop.is_minimum();
         let mut fits: Vec<Fitted> = releases
             .par_iter()
@@ -381,6 +381,22 @@ impl JointFit {
         }
         (sum.0 > 0.0).then(|| (sum.1 / sum.0).sqrt())
     }
+}
+
+/// The covariance with a variance for numbers that ended on a bound without being fixed: what it would be off it. A
+/// friction of nought is known no better than one that is there.
+fn with_pressed(fit: &Fit, bounds: &[(f64, f64)]) -> Option<DMatrix<f64>> {
+    let covariance = fit.covariance.as_ref().ok()?;
+    let (n, variance) = (&fit.normal_matrix, fit.variance());
+    let mut out = covariance.clone();
+    for (j, (low, high)) in bounds.iter().enumerate() {
+        if fit.at_bound[j] && low < high {
+            let column = n.column(j);
+            let left = n[(j, j)] - column.dot(&(covariance * column)) / variance;
+            out[(j, j)] = if left > 0.0 { variance / left } else { f64::INFINITY };
+        }
+    }
+    Some(out)
 }
 
 /// Fits `structure` to `releases` at once, from `starts`: each release's numbers in the order of [`Fitted`], of which

@@ -2,16 +2,20 @@
 //!
 //! A record's free swing is taken as block means over a fiftieth of a period ([`swing`]); a model with any effects of
 //! the library ([`effects`]) is simulated ([`simulate`]) and fitted ([`fitting`]), to one release or to several at once ([`joint`]); [`diagnose`] fits every effect,
-//! alone and together, and judges by evidence, held-out data and physical size; [`compare`] says where a model fails.
+//! alone and together, and judges by evidence, held-out data and physical size; [`compare`] says where a model fails;
+//! [`campaign`] judges releases together and says where an effect comes from ([`origin`]).
 
 pub mod buffeting;
+pub mod campaign;
 pub mod cards;
 pub mod compare;
 pub mod diagnose;
 pub mod effects;
 pub mod fitting;
 pub mod joint;
+pub mod origin;
 mod search;
 pub mod simulate;
 mod starts;
 pub mod swing;
+mod together;

@@ -1,0 +1,542 @@
+//! The verdict on a campaign: which effects its releases need together, where each comes from, and what it does to
+//! the derivatives.
+
+use super::buffeting::{self, Buffeted};
+use super::compare::{self, Where};
+use super::diagnose::{random_forcing, Candidate, Options, Status, Step, FITTED_SHARE};
+use super::effects::Effect;
+use super::fitting::{self, Fitted, Limit, Number, Structure};
+use super::joint::{self, JointFit, Release, Sharing};
+use super::origin::{self, weighted_mean, Origin, Plan, Seen};
+use super::search::{is_explained, MARGIN};
+use super::swing::Swing;
+use super::together::{self, coefficient, over_noise, Judged, Model, Releases};
+use crate::derivatives::campaign::CampaignFile;
+use crate::derivatives::condition::{settings, Identified, Setting};
+use crate::derivatives::table::{Point, Table};
+use crate::derivatives::Computed;
+use crate::error::Result;
+use crate::interrupt;
+use crate::quantity::Quantity;
+use crate::record::Record;
+use crate::rig::Axis;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Residual over noise, of all releases, up to which a campaign counts as explained.
+const EXPLAINED: f64 = 1.10;
+/// Share of the releases with the wind on, or with it off, that must be randomly forced for the campaign to be.
+const MOSTLY: f64 = 0.5;
+
+/// How it is told that nothing is in common.
+const OWN: &str = "each release its own";
+
+/// All that is said about a campaign. Rms in deg over all releases, ratios to the noise floor of block means.
+#[derive(Clone, Debug, Serialize)]
+pub struct CampaignDiagnosis {
+    pub noise_rms_deg: f64,
+    pub status: Status,
+    /// In the order in which they help.
+    pub effects: Vec<Effect>,
+    pub indistinguishable: Vec<[Effect; 2]>,
+    /// By effect.
+    pub origin: BTreeMap<String, Origin>,
+    pub origin_reason: BTreeMap<String, String>,
+    /// By effect: which releases have one coefficient.
+    pub sharing: BTreeMap<String, &'static str>,
+    /// None for a campaign as a whole: see `releases`.
+    pub modal: Option<super::diagnose::Modal>,
+    pub steps: Vec<Step>,
+    /// What `held_out_over_noise` was held out.
+    pub held_out: HeldOut,
+    pub candidates: Vec<Candidate>,
+    /// By effect: the first of its numbers in each condition, free of all others.
+    pub coefficients: BTreeMap<String, Vec<Coefficient>>,
+    pub releases: Vec<ReleaseVerdict>,
+    /// Of the release that is explained worst.
+    #[serde(rename = "where")]
+    pub where_: Where,
+    pub where_release: String,
+    /// `null` where there is no point to compute.
+    pub derivatives: Option<BeforeAndAfter>,
+}
+
+/// What a model was judged on that it was not fitted to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HeldOut {
+    /// The last repeat of each condition released more than once: the effects' coefficients are those of the others.
+    Releases,
+    /// The later part of each release.
+    LaterPart,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct Coefficient {
+    pub spring: String,
+    pub axis: Axis,
+    pub wind_speed_m_s: f64,
+    pub name: &'static str,
+    pub unit: &'static str,
+    #[serde(flatten)]
+    pub quantity: Quantity,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct ReleaseVerdict {
+    pub file: String,
+    pub spring: String,
+    pub axis: Axis,
+    pub wind_speed_m_s: f64,
+    pub noise_rms_deg: f64,
+    /// Of the final model.
+    pub natural_frequency_rad_s: Quantity,
+    pub damping_ratio: Quantity,
+    /// Of the plain model.
+    pub before_over_noise: f64,
+    /// Of the final model, its shared coefficients in common.
+    pub residual_over_noise: f64,
+    pub explained: bool,
+    /// What the release alone would have been said to need.
+    pub alone: Vec<Effect>,
+}
+
+/// The derivatives from wn and zeta of the plain model and of the final one.
+#[derive(Clone, Debug, Serialize)]
+pub struct BeforeAndAfter {
+    pub before: Vec<Point>,
+    pub after: Vec<Point>,
+}
+
+/// A model with the origin of its effects, and all releases fitted with the numbers they share.
+struct Shared {
+    joint: JointFit,
+    told: Vec<Told>,
+}
+
+struct Told {
+    effect: Effect,
+    origin: Origin,
+    reason: String,
+    plan: Plan,
+    seen: Vec<Seen>,
+}
+
+/// Judges the campaign in `file`.
+///
+/// # Errors
+/// Exit 3 where a record cannot be read or has no swing in it, 130 where the user stops it.
+pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<CampaignDiagnosis> {
+    let read = |index: usize| {
+        interrupt::check()?;
+        Swing::of(&Record::read(&file.record_path(index))?)
+    };
+    let entries = &file.campaign.release;
+    let swings: Vec<Result<Swing>> = (0..entries.len()).into_par_iter().map(read).collect();
+    // Collected first, so that of several bad records always the first is named.
+    let swings = swings.into_iter().collect::<Result<Vec<_>>>()?;
+    diagnose_swings(file, swings, options)
+}
+
+/// Judges swings, one for each release of `file` in its order.
+///
+/// # Errors
+/// 130 where the user stops it.
+pub fn diagnose_swings(
+    file: &CampaignFile,
+    swings: Vec<Swing>,
+    options: &Options,
+) -> Result<CampaignDiagnosis> {
+    let wind_speed_m_s = file.campaign.release.iter().map(|r| r.wind_speed_m_s).collect();
+    let releases = Releases { swings, wind_speed_m_s };
+    let judged = together::judge(&releases, options)?;
+    let campaign = Campaign { file, settings: settings(&file.campaign), releases: &releases };
+    let shared: Vec<Shared> =
+        judged.path.iter().map(|model| campaign.shared(model)).collect::<Result<_>>()?;
+    let forced = campaign.randomly_forced(&judged, shared.last().expect("a model"));
+    campaign.verdict(&judged, &shared, forced)
+}
+
+struct Campaign<'a> {
+    file: &'a CampaignFile,
+    settings: Vec<Setting>,
+    releases: &'a Releases,
+}
+
+impl Campaign<'_> {
+    fn whole(&self) -> Vec<Release<'_>> {
+        self.releases.swings.iter().map(Release::whole).collect()
+    }
+
+    /// One coefficient for each condition.
+    fn by_condition(&self, of: impl Fn(usize) -> Option<Quantity>) -> Vec<Seen> {
+        let seen = |setting: &Setting| {
+            Some(Seen {
+                spring: setting.spring.clone(),
+                axis: setting.axis,
+                wind_speed_m_s: setting.wind_speed_m_s,
+                coefficient: weighted_mean(setting.releases.iter().filter_map(|&i| of(i)))?,
+            })
+        };
+        self.settings.iter().filter_map(seen).collect()
+    }
+
+    /// The model with what its coefficients allow in common.
+    fn shared(&self, model: &Model) -> Result<Shared> {
+        let whole = self.whole();
+        let effects = &model.effects;
+        let structure = Structure { effects: effects.clone(), ..model.fits[0].structure.clone() };
+        let own = Sharing::none(whole.len(), effects.len());
+        // Each release once more, for the uncertainties of coefficients that ended at nought.
+        let single = Sharing::none(1, effects.len());
+        let alone: Vec<JointFit> = whole
+            .par_iter()
+            .zip(&model.fits)
+            .map(|(release, fit)| {
+                let start = fit.in_order_of(&structure).0;
+                joint::fit(&[*release], &structure, &single, &[start])
+            })
+            .collect();
+        interrupt::check()?;
+        let fits: Vec<&Fitted> = alone.iter().map(|joint| &joint.fits[0]).collect();
+        let effective: f64 = fits.iter().map(|fit| fit.effective_count()).sum();
+        let mut told: Vec<Told> =
+            effects.iter().map(|effect| self.told(*effect, &fits, effective)).collect();
+        let sharing =
+            Sharing { effects: told.iter().map(|t| t.plan.groups.clone()).collect(), ..own };
+        let joint = joint::fit_from(&whole, &structure, &sharing, &fits);
+        interrupt::check()?;
+        // What is in common is chosen on the coefficients alone; the releases have the last word.
+        let squares: f64 = alone.iter().map(|joint| joint.sum_of_squares).sum();
+        let numbers: usize = alone.iter().map(|joint| joint.parameters.len()).sum();
+        let fewer = numbers.saturating_sub(joint.parameters.len()) as f64;
+        let lost = effective * (joint.sum_of_squares / squares).ln() - fewer * effective.ln();
+        if joint.converged && lost < MARGIN {
+            return Ok(Shared { joint, told });
+        }
+        for told in &mut told {
+            told.plan.name = OWN;
+            let groups = &mut told.plan.groups;
+            groups.iter_mut().enumerate().for_each(|(i, g)| *g = g.map(|_| i));
+        }
+        let sharing =
+            Sharing { effects: told.iter().map(|t| t.plan.groups.clone()).collect(), ..sharing };
+        let joint = joint::fit_from(&whole, &structure, &sharing, &fits);
+        Ok(Shared { joint, told })
+    }
+
+    fn told(&self, effect: Effect, fits: &[&Fitted], effective: f64) -> Told {
+        let parameter = effect.parameters()[0];
+        let seen = self.by_condition(|i| coefficient(fits[i], effect));
+        let (origin, reason) = origin::decide(&seen, parameter.unit);
+        let is_line = effect.parameters().len() > 1 || effect.belongs_to_release(0);
+        let plan = if is_line {
+            let there = |i| origin != Origin::Aerodynamic || self.releases.wind_speed_m_s[i] > 0.0;
+            let groups = (0..fits.len()).map(|i| there(i).then_some(i)).collect();
+            Plan { name: OWN, groups }
+        } else {
+            let own: Vec<Seen> = (0..fits.len())
+                .map(|i| {
+                    let entry = &self.file.campaign.release[i];
+                    Seen {
+                        spring: entry.spring.clone(),
+                        axis: entry.axis,
+                        wind_speed_m_s: entry.wind_speed_m_s,
+                        coefficient: coefficient(fits[i], effect)
+                            .unwrap_or(Quantity::new(0.0, f64::INFINITY)),
+                    }
+                })
+                .collect();
+            origin::plan(origin, &own, effective)
+        };
+        Told { effect, origin, reason, plan, seen }
+    }
+
+    /// Residual over noise on what a model was not fitted to.
+    fn held_out(&self, shared: &Shared) -> (HeldOut, f64) {
+        let joint = &shared.joint;
+        let swings: Vec<&Swing> = self.releases.swings.iter().collect();
+        let held: Vec<usize> = self
+            .settings
+            .iter()
+            .filter(|s| s.releases.len() > 1)
+            .filter_map(|s| s.releases.last().copied())
+            .collect();
+        let transfer = shared.told.iter().all(|t| t.plan.name != OWN);
+        let starts: Vec<Vec<f64>> = joint.fits.iter().map(|f| f.parameters.clone()).collect();
+        if held.is_empty() || !transfer {
+            let early: Vec<Release> =
+                swings.iter().map(|swing| Release::part(swing, FITTED_SHARE)).collect();
+            let early = joint::fit(&early, &joint.structure, &joint.sharing, &starts);
+            let later = early.held_out_over_noise(&swings);
+            return (HeldOut::LaterPart, later.unwrap_or(f64::NAN));
+        }
+        let kept: Vec<usize> = (0..swings.len()).filter(|i| !held.contains(i)).collect();
+        let of = |groups: &Vec<Option<usize>>| kept.iter().map(|&i| groups[i]).collect();
+        let sharing = Sharing {
+            modal: (0..kept.len()).collect(),
+            effects: joint.sharing.effects.iter().map(of).collect(),
+        };
+        let releases: Vec<Release> = kept.iter().map(|&i| Release::whole(swings[i])).collect();
+        let kept_starts: Vec<Vec<f64>> = kept.iter().map(|&i| starts[i].clone()).collect();
+        let others = joint::fit(&releases, &joint.structure, &sharing, &kept_starts);
+        let fits: Vec<Fitted> = held
+            .par_iter()
+            .map(|&i| {
+                let fit = &joint.fits[i];
+                let mut structure = fit.structure.clone();
+                for &effect in &fit.structure.effects {
+                    let k = joint.structure.effects.iter().position(|e| *e == effect);
+                    let groups = k.map(|k| &joint.sharing.effects[k]);
+                    let partner = groups.and_then(|g| kept.iter().position(|&j| g[j] == g[i]));
+                    for number in 0..effect.parameters().len() {
+                        let place = partner.and_then(|j| others.place(effect, number, j));
+                        let Some(value) = place.map(|at| others.parameters[at]) else { continue };
+                        let number = Number::Of(effect, number);
+                        structure.limits.push(Limit { number, low: value, high: value });
+                    }
+                }
+                fitting::refitted(swings[i], &structure, &starts[i])
+            })
+            .collect();
+        let held_swings: Vec<Swing> = held.iter().map(|&i| swings[i].clone()).collect();
+        (HeldOut::Releases, over_noise(&fits, &held_swings))
+    }
+
+    fn step(&self, shared: &Shared) -> (HeldOut, Step) {
+        let joint = &shared.joint;
+        let swings = &self.releases.swings;
+        let raw = joint.fits.iter().zip(swings).map(|(fit, swing)| {
+            let n = (fit.count * swing.block) as f64;
+            (n, n * swing.raw_rms_deg(fit.rms_rad()).powi(2))
+        });
+        let (n, squares) = raw.fold((0.0, 0.0), |s, (n, q)| (s.0 + n, s.1 + q));
+        let mut parameters = BTreeMap::new();
+        for told in &shared.told {
+            for (number, parameter) in told.effect.parameters().iter().enumerate() {
+                if told.effect.belongs_to_release(number) {
+                    continue;
+                }
+                // Once for each group, whatever releases share it.
+                let mut places: Vec<usize> =
+                    (0..swings.len()).filter_map(|i| joint.place(told.effect, number, i)).collect();
+                places.sort_unstable();
+                places.dedup();
+                let mean = weighted_mean(places.into_iter().map(|at| joint.quantity(at)));
+                let name = format!("{}.{}", told.effect, parameter.name);
+                parameters.extend(mean.map(|mean| (name, mean)));
+            }
+        }
+        let (kind, held_out_over_noise) = self.held_out(shared);
+        let step = Step {
+            added: joint.structure.effects.last().copied(),
+            residual_rms_deg: (squares / n).sqrt(),
+            residual_over_noise: joint.over_noise(),
+            held_out_over_noise,
+            parameters,
+        };
+        (kind, step)
+    }
+
+    /// Random forcing in most releases with the wind on, or with it off, where definite effects do not explain them.
+    fn randomly_forced(&self, judged: &Judged, last: &Shared) -> Option<Vec<Buffeted>> {
+        let explained = last.joint.over_noise() <= EXPLAINED;
+        if explained && last.told.len() < 2 {
+            return None;
+        }
+        let forced: Vec<bool> = self
+            .releases
+            .swings
+            .par_iter()
+            .zip(&judged.found)
+            .map(|(swing, found)| random_forcing(swing, found).is_some())
+            .collect();
+        let share = |on: bool| {
+            let inside: Vec<bool> = (0..forced.len())
+                .filter(|&i| (self.releases.wind_speed_m_s[i] > 0.0) == on)
+                .map(|i| forced[i])
+                .collect();
+            let count = inside.iter().filter(|f| **f).count() as f64;
+            !inside.is_empty() && count > MOSTLY * inside.len() as f64
+        };
+        if !share(true) && !share(false) {
+            return None;
+        }
+        let each = self.releases.swings.par_iter().zip(&judged.found);
+        each.map(|(swing, found)| buffeting::fit(swing, &found.plain)).collect()
+    }
+
+    fn verdict(
+        &self,
+        judged: &Judged,
+        shared: &[Shared],
+        forced: Option<Vec<Buffeted>>,
+    ) -> Result<CampaignDiagnosis> {
+        let steps: Vec<(HeldOut, Step)> = shared.iter().map(|s| self.step(s)).collect();
+        interrupt::check()?;
+        let last = shared.last().expect("a model");
+        let plain = &judged.path[0].fits;
+        let swings = &self.releases.swings;
+        let over = last.joint.over_noise();
+        let explained = over <= EXPLAINED;
+        let status = match (explained, last.told.is_empty()) {
+            (true, true) => Status::Adequate,
+            (true, false) => Status::Explained,
+            (false, _) => Status::Unexplained,
+        };
+        let modal = |fit: &Fitted| (fit.natural_frequency_rad_s(), fit.damping_ratio());
+        let mut after: Vec<(Quantity, Quantity)> = last.joint.fits.iter().map(modal).collect();
+        let rows = (0..swings.len()).map(|i| {
+            let fit = &last.joint.fits[i];
+            let entry = &self.file.campaign.release[i];
+            ReleaseVerdict {
+                file: entry.file.clone(),
+                spring: entry.spring.clone(),
+                axis: entry.axis,
+                wind_speed_m_s: entry.wind_speed_m_s,
+                noise_rms_deg: swings[i].sample_noise_rad.to_degrees(),
+                natural_frequency_rad_s: after[i].0,
+                damping_ratio: after[i].1,
+                before_over_noise: plain[i].over_noise(&swings[i]),
+                residual_over_noise: fit.over_noise(&swings[i]),
+                explained: is_explained(fit, &swings[i]),
+                alone: judged.found[i]
+                    .path
+                    .last()
+                    .map_or(Vec::new(), |m| m.structure.effects.clone()),
+            }
+        });
+        let mut releases: Vec<ReleaseVerdict> = rows.collect();
+        let worst = (0..swings.len())
+            .max_by(|&a, &b| {
+                releases[a].residual_over_noise.total_cmp(&releases[b].residual_over_noise)
+            })
+            .unwrap_or(0);
+        let mean_square =
+            swings.iter().map(|s| s.sample_noise_rad.to_degrees().powi(2)).sum::<f64>();
+        let mut out = CampaignDiagnosis {
+            noise_rms_deg: (mean_square / swings.len() as f64).sqrt(),
+            status,
+            effects: last.told.iter().map(|t| t.effect).collect(),
+            indistinguishable: judged.indistinguishable.iter().map(|(a, b)| [*a, *b]).collect(),
+            origin: BTreeMap::new(),
+            origin_reason: BTreeMap::new(),
+            sharing: BTreeMap::new(),
+            modal: None,
+            held_out: steps[0].0,
+            steps: steps.into_iter().map(|s| s.1).collect(),
+            candidates: candidates(judged, swings),
+            coefficients: BTreeMap::new(),
+            where_: compare::locate(&swings[worst], &last.joint.fits[worst]),
+            where_release: releases[worst].file.clone(),
+            releases: Vec::new(),
+            derivatives: None,
+        };
+        if let Some(forced) = &forced {
+            for (i, b) in forced.iter().enumerate() {
+                let [_, u_wn, u_zeta] = b.deviations;
+                after[i] = (
+                    Quantity::new(b.natural_frequency_rad_s, u_wn),
+                    Quantity::new(b.damping_ratio, u_zeta),
+                );
+                releases[i].residual_over_noise = b.over_noise;
+                releases[i].explained = b.over_noise <= EXPLAINED;
+                (releases[i].natural_frequency_rad_s, releases[i].damping_ratio) = after[i];
+            }
+            self.tell_forced(&mut out, forced);
+        } else {
+            for told in &last.told {
+                out.tell(told);
+            }
+        }
+        out.releases = releases;
+        let before: Vec<_> = plain.iter().map(modal).collect();
+        let before = self.table(&before).map(|t| t.points);
+        let after = self.table(&after).map(|t| t.points);
+        out.derivatives = before.zip(after).map(|(before, after)| BeforeAndAfter { before, after });
+        Ok(out)
+    }
+
+    /// The verdict that a random moment moves the model.
+    fn tell_forced(&self, out: &mut CampaignDiagnosis, forced: &[Buffeted]) {
+        let effect = Effect::Buffeting;
+        let intensity = |i: usize| {
+            Some(Quantity::new(forced[i].intensity, forced[i].intensity * forced[i].deviations[0]))
+        };
+        let seen = self.by_condition(intensity);
+        let (origin, reason) = origin::decide(&seen, effect.parameters()[0].unit);
+        let groups = (0..forced.len()).map(Some).collect();
+        let plan = Plan { name: OWN, groups };
+        let swings = &self.releases.swings;
+        let mean = |of: &dyn Fn(usize) -> f64| {
+            ((0..swings.len()).map(|i| of(i).powi(2)).sum::<f64>() / swings.len() as f64).sqrt()
+        };
+        let over = mean(&|i| forced[i].over_noise);
+        out.steps.truncate(1);
+        out.steps.push(Step {
+            added: Some(effect),
+            residual_rms_deg: mean(&|i| {
+                swings[i].raw_rms_deg(forced[i].over_noise * swings[i].noise_rad)
+            }),
+            residual_over_noise: over,
+            // The filter's innovations are one step ahead throughout.
+            held_out_over_noise: over,
+            parameters: weighted_mean((0..forced.len()).filter_map(intensity))
+                .map(|q| ("buffeting.q".to_owned(), q))
+                .into_iter()
+                .collect(),
+        });
+        out.status = if over <= EXPLAINED { Status::Explained } else { Status::Unexplained };
+        out.effects = vec![effect];
+        out.indistinguishable.clear();
+        out.tell(&Told { effect, origin, reason, plan, seen });
+    }
+
+    /// The derivative table with these wn and zeta; `None` where there is no point in it. Coefficients that releases
+    /// share make their errors alike; the propagation takes them for independent.
+    fn table(&self, modal: &[(Quantity, Quantity)]) -> Option<Table> {
+        let identified: Vec<Identified> = modal
+            .iter()
+            .zip(&self.releases.swings)
+            .map(|(&(natural_frequency_rad_s, damping_ratio), swing)| Identified {
+                natural_frequency_rad_s,
+                damping_ratio,
+                from_s: swing.release_time_s + swing.grid.start_s,
+                to_s: swing.release_time_s + swing.grid.time_s(swing.grid.count),
+                flags: Vec::new(),
+            })
+            .collect();
+        let computed = Computed::new(self.file, &identified).ok()?;
+        Some(computed.table(self.file, "least-squares"))
+    }
+}
+
+impl CampaignDiagnosis {
+    fn tell(&mut self, told: &Told) {
+        let id = told.effect.to_string();
+        let parameter = told.effect.parameters()[0];
+        self.origin.insert(id.clone(), told.origin);
+        self.origin_reason.insert(id.clone(), told.reason.clone());
+        self.sharing.insert(id.clone(), told.plan.name);
+        let rows = told.seen.iter().map(|seen| Coefficient {
+            spring: seen.spring.clone(),
+            axis: seen.axis,
+            wind_speed_m_s: seen.wind_speed_m_s,
+            name: parameter.name,
+            unit: parameter.unit,
+            quantity: seen.coefficient,
+        });
+        self.coefficients.insert(id, rows.collect());
+    }
+}
+
+fn candidates(judged: &Judged, swings: &[Swing]) -> Vec<Candidate> {
+    let each = judged.singles.iter().map(|single| Candidate {
+        effect: single.effect,
+        residual_over_noise: over_noise(&single.fits, swings),
+        evidence: single.evidence,
+        converged: single.fits.iter().all(|fit| fit.converged),
+    });
+    each.collect()
+}
