@@ -81,7 +81,7 @@ fn coefficient_rows(d: &CampaignDiagnosis, id: &str) -> comfy_table::Table {
 }
 
 fn candidate_rows(d: &CampaignDiagnosis) -> comfy_table::Table {
-    let mut rows = bare(&["effect alone", "over noise", "evidence, all releases"]);
+    let mut rows = bare(&["effect alone", "over noise", "evidence"]);
     for c in d.candidates.iter().take(5) {
         let evidence = format!("{:.1}", c.evidence);
         rows.add_row([c.effect.to_string(), format!("{:.3}", c.residual_over_noise), evidence]);

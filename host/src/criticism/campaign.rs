@@ -3,7 +3,7 @@
 
 use super::buffeting::{self, Buffeted};
 use super::compare::{self, Where};
-use super::diagnose::{random_forcing, Candidate, Options, Status, Step, FITTED_SHARE};
+use super::diagnose::{forced_rather_than, Candidate, Options, Status, Step, FITTED_SHARE};
 use super::effects::Effect;
 use super::fitting::{self, Fitted, Limit, Number, Structure};
 use super::joint::{self, JointFit, Release, Sharing};
@@ -50,6 +50,7 @@ pub struct CampaignDiagnosis {
     pub steps: Vec<Step>,
     /// What `held_out_over_noise` was held out.
     pub held_out: HeldOut,
+    /// Every effect alone, best first, in the releases (eight at most) that the plain model explains worst.
     pub candidates: Vec<Candidate>,
     /// By effect: the first of its numbers in each condition, free of all others.
     pub coefficients: BTreeMap<String, Vec<Coefficient>>,
@@ -98,8 +99,6 @@ pub struct ReleaseVerdict {
     /// Of the final model, its shared coefficients in common.
     pub residual_over_noise: f64,
     pub explained: bool,
-    /// What the release alone would have been said to need.
-    pub alone: Vec<Effect>,
 }
 
 /// The derivatives from wn and zeta of the plain model and of the final one.
@@ -136,7 +135,7 @@ pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<CampaignDiagno
     let swings: Vec<Result<Swing>> = (0..entries.len()).into_par_iter().map(read).collect();
     // Collected first, so that of several bad records always the first is named.
     let swings = swings.into_iter().collect::<Result<Vec<_>>>()?;
-    diagnose_swings(file, swings, options)
+    diagnose_swings(file, &swings, options)
 }
 
 /// Judges swings, one for each release of `file` in its order.
@@ -145,11 +144,11 @@ pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<CampaignDiagno
 /// 130 where the user stops it.
 pub fn diagnose_swings(
     file: &CampaignFile,
-    swings: Vec<Swing>,
+    swings: &[Swing],
     options: &Options,
 ) -> Result<CampaignDiagnosis> {
     let wind_speed_m_s = file.campaign.release.iter().map(|r| r.wind_speed_m_s).collect();
-    let releases = Releases { swings, wind_speed_m_s };
+    let releases = Releases { swings: swings.iter().collect(), wind_speed_m_s };
     let judged = together::judge(&releases, options)?;
     let campaign = Campaign { file, settings: settings(&file.campaign), releases: &releases };
     let shared: Vec<Shared> =
@@ -161,12 +160,12 @@ pub fn diagnose_swings(
 struct Campaign<'a> {
     file: &'a CampaignFile,
     settings: Vec<Setting>,
-    releases: &'a Releases,
+    releases: &'a Releases<'a>,
 }
 
 impl Campaign<'_> {
     fn whole(&self) -> Vec<Release<'_>> {
-        self.releases.swings.iter().map(Release::whole).collect()
+        self.releases.swings.iter().map(|swing| Release::whole(swing)).collect()
     }
 
     /// One coefficient for each condition.
@@ -256,7 +255,7 @@ impl Campaign<'_> {
     /// Residual over noise on what a model was not fitted to.
     fn held_out(&self, shared: &Shared) -> (HeldOut, f64) {
         let joint = &shared.joint;
-        let swings: Vec<&Swing> = self.releases.swings.iter().collect();
+        let swings = &self.releases.swings;
         let held: Vec<usize> = self
             .settings
             .iter()
@@ -269,7 +268,7 @@ impl Campaign<'_> {
             let early: Vec<Release> =
                 swings.iter().map(|swing| Release::part(swing, FITTED_SHARE)).collect();
             let early = joint::fit(&early, &joint.structure, &joint.sharing, &starts);
-            let later = early.held_out_over_noise(&swings);
+            let later = early.held_out_over_noise(swings);
             return (HeldOut::LaterPart, later.unwrap_or(f64::NAN));
         }
         let kept: Vec<usize> = (0..swings.len()).filter(|i| !held.contains(i)).collect();
@@ -300,7 +299,7 @@ impl Campaign<'_> {
                 fitting::refitted(swings[i], &structure, &starts[i])
             })
             .collect();
-        let held_swings: Vec<Swing> = held.iter().map(|&i| swings[i].clone()).collect();
+        let held_swings: Vec<&Swing> = held.iter().map(|&i| swings[i]).collect();
         (HeldOut::Releases, over_noise(&fits, &held_swings))
     }
 
@@ -345,12 +344,14 @@ impl Campaign<'_> {
         if explained && last.told.len() < 2 {
             return None;
         }
+        let (plain, best) = (judged.path.first()?, judged.path.last()?);
         let forced: Vec<bool> = self
             .releases
             .swings
             .par_iter()
-            .zip(&judged.found)
-            .map(|(swing, found)| random_forcing(swing, found).is_some())
+            .zip(&plain.fits)
+            .zip(&best.fits)
+            .map(|((swing, plain), best)| forced_rather_than(swing, plain, best).is_some())
             .collect();
         let share = |on: bool| {
             let inside: Vec<bool> = (0..forced.len())
@@ -363,8 +364,8 @@ impl Campaign<'_> {
         if !share(true) && !share(false) {
             return None;
         }
-        let each = self.releases.swings.par_iter().zip(&judged.found);
-        each.map(|(swing, found)| buffeting::fit(swing, &found.plain)).collect()
+        let each = self.releases.swings.par_iter().zip(&plain.fits);
+        each.map(|(swing, plain)| buffeting::fit(swing, plain)).collect()
     }
 
     fn verdict(
@@ -401,10 +402,6 @@ impl Campaign<'_> {
                 before_over_noise: plain[i].over_noise(&swings[i]),
                 residual_over_noise: fit.over_noise(&swings[i]),
                 explained: is_explained(fit, &swings[i]),
-                alone: judged.found[i]
-                    .path
-                    .last()
-                    .map_or(Vec::new(), |m| m.structure.effects.clone()),
             }
         });
         let mut releases: Vec<ReleaseVerdict> = rows.collect();
@@ -426,7 +423,7 @@ impl Campaign<'_> {
             modal: None,
             held_out: steps[0].0,
             steps: steps.into_iter().map(|s| s.1).collect(),
-            candidates: candidates(judged, swings),
+            candidates: candidates(judged),
             coefficients: BTreeMap::new(),
             where_: compare::locate(&swings[worst], &last.joint.fits[worst]),
             where_release: releases[worst].file.clone(),
@@ -531,12 +528,12 @@ impl CampaignDiagnosis {
     }
 }
 
-fn candidates(judged: &Judged, swings: &[Swing]) -> Vec<Candidate> {
+fn candidates(judged: &Judged) -> Vec<Candidate> {
     let each = judged.singles.iter().map(|single| Candidate {
         effect: single.effect,
-        residual_over_noise: over_noise(&single.fits, swings),
+        residual_over_noise: single.residual_over_noise,
         evidence: single.evidence,
-        converged: single.fits.iter().all(|fit| fit.converged),
+        converged: single.converged,
     });
     each.collect()
 }

@@ -169,12 +169,17 @@ pub fn diagnose_swing(swing: &Swing, options: &Options) -> Result<Diagnosis> {
 
 /// The random forcing that explains the swing where no deterministic effects do: as strong late as early, its
 /// innovations white and down to the noise, and far likelier than the best deterministic model.
-pub(super) fn random_forcing(swing: &Swing, found: &Found) -> Option<Buffeted> {
+fn random_forcing(swing: &Swing, found: &Found) -> Option<Buffeted> {
     let best = found.path.last()?;
     if found.explained && best.structure.effects.len() < 2 {
         return None;
     }
-    let fitted = buffeting::fit(swing, &found.plain)?;
+    forced_rather_than(swing, &found.plain, best)
+}
+
+/// The random forcing of the `plain` model, if it is one and far likelier than `best`.
+pub(super) fn forced_rather_than(swing: &Swing, plain: &Fitted, best: &Fitted) -> Option<Buffeted> {
+    let fitted = buffeting::fit(swing, plain)?;
     let n = best.count as f64;
     let deterministic = n * (best.sum_of_squares / n).ln() + best.parameters.len() as f64 * n.ln();
     let random = fitted.deviance + 5.0 * n.ln();

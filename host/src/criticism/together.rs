@@ -1,24 +1,34 @@
-//! Which effects the releases of a campaign need: each release searched alone, then all judged as one.
+//! Which effects the releases of a campaign need: each has coefficients of its own, and all are judged as one.
 
 use super::diagnose::Options;
 use super::effects::Effect;
-use super::fitting::{fit_added, fit_removed, Fitted};
+use super::fitting::{fit_added, fit_plain, fit_removed, Fitted};
 use super::origin::weighted_mean;
-use super::search::{self, Found, LEAST_SHARE_SQUARED, MARGIN};
+use super::search::{self, LEAST_SHARE_SQUARED, MARGIN};
 use super::swing::Swing;
 use crate::error::Result;
 use crate::interrupt;
 use crate::quantity::Quantity;
 use rayon::prelude::*;
 
-/// Effects tried together at most: those that single releases name, and the likeliest.
-const MOST_PROPOSED: usize = 6;
+/// Every effect is tried on so many releases, those that are explained worst; the likeliest then on all.
+const SCREENED: usize = 8;
+const MOST_PROPOSED: usize = 3;
 const MOST_EFFECTS: usize = 4;
 
 /// The releases with the wind speed of each.
-pub struct Releases {
-    pub swings: Vec<Swing>,
+pub struct Releases<'a> {
+    pub swings: Vec<&'a Swing>,
     pub wind_speed_m_s: Vec<f64>,
+}
+
+impl Releases<'_> {
+    fn pick(&self, which: &[usize]) -> Self {
+        Self {
+            swings: which.iter().map(|&i| self.swings[i]).collect(),
+            wind_speed_m_s: which.iter().map(|&i| self.wind_speed_m_s[i]).collect(),
+        }
+    }
 }
 
 /// One structure, each release with numbers of its own.
@@ -28,17 +38,35 @@ pub struct Model {
     pub fits: Vec<Fitted>,
 }
 
-/// An effect alone in all releases.
+impl Model {
+    fn pick(&self, which: &[usize]) -> Self {
+        let fits = which.iter().map(|&i| self.fits[i].clone()).collect();
+        Self { effects: self.effects.clone(), fits }
+    }
+
+    /// The releases it explains worst.
+    fn worst(&self, releases: &Releases) -> Vec<usize> {
+        let over: Vec<f64> =
+            self.fits.iter().zip(&releases.swings).map(|(f, swing)| f.over_noise(swing)).collect();
+        let mut all: Vec<usize> = (0..over.len()).collect();
+        all.sort_by(|&a, &b| over[b].total_cmp(&over[a]));
+        all.truncate(SCREENED);
+        all.sort_unstable();
+        all
+    }
+}
+
+/// An effect added to a model in the screened releases.
 pub struct Single {
     pub effect: Effect,
-    pub fits: Vec<Fitted>,
+    pub residual_over_noise: f64,
     pub evidence: f64,
+    pub converged: bool,
+    model: Model,
 }
 
 pub struct Judged {
-    /// Each release by itself.
-    pub found: Vec<Found>,
-    /// Best first.
+    /// Every effect alone, best first, in the releases that the plain model explains worst.
     pub singles: Vec<Single>,
     /// From plain to final, an effect more each.
     pub path: Vec<Model>,
@@ -46,7 +74,7 @@ pub struct Judged {
 }
 
 /// Pooled rms of the residuals over each release's noise.
-pub fn over_noise<'a>(fits: impl IntoIterator<Item = &'a Fitted>, swings: &[Swing]) -> f64 {
+pub fn over_noise<'a>(fits: impl IntoIterator<Item = &'a Fitted>, swings: &[&Swing]) -> f64 {
     let (mut sum, mut n) = (0.0, 0.0);
     for (fit, swing) in fits.into_iter().zip(swings) {
         sum += fit.count as f64 * fit.over_noise(swing).powi(2);
@@ -63,7 +91,7 @@ pub fn coefficient(fit: &Fitted, effect: Effect) -> Option<Quantity> {
 
 /// Gain in the information criterion by `effect`, which `larger` has and `smaller` has not. The best of: a coefficient
 /// of its own in each release that needs one; one coefficient for all releases, for the wind-on or the wind-off ones.
-fn evidence(releases: &Releases, smaller: &[Fitted], larger: &[Fitted], effect: Effect) -> f64 {
+fn evidence(releases: &Releases<'_>, smaller: &[Fitted], larger: &[Fitted], effect: Effect) -> f64 {
     let more = effect.parameters().len() as f64;
     let gains: Vec<(f64, f64)> = smaller
         .iter()
@@ -98,7 +126,7 @@ fn evidence(releases: &Releases, smaller: &[Fitted], larger: &[Fitted], effect: 
 
 /// Whether the effect shows in some release.
 fn matters(releases: &Releases, smaller: &[Fitted], larger: &[Fitted]) -> bool {
-    let share = |((small, large), swing): ((&Fitted, &Fitted), &Swing)| {
+    let share = |((small, large), swing): ((&Fitted, &Fitted), &&Swing)| {
         large.converged
             && small.over_noise(swing).powi(2) - large.over_noise(swing).powi(2)
                 > LEAST_SHARE_SQUARED
@@ -111,32 +139,35 @@ fn matters(releases: &Releases, smaller: &[Fitted], larger: &[Fitted]) -> bool {
 /// # Errors
 /// 130 where the user stops it.
 pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
-    let found: Vec<Found> = releases
-        .swings
-        .par_iter()
-        .map(|swing| search::search(swing, options.zero_unknown))
-        .collect::<Result<_>>()?;
-    let plain: Vec<Fitted> = found.iter().map(|f| f.plain.clone()).collect();
-    let mut singles: Vec<Single> = (0..found[0].singles.len())
-        .map(|k| {
-            let effect = found[0].singles[k].structure.effects[0];
-            let fits: Vec<Fitted> = found.iter().map(|f| f.singles[k].clone()).collect();
-            let evidence = evidence(releases, &plain, &fits, effect);
-            Single { effect, fits, evidence }
-        })
-        .collect();
-    singles.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    let proposed = proposed(&found, &singles);
-
-    let mut path = vec![Model { effects: Vec::new(), fits: plain }];
+    let zero = options.zero_unknown;
+    let plain = Model {
+        effects: Vec::new(),
+        fits: releases
+            .swings
+            .par_iter()
+            .map(|swing| fit_plain(swing, zero, swing.yaw_rad.len()))
+            .collect(),
+    };
+    let library: Vec<Effect> =
+        Effect::deterministic().filter(|e| !(zero && *e == Effect::StaticOffset)).collect();
+    let singles = screened(releases, &plain, &library)?;
+    let mut path = vec![plain];
     while path.len() <= MOST_EFFECTS {
         let here = path.last().expect("the plain model");
-        let next = proposed
+        let others;
+        let screen = if here.effects.is_empty() {
+            &singles
+        } else {
+            others = screened(releases, here, &library)?;
+            &others
+        };
+        let next = screen
             .iter()
-            .filter(|e| !here.effects.contains(e))
-            .map(|&effect| {
-                let larger = added(releases, here, effect, &singles);
-                (evidence(releases, &here.fits, &larger.fits, effect), larger)
+            .filter(|single| single.evidence > 0.0)
+            .take(MOST_PROPOSED)
+            .map(|single| {
+                let larger = added(releases, here, single.effect);
+                (evidence(releases, &here.fits, &larger.fits, single.effect), larger)
             })
             .filter(|(evidence, larger)| {
                 *evidence > MARGIN && matters(releases, &here.fits, &larger.fits)
@@ -147,53 +178,50 @@ pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
         path.push(next);
     }
     let last = path.pop().expect("a model");
-    let last_effects = last.effects.clone();
+    let all = last.effects.clone();
     let kept = pruned(releases, last)?;
-    if kept.effects == last_effects || kept.effects.is_empty() {
+    if kept.effects == all || kept.effects.is_empty() {
         path.truncate(kept.effects.len());
     } else {
         // The way there once more, without what was taken out of it.
         path.truncate(1);
         for &effect in &kept.effects[..kept.effects.len() - 1] {
-            path.push(added(releases, path.last().expect("a model"), effect, &singles));
+            path.push(added(releases, path.last().expect("a model"), effect));
         }
     }
     path.push(kept);
-    let indistinguishable = rivals(releases, &path, &singles, &proposed);
-    interrupt::check()?;
-    Ok(Judged { found, singles, path, indistinguishable })
+    let indistinguishable = rivals(releases, &path, &singles, &library)?;
+    Ok(Judged { singles, path, indistinguishable })
 }
 
-/// What single releases name, most often first, and then the likeliest.
-fn proposed(found: &[Found], singles: &[Single]) -> Vec<Effect> {
-    let votes = |effect: Effect| {
-        let names = |f: &&Found| {
-            let last = f.path.last().map_or(&[][..], |m| &m.structure.effects);
-            last.contains(&effect) || f.indistinguishable.iter().any(|(_, b)| *b == effect)
-        };
-        found.iter().filter(names).count()
-    };
-    let mut all: Vec<(usize, f64, Effect)> = singles
-        .iter()
-        .map(|s| (votes(s.effect), s.evidence, s.effect))
-        .filter(|(votes, evidence, _)| *votes > 0 || *evidence > MARGIN)
+/// Every other effect added to `inner` in the releases it explains worst; the likeliest first.
+fn screened(releases: &Releases, inner: &Model, library: &[Effect]) -> Result<Vec<Single>> {
+    let which = inner.worst(releases);
+    let (releases, inner) = (releases.pick(&which), inner.pick(&which));
+    let mut out: Vec<Single> = library
+        .par_iter()
+        .filter(|e| !inner.effects.contains(e))
+        .map(|&effect| {
+            let model = added(&releases, &inner, effect);
+            Single {
+                effect,
+                residual_over_noise: over_noise(&model.fits, &releases.swings),
+                evidence: evidence(&releases, &inner.fits, &model.fits, effect),
+                converged: model.fits.iter().all(|fit| fit.converged),
+                model,
+            }
+        })
         .collect();
-    all.sort_by(|a, b| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1)));
-    all.into_iter().take(MOST_PROPOSED).map(|(_, _, effect)| effect).collect()
+    interrupt::check()?;
+    out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    Ok(out)
 }
 
-fn added(releases: &Releases, inner: &Model, effect: Effect, singles: &[Single]) -> Model {
+fn added(releases: &Releases, inner: &Model, effect: Effect) -> Model {
     let mut effects = inner.effects.clone();
     effects.push(effect);
-    let known = singles.iter().find(|s| inner.effects.is_empty() && s.effect == effect);
-    let fits = known.map_or_else(
-        || {
-            let each = inner.fits.par_iter().zip(&releases.swings);
-            each.map(|(fit, swing)| fit_added(swing, fit, effect)).collect()
-        },
-        |single| single.fits.clone(),
-    );
-    Model { effects, fits }
+    let each = inner.fits.par_iter().zip(&releases.swings);
+    Model { effects, fits: each.map(|(fit, swing)| fit_added(swing, fit, effect)).collect() }
 }
 
 fn removed(releases: &Releases, model: &Model, effect: Effect) -> Model {
@@ -225,37 +253,31 @@ fn pruned(releases: &Releases, mut model: Model) -> Result<Model> {
     Ok(model)
 }
 
-/// Which effect does as well in the place of one of the model's.
+/// Which effect does as well in the place of one of the model's, in the releases that the plain model explains worst.
 fn rivals(
     releases: &Releases,
     path: &[Model],
     singles: &[Single],
-    proposed: &[Effect],
-) -> Vec<(Effect, Effect)> {
-    let model = path.last().expect("a model");
+    library: &[Effect],
+) -> Result<Vec<(Effect, Effect)>> {
+    let which = path[0].worst(releases);
+    let releases = &releases.pick(&which);
+    let model = path.last().expect("a model").pick(&which);
     let mut out = Vec::new();
     for &inside in &model.effects {
-        let inner = match model.effects.len() {
-            1 => path[0].clone(),
-            _ => removed(releases, model, inside),
-        };
+        let alone = model.effects.len() == 1;
+        let inner = if alone { path[0].pick(&which) } else { removed(releases, &model, inside) };
         let here = evidence(releases, &inner.fits, &model.fits, inside);
-        let others: Vec<Effect> = match model.effects.len() {
-            1 => singles.iter().map(|s| s.effect).collect(),
-            _ => proposed.to_vec(),
-        };
-        for outside in others.into_iter().filter(|e| !model.effects.contains(e)) {
-            let other = added(releases, &inner, outside, singles);
+        for &outside in library.iter().filter(|e| !model.effects.contains(e)) {
+            let known = singles.iter().find(|s| alone && s.effect == outside);
+            let other = known.map_or_else(|| added(releases, &inner, outside), |s| s.model.clone());
             let there = evidence(releases, &inner.fits, &other.fits, outside);
-            let explained = other
-                .fits
-                .iter()
-                .zip(&releases.swings)
-                .all(|(fit, swing)| search::is_explained(fit, swing));
-            if explained && here - there < MARGIN {
+            let mut each = other.fits.iter().zip(&releases.swings);
+            if here - there < MARGIN && each.all(|(fit, swing)| search::is_explained(fit, swing)) {
                 out.push((inside, outside));
             }
         }
+        interrupt::check()?;
     }
-    out
+    Ok(out)
 }
