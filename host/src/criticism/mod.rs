@@ -7,6 +7,7 @@
 
 pub mod buffeting;
 pub mod campaign;
+mod campaign_fit;
 pub mod cards;
 pub mod compare;
 pub mod diagnose;
@@ -15,6 +16,7 @@ pub mod fitting;
 pub mod joint;
 pub mod origin;
 mod search;
+mod sharing;
 pub mod simulate;
 mod starts;
 pub mod swing;

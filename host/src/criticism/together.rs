@@ -161,19 +161,21 @@ pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
             others = screened(releases, here, &library)?;
             &others
         };
-        let next = screen
+        let proposed: Vec<(f64, Model)> = screen
             .iter()
             .filter(|single| single.evidence > 0.0)
             .take(MOST_PROPOSED)
             .map(|single| {
-                let larger = added(releases, here, single.effect);
-                (evidence(releases, &here.fits, &larger.fits, single.effect), larger)
+                let larger = added(releases, here, single.effect)?;
+                Ok((evidence(releases, &here.fits, &larger.fits, single.effect), larger))
             })
+            .collect::<Result<_>>()?;
+        let next = proposed
+            .into_iter()
             .filter(|(evidence, larger)| {
                 *evidence > MARGIN && matters(releases, &here.fits, &larger.fits)
             })
             .max_by(|a, b| a.0.total_cmp(&b.0));
-        interrupt::check()?;
         let Some((_, next)) = next else { break };
         path.push(next);
     }
@@ -186,7 +188,7 @@ pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
         // The way there once more, without what was taken out of it.
         path.truncate(1);
         for &effect in &kept.effects[..kept.effects.len() - 1] {
-            path.push(added(releases, path.last().expect("a model"), effect));
+            path.push(added(releases, path.last().expect("a model"), effect)?);
         }
     }
     path.push(kept);
@@ -202,49 +204,60 @@ fn screened(releases: &Releases, inner: &Model, library: &[Effect]) -> Result<Ve
         .par_iter()
         .filter(|e| !inner.effects.contains(e))
         .map(|&effect| {
-            let model = added(&releases, &inner, effect);
-            Single {
+            let model = added(&releases, &inner, effect)?;
+            Ok(Single {
                 effect,
                 residual_over_noise: over_noise(&model.fits, &releases.swings),
                 evidence: evidence(&releases, &inner.fits, &model.fits, effect),
                 converged: model.fits.iter().all(|fit| fit.converged),
                 model,
-            }
+            })
         })
-        .collect();
-    interrupt::check()?;
+        .collect::<Result<_>>()?;
     out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     Ok(out)
 }
 
-fn added(releases: &Releases, inner: &Model, effect: Effect) -> Model {
-    let mut effects = inner.effects.clone();
-    effects.push(effect);
-    let each = inner.fits.par_iter().zip(&releases.swings);
-    Model { effects, fits: each.map(|(fit, swing)| fit_added(swing, fit, effect)).collect() }
+/// `fit` in every release, unless the user stops it.
+fn each(
+    releases: &Releases,
+    inner: &Model,
+    fit: impl Fn(&Swing, &Fitted) -> Fitted + Sync,
+) -> Result<Vec<Fitted>> {
+    let all = inner.fits.par_iter().zip(&releases.swings);
+    all.map(|(inner, swing)| interrupt::check().map(|()| fit(swing, inner))).collect()
 }
 
-fn removed(releases: &Releases, model: &Model, effect: Effect) -> Model {
+fn added(releases: &Releases, inner: &Model, effect: Effect) -> Result<Model> {
+    let mut effects = inner.effects.clone();
+    effects.push(effect);
+    let fits = each(releases, inner, |swing, fit| fit_added(swing, fit, effect))?;
+    Ok(Model { effects, fits })
+}
+
+fn removed(releases: &Releases, model: &Model, effect: Effect) -> Result<Model> {
     let effects = model.effects.iter().copied().filter(|e| *e != effect).collect();
-    let each = model.fits.par_iter().zip(&releases.swings);
-    Model { effects, fits: each.map(|(fit, swing)| fit_removed(swing, fit, effect)).collect() }
+    let fits = each(releases, model, |swing, fit| fit_removed(swing, fit, effect))?;
+    Ok(Model { effects, fits })
 }
 
 /// Takes out again what the others have made needless.
 fn pruned(releases: &Releases, mut model: Model) -> Result<Model> {
     while model.effects.len() > 1 {
-        let needless = model
+        let without: Vec<(f64, Model)> = model
             .effects
             .iter()
             .map(|&effect| {
-                let smaller = removed(releases, &model, effect);
+                let smaller = removed(releases, &model, effect)?;
                 let worth = evidence(releases, &smaller.fits, &model.fits, effect);
                 let shows = matters(releases, &smaller.fits, &model.fits);
-                (if shows { worth } else { 0.0 }, smaller)
+                Ok((if shows { worth } else { 0.0 }, smaller))
             })
+            .collect::<Result<_>>()?;
+        let needless = without
+            .into_iter()
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .filter(|(worth, _)| *worth <= MARGIN);
-        interrupt::check()?;
         match needless {
             Some((_, smaller)) => model = smaller,
             None => break,
@@ -266,18 +279,20 @@ fn rivals(
     let mut out = Vec::new();
     for &inside in &model.effects {
         let alone = model.effects.len() == 1;
-        let inner = if alone { path[0].pick(&which) } else { removed(releases, &model, inside) };
+        let inner = if alone { path[0].pick(&which) } else { removed(releases, &model, inside)? };
         let here = evidence(releases, &inner.fits, &model.fits, inside);
         for &outside in library.iter().filter(|e| !model.effects.contains(e)) {
             let known = singles.iter().find(|s| alone && s.effect == outside);
-            let other = known.map_or_else(|| added(releases, &inner, outside), |s| s.model.clone());
+            let other = match known {
+                Some(single) => single.model.clone(),
+                None => added(releases, &inner, outside)?,
+            };
             let there = evidence(releases, &inner.fits, &other.fits, outside);
             let mut each = other.fits.iter().zip(&releases.swings);
             if here - there < MARGIN && each.all(|(fit, swing)| search::is_explained(fit, swing)) {
                 out.push((inside, outside));
             }
         }
-        interrupt::check()?;
     }
     Ok(out)
 }
