@@ -1,9 +1,13 @@
-//! `diagnose`: which physical effect a second-order model of a record lacks.
+//! `diagnose`: which physical effect a second-order model of a record, or of a campaign's, lacks.
 
 use super::common::{bare, print_json, print_line, EffectsArg, SCHEMA_VERSION};
+use super::diagnose_campaign;
 use super::model::JudgeArgs;
-use crate::criticism::diagnose::{diagnose, Diagnosis, Options, Status};
-use crate::error::Result;
+use crate::criticism::campaign;
+use crate::criticism::diagnose::{diagnose, Diagnosis, Options, Status, Step};
+use crate::criticism::effects::Effect;
+use crate::derivatives::campaign::CampaignFile;
+use crate::error::{Error, Result};
 use crate::record::Record;
 use clap::Args;
 use serde::Serialize;
@@ -16,10 +20,13 @@ use std::path::PathBuf;
 /// the record and by its size. A reading at rest that is not nought counts as a constant moment unless --unknown-zero
 /// says that the sensor was not zeroed. Your own effect, a moment written as an expression in a file, competes with them
 /// when --effect names it.
+///
+/// A campaign.toml has all its releases judged together: which effects they need, whether each is there with the wind
+/// off (mechanical) or only with it on (aerodynamic), and what it does to the derivatives.
 #[derive(Args, Debug, Clone)]
 pub struct Diagnose {
-    /// Record (CSV: time_s,yaw_deg)
-    #[arg(value_name = "FILE")]
+    /// Record (CSV: time_s,yaw_deg), or campaign.toml
+    #[arg(value_name = "FILE|campaign.toml")]
     pub file: PathBuf,
     #[command(flatten)]
     pub effects: EffectsArg,
@@ -37,45 +44,53 @@ struct Object<'a> {
 impl Diagnose {
     pub fn run(&self) -> Result<()> {
         let own = self.effects.effects()?;
-        let record = Record::read(&self.file)?;
         let options = Options { zero_unknown: self.judge.unknown_zero, own };
+        if self.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+            return self.run_campaign(&options);
+        }
+        let record = Record::read(&self.file)?;
         let diagnosis = diagnose(&record, &options)?;
         if self.judge.json {
             return print_json(&Object { schema_version: SCHEMA_VERSION, diagnosis: &diagnosis });
         }
         print_line(&text(&self.file.display().to_string(), &diagnosis))
     }
+
+    fn run_campaign(&self, options: &Options) -> Result<()> {
+        let windy = |e: &&Effect| matches!(e, Effect::Own(own) if own.uses_wind);
+        if let Some(effect) = options.own.iter().find(windy) {
+            return Err(Error::usage(format!("{effect} depends on the wind, of which a campaign has several"))
+                .help("leave `wind` out of the moment: a campaign's verdict says how an effect goes with it"));
+        }
+        let file = CampaignFile::read_releases(&self.file)?;
+        crate::say!("fitting {} releases", file.campaign.release.len());
+        let diagnosis = &campaign::diagnose(&file, options)?;
+        if self.judge.json {
+            let (schema_version, campaign) = (SCHEMA_VERSION, &self.file);
+            return print_json(&CampaignObject { schema_version, campaign, diagnosis });
+        }
+        print_line(&diagnose_campaign::text(&self.file.display().to_string(), diagnosis))
+    }
+}
+
+#[derive(Serialize)]
+struct CampaignObject<'a> {
+    schema_version: u32,
+    campaign: &'a PathBuf,
+    #[serde(flatten)]
+    diagnosis: &'a campaign::CampaignDiagnosis,
 }
 
 /// The verdict, to be read.
 fn text(file: &str, d: &Diagnosis) -> String {
-    let names: Vec<&str> = d.effects.iter().map(|e| e.id()).collect();
-    let verdict = match d.status {
-        Status::Adequate => "adequate: the second-order model explains it to its noise".to_string(),
-        Status::Explained => format!("explained by {}", names.join(", ")),
-        Status::Unexplained if names.is_empty() => {
-            "unexplained: no effect of the library accounts for it".to_string()
-        }
-        Status::Unexplained => {
-            format!("unexplained: {} helped, but not to the noise", names.join(", "))
-        }
-    };
+    let verdict = verdict(d.status, &d.effects);
     let mut out = format!("{file}: {verdict}\n");
     let _ = writeln!(
         out,
         "  wn {} rad/s, zeta {}, noise {:.4} deg",
         d.modal.natural_frequency_rad_s, d.modal.damping_ratio, d.noise_rms_deg
     );
-    let mut steps = bare(&["model", "residual (deg)", "over noise", "held out over noise"]);
-    for step in &d.steps {
-        steps.add_row([
-            step.added.map_or("second order".to_string(), |e| format!("+ {e}")),
-            format!("{:.4}", step.residual_rms_deg),
-            format!("{:.3}", step.residual_over_noise),
-            format!("{:.3}", step.held_out_over_noise),
-        ]);
-    }
-    let _ = writeln!(out, "{steps}");
+    let _ = writeln!(out, "{}", step_rows(&d.steps));
     for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
         let _ = writeln!(out, "  {name} = {value}");
     }
@@ -97,14 +112,44 @@ fn text(file: &str, d: &Diagnosis) -> String {
             a.card().release
         );
     }
-    for effect in &d.effects {
-        let card = effect.card();
-        let _ = write!(
-            out,
-            "\n{}: {}\n  usual cause: {}\n  fingerprint: {}\n  to confirm: {}\n  to remove: {}\n",
-            card.title, card.formula, card.cause, card.fingerprint, card.confirm, card.remove
-        );
-    }
+    d.effects.iter().for_each(|effect| out.push_str(&card(*effect)));
     out.truncate(out.trim_end().len());
     out
+}
+
+/// In one line.
+pub(super) fn verdict(status: Status, effects: &[Effect]) -> String {
+    let names: Vec<&str> = effects.iter().map(|e| e.id()).collect();
+    match status {
+        Status::Adequate => "adequate: the second-order model explains it to its noise".to_owned(),
+        Status::Explained => format!("explained by {}", names.join(", ")),
+        Status::Unexplained if names.is_empty() => {
+            "unexplained: no effect of the library accounts for it".to_owned()
+        }
+        Status::Unexplained => {
+            format!("unexplained: {} helped, but not to the noise", names.join(", "))
+        }
+    }
+}
+
+pub(super) fn step_rows(steps: &[Step]) -> comfy_table::Table {
+    let mut rows = bare(&["model", "residual (deg)", "over noise", "held out over noise"]);
+    for step in steps {
+        rows.add_row([
+            step.added.map_or("second order".to_string(), |e| format!("+ {e}")),
+            format!("{:.4}", step.residual_rms_deg),
+            format!("{:.3}", step.residual_over_noise),
+            format!("{:.3}", step.held_out_over_noise),
+        ]);
+    }
+    rows
+}
+
+/// An effect's card, to be read.
+pub(super) fn card(effect: Effect) -> String {
+    let card = effect.card();
+    format!(
+        "\n{}: {}\n  usual cause: {}\n  fingerprint: {}\n  to confirm: {}\n  to remove: {}\n",
+        card.title, card.formula, card.cause, card.fingerprint, card.confirm, card.remove
+    )
 }

@@ -6,6 +6,7 @@ mod demo;
 mod derivatives;
 mod device;
 mod diagnose;
+mod diagnose_campaign;
 mod effects;
 mod fit;
 mod flash;

@@ -68,11 +68,9 @@ pub fn appraise(
 ) -> Appraisal {
     let swing = |k: usize| &recorded[k].swing;
     let raw = |k: usize| swing(k).raw_rms_deg(fits[k].rms_rad());
-    let (mut n, mut sum) = (0.0, 0.0);
-    for k in 0..fitted {
-        n += fits[k].count as f64;
-        sum += fits[k].count as f64 * raw(k).powi(2);
-    }
+    let (n, sum) = fits[..fitted].iter().enumerate().fold((0.0, 0.0), |(n, sum), (k, fit)| {
+        (n + fit.count as f64, sum + fit.count as f64 * raw(k).powi(2))
+    });
     let residuals = Residuals {
         residual_rms_deg: f64::sqrt(sum / n),
         residual_over_noise,

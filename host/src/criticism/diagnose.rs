@@ -14,7 +14,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Share of the swing that is fitted when the rest is held out.
-const FITTED_SHARE: f64 = 0.65;
+pub(super) const FITTED_SHARE: f64 = 0.65;
 /// Ratio of the random forcing in both halves of a record beyond which it is no random forcing.
 const MOST_UNSTEADY: f64 = 4.0;
 /// Dependence of the innovations on the state, in standard deviations, that chance explains.
@@ -128,7 +128,12 @@ fn random_forcing(swing: &Swing, found: &Found) -> Option<Buffeted> {
     if found.explained && best.structure.effects.len() < 2 {
         return None;
     }
-    let fitted = buffeting::fit(swing, &found.plain)?;
+    forced_rather_than(swing, &found.plain, best)
+}
+
+/// The random forcing of the `plain` model, if it is one and far likelier than `best`.
+pub(super) fn forced_rather_than(swing: &Swing, plain: &Fitted, best: &Fitted) -> Option<Buffeted> {
+    let fitted = buffeting::fit(swing, plain)?;
     let n = best.count as f64;
     let deterministic = n * (best.sum_of_squares / n).ln() + best.parameters.len() as f64 * n.ln();
     let random = fitted.deviance + 5.0 * n.ln();

@@ -365,6 +365,12 @@ pub fn fit_from(swing: &Swing, structure: &Structure, start: &[f64], count: usiz
     finished(swing, structure, fit, count)
 }
 
+/// `structure` fitted to the whole swing from numbers near its own.
+pub(super) fn refitted(swing: &Swing, structure: &Structure, start: &[f64]) -> Fitted {
+    let count = swing.yaw_rad.len();
+    finished(swing, structure, solve(swing, structure, start, count), count)
+}
+
 /// `model` fitted again to the first `count` means, from its own values.
 pub fn refit(swing: &Swing, model: &Fitted, count: usize) -> Fitted {
     let direct = solve(swing, &model.structure, &model.parameters, count);

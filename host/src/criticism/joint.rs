@@ -10,6 +10,8 @@
 
 use super::effects::Effect;
 use super::fitting::{motion, Fitted, Structure};
+use super::sharing::Places;
+pub use super::sharing::Sharing;
 use super::simulate::Grid;
 use super::swing::Swing;
 use crate::fit::{minimise, Fit, Options, Problem, Rows};
@@ -17,7 +19,6 @@ use crate::interrupt;
 use crate::quantity::Quantity;
 use nalgebra::DMatrix;
 use rayon::prelude::*;
-use std::collections::HashMap;
 
 /// Of an effect's size (where it rivals the spring): the step of the differences.
 const DIFFERENCE: f64 = 1e-6;
@@ -39,87 +40,6 @@ impl<'a> Release<'a> {
     /// The first `share` of it.
     pub fn part(swing: &'a Swing, share: f64) -> Self {
         Self { swing, count: (share * swing.yaw_rad.len() as f64) as usize }
-    }
-}
-
-/// Which releases have which numbers in common. Group numbers mean nothing but sameness.
-#[derive(Clone, Debug, PartialEq, Eq, Default)]
-pub struct Sharing {
-    /// Of each release: those of one group have natural frequency and damping ratio in common.
-    pub modal: Vec<usize>,
-    /// Of each effect of the structure and each release: those of one group have the effect's coefficients in common;
-    /// `None`: the release is without the effect.
-    pub effects: Vec<Vec<Option<usize>>>,
-}
-
-impl Sharing {
-    /// Nothing in common.
-    pub fn none(releases: usize, effects: usize) -> Self {
-        let own = (0..releases).map(Some).collect();
-        Self { modal: (0..releases).collect(), effects: vec![own; effects] }
-    }
-
-    /// With one more effect, shared as `groups` says.
-    pub fn with(&self, groups: Vec<Option<usize>>) -> Self {
-        let mut effects = self.effects.clone();
-        effects.push(groups);
-        Self { effects, ..self.clone() }
-    }
-
-    /// Without the effect at `place` of the structure.
-    pub fn without(&self, place: usize) -> Self {
-        let mut effects = self.effects.clone();
-        effects.remove(place);
-        Self { effects, ..self.clone() }
-    }
-
-    /// What `structure` is for one release.
-    fn of_release(&self, structure: &Structure, release: usize) -> Structure {
-        let has = |k: &usize| self.effects[*k][release].is_some();
-        let effects = (0..structure.effects.len()).filter(has).map(|k| structure.effects[k]);
-        Structure { effects: effects.collect(), ..structure.clone() }
-    }
-}
-
-/// Where each release's numbers are among all.
-#[derive(Clone, Debug)]
-struct Places {
-    of: Vec<Vec<usize>>,
-    count: usize,
-}
-
-impl Places {
-    fn new(structure: &Structure, sharing: &Sharing) -> Self {
-        /// An effect's place and the number's in it; a modal number has no effect.
-        type Key = (Option<usize>, usize, usize);
-        let mut known: HashMap<Key, usize> = HashMap::new();
-        let mut count = 0;
-        let mut place = |key: Option<Key>| {
-            if let Some(&at) = key.as_ref().and_then(|key| known.get(key)) {
-                return at;
-            }
-            known.extend(key.map(|key| (key, count)));
-            count += 1;
-            count - 1
-        };
-        let of = (0..sharing.modal.len())
-            .map(|release| {
-                let mut own = Vec::new();
-                for number in 0..structure.own_numbers() {
-                    let shared = number < 2;
-                    own.push(place(shared.then_some((None, number, sharing.modal[release]))));
-                }
-                for (k, effect) in structure.effects.iter().enumerate() {
-                    let Some(group) = sharing.effects[k][release] else { continue };
-                    for number in 0..effect.parameters().len() {
-                        let shared = !effect.belongs_to_release(number);
-                        own.push(place(shared.then_some((Some(k), number, group))));
-                    }
-                }
-                own
-            })
-            .collect();
-        Self { of, count }
     }
 }
 
@@ -314,7 +234,7 @@ impl JointFit {
         together: Together,
         fit: Fit,
     ) -> Self {
-        let covariance = fit.covariance.ok();
+        let covariance = with_pressed(&fit, &together.bounds);
         let converged = fit.stop.is_minimum();
         let mut fits: Vec<Fitted> = releases
             .par_iter()
@@ -390,6 +310,22 @@ impl JointFit {
         }
         (sum.0 > 0.0).then(|| (sum.1 / sum.0).sqrt())
     }
+}
+
+/// The covariance with a variance for numbers that ended on a bound without being fixed: what it would be off it. A
+/// friction of nought is known no better than one that is there.
+fn with_pressed(fit: &Fit, bounds: &[(f64, f64)]) -> Option<DMatrix<f64>> {
+    let covariance = fit.covariance.as_ref().ok()?;
+    let (n, variance) = (&fit.normal_matrix, fit.variance());
+    let mut out = covariance.clone();
+    for (j, (low, high)) in bounds.iter().enumerate() {
+        if fit.at_bound[j] && low < high {
+            let column = n.column(j);
+            let left = n[(j, j)] - column.dot(&(covariance * column)) / variance;
+            out[(j, j)] = if left > 0.0 { variance / left } else { f64::INFINITY };
+        }
+    }
+    Some(out)
 }
 
 /// Fits `structure` to `releases` at once, from `starts`: each release's numbers in the order of [`Fitted`], of which

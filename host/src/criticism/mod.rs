@@ -2,12 +2,15 @@
 //!
 //! A record's free swing is taken as block means over a fiftieth of a period ([`swing`]); a model with any effects of
 //! the library and the user's own ([`effects`]) is simulated ([`simulate`]) and fitted ([`fitting`]), to one release or
-//! to several at once ([`joint`]); [`diagnose`] fits every effect, alone and together, and judges by evidence, held-out data and physical
-//! size; [`compare`] says where a model fails. What is made of it stands in a file ([`model`]) whose every step is kept
+//! to several at once ([`joint`]); [`diagnose`] fits every effect, alone and together, and judges by evidence, held-out
+//! data and physical size; [`compare`] says where a model fails; [`campaign`] judges releases together and says where
+//! an effect comes from ([`origin`]). What is made of it stands in a file ([`model`]) whose every step is kept
 //! ([`journal`], [`store`]).
 
 pub mod appraisal;
 pub mod buffeting;
+pub mod campaign;
+mod campaign_fit;
 pub mod cards;
 pub mod compare;
 pub mod comparison;
@@ -21,11 +24,14 @@ pub mod model;
 pub mod model_fit;
 mod model_reading;
 mod model_text;
+pub mod origin;
 mod own_motion;
 mod records;
 pub mod revise;
 mod search;
+mod sharing;
 pub mod simulate;
 mod starts;
 pub mod store;
 pub mod swing;
+mod together;

@@ -294,4 +294,22 @@ mod tests {
             assert!(error.contains(said) && error.contains(help), "{error}");
         }
     }
+
+    #[test]
+    fn size_and_phase_of_a_line_are_fixed_together() {
+        let text = sample().text(None).unwrap();
+        let fixed = |f: &str, phi: &str| {
+            let line = |name: &str| text.lines().find(|l| l.starts_with(name)).unwrap().to_owned();
+            let text = text
+                .replace(&line("f = "), &format!("f = {{ value = 0.1, free = {f} }}"))
+                .replace(&line("w = "), "w = { value = 5.0 }")
+                .replace(&line("phi = "), &format!("phi = {{ value = 0.2, free = {phi} }}"));
+            Model::parse(&text, Path::new("m.toml"))
+        };
+        assert!(fixed("false", "false").is_ok() && fixed("true", "true").is_ok());
+        for (f, phi) in [("false", "true"), ("true", "false")] {
+            let error = fixed(f, phi).unwrap_err().to_string();
+            assert!(error.contains("f and phi are free within no bounds, or all fixed"), "{error}");
+        }
+    }
 }

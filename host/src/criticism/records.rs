@@ -8,7 +8,7 @@ use std::path::{Component, Path, PathBuf};
 /// Entries for `files`, records or campaigns, of a model whose file is `model`.
 ///
 /// # Errors
-/// Exit 3 where one is not there, 2 where one is given twice; those of [`CampaignFile::read`].
+/// Exit 3 where one is not there, 2 where one is given twice; those of [`CampaignFile::read_releases`].
 pub fn entries(files: &[PathBuf], model: &Path) -> Result<Vec<RecordEntry>> {
     let mut all: Vec<RecordEntry> = Vec::new();
     for file in files {
@@ -33,7 +33,7 @@ pub fn entries(files: &[PathBuf], model: &Path) -> Result<Vec<RecordEntry>> {
 }
 
 fn of_campaign(file: &Path, model: &Path) -> Result<Vec<RecordEntry>> {
-    let campaign = CampaignFile::read(file)?;
+    let campaign = CampaignFile::read_releases(file)?;
     let made = |(index, release): (usize, &crate::derivatives::campaign::ReleaseEntry)| {
         let made = MadeUnder {
             spring: release.spring.clone(),

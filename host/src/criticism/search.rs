@@ -13,7 +13,7 @@ pub const MARGIN: f64 = 10.0;
 /// Residual over noise up to which a record counts as explained.
 const EXPLAINED: f64 = 1.10;
 /// An effect whose course is less than this share of the noise floor does not matter, squared.
-const LEAST_SHARE_SQUARED: f64 = 0.03;
+pub const LEAST_SHARE_SQUARED: f64 = 0.03;
 /// Models carried on to the next round.
 const BEAM: usize = 4;
 const MOST_EFFECTS: usize = 3;

@@ -109,12 +109,22 @@ struct Places {
 }
 
 impl CampaignFile {
-    /// Reads and checks a campaign.
+    /// Reads and checks a campaign from which derivatives can be had.
+    ///
+    /// # Errors
+    /// As [`Self::read_releases`]; besides, a wind-on release without its wind-off reference, or none at all.
+    pub fn read(path: &Path) -> Result<Self> {
+        let file = Self::read_releases(path)?;
+        file.check_references()?;
+        Ok(file)
+    }
+
+    /// Reads and checks a campaign, whatever it was made with: wind off alone, or on alone.
     ///
     /// # Errors
     /// Exit 3, naming file and line: not TOML, an entry missing, unknown or out of range, a record that is not
-    /// there or listed twice, one spring with two stiffnesses, a wind-on release without its wind-off reference.
-    pub fn read(path: &Path) -> Result<Self> {
+    /// there or listed twice, one spring with two stiffnesses.
+    pub fn read_releases(path: &Path) -> Result<Self> {
         let named = path.display();
         let text = std::fs::read_to_string(path).map_err(|e| {
             Error::data(format!("cannot read {named}: {e}"))
@@ -185,11 +195,6 @@ impl CampaignFile {
             return Err(Error::data(format!("{named}: there is no [[release]] in it"))
                 .help("add one [[release]] for each record"));
         }
-        let references: HashSet<_> = release
-            .iter()
-            .filter(|release| release.wind_speed_m_s == 0.0)
-            .map(|release| (&release.spring, release.axis))
-            .collect();
         let (mut files, mut springs) = (HashMap::new(), HashMap::new());
         for (index, release) in release.iter().enumerate() {
             self.check_numbers(index)?;
@@ -212,11 +217,23 @@ impl CampaignFile {
                     .error_at(index, format!("record {} is not there", path.display()))
                     .help("paths are relative to the campaign's file"));
             }
-            if !references.contains(&(&release.spring, release.axis)) {
-                return Err(self.no_reference(index));
-            }
+        }
+        Ok(())
+    }
+
+    fn check_references(&self) -> Result<()> {
+        let release = &self.campaign.release;
+        let references: HashSet<_> = release
+            .iter()
+            .filter(|release| release.wind_speed_m_s == 0.0)
+            .map(|release| (&release.spring, release.axis))
+            .collect();
+        let missing = |r: &ReleaseEntry| !references.contains(&(&r.spring, r.axis));
+        if let Some(index) = release.iter().position(missing) {
+            return Err(self.no_reference(index));
         }
         if release.iter().all(|release| release.wind_speed_m_s == 0.0) {
+            let named = self.path.display();
             return Err(Error::data(format!("{named}: no release was made with the wind on"))
                 .help("add the wind-on releases, with their wind_speed_m_s"));
         }

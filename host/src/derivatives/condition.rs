@@ -53,8 +53,49 @@ impl Mean {
 const SAME_SPEED: f64 = 0.02;
 
 /// Whether two wind speeds in m/s are the same setting; off is only the same as off.
-fn is_same_speed(a: f64, b: f64) -> bool {
+pub fn is_same_speed(a: f64, b: f64) -> bool {
     a == b || (a > 0.0 && b > 0.0 && (a - b).abs() <= SAME_SPEED * a.max(b))
+}
+
+/// Which releases belong together: one spring and axis at one wind speed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    pub spring: String,
+    pub axis: Axis,
+    /// Mean over the releases; 0: wind off.
+    pub wind_speed_m_s: f64,
+    /// The largest of theirs: repeats share the tunnel's error.
+    pub wind_speed_u_m_s: f64,
+    /// Indices into the campaign's releases.
+    pub releases: Vec<usize>,
+}
+
+/// The settings in the order of their first release. Wind speeds within 2 % of each other are one.
+pub fn settings(campaign: &Campaign) -> Vec<Setting> {
+    let mut settings: Vec<Setting> = Vec::new();
+    let mut places: HashMap<_, Vec<usize>> = HashMap::new();
+    for (index, release) in campaign.release.iter().enumerate() {
+        let speed = release.wind_speed_m_s;
+        let known = places.entry((&release.spring, release.axis)).or_default();
+        let same = known.iter().find(|&&i| is_same_speed(settings[i].wind_speed_m_s, speed));
+        let place = same.copied().unwrap_or_else(|| {
+            known.push(settings.len());
+            settings.push(Setting {
+                spring: release.spring.clone(),
+                axis: release.axis,
+                wind_speed_m_s: speed,
+                wind_speed_u_m_s: 0.0,
+                releases: Vec::new(),
+            });
+            settings.len() - 1
+        });
+        let setting = &mut settings[place];
+        setting.releases.push(index);
+        setting.wind_speed_m_s += (speed - setting.wind_speed_m_s) / setting.releases.len() as f64;
+        let u = release.wind_speed_u_m_s.unwrap_or(0.0);
+        setting.wind_speed_u_m_s = setting.wind_speed_u_m_s.max(u);
+    }
+    settings
 }
 
 /// All releases of one spring and axis at one wind speed.
@@ -79,40 +120,23 @@ impl Condition {
     }
 }
 
-/// The conditions in the order of their first release, each with the means over its releases. Wind speeds within 2 %
-/// of each other are one condition.
+/// The conditions ([`settings`]), each with the means over its releases.
 ///
 /// Releases scatter more than their fits' uncertainties say; that excess is pooled over all repeated conditions
 /// (wind off and wind on apart, relative for wn, absolute for 2 zeta wn), since two or three repeats of one tell
 /// little, and it counts for the conditions released once too.
 pub fn group(campaign: &Campaign, identified: &[Identified]) -> Vec<Condition> {
-    let mut conditions: Vec<Condition> = Vec::new();
-    let mut places: HashMap<_, Vec<usize>> = HashMap::new();
     let nothing = Mean { value: 0.0, u_fit: 0.0, u_repeatability: 0.0 };
-    for (index, release) in campaign.release.iter().enumerate() {
-        let speed = release.wind_speed_m_s;
-        let known = places.entry((&release.spring, release.axis)).or_default();
-        let same = known.iter().find(|&&i| is_same_speed(conditions[i].wind_speed_m_s, speed));
-        let place = same.copied().unwrap_or_else(|| {
-            known.push(conditions.len());
-            conditions.push(Condition {
-                spring: release.spring.clone(),
-                axis: release.axis,
-                wind_speed_m_s: speed,
-                wind_speed_u_m_s: 0.0,
-                releases: Vec::new(),
-                natural_frequency_rad_s: nothing,
-                damping_rad_s: nothing,
-            });
-            conditions.len() - 1
-        });
-        let condition = &mut conditions[place];
-        condition.releases.push(index);
-        condition.wind_speed_m_s +=
-            (speed - condition.wind_speed_m_s) / condition.releases.len() as f64;
-        let u = release.wind_speed_u_m_s.unwrap_or(0.0);
-        condition.wind_speed_u_m_s = condition.wind_speed_u_m_s.max(u);
-    }
+    let condition = |setting: Setting| Condition {
+        spring: setting.spring,
+        axis: setting.axis,
+        wind_speed_m_s: setting.wind_speed_m_s,
+        wind_speed_u_m_s: setting.wind_speed_u_m_s,
+        releases: setting.releases,
+        natural_frequency_rad_s: nothing,
+        damping_rad_s: nothing,
+    };
+    let mut conditions: Vec<Condition> = settings(campaign).into_iter().map(condition).collect();
     for wind_on in [false, true] {
         let mut members: Vec<&mut Condition> =
             conditions.iter_mut().filter(|condition| condition.is_wind_on() == wind_on).collect();

@@ -1,0 +1,111 @@
+//! A campaign's diagnosis, to be read.
+
+use super::common::bare;
+use super::diagnose::{card, step_rows, verdict};
+use crate::criticism::campaign::{BeforeAndAfter, CampaignDiagnosis, HeldOut};
+use crate::derivatives::table::Point;
+use crate::quantity::Quantity;
+use std::fmt::Write as _;
+
+/// The verdict and what it rests on.
+pub(super) fn text(file: &str, d: &CampaignDiagnosis) -> String {
+    let mut out = format!(
+        "{file}, {} releases: {}\n  noise {:.4} deg\n",
+        d.releases.len(),
+        verdict(d.status, &d.effects),
+        d.noise_rms_deg
+    );
+    let held_out = match d.held_out {
+        HeldOut::Releases => {
+            "the last repeat of each condition, the coefficients known from the others"
+        }
+        HeldOut::LaterPart => "the later part of each release",
+    };
+    let _ = writeln!(out, "{}\n  held out: {held_out}", step_rows(&d.steps));
+    for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
+        let _ = writeln!(out, "  {name} = {value}");
+    }
+    for id in d.effects.iter().map(|e| e.id()) {
+        let _ = write!(
+            out,
+            "\n{id} is {}: {}\n  fitted with {}\n{}\n",
+            d.origin.get(id).map_or(String::new(), ToString::to_string),
+            d.origin_reason.get(id).map_or("", String::as_str),
+            d.sharing.get(id).copied().unwrap_or_default(),
+            coefficient_rows(d, id)
+        );
+    }
+    let _ = writeln!(out, "\n{}", candidate_rows(d));
+    for [a, b] in &d.indistinguishable {
+        let _ = writeln!(
+            out,
+            "\n  {a} and {b} cannot be told apart in these releases; what would: {}",
+            a.card().release
+        );
+    }
+    let unexplained: Vec<String> = d
+        .releases
+        .iter()
+        .filter(|r| !r.explained)
+        .map(|r| format!("{} ({:.2} times the noise)", r.file, r.residual_over_noise))
+        .collect();
+    if !unexplained.is_empty() {
+        let _ = writeln!(out, "\nNot down to the noise: {}", unexplained.join(", "));
+    }
+    if let Some(derivatives) = &d.derivatives {
+        let _ = writeln!(
+            out,
+            "\nDerivatives per rad about the middle axis, before and after the effects, k = 1:\n{}",
+            derivative_rows(derivatives)
+        );
+        out.push_str("Cn_r is the combined damping derivative Cn_r - Cn_betadot.\n");
+    }
+    d.effects.iter().for_each(|effect| out.push_str(&card(*effect)));
+    out.truncate(out.trim_end().len());
+    out
+}
+
+fn coefficient_rows(d: &CampaignDiagnosis, id: &str) -> comfy_table::Table {
+    let rows = d.coefficients.get(id).map_or(&[][..], Vec::as_slice);
+    let title = rows.first().map_or(String::new(), |c| format!("{} ({})", c.name, c.unit));
+    let mut table = bare(&["  spring", "axis", "V (m/s)", &title]);
+    for c in rows {
+        table.add_row([
+            format!("  {}", c.spring),
+            c.axis.to_string(),
+            format!("{:.3}", c.wind_speed_m_s),
+            c.quantity.to_string(),
+        ]);
+    }
+    table
+}
+
+fn candidate_rows(d: &CampaignDiagnosis) -> comfy_table::Table {
+    let mut rows = bare(&["effect alone", "over noise", "evidence"]);
+    for c in d.candidates.iter().take(5) {
+        let evidence = format!("{:.1}", c.evidence);
+        rows.add_row([c.effect.to_string(), format!("{:.3}", c.residual_over_noise), evidence]);
+    }
+    rows
+}
+
+fn derivative_rows(derivatives: &BeforeAndAfter) -> comfy_table::Table {
+    let mut rows = bare(&["spring", "V (m/s)", "", "Cn_beta", "Cn_r", "Cy_beta", "Cy_r"]);
+    let shown = |q: Option<Quantity>| q.map_or("-".to_owned(), |q| format!("{q:.4}"));
+    for (before, after) in derivatives.before.iter().zip(&derivatives.after) {
+        for (when, Point { spring, wind_speed_m_s, cn_beta, cn_r, cy_beta, cy_r, .. }) in
+            [("before", before), ("after", after)]
+        {
+            rows.add_row([
+                spring.clone(),
+                format!("{wind_speed_m_s:.3}"),
+                when.to_owned(),
+                shown(Some(*cn_beta)),
+                shown(Some(*cn_r)),
+                shown(*cy_beta),
+                shown(*cy_r),
+            ]);
+        }
+    }
+    rows
+}

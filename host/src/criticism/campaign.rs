@@ -1,0 +1,308 @@
+//! The verdict on a campaign: which effects its releases need together, where each comes from, and what it does to
+//! the derivatives.
+
+use super::buffeting::Buffeted;
+use super::campaign_fit::{Campaign, Shared, Told, EXPLAINED, OWN};
+use super::compare::{self, Where};
+use super::diagnose::{Candidate, Modal, Options, Status, Step};
+use super::effects::Effect;
+use super::fitting::Fitted;
+use super::origin::{self, weighted_mean, Origin, Plan};
+use super::search::is_explained;
+use super::swing::Swing;
+use super::together::{self, Judged, Releases};
+use crate::derivatives::campaign::CampaignFile;
+use crate::derivatives::condition::{settings, Identified};
+use crate::derivatives::table::{Point, Table};
+use crate::derivatives::Computed;
+use crate::error::Result;
+use crate::interrupt;
+use crate::quantity::Quantity;
+use crate::record::Record;
+use crate::rig::Axis;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// All that is said about a campaign. Rms in deg over all releases, ratios to the noise floor of block means.
+#[derive(Clone, Debug, Serialize)]
+pub struct CampaignDiagnosis {
+    pub noise_rms_deg: f64,
+    pub status: Status,
+    /// In the order in which they help.
+    pub effects: Vec<Effect>,
+    pub indistinguishable: Vec<[Effect; 2]>,
+    /// By effect.
+    pub origin: BTreeMap<String, Origin>,
+    pub origin_reason: BTreeMap<String, String>,
+    /// By effect: which releases have one coefficient.
+    pub sharing: BTreeMap<String, &'static str>,
+    /// None for a campaign as a whole: see `releases`.
+    pub modal: Option<Modal>,
+    pub steps: Vec<Step>,
+    /// What `held_out_over_noise` was held out.
+    pub held_out: HeldOut,
+    /// Every effect alone, best first, in the releases (eight at most) that the plain model explains worst.
+    pub candidates: Vec<Candidate>,
+    /// By effect: the first of its numbers in each condition, free of all others.
+    pub coefficients: BTreeMap<String, Vec<Coefficient>>,
+    pub releases: Vec<ReleaseVerdict>,
+    /// Of the release that is explained worst.
+    #[serde(rename = "where")]
+    pub where_: Where,
+    pub where_release: String,
+    /// `null` where there is no point to compute.
+    pub derivatives: Option<BeforeAndAfter>,
+}
+
+/// What a model was judged on that it was not fitted to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HeldOut {
+    /// The last repeat of each condition released more than once: the effects' coefficients are those of the others,
+    /// natural frequency, damping ratio and state are its own.
+    Releases,
+    /// The later part of each release.
+    LaterPart,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct Coefficient {
+    pub spring: String,
+    pub axis: Axis,
+    pub wind_speed_m_s: f64,
+    pub name: &'static str,
+    pub unit: &'static str,
+    #[serde(flatten)]
+    pub quantity: Quantity,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct ReleaseVerdict {
+    pub file: String,
+    pub spring: String,
+    pub axis: Axis,
+    pub wind_speed_m_s: f64,
+    pub noise_rms_deg: f64,
+    /// Of the final model.
+    pub natural_frequency_rad_s: Quantity,
+    pub damping_ratio: Quantity,
+    /// Of the plain model.
+    pub before_over_noise: f64,
+    /// Of the final model, its shared coefficients in common.
+    pub residual_over_noise: f64,
+    pub explained: bool,
+}
+
+/// The derivatives from wn and zeta of the plain model and of the final one.
+#[derive(Clone, Debug, Serialize)]
+pub struct BeforeAndAfter {
+    pub before: Vec<Point>,
+    pub after: Vec<Point>,
+}
+
+/// Judges the campaign in `file`.
+///
+/// # Errors
+/// Exit 3 where a record cannot be read or has no swing in it, 130 where the user stops it.
+pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<CampaignDiagnosis> {
+    let read = |index: usize| {
+        interrupt::check()?;
+        Swing::of(&Record::read(&file.record_path(index))?)
+    };
+    let entries = &file.campaign.release;
+    let swings: Vec<Result<Swing>> = (0..entries.len()).into_par_iter().map(read).collect();
+    // Collected first, so that of several bad records always the first is named.
+    let swings = swings.into_iter().collect::<Result<Vec<_>>>()?;
+    diagnose_swings(file, &swings, options)
+}
+
+/// Judges swings, one for each release of `file` in its order.
+///
+/// # Errors
+/// 130 where the user stops it.
+pub fn diagnose_swings(
+    file: &CampaignFile,
+    swings: &[Swing],
+    options: &Options,
+) -> Result<CampaignDiagnosis> {
+    let wind_speed_m_s = file.campaign.release.iter().map(|r| r.wind_speed_m_s).collect();
+    let releases = Releases { swings: swings.iter().collect(), wind_speed_m_s };
+    let judged = together::judge(&releases, options)?;
+    let campaign = Campaign { file, settings: settings(&file.campaign), releases: &releases };
+    let shared: Vec<Shared> =
+        judged.path.iter().map(|model| campaign.shared(model)).collect::<Result<_>>()?;
+    let forced = campaign.randomly_forced(&judged, shared.last().expect("a model"));
+    campaign.verdict(&judged, &shared, forced)
+}
+
+impl Campaign<'_> {
+    fn verdict(
+        &self,
+        judged: &Judged,
+        shared: &[Shared],
+        forced: Option<Vec<Buffeted>>,
+    ) -> Result<CampaignDiagnosis> {
+        let step = |shared| interrupt::check().map(|()| self.step(shared));
+        let steps: Vec<(HeldOut, Step)> = shared.iter().map(step).collect::<Result<_>>()?;
+        let last = shared.last().expect("a model");
+        let plain = &judged.path[0].fits;
+        let swings = &self.releases.swings;
+        let over = last.joint.over_noise();
+        let explained = over <= EXPLAINED;
+        let status = match (explained, last.told.is_empty()) {
+            (true, true) => Status::Adequate,
+            (true, false) => Status::Explained,
+            (false, _) => Status::Unexplained,
+        };
+        let modal = |fit: &Fitted| (fit.natural_frequency_rad_s(), fit.damping_ratio());
+        let mut after: Vec<(Quantity, Quantity)> = last.joint.fits.iter().map(modal).collect();
+        let rows = (0..swings.len()).map(|i| {
+            let fit = &last.joint.fits[i];
+            let entry = &self.file.campaign.release[i];
+            ReleaseVerdict {
+                file: entry.file.clone(),
+                spring: entry.spring.clone(),
+                axis: entry.axis,
+                wind_speed_m_s: entry.wind_speed_m_s,
+                noise_rms_deg: swings[i].sample_noise_rad.to_degrees(),
+                natural_frequency_rad_s: after[i].0,
+                damping_ratio: after[i].1,
+                before_over_noise: plain[i].over_noise(&swings[i]),
+                residual_over_noise: fit.over_noise(&swings[i]),
+                explained: is_explained(fit, &swings[i]),
+            }
+        });
+        let mut releases: Vec<ReleaseVerdict> = rows.collect();
+        let worst = (0..swings.len())
+            .max_by(|&a, &b| {
+                releases[a].residual_over_noise.total_cmp(&releases[b].residual_over_noise)
+            })
+            .unwrap_or(0);
+        let mean_square =
+            swings.iter().map(|s| s.sample_noise_rad.to_degrees().powi(2)).sum::<f64>();
+        let mut out = CampaignDiagnosis {
+            noise_rms_deg: (mean_square / swings.len() as f64).sqrt(),
+            status,
+            effects: last.told.iter().map(|t| t.effect).collect(),
+            indistinguishable: judged.indistinguishable.iter().map(|(a, b)| [*a, *b]).collect(),
+            origin: BTreeMap::new(),
+            origin_reason: BTreeMap::new(),
+            sharing: BTreeMap::new(),
+            modal: None,
+            held_out: steps[0].0,
+            steps: steps.into_iter().map(|s| s.1).collect(),
+            candidates: candidates(judged),
+            coefficients: BTreeMap::new(),
+            where_: compare::locate(&swings[worst], &last.joint.fits[worst]),
+            where_release: releases[worst].file.clone(),
+            releases: Vec::new(),
+            derivatives: None,
+        };
+        if let Some(forced) = &forced {
+            for (i, b) in forced.iter().enumerate() {
+                let [_, u_wn, u_zeta] = b.deviations;
+                after[i] = (
+                    Quantity::new(b.natural_frequency_rad_s, u_wn),
+                    Quantity::new(b.damping_ratio, u_zeta),
+                );
+                releases[i].residual_over_noise = b.over_noise;
+                releases[i].explained = b.over_noise <= EXPLAINED;
+                (releases[i].natural_frequency_rad_s, releases[i].damping_ratio) = after[i];
+            }
+            self.tell_forced(&mut out, forced);
+        } else {
+            for told in &last.told {
+                out.tell(told);
+            }
+        }
+        out.releases = releases;
+        let before: Vec<_> = plain.iter().map(modal).collect();
+        let before = self.table(&before).map(|t| t.points);
+        let after = self.table(&after).map(|t| t.points);
+        out.derivatives = before.zip(after).map(|(before, after)| BeforeAndAfter { before, after });
+        Ok(out)
+    }
+
+    /// The verdict that a random moment moves the model.
+    fn tell_forced(&self, out: &mut CampaignDiagnosis, forced: &[Buffeted]) {
+        let effect = Effect::Buffeting;
+        let intensity = |i: usize| {
+            Some(Quantity::new(forced[i].intensity, forced[i].intensity * forced[i].deviations[0]))
+        };
+        let seen = self.by_condition(intensity);
+        let (origin, reason) = origin::decide(&seen, effect.parameters()[0].unit);
+        let groups = (0..forced.len()).map(Some).collect();
+        let plan = Plan { name: OWN, groups };
+        let swings = &self.releases.swings;
+        let mean = |of: &dyn Fn(usize) -> f64| {
+            ((0..swings.len()).map(|i| of(i).powi(2)).sum::<f64>() / swings.len() as f64).sqrt()
+        };
+        let over = mean(&|i| forced[i].over_noise);
+        out.steps.truncate(1);
+        out.steps.push(Step {
+            added: Some(effect),
+            residual_rms_deg: mean(&|i| {
+                swings[i].raw_rms_deg(forced[i].over_noise * swings[i].noise_rad)
+            }),
+            residual_over_noise: over,
+            // The filter's innovations are one step ahead throughout.
+            held_out_over_noise: over,
+            parameters: weighted_mean((0..forced.len()).filter_map(intensity))
+                .map(|q| ("buffeting.q".to_owned(), q))
+                .into_iter()
+                .collect(),
+        });
+        out.status = if over <= EXPLAINED { Status::Explained } else { Status::Unexplained };
+        out.effects = vec![effect];
+        out.indistinguishable.clear();
+        out.tell(&Told { effect, origin, reason, plan, seen });
+    }
+
+    /// The derivative table with these wn and zeta; `None` where there is no point in it. Coefficients that releases
+    /// share make their errors alike; the propagation takes them for independent.
+    fn table(&self, modal: &[(Quantity, Quantity)]) -> Option<Table> {
+        let identified: Vec<Identified> = modal
+            .iter()
+            .zip(&self.releases.swings)
+            .map(|(&(natural_frequency_rad_s, damping_ratio), swing)| Identified {
+                natural_frequency_rad_s,
+                damping_ratio,
+                from_s: swing.release_time_s + swing.grid.start_s,
+                to_s: swing.release_time_s + swing.grid.time_s(swing.grid.count),
+                flags: Vec::new(),
+            })
+            .collect();
+        let computed = Computed::new(self.file, &identified).ok()?;
+        Some(computed.table(self.file, "least-squares"))
+    }
+}
+
+impl CampaignDiagnosis {
+    fn tell(&mut self, told: &Told) {
+        let id = told.effect.to_string();
+        let parameter = told.effect.parameters()[0];
+        self.origin.insert(id.clone(), told.origin);
+        self.origin_reason.insert(id.clone(), told.reason.clone());
+        self.sharing.insert(id.clone(), told.plan.name);
+        let rows = told.seen.iter().map(|seen| Coefficient {
+            spring: seen.spring.clone(),
+            axis: seen.axis,
+            wind_speed_m_s: seen.wind_speed_m_s,
+            name: parameter.name,
+            unit: parameter.unit,
+            quantity: seen.coefficient,
+        });
+        self.coefficients.insert(id, rows.collect());
+    }
+}
+
+fn candidates(judged: &Judged) -> Vec<Candidate> {
+    let each = judged.singles.iter().map(|single| Candidate {
+        effect: single.effect,
+        residual_over_noise: single.residual_over_noise,
+        evidence: single.evidence,
+        converged: single.converged,
+    });
+    each.collect()
+}
