@@ -2,14 +2,14 @@
 
 use super::buffeting::{self, Buffeted};
 use super::campaign::HeldOut;
-use super::diagnose::{forced_rather_than, Step, FITTED_SHARE};
+use super::diagnose::{Step, FITTED_SHARE};
 use super::effects::Effect;
 use super::fitting::{self, Fitted, Limit, Number, Structure};
 use super::joint::{self, JointFit, Release, Sharing};
 use super::origin::{self, weighted_mean, Origin, Plan, Seen};
 use super::search::{self, MARGIN};
 use super::swing::Swing;
-use super::together::{coefficient, over_noise, Judged, Model, Releases};
+use super::together::{self, coefficient, over_noise, Judged, Model, Releases};
 use crate::derivatives::campaign::CampaignFile;
 use crate::derivatives::condition::Setting;
 use crate::error::Result;
@@ -20,8 +20,6 @@ use std::collections::BTreeMap;
 
 /// Residual over noise up to which random forcing explains a release.
 pub const EXPLAINED: f64 = 1.10;
-/// Share of the releases with the wind on, or with it off, that must be randomly forced for the campaign to be.
-const MOSTLY: f64 = 0.5;
 /// How it is told that nothing is in common.
 pub const OWN: &str = "each release its own";
 
@@ -246,23 +244,7 @@ impl Campaign<'_> {
             return None;
         }
         let (plain, best) = (judged.path.first()?, judged.path.last()?);
-        let forced: Vec<bool> = self
-            .releases
-            .swings
-            .par_iter()
-            .zip(&plain.fits)
-            .zip(&best.fits)
-            .map(|((swing, plain), best)| forced_rather_than(swing, plain, best).is_some())
-            .collect();
-        let share = |on: bool| {
-            let inside: Vec<bool> = (0..forced.len())
-                .filter(|&i| (self.releases.wind_speed_m_s[i] > 0.0) == on)
-                .map(|i| forced[i])
-                .collect();
-            let count = inside.iter().filter(|f| **f).count() as f64;
-            !inside.is_empty() && count > MOSTLY * inside.len() as f64
-        };
-        if !share(true) && !share(false) {
+        if !together::is_forced(self.releases, plain, best) {
             return None;
         }
         let each = self.releases.swings.par_iter().zip(&plain.fits);
