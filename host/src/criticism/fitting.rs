@@ -17,6 +17,9 @@ const PLAIN: usize = 4;
 const FIRST_CYCLES: f64 = 5.0;
 const LONGER: f64 = 1.8;
 const EVALUATIONS: usize = 30;
+/// For a user's own effect: from every start, and on from the best.
+const OWN_FIRST: usize = 6;
+const OWN_EVALUATIONS: usize = 50;
 
 /// Which effects a model holds and whether the sensor's nought is unknown.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
@@ -68,6 +71,7 @@ pub struct Fitted {
     /// Lag-one correlation of the residuals.
     pub correlation: f64,
     starts: Vec<usize>,
+    wind_speed_m_s: f64,
 }
 
 impl Fitted {
@@ -132,11 +136,12 @@ impl Fitted {
         Some(self.of_effect(effect, self.starts[k]))
     }
     pub fn motion(&self) -> Motion {
-        motion(&self.structure, &self.starts, &self.parameters).0
+        motion(&self.structure, &self.starts, &self.parameters, self.wind_speed_m_s).0
     }
     /// Readings of the model on `grid`, which begins where the swing does.
     pub fn readings(&self, grid: &Grid) -> Vec<f64> {
-        let (motion, zero) = motion(&self.structure, &self.starts, &self.parameters);
+        let (motion, zero) =
+            motion(&self.structure, &self.starts, &self.parameters, self.wind_speed_m_s);
         let mut y = vec![0.0; grid.count];
         motion.readings(grid, &mut y);
         y.iter_mut().for_each(|y| *y += zero);
@@ -144,8 +149,13 @@ impl Fitted {
     }
 }
 
-fn motion(structure: &Structure, starts: &[usize], p: &[f64]) -> (Motion, f64) {
-    let mut terms = Terms::default();
+fn motion(
+    structure: &Structure,
+    starts: &[usize],
+    p: &[f64],
+    wind_speed_m_s: f64,
+) -> (Motion, f64) {
+    let mut terms = Terms { wind_speed_m_s, ..Terms::default() };
     for (effect, &at) in structure.effects.iter().zip(starts) {
         effect.write(&p[at..], &mut terms);
     }
@@ -200,7 +210,7 @@ impl<'a> SwingProblem<'a> {
     }
 
     fn readings(&self, p: &[f64], out: &mut [f64]) {
-        let (motion, zero) = motion(self.structure, &self.starts, p);
+        let (motion, zero) = motion(self.structure, &self.starts, p, self.swing.wind_speed_m_s);
         motion.readings(&self.grid(), out);
         out.iter_mut().for_each(|y| *y += zero);
     }
@@ -248,8 +258,18 @@ impl Problem for SwingProblem<'_> {
 }
 
 fn solve(swing: &Swing, structure: &Structure, start: &[f64], count: usize) -> Fit {
+    solve_in(swing, structure, start, count, EVALUATIONS)
+}
+
+fn solve_in(
+    swing: &Swing,
+    structure: &Structure,
+    start: &[f64],
+    count: usize,
+    max_evaluations: usize,
+) -> Fit {
     let problem = SwingProblem::new(swing, structure, start, count);
-    let options = Options { max_evaluations: EVALUATIONS, tolerance: 0.01, damping: 1e-4 };
+    let options = Options { max_evaluations, tolerance: 0.01, damping: 1e-4 };
     minimise(&problem, start, &options)
 }
 
@@ -288,6 +308,7 @@ fn finished(swing: &Swing, structure: &Structure, fit: Fit, count: usize) -> Fit
         correlation: if power > 0.0 { lag / power } else { 0.0 },
         residuals,
         starts: problem.starts,
+        wind_speed_m_s: swing.wind_speed_m_s,
         parameters: fit.parameters,
     }
 }
@@ -335,6 +356,9 @@ pub fn fit_added(swing: &Swing, inner: &Fitted, effect: Effect) -> Fitted {
         }
     };
     let starts = super::starts::of(swing, inner, effect);
+    if matches!(effect, Effect::Own(_)) {
+        return fit_own(swing, inner, &structure, &starts);
+    }
     for (k, start) in starts.iter().enumerate() {
         let mut p = inner.parameters.clone();
         p.extend(start);
@@ -343,11 +367,34 @@ pub fn fit_added(swing: &Swing, inner: &Fitted, effect: Effect) -> Fitted {
             take(lengthened(swing, &structure, &p, count));
         }
     }
-    let fit = best.expect("a start for every effect");
+    nested(swing, inner, &structure, best.expect("a start for every effect"))
+}
+
+fn nested(swing: &Swing, inner: &Fitted, structure: &Structure, fit: Fit) -> Fitted {
     let nested = fit.sum_of_squares <= inner.sum_of_squares * (1.0 + 1e-9);
-    let mut fitted = finished(swing, &structure, fit, count);
+    let mut fitted = finished(swing, structure, fit, inner.count);
     fitted.converged &= nested;
     fitted
+}
+
+/// The same for a user's own effect, whose simulations take long and whose parameters may be many: a few steps from
+/// every start, and on from the two best.
+fn fit_own(swing: &Swing, inner: &Fitted, structure: &Structure, starts: &[Vec<f64>]) -> Fitted {
+    let begun = |start: &Vec<f64>| {
+        let mut p = inner.parameters.clone();
+        p.extend(start);
+        solve_in(swing, structure, &p, inner.count, OWN_FIRST)
+    };
+    let better = |a: &Fit, b: &Fit| a.sum_of_squares.total_cmp(&b.sum_of_squares);
+    let mut fits: Vec<Fit> = starts.iter().map(begun).collect();
+    fits.sort_by(better);
+    fits.truncate(2);
+    let ended = |fit: Fit| match fit.stop.is_minimum() {
+        true => fit,
+        false => solve_in(swing, structure, &fit.parameters, inner.count, OWN_EVALUATIONS),
+    };
+    let fit = fits.into_iter().map(ended).min_by(better).expect("a start for every effect");
+    nested(swing, inner, structure, fit)
 }
 
 /// `model` fitted again to the first `count` means, from its own values.

@@ -11,7 +11,7 @@ use super::simulate::{root, Flow, Motion};
 use crate::own_effect::State;
 
 /// Disagreement of the pair in one step, of the amplitude, above which the step is halved.
-const TOLERANCE: f64 = 2e-8;
+const TOLERANCE: f64 = 3e-7;
 /// A step that does so much better is followed by one of twice the size.
 const SLACK: f64 = 1.0 / 64.0;
 /// Most halvings of a step.

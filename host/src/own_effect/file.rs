@@ -139,6 +139,7 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
         uses_wind: used.iter().any(|u| u.0 == "wind"),
         warnings: warnings.iter().map(warned).collect(),
         size_parameter: checks::size_parameter(&subject),
+        keeps_moving: checks::keeps_moving(&subject),
         program,
         parameters,
         starts,
