@@ -6,7 +6,7 @@
 
 use super::cards::Card;
 use crate::error::{Error, Result};
-use crate::own_effect::{self, OwnEffect, OwnTerm, State};
+use crate::own_effect::{self, OwnEffect, OwnTerm};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::path::Path;
@@ -62,12 +62,6 @@ pub struct Terms {
 impl Terms {
     pub fn own(&self) -> impl Iterator<Item = &OwnTerm> {
         self.own.iter().map_while(Option::as_ref)
-    }
-
-    /// The moments of the user's own effects, rad/s2.
-    #[inline]
-    pub fn own_moment(&self, state: &State<f64>) -> f64 {
-        self.own().map(|own| own.moment(state)).sum()
     }
 
     /// The smooth moments at yaw angle b, yaw rate r and time t, rad/s2. Friction, the dead zone and the constant

@@ -356,7 +356,7 @@ pub fn fit_added(swing: &Swing, inner: &Fitted, effect: Effect) -> Fitted {
         }
     };
     let starts = super::starts::of(swing, inner, effect);
-    if matches!(effect, Effect::Own(_)) {
+    if structure.effects.iter().any(|e| matches!(e, Effect::Own(_))) {
         return fit_own(swing, inner, &structure, &starts);
     }
     for (k, start) in starts.iter().enumerate() {
@@ -377,8 +377,8 @@ fn nested(swing: &Swing, inner: &Fitted, structure: &Structure, fit: Fit) -> Fit
     fitted
 }
 
-/// The same for a user's own effect, whose simulations take long and whose parameters may be many: a few steps from
-/// every start, and on from the two best.
+/// The same where there is a user's own effect, whose simulations take long and whose parameters may be many: a few
+/// steps from every start, and on from the best.
 fn fit_own(swing: &Swing, inner: &Fitted, structure: &Structure, starts: &[Vec<f64>]) -> Fitted {
     let begun = |start: &Vec<f64>| {
         let mut p = inner.parameters.clone();
@@ -386,14 +386,11 @@ fn fit_own(swing: &Swing, inner: &Fitted, structure: &Structure, starts: &[Vec<f
         solve_in(swing, structure, &p, inner.count, OWN_FIRST)
     };
     let better = |a: &Fit, b: &Fit| a.sum_of_squares.total_cmp(&b.sum_of_squares);
-    let mut fits: Vec<Fit> = starts.iter().map(begun).collect();
-    fits.sort_by(better);
-    fits.truncate(2);
-    let ended = |fit: Fit| match fit.stop.is_minimum() {
-        true => fit,
-        false => solve_in(swing, structure, &fit.parameters, inner.count, OWN_EVALUATIONS),
+    let best = starts.iter().map(begun).min_by(better).expect("a start for every effect");
+    let fit = match best.stop.is_minimum() {
+        true => best,
+        false => solve_in(swing, structure, &best.parameters, inner.count, OWN_EVALUATIONS),
     };
-    let fit = fits.into_iter().map(ended).min_by(better).expect("a start for every effect");
     nested(swing, inner, structure, fit)
 }
 

@@ -23,7 +23,7 @@ mod program;
 mod source;
 mod units;
 
-pub use program::{Program, State, MOST_PARAMETERS};
+pub use program::{Prepared, Program, State, MOST_PARAMETERS};
 pub use source::nearest;
 
 use crate::error::{Error, Result};
@@ -102,6 +102,12 @@ impl OwnTerm {
         let mut values = [0.0; MOST_PARAMETERS];
         values[..n].copy_from_slice(&numbers[..n]);
         Self { effect, values }
+    }
+
+    /// For the many evaluations of one simulation.
+    pub fn prepared(&self, natural_frequency_rad_s: f64, wind_speed_m_s: f64) -> Prepared {
+        let program = &self.effect.program;
+        Prepared::new(program, &self.values, natural_frequency_rad_s, wind_speed_m_s)
     }
 
     /// The moment over Izz, rad/s2.

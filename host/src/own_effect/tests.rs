@@ -42,7 +42,14 @@ fn state(b: f64, r: f64, t: f64) -> State<f64> {
 fn value(moment: &str, b: f64, r: f64, t: f64, [c, s]: [f64; 2]) -> f64 {
     let node = expression::parse(moment).unwrap_or_else(|e| panic!("{moment}: {e:?}"));
     let program = Program::new(&node, &["c".to_owned(), "s".to_owned()]).unwrap();
-    program.evaluate(&state(b, r, t), &[c, s])
+    let value = program.evaluate(&state(b, r, t), &[c, s]);
+    // The same with its numbers put in.
+    let mut prepared = Prepared::new(&program, &[c, s], 7.0, 10.0);
+    for _ in 0..2 {
+        let again = prepared.evaluate(b, r, t, r.signum(), b.signum());
+        assert!(again == value || again.is_nan() && value.is_nan(), "{moment}: {again} {value}");
+    }
+    value
 }
 
 #[test]
@@ -414,10 +421,11 @@ fn one_identifier_is_one_effect() {
 #[test]
 fn an_evaluation_is_timed() {
     let effect = read(STRIBECK).unwrap();
+    let mut prepared = Prepared::new(&effect.program, &[0.05, 0.5, 0.1], 7.0, 0.0);
     let (mut sum, n) = (0.0, 1_000_000);
     let started = std::time::Instant::now();
     for k in 0..n {
-        sum += effect.program.evaluate(&state(0.1, 1e-6 * f64::from(k), 1.0), &[0.05, 0.5, 0.1]);
+        sum += prepared.evaluate(0.1, 1e-6 * f64::from(k), 1.0, 1.0, 1.0);
     }
     let each = started.elapsed().as_secs_f64() / f64::from(n) * 1e9;
     println!("{each:.1} ns an evaluation, {sum:.3}");
