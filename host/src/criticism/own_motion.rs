@@ -201,7 +201,7 @@ impl<'a> Walker<'a> {
         self.attempt(b, r, t, first, &Flows::new(self.motion, step_s))
     }
 
-    /// b and r a step on from `t`; NaN where that takes too many attempts.
+    /// b and r a step on from `t`; NaN where a moment is not finite, or where that takes too many attempts.
     pub fn advance(&mut self, mut b: f64, mut r: f64, t: f64) -> (f64, f64) {
         let mut at = 0.0;
         let mut first = None;
@@ -221,6 +221,9 @@ impl<'a> Walker<'a> {
                 first = None;
             }
             let moment = *first.get_or_insert_with(|| self.moment(b, r, t + at, self.piece));
+            if !moment.is_finite() {
+                return (f64::NAN, f64::NAN);
+            }
             let whole = self.step_s * 0.5f64.powi(self.level as i32);
             let end = if whole <= left {
                 self.attempt(b, r, t + at, moment, &self.halved[self.level])
@@ -236,6 +239,9 @@ impl<'a> Walker<'a> {
                     self.halved.push(Flows::new(self.motion, half));
                 }
                 continue;
+            }
+            if !end.error.is_finite() {
+                return (f64::NAN, f64::NAN);
             }
             if end.error < SLACK * TOLERANCE {
                 self.level = self.level.saturating_sub(1);
@@ -253,7 +259,7 @@ impl<'a> Walker<'a> {
         (b, r)
     }
 
-    /// Whether the state is still in its piece; NaN is, and goes on.
+    /// Whether the state is still in its piece.
     fn is_within(&self, b: f64, r: f64) -> bool {
         let turned = self.turns && r * self.piece.direction < 0.0;
         let crossed = self.crosses && b * self.piece.half < 0.0;

@@ -136,7 +136,6 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
         id: document.id.into_inner(),
         title: document.title.into_inner(),
         formula: one_line(moment, &node),
-        uses_wind: used.iter().any(|u| u.0 == "wind"),
         warnings: warnings.iter().map(warned).collect(),
         size_parameter: checks::size_parameter(&subject),
         keeps_moving: checks::keeps_moving(&subject),

@@ -51,7 +51,6 @@ pub struct OwnEffect {
     pub parameters: Vec<Parameter>,
     /// A typical size of each, not nought.
     pub starts: Vec<f64>,
-    pub uses_wind: bool,
     /// It depends on time, or puts energy in: a release may never end by itself.
     pub keeps_moving: bool,
     size_parameter: Option<usize>,

@@ -291,8 +291,8 @@ fn errors_elsewhere_in_the_file_point_at_the_character_too() {
             "letters, digits and _, a letter first, at most 40",
         ),
         (
-            "s * c",
-            "2 * c",
+            "s * c * tanh(r / 1 + s)",
+            "2 * c * tanh(r / 1)",
             6,
             1,
             1,
