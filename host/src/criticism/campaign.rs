@@ -108,7 +108,9 @@ pub struct BeforeAndAfter {
 pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<CampaignDiagnosis> {
     let read = |index: usize| {
         interrupt::check()?;
-        Swing::of(&Record::read(&file.record_path(index))?)
+        let mut swing = Swing::of(&Record::read(&file.record_path(index))?)?;
+        swing.wind_speed_m_s = file.campaign.release[index].wind_speed_m_s;
+        Ok(swing)
     };
     let entries = &file.campaign.release;
     let swings: Vec<Result<Swing>> = (0..entries.len()).into_par_iter().map(read).collect();
