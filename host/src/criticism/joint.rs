@@ -58,7 +58,8 @@ struct Part<'a> {
 
 impl Part<'_> {
     fn readings(&self, p: &[f64], out: &mut [f64]) {
-        let (motion, zero) = motion(&self.structure, &self.starts, p, self.release.swing.wind_speed_m_s);
+        let (motion, zero) =
+            motion(&self.structure, &self.starts, p, self.release.swing.wind_speed_m_s);
         motion.readings(&Grid { count: self.release.count, ..self.release.swing.grid }, out);
         out.iter_mut().for_each(|y| *y += zero);
     }

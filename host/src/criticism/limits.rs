@@ -1,9 +1,7 @@
 //! What the model's file lets a fit vary, and how far.
 
 use super::fitting::{Limit, Number, Structure};
-use super::model::{
-    EffectEntry, Model, ParameterEntry, DAMPING_RATIO, NATURAL_FREQUENCY,
-};
+use super::model::{EffectEntry, Model, ParameterEntry, DAMPING_RATIO, NATURAL_FREQUENCY};
 use crate::error::{Error, Result};
 
 /// What the model lets a fit vary, and how far.
