@@ -142,7 +142,7 @@ fn single(model: &Model, structure: &Structure, recorded: &Recorded) -> Result<F
 /// Fits `model` to its records: what is free, within its bounds.
 ///
 /// # Errors
-/// 130 where the user stops it; else as [`structure`].
+/// Exit 3 where bounds on wn or zeta stand beside several conditions, 130 where the user stops it.
 pub fn fit(model: &Model, data: &Data) -> Result<JointFit> {
     let structure = structure(model)?;
     let singles: Vec<Fitted> = data
