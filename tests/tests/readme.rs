@@ -24,6 +24,19 @@ fn commands() -> Vec<String> {
     found
 }
 
+/// Files of the README: name and text of each block marked as TOML of that name.
+fn files() -> Vec<(String, String)> {
+    let text = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let blocks = text.split("```toml ").skip(1);
+    blocks
+        .map(|block| {
+            let (name, rest) = block.split_once('\n').expect("a name");
+            let (body, _) = rest.split_once("```").expect("an end");
+            (name.to_owned(), body.to_owned())
+        })
+        .collect()
+}
+
 fn needs_more_than_rust(command: &str) -> bool {
     command.contains("qemu") || command.starts_with("firmware/") || command.starts_with("tests/")
 }
@@ -31,6 +44,9 @@ fn needs_more_than_rust(command: &str) -> bool {
 /// Runs them one after the other in one folder, as a reader would with `yawrig` in the path.
 fn run(commands: &[String]) {
     let folder = tempfile::tempdir().unwrap();
+    for (name, text) in files() {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
     let programs = yawrig_tests::process::binary().parent().unwrap().to_owned();
     let path = format!("{}:{}", programs.display(), std::env::var("PATH").unwrap());
     for command in commands {

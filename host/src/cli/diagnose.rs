@@ -7,7 +7,7 @@ use crate::criticism::campaign;
 use crate::criticism::diagnose::{diagnose, Diagnosis, Options, Status, Step};
 use crate::criticism::effects::Effect;
 use crate::derivatives::campaign::CampaignFile;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::record::Record;
 use clap::Args;
 use serde::Serialize;
@@ -57,11 +57,6 @@ impl Diagnose {
     }
 
     fn run_campaign(&self, options: &Options) -> Result<()> {
-        let windy = |e: &&Effect| matches!(e, Effect::Own(own) if own.uses_wind);
-        if let Some(effect) = options.own.iter().find(windy) {
-            return Err(Error::usage(format!("{effect} depends on the wind, of which a campaign has several"))
-                .help("leave `wind` out of the moment: a campaign's verdict says how an effect goes with it"));
-        }
         let file = CampaignFile::read_releases(&self.file)?;
         crate::say!("fitting {} releases", file.campaign.release.len());
         let diagnosis = &campaign::diagnose(&file, options)?;

@@ -75,7 +75,7 @@ pub struct Simulate {
     /// How long the model is held before it is released
     #[arg(long, value_name = "S", default_value_t = 2.0)]
     pub hold_s: f64,
-    /// Hide an effect, ID:NAME=VALUE,NAME=VALUE; repeatable, see the list below
+    /// Hide an effect, ID:NAME=VALUE,NAME=VALUE; your own by its file, FILE.toml:NAME=VALUE; repeatable, see the list below
     #[arg(long = "effect", value_name = "EFFECT")]
     pub effects: Vec<String>,
     /// Effects act with the wind on only, as aerodynamic ones do [default: in every release]
@@ -183,6 +183,8 @@ impl Simulate {
         if !self.force {
             refuse_existing(file)?;
         }
+        let wind_speed_m_s = condition.map_or(0.0, |c| c.wind_speed_m_s);
+        let effects = &effects.clone().in_wind(wind_speed_m_s);
         let start = start.limited(&truth, effects);
         let mut samples = 0u64;
         let (mut last_s, mut saturated) = (0.0, 0u64);

@@ -108,7 +108,9 @@ pub struct BeforeAndAfter {
 pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<CampaignDiagnosis> {
     let read = |index: usize| {
         interrupt::check()?;
-        Swing::of(&Record::read(&file.record_path(index))?)
+        let mut swing = Swing::of(&Record::read(&file.record_path(index))?)?;
+        swing.wind_speed_m_s = file.campaign.release[index].wind_speed_m_s;
+        Ok(swing)
     };
     let entries = &file.campaign.release;
     let swings: Vec<Result<Swing>> = (0..entries.len()).into_par_iter().map(read).collect();
@@ -148,9 +150,7 @@ impl Campaign<'_> {
         let last = shared.last().expect("a model");
         let plain = &judged.path[0].fits;
         let swings = &self.releases.swings;
-        let over = last.joint.over_noise();
-        let explained = over <= EXPLAINED;
-        let status = match (explained, last.told.is_empty()) {
+        let status = match (last.is_explained(swings), last.told.is_empty()) {
             (true, true) => Status::Adequate,
             (true, false) => Status::Explained,
             (false, _) => Status::Unexplained,
@@ -168,9 +168,9 @@ impl Campaign<'_> {
                 noise_rms_deg: swings[i].sample_noise_rad.to_degrees(),
                 natural_frequency_rad_s: after[i].0,
                 damping_ratio: after[i].1,
-                before_over_noise: plain[i].over_noise(&swings[i]),
-                residual_over_noise: fit.over_noise(&swings[i]),
-                explained: is_explained(fit, &swings[i]),
+                before_over_noise: plain[i].over_noise(swings[i]),
+                residual_over_noise: fit.over_noise(swings[i]),
+                explained: is_explained(fit, swings[i]),
             }
         });
         let mut releases: Vec<ReleaseVerdict> = rows.collect();
@@ -194,7 +194,7 @@ impl Campaign<'_> {
             steps: steps.into_iter().map(|s| s.1).collect(),
             candidates: candidates(judged),
             coefficients: BTreeMap::new(),
-            where_: compare::locate(&swings[worst], &last.joint.fits[worst]),
+            where_: compare::locate(swings[worst], &last.joint.fits[worst]),
             where_release: releases[worst].file.clone(),
             releases: Vec::new(),
             derivatives: None,
@@ -253,7 +253,8 @@ impl Campaign<'_> {
                 .into_iter()
                 .collect(),
         });
-        out.status = if over <= EXPLAINED { Status::Explained } else { Status::Unexplained };
+        let explained = forced.iter().all(|b| b.over_noise <= EXPLAINED);
+        out.status = if explained { Status::Explained } else { Status::Unexplained };
         out.effects = vec![effect];
         out.indistinguishable.clear();
         out.tell(&Told { effect, origin, reason, plan, seen });

@@ -2,14 +2,14 @@
 
 use super::buffeting::{self, Buffeted};
 use super::campaign::HeldOut;
-use super::diagnose::{forced_rather_than, Step, FITTED_SHARE};
+use super::diagnose::{Step, FITTED_SHARE};
 use super::effects::Effect;
 use super::fitting::{self, Fitted, Limit, Number, Structure};
 use super::joint::{self, JointFit, Release, Sharing};
 use super::origin::{self, weighted_mean, Origin, Plan, Seen};
-use super::search::MARGIN;
+use super::search::{self, MARGIN};
 use super::swing::Swing;
-use super::together::{coefficient, over_noise, Judged, Model, Releases};
+use super::together::{self, coefficient, over_noise, Judged, Model, Releases};
 use crate::derivatives::campaign::CampaignFile;
 use crate::derivatives::condition::Setting;
 use crate::error::Result;
@@ -18,10 +18,8 @@ use crate::quantity::Quantity;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Residual over noise, of all releases, up to which a campaign counts as explained.
+/// Residual over noise up to which random forcing explains a release.
 pub const EXPLAINED: f64 = 1.10;
-/// Share of the releases with the wind on, or with it off, that must be randomly forced for the campaign to be.
-const MOSTLY: f64 = 0.5;
 /// How it is told that nothing is in common.
 pub const OWN: &str = "each release its own";
 
@@ -29,6 +27,13 @@ pub const OWN: &str = "each release its own";
 pub struct Shared {
     pub joint: JointFit,
     pub told: Vec<Told>,
+}
+
+impl Shared {
+    /// Whether every release is down to its noise.
+    pub fn is_explained(&self, swings: &[&Swing]) -> bool {
+        self.joint.fits.iter().zip(swings).all(|(fit, swing)| search::is_explained(fit, swing))
+    }
 }
 
 pub struct Told {
@@ -110,7 +115,12 @@ impl Campaign<'_> {
     fn told(&self, effect: Effect, fits: &[&Fitted], effective: f64) -> Told {
         let parameter = effect.parameters()[0];
         let seen = self.by_condition(|i| coefficient(fits[i], effect));
-        let (origin, reason) = origin::decide(&seen, parameter.unit);
+        let (origin, mut reason) = origin::decide(&seen, parameter.unit);
+        if effect == Effect::StaticOffset && origin == Origin::Undecided {
+            reason.push_str(
+                "; a sensor that was not zeroed shows as a moment that changes with the stiffness: try --unknown-zero",
+            );
+        }
         let is_line = effect.parameters().len() > 1 || effect.belongs_to_release(0);
         let plan = if is_line {
             let there = |i| origin != Origin::Aerodynamic || self.releases.wind_speed_m_s[i] > 0.0;
@@ -230,28 +240,11 @@ impl Campaign<'_> {
 
     /// Random forcing in most releases with the wind on, or with it off, where definite effects do not explain them.
     pub fn randomly_forced(&self, judged: &Judged, last: &Shared) -> Option<Vec<Buffeted>> {
-        let explained = last.joint.over_noise() <= EXPLAINED;
-        if explained && last.told.len() < 2 {
+        if last.is_explained(&self.releases.swings) && last.told.len() < 2 {
             return None;
         }
         let (plain, best) = (judged.path.first()?, judged.path.last()?);
-        let forced: Vec<bool> = self
-            .releases
-            .swings
-            .par_iter()
-            .zip(&plain.fits)
-            .zip(&best.fits)
-            .map(|((swing, plain), best)| forced_rather_than(swing, plain, best).is_some())
-            .collect();
-        let share = |on: bool| {
-            let inside: Vec<bool> = (0..forced.len())
-                .filter(|&i| (self.releases.wind_speed_m_s[i] > 0.0) == on)
-                .map(|i| forced[i])
-                .collect();
-            let count = inside.iter().filter(|f| **f).count() as f64;
-            !inside.is_empty() && count > MOSTLY * inside.len() as f64
-        };
-        if !share(true) && !share(false) {
+        if !together::is_forced(self.releases, plain, best) {
             return None;
         }
         let each = self.releases.swings.par_iter().zip(&plain.fits);

@@ -6,12 +6,12 @@
 
 use super::cards::Card;
 use crate::error::{Error, Result};
-use crate::own_effect::{self, OwnEffect, State, MOST_PARAMETERS};
+use crate::own_effect::{self, OwnEffect, OwnTerm};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use std::path::Path;
 
-pub use crate::own_effect::Parameter;
+pub use crate::own_effect::{Parameter, MOST_OWN};
 
 /// Every effect of the library, and the user's own. In files and JSON it is its identifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -31,16 +31,6 @@ pub enum Effect {
     BaselineDrift,
     /// A moment from a user's file.
     Own(&'static OwnEffect),
-}
-
-/// Most own effects in one model.
-pub const MOST_OWN: usize = 4;
-
-/// An own effect with its numbers; those beyond its parameters are nought.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OwnTerm {
-    pub effect: &'static OwnEffect,
-    pub values: [f64; MOST_PARAMETERS],
 }
 
 /// The coefficients of every effect, zero where it is absent. Fields in the units of the library's table.
@@ -72,12 +62,6 @@ pub struct Terms {
 impl Terms {
     pub fn own(&self) -> impl Iterator<Item = &OwnTerm> {
         self.own.iter().map_while(Option::as_ref)
-    }
-
-    /// The moments of the user's own effects, rad/s2.
-    #[inline]
-    pub fn own_moment(&self, state: &State<f64>) -> f64 {
-        self.own().map(|own| own.effect.program.evaluate(state, &own.values)).sum()
     }
 
     /// The smooth moments at yaw angle b, yaw rate r and time t, rad/s2. Friction, the dead zone and the constant
@@ -294,12 +278,9 @@ impl Effect {
             Self::SensorNonlinearity => terms.sensor_quadratic = p[0],
             Self::BaselineDrift => terms.baseline_drift = p[0],
             Self::Own(effect) => {
-                let n = effect.parameters.len();
-                let mut values = [0.0; MOST_PARAMETERS];
-                values[..n].copy_from_slice(&p[..n]);
                 let free = terms.own.iter_mut().find(|o| o.is_none_or(|o| o.effect == effect));
                 *free.expect("at most MOST_OWN own effects in a model") =
-                    Some(OwnTerm { effect, values });
+                    Some(OwnTerm::new(effect, p));
             }
         }
     }

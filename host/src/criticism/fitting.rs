@@ -1,7 +1,7 @@
 //! A model with effects fitted to a free swing: natural frequency, damping, initial state and every coefficient.
 
 use super::effects::{Effect, Terms};
-use super::joint::{solve_one, Release};
+use super::joint::{solve_one, Release, EVALUATIONS};
 use super::simulate::{Grid, Motion};
 use super::swing::Swing;
 use crate::fit::Fit;
@@ -13,6 +13,9 @@ const PLAIN: usize = 4;
 /// Cycles of the first, shortest fit.
 const FIRST_CYCLES: f64 = 5.0;
 const LONGER: f64 = 1.8;
+/// For a user's own effect: from every start, and on from the best.
+const OWN_FIRST: usize = 6;
+const OWN_EVALUATIONS: usize = 50;
 
 /// A number that a limit can be set on. Those of an effect are counted as the fit varies them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -136,6 +139,7 @@ pub struct Fitted {
     /// Variance inflation of the parameters by correlated residuals.
     pub(super) inflation: f64,
     starts: Vec<usize>,
+    wind_speed_m_s: f64,
 }
 
 impl Fitted {
@@ -146,6 +150,7 @@ impl Fitted {
         residuals: Vec<f64>,
         converged: bool,
         covariance: Option<DMatrix<f64>>,
+        wind_speed_m_s: f64,
     ) -> Self {
         let lag: f64 = residuals.windows(2).map(|w| w[0] * w[1]).sum();
         let power: f64 = residuals.iter().map(|r| r * r).sum();
@@ -160,6 +165,7 @@ impl Fitted {
             correlation: if power > 0.0 { lag / power } else { 0.0 },
             residuals,
             inflation: 1.0,
+            wind_speed_m_s,
         };
         fitted.inflation = fitted.count as f64 / fitted.effective_count();
         fitted
@@ -233,11 +239,12 @@ impl Fitted {
         (from.iter().map(value).collect(), from.iter().map(variance).collect())
     }
     pub fn motion(&self) -> Motion {
-        motion(&self.structure, &self.starts, &self.parameters).0
+        motion(&self.structure, &self.starts, &self.parameters, self.wind_speed_m_s).0
     }
     /// Readings of the model on `grid`, which begins where the swing does.
     pub fn readings(&self, grid: &Grid) -> Vec<f64> {
-        let (motion, zero) = motion(&self.structure, &self.starts, &self.parameters);
+        let (motion, zero) =
+            motion(&self.structure, &self.starts, &self.parameters, self.wind_speed_m_s);
         let mut y = vec![0.0; grid.count];
         motion.readings(grid, &mut y);
         y.iter_mut().for_each(|y| *y += zero);
@@ -245,8 +252,13 @@ impl Fitted {
     }
 }
 
-pub(super) fn motion(structure: &Structure, starts: &[usize], p: &[f64]) -> (Motion, f64) {
-    let mut terms = Terms::default();
+pub(super) fn motion(
+    structure: &Structure,
+    starts: &[usize],
+    p: &[f64],
+    wind_speed_m_s: f64,
+) -> (Motion, f64) {
+    let mut terms = Terms { wind_speed_m_s, ..Terms::default() };
     for (effect, &at) in structure.effects.iter().zip(starts) {
         effect.write(&p[at..], &mut terms);
     }
@@ -261,7 +273,17 @@ pub(super) fn motion(structure: &Structure, starts: &[usize], p: &[f64]) -> (Mot
 }
 
 fn solve(swing: &Swing, structure: &Structure, start: &[f64], count: usize) -> Fit {
-    solve_one(Release { swing, count }, structure, start)
+    solve_in(swing, structure, start, count, EVALUATIONS)
+}
+
+fn solve_in(
+    swing: &Swing,
+    structure: &Structure,
+    start: &[f64],
+    count: usize,
+    max_evaluations: usize,
+) -> Fit {
+    solve_one(Release { swing, count }, structure, start, max_evaluations)
 }
 
 /// Fits from `start` over ever longer parts of the first `count` means.
@@ -282,14 +304,17 @@ fn lengthened(swing: &Swing, structure: &Structure, start: &[f64], count: usize)
 }
 
 fn finished(swing: &Swing, structure: &Structure, fit: Fit, count: usize) -> Fitted {
-    let (motion, zero) = motion(structure, &structure.starts(), &fit.parameters);
+    let (motion, zero) =
+        motion(structure, &structure.starts(), &fit.parameters, swing.wind_speed_m_s);
     let mut residuals = vec![0.0; count];
     motion.readings(&Grid { count, ..swing.grid }, &mut residuals);
     for (r, y) in residuals.iter_mut().zip(&swing.yaw_rad) {
         *r += zero - y;
     }
     let converged = fit.stop.is_minimum();
-    Fitted::new(structure.clone(), fit.parameters, residuals, converged, fit.covariance.ok())
+    let wind_speed_m_s = swing.wind_speed_m_s;
+    let covariance = fit.covariance.ok();
+    Fitted::new(structure.clone(), fit.parameters, residuals, converged, covariance, wind_speed_m_s)
 }
 
 /// The plain model (with a free nought of the sensor if `zero_unknown`).
@@ -340,6 +365,9 @@ pub fn fit_added(swing: &Swing, inner: &Fitted, effect: Effect) -> Fitted {
         }
     };
     let starts = super::starts::of(swing, inner, effect);
+    if structure.effects.iter().any(|e| matches!(e, Effect::Own(_))) {
+        return fit_own(swing, inner, &structure, &starts);
+    }
     for (k, start) in starts.iter().enumerate() {
         let mut p = inner.parameters.clone();
         p.extend(start);
@@ -348,12 +376,39 @@ pub fn fit_added(swing: &Swing, inner: &Fitted, effect: Effect) -> Fitted {
             take(lengthened(swing, &structure, &p, count));
         }
     }
-    let fit = best.expect("a start for every effect");
-    let mut fitted = finished(swing, &structure, fit, count);
+    nested(swing, inner, &structure, best.expect("a start for every effect"), effect)
+}
+
+fn nested(
+    swing: &Swing,
+    inner: &Fitted,
+    structure: &Structure,
+    fit: Fit,
+    effect: Effect,
+) -> Fitted {
+    let mut fitted = finished(swing, structure, fit, inner.count);
     // An effect kept within limits need not be able to vanish.
     fitted.converged &= structure.limits_effect(effect)
         || fitted.sum_of_squares <= inner.sum_of_squares * (1.0 + 1e-9);
     fitted
+}
+
+/// The same where there is a user's own effect, whose simulations take long and whose parameters may be many: a few
+/// steps from every start, and on from the best.
+fn fit_own(swing: &Swing, inner: &Fitted, structure: &Structure, starts: &[Vec<f64>]) -> Fitted {
+    let begun = |start: &Vec<f64>| {
+        let mut p = inner.parameters.clone();
+        p.extend(start);
+        solve_in(swing, structure, &p, inner.count, OWN_FIRST)
+    };
+    let better = |a: &Fit, b: &Fit| a.sum_of_squares.total_cmp(&b.sum_of_squares);
+    let best = starts.iter().map(begun).min_by(better).expect("a start for every effect");
+    let fit = match best.stop.is_minimum() {
+        true => best,
+        false => solve_in(swing, structure, &best.parameters, inner.count, OWN_EVALUATIONS),
+    };
+    let added = *structure.effects.last().expect("an effect");
+    nested(swing, inner, structure, fit, added)
 }
 
 /// `structure` fitted from given numbers (in the order of [`Fitted::parameters`]), directly and over lengthening

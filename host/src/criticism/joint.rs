@@ -24,7 +24,7 @@ use rayon::prelude::*;
 const DIFFERENCE: f64 = 1e-6;
 /// The same with a user's own effects, whose integration adapts its steps.
 const OWN_DIFFERENCE: f64 = 3e-5;
-const EVALUATIONS: usize = 30;
+pub(super) const EVALUATIONS: usize = 30;
 
 /// The first `count` means of a swing.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +58,8 @@ struct Part<'a> {
 
 impl Part<'_> {
     fn readings(&self, p: &[f64], out: &mut [f64]) {
-        let (motion, zero) = motion(&self.structure, &self.starts, p);
+        let (motion, zero) =
+            motion(&self.structure, &self.starts, p, self.release.swing.wind_speed_m_s);
         motion.readings(&Grid { count: self.release.count, ..self.release.swing.grid }, out);
         out.iter_mut().for_each(|y| *y += zero);
     }
@@ -173,8 +174,8 @@ impl<'a> Together<'a> {
         sums.iter().map(|s| if s.0 > 0.0 { s.1 / s.0 } else { s.3 / s.2 }).collect()
     }
 
-    fn minimise(&self, start: &[f64]) -> Fit {
-        let options = Options { max_evaluations: EVALUATIONS, tolerance: 0.01, damping: 1e-4 };
+    fn minimise(&self, start: &[f64], max_evaluations: usize) -> Fit {
+        let options = Options { max_evaluations, tolerance: 0.01, damping: 1e-4 };
         minimise(self, start, &options)
     }
 }
@@ -250,7 +251,9 @@ impl JointFit {
                 let own = covariance
                     .as_ref()
                     .map(|c| DMatrix::from_fn(n, n, |a, b| c[(part.places[a], part.places[b])]));
-                Fitted::new(part.structure.clone(), p, residuals, converged, own)
+                let wind_speed_m_s = release.swing.wind_speed_m_s;
+                let structure = part.structure.clone();
+                Fitted::new(structure, p, residuals, converged, own, wind_speed_m_s)
             })
             .collect();
         let count = fits.iter().map(|fit| fit.count).sum();
@@ -338,7 +341,7 @@ pub fn fit(
 ) -> JointFit {
     let together = Together::new(releases, structure, sharing, starts);
     let start = together.gathered(starts, &|_, _| None);
-    let fit = together.minimise(&start);
+    let fit = together.minimise(&start, EVALUATIONS);
     JointFit::new(releases, structure, sharing, together, fit)
 }
 
@@ -359,14 +362,20 @@ pub fn fit_from(
     let together = Together::new(releases, structure, sharing, &starts);
     let weight = |i: usize, j: usize| ordered[i].1[j].filter(|v| *v > 0.0).map(f64::recip);
     let start = together.gathered(&starts, &weight);
-    let fit = together.minimise(&start);
+    let fit = together.minimise(&start, EVALUATIONS);
     JointFit::new(releases, structure, sharing, together, fit)
 }
 
 /// Minimises over one release; its sum of squares is over the noise, squared.
-pub(super) fn solve_one(release: Release, structure: &Structure, start: &[f64]) -> Fit {
+pub(super) fn solve_one(
+    release: Release,
+    structure: &Structure,
+    start: &[f64],
+    max_evaluations: usize,
+) -> Fit {
     let sharing = Sharing::none(1, structure.effects.len());
-    Together::new(&[release], structure, &sharing, &[start.to_vec()]).minimise(start)
+    Together::new(&[release], structure, &sharing, &[start.to_vec()])
+        .minimise(start, max_evaluations)
 }
 
 #[cfg(test)]
@@ -400,6 +409,7 @@ mod tests {
             amplitude_rad: 0.2,
             release_time_s: 0.0,
             windows: Vec::new(),
+            wind_speed_m_s: 0.0,
         }
     }
 

@@ -1,34 +1,14 @@
 //! What the model's file lets a fit vary, and how far.
 
-use super::effects::Effect;
 use super::fitting::{Limit, Number, Structure};
-use super::model::{
-    EffectEntry, Model, ParameterEntry, RecordEntry, DAMPING_RATIO, NATURAL_FREQUENCY,
-};
+use super::model::{EffectEntry, Model, ParameterEntry, DAMPING_RATIO, NATURAL_FREQUENCY};
 use crate::error::{Error, Result};
-
-/// Refuses a user's own effect that depends on the wind where there was any: the fits simulate every release with the
-/// wind off.
-pub(super) fn check_wind(model: &Model) -> Result<()> {
-    let windy = |r: &RecordEntry| r.made_under.as_ref().is_some_and(|m| m.wind_speed_m_s > 0.0);
-    let Some(record) = model.records.iter().find(|r| windy(r)) else { return Ok(()) };
-    let depends = |e: &&EffectEntry| matches!(e.effect, Effect::Own(own) if own.uses_wind);
-    match model.effects.iter().find(depends) {
-        Some(entry) => Err(Error::data(format!(
-            "{} depends on the wind, and {} was made with the wind on",
-            entry.effect, record.file
-        ))
-        .help("fit releases of one wind speed, with the wind's part in the coefficient")),
-        None => Ok(()),
-    }
-}
 
 /// What the model lets a fit vary, and how far.
 ///
 /// # Errors
-/// Exit 3 where a user's own effect depends on a wind that the fits do not know, or bounds on natural frequency or damping stand beside several conditions.
+/// Exit 3 where bounds on natural frequency or damping stand beside several conditions.
 pub fn structure(model: &Model) -> Result<Structure> {
-    check_wind(model)?;
     let mut limits: Vec<Limit> = model.effects.iter().flat_map(limits_of).collect();
     for (condition, entry) in &model.modal {
         for (number, entry, own) in [

@@ -3,7 +3,7 @@
 use super::effects::Effect;
 use super::fitting::{fit_added, fit_from, fit_plain_within, Fitted, Limit, Number, Structure};
 use super::joint::{self, JointFit, Release, Sharing};
-use super::limits::{check_wind, limits_of, structure};
+use super::limits::{limits_of, structure};
 use super::model::{is_own, EffectEntry, ModalEntry, Model, ParameterEntry, RecordEntry};
 use super::swing::Swing;
 use crate::error::{Error, Result};
@@ -32,7 +32,8 @@ impl Recorded {
     /// # Errors
     /// Exit 3 where it cannot be read or there is no swing in it.
     pub fn read(entry: RecordEntry, path: PathBuf) -> Result<Self> {
-        let swing = Swing::of(&Record::read(&path)?)?;
+        let mut swing = Swing::of(&Record::read(&path)?)?;
+        swing.wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
         Ok(Self { entry, path, swing })
     }
 }
@@ -141,7 +142,7 @@ fn single(model: &Model, structure: &Structure, recorded: &Recorded) -> Result<F
 /// Fits `model` to its records: what is free, within its bounds.
 ///
 /// # Errors
-/// 130 where the user stops it; else as [`structure`].
+/// Exit 3 where bounds on wn or zeta stand beside several conditions, 130 where the user stops it.
 pub fn fit(model: &Model, data: &Data) -> Result<JointFit> {
     let structure = structure(model)?;
     let singles: Vec<Fitted> = data
@@ -267,7 +268,6 @@ pub fn updated(model: &Model, data: &Data, fit: &JointFit) -> Model {
 /// # Errors
 /// Exit 3 where the model has no values yet.
 pub fn held_against(model: &Model, recorded: &Recorded, share: f64) -> Result<Fitted> {
-    check_wind(model)?;
     let swing = &recorded.swing;
     let count = ((share * swing.yaw_rad.len() as f64) as usize).max(2);
     let modal = model.modal.get(&recorded.entry.condition).copied().unwrap_or_default();

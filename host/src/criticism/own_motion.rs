@@ -8,10 +8,11 @@
 //! model whose rate is nought stays there while the moments of both directions hold it.
 
 use super::simulate::{root, Flow, Motion};
-use crate::own_effect::State;
+use crate::own_effect::Prepared;
+use std::cell::RefCell;
 
 /// Disagreement of the pair in one step, of the amplitude, above which the step is halved.
-const TOLERANCE: f64 = 2e-8;
+const TOLERANCE: f64 = 5e-8;
 /// A step that does so much better is followed by one of twice the size.
 const SLACK: f64 = 1.0 / 64.0;
 /// Most halvings of a step.
@@ -88,6 +89,7 @@ pub(super) struct Walker<'a> {
     stiffness: f64,
     amplitude: f64,
     piece: Piece,
+    own: RefCell<Vec<Prepared>>,
     /// There is something that changes where the rate changes sign, or where the angle does.
     turns: bool,
     crosses: bool,
@@ -117,6 +119,12 @@ impl<'a> Walker<'a> {
                 side: if play > 0.0 && b.abs() < play { 0.0 } else { b.signum() },
                 half: b.signum(),
             },
+            own: RefCell::new(
+                terms
+                    .own()
+                    .map(|own| own.prepared(motion.natural_frequency_rad_s, terms.wind_speed_m_s))
+                    .collect(),
+            ),
             turns,
             crosses: corner(|p| p.has_yaw_corner),
             halved: vec![Flows::new(motion, step_s)],
@@ -138,16 +146,9 @@ impl<'a> Walker<'a> {
         let spring = -self.stiffness * (b - self.slack(piece));
         // Within the dead zone the flow's spring is taken back.
         let (spring, taken_back) = if inside { (0.0, self.stiffness * b) } else { (spring, 0.0) };
-        let state = State {
-            yaw_rad: b,
-            rate_rad_s: r,
-            time_s: t,
-            natural_frequency_rad_s: self.motion.natural_frequency_rad_s,
-            wind_speed_m_s: terms.wind_speed_m_s,
-            rate_sign: piece.direction,
-            yaw_sign: piece.half,
-        };
-        terms.smooth_moment(b, r, spring, drive, t) + terms.own_moment(&state) + taken_back
+        let mut own = self.own.borrow_mut();
+        let own = own.iter_mut().map(|own| own.evaluate(b, r, t, piece.direction, piece.half));
+        terms.smooth_moment(b, r, spring, drive, t) + own.sum::<f64>() + taken_back
     }
 
     /// Where the spring of this side has no moment.
@@ -200,7 +201,7 @@ impl<'a> Walker<'a> {
         self.attempt(b, r, t, first, &Flows::new(self.motion, step_s))
     }
 
-    /// b and r a step on from `t`; NaN where that takes too many attempts.
+    /// b and r a step on from `t`; NaN where a moment is not finite, or where that takes too many attempts.
     pub fn advance(&mut self, mut b: f64, mut r: f64, t: f64) -> (f64, f64) {
         let mut at = 0.0;
         let mut first = None;
@@ -220,6 +221,9 @@ impl<'a> Walker<'a> {
                 first = None;
             }
             let moment = *first.get_or_insert_with(|| self.moment(b, r, t + at, self.piece));
+            if !moment.is_finite() {
+                return (f64::NAN, f64::NAN);
+            }
             let whole = self.step_s * 0.5f64.powi(self.level as i32);
             let end = if whole <= left {
                 self.attempt(b, r, t + at, moment, &self.halved[self.level])
@@ -235,6 +239,9 @@ impl<'a> Walker<'a> {
                     self.halved.push(Flows::new(self.motion, half));
                 }
                 continue;
+            }
+            if !end.error.is_finite() {
+                return (f64::NAN, f64::NAN);
             }
             if end.error < SLACK * TOLERANCE {
                 self.level = self.level.saturating_sub(1);
@@ -252,7 +259,7 @@ impl<'a> Walker<'a> {
         (b, r)
     }
 
-    /// Whether the state is still in its piece; NaN is, and goes on.
+    /// Whether the state is still in its piece.
     fn is_within(&self, b: f64, r: f64) -> bool {
         let turned = self.turns && r * self.piece.direction < 0.0;
         let crossed = self.crosses && b * self.piece.half < 0.0;

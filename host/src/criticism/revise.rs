@@ -5,7 +5,6 @@ use super::comparison::as_it_is;
 use super::effects::{Effect, MOST_OWN};
 use super::joint::JointFit;
 use super::journal::{path_of, Action, Known, KnownModal, Residuals, Step};
-use super::limits;
 use super::model::{read_text, EffectEntry, Model, RecordEntry};
 use super::model_fit::{self, held_against, Data, Recorded};
 use super::records;
@@ -231,7 +230,6 @@ pub fn add(path: &Path, effect: Effect, asked: &Asked) -> Result<Revision> {
 pub(super) fn added(inner: &Current, data: &Data, effect: Effect) -> Result<Current> {
     let mut model = inner.model.clone();
     model.effects.push(EffectEntry::unfitted(effect));
-    limits::structure(&model)?;
     let fit = model_fit::add(data, &inner.fit, effect)?;
     Current::of(&model, data, fit)
 }

@@ -29,6 +29,8 @@ pub struct Swing {
     pub frequency_rad_s: f64,
     pub amplitude_rad: f64,
     pub release_time_s: f64,
+    /// For own effects that depend on it; 0: off, or not known.
+    pub wind_speed_m_s: f64,
     /// wn and zeta over three cycles each: the amplitude picture.
     pub windows: Vec<WindowEstimate>,
 }
@@ -92,6 +94,7 @@ impl Swing {
             frequency_rad_s: frequency,
             amplitude_rad,
             release_time_s,
+            wind_speed_m_s: 0.0,
             windows: prepared
                 .windows
                 .iter()

@@ -1,6 +1,6 @@
 //! Which effects the releases of a campaign need: each has coefficients of its own, and all are judged as one.
 
-use super::diagnose::Options;
+use super::diagnose::{forced_rather_than, Options};
 use super::effects::Effect;
 use super::fitting::{fit_added, fit_plain, fit_removed, Fitted};
 use super::origin::weighted_mean;
@@ -180,6 +180,10 @@ pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
             .max_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, next)) = next else { break };
         path.push(next);
+        // Chance is not chased with ever more effects.
+        if path.len() == 2 && is_forced(releases, &path[0], &path[1]) {
+            break;
+        }
     }
     let last = path.pop().expect("a model");
     let all = last.effects.clone();
@@ -196,6 +200,22 @@ pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
     path.push(kept);
     let indistinguishable = rivals(releases, &path, &singles, &library)?;
     Ok(Judged { singles, path, indistinguishable })
+}
+
+/// Whether most releases with the wind on, or with it off, are randomly forced rather than explained by `best`.
+pub fn is_forced(releases: &Releases, plain: &Model, best: &Model) -> bool {
+    let each = releases.swings.par_iter().zip(&plain.fits).zip(&best.fits);
+    let forced: Vec<bool> = each
+        .map(|((swing, plain), best)| {
+            !search::is_explained(best, swing) && forced_rather_than(swing, plain, best).is_some()
+        })
+        .collect();
+    let mostly = |on: bool| {
+        let inside = forced.iter().zip(&releases.wind_speed_m_s).filter(|(_, v)| (**v > 0.0) == on);
+        let (all, some) = inside.fold((0, 0), |(n, k), (f, _)| (n + 1, k + usize::from(*f)));
+        2 * some > all
+    };
+    mostly(true) || mostly(false)
 }
 
 /// Every other effect added to `inner` in the releases it explains worst; the likeliest first.

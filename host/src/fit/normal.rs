@@ -121,7 +121,7 @@ mod tests {
         let z: Vec<f64> = x.iter().zip(&y).map(|(x, y)| x * y).collect();
         let u: Vec<f64> = r.iter().zip(&x).map(|(r, x)| r - x).collect();
         by_block.part(&r[..20], &[0, 2, 3], &[&x[..20], &y[..20], &u[..20]]);
-        by_block.block(&r[20..], &[&x[20..], &z[20..], &y[20..], &vec![0.0; 17]]);
+        by_block.block(&r[20..], &[&x[20..], &z[20..], &y[20..], &[0.0; 17]]);
         assert!((by_row.matrix() - by_block.matrix()).amax() < 1e-12);
         assert!((by_row.gradient() - by_block.gradient()).amax() < 1e-12);
         assert_eq!(by_row.residuals(), by_block.residuals());

@@ -31,6 +31,14 @@ pub struct Subject<'a> {
     pub bounds: Vec<(f64, f64)>,
 }
 
+impl Subject<'_> {
+    fn uses(&self, name: &str) -> bool {
+        let mut used = Vec::new();
+        self.node.names(&mut used);
+        used.iter().any(|u| u.0 == name)
+    }
+}
+
 /// Numbers of a state by which a derivative is taken.
 #[derive(Clone, Copy, PartialEq)]
 enum By {
@@ -314,11 +322,14 @@ pub fn size_parameter(subject: &Subject) -> Option<usize> {
         .find(|k| proportional(*k) && subject.bounds[*k].0 <= 0.0 && subject.bounds[*k].1 >= 0.0)
 }
 
+/// Whether it depends on time, or puts energy in.
+pub fn keeps_moving(subject: &Subject) -> bool {
+    subject.uses("t") || energy(subject).is_some()
+}
+
 /// Whether the moment puts energy in over a cycle. One that depends on time may do either, and is not asked.
 fn energy(subject: &Subject) -> Option<Flaw> {
-    let mut used = Vec::new();
-    subject.node.names(&mut used);
-    if used.iter().any(|u| u.0 == "t") {
+    if subject.uses("t") {
         return None;
     }
     for wind in [0.0, WIND_M_S] {

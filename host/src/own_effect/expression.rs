@@ -102,6 +102,7 @@ pub fn parse(text: &str) -> Result<Node, Flaw> {
 }
 
 const OPERAND: &str = "a number, a name or ( is expected";
+const TOO_LARGE: &str = "this number is too large";
 const OPERATOR: &str = "an operator (+ - * / ^) is expected";
 
 fn unexpected(text: &str, at: usize, what: &str) -> Flaw {
@@ -110,6 +111,9 @@ fn unexpected(text: &str, at: usize, what: &str) -> Flaw {
         return Flaw::new(at..at, format!("the expression ends where {what}"), "complete it");
     };
     let span = at..at + found.len_utf8();
+    if what == TOO_LARGE {
+        return Flaw::new(span, what, "give a finite number");
+    }
     let help = match found {
         ')' => "take it away, or open a parenthesis before it",
         '*' if text[..at].ends_with('*') => "a power is written ^ or pow(x, n)",
@@ -244,7 +248,7 @@ fn number(i: &mut Input<'_>) -> Parsed<Node> {
         }
         _ => {
             i.reset(&start);
-            Err(ErrMode::Cut(Expected { at: span.start, what: "a finite number is expected" }))
+            Err(ErrMode::Cut(Expected { at: span.start, what: TOO_LARGE }))
         }
     }
 }

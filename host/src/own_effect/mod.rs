@@ -23,7 +23,7 @@ mod program;
 mod source;
 mod units;
 
-pub use program::{Program, State, MOST_PARAMETERS};
+pub use program::{Prepared, Program, State, MOST_PARAMETERS};
 pub use source::{nearest, pointed};
 
 use crate::error::{Error, Result};
@@ -51,7 +51,8 @@ pub struct OwnEffect {
     pub parameters: Vec<Parameter>,
     /// A typical size of each, not nought.
     pub starts: Vec<f64>,
-    pub uses_wind: bool,
+    /// It depends on time, or puts energy in: a release may never end by itself.
+    pub keeps_moving: bool,
     size_parameter: Option<usize>,
     /// What is not wrong but ought to be known.
     pub warnings: Vec<String>,
@@ -83,6 +84,37 @@ impl OwnEffect {
             self.program.evaluate(&state, parameters).powi(2)
         };
         ((0..POINTS).map(square).sum::<f64>() / f64::from(POINTS)).sqrt()
+    }
+}
+
+/// Most own effects in one model.
+pub const MOST_OWN: usize = 4;
+
+/// An own effect with its numbers; those beyond its parameters are nought.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OwnTerm {
+    pub effect: &'static OwnEffect,
+    pub values: [f64; MOST_PARAMETERS],
+}
+
+impl OwnTerm {
+    pub fn new(effect: &'static OwnEffect, numbers: &[f64]) -> Self {
+        let n = effect.parameters.len();
+        let mut values = [0.0; MOST_PARAMETERS];
+        values[..n].copy_from_slice(&numbers[..n]);
+        Self { effect, values }
+    }
+
+    /// For the many evaluations of one simulation.
+    pub fn prepared(&self, natural_frequency_rad_s: f64, wind_speed_m_s: f64) -> Prepared {
+        let program = &self.effect.program;
+        Prepared::new(program, &self.values, natural_frequency_rad_s, wind_speed_m_s)
+    }
+
+    /// The moment over Izz, rad/s2.
+    #[inline]
+    pub fn moment(&self, state: &State<f64>) -> f64 {
+        self.effect.program.evaluate(state, &self.values)
     }
 }
 
@@ -166,3 +198,6 @@ fn intern(effect: OwnEffect, file: &Path) -> Result<&'static OwnEffect> {
     known.push(effect);
     Ok(effect)
 }
+
+#[cfg(test)]
+mod tests;

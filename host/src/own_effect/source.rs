@@ -68,7 +68,7 @@ pub fn nearest<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -> Opt
     names
         .into_iter()
         .map(|name| (strsim::damerau_levenshtein(wrong, name), name))
-        .filter(|(distance, name)| *distance <= 1.max(name.len().max(wrong.len()) / 3))
+        .filter(|(distance, name)| *distance <= (name.len().max(wrong.chars().count()) + 1) / 3)
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, name)| name)
 }

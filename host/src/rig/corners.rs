@@ -18,6 +18,10 @@ use yawrig_shared::modal::Modal;
 
 /// Halvings that bring any step to the last bit.
 const BISECTIONS: u32 = 60;
+/// Difference of a step and its halves, rad and rad/s, above which a user's own moments want smaller steps.
+const COARSE: f64 = 1e-10;
+/// Most halvings of a step: a jump that nothing locates is then within a nanosecond.
+const MOST_HALVINGS: u32 = 18;
 /// Points between the release and half a turn at which the model is asked whether it would come back.
 const POTENTIAL_POINTS: u32 = 4000;
 
@@ -45,7 +49,8 @@ pub(super) fn check(modal: &Modal, effects: &Effects, released_rad: f64) -> Resu
     effects.check_frequencies(modal)?;
     let swing = Swing::new(Moments::new(modal, effects), released_rad, 0);
     let torque = swing.moments.without_friction(0.0, swing.state, swing.piece, 0.0);
-    if torque.abs() <= swing.moments.friction_rad_s2 && !effects.drive_the_model() {
+    let way = swing.moments.leaves(0.0, released_rad, swing.piece, 0.0);
+    if way == 0.0 && !effects.drive_the_model() {
         return Err(Error::usage(format!(
             "--effect: nothing moves the model from where it is released: friction holds {} rad/s2, the other torque is {:.4} rad/s2",
             swing.moments.friction_rad_s2,
@@ -96,6 +101,16 @@ impl Swing {
             let deviate: f64 = StandardNormal.sample(&mut self.random);
             (self.moments.buffeting_rad2_s3 / h).sqrt() * deviate
         };
+        self.advance_under(h, random, 0);
+    }
+
+    /// The same under one random moment, a user's own moments resolved by halving.
+    fn advance_under(&mut self, h: f64, random: f64, halvings: u32) {
+        if self.moments.has_own() && halvings < MOST_HALVINGS && self.is_coarse(h, random) {
+            self.advance_under(0.5 * h, random, halvings + 1);
+            self.advance_under(0.5 * h, random, halvings + 1);
+            return;
+        }
         let mut left = h;
         while left > 0.0 {
             let (next, outside) = self.attempt(left, random);
@@ -120,14 +135,28 @@ impl Swing {
     /// The state `h` s on if the present piece holds till then, and whether that lies beyond the piece.
     fn attempt(&self, h: f64, random: f64) -> ([f64; 2], bool) {
         if self.piece.rate == 0.0 {
-            let pull =
-                self.moments.without_friction(self.time_s + h, self.state, self.piece, random);
-            return (self.state, pull.abs() > self.moments.friction_rad_s2);
+            let way = self.moments.leaves(self.time_s + h, self.state[0], self.piece, random);
+            return (self.state, way != 0.0);
         }
         let next = runge_kutta(self.state, h, |dt, state| {
             self.moments.acceleration(self.time_s + dt, state, self.piece, random)
         });
         (next, self.has_turned(next[1]) || self.has_changed_side(next[0]))
+    }
+
+    /// Whether one step and two halves of it differ.
+    fn is_coarse(&self, h: f64, random: f64) -> bool {
+        if self.piece.rate == 0.0 {
+            return false;
+        }
+        let step = |state, from: f64, h| {
+            runge_kutta(state, h, |dt, state| {
+                self.moments.acceleration(self.time_s + from + dt, state, self.piece, random)
+            })
+        };
+        let whole = step(self.state, 0.0, h);
+        let halves = step(step(self.state, 0.0, 0.5 * h), 0.5 * h, 0.5 * h);
+        !((whole[0] - halves[0]).abs() < COARSE && (whole[1] - halves[1]).abs() < COARSE)
     }
 
     fn has_turned(&self, r: f64) -> bool {
@@ -156,13 +185,11 @@ impl Swing {
         }
         if self.piece.rate == 0.0 || self.has_turned(self.state[1]) {
             self.state[1] = 0.0;
-            let pull = self.moments.without_friction(self.time_s, self.state, self.piece, random);
             if let (true, Some(before)) = (self.piece.rate != 0.0, self.turned_at) {
                 self.swing_rad = 0.5 * (self.state[0] - before).abs();
             }
             self.turned_at = Some(self.state[0]);
-            self.piece.rate =
-                if pull.abs() > self.moments.friction_rad_s2 { pull.signum() } else { 0.0 };
+            self.piece.rate = self.moments.leaves(self.time_s, self.state[0], self.piece, random);
         }
     }
 }

@@ -1,10 +1,13 @@
 //! The effects a virtual rig can hide in its records: identifiers, parameters, and what is refused.
 //!
 //! Terms of the yaw acceleration (all torques divided by Izz, angles in rad) are computed in `moments`; the
-//! last three effects change the reading and leave the motion alone. Time runs from the release.
+//! last three effects change the reading and leave the motion alone. Time runs from the release. A user's own effect is
+//! taken from its file; the formula compiled there is the one that fits use too.
 
 use crate::error::{Error, Result};
+use crate::own_effect::{self, OwnEffect, OwnTerm, MOST_OWN, MOST_PARAMETERS};
 use std::fmt;
+use std::path::Path;
 use std::str::FromStr;
 use yawrig_shared::modal::Modal;
 
@@ -94,7 +97,28 @@ pub static LIBRARY: [Kind; 13] = [
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effect {
     kind: &'static Kind,
-    values: [f64; 4],
+    values: [f64; MOST_PARAMETERS],
+    own: Option<&'static OwnEffect>,
+}
+
+/// A kind made of a user's own effect.
+fn kind_of(own: &'static OwnEffect) -> &'static Kind {
+    let parameters: Vec<Parameter> = own
+        .parameters
+        .iter()
+        .map(|p| within(p.name, p.unit, p.min.max(f64::MIN), p.max.min(f64::MAX)))
+        .collect();
+    Box::leak(Box::new(kind(&own.id, &own.formula, Box::leak(parameters.into_boxed_slice()))))
+}
+
+/// Effect and the rest of `EFFECT:NAME=VALUE,...`; a path may hold colons of its own.
+fn split(text: &str) -> (&str, &str) {
+    const ENDING: &str = ".toml";
+    match text.find(ENDING).map(|at| text.split_at(at + ENDING.len())) {
+        Some((file, "")) => (file, ""),
+        Some((file, rest)) if rest.starts_with(':') => (file, &rest[1..]),
+        _ => text.split_once(':').unwrap_or((text, "")),
+    }
 }
 
 impl Effect {
@@ -120,17 +144,31 @@ impl fmt::Display for Effect {
 impl FromStr for Effect {
     type Err = Error;
 
-    /// `id:name=value,name=value`, every parameter once, in any order.
+    /// `id:name=value,name=value`, every parameter once, in any order; of a user's own effect, named by the path of
+    /// its file, those left out are as the file starts them.
     ///
     /// # Errors
-    /// Exit 2, naming the ids or the parameters there are.
+    /// Exit 2, naming the ids or the parameters there are; exit 3 for a file that cannot be used.
     fn from_str(text: &str) -> Result<Self> {
-        let (id, given) = text.split_once(':').unwrap_or((text, ""));
-        let kind = LIBRARY.iter().find(|kind| kind.id == id.trim()).ok_or_else(|| {
-            let ids: Vec<&str> = LIBRARY.iter().map(|kind| kind.id).collect();
-            Error::usage(format!("--effect {text}: there is no effect \"{}\"", id.trim()))
-                .help(format!("the effects are {}", ids.join(", ")))
-        })?;
+        let (id, given) = split(text);
+        let ids = || LIBRARY.iter().map(|kind| kind.id);
+        let own = match own_effect::is_file(id) {
+            true => Some(own_effect::load(Path::new(id), &ids().collect::<Vec<_>>())?),
+            false => None,
+        };
+        let kind = match own {
+            Some(own) => kind_of(own),
+            None => LIBRARY.iter().find(|kind| kind.id == id.trim()).ok_or_else(|| {
+                let near = own_effect::nearest(id.trim(), ids());
+                let near = near.map_or(String::new(), |near| format!("did you mean {near}? "));
+                let ids = ids().collect::<Vec<_>>().join(", ");
+                Error::usage(format!("--effect {text}: there is no effect \"{}\"", id.trim())).help(
+                    format!(
+                        "{near}the effects are {ids}, or the path of your own effect's .toml file"
+                    ),
+                )
+            })?,
+        };
         let refuse = |why: String| {
             let parameters: Vec<String> =
                 kind.parameters.iter().map(|p| format!("{} ({})", p.name, p.unit)).collect();
@@ -140,7 +178,7 @@ impl FromStr for Effect {
                 parameters.join(", ")
             ))
         };
-        let mut values = [None; 4];
+        let mut values = [None; MOST_PARAMETERS];
         for pair in given.split(',').map(str::trim).filter(|pair| !pair.is_empty()) {
             let (name, value) = pair
                 .split_once('=')
@@ -162,12 +200,15 @@ impl FromStr for Effect {
                 return Err(refuse(format!("{} is given twice", parameter.name)));
             }
         }
+        for (value, start) in values.iter_mut().zip(own.iter().flat_map(|own| &own.starts)) {
+            value.get_or_insert(*start);
+        }
         if let Some((missing, _)) =
             kind.parameters.iter().zip(&values).find(|(_, value)| value.is_none())
         {
             return Err(refuse(format!("{} is missing", missing.name)));
         }
-        Ok(Self { kind, values: values.map(Option::unwrap_or_default) })
+        Ok(Self { kind, values: values.map(Option::unwrap_or_default), own })
     }
 }
 
@@ -185,11 +226,15 @@ impl Parameter {
 
 /// The effects of one rig, each at most once; none by default.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Effects(Vec<Effect>);
+pub struct Effects {
+    list: Vec<Effect>,
+    /// For own effects that depend on it.
+    wind_speed_m_s: f64,
+}
 
 impl Effects {
     /// # Errors
-    /// Exit 2 for an effect given twice.
+    /// Exit 2 for an effect given twice, or too many of the user's own.
     pub fn new(effects: Vec<Effect>) -> Result<Self> {
         for (place, effect) in effects.iter().enumerate() {
             if effects[..place].iter().any(|other| other.id() == effect.id()) {
@@ -197,25 +242,49 @@ impl Effects {
                     .help("give each effect once"));
             }
         }
-        Ok(Self(effects))
+        if effects.iter().filter(|e| e.own.is_some()).count() > MOST_OWN {
+            return Err(Error::usage(format!(
+                "--effect: more than {MOST_OWN} effects of your own"
+            ))
+            .help("take fewer at a time"));
+        }
+        Ok(Self { list: effects, wind_speed_m_s: 0.0 })
+    }
+
+    /// The same at another wind speed, 0 at first.
+    #[must_use]
+    pub fn in_wind(mut self, speed_m_s: f64) -> Self {
+        self.wind_speed_m_s = speed_m_s;
+        self
+    }
+
+    pub(super) fn wind_speed_m_s(&self) -> f64 {
+        self.wind_speed_m_s
+    }
+
+    /// The user's own, those there are first.
+    pub(super) fn own(&self) -> [Option<OwnTerm>; MOST_OWN] {
+        let mut own = self.iter().filter_map(|e| Some(OwnTerm::new(e.own?, &e.values)));
+        std::array::from_fn(|_| own.next())
     }
 
     pub fn iter(&self) -> impl Iterator<Item = &Effect> {
-        self.0.iter()
+        self.list.iter()
     }
 
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.list.is_empty()
     }
 
     /// Whether something keeps the model moving for ever.
     pub fn drive_the_model(&self) -> bool {
-        self.0.iter().any(|effect| matches!(effect.id(), "harmonic_forcing" | "buffeting"))
+        let drives = |e: &Effect| matches!(e.id(), "harmonic_forcing" | "buffeting");
+        self.iter().any(|e| drives(e) || e.own.is_some_and(|own| own.keeps_moving))
     }
 
     /// Value of a parameter; `None` where the effect is absent.
     pub(super) fn value(&self, id: &str, name: &str) -> Option<f64> {
-        let effect = self.0.iter().find(|effect| effect.id() == id)?;
+        let effect = self.list.iter().find(|effect| effect.id() == id)?;
         effect.parameters().find(|(p, _)| p.name == name).map(|(_, value)| value)
     }
 

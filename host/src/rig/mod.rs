@@ -215,8 +215,9 @@ impl Rig {
         let truth = self.modal(condition)?;
         let derivatives = (condition.wind_speed_m_s != 0.0)
             .then(|| self.derivatives(&condition.spring, condition.axis));
-        let start = start.limited(&truth, effects);
-        let samples = Samples::with_effects(&truth, effects, &start, sensor, seed)?;
+        let effects = effects.clone().in_wind(condition.wind_speed_m_s);
+        let start = start.limited(&truth, &effects);
+        let samples = Samples::with_effects(&truth, &effects, &start, sensor, seed)?;
         Ok(Release { truth, derivatives, samples })
     }
 }

@@ -4,6 +4,7 @@
 //! yaw rate r in rad/s. wn^2 and 2 zeta wn are those of the release, the wind's share included.
 
 use super::effects::Effects;
+use crate::own_effect::{OwnTerm, State, MOST_OWN};
 use yawrig_shared::modal::Modal;
 
 /// A piece of the equation of motion within which it is smooth.
@@ -43,6 +44,10 @@ pub(super) struct Moments {
     /// q, rad2/s3: over a time h the yaw rate wanders by a normal deviate of variance q h (two-sided: the
     /// moment's covariance is q delta(t - t')).
     pub buffeting_rad2_s3: f64,
+    /// The user's own, and what they may depend on.
+    own: [Option<OwnTerm>; MOST_OWN],
+    natural_frequency_rad_s: f64,
+    wind_speed_m_s: f64,
 }
 
 impl Moments {
@@ -61,6 +66,9 @@ impl Moments {
             forcing: ["f", "w", "phi"].map(|name| value("harmonic_forcing", name)),
             stiffness_drift_per_s: value("stiffness_drift", "e"),
             buffeting_rad2_s3: value("buffeting", "q"),
+            own: effects.own(),
+            natural_frequency_rad_s: modal.natural_frequency_rad_s,
+            wind_speed_m_s: effects.wind_speed_m_s(),
         }
     }
 
@@ -78,6 +86,38 @@ impl Moments {
             + self.offset_rad_s2
             + forcing
             + random
+            + if self.has_own() { self.own_moment(t, [b, r], piece) } else { 0.0 }
+    }
+
+    /// Whether there are moments that may be steep at any place.
+    pub fn has_own(&self) -> bool {
+        self.own[0].is_some()
+    }
+
+    fn own_moment(&self, t: f64, [b, r]: [f64; 2], piece: Piece) -> f64 {
+        let state = State {
+            yaw_rad: b,
+            rate_rad_s: r,
+            time_s: t,
+            natural_frequency_rad_s: self.natural_frequency_rad_s,
+            wind_speed_m_s: self.wind_speed_m_s,
+            rate_sign: piece.rate,
+            yaw_sign: if b < 0.0 { -1.0 } else { 1.0 },
+        };
+        self.own.iter().map_while(Option::as_ref).map(|own| own.moment(&state)).sum()
+    }
+
+    /// Which way the model moves from rest at b, -1 or 1; 0: friction holds it, or nothing pulls at it.
+    pub fn leaves(&self, t: f64, b: f64, piece: Piece, random: f64) -> f64 {
+        let pull = |rate: f64| self.acceleration(t, [b, 0.0], Piece { rate, ..piece }, random);
+        let (up, down) = (pull(1.0), pull(-1.0));
+        if up > 0.0 && up >= -down {
+            1.0
+        } else if down < 0.0 {
+            -1.0
+        } else {
+            0.0
+        }
     }
 
     /// b'' in rad/s2 while the model moves.
