@@ -19,11 +19,13 @@ mod checks;
 mod expression;
 mod file;
 mod number;
+mod prepared;
 mod program;
 mod source;
 mod units;
 
-pub use program::{Prepared, Program, State, MOST_PARAMETERS};
+pub use prepared::Prepared;
+pub use program::{Program, State, MOST_PARAMETERS};
 pub use source::{nearest, pointed};
 
 use crate::error::{Error, Result};

@@ -99,7 +99,7 @@ pub fn function(name: &str) -> Option<(Function, usize)> {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Instruction {
+pub(super) enum Instruction {
     Number(f64),
     Input(Input),
     Parameter(u8),
@@ -113,7 +113,7 @@ enum Instruction {
 /// A compiled moment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Program {
-    instructions: Vec<Instruction>,
+    pub(super) instructions: Vec<Instruction>,
     /// abs(r) or sign(r) is in it: its corner is where the rate changes sign.
     pub has_rate_corner: bool,
     /// abs(b) or sign(b) is in it.
@@ -282,133 +282,6 @@ impl Program {
     }
 }
 
-/// A program with its numbers put in, for the many evaluations of a simulation: what does not change is computed once,
-/// the rest goes from register to register.
-#[derive(Clone, Debug)]
-pub struct Prepared {
-    steps: Vec<Step>,
-    registers: Vec<f64>,
-    result: usize,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Step {
-    operation: Operation,
-    a: usize,
-    b: usize,
-    out: usize,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Operation {
-    Binary(Operator),
-    WholePower(i32),
-    One(Function),
-    Two(Function),
-}
-
-/// Registers of what changes: yaw, rate, time and the two signs.
-const CHANGING: usize = 5;
-
-impl Prepared {
-    pub fn new(
-        program: &Program,
-        parameters: &[f64],
-        natural_frequency_rad_s: f64,
-        wind_speed_m_s: f64,
-    ) -> Self {
-        let mut registers = vec![0.0; CHANGING];
-        // Whether a register holds a number that does not change.
-        let mut fixed = vec![false; CHANGING];
-        let mut stack: Vec<usize> = Vec::new();
-        let mut steps = Vec::new();
-        for instruction in &program.instructions {
-            let number = match *instruction {
-                Instruction::Number(value) => Some(value),
-                Instruction::Parameter(k) => Some(parameters[k as usize]),
-                Instruction::Input(Input::NaturalFrequency) => Some(natural_frequency_rad_s),
-                Instruction::Input(Input::Wind) => Some(wind_speed_m_s),
-                _ => None,
-            };
-            if let Some(value) = number {
-                stack.push(registers.len());
-                registers.push(value);
-                fixed.push(true);
-                continue;
-            }
-            let mut pop = || stack.pop().expect("an operand");
-            let (operation, a, b) = match *instruction {
-                Instruction::Input(input) => {
-                    stack.push(match input {
-                        Input::Rate => 1,
-                        Input::Time => 2,
-                        Input::RateSign => 3,
-                        Input::YawSign => 4,
-                        _ => 0,
-                    });
-                    continue;
-                }
-                Instruction::Negate => {
-                    let b = pop();
-                    registers.push(0.0);
-                    fixed.push(true);
-                    (Operation::Binary(Operator::Subtract), registers.len() - 1, b)
-                }
-                Instruction::Binary(operator) => {
-                    let b = pop();
-                    (Operation::Binary(operator), pop(), b)
-                }
-                Instruction::WholePower(n) => {
-                    let a = pop();
-                    (Operation::WholePower(n), a, a)
-                }
-                Instruction::Call(f) if takes_two(f) => {
-                    let b = pop();
-                    (Operation::Two(f), pop(), b)
-                }
-                Instruction::Call(f) => {
-                    let a = pop();
-                    (Operation::One(f), a, a)
-                }
-                Instruction::Number(_) | Instruction::Parameter(_) => continue,
-            };
-            let out = registers.len();
-            let unchanging = fixed[a] && fixed[b];
-            registers.push(if unchanging { operation.of(registers[a], registers[b]) } else { 0.0 });
-            fixed.push(unchanging);
-            if !unchanging {
-                steps.push(Step { operation, a, b, out });
-            }
-            stack.push(out);
-        }
-        Self { steps, registers, result: stack.pop().unwrap_or(0) }
-    }
-
-    /// The moment over Izz, rad/s2, at yaw angle b (rad), yaw rate r (rad/s) and t (s), with the signs kept by the
-    /// integrator.
-    #[inline]
-    pub fn evaluate(&mut self, b: f64, r: f64, t: f64, rate_sign: f64, yaw_sign: f64) -> f64 {
-        self.registers[..CHANGING].copy_from_slice(&[b, r, t, rate_sign, yaw_sign]);
-        for step in &self.steps {
-            let (a, b) = (self.registers[step.a], self.registers[step.b]);
-            self.registers[step.out] = step.operation.of(a, b);
-        }
-        self.registers[self.result]
-    }
-}
-
-impl Operation {
-    #[inline]
-    fn of(self, a: f64, b: f64) -> f64 {
-        match self {
-            Self::Binary(operator) => apply(operator, a, b),
-            Self::WholePower(n) => a.powi(n),
-            Self::One(f) => one(f, a),
-            Self::Two(f) => two(f, a, b),
-        }
-    }
-}
-
 fn name_of(node: &Node, name: &str, parameters: &[String]) -> Result<Instruction, Flaw> {
     if let Some((_, input)) = INPUTS.iter().find(|i| i.0 == name) {
         return Ok(Instruction::Input(*input));
@@ -449,12 +322,12 @@ fn whole(node: &Node) -> Option<i32> {
     (value.fract() == 0.0 && value <= 16.0).then_some(value as i32)
 }
 
-fn takes_two(f: Function) -> bool {
+pub(super) fn takes_two(f: Function) -> bool {
     matches!(f, Function::Atan2 | Function::Min | Function::Max | Function::Pow)
 }
 
 #[inline]
-fn apply<T: Number>(operator: Operator, a: T, b: T) -> T {
+pub(super) fn apply<T: Number>(operator: Operator, a: T, b: T) -> T {
     match operator {
         Operator::Add => a.add(b),
         Operator::Subtract => a.subtract(b),
@@ -465,7 +338,7 @@ fn apply<T: Number>(operator: Operator, a: T, b: T) -> T {
 }
 
 #[inline]
-fn two<T: Number>(f: Function, a: T, b: T) -> T {
+pub(super) fn two<T: Number>(f: Function, a: T, b: T) -> T {
     match f {
         // NaN goes through: it must not vanish in a comparison.
         Function::Min if a.value() <= b.value() || a.value().is_nan() => a,
@@ -483,7 +356,7 @@ fn two<T: Number>(f: Function, a: T, b: T) -> T {
 }
 
 #[inline]
-fn one<T: Number>(f: Function, x: T) -> T {
+pub(super) fn one<T: Number>(f: Function, x: T) -> T {
     match f {
         Function::Abs => x.map(f64::abs, sign),
         Function::Sign => x.map(sign, |_| 0.0),
