@@ -4,8 +4,8 @@
 use serde_json::{json, Value};
 use yawrig_shared::wire::WindowResult;
 
-/// Two-sided 99.9 % points of Student's t for 1 to 10 degrees of freedom; for more the last is on the safe side.
-const STUDENT: [f64; 10] = [636.6, 31.60, 12.92, 8.610, 6.869, 5.959, 5.408, 5.041, 4.781, 4.587];
+/// Two-sided 99.5 % points of Student's t for 1 to 10 degrees of freedom; for more the last is on the safe side.
+const STUDENT: [f64; 10] = [127.3, 14.09, 7.453, 5.598, 4.773, 4.317, 4.029, 3.833, 3.690, 3.581];
 /// Smallest changes told of, as a share: twice and more what a network's own errors make between windows.
 const LEAST_DAMPING: f64 = 0.1;
 const LEAST_FREQUENCY: f64 = 0.002;
@@ -17,8 +17,8 @@ pub enum Changing {
     DampingRatio,
 }
 
-/// A change with amplitude beyond the windows' own scatter: the straight line through them over the amplitude's
-/// logarithm, at their largest and smallest amplitude.
+/// A change with amplitude beyond the windows' own scatter: the straight line through them over the amplitude, as drag
+/// makes it, or over its reciprocal, as friction does, at their largest and smallest amplitude.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trend {
     pub changing: Changing,
@@ -46,24 +46,35 @@ pub fn trends(windows: &[WindowResult]) -> Vec<Trend> {
     frequency.into_iter().chain(damping).collect()
 }
 
-/// Weighted regression of (amplitude, value): noise over amplitude is a window's scatter.
+/// The likelier of the two laws, where it is beyond chance.
 fn trend(changing: Changing, points: &[[f64; 2]]) -> Option<Trend> {
     let freedom = points.len().checked_sub(2).filter(|n| *n > 0)?;
+    let lines = [line(points, |amplitude| amplitude), line(points, f64::recip)];
+    let (size, value) = lines.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let [large, small] = ends(points);
+    (size > STUDENT[freedom.min(STUDENT.len()) - 1] / (freedom as f64).sqrt()).then_some(Trend {
+        changing,
+        amplitude_deg: [large, small],
+        value,
+    })
+}
+
+fn ends(points: &[[f64; 2]]) -> [f64; 2] {
+    points.iter().fold([0.0, f64::INFINITY], |[high, low], [a, _]| [a.max(high), a.min(low)])
+}
+
+/// Weighted regression of (amplitude, value) on `law` of the amplitude; a window's scatter is noise over amplitude.
+/// The slope over its standard uncertainty and the root of the degrees of freedom, and the line at both ends.
+fn line(points: &[[f64; 2]], law: fn(f64) -> f64) -> (f64, [f64; 2]) {
     let weight: f64 = points.iter().map(|[a, _]| a * a).sum();
     let mean = |f: &dyn Fn(f64, f64) -> f64| {
-        points.iter().map(|[a, v]| a * a * f(a.ln(), *v)).sum::<f64>() / weight
+        points.iter().map(|[a, v]| a * a * f(law(*a), *v)).sum::<f64>() / weight
     };
     let (x0, y0) = (mean(&|x, _| x), mean(&|_, y| y));
     let xx = mean(&|x, _| (x - x0).powi(2));
     let slope = mean(&|x, y| (x - x0) * (y - y0)) / xx;
     let left = mean(&|x, y| (y - y0 - slope * (x - x0)).powi(2));
-    let u = (left / (freedom as f64 * xx)).sqrt();
-    let beyond = slope.abs() > STUDENT[freedom.min(STUDENT.len()) - 1] * u;
-    let ends = points
-        .iter()
-        .fold([0.0, f64::INFINITY], |[high, low]: [f64; 2], [a, _]| [high.max(*a), low.min(*a)]);
-    let value = ends.map(|a| y0 + slope * (a.ln() - x0));
-    beyond.then_some(Trend { changing, amplitude_deg: ends, value })
+    (slope.abs() * (xx / left).sqrt(), ends(points).map(|a| y0 + slope * (law(a) - x0)))
 }
 
 impl Trend {
@@ -111,7 +122,12 @@ mod tests {
     use yawrig_shared::wire::Flags;
 
     /// Windows from 9 deg down, their damping ratio with noise over amplitude.
-    fn windows(count: u16, seed: u64, damping: impl Fn(f64) -> f64) -> Vec<WindowResult> {
+    fn windows(
+        count: u16,
+        seed: u64,
+        scatter: f64,
+        damping: impl Fn(f64) -> f64,
+    ) -> Vec<WindowResult> {
         let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
         (0..count)
             .map(|window| {
@@ -126,7 +142,7 @@ mod tests {
                     amplitude_deg: amplitude as f32,
                     midline_deg: 0.0,
                     natural_frequency_rad_s: 7.5,
-                    damping_ratio: (damping(amplitude) + 0.0005 * noise / amplitude) as f32,
+                    damping_ratio: (damping(amplitude) + scatter * noise / amplitude) as f32,
                     flags: Flags::default(),
                 }
             })
@@ -135,7 +151,7 @@ mod tests {
 
     #[test]
     fn friction_is_seen_and_told() {
-        let found = trends(&windows(8, 1, |a| 0.012 + 0.02 / a));
+        let found = trends(&windows(8, 1, 0.0005, |a| 0.012 + 0.02 / a));
         let [trend] = found[..] else { panic!("{found:?}") };
         assert_eq!(trend.changing, Changing::DampingRatio);
         assert!(trend.text("").starts_with("damping ratio rises from 0.01"), "{}", trend.text(""));
@@ -143,18 +159,19 @@ mod tests {
             .text("")
             .contains("as the amplitude falls: something other than a second-order"));
         assert!(trend.text("coulomb_friction free_play").contains("coulomb_friction, free_play"));
-        let drag = trends(&windows(8, 1, |a| 0.012 + 0.001 * a));
+        let drag = trends(&windows(8, 1, 0.0005, |a| 0.012 + 0.001 * a));
         assert!(drag[0].text("").contains("falls"), "{drag:?}");
     }
 
-    /// The scatter is some 4 % of the mean; at 99.9 % one set in a thousand may go wrong, less with the least change.
+    /// At 99.5 % of either law at most ten sets in a thousand are told of, give or take three.
     #[test]
     fn what_scatters_only_is_not_told_of() {
-        let told = |seed| !trends(&windows(6, seed, |_| 0.012)).is_empty();
+        let told = |seed| !trends(&windows(6, seed, 0.005, |_| 0.012)).is_empty();
         let count = (0..1000).filter(|seed| told(*seed)).count();
         println!("{count} of 1000");
-        assert!(count <= 5, "{count} of 1000");
-        assert_eq!(trends(&windows(2, 1, |a| 0.1 / a)), []);
+        assert!((1..=20).contains(&count), "{count} of 1000");
+        assert_eq!(trends(&windows(2, 1, 0.0, |a| 0.1 / a)), []);
+        assert_eq!(trends(&windows(6, 1, 0.0, |_| 0.012)), []);
         assert_eq!(trends(&[]), []);
     }
 }
