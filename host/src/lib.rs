@@ -10,6 +10,7 @@ macro_rules! say {
     }};
 }
 
+pub mod amplitude_trend;
 pub mod cli;
 pub mod criticism;
 pub mod demo;

@@ -8,10 +8,16 @@ use std::time::{Duration, Instant};
 use yawrig::error::Exit;
 use yawrig::link::bench::{Bench, Potentiometer, Target};
 use yawrig::link::client::Client;
+use yawrig::link::flash;
 use yawrig::link::hub::Hub;
 use yawrig::link::qemu;
 use yawrig::record::Record;
 use yawrig::replay::{replay, Range, Replayed};
+use yawrig::train::augmented::Source;
+use yawrig::train::draws::Ranges;
+use yawrig::train::network_training::{self, Settings};
+use yawrig::train::{Options, Silent};
+use yawrig_shared::features::FeatureKind;
 use yawrig_shared::potentiometer::Encoder;
 use yawrig_shared::wire::Status;
 
@@ -50,6 +56,35 @@ fn the_arm_image_gives_the_same_bits_as_the_emulated_device() {
     assert!(release.windows.len() >= 8, "{} windows", release.windows.len());
     // Debug prints the shortest decimal that means an f32, so equal text is equal bits.
     assert_eq!(format!("{:?}", here.releases), format!("{:?}", there.releases));
+}
+
+#[test]
+#[ignore = "needs QEMU: tests/run runs it"]
+fn a_network_with_the_amplitude_gives_the_same_bits_on_both() {
+    let model = tempfile::NamedTempFile::new().expect("a temporary file");
+    let text = "schema_version = 1\n[[effect]]\nid = \"coulomb_friction\"\n\
+                parameters.c = { value = 0.02 }\n";
+    std::fs::write(&model, text).expect("room for it");
+    let settings = Settings {
+        features: FeatureKind::BinMeans,
+        ranges: Ranges { noise: [0.005, 0.005], ..Ranges::default() },
+        model: Some(Source::read(model.path()).expect("the model")),
+        amplitude: true,
+        samples: 300,
+        training: Options { epochs: 20, ..Options::default() },
+    };
+    let trained = network_training::run(&settings, &mut Silent).expect("a network");
+    let played = |target: &Target| {
+        let mut bench = Bench::open(target).expect("a device");
+        flash::write(&mut bench.client, &trained.blob, &mut flash::Silent).expect("it is written");
+        let status = bench.client.status().expect("its state");
+        assert_eq!(status.network.topology, [42, 6, 2]);
+        assert_eq!(status.network.effects, "coulomb_friction");
+        let range = Range { from_deg: 10.0, to_deg: 1.0 };
+        let replayed = replay(&mut bench, &record(), range, &mut |_| Ok(())).expect("a replay");
+        format!("{:?}", replayed.releases)
+    };
+    assert_eq!(played(&Target::Emulated), played(&Target::Qemu));
 }
 
 #[test]

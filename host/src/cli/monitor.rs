@@ -1,6 +1,7 @@
 //! `yawrig monitor`: follow a device's results as they come.
 
 use super::common::{print_json_line, print_line, within, DeviceArg};
+use crate::amplitude_trend::{trends, Trend};
 use crate::error::{Error, Exit, Result};
 use crate::follow::{event_json, event_text};
 use crate::interrupt;
@@ -9,7 +10,7 @@ use crate::rig::{Rig, Sensor, Start};
 use clap::Args;
 use std::time::{Duration, Instant};
 use yawrig_shared::window::SAMPLE_RATE_HZ;
-use yawrig_shared::wire::{self, Event, Request};
+use yawrig_shared::wire::{self, Event, Request, WindowResult};
 
 #[derive(Args, Debug)]
 pub struct Monitor {
@@ -44,7 +45,7 @@ pub fn run(arguments: &Monitor) -> Result<()> {
             Some(Swing::new(arguments.speed))
         }
     };
-    let mut follow = Follow { seen: 0, missed: 0, arguments };
+    let mut follow = Follow { seen: 0, missed: 0, windows: Vec::new(), arguments };
     let deadline = arguments.seconds.map(|s| Instant::now() + Duration::from_secs_f64(s));
     loop {
         if let Some(swing) = &mut swing {
@@ -71,6 +72,8 @@ pub fn run(arguments: &Monitor) -> Result<()> {
 struct Follow<'a> {
     seen: u32,
     missed: u64,
+    /// Of the release that is going on.
+    windows: Vec<WindowResult>,
     arguments: &'a Monitor,
 }
 
@@ -88,13 +91,29 @@ impl Follow<'_> {
             }
             let Some(numbered) = next else { return Ok(()) };
             patience = Duration::ZERO;
-            if matches!(numbered.event, Event::Release(_)) {
-                self.seen += 1;
+            let mut found = Vec::new();
+            match numbered.event {
+                Event::Window(window) => self.windows.push(window),
+                Event::Release(_) => {
+                    self.seen += 1;
+                    found = trends(&std::mem::take(&mut self.windows));
+                }
+                Event::Phase { .. } => {}
             }
             match event_text(&numbered.event) {
-                _ if self.arguments.jsonl => print_json_line(&event_json(&numbered.event))?,
+                _ if self.arguments.jsonl => {
+                    let mut object = event_json(&numbered.event);
+                    if matches!(numbered.event, Event::Release(_)) {
+                        object["trends"] = found.iter().map(Trend::to_json).collect();
+                    }
+                    print_json_line(&object)?;
+                }
                 Some(text) => print_line(&text)?,
                 None => {}
+            }
+            if !found.is_empty() && !self.arguments.jsonl {
+                let effects = bench.client.status()?.network.effects;
+                found.iter().try_for_each(|trend| print_line(&trend.text(&effects)))?;
             }
             if self.arguments.releases.is_some_and(|wanted| self.seen >= wanted) {
                 return Ok(());

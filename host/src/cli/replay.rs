@@ -2,8 +2,11 @@
 
 use super::common::{print_json, print_line, within, DeviceArg, SCHEMA_VERSION};
 use super::device::summary;
+use super::flash::Bar;
+use crate::amplitude_trend::{trends, Trend};
 use crate::error::{Error, Exit, Result};
 use crate::follow::{event_text, flag_names, quantity, window_json};
+use crate::link::flash;
 use crate::record::Record;
 use crate::replay::{replay, residual_rms_deg, Range, Release, Replayed};
 use clap::Args;
@@ -18,6 +21,9 @@ pub struct Replay {
     files: Vec<PathBuf>,
     #[command(flatten)]
     device: DeviceArg,
+    /// Write this network to the device first
+    #[arg(long, value_name = "NETWORK")]
+    network: Option<PathBuf>,
     /// Analyse from this amplitude down
     #[arg(long, default_value_t = 10.0)]
     from_deg: f64,
@@ -41,7 +47,12 @@ pub fn run(arguments: &Replay) -> Result<()> {
     // All are read before a device is started: a wrong name is found at once.
     let records: Vec<Record> =
         arguments.files.iter().map(|file| Record::read(file)).collect::<Result<_>>()?;
+    let network = arguments.network.as_deref().map(flash::read).transpose()?;
     let mut bench = arguments.device.open()?;
+    if let Some((blob, _)) = network {
+        flash::write(&mut bench.client, &blob, &mut Bar::new())?;
+    }
+    let status = bench.client.status()?;
     let mut objects = Vec::new();
     let mut unusable = Vec::new();
     for record in &records {
@@ -53,6 +64,11 @@ pub fn run(arguments: &Replay) -> Result<()> {
             _ => Ok(()),
         };
         let replayed = replay(&mut bench, record, range, &mut show)?;
+        if !arguments.json {
+            for trend in trends_of(replayed.main_release()) {
+                print_line(&trend.text(&status.network.effects))?;
+            }
+        }
         let usable = replayed
             .main_release()
             .and_then(|release| release.result)
@@ -63,7 +79,6 @@ pub fn run(arguments: &Replay) -> Result<()> {
         objects.push(record_json(record, range, &replayed));
     }
     if arguments.json {
-        let status = bench.client.status()?;
         print_json(&json!({
             "schema_version": SCHEMA_VERSION,
             "device": summary(&bench.client.identity, &status),
@@ -75,6 +90,10 @@ pub fn run(arguments: &Replay) -> Result<()> {
         false => Err(Error::new(Exit::Quality, unusable.join("\n  "))
             .help("choose another range with --from-deg and --to-deg, or release anew")),
     }
+}
+
+fn trends_of(release: Option<&Release>) -> Vec<Trend> {
+    release.map_or_else(Vec::new, |release| trends(&release.windows))
 }
 
 fn why(file: &Path, release: Option<&Release>) -> String {
@@ -100,6 +119,7 @@ fn record_json(record: &Record, range: Range, replayed: &Replayed) -> Value {
                 "damping_ratio": given.then(|| quantity(result.damping_ratio)),
                 "residual_rms_deg": residual_rms_deg(record, replayed, release),
                 "windows": release.windows.iter().map(window_json).collect::<Vec<_>>(),
+                "trends": trends_of(Some(release)).iter().map(Trend::to_json).collect::<Vec<_>>(),
                 "flags": flag_names(result.flags),
             })
         })

@@ -54,6 +54,22 @@ fn a_training_interrupted_before_its_first_epoch_leaves_an_older_network_alone()
 }
 
 #[test]
+fn an_interrupted_training_lies_beside_an_older_network() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("n.yrn");
+    std::fs::write(&file, "an older one").expect("room for it");
+    let train = "train --json --samples 300 --epochs 1000000 --restarts 1000 --out";
+    let mut running = yawrig(train).and(&file).start();
+    running.catches_interrupts();
+    std::thread::sleep(Duration::from_millis(4000));
+    let ended = interrupted(running);
+    assert_eq!(std::fs::read(&file).expect("the older one"), b"an older one");
+    let partial = folder.path().join("n.yrn.partial");
+    blob::decode(&std::fs::read(&partial).expect("the new one")).expect("a whole network");
+    assert_eq!(ended.json()["network"], partial.display().to_string());
+}
+
+#[test]
 fn a_record_is_written_whole_or_not_at_all() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("r.csv");

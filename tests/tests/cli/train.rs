@@ -124,6 +124,108 @@ fn what_cannot_be_trained_is_a_usage_error_that_names_it() {
     }
 }
 
+/// A folder with a model of these effects, given as the tables of the file.
+fn with_model(effects: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = format!("schema_version = 1\n{effects}");
+    std::fs::write(folder.path().join("model.toml"), text).expect("room for it");
+    folder
+}
+
+fn effect(id: &str, parameters: &str) -> String {
+    format!("[[effect]]\nid = \"{id}\"\n[effect.parameters]\n{parameters}\n")
+}
+
+const FRICTION: &str = "c = { value = 0.15, unit = \"rad/s2\" }";
+const SHORT: &str = "train --json --samples 300 --epochs 20 --model model.toml --out";
+
+#[test]
+fn a_model_with_effects_teaches_a_network_that_says_so() {
+    let folder = with_model(&effect("coulomb_friction", FRICTION));
+    let train = |name: &str| {
+        let ended = yawrig(SHORT).and(name).in_folder(folder.path()).run().exits(0);
+        (ended.json(), std::fs::read(folder.path().join(name)).expect("the network"))
+    };
+    let (object, first) = train("a.yrn");
+    assert_eq!(object["topology"], "42-6-2");
+    assert_eq!(object["parameters"], 272);
+    assert_eq!(object["effects"], serde_json::json!(["coulomb_friction"]));
+    let payload = blob::decode(&first).expect("a sound network").1;
+    assert_eq!(payload.network.topology.as_slice(), [42, 6, 2]);
+    assert_eq!(payload.provenance.effects.as_str(), "coulomb_friction");
+    assert_eq!(first, train("b.yrn").1, "the same seed");
+    let device = yawrig("replay --json --network a.yrn r.csv").in_folder(folder.path());
+    let simulate = "simulate --natural-frequency 8 --damping 0.01 --seconds 20 --out r.csv";
+    yawrig(simulate).in_folder(folder.path()).run().exits(0);
+    let network = device.run().exits(0).json()["device"]["network"].clone();
+    assert_eq!(network["topology"], "42-6-2");
+    assert_eq!(network["effects"], serde_json::json!(["coulomb_friction"]));
+}
+
+#[test]
+fn every_kind_of_effect_can_be_learnt() {
+    let own = "id = \"rub\"\ntitle = \"Rub\"\nmoment = \"-c * tanh(r / 0.02)\"\n\
+               [parameters]\nc = { unit = \"rad/s2\", start = 0.05, min = 0.0 }\n";
+    let forcing = "f = { value = 0.3 }\nw = { value = 40.0 }\nphi = { value = 0.5 }";
+    let mode = "amplitude = { value = 0.002 }\nphase = { value = 0.1 }\n\
+                w2 = { value = 90.0 }\nzeta2 = { value = 0.01 }";
+    for (id, parameters) in [
+        ("rub.toml", "c = { value = 0.05 }"),
+        ("quadratic_damping", "d = { value = 0.05 }"),
+        ("cubic_damping", "c = { value = 1.0 }"),
+        ("cubic_stiffness", "k3 = { value = -20.0 }"),
+        ("quadratic_stiffness", "k2 = { value = 5.0 }"),
+        ("static_offset", "m = { value = 0.1 }"),
+        ("free_play", "g = { value = 0.001 }"),
+        ("harmonic_forcing", forcing),
+        ("second_mode", mode),
+        ("stiffness_drift", "e = { value = 0.0005 }"),
+        ("sensor_nonlinearity", "s = { value = 0.05 }"),
+        ("baseline_drift", "d = { value = 0.0002 }"),
+    ] {
+        let folder = with_model(&effect(id, parameters));
+        std::fs::write(folder.path().join("rub.toml"), own).expect("room for it");
+        let ended = yawrig(SHORT).and("n.yrn").in_folder(folder.path()).run().exits(0);
+        assert_eq!(ended.json()["effects"], serde_json::json!([id.trim_end_matches(".toml")]));
+    }
+}
+
+#[test]
+fn a_model_without_effects_is_the_second_order_response() {
+    let folder = with_model("");
+    let plain = "train --samples 300 --epochs 20 --out plain.yrn";
+    yawrig(plain).in_folder(folder.path()).run().exits(0);
+    let ended = yawrig(SHORT).and("n.yrn").in_folder(folder.path()).run().exits(0);
+    let ended = ended.says("model.toml has no effects");
+    assert_eq!(ended.json()["topology"], "41-6-2");
+    let read = |name: &str| std::fs::read(folder.path().join(name)).expect("a network");
+    assert_eq!(read("n.yrn"), read("plain.yrn"));
+}
+
+#[test]
+fn a_model_that_cannot_be_trained_on_is_an_error_that_says_why() {
+    let strong = effect("coulomb_friction", "c = { value = 1000.0 }");
+    let random = effect("buffeting", "q = { value = 0.001 }");
+    let unfitted = "[[effect]]\nid = \"coulomb_friction\"\n".to_owned();
+    for (effects, code, said) in [
+        (strong, 2, "hardly any three cycles"),
+        (random, 3, "buffeting is random"),
+        (unfitted, 3, "coulomb_friction has no values yet"),
+    ] {
+        let folder = with_model(&effects);
+        let ended = yawrig(SHORT).and("n.yrn").in_folder(folder.path()).run();
+        ended.exits(code).says(said).helps();
+        assert!(!folder.path().join("n.yrn").exists());
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = |command: &str| yawrig(command).in_folder(folder.path()).run();
+    run(&format!("{SHORT} n.yrn")).exits(3).says("cannot read model.toml").helps();
+    let amplitude = "train --topology 42-6-2";
+    run(amplitude).exits(2).says("nothing depends on the amplitude").helps();
+    let many = "train --samples 10 --topology 41-20-2 --out n.yrn";
+    run(many).exits(2).says("882 parameters cannot be determined").helps();
+}
+
 #[test]
 fn a_file_that_cannot_be_written_is_found_before_the_training() {
     let folder = tempfile::tempdir().expect("a folder");
