@@ -12,6 +12,7 @@ mod monitor;
 mod ports;
 mod replay;
 mod simulate;
+mod study;
 mod train;
 
 use crate::error::Result;
@@ -34,6 +35,7 @@ pub enum Verb {
     Compare(compare::Compare),
     Diagnose(diagnose::Diagnose),
     Simulate(simulate::Simulate),
+    Study(study::StudyArgs),
     /// Train a network and freeze it to a file
     Train(train::Train),
     /// Write a network to a device, verified
@@ -57,6 +59,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Verb::Compare(verb) => verb.run(),
         Verb::Diagnose(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
+        Verb::Study(verb) => verb.run(),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),
         Verb::Device(arguments) => device::run(&arguments),

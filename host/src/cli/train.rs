@@ -3,7 +3,8 @@
 use super::common::{bar, network_id, print_json, print_line, SCHEMA_VERSION};
 use crate::error::{Error, Result};
 use crate::train::draws::Ranges;
-use crate::train::freeze::{self, Errors};
+use crate::train::errors::Errors;
+use crate::train::freeze;
 use crate::train::network_training::{self, Outcome, Settings};
 use crate::train::{Epoch, Options, Progress, Stop};
 use crate::{files, interrupt};

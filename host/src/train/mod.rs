@@ -7,10 +7,12 @@
 mod curvature;
 pub mod draws;
 mod error;
+pub mod errors;
 pub mod freeze;
 mod marquardt;
 mod network;
 pub mod network_training;
+pub mod pca;
 mod precision;
 mod restarts;
 mod solve;

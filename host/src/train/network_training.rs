@@ -1,7 +1,8 @@
 //! From settings to a frozen network: draw windows, train, freeze, test.
 
 use super::draws::{draw, Draw, Ranges};
-use super::freeze::{self, Errors, Scaling};
+use super::errors::Errors;
+use super::freeze::{self, Scaling};
 use super::{Options, Precision, Progress, Samples, Trained};
 use crate::error::{Error, Exit, Result};
 use yawrig_shared::blob::Provenance;
