@@ -104,8 +104,7 @@ impl Cycles {
 
     pub fn draw(&self, count: usize, seed: u64) -> Draws {
         rows(count, seed, |random| {
-            let truth =
-                [between(random, NATURAL_FREQUENCY_RAD_S), between(random, DAMPING_RATIO)];
+            let truth = [between(random, NATURAL_FREQUENCY_RAD_S), between(random, DAMPING_RATIO)];
             (self.row(truth, random), truth)
         })
     }

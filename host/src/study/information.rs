@@ -42,8 +42,9 @@ pub fn over(
             Some([0, 1].map(|k| (limit[k] / truth[k]).powi(2)))
         })
         .collect();
-    let percent =
-        |k: usize| 100.0 * (squares.iter().map(|s| s[k]).sum::<f64>() / squares.len() as f64).sqrt();
+    let percent = |k: usize| {
+        100.0 * (squares.iter().map(|s| s[k]).sum::<f64>() / squares.len() as f64).sqrt()
+    };
     Limit { natural_frequency_rms_percent: percent(0), damping_ratio_rms_percent: percent(1) }
 }
 

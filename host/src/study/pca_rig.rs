@@ -84,7 +84,11 @@ fn releases(setting: &Setting<'_>, rig: &Rig) -> Result<Vec<Releases>> {
         .iter()
         .flat_map(|&spring| {
             Axis::BOTH.into_iter().flat_map(move |axis| {
-                [0.0, WIND_SPEED_M_S].map(|wind_speed_m_s| Condition { spring, axis, wind_speed_m_s })
+                [0.0, WIND_SPEED_M_S].map(|wind_speed_m_s| Condition {
+                    spring,
+                    axis,
+                    wind_speed_m_s,
+                })
             })
         })
         .collect();
@@ -94,7 +98,8 @@ fn releases(setting: &Setting<'_>, rig: &Rig) -> Result<Vec<Releases>> {
         .map(|(i, condition)| {
             interrupt::check()?;
             let seed = 900 + i as u64;
-            let records = [release(rig, &condition, false, seed)?, release(rig, &condition, true, seed)?];
+            let records =
+                [release(rig, &condition, false, seed)?, release(rig, &condition, true, seed)?];
             Ok(Releases { condition, truth: rig.modal(&condition)?, records })
         })
         .collect()
@@ -105,8 +110,7 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
     (setting.progress)("pca-rig: releases");
     let releases = releases(setting, &rig)?;
     let ways = ways(setting);
-    let sets: Vec<Draws> =
-        ways.iter().map(|w| w.kind.draw(setting.draws(w.samples), 31)).collect();
+    let sets: Vec<Draws> = ways.iter().map(|w| w.kind.draw(setting.draws(w.samples), 31)).collect();
     let jobs: Vec<_> = sets.iter().zip(&ways).map(|(set, w)| (set, w.spec.clone())).collect();
     let whole = setting.fit_all("pca-rig, whole records", &jobs)?;
     let three = three_cycles(setting)?;
@@ -118,10 +122,8 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
     let mut bars = Vec::new();
     for (way, fit) in ways.iter().zip(&whole) {
         for (which, rig_name) in ["linear", "varying"].into_iter().enumerate() {
-            let errors: Vec<[f64; 2]> = releases
-                .iter()
-                .filter_map(|r| against_least_squares(way, fit, r, which))
-                .collect();
+            let errors: Vec<[f64; 2]> =
+                releases.iter().filter_map(|r| against_least_squares(way, fit, r, which)).collect();
             let sorted = |k: usize| {
                 let mut all: Vec<f64> = errors.iter().map(|e| e[k]).collect();
                 all.sort_by(f64::total_cmp);
@@ -169,8 +171,7 @@ fn three_cycles(setting: &Setting<'_>) -> Result<Vec<Fit>> {
     let rows: Vec<f64> = drawn.iter().flat_map(|d| d.features.map(f64::from)).collect();
     let truth = drawn.iter().map(|d| [d.natural_frequency_rad_s, d.damping_ratio]).collect();
     let set = Draws { d: rows.len() / drawn.len(), rows, truth };
-    let plain =
-        Spec { precision: Precision::PerOutput, ..Spec::new(&[6], setting.epochs(200)) };
+    let plain = Spec { precision: Precision::PerOutput, ..Spec::new(&[6], setting.epochs(200)) };
     let components = Spec { components: Some((10, Scale::Common)), ..plain.clone() };
     setting.fit_all("pca-rig, three cycles", &[(&set, plain), (&set, components)])
 }
@@ -268,7 +269,8 @@ fn derivatives(
             let largest = off.last().copied().unwrap_or(f64::NAN);
             said.push(format!("{name} {} ({})", percent(middle), percent(largest)));
         }
-        misses.push(format!("{name} off what was planted, % median (largest): {}.", said.join("; ")));
+        misses
+            .push(format!("{name} off what was planted, % median (largest): {}.", said.join("; ")));
         tables.push(table);
         curves.push(Curve::dashed("planted", truth_curve));
         curves.push(Curve::points("thesis, whole record", thesis_curve));
@@ -282,16 +284,32 @@ fn derivatives(
     (tables, misses, plots)
 }
 
-fn findings(bars: &[(f64, f64)]) -> Vec<String> {
-    let said = |i: usize| format!("wn {} %, zeta {} %", percent(bars[i].0), percent(bars[i].1));
+fn findings(medians: &[(f64, f64)]) -> Vec<String> {
+    let said =
+        |i: usize| format!("wn {} %, zeta {} %", percent(medians[i].0), percent(medians[i].1));
     vec![
         format!(
-            "Thesis: the whole record fails on the rig (Table 5.3), it says because of noise and varying damping. Median \
-             errors on the varying rig: its network, given the record from the release on, {}; the same network, given \
-             the record from a zero crossing on, as it was trained, {}; with means over 50 ms, division by the rms, one \
+            "Thesis: the whole record fails on the rig (Table 5.3), it says because of noise and of frequency and damping \
+             that vary. Median errors on the varying rig: its network, given the record from the release on, {}; the \
+             same network, given the record from a zero crossing on, {}; with means over 50 ms, division by the rms, one \
              scale for all components and 6000 records, {}; with the crossing jittered, {}; with damping and frequency \
-             that vary along the record, {}.",
-            said(0), said(1), said(2), said(3), said(4)
+             that vary along the training records, {}.",
+            said(0),
+            said(1),
+            said(2),
+            said(3),
+            said(4)
         ),
+        "So what breaks it is the phase: the network has seen impulse responses, which begin at zero, and a release \
+         begins at its largest angle. Errors of the size of Table 5.3's come from that alone, on a linear rig with \
+         little noise as well. Next come scaling and number of the training records. Jitter of the crossing gains \
+         nothing here, for it is found to a hundredth of a radian; varying damping in training gains in wn where the \
+         rig varies and costs a little in zeta."
+            .into(),
+        "Even least squares over eight seconds is off where the rig varies: with the wind on the swing is smaller by \
+         then than with the wind off, and the difference in frequency that belongs to the amplitude is taken for the \
+         wind's. Windows of three cycles between the same amplitudes do not have that, and ten components tell the \
+         network of them what 41 inputs do, as in Table 5.4."
+            .into(),
     ]
 }

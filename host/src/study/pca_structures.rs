@@ -78,11 +78,12 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
     curves.push(Curve::dashed("information limit", points));
     curves.push(Curve::points("thesis (axis of Fig 5.10)", vec![(0.2, 30.0)]));
     let findings = vec![
-        "Thesis: two hidden layers are better than one, errors of wn up to 6 % and of zeta up to 30 % (its axes), and \
-         no order among the structures for zeta. Here too the second layer helps and the structures of two layers \
-         come out alike; what is left is far above the information limit: a thousand records are too few for nearly \
-         eight hundred parameters (see pca-samples), and appendix D's scaling of each component brings those of \
-         little variance, which are mostly noise, to the size of the others."
+        "Thesis: two hidden layers are better than one, errors of wn up to 6 % and of zeta up to 30 % (its axes; how \
+         they are averaged it does not say), and no order among the structures for zeta. Here two layers are better \
+         too, and there is no order among them. The rms is that of a few records of almost no damping, hence the \
+         median beside it. All lie far above the information limit, nearly all parameters are effective: a thousand \
+         records are too few (see pca-samples), and appendix D's scaling brings components of little variance, mostly \
+         noise, to the size of the others."
             .into(),
     ];
     let plot = Plot {

@@ -45,7 +45,9 @@ pub fn percent(x: f64) -> String {
         x if x >= 10.0 => format!("{x:.0}"),
         x if x >= 1.0 => format!("{x:.1}"),
         x if x >= 0.1 => format!("{x:.2}"),
-        x => format!("{x:.3}"),
+        x if x >= 0.001 => format!("{x:.3}"),
+        0.0 => "0".into(),
+        x => scientific(x),
     }
 }
 

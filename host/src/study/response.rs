@@ -33,8 +33,7 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
         let (mut wn, mut zeta, mut wn_true, mut zeta_true) = (vec![], vec![], vec![], vec![]);
         for (window, features) in windows(&record, network.features) {
             let found = network.estimate(&features);
-            let found =
-                [found.natural_frequency_rad_s, found.damping_ratio].map(f64::from);
+            let found = [found.natural_frequency_rad_s, found.damping_ratio].map(f64::from);
             let amplitude_deg = f64::from(features.amplitude_deg);
             let planted = match vary {
                 true => at_amplitude(&small, amplitude_deg.to_radians()),

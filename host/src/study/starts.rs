@@ -49,16 +49,19 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
     let gammas: Vec<f64> = fits.iter().map(|f| f.trained.gamma).collect();
     let (low, high) = extremes(&gammas);
     let (sse_low, sse_high) = extremes(&at_900);
+    let ended: Vec<f64> = fits.iter().map(|f| f.trained.epochs as f64).collect();
+    let (first, last) = extremes(&ended);
     let findings = vec![
         format!(
             "Thesis: the five starts merge at about 900 epochs and end with about the same number of effective \
-             parameters. Here: SSE at 900 epochs {} to {}, effective parameters {low:.0} to {high:.0}.",
+             parameters. Here: they end by themselves after {first:.0} to {last:.0} epochs, SSE {} to {}, effective \
+             parameters {low:.0} to {high:.0}.",
             scientific(sse_low),
             scientific(sse_high)
         ),
-        "The steps here follow the valley's curvature (a second solve with the same factor), so an epoch gets \
-         further than the thesis's plain Levenberg-Marquardt; and the starts end in different minima of nearly the \
-         same evidence: several starts, chosen by evidence, are worth their time, as the thesis advises."
+        "They merge earlier, since each step is bent along the valley (a second solve with the same factor), and not \
+         into one minimum: the duration has to be bent into a frequency, which a network can do in better and worse \
+         ways. Several starts, chosen by evidence, are worth their time, as the thesis advises."
             .into(),
     ];
     let plot = Plot {
