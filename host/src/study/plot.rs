@@ -70,7 +70,9 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(230, 159, 0),
     RGBColor(90, 90, 90),
 ];
-const SIZE: (u32, u32) = (760, 460);
+const SIZE: (u32, u32) = (980, 460);
+/// Of each plot's width.
+const LEGEND_WIDTH: u32 = 250;
 
 /// All plots of a study, one below the other.
 pub fn svg(plots: &[Plot]) -> Result<String> {
@@ -127,7 +129,8 @@ where
     X::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
     Y::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
 {
-    let mut chart = ChartBuilder::on(area)
+    let (left, right) = area.split_horizontally(SIZE.0 - LEGEND_WIDTH);
+    let mut chart = ChartBuilder::on(&left)
         .caption(&plot.title, ("sans-serif", 17))
         .margin(12)
         .x_label_area_size(42)
@@ -151,31 +154,39 @@ where
                 && (!plot.x.logarithmic || *x > 0.0)
                 && (!plot.y.logarithmic || *y > 0.0)
         });
-        let drawn = match curve.style {
+        match curve.style {
             Style::Line => chart.draw_series(LineSeries::new(points.clone(), stroke))?,
             Style::Dashed => {
                 chart.draw_series(DashedLineSeries::new(points.clone(), 6, 4, stroke))?
             }
-            Style::Points => {
-                chart.draw_series(points.clone().map(|p| Circle::new(p, 3, colour.filled())))?
-            }
+            Style::Points => chart.draw_series(points.clone().map(|p| dot(p, colour)))?,
         };
-        let (points_only, few) = (curve.style == Style::Points, curve.points.len() <= 30);
-        drawn.label(&curve.name).legend(move |(x, y)| {
-            let width = if points_only { 0 } else { 18 };
-            PathElement::new(vec![(x, y), (x + width, y)], stroke)
-        });
-        if few && curve.style == Style::Line {
-            chart.draw_series(points.map(|p| Circle::new(p, 3, colour.filled())))?;
+        if curve.points.len() <= 30 && curve.style == Style::Line {
+            chart.draw_series(points.map(|p| dot(p, colour)))?;
         }
+        legend(&right, i, curve, colour)?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.85))
-        .border_style(RGBColor(200, 200, 200))
-        .label_font(("sans-serif", 13))
-        .draw()?;
+    Ok(())
+}
+
+fn dot<C>(at: C, colour: RGBColor) -> Circle<C, i32> {
+    Circle::new(at, 3, colour.filled())
+}
+
+/// One line of the legend, beside the axes, where it hides nothing.
+fn legend(area: &Area<'_>, line: usize, curve: &Curve, colour: RGBColor) -> Drawn {
+    let y = 44 + 22 * line as i32;
+    let stroke = colour.stroke_width(2);
+    match curve.style {
+        Style::Line => area.draw(&PathElement::new([(0, y), (24, y)], stroke))?,
+        Style::Dashed => {
+            for from in [0, 10, 20] {
+                area.draw(&PathElement::new([(from, y), (from + 6, y)], stroke))?;
+            }
+        }
+        Style::Points => area.draw(&dot((12, y), colour))?,
+    }
+    area.draw(&Text::new(curve.name.clone(), (30, y - 6), ("sans-serif", 13)))?;
     Ok(())
 }
 
