@@ -4,27 +4,29 @@ use super::common::{bar, network_id, print_json, print_line, SCHEMA_VERSION};
 use crate::error::{Error, Result};
 use crate::train::draws::Ranges;
 use crate::train::errors::Errors;
+use crate::train::continued::Unfinished;
 use crate::train::freeze;
+use crate::train::measured;
 use crate::train::network_training::{self, Outcome, Settings};
-use crate::train::{Epoch, Options, Progress, Stop};
+use crate::train::{Checkpoint, Epoch, Options, Progress, Stop};
 use crate::{files, interrupt};
 use clap::Args;
 use indicatif::ProgressBar;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 use yawrig_shared::blob::Envelope;
-use yawrig_shared::features::FeatureKind;
+use yawrig_shared::features::{FeatureKind, FEATURES};
 
 #[derive(Args, Debug)]
 pub struct Train {
-    /// Nodes in each layer, inputs first
-    #[arg(long, default_value = "41-6-2")]
-    topology: String,
-    /// How a window is told to the network: `bins` (means over forty bins) or `thesis` (forty
-    /// point samples)
+    /// Nodes in each layer, inputs first; 41-6-2, or 10-6-2 with `--features pca:10`
+    #[arg(long)]
+    topology: Option<String>,
+    /// How a window is told to the network: `bins` (means over forty bins), `thesis` (forty
+    /// point samples) or `pca:N` (N principal components of `bins`)
     #[arg(long, default_value = "bins", value_parser = parse_features)]
-    features: FeatureKind,
+    features: Features,
     /// Training windows
     #[arg(long, default_value_t = 8000, value_parser = clap::value_parser!(u32).range(10..=100_000))]
     samples: u32,
@@ -38,28 +40,66 @@ pub struct Train {
     /// Damping ratios to train on: LOW..HIGH
     #[arg(long, default_value = "0.0005..0.105", value_parser = parse_range)]
     damping: [f64; 2],
-    /// Most epochs
-    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..))]
-    epochs: u32,
+    /// Take noise, natural frequencies and damping ratios to train on from measured records
+    #[arg(long, num_args = 1.., value_name = "FILE",
+          conflicts_with_all = ["noise", "natural_frequency", "damping"])]
+    records: Vec<PathBuf>,
+    /// Most epochs [default: 500]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    epochs: Option<u32>,
     /// Starts to choose from, by evidence
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     restarts: u32,
     /// The same seed gives the same network
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// File to write the network to
-    #[arg(long, default_value = "network.yrn")]
-    out: PathBuf,
+    /// File to write the network to [default: network.yrn]
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Go on with a training that was interrupted, from the file it has left; more `--epochs` may be
+    /// given, and another `--out`
+    #[arg(long = "continue", value_name = "FILE.unfinished", conflicts_with_all = ["topology",
+          "features", "samples", "noise", "natural_frequency", "damping", "records", "restarts", "seed"])]
+    unfinished: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
 
-fn parse_features(text: &str) -> std::result::Result<FeatureKind, String> {
-    match text {
-        "bins" => Ok(FeatureKind::BinMeans),
-        "thesis" => Ok(FeatureKind::PointSamples),
-        other => Err(format!("`{other}` is neither `bins` nor `thesis`")),
+/// Epochs where nothing is said.
+const EPOCHS: u32 = 500;
+
+/// `--features`: how a window is told, and how many components of that.
+#[derive(Clone, Copy, Debug)]
+struct Features {
+    kind: FeatureKind,
+    components: Option<usize>,
+}
+
+fn parse_features(text: &str) -> std::result::Result<Features, String> {
+    let kind = match text {
+        "bins" => FeatureKind::BinMeans,
+        "thesis" => FeatureKind::PointSamples,
+        other => {
+            let count = other.strip_prefix("pca:").and_then(|n| n.parse().ok());
+            return match count.filter(|n| (1..=FEATURES).contains(n)) {
+                Some(count) => {
+                    Ok(Features { kind: FeatureKind::BinMeans, components: Some(count) })
+                }
+                None => Err(format!(
+                    "`{other}` is neither `bins` nor `thesis` nor `pca:N` with N from 1 to {FEATURES}"
+                )),
+            };
+        }
+    };
+    Ok(Features { kind, components: None })
+}
+
+fn features_name(settings: &Settings) -> String {
+    match (settings.features, settings.components) {
+        (_, Some(count)) => format!("pca:{count}"),
+        (FeatureKind::BinMeans, None) => "bins".into(),
+        (FeatureKind::PointSamples, None) => "thesis".into(),
     }
 }
 
@@ -77,17 +117,18 @@ fn parse_noise(text: &str) -> std::result::Result<[f64; 2], String> {
     Ok([level, level])
 }
 
-fn parse_hidden(topology: &str) -> Result<Vec<usize>> {
+/// Hidden layers of a topology that begins with `inputs`.
+fn parse_hidden(topology: &str, inputs: usize) -> Result<Vec<usize>> {
     let wrong = || {
         Error::usage(format!("`{topology}` is not a topology this trains"))
-            .help("41 inputs, hidden layers, 2 outputs: --topology 41-6-2")
+            .help(format!("{inputs} inputs, hidden layers, 2 outputs: --topology {inputs}-6-2"))
     };
     let layers: Vec<usize> = topology
         .split('-')
         .map(|width| width.parse().map_err(|_| wrong()))
         .collect::<Result<_>>()?;
     match layers.as_slice() {
-        [41, hidden @ .., 2] if !hidden.contains(&0) => Ok(hidden.to_vec()),
+        [first, hidden @ .., 2] if *first == inputs && !hidden.contains(&0) => Ok(hidden.to_vec()),
         _ => Err(wrong()),
     }
 }
@@ -117,27 +158,71 @@ impl Drop for Bar {
     }
 }
 
-pub fn run(arguments: &Train) -> Result<()> {
-    let settings = Settings {
-        features: arguments.features,
-        ranges: Ranges {
+/// What to train, from where, and where its network goes.
+struct Job {
+    settings: Settings,
+    from: Option<Checkpoint>,
+    out: PathBuf,
+}
+
+fn job(arguments: &Train) -> Result<Job> {
+    if let Some(path) = &arguments.unfinished {
+        let mut unfinished = Unfinished::read(path)?;
+        if let Some(epochs) = arguments.epochs {
+            unfinished.settings.training.epochs = epochs as usize;
+        }
+        let out = arguments.out.clone().unwrap_or(unfinished.out);
+        let (settings, from) = (unfinished.settings, Some(unfinished.checkpoint));
+        return Ok(Job { settings, from, out });
+    }
+    let Features { kind, components } = arguments.features;
+    let inputs = components.unwrap_or(FEATURES);
+    let hidden = match &arguments.topology {
+        Some(topology) => parse_hidden(topology, inputs)?,
+        None => vec![6],
+    };
+    let ranges = if arguments.records.is_empty() {
+        Ranges {
             natural_frequency_rad_s: arguments.natural_frequency,
             damping_ratio: arguments.damping,
             noise: arguments.noise,
-        },
+        }
+    } else {
+        let ranges = measured::ranges(&arguments.records)?;
+        let Ranges { natural_frequency_rad_s: wn, damping_ratio: zeta, noise } = &ranges;
+        crate::say!(
+            "from the records: natural frequency {:.2}..{:.2} rad/s, damping ratio {:.5}..{:.5}, noise {:.4}..{:.4} \
+             of the peak",
+            wn[0], wn[1], zeta[0], zeta[1], noise[0], noise[1]
+        );
+        ranges
+    };
+    let settings = Settings {
+        features: kind,
+        components,
+        ranges,
         samples: arguments.samples as usize,
         training: Options {
-            hidden: parse_hidden(&arguments.topology)?,
-            epochs: arguments.epochs as usize,
+            hidden,
+            epochs: arguments.epochs.unwrap_or(EPOCHS) as usize,
             seed: arguments.seed,
             restarts: arguments.restarts as usize,
             ..Options::default()
         },
     };
-    files::check_writable(&arguments.out)?;
+    let out = arguments.out.clone().unwrap_or_else(|| "network.yrn".into());
+    Ok(Job { settings, from: None, out })
+}
+
+pub fn run(arguments: &Train) -> Result<()> {
+    let Job { settings, from, out } = job(arguments)?;
+    files::check_writable(&out)?;
     let begun = Instant::now();
-    let mut bar = Bar::new(u64::from(arguments.epochs) * u64::from(arguments.restarts));
-    let outcome = network_training::run(&settings, &mut bar)?;
+    let mut bar = Bar::new((settings.training.epochs * settings.training.restarts) as u64);
+    let outcome = match &from {
+        None => network_training::run(&settings, &mut bar)?,
+        Some(checkpoint) => network_training::resume(&settings, checkpoint, &mut bar)?,
+    };
     drop(bar);
     let seconds = begun.elapsed().as_secs_f64();
     let interrupted = outcome.trained.stopped == Stop::Interrupted;
@@ -145,41 +230,53 @@ pub fn run(arguments: &Train) -> Result<()> {
         // Nothing learned yet: a network that may be there already is worth more.
         return Err(Error::interrupted());
     }
-    files::write_atomically(&arguments.out, &outcome.blob)?;
+    files::write_atomically(&out, &outcome.blob)?;
+    let unfinished = Unfinished::path(&out);
+    if interrupted {
+        let checkpoint = outcome.trained.checkpoint.clone();
+        Unfinished::new(settings.clone(), checkpoint, out.clone()).write(&unfinished)?;
+    } else if arguments.unfinished.as_ref() == Some(&unfinished) {
+        // It is finished now. A file that cannot be removed does no harm.
+        let _ = std::fs::remove_file(&unfinished);
+    }
     if arguments.json {
-        print_json(&to_json(arguments, &outcome, seconds))?;
+        print_json(&to_json(&settings, &out, &outcome, seconds))?;
     } else {
-        print_line(&to_text(arguments, &outcome, seconds))?;
+        print_line(&to_text(&settings, &out, &outcome, seconds))?;
     }
     if interrupted {
-        crate::say!("stopped after {} epochs; the network so far is kept", outcome.trained.epochs);
+        crate::say!(
+            "stopped after {} epochs; the network so far is kept; to go on: yawrig train --continue {}",
+            outcome.trained.epochs,
+            unfinished.display()
+        );
         return Err(Error::interrupted());
     }
     Ok(())
 }
 
-fn to_json(arguments: &Train, outcome: &Outcome, seconds: f64) -> serde_json::Value {
+fn to_json(settings: &Settings, out: &Path, outcome: &Outcome, seconds: f64) -> serde_json::Value {
     serde_json::json!({
         "schema_version": SCHEMA_VERSION,
         "topology": freeze::name(&outcome.topology),
-        "features": match arguments.features {
-            FeatureKind::BinMeans => "bins",
-            FeatureKind::PointSamples => "thesis",
-        },
+        "features": features_name(settings),
         "parameters": outcome.trained.weights.len(),
         "effective_parameters": outcome.trained.gamma,
-        "samples": arguments.samples,
+        "samples": settings.samples,
+        "natural_frequency_rad_s": settings.ranges.natural_frequency_rad_s,
+        "damping_ratio": settings.ranges.damping_ratio,
+        "noise": settings.ranges.noise,
         "epochs": outcome.trained.epochs,
         "stopped": outcome.trained.stopped,
         "seconds": seconds,
         "train": outcome.train,
         "test": outcome.test,
-        "network": arguments.out.display().to_string(),
+        "network": out.display().to_string(),
         "id": Envelope::read(&outcome.blob).map(|e| network_id(e.payload_crc)).ok(),
     })
 }
 
-fn to_text(arguments: &Train, outcome: &Outcome, seconds: f64) -> String {
+fn to_text(settings: &Settings, out: &Path, outcome: &Outcome, seconds: f64) -> String {
     let row = |name: &str, e: &Errors| {
         format!(
             "{name:6} wn: mse {:.2e} rad2/s2, rms {:.4} %   zeta: mse {:.2e}, rms {:.3} %, 95 % below {:.3} %",
@@ -194,7 +291,7 @@ fn to_text(arguments: &Train, outcome: &Outcome, seconds: f64) -> String {
         format!(
             "{} on {} windows: {} epochs in {seconds:.1} s ({:?}), {:.0} of {} parameters effective",
             freeze::name(&outcome.topology),
-            arguments.samples,
+            settings.samples,
             outcome.trained.epochs,
             outcome.trained.stopped,
             outcome.trained.gamma,
@@ -202,7 +299,7 @@ fn to_text(arguments: &Train, outcome: &Outcome, seconds: f64) -> String {
         ),
         row("train", &outcome.train),
         row("test", &outcome.test),
-        format!("written to {}", arguments.out.display()),
+        format!("written to {}", out.display()),
     ]
     .join("\n")
 }
