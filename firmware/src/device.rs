@@ -4,7 +4,7 @@ use crate::line::Line;
 use crate::measuring::{Context, Measuring};
 use crate::slots::{Flash, Slot, Store};
 use crate::BUILT_IN;
-use yawrig_shared::blob::{self, Envelope, Payload};
+use yawrig_shared::blob::{self, EffectIds, Envelope, Payload};
 use yawrig_shared::network::Network;
 use yawrig_shared::wire::{
     self, Decoder, Frame, HelloReply, Message, NetworkStatus, Refusal, Reply, Request, Settings,
@@ -18,12 +18,14 @@ struct Running {
     generation: u32,
     id: u32,
     slot: Option<Slot>,
+    effects: EffectIds,
 }
 
 impl Running {
     fn new(envelope: Envelope, payload: Payload, slot: Option<Slot>) -> Self {
         let Envelope { generation, payload_crc: id, .. } = envelope;
-        Self { network: payload.network, generation, id, slot }
+        let effects = payload.provenance.effects;
+        Self { network: payload.network, generation, id, slot, effects }
     }
 }
 
@@ -149,6 +151,7 @@ impl<F: Flash> Core<F> {
                 generation: running.map_or(0, |r| r.generation),
                 topology: running.map_or(Default::default(), |r| r.network.topology.clone()),
                 slot: running.and_then(|r| r.slot).map(|slot| slot as u8),
+                effects: running.map_or(Default::default(), |r| r.effects.clone()),
             },
             slots: Slot::BOTH.map(|slot| self.store.state(slot)),
             settings: *self.measuring.settings(),

@@ -21,6 +21,7 @@ pub mod follow;
 pub mod identify;
 pub mod interrupt;
 pub mod link;
+pub mod own_effect;
 pub mod quantity;
 pub mod record;
 pub mod replay;

@@ -9,14 +9,15 @@
 //! is too old for from a broken one.
 
 use crate::checksum::crc32;
-use crate::features::FEATURES;
+use crate::features::{Inputs, MOST_INPUTS};
 use crate::network::{Network, NetworkError, OUTPUTS};
 use heapless::{String, Vec};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 pub const MAGIC: [u8; 4] = *b"YRN1";
-pub const FORMAT: u16 = 1;
+/// 2: the number of inputs is the network's own, layers may be linear, the model it learnt is told.
+pub const FORMAT: u16 = 2;
 pub const ENVELOPE: usize = 24;
 /// Longest blob: weights of 4 KiB, golden vectors and the rest.
 pub const LONGEST: usize = 8192;
@@ -27,10 +28,13 @@ pub const GOLDEN: core::ops::RangeInclusive<usize> = 2..=4;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Golden {
     /// Scaled inputs, as bits of `f32`.
-    pub inputs: Vec<u32, FEATURES>,
+    pub inputs: Vec<u32, MOST_INPUTS>,
     /// Natural frequency (rad/s) and damping ratio, as bits of `f32`.
     pub outputs: [u32; OUTPUTS],
 }
+
+/// Identifiers of effects, apart by spaces; empty: the second-order response alone.
+pub type EffectIds = String<96>;
 
 /// How a network came about.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,6 +46,8 @@ pub struct Provenance {
     pub epochs: u32,
     /// Noise in the training windows, rms as a share of the peak: lowest and highest.
     pub noise: [f32; 2],
+    /// Effects of the model it was trained on.
+    pub effects: EffectIds,
 }
 
 /// What the envelope is about.
@@ -59,7 +65,7 @@ pub enum BlobError {
     Truncated,
     /// Does not begin with the magic.
     NotABlob,
-    /// Written in a later format.
+    /// Written in another format.
     Format {
         theirs: u16,
     },
@@ -70,7 +76,7 @@ pub enum BlobError {
     /// The checksum is right but the contents do not decode.
     Malformed,
     Network(NetworkError),
-    /// Fewer than two golden vectors, or not of 41 inputs.
+    /// Fewer than two golden vectors, or not of the topology's inputs.
     GoldenMissing,
     /// This machine's arithmetic does not reproduce this golden vector.
     GoldenDiffers {
@@ -170,10 +176,11 @@ fn check_golden(payload: &Payload) -> Result<(), BlobError> {
         return Err(BlobError::GoldenMissing);
     }
     for (vector, golden) in payload.golden.iter().enumerate() {
-        let Ok(bits) = <&[u32; FEATURES]>::try_from(golden.inputs.as_slice()) else {
+        if golden.inputs.len() != payload.network.inputs.count() {
             return Err(BlobError::GoldenMissing);
-        };
-        let made = payload.network.estimate_inputs(&bits.map(f32::from_bits));
+        }
+        let inputs: Inputs = golden.inputs.iter().map(|bits| f32::from_bits(*bits)).collect();
+        let made = payload.network.estimate_inputs(&inputs);
         let made = [made.natural_frequency_rad_s.to_bits(), made.damping_ratio.to_bits()];
         if made != golden.outputs {
             return Err(BlobError::GoldenDiffers { vector: vector as u8 });
@@ -183,7 +190,7 @@ fn check_golden(payload: &Payload) -> Result<(), BlobError> {
 }
 
 /// The golden vector of these scaled inputs.
-pub fn golden(network: &Network, inputs: &[f32; FEATURES]) -> Golden {
+pub fn golden(network: &Network, inputs: &[f32]) -> Golden {
     let made = network.estimate_inputs(inputs);
     Golden {
         inputs: inputs.iter().map(|x| x.to_bits()).collect(),

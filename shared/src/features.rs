@@ -1,7 +1,8 @@
-//! Forty-one numbers a window is told to the network by.
+//! What a window is told to the network by: forty-one numbers, or forty-two with its amplitude.
 
 use crate::history::History;
 use crate::window::{Window, SAMPLE_RATE_HZ};
+use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -9,6 +10,11 @@ use serde::{Deserialize, Serialize};
 pub const SHAPE: usize = 40;
 /// The shape and the reciprocal of the window's duration.
 pub const FEATURES: usize = SHAPE + 1;
+/// Most inputs of a network: the features and the amplitude.
+pub const MOST_INPUTS: usize = FEATURES + 1;
+
+/// What a network is given, as many numbers as its topology says first.
+pub type Inputs = Vec<f32, MOST_INPUTS>;
 
 /// How the shape of the window is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
@@ -20,7 +26,7 @@ pub enum FeatureKind {
     PointSamples,
 }
 
-/// Linear maps that bring the features to about -1 to 1.
+/// Maps that bring the features to about -1 to 1.
 ///
 /// One factor for all forty shape features: a map for each column, as is usual, fits the
 /// training set's accidents.
@@ -31,6 +37,32 @@ pub struct InputScaling {
     pub reciprocal_offset_hz: f32,
     /// Gain on the reciprocal duration less its offset, s.
     pub reciprocal_gain_s: f32,
+    /// The amplitude as one more input; none: the network does without.
+    pub amplitude: Option<AmplitudeScaling>,
+}
+
+/// The window's amplitude, which its features have lost, as an input: `gain (ln(amplitude / deg) - offset)`.
+/// Where natural frequency and damping change with amplitude nothing else tells which they belong to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+pub struct AmplitudeScaling {
+    pub log_offset: f32,
+    pub log_gain: f32,
+}
+
+/// Least amplitude that has a logarithm here, degrees.
+const LEAST_AMPLITUDE_DEG: f32 = 1e-3;
+
+impl AmplitudeScaling {
+    /// Brings these amplitudes, degrees, to -1 and 1.
+    pub fn between(low_deg: f32, high_deg: f32) -> Self {
+        let log = |deg: f32| libm::logf(deg.max(LEAST_AMPLITUDE_DEG));
+        let (low, high) = (log(low_deg), log(high_deg));
+        Self { log_offset: 0.5 * (low + high), log_gain: 2.0 / (high - low).max(f32::MIN_POSITIVE) }
+    }
+
+    fn apply(&self, amplitude_deg: f32) -> f32 {
+        (libm::logf(amplitude_deg.max(LEAST_AMPLITUDE_DEG)) - self.log_offset) * self.log_gain
+    }
 }
 
 /// Features of a window, and the amplitude they were divided by.
@@ -80,13 +112,19 @@ pub fn features<S: Copy + Default + Into<f32>>(
 }
 
 impl InputScaling {
+    /// Numbers [`InputScaling::apply`] makes of a window.
+    pub fn count(&self) -> usize {
+        FEATURES + usize::from(self.amplitude.is_some())
+    }
+
     /// What the network is given.
-    pub fn apply(&self, features: &[f32; FEATURES]) -> [f32; FEATURES] {
-        let mut inputs = *features;
+    pub fn apply(&self, features: &Features) -> Inputs {
+        let mut inputs: Inputs = features.values.into_iter().collect();
         for value in &mut inputs[..SHAPE] {
             *value *= self.shape_gain;
         }
-        inputs[SHAPE] = (features[SHAPE] - self.reciprocal_offset_hz) * self.reciprocal_gain_s;
+        inputs[SHAPE] = (inputs[SHAPE] - self.reciprocal_offset_hz) * self.reciprocal_gain_s;
+        inputs.extend(self.amplitude.map(|scaling| scaling.apply(features.amplitude_deg)));
         inputs
     }
 }

@@ -1,6 +1,6 @@
 //! Forward pass of a small multilayer perceptron, the same bits on host and device.
 
-use crate::features::{FeatureKind, Features, InputScaling, FEATURES};
+use crate::features::{FeatureKind, Features, InputScaling, FEATURES, MOST_INPUTS};
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -54,8 +54,11 @@ pub struct Estimate {
 /// A frozen network with everything that belongs to it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Network {
-    /// Nodes in each layer, inputs first: 41, 6, 2.
+    /// Nodes in each layer, inputs first: 41, 6, 2; or 42, 6, 2 with the amplitude.
     pub topology: Vec<u8, MOST_LAYERS>,
+    /// Layers after the inputs whose nodes do not bend: 1 for a projection on principal
+    /// components, else none. Their weights stand with the others.
+    pub linear_layers: u8,
     pub activation: Activation,
     pub features: FeatureKind,
     pub inputs: InputScaling,
@@ -74,7 +77,8 @@ pub struct Network {
 /// What is wrong with a network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum NetworkError {
-    /// Not 41 inputs, not two outputs, a layer too wide or empty, or too many layers.
+    /// Not as many inputs as are made of a window, not two outputs, a layer too wide or empty, too
+    /// many layers, or none that bends.
     Topology,
     /// The number of weights is not what the topology needs.
     WeightCount,
@@ -92,7 +96,8 @@ impl Network {
     pub fn check(&self) -> Result<(), NetworkError> {
         let ends = (self.topology.first(), self.topology.last());
         if self.topology.len() < 2
-            || ends != (Some(&(FEATURES as u8)), Some(&(OUTPUTS as u8)))
+            || ends != (Some(&(self.inputs.count() as u8)), Some(&(OUTPUTS as u8)))
+            || usize::from(self.linear_layers) + 2 > self.topology.len()
             || self.topology.iter().any(|&width| width == 0 || width as usize > WIDEST)
         {
             return Err(NetworkError::Topology);
@@ -100,14 +105,20 @@ impl Network {
         if weight_count(&self.topology) != self.weights.len() {
             return Err(NetworkError::WeightCount);
         }
+        let amplitude = self.inputs.amplitude;
         let gains = [
             self.inputs.shape_gain,
             self.inputs.reciprocal_gain_s,
+            amplitude.map_or(1.0, |a| a.log_gain),
             self.outputs[0].gain,
             self.outputs[1].gain,
         ];
-        let offsets =
-            [self.inputs.reciprocal_offset_hz, self.outputs[0].offset, self.outputs[1].offset];
+        let offsets = [
+            self.inputs.reciprocal_offset_hz,
+            amplitude.map_or(0.0, |a| a.log_offset),
+            self.outputs[0].offset,
+            self.outputs[1].offset,
+        ];
         let ranges = [
             self.range.natural_frequency_rad_s,
             self.range.damping_ratio,
@@ -123,12 +134,13 @@ impl Network {
 
     /// Natural frequency and damping ratio of a window. The network has been checked.
     pub fn estimate(&self, features: &Features) -> Estimate {
-        self.estimate_inputs(&self.inputs.apply(&features.values))
+        self.estimate_inputs(&self.inputs.apply(features))
     }
 
-    /// The same from inputs scaled already, as golden vectors hold them.
-    pub fn estimate_inputs(&self, inputs: &[f32; FEATURES]) -> Estimate {
-        let [frequency, damping] = forward(&self.topology, &self.weights, inputs);
+    /// The same from inputs scaled already, as golden vectors hold them; as many as the topology has.
+    pub fn estimate_inputs(&self, inputs: &[f32]) -> Estimate {
+        let [frequency, damping] =
+            forward(&self.topology, self.linear_layers, &self.weights, inputs);
         let [f, d] = &self.outputs;
         Estimate {
             natural_frequency_rad_s: f.offset + f.gain * frequency,
@@ -137,19 +149,37 @@ impl Network {
     }
 }
 
-/// Scaled outputs for scaled inputs. Topology and weights have passed [`Network::check`].
-pub fn forward(topology: &[u8], weights: &[f32], inputs: &[f32]) -> [f32; OUTPUTS] {
+/// Scaled outputs for scaled inputs. The network they are of has passed [`Network::check`], and
+/// the inputs are as many as its topology has.
+pub fn forward(
+    topology: &[u8],
+    linear_layers: u8,
+    weights: &[f32],
+    inputs: &[f32],
+) -> [f32; OUTPUTS] {
     // With all lengths known to the compiler the same sums take 40 % fewer instructions.
-    match (topology, inputs.first_chunk::<FEATURES>()) {
-        ([_, 6, _], Some(inputs)) => one_hidden_layer::<6>(weights, inputs),
-        _ => any_layers(topology, weights, inputs),
+    if let ([_, 6, _], 0) = (topology, linear_layers) {
+        if let Ok(inputs) = <&[f32; FEATURES]>::try_from(inputs) {
+            return one_hidden_layer::<FEATURES, 6>(weights, inputs);
+        }
+        if let Ok(inputs) = <&[f32; MOST_INPUTS]>::try_from(inputs) {
+            return one_hidden_layer::<MOST_INPUTS, 6>(weights, inputs);
+        }
     }
+    any_layers(topology, linear_layers, weights, inputs)
 }
 
-/// 41 inputs, `N` hidden nodes, two outputs.
-fn one_hidden_layer<const N: usize>(weights: &[f32], inputs: &[f32; FEATURES]) -> [f32; OUTPUTS] {
-    let (first, second) = weights.split_at((FEATURES + 1) * N);
-    let hidden = net_inputs::<N, FEATURES>(first, inputs).map(tanh);
+/// `M` inputs, `N` hidden nodes, two outputs.
+#[inline(never)]
+fn one_hidden_layer<const M: usize, const N: usize>(
+    weights: &[f32],
+    inputs: &[f32; M],
+) -> [f32; OUTPUTS] {
+    let (first, second) = weights.split_at((M + 1) * N);
+    let mut hidden = net_inputs::<N, M>(first, inputs);
+    for value in &mut hidden {
+        *value = tanh(*value);
+    }
     net_inputs::<OUTPUTS, N>(second, &hidden)
 }
 
@@ -167,7 +197,14 @@ fn net_inputs<const N: usize, const M: usize>(weights: &[f32], inputs: &[f32; M]
     totals
 }
 
-fn any_layers(topology: &[u8], weights: &[f32], inputs: &[f32]) -> [f32; OUTPUTS] {
+// Apart: the registers it saves are many, and the usual network need not pay for them.
+#[inline(never)]
+fn any_layers(
+    topology: &[u8],
+    linear_layers: u8,
+    weights: &[f32],
+    inputs: &[f32],
+) -> [f32; OUTPUTS] {
     let mut values = [0.0_f32; WIDEST];
     let mut next = [0.0_f32; WIDEST];
     let mut weights = weights;
@@ -189,7 +226,7 @@ fn any_layers(topology: &[u8], weights: &[f32], inputs: &[f32]) -> [f32; OUTPUTS
                 _ => sums::<COLUMNS>(own, width, column, given, output),
             };
         }
-        if layer != last {
+        if layer != last && layer > usize::from(linear_layers) {
             for value in &mut next[..width] {
                 *value = tanh(*value);
             }
@@ -267,17 +304,22 @@ mod tests {
 
     #[test]
     fn forward_is_the_plain_double_sum() {
-        // A layer of each width class: six, more than six, fewer.
-        let topology = [41_u8, 6, 14, 3, 2];
+        // A layer of each width class: six, more than six, fewer; as many inputs as there may be.
+        double_sum([41, 6, 14, 3, 2], 0);
+        double_sum([42, 6, 14, 3, 2], 0);
+        // A projection first.
+        double_sum([41, 10, 6, 3, 2], 1);
+    }
+
+    fn double_sum(topology: [u8; 5], linear_layers: u8) {
         let count = weight_count(&topology);
-        assert_eq!(count, 42 * 6 + 7 * 14 + 15 * 3 + 4 * 2);
         let mut state = 12345_u32;
         let mut random = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 8) as f32 / (1 << 23) as f32 - 1.0
         };
-        let weights: Vec<f32, 512> = (0..count).map(|_| random() * 0.5).collect();
-        let inputs: [f32; 41] = core::array::from_fn(|_| random());
+        let weights: Vec<f32, 1024> = (0..count).map(|_| random() * 0.5).collect();
+        let inputs: Vec<f32, 48> = (0..topology[0]).map(|_| random()).collect();
         let mut given: Vec<f64, 48> = inputs.iter().map(|&x| f64::from(x)).collect();
         let mut at = 0;
         for (layer, &width) in topology.iter().enumerate().skip(1) {
@@ -288,12 +330,13 @@ mod tests {
                 for (i, x) in given.iter().enumerate() {
                     total += f64::from(weights[at + (i + 1) * width + j]) * x;
                 }
-                out.push(if layer < 4 { libm::tanh(total) } else { total }).unwrap();
+                let bends = layer < 4 && layer > usize::from(linear_layers);
+                out.push(if bends { libm::tanh(total) } else { total }).unwrap();
             }
             at += (given.len() + 1) * width;
             given = out;
         }
-        let outputs = forward(&topology, &weights, &inputs);
+        let outputs = forward(&topology, linear_layers, &weights, &inputs);
         for (ours, plain) in outputs.iter().zip(&given) {
             assert!((f64::from(*ours) - plain).abs() < 2e-6, "{ours} {plain}");
         }
@@ -306,13 +349,13 @@ mod tests {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 8) as f32 / (1 << 23) as f32 - 1.0
         };
-        let topology = [41_u8, 6, 2];
-        for _ in 0..200 {
+        for round in 0..200 {
+            let topology = [41 + round % 2, 6, 2];
             let weights: Vec<f32, 512> =
                 (0..weight_count(&topology)).map(|_| random() * 0.5).collect();
-            let inputs: [f32; 41] = core::array::from_fn(|_| random());
-            let (short, any) =
-                (forward(&topology, &weights, &inputs), any_layers(&topology, &weights, &inputs));
+            let inputs: Vec<f32, 42> = (0..topology[0]).map(|_| random()).collect();
+            let short = forward(&topology, 0, &weights, &inputs);
+            let any = any_layers(&topology, 0, &weights, &inputs);
             assert_eq!(short.map(f32::to_bits), any.map(f32::to_bits));
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! How they become frames stands in [`crate::frame`].
 
-use crate::blob::BlobError;
+use crate::blob::{BlobError, EffectIds};
 use crate::derivatives::{Model, Wind};
 pub use crate::frame::*;
 use heapless::Vec;
@@ -192,6 +192,8 @@ pub struct NetworkStatus {
     pub topology: Vec<u8, 5>,
     /// Slot it came from; none: compiled in.
     pub slot: Option<u8>,
+    /// Effects of the model it was trained on.
+    pub effects: EffectIds,
 }
 
 /// Where in a release the device is.

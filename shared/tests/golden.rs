@@ -8,7 +8,7 @@
 use std::fmt::Write as _;
 use yawrig_shared::blob::{self, Payload, Provenance};
 use yawrig_shared::derivatives::{Model, Wind};
-use yawrig_shared::features::{FeatureKind, InputScaling, FEATURES};
+use yawrig_shared::features::{AmplitudeScaling, FeatureKind, InputScaling};
 use yawrig_shared::network::{
     weight_count, Activation, Network, NetworkError, OutputScaling, TrainedRange,
 };
@@ -32,16 +32,18 @@ fn compare(name: &str, actual: &str) {
 
 /// A network of exact binary fractions.
 fn network() -> Network {
-    let topology = heapless::Vec::from_slice(&[41, 3, 2]).unwrap();
+    let topology = heapless::Vec::from_slice(&[42, 3, 2]).unwrap();
     let count = weight_count(&topology);
     Network {
         topology,
+        linear_layers: 0,
         activation: Activation::Tanh,
         features: FeatureKind::BinMeans,
         inputs: InputScaling {
             shape_gain: 0.5,
             reciprocal_offset_hz: 0.75,
             reciprocal_gain_s: 1.5,
+            amplitude: Some(AmplitudeScaling { log_offset: 1.25, log_gain: 0.875 }),
         },
         outputs: [
             OutputScaling { offset: 15.0, gain: 12.5 },
@@ -59,9 +61,8 @@ fn network() -> Network {
 
 fn payload() -> Payload {
     let network = network();
-    let vector = |k: usize| -> [f32; FEATURES] {
-        core::array::from_fn(|i| ((i * k) % 9) as f32 / 16.0 - 0.25)
-    };
+    let vector =
+        |k: usize| -> [f32; 42] { core::array::from_fn(|i| ((i * k) % 9) as f32 / 16.0 - 0.25) };
     let golden = [1, 2].iter().map(|&k| blob::golden(&network, &vector(k))).collect();
     let provenance = Provenance {
         trainer: heapless::String::try_from("0.1.0").unwrap(),
@@ -69,6 +70,7 @@ fn payload() -> Payload {
         samples: 250,
         epochs: 1000,
         noise: [0.0, 0.03125],
+        effects: heapless::String::try_from("coulomb_friction static_offset").unwrap(),
     };
     Payload { network, provenance, golden }
 }
@@ -198,12 +200,22 @@ fn wrong_networks_are_refused_for_what_is_wrong() {
     assert_eq!(refused(&|p| p.network.weights[5] = f32::NAN), Network(NetworkError::NotFinite));
     assert_eq!(refused(&|p| p.network.topology[1] = 4), Network(NetworkError::WeightCount));
     assert_eq!(refused(&|p| p.network.topology[0] = 40), Network(NetworkError::Topology));
+    assert_eq!(refused(&|p| p.network.inputs.amplitude = None), Network(NetworkError::Topology));
+    assert_eq!(refused(&|p| p.network.linear_layers = 2), Network(NetworkError::Topology));
+    let endless = |p: &mut Payload| {
+        p.network.inputs.amplitude = Some(AmplitudeScaling { log_offset: 1.0, log_gain: 0.0 });
+    };
+    assert_eq!(refused(&endless), Network(NetworkError::NotFinite));
+    let short = |p: &mut Payload| p.golden[0].inputs.truncate(41);
+    assert_eq!(refused(&short), GoldenMissing);
     assert_eq!(refused(&|p| p.network.outputs[1].gain = 0.0), Network(NetworkError::NotFinite));
     assert_eq!(refused(&|p| p.golden.truncate(1)), GoldenMissing);
     assert_eq!(refused(&|p| p.golden[1].outputs[0] ^= 1), GoldenDiffers { vector: 1 });
-    let mut later = encoded(&payload(), 1);
-    later[4] = 2;
-    let crc = yawrig_shared::checksum::crc32(&later[..20]);
-    later[20..24].copy_from_slice(&crc.to_le_bytes());
-    assert_eq!(blob::decode(&later).unwrap_err(), Format { theirs: 2 });
+    for theirs in [1, 3] {
+        let mut other = encoded(&payload(), 1);
+        other[4] = theirs;
+        let crc = yawrig_shared::checksum::crc32(&other[..20]);
+        other[20..24].copy_from_slice(&crc.to_le_bytes());
+        assert_eq!(blob::decode(&other).unwrap_err(), Format { theirs: theirs.into() });
+    }
 }

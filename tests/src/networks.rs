@@ -28,9 +28,9 @@ fn payload() -> Payload {
 /// A blob whose checksums and golden vectors fit these contents, whatever they are.
 fn remake(mut payload: Payload) -> Vec<u8> {
     for golden in &mut payload.golden {
-        let bits: [u32; 41] = golden.inputs.as_slice().try_into().expect("41 inputs");
         if payload.network.topology.as_slice() == [41, 6, 2] {
-            *golden = blob::golden(&payload.network, &bits.map(f32::from_bits));
+            let inputs: Vec<f32> = golden.inputs.iter().map(|bits| f32::from_bits(*bits)).collect();
+            *golden = blob::golden(&payload.network, &inputs);
         }
     }
     let mut bytes = vec![0; LONGEST];
@@ -68,11 +68,16 @@ pub fn spoilt() -> Vec<Spoilt> {
     }
     add("a text", b"time_s,yaw_deg\n0.000,1.0\n0.001,1.1\n".to_vec(), "another kind of file");
 
-    let mut later = sound.clone();
-    later[4..6].copy_from_slice(&2_u16.to_le_bytes());
-    let crc = crc32(&later[..20]);
-    later[20..ENVELOPE].copy_from_slice(&crc.to_le_bytes());
-    add("a later format", later, "it is of format 2, this version knows 1");
+    for (what, format, said) in [
+        ("an earlier format", 1_u16, "it is of format 1, this version knows 2"),
+        ("a later format", 3, "it is of format 3, this version knows 2"),
+    ] {
+        let mut other = sound.clone();
+        other[4..6].copy_from_slice(&format.to_le_bytes());
+        let crc = crc32(&other[..20]);
+        other[20..ENVELOPE].copy_from_slice(&crc.to_le_bytes());
+        add(what, other, said);
+    }
 
     let mut changed = |what: &str, said, change: &dyn Fn(&mut Payload)| {
         let mut payload = payload();

@@ -1,10 +1,14 @@
 //! What several verbs share: the `--device` option, bars and JSON on stdout.
 
+use crate::criticism::effects::{Effect, MOST_OWN};
 use crate::error::{Error, Result};
+use crate::identify::conventional::{self, Decay, SpectralPeak};
+use crate::identify::Settings;
 use crate::link::bench::{Bench, Target};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
+use std::collections::HashSet;
 use std::io::{IsTerminal, Write};
 
 /// Version of every JSON object this program prints.
@@ -30,6 +34,65 @@ impl DeviceArg {
             );
         }
         Ok(bench)
+    }
+}
+
+/// How releases are analysed.
+#[derive(Args, Debug, Clone)]
+pub struct AnalysisArgs {
+    /// Amplitude at which the analysis starts
+    #[arg(long, value_name = "DEG", default_value_t = Settings::default().from_deg)]
+    pub from_deg: f64,
+    /// Amplitude at which it ends
+    #[arg(long, value_name = "DEG", default_value_t = Settings::default().to_deg)]
+    pub to_deg: f64,
+    /// Conventional method: how the damped frequency is read off the spectrum
+    #[arg(long, value_enum, default_value_t)]
+    pub spectral_peak: SpectralPeak,
+    /// Conventional method: how the decay is read off the maxima
+    #[arg(long, value_enum, default_value_t)]
+    pub decay: Decay,
+}
+
+impl AnalysisArgs {
+    /// # Errors
+    /// Exit 2 for amplitudes between which there is no window.
+    pub fn settings(&self) -> Result<Settings> {
+        let Self { from_deg, to_deg, spectral_peak, decay } = *self;
+        let are_ordered = to_deg > 0.0 && from_deg > to_deg && from_deg <= 360.0;
+        if !are_ordered {
+            return Err(Error::usage(format!(
+                "--from-deg {from_deg} and --to-deg {to_deg}: no amplitude window"
+            ))
+            .help("give a larger --from-deg than --to-deg, both above 0"));
+        }
+        let conventional = conventional::Options { spectral_peak, decay };
+        Ok(Settings { from_deg, to_deg, conventional })
+    }
+}
+
+#[derive(Args, Debug, Clone)]
+pub struct EffectsArg {
+    /// An effect of the library by its id, or your own from a file ending in .toml (repeatable)
+    #[arg(long = "effect", value_name = "EFFECT")]
+    effects: Vec<String>,
+}
+
+impl EffectsArg {
+    /// # Errors
+    /// Exit 2 for an id that there is not, or too many own effects; exit 3 for a file that cannot be used.
+    pub fn effects(&self) -> Result<Vec<Effect>> {
+        let effects: Vec<Effect> =
+            self.effects.iter().map(|text| Effect::named(text)).collect::<Result<_>>()?;
+        let own: HashSet<&Effect> =
+            effects.iter().filter(|e| matches!(e, Effect::Own(_))).collect();
+        if own.len() > MOST_OWN {
+            return Err(Error::usage(format!(
+                "--effect: more than {MOST_OWN} effects of your own"
+            ))
+            .help("take fewer at a time"));
+        }
+        Ok(effects)
     }
 }
 

@@ -1,13 +1,12 @@
 //! `derivatives`: a campaign of releases to the table of aerodynamic derivatives.
 
-use super::common::{bare, print_json, print_line};
+use super::common::{bare, print_json, print_line, AnalysisArgs};
 use crate::derivatives::campaign::CampaignFile;
 use crate::derivatives::condition::Identified;
 use crate::derivatives::evaluate;
 use crate::derivatives::table::{Budget, ByAxis, Table};
 use crate::error::{Error, Result};
-use crate::identify::conventional::{self, Decay, SpectralPeak};
-use crate::identify::{identify, Method, Settings};
+use crate::identify::{identify, Method};
 use crate::quantity::Quantity;
 use crate::record::Record;
 use clap::Args;
@@ -28,18 +27,8 @@ pub struct Derivatives {
     /// How natural frequency and damping are had from a record; several, separated by commas, to compare them
     #[arg(long, value_delimiter = ',', value_parser = method, default_value = "least-squares")]
     pub method: Vec<Method>,
-    /// Amplitude at which the analysis starts
-    #[arg(long, value_name = "DEG", default_value_t = Settings::default().from_deg)]
-    pub from_deg: f64,
-    /// Amplitude at which it ends
-    #[arg(long, value_name = "DEG", default_value_t = Settings::default().to_deg)]
-    pub to_deg: f64,
-    /// Conventional method: how the damped frequency is read off the spectrum
-    #[arg(long, value_enum, default_value_t)]
-    pub spectral_peak: SpectralPeak,
-    /// Conventional method: how the decay is read off the maxima
-    #[arg(long, value_enum, default_value_t)]
-    pub decay: Decay,
+    #[command(flatten)]
+    pub analysis: AnalysisArgs,
     /// Print one JSON object; the tables of further methods under "others"
     #[arg(long)]
     pub json: bool,
@@ -60,7 +49,7 @@ struct Tables {
 
 impl Derivatives {
     pub fn run(&self) -> Result<()> {
-        let settings = self.settings()?;
+        let settings = self.analysis.settings()?;
         let file = CampaignFile::read(&self.campaign)?;
         let mut tables = Vec::new();
         for &method in &self.method {
@@ -76,20 +65,6 @@ impl Derivatives {
         }
         let first = tables.remove(0);
         print_json(&Tables { first, others: tables })
-    }
-
-    fn settings(&self) -> Result<Settings> {
-        let Self { from_deg, to_deg, .. } = *self;
-        let are_ordered = to_deg > 0.0 && from_deg > to_deg && from_deg <= 360.0;
-        if !are_ordered {
-            return Err(Error::usage(format!(
-                "--from-deg {from_deg} and --to-deg {to_deg}: no amplitude window"
-            ))
-            .help("give a larger --from-deg than --to-deg, both above 0"));
-        }
-        let conventional =
-            conventional::Options { spectral_peak: self.spectral_peak, decay: self.decay };
-        Ok(Settings { from_deg, to_deg, conventional })
     }
 }
 

@@ -39,6 +39,7 @@ pub fn summary(identity: &Identity, status: &Status) -> Value {
             "id": network_id(status.network.id),
             "topology": topology(status),
             "generation": status.network.generation,
+            "effects": status.network.effects.split_whitespace().collect::<Vec<_>>(),
         },
     })
 }
@@ -76,6 +77,10 @@ fn to_text(identity: &Identity, status: &Status) -> String {
         format!("protocol  {}", identity.protocol),
         format!("network   {} {} ({from})", network_id(network.id), topology(status)),
     ];
+    if !network.effects.is_empty() {
+        let effects = network.effects.replace(' ', ", ");
+        lines.push(format!("model     second-order with {effects}"));
+    }
     for (index, slot) in status.slots.iter().enumerate() {
         let state = match slot {
             SlotState::Empty => "empty".to_owned(),

@@ -1,6 +1,7 @@
 //! `diagnose`: which physical effect a second-order model of a record lacks.
 
-use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
+use super::common::{bare, print_json, print_line, EffectsArg, SCHEMA_VERSION};
+use super::model::JudgeArgs;
 use crate::criticism::diagnose::{diagnose, Diagnosis, Options, Status};
 use crate::error::Result;
 use crate::record::Record;
@@ -13,18 +14,17 @@ use std::path::PathBuf;
 ///
 /// Every effect of the library is fitted, alone and together with others, and judged by evidence, by the later part of
 /// the record and by its size. A reading at rest that is not nought counts as a constant moment unless --unknown-zero
-/// says that the sensor was not zeroed.
+/// says that the sensor was not zeroed. Your own effect, a moment written as an expression in a file, competes with them
+/// when --effect names it.
 #[derive(Args, Debug, Clone)]
 pub struct Diagnose {
     /// Record (CSV: time_s,yaw_deg)
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
-    /// The sensor was not zeroed: fit its nought, and leave out the constant moment
-    #[arg(long)]
-    pub unknown_zero: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub effects: EffectsArg,
+    #[command(flatten)]
+    pub judge: JudgeArgs,
 }
 
 #[derive(Serialize)]
@@ -36,9 +36,11 @@ struct Object<'a> {
 
 impl Diagnose {
     pub fn run(&self) -> Result<()> {
+        let own = self.effects.effects()?;
         let record = Record::read(&self.file)?;
-        let diagnosis = diagnose(&record, &Options { zero_unknown: self.unknown_zero })?;
-        if self.json {
+        let options = Options { zero_unknown: self.judge.unknown_zero, own };
+        let diagnosis = diagnose(&record, &options)?;
+        if self.judge.json {
             return print_json(&Object { schema_version: SCHEMA_VERSION, diagnosis: &diagnosis });
         }
         print_line(&text(&self.file.display().to_string(), &diagnosis))

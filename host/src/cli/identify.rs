@@ -1,9 +1,8 @@
 //! `identify`: natural frequency and damping of records.
 
-use super::common::print;
+use super::common::{print, AnalysisArgs};
 use crate::error::{Error, Result};
 use crate::identify::batch::{self, Answer, Refused, Tally, SCHEMA_VERSION};
-use crate::identify::conventional::{self, Decay, SpectralPeak};
 use crate::identify::{Identification, Method, Settings};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -22,18 +21,8 @@ pub struct Identify {
     /// How
     #[arg(long, value_enum, default_value_t = MethodChoice::LeastSquares)]
     pub method: MethodChoice,
-    /// Amplitude at which the analysis starts
-    #[arg(long, value_name = "DEG", default_value_t = Settings::default().from_deg)]
-    pub from_deg: f64,
-    /// Amplitude at which it ends
-    #[arg(long, value_name = "DEG", default_value_t = Settings::default().to_deg)]
-    pub to_deg: f64,
-    /// Conventional method: how the damped frequency is read off the spectrum
-    #[arg(long, value_enum, default_value_t)]
-    pub spectral_peak: SpectralPeak,
-    /// Conventional method: how the decay is read off the maxima
-    #[arg(long, value_enum, default_value_t)]
-    pub decay: Decay,
+    #[command(flatten)]
+    pub analysis: AnalysisArgs,
     /// Print one JSON object
     #[arg(long, conflicts_with_all = ["jsonl", "out"])]
     pub json: bool,
@@ -66,7 +55,7 @@ impl MethodChoice {
 
 impl Identify {
     pub fn run(&self) -> Result<()> {
-        let settings = self.settings()?;
+        let settings = self.analysis.settings()?;
         let files = expanded(&self.files)?;
         let methods = self.method.methods();
         let tally = if let Some(out) = &self.out {
@@ -106,20 +95,6 @@ impl Identify {
             )));
         }
         Ok(())
-    }
-
-    fn settings(&self) -> Result<Settings> {
-        let within = |value: f64| value > 0.0 && value <= 360.0;
-        if !(within(self.from_deg) && within(self.to_deg) && self.to_deg < self.from_deg) {
-            return Err(Error::usage(format!(
-                "--from-deg {} and --to-deg {}: no amplitude window",
-                self.from_deg, self.to_deg
-            ))
-            .help("give a larger --from-deg than --to-deg, both above 0"));
-        }
-        let conventional =
-            conventional::Options { spectral_peak: self.spectral_peak, decay: self.decay };
-        Ok(Settings { from_deg: self.from_deg, to_deg: self.to_deg, conventional })
     }
 }
 

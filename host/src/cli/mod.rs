@@ -6,8 +6,12 @@ mod demo;
 mod derivatives;
 mod device;
 mod diagnose;
+mod effects;
+mod fit;
 mod flash;
+mod history;
 mod identify;
+mod model;
 mod monitor;
 mod ports;
 mod replay;
@@ -34,6 +38,10 @@ pub enum Verb {
     Derivatives(derivatives::Derivatives),
     Compare(compare::Compare),
     Diagnose(diagnose::Diagnose),
+    Fit(fit::Fit),
+    Add(effects::Add),
+    Remove(effects::Remove),
+    History(history::History),
     Simulate(simulate::Simulate),
     Study(study::StudyArgs),
     /// Train a network and freeze it to a file
@@ -58,6 +66,10 @@ pub fn run(cli: Cli) -> Result<()> {
         Verb::Identify(verb) => verb.run(),
         Verb::Compare(verb) => verb.run(),
         Verb::Diagnose(verb) => verb.run(),
+        Verb::Fit(verb) => verb.run(),
+        Verb::Add(verb) => verb.run(),
+        Verb::Remove(verb) => verb.run(),
+        Verb::History(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
         Verb::Study(verb) => verb.run(),
         Verb::Train(arguments) => train::run(&arguments),

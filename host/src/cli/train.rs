@@ -2,9 +2,9 @@
 
 use super::common::{bar, network_id, print_json, print_line, SCHEMA_VERSION};
 use crate::error::{Error, Result};
+use crate::train::continued::Unfinished;
 use crate::train::draws::Ranges;
 use crate::train::errors::Errors;
-use crate::train::continued::Unfinished;
 use crate::train::freeze;
 use crate::train::measured;
 use crate::train::network_training::{self, Outcome, Settings};

@@ -16,9 +16,9 @@ pub struct Card {
 }
 
 /// The card of `effect`.
-pub fn of(effect: Effect) -> &'static Card {
+pub fn of(effect: Effect) -> Card {
     match effect {
-        Effect::CoulombFriction => &Card {
+        Effect::CoulombFriction => Card {
             title: "Dry friction",
             formula: "- c sign(r); sticks at r = 0 while the other moment is below c",
             cause: "bearing seals, a rubbing cable, the potentiometer's wiper",
@@ -27,7 +27,7 @@ pub fn of(effect: Effect) -> &'static Card {
             remove: "free or replace the bearing, lead the cable along the axis, use a contactless sensor",
             release: "a smaller amplitude, where friction dominates",
         },
-        Effect::QuadraticDamping => &Card {
+        Effect::QuadraticDamping => Card {
             title: "Damping with the square of the rate",
             formula: "- d |r| r",
             cause: "separated flow, still-air drag of the model's sides",
@@ -36,7 +36,7 @@ pub fn of(effect: Effect) -> &'static Card {
             remove: "shield parts of the rig that are not the model; it cannot be had off the model itself",
             release: "a larger amplitude, where it parts from damping with the square of the angle",
         },
-        Effect::CubicDamping => &Card {
+        Effect::CubicDamping => Card {
             title: "Damping with the square of the angle",
             formula: "- c b^2 r",
             cause: "yaw moment derivative that changes with sideslip, stall at large yaw",
@@ -45,7 +45,7 @@ pub fn of(effect: Effect) -> &'static Card {
             remove: "stay at small amplitudes",
             release: "a larger amplitude, where it parts from damping with the rate's square",
         },
-        Effect::CubicStiffness => &Card {
+        Effect::CubicStiffness => Card {
             title: "Hardening or softening restoring moment",
             formula: "- k3 b^3",
             cause: "springs pulled out of line at large yaw, stops, a yaw moment that bends with sideslip",
@@ -54,7 +54,7 @@ pub fn of(effect: Effect) -> &'static Card {
             remove: "longer springs, smaller amplitude",
             release: "a larger amplitude",
         },
-        Effect::QuadraticStiffness => &Card {
+        Effect::QuadraticStiffness => Card {
             title: "Lopsided restoring moment",
             formula: "- k2 b^2",
             cause: "springs of unlike stiffness or preload, an asymmetric model",
@@ -63,7 +63,7 @@ pub fn of(effect: Effect) -> &'static Card {
             remove: "match the springs and their preload",
             release: "one to the other side, and one with another spring: a bent sensor scale keeps its size",
         },
-        Effect::StaticOffset => &Card {
+        Effect::StaticOffset => Card {
             title: "Constant moment",
             formula: "+ m",
             cause: "crooked flow, a bent spring, a model that is not symmetric; or a sensor that was not zeroed",
@@ -72,7 +72,7 @@ pub fn of(effect: Effect) -> &'static Card {
             remove: "zero the sensor with the wind off, align the springs",
             release: "wind off, and another spring: a moment's offset falls with stiffness, the sensor's stays",
         },
-        Effect::FreePlay => &Card {
+        Effect::FreePlay => Card {
             title: "Free play",
             formula: "the spring acts on b beyond a dead zone of +-g",
             cause: "slack spring hooks, a loose joint between model and shaft",
@@ -81,7 +81,7 @@ pub fn of(effect: Effect) -> &'static Card {
             remove: "preload the springs, shim the joint",
             release: "a smaller amplitude, down to a few g",
         },
-        Effect::HarmonicForcing => &Card {
+        Effect::HarmonicForcing => Card {
             title: "Periodic moment",
             formula: "+ f cos(w t + phi)",
             cause: "vortex shedding, the tunnel fan, a motor nearby",
@@ -90,7 +90,7 @@ pub fn of(effect: Effect) -> &'static Card {
             remove: "isolate the rig, move away from that wind speed, break up the shedding",
             release: "a longer record, in which a line sharpens and a decaying mode does not",
         },
-        Effect::StiffnessDrift => &Card {
+        Effect::StiffnessDrift => Card {
             title: "Stiffness drifting in time",
             formula: "wn^2 (1 + e t)",
             cause: "wind speed drifting, springs warming or creeping",
@@ -99,7 +99,7 @@ pub fn of(effect: Effect) -> &'static Card {
             remove: "let the tunnel settle before releasing",
             release: "one of half the amplitude: a drift keeps its size, a hardening falls to a quarter",
         },
-        Effect::Buffeting => &Card {
+        Effect::Buffeting => Card {
             title: "Random moment",
             formula: "+ white random moment of intensity q",
             cause: "turbulence of the stream, the wake of something upstream",
@@ -108,7 +108,7 @@ pub fn of(effect: Effect) -> &'static Card {
             remove: "screens, another position in the stream; else average repeats",
             release: "a repeat under the same conditions",
         },
-        Effect::SecondMode => &Card {
+        Effect::SecondMode => Card {
             title: "A second mode in the reading",
             formula: "reading + a exp(-zeta2 w2 t) cos(w2 t + phase)",
             cause: "flexible support or shaft, sensor mount shaking",
@@ -117,7 +117,7 @@ pub fn of(effect: Effect) -> &'static Card {
             remove: "stiffen the support or the sensor's mount",
             release: "a longer record, in which it dies out and forcing does not",
         },
-        Effect::SensorNonlinearity => &Card {
+        Effect::SensorNonlinearity => Card {
             title: "Bent sensor scale",
             formula: "reading = b + s b^2",
             cause: "potentiometer or linkage off its straight range",
@@ -126,7 +126,7 @@ pub fn of(effect: Effect) -> &'static Card {
             remove: "calibrate, or use the middle of its range",
             release: "one on another spring: the sensor's coefficient stays, a moment's changes",
         },
-        Effect::BaselineDrift => &Card {
+        Effect::BaselineDrift => Card {
             title: "Zero drifting in time",
             formula: "reading = b + d t",
             cause: "sensor or amplifier warming up, a creeping spring mount",
@@ -134,6 +134,15 @@ pub fn of(effect: Effect) -> &'static Card {
             confirm: "record the model at rest for as long",
             remove: "let the electronics warm up",
             release: "a record of the model at rest",
+        },
+        Effect::Own(own) => Card {
+            title: &own.title,
+            formula: &own.formula,
+            cause: "whoever wrote it knows: an effect from a file of your own",
+            fingerprint: "where its moment is large: compare residuals over the phase plane with and without it",
+            confirm: "fit it to releases of other sizes, on other springs, with the wind off: its numbers stay",
+            remove: "depends on what it stands for",
+            release: "another amplitude, another spring, wind off: whichever moves the two moments apart",
         },
     }
 }

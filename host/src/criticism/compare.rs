@@ -9,6 +9,9 @@ const TIME_BINS: usize = 20;
 const AMPLITUDE_BINS: usize = 8;
 /// Cells of the phase plane on each side of nought.
 const PHASE_CELLS: i32 = 4;
+/// Cells of a cut on each side of nought, and how far from it a state may be, as a share of where it is along it.
+const CUT_CELLS: i32 = 8;
+const CUT_WIDTH: f64 = 0.25;
 const FREQUENCY_BINS: usize = 24;
 /// Highest frequency of the residual's spectrum shown, in multiples of the swing's.
 const HIGHEST: f64 = 6.0;
@@ -20,12 +23,17 @@ const HALF_WIDTH: f64 = 0.12;
 pub struct Where {
     pub time: Vec<TimeBin>,
     pub amplitude: Vec<AmplitudeBin>,
-    /// Mean missing moment over yaw angle and yaw rate. Its cut at zero yaw is the damping law that is missing, its cut
-    /// at zero rate the stiffness law.
+    /// Mean missing moment over yaw angle and yaw rate.
     pub phase: Vec<PhaseCell>,
+    /// The missing moment at zero yaw against yaw rate: the damping law that is missing.
+    pub damping_law: Vec<DampingPoint>,
+    /// The missing moment at zero rate against yaw: the stiffness law that is missing.
+    pub stiffness_law: Vec<StiffnessPoint>,
     pub frequency: Vec<FrequencyBin>,
     /// Lag-one correlation of the residual's block means: 0 for white.
     pub correlation: f64,
+    /// Two standard deviations of the correlation of as many white residuals.
+    pub correlation_of_white: f64,
 }
 
 /// `from_s`, `to_s` from the release.
@@ -51,6 +59,20 @@ pub struct PhaseCell {
     pub moment_rad_s2: f64,
 }
 
+/// At zero yaw, mean over the passages with about this rate.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct DampingPoint {
+    pub rate_deg_s: f64,
+    pub moment_rad_s2: f64,
+}
+
+/// At zero rate, mean over the turning points at about this angle.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct StiffnessPoint {
+    pub yaw_deg: f64,
+    pub moment_rad_s2: f64,
+}
+
 /// Share of the residual's power about `hz`.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct FrequencyBin {
@@ -64,12 +86,24 @@ pub fn locate(swing: &Swing, model: &Fitted) -> Where {
     let (yaw, rate) = motion.readings_and_rates(&swing.grid);
     let wn = model.parameters[0];
     let residual: Vec<f64> = model.residuals.iter().map(|r| -r).collect();
+    let states = missing_moments(swing, model, &residual, &yaw, &rate);
+    let (b_max, r_max) = (largest(&yaw), largest(&rate));
     Where {
         time: time(swing, &residual),
         amplitude: amplitude(&residual, &yaw, &rate, wn),
-        phase: phase(swing, model, &residual, &yaw, &rate),
+        damping_law: cut(&states, b_max, r_max, |s| (s.yaw_rad, s.rate_rad_s))
+            .map(|(rate, moment_rad_s2)| DampingPoint {
+                rate_deg_s: rate.to_degrees(),
+                moment_rad_s2,
+            })
+            .collect(),
+        stiffness_law: cut(&states, r_max, b_max, |s| (s.rate_rad_s, s.yaw_rad))
+            .map(|(yaw, moment_rad_s2)| StiffnessPoint { yaw_deg: yaw.to_degrees(), moment_rad_s2 })
+            .collect(),
+        phase: phase(&states, b_max, r_max),
         frequency: frequency(swing, &residual),
         correlation: model.correlation,
+        correlation_of_white: 2.0 / (model.count as f64).sqrt(),
     }
 }
 
@@ -114,15 +148,21 @@ fn amplitude(residual: &[f64], yaw: &[f64], rate: &[f64], wn: f64) -> Vec<Amplit
         .collect()
 }
 
-/// The residual e obeys e'' + 2 zeta wn e' + wn^2 e = missing moment: e, e' and e'' from local parabolas, averaged in
-/// the cells of the plane.
-fn phase(
+/// The missing moment at a state of the model.
+struct Missing {
+    yaw_rad: f64,
+    rate_rad_s: f64,
+    moment_rad_s2: f64,
+}
+
+/// The residual e obeys e'' + 2 zeta wn e' + wn^2 e = missing moment: e, e' and e'' from local parabolas.
+fn missing_moments(
     swing: &Swing,
     model: &Fitted,
     residual: &[f64],
     yaw: &[f64],
     rate: &[f64],
-) -> Vec<PhaseCell> {
+) -> Vec<Missing> {
     let (wn, zeta) = (model.parameters[0], model.parameters[1]);
     let h = swing.grid.step_s;
     let half = ((HALF_WIDTH * swing.per_cycle()) as usize).max(1);
@@ -132,29 +172,34 @@ fn phase(
     let k: Vec<f64> = (0..=2 * half).map(|i| i as f64 - half as f64).collect();
     let n = k.len() as f64;
     let (s2, s4) = k.iter().fold((0.0, 0.0), |(a, b), x| (a + x * x, b + x.powi(4)));
-    let (b_max, r_max) = (largest(yaw), largest(rate));
+    (half..residual.len() - half)
+        .map(|i| {
+            let (mut m0, mut m1, mut m2) = (0.0, 0.0, 0.0);
+            for (x, e) in k.iter().zip(&residual[i - half..=i + half]) {
+                m0 += e;
+                m1 += x * e;
+                m2 += x * x * e;
+            }
+            let curve = (n * m2 - s2 * m0) / (n * s4 - s2 * s2);
+            let level = (m0 - curve * s2) / n;
+            let moment = 2.0 * curve / (h * h) + 2.0 * zeta * wn * m1 / s2 / h + wn * wn * level;
+            Missing { yaw_rad: yaw[i], rate_rad_s: rate[i], moment_rad_s2: moment }
+        })
+        .collect()
+}
+
+/// Means in the cells of the plane.
+fn phase(states: &[Missing], b_max: f64, r_max: f64) -> Vec<PhaseCell> {
     if b_max == 0.0 || r_max == 0.0 {
         return Vec::new();
     }
     let side = 2 * PHASE_CELLS + 1;
-    let cell = |x: f64, most: f64| {
-        ((x / most * (f64::from(PHASE_CELLS) + 0.5)).round() as i32)
-            .clamp(-PHASE_CELLS, PHASE_CELLS)
-    };
     let mut sums = vec![(0.0, 0.0); (side * side) as usize];
-    for i in half..residual.len() - half {
-        let (mut m0, mut m1, mut m2) = (0.0, 0.0, 0.0);
-        for (x, e) in k.iter().zip(&residual[i - half..=i + half]) {
-            m0 += e;
-            m1 += x * e;
-            m2 += x * x * e;
-        }
-        let curve = (n * m2 - s2 * m0) / (n * s4 - s2 * s2);
-        let level = (m0 - curve * s2) / n;
-        let moment = 2.0 * curve / (h * h) + 2.0 * zeta * wn * m1 / s2 / h + wn * wn * level;
-        let at = (cell(yaw[i], b_max) + PHASE_CELLS) * side + cell(rate[i], r_max) + PHASE_CELLS;
-        let sum = &mut sums[at as usize];
-        *sum = (sum.0 + 1.0, sum.1 + moment);
+    for s in states {
+        let b = cell(s.yaw_rad, b_max, PHASE_CELLS) + PHASE_CELLS;
+        let r = cell(s.rate_rad_s, r_max, PHASE_CELLS) + PHASE_CELLS;
+        let sum = &mut sums[(b * side + r) as usize];
+        *sum = (sum.0 + 1.0, sum.1 + s.moment_rad_s2);
     }
     let width = f64::from(PHASE_CELLS) + 0.5;
     (0..side * side)
@@ -165,6 +210,32 @@ fn phase(
             moment_rad_s2: sums[at as usize].1 / sums[at as usize].0,
         })
         .collect()
+}
+
+/// Which of `cells` on each side of nought `x` falls in, -most to most being all of them.
+fn cell(x: f64, most: f64, cells: i32) -> i32 {
+    ((x / most * (f64::from(cells) + 0.5)).round() as i32).clamp(-cells, cells)
+}
+
+/// Mean moment along a line through the plane: where the first coordinate of `split` is about nought, against the
+/// second.
+fn cut<'a>(
+    states: &'a [Missing],
+    across_max: f64,
+    along_max: f64,
+    split: impl Fn(&Missing) -> (f64, f64),
+) -> impl Iterator<Item = (f64, f64)> + 'a {
+    let mut sums = vec![(0.0, 0.0, 0.0); (2 * CUT_CELLS + 1) as usize];
+    for s in states {
+        let (across, along) = split(s);
+        // Near the line as seen from this state's own cycle, that a small swing counts where it is and not at all angles.
+        let turned = (across / across_max).abs() < CUT_WIDTH * (along / along_max).abs();
+        if turned && along_max > 0.0 {
+            let sum = &mut sums[(cell(along, along_max, CUT_CELLS) + CUT_CELLS) as usize];
+            *sum = (sum.0 + 1.0, sum.1 + along, sum.2 + s.moment_rad_s2);
+        }
+    }
+    sums.into_iter().filter(|s| s.0 >= 3.0).map(|s| (s.1 / s.0, s.2 / s.0))
 }
 
 fn largest(values: &[f64]) -> f64 {

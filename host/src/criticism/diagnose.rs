@@ -3,11 +3,10 @@
 use super::buffeting::{self, Buffeted};
 use super::compare::{self, Where};
 use super::effects::Effect;
-use super::fitting::{fit_added, fit_plain, held_out_over_noise, refit, Fitted};
+use super::fitting::{held_out_over_noise, refit, Fitted};
 use super::search::{self, evidence, Found};
 use super::swing::Swing;
-use crate::error::{Error, Result};
-use crate::identify::WindowEstimate;
+use crate::error::Result;
 use crate::quantity::Quantity;
 use crate::record::Record;
 use rayon::prelude::*;
@@ -24,10 +23,12 @@ const MOST_DEPENDENT: f64 = 4.0;
 const MOST_CORRELATED: f64 = 0.1;
 
 /// How a record is judged.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// The sensor's nought is not known: it is fitted, and a constant moment cannot be told from it.
     pub zero_unknown: bool,
+    /// The user's own effects, to compete with those of the library, which take part anyway.
+    pub own: Vec<Effect>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -92,59 +93,12 @@ pub fn diagnose(record: &Record, options: &Options) -> Result<Diagnosis> {
     diagnose_swing(&swing, options)
 }
 
-/// One model against one record.
-#[derive(Clone, Debug, Serialize)]
-pub struct Comparison {
-    pub noise_rms_deg: f64,
-    pub modal: Modal,
-    #[serde(flatten)]
-    pub step: Step,
-    /// wn and zeta over three cycles each.
-    pub windows: Vec<WindowEstimate>,
-    #[serde(rename = "where")]
-    pub where_: Where,
-}
-
-/// Fits the plain model with `effects` to `record`.
-///
-/// # Errors
-/// Exit 3 where there is no swing in it or the fit does not converge, 2 where an effect cannot be simulated or is
-/// named twice.
-pub fn compare(record: &Record, effects: &[Effect], options: &Options) -> Result<Comparison> {
-    let swing = Swing::of(record)?;
-    let mut model = fit_plain(&swing, options.zero_unknown, swing.yaw_rad.len());
-    for &effect in effects {
-        if effect == Effect::Buffeting {
-            return Err(Error::usage("buffeting is random and cannot be simulated")
-                .help("run `yawrig diagnose`, which judges it by a filter"));
-        }
-        let zero = options.zero_unknown && effect == Effect::StaticOffset;
-        if zero || model.structure.effects.contains(&effect) {
-            return Err(Error::usage(format!("{effect}: it is in the model already"))
-                .help("name each effect once; --unknown-zero takes the place of static_offset"));
-        }
-        model = fit_added(&swing, &model, effect);
-        crate::interrupt::check()?;
-    }
-    if !model.converged {
-        return Err(Error::data(format!("{}: the fit did not converge", record.file.display()))
-            .help("leave out an effect that the record does not show"));
-    }
-    Ok(Comparison {
-        noise_rms_deg: swing.sample_noise_rad.to_degrees(),
-        modal: modal(&model),
-        step: step(&swing, &model, effects.len()),
-        where_: compare::locate(&swing, &model),
-        windows: swing.windows,
-    })
-}
-
 /// Judges a swing.
 ///
 /// # Errors
 /// 130 where the user stops it.
 pub fn diagnose_swing(swing: &Swing, options: &Options) -> Result<Diagnosis> {
-    let found = search::search(swing, options.zero_unknown)?;
+    let found = search::search(swing, options)?;
     let last = found.path.last().expect("the plain model");
     if let Some(buffeted) = random_forcing(swing, &found) {
         return Ok(buffeted_verdict(swing, &found, &buffeted));

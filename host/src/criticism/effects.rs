@@ -1,28 +1,20 @@
 //! The effect library: what a second-order response may lack, each as a moment or a change of the reading.
 //!
 //! All moments are divided by Izz (rad/s2), angles in rad, time from the release in s. An effect writes its
-//! coefficients into [`Terms`]; integrating, fitting and judging are done elsewhere.
+//! coefficients into [`Terms`]; integrating, fitting and judging are done elsewhere. A user's own effect stands beside
+//! those of the library as [`Effect::Own`].
 
 use super::cards::Card;
-use serde::{Deserialize, Serialize};
+use crate::error::{Error, Result};
+use crate::own_effect::{self, OwnEffect, State, MOST_PARAMETERS};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
+use std::path::Path;
 
-/// Every effect of the library.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    PartialEq,
-    Eq,
-    Hash,
-    PartialOrd,
-    Ord,
-    Serialize,
-    Deserialize,
-    clap::ValueEnum,
-)]
-#[serde(rename_all = "snake_case")]
-#[value(rename_all = "snake_case")]
+pub use crate::own_effect::Parameter;
+
+/// Every effect of the library, and the user's own. In files and JSON it is its identifier.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Effect {
     CoulombFriction,
     QuadraticDamping,
@@ -37,15 +29,18 @@ pub enum Effect {
     SecondMode,
     SensorNonlinearity,
     BaselineDrift,
+    /// A moment from a user's file.
+    Own(&'static OwnEffect),
 }
 
-/// One number of an effect.
+/// Most own effects in one model.
+pub const MOST_OWN: usize = 4;
+
+/// An own effect with its numbers; those beyond its parameters are nought.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parameter {
-    pub name: &'static str,
-    pub unit: &'static str,
-    pub min: f64,
-    pub max: f64,
+pub struct OwnTerm {
+    pub effect: &'static OwnEffect,
+    pub values: [f64; MOST_PARAMETERS],
 }
 
 /// The coefficients of every effect, zero where it is absent. Fields in the units of the library's table.
@@ -68,9 +63,23 @@ pub struct Terms {
     pub mode_damping: f64,
     pub sensor_quadratic: f64,
     pub baseline_drift: f64,
+    /// The user's own effects, those there are first.
+    pub own: [Option<OwnTerm>; MOST_OWN],
+    /// For own effects that depend on it; 0: off, or not known.
+    pub wind_speed_m_s: f64,
 }
 
 impl Terms {
+    pub fn own(&self) -> impl Iterator<Item = &OwnTerm> {
+        self.own.iter().map_while(Option::as_ref)
+    }
+
+    /// The moments of the user's own effects, rad/s2.
+    #[inline]
+    pub fn own_moment(&self, state: &State<f64>) -> f64 {
+        self.own().map(|own| own.effect.program.evaluate(state, &own.values)).sum()
+    }
+
     /// The smooth moments at yaw angle b, yaw rate r and time t, rad/s2. Friction, the dead zone and the constant
     /// moment are not among them: they have corners, or are exact in the linear solution.
     #[inline]
@@ -127,6 +136,46 @@ impl Effect {
         Self::BaselineDrift,
     ];
 
+    /// An effect from the command line or a model file: an identifier, or the path of a file ending in `.toml`.
+    ///
+    /// # Errors
+    /// Exit 2 for an identifier that there is not, with the nearest; exit 3 for a file that cannot be used.
+    pub fn named(text: &str) -> Result<Self> {
+        if own_effect::is_file(text) {
+            return Self::load(Path::new(text));
+        }
+        Self::from_id(text).ok_or_else(|| {
+            let ids = Self::ALL.map(Self::id);
+            Error::usage(format!("there is no effect \"{text}\"")).help(
+                match own_effect::nearest(text, ids) {
+                    Some(near) => format!(
+                        "did you mean {near}? Your own is given as the path of its .toml file"
+                    ),
+                    None => format!(
+                        "the effects are {}, or the path of your own effect's .toml file",
+                        ids.join(", ")
+                    ),
+                },
+            )
+        })
+    }
+
+    /// Reads a user's own effect.
+    ///
+    /// # Errors
+    /// Those of [`own_effect::load`].
+    pub fn load(file: &Path) -> Result<Self> {
+        own_effect::load(file, &Self::ALL.map(Self::id)).map(Self::Own)
+    }
+
+    /// A user's own effect from the `text` of its definition, which stands in `file`.
+    ///
+    /// # Errors
+    /// Those of [`own_effect::define`].
+    pub fn defined(file: &Path, text: &str) -> Result<Self> {
+        own_effect::define(file, text, &Self::ALL.map(Self::id)).map(Self::Own)
+    }
+
     /// Those with a definite course, which a simulation can follow.
     pub fn deterministic() -> impl Iterator<Item = Self> {
         Self::ALL.into_iter().filter(|e| *e != Self::Buffeting)
@@ -148,11 +197,14 @@ impl Effect {
             Self::SecondMode => "second_mode",
             Self::SensorNonlinearity => "sensor_nonlinearity",
             Self::BaselineDrift => "baseline_drift",
+            Self::Own(own) => &own.id,
         }
     }
 
+    /// Of the library, or of a file read before.
     pub fn from_id(id: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|e| e.id() == id)
+        let own = || own_effect::find(id).map(Self::Own);
+        Self::ALL.into_iter().find(|e| e.id() == id).or_else(own)
     }
 
     /// As users read and write them. Friction, drag and play have one sign: they take energy out, or are lengths.
@@ -193,11 +245,13 @@ impl Effect {
             Self::SecondMode => &MODE,
             Self::SensorNonlinearity => &SENSOR,
             Self::BaselineDrift => &BASELINE,
+            Self::Own(own) => &own.parameters,
         }
     }
 
-    /// Sizes at which the effect rivals the spring, one for each number the fit varies. The fit varies forcing and
-    /// second mode by cosine and sine parts, which have no corner at nought as amplitude and phase have.
+    /// Sizes at which the effect rivals the spring, one for each number the fit varies; of a user's own, many times its starts. The
+    /// fit varies forcing and second mode by cosine and sine parts, which have no corner at nought as amplitude and
+    /// phase have.
     pub fn sizes(self, scale: &Scale) -> Vec<f64> {
         let (a, wn, t) = (scale.amplitude_rad, scale.natural_frequency_rad_s, scale.duration_s);
         match self {
@@ -212,6 +266,7 @@ impl Effect {
             Self::Buffeting => vec![wn.powi(3) * a * a],
             Self::SecondMode => vec![a, a, 1.0 / t, 0.1],
             Self::BaselineDrift => vec![a / t],
+            Self::Own(own) => own.starts.iter().map(|s| OWN_SIZE * s.abs()).collect(),
         }
     }
 
@@ -238,6 +293,14 @@ impl Effect {
             }
             Self::SensorNonlinearity => terms.sensor_quadratic = p[0],
             Self::BaselineDrift => terms.baseline_drift = p[0],
+            Self::Own(effect) => {
+                let n = effect.parameters.len();
+                let mut values = [0.0; MOST_PARAMETERS];
+                values[..n].copy_from_slice(&p[..n]);
+                let free = terms.own.iter_mut().find(|o| o.is_none_or(|o| o.effect == effect));
+                *free.expect("at most MOST_OWN own effects in a model") =
+                    Some(OwnTerm { effect, values });
+            }
         }
     }
 
@@ -284,6 +347,27 @@ impl Effect {
         }
     }
 
+    /// Which of what the fit varies is the users' parameter `index`; `None` for size and phase of a line, which it
+    /// varies as cosine and sine part.
+    pub fn varied_place(self, index: usize) -> Option<usize> {
+        let p: Vec<f64> = (0..self.parameters().len()).map(|i| 0.3 + 0.1 * i as f64).collect();
+        let (_, rows) = self.published(&p);
+        let parts: Vec<usize> = (0..p.len()).filter(|&j| rows[index][j] != 0.0).collect();
+        match parts[..] {
+            [one] => Some(one),
+            _ => None,
+        }
+    }
+
+    /// Whether the `number`th of what the fit varies belongs to one release alone: phases and sizes of lines, drifts.
+    pub fn belongs_to_release(self, number: usize) -> bool {
+        match self {
+            Self::StiffnessDrift | Self::BaselineDrift => true,
+            Self::HarmonicForcing | Self::SecondMode => number < 2,
+            _ => false,
+        }
+    }
+
     /// Bounds of what the fit varies, with its frequency kept on the side of the yaw mode where `start` is.
     pub fn bounds(self, start: &[f64], natural_frequency_rad_s: f64) -> Vec<(f64, f64)> {
         let wn = natural_frequency_rad_s;
@@ -307,11 +391,14 @@ impl Effect {
     }
 
     /// Formula, cause, fingerprint, confirmation, remedy.
-    pub fn card(self) -> &'static Card {
+    pub fn card(self) -> Card {
         super::cards::of(self)
     }
 }
 
+/// Of the start of a user's own parameter: its size, so that the fit's differences stand out of what a step size that
+/// adapts itself leaves uncertain.
+const OWN_SIZE: f64 = 30.0;
 /// Forcing nearer to the natural frequency than this share cannot be told from the swing.
 const FORCING_GAP: f64 = 0.1;
 /// A second mode nearer than this share to the yaw mode, or to standing still, imitates whatever varies slowly.
@@ -320,6 +407,20 @@ const LEAST_MODE_DAMPING: f64 = 0.001;
 const MOST_MODE_DAMPING: f64 = 0.3;
 /// Highest frequency looked for, in natural frequencies: half a dozen block means a cycle.
 pub const FASTEST: f64 = 8.0;
+
+impl Serialize for Effect {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.id())
+    }
+}
+
+impl<'de> Deserialize<'de> for Effect {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
+        let id = String::deserialize(deserializer)?;
+        Self::from_id(&id)
+            .ok_or_else(|| serde::de::Error::custom(format!("there is no effect \"{id}\"")))
+    }
+}
 
 impl fmt::Display for Effect {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

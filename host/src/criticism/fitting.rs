@@ -1,26 +1,42 @@
 //! A model with effects fitted to a free swing: natural frequency, damping, initial state and every coefficient.
 
 use super::effects::{Effect, Terms};
+use super::joint::{solve_one, Release};
 use super::simulate::{Grid, Motion};
 use super::swing::Swing;
-use crate::fit::{minimise, Fit, Options, Problem, Rows};
+use crate::fit::Fit;
 use crate::quantity::Quantity;
 use nalgebra::DMatrix;
 
-/// Of an effect's size (where it rivals the spring): the step of the differences.
-const DIFFERENCE: f64 = 1e-6;
 /// wn, zeta, yaw angle and yaw rate at the first instant.
 const PLAIN: usize = 4;
 /// Cycles of the first, shortest fit.
 const FIRST_CYCLES: f64 = 5.0;
 const LONGER: f64 = 1.8;
-const EVALUATIONS: usize = 30;
 
-/// Which effects a model holds and whether the sensor's nought is unknown.
-#[derive(Clone, Debug, PartialEq, Eq, Default)]
+/// A number that a limit can be set on. Those of an effect are counted as the fit varies them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Number {
+    NaturalFrequency,
+    DampingRatio,
+    SensorZero,
+    Of(Effect, usize),
+}
+
+/// Narrower bounds than a number's own; `low` = `high`: fixed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    pub number: Number,
+    pub low: f64,
+    pub high: f64,
+}
+
+/// Which effects a model holds, whether the sensor's nought is unknown, and what is fixed or kept within limits.
+#[derive(Clone, Debug, PartialEq, Default)]
 pub struct Structure {
     pub effects: Vec<Effect>,
     pub zero_unknown: bool,
+    pub limits: Vec<Limit>,
 }
 
 impl Structure {
@@ -35,19 +51,71 @@ impl Structure {
         Self { effects, ..self.clone() }
     }
 
-    /// Where the numbers of each effect begin, and how many there are in all.
-    fn layout(&self, swing: &Swing) -> (Vec<usize>, usize) {
-        let mut at = PLAIN + usize::from(self.zero_unknown);
-        let starts = self
-            .effects
-            .iter()
-            .map(|e| {
-                let begin = at;
-                at += e.sizes(&swing.scale()).len();
-                begin
-            })
-            .collect();
-        (starts, at)
+    /// With parameter `name` of `effect`, in the users' unit, kept from `low` to `high`. `None` where there is no such
+    /// parameter, or the fit does not vary it by itself: size and phase of a line, which are fixed together by a
+    /// [`Limit`] on each of [`Effect::varied`].
+    pub fn limited(mut self, effect: Effect, name: &str, low: f64, high: f64) -> Option<Self> {
+        let index = effect.parameters().iter().position(|p| p.name == name)?;
+        let number = effect.varied_place(index)?;
+        self.limits.push(Limit { number: Number::Of(effect, number), low, high });
+        Some(self)
+    }
+
+    /// wn, zeta, yaw, rate, and the sensor's nought where unknown.
+    pub(super) fn own_numbers(&self) -> usize {
+        PLAIN + usize::from(self.zero_unknown)
+    }
+
+    /// Where the numbers of each effect begin.
+    pub(super) fn starts(&self) -> Vec<usize> {
+        let mut at = self.own_numbers();
+        let begin = |effect: &Effect| {
+            let begin = at;
+            at += effect.parameters().len();
+            begin
+        };
+        self.effects.iter().map(begin).collect()
+    }
+
+    /// The size of each number in which the fit steps.
+    pub(super) fn sizes(&self, swing: &Swing) -> Vec<f64> {
+        let scale = swing.scale();
+        let (wn, a) = (swing.frequency_rad_s, scale.amplitude_rad);
+        let mut sizes = vec![wn * 0.1, 1.0, a, wn * a, a];
+        sizes.truncate(self.own_numbers());
+        sizes.extend(self.effects.iter().flat_map(|e| e.sizes(&scale)));
+        sizes
+    }
+
+    /// Bounds of each number for a fit that begins at `start`.
+    pub(super) fn bounds(&self, swing: &Swing, start: &[f64]) -> Vec<(f64, f64)> {
+        let wn = swing.frequency_rad_s;
+        let mut bounds = vec![(0.2 * wn, 5.0 * wn), (-0.5, 0.7)];
+        bounds.resize(self.own_numbers(), (f64::NEG_INFINITY, f64::INFINITY));
+        let starts = self.starts();
+        for (effect, &at) in self.effects.iter().zip(&starts) {
+            bounds.extend(effect.bounds(&start[at..], start[0]));
+        }
+        for limit in &self.limits {
+            let place = match limit.number {
+                Number::NaturalFrequency => Some(0),
+                Number::DampingRatio => Some(1),
+                Number::SensorZero => self.zero_unknown.then_some(PLAIN),
+                Number::Of(effect, number) => {
+                    let k = self.effects.iter().position(|e| *e == effect);
+                    k.map(|k| starts[k] + number)
+                }
+            };
+            let Some(bound) = place.map(|at| &mut bounds[at]) else { continue };
+            let within = (bound.0.max(limit.low), bound.1.min(limit.high));
+            let fixed = limit.low == limit.high || within.0 > within.1;
+            *bound = if fixed { (limit.low, limit.high) } else { within };
+        }
+        bounds
+    }
+
+    fn limits_effect(&self, effect: Effect) -> bool {
+        self.limits.iter().any(|l| matches!(l.number, Number::Of(e, _) if e == effect))
     }
 }
 
@@ -65,10 +133,37 @@ pub struct Fitted {
     pub residuals: Vec<f64>,
     /// Lag-one correlation of the residuals.
     pub correlation: f64,
+    /// Variance inflation of the parameters by correlated residuals.
+    pub(super) inflation: f64,
     starts: Vec<usize>,
 }
 
 impl Fitted {
+    /// `residuals` in rad.
+    pub(super) fn new(
+        structure: Structure,
+        parameters: Vec<f64>,
+        residuals: Vec<f64>,
+        converged: bool,
+        covariance: Option<DMatrix<f64>>,
+    ) -> Self {
+        let lag: f64 = residuals.windows(2).map(|w| w[0] * w[1]).sum();
+        let power: f64 = residuals.iter().map(|r| r * r).sum();
+        let mut fitted = Self {
+            starts: structure.starts(),
+            structure,
+            parameters,
+            sum_of_squares: power,
+            count: residuals.len(),
+            converged,
+            covariance,
+            correlation: if power > 0.0 { lag / power } else { 0.0 },
+            residuals,
+            inflation: 1.0,
+        };
+        fitted.inflation = fitted.count as f64 / fitted.effective_count();
+        fitted
+    }
     pub fn rms_rad(&self) -> f64 {
         (self.sum_of_squares / self.degrees_of_freedom()).sqrt()
     }
@@ -83,15 +178,11 @@ impl Fitted {
         let c = self.correlation.clamp(0.0, 0.999);
         (self.count as f64 * (1.0 - c) / (1.0 + c)).max(2.0)
     }
-    /// Variance inflation of the parameters by correlated residuals.
-    fn inflation(&self) -> f64 {
-        self.count as f64 / self.effective_count()
-    }
     fn quantity(&self, index: usize) -> Quantity {
         let u = self
             .covariance
             .as_ref()
-            .map_or(f64::NAN, |c| (c[(index, index)] * self.inflation()).max(0.0).sqrt());
+            .map_or(f64::NAN, |c| (c[(index, index)] * self.inflation).max(0.0).sqrt());
         Quantity::new(self.parameters[index], u)
     }
     pub fn natural_frequency_rad_s(&self) -> Quantity {
@@ -114,7 +205,7 @@ impl Fitted {
                         .map(|(a, b)| rows[i][a] * rows[i][b] * c[(at + a, at + b)])
                         .sum::<f64>()
                 });
-                let u = (variance * self.inflation()).max(0.0).sqrt();
+                let u = (variance * self.inflation).max(0.0).sqrt();
                 out.push((format!("{effect}.{}", parameter.name), Quantity::new(values[i], u)));
             }
         }
@@ -129,6 +220,18 @@ impl Fitted {
         let k = self.structure.effects.iter().position(|e| *e == effect)?;
         Some(self.of_effect(effect, self.starts[k]))
     }
+    /// The numbers as `structure` orders them, nought for an effect that is not in the model, each with its variance
+    /// where it is known.
+    pub(super) fn in_order_of(&self, structure: &Structure) -> (Vec<f64>, Vec<Option<f64>>) {
+        let mut from: Vec<Option<usize>> = (0..structure.own_numbers()).map(Some).collect();
+        for effect in &structure.effects {
+            let k = self.structure.effects.iter().position(|e| e == effect);
+            from.extend((0..effect.parameters().len()).map(|i| k.map(|k| self.starts[k] + i)));
+        }
+        let value = |at: &Option<usize>| at.map_or(0.0, |at| self.parameters[at]);
+        let variance = |at: &Option<usize>| Some(self.covariance.as_ref()?[((*at)?, (*at)?)]);
+        (from.iter().map(value).collect(), from.iter().map(variance).collect())
+    }
     pub fn motion(&self) -> Motion {
         motion(&self.structure, &self.starts, &self.parameters).0
     }
@@ -142,7 +245,7 @@ impl Fitted {
     }
 }
 
-fn motion(structure: &Structure, starts: &[usize], p: &[f64]) -> (Motion, f64) {
+pub(super) fn motion(structure: &Structure, starts: &[usize], p: &[f64]) -> (Motion, f64) {
     let mut terms = Terms::default();
     for (effect, &at) in structure.effects.iter().zip(starts) {
         effect.write(&p[at..], &mut terms);
@@ -157,96 +260,8 @@ fn motion(structure: &Structure, starts: &[usize], p: &[f64]) -> (Motion, f64) {
     (motion, if structure.zero_unknown { p[PLAIN] } else { 0.0 })
 }
 
-/// Residuals of the first `count` means.
-struct SwingProblem<'a> {
-    swing: &'a Swing,
-    structure: &'a Structure,
-    starts: Vec<usize>,
-    bounds: Vec<(f64, f64)>,
-    steps: Vec<f64>,
-    count: usize,
-}
-
-impl<'a> SwingProblem<'a> {
-    fn new(swing: &'a Swing, structure: &'a Structure, start: &[f64], count: usize) -> Self {
-        let scale = swing.scale();
-        let (starts, n) = structure.layout(swing);
-        let wn = swing.frequency_rad_s;
-        let mut bounds = vec![(0.2 * wn, 5.0 * wn), (-0.5, 0.7)];
-        bounds.resize(
-            PLAIN + usize::from(structure.zero_unknown),
-            (f64::NEG_INFINITY, f64::INFINITY),
-        );
-        let a = scale.amplitude_rad;
-        let mut sizes = vec![wn * 0.1, 1.0, a, wn * a];
-        if structure.zero_unknown {
-            sizes.push(a);
-        }
-        for (effect, &at) in structure.effects.iter().zip(&starts) {
-            bounds.extend(effect.bounds(&start[at..], start[0]));
-            sizes.extend(effect.sizes(&scale));
-        }
-        debug_assert_eq!(sizes.len(), n);
-        let steps = sizes.iter().map(|s| DIFFERENCE * s).collect();
-        Self { swing, structure, starts, bounds, steps, count }
-    }
-
-    fn grid(&self) -> Grid {
-        Grid { count: self.count, ..self.swing.grid }
-    }
-
-    fn readings(&self, p: &[f64], out: &mut [f64]) {
-        let (motion, zero) = motion(self.structure, &self.starts, p);
-        motion.readings(&self.grid(), out);
-        out.iter_mut().for_each(|y| *y += zero);
-    }
-}
-
-impl Problem for SwingProblem<'_> {
-    fn parameters(&self) -> usize {
-        self.bounds.len()
-    }
-
-    fn evaluate(&self, p: &[f64], rows: &mut dyn Rows) {
-        let n = p.len();
-        let mut residuals = vec![0.0; self.count];
-        self.readings(p, &mut residuals);
-        for (r, y) in residuals.iter_mut().zip(&self.swing.yaw_rad) {
-            *r -= y;
-        }
-        let mut columns = vec![vec![0.0; self.count]; n];
-        let mut other = vec![0.0; self.count];
-        let mut q = p.to_vec();
-        for (j, column) in columns.iter_mut().enumerate() {
-            let (low, high) = self.bounds[j];
-            if low == high {
-                continue;
-            }
-            let up = (p[j] + self.steps[j]).min(high);
-            let down = (p[j] - self.steps[j]).max(low);
-            q[j] = up;
-            self.readings(&q, column);
-            q[j] = down;
-            self.readings(&q, &mut other);
-            q[j] = p[j];
-            let inverse = 1.0 / (up - down);
-            for (c, o) in column.iter_mut().zip(&other) {
-                *c = (*c - o) * inverse;
-            }
-        }
-        let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
-        rows.block(&residuals, &slices);
-    }
-
-    fn bounds(&self, index: usize) -> (f64, f64) {
-        self.bounds[index]
-    }
-}
-
 fn solve(swing: &Swing, structure: &Structure, start: &[f64], count: usize) -> Fit {
-    let problem = SwingProblem::new(swing, structure, start, count);
-    let options = Options { max_evaluations: EVALUATIONS, tolerance: 0.01, damping: 1e-4 };
-    minimise(&problem, start, &options)
+    solve_one(Release { swing, count }, structure, start)
 }
 
 /// Fits from `start` over ever longer parts of the first `count` means.
@@ -267,35 +282,29 @@ fn lengthened(swing: &Swing, structure: &Structure, start: &[f64], count: usize)
 }
 
 fn finished(swing: &Swing, structure: &Structure, fit: Fit, count: usize) -> Fitted {
-    let problem = SwingProblem::new(swing, structure, &fit.parameters, count);
+    let (motion, zero) = motion(structure, &structure.starts(), &fit.parameters);
     let mut residuals = vec![0.0; count];
-    problem.readings(&fit.parameters, &mut residuals);
+    motion.readings(&Grid { count, ..swing.grid }, &mut residuals);
     for (r, y) in residuals.iter_mut().zip(&swing.yaw_rad) {
-        *r -= y;
+        *r += zero - y;
     }
-    let lag: f64 = residuals.windows(2).map(|w| w[0] * w[1]).sum();
-    let power: f64 = residuals.iter().map(|r| r * r).sum();
-    Fitted {
-        structure: structure.clone(),
-        converged: fit.stop.is_minimum(),
-        covariance: fit.covariance.ok(),
-        sum_of_squares: fit.sum_of_squares,
-        count,
-        correlation: if power > 0.0 { lag / power } else { 0.0 },
-        residuals,
-        starts: problem.starts,
-        parameters: fit.parameters,
-    }
+    let converged = fit.stop.is_minimum();
+    Fitted::new(structure.clone(), fit.parameters, residuals, converged, fit.covariance.ok())
 }
 
 /// The plain model (with a free nought of the sensor if `zero_unknown`).
 pub fn fit_plain(swing: &Swing, zero_unknown: bool, count: usize) -> Fitted {
-    let structure = Structure { effects: Vec::new(), zero_unknown };
+    fit_plain_within(swing, &Structure { zero_unknown, ..Structure::default() }, count)
+}
+
+/// The plain model of `structure`, whose effects are left out, within its limits.
+pub fn fit_plain_within(swing: &Swing, structure: &Structure, count: usize) -> Fitted {
+    let structure = Structure { effects: Vec::new(), ..structure.clone() };
     let wn = swing.windows.first().map_or(swing.frequency_rad_s, |w| w.natural_frequency_rad_s);
     let zeta = swing.windows.first().map_or(0.01, |w| w.damping_ratio);
     let (b, r) = first_state(swing);
     let mut start = vec![wn, zeta, b, r];
-    if zero_unknown {
+    if structure.zero_unknown {
         let middle = swing.yaw_rad.iter().sum::<f64>() / swing.yaw_rad.len() as f64;
         start[2] -= middle;
         start.push(middle);
@@ -340,10 +349,20 @@ pub fn fit_added(swing: &Swing, inner: &Fitted, effect: Effect) -> Fitted {
         }
     }
     let fit = best.expect("a start for every effect");
-    let nested = fit.sum_of_squares <= inner.sum_of_squares * (1.0 + 1e-9);
     let mut fitted = finished(swing, &structure, fit, count);
-    fitted.converged &= nested;
+    // An effect kept within limits need not be able to vanish.
+    fitted.converged &= structure.limits_effect(effect)
+        || fitted.sum_of_squares <= inner.sum_of_squares * (1.0 + 1e-9);
     fitted
+}
+
+/// `structure` fitted from given numbers (in the order of [`Fitted::parameters`]), directly and over lengthening
+/// horizons.
+pub fn fit_from(swing: &Swing, structure: &Structure, start: &[f64], count: usize) -> Fitted {
+    let direct = solve(swing, structure, start, count);
+    let longer = lengthened(swing, structure, start, count);
+    let fit = if longer.sum_of_squares < direct.sum_of_squares { longer } else { direct };
+    finished(swing, structure, fit, count)
 }
 
 /// `model` fitted again to the first `count` means, from its own values.
@@ -369,10 +388,7 @@ pub fn fit_removed(swing: &Swing, model: &Fitted, effect: Effect) -> Fitted {
     for other in &structure.effects {
         p.extend(model.varied(*other).expect("an effect of the model"));
     }
-    let direct = solve(swing, &structure, &p, model.count);
-    let longer = lengthened(swing, &structure, &p, model.count);
-    let fit = if longer.sum_of_squares < direct.sum_of_squares { longer } else { direct };
-    finished(swing, &structure, fit, model.count)
+    fit_from(swing, &structure, &p, model.count)
 }
 
 /// Residual over noise on the means after the first `count`, the model having been fitted to those only.

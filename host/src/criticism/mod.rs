@@ -1,16 +1,29 @@
 //! Where a second-order model fails, which physical effect is missing, and what adding it does.
 //!
 //! A record's free swing is taken as block means over a fiftieth of a period ([`swing`]); a model with any effects of
-//! the library ([`effects`]) is simulated ([`simulate`]) and fitted ([`fitting`]); [`diagnose`] fits every effect,
-//! alone and together, and judges by evidence, held-out data and physical size; [`compare`] says where a model fails.
+//! the library and the user's own ([`effects`]) is simulated ([`simulate`]) and fitted ([`fitting`]), to one release or
+//! to several at once ([`joint`]); [`diagnose`] fits every effect, alone and together, and judges by evidence, held-out data and physical
+//! size; [`compare`] says where a model fails. What is made of it stands in a file ([`model`]) whose every step is kept
+//! ([`journal`], [`store`]).
 
+pub mod appraisal;
 pub mod buffeting;
 pub mod cards;
 pub mod compare;
+pub mod comparison;
 pub mod diagnose;
 pub mod effects;
 pub mod fitting;
+pub mod joint;
+pub mod journal;
+pub mod model;
+pub mod model_fit;
+mod model_text;
+mod own_motion;
+mod records;
+pub mod revise;
 mod search;
 pub mod simulate;
 mod starts;
+pub mod store;
 pub mod swing;

@@ -1,5 +1,6 @@
 //! Which effects a swing needs: each alone, the best together, the needless taken out again.
 
+use super::diagnose::Options;
 use super::effects::Effect;
 use super::fitting::{fit_added, fit_plain, fit_removed, reordered, Fitted};
 use super::swing::Swing;
@@ -51,11 +52,17 @@ fn is_worth(smaller: &Fitted, larger: &Fitted, swing: &Swing, effective: f64) ->
 ///
 /// # Errors
 /// 130 where the user stops it.
-pub fn search(swing: &Swing, zero_unknown: bool) -> Result<Found> {
+pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
+    let zero_unknown = options.zero_unknown;
     let count = swing.yaw_rad.len();
     let plain = fit_plain(swing, zero_unknown, count);
-    let candidates: Vec<Effect> =
+    let mut candidates: Vec<Effect> =
         Effect::deterministic().filter(|e| !(zero_unknown && *e == Effect::StaticOffset)).collect();
+    for own in options.own.iter().filter(|e| matches!(e, Effect::Own(_))) {
+        if !candidates.contains(own) {
+            candidates.push(*own);
+        }
+    }
     let singles: Vec<Fitted> =
         candidates.par_iter().map(|e| fit_added(swing, &plain, *e)).collect();
     interrupt::check()?;

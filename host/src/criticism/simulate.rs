@@ -4,9 +4,10 @@
 //! points and the spring beyond its dead zone are solved in closed form; the smooth rest enters as a kick in the
 //! middle of each step (Strang's splitting: G. Strang, SIAM J. Numer. Anal. 5, 1968), so its error is
 //! (wn h)^2 / 24 of the effect, 7e-4 at fifty steps a cycle, and none of the plain model. Turning points and edges
-//! of the dead zone are located within the step.
+//! of the dead zone are located within the step. A model with a user's own effects is left to [`own_motion`].
 
 use super::effects::Terms;
+use super::own_motion;
 
 /// Steps a cycle at least.
 pub const STEPS_PER_CYCLE: f64 = 48.0;
@@ -41,10 +42,10 @@ pub struct Motion {
 
 /// b and r after some time as a linear function of them now, about the equilibrium.
 #[derive(Clone, Copy)]
-struct Flow([f64; 4]);
+pub(super) struct Flow(pub [f64; 4]);
 
 impl Motion {
-    fn flow(&self, time_s: f64) -> Flow {
+    pub(super) fn flow(&self, time_s: f64) -> Flow {
         let wn = self.natural_frequency_rad_s;
         let decay = self.damping_ratio * wn;
         let damped = (wn * wn - decay * decay).max(1e-12 * wn * wn).sqrt();
@@ -66,29 +67,49 @@ impl Motion {
         (y, r)
     }
 
-    fn run(&self, grid: &Grid, mut store: impl FnMut(usize, f64, f64)) {
+    fn run(&self, grid: &Grid, store: impl FnMut(usize, f64, f64)) {
         let wn = self.natural_frequency_rad_s;
         let terms = &self.terms;
         let substeps =
             (grid.step_s * wn * STEPS_PER_CYCLE / std::f64::consts::TAU).ceil().clamp(1.0, 1e4);
         let h = grid.step_s / substeps;
+        if terms.own().next().is_some() {
+            let steps = (substeps as u64).saturating_mul(grid.count as u64);
+            let mut walker = own_motion::Walker::new(self, h, steps);
+            return self.follow(grid, substeps, |b, r, t| walker.advance(b, r, t), store);
+        }
         let mut walker = Walker::new(self, 0.5 * h);
-        // A mean over a width falls short of the middle by b'' width^2 / 24.
-        let mean = 1.0 - (wn * grid.mean_width_s).powi(2) / 24.0;
         // cos and sin of the forcing at the middle of the step, turned on by one step each time.
         let (mut sin, mut cos) = (terms.forcing_rad_s * (grid.start_s + 0.5 * h)).sin_cos();
         let (turn_sin, turn_cos) = (terms.forcing_rad_s * h).sin_cos();
+        let advance = |b: f64, r: f64, t: f64| {
+            let middle = t + 0.5 * h;
+            let drive = terms.forcing[0] * cos + terms.forcing[1] * sin;
+            (sin, cos) = (sin * turn_cos + cos * turn_sin, cos * turn_cos - sin * turn_sin);
+            let (b, r) = walker.half_step(b, r, middle, drive);
+            let r = walker.kick(b, r, h, middle, drive);
+            walker.half_step(b, r, middle, drive)
+        };
+        self.follow(grid, substeps, advance, store);
+    }
+
+    /// Stores reading and rate at every instant of `grid`; `advance` takes b, r and t one of `substeps` on.
+    fn follow(
+        &self,
+        grid: &Grid,
+        substeps: f64,
+        mut advance: impl FnMut(f64, f64, f64) -> (f64, f64),
+        mut store: impl FnMut(usize, f64, f64),
+    ) {
+        // A mean over a width falls short of the middle by b'' width^2 / 24.
+        let mean = 1.0 - (self.natural_frequency_rad_s * grid.mean_width_s).powi(2) / 24.0;
+        let h = grid.step_s / substeps;
         let (mut b, mut r) = (self.yaw_rad, self.rate_rad_s);
         for k in 0..grid.count {
             let t = grid.time_s(k);
-            store(k, terms.reading(b * mean, t), r);
+            store(k, self.terms.reading(b * mean, t), r);
             for i in 0..substeps as usize {
-                let middle = t + (i as f64 + 0.5) * h;
-                let drive = terms.forcing[0] * cos + terms.forcing[1] * sin;
-                (sin, cos) = (sin * turn_cos + cos * turn_sin, cos * turn_cos - sin * turn_sin);
-                (b, r) = walker.half_step(b, r, middle, drive);
-                r = walker.kick(b, r, h, middle, drive);
-                (b, r) = walker.half_step(b, r, middle, drive);
+                (b, r) = advance(b, r, t + i as f64 * h);
             }
             if !b.is_finite() || b.abs() > 1e3 {
                 for later in k + 1..grid.count {
@@ -191,13 +212,13 @@ impl<'a> Walker<'a> {
                 return (b1, r1);
             }
             let at_turn = if turned {
-                self.root(left, |s, tau| s.travel(b, r, moment, tau).1 * s.direction)
+                root(left, |tau| self.travel(b, r, moment, tau).1 * self.direction)
             } else {
                 f64::INFINITY
             };
             let at_edge = edge.map_or(f64::INFINITY, |edge| {
                 let from = (self.travel(b, r, moment, left).0 - edge).signum();
-                self.root(left, |s, tau| -from * (s.travel(b, r, moment, tau).0 - edge))
+                root(left, |tau| -from * (self.travel(b, r, moment, tau).0 - edge))
             });
             let first = at_turn.min(at_edge);
             (b, r) = self.travel(b, r, moment, first);
@@ -235,30 +256,30 @@ impl<'a> Walker<'a> {
         let x = b - middle;
         (middle + p * x + q * r, u * x + v * r)
     }
+}
 
-    /// Where a function that is positive at first and negative at `end` is nought: regula falsi (Illinois).
-    fn root(&self, end: f64, f: impl Fn(&Self, f64) -> f64) -> f64 {
-        let (mut a, mut b) = (0.0, end);
-        let (mut fa, mut fb) = (f(self, a), f(self, b));
-        if fa <= 0.0 {
-            return 0.0;
-        }
-        let mut last = 0.0;
-        for _ in 0..40 {
-            let x = (a * fb - b * fa) / (fb - fa);
-            let fx = f(self, x);
-            if (x - last).abs() < 1e-13 * end || fx == 0.0 {
-                return x;
-            }
-            last = x;
-            if fx > 0.0 {
-                (a, fa) = (x, fx);
-                fb *= 0.5;
-            } else {
-                (b, fb) = (x, fx);
-                fa *= 0.5;
-            }
-        }
-        last
+/// Where a function that is positive at first and negative at `end` is nought: regula falsi (Illinois).
+pub(super) fn root(end: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let (mut a, mut b) = (0.0, end);
+    let (mut fa, mut fb) = (f(a), f(b));
+    if fa <= 0.0 {
+        return 0.0;
     }
+    let mut last = 0.0;
+    for _ in 0..40 {
+        let x = (a * fb - b * fa) / (fb - fa);
+        let fx = f(x);
+        if (x - last).abs() < 1e-13 * end || fx == 0.0 {
+            return x;
+        }
+        last = x;
+        if fx > 0.0 {
+            (a, fa) = (x, fx);
+            fb *= 0.5;
+        } else {
+            (b, fb) = (x, fx);
+            fa *= 0.5;
+        }
+    }
+    last
 }

@@ -3,6 +3,7 @@
 use super::effects::{Effect, FASTEST};
 use super::fitting::Fitted;
 use super::swing::Swing;
+use crate::own_effect::OwnEffect;
 use std::f64::consts::TAU;
 
 /// Sizes tried, of that at which the effect rivals the spring.
@@ -27,6 +28,7 @@ pub fn of(swing: &Swing, inner: &Fitted, effect: Effect) -> Vec<Vec<f64>> {
             lines.extend(peaks(&inner.residuals, step, wn, 0.3, 0.3));
             distinct(lines).into_iter().map(|w| vec![0.0, 0.0, w, 0.02]).collect()
         }
+        Effect::Own(own) => of_own(own, wn, swing.amplitude_rad),
         _ => {
             let positive = effect.parameters()[0].min >= 0.0;
             let mut starts = vec![vec![0.0], vec![SMALL * sizes[0]]];
@@ -36,6 +38,45 @@ pub fn of(swing: &Swing, inner: &Fitted, effect: Effect) -> Vec<Vec<f64>> {
             starts
         }
     }
+}
+
+/// Of a user's own effect: without it where one of its parameters is its size, then at its own starts, at the size
+/// which would show in this swing, and with each other parameter three times smaller and larger.
+fn of_own(own: &OwnEffect, wn: f64, amplitude: f64) -> Vec<Vec<f64>> {
+    let signed = own.starts.clone();
+    let bounded = |k: usize, value: f64| {
+        let p = &own.parameters[k];
+        value.clamp(p.min, p.max)
+    };
+    let Some(size) = own.size_parameter() else {
+        let mut out = vec![signed.clone()];
+        for k in 0..signed.len() {
+            for factor in [1.0 / 3.0, 3.0] {
+                let mut other = signed.clone();
+                other[k] = bounded(k, factor * signed[k]);
+                out.push(other);
+            }
+        }
+        return out;
+    };
+    let with = |from: &[f64], k: usize, value: f64| {
+        let mut other = from.to_vec();
+        other[k] = bounded(k, value);
+        other
+    };
+    let strength = own.strength(&signed, amplitude, wn) / (wn * wn * amplitude);
+    let visible = signed[size] * SMALL / strength.max(f64::MIN_POSITIVE);
+    let seen = with(&signed, size, if visible.is_finite() { visible } else { signed[size] });
+    let mut out = vec![with(&signed, size, 0.0), signed.clone(), seen.clone()];
+    if own.parameters[size].min < 0.0 && own.parameters[size].max > 0.0 {
+        out.push(with(&seen, size, -seen[size]));
+    }
+    for k in (0..signed.len()).filter(|k| *k != size) {
+        for factor in [1.0 / 3.0, 3.0] {
+            out.push(with(&seen, k, factor * seen[k]));
+        }
+    }
+    out
 }
 
 /// Strongest frequency of the residuals below and above the swing's, rad/s, at least `gap` of it away.

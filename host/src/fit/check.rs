@@ -2,10 +2,19 @@
 
 use super::{Problem, Rows};
 
-#[derive(Default)]
 struct Dense {
+    parameters: usize,
     residuals: Vec<f64>,
     rows: Vec<Vec<f64>>,
+}
+
+impl Dense {
+    fn of(problem: &impl Problem, p: &[f64]) -> Self {
+        let mut dense =
+            Self { parameters: problem.parameters(), residuals: Vec::new(), rows: Vec::new() };
+        problem.evaluate(p, &mut dense);
+        dense
+    }
 }
 
 impl Rows for Dense {
@@ -13,25 +22,26 @@ impl Rows for Dense {
         self.residuals.push(residual);
         self.rows.push(derivatives.to_vec());
     }
-    fn block(&mut self, residuals: &[f64], columns: &[&[f64]]) {
+    fn part(&mut self, residuals: &[f64], which: &[usize], columns: &[&[f64]]) {
         for (k, &r) in residuals.iter().enumerate() {
-            self.row(r, &columns.iter().map(|c| c[k]).collect::<Vec<_>>());
+            let mut row = vec![0.0; self.parameters];
+            for (&i, column) in which.iter().zip(columns) {
+                row[i] = column[k];
+            }
+            self.row(r, &row);
         }
     }
 }
 
 /// All residuals at `p`, in order.
 pub fn residuals(problem: &impl Problem, p: &[f64]) -> Vec<f64> {
-    let mut dense = Dense::default();
-    problem.evaluate(p, &mut dense);
-    dense.residuals
+    Dense::of(problem, p).residuals
 }
 
 /// Largest difference between the analytic Jacobian and one by fourth-order central differences,
 /// relative to the largest element of its column.
 pub fn jacobian_error(problem: &impl Problem, p: &[f64]) -> f64 {
-    let mut analytic = Dense::default();
-    problem.evaluate(p, &mut analytic);
+    let analytic = Dense::of(problem, p);
     let mut worst = 0.0_f64;
     for j in 0..p.len() {
         let h = 1e-3 * p[j].abs().max(1e-3);

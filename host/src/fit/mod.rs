@@ -20,7 +20,13 @@ pub trait Rows {
     /// One residual r and its derivatives dr/dp, as many as there are parameters.
     fn row(&mut self, residual: f64, derivatives: &[f64]);
     /// Several at once, the Jacobian by columns: `columns[j][k]` is d `residuals[k]` / d p_j.
-    fn block(&mut self, residuals: &[f64], columns: &[&[f64]]);
+    fn block(&mut self, residuals: &[f64], columns: &[&[f64]]) {
+        let every: Vec<usize> = (0..columns.len()).collect();
+        self.part(residuals, &every, columns);
+    }
+    /// As [`Rows::block`] where only the parameters `which`, ascending, touch these residuals: `columns[i]` is of
+    /// parameter `which[i]`, and what is not named is nought.
+    fn part(&mut self, residuals: &[f64], which: &[usize], columns: &[&[f64]]);
 }
 
 /// A sum of squared residuals r(p) to be made small.

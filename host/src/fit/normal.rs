@@ -88,16 +88,16 @@ impl Rows for Normal {
         }
     }
 
-    fn block(&mut self, residuals: &[f64], columns: &[&[f64]]) {
-        debug_assert_eq!(columns.len(), self.parameters);
+    fn part(&mut self, residuals: &[f64], which: &[usize], columns: &[&[f64]]) {
+        debug_assert!(which.len() == columns.len() && which.is_sorted());
         self.residuals += residuals.len();
         self.sum_of_squares += dot(residuals, residuals);
-        let mut at = 0;
-        for (i, column) in columns.iter().enumerate() {
+        for (a, (&i, column)) in which.iter().zip(columns).enumerate() {
             self.gradient[i] += dot(column, residuals);
-            for other in &columns[i..] {
-                self.upper[at] += dot(column, other);
-                at += 1;
+            // Row i of the upper triangle begins, at its diagonal, after i rows of falling length.
+            let row = i * (2 * self.parameters - i + 1) / 2;
+            for (&j, other) in which[a..].iter().zip(&columns[a..]) {
+                self.upper[row + j - i] += dot(column, other);
             }
         }
     }
@@ -113,12 +113,15 @@ mod tests {
         let x: Vec<f64> = (0..n).map(|k| (k as f64 * 0.37).sin()).collect();
         let y: Vec<f64> = (0..n).map(|k| (k as f64 * 0.11).cos()).collect();
         let r: Vec<f64> = (0..n).map(|k| k as f64 * 0.01 - 0.2).collect();
-        let (mut by_row, mut by_block) = (Normal::new(2), Normal::new(2));
+        let (mut by_row, mut by_block) = (Normal::new(4), Normal::new(4));
         for k in 0..n {
-            by_row.row(r[k], &[x[k], y[k]]);
+            let (z, u) = if k < 20 { (0.0, r[k] - x[k]) } else { (x[k] * y[k], 0.0) };
+            by_row.row(r[k], &[x[k], z, y[k], u]);
         }
-        by_block.block(&r[..20], &[&x[..20], &y[..20]]);
-        by_block.block(&r[20..], &[&x[20..], &y[20..]]);
+        let z: Vec<f64> = x.iter().zip(&y).map(|(x, y)| x * y).collect();
+        let u: Vec<f64> = r.iter().zip(&x).map(|(r, x)| r - x).collect();
+        by_block.part(&r[..20], &[0, 2, 3], &[&x[..20], &y[..20], &u[..20]]);
+        by_block.block(&r[20..], &[&x[20..], &z[20..], &y[20..], &vec![0.0; 17]]);
         assert!((by_row.matrix() - by_block.matrix()).amax() < 1e-12);
         assert!((by_row.gradient() - by_block.gradient()).amax() < 1e-12);
         assert_eq!(by_row.residuals(), by_block.residuals());

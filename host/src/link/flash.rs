@@ -108,14 +108,19 @@ pub fn say(error: &BlobError) -> String {
         BlobError::Truncated => "it is cut short".to_owned(),
         BlobError::NotABlob => "it is another kind of file".to_owned(),
         BlobError::Format { theirs } => {
-            format!("it is of format {theirs}, this version knows {}", blob::FORMAT)
+            let age = if *theirs < blob::FORMAT { "an earlier" } else { "a later" };
+            format!(
+                "it is of format {theirs}, this version knows {}: {age} yawrig wrote it",
+                blob::FORMAT
+            )
         }
         BlobError::TooLong => format!("it is longer than a slot ({} bytes)", blob::LONGEST),
         BlobError::EnvelopeCorrupt => "its envelope's checksum is wrong".to_owned(),
         BlobError::PayloadCorrupt => "its checksum is wrong".to_owned(),
         BlobError::Malformed => "its contents do not decode".to_owned(),
         BlobError::Network(NetworkError::Topology) => {
-            "its topology is not one that runs here (41 inputs, 2 outputs)".to_owned()
+            "its topology is not one that runs here (41 inputs, 42 with the amplitude; 2 outputs)"
+                .to_owned()
         }
         BlobError::Network(NetworkError::WeightCount) => {
             "its number of weights does not fit its topology".to_owned()

@@ -2,10 +2,12 @@
 
 use crate::error::{Error, Exit, Result};
 use crate::interrupt;
+use crate::train::draws::{self, Ranges};
 use crate::train::errors::Errors;
 use crate::train::pca::{Projection, Scale};
 use crate::train::{forward, Epoch, Options, Precision, Progress, Samples, Trained};
 use std::ops::ControlFlow;
+use yawrig_shared::features::{FeatureKind, FEATURES};
 
 /// Features and truth of draws; unscaled.
 #[derive(Clone, Debug)]
@@ -21,6 +23,20 @@ pub struct Draws {
 impl Draws {
     pub fn each(&self) -> impl Iterator<Item = (&[f64], [f64; 2])> {
         self.rows.chunks_exact(self.d).zip(self.truth.iter().copied())
+    }
+
+    /// The device's windows over forty bins with the duration it estimates, `noise` as a share of the peak
+    /// between these.
+    ///
+    /// # Errors
+    /// Where noise leaves no windows.
+    pub fn of_windows(noise: [f64; 2], count: usize, seed: u64) -> Result<Self> {
+        let ranges = Ranges { noise, ..Ranges::default() };
+        let drawn = draws::draw(&ranges, FeatureKind::BinMeans, count, seed)
+            .ok_or_else(|| Error::internal("noise leaves no windows to train on"))?;
+        let truth = drawn.iter().map(|d| [d.natural_frequency_rad_s, d.damping_ratio]).collect();
+        let rows = drawn.iter().flat_map(|d| d.features.values.map(f64::from)).collect();
+        Ok(Self { d: FEATURES, rows, truth })
     }
 
     /// The first `count` of them.

@@ -6,11 +6,9 @@ use super::lab::{Draws, Fit, Spec};
 use super::plot::{Axis, Curve, Plot};
 use super::report::{percent, scientific, Report, Table, NOT_GIVEN};
 use super::{reported, Setting};
-use crate::error::{Error, Result};
-use crate::train::draws::{self, Ranges};
+use crate::error::Result;
 use crate::train::errors::Errors;
 use crate::train::Precision;
-use yawrig_shared::features::FeatureKind;
 
 /// Rms on the impulse response.
 const LEVELS: [f64; 5] = [0.02, 0.05, 0.1, 0.15, 0.2];
@@ -196,14 +194,7 @@ fn table_4_5(fits: &[Fit]) -> Table {
 
 /// The device's bins with the duration it estimates itself.
 fn own_features(setting: &Setting<'_>) -> Result<(Table, String)> {
-    let ranges = Ranges { noise: [OF_PEAK; 2], ..Ranges::default() };
-    let windows = |count, seed| {
-        let drawn = draws::draw(&ranges, FeatureKind::BinMeans, count, seed)
-            .ok_or_else(|| Error::internal("noise of 2 % leaves no windows"))?;
-        let truth = drawn.iter().map(|d| [d.natural_frequency_rad_s, d.damping_ratio]).collect();
-        let rows: Vec<f64> = drawn.iter().flat_map(|d| d.features.map(f64::from)).collect();
-        Ok::<_, Error>(Draws { d: rows.len() / drawn.len(), rows, truth })
-    };
+    let windows = |count, seed| Draws::of_windows([OF_PEAK; 2], count, seed);
     let test = windows(setting.tests(), 12)?;
     let sets: Vec<Draws> = (0..ENSEMBLE as u64)
         .map(|i| windows(setting.draws(8000), 100 + i))

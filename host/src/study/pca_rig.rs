@@ -8,11 +8,10 @@ use super::plot::{Axis as PlotAxis, Curve, Plot};
 use super::report::{percent, Report, Table};
 use super::rig_records::{release, windows, Cut, EightSeconds};
 use super::{reported, Setting};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::interrupt;
 use crate::record::Record;
 use crate::rig::{Axis, Condition, Rig, Spring, SPRINGS};
-use crate::train::draws::{self, Ranges};
 use crate::train::pca::Scale;
 use crate::train::Precision;
 use rayon::prelude::*;
@@ -165,12 +164,7 @@ fn against_least_squares(way: &Way, fit: &Fit, r: &Releases, which: usize) -> Op
 
 /// 41-6-2 and 10-6-2 on ten components, on the device's windows.
 fn three_cycles(setting: &Setting<'_>) -> Result<Vec<Fit>> {
-    let ranges = Ranges { noise: [0.002, 0.02], ..Ranges::default() };
-    let drawn = draws::draw(&ranges, FeatureKind::BinMeans, setting.draws(4000), 41)
-        .ok_or_else(|| Error::internal("noise of 2 % leaves no windows"))?;
-    let rows: Vec<f64> = drawn.iter().flat_map(|d| d.features.map(f64::from)).collect();
-    let truth = drawn.iter().map(|d| [d.natural_frequency_rad_s, d.damping_ratio]).collect();
-    let set = Draws { d: rows.len() / drawn.len(), rows, truth };
+    let set = Draws::of_windows([0.002, 0.02], setting.draws(4000), 41)?;
     let plain = Spec { precision: Precision::PerOutput, ..Spec::new(&[6], setting.epochs(200)) };
     let components = Spec { components: Some((10, Scale::Common)), ..plain.clone() };
     setting.fit_all("pca-rig, three cycles", &[(&set, plain), (&set, components)])

@@ -7,7 +7,7 @@ use rand_distr::StandardNormal;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-use yawrig_shared::features::{features, FeatureKind, FEATURES};
+use yawrig_shared::features::{features, FeatureKind, Features};
 use yawrig_shared::window::{Finding, Limits, Tracker, CYCLES, SAMPLE_RATE_HZ};
 
 /// What windows are drawn from, uniformly.
@@ -34,7 +34,7 @@ impl Default for Ranges {
 /// One window and its truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draw {
-    pub features: [f32; FEATURES],
+    pub features: Features,
     pub natural_frequency_rad_s: f64,
     pub damping_ratio: f64,
 }
@@ -86,7 +86,7 @@ fn one(ranges: &Ranges, kind: FeatureKind, random: &mut ChaCha8Rng) -> Option<Dr
         let error: f64 = random.sample(StandardNormal);
         let yaw_deg = offset_deg + START_DEG * (swing + noise * error);
         if let (_, Some(Finding::Window(window))) = tracker.push(yaw_deg as f32) {
-            let features = features(kind, tracker.history(), &window).values;
+            let features = features(kind, tracker.history(), &window);
             return Some(Draw { features, natural_frequency_rad_s, damping_ratio });
         }
     }

@@ -4,7 +4,7 @@ use super::draws::{Draw, Ranges};
 use super::errors::Errors;
 use crate::error::{Error, Result};
 use yawrig_shared::blob::{self, Payload, Provenance};
-use yawrig_shared::features::{FeatureKind, InputScaling, SHAPE};
+use yawrig_shared::features::{AmplitudeScaling, FeatureKind, InputScaling, SHAPE};
 use yawrig_shared::network::{Activation, Network, OutputScaling, TrainedRange};
 
 /// How features become inputs and outputs become physical, fixed before training.
@@ -15,15 +15,19 @@ pub struct Scaling {
 }
 
 impl Scaling {
-    /// Brings the draws' features and the ranges' targets to -1 to 1.
-    pub fn of(draws: &[Draw], ranges: &Ranges) -> Self {
+    /// Brings the draws' features and the ranges' targets to -1 to 1; with the `amplitude` as one
+    /// more input, or without.
+    pub fn of(draws: &[Draw], ranges: &Ranges, amplitude: bool) -> Self {
         let largest = draws
             .iter()
-            .flat_map(|draw| &draw.features[..SHAPE])
+            .flat_map(|draw| &draw.features.values[..SHAPE])
             .fold(f32::MIN_POSITIVE, |largest, x| largest.max(x.abs()));
-        let reciprocals = draws.iter().map(|draw| draw.features[SHAPE]);
-        let low = reciprocals.clone().fold(f32::INFINITY, f32::min);
-        let high = reciprocals.fold(f32::NEG_INFINITY, f32::max);
+        let extent = |of: fn(&Draw) -> f32| {
+            let values = draws.iter().map(of);
+            values.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)))
+        };
+        let (low, high) = extent(|draw| draw.features.values[SHAPE]);
+        let (least_deg, most_deg) = extent(|draw| draw.features.amplitude_deg);
         let output = |[low, high]: [f64; 2]| OutputScaling {
             offset: (0.5 * (low + high)) as f32,
             gain: (0.5 * (high - low)) as f32,
@@ -33,14 +37,15 @@ impl Scaling {
                 shape_gain: 1.0 / largest,
                 reciprocal_offset_hz: 0.5 * (low + high),
                 reciprocal_gain_s: 2.0 / (high - low).max(f32::MIN_POSITIVE),
+                amplitude: amplitude.then(|| AmplitudeScaling::between(least_deg, most_deg)),
             },
             outputs: [output(ranges.natural_frequency_rad_s), output(ranges.damping_ratio)],
         }
     }
 
-    /// Row-major inputs (n x 41) as the trainer takes them.
+    /// Row-major inputs (n x 41, or n x 42 with the amplitude) as the trainer takes them.
     pub fn inputs(&self, draws: &[Draw]) -> Vec<f64> {
-        draws.iter().flat_map(|draw| self.inputs.apply(&draw.features).map(f64::from)).collect()
+        draws.iter().flat_map(|draw| self.inputs.apply(&draw.features)).map(f64::from).collect()
     }
 
     /// Row-major targets (n x 2) as the trainer takes them.
@@ -58,12 +63,13 @@ impl Scaling {
     }
 }
 
-/// A network frozen from trained weights.
+/// A network frozen from trained weights. The first `linear_layers` after the inputs do not bend.
 ///
 /// # Errors
 /// Where the device could not run it: too wide, too many weights, not finite.
 pub fn network(
     topology: &[usize],
+    linear_layers: usize,
     weights: &[f64],
     kind: FeatureKind,
     scaling: &Scaling,
@@ -85,6 +91,8 @@ pub fn network(
     let f32s = |range: [f64; 2]| range.map(|x| x as f32);
     let network = Network {
         topology: layers,
+        // As many as there are layers at most, which are few.
+        linear_layers: linear_layers as u8,
         activation: Activation::Tanh,
         features: kind,
         inputs: scaling.inputs,

@@ -2,8 +2,8 @@
 
 use super::draws::{draw, Draw, Ranges};
 use super::errors::Errors;
-use super::pca::{self, Projection};
 use super::freeze::{self, Scaling};
+use super::pca::{self, Projection};
 use super::{Checkpoint, Options, Precision, Progress, Samples, Trained};
 use crate::error::{Error, Exit, Result};
 use serde::{Deserialize, Serialize};
@@ -76,7 +76,7 @@ fn from(
         })
     };
     let draws = windows(&settings.ranges, settings.samples, seed)?;
-    let scaling = Scaling::of(&draws, &settings.ranges);
+    let scaling = Scaling::of(&draws, &settings.ranges, false);
     let inputs = scaling.inputs(&draws);
     let projection = match settings.components {
         None => None,
@@ -108,8 +108,8 @@ fn from(
         None => super::train(&samples, &options, progress),
         Some(checkpoint) => super::resume(&samples, &options, checkpoint, progress),
     };
-    let trained = trained
-        .map_err(|e| Error::new(Exit::Quality, format!("training failed: {e}")))?;
+    let trained =
+        trained.map_err(|e| Error::new(Exit::Quality, format!("training failed: {e}")))?;
     let mut network = freeze(&trained.weights)?;
     let test_draws = windows(&settings.ranges, TEST_DRAWS, !seed)?;
     let test = freeze::errors(&network, &test_draws);
@@ -123,6 +123,7 @@ fn from(
         samples: settings.samples as u32,
         epochs: trained.epochs as u32,
         noise: settings.ranges.noise.map(|x| x as f32),
+        effects: Default::default(),
     };
     let blob = freeze::blob(network.clone(), provenance, &test_draws)?;
     let train = freeze::errors(&network, &draws);
@@ -132,8 +133,10 @@ fn from(
 /// Components of these row-major inputs.
 fn projection(inputs: &[f64], rows: usize, count: usize) -> Result<Projection> {
     Projection::of(inputs, inputs.len() / rows, count, pca::Scale::Common).ok_or_else(|| {
-        Error::usage(format!("--features pca:{count}: the training windows have no {count} components"))
-            .help("take 1 to 41 components: --features pca:10")
+        Error::usage(format!(
+            "--features pca:{count}: the training windows have no {count} components"
+        ))
+        .help("take 1 to 41 components: --features pca:10")
     })
 }
 

@@ -90,6 +90,7 @@ pub fn plant(plan: &Plan) -> Planted {
             }
             Effect::SensorNonlinearity => vec![0.05 * either / a],
             Effect::BaselineDrift => vec![0.08 * either * a / duration],
+            Effect::Own(_) => unreachable!("planted by other means"),
         };
         let k = Effect::ALL.iter().position(|e| *e == effect).unwrap();
         of[k] = p.clone();

@@ -15,7 +15,7 @@ use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_firmware::BUILT_IN;
 use yawrig_shared::blob;
-use yawrig_shared::features::FEATURES;
+use yawrig_shared::features::Inputs;
 use yawrig_shared::network::forward;
 use yawrig_shared::potentiometer::{Decoder, Encoder};
 
@@ -87,14 +87,11 @@ fn main() -> ! {
     let network = payload.network;
     hprintln!("topology {:?}", network.topology.as_slice());
 
-    let inputs: [f32; FEATURES] = payload.golden[0].inputs[..]
-        .iter()
-        .map(|bits| f32::from_bits(*bits))
-        .collect::<heapless::Vec<f32, FEATURES>>()
-        .into_array()
-        .expect("the blob has been checked");
+    let inputs: Inputs =
+        payload.golden[0].inputs.iter().map(|bits| f32::from_bits(*bits)).collect();
     let inference = counter.count(|| {
-        black_box(forward(black_box(&network.topology), &network.weights, black_box(&inputs)));
+        let topology = black_box(&network.topology);
+        black_box(forward(topology, network.linear_layers, &network.weights, black_box(&inputs)));
     });
     hprintln!("inference {}", inference);
     let estimate = counter.count(|| {

@@ -1,0 +1,36 @@
+//! `fit`: makes a model of records, or fits the one there is again.
+
+use super::model::{asked, print_revision, JudgeArgs, ModelArg};
+use crate::criticism::revise::{self, Wanted};
+use crate::error::Result;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Make a second-order model of records, or fit the model there is to its records again.
+///
+/// The model is a file that may be edited: a number with `free = false` keeps its value, `min` and `max` bound it.
+#[derive(Args, Debug, Clone)]
+pub struct Fit {
+    /// Records (CSV: time_s,yaw_deg) or a campaign.toml; none: those of the model
+    #[arg(value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// Do not fit this record, but try the model on it (repeatable)
+    #[arg(long, value_name = "FILE")]
+    pub hold_out: Vec<PathBuf>,
+    #[command(flatten)]
+    pub model: ModelArg,
+    #[command(flatten)]
+    pub judge: JudgeArgs,
+}
+
+impl Fit {
+    pub fn run(&self) -> Result<()> {
+        let wanted = Wanted {
+            files: self.files.clone(),
+            hold_out: self.hold_out.clone(),
+            unknown_zero: self.judge.unknown_zero,
+        };
+        let path = &self.model.model;
+        print_revision(Some(path), &revise::fit(path, &wanted, &asked(None))?, self.judge.json)
+    }
+}

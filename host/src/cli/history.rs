@@ -1,0 +1,108 @@
+//! `history`: the steps a model has come by, and the way back to any of them.
+
+use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
+use super::model::{asked, ModelArg};
+use crate::criticism::journal::{path_of, Action, Journal, Step};
+use crate::criticism::model::read_text;
+use crate::criticism::revise;
+use crate::error::{Error, Result};
+use clap::Args;
+use serde::Serialize;
+use std::path::Path;
+
+/// List the steps of the model's journal, or return to one.
+///
+/// A return is a step of its own, so that nothing is ever lost.
+#[derive(Args, Debug, Clone)]
+pub struct History {
+    /// Take up the model of step N again
+    #[arg(long = "return", value_name = "N")]
+    pub to: Option<usize>,
+    /// The reason for the return, for the journal
+    #[arg(long, value_name = "TEXT", requires = "to")]
+    pub why: Option<String>,
+    #[command(flatten)]
+    pub model: ModelArg,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Serialize)]
+struct Object<'a> {
+    schema_version: u32,
+    model: &'a Path,
+    journal: &'a Path,
+    /// Whether the file is otherwise than the last step left it.
+    edited: bool,
+    steps: &'a [Step],
+}
+
+impl History {
+    pub fn run(&self) -> Result<()> {
+        let path = &self.model.model;
+        if let Some(number) = self.to {
+            let step = revise::return_to(path, number, &asked(self.why.as_deref()))?;
+            crate::say!("{}: step {} takes up step {number} again", path.display(), step.step);
+        }
+        let journal = Journal::of(path)?;
+        let Some(last) = journal.last() else {
+            return Err(Error::data(format!("{} has no journal", path.display()))
+                .help("name the model with --model, or make one: yawrig fit RECORD.csv"));
+        };
+        let edited = !path.exists() || read_text(path)? != last.model;
+        if self.json {
+            return print_json(&Object {
+                schema_version: SCHEMA_VERSION,
+                model: path,
+                journal: &path_of(path),
+                edited,
+                steps: &journal.steps,
+            });
+        }
+        print_line(&text(&journal.steps))?;
+        if edited {
+            crate::say!(
+                "{} is not as step {} left it: the next step keeps the edit in the journal first",
+                path.display(),
+                last.step
+            );
+        }
+        Ok(())
+    }
+}
+
+fn text(steps: &[Step]) -> String {
+    let mut rows =
+        bare(&["step", "time (UTC)", "what", "over noise", "held out over noise", "why"]);
+    for column in [1, 2, 5] {
+        if let Some(column) = rows.column_mut(column) {
+            column.set_cell_alignment(comfy_table::CellAlignment::Left);
+        }
+    }
+    for step in steps {
+        let after = |digits: fn(&crate::criticism::journal::Residuals) -> f64| {
+            step.after.map_or("-".to_owned(), |r| format!("{:.3}", digits(&r)))
+        };
+        rows.add_row([
+            step.step.to_string(),
+            step.time_utc.clone(),
+            what(step),
+            after(|r| r.residual_over_noise),
+            after(|r| r.held_out_over_noise),
+            step.why.clone().unwrap_or_default(),
+        ]);
+    }
+    rows.trim_fmt()
+}
+
+fn what(step: &Step) -> String {
+    let named = |id: &Option<String>| id.clone().unwrap_or_default();
+    match step.action {
+        Action::Fit => "fit".to_owned(),
+        Action::Add => format!("add {}", named(&step.added)),
+        Action::Remove => format!("remove {}", named(&step.removed)),
+        Action::Return => format!("return to {}", step.returned_to.unwrap_or_default()),
+        Action::Edit => "edit by hand".to_owned(),
+    }
+}

@@ -1,0 +1,140 @@
+//! What the verbs of the model have in common: which model, and what they print.
+
+use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
+use crate::criticism::appraisal::{Appraisal, RecordAppraisal};
+use crate::criticism::journal::Residuals;
+use crate::criticism::revise::{Asked, Revision};
+use crate::error::Result;
+use clap::Args;
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// The model that verbs work on where none is named.
+pub const DEFAULT: &str = "model.toml";
+
+#[derive(Args, Debug, Clone)]
+pub struct ModelArg {
+    /// The model's file; its journal lies beside it
+    #[arg(long, value_name = "MODEL", default_value = DEFAULT)]
+    pub model: PathBuf,
+}
+
+/// How the reading is taken, and how the result is printed.
+#[derive(Args, Debug, Clone)]
+pub struct JudgeArgs {
+    /// The sensor was not zeroed: fit its nought, and leave out the constant moment
+    #[arg(long)]
+    pub unknown_zero: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// The command as it was typed, for the journal.
+pub fn asked(why: Option<&str>) -> Asked {
+    let quoted = |word: String| match word.contains(|c: char| c.is_whitespace() || c == '"') {
+        true => format!("{word:?}"),
+        false => word,
+    };
+    let words: Vec<String> = std::env::args_os()
+        .skip(1)
+        .map(|word| quoted(word.to_string_lossy().into_owned()))
+        .collect();
+    Asked { command: format!("yawrig {}", words.join(" ")), why: why.map(str::to_owned) }
+}
+
+#[derive(Serialize)]
+struct Object<'a> {
+    schema_version: u32,
+    model: Option<&'a Path>,
+    #[serde(flatten)]
+    revision: &'a Revision,
+}
+
+/// Prints what a step has done, as JSON or to be read.
+///
+/// # Errors
+/// Where stdout cannot be written.
+pub fn print_revision(model: Option<&Path>, revision: &Revision, json: bool) -> Result<()> {
+    if json {
+        return print_json(&Object { schema_version: SCHEMA_VERSION, model, revision });
+    }
+    let mut out = String::new();
+    let what = match (revision.added, revision.removed) {
+        (Some(effect), _) => format!("added {effect}"),
+        (_, Some(effect)) => format!("removed {effect}"),
+        _ => "fitted".to_owned(),
+    };
+    let model = model.map_or_else(String::new, |m| m.display().to_string());
+    if let Some(step) = revision.step {
+        let _ = writeln!(out, "{model}, step {step}: {what}");
+    }
+    out.push_str(&summary(revision));
+    print_line(out.trim_end())
+}
+
+/// Residuals before and after, and every value of the model.
+pub fn summary(revision: &Revision) -> String {
+    let a = &revision.appraisal;
+    let mut out = format!(
+        "  residual {} deg; over noise {}; held out {}",
+        change(revision.before, &a.residuals, |r| r.residual_rms_deg, 4),
+        change(revision.before, &a.residuals, |r| r.residual_over_noise, 3),
+        change(revision.before, &a.residuals, |r| r.held_out_over_noise, 3),
+    );
+    if let Some(evidence) = revision.evidence {
+        let _ = write!(out, "; evidence {evidence:.1}");
+    }
+    out.push('\n');
+    for c in &a.conditions {
+        let name =
+            if a.conditions.len() > 1 { format!("{}: ", c.condition) } else { String::new() };
+        let _ = writeln!(
+            out,
+            "  {name}wn {} rad/s, zeta {}",
+            c.modal.natural_frequency_rad_s, c.modal.damping_ratio
+        );
+    }
+    for effect in &a.effects {
+        for parameter in effect.parameters() {
+            if let Some(value) = a.parameters.get(&format!("{effect}.{}", parameter.name)) {
+                let _ = writeln!(out, "  {effect}.{} = {value} {}", parameter.name, parameter.unit);
+            }
+        }
+    }
+    out.push_str(&records(a));
+    out
+}
+
+fn change(
+    before: Option<Residuals>,
+    after: &Residuals,
+    which: impl Fn(&Residuals) -> f64,
+    digits: usize,
+) -> String {
+    let after = which(after);
+    match before {
+        Some(before) => format!("{:.digits$} -> {after:.digits$}", which(&before)),
+        None => format!("{after:.digits$}"),
+    }
+}
+
+/// A row for each record, where there are several.
+fn records(a: &Appraisal) -> String {
+    if a.records.len() < 2 {
+        return String::new();
+    }
+    let mut rows = bare(&["record", "", "noise (deg)", "residual (deg)", "over noise"]);
+    for r in &a.records {
+        let RecordAppraisal { file, held_out, .. } = r;
+        rows.add_row([
+            file.clone(),
+            if *held_out { "held out" } else { "fitted" }.to_owned(),
+            format!("{:.4}", r.noise_rms_deg),
+            format!("{:.4}", r.residual_rms_deg),
+            format!("{:.3}", r.residual_over_noise),
+        ]);
+    }
+    format!("{}\n", rows.trim_fmt())
+}

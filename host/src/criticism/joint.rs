@@ -1,0 +1,498 @@
+//! Releases fitted together: some numbers are each release's own, others they have in common.
+//!
+//! A release has its own initial state and, where unknown, its own nought of the sensor. Natural frequency and damping
+//! ratio are shared by the repeats of one condition, the coefficients of an effect as a [`Sharing`] says; a line's size
+//! and phase and a drift belong to their release whatever it says ([`Effect::belongs_to_release`]). Residuals count
+//! over each release's noise floor. One release is the case that [`super::fitting`] builds on.
+//!
+//! A release touches its own numbers and the shared ones only, so that many releases cost no more than one after the
+//! other: simulated on all cores, their normal equations summed block by block ([`Rows::part`]).
+
+use super::effects::Effect;
+use super::fitting::{motion, Fitted, Structure};
+use super::simulate::Grid;
+use super::swing::Swing;
+use crate::fit::{minimise, Fit, Options, Problem, Rows};
+use crate::quantity::Quantity;
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+use std::collections::HashMap;
+
+/// Of an effect's size (where it rivals the spring): the step of the differences.
+const DIFFERENCE: f64 = 1e-6;
+/// The same with a user's own effects, whose integration adapts its steps.
+const OWN_DIFFERENCE: f64 = 3e-5;
+const EVALUATIONS: usize = 30;
+
+/// The first `count` means of a swing.
+#[derive(Clone, Copy, Debug)]
+pub struct Release<'a> {
+    pub swing: &'a Swing,
+    pub count: usize,
+}
+
+impl<'a> Release<'a> {
+    pub fn whole(swing: &'a Swing) -> Self {
+        Self { swing, count: swing.yaw_rad.len() }
+    }
+    /// The first `share` of it.
+    pub fn part(swing: &'a Swing, share: f64) -> Self {
+        Self { swing, count: (share * swing.yaw_rad.len() as f64) as usize }
+    }
+}
+
+/// Which releases have which numbers in common. Group numbers mean nothing but sameness.
+#[derive(Clone, Debug, PartialEq, Eq, Default)]
+pub struct Sharing {
+    /// Of each release: those of one group have natural frequency and damping ratio in common.
+    pub modal: Vec<usize>,
+    /// Of each effect of the structure and each release: those of one group have the effect's coefficients in common;
+    /// `None`: the release is without the effect.
+    pub effects: Vec<Vec<Option<usize>>>,
+}
+
+impl Sharing {
+    /// Nothing in common.
+    pub fn none(releases: usize, effects: usize) -> Self {
+        let own = (0..releases).map(Some).collect();
+        Self { modal: (0..releases).collect(), effects: vec![own; effects] }
+    }
+
+    /// With one more effect, shared as `groups` says.
+    pub fn with(&self, groups: Vec<Option<usize>>) -> Self {
+        let mut effects = self.effects.clone();
+        effects.push(groups);
+        Self { effects, ..self.clone() }
+    }
+
+    /// Without the effect at `place` of the structure.
+    pub fn without(&self, place: usize) -> Self {
+        let mut effects = self.effects.clone();
+        effects.remove(place);
+        Self { effects, ..self.clone() }
+    }
+
+    /// What `structure` is for one release.
+    fn of_release(&self, structure: &Structure, release: usize) -> Structure {
+        let has = |k: &usize| self.effects[*k][release].is_some();
+        let effects = (0..structure.effects.len()).filter(has).map(|k| structure.effects[k]);
+        Structure { effects: effects.collect(), ..structure.clone() }
+    }
+}
+
+/// Where each release's numbers are among all.
+#[derive(Clone, Debug)]
+struct Places {
+    of: Vec<Vec<usize>>,
+    count: usize,
+}
+
+impl Places {
+    fn new(structure: &Structure, sharing: &Sharing) -> Self {
+        /// An effect's place and the number's in it; a modal number has no effect.
+        type Key = (Option<usize>, usize, usize);
+        let mut known: HashMap<Key, usize> = HashMap::new();
+        let mut count = 0;
+        let mut place = |key: Option<Key>| {
+            if let Some(&at) = key.as_ref().and_then(|key| known.get(key)) {
+                return at;
+            }
+            known.extend(key.map(|key| (key, count)));
+            count += 1;
+            count - 1
+        };
+        let of = (0..sharing.modal.len())
+            .map(|release| {
+                let mut own = Vec::new();
+                for number in 0..structure.own_numbers() {
+                    let shared = number < 2;
+                    own.push(place(shared.then_some((None, number, sharing.modal[release]))));
+                }
+                for (k, effect) in structure.effects.iter().enumerate() {
+                    let Some(group) = sharing.effects[k][release] else { continue };
+                    for number in 0..effect.parameters().len() {
+                        let shared = !effect.belongs_to_release(number);
+                        own.push(place(shared.then_some((Some(k), number, group))));
+                    }
+                }
+                own
+            })
+            .collect();
+        Self { of, count }
+    }
+}
+
+/// One release's share of the problem.
+struct Part<'a> {
+    release: Release<'a>,
+    structure: Structure,
+    starts: Vec<usize>,
+    /// Of each number of the release: its place among all.
+    places: Vec<usize>,
+    /// Numbers that are not fixed, in the order of their places.
+    free: Vec<usize>,
+    bounds: Vec<(f64, f64)>,
+    steps: Vec<f64>,
+}
+
+impl Part<'_> {
+    fn readings(&self, p: &[f64], out: &mut [f64]) {
+        let (motion, zero) = motion(&self.structure, &self.starts, p);
+        motion.readings(&Grid { count: self.release.count, ..self.release.swing.grid }, out);
+        out.iter_mut().for_each(|y| *y += zero);
+    }
+
+    /// Residuals and their derivatives by the free numbers, over the noise, at the parameters `all`.
+    fn linearised(&self, all: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let swing = self.release.swing;
+        let weight = swing.noise_rad.recip();
+        let p: Vec<f64> = self.places.iter().map(|&at| all[at]).collect();
+        let count = self.release.count;
+        let mut residuals = vec![0.0; count];
+        self.readings(&p, &mut residuals);
+        for (r, y) in residuals.iter_mut().zip(&swing.yaw_rad) {
+            *r = (*r - y) * weight;
+        }
+        let mut other = vec![0.0; count];
+        let mut q = p.clone();
+        let columns = self
+            .free
+            .iter()
+            .map(|&j| {
+                let (low, high) = self.bounds[j];
+                let up = (p[j] + self.steps[j]).min(high);
+                let down = (p[j] - self.steps[j]).max(low);
+                let mut column = vec![0.0; count];
+                q[j] = up;
+                self.readings(&q, &mut column);
+                q[j] = down;
+                self.readings(&q, &mut other);
+                q[j] = p[j];
+                let inverse = weight / (up - down);
+                for (c, o) in column.iter_mut().zip(&other) {
+                    *c = (*c - o) * inverse;
+                }
+                column
+            })
+            .collect();
+        (residuals, columns)
+    }
+}
+
+/// Residuals of all releases over their noise.
+struct Together<'a> {
+    parts: Vec<Part<'a>>,
+    places: Places,
+    bounds: Vec<(f64, f64)>,
+}
+
+impl<'a> Together<'a> {
+    /// `starts`: a value for each release's numbers.
+    fn new(
+        releases: &[Release<'a>],
+        structure: &Structure,
+        sharing: &Sharing,
+        starts: &[Vec<f64>],
+    ) -> Self {
+        let places = Places::new(structure, sharing);
+        let mut bounds: Vec<Option<(f64, f64)>> = vec![None; places.count];
+        for (i, (release, start)) in releases.iter().zip(starts).enumerate() {
+            let own = sharing.of_release(structure, i).bounds(release.swing, start);
+            for (&at, (low, high)) in places.of[i].iter().zip(own) {
+                let (least, most) = bounds[at].unwrap_or((low, high));
+                let (low, high) = (low.max(least), high.min(most));
+                // Two releases whose bounds do not meet keep to the first's.
+                bounds[at] = Some(if low <= high { (low, high) } else { (least, most) });
+            }
+        }
+        let bounds: Vec<(f64, f64)> =
+            bounds.into_iter().map(|b| b.unwrap_or((f64::NEG_INFINITY, f64::INFINITY))).collect();
+        let parts = releases
+            .iter()
+            .enumerate()
+            .map(|(i, &release)| {
+                let structure = sharing.of_release(structure, i);
+                let places = places.of[i].clone();
+                let bounds: Vec<(f64, f64)> = places.iter().map(|&at| bounds[at]).collect();
+                let mut free: Vec<usize> =
+                    (0..places.len()).filter(|&j| bounds[j].0 < bounds[j].1).collect();
+                free.sort_by_key(|&j| places[j]);
+                let sizes = structure.sizes(release.swing);
+                let own = structure.effects.iter().any(|e| matches!(e, Effect::Own(_)));
+                let difference = if own { OWN_DIFFERENCE } else { DIFFERENCE };
+                debug_assert_eq!(sizes.len(), places.len());
+                Part {
+                    starts: structure.starts(),
+                    steps: sizes.iter().map(|s| difference * s).collect(),
+                    release,
+                    structure,
+                    places,
+                    free,
+                    bounds,
+                }
+            })
+            .collect();
+        Self { parts, places, bounds }
+    }
+
+    /// The mean of each number over the releases that share it, `weight(release, number)` each.
+    fn gathered(
+        &self,
+        starts: &[Vec<f64>],
+        weight: &dyn Fn(usize, usize) -> Option<f64>,
+    ) -> Vec<f64> {
+        let mut sums = vec![(0.0, 0.0, 0.0, 0.0); self.places.count];
+        for (i, start) in starts.iter().enumerate() {
+            for (j, (&at, &value)) in self.places.of[i].iter().zip(start).enumerate() {
+                let w = weight(i, j).unwrap_or(0.0);
+                let sum = &mut sums[at];
+                *sum = (sum.0 + w, sum.1 + w * value, sum.2 + 1.0, sum.3 + value);
+            }
+        }
+        sums.iter().map(|s| if s.0 > 0.0 { s.1 / s.0 } else { s.3 / s.2 }).collect()
+    }
+
+    fn minimise(&self, start: &[f64]) -> Fit {
+        let options = Options { max_evaluations: EVALUATIONS, tolerance: 0.01, damping: 1e-4 };
+        minimise(self, start, &options)
+    }
+}
+
+impl Problem for Together<'_> {
+    fn parameters(&self) -> usize {
+        self.places.count
+    }
+
+    fn evaluate(&self, p: &[f64], rows: &mut dyn Rows) {
+        let mut add = |part: &Part, (residuals, columns): (Vec<f64>, Vec<Vec<f64>>)| {
+            let which: Vec<usize> = part.free.iter().map(|&j| part.places[j]).collect();
+            let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+            rows.part(&residuals, &which, &columns);
+        };
+        if let [part] = &self.parts[..] {
+            return add(part, part.linearised(p));
+        }
+        let all: Vec<_> = self.parts.par_iter().map(|part| part.linearised(p)).collect();
+        for (part, linearised) in self.parts.iter().zip(all) {
+            add(part, linearised);
+        }
+    }
+
+    fn bounds(&self, index: usize) -> (f64, f64) {
+        self.bounds[index]
+    }
+}
+
+/// A model fitted to several releases at once.
+#[derive(Clone, Debug)]
+pub struct JointFit {
+    pub structure: Structure,
+    pub sharing: Sharing,
+    /// Each release with its numbers; their uncertainties are those of the joint fit.
+    pub fits: Vec<Fitted>,
+    /// Over the noise, squared.
+    pub sum_of_squares: f64,
+    pub count: usize,
+    pub converged: bool,
+    /// All numbers, the shared ones once.
+    pub parameters: Vec<f64>,
+    /// Not inflated for correlated residuals.
+    covariance: Option<DMatrix<f64>>,
+    places: Places,
+}
+
+impl JointFit {
+    fn new(
+        releases: &[Release],
+        structure: &Structure,
+        sharing: &Sharing,
+        together: Together,
+        fit: Fit,
+    ) -> Self {
+        let covariance = fit.covariance.ok();
+        let converged = fit.stop.is_minimum();
+        let mut fits: Vec<Fitted> = releases
+            .par_iter()
+            .zip(&together.parts)
+            .map(|(release, part)| {
+                let p: Vec<f64> = part.places.iter().map(|&at| fit.parameters[at]).collect();
+                let mut residuals = vec![0.0; release.count];
+                part.readings(&p, &mut residuals);
+                for (r, y) in residuals.iter_mut().zip(&release.swing.yaw_rad) {
+                    *r -= y;
+                }
+                let n = part.places.len();
+                let own = covariance
+                    .as_ref()
+                    .map(|c| DMatrix::from_fn(n, n, |a, b| c[(part.places[a], part.places[b])]));
+                Fitted::new(part.structure.clone(), p, residuals, converged, own)
+            })
+            .collect();
+        let count = fits.iter().map(|fit| fit.count).sum();
+        let effective: f64 = fits.iter().map(Fitted::effective_count).sum();
+        fits.iter_mut().for_each(|f| f.inflation = count as f64 / effective);
+        Self {
+            structure: structure.clone(),
+            sharing: sharing.clone(),
+            fits,
+            sum_of_squares: fit.sum_of_squares,
+            count,
+            converged,
+            parameters: fit.parameters,
+            covariance,
+            places: together.places,
+        }
+    }
+
+    /// Residuals that count as independent.
+    pub fn effective_count(&self) -> f64 {
+        self.fits.iter().map(Fitted::effective_count).sum()
+    }
+
+    /// Rms of the residuals over each release's noise.
+    pub fn over_noise(&self) -> f64 {
+        let freedom = self.count.saturating_sub(self.parameters.len()).max(1);
+        (self.sum_of_squares / freedom as f64).sqrt()
+    }
+
+    /// Where number `number` (of those the fit varies) of `effect` in `release` is among [`Self::parameters`].
+    pub fn place(&self, effect: Effect, number: usize, release: usize) -> Option<usize> {
+        let own = &self.fits[release].structure;
+        let k = own.effects.iter().position(|e| *e == effect)?;
+        Some(self.places.of[release][own.starts()[k] + number])
+    }
+
+    /// Covariance of two of [`Self::parameters`], inflated for correlated residuals. NaN where the fit has none.
+    pub fn covariance(&self, a: usize, b: usize) -> f64 {
+        let inflation = self.count as f64 / self.effective_count();
+        self.covariance.as_ref().map_or(f64::NAN, |c| c[(a, b)] * inflation)
+    }
+
+    /// One of [`Self::parameters`].
+    pub fn quantity(&self, index: usize) -> Quantity {
+        Quantity::new(self.parameters[index], self.covariance(index, index).max(0.0).sqrt())
+    }
+
+    /// Residual over noise on the means after those fitted; `None` where there are none.
+    pub fn held_out_over_noise(&self, swings: &[&Swing]) -> Option<f64> {
+        let mut sum = (0.0, 0.0);
+        for (fit, swing) in self.fits.iter().zip(swings) {
+            let n = swing.yaw_rad.len().saturating_sub(fit.count) as f64;
+            sum.0 += n;
+            if n > 0.0 {
+                sum.1 += n * super::fitting::held_out_over_noise(swing, fit).powi(2);
+            }
+        }
+        (sum.0 > 0.0).then(|| (sum.1 / sum.0).sqrt())
+    }
+}
+
+/// Fits `structure` to `releases` at once, from `starts`: each release's numbers in the order of [`Fitted`], of which
+/// shared ones are averaged. One release's are fitted as they are.
+pub fn fit(
+    releases: &[Release],
+    structure: &Structure,
+    sharing: &Sharing,
+    starts: &[Vec<f64>],
+) -> JointFit {
+    let together = Together::new(releases, structure, sharing, starts);
+    let start = together.gathered(starts, &|_, _| None);
+    let fit = together.minimise(&start);
+    JointFit::new(releases, structure, sharing, together, fit)
+}
+
+/// Fits `structure` from each release's own fit, which holds every effect that `sharing` gives the release; what is
+/// known better weighs more.
+pub fn fit_from(
+    releases: &[Release],
+    structure: &Structure,
+    sharing: &Sharing,
+    singles: &[&Fitted],
+) -> JointFit {
+    let ordered: Vec<(Vec<f64>, Vec<Option<f64>>)> = singles
+        .iter()
+        .enumerate()
+        .map(|(i, single)| single.in_order_of(&sharing.of_release(structure, i)))
+        .collect();
+    let starts: Vec<Vec<f64>> = ordered.iter().map(|o| o.0.clone()).collect();
+    let together = Together::new(releases, structure, sharing, &starts);
+    let weight = |i: usize, j: usize| ordered[i].1[j].filter(|v| *v > 0.0).map(f64::recip);
+    let start = together.gathered(&starts, &weight);
+    let fit = together.minimise(&start);
+    JointFit::new(releases, structure, sharing, together, fit)
+}
+
+/// Minimises over one release; its sum of squares is over the noise, squared.
+pub(super) fn solve_one(release: Release, structure: &Structure, start: &[f64]) -> Fit {
+    let sharing = Sharing::none(1, structure.effects.len());
+    Together::new(&[release], structure, &sharing, &[start.to_vec()]).minimise(start)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::check::jacobian_error;
+
+    fn swing(wn: f64, c: f64) -> Swing {
+        let grid = Grid { start_s: 0.0, step_s: 0.02, count: 900, mean_width_s: 0.0 };
+        let terms = super::super::effects::Terms {
+            cubic_damping: c,
+            static_offset: 0.1,
+            ..Default::default()
+        };
+        let motion = super::super::simulate::Motion {
+            natural_frequency_rad_s: wn,
+            damping_ratio: 0.01,
+            yaw_rad: 0.2,
+            rate_rad_s: 0.0,
+            terms,
+        };
+        let mut yaw_rad = vec![0.0; grid.count];
+        motion.readings(&grid, &mut yaw_rad);
+        Swing {
+            grid,
+            yaw_rad,
+            block: 1,
+            noise_rad: 1e-3,
+            sample_noise_rad: 1e-3,
+            frequency_rad_s: wn,
+            amplitude_rad: 0.2,
+            release_time_s: 0.0,
+            windows: Vec::new(),
+        }
+    }
+
+    /// Shared, grouped, own and absent numbers each get their derivative where they belong.
+    #[test]
+    fn the_jacobian_of_shared_numbers_agrees_with_differences() {
+        let swings = [swing(6.0, 0.0), swing(6.0, 2.0), swing(7.0, 2.0)];
+        let releases = swings.each_ref().map(Release::whole);
+        let structure = Structure {
+            effects: vec![Effect::CubicDamping, Effect::StaticOffset, Effect::BaselineDrift],
+            ..Structure::default()
+        };
+        let sharing = Sharing {
+            modal: vec![0, 0, 1],
+            effects: vec![
+                vec![None, Some(0), Some(0)],
+                vec![Some(0), Some(1), Some(1)],
+                vec![Some(0); 3],
+            ],
+        };
+        let starts = [
+            vec![6.02, 0.011, 0.19, 0.02, 0.08, 1e-4],
+            vec![6.02, 0.011, 0.21, 0.01, 1.5, 0.12, -1e-4],
+            vec![7.02, 0.009, 0.21, 0.03, 1.5, 0.12, 2e-4],
+        ];
+        let together = Together::new(&releases, &structure, &sharing, &starts);
+        // Two modal pairs, three states, one coefficient, two offsets, three drifts.
+        assert_eq!(together.places.count, 4 + 6 + 1 + 2 + 3);
+        let p = together.gathered(&starts, &|_, _| None);
+        assert!(jacobian_error(&together, &p) < 1e-4);
+        let fitted = fit(&releases, &structure, &sharing, &starts);
+        assert!(fitted.converged);
+        let c = fitted.quantity(fitted.place(Effect::CubicDamping, 0, 2).unwrap());
+        assert!((c.value - 2.0).abs() < 1e-6, "{c}");
+        assert_eq!(fitted.place(Effect::CubicDamping, 0, 0), None);
+    }
+}

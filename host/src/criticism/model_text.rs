@@ -1,0 +1,290 @@
+//! Writing `model.toml`, with what the user wrote beside the values left in place.
+
+use super::effects::Effect;
+use super::model::{Model, ParameterEntry, RecordEntry, SCHEMA_VERSION};
+use crate::error::{Error, Result};
+use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike, Value};
+
+const HEADER: &str = "\
+# Second-order model of the yaw motion, b'' = -2 zeta wn r - wn^2 b, and the effects added to it; angles in rad,
+# moments divided by Izz. A number with free = false keeps its value in the next `yawrig fit`; min and max bound it.
+schema_version = 1
+";
+/// Of a standard uncertainty: what may be rounded off a value.
+const ROUNDING_DIGITS: i32 = 4;
+
+impl Model {
+    /// The text of its file: `old` with the new values, comments kept; without one, a new file.
+    ///
+    /// # Errors
+    /// Where `old` is not TOML.
+    pub fn text(&self, old: Option<&str>) -> Result<String> {
+        let mut document: DocumentMut = old
+            .unwrap_or(HEADER)
+            .parse()
+            .map_err(|e| Error::internal(format!("cannot write the model: {e}")))?;
+        let root = document.as_table_mut();
+        put(root, "schema_version", i64::from(SCHEMA_VERSION));
+        put(root, "unknown_zero", self.unknown_zero);
+        self.write_records(tables(root, "record"));
+        self.write_modal(sub_table(root, "modal", true));
+        self.write_effects(tables(root, "effect"));
+        for name in ["record", "effect"] {
+            if root
+                .get(name)
+                .and_then(Item::as_array_of_tables)
+                .is_some_and(ArrayOfTables::is_empty)
+            {
+                root.remove(name);
+            }
+        }
+        Ok(document.to_string())
+    }
+
+    fn write_records(&self, tables: &mut ArrayOfTables) {
+        tables.retain(|t| self.records.iter().any(|r| text_of(t, "file") == Some(&r.file)));
+        for record in &self.records {
+            record.write(with_text(tables, "file", &record.file));
+        }
+    }
+
+    fn write_modal(&self, modal: &mut Table) {
+        modal.retain(|condition, _| self.modal.contains_key(condition));
+        for (condition, entry) in &self.modal {
+            let table = sub_table(modal, condition, false);
+            entry.natural_frequency_rad_s.write(table, "natural_frequency_rad_s", "rad/s");
+            entry.damping_ratio.write(table, "damping_ratio", "1");
+        }
+    }
+
+    fn write_effects(&self, tables: &mut ArrayOfTables) {
+        tables.retain(|t| self.effects.iter().any(|e| text_of(t, "id") == Some(e.effect.id())));
+        for entry in &self.effects {
+            let table = with_text(tables, "id", entry.effect.id());
+            if let Effect::Own(own) = entry.effect {
+                put(table, "definition", own.text.as_str());
+            }
+            let parameters = sub_table(table, "parameters", false);
+            for (known, value) in entry.effect.parameters().iter().zip(&entry.parameters) {
+                value.write(parameters, known.name, known.unit);
+            }
+        }
+    }
+}
+
+impl RecordEntry {
+    fn write(&self, table: &mut Table) {
+        put(table, "condition", self.condition.as_str());
+        put(table, "held_out", self.held_out);
+        if let Some(made) = &self.made_under {
+            put(table, "spring", made.spring.as_str());
+            put(table, "axis", made.axis.to_string());
+            put(table, "wind_speed_m_s", made.wind_speed_m_s);
+        }
+    }
+}
+
+impl ParameterEntry {
+    fn write(&self, table: &mut Table, name: &str, unit: &str) {
+        if !table.get(name).is_some_and(Item::is_table_like) {
+            table.insert(name, Item::Value(Value::InlineTable(InlineTable::new())));
+        }
+        let Some(entry) = table.get_mut(name).and_then(Item::as_table_like_mut) else { return };
+        for (key, value) in [("value", self.value.map(|v| rounded(v, self.u))), ("u", self.u)] {
+            match value {
+                Some(value) if key == "u" => put(entry, key, four_digits(value)),
+                Some(value) => put(entry, key, value),
+                None => drop(entry.remove(key)),
+            }
+        }
+        put(entry, "unit", unit);
+        put(entry, "min", self.min);
+        put(entry, "max", self.max);
+        put(entry, "free", self.free);
+    }
+}
+
+/// Without the digits that its uncertainty makes meaningless, so that a person can read it.
+pub(super) fn rounded(value: f64, u: Option<f64>) -> f64 {
+    let Some(u) = u.filter(|u| u.is_finite() && *u > 0.0) else { return value };
+    let decimals = ROUNDING_DIGITS - u.log10().floor() as i32;
+    if decimals < 0 {
+        return value;
+    }
+    format!("{value:.*}", decimals as usize).parse().unwrap_or(value)
+}
+
+pub(super) fn four_digits(u: f64) -> f64 {
+    format!("{u:.3e}").parse().unwrap_or(u)
+}
+
+/// Sets a value, with the white space and comments of the one it takes the place of.
+fn put(table: &mut dyn TableLike, key: &str, new: impl Into<Value>) {
+    let mut new = new.into();
+    match table.get_mut(key).and_then(Item::as_value_mut) {
+        Some(old) => {
+            *new.decor_mut() = old.decor().clone();
+            *old = new;
+        }
+        None => drop(table.insert(key, Item::Value(new))),
+    }
+}
+
+fn text_of<'a>(table: &'a Table, key: &str) -> Option<&'a str> {
+    table.get(key).and_then(Item::as_str)
+}
+
+/// The array of tables `key`; one written as an inline array is rewritten.
+fn tables<'a>(root: &'a mut Table, key: &str) -> &'a mut ArrayOfTables {
+    let item = root.entry(key).or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
+    if !item.is_array_of_tables() {
+        let inline = std::mem::take(item);
+        *item = Item::ArrayOfTables(inline.into_array_of_tables().unwrap_or_default());
+    }
+    item.as_array_of_tables_mut().expect("it has just been made one")
+}
+
+fn with_text<'a>(tables: &'a mut ArrayOfTables, key: &str, text: &str) -> &'a mut Table {
+    let known = tables.iter().position(|t| text_of(t, key) == Some(text));
+    let at = known.unwrap_or_else(|| {
+        let mut table = Table::new();
+        put(&mut table, key, text);
+        tables.push(table);
+        tables.len() - 1
+    });
+    tables.get_mut(at).expect("it is there")
+}
+
+/// The table `key`; one written inline is rewritten. `implicit`: no header of its own.
+fn sub_table<'a>(parent: &'a mut Table, key: &str, implicit: bool) -> &'a mut Table {
+    let item = parent.entry(key).or_insert_with(|| {
+        let mut table = Table::new();
+        table.set_implicit(implicit);
+        Item::Table(table)
+    });
+    if !item.is_table() {
+        let inline = std::mem::take(item);
+        *item = Item::Table(inline.into_table().unwrap_or_default());
+    }
+    item.as_table_mut().expect("it has just been made one")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::model::{EffectEntry, ModalEntry};
+    use super::*;
+    use std::path::Path;
+
+    fn sample() -> Model {
+        let mut modal = ModalEntry::default();
+        modal.natural_frequency_rad_s.value = Some(7.500_012_345_678);
+        modal.natural_frequency_rad_s.u = Some(0.000_123_456);
+        modal.damping_ratio.value = Some(0.012);
+        modal.damping_ratio.free = false;
+        let mut friction = EffectEntry::unfitted(Effect::CoulombFriction);
+        friction.parameters[0].value = Some(0.05);
+        friction.parameters[0].u = Some(0.001);
+        let record = RecordEntry {
+            file: "releases/a.csv".into(),
+            condition: "releases/a".into(),
+            held_out: false,
+            made_under: None,
+            line: 0,
+        };
+        Model {
+            unknown_zero: false,
+            records: vec![record],
+            modal: [("releases/a".to_string(), modal)].into(),
+            effects: vec![friction, EffectEntry::unfitted(Effect::HarmonicForcing)],
+        }
+    }
+
+    fn read(text: &str) -> Model {
+        let mut model = Model::parse(text, Path::new("model.toml")).unwrap();
+        model.records.iter_mut().for_each(|r| r.line = 0);
+        model
+    }
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        let mut model = sample();
+        let text = model.text(None).unwrap();
+        let wn = &mut model.modal.get_mut("releases/a").unwrap().natural_frequency_rad_s;
+        (wn.value, wn.u) = (Some(7.500_012_35), Some(0.000_123_5));
+        assert_eq!(read(&text), model, "{text}");
+        assert_eq!(model.text(Some(&text)).unwrap(), text);
+    }
+
+    #[test]
+    fn comments_of_the_user_stay() {
+        let model = sample();
+        let text = model.text(None).unwrap();
+        let commented = text
+            .replace("[[effect]]", "# rubs at the seal\n[[effect]]")
+            .replace("unknown_zero = false", "unknown_zero = false # zeroed in the morning");
+        let mut other = model.clone();
+        other.effects[0].parameters[0].value = Some(0.06);
+        other.effects.pop();
+        let new = other.text(Some(&commented)).unwrap();
+        assert!(new.contains("# rubs at the seal") && new.contains("# zeroed in the morning"));
+        assert_eq!(read(&new).effects, other.effects, "{new}");
+        other.effects.clear();
+        let new = other.text(Some(&new)).unwrap();
+        assert_eq!(read(&new).effects, [], "{new}");
+        assert!(new.contains("# zeroed in the morning"));
+    }
+
+    #[test]
+    fn tables_written_inline_are_understood() {
+        let text = "schema_version = 1\n\
+            record = [{ file = \"a.csv\" }]\n\
+            effect = [{ id = \"cubic_stiffness\", parameters = { k3 = { value = 2, free = false } } }]\n\
+            modal = { a = { damping_ratio = { value = 0.01 } } }\n";
+        let model = read(text);
+        let k3 = model.effects[0].parameters[0];
+        assert_eq!((k3.value, k3.free, k3.min), (Some(2.0), false, f64::NEG_INFINITY));
+        let new = model.text(Some(text)).unwrap();
+        assert_eq!(read(&new), model, "{new}");
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_line() {
+        let text = sample().text(None).unwrap();
+        for (from, to, said, help) in [
+            (
+                "coulomb_friction",
+                "coulomb_fricton",
+                "there is no effect",
+                "did you mean coulomb_friction?",
+            ),
+            ("\"rad/s2\"", "\"deg/s2\"", "coulomb_friction.c is in rad/s2", "convert"),
+            ("c = {", "k = {", "has no parameter \"k\"", "its parameters: c"),
+            (
+                "min = 0.0, max = inf, free = true }\n\n[[",
+                "min = -1.0, max = inf }\n\n[[",
+                "min = -1",
+                "0 <=",
+            ),
+            ("value = 0.05", "value = -0.05", "value -0.05 is not between", "move"),
+            ("value = 0.05", "vale = 0.05", "unknown field `vale`", "correct"),
+            ("value = 0.05, ", "free = false, ", "duplicate key", "correct"),
+            ("held_out = false", "held_out = 0", "invalid type", "correct"),
+            ("[modal.\"releases/a\"]", "[modal.b]", "no record has the condition \"b\"", "correct"),
+            (
+                "schema_version = 1",
+                "schema_version = 2",
+                "schema_version is 2",
+                "reads schema_version 1",
+            ),
+            ("harmonic_forcing", "coulomb_friction", "is in the model twice", "delete"),
+            ("harmonic_forcing", "buffeting", "cannot be simulated", "diagnose"),
+        ] {
+            let wrong = text.replacen(from, to, 1);
+            assert_ne!(wrong, text, "{from} is not in\n{text}");
+            let line = 1 + wrong.lines().zip(text.lines()).position(|(a, b)| a != b).unwrap();
+            let error = Model::parse(&wrong, Path::new("m.toml")).unwrap_err().to_string();
+            assert!(error.contains(&format!("m.toml:{line}:")), "line {line}: {error}\n{wrong}");
+            assert!(error.contains(said) && error.contains(help), "{error}");
+        }
+    }
+}

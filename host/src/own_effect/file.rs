@@ -1,0 +1,232 @@
+//! The file of a user's own effect, as TOML, and what is refused in it.
+
+use super::expression::{self, Flaw, Node};
+use super::program::{function, Program, FUNCTIONS, INPUTS, MOST_PARAMETERS};
+use super::source::{self, Place};
+use super::units::{self, Unit};
+use super::{checks, OwnEffect, Parameter};
+use crate::error::{Error, Result};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+use toml::Spanned;
+
+/// Largest file read, bytes.
+const LARGEST: u64 = 65_536;
+const LONGEST_NAME: usize = 40;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    id: Spanned<String>,
+    title: Spanned<String>,
+    moment: Spanned<String>,
+    #[serde(default)]
+    parameters: BTreeMap<Spanned<String>, Declared>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Declared {
+    unit: Spanned<String>,
+    start: Spanned<f64>,
+    min: Option<Spanned<f64>>,
+    max: Option<Spanned<f64>>,
+}
+
+/// A file's name and text, for errors that point into it.
+struct Text<'a> {
+    file: &'a Path,
+    text: &'a str,
+}
+
+impl Text<'_> {
+    fn error<T>(&self, at: &Spanned<T>, message: &str, help: &str) -> Error {
+        source::error(self.file, self.text, at.span(), message, help)
+    }
+}
+
+/// Reads and checks `file`; `taken` are the identifiers of the library.
+///
+/// # Errors
+/// Exit 3, pointing at the character where there is one.
+pub fn read(file: &Path, taken: &[&str]) -> Result<OwnEffect> {
+    let unreadable = |why: &dyn std::fmt::Display| {
+        Error::data(format!("cannot read {}: {why}", file.display()))
+            .help("give the path of an effect's TOML file")
+    };
+    let about = std::fs::metadata(file).map_err(|e| unreadable(&e))?;
+    if about.is_dir() {
+        return Err(unreadable(&"it is a folder"));
+    }
+    if about.len() > LARGEST {
+        return Err(unreadable(&format!("it is larger than {LARGEST} bytes")));
+    }
+    let bytes = std::fs::read(file).map_err(|e| unreadable(&e))?;
+    let text = String::from_utf8(bytes).map_err(|e| {
+        unreadable(&format!("byte {} is not UTF-8 text", e.utf8_error().valid_up_to()))
+    })?;
+    from_text(file, &text, taken)
+}
+
+/// As [`read`], from the file's `text`.
+///
+/// # Errors
+/// Those of [`read`].
+pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
+    let document: Document = toml::from_str(text).map_err(|e| {
+        let span = e.span().unwrap_or(0..0);
+        let help =
+            "an effect has id, title, moment and [parameters] NAME = { unit, start, min, max }";
+        source::error(file, text, span, e.message().trim_end(), help)
+    })?;
+    let place = Text { file, text };
+    check_id(&place, &document.id, taken)?;
+    if document.title.get_ref().trim().is_empty() {
+        return Err(place.error(&document.title, "the title is empty", "say what the effect is"));
+    }
+    let mut declared: Vec<(&Spanned<String>, &Declared)> = document.parameters.iter().collect();
+    declared.sort_by_key(|d| d.0.span().start);
+    if let Some((name, _)) = declared.get(MOST_PARAMETERS) {
+        let message = format!("more than {MOST_PARAMETERS} parameters");
+        return Err(place.error(name, &message, "no record tells so many apart"));
+    }
+    let (mut parameters, mut units, mut starts) = (Vec::new(), Vec::new(), Vec::new());
+    for (name, d) in &declared {
+        let (parameter, unit) = parameter(&place, name, d)?;
+        units.push((parameter.name.to_owned(), unit));
+        parameters.push(parameter);
+        starts.push(*d.start.get_ref());
+    }
+    let names: Vec<String> = units.iter().map(|u| u.0.clone()).collect();
+
+    let moment = document.moment.get_ref();
+    let quoted = Place::new(text, document.moment.span(), moment);
+    let pointed = |flaw: Flaw| quoted.error(file, text, &flaw);
+    let node = expression::parse(moment).map_err(pointed)?;
+    let program = Program::new(&node, &names).map_err(pointed)?;
+    let mut used = Vec::new();
+    node.names(&mut used);
+    for (name, _) in &declared {
+        if !used.iter().any(|u| u.0 == name.get_ref()) {
+            let message = format!("the moment does not use the parameter \"{}\"", name.get_ref());
+            return Err(place.error(name, &message, "use it in the moment or take it away"));
+        }
+    }
+    if declared.is_empty() {
+        let help = "declare one under [parameters] and use it: its size is what is fitted";
+        let flaw = Flaw::new(node.span.clone(), "the moment depends on no parameter", help);
+        return Err(pointed(flaw));
+    }
+    units::check(moment, &node, &units).map_err(pointed)?;
+    let first_use = |name: &str| used.iter().find(|u| u.0 == name).map(|u| u.1.clone());
+    let subject = checks::Subject {
+        node: &node,
+        program: &program,
+        names: &names,
+        starts: &starts,
+        bounds: parameters.iter().map(|p| (p.min, p.max)).collect(),
+    };
+    let warnings = checks::check(&subject, &first_use).map_err(pointed)?;
+    let warned = |flaw: &Flaw| {
+        let at = quoted.of(&flaw.span);
+        format!("{}\n  help: {}", source::pointed(file, text, at, &flaw.message), flaw.help)
+    };
+    Ok(OwnEffect {
+        id: document.id.into_inner(),
+        title: document.title.into_inner(),
+        formula: one_line(moment, &node),
+        uses_wind: used.iter().any(|u| u.0 == "wind"),
+        warnings: warnings.iter().map(warned).collect(),
+        size_parameter: checks::size_parameter(&subject),
+        program,
+        parameters,
+        starts,
+        text: text.to_owned(),
+    })
+}
+
+/// The formula as cards show it.
+fn one_line(moment: &str, node: &Node) -> String {
+    let start = node.span.start.min(moment.len() - moment.trim_start().len());
+    moment[start..].split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn check_id(place: &Text, id: &Spanned<String>, taken: &[&str]) -> Result<()> {
+    let name = id.get_ref();
+    if !is_name(name) {
+        let message = format!("\"{name}\" is no identifier");
+        return Err(place.error(id, &message, IDENTIFIER));
+    }
+    if taken.contains(&name.as_str()) {
+        let message = format!("\"{name}\" is an effect of the library");
+        return Err(place.error(id, &message, "give your own effect another id"));
+    }
+    Ok(())
+}
+
+const IDENTIFIER: &str = "lower-case letters, digits and _, a letter first, at most 40";
+
+fn is_name(name: &str) -> bool {
+    let other = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+    name.starts_with(|c: char| c.is_ascii_lowercase())
+        && name.chars().all(other)
+        && name.len() <= LONGEST_NAME
+}
+
+fn parameter(place: &Text, name: &Spanned<String>, d: &Declared) -> Result<(Parameter, Unit)> {
+    let called = name.get_ref();
+    let reserved = INPUTS.iter().any(|i| i.0 == called) || called == "pi";
+    if reserved || function(called).is_some() {
+        let message = format!("\"{called}\" is reserved");
+        let names = INPUTS.iter().map(|i| i.0).chain(["pi"]).chain(FUNCTIONS.iter().map(|f| f.0));
+        let help = format!("take another name than {}", names.collect::<Vec<_>>().join(", "));
+        return Err(place.error(name, &message, &help));
+    }
+    if !is_name(called) && !called.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+        || called.starts_with(|c: char| c.is_ascii_digit())
+        || called.len() > LONGEST_NAME
+    {
+        let message = format!("\"{called}\" is no name of a parameter");
+        return Err(place.error(
+            name,
+            &message,
+            "letters, digits and _, a letter first, at most 40",
+        ));
+    }
+    let quoted = Place::new(place.text, d.unit.span(), d.unit.get_ref());
+    let unit = Unit::parse(d.unit.get_ref())
+        .map_err(|flaw| quoted.error(place.file, place.text, &flaw))?;
+    for (what, value) in
+        [("start", Some(&d.start)), ("min", d.min.as_ref()), ("max", d.max.as_ref())]
+    {
+        if let Some(value) = value.filter(|v| !v.get_ref().is_finite()) {
+            let message = format!("{what} of {called} is not finite");
+            return Err(place.error(
+                value,
+                &message,
+                "leave min or max out where there is no bound",
+            ));
+        }
+    }
+    let start = *d.start.get_ref();
+    let min = d.min.as_ref().map_or(f64::NEG_INFINITY, |v| *v.get_ref());
+    let max = d.max.as_ref().map_or(f64::INFINITY, |v| *v.get_ref());
+    if min >= max {
+        let at = d.min.as_ref().or(d.max.as_ref()).unwrap_or(&d.start);
+        let message = format!("min of {called}, {min}, is not below its max, {max}");
+        return Err(place.error(at, &message, "leave room between them"));
+    }
+    if !(min..=max).contains(&start) {
+        let message = format!("start of {called}, {start}, is not between its bounds");
+        return Err(place.error(&d.start, &message, "start within min and max"));
+    }
+    if start == 0.0 {
+        let message = format!("start of {called} is nought");
+        let help = "give a typical size: the fit takes its steps from it, and tries none as well";
+        return Err(place.error(&d.start, &message, help));
+    }
+    let leak = |text: &str| -> &'static str { Box::leak(text.to_owned().into_boxed_str()) };
+    let parameter = Parameter { name: leak(called), unit: leak(d.unit.get_ref()), min, max };
+    Ok((parameter, unit))
+}

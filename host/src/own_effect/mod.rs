@@ -1,0 +1,168 @@
+//! A user's own effect: a moment written as an expression in a TOML file.
+//!
+//! ```toml
+//! id = "stribeck_friction"
+//! title = "Stribeck friction"
+//! moment = "-c * tanh(r / 0.002) * (1 + s * exp(-abs(r) / v))"   # rad/s2
+//! [parameters]
+//! c = { unit = "rad/s2", start = 0.05, min = 0.0 }
+//! s = { unit = "1", start = 0.5, min = 0.0 }
+//! v = { unit = "rad/s", start = 0.1, min = 0.0 }
+//! ```
+//!
+//! The moment is divided by Izz and added to b''. It may depend on the yaw angle `b` (rad), the yaw rate `r` (rad/s), the
+//! time from the release `t` (s), the natural frequency `wn` (rad/s), the wind speed `wind` (m/s, 0 where it is not
+//! known) and its parameters. This module is the one home of its formula: fits and the virtual rig both evaluate the
+//! [`Program`] compiled here.
+
+mod checks;
+mod expression;
+mod file;
+mod number;
+mod program;
+mod source;
+mod units;
+
+pub use program::{Program, State, MOST_PARAMETERS};
+pub use source::{nearest, pointed};
+
+use crate::error::{Error, Result};
+use std::f64::consts::TAU;
+use std::path::Path;
+use std::sync::Mutex;
+
+/// One number of an effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    pub name: &'static str,
+    pub unit: &'static str,
+    pub min: f64,
+    pub max: f64,
+}
+
+/// A definition that has passed its checks.
+#[derive(Debug)]
+pub struct OwnEffect {
+    pub id: String,
+    pub title: String,
+    /// The moment as written, in one line.
+    pub formula: String,
+    /// In the order of the file.
+    pub parameters: Vec<Parameter>,
+    /// A typical size of each, not nought.
+    pub starts: Vec<f64>,
+    pub uses_wind: bool,
+    size_parameter: Option<usize>,
+    /// What is not wrong but ought to be known.
+    pub warnings: Vec<String>,
+    pub program: Program,
+    /// The whole text of its file.
+    pub text: String,
+}
+
+impl OwnEffect {
+    /// The parameter to which the whole moment is in proportion, so that there is none where it is nought.
+    pub fn size_parameter(&self) -> Option<usize> {
+        self.size_parameter
+    }
+
+    /// Root mean square of the moment over a cycle of `amplitude_rad` at `wn_rad_s`, rad/s2.
+    pub fn strength(&self, parameters: &[f64], amplitude_rad: f64, wn_rad_s: f64) -> f64 {
+        const POINTS: u32 = 64;
+        let square = |k: u32| {
+            let (s, c) = (TAU * (f64::from(k) + 0.5) / f64::from(POINTS)).sin_cos();
+            let state = State {
+                yaw_rad: amplitude_rad * c,
+                rate_rad_s: -amplitude_rad * wn_rad_s * s,
+                time_s: 0.0,
+                natural_frequency_rad_s: wn_rad_s,
+                wind_speed_m_s: 0.0,
+                rate_sign: -s.signum(),
+                yaw_sign: c.signum(),
+            };
+            self.program.evaluate(&state, parameters).powi(2)
+        };
+        ((0..POINTS).map(square).sum::<f64>() / f64::from(POINTS)).sqrt()
+    }
+}
+
+/// An effect is the one its identifier says.
+impl PartialEq for OwnEffect {
+    fn eq(&self, other: &Self) -> bool {
+        self.id == other.id
+    }
+}
+
+impl Eq for OwnEffect {}
+
+impl PartialOrd for OwnEffect {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for OwnEffect {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.id.cmp(&other.id)
+    }
+}
+
+impl std::hash::Hash for OwnEffect {
+    fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
+        self.id.hash(state);
+    }
+}
+
+/// Every definition of this run of the program; they live as long as it does.
+static KNOWN: Mutex<Vec<&'static OwnEffect>> = Mutex::new(Vec::new());
+
+fn known() -> std::sync::MutexGuard<'static, Vec<&'static OwnEffect>> {
+    KNOWN.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+/// The definition with this identifier, if its file has been read.
+pub fn find(id: &str) -> Option<&'static OwnEffect> {
+    known().iter().copied().find(|effect| effect.id == id)
+}
+
+/// Whether an argument names a file and not an identifier.
+pub fn is_file(text: &str) -> bool {
+    Path::new(text).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+}
+
+/// Reads and checks a file, once for the whole run; `taken` are the identifiers of the library. Warnings go to stderr.
+///
+/// # Errors
+/// Exit 3: unreadable, or wrong, pointing at the character; another definition with the same identifier.
+pub fn load(file: &Path, taken: &[&str]) -> Result<&'static OwnEffect> {
+    intern(file::read(file, taken)?, file)
+}
+
+/// As [`load`], from a definition's `text`, which stands in `file`.
+///
+/// # Errors
+/// Those of [`load`].
+pub fn define(file: &Path, text: &str, taken: &[&str]) -> Result<&'static OwnEffect> {
+    intern(file::from_text(file, text, taken)?, file)
+}
+
+fn intern(effect: OwnEffect, file: &Path) -> Result<&'static OwnEffect> {
+    let mut known = known();
+    if let Some(&same) = known.iter().find(|other| other.id == effect.id) {
+        if same.program == effect.program && same.parameters == effect.parameters {
+            return Ok(same);
+        }
+        let id = &effect.id;
+        return Err(Error::data(format!(
+            "{}: another effect with the id \"{id}\" has been read already",
+            file.display()
+        ))
+        .help("give each effect its own id"));
+    }
+    for warning in &effect.warnings {
+        crate::say!("yawrig: warning: {warning}");
+    }
+    let effect: &'static OwnEffect = Box::leak(Box::new(effect));
+    known.push(effect);
+    Ok(effect)
+}
