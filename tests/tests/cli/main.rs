@@ -9,5 +9,6 @@ mod ports;
 mod qemu;
 mod records;
 mod shells;
+mod study;
 mod train;
 mod usage;

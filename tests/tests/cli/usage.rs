@@ -2,11 +2,12 @@
 
 use yawrig_tests::process::yawrig;
 
-const VERBS: [&str; 10] = [
+const VERBS: [&str; 11] = [
     "demo",
     "derivatives",
     "identify",
     "simulate",
+    "study",
     "train",
     "flash",
     "device",
