@@ -82,6 +82,8 @@ fn teach(arguments: &Demo) -> Result<Outcome> {
         components: None,
         features: FeatureKind::BinMeans,
         // A little wider than the rig's range: a network is at its worst at the edges.
+        model: None,
+        amplitude: false,
         ranges: Ranges {
             natural_frequency_rad_s: [2.4, 28.0],
             damping_ratio: [0.0005, 0.105],

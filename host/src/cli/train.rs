@@ -2,6 +2,7 @@
 
 use super::common::{bar, network_id, print_json, print_line, SCHEMA_VERSION};
 use crate::error::{Error, Result};
+use crate::train::augmented::Source;
 use crate::train::continued::Unfinished;
 use crate::train::draws::Ranges;
 use crate::train::errors::Errors;
@@ -15,14 +16,19 @@ use indicatif::ProgressBar;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use yawrig_shared::blob::Envelope;
+use yawrig_shared::blob::{EffectIds, Envelope};
 use yawrig_shared::features::{FeatureKind, FEATURES};
 
 #[derive(Args, Debug)]
 pub struct Train {
-    /// Nodes in each layer, inputs first; 41-6-2, or 10-6-2 with `--features pca:10`
+    /// Nodes in each layer, inputs first; 42 inputs: with the window's amplitude, which effects
+    /// need. [default: 41-6-2, 42-6-2 on a model with effects, N-6-2 on N components]
     #[arg(long)]
     topology: Option<String>,
+    /// Train on this model and its effects: what the device then reports is the natural frequency
+    /// and damping ratio without them
+    #[arg(long, value_name = "MODEL")]
+    model: Option<PathBuf>,
     /// How a window is told to the network: `bins` (means over forty bins), `thesis` (forty
     /// point samples) or `pca:N` (N principal components of `bins`)
     #[arg(long, default_value = "bins", value_parser = parse_features)]
@@ -59,7 +65,7 @@ pub struct Train {
     /// Go on with a training that was interrupted, from the file it has left; more `--epochs` may be
     /// given, and another `--out`
     #[arg(long = "continue", value_name = "FILE.unfinished", conflicts_with_all = ["topology",
-          "features", "samples", "noise", "natural_frequency", "damping", "records", "restarts", "seed"])]
+          "features", "samples", "noise", "natural_frequency", "damping", "records", "restarts", "seed", "model"])]
     unfinished: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
@@ -117,8 +123,14 @@ fn parse_noise(text: &str) -> std::result::Result<[f64; 2], String> {
     Ok([level, level])
 }
 
-/// Hidden layers of a topology that begins with `inputs`.
-fn parse_hidden(topology: &str, inputs: usize) -> Result<Vec<usize>> {
+/// Whether the amplitude is an input, and the hidden layers. `with_effects`: the windows are of a
+/// model that has some.
+fn parse_topology(
+    topology: &str,
+    components: Option<usize>,
+    with_effects: bool,
+) -> Result<(bool, Vec<usize>)> {
+    let inputs = components.unwrap_or(FEATURES);
     let wrong = || {
         Error::usage(format!("`{topology}` is not a topology this trains"))
             .help(format!("{inputs} inputs, hidden layers, 2 outputs: --topology {inputs}-6-2"))
@@ -128,7 +140,19 @@ fn parse_hidden(topology: &str, inputs: usize) -> Result<Vec<usize>> {
         .map(|width| width.parse().map_err(|_| wrong()))
         .collect::<Result<_>>()?;
     match layers.as_slice() {
-        [first, hidden @ .., 2] if *first == inputs && !hidden.contains(&0) => Ok(hidden.to_vec()),
+        [first, hidden @ .., 2] if components.is_some() && !hidden.contains(&0) => {
+            match *first == inputs {
+                true => Ok((with_effects, hidden.to_vec())),
+                false => Err(wrong()),
+            }
+        }
+        [42, _, .., 2] if !with_effects => Err(Error::usage(format!(
+            "`{topology}`: without effects nothing depends on the amplitude, the 42nd input"
+        ))
+        .help("take 41 inputs, or train on a model with effects: --model model.toml")),
+        [inputs @ (41 | 42), hidden @ .., 2] if !hidden.contains(&0) => {
+            Ok((*inputs == 42, hidden.to_vec()))
+        }
         _ => Err(wrong()),
     }
 }
@@ -165,6 +189,14 @@ struct Job {
     out: PathBuf,
 }
 
+/// Identifiers of the effects of the model that is trained on; empty: none.
+fn effects(model: Option<&Source>) -> Result<EffectIds> {
+    Ok(match model {
+        Some(source) => source.augmented()?.and_then(|model| model.ids()).unwrap_or_default(),
+        None => Default::default(),
+    })
+}
+
 fn job(arguments: &Train) -> Result<Job> {
     if let Some(path) = &arguments.unfinished {
         let mut unfinished = Unfinished::read(path)?;
@@ -175,12 +207,19 @@ fn job(arguments: &Train) -> Result<Job> {
         let (settings, from) = (unfinished.settings, Some(unfinished.checkpoint));
         return Ok(Job { settings, from, out });
     }
+    let model = arguments.model.as_deref().map(Source::read).transpose()?;
+    let effects = effects(model.as_ref())?;
+    if let (Some(path), true) = (&arguments.model, effects.is_empty()) {
+        crate::say!(
+            "{} has no effects: training on the second-order response alone",
+            path.display()
+        );
+    }
     let Features { kind, components } = arguments.features;
-    let inputs = components.unwrap_or(FEATURES);
-    let hidden = match &arguments.topology {
-        Some(topology) => parse_hidden(topology, inputs)?,
-        None => vec![6],
-    };
+    let usual = FEATURES + usize::from(!effects.is_empty());
+    let usual = format!("{}-6-2", components.unwrap_or(usual));
+    let topology = arguments.topology.as_deref().unwrap_or(&usual);
+    let (amplitude, hidden) = parse_topology(topology, components, !effects.is_empty())?;
     let ranges = if arguments.records.is_empty() {
         Ranges {
             natural_frequency_rad_s: arguments.natural_frequency,
@@ -200,6 +239,8 @@ fn job(arguments: &Train) -> Result<Job> {
     let settings = Settings {
         features: kind,
         components,
+        model,
+        amplitude,
         ranges,
         samples: arguments.samples as usize,
         training: Options {
@@ -230,7 +271,9 @@ pub fn run(arguments: &Train) -> Result<()> {
         // Nothing learned yet: a network that may be there already is worth more.
         return Err(Error::interrupted());
     }
-    files::write_atomically(&out, &outcome.blob)?;
+    // Beside a finished network that is there already.
+    let place = if interrupted { interrupted_out(&out) } else { out.clone() };
+    files::write_atomically(&place, &outcome.blob)?;
     let unfinished = Unfinished::path(&out);
     if interrupted {
         let checkpoint = outcome.trained.checkpoint.clone();
@@ -239,15 +282,17 @@ pub fn run(arguments: &Train) -> Result<()> {
         // It is finished now. A file that cannot be removed does no harm.
         let _ = std::fs::remove_file(&unfinished);
     }
+    let effects = effects(settings.model.as_ref())?;
     if arguments.json {
-        print_json(&to_json(&settings, &out, &outcome, seconds))?;
+        print_json(&to_json(&settings, &outcome, &effects, &place, seconds))?;
     } else {
-        print_line(&to_text(&settings, &out, &outcome, seconds))?;
+        print_line(&to_text(&settings, &outcome, &effects, &place, seconds))?;
     }
     if interrupted {
         crate::say!(
-            "stopped after {} epochs; the network so far is kept; to go on: yawrig train --continue {}",
+            "stopped after {} epochs; the network so far is in {}; to go on: yawrig train --continue {}",
             outcome.trained.epochs,
+            place.display(),
             unfinished.display()
         );
         return Err(Error::interrupted());
@@ -255,7 +300,23 @@ pub fn run(arguments: &Train) -> Result<()> {
     Ok(())
 }
 
-fn to_json(settings: &Settings, out: &Path, outcome: &Outcome, seconds: f64) -> serde_json::Value {
+/// Where an interrupted training leaves its network: a finished one that is there already stays.
+fn interrupted_out(out: &Path) -> PathBuf {
+    if !out.exists() {
+        return out.to_owned();
+    }
+    let mut name = out.as_os_str().to_owned();
+    name.push(".partial");
+    name.into()
+}
+
+fn to_json(
+    settings: &Settings,
+    outcome: &Outcome,
+    effects: &str,
+    out: &Path,
+    seconds: f64,
+) -> serde_json::Value {
     serde_json::json!({
         "schema_version": SCHEMA_VERSION,
         "topology": freeze::name(&outcome.topology),
@@ -271,12 +332,23 @@ fn to_json(settings: &Settings, out: &Path, outcome: &Outcome, seconds: f64) -> 
         "seconds": seconds,
         "train": outcome.train,
         "test": outcome.test,
+        "effects": effects.split_whitespace().collect::<Vec<_>>(),
         "network": out.display().to_string(),
         "id": Envelope::read(&outcome.blob).map(|e| network_id(e.payload_crc)).ok(),
     })
 }
 
-fn to_text(settings: &Settings, out: &Path, outcome: &Outcome, seconds: f64) -> String {
+fn to_text(
+    settings: &Settings,
+    outcome: &Outcome,
+    effects: &str,
+    out: &Path,
+    seconds: f64,
+) -> String {
+    let model = match effects {
+        "" => String::new(),
+        effects => format!(" of a model with {}", effects.replace(' ', ", ")),
+    };
     let row = |name: &str, e: &Errors| {
         format!(
             "{name:6} wn: mse {:.2e} rad2/s2, rms {:.4} %   zeta: mse {:.2e}, rms {:.3} %, 95 % below {:.3} %",
@@ -289,7 +361,7 @@ fn to_text(settings: &Settings, out: &Path, outcome: &Outcome, seconds: f64) -> 
     };
     [
         format!(
-            "{} on {} windows: {} epochs in {seconds:.1} s ({:?}), {:.0} of {} parameters effective",
+            "{} on {} windows{model}: {} epochs in {seconds:.1} s ({:?}), {:.0} of {} parameters effective",
             freeze::name(&outcome.topology),
             settings.samples,
             outcome.trained.epochs,

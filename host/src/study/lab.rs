@@ -32,8 +32,7 @@ impl Draws {
     /// Where noise leaves no windows.
     pub fn of_windows(noise: [f64; 2], count: usize, seed: u64) -> Result<Self> {
         let ranges = Ranges { noise, ..Ranges::default() };
-        let drawn = draws::draw(&ranges, FeatureKind::BinMeans, count, seed)
-            .ok_or_else(|| Error::internal("noise leaves no windows to train on"))?;
+        let drawn = draws::draw(&ranges, FeatureKind::BinMeans, None, count, seed)?;
         let truth = drawn.iter().map(|d| [d.natural_frequency_rad_s, d.damping_ratio]).collect();
         let rows = drawn.iter().flat_map(|d| d.features.values.map(f64::from)).collect();
         Ok(Self { d: FEATURES, rows, truth })

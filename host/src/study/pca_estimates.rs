@@ -1,7 +1,7 @@
 //! Figs 5.12 and 5.13: estimates of 32-20-5-2 along lines of constant zeta and of constant wn.
 
 use super::decays::{rows, Noise, WholeRecord};
-use super::lab::{Draws, Fit, Spec};
+use super::lab::{Draws, Spec};
 use super::pca_samples::{better, better_spec, thesis_spec};
 use super::plot::{Axis, Curve, Plot};
 use super::report::{percent, Report, Table};
@@ -30,12 +30,6 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
         ("1000 records, appendix D", &fits[0], thesis),
         ("6000 records, one scale", &fits[1], ours),
     ];
-    let along =
-        |name: &str, kind: &WholeRecord, fit: &Fit, level: f64, which: usize, fixed: f64| {
-            let draws = line(kind, level, which, fixed);
-            let errors = fit.errors(&draws);
-            (name.to_owned(), draws, errors)
-        };
     let mut tables = Vec::new();
     let mut plots = Vec::new();
     for (which, fixed, title) in [
@@ -57,10 +51,10 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
             for value in fixed {
                 let mut curves = Vec::new();
                 for level in LEVELS {
-                    let (name, draws, e) = along(name, kind, fit, level, which, value);
-                    let figures = figures(&e, which);
+                    let draws = line(kind, level, which, value);
+                    let figures = figures(&fit.errors(&draws), which);
                     table.row([
-                        name,
+                        (*name).to_owned(),
                         value.to_string(),
                         level.to_string(),
                         percent(figures[0]),

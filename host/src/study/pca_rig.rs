@@ -74,9 +74,6 @@ struct Releases {
     records: [Record; 2],
 }
 
-/// Half a second of [`release`] is the hold.
-const RELEASE_S: f64 = 0.5;
-
 fn releases(setting: &Setting<'_>, rig: &Rig) -> Result<Vec<Releases>> {
     let springs: &[Spring] = &SPRINGS[..setting.of(8, 2)];
     let conditions: Vec<Condition> = springs
@@ -156,7 +153,7 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
 /// Errors of wn and zeta in percent.
 fn against_least_squares(way: &Way, fit: &Fit, r: &Releases, which: usize) -> Option<[f64; 2]> {
     let record = &r.records[which];
-    let eight = EightSeconds::of(record, way.cut, RELEASE_S)?;
+    let eight = EightSeconds::of(record, way.cut)?;
     let reference = eight.least_squares(record, r.truth.damped_frequency_rad_s())?;
     let found = fit.estimate(&eight.row(record, way.kind.means, way.kind.by_rms));
     Some([0, 1].map(|k| 100.0 * (found[k] / reference[k] - 1.0).abs()))
@@ -197,13 +194,13 @@ fn derivatives(
     let by_record = |at: usize, r: &Releases| {
         let record = &r.records[1];
         let way = &ways[at];
-        let eight = EightSeconds::of(record, way.cut, RELEASE_S)?;
+        let eight = EightSeconds::of(record, way.cut)?;
         let found = whole[at].estimate(&eight.row(record, way.kind.means, way.kind.by_rms));
         Some(Modal { natural_frequency_rad_s: found[0], damping_ratio: found[1] })
     };
     let least_squares = |r: &Releases| {
         let record = &r.records[1];
-        let eight = EightSeconds::of(record, Cut::Crossing, RELEASE_S)?;
+        let eight = EightSeconds::of(record, Cut::Crossing)?;
         let found = eight.least_squares(record, r.truth.damped_frequency_rad_s())?;
         Some(Modal { natural_frequency_rad_s: found[0], damping_ratio: found[1] })
     };

@@ -39,12 +39,15 @@ pub fn at_amplitude(small: &Modal, amplitude_rad: f64) -> [f64; 2] {
     [wn, damping_rad_s / (2.0 * wn)]
 }
 
+/// How long a model is held before its release, s.
+const HOLD_S: f64 = 0.5;
+
 /// A release from 15 deg, 1 kHz, watched for at most a minute.
 pub fn release(rig: &Rig, condition: &Condition, vary: bool, seed: u64) -> Result<Record> {
     let off = Condition { wind_speed_m_s: 0.0, ..*condition };
     let effects = if vary { effects(&rig.modal(&off)?)? } else { Effects::default() };
     let end = End::Below { amplitude_deg: 0.8, at_most_s: 60.0 };
-    let start = Start { amplitude_deg: 15.0, hold_s: 0.5, end };
+    let start = Start { amplitude_deg: 15.0, hold_s: HOLD_S, end };
     let sensor = Sensor { offset_deg: 1.0, ..Sensor::default() };
     let release = rig.release_with(condition, &effects, &start, &sensor, seed)?;
     let (time_s, yaw_deg) = release.samples.map(|s| (s.time_s, s.yaw_deg)).unzip();
@@ -85,10 +88,10 @@ pub struct EightSeconds {
 
 impl EightSeconds {
     /// `None` where the record is too short.
-    pub fn of(record: &Record, cut: Cut, release_s: f64) -> Option<Self> {
+    pub fn of(record: &Record, cut: Cut) -> Option<Self> {
         let rate_hz = f64::from(SAMPLE_RATE_HZ);
         let found = match cut {
-            Cut::Release => Self { start: release_s * rate_hz, sign: 1.0 },
+            Cut::Release => Self { start: HOLD_S * rate_hz, sign: 1.0 },
             Cut::Crossing => {
                 let (window, _) = windows(record, FeatureKind::BinMeans).into_iter().next()?;
                 let start = f64::from(window.start.sample) + f64::from(window.start.fraction);

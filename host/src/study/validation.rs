@@ -2,7 +2,7 @@
 
 use super::plot::{Axis as PlotAxis, Curve, Plot};
 use super::report::{Report, Table};
-use super::{reported, rig_records, Setting};
+use super::{reported, rig_records, Setting, Size};
 use crate::derivatives::campaign::CampaignFile;
 use crate::derivatives::condition::Identified;
 use crate::derivatives::{evaluate, simulated, table};
@@ -29,7 +29,7 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
     ];
     for (name, vary) in [("linear rig", false), ("softening springs and drag", true)] {
         let mut planned = simulated::plan(&rig, WIND_SPEED_M_S, 1, 3)?;
-        if setting.of(0, 1) == 1 {
+        if setting.size == Size::Quick {
             planned.retain(|p| ["K4", "K5"].contains(&p.condition.spring.name));
         }
         for record in &mut planned {

@@ -1,6 +1,6 @@
 //! Why a network could not be trained.
 
-use crate::error::Error;
+use crate::error::{Error, Exit};
 use std::fmt;
 
 /// A training set or a set of options that cannot lead to a network.
@@ -73,6 +73,17 @@ impl std::error::Error for TrainError {}
 
 impl From<TrainError> for Error {
     fn from(e: TrainError) -> Self {
-        Error::data(e.to_string()).help(e.help())
+        let exit = match e {
+            // The settings were sound, what came of them is not.
+            TrainError::Diverged { .. } => Exit::Quality,
+            TrainError::Empty { .. }
+            | TrainError::ConstantTarget { .. }
+            | TrainError::TooManyParameters { .. }
+            | TrainError::Option { .. } => Exit::Usage,
+            TrainError::Shape { .. }
+            | TrainError::NotFinite { .. }
+            | TrainError::NotScaled { .. } => Exit::Data,
+        };
+        Error::new(exit, e.to_string()).help(e.help())
     }
 }

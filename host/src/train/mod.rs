@@ -4,6 +4,7 @@
 //! Same samples, options and seed: the same network to the last bit, on any number of threads of the
 //! same processor type. Processors with other vector units may sum in another order.
 
+pub mod augmented;
 pub mod continued;
 mod curvature;
 pub mod draws;

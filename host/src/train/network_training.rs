@@ -1,11 +1,12 @@
 //! From settings to a frozen network: draw windows, train, freeze, test.
 
-use super::draws::{draw, Draw, Ranges};
+use super::augmented::Source;
+use super::draws::{draw, Ranges};
 use super::errors::Errors;
 use super::freeze::{self, Scaling};
 use super::pca::{self, Projection};
 use super::{Checkpoint, Options, Precision, Progress, Samples, Trained};
-use crate::error::{Error, Exit, Result};
+use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use yawrig_shared::blob::Provenance;
 use yawrig_shared::features::FeatureKind;
@@ -21,6 +22,10 @@ pub struct Settings {
     /// Principal components of the features that the network is given; none: the features themselves.
     pub components: Option<usize>,
     pub ranges: Ranges,
+    /// A model whose effects the windows have; none: the second-order response alone.
+    pub model: Option<Source>,
+    /// The window's amplitude is an input, too.
+    pub amplitude: bool,
     pub samples: usize,
     pub training: Options,
 }
@@ -66,17 +71,14 @@ fn from(
     check(settings)?;
     let seed = settings.training.seed;
     let quiet = Ranges { noise: [0.0; 2], ..settings.ranges.clone() };
-    let windows = |ranges: &Ranges, count, seed| -> Result<Vec<Draw>> {
-        draw(ranges, settings.features, count, seed).ok_or_else(|| {
-            Error::usage(format!(
-                "noise of {} of the peak leaves no windows to train on",
-                settings.ranges.noise[1]
-            ))
-            .help("choose a smaller --noise")
-        })
+    let model = match &settings.model {
+        Some(source) => source.augmented()?,
+        None => None,
     };
+    let windows =
+        |ranges: &Ranges, count, seed| draw(ranges, settings.features, model.as_ref(), count, seed);
     let draws = windows(&settings.ranges, settings.samples, seed)?;
-    let scaling = Scaling::of(&draws, &settings.ranges, false);
+    let scaling = Scaling::of(&draws, &settings.ranges, settings.amplitude);
     let inputs = scaling.inputs(&draws);
     let projection = match settings.components {
         None => None,
@@ -107,9 +109,7 @@ fn from(
     let trained = match checkpoint {
         None => super::train(&samples, &options, progress),
         Some(checkpoint) => super::resume(&samples, &options, checkpoint, progress),
-    };
-    let trained =
-        trained.map_err(|e| Error::new(Exit::Quality, format!("training failed: {e}")))?;
+    }?;
     let mut network = freeze(&trained.weights)?;
     let test_draws = windows(&settings.ranges, TEST_DRAWS, !seed)?;
     let test = freeze::errors(&network, &test_draws);
@@ -123,7 +123,7 @@ fn from(
         samples: settings.samples as u32,
         epochs: trained.epochs as u32,
         noise: settings.ranges.noise.map(|x| x as f32),
-        effects: Default::default(),
+        effects: model.as_ref().and_then(|model| model.ids()).unwrap_or_default(),
     };
     let blob = freeze::blob(network.clone(), provenance, &test_draws)?;
     let train = freeze::errors(&network, &draws);
