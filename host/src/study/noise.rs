@@ -47,13 +47,14 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
     let findings = vec![
         "Thesis: at 0.2 rms below 0.35 % for wn and about 9 % for zeta with 41-6-2; a second layer and more inputs do \
          not help; larger networks overfit; 254 of 266 parameters effective. It says neither how its percentages are \
-         averaged nor how many noisy responses it trained on. 250 in all cannot have been it: every structure overfits \
-         then, and the SSE is far below Table 4.5's. With 250 at each of ten levels and a precision for each output its \
-         figures come out, 41-6-2 nearly at the information limit of its points for zeta."
+         averaged nor how many noisy responses it trained on. 250 in all cannot have been it: the SSE is then far below \
+         Table 4.5's, and every structure overfits. With 250 at each of its ten levels SSE and effective parameters \
+         come out near Table 4.5's for all three sizes, and so does the error of zeta."
             .into(),
-        "Then size and a second layer make little difference to zeta, as in the thesis; a second layer helps wn, whose \
-         error is the bending of a known duration into a frequency; and more points help as the limit says. The limit \
-         of wn does not hold here, since the thesis's duration is known exactly."
+        "Then size and a second layer make little difference to the median error of zeta, and the largest network does \
+         worst in the rms: overfitting, as the thesis says. A second layer does help wn, whose error is the bending of \
+         a known duration into a frequency; and more points lower the median, contrary to the thesis, as the limit says \
+         they must. The limit of wn does not hold here, since the thesis's duration is known exactly."
             .into(),
         "The limit is that of unbiased estimates; a network knows the range that the draws come from and may do a \
          little better."
@@ -61,7 +62,7 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
         finding,
     ];
     let plots = vec![Plot {
-        title: "Noise against the error of zeta, 250 training responses (Figs 4.14 to 4.18)".into(),
+        title: "Noise against the error of zeta (Figs 4.14 to 4.18)".into(),
         x: Axis::linear("noise, rms on the impulse response"),
         y: Axis::linear("rms error of zeta, %"),
         curves,
@@ -258,7 +259,7 @@ fn own_features(setting: &Setting<'_>) -> Result<(Table, String)> {
     let finding = format!(
         "With means over forty bins of the 1 kHz record, 2 % noise and the duration estimated by the device's own \
          code: wn {:.3} % and zeta {:.2} % rms with one 41-6-2, zeta {:.2} % with the mean of {ENSEMBLE} (thesis, \
-         points: 0.35 % and 9 %; no method can do better than {:.2} % from the record or {:.1} % from forty points).",
+         points: 0.35 % and 9 %; the limit of unbiased estimates is {:.2} % from the record and {:.1} % from forty points).",
         one.natural_frequency_rms_percent,
         one.damping_ratio_rms_percent,
         ensemble.damping_ratio_rms_percent,

@@ -60,15 +60,16 @@ impl Curve {
     }
 }
 
-/// Okabe and Ito's, which the colour-blind can tell apart too.
-const COLOURS: [RGBColor; 7] = [
+/// Okabe and Ito's, which the colour-blind can tell apart too, but for yellow.
+const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
     RGBColor(204, 121, 167),
     RGBColor(86, 180, 233),
     RGBColor(230, 159, 0),
-    RGBColor(90, 90, 90),
+    RGBColor(110, 110, 110),
+    BLACK,
 ];
 const SIZE: (u32, u32) = (980, 460);
 /// Of each plot's width.
