@@ -294,10 +294,10 @@ fn findings(medians: &[(f64, f64)]) -> Vec<String> {
             said(4)
         ),
         "So what breaks it is the phase: the network has seen impulse responses, which begin at zero, and a release \
-         begins at its largest angle. Errors of the size of Table 5.3's come from that alone, on a linear rig with \
-         little noise as well. Next come scaling and number of the training records. Jitter of the crossing gains \
-         nothing here, for it is found to a hundredth of a radian; varying damping in training gains in wn where the \
-         rig varies and costs a little in zeta."
+         begins at its largest angle. Errors as large as Table 5.3's and larger come from that alone, on a linear rig \
+         with little noise as well; where the thesis cut its records it does not say. Next come scaling and number of \
+         the training records. Jitter of the crossing gains nothing, for the crossing is found well enough; varying \
+         damping and frequency in training gain in wn where the rig varies, and cost in zeta and on a linear rig."
             .into(),
         "Even least squares over eight seconds is off where the rig varies: with the wind on the swing is smaller by \
          then than with the wind off, and the difference in frequency that belongs to the amplitude is taken for the \
