@@ -78,6 +78,9 @@ fn from(
     let windows =
         |ranges: &Ranges, count, seed| draw(ranges, settings.features, model.as_ref(), count, seed);
     let draws = windows(&settings.ranges, settings.samples, seed)?;
+    // All of them before the training: once that has been interrupted, nothing is drawn any more.
+    let test_draws = windows(&settings.ranges, TEST_DRAWS, !seed)?;
+    let quiet_draws = windows(&quiet, TEST_DRAWS, !seed)?;
     let scaling = Scaling::of(&draws, &settings.ranges, settings.amplitude);
     let inputs = scaling.inputs(&draws);
     let projection = match settings.components {
@@ -111,9 +114,8 @@ fn from(
         Some(checkpoint) => super::resume(&samples, &options, checkpoint, progress),
     }?;
     let mut network = freeze(&trained.weights)?;
-    let test_draws = windows(&settings.ranges, TEST_DRAWS, !seed)?;
     let test = freeze::errors(&network, &test_draws);
-    let bias = freeze::errors(&network, &windows(&quiet, TEST_DRAWS, !seed)?);
+    let bias = freeze::errors(&network, &quiet_draws);
     let rms =
         |e: &Errors| [e.natural_frequency_mse.sqrt() as f32, e.damping_ratio_mse.sqrt() as f32];
     (network.test_rms, network.bias_rms) = (rms(&test), rms(&bias));
