@@ -27,4 +27,5 @@ pub mod quantity;
 pub mod record;
 pub mod replay;
 pub mod rig;
+pub mod study;
 pub mod train;

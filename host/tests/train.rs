@@ -326,3 +326,27 @@ fn targets_that_are_only_noise_leave_no_effective_parameters() {
     assert!(trained.gamma < 1.0, "gamma {}", trained.gamma);
     assert!(trained.weights.iter().map(|w| w * w).sum::<f64>() < 10.0);
 }
+
+#[test]
+fn same_seed_same_file_on_any_number_of_threads() {
+    use yawrig::train::draws::Ranges;
+    use yawrig::train::network_training::{run, Settings};
+    use yawrig_shared::features::FeatureKind;
+    for components in [None, Some(10)] {
+        let settings = Settings {
+            features: FeatureKind::BinMeans,
+            components,
+            model: None,
+            amplitude: false,
+            ranges: Ranges { noise: [0.002, 0.01], ..Ranges::default() },
+            samples: 150,
+            training: Options { restarts: 3, epochs: 20, ..Options::default() },
+        };
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| run(&settings, &mut Silent).unwrap().blob)
+        };
+        let one = on(1);
+        assert!(one == on(2) && one == on(5), "{components:?}");
+    }
+}

@@ -6,23 +6,7 @@ use rayon::prelude::*;
 use yawrig::identify::conventional::{Decay, Options, SpectralPeak};
 use yawrig::identify::{identify, Method, Settings};
 use yawrig::record::Record;
-
-/// wn and zeta of the three samples.
-const SAMPLES: [(f64, f64); 3] = [(7.5, 0.012), (15.5, 0.003), (23.5, 0.006)];
-
-/// Noise (rms on the impulse response), then the thesis's conventional wn and zeta for each sample.
-const THESIS: [(f64, [(f64, f64); 3]); 10] = [
-    (0.02, [(7.33, 0.0122), (15.36, 0.0030), (23.39, 0.0060)]),
-    (0.04, [(7.34, 0.0121), (15.36, 0.0030), (23.39, 0.0060)]),
-    (0.06, [(7.33, 0.0121), (15.36, 0.0030), (23.39, 0.0060)]),
-    (0.08, [(7.33, 0.0118), (15.36, 0.0030), (23.39, 0.0060)]),
-    (0.10, [(7.33, 0.0118), (15.36, 0.0029), (23.39, 0.0059)]),
-    (0.12, [(7.34, 0.0118), (15.36, 0.0029), (23.39, 0.0059)]),
-    (0.14, [(7.33, 0.0117), (15.36, 0.0029), (23.39, 0.0059)]),
-    (0.16, [(7.33, 0.0117), (15.36, 0.0029), (23.39, 0.0058)]),
-    (0.18, [(7.34, 0.0112), (15.36, 0.0029), (23.39, 0.0057)]),
-    (0.20, [(7.33, 0.0116), (15.36, 0.0029), (23.39, 0.0057)]),
-];
+use yawrig::study::{TABLE_4_7, TABLE_4_7_SAMPLES};
 
 fn found(wn: f64, zeta: f64, noise: f64, seed: u64, options: Options) -> (f64, f64) {
     let (time_s, clean) = common::impulse_response(wn, zeta, 1000.0, 0.5);
@@ -40,9 +24,9 @@ fn at_least_as_close_as_the_thesis() {
     println!(
         "noise | wn, zeta: truth, thesis, ours (largest error of 20 seeds), ours with both options"
     );
-    for (noise, thesis) in THESIS {
+    for (noise, thesis, _) in TABLE_4_7 {
         print!("{noise:.2}");
-        for (i, (wn, zeta)) in SAMPLES.into_iter().enumerate() {
+        for (i, (wn, zeta)) in TABLE_4_7_SAMPLES.into_iter().enumerate() {
             let improved =
                 Options { spectral_peak: SpectralPeak::Interpolated, decay: Decay::Regression };
             // Largest error of wn and zeta, plain and improved.

@@ -79,6 +79,7 @@ pub fn run(arguments: &Demo) -> Result<()> {
 
 fn teach(arguments: &Demo) -> Result<Outcome> {
     let settings = Settings {
+        components: None,
         features: FeatureKind::BinMeans,
         // A little wider than the rig's range: a network is at its worst at the edges.
         model: None,

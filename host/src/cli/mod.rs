@@ -17,6 +17,7 @@ mod monitor;
 mod ports;
 mod replay;
 mod simulate;
+mod study;
 mod train;
 
 use crate::error::Result;
@@ -43,6 +44,7 @@ pub enum Verb {
     Remove(effects::Remove),
     History(history::History),
     Simulate(simulate::Simulate),
+    Study(study::StudyArgs),
     /// Train a network and freeze it to a file
     Train(train::Train),
     /// Write a network to a device, verified
@@ -70,6 +72,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Verb::Remove(verb) => verb.run(),
         Verb::History(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
+        Verb::Study(verb) => verb.run(),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),
         Verb::Device(arguments) => device::run(&arguments),

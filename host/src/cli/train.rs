@@ -3,33 +3,36 @@
 use super::common::{bar, network_id, print_json, print_line, SCHEMA_VERSION};
 use crate::error::{Error, Result};
 use crate::train::augmented::Source;
+use crate::train::continued::Unfinished;
 use crate::train::draws::Ranges;
-use crate::train::freeze::{self, Errors};
+use crate::train::errors::Errors;
+use crate::train::freeze;
+use crate::train::measured;
 use crate::train::network_training::{self, Outcome, Settings};
-use crate::train::{Epoch, Options, Progress, Stop};
+use crate::train::{Checkpoint, Epoch, Options, Progress, Stop};
 use crate::{files, interrupt};
 use clap::Args;
 use indicatif::ProgressBar;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use yawrig_shared::blob::Envelope;
-use yawrig_shared::features::FeatureKind;
+use yawrig_shared::blob::{EffectIds, Envelope};
+use yawrig_shared::features::{FeatureKind, FEATURES};
 
 #[derive(Args, Debug)]
 pub struct Train {
     /// Nodes in each layer, inputs first; 42 inputs: with the window's amplitude, which effects
-    /// need. [default: 41-6-2, or 42-6-2 on a model with effects]
+    /// need. [default: 41-6-2, 42-6-2 on a model with effects, N-6-2 on N components]
     #[arg(long)]
     topology: Option<String>,
     /// Train on this model and its effects: what the device then reports is the natural frequency
     /// and damping ratio without them
     #[arg(long, value_name = "MODEL")]
     model: Option<PathBuf>,
-    /// How a window is told to the network: `bins` (means over forty bins) or `thesis` (forty
-    /// point samples)
+    /// How a window is told to the network: `bins` (means over forty bins), `thesis` (forty
+    /// point samples) or `pca:N` (N principal components of `bins`)
     #[arg(long, default_value = "bins", value_parser = parse_features)]
-    features: FeatureKind,
+    features: Features,
     /// Training windows
     #[arg(long, default_value_t = 8000, value_parser = clap::value_parser!(u32).range(10..=100_000))]
     samples: u32,
@@ -43,28 +46,66 @@ pub struct Train {
     /// Damping ratios to train on: LOW..HIGH
     #[arg(long, default_value = "0.0005..0.105", value_parser = parse_range)]
     damping: [f64; 2],
-    /// Most epochs
-    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..))]
-    epochs: u32,
+    /// Take noise, natural frequencies and damping ratios to train on from measured records
+    #[arg(long, num_args = 1.., value_name = "FILE",
+          conflicts_with_all = ["noise", "natural_frequency", "damping"])]
+    records: Vec<PathBuf>,
+    /// Most epochs [default: 500]
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
+    epochs: Option<u32>,
     /// Starts to choose from, by evidence
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     restarts: u32,
     /// The same seed gives the same network
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// File to write the network to
-    #[arg(long, default_value = "network.yrn")]
-    out: PathBuf,
+    /// File to write the network to [default: network.yrn]
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Go on with a training that was interrupted, from the file it has left; more `--epochs` may be
+    /// given, and another `--out`
+    #[arg(long = "continue", value_name = "FILE.unfinished", conflicts_with_all = ["topology",
+          "features", "samples", "noise", "natural_frequency", "damping", "records", "restarts", "seed", "model"])]
+    unfinished: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
 }
 
-fn parse_features(text: &str) -> std::result::Result<FeatureKind, String> {
-    match text {
-        "bins" => Ok(FeatureKind::BinMeans),
-        "thesis" => Ok(FeatureKind::PointSamples),
-        other => Err(format!("`{other}` is neither `bins` nor `thesis`")),
+/// Epochs where nothing is said.
+const EPOCHS: u32 = 500;
+
+/// `--features`: how a window is told, and how many components of that.
+#[derive(Clone, Copy, Debug)]
+struct Features {
+    kind: FeatureKind,
+    components: Option<usize>,
+}
+
+fn parse_features(text: &str) -> std::result::Result<Features, String> {
+    let kind = match text {
+        "bins" => FeatureKind::BinMeans,
+        "thesis" => FeatureKind::PointSamples,
+        other => {
+            let count = other.strip_prefix("pca:").and_then(|n| n.parse().ok());
+            return match count.filter(|n| (1..=FEATURES).contains(n)) {
+                Some(count) => {
+                    Ok(Features { kind: FeatureKind::BinMeans, components: Some(count) })
+                }
+                None => Err(format!(
+                    "`{other}` is neither `bins` nor `thesis` nor `pca:N` with N from 1 to {FEATURES}"
+                )),
+            };
+        }
+    };
+    Ok(Features { kind, components: None })
+}
+
+fn features_name(settings: &Settings) -> String {
+    match (settings.features, settings.components) {
+        (_, Some(count)) => format!("pca:{count}"),
+        (FeatureKind::BinMeans, None) => "bins".into(),
+        (FeatureKind::PointSamples, None) => "thesis".into(),
     }
 }
 
@@ -84,16 +125,27 @@ fn parse_noise(text: &str) -> std::result::Result<[f64; 2], String> {
 
 /// Whether the amplitude is an input, and the hidden layers. `with_effects`: the windows are of a
 /// model that has some.
-fn parse_topology(topology: &str, with_effects: bool) -> Result<(bool, Vec<usize>)> {
+fn parse_topology(
+    topology: &str,
+    components: Option<usize>,
+    with_effects: bool,
+) -> Result<(bool, Vec<usize>)> {
+    let inputs = components.unwrap_or(FEATURES);
     let wrong = || {
         Error::usage(format!("`{topology}` is not a topology this trains"))
-            .help("41 inputs, hidden layers, 2 outputs: --topology 41-6-2")
+            .help(format!("{inputs} inputs, hidden layers, 2 outputs: --topology {inputs}-6-2"))
     };
     let layers: Vec<usize> = topology
         .split('-')
         .map(|width| width.parse().map_err(|_| wrong()))
         .collect::<Result<_>>()?;
     match layers.as_slice() {
+        [first, hidden @ .., 2] if components.is_some() && !hidden.contains(&0) => {
+            match *first == inputs {
+                true => Ok((with_effects, hidden.to_vec())),
+                false => Err(wrong()),
+            }
+        }
         [42, _, .., 2] if !with_effects => Err(Error::usage(format!(
             "`{topology}`: without effects nothing depends on the amplitude, the 42nd input"
         ))
@@ -130,43 +182,88 @@ impl Drop for Bar {
     }
 }
 
-pub fn run(arguments: &Train) -> Result<()> {
-    let model = arguments.model.as_deref().map(Source::read).transpose()?;
-    let effects = match &model {
+/// What to train, from where, and where its network goes.
+struct Job {
+    settings: Settings,
+    from: Option<Checkpoint>,
+    out: PathBuf,
+}
+
+/// Identifiers of the effects of the model that is trained on; empty: none.
+fn effects(model: Option<&Source>) -> Result<EffectIds> {
+    Ok(match model {
         Some(source) => source.augmented()?.and_then(|model| model.ids()).unwrap_or_default(),
         None => Default::default(),
-    };
+    })
+}
+
+fn job(arguments: &Train) -> Result<Job> {
+    if let Some(path) = &arguments.unfinished {
+        let mut unfinished = Unfinished::read(path)?;
+        if let Some(epochs) = arguments.epochs {
+            unfinished.settings.training.epochs = epochs as usize;
+        }
+        let out = arguments.out.clone().unwrap_or(unfinished.out);
+        let (settings, from) = (unfinished.settings, Some(unfinished.checkpoint));
+        return Ok(Job { settings, from, out });
+    }
+    let model = arguments.model.as_deref().map(Source::read).transpose()?;
+    let effects = effects(model.as_ref())?;
     if let (Some(path), true) = (&arguments.model, effects.is_empty()) {
         crate::say!(
             "{} has no effects: training on the second-order response alone",
             path.display()
         );
     }
-    let usual = if effects.is_empty() { "41-6-2" } else { "42-6-2" };
-    let topology = arguments.topology.as_deref().unwrap_or(usual);
-    let (amplitude, hidden) = parse_topology(topology, !effects.is_empty())?;
-    let settings = Settings {
-        model,
-        amplitude,
-        features: arguments.features,
-        ranges: Ranges {
+    let Features { kind, components } = arguments.features;
+    let usual = FEATURES + usize::from(!effects.is_empty());
+    let usual = format!("{}-6-2", components.unwrap_or(usual));
+    let topology = arguments.topology.as_deref().unwrap_or(&usual);
+    let (amplitude, hidden) = parse_topology(topology, components, !effects.is_empty())?;
+    let ranges = if arguments.records.is_empty() {
+        Ranges {
             natural_frequency_rad_s: arguments.natural_frequency,
             damping_ratio: arguments.damping,
             noise: arguments.noise,
-        },
+        }
+    } else {
+        let ranges = measured::ranges(&arguments.records)?;
+        let Ranges { natural_frequency_rad_s: wn, damping_ratio: zeta, noise } = &ranges;
+        crate::say!(
+            "from the records: natural frequency {:.2}..{:.2} rad/s, damping ratio {:.5}..{:.5}, noise {:.4}..{:.4} \
+             of the peak",
+            wn[0], wn[1], zeta[0], zeta[1], noise[0], noise[1]
+        );
+        ranges
+    };
+    let settings = Settings {
+        features: kind,
+        components,
+        model,
+        amplitude,
+        ranges,
         samples: arguments.samples as usize,
         training: Options {
             hidden,
-            epochs: arguments.epochs as usize,
+            epochs: arguments.epochs.unwrap_or(EPOCHS) as usize,
             seed: arguments.seed,
             restarts: arguments.restarts as usize,
             ..Options::default()
         },
     };
-    files::check_writable(&arguments.out)?;
+    let out = arguments.out.clone().unwrap_or_else(|| "network.yrn".into());
+    Ok(Job { settings, from: None, out })
+}
+
+pub fn run(arguments: &Train) -> Result<()> {
+    let Job { settings, from, out } = job(arguments)?;
+    files::check_writable(&out)?;
     let begun = Instant::now();
-    let mut bar = Bar::new(u64::from(arguments.epochs) * u64::from(arguments.restarts));
-    let outcome = network_training::run(&settings, &mut bar)?;
+    let mut bar = Bar::new((settings.training.epochs * settings.training.restarts) as u64);
+    let outcome = match &from {
+        None => network_training::run(&settings, &mut bar)?,
+        Some(checkpoint) => network_training::resume(&settings, checkpoint, &mut bar)?,
+    };
     drop(bar);
     let seconds = begun.elapsed().as_secs_f64();
     let interrupted = outcome.trained.stopped == Stop::Interrupted;
@@ -174,18 +271,29 @@ pub fn run(arguments: &Train) -> Result<()> {
         // Nothing learned yet: a network that may be there already is worth more.
         return Err(Error::interrupted());
     }
-    let out = if interrupted { interrupted_out(&arguments.out) } else { arguments.out.clone() };
-    files::write_atomically(&out, &outcome.blob)?;
+    // Beside a finished network that is there already.
+    let place = if interrupted { interrupted_out(&out) } else { out.clone() };
+    files::write_atomically(&place, &outcome.blob)?;
+    let unfinished = Unfinished::path(&out);
+    if interrupted {
+        let checkpoint = outcome.trained.checkpoint.clone();
+        Unfinished::new(settings.clone(), checkpoint, out.clone()).write(&unfinished)?;
+    } else if arguments.unfinished.as_ref() == Some(&unfinished) {
+        // It is finished now. A file that cannot be removed does no harm.
+        let _ = std::fs::remove_file(&unfinished);
+    }
+    let effects = effects(settings.model.as_ref())?;
     if arguments.json {
-        print_json(&to_json(arguments, &outcome, &effects, &out, seconds))?;
+        print_json(&to_json(&settings, &outcome, &effects, &place, seconds))?;
     } else {
-        print_line(&to_text(arguments, &outcome, &effects, &out, seconds))?;
+        print_line(&to_text(&settings, &outcome, &effects, &place, seconds))?;
     }
     if interrupted {
         crate::say!(
-            "stopped after {} epochs; the network so far is in {}",
+            "stopped after {} epochs; the network so far is in {}; to go on: yawrig train --continue {}",
             outcome.trained.epochs,
-            out.display()
+            place.display(),
+            unfinished.display()
         );
         return Err(Error::interrupted());
     }
@@ -203,7 +311,7 @@ fn interrupted_out(out: &Path) -> PathBuf {
 }
 
 fn to_json(
-    arguments: &Train,
+    settings: &Settings,
     outcome: &Outcome,
     effects: &str,
     out: &Path,
@@ -212,13 +320,13 @@ fn to_json(
     serde_json::json!({
         "schema_version": SCHEMA_VERSION,
         "topology": freeze::name(&outcome.topology),
-        "features": match arguments.features {
-            FeatureKind::BinMeans => "bins",
-            FeatureKind::PointSamples => "thesis",
-        },
+        "features": features_name(settings),
         "parameters": outcome.trained.weights.len(),
         "effective_parameters": outcome.trained.gamma,
-        "samples": arguments.samples,
+        "samples": settings.samples,
+        "natural_frequency_rad_s": settings.ranges.natural_frequency_rad_s,
+        "damping_ratio": settings.ranges.damping_ratio,
+        "noise": settings.ranges.noise,
         "epochs": outcome.trained.epochs,
         "stopped": outcome.trained.stopped,
         "seconds": seconds,
@@ -231,7 +339,7 @@ fn to_json(
 }
 
 fn to_text(
-    arguments: &Train,
+    settings: &Settings,
     outcome: &Outcome,
     effects: &str,
     out: &Path,
@@ -255,7 +363,7 @@ fn to_text(
         format!(
             "{} on {} windows{model}: {} epochs in {seconds:.1} s ({:?}), {:.0} of {} parameters effective",
             freeze::name(&outcome.topology),
-            arguments.samples,
+            settings.samples,
             outcome.trained.epochs,
             outcome.trained.stopped,
             outcome.trained.gamma,

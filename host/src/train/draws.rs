@@ -8,13 +8,14 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use yawrig_shared::features::{features, FeatureKind, Features};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::window::{Finding, Limits, Tracker, CYCLES, SAMPLE_RATE_HZ};
 
 /// What windows are drawn from, uniformly.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ranges {
     pub natural_frequency_rad_s: [f64; 2],
     pub damping_ratio: [f64; 2],

@@ -1,6 +1,7 @@
 //! From trained weights to a frozen network, and how good it is on windows it has not seen.
 
 use super::draws::{Draw, Ranges};
+use super::errors::Errors;
 use crate::error::{Error, Result};
 use yawrig_shared::blob::{self, Payload, Provenance};
 use yawrig_shared::features::{AmplitudeScaling, FeatureKind, InputScaling, SHAPE};
@@ -62,12 +63,13 @@ impl Scaling {
     }
 }
 
-/// A network frozen from trained weights.
+/// A network frozen from trained weights. The first `linear_layers` after the inputs do not bend.
 ///
 /// # Errors
 /// Where the device could not run it: too wide, too many weights, not finite.
 pub fn network(
     topology: &[usize],
+    linear_layers: usize,
     weights: &[f64],
     kind: FeatureKind,
     scaling: &Scaling,
@@ -89,7 +91,8 @@ pub fn network(
     let f32s = |range: [f64; 2]| range.map(|x| x as f32);
     let network = Network {
         topology: layers,
-        linear_layers: 0,
+        // As many as there are layers at most, which are few.
+        linear_layers: linear_layers as u8,
         activation: Activation::Tanh,
         features: kind,
         inputs: scaling.inputs,
@@ -132,50 +135,12 @@ pub fn blob(network: Network, provenance: Provenance, golden_from: &[Draw]) -> R
     Ok(bytes)
 }
 
-/// Errors of a network in physical units.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Errors {
-    pub natural_frequency_mse: f64,
-    pub natural_frequency_rms_percent: f64,
-    pub natural_frequency_p95_percent: f64,
-    pub damping_ratio_mse: f64,
-    pub damping_ratio_rms_percent: f64,
-    pub damping_ratio_median_percent: f64,
-    pub damping_ratio_p95_percent: f64,
-}
-
 /// Runs the frozen network, in the device's own arithmetic, over draws.
 pub fn errors(network: &Network, draws: &[Draw]) -> Errors {
-    let pairs: Vec<[(f64, f64); 2]> = draws
-        .iter()
-        .map(|draw| {
-            let estimate = network.estimate_inputs(&network.inputs.apply(&draw.features));
-            [
-                (f64::from(estimate.natural_frequency_rad_s), draw.natural_frequency_rad_s),
-                (f64::from(estimate.damping_ratio), draw.damping_ratio),
-            ]
-        })
-        .collect();
-    let count = pairs.len().max(1) as f64;
-    let mse = |k: usize| pairs.iter().map(|p| (p[k].0 - p[k].1).powi(2)).sum::<f64>() / count;
-    let percent = |k: usize| {
-        100.0 * (pairs.iter().map(|p| (p[k].0 / p[k].1 - 1.0).powi(2)).sum::<f64>() / count).sqrt()
+    let pair = |draw: &Draw| {
+        let found = network.estimate_inputs(&network.inputs.apply(&draw.features));
+        let found = [found.natural_frequency_rad_s, found.damping_ratio].map(f64::from);
+        (found, [draw.natural_frequency_rad_s, draw.damping_ratio])
     };
-    let quantile = |k: usize, share: f64| {
-        let mut all: Vec<f64> =
-            pairs.iter().map(|p| 100.0 * (p[k].0 / p[k].1 - 1.0).abs()).collect();
-        all.sort_by(f64::total_cmp);
-        all.get(((all.len() as f64 * share) as usize).min(all.len().saturating_sub(1)))
-            .copied()
-            .unwrap_or(f64::NAN)
-    };
-    Errors {
-        natural_frequency_mse: mse(0),
-        natural_frequency_rms_percent: percent(0),
-        natural_frequency_p95_percent: quantile(0, 0.95),
-        damping_ratio_mse: mse(1),
-        damping_ratio_rms_percent: percent(1),
-        damping_ratio_median_percent: quantile(1, 0.5),
-        damping_ratio_p95_percent: quantile(1, 0.95),
-    }
+    Errors::of(&draws.iter().map(pair).collect::<Vec<_>>())
 }

@@ -5,13 +5,17 @@
 //! same processor type. Processors with other vector units may sum in another order.
 
 pub mod augmented;
+pub mod continued;
 mod curvature;
 pub mod draws;
 mod error;
+pub mod errors;
 pub mod freeze;
 mod marquardt;
+pub mod measured;
 mod network;
 pub mod network_training;
+pub mod pca;
 mod precision;
 mod restarts;
 mod solve;
@@ -38,7 +42,7 @@ pub struct Samples {
 }
 
 /// Whether outputs share one error precision beta.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Precision {
     /// One for all, as in the thesis. Better without noise, where one output may be harder to
     /// represent than another: with one precision each, the easy one would take all the nodes.
@@ -48,7 +52,7 @@ pub enum Precision {
     PerOutput,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Options {
     /// Nodes of each hidden layer; none is a linear fit.
     pub hidden: Vec<usize>,

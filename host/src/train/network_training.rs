@@ -2,9 +2,12 @@
 
 use super::augmented::Source;
 use super::draws::{draw, Ranges};
-use super::freeze::{self, Errors, Scaling};
-use super::{Options, Precision, Progress, Samples, Trained};
+use super::errors::Errors;
+use super::freeze::{self, Scaling};
+use super::pca::{self, Projection};
+use super::{Checkpoint, Options, Precision, Progress, Samples, Trained};
 use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
 use yawrig_shared::blob::Provenance;
 use yawrig_shared::features::FeatureKind;
 use yawrig_shared::network::{Network, OUTPUTS};
@@ -13,9 +16,11 @@ use yawrig_shared::network::{Network, OUTPUTS};
 const TEST_DRAWS: usize = 2000;
 
 /// What `train` is asked for.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     pub features: FeatureKind,
+    /// Principal components of the features that the network is given; none: the features themselves.
+    pub components: Option<usize>,
     pub ranges: Ranges,
     /// A model whose effects the windows have; none: the second-order response alone.
     pub model: Option<Source>,
@@ -31,6 +36,7 @@ pub struct Outcome {
     pub network: Network,
     pub blob: Vec<u8>,
     pub trained: Trained,
+    /// Nodes in each layer of what was trained; its inputs are the components where there are any.
     pub topology: Vec<usize>,
     pub train: Errors,
     pub test: Errors,
@@ -41,6 +47,27 @@ pub struct Outcome {
 /// # Errors
 /// Exit 2 for settings that make no sense, exit 6 for a training that came to nothing.
 pub fn run(settings: &Settings, progress: &mut dyn Progress) -> Result<Outcome> {
+    from(settings, None, progress)
+}
+
+/// Goes on with a training that was interrupted at `checkpoint`: the same network to the bit as if it had
+/// not been. Only the start it had come to is gone on with.
+///
+/// # Errors
+/// As [`run`].
+pub fn resume(
+    settings: &Settings,
+    checkpoint: &Checkpoint,
+    progress: &mut dyn Progress,
+) -> Result<Outcome> {
+    from(settings, Some(checkpoint), progress)
+}
+
+fn from(
+    settings: &Settings,
+    checkpoint: Option<&Checkpoint>,
+    progress: &mut dyn Progress,
+) -> Result<Outcome> {
     check(settings)?;
     let seed = settings.training.seed;
     let quiet = Ranges { noise: [0.0; 2], ..settings.ranges.clone() };
@@ -51,19 +78,30 @@ pub fn run(settings: &Settings, progress: &mut dyn Progress) -> Result<Outcome> 
     let windows =
         |ranges: &Ranges, count, seed| draw(ranges, settings.features, model.as_ref(), count, seed);
     let draws = windows(&settings.ranges, settings.samples, seed)?;
+    // All of them before the training: once that has been interrupted, nothing is drawn any more.
+    let test_draws = windows(&settings.ranges, TEST_DRAWS, !seed)?;
+    let quiet_draws = windows(&quiet, TEST_DRAWS, !seed)?;
     let scaling = Scaling::of(&draws, &settings.ranges, settings.amplitude);
+    let inputs = scaling.inputs(&draws);
+    let projection = match settings.components {
+        None => None,
+        Some(count) => Some(projection(&inputs, draws.len(), count)?),
+    };
+    let inputs = projection.as_ref().map_or_else(|| inputs.clone(), |p| p.apply(&inputs));
     let samples = Samples {
-        inputs: scaling.inputs(&draws),
+        d: inputs.len() / draws.len(),
+        inputs,
         targets: scaling.targets(&draws),
         n: draws.len(),
-        d: scaling.inputs.count(),
         k: OUTPUTS,
     };
     let topology = settings.training.topology(&samples);
     // Freezing is tried before training: a network too large for the device is no use.
     let shape: usize = topology.windows(2).map(|pair| (pair[0] + 1) * pair[1]).sum();
     let freeze = |weights: &[f64]| {
-        freeze::network(&topology, weights, settings.features, &scaling, &settings.ranges)
+        let (layers, weights) = with_projection(&topology, weights, projection.as_ref());
+        let linear = layers.len() - topology.len();
+        freeze::network(&layers, linear, &weights, settings.features, &scaling, &settings.ranges)
     };
     freeze(&vec![0.0; shape])?;
     // Without noise one output can let the other starve; with it a shared precision lets zeta's
@@ -71,11 +109,13 @@ pub fn run(settings: &Settings, progress: &mut dyn Progress) -> Result<Outcome> 
     let quiet_windows = settings.ranges.noise[1] == 0.0;
     let precision = if quiet_windows { Precision::Shared } else { Precision::PerOutput };
     let options = Options { precision, ..settings.training.clone() };
-    let trained = super::train(&samples, &options, progress)?;
+    let trained = match checkpoint {
+        None => super::train(&samples, &options, progress),
+        Some(checkpoint) => super::resume(&samples, &options, checkpoint, progress),
+    }?;
     let mut network = freeze(&trained.weights)?;
-    let test_draws = windows(&settings.ranges, TEST_DRAWS, !seed)?;
     let test = freeze::errors(&network, &test_draws);
-    let bias = freeze::errors(&network, &windows(&quiet, TEST_DRAWS, !seed)?);
+    let bias = freeze::errors(&network, &quiet_draws);
     let rms =
         |e: &Errors| [e.natural_frequency_mse.sqrt() as f32, e.damping_ratio_mse.sqrt() as f32];
     (network.test_rms, network.bias_rms) = (rms(&test), rms(&bias));
@@ -90,6 +130,30 @@ pub fn run(settings: &Settings, progress: &mut dyn Progress) -> Result<Outcome> 
     let blob = freeze::blob(network.clone(), provenance, &test_draws)?;
     let train = freeze::errors(&network, &draws);
     Ok(Outcome { network, blob, trained, topology, train, test })
+}
+
+/// Components of these row-major inputs.
+fn projection(inputs: &[f64], rows: usize, count: usize) -> Result<Projection> {
+    Projection::of(inputs, inputs.len() / rows, count, pca::Scale::Common).ok_or_else(|| {
+        Error::usage(format!(
+            "--features pca:{count}: the training windows have no {count} components"
+        ))
+        .help("take 1 to 41 components: --features pca:10")
+    })
+}
+
+/// What the device runs: the projection as a layer of its own before the trained ones.
+fn with_projection(
+    topology: &[usize],
+    weights: &[f64],
+    projection: Option<&Projection>,
+) -> (Vec<usize>, Vec<f64>) {
+    let Some(projection) = projection else { return (topology.to_vec(), weights.to_vec()) };
+    let mut all = projection.layer();
+    let mut layers = vec![all.len() / projection.count() - 1];
+    layers.extend(topology);
+    all.extend(weights);
+    (layers, all)
 }
 
 fn check(settings: &Settings) -> Result<()> {

@@ -10,5 +10,6 @@ mod ports;
 mod qemu;
 mod records;
 mod shells;
+mod study;
 mod train;
 mod usage;

@@ -92,6 +92,14 @@ fn what_cannot_be_trained_is_a_usage_error_that_names_it() {
         ("--topology 41-24-2", "41-24-2 network"),
         ("--topology 41-4-4-4-4-2", "41-4-4-4-4-2 network"),
         ("--features all", "neither `bins` nor `thesis`"),
+        ("--features pca:0", "N from 1 to 41"),
+        ("--features pca:42", "N from 1 to 41"),
+        ("--features pca:ten", "N from 1 to 41"),
+        ("--features pca:10 --topology 41-6-2", "`41-6-2` is not a topology"),
+        ("--features pca:10 --topology 10-49-2", "10-49-2 network"),
+        ("--features pca:40", "41-40-6-2 network"),
+        ("--records r.csv --noise 0.01", "cannot be used with"),
+        ("--continue n.yrn.unfinished --seed 3", "cannot be used with"),
         ("--natural-frequency 20..5", "natural frequency's range must rise"),
         ("--natural-frequency 1..5", "2.4 rad/s"),
         ("--natural-frequency 5..500", "60 rad/s"),
@@ -237,4 +245,99 @@ fn a_file_that_cannot_be_written_is_found_before_the_training() {
         let ended = ended.says(&out.display().to_string());
         assert!(!ended.stderr.contains(".yawrig-"), "{}", ended.report());
     }
+}
+
+#[test]
+fn a_network_of_principal_components_runs_on_the_device() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("pca.yrn");
+    let ended = yawrig("train --json --features pca:10 --samples 1500 --epochs 150 --out")
+        .and(&file)
+        .with_patience(300)
+        .run()
+        .exits(0);
+    let object = ended.json();
+    assert_eq!(object["topology"], "10-6-2");
+    assert_eq!(object["features"], "pca:10");
+    assert_eq!(object["parameters"], 80);
+    let test = &object["test"];
+    println!("10-6-2 on ten components: {test}");
+    // With 8000 windows and 500 epochs 0.06 % and 1.6 %.
+    assert!(number(&test["natural_frequency_rms_percent"]) < 0.3, "{test}");
+    assert!(number(&test["damping_ratio_rms_percent"]) < 6.0, "{test}");
+    let bytes = std::fs::read(&file).expect("the network");
+    let (_, payload) = blob::decode(&bytes).expect("a sound network");
+    assert_eq!(payload.network.topology.as_slice(), [41, 10, 6, 2]);
+    assert_eq!(payload.network.linear_layers, 1);
+    // Golden vectors and all.
+    yawrig("flash").and(&file).run().exits(0);
+}
+
+#[test]
+fn a_training_gone_on_with_ends_in_the_same_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (file, whole) = (folder.path().join("n.yrn"), folder.path().join("whole.yrn"));
+    let unfinished = folder.path().join("n.yrn.unfinished");
+    // A slow machine may need more time to come to its second epoch.
+    for seconds in 1.. {
+        assert!(seconds < 30, "it never gets anywhere");
+        let mut running =
+            yawrig("train --samples 6000 --seed 4 --epochs 1000000 --out").and(&file).start();
+        running.catches_interrupts();
+        std::thread::sleep(std::time::Duration::from_secs(seconds));
+        running.signal(nix::sys::signal::Signal::SIGINT);
+        let ended = running.ends();
+        if unfinished.exists() {
+            ended.exits(130).says("--continue");
+            break;
+        }
+        // It may have been too early, not too late.
+        ended.exits(130);
+    }
+    let text = std::fs::read_to_string(&unfinished).expect("its state");
+    let state: Value = serde_json::from_str(&text).expect("JSON");
+    let epochs = state["checkpoint"]["epoch"].as_u64().expect("a count") + 3;
+    let epochs = epochs.to_string();
+    let go_on = yawrig("train --epochs").and(&epochs).and("--continue").and(&unfinished);
+    go_on.with_patience(300).run().exits(0);
+    assert!(!unfinished.exists(), "it is finished");
+    let at_once = yawrig("train --samples 6000 --seed 4 --epochs").and(&epochs).and("--out");
+    at_once.and(&whole).with_patience(300).run().exits(0);
+    let read = |path: &std::path::Path| std::fs::read(path).expect("a network");
+    assert_eq!(read(&file), read(&whole));
+}
+
+#[test]
+fn what_is_no_unfinished_training_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("x.unfinished");
+    yawrig("train --continue").and(&file).run().exits(3).says("x.unfinished").helps();
+    for text in ["", "{}", "{\"schema_version\": 1"] {
+        std::fs::write(&file, text).expect("room for it");
+        let ended = yawrig("train --continue").and(&file).run();
+        ended.exits(3).says("x.unfinished").says("not an unfinished training").helps();
+    }
+}
+
+#[test]
+fn records_say_what_to_train_on() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let simulate = |name: &str, spring: &str| {
+        let command =
+            yawrig("simulate --wind 10 --json --spring").and(spring).and("--out").and(name);
+        let truth = &command.in_folder(folder.path()).run().exits(0).json()["truth"];
+        [number(&truth["natural_frequency_rad_s"]), number(&truth["damping_ratio"])]
+    };
+    let (slow, fast) = (simulate("k3.csv", "K3"), simulate("k5.csv", "K5"));
+    let train = "train --json --samples 300 --epochs 30 --records k3.csv k5.csv";
+    let object = yawrig(train).in_folder(folder.path()).run().exits(0).json();
+    let range = |name: &str| [number(&object[name][0]), number(&object[name][1])];
+    let wn = range("natural_frequency_rad_s");
+    assert!(wn[0] < slow[0] && fast[0] < wn[1] && wn[1] - wn[0] < 2.0 * (fast[0] - slow[0]));
+    let zeta = range("damping_ratio");
+    assert!(zeta[0] < slow[1].min(fast[1]) && slow[1].max(fast[1]) < zeta[1], "{zeta:?}");
+    // 0.05 deg of noise at 10 deg and at 1 deg.
+    let noise = range("noise");
+    assert!((0.003..0.007).contains(&noise[0]) && (0.03..0.07).contains(&noise[1]), "{noise:?}");
+    yawrig("train --records absent.csv").in_folder(folder.path()).run().exits(3).says("absent.csv");
 }

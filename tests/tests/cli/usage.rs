@@ -2,7 +2,7 @@
 
 use yawrig_tests::process::yawrig;
 
-const VERBS: [&str; 16] = [
+const VERBS: [&str; 17] = [
     "demo",
     "compare",
     "diagnose",
@@ -13,6 +13,7 @@ const VERBS: [&str; 16] = [
     "derivatives",
     "identify",
     "simulate",
+    "study",
     "train",
     "flash",
     "device",

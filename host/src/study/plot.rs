@@ -1,0 +1,239 @@
+//! Plots as SVG, offline and without fonts of their own.
+
+use crate::error::{Error, Result};
+use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
+use plotters::prelude::*;
+
+/// One set of axes with its curves.
+#[derive(Clone, Debug)]
+pub struct Plot {
+    pub title: String,
+    pub x: Axis,
+    pub y: Axis,
+    pub curves: Vec<Curve>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Axis {
+    pub label: String,
+    pub logarithmic: bool,
+}
+
+impl Axis {
+    pub fn linear(label: impl Into<String>) -> Self {
+        Self { label: label.into(), logarithmic: false }
+    }
+
+    pub fn logarithmic(label: impl Into<String>) -> Self {
+        Self { label: label.into(), logarithmic: true }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// Ours.
+    Line,
+    /// The thesis's numbers, a truth or a limit.
+    Dashed,
+    /// Points alone.
+    Points,
+}
+
+#[derive(Clone, Debug)]
+pub struct Curve {
+    pub name: String,
+    pub points: Vec<(f64, f64)>,
+    pub style: Style,
+}
+
+impl Curve {
+    pub fn line(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self { name: name.into(), points, style: Style::Line }
+    }
+
+    pub fn dashed(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self { name: name.into(), points, style: Style::Dashed }
+    }
+
+    pub fn points(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self { name: name.into(), points, style: Style::Points }
+    }
+}
+
+/// Okabe and Ito's, which the colour-blind can tell apart too, but for yellow.
+const COLOURS: [RGBColor; 8] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(110, 110, 110),
+    BLACK,
+];
+const SIZE: (u32, u32) = (980, 460);
+/// Of each plot's width.
+const LEGEND_WIDTH: u32 = 250;
+
+/// All plots of a study, one below the other.
+pub fn svg(plots: &[Plot]) -> Result<String> {
+    let mut text = String::new();
+    let failed = |e: &dyn std::fmt::Display| Error::internal(format!("cannot draw a plot: {e}"));
+    {
+        let size = (SIZE.0, SIZE.1 * plots.len().max(1) as u32);
+        let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        root.fill(&WHITE).map_err(|e| failed(&e))?;
+        for (area, plot) in root.split_evenly((plots.len().max(1), 1)).iter().zip(plots) {
+            draw(area, plot).map_err(|e| failed(&e))?;
+        }
+        root.present().map_err(|e| failed(&e))?;
+    }
+    Ok(text)
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+type Drawn = std::result::Result<(), Box<dyn std::error::Error>>;
+
+/// Least and largest, with a margin; on a logarithmic axis what is not positive does not count.
+fn range(values: impl Iterator<Item = f64>, logarithmic: bool) -> std::ops::Range<f64> {
+    let usable = values.filter(|v| v.is_finite() && (!logarithmic || *v > 0.0));
+    let (low, high) = usable.fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+    if low > high {
+        return if logarithmic { 0.1..10.0 } else { 0.0..1.0 };
+    }
+    if logarithmic {
+        let margin = (high / low).powf(0.06).max(1.2);
+        return low / margin..high * margin;
+    }
+    let margin = (0.06 * (high - low)).max(1e-9 + 1e-3 * high.abs());
+    // An axis of errors or counts begins at nought where that costs little room.
+    let low = if low >= 0.0 && low < 0.5 * high { 0.0 } else { low - margin };
+    low..high + margin
+}
+
+fn draw(area: &Area<'_>, plot: &Plot) -> Drawn {
+    let all = || plot.curves.iter().flat_map(|c| c.points.iter());
+    let x = range(all().map(|p| p.0), plot.x.logarithmic);
+    let y = range(all().map(|p| p.1), plot.y.logarithmic);
+    match (plot.x.logarithmic, plot.y.logarithmic) {
+        (false, false) => on_axes(area, plot, x, y),
+        (true, false) => on_axes(area, plot, x.log_scale(), y),
+        (false, true) => on_axes(area, plot, x, y.log_scale()),
+        (true, true) => on_axes(area, plot, x.log_scale(), y.log_scale()),
+    }
+}
+
+fn on_axes<X, Y>(area: &Area<'_>, plot: &Plot, x: X, y: Y) -> Drawn
+where
+    X: AsRangedCoord<Value = f64>,
+    Y: AsRangedCoord<Value = f64>,
+    X::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
+    Y::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
+{
+    let (left, right) = area.split_horizontally(SIZE.0 - LEGEND_WIDTH);
+    let mut chart = ChartBuilder::on(&left)
+        .caption(&plot.title, ("sans-serif", 17))
+        .margin(12)
+        .x_label_area_size(42)
+        .y_label_area_size(68)
+        .build_cartesian_2d(x, y)?;
+    chart
+        .configure_mesh()
+        .light_line_style(WHITE)
+        .x_desc(&plot.x.label)
+        .y_desc(&plot.y.label)
+        .x_label_formatter(&|v| tick(*v))
+        .y_label_formatter(&|v| tick(*v))
+        .label_style(("sans-serif", 13))
+        .draw()?;
+    for (i, curve) in plot.curves.iter().enumerate() {
+        let colour = COLOURS[i % COLOURS.len()];
+        let stroke = colour.stroke_width(2);
+        let points = curve.points.iter().copied().filter(|(x, y)| {
+            x.is_finite()
+                && y.is_finite()
+                && (!plot.x.logarithmic || *x > 0.0)
+                && (!plot.y.logarithmic || *y > 0.0)
+        });
+        match curve.style {
+            Style::Line => chart.draw_series(LineSeries::new(points.clone(), stroke))?,
+            Style::Dashed => {
+                chart.draw_series(DashedLineSeries::new(points.clone(), 6, 4, stroke))?
+            }
+            Style::Points => chart.draw_series(points.clone().map(|p| dot(p, colour)))?,
+        };
+        if curve.points.len() <= 30 && curve.style == Style::Line {
+            chart.draw_series(points.map(|p| dot(p, colour)))?;
+        }
+        legend(&right, i, curve, colour)?;
+    }
+    Ok(())
+}
+
+fn dot<C>(at: C, colour: RGBColor) -> Circle<C, i32> {
+    Circle::new(at, 3, colour.filled())
+}
+
+/// One line of the legend, beside the axes, where it hides nothing.
+fn legend(area: &Area<'_>, line: usize, curve: &Curve, colour: RGBColor) -> Drawn {
+    let y = 44 + 22 * line as i32;
+    let stroke = colour.stroke_width(2);
+    match curve.style {
+        Style::Line => area.draw(&PathElement::new([(0, y), (24, y)], stroke))?,
+        Style::Dashed => {
+            for from in [0, 10, 20] {
+                area.draw(&PathElement::new([(from, y), (from + 6, y)], stroke))?;
+            }
+        }
+        Style::Points => area.draw(&dot((12, y), colour))?,
+    }
+    area.draw(&Text::new(curve.name.clone(), (30, y - 6), ("sans-serif", 13)))?;
+    Ok(())
+}
+
+/// A tick's number: plain where that is short.
+fn tick(v: f64) -> String {
+    match v.abs() {
+        0.0 => "0".to_owned(),
+        a if !(1e-3..1e5).contains(&a) => format!("{v:.0e}"),
+        _ => {
+            let text = format!("{v:.4}");
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_curve_is_drawn_and_named() {
+        let plot = Plot {
+            title: "errors".into(),
+            x: Axis::linear("epochs"),
+            y: Axis::logarithmic("error"),
+            curves: vec![
+                Curve::line("ours", vec![(1.0, 1e-3), (2.0, 1e-6), (3.0, 0.0)]),
+                Curve::dashed("thesis", vec![(1.0, 1e-2), (3.0, 1e-3)]),
+                Curve::points("truth", vec![(2.0, 2e-3)]),
+            ],
+        };
+        let text = svg(&[plot.clone(), plot]).unwrap();
+        for word in ["errors", "epochs", "ours", "thesis", "truth"] {
+            assert_eq!(text.matches(&format!("{word}\n")).count(), 2, "{word}");
+        }
+        assert!(!text.contains("NaN") && !text.contains("http://fonts"));
+    }
+
+    #[test]
+    fn nothing_to_draw_is_an_empty_plot() {
+        let plot = Plot {
+            title: "none".into(),
+            x: Axis::linear("x"),
+            y: Axis::logarithmic("y"),
+            curves: vec![Curve::line("nothing", vec![(1.0, f64::NAN)])],
+        };
+        assert!(svg(&[plot]).unwrap().contains("none"));
+    }
+}
