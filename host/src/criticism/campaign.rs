@@ -7,7 +7,7 @@ use super::compare::{self, Where};
 use super::diagnose::{Candidate, Modal, Options, Status, Step};
 use super::effects::Effect;
 use super::fitting::Fitted;
-use super::origin::{self, weighted_mean, Origin, Plan};
+use super::origin::{self, Origin, Plan};
 use super::search::is_explained;
 use super::swing::Swing;
 use super::together::{self, Judged, Releases};
@@ -23,6 +23,9 @@ use crate::rig::Axis;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
+
+/// Standard deviation of ln q beyond which there is no telling.
+const MOST_LOG_DEVIATION: f64 = 3.0;
 
 /// All that is said about a campaign. Rms in deg over all releases, ratios to the noise floor of block means.
 #[derive(Clone, Debug, Serialize)]
@@ -227,8 +230,10 @@ impl Campaign<'_> {
     /// The verdict that a random moment moves the model.
     fn tell_forced(&self, out: &mut CampaignDiagnosis, forced: &[Buffeted]) {
         let effect = Effect::Buffeting;
+        // Where there is none the likelihood is flat in ln q, and no deviation can be had from it.
         let intensity = |i: usize| {
-            Some(Quantity::new(forced[i].intensity, forced[i].intensity * forced[i].deviations[0]))
+            let q = forced[i].intensity;
+            Some(Quantity::new(q, q * forced[i].deviations[0].min(MOST_LOG_DEVIATION)))
         };
         let seen = self.by_condition(intensity);
         let (origin, reason) = origin::decide(&seen, effect.parameters()[0].unit);
@@ -239,6 +244,15 @@ impl Campaign<'_> {
             ((0..swings.len()).map(|i| of(i).powi(2)).sum::<f64>() / swings.len() as f64).sqrt()
         };
         let over = mean(&|i| forced[i].over_noise);
+        // The plain mean over the releases it is in: weights by its own uncertainty would favour the weakest.
+        let is_in =
+            |i: &usize| origin != Origin::Aerodynamic || self.releases.wind_speed_m_s[*i] > 0.0;
+        let levels: Vec<Quantity> = (0..forced.len()).filter(is_in).filter_map(intensity).collect();
+        let n = levels.len().max(1) as f64;
+        let level = Quantity::new(
+            levels.iter().map(|q| q.value).sum::<f64>() / n,
+            levels.iter().map(|q| q.u * q.u).sum::<f64>().sqrt() / n,
+        );
         out.steps.truncate(1);
         out.steps.push(Step {
             added: Some(effect),
@@ -248,10 +262,7 @@ impl Campaign<'_> {
             residual_over_noise: over,
             // The filter's innovations are one step ahead throughout.
             held_out_over_noise: over,
-            parameters: weighted_mean((0..forced.len()).filter_map(intensity))
-                .map(|q| ("buffeting.q".to_owned(), q))
-                .into_iter()
-                .collect(),
+            parameters: BTreeMap::from([("buffeting.q".to_owned(), level)]),
         });
         let explained = forced.iter().all(|b| b.over_noise <= EXPLAINED);
         out.status = if explained { Status::Explained } else { Status::Unexplained };
