@@ -66,6 +66,9 @@ pub fn run(settings: &Settings, progress: &mut dyn Progress) -> Result<Outcome> 
         freeze::network(&topology, weights, settings.features, &scaling, &settings.ranges)
     };
     freeze(&vec![0.0; shape])?;
+    // Drawn before the training, too: where that is interrupted its network is still tested.
+    let test_draws = windows(&settings.ranges, TEST_DRAWS, !seed)?;
+    let quiet_draws = windows(&quiet, TEST_DRAWS, !seed)?;
     // Without noise one output can let the other starve; with it a shared precision lets zeta's
     // noise loosen the fit of wn.
     let quiet_windows = settings.ranges.noise[1] == 0.0;
@@ -73,9 +76,8 @@ pub fn run(settings: &Settings, progress: &mut dyn Progress) -> Result<Outcome> 
     let options = Options { precision, ..settings.training.clone() };
     let trained = super::train(&samples, &options, progress)?;
     let mut network = freeze(&trained.weights)?;
-    let test_draws = windows(&settings.ranges, TEST_DRAWS, !seed)?;
     let test = freeze::errors(&network, &test_draws);
-    let bias = freeze::errors(&network, &windows(&quiet, TEST_DRAWS, !seed)?);
+    let bias = freeze::errors(&network, &quiet_draws);
     let rms =
         |e: &Errors| [e.natural_frequency_mse.sqrt() as f32, e.damping_ratio_mse.sqrt() as f32];
     (network.test_rms, network.bias_rms) = (rms(&test), rms(&bias));
