@@ -104,6 +104,9 @@ fn from(
         freeze::network(&layers, linear, &weights, settings.features, &scaling, &settings.ranges)
     };
     freeze(&vec![0.0; shape])?;
+    // Drawn before the training, too: where that is interrupted its network is still tested.
+    let test_draws = windows(&settings.ranges, TEST_DRAWS, !seed)?;
+    let quiet_draws = windows(&quiet, TEST_DRAWS, !seed)?;
     // Without noise one output can let the other starve; with it a shared precision lets zeta's
     // noise loosen the fit of wn.
     let quiet_windows = settings.ranges.noise[1] == 0.0;
