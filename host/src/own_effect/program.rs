@@ -130,6 +130,11 @@ impl Program {
         Ok(program)
     }
 
+    /// Whether the wind speed is in it.
+    pub fn uses_wind(&self) -> bool {
+        self.instructions.iter().any(|i| matches!(i, Instruction::Input(Input::Wind)))
+    }
+
     fn compile(&mut self, node: &Node, parameters: &[String], used: usize) -> Result<(), Flaw> {
         if used >= STACK {
             let help = "write it more simply";

@@ -96,8 +96,10 @@ impl Source {
 
 /// The wind speed of the model's records, which the user's own effects may depend on.
 fn wind_speed(model: &Model, path: &Path) -> Result<f64> {
-    let uses_wind =
-        model.effects.iter().find(|e| matches!(e.effect, Effect::Own(own) if own.uses_wind));
+    let uses_wind = model
+        .effects
+        .iter()
+        .find(|e| matches!(e.effect, Effect::Own(own) if own.program.uses_wind()));
     let mut speeds: Vec<f64> =
         model.records.iter().filter_map(|r| Some(r.made_under.as_ref()?.wind_speed_m_s)).collect();
     speeds.sort_by(f64::total_cmp);

@@ -78,9 +78,6 @@ fn from(
     let windows =
         |ranges: &Ranges, count, seed| draw(ranges, settings.features, model.as_ref(), count, seed);
     let draws = windows(&settings.ranges, settings.samples, seed)?;
-    // All of them before the training: once that has been interrupted, nothing is drawn any more.
-    let test_draws = windows(&settings.ranges, TEST_DRAWS, !seed)?;
-    let quiet_draws = windows(&quiet, TEST_DRAWS, !seed)?;
     let scaling = Scaling::of(&draws, &settings.ranges, settings.amplitude);
     let inputs = scaling.inputs(&draws);
     let projection = match settings.components {
