@@ -45,6 +45,8 @@ pub enum Status {
 #[derive(Clone, Debug, Serialize)]
 pub struct Diagnosis {
     pub noise_rms_deg: f64,
+    /// The same of the block means, to which `residual_over_noise` refers.
+    pub mean_noise_deg: f64,
     pub status: Status,
     /// In the order in which they help.
     pub effects: Vec<Effect>,
@@ -145,6 +147,7 @@ pub fn compare(record: &Record, effects: &[Effect], options: &Options) -> Result
 /// 130 where the user stops it.
 pub fn diagnose_swing(swing: &Swing, options: &Options) -> Result<Diagnosis> {
     let found = search::search(swing, options.zero_unknown)?;
+    let swing = &found.swing;
     let last = found.path.last().expect("the plain model");
     if let Some(buffeted) = random_forcing(swing, &found) {
         return Ok(buffeted_verdict(swing, &found, &buffeted));
@@ -157,6 +160,7 @@ pub fn diagnose_swing(swing: &Swing, options: &Options) -> Result<Diagnosis> {
     };
     Ok(Diagnosis {
         noise_rms_deg: swing.sample_noise_rad.to_degrees(),
+        mean_noise_deg: swing.noise_rad.to_degrees(),
         status,
         effects,
         indistinguishable: found.indistinguishable.iter().map(|(a, b)| [*a, *b]).collect(),
@@ -210,6 +214,7 @@ fn buffeted_verdict(swing: &Swing, found: &Found, b: &Buffeted) -> Diagnosis {
     candidates.insert(0, random);
     Diagnosis {
         noise_rms_deg: swing.sample_noise_rad.to_degrees(),
+        mean_noise_deg: swing.noise_rad.to_degrees(),
         status: Status::Explained,
         effects: vec![Effect::Buffeting],
         indistinguishable: Vec::new(),

@@ -1,9 +1,9 @@
 //! A model with effects fitted to a free swing: natural frequency, damping, initial state and every coefficient.
 
 use super::effects::{Effect, Terms};
-use super::simulate::{Grid, Motion};
+use super::simulate::{readings_of_all, Grid, Motion};
 use super::swing::Swing;
-use crate::fit::{minimise, Fit, Options, Problem, Rows};
+use crate::fit::{minimise, Fit, Normal, Options, Problem, Rows};
 use crate::quantity::Quantity;
 use nalgebra::DMatrix;
 
@@ -15,6 +15,11 @@ const PLAIN: usize = 4;
 const FIRST_CYCLES: f64 = 5.0;
 const LONGER: f64 = 1.8;
 const EVALUATIONS: usize = 30;
+/// Evaluations after which a further start has to be this near, in the sum of squares, to the best one so far.
+const SHORT: usize = 7;
+const NEAR: f64 = 1.5;
+/// Residual over noise below which no further start is tried.
+const SURELY: f64 = 1.04;
 
 /// Which effects a model holds and whether the sensor's nought is unknown.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
@@ -209,32 +214,47 @@ impl Problem for SwingProblem<'_> {
 
     fn evaluate(&self, p: &[f64], rows: &mut dyn Rows) {
         let n = p.len();
-        let mut residuals = vec![0.0; self.count];
-        self.readings(p, &mut residuals);
-        for (r, y) in residuals.iter_mut().zip(&self.swing.yaw_rad) {
-            *r -= y;
-        }
-        let mut columns = vec![vec![0.0; self.count]; n];
-        let mut other = vec![0.0; self.count];
+        let at = |p: &[f64]| motion(self.structure, &self.starts, p);
+        let (base, zero) = at(p);
+        let mut motions = vec![base];
+        let mut zeros = vec![zero];
+        let mut steps = Vec::with_capacity(n);
         let mut q = p.to_vec();
-        for (j, column) in columns.iter_mut().enumerate() {
+        for j in 0..n {
             let (low, high) = self.bounds[j];
             if low == high {
                 continue;
             }
-            let up = (p[j] + self.steps[j]).min(high);
-            let down = (p[j] - self.steps[j]).max(low);
-            q[j] = up;
-            self.readings(&q, column);
-            q[j] = down;
-            self.readings(&q, &mut other);
+            // Into the range of the parameter.
+            let moved = p[j] + self.steps[j];
+            q[j] = if moved <= high { moved } else { p[j] - self.steps[j] };
+            steps.push((j, q[j] - p[j]));
+            let (motion, zero) = at(&q);
+            motions.push(motion);
+            zeros.push(zero);
             q[j] = p[j];
-            let inverse = 1.0 / (up - down);
-            for (c, o) in column.iter_mut().zip(&other) {
-                *c = (*c - o) * inverse;
+        }
+        let mut readings = vec![vec![0.0; self.count]; motions.len()];
+        readings_of_all(&motions, &self.grid(), &mut readings);
+        for (readings, zero) in readings.iter_mut().zip(&zeros).filter(|(_, zero)| **zero != 0.0) {
+            readings.iter_mut().for_each(|y| *y += zero);
+        }
+        let mut moved = readings.split_off(1);
+        let mut residuals = readings.swap_remove(0);
+        let fixed = vec![0.0; if steps.len() < n { self.count } else { 0 }];
+        for (column, (_, step)) in moved.iter_mut().zip(&steps) {
+            let inverse = 1.0 / step;
+            for (c, y) in column.iter_mut().zip(&residuals) {
+                *c = (*c - y) * inverse;
             }
         }
-        let slices: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        for (r, y) in residuals.iter_mut().zip(&self.swing.yaw_rad) {
+            *r -= y;
+        }
+        let mut slices: Vec<&[f64]> = vec![&fixed; n];
+        for (column, (j, _)) in moved.iter().zip(&steps) {
+            slices[*j] = column;
+        }
         rows.block(&residuals, &slices);
     }
 
@@ -244,9 +264,18 @@ impl Problem for SwingProblem<'_> {
 }
 
 fn solve(swing: &Swing, structure: &Structure, start: &[f64], count: usize) -> Fit {
+    solve_in(swing, structure, start, count, EVALUATIONS)
+}
+
+fn solve_in(
+    swing: &Swing,
+    structure: &Structure,
+    start: &[f64],
+    count: usize,
+    max_evaluations: usize,
+) -> Fit {
     let problem = SwingProblem::new(swing, structure, start, count);
-    let options = Options { max_evaluations: EVALUATIONS, tolerance: 0.01, damping: 1e-4 };
-    minimise(&problem, start, &options)
+    minimise(&problem, start, &Options { max_evaluations, tolerance: 0.01, damping: 1e-4 })
 }
 
 /// Fits from `start` over ever longer parts of the first `count` means.
@@ -319,24 +348,39 @@ fn first_state(swing: &Swing) -> (f64, f64) {
     (y[0], (y[n - 1] - y[0]) / ((n - 1) as f64 * swing.grid.step_s) * 0.5)
 }
 
-/// `inner` with `effect` added, never worse than `inner`: started from it with the effect at nought, from small sizes
-/// of either sign, and over lengthening horizons.
+/// `inner` with `effect` added, never worse than `inner`: started from it with the effect at nought, over lengthening
+/// horizons, and from small sizes of either sign, until a start explains the swing.
 pub fn fit_added(swing: &Swing, inner: &Fitted, effect: Effect) -> Fitted {
     let structure = inner.structure.with(effect);
     let count = inner.count;
+    let enough = (SURELY * swing.noise_rad).powi(2) * count as f64;
     let mut best: Option<Fit> = None;
-    let mut take = |fit: Fit| {
-        if best.as_ref().is_none_or(|b| fit.sum_of_squares < b.sum_of_squares) {
-            best = Some(fit);
-        }
-    };
     let starts = super::starts::of(swing, inner, effect);
     for (k, start) in starts.iter().enumerate() {
         let mut p = inner.parameters.clone();
         p.extend(start);
-        take(solve(swing, &structure, &p, count));
+        let mut fits = vec![];
         if k == 0 {
-            take(lengthened(swing, &structure, &p, count));
+            fits.push(solve(swing, &structure, &p, count));
+            if fits[0].sum_of_squares > enough {
+                fits.push(lengthened(swing, &structure, &p, count));
+            }
+        } else {
+            // A start that has not come near the best by now is not going to win.
+            let short = solve_in(swing, &structure, &p, count, SHORT);
+            let reached = best.as_ref().map_or(f64::INFINITY, |b| b.sum_of_squares);
+            if short.sum_of_squares < NEAR * reached && short.evaluations >= SHORT {
+                fits.push(solve(swing, &structure, &short.parameters, count));
+            }
+            fits.push(short);
+        }
+        for fit in fits {
+            if best.as_ref().is_none_or(|b| fit.sum_of_squares < b.sum_of_squares) {
+                best = Some(fit);
+            }
+        }
+        if best.as_ref().is_some_and(|b| b.sum_of_squares <= enough && b.stop.is_minimum()) {
+            break;
         }
     }
     let fit = best.expect("a start for every effect");
@@ -344,6 +388,48 @@ pub fn fit_added(swing: &Swing, inner: &Fitted, effect: Effect) -> Fitted {
     let mut fitted = finished(swing, &structure, fit, count);
     fitted.converged &= nested;
     fitted
+}
+
+/// What one linear step would leave of `inner`'s sum of squares with `effect` added, and how many numbers it takes.
+/// Exact near the minimum, which is where it decides; elsewhere it orders.
+pub fn promise(swing: &Swing, inner: &Fitted, effect: Effect) -> (f64, usize) {
+    let structure = inner.structure.with(effect);
+    let n = inner.parameters.len();
+    let mut best = (inner.sum_of_squares, 1);
+    for start in super::starts::of(swing, inner, effect) {
+        // From nought, where the model is that of `inner`; a frequency is tried where the residual has its lines.
+        if start[0] != 0.0 {
+            continue;
+        }
+        let mut p = inner.parameters.clone();
+        p.extend(&start);
+        let problem = SwingProblem::new(swing, &structure, &p, inner.count);
+        let mut normal = Normal::new(p.len());
+        problem.evaluate(&p, &mut normal);
+        let (a, g) = (normal.matrix(), normal.gradient());
+        let only_up = problem.bounds[n].0 == 0.0;
+        let used: Vec<usize> = (0..p.len()).filter(|&i| i < n || a[(i, i)] > 0.0).collect();
+        let solve = |used: &[usize]| {
+            let mut part = DMatrix::from_fn(used.len(), used.len(), |i, j| a[(used[i], used[j])]);
+            let diagonal: Vec<f64> = (0..used.len()).map(|i| part[(i, i)]).collect();
+            for (i, d) in diagonal.iter().enumerate() {
+                part[(i, i)] = d * (1.0 + 1e-10);
+            }
+            let g = nalgebra::DVector::from_iterator(used.len(), used.iter().map(|&i| g[i]));
+            nalgebra::Cholesky::new(part).map(|c| {
+                let step = c.solve(&g);
+                (step.dot(&g), step)
+            })
+        };
+        if let Some((gain, step)) = solve(&used) {
+            let inward = !only_up || used.len() <= n || -step[n] > 0.0;
+            let left = (inner.sum_of_squares - gain).max(0.0);
+            if inward && left < best.0 {
+                best = (left, used.len() - n);
+            }
+        }
+    }
+    best
 }
 
 /// `model` fitted again to the first `count` means, from its own values.

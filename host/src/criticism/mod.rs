@@ -10,6 +10,7 @@ pub mod compare;
 pub mod diagnose;
 pub mod effects;
 pub mod fitting;
+mod noise;
 mod search;
 pub mod simulate;
 mod starts;

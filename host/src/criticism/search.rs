@@ -1,7 +1,7 @@
 //! Which effects a swing needs: each alone, the best together, the needless taken out again.
 
 use super::effects::Effect;
-use super::fitting::{fit_added, fit_plain, fit_removed, reordered, Fitted};
+use super::fitting::{fit_added, fit_plain, fit_removed, promise, reordered, Fitted};
 use super::swing::Swing;
 use crate::error::Result;
 use crate::interrupt;
@@ -15,10 +15,18 @@ const EXPLAINED: f64 = 1.10;
 const LEAST_SHARE_SQUARED: f64 = 0.03;
 /// Models carried on to the next round.
 const BEAM: usize = 4;
-const MOST_EFFECTS: usize = 3;
+const MOST_EFFECTS: usize = 4;
+/// Effects tried beside each model of a round after the first, those that promise most.
+const BRANCHES: usize = 5;
+/// Evidence that a linear step must promise for an effect to be tried beside a model that explains the swing.
+const PROMISING: f64 = 3.0;
+/// Share of an effect's linear gain that one must reach to be tried in its place.
+const RIVALLING: f64 = 0.7;
 
 /// What the search found.
 pub struct Found {
+    /// The swing with the noise floor as the best model shows it.
+    pub swing: Swing,
     pub plain: Fitted,
     /// Every effect alone, in the order of the library.
     pub singles: Vec<Fitted>,
@@ -59,9 +67,11 @@ pub fn search(swing: &Swing, zero_unknown: bool) -> Result<Found> {
     let singles: Vec<Fitted> =
         candidates.par_iter().map(|e| fit_added(swing, &plain, *e)).collect();
     interrupt::check()?;
+    let leading = best(&singles).filter(|s| criterion(s) < criterion(&plain)).unwrap_or(&plain);
+    let mut swing = swing.clone().sharpened(&leading.residuals);
     let best_count = |models: &[Fitted]| best(models).map_or(count as f64, Fitted::effective_count);
 
-    // Rounds of pairs and threes, as long as the best so far is not down to the noise or gains by another.
+    // Rounds of pairs, threes and fours, as long as the best so far is not down to the noise or gains by another.
     let mut rounds: Vec<Vec<Fitted>> = vec![singles.clone()];
     while rounds.len() < MOST_EFFECTS {
         let last = rounds.last().expect("a round");
@@ -72,12 +82,18 @@ pub fn search(swing: &Swing, zero_unknown: bool) -> Result<Found> {
             best(&rounds[rounds.len() - 2]).expect("a leader").clone()
         };
         // The round gained nothing even on the kindest count of residuals: no further one will.
-        if !is_worth(&smaller, leader, swing, count as f64) {
+        if !is_worth(&smaller, leader, &swing, count as f64) {
             break;
         }
-        let width = if is_explained(leader, swing) { 1 } else { BEAM };
-        let next = expanded(swing, last, &candidates, width);
+        let next = if is_explained(leader, &swing) {
+            beside(&swing, leader, &candidates)
+        } else {
+            expanded(&swing, last, &candidates, if rounds.len() < 3 { BEAM } else { 1 })
+        };
         interrupt::check()?;
+        if let Some(better) = best(&next).filter(|n| criterion(n) < criterion(leader)) {
+            swing = swing.sharpened(&better.residuals);
+        }
         rounds.push(next);
     }
 
@@ -85,19 +101,19 @@ pub fn search(swing: &Swing, zero_unknown: bool) -> Result<Found> {
     for round in &rounds {
         let effective = best_count(round);
         if let Some(leader) = best(round) {
-            if is_worth(&accepted, leader, swing, effective) {
+            if is_worth(&accepted, leader, &swing, effective) {
                 accepted = leader.clone();
             }
         }
     }
-    let accepted = pruned(swing, accepted);
+    let accepted = pruned(&swing, accepted);
     interrupt::check()?;
-    let explained = is_explained(&accepted, swing);
+    let explained = is_explained(&accepted, &swing);
     let indistinguishable =
-        if explained { rivals(swing, &plain, &accepted, &candidates, &rounds) } else { Vec::new() };
+        if explained { rivals(&swing, &accepted, &candidates, &rounds) } else { Vec::new() };
     interrupt::check()?;
-    let path = path(&plain, &accepted, &singles, swing);
-    Ok(Found { plain, singles, path, explained, indistinguishable })
+    let path = path(&plain, &accepted, &singles, &swing);
+    Ok(Found { swing, plain, singles, path, explained, indistinguishable })
 }
 
 /// The converged model with the smallest criterion.
@@ -110,14 +126,40 @@ fn criterion(model: &Fitted) -> f64 {
     n * (model.sum_of_squares / n).ln() + model.parameters.len() as f64 * n.ln()
 }
 
-/// Each of the `width` best with every other effect, each set once.
+/// `model`, which explains the swing, with every other effect that promises evidence beside it.
+fn beside(swing: &Swing, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
+    let n = model.effective_count();
+    all.par_iter()
+        .filter(|e| !model.structure.effects.contains(e))
+        .filter(|e| {
+            let (left, more) = promise(swing, model, **e);
+            n * (model.sum_of_squares / left).ln() - more as f64 * n.ln() > PROMISING
+        })
+        .map(|e| fit_added(swing, model, *e))
+        .collect()
+}
+
+/// Each of the `width` best with the effects that promise most beside it, each set once.
 fn expanded(swing: &Swing, round: &[Fitted], all: &[Effect], width: usize) -> Vec<Fitted> {
     let mut order: Vec<&Fitted> = round.iter().filter(|m| m.converged).collect();
     order.sort_by(|a, b| criterion(a).total_cmp(&criterion(b)));
+    order.truncate(width);
+    let promised: Vec<Vec<(f64, Effect)>> = order
+        .par_iter()
+        .map(|inner| {
+            let mut out: Vec<(f64, Effect)> = all
+                .par_iter()
+                .filter(|e| !inner.structure.effects.contains(e))
+                .map(|e| (promise(swing, inner, *e).0, *e))
+                .collect();
+            out.sort_by(|a, b| a.0.total_cmp(&b.0));
+            out
+        })
+        .collect();
     let mut seen: Vec<Vec<Effect>> = Vec::new();
     let mut jobs = Vec::new();
-    for inner in order.into_iter().take(width) {
-        for &effect in all.iter().filter(|e| !inner.structure.effects.contains(e)) {
+    for (inner, promised) in order.into_iter().zip(promised) {
+        for (_, effect) in promised.into_iter().take(BRANCHES) {
             let mut set = inner.structure.with(effect).effects;
             set.sort_unstable();
             if !seen.contains(&set) {
@@ -154,44 +196,35 @@ fn pruned(swing: &Swing, mut model: Fitted) -> Fitted {
 /// Which effect outside the model does as well in the place of one inside.
 fn rivals(
     swing: &Swing,
-    plain: &Fitted,
     model: &Fitted,
     candidates: &[Effect],
     rounds: &[Vec<Fitted>],
 ) -> Vec<(Effect, Effect)> {
     let effects = &model.structure.effects;
-    let jobs: Vec<(Effect, Effect)> = effects
-        .iter()
-        .flat_map(|e| candidates.iter().filter(|c| !effects.contains(c)).map(move |c| (*e, *c)))
-        .collect();
     let effective = model.effective_count();
-    jobs.into_par_iter()
-        .filter(|&(inside, outside)| {
-            let mut set = model.structure.without(inside).with(outside).effects;
-            set.sort_unstable();
-            let known = rounds.iter().flatten().find(|m| {
-                let mut other = m.structure.effects.clone();
-                other.sort_unstable();
-                other == set
-            });
-            let fitted;
-            let other = match known {
-                Some(m) => m,
-                None if effects.len() == 1 => {
-                    fitted = fit_added(swing, plain, outside);
-                    &fitted
-                }
-                None => {
-                    let inner = fit_removed(swing, model, inside);
-                    fitted = fit_added(swing, &inner, outside);
-                    &fitted
-                }
-            };
-            other.converged
-                && is_explained(other, swing)
-                && evidence(other, model, effective) < MARGIN
-        })
-        .collect()
+    let as_good = |other: &Fitted| {
+        other.converged && is_explained(other, swing) && evidence(other, model, effective) < MARGIN
+    };
+    let outside: Vec<Effect> =
+        candidates.iter().copied().filter(|c| !effects.contains(c)).collect();
+    let in_place_of = |inside: &Effect| -> Vec<(Effect, Effect)> {
+        if effects.len() == 1 {
+            let singles = rounds[0].iter().filter(|m| m.structure.effects != *effects);
+            return singles
+                .filter(|m| as_good(m))
+                .map(|m| (*inside, m.structure.effects[0]))
+                .collect();
+        }
+        let inner = fit_removed(swing, model, *inside);
+        let gain = |e: Effect| inner.sum_of_squares - promise(swing, &inner, e).0;
+        let least = RIVALLING * gain(*inside);
+        outside
+            .par_iter()
+            .filter(|e| gain(**e) >= least && as_good(&fit_added(swing, &inner, **e)))
+            .map(|e| (*inside, *e))
+            .collect()
+    };
+    effects.par_iter().flat_map_iter(in_place_of).collect()
 }
 
 /// From plain to `model`, each time the effect that helps most; the last holds its effects in that order.

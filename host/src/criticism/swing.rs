@@ -1,6 +1,7 @@
 //! The free swing of a record as the fits see it: block means on an even grid, and their noise floor.
 
 use super::effects::Scale;
+use super::noise;
 use super::simulate::Grid;
 use crate::error::Result;
 use crate::identify::{self, Settings, WindowEstimate};
@@ -26,6 +27,8 @@ pub struct Swing {
     pub noise_rad: f64,
     /// Noise of one sample.
     pub sample_noise_rad: f64,
+    /// The noise is correlated from sample to sample.
+    pub coloured: bool,
     pub frequency_rad_s: f64,
     pub amplitude_rad: f64,
     pub release_time_s: f64,
@@ -66,25 +69,25 @@ impl Swing {
             count: yaw_rad.len(),
             mean_width_s: if block > 1 { step_s } else { 0.0 },
         };
-        let sample_noise_rad =
-            rms_of_thirds(&stretch.kept().map(|s| s.1).collect::<Vec<_>>()).to_radians();
-        // White noise is known best from the single samples; where the means show it coloured, from them.
-        let white = sample_noise_rad / (block as f64).sqrt();
-        let floor = if TAU / frequency / step_s >= FINE {
-            let means = rms_of_sixths(&yaw_rad);
-            let agree = (means / white - 1.0).abs() < AGREE;
-            if block > 1 && agree {
-                white
-            } else {
-                means
+        let kept: Vec<f64> = stretch.kept().map(|s| s.1.to_radians()).collect();
+        let thirds = rms_of_thirds(&kept);
+        let colour = noise::colour(&kept, frequency * stretch.step_s);
+        let (sample_noise_rad, floor) = match colour {
+            Some(colour) => (
+                (colour.white_variance + colour.coloured_variance).sqrt(),
+                colour.mean_variance(block).sqrt(),
+            ),
+            // White noise is known best from the single samples; where the means show more, from them.
+            None if TAU / frequency / step_s >= FINE => {
+                (thirds, white_floor(&yaw_rad, thirds, block))
             }
-        } else {
-            prepared.noise_rms_deg().to_radians() / (block as f64).sqrt()
+            None => (thirds, prepared.noise_rms_deg().to_radians() / (block as f64).sqrt()),
         };
         let amplitude_rad =
             prepared.windows.iter().map(|w| w.amplitude_deg).fold(0.0, f64::max).to_radians();
         Ok(Self {
             noise_rad: floor.max(1e-9 * amplitude_rad),
+            coloured: colour.is_some(),
             sample_noise_rad,
             grid,
             yaw_rad,
@@ -105,6 +108,19 @@ impl Swing {
         })
     }
 
+    /// With the floor of coloured noise taken from the `residuals` of a good model, which show it down to frequencies
+    /// that the swing hides in the record.
+    pub fn sharpened(mut self, residuals: &[f64]) -> Self {
+        let turn = TAU / self.per_cycle();
+        if let Some(colour) =
+            self.coloured.then(|| noise::colour_of_residuals(residuals, turn, self.block)).flatten()
+        {
+            self.noise_rad = colour.mean_variance(self.block).sqrt().max(1e-9 * self.amplitude_rad);
+            self.sample_noise_rad = (colour.white_variance + colour.coloured_variance).sqrt();
+        }
+        self
+    }
+
     pub fn scale(&self) -> Scale {
         Scale {
             amplitude_rad: self.amplitude_rad,
@@ -123,6 +139,17 @@ impl Swing {
     pub fn raw_rms_deg(&self, rms_rad: f64) -> f64 {
         let hidden = self.sample_noise_rad.powi(2) * (1.0 - 1.0 / self.block as f64);
         (rms_rad * rms_rad + hidden).sqrt().to_degrees()
+    }
+}
+
+/// Noise of a mean of `block` samples of `sample_noise` each: white, unless the means themselves show another.
+fn white_floor(means: &[f64], sample_noise: f64, block: usize) -> f64 {
+    let white = sample_noise / (block as f64).sqrt();
+    let shown = rms_of_sixths(means);
+    if block > 1 && (shown / white - 1.0).abs() < AGREE {
+        white
+    } else {
+        shown
     }
 }
 
