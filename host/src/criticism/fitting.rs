@@ -134,6 +134,11 @@ impl Fitted {
         let k = self.structure.effects.iter().position(|e| *e == effect)?;
         Some(self.of_effect(effect, self.starts[k]))
     }
+    /// Where the numbers of `effect`, which is in the model, begin.
+    pub(super) fn start_of(&self, effect: Effect) -> usize {
+        let k = self.structure.effects.iter().position(|e| *e == effect);
+        self.starts[k.expect("an effect of the model")]
+    }
     pub fn motion(&self) -> Motion {
         motion(&self.structure, &self.starts, &self.parameters).0
     }
@@ -163,7 +168,7 @@ fn motion(structure: &Structure, starts: &[usize], p: &[f64]) -> (Motion, f64) {
 }
 
 /// Residuals of the first `count` means.
-struct SwingProblem<'a> {
+pub(super) struct SwingProblem<'a> {
     swing: &'a Swing,
     structure: &'a Structure,
     starts: Vec<usize>,
@@ -173,7 +178,7 @@ struct SwingProblem<'a> {
 }
 
 impl<'a> SwingProblem<'a> {
-    fn new(swing: &'a Swing, structure: &'a Structure, start: &[f64], count: usize) -> Self {
+    pub fn new(swing: &'a Swing, structure: &'a Structure, start: &[f64], count: usize) -> Self {
         let scale = swing.scale();
         let (starts, n) = structure.layout(swing);
         let wn = swing.frequency_rad_s;
@@ -295,7 +300,7 @@ fn lengthened(swing: &Swing, structure: &Structure, start: &[f64], count: usize)
     }
 }
 
-fn finished(swing: &Swing, structure: &Structure, fit: Fit, count: usize) -> Fitted {
+pub(super) fn finished(swing: &Swing, structure: &Structure, fit: Fit, count: usize) -> Fitted {
     let problem = SwingProblem::new(swing, structure, &fit.parameters, count);
     let mut residuals = vec![0.0; count];
     problem.readings(&fit.parameters, &mut residuals);
@@ -436,6 +441,12 @@ pub fn promise(swing: &Swing, inner: &Fitted, effect: Effect) -> (f64, usize) {
 pub fn refit(swing: &Swing, model: &Fitted, count: usize) -> Fitted {
     let direct = solve(swing, &model.structure, &model.parameters, count);
     finished(swing, &model.structure, direct, count)
+}
+
+/// A model of `structure` fitted from `start`.
+pub(super) fn from_start(swing: &Swing, structure: &Structure, start: &[f64]) -> Fitted {
+    let count = swing.yaw_rad.len();
+    finished(swing, structure, solve(swing, structure, start, count), count)
 }
 
 /// `model` with its effects in another order, its values kept and fitted once more.

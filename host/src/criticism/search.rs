@@ -13,6 +13,8 @@ pub const MARGIN: f64 = 10.0;
 const EXPLAINED: f64 = 1.10;
 /// An effect whose course is less than this share of the noise floor does not matter, squared.
 const LEAST_SHARE_SQUARED: f64 = 0.03;
+/// Residual over noise up to which what a model leaves may sharpen the floor of coloured noise.
+const NEAR_NOISE: f64 = 1.6;
 /// Models carried on to the next round.
 const BEAM: usize = 4;
 const MOST_EFFECTS: usize = 4;
@@ -68,7 +70,16 @@ pub fn search(swing: &Swing, zero_unknown: bool) -> Result<Found> {
         candidates.par_iter().map(|e| fit_added(swing, &plain, *e)).collect();
     interrupt::check()?;
     let leading = best(&singles).filter(|s| criterion(s) < criterion(&plain)).unwrap_or(&plain);
-    let mut swing = swing.clone().sharpened(&leading.residuals);
+    let sharpened = |swing: Swing, leader: &Fitted| {
+        // What is far from the noise shows more than noise.
+        let near = leader.over_noise(&swing) < NEAR_NOISE;
+        if near {
+            swing.sharpened(&leader.residuals)
+        } else {
+            swing
+        }
+    };
+    let mut swing = sharpened(swing.clone(), leading);
     let best_count = |models: &[Fitted]| best(models).map_or(count as f64, Fitted::effective_count);
 
     // Rounds of pairs, threes and fours, as long as the best so far is not down to the noise or gains by another.
@@ -92,7 +103,7 @@ pub fn search(swing: &Swing, zero_unknown: bool) -> Result<Found> {
         };
         interrupt::check()?;
         if let Some(better) = best(&next).filter(|n| criterion(n) < criterion(leader)) {
-            swing = swing.sharpened(&better.residuals);
+            swing = sharpened(swing, better);
         }
         rounds.push(next);
     }
@@ -109,8 +120,7 @@ pub fn search(swing: &Swing, zero_unknown: bool) -> Result<Found> {
     let accepted = pruned(&swing, accepted);
     interrupt::check()?;
     let explained = is_explained(&accepted, &swing);
-    let indistinguishable =
-        if explained { rivals(&swing, &accepted, &candidates, &rounds) } else { Vec::new() };
+    let indistinguishable = rivals(&swing, &accepted, &candidates, &rounds);
     interrupt::check()?;
     let path = path(&plain, &accepted, &singles, &swing);
     Ok(Found { swing, plain, singles, path, explained, indistinguishable })
@@ -227,23 +237,68 @@ fn rivals(
     effects.par_iter().flat_map_iter(in_place_of).collect()
 }
 
-/// From plain to `model`, each time the effect that helps most; the last holds its effects in that order.
+/// From plain to `model`, the effect that helps most first: what is missed least is taken out first.
 fn path(plain: &Fitted, model: &Fitted, singles: &[Fitted], swing: &Swing) -> Vec<Fitted> {
-    let mut left = model.structure.effects.clone();
-    let single = |e: Effect| singles.iter().find(|s| s.structure.effects == [e]);
-    left.sort_by(|a, b| {
-        let sum = |e: &Effect| single(*e).map_or(f64::INFINITY, |s| s.sum_of_squares);
-        sum(a).total_cmp(&sum(b))
-    });
+    let mut models = vec![model.clone()];
+    let mut out_of: Vec<Effect> = Vec::new();
+    while let Some(larger) = models.last().filter(|m| m.structure.effects.len() > 1) {
+        let known = |left: &[Effect]| singles.iter().find(|s| s.structure.effects == left).cloned();
+        let smaller = larger
+            .structure
+            .effects
+            .par_iter()
+            .map(|&effect| {
+                let left = larger.structure.without(effect).effects;
+                (effect, known(&left).unwrap_or_else(|| fit_removed(swing, larger, effect)))
+            })
+            .min_by(|a, b| a.1.sum_of_squares.total_cmp(&b.1.sum_of_squares));
+        let Some((effect, smaller)) = smaller else { break };
+        out_of.push(effect);
+        models.push(smaller);
+    }
+    let first = models.last().map(|m| m.structure.effects.clone()).unwrap_or_default();
+    let order: Vec<Effect> = first.into_iter().chain(out_of.into_iter().rev()).collect();
     let mut out = vec![plain.clone()];
-    for (k, &effect) in left.iter().enumerate() {
-        let inner = out.last().expect("the plain model");
-        let next = match single(effect) {
-            _ if k + 1 == left.len() => reordered(swing, model, &left),
-            Some(s) if k == 0 => s.clone(),
-            _ => fit_added(swing, inner, effect),
-        };
-        out.push(next);
+    for (k, model) in models.iter().rev().enumerate().filter(|(k, _)| *k < order.len()) {
+        out.push(reordered(swing, model, &order[..=k]));
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::Record;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// A model never fits worse than one it contains, and on noise alone what it gains is not believed.
+    #[test]
+    fn an_effect_that_is_not_there_is_nested_and_not_believed() {
+        let mut rng = ChaCha8Rng::seed_from_u64(7);
+        let (time_s, yaw_deg): (Vec<f64>, Vec<f64>) = (0..6000)
+            .map(|k| {
+                let t = f64::from(k) / 300.0;
+                let z: f64 = StandardNormal.sample(&mut rng);
+                (t, 12.0 * (-0.06 * t).exp() * (6.0 * t).cos() + 0.04 * z)
+            })
+            .unzip();
+        let record = Record { file: "noise".into(), time_s, yaw_deg };
+        let swing = Swing::of(&record).unwrap();
+        let plain = fit_plain(&swing, false, swing.yaw_rad.len());
+        assert!(is_explained(&plain, &swing), "{}", plain.over_noise(&swing));
+        for effect in Effect::deterministic() {
+            let larger = fit_added(&swing, &plain, effect);
+            assert!(larger.sum_of_squares <= plain.sum_of_squares * (1.0 + 1e-9), "{effect}");
+            let gain = evidence(&plain, &larger, 1000.0);
+            let more = (larger.parameters.len() - plain.parameters.len()) as f64;
+            let by_hand =
+                1000.0 * (plain.sum_of_squares / larger.sum_of_squares).ln() - more * 1000f64.ln();
+            assert!((gain - by_hand).abs() < 1e-9 && gain < MARGIN, "{effect}: {gain}");
+            // A linear step foretells no more than noise either.
+            let (left, _) = promise(&swing, &plain, effect);
+            assert!(left > 0.98 * plain.sum_of_squares, "{effect}");
+        }
+    }
 }

@@ -54,6 +54,14 @@ impl Motion {
         Flow([ec + decay * es, es, -wn * wn * es, ec - decay * es])
     }
 
+    /// Angle and rate `time_s` after the first instant (before it where negative), effects apart.
+    pub fn linear_state(&self, time_s: f64) -> (f64, f64) {
+        let Flow([p, q, u, v]) = self.flow(time_s);
+        let middle = self.terms.static_offset / self.natural_frequency_rad_s.powi(2);
+        let x = self.yaw_rad - middle;
+        (middle + p * x + q * self.rate_rad_s, u * x + v * self.rate_rad_s)
+    }
+
     /// The reading at every instant of `grid`, rad, into `out` (as long as the grid).
     pub fn readings(&self, grid: &Grid, out: &mut [f64]) {
         self.run(grid, |k, y, _| out[k] = y);
@@ -332,3 +340,7 @@ impl<'a> Walker<'a> {
         last
     }
 }
+
+#[cfg(test)]
+#[path = "simulate_tests.rs"]
+mod tests;
