@@ -18,7 +18,7 @@ pub fn from_release(record: &Record, swing: &Swing, model: &Fitted) -> Option<Fi
     if !model.structure.effects.contains(&Effect::SecondMode) {
         return None;
     }
-    let (mut longer, held) = swing.from_release(record)?;
+    let (mut longer, held) = swing.begun_at_release(record)?;
     let earlier_s = swing.release_time_s - longer.release_time_s;
     let begin = |s: &Swing| s.release_time_s + s.grid.start_s;
     let mut p = shifted(model, earlier_s);

@@ -147,8 +147,8 @@ fn smooth_readings(motions: &[Motion; TOGETHER], grid: &Grid, out: &mut [Vec<f64
     let (mut b, mut r) = (each(&|m| m.yaw_rad), each(&|m| m.rate_rad_s));
     for k in 0..grid.count {
         let t = grid.time_s(k);
-        for l in 0..TOGETHER {
-            out[l][k] = motions[l].terms.reading(b[l] * mean[l], t);
+        for (l, out) in out.iter_mut().enumerate() {
+            out[k] = motions[l].terms.reading(b[l] * mean[l], t);
         }
         for i in 0..substeps as usize {
             let at = t + (i as f64 + 0.5) * h;

@@ -119,7 +119,7 @@ impl Swing {
 
     /// The same swing from where the hand let go, and whether it was held before; none where it begins there already.
     /// The noise floor is kept.
-    pub(super) fn from_release(&self, record: &Record) -> Option<(Self, bool)> {
+    pub(super) fn begun_at_release(&self, record: &Record) -> Option<(Self, bool)> {
         let prepared = identify::prepare(record, &settings()).ok()?;
         let begin_s = self.release_time_s + self.grid.start_s;
         let all = prepared.samples.all();
