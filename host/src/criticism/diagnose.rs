@@ -22,6 +22,8 @@ const FITTED_SHARE: f64 = 0.65;
 const MOST_HELD_OUT: f64 = 1.5;
 /// Gain of deviance by intensity, frequency and damping of each quarter's own: 12 +- 5 by chance.
 const MOST_UNSTEADY: f64 = 45.0;
+/// Innovations over their expected size, below which the forcing is a cloak for something else.
+const LEAST_INNOVATIONS: f64 = 0.85;
 /// Innovation, in standard deviations, that chance brings once in thousands of records.
 const LARGEST: f64 = 6.0;
 /// The same of a line in their spectrum, beyond ln(n/2).
@@ -213,7 +215,7 @@ fn random_forcing(swing: &Swing, found: &Found) -> Option<(Buffeted, Option<Forc
             && b.state_dependence < MOST_DEPENDENT
             && b.largest < LARGEST
             && b.line < (0.5 * n).ln() + STRONGEST_LINE
-            && b.over_noise <= 1.10
+            && (LEAST_INNOVATIONS..=1.10).contains(&b.over_noise)
     };
     if deterministic - plain.deviance < search::MARGIN {
         return None;

@@ -113,7 +113,7 @@ pub fn plant(plan: &Plan) -> Planted {
         let Some(laws) = sized else { continue };
         let planted = simulate(&setup, &laws, noise_seed);
         // What a sum of two does together can still be no swing.
-        if Swing::of(&planted.record).is_ok() {
+        if is_swing(&planted.record) && Swing::of(&planted.record).is_ok() {
             return planted;
         }
     }
@@ -127,6 +127,9 @@ fn scaled(setup: &Setup, mut law: Law, target: f64, noise_seed: u64) -> Option<L
     let mut left = most / most.min(1.0);
     for _ in 0..6 {
         let planted = simulate(setup, std::slice::from_ref(&law), noise_seed);
+        if !is_swing(&planted.record) {
+            return None;
+        }
         let swing = Swing::of(&planted.record).ok()?;
         if (swing.yaw_rad.len() as f64) < 5.0 * swing.per_cycle() {
             law.scale(0.3);
@@ -221,8 +224,16 @@ fn simulate(setup: &Setup, laws: &[Law], noise_seed: u64) -> Planted {
     }
 }
 
+/// Whether the model has not been driven round.
+fn is_swing(record: &Record) -> bool {
+    record.yaw_deg.iter().all(|y| y.abs() < 180.0)
+}
+
 /// Rms of the sensor's errors on the blocks that the diagnosis takes means of.
 fn mean_noise(errors: &[f64], record: &Record) -> f64 {
+    if !is_swing(record) {
+        return f64::NAN;
+    }
     let Ok(swing) = Swing::of(record) else { return f64::NAN };
     let blocks = errors.chunks_exact(swing.block);
     let n = blocks.len() as f64;
