@@ -70,6 +70,7 @@ fn a_network_with_the_amplitude_gives_the_same_bits_on_both() {
         ranges: Ranges { noise: [0.005, 0.005], ..Ranges::default() },
         model: Some(Source::read(model.path()).expect("the model")),
         amplitude: true,
+        components: None,
         samples: 300,
         training: Options { epochs: 20, ..Options::default() },
     };

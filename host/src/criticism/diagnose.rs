@@ -4,6 +4,8 @@ use super::buffeting::{self, Buffeted};
 use super::compare::{self, Where};
 use super::effects::Effect;
 use super::fitting::{held_out_over_noise, refit, Fitted};
+use super::forced::{self, Forced};
+use super::late_release;
 use super::search::{self, evidence, Found};
 use super::swing::Swing;
 use crate::error::Result;
@@ -15,8 +17,16 @@ use std::collections::BTreeMap;
 
 /// Share of the swing that is fitted when the rest is held out.
 pub(super) const FITTED_SHARE: f64 = 0.65;
-/// Ratio of the random forcing in both halves of a record beyond which it is no random forcing.
-const MOST_UNSTEADY: f64 = 4.0;
+/// Residual over noise, on the part held out, up to which three effects and more count as an explanation.
+const MOST_HELD_OUT: f64 = 1.5;
+/// Gain of deviance by intensity, frequency and damping of each quarter's own: 12 +- 5 by chance.
+const MOST_UNSTEADY: f64 = 45.0;
+/// Innovations over their expected size, below which the forcing is a cloak for something else.
+const LEAST_INNOVATIONS: f64 = 0.85;
+/// Innovation, in standard deviations, that chance brings once in thousands of records.
+const LARGEST: f64 = 6.0;
+/// The same of a line in their spectrum, beyond ln(n/2).
+const STRONGEST_LINE: f64 = 9.0;
 /// Dependence of the innovations on the state, in standard deviations, that chance explains.
 const MOST_DEPENDENT: f64 = 4.0;
 /// Lag-one correlation of the innovations up to which they are white.
@@ -46,6 +56,8 @@ pub enum Status {
 #[derive(Clone, Debug, Serialize)]
 pub struct Diagnosis {
     pub noise_rms_deg: f64,
+    /// The same of the block means, to which `residual_over_noise` refers.
+    pub mean_noise_deg: f64,
     pub status: Status,
     /// In the order in which they help.
     pub effects: Vec<Effect>,
@@ -90,7 +102,7 @@ pub struct Candidate {
 /// Exit 3 where there is no swing in it, 130 where the user stops it.
 pub fn diagnose(record: &Record, options: &Options) -> Result<Diagnosis> {
     let swing = Swing::of(record)?;
-    diagnose_swing(&swing, options)
+    judged(&swing, options, Some(record))
 }
 
 /// Judges a swing.
@@ -98,68 +110,126 @@ pub fn diagnose(record: &Record, options: &Options) -> Result<Diagnosis> {
 /// # Errors
 /// 130 where the user stops it.
 pub fn diagnose_swing(swing: &Swing, options: &Options) -> Result<Diagnosis> {
+    judged(swing, options, None)
+}
+
+fn judged(swing: &Swing, options: &Options, record: Option<&Record>) -> Result<Diagnosis> {
     let found = search::search(swing, options)?;
+    let swing = &found.swing;
     let last = found.path.last().expect("the plain model");
-    if let Some(buffeted) = random_forcing(swing, &found) {
-        return Ok(buffeted_verdict(swing, &found, &buffeted));
+    if let Some((buffeted, forced)) = random_forcing(swing, &found) {
+        return Ok(buffeted_verdict(swing, &found, &buffeted, forced.as_ref()));
     }
     let effects = last.structure.effects.clone();
-    let status = match (found.explained, effects.is_empty()) {
+    let mut steps = steps(swing, &found.path);
+    // Three effects or more can be bent to a short record; then they have to foretell the rest of it too.
+    let foretold =
+        effects.len() < 3 || steps.last().is_some_and(|s| s.held_out_over_noise < MOST_HELD_OUT);
+    let status = match (found.explained && foretold, effects.is_empty()) {
         (true, true) => Status::Adequate,
         (true, false) => Status::Explained,
         (false, _) => Status::Unexplained,
     };
+    let mut modal_values = modal(last);
+    if let (Status::Explained, Some(record)) = (status, record) {
+        if let Some(model) = late_release::from_release(record, swing, last) {
+            steps.last_mut().expect("a model").parameters =
+                model.effect_parameters().into_iter().collect();
+            modal_values = modal(&model);
+        }
+    }
     Ok(Diagnosis {
         noise_rms_deg: swing.sample_noise_rad.to_degrees(),
+        mean_noise_deg: swing.noise_rad.to_degrees(),
         status,
         effects,
         indistinguishable: found.indistinguishable.iter().map(|(a, b)| [*a, *b]).collect(),
-        modal: modal(last),
-        steps: steps(swing, &found.path),
+        modal: modal_values,
+        steps,
         candidates: candidates(swing, &found),
         where_: compare::locate(swing, last),
     })
 }
 
-/// The random forcing that explains the swing where no deterministic effects do: as strong late as early, its
-/// innovations white and down to the noise, and far likelier than the best deterministic model.
-fn random_forcing(swing: &Swing, found: &Found) -> Option<Buffeted> {
+/// The random forcing that explains the swing, with the effects beside it, where no definite effects do: the same
+/// throughout, its innovations white, blind to the state and down to the noise, and far likelier than the best
+/// deterministic model.
+fn random_forcing(swing: &Swing, found: &Found) -> Option<(Buffeted, Option<Forced>)> {
     let best = found.path.last()?;
     if found.explained && best.structure.effects.len() < 2 {
         return None;
     }
-    forced_rather_than(swing, &found.plain, best)
+    let (deterministic, n) = buffeting::definite_criterion(swing, best);
+    let plain = buffeting::fit(swing, &found.plain)?;
+    if deterministic - plain.deviance < search::MARGIN {
+        return None;
+    }
+    let candidates: Vec<Effect> =
+        found.singles.iter().map(|single| single.structure.effects[0]).collect();
+    if let Some(forced) = forced::search(swing, &found.plain, &plain, &candidates) {
+        let effects = forced.model.structure.effects.len();
+        if holds(&forced.forcing, effects, deterministic, n) {
+            return Some((plain, Some(forced)));
+        }
+    }
+    holds(&plain, 0, deterministic, n).then_some((plain, None))
 }
 
 /// The random forcing of the `plain` model, if it is one and far likelier than `best`.
 pub(super) fn forced_rather_than(swing: &Swing, plain: &Fitted, best: &Fitted) -> Option<Buffeted> {
-    let fitted = buffeting::fit(swing, plain)?;
-    let n = best.count as f64;
-    let deterministic = n * (best.sum_of_squares / n).ln() + best.parameters.len() as f64 * n.ln();
-    let random = fitted.deviance + 5.0 * n.ln();
-    let steady = (1.0 / MOST_UNSTEADY..MOST_UNSTEADY).contains(&fitted.early_over_late);
-    let white = fitted.correlation.abs() < MOST_CORRELATED.max(4.0 / n.sqrt());
-    let blind = fitted.state_dependence < MOST_DEPENDENT;
-    let likelier = deterministic - random > search::MARGIN;
-    (likelier && steady && white && blind && fitted.over_noise <= 1.10).then_some(fitted)
+    let (deterministic, n) = buffeting::definite_criterion(swing, best);
+    buffeting::fit(swing, plain).filter(|b| holds(b, 0, deterministic, n))
 }
 
-fn buffeted_verdict(swing: &Swing, found: &Found, b: &Buffeted) -> Diagnosis {
+/// Whether what is left over `effects` is random forcing, given the criterion of the best definite model.
+fn holds(b: &Buffeted, effects: usize, deterministic: f64, n: f64) -> bool {
+    let random = b.deviance + (5.0 + effects as f64) * n.ln();
+    deterministic - random > search::MARGIN
+        && b.unsteadiness < MOST_UNSTEADY
+        && b.correlation_off.abs() < MOST_CORRELATED.max(4.0 / n.sqrt())
+        && b.state_dependence < MOST_DEPENDENT
+        && b.largest < LARGEST
+        && b.line < (0.5 * n).ln() + STRONGEST_LINE
+        && (LEAST_INNOVATIONS..=1.10).contains(&b.over_noise)
+}
+
+fn buffeted_verdict(
+    swing: &Swing,
+    found: &Found,
+    b: &Buffeted,
+    forced: Option<&Forced>,
+) -> Diagnosis {
     let plain = &found.plain;
-    let [u_log, u_wn, u_zeta] = b.deviations;
-    let first = step(swing, plain, 0);
-    let intensity = Quantity::new(b.intensity, b.intensity * u_log);
-    let added = Step {
-        added: Some(Effect::Buffeting),
-        residual_rms_deg: swing.raw_rms_deg(b.over_noise * swing.noise_rad),
-        residual_over_noise: b.over_noise,
-        // What is random cannot be foretold; the filter's innovations are one step ahead throughout.
-        held_out_over_noise: b.over_noise,
-        parameters: BTreeMap::from([("buffeting.q".to_string(), intensity)]),
+    let [_, u_wn, u_zeta] = b.deviations;
+    // What is random cannot be foretold; the filter's innovations are one step ahead throughout.
+    let random_step = |added: Effect, b: &Buffeted| {
+        let intensity = Quantity::new(b.intensity, b.intensity * b.deviations[0]);
+        Step {
+            added: Some(added),
+            residual_rms_deg: swing.raw_rms_deg(b.over_noise * swing.noise_rad),
+            residual_over_noise: b.over_noise,
+            held_out_over_noise: b.over_noise,
+            parameters: BTreeMap::from([("buffeting.q".to_string(), intensity)]),
+        }
     };
+    let mut steps = vec![step(swing, plain, 0), random_step(Effect::Buffeting, b)];
+    let mut effects = vec![Effect::Buffeting];
+    let mut modal_values = Modal {
+        natural_frequency_rad_s: Quantity::new(b.natural_frequency_rad_s, u_wn),
+        damping_ratio: Quantity::new(b.damping_ratio, u_zeta),
+    };
+    if let Some(Forced { model, forcing }) = forced {
+        modal_values = modal(model);
+        for &effect in &model.structure.effects {
+            let mut step = random_step(effect, forcing);
+            step.parameters.extend(model.effect_parameters());
+            steps.push(step);
+            effects.push(effect);
+        }
+    }
     let mut candidates = candidates(swing, found);
-    let n = plain.count as f64;
-    let evidence = n * (plain.sum_of_squares / n).ln() - b.deviance - n.ln();
+    let (definite, n) = buffeting::definite_criterion(swing, plain);
+    let evidence = definite - 4.0 * n.ln() - b.deviance - n.ln();
     let random = Candidate {
         effect: Effect::Buffeting,
         residual_over_noise: b.over_noise,
@@ -169,16 +239,14 @@ fn buffeted_verdict(swing: &Swing, found: &Found, b: &Buffeted) -> Diagnosis {
     candidates.insert(0, random);
     Diagnosis {
         noise_rms_deg: swing.sample_noise_rad.to_degrees(),
+        mean_noise_deg: swing.noise_rad.to_degrees(),
         status: Status::Explained,
-        effects: vec![Effect::Buffeting],
+        effects,
         indistinguishable: Vec::new(),
-        modal: Modal {
-            natural_frequency_rad_s: Quantity::new(b.natural_frequency_rad_s, u_wn),
-            damping_ratio: Quantity::new(b.damping_ratio, u_zeta),
-        },
-        steps: vec![first, added],
+        modal: modal_values,
+        steps,
         candidates,
-        where_: compare::locate(swing, plain),
+        where_: compare::locate(swing, forced.map_or(plain, |f| &f.model)),
     }
 }
 

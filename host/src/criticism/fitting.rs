@@ -13,6 +13,11 @@ const PLAIN: usize = 4;
 /// Cycles of the first, shortest fit.
 const FIRST_CYCLES: f64 = 5.0;
 const LONGER: f64 = 1.8;
+/// Evaluations after which a further start has to be this near, in the sum of squares, to the best one so far.
+const SHORT: usize = 7;
+const NEAR: f64 = 1.5;
+/// Residual over noise below which no further start is tried.
+const SURELY: f64 = 1.04;
 /// For a user's own effect: from every start, and on from the best.
 const OWN_FIRST: usize = 6;
 const OWN_EVALUATIONS: usize = 50;
@@ -238,6 +243,11 @@ impl Fitted {
         let variance = |at: &Option<usize>| Some(self.covariance.as_ref()?[((*at)?, (*at)?)]);
         (from.iter().map(value).collect(), from.iter().map(variance).collect())
     }
+    /// Where the numbers of `effect`, which is in the model, begin.
+    pub(super) fn start_of(&self, effect: Effect) -> usize {
+        let k = self.structure.effects.iter().position(|e| *e == effect);
+        self.starts[k.expect("an effect of the model")]
+    }
     pub fn motion(&self) -> Motion {
         motion(&self.structure, &self.starts, &self.parameters, self.wind_speed_m_s).0
     }
@@ -303,7 +313,7 @@ fn lengthened(swing: &Swing, structure: &Structure, start: &[f64], count: usize)
     }
 }
 
-fn finished(swing: &Swing, structure: &Structure, fit: Fit, count: usize) -> Fitted {
+pub(super) fn finished(swing: &Swing, structure: &Structure, fit: Fit, count: usize) -> Fitted {
     let (motion, zero) =
         motion(structure, &structure.starts(), &fit.parameters, swing.wind_speed_m_s);
     let mut residuals = vec![0.0; count];
@@ -353,17 +363,14 @@ fn first_state(swing: &Swing) -> (f64, f64) {
     (y[0], (y[n - 1] - y[0]) / ((n - 1) as f64 * swing.grid.step_s) * 0.5)
 }
 
-/// `inner` with `effect` added, never worse than `inner`: started from it with the effect at nought, from small sizes
-/// of either sign, and over lengthening horizons.
+/// `inner` with `effect` added, never worse than `inner`: started from it with the effect at nought, over lengthening
+/// horizons, and from small sizes of either sign, until a start explains the swing.
 pub fn fit_added(swing: &Swing, inner: &Fitted, effect: Effect) -> Fitted {
     let structure = inner.structure.with(effect);
     let count = inner.count;
+    // Of a fit, whose residuals count over the noise.
+    let enough = SURELY * SURELY * count as f64;
     let mut best: Option<Fit> = None;
-    let mut take = |fit: Fit| {
-        if best.as_ref().is_none_or(|b| fit.sum_of_squares < b.sum_of_squares) {
-            best = Some(fit);
-        }
-    };
     let starts = super::starts::of(swing, inner, effect);
     if structure.effects.iter().any(|e| matches!(e, Effect::Own(_))) {
         return fit_own(swing, inner, &structure, &starts);
@@ -371,9 +378,28 @@ pub fn fit_added(swing: &Swing, inner: &Fitted, effect: Effect) -> Fitted {
     for (k, start) in starts.iter().enumerate() {
         let mut p = inner.parameters.clone();
         p.extend(start);
-        take(solve(swing, &structure, &p, count));
+        let mut fits = vec![];
         if k == 0 {
-            take(lengthened(swing, &structure, &p, count));
+            fits.push(solve(swing, &structure, &p, count));
+            if fits[0].sum_of_squares > enough {
+                fits.push(lengthened(swing, &structure, &p, count));
+            }
+        } else {
+            // A start that has not come near the best by now is not going to win.
+            let short = solve_in(swing, &structure, &p, count, SHORT);
+            let reached = best.as_ref().map_or(f64::INFINITY, |b| b.sum_of_squares);
+            if short.sum_of_squares < NEAR * reached && short.evaluations >= SHORT {
+                fits.push(solve(swing, &structure, &short.parameters, count));
+            }
+            fits.push(short);
+        }
+        for fit in fits {
+            if best.as_ref().is_none_or(|b| fit.sum_of_squares < b.sum_of_squares) {
+                best = Some(fit);
+            }
+        }
+        if best.as_ref().is_some_and(|b| b.sum_of_squares <= enough && b.stop.is_minimum()) {
+            break;
         }
     }
     nested(swing, inner, &structure, best.expect("a start for every effect"), effect)

@@ -12,7 +12,7 @@ use super::effects::Effect;
 use super::fitting::{motion, Fitted, Structure};
 use super::sharing::Places;
 pub use super::sharing::Sharing;
-use super::simulate::Grid;
+use super::simulate::{readings_of_all, Grid, Motion};
 use super::swing::Swing;
 use crate::fit::{minimise, Fit, Options, Problem, Rows};
 use crate::interrupt;
@@ -57,10 +57,17 @@ struct Part<'a> {
 }
 
 impl Part<'_> {
+    fn motion(&self, p: &[f64]) -> (Motion, f64) {
+        motion(&self.structure, &self.starts, p, self.release.swing.wind_speed_m_s)
+    }
+
+    fn grid(&self) -> Grid {
+        Grid { count: self.release.count, ..self.release.swing.grid }
+    }
+
     fn readings(&self, p: &[f64], out: &mut [f64]) {
-        let (motion, zero) =
-            motion(&self.structure, &self.starts, p, self.release.swing.wind_speed_m_s);
-        motion.readings(&Grid { count: self.release.count, ..self.release.swing.grid }, out);
+        let (motion, zero) = self.motion(p);
+        motion.readings(&self.grid(), out);
         out.iter_mut().for_each(|y| *y += zero);
     }
 
@@ -69,40 +76,43 @@ impl Part<'_> {
         let swing = self.release.swing;
         let weight = swing.noise_rad.recip();
         let p: Vec<f64> = self.places.iter().map(|&at| all[at]).collect();
-        let count = self.release.count;
-        let mut residuals = vec![0.0; count];
-        self.readings(&p, &mut residuals);
+        let (mut motions, mut zeros, mut steps) = (Vec::new(), Vec::new(), Vec::new());
+        let mut add = |(motion, zero)| {
+            motions.push(motion);
+            zeros.push(zero);
+        };
+        add(self.motion(&p));
+        let mut q = p.clone();
+        for &j in &self.free {
+            // Into the range of the parameter.
+            let moved = p[j] + self.steps[j];
+            q[j] = if moved <= self.bounds[j].1 { moved } else { p[j] - self.steps[j] };
+            steps.push(q[j] - p[j]);
+            add(self.motion(&q));
+            q[j] = p[j];
+        }
+        let mut readings = vec![vec![0.0; self.release.count]; motions.len()];
+        readings_of_all(&motions, &self.grid(), &mut readings);
+        for (readings, zero) in readings.iter_mut().zip(&zeros).filter(|(_, zero)| **zero != 0.0) {
+            readings.iter_mut().for_each(|y| *y += zero);
+        }
+        let mut columns = readings.split_off(1);
+        let mut residuals = readings.swap_remove(0);
+        for (column, step) in columns.iter_mut().zip(&steps) {
+            let inverse = weight / step;
+            for (c, y) in column.iter_mut().zip(&residuals) {
+                *c = (*c - y) * inverse;
+            }
+        }
         for (r, y) in residuals.iter_mut().zip(&swing.yaw_rad) {
             *r = (*r - y) * weight;
         }
-        let mut other = vec![0.0; count];
-        let mut q = p.clone();
-        let columns = self
-            .free
-            .iter()
-            .map(|&j| {
-                let (low, high) = self.bounds[j];
-                let up = (p[j] + self.steps[j]).min(high);
-                let down = (p[j] - self.steps[j]).max(low);
-                let mut column = vec![0.0; count];
-                q[j] = up;
-                self.readings(&q, &mut column);
-                q[j] = down;
-                self.readings(&q, &mut other);
-                q[j] = p[j];
-                let inverse = weight / (up - down);
-                for (c, o) in column.iter_mut().zip(&other) {
-                    *c = (*c - o) * inverse;
-                }
-                column
-            })
-            .collect();
         (residuals, columns)
     }
 }
 
 /// Residuals of all releases over their noise.
-struct Together<'a> {
+pub(super) struct Together<'a> {
     parts: Vec<Part<'a>>,
     places: Places,
     bounds: Vec<(f64, f64)>,
@@ -366,6 +376,16 @@ pub fn fit_from(
     JointFit::new(releases, structure, sharing, together, fit)
 }
 
+/// The problem of one release, whose numbers are in the order of [`Fitted`].
+pub(super) fn problem_of_one<'a>(
+    release: Release<'a>,
+    structure: &Structure,
+    start: &[f64],
+) -> Together<'a> {
+    let sharing = Sharing::none(1, structure.effects.len());
+    Together::new(&[release], structure, &sharing, &[start.to_vec()])
+}
+
 /// Minimises over one release; its sum of squares is over the noise, squared.
 pub(super) fn solve_one(
     release: Release,
@@ -373,9 +393,7 @@ pub(super) fn solve_one(
     start: &[f64],
     max_evaluations: usize,
 ) -> Fit {
-    let sharing = Sharing::none(1, structure.effects.len());
-    Together::new(&[release], structure, &sharing, &[start.to_vec()])
-        .minimise(start, max_evaluations)
+    problem_of_one(release, structure, start).minimise(start, max_evaluations)
 }
 
 #[cfg(test)]
@@ -405,6 +423,7 @@ mod tests {
             block: 1,
             noise_rad: 1e-3,
             sample_noise_rad: 1e-3,
+            colour: None,
             frequency_rad_s: wn,
             amplitude_rad: 0.2,
             release_time_s: 0.0,

@@ -55,6 +55,14 @@ impl Motion {
         Flow([ec + decay * es, es, -wn * wn * es, ec - decay * es])
     }
 
+    /// Angle and rate `time_s` after the first instant (before it where negative), effects apart.
+    pub fn linear_state(&self, time_s: f64) -> (f64, f64) {
+        let Flow([p, q, u, v]) = self.flow(time_s);
+        let middle = self.terms.static_offset / self.natural_frequency_rad_s.powi(2);
+        let x = self.yaw_rad - middle;
+        (middle + p * x + q * self.rate_rad_s, u * x + v * self.rate_rad_s)
+    }
+
     /// The reading at every instant of `grid`, rad, into `out` (as long as the grid).
     pub fn readings(&self, grid: &Grid, out: &mut [f64]) {
         self.run(grid, |k, y, _| out[k] = y);
@@ -65,6 +73,13 @@ impl Motion {
         let (mut y, mut r) = (vec![0.0; grid.count], vec![0.0; grid.count]);
         self.run(grid, |k, reading, rate| (y[k], r[k]) = (reading, rate));
         (y, r)
+    }
+
+    /// Whether it has neither corners nor a user's own effects.
+    fn is_smooth(&self) -> bool {
+        self.terms.coulomb == 0.0
+            && self.terms.free_play == 0.0
+            && self.terms.own().next().is_none()
     }
 
     fn run(&self, grid: &Grid, store: impl FnMut(usize, f64, f64)) {
@@ -121,6 +136,72 @@ impl Motion {
     }
 }
 
+/// Motions followed together: a step of one waits for the last, those of four need not wait for each other.
+const TOGETHER: usize = 4;
+
+/// The readings of all `motions` on one `grid`, an `out` each.
+pub fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f64>]) {
+    for (motions, out) in motions.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
+        match <&[Motion; TOGETHER]>::try_from(motions) {
+            Ok(four) if four.iter().all(Motion::is_smooth) => smooth_readings(four, grid, out),
+            _ => motions.iter().zip(out).for_each(|(m, out)| m.readings(grid, out)),
+        }
+    }
+}
+
+/// [`Motion::readings`] of four motions without corners.
+fn smooth_readings(motions: &[Motion; TOGETHER], grid: &Grid, out: &mut [Vec<f64>]) {
+    let each =
+        |f: &dyn Fn(&Motion) -> f64| -> [f64; TOGETHER] { std::array::from_fn(|l| f(&motions[l])) };
+    let fastest = motions.iter().map(|m| m.natural_frequency_rad_s).fold(0.0, f64::max);
+    let substeps =
+        (grid.step_s * fastest * STEPS_PER_CYCLE / std::f64::consts::TAU).ceil().clamp(1.0, 1e4);
+    let h = grid.step_s / substeps;
+    let flows: [Flow; TOGETHER] = std::array::from_fn(|l| motions[l].flow(0.5 * h));
+    let stiffness = each(&|m| m.natural_frequency_rad_s.powi(2));
+    let middle = each(&|m| m.terms.static_offset / m.natural_frequency_rad_s.powi(2));
+    let mean = each(&|m| 1.0 - (m.natural_frequency_rad_s * grid.mean_width_s).powi(2) / 24.0);
+    let (mut sin, mut cos) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+    let (mut turn_sin, mut turn_cos) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+    for (l, motion) in motions.iter().enumerate() {
+        let w = motion.terms.forcing_rad_s;
+        (sin[l], cos[l]) = (w * (grid.start_s + 0.5 * h)).sin_cos();
+        (turn_sin[l], turn_cos[l]) = (w * h).sin_cos();
+    }
+    let (mut b, mut r) = (each(&|m| m.yaw_rad), each(&|m| m.rate_rad_s));
+    for k in 0..grid.count {
+        let t = grid.time_s(k);
+        for (l, out) in out.iter_mut().enumerate() {
+            out[k] = motions[l].terms.reading(b[l] * mean[l], t);
+        }
+        for i in 0..substeps as usize {
+            let at = t + (i as f64 + 0.5) * h;
+            for l in 0..TOGETHER {
+                let Flow([p, q, u, v]) = flows[l];
+                let terms = &motions[l].terms;
+                let drive = terms.forcing[0] * cos[l] + terms.forcing[1] * sin[l];
+                (sin[l], cos[l]) = (
+                    sin[l] * turn_cos[l] + cos[l] * turn_sin[l],
+                    cos[l] * turn_cos[l] - sin[l] * turn_sin[l],
+                );
+                let x = b[l] - middle[l];
+                let (angle, rate) = (middle[l] + p * x + q * r[l], u * x + v * r[l]);
+                let spring = -stiffness[l] * angle;
+                let half = rate + 0.5 * h * terms.smooth_moment(angle, rate, spring, drive, at);
+                let rate = rate + h * terms.smooth_moment(angle, half, spring, drive, at);
+                let x = angle - middle[l];
+                (b[l], r[l]) = (middle[l] + p * x + q * rate, u * x + v * rate);
+            }
+        }
+    }
+    // What has run away is no number, as where one motion is followed.
+    for out in out {
+        if let Some(first) = out.iter().position(|y| !y.is_finite() || y.abs() > 1e3) {
+            out[first..].fill(f64::NAN);
+        }
+    }
+}
+
 /// The motion with the regime it is in.
 struct Walker<'a> {
     motion: &'a Motion,
@@ -145,7 +226,7 @@ impl<'a> Walker<'a> {
             flow: motion.flow(half),
             stiffness: motion.natural_frequency_rad_s.powi(2),
             decay: motion.damping_ratio * motion.natural_frequency_rad_s,
-            corners: motion.terms.coulomb > 0.0 || play > 0.0,
+            corners: motion.terms.coulomb > 0.0 || motion.terms.free_play > 0.0,
             direction: if motion.rate_rad_s == 0.0 { 0.0 } else { motion.rate_rad_s.signum() },
             side: if play > 0.0 && b.abs() < play { 0.0 } else { b.signum() },
         }
@@ -283,3 +364,7 @@ pub(super) fn root(end: f64, f: impl Fn(f64) -> f64) -> f64 {
     }
     last
 }
+
+#[cfg(test)]
+#[path = "simulate_tests.rs"]
+mod tests;

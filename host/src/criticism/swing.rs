@@ -1,6 +1,7 @@
 //! The free swing of a record as the fits see it: block means on an even grid, and their noise floor.
 
 use super::effects::Scale;
+use super::noise::{self, Colour};
 use super::simulate::Grid;
 use crate::error::Result;
 use crate::identify::{self, Settings, WindowEstimate};
@@ -15,6 +16,16 @@ const FINE: f64 = 40.0;
 /// Difference between two estimates of the noise that their scatter explains.
 const AGREE: f64 = 0.25;
 
+/// Movement of a held model, as a share of the swing's amplitude.
+const STILL: f64 = 0.03;
+/// Part of a cycle by which the swing has to begin late for its beginning to be sought.
+const LATE: f64 = 0.15;
+
+/// Everything between release and rest.
+fn settings() -> Settings {
+    Settings { from_deg: 360.0, to_deg: 1e-3, ..Settings::default() }
+}
+
 /// A free swing. Angles in rad, time from the release in s.
 #[derive(Clone, Debug)]
 pub struct Swing {
@@ -26,6 +37,8 @@ pub struct Swing {
     pub noise_rad: f64,
     /// Noise of one sample.
     pub sample_noise_rad: f64,
+    /// The noise where it is correlated from sample to sample.
+    pub colour: Option<Colour>,
     pub frequency_rad_s: f64,
     pub amplitude_rad: f64,
     pub release_time_s: f64,
@@ -51,8 +64,7 @@ impl Swing {
             resampled = record.resampled(timing.rate_hz)?;
             &resampled
         };
-        let settings = Settings { from_deg: 360.0, to_deg: 1e-3, ..Settings::default() };
-        let prepared = identify::prepare(record, &settings)
+        let prepared = identify::prepare(record, &settings())
             .map_err(|refusal| refusal.of_file(&record.file))?;
         let stretch = prepared.stretch();
         let frequency = prepared.swing.frequency_rad_s;
@@ -68,25 +80,25 @@ impl Swing {
             count: yaw_rad.len(),
             mean_width_s: if block > 1 { step_s } else { 0.0 },
         };
-        let sample_noise_rad =
-            rms_of_thirds(&stretch.kept().map(|s| s.1).collect::<Vec<_>>()).to_radians();
-        // White noise is known best from the single samples; where the means show it coloured, from them.
-        let white = sample_noise_rad / (block as f64).sqrt();
-        let floor = if TAU / frequency / step_s >= FINE {
-            let means = rms_of_sixths(&yaw_rad);
-            let agree = (means / white - 1.0).abs() < AGREE;
-            if block > 1 && agree {
-                white
-            } else {
-                means
+        let kept: Vec<f64> = stretch.kept().map(|s| s.1.to_radians()).collect();
+        let thirds = rms_of_thirds(&kept);
+        let colour = noise::colour(&kept, frequency * stretch.step_s);
+        let (sample_noise_rad, floor) = match colour {
+            Some(colour) => (
+                (colour.white_variance + colour.coloured_variance).sqrt(),
+                colour.mean_variance(block).sqrt(),
+            ),
+            // White noise is known best from the single samples; where the means show more, from them.
+            None if TAU / frequency / step_s >= FINE => {
+                (thirds, white_floor(&yaw_rad, thirds, block))
             }
-        } else {
-            prepared.noise_rms_deg().to_radians() / (block as f64).sqrt()
+            None => (thirds, prepared.noise_rms_deg().to_radians() / (block as f64).sqrt()),
         };
         let amplitude_rad =
             prepared.windows.iter().map(|w| w.amplitude_deg).fold(0.0, f64::max).to_radians();
         Ok(Self {
             noise_rad: floor.max(1e-9 * amplitude_rad),
+            colour,
             sample_noise_rad,
             grid,
             yaw_rad,
@@ -108,6 +120,60 @@ impl Swing {
         })
     }
 
+    /// The same swing from where the hand let go, and whether it was held before; none where it begins there already.
+    /// The noise floor is kept.
+    pub(super) fn begun_at_release(&self, record: &Record) -> Option<(Self, bool)> {
+        let prepared = identify::prepare(record, &settings()).ok()?;
+        let begin_s = self.release_time_s + self.grid.start_s;
+        let all = prepared.samples.all();
+        if !all.uniform || all.time_s[0] >= begin_s {
+            return None;
+        }
+        let before = all.between(all.time_s[0], begin_s).block_means(self.block);
+        let level = *before.yaw_deg.first()?;
+        let still = (6.0 * self.noise_rad).max(STILL * self.amplitude_rad).to_degrees();
+        let inside = before.yaw_deg.iter().take_while(|y| (*y - level).abs() <= still).count();
+        let held = inside as f64 > 0.5 * self.per_cycle();
+        let release_time_s = if held { before.time_s[inside - 1] } else { all.time_s[0] };
+        if begin_s - release_time_s < LATE * self.per_cycle() * self.grid.step_s {
+            return None;
+        }
+        // The first means after the hold may still hold some of it.
+        let from_s = release_time_s + if held { 2.0 * self.grid.step_s } else { 0.0 };
+        let means = all.between(from_s, prepared.swing.to_s).block_means(self.block);
+        let yaw_rad: Vec<f64> = means.yaw_deg.iter().map(|y| y.to_radians()).collect();
+        let grid =
+            Grid { start_s: means.time_s[0] - release_time_s, count: yaw_rad.len(), ..self.grid };
+        Some((Self { grid, yaw_rad, release_time_s, ..self.clone() }, held))
+    }
+
+    /// With the floor of coloured noise taken from the `residuals` of a good model, which show it down to frequencies
+    /// that the swing hides in the record.
+    pub fn sharpened(mut self, residuals: &[f64]) -> Self {
+        let turn = TAU / self.per_cycle();
+        if self.colour.is_none() {
+            return self;
+        }
+        if let Some(colour) = noise::colour_of_residuals(residuals, turn, self.block) {
+            self.noise_rad = colour.mean_variance(self.block).sqrt().max(1e-9 * self.amplitude_rad);
+            self.sample_noise_rad = (colour.white_variance + colour.coloured_variance).sqrt();
+            self.colour = Some(colour);
+        }
+        self
+    }
+
+    /// Noise of the mean of `together` neighbouring means, and its correlation with the next such mean's.
+    pub fn noise_of(&self, together: usize) -> (f64, f64) {
+        match &self.colour {
+            None => (self.noise_rad / (together as f64).sqrt(), 0.0),
+            Some(colour) => {
+                let block = self.block * together;
+                let variance = colour.mean_variance(block);
+                (variance.sqrt(), colour.next_covariance(block) / variance)
+            }
+        }
+    }
+
     pub fn scale(&self) -> Scale {
         Scale {
             amplitude_rad: self.amplitude_rad,
@@ -126,6 +192,17 @@ impl Swing {
     pub fn raw_rms_deg(&self, rms_rad: f64) -> f64 {
         let hidden = self.sample_noise_rad.powi(2) * (1.0 - 1.0 / self.block as f64);
         (rms_rad * rms_rad + hidden).sqrt().to_degrees()
+    }
+}
+
+/// Noise of a mean of `block` samples of `sample_noise` each: white, unless the means themselves show another.
+fn white_floor(means: &[f64], sample_noise: f64, block: usize) -> f64 {
+    let white = sample_noise / (block as f64).sqrt();
+    let shown = rms_of_sixths(means);
+    if block > 1 && (shown / white - 1.0).abs() < AGREE {
+        white
+    } else {
+        shown
     }
 }
 

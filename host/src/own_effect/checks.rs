@@ -170,7 +170,7 @@ fn differentiable(subject: &Subject, states: &[State<f64>]) -> Option<Flaw> {
         let moving = state.yaw_rad != 0.0;
         for by in [By::Yaw, By::Rate] {
             let exact = derivative(subject.program, state, subject.starts, by).slope;
-            if by == By::Rate && !(exact.abs() <= steepest.0) {
+            if by == By::Rate && (exact.is_nan() || exact.abs() > steepest.0) {
                 steepest = (if exact.is_nan() { f64::INFINITY } else { exact.abs() }, *state);
             }
             if !moving {
@@ -190,9 +190,8 @@ fn differentiable(subject: &Subject, states: &[State<f64>]) -> Option<Flaw> {
             let difference = (up - down) / (2.0 * h);
             let rounding = 1e-15 * (up.abs() + down.abs()) / h;
             asked += 1;
-            if !((exact - difference).abs()
-                <= 1e-3 * (exact.abs() + difference.abs()) + 8.0 * rounding)
-            {
+            let apart = (exact - difference).abs();
+            if apart.is_nan() || apart > 1e-3 * (exact.abs() + difference.abs()) + 8.0 * rounding {
                 off += 1;
                 where_off = *state;
             }

@@ -1,14 +1,19 @@
-//! Records with a hidden effect, from another integrator and sensor chain than the fits': semi-implicit Euler steps of
-//! 20 us with stiction by impulse, a low-order noise sum, a converter's step.
+//! Records with a hidden effect, from another integrator and sensor chain than the fits': Euler steps of 20 us with
+//! stiction by impulse or Runge-Kutta steps, noise white or coloured, a converter's step, a hand that holds.
 
+mod laws;
+
+pub use laws::Outside;
+
+use laws::{draw, most, Law};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::path::PathBuf;
 use yawrig::criticism::effects::Effect;
+use yawrig::criticism::fitting::fit_plain;
+use yawrig::criticism::swing::Swing;
 use yawrig::record::Record;
-
-const STEP_S: f64 = 20e-6;
 
 /// What was planted.
 pub struct Planted {
@@ -17,162 +22,270 @@ pub struct Planted {
     pub damping_ratio: f64,
     /// Users' numbers of each effect.
     pub effects: Vec<(Effect, Vec<f64>)>,
+    /// True noise of a block mean, rad.
+    pub noise_rad: f64,
+    /// Rig and sensor in words, for what is printed.
+    pub described: String,
 }
 
-/// Effects that the library does not hold.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Outside {
-    /// Restoring moment with the fifth power of the angle and a ripple along it.
-    Ripple,
-    /// A magnet that holds within a degree of one angle.
-    Detent,
-    /// Stiffness that jumps in mid-record.
-    Jump,
-}
-
+/// What to hide; everything else is drawn from the seed.
+#[derive(Clone, Default)]
 pub struct Plan {
     pub effects: Vec<Effect>,
     pub outside: Option<Outside>,
-    /// Size of the effects, 1: of the order of a hundredth of the spring's moment.
-    pub size: f64,
-    pub rate_hz: f64,
     pub seed: u64,
 }
 
-impl Default for Plan {
-    fn default() -> Self {
-        Self { effects: vec![], outside: None, size: 1.0, rate_hz: 1000.0, seed: 0 }
+/// The rig and the sensor of one record.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    pub wn: f64,
+    pub zeta: f64,
+    /// Signed, rad.
+    pub amplitude: f64,
+    rate: f64,
+    rate_hz: f64,
+    pub duration: f64,
+    hold_s: f64,
+    hold_movement: f64,
+    noise_deg: f64,
+    lag_one: f64,
+    step_deg: f64,
+    runge_kutta: bool,
+}
+
+fn log_uniform(rng: &mut ChaCha8Rng, from: f64, to: f64) -> f64 {
+    rng.random_range(from.ln()..to.ln()).exp()
+}
+
+impl Setup {
+    fn draw(rng: &mut ChaCha8Rng) -> Self {
+        loop {
+            let wn = log_uniform(rng, 2.5, 26.0);
+            let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+            let amplitude = sign * rng.random_range(5f64..20.0).to_radians();
+            let held = rng.random_bool(0.5);
+            let rate_hz = [200.0, 250.0, 500.0, 1000.0][rng.random_range(0..4)];
+            let coarsest = if rng.random_bool(0.3) { 0.1 } else { 0.02 };
+            let setup = Self {
+                wn,
+                zeta: log_uniform(rng, 0.001, 0.05),
+                amplitude,
+                rate: if rng.random_bool(0.3) {
+                    rng.random_range(-0.05..0.05) * wn * amplitude
+                } else {
+                    0.0
+                },
+                rate_hz,
+                duration: rng.random_range(10.0..60.0),
+                hold_s: if held { rng.random_range(0.5..3.0) } else { 0.0 },
+                hold_movement: if rng.random_bool(0.5) { 0.0 } else { 0.01 * amplitude.abs() },
+                noise_deg: log_uniform(rng, 0.02, 0.1),
+                lag_one: if rng.random_bool(0.3) { rng.random_range(0.5..0.95) } else { 0.0 },
+                step_deg: log_uniform(rng, 0.005, coarsest),
+                runge_kutta: rng.random_bool(0.5),
+            };
+            // Ten cycles at least.
+            if setup.duration * wn > 60.0 {
+                return setup;
+            }
+        }
     }
 }
 
+/// Plants each effect at a size at which the plain model alone fails by two to twenty times the noise.
 pub fn plant(plan: &Plan) -> Planted {
     let mut rng = ChaCha8Rng::seed_from_u64(plan.seed);
-    let wn: f64 = rng.random_range(4.0..16.0);
-    let zeta = rng.random_range(0.003..0.02);
-    let amplitude: f64 = rng.random_range(8f64..15.0).to_radians();
-    let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
-    let hold_s = if rng.random_bool(0.5) { rng.random_range(0.5..2.0) } else { 0.0 };
-    let duration = 25.0;
-    let noise = rng.random_range(0.02..0.1);
-    let adc = 0.005;
-    let mut effects = Vec::new();
-    let mut of = [const { Vec::<f64>::new() }; 13];
-    for &effect in &plan.effects {
-        let s = plan.size * rng.random_range(0.7..1.4);
-        let either = if rng.random_bool(0.5) { s } else { -s };
-        let a = amplitude;
-        let phase = rng.random_range(-3.0..3.0);
-        let p = match effect {
-            Effect::CoulombFriction => vec![0.006 * s * wn * wn * a],
-            Effect::QuadraticDamping => vec![0.02 * s / a],
-            Effect::CubicDamping => vec![0.06 * s * wn / (a * a)],
-            Effect::CubicStiffness => vec![0.05 * either * wn * wn / (a * a)],
-            Effect::QuadraticStiffness => vec![0.06 * either * wn * wn / a],
-            Effect::StaticOffset => vec![0.05 * either * wn * wn * a],
-            Effect::FreePlay => vec![0.01 * s * a],
-            Effect::HarmonicForcing => {
-                let w = if rng.random_bool(0.5) {
-                    rng.random_range(0.3..0.8)
-                } else {
-                    rng.random_range(1.25..3.0)
-                };
-                vec![0.05 * s * wn * wn * a, w * wn, phase]
-            }
-            Effect::StiffnessDrift => vec![0.02 * either / duration],
-            Effect::Buffeting => vec![1e-4 * s * wn.powi(3) * a * a],
-            Effect::SecondMode => {
-                vec![
-                    0.08 * s * a,
-                    phase,
-                    rng.random_range(1.6..5.0) * wn,
-                    rng.random_range(0.005..0.03),
-                ]
-            }
-            Effect::SensorNonlinearity => vec![0.05 * either / a],
-            Effect::BaselineDrift => vec![0.08 * either * a / duration],
-            Effect::Own(_) => unreachable!("planted by other means"),
-        };
-        let k = Effect::ALL.iter().position(|e| *e == effect).unwrap();
-        of[k] = p.clone();
-        effects.push((effect, p));
+    for _ in 0..200 {
+        let setup = Setup::draw(&mut rng);
+        let mut laws: Vec<Law> =
+            plan.effects.iter().map(|e| Law::Known(*e, draw(*e, &setup, &mut rng))).collect();
+        let shape = rng.random_range(0.0..1.0);
+        laws.extend(plan.outside.map(|o| Law::Outside(o, 1.0, shape)));
+        let noise_seed = rng.random_range(0..u64::MAX);
+        let sized: Option<Vec<Law>> = laws
+            .into_iter()
+            .map(|law| {
+                let target = log_uniform(&mut rng, 2.5, 20.0);
+                scaled(&setup, law, target, noise_seed)
+            })
+            .collect();
+        let Some(laws) = sized else { continue };
+        let planted = simulate(&setup, &laws, noise_seed);
+        // What a sum of two does together can still be no swing.
+        if is_swing(&planted.record) && Swing::of(&planted.record).is_ok() {
+            return planted;
+        }
     }
-    let get = |e: Effect, i: usize| {
-        of[Effect::ALL.iter().position(|x| *x == e).unwrap()].get(i).copied().unwrap_or(0.0)
-    };
-    let (c, d, c2) = (
-        get(Effect::CoulombFriction, 0),
-        get(Effect::QuadraticDamping, 0),
-        get(Effect::CubicDamping, 0),
-    );
-    let (k3, k2, m) = (
-        get(Effect::CubicStiffness, 0),
-        get(Effect::QuadraticStiffness, 0),
-        get(Effect::StaticOffset, 0),
-    );
-    let (g, e, q) =
-        (get(Effect::FreePlay, 0), get(Effect::StiffnessDrift, 0), get(Effect::Buffeting, 0));
-    let force = [0, 1, 2].map(|i| get(Effect::HarmonicForcing, i));
-    let mode = [0, 1, 2, 3].map(|i| get(Effect::SecondMode, i));
-    let (s, drift) = (get(Effect::SensorNonlinearity, 0), get(Effect::BaselineDrift, 0));
+    panic!("no rig shows {:?} {:?}", plan.effects, plan.outside);
+}
 
-    let (mut b, mut r) = (sign * amplitude, 0.0_f64);
-    let per_sample = (1.0 / (plan.rate_hz * STEP_S)).round() as usize;
-    let held = (hold_s * plan.rate_hz) as usize;
-    let count = held + (duration * plan.rate_hz) as usize;
-    let (mut time_s, mut yaw_deg) = (Vec::new(), Vec::new());
-    for k in 0..count {
-        let t = k.saturating_sub(held) as f64 / plan.rate_hz;
-        let swing2 = if mode[2] > 0.0 && k >= held {
-            let wd = mode[2] * (1.0 - mode[3] * mode[3]).sqrt();
-            mode[0] * (-mode[3] * mode[2] * t).exp() * (wd * t + mode[1]).cos()
-        } else {
-            0.0
-        };
-        let reading = b + s * b * b + drift * t + swing2;
-        let z: f64 = StandardNormal.sample(&mut rng);
-        time_s.push(k as f64 / plan.rate_hz);
-        yaw_deg.push(((reading.to_degrees() + noise * z) / adc).round() * adc);
-        if k < held {
+/// `law` at the size at which the plain fit leaves `target` times the noise; none where it cannot.
+fn scaled(setup: &Setup, mut law: Law, target: f64, noise_seed: u64) -> Option<Law> {
+    let most = most(&law, setup);
+    law.scale(most.min(1.0));
+    let mut left = most / most.min(1.0);
+    for _ in 0..6 {
+        let planted = simulate(setup, std::slice::from_ref(&law), noise_seed);
+        if !is_swing(&planted.record) {
+            return None;
+        }
+        let swing = Swing::of(&planted.record).ok()?;
+        if (swing.yaw_rad.len() as f64) < 5.0 * swing.per_cycle() {
+            law.scale(0.3);
+            left /= 0.3;
             continue;
         }
+        let plain = fit_plain(&swing, false, swing.yaw_rad.len());
+        let ratio = plain.rms_rad() / planted.noise_rad;
+        if ratio > 0.7 * target && ratio < 1.4 * target {
+            return Some(law);
+        }
+        let misfit = (ratio * ratio - 1.0).max(0.04).sqrt();
+        let step = ((target * target - 1.0).sqrt() / misfit).clamp(0.02, 30.0);
+        // Random forcing grows with the root of its intensity.
+        let step = if law.is_intensity() { step * step } else { step }.min(left);
+        if (step - 1.0).abs() < 1e-6 {
+            return None;
+        }
+        law.scale(step);
+        left /= step;
+    }
+    None
+}
+
+struct State {
+    b: f64,
+    r: f64,
+    /// Hysteretic part of a law outside the library.
+    z: f64,
+}
+
+fn simulate(setup: &Setup, laws: &[Law], noise_seed: u64) -> Planted {
+    let mut rng = ChaCha8Rng::seed_from_u64(noise_seed);
+    let rough = laws.iter().any(Law::is_rough);
+    let step_s = if setup.runge_kutta && !rough { 0.25e-3 } else { 20e-6 };
+    let per_sample = (1.0 / (setup.rate_hz * step_s)).round() as usize;
+    let held = (setup.hold_s * setup.rate_hz) as usize;
+    let count = held + (setup.duration * setup.rate_hz) as usize;
+    let mut x = State { b: setup.amplitude, r: setup.rate, z: 0.0 };
+    let mut past: Vec<f64> = Vec::new();
+    let (mut time_s, mut yaw_deg, mut errors) = (Vec::new(), Vec::new(), Vec::new());
+    let mut colour: f64 = StandardNormal.sample(&mut rng);
+    for k in 0..count {
+        let t = k.saturating_sub(held) as f64 / setup.rate_hz;
+        let free = k >= held;
+        let mut reading = x.b;
+        if free {
+            reading += laws.iter().map(|l| l.reading(setup, x.b, t)).sum::<f64>();
+        } else {
+            reading += setup.hold_movement * (2.3 * (k as f64 - held as f64) / setup.rate_hz).sin();
+        }
+        let z: f64 = StandardNormal.sample(&mut rng);
+        colour = setup.lag_one * colour + (1.0 - setup.lag_one.powi(2)).sqrt() * z;
+        let truth = reading.to_degrees();
+        let read = ((truth + setup.noise_deg * colour) / setup.step_deg).round() * setup.step_deg;
+        time_s.push(k as f64 / setup.rate_hz);
+        yaw_deg.push(read);
+        if !free {
+            continue;
+        }
+        errors.push((read - truth).to_radians());
         for i in 0..per_sample {
-            let t = t + i as f64 * STEP_S;
-            let spring = if g > 0.0 { b - b.clamp(-g, g) } else { b };
-            let mut stiffness = wn * wn * (1.0 + e * t);
-            let mut extra = 0.0;
-            match plan.outside {
-                Some(Outside::Ripple) => {
-                    extra = 0.03 * plan.size * wn * wn * amplitude * (b / amplitude * 9.0).sin();
-                }
-                Some(Outside::Detent) => {
-                    let x = (b - 0.4 * amplitude) / 0.02;
-                    extra = -0.06 * plan.size * wn * wn * amplitude * x * (-x * x).exp();
-                }
-                Some(Outside::Jump) if t > 0.5 * duration => stiffness *= 1.0 + 0.02 * plan.size,
-                _ => {}
+            let t = t + i as f64 * step_s;
+            past.push(x.b);
+            if rough || !setup.runge_kutta {
+                euler(setup, laws, &mut x, t, step_s, &past, &mut rng);
+            } else {
+                runge_kutta(setup, laws, &mut x, t, step_s, &past);
             }
-            let mut moment = -stiffness * spring + m
-                - 2.0 * zeta * wn * r
-                - d * r.abs() * r
-                - c2 * b * b * r
-                - k3 * b * b * b
-                - k2 * b * b
-                + force[0] * (force[1] * t + force[2]).cos()
-                + extra;
-            if q > 0.0 {
-                let z: f64 = StandardNormal.sample(&mut rng);
-                moment += (q / STEP_S).sqrt() * z;
-            }
-            // Friction as an impulse that cannot turn the motion round.
-            let free = r + STEP_S * moment;
-            r = if free.abs() <= STEP_S * c { 0.0 } else { free - STEP_S * c * free.signum() };
-            b += STEP_S * r;
         }
     }
+    let record = Record { file: PathBuf::from("planted.csv"), time_s, yaw_deg };
     Planted {
-        record: Record { file: PathBuf::from("planted.csv"), time_s, yaw_deg },
-        natural_frequency_rad_s: wn,
-        damping_ratio: zeta,
-        effects,
+        noise_rad: mean_noise(&errors, &record),
+        record,
+        natural_frequency_rad_s: setup.wn,
+        damping_ratio: setup.zeta,
+        effects: laws.iter().filter_map(Law::known).collect(),
+        described: format!(
+            "wn {:.2} zeta {:.4} A {:.1} {:.0} Hz {:.0} s held {:.1} noise {:.3} lag {:.2} step {:.3} {}",
+            setup.wn,
+            setup.zeta,
+            setup.amplitude.to_degrees(),
+            setup.rate_hz,
+            setup.duration,
+            setup.hold_s,
+            setup.noise_deg,
+            setup.lag_one,
+            setup.step_deg,
+            laws.iter().map(Law::described).collect::<Vec<_>>().join(" ")
+        ),
     }
+}
+
+/// Whether the model has not been driven round.
+fn is_swing(record: &Record) -> bool {
+    record.yaw_deg.iter().all(|y| y.abs() < 180.0)
+}
+
+/// Rms of the sensor's errors on the blocks that the diagnosis takes means of.
+fn mean_noise(errors: &[f64], record: &Record) -> f64 {
+    if !is_swing(record) {
+        return f64::NAN;
+    }
+    let Ok(swing) = Swing::of(record) else { return f64::NAN };
+    let blocks = errors.chunks_exact(swing.block);
+    let n = blocks.len() as f64;
+    let sum: f64 = blocks.map(|b| (b.iter().sum::<f64>() / swing.block as f64).powi(2)).sum();
+    (sum / n).sqrt()
+}
+
+fn moment(setup: &Setup, laws: &[Law], x: &State, t: f64, past: &[f64], step_s: f64) -> f64 {
+    let spring = laws.iter().find_map(|l| l.spring(x.b)).unwrap_or(x.b);
+    let stiffness = laws.iter().map(|l| l.stiffness(setup, t)).product::<f64>();
+    -setup.wn.powi(2) * stiffness * spring - 2.0 * setup.zeta * setup.wn * x.r
+        + laws.iter().map(|l| l.moment(setup, x.b, x.r, x.z, t, past, step_s)).sum::<f64>()
+}
+
+/// Semi-implicit, friction as an impulse that cannot turn the motion round.
+fn euler(
+    setup: &Setup,
+    laws: &[Law],
+    x: &mut State,
+    t: f64,
+    h: f64,
+    past: &[f64],
+    rng: &mut ChaCha8Rng,
+) {
+    let mut m = moment(setup, laws, x, t, past, h);
+    let q: f64 = laws.iter().map(Law::intensity).sum();
+    if q > 0.0 {
+        let z: f64 = StandardNormal.sample(rng);
+        m += (q / h).sqrt() * z;
+    }
+    let c: f64 = laws.iter().map(|l| l.friction(setup, x.b)).sum();
+    let free = x.r + h * m;
+    x.z += h * laws.iter().map(|l| l.memory(setup, x.r, x.z)).sum::<f64>();
+    x.r = if free.abs() <= h * c { 0.0 } else { free - h * c * free.signum() };
+    x.b += h * x.r;
+}
+
+fn runge_kutta(setup: &Setup, laws: &[Law], x: &mut State, t: f64, h: f64, past: &[f64]) {
+    let f = |s: &State, t: f64| {
+        let z = laws.iter().map(|l| l.memory(setup, s.r, s.z)).sum::<f64>();
+        (s.r, moment(setup, laws, s, t, past, h), z)
+    };
+    let at = |k: &(f64, f64, f64), w: f64| State {
+        b: x.b + w * k.0,
+        r: x.r + w * k.1,
+        z: x.z + w * k.2,
+    };
+    let k1 = f(x, t);
+    let k2 = f(&at(&k1, 0.5 * h), t + 0.5 * h);
+    let k3 = f(&at(&k2, 0.5 * h), t + 0.5 * h);
+    let k4 = f(&at(&k3, h), t + h);
+    x.b += h / 6.0 * (k1.0 + 2.0 * k2.0 + 2.0 * k3.0 + k4.0);
+    x.r += h / 6.0 * (k1.1 + 2.0 * k2.1 + 2.0 * k3.1 + k4.1);
+    x.z += h / 6.0 * (k1.2 + 2.0 * k2.2 + 2.0 * k3.2 + k4.2);
 }

@@ -1,0 +1,127 @@
+use super::*;
+use std::f64::consts::TAU;
+
+const WN: f64 = 7.0;
+const AMPLITUDE: f64 = 0.2;
+
+fn released(damping_ratio: f64, terms: Terms) -> Motion {
+    Motion {
+        natural_frequency_rad_s: WN,
+        damping_ratio,
+        yaw_rad: AMPLITUDE,
+        rate_rad_s: 0.0,
+        terms,
+    }
+}
+
+fn grid(step_s: f64, count: usize) -> Grid {
+    Grid { start_s: 0.0, step_s, count, mean_width_s: 0.0 }
+}
+
+fn readings(motion: &Motion, grid: &Grid) -> Vec<f64> {
+    let mut out = vec![0.0; grid.count];
+    motion.readings(grid, &mut out);
+    out
+}
+
+/// Half the step, a quarter of the error.
+#[test]
+fn the_error_falls_with_the_square_of_the_step() {
+    let terms = Terms {
+        quadratic_damping: 0.3,
+        cubic_stiffness: 80.0,
+        quadratic_stiffness: 20.0,
+        stiffness_drift: 0.01,
+        ..Terms::default()
+    };
+    let motion = released(0.01, terms);
+    let cycle = TAU / WN;
+    let at_end = |per_cycle: usize| {
+        let grid = grid(cycle / per_cycle as f64, 8 * per_cycle + 1);
+        *readings(&motion, &grid).last().unwrap()
+    };
+    let truth = at_end(50 * 64);
+    let errors = [50, 100, 200].map(|n| (at_end(n) - truth).abs());
+    for pair in errors.windows(2) {
+        let ratio = pair[0] / pair[1];
+        assert!((3.5..4.5).contains(&ratio), "{errors:?}");
+    }
+    assert!(errors[0] < 1e-3 * AMPLITUDE, "{errors:?}");
+}
+
+/// Strang's splitting keeps the energy of an undamped swing but for a ripple within the cycle.
+#[test]
+fn energy_is_kept_over_a_hundred_cycles() {
+    let k3 = 200.0;
+    let motion = released(0.0, Terms { cubic_stiffness: k3, ..Terms::default() });
+    let (b, r) = motion.readings_and_rates(&grid(TAU / WN / 48.0, 4800));
+    let energy = |b: f64, r: f64| 0.5 * (r * r + WN * WN * b * b) + 0.25 * k3 * b.powi(4);
+    let first = energy(b[0], r[0]);
+    for k in 0..b.len() {
+        assert!((energy(b[k], r[k]) / first - 1.0).abs() < 1e-3, "at {k}");
+    }
+}
+
+/// Between two turning points friction shifts the middle by c/wn2: each half cycle takes 2 c/wn2, until a turning point
+/// lies within c/wn2 of nought.
+#[test]
+fn dry_friction_stops_the_swing_where_the_closed_form_does() {
+    let c = 0.37;
+    let shift = c / (WN * WN);
+    let motion = released(0.0, Terms { coulomb: c, ..Terms::default() });
+    let mut rest = AMPLITUDE;
+    let mut halves = 0;
+    while rest.abs() > shift {
+        rest = -(rest.abs() - 2.0 * shift) * rest.signum();
+        halves += 1;
+    }
+    let y = readings(&motion, &grid(TAU / WN / 50.0, 25 * (halves + 4)));
+    assert!((y.last().unwrap() - rest).abs() < 1e-9, "{} {rest}", y.last().unwrap());
+    // It is still moving half a cycle before, at the turning point before the last.
+    let before = y[25 * (halves - 1)];
+    assert!((before.abs() - (rest.abs() + 2.0 * shift)).abs() < 1e-9 || rest.abs() < shift);
+}
+
+/// Sine arcs beyond the gap, straight lines through it: a period longer by the four times the half gap's crossing.
+#[test]
+fn free_play_has_the_period_of_the_piecewise_solution() {
+    let g = 0.03;
+    let motion = released(0.0, Terms { free_play: g, ..Terms::default() });
+    let period = TAU / WN + 4.0 * g / (WN * (AMPLITUDE - g));
+    let y = readings(&motion, &grid(period / 64.0, 64 * 10 + 1));
+    for cycle in 0..=10 {
+        assert!((y[64 * cycle] - AMPLITUDE).abs() < 1e-9, "cycle {cycle}: {}", y[64 * cycle]);
+    }
+    // An eighth of the way: the arc about the gap's edge.
+    let arc = g + (AMPLITUDE - g) * (WN * period / 8.0).cos();
+    assert!((y[8] - arc).abs() < 1e-9);
+}
+
+#[test]
+fn motions_followed_together_are_those_followed_alone() {
+    let all: Vec<Motion> = (0..7)
+        .map(|i| {
+            let terms = Terms {
+                cubic_damping: 0.5 * f64::from(i),
+                forcing: [0.3, -0.1],
+                forcing_rad_s: 11.0,
+                static_offset: 0.2,
+                mode: [0.01, 0.0],
+                mode_rad_s: 20.0,
+                mode_damping: 0.01,
+                coulomb: if i == 5 { 0.05 } else { 0.0 },
+                ..Terms::default()
+            };
+            released(0.01, terms)
+        })
+        .collect();
+    let grid = Grid { start_s: 0.3, step_s: TAU / WN / 50.0, count: 600, mean_width_s: 0.01 };
+    let mut together = vec![vec![0.0; grid.count]; all.len()];
+    readings_of_all(&all, &grid, &mut together);
+    for (motion, together) in all.iter().zip(&together) {
+        let alone = readings(motion, &grid);
+        for (a, b) in alone.iter().zip(together) {
+            assert!((a - b).abs() < 1e-12);
+        }
+    }
+}
