@@ -240,7 +240,8 @@ fn buffeted_verdict(
     Diagnosis {
         noise_rms_deg: swing.sample_noise_rad.to_degrees(),
         mean_noise_deg: swing.noise_rad.to_degrees(),
-        status: Status::Explained,
+        // Random forcing and an effect together bend to much that the library lacks: they are named, not believed.
+        status: if forced.is_none() { Status::Explained } else { Status::Unexplained },
         effects,
         indistinguishable: Vec::new(),
         modal: modal_values,
