@@ -5,7 +5,8 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::path::PathBuf;
-use yawrig::criticism::diagnose::{compare, diagnose, Options, Status};
+use yawrig::criticism::comparison::{compare, Comparison};
+use yawrig::criticism::diagnose::{diagnose, Options, Status};
 use yawrig::criticism::effects::{Effect, Terms};
 use yawrig::criticism::simulate::{Grid, Motion};
 use yawrig::record::Record;
@@ -83,8 +84,12 @@ fn planted_stribeck_friction_is_fitted() {
         ];
         let [c, s, v] = truth;
         let record = planted(wn, zeta, 13.0, seed, stribeck(c, s, v));
-        let found = compare(&record, &[effect], &Options::default()).unwrap();
-        let q = |name: &str| found.step.parameters[&format!("stribeck_friction.{name}")];
+        let folder = tempfile::tempdir().unwrap();
+        let files = vec![folder.path().join("planted.csv")];
+        record.write(&files[0]).unwrap();
+        let comparison = Comparison { files, effects: vec![effect], ..Comparison::default() };
+        let found = compare(&comparison).unwrap().appraisal;
+        let q = |name: &str| found.parameters[&format!("stribeck_friction.{name}")];
         let all = [
             (q("c"), c),
             (q("s"), s),
@@ -99,9 +104,9 @@ fn planted_stribeck_friction_is_fitted() {
         }
         println!(
             "seed {seed}: residual {:.3}, held out {:.3}",
-            found.step.residual_over_noise, found.step.held_out_over_noise
+            found.residuals.residual_over_noise, found.residuals.held_out_over_noise
         );
-        assert!(found.step.residual_over_noise < 1.05);
+        assert!(found.residuals.residual_over_noise < 1.05);
     }
     println!("in k = 2: {inside} of {asked}");
     assert!(f64::from(inside) >= 0.8 * f64::from(asked));
