@@ -85,11 +85,10 @@ fn planted_stribeck_friction_is_fitted() {
         let [c, s, v] = truth;
         let record = planted(wn, zeta, 13.0, seed, stribeck(c, s, v));
         let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("planted.csv");
-        record.write(&file).unwrap();
-        let asked =
-            Comparison { files: vec![file], effects: vec![effect], ..Comparison::default() };
-        let found = compare(&asked).unwrap().appraisal;
+        let files = vec![folder.path().join("planted.csv")];
+        record.write(&files[0]).unwrap();
+        let comparison = Comparison { files, effects: vec![effect], ..Comparison::default() };
+        let found = compare(&comparison).unwrap().appraisal;
         let q = |name: &str| found.parameters[&format!("stribeck_friction.{name}")];
         let all = [
             (q("c"), c),
