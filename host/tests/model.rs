@@ -22,7 +22,7 @@ const HIDDEN: [(Effect, u64); 6] = [
 ];
 
 fn planted(effect: Effect, seed: u64, rate_hz: f64) -> Planted {
-    plant(&Plan { effects: vec![effect], seed, rate_hz, ..Plan::default() })
+    plant(&Plan { effects: vec![effect], seed, rate_hz: Some(rate_hz), ..Plan::default() })
 }
 
 fn written(record: &Record, folder: &Path) -> std::path::PathBuf {

@@ -60,7 +60,8 @@ impl Events {
     /// The next event in order, if it is there.
     pub fn take(&mut self) -> Option<Numbered> {
         let next = self.next?;
-        let first = self.waiting.pop_front_if(|first| first.number == next)?;
+        let first = self.waiting.front().copied().filter(|first| first.number == next)?;
+        self.waiting.pop_front();
         self.next = Some(next.wrapping_add(1));
         if self.handed.len() == KEPT_EVENTS {
             self.handed.pop_front();

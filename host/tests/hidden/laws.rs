@@ -84,6 +84,7 @@ pub fn draw(effect: Effect, setup: &Setup, rng: &mut ChaCha8Rng) -> Vec<f64> {
         }
         Effect::SensorNonlinearity => vec![0.05 * either / a],
         Effect::BaselineDrift => vec![0.08 * either * a / setup.duration],
+        Effect::Own(_) => unreachable!("only the library is hidden"),
     }
 }
 
@@ -107,6 +108,7 @@ pub fn most(law: &Law, setup: &Setup) -> f64 {
         Effect::SecondMode => 0.5 * a,
         Effect::SensorNonlinearity => 0.3 / a,
         Effect::BaselineDrift => a / setup.duration,
+        Effect::Own(_) => unreachable!("only the library is hidden"),
     };
     largest / p[0].abs()
 }

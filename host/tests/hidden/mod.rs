@@ -34,6 +34,8 @@ pub struct Plan {
     pub effects: Vec<Effect>,
     pub outside: Option<Outside>,
     pub seed: u64,
+    /// The same release and effects, sampled at this rate instead of the drawn one.
+    pub rate_hz: Option<f64>,
 }
 
 /// The rig and the sensor of one record.
@@ -111,7 +113,8 @@ pub fn plant(plan: &Plan) -> Planted {
             })
             .collect();
         let Some(laws) = sized else { continue };
-        let planted = simulate(&setup, &laws, noise_seed);
+        let sampled = Setup { rate_hz: plan.rate_hz.unwrap_or(setup.rate_hz), ..setup };
+        let planted = simulate(&sampled, &laws, noise_seed);
         // What a sum of two does together can still be no swing.
         if is_swing(&planted.record) && Swing::of(&planted.record).is_ok() {
             return planted;
