@@ -2,17 +2,20 @@
 
 use super::common::{bare, print_json, print_line, EffectsArg, SCHEMA_VERSION};
 use super::diagnose_campaign;
-use super::model::JudgeArgs;
+use super::model::{JudgeArgs, DEFAULT};
 use crate::criticism::campaign;
 use crate::criticism::diagnose::{diagnose, Diagnosis, Options, Status, Step};
 use crate::criticism::effects::Effect;
+use crate::criticism::limits::structure;
+use crate::criticism::model::{Model, RecordEntry};
+use crate::criticism::records;
 use crate::derivatives::campaign::CampaignFile;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::record::Record;
 use clap::Args;
 use serde::Serialize;
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Which physical effect a second-order model of a record lacks.
 ///
@@ -21,18 +24,27 @@ use std::path::PathBuf;
 /// says that the sensor was not zeroed. Your own effect, a moment written as an expression in a file, competes with them
 /// when --effect names it.
 ///
+/// With --model the present model's effects stay, and what it lacks beside them is looked for; without a FILE in the
+/// model's own record.
+///
 /// A campaign.toml has all its releases judged together: which effects they need, whether each is there with the wind
 /// off (mechanical) or only with it on (aerodynamic), and what it does to the derivatives.
 #[derive(Args, Debug, Clone)]
 pub struct Diagnose {
-    /// Record (CSV: time_s,yaw_deg), or campaign.toml
+    /// Record (CSV: time_s,yaw_deg), or campaign.toml; none: the model's record
     #[arg(value_name = "FILE|campaign.toml")]
-    pub file: PathBuf,
+    pub file: Option<PathBuf>,
+    /// The model that is there already [default, without a FILE: model.toml]
+    #[arg(long, value_name = "MODEL")]
+    pub model: Option<PathBuf>,
     #[command(flatten)]
     pub effects: EffectsArg,
     #[command(flatten)]
     pub judge: JudgeArgs,
 }
+
+/// What a diagnosis begins with where no model is there.
+pub(super) const SECOND_ORDER: &str = "the second-order model";
 
 #[derive(Serialize)]
 struct Object<'a> {
@@ -44,48 +56,86 @@ struct Object<'a> {
 impl Diagnose {
     pub fn run(&self) -> Result<()> {
         let own = self.effects.effects()?;
-        let options = Options { zero_unknown: self.judge.unknown_zero, own };
-        if self.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-            return self.run_campaign(&options);
+        let options = Options { zero_unknown: self.judge.unknown_zero, own, ..Options::default() };
+        let is_toml =
+            |file: &Path| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+        match (&self.file, &self.model) {
+            (Some(file), None) if is_toml(file) => self.run_campaign(file, &options),
+            (Some(file), Some(_)) if is_toml(file) => {
+                Err(Error::usage("a campaign beside --model")
+                    .help("leave --model out: a campaign is judged from a second-order model on"))
+            }
+            (Some(file), None) => self.judge(file, &options, SECOND_ORDER),
+            (file, model) => {
+                let model = model.as_deref().unwrap_or(Path::new(DEFAULT));
+                self.run_beside(model, file.as_deref(), options)
+            }
         }
-        let record = Record::read(&self.file)?;
-        let diagnosis = diagnose(&record, &options)?;
+    }
+
+    /// What the model at `path` lacks, in `file` or its own record.
+    fn run_beside(&self, path: &Path, file: Option<&Path>, options: Options) -> Result<()> {
+        let model = Model::read(path)?;
+        let fitted: Vec<&RecordEntry> = model.records.iter().filter(|r| !r.held_out).collect();
+        let entry = match (file, fitted.as_slice()) {
+            (Some(file), _) => records::known_or_new(&model, path, file)?,
+            (None, [entry]) => (*entry).clone(),
+            (None, all) => {
+                return Err(Error::usage(format!(
+                    "{} is about {} fitted records",
+                    path.display(),
+                    all.len()
+                ))
+                .help("name one: yawrig diagnose RECORD.csv --model MODEL"))
+            }
+        };
+        let options = Options {
+            zero_unknown: options.zero_unknown || model.unknown_zero,
+            present: structure(&model)?,
+            wind_speed_m_s: entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s),
+            ..options
+        };
+        self.judge(&Model::record_path(path, &entry), &options, "the present model")
+    }
+
+    fn judge(&self, file: &Path, options: &Options, model: &str) -> Result<()> {
+        let diagnosis = diagnose(&Record::read(file)?, options)?;
         if self.judge.json {
             return print_json(&Object { schema_version: SCHEMA_VERSION, diagnosis: &diagnosis });
         }
-        print_line(&text(&self.file.display().to_string(), &diagnosis))
+        print_line(&text(&file.display().to_string(), &diagnosis, model))
     }
 
-    fn run_campaign(&self, options: &Options) -> Result<()> {
-        let file = CampaignFile::read_releases(&self.file)?;
+    fn run_campaign(&self, path: &Path, options: &Options) -> Result<()> {
+        let file = CampaignFile::read_releases(path)?;
         crate::say!("fitting {} releases", file.campaign.release.len());
         let diagnosis = &campaign::diagnose(&file, options)?;
         if self.judge.json {
-            let (schema_version, campaign) = (SCHEMA_VERSION, &self.file);
+            let (schema_version, campaign) = (SCHEMA_VERSION, path);
             return print_json(&CampaignObject { schema_version, campaign, diagnosis });
         }
-        print_line(&diagnose_campaign::text(&self.file.display().to_string(), diagnosis))
+        print_line(&diagnose_campaign::text(&path.display().to_string(), diagnosis))
     }
 }
 
 #[derive(Serialize)]
 struct CampaignObject<'a> {
     schema_version: u32,
-    campaign: &'a PathBuf,
+    campaign: &'a Path,
     #[serde(flatten)]
     diagnosis: &'a campaign::CampaignDiagnosis,
 }
 
 /// The verdict, to be read.
-fn text(file: &str, d: &Diagnosis) -> String {
-    let verdict = verdict(d.status, &d.effects);
+fn text(file: &str, d: &Diagnosis, model: &str) -> String {
+    let verdict = verdict(d.status, &d.effects, model);
     let mut out = format!("{file}: {verdict}\n");
     let _ = writeln!(
         out,
         "  wn {} rad/s, zeta {}, noise {:.4} deg",
         d.modal.natural_frequency_rad_s, d.modal.damping_ratio, d.noise_rms_deg
     );
-    let _ = writeln!(out, "{}", step_rows(&d.steps));
+    let _ = writeln!(out, "{}", step_rows(&d.steps, model));
     for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
         let _ = writeln!(out, "  {name} = {value}");
     }
@@ -113,11 +163,13 @@ fn text(file: &str, d: &Diagnosis) -> String {
 }
 
 /// In one line.
-pub(super) fn verdict(status: Status, effects: &[Effect]) -> String {
+/// `model` says which was there.
+pub(super) fn verdict(status: Status, effects: &[Effect], model: &str) -> String {
     let names: Vec<&str> = effects.iter().map(|e| e.id()).collect();
     match status {
-        Status::Adequate => "adequate: the second-order model explains it to its noise".to_owned(),
-        Status::Explained => format!("explained by {}", names.join(", ")),
+        Status::Adequate => format!("adequate: {model} explains it to its noise"),
+        Status::Explained if model == SECOND_ORDER => format!("explained by {}", names.join(", ")),
+        Status::Explained => format!("explained by {model} with {}", names.join(", ")),
         Status::Unexplained if names.is_empty() => {
             "unexplained: no effect of the library accounts for it".to_owned()
         }
@@ -127,11 +179,12 @@ pub(super) fn verdict(status: Status, effects: &[Effect]) -> String {
     }
 }
 
-pub(super) fn step_rows(steps: &[Step]) -> comfy_table::Table {
+pub(super) fn step_rows(steps: &[Step], model: &str) -> comfy_table::Table {
+    let first = model.trim_start_matches("the ");
     let mut rows = bare(&["model", "residual (deg)", "over noise", "held out over noise"]);
     for step in steps {
         rows.add_row([
-            step.added.map_or("second order".to_string(), |e| format!("+ {e}")),
+            step.added.map_or(first.to_owned(), |e| format!("+ {e}")),
             format!("{:.4}", step.residual_rms_deg),
             format!("{:.3}", step.residual_over_noise),
             format!("{:.3}", step.held_out_over_noise),

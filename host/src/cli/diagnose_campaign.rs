@@ -1,7 +1,7 @@
 //! A campaign's diagnosis, to be read.
 
 use super::common::bare;
-use super::diagnose::{card, step_rows, verdict};
+use super::diagnose::{card, step_rows, verdict, SECOND_ORDER};
 use crate::criticism::campaign::{BeforeAndAfter, CampaignDiagnosis, HeldOut};
 use crate::derivatives::table::Point;
 use crate::quantity::Quantity;
@@ -12,7 +12,7 @@ pub(super) fn text(file: &str, d: &CampaignDiagnosis) -> String {
     let mut out = format!(
         "{file}, {} releases: {}\n  noise {:.4} deg\n",
         d.releases.len(),
-        verdict(d.status, &d.effects),
+        verdict(d.status, &d.effects, SECOND_ORDER),
         d.noise_rms_deg
     );
     let held_out = match d.held_out {
@@ -21,7 +21,7 @@ pub(super) fn text(file: &str, d: &CampaignDiagnosis) -> String {
         }
         HeldOut::LaterPart => "the later part of each release",
     };
-    let _ = writeln!(out, "{}\n  held out: {held_out}", step_rows(&d.steps));
+    let _ = writeln!(out, "{}\n  held out: {held_out}", step_rows(&d.steps, SECOND_ORDER));
     for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
         let _ = writeln!(out, "  {name} = {value}");
     }

@@ -3,10 +3,10 @@
 use super::buffeting::{self, Buffeted};
 use super::compare::{self, Where};
 use super::effects::Effect;
-use super::fitting::{held_out_over_noise, refit, Fitted};
+use super::fitting::{held_out_over_noise, refit, Fitted, Structure};
 use super::forced::{self, Forced};
 use super::late_release;
-use super::search::{self, evidence, Found};
+use super::search::{self, beyond, evidence, Found};
 use super::swing::Swing;
 use crate::error::Result;
 use crate::quantity::Quantity;
@@ -33,12 +33,16 @@ const MOST_DEPENDENT: f64 = 4.0;
 const MOST_CORRELATED: f64 = 0.1;
 
 /// How a record is judged.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
     /// The sensor's nought is not known: it is fitted, and a constant moment cannot be told from it.
     pub zero_unknown: bool,
     /// The user's own effects, to compete with those of the library, which take part anyway.
     pub own: Vec<Effect>,
+    /// Effects and limits of the model that is there: they stay, and what it lacks is looked for.
+    pub present: Structure,
+    /// On which the user's own effects may depend.
+    pub wind_speed_m_s: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -101,7 +105,7 @@ pub struct Candidate {
 /// # Errors
 /// Exit 3 where there is no swing in it, 130 where the user stops it.
 pub fn diagnose(record: &Record, options: &Options) -> Result<Diagnosis> {
-    let swing = Swing::of(record)?;
+    let swing = Swing { wind_speed_m_s: options.wind_speed_m_s, ..Swing::of(record)? };
     judged(&swing, options, Some(record))
 }
 
@@ -120,7 +124,7 @@ fn judged(swing: &Swing, options: &Options, record: Option<&Record>) -> Result<D
     if let Some((buffeted, forced)) = random_forcing(swing, &found) {
         return Ok(buffeted_verdict(swing, &found, &buffeted, forced.as_ref()));
     }
-    let effects = last.structure.effects.clone();
+    let effects = beyond(&found.plain, last).to_vec();
     let mut steps = steps(swing, &found.path);
     // Three effects or more can be bent to a short record; then they have to foretell the rest of it too.
     let foretold =
@@ -156,7 +160,7 @@ fn judged(swing: &Swing, options: &Options, record: Option<&Record>) -> Result<D
 /// deterministic model.
 fn random_forcing(swing: &Swing, found: &Found) -> Option<(Buffeted, Option<Forced>)> {
     let best = found.path.last()?;
-    if found.explained && best.structure.effects.len() < 2 {
+    if found.explained && beyond(&found.plain, best).len() < 2 {
         return None;
     }
     let (deterministic, n) = buffeting::definite_criterion(swing, best);
@@ -165,9 +169,9 @@ fn random_forcing(swing: &Swing, found: &Found) -> Option<(Buffeted, Option<Forc
         return None;
     }
     let candidates: Vec<Effect> =
-        found.singles.iter().map(|single| single.structure.effects[0]).collect();
+        found.singles.iter().map(|single| beyond(&found.plain, single)[0]).collect();
     if let Some(forced) = forced::search(swing, &found.plain, &plain, &candidates) {
-        let effects = forced.model.structure.effects.len();
+        let effects = beyond(&found.plain, &forced.model).len();
         if holds(&forced.forcing, effects, deterministic, n) {
             return Some((plain, Some(forced)));
         }
@@ -220,7 +224,7 @@ fn buffeted_verdict(
     };
     if let Some(Forced { model, forcing }) = forced {
         modal_values = modal(model);
-        for &effect in &model.structure.effects {
+        for &effect in beyond(plain, model) {
             let mut step = random_step(effect, forcing);
             step.parameters.extend(model.effect_parameters());
             steps.push(step);
@@ -259,7 +263,8 @@ pub(super) fn modal(model: &Fitted) -> Modal {
 }
 
 fn steps(swing: &Swing, path: &[Fitted]) -> Vec<Step> {
-    path.par_iter().enumerate().map(|(k, model)| step(swing, model, k)).collect()
+    let added = |k, model: &Fitted| if k == 0 { 0 } else { model.structure.effects.len() };
+    path.par_iter().enumerate().map(|(k, model)| step(swing, model, added(k, model))).collect()
 }
 
 /// Residuals of one model, on what it was fitted to and on the later part held out from another fit.
@@ -283,7 +288,7 @@ fn candidates(swing: &Swing, found: &Found) -> Vec<Candidate> {
         .singles
         .iter()
         .map(|single| Candidate {
-            effect: single.structure.effects[0],
+            effect: beyond(&found.plain, single)[0],
             residual_over_noise: single.over_noise(swing),
             evidence: evidence(&found.plain, single, effective),
             converged: single.converged,

@@ -4,7 +4,7 @@
 use super::buffeting::{self, Buffeted, Whitener};
 use super::effects::Effect;
 use super::fitting::{finished, Fitted, Structure};
-use super::joint::{problem_of_one, Release, Together};
+use super::problem::{problem_of_one, Release, Together};
 use super::swing::Swing;
 use crate::fit::{minimise, Fit, Options, Problem, Rows};
 use rayon::prelude::*;
@@ -83,7 +83,8 @@ pub fn search(
     let n = swing.yaw_rad.len() as f64;
     let mut forcing = forcing.clone();
     let mut model = plain.clone();
-    while model.structure.effects.len() < MOST_EFFECTS {
+    let there = plain.structure.effects.len();
+    while model.structure.effects.len() - there < MOST_EFFECTS {
         let filter = whitener(swing, &forcing)?;
         let smaller = solve(swing, &model.structure, &model.parameters, &filter);
         let mut inner = model.clone();
@@ -125,5 +126,5 @@ pub fn search(
         // The covariance is that of white innovations; the plain residuals' correlation does not bear on it.
         (model.correlation, model.inflation) = (0.0, 1.0);
     }
-    (!model.structure.effects.is_empty()).then_some(Forced { model, forcing })
+    (model.structure.effects.len() > there).then_some(Forced { model, forcing })
 }

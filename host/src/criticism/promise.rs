@@ -2,7 +2,7 @@
 
 use super::effects::Effect;
 use super::fitting::Fitted;
-use super::joint::{problem_of_one, Release};
+use super::problem::{problem_of_one, Release};
 use super::swing::Swing;
 use crate::fit::{Normal, Problem};
 use nalgebra::{Cholesky, DMatrix, DVector};

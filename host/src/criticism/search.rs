@@ -2,10 +2,10 @@
 
 use super::diagnose::Options;
 use super::effects::Effect;
-use super::fitting::{fit_added, fit_plain, fit_removed, reordered, Fitted};
+use super::fitting::{fit_added, fit_plain_within, fit_removed, reordered, Fitted, Structure};
 use super::promise::promise;
 use super::swing::Swing;
-use crate::error::Result;
+use crate::error::{Error, Exit, Result};
 use crate::interrupt;
 use rayon::prelude::*;
 
@@ -59,14 +59,33 @@ fn is_worth(smaller: &Fitted, larger: &Fitted, swing: &Swing, effective: f64) ->
     larger.converged && evidence(smaller, larger, effective) > MARGIN && share > LEAST_SHARE_SQUARED
 }
 
-/// Searches.
+/// The model that is there already.
+fn present(swing: &Swing, options: &Options) -> Result<Fitted> {
+    let Options { zero_unknown, present, .. } = options;
+    let structure = Structure { zero_unknown: *zero_unknown, ..present.clone() };
+    let plain = fit_plain_within(swing, &structure, swing.yaw_rad.len());
+    let model = present.effects.iter().fold(plain, |model, e| fit_added(swing, &model, *e));
+    interrupt::check()?;
+    if model.converged || present.effects.is_empty() {
+        return Ok(model);
+    }
+    Err(Error::new(Exit::Quality, "the model's own effects cannot be fitted to this record")
+        .help("`yawrig compare` shows where it fails; `yawrig remove` takes an effect out"))
+}
+
+/// What `model` holds beyond `plain`, whose effects come first in it.
+pub fn beyond<'a>(plain: &Fitted, model: &'a Fitted) -> &'a [Effect] {
+    &model.structure.effects[plain.structure.effects.len()..]
+}
+
+/// Searches for what the present model lacks.
 ///
 /// # Errors
-/// 130 where the user stops it.
+/// 6 where the present model cannot be fitted, 130 where the user stops it.
 pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
     let zero_unknown = options.zero_unknown;
     let count = swing.yaw_rad.len();
-    let plain = fit_plain(swing, zero_unknown, count);
+    let plain = present(swing, options)?;
     let mut candidates: Vec<Effect> =
         Effect::deterministic().filter(|e| !(zero_unknown && *e == Effect::StaticOffset)).collect();
     for own in options.own.iter().filter(|e| matches!(e, Effect::Own(_))) {
@@ -74,6 +93,7 @@ pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
             candidates.push(*own);
         }
     }
+    candidates.retain(|e| !plain.structure.effects.contains(e));
     let singles: Vec<Fitted> =
         candidates.par_iter().map(|e| fit_added(swing, &plain, *e)).collect();
     interrupt::check()?;
@@ -125,10 +145,10 @@ pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
             }
         }
     }
-    let accepted = pruned(&swing, accepted);
+    let accepted = pruned(&swing, &plain, accepted);
     interrupt::check()?;
     let explained = is_explained(&accepted, &swing);
-    let indistinguishable = rivals(&swing, &accepted, &candidates, &rounds);
+    let indistinguishable = rivals(&swing, &plain, &accepted, &candidates, &rounds);
     interrupt::check()?;
     let path = path(&plain, &accepted, &singles, &swing);
     Ok(Found { swing, plain, singles, path, explained, indistinguishable })
@@ -190,15 +210,12 @@ fn expanded(swing: &Swing, round: &[Fitted], all: &[Effect], width: usize) -> Ve
 }
 
 /// Takes out again what the others have made needless.
-fn pruned(swing: &Swing, mut model: Fitted) -> Fitted {
+fn pruned(swing: &Swing, plain: &Fitted, mut model: Fitted) -> Fitted {
     loop {
         let effective = model.effective_count();
-        let smaller: Vec<Fitted> = model
-            .structure
-            .effects
-            .clone()
-            .into_par_iter()
-            .map(|effect| fit_removed(swing, &model, effect))
+        let smaller: Vec<Fitted> = beyond(plain, &model)
+            .par_iter()
+            .map(|effect| fit_removed(swing, &model, *effect))
             .collect();
         let needless = smaller
             .into_iter()
@@ -214,11 +231,12 @@ fn pruned(swing: &Swing, mut model: Fitted) -> Fitted {
 /// Which effect outside the model does as well in the place of one inside.
 fn rivals(
     swing: &Swing,
+    plain: &Fitted,
     model: &Fitted,
     candidates: &[Effect],
     rounds: &[Vec<Fitted>],
 ) -> Vec<(Effect, Effect)> {
-    let effects = &model.structure.effects;
+    let effects = beyond(plain, model);
     let effective = model.effective_count();
     let as_good = |other: &Fitted| {
         other.converged && is_explained(other, swing) && evidence(other, model, effective) < MARGIN
@@ -227,11 +245,8 @@ fn rivals(
         candidates.iter().copied().filter(|c| !effects.contains(c)).collect();
     let in_place_of = |inside: &Effect| -> Vec<(Effect, Effect)> {
         if effects.len() == 1 {
-            let singles = rounds[0].iter().filter(|m| m.structure.effects != *effects);
-            return singles
-                .filter(|m| as_good(m))
-                .map(|m| (*inside, m.structure.effects[0]))
-                .collect();
+            let others = rounds[0].iter().filter(|m| beyond(plain, m) != effects);
+            return others.filter(|m| as_good(m)).map(|m| (*inside, beyond(plain, m)[0])).collect();
         }
         let inner = fit_removed(swing, model, *inside);
         let gain = |e: Effect| inner.sum_of_squares - promise(swing, &inner, e).0;
@@ -249,11 +264,10 @@ fn rivals(
 fn path(plain: &Fitted, model: &Fitted, singles: &[Fitted], swing: &Swing) -> Vec<Fitted> {
     let mut models = vec![model.clone()];
     let mut out_of: Vec<Effect> = Vec::new();
-    while let Some(larger) = models.last().filter(|m| m.structure.effects.len() > 1) {
+    let there = plain.structure.effects.len();
+    while let Some(larger) = models.last().filter(|m| beyond(plain, m).len() > 1) {
         let known = |left: &[Effect]| singles.iter().find(|s| s.structure.effects == left).cloned();
-        let smaller = larger
-            .structure
-            .effects
+        let smaller = beyond(plain, larger)
             .par_iter()
             .map(|&effect| {
                 let left = larger.structure.without(effect).effects;
@@ -267,14 +281,15 @@ fn path(plain: &Fitted, model: &Fitted, singles: &[Fitted], swing: &Swing) -> Ve
     let first = models.last().map(|m| m.structure.effects.clone()).unwrap_or_default();
     let order: Vec<Effect> = first.into_iter().chain(out_of.into_iter().rev()).collect();
     let mut out = vec![plain.clone()];
-    for (k, model) in models.iter().rev().enumerate().filter(|(k, _)| *k < order.len()) {
-        out.push(reordered(swing, model, &order[..=k]));
+    for (k, model) in models.iter().rev().enumerate().filter(|(k, _)| there + k < order.len()) {
+        out.push(reordered(swing, model, &order[..=there + k]));
     }
     out
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::fitting::fit_plain;
     use super::*;
     use crate::record::Record;
     use rand::SeedableRng;

@@ -348,3 +348,31 @@ fn a_folder_that_may_not_be_written_to() {
     assert_eq!(bench.text("model.journal.jsonl"), before);
     mode(bench.folder.path(), 0o755);
 }
+
+#[test]
+fn diagnose_looks_for_what_the_present_model_lacks() {
+    let bench = Bench { folder: tempfile::tempdir().expect("a folder") };
+    let both = "--effect coulomb_friction:c=0.06 --effect cubic_stiffness:k3=-12 --seed 8";
+    bench.simulate("r.csv", both);
+    bench.refuses("diagnose", 3).says("model.toml");
+    bench.of("fit r.csv").run().exits(0);
+    bench.of("add coulomb_friction").run().exits(0);
+    let found = bench.json("diagnose");
+    assert_eq!(found["status"], "explained");
+    assert_eq!(found["effects"], serde_json::json!(["cubic_stiffness"]));
+    // The first step is the model that is there; the last holds its effect, too.
+    let steps = found["steps"].as_array().expect("steps");
+    assert_eq!(steps.len(), 2);
+    assert!(number(&steps[0]["parameters"]["coulomb_friction.c"], "value") > 0.0);
+    let c = number(&steps[1]["parameters"]["coulomb_friction.c"], "value");
+    assert!((c / 0.06 - 1.0).abs() < 0.02, "{c}");
+    let candidates = found["candidates"].as_array().expect("candidates");
+    assert!(candidates.iter().all(|c| c["effect"] != "coulomb_friction"));
+    bench.of("add cubic_stiffness").run().exits(0);
+    let ended = bench.of("diagnose r.csv --model model.toml").run().exits(0);
+    assert!(ended.stdout.contains("adequate: the present model"), "{}", ended.report());
+    // From a file alone it begins with the second-order model, whatever stands beside it.
+    let found = bench.json("diagnose r.csv");
+    assert_eq!(found["effects"].as_array().map(Vec::len), Some(2));
+    bench.refuses("diagnose campaign.toml --model model.toml", 2).says("--model");
+}
