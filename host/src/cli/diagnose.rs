@@ -60,6 +60,9 @@ impl Diagnose {
         let is_toml =
             |file: &Path| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
         match (&self.file, &self.model) {
+            (Some(file), None) if is_toml(file) && is_model(file) => {
+                self.run_beside(file, None, options)
+            }
             (Some(file), None) if is_toml(file) => self.run_campaign(file, &options),
             (Some(file), Some(_)) if is_toml(file) => {
                 Err(Error::usage("a campaign beside --model")
@@ -116,6 +119,12 @@ impl Diagnose {
         }
         print_line(&diagnose_campaign::text(&path.display().to_string(), diagnosis))
     }
+}
+
+/// Whether it is a model's file rather than a campaign's: a user may name either.
+fn is_model(file: &Path) -> bool {
+    let text = std::fs::read_to_string(file).unwrap_or_default();
+    text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("record"))
 }
 
 #[derive(Serialize)]

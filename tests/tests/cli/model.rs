@@ -360,6 +360,7 @@ fn diagnose_looks_for_what_the_present_model_lacks() {
     let found = bench.json("diagnose");
     assert_eq!(found["status"], "explained");
     assert_eq!(found["effects"], serde_json::json!(["cubic_stiffness"]));
+    assert_eq!(bench.json("diagnose model.toml"), found);
     // The first step is the model that is there; the last holds its effect, too.
     let steps = found["steps"].as_array().expect("steps");
     assert_eq!(steps.len(), 2);
