@@ -183,7 +183,10 @@ fn qemu_ends_even_where_its_owner_is_killed() {
 /// Whether a process is no more, or a zombie that its parent has yet to collect.
 fn finished(pid: u32) -> bool {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-    stat.rsplit(')').next().is_none_or(|rest| rest.trim_start().starts_with('Z') || stat.is_empty())
+    let dead = |rest: &str| rest.trim_start().starts_with('Z') || stat.is_empty();
+    // Its first thread may be dead while others still go; the process has ended with the last of them.
+    let threads = std::fs::read_dir(format!("/proc/{pid}/task")).map_or(0, Iterator::count);
+    stat.rsplit(')').next().is_none_or(dead) && threads <= 1
 }
 
 /// Waits for the end of a process.

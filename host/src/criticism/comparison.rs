@@ -1,11 +1,12 @@
 //! A model held against records, its own or others, with effects tried on top of it. Nothing is written.
 
 use super::appraisal::{appraise, Appraisal};
+use super::diagnose::FITTED_SHARE;
 use super::effects::Effect;
 use super::fitting::{held_out_over_noise, Fitted};
 use super::limits;
 use super::model::{Model, RecordEntry};
-use super::model_fit::{self, combined, held_against, later_part, Data, Recorded, FITTED_SHARE};
+use super::model_fit::{self, combined, held_against, later_part, Data, Recorded};
 use super::records;
 use super::revise::{added, check_addable, Change, Current, Revision};
 use crate::error::Result;

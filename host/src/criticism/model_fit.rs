@@ -1,5 +1,6 @@
 //! A model of the file fitted to its records, or held against records as it is.
 
+use super::diagnose::FITTED_SHARE;
 use super::effects::Effect;
 use super::fitting::{fit_added, fit_from, fit_plain_within, Fitted, Limit, Number, Structure};
 use super::joint::{self, JointFit, Release, Sharing};
@@ -13,8 +14,6 @@ use crate::record::Record;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
-/// Share of a swing that is fitted when the rest is held out.
-pub const FITTED_SHARE: f64 = 0.65;
 /// How often a fit that has used up its evaluations is taken up again.
 const ROUNDS: usize = 4;
 
