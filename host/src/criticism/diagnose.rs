@@ -103,22 +103,10 @@ pub struct Candidate {
 /// Judges `record`.
 ///
 /// # Errors
-/// Exit 3 where there is no swing in it, 130 where the user stops it.
+/// Exit 3 where there is no swing in it, 6 where the present model cannot be fitted, 130 where the user stops it.
 pub fn diagnose(record: &Record, options: &Options) -> Result<Diagnosis> {
     let swing = Swing { wind_speed_m_s: options.wind_speed_m_s, ..Swing::of(record)? };
-    judged(&swing, options, Some(record))
-}
-
-/// Judges a swing.
-///
-/// # Errors
-/// 130 where the user stops it.
-pub fn diagnose_swing(swing: &Swing, options: &Options) -> Result<Diagnosis> {
-    judged(swing, options, None)
-}
-
-fn judged(swing: &Swing, options: &Options, record: Option<&Record>) -> Result<Diagnosis> {
-    let found = search::search(swing, options)?;
+    let found = search::search(&swing, options)?;
     let swing = &found.swing;
     let last = found.path.last().expect("the plain model");
     if let Some((buffeted, forced)) = random_forcing(swing, &found) {
@@ -135,7 +123,7 @@ fn judged(swing: &Swing, options: &Options, record: Option<&Record>) -> Result<D
         (false, _) => Status::Unexplained,
     };
     let mut modal_values = modal(last);
-    if let (Status::Explained, Some(record)) = (status, record) {
+    if status == Status::Explained {
         if let Some(model) = late_release::from_release(record, swing, last) {
             steps.last_mut().expect("a model").parameters =
                 model.effect_parameters().into_iter().collect();

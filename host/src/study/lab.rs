@@ -1,5 +1,6 @@
 //! Training and testing as the studies do it: any inputs, f64, no device.
 
+use super::report::percent;
 use crate::error::{Error, Exit, Result};
 use crate::interrupt;
 use crate::train::draws::{self, Ranges};
@@ -179,6 +180,20 @@ pub fn fit(draws: &Draws, spec: &Spec) -> Result<Fit> {
 }
 
 impl Fit {
+    /// Cells of a table by noise: the network, rms errors of wn and of zeta at each level, median and 95th percentile of
+    /// zeta's at the last, effective parameters.
+    pub fn row_by_noise(&self, errors: &[Errors]) -> Vec<String> {
+        let mut row = vec![crate::train::freeze::name(&self.topology)];
+        row.extend(errors.iter().map(|e| percent(e.natural_frequency_rms_percent)));
+        row.extend(errors.iter().map(|e| percent(e.damping_ratio_rms_percent)));
+        if let Some(last) = errors.last() {
+            row.push(percent(last.damping_ratio_median_percent));
+            row.push(percent(last.damping_ratio_p95_percent));
+        }
+        row.push(format!("{:.0} of {}", self.trained.gamma, self.trained.weights.len()));
+        row
+    }
+
     /// Natural frequency in rad/s and damping ratio of one row.
     pub fn estimate(&self, row: &[f64]) -> [f64; 2] {
         let mut inputs = self.scaling.inputs(row);

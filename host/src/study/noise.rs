@@ -127,14 +127,7 @@ fn structures(setting: &Setting<'_>) -> Result<(Vec<Table>, Vec<Curve>)> {
         for ((p, hidden), fit) in part.structures.iter().zip(&fits) {
             let errors: Vec<Errors> = tests[at(*p)].iter().map(|test| fit.errors(test)).collect();
             let name = crate::train::freeze::name(&fit.topology);
-            let last = &errors[LEVELS.len() - 1];
-            let mut row = vec![name.clone()];
-            row.extend(errors.iter().map(|e| percent(e.natural_frequency_rms_percent)));
-            row.extend(errors.iter().map(|e| percent(e.damping_ratio_rms_percent)));
-            row.push(percent(last.damping_ratio_median_percent));
-            row.push(percent(last.damping_ratio_p95_percent));
-            row.push(format!("{:.0} of {}", fit.trained.gamma, fit.trained.weights.len()));
-            table.row(row);
+            table.row(fit.row_by_noise(&errors));
             if hidden.len() == 1 && *p == 40 {
                 let points = LEVELS.iter().zip(&errors);
                 let points = points.map(|(l, e)| (*l, e.damping_ratio_rms_percent)).collect();

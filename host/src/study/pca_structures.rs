@@ -49,14 +49,7 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
     for (hidden, fit) in structures.iter().zip(&fits) {
         let errors: Vec<Errors> = tests.iter().map(|test| fit.errors(test)).collect();
         let name = crate::train::freeze::name(&fit.topology);
-        let last = &errors[LEVELS.len() - 1];
-        let mut row = vec![name.clone()];
-        row.extend(errors.iter().map(|e| percent(e.natural_frequency_rms_percent)));
-        row.extend(errors.iter().map(|e| percent(e.damping_ratio_rms_percent)));
-        row.push(percent(last.damping_ratio_median_percent));
-        row.push(percent(last.damping_ratio_p95_percent));
-        row.push(format!("{:.0} of {}", fit.trained.gamma, fit.trained.weights.len()));
-        table.row(row);
+        table.row(fit.row_by_noise(&errors));
         if hidden[0] == 20 {
             let points = LEVELS.iter().zip(&errors);
             let points = points.map(|(l, e)| (*l, e.damping_ratio_rms_percent)).collect();
