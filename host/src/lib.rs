@@ -15,6 +15,7 @@ pub mod cli;
 pub mod criticism;
 pub mod demo;
 pub mod derivatives;
+pub mod doctor;
 pub mod error;
 pub mod files;
 pub mod fit;

@@ -96,6 +96,13 @@ impl Yawrig {
         self
     }
 
+    /// With a stdin to type into.
+    pub fn typing(mut self) -> (Self, std::fs::File) {
+        let (theirs, ours) = nix::unistd::pipe().expect("a pipe");
+        self.command.stdin(Stdio::from(theirs));
+        (self, ours.into())
+    }
+
     /// With a stderr that nobody reads.
     pub fn unheard(mut self) -> Self {
         let (theirs, _) = UnixStream::pair().expect("two ends");

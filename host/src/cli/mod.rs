@@ -2,11 +2,14 @@
 
 mod common;
 mod compare;
+mod completions;
+mod convert;
 mod demo;
 mod derivatives;
 mod device;
 mod diagnose;
 mod diagnose_campaign;
+mod doctor;
 mod effects;
 mod fit;
 mod flash;
@@ -45,6 +48,7 @@ pub enum Verb {
     Remove(effects::Remove),
     History(history::History),
     Simulate(simulate::Simulate),
+    Convert(convert::Convert),
     Study(study::StudyArgs),
     /// Train a network and freeze it to a file
     Train(train::Train),
@@ -57,6 +61,8 @@ pub enum Verb {
     Replay(replay::Replay),
     /// List the serial ports of this machine
     Ports(ports::Ports),
+    Doctor(doctor::Doctor),
+    Completions(completions::Completions),
 }
 
 /// Runs one verb: results on stdout, progress and messages on stderr.
@@ -72,6 +78,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Verb::Remove(verb) => verb.run(),
         Verb::History(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
+        Verb::Convert(verb) => verb.run(),
         Verb::Study(verb) => verb.run(),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),
@@ -79,5 +86,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Verb::Monitor(arguments) => monitor::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
         Verb::Ports(arguments) => ports::run(&arguments),
+        Verb::Doctor(verb) => verb.run(),
+        Verb::Completions(verb) => verb.run(),
     }
 }

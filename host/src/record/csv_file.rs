@@ -1,5 +1,6 @@
 //! Records as CSV files.
 
+use super::table::Channel;
 use super::Record;
 use crate::error::{Error, Result};
 use crate::{files, interrupt};
@@ -11,10 +12,10 @@ use yawrig_shared::units::deg_from_rad;
 pub const ACCEPTED_COLUMNS: &str = "time_s,yaw_deg or time_s,yaw_rad";
 
 /// Fewer samples than this hold no three cycles at any rate: the fastest mode (4.2 Hz) at 20 Hz has 14.
-const FEWEST_SAMPLES: usize = 10;
+pub(super) const FEWEST_SAMPLES: usize = 10;
 
 /// Longest record, s.
-const LONGEST_S: f64 = 86_400.0;
+pub(super) const LONGEST_S: f64 = 86_400.0;
 
 /// Rows between two looks at Ctrl-C.
 const ROWS_PER_CHECK: usize = 100_000;
@@ -112,6 +113,43 @@ pub(super) fn read(file: &Path) -> Result<Record> {
         .help("record at least three cycles of the swing"));
     }
     Ok(record)
+}
+
+/// The columns of a CSV file with any names in its first line.
+pub(super) fn channels(file: &Path) -> Result<Vec<Channel>> {
+    let named = file.display();
+    let fail = |what: String| {
+        Error::data(format!("{named}{what}"))
+            .help("give a CSV file with the names of its columns in the first line")
+    };
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_path(file)
+        .map_err(|e| fail(format!(": {e}")))?;
+    let header = reader.byte_headers().map_err(|e| fail(format!(", line 1: {e}")))?;
+    let name =
+        |name: &[u8]| String::from_utf8_lossy(name).trim_start_matches('\u{feff}').to_owned();
+    let mut channels: Vec<Channel> = (header.iter())
+        .map(|field| Channel {
+            name: name(field),
+            unit: None,
+            step_s: None,
+            values: Ok(Vec::new()),
+        })
+        .collect();
+    for row in reader.byte_records() {
+        let row = row.map_err(|e| fail(format!(": {e}")))?;
+        let line = row.position().map_or(0, csv::Position::line);
+        for (channel, field) in channels.iter_mut().zip(&row) {
+            let Ok(values) = &mut channel.values else { continue };
+            match number(field) {
+                Ok(value) => values.push(value),
+                // Of no account where another column is the record.
+                Err(why) => channel.values = Err(format!("line {line}: {why}")),
+            }
+        }
+    }
+    Ok(channels)
 }
 
 /// Writes (time in s, yaw angle in deg) as they come, whole or not at all.

@@ -1,11 +1,18 @@
 //! Yaw angle over time as it comes from a file, at whatever rate and with whatever jitter.
 
 mod csv_file;
+mod format;
+mod hdf5;
+mod mat;
 mod noise;
+mod parquet_file;
 mod resample;
+mod table;
+mod tdms;
 mod timing;
 
 pub use csv_file::{write_samples, ACCEPTED_COLUMNS};
+pub use table::{Selection, Unit};
 pub use timing::Timing;
 
 use crate::error::{Error, Result};
@@ -23,15 +30,37 @@ pub struct Record {
 }
 
 impl Record {
-    /// Reads `time_s,yaw_deg` (or `time_s,yaw_rad`, converted) from a CSV file.
+    /// Reads `time_s` and `yaw_deg` (or `yaw_rad`, converted) from a file: CSV, MATLAB, HDF5, TDMS or
+    /// Parquet, whatever it is called.
     ///
     /// # Errors
-    /// Exit 3, naming file and line: not readable, other columns, not a number, NaN or infinity, time not
+    /// Exit 3, naming file and line or sample: not readable, other columns, not a number, NaN or infinity, time not
     /// increasing, nothing or too little in it, a sampling rate outside 20 Hz to 10 kHz.
     pub fn read(file: &Path) -> Result<Self> {
-        let record = csv_file::read(file)?;
+        Self::read_selected(file, &Selection::default())
+    }
+
+    /// The same with the channels that `selection` names, where their own names do not say what they are.
+    ///
+    /// # Errors
+    /// As [`Self::read`]; with the channels there are where it is not clear which are meant.
+    pub fn read_selected(file: &Path, selection: &Selection) -> Result<Self> {
+        let format = format::of(file)?;
+        let record = if format == format::Format::Csv && *selection == Selection::default() {
+            csv_file::read(file)?
+        } else {
+            table::record(file, &format::channels(file, format)?, selection)?
+        };
         timing::check_rate(&record)?;
         Ok(record)
+    }
+
+    /// Writes the record in the format that the name's ending says: csv, parquet, h5, hdf5 or mat (7.3).
+    ///
+    /// # Errors
+    /// Exit 2 for another ending, exit 3 where the file cannot be written.
+    pub fn write_as(&self, file: &Path) -> Result<()> {
+        format::write(self, file)
     }
 
     /// Writes `time_s,yaw_deg` with microdegrees and microseconds, whole or not at all.

@@ -2,9 +2,12 @@
 
 mod demo;
 mod devices;
+mod doctor;
 mod files;
+mod formats;
 mod interrupts;
 mod model;
+mod monitor;
 mod networks;
 mod ports;
 mod qemu;

@@ -2,7 +2,7 @@
 
 use yawrig_tests::process::yawrig;
 
-const VERBS: [&str; 17] = [
+const VERBS: [&str; 20] = [
     "demo",
     "compare",
     "diagnose",
@@ -20,6 +20,9 @@ const VERBS: [&str; 17] = [
     "monitor",
     "replay",
     "ports",
+    "convert",
+    "doctor",
+    "completions",
 ];
 
 #[test]
@@ -46,6 +49,9 @@ fn unknown_words_are_usage_errors() {
     yawrig("flash").run().exits(2).says("<NETWORK>");
     yawrig("replay").run().exits(2).says("<FILES>");
     yawrig("simulate").run().exits(2);
+    yawrig("convert").run().exits(2).says("<FROM>");
+    yawrig("completions").run().exits(2).says("<SHELL>");
+    yawrig("monitor --record r --replay r").run().exits(2);
 }
 
 #[test]

@@ -1,0 +1,23 @@
+//! `yawrig completions`: what a shell needs to complete verbs and flags.
+
+use super::common::print;
+use super::Cli;
+use crate::error::{Error, Result};
+use clap::{Args, CommandFactory};
+use clap_complete::{generate, Shell};
+
+/// Print the completions of verbs and flags for a shell, to be put where it looks for them
+#[derive(Args, Debug)]
+pub struct Completions {
+    shell: Shell,
+}
+
+impl Completions {
+    pub fn run(&self) -> Result<()> {
+        let mut script = Vec::new();
+        generate(self.shell, &mut Cli::command(), "yawrig", &mut script);
+        let script = String::from_utf8(script)
+            .map_err(|e| Error::internal(format!("completions are no text: {e}")))?;
+        print(&script)
+    }
+}

@@ -1,0 +1,234 @@
+//! What is wrong with a port, or with this machine, and one command that mends it.
+
+use crate::error::{Error, Exit};
+use crate::link::bench::{Bench, Target};
+use crate::link::port;
+use nix::unistd::{access, AccessFlags};
+use serde::Serialize;
+use std::fs;
+use std::os::unix::fs::{FileTypeExt, MetadataExt};
+use std::path::{Path, PathBuf};
+
+/// How a check came out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    Well,
+    /// Of account for some ports or verbs only.
+    Missing,
+    Wrong,
+}
+
+/// One thing that was looked at.
+#[derive(Clone, Debug, Serialize)]
+pub struct Check {
+    pub check: String,
+    pub state: State,
+    pub found: String,
+    /// A command that mends it.
+    pub command: Option<String>,
+    #[serde(skip)]
+    pub exit: Option<Exit>,
+}
+
+impl Check {
+    fn well(check: &str, found: impl Into<String>) -> Self {
+        let (check, found) = (check.to_owned(), found.into());
+        Self { check, state: State::Well, found, command: None, exit: None }
+    }
+
+    fn wrong(check: &str, found: impl Into<String>, command: impl Into<String>) -> Self {
+        let command = Some(command.into());
+        Self { state: State::Wrong, command, exit: Some(Exit::Device), ..Self::well(check, found) }
+    }
+
+    fn missing(check: &str, found: impl Into<String>, command: &str) -> Self {
+        let command = Some(command.to_owned());
+        Self { state: State::Missing, command, ..Self::well(check, found) }
+    }
+}
+
+/// A program that has a file open.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Holder {
+    pub process: u32,
+    pub name: String,
+}
+
+/// The programs that have `path` open, as far as this user may see them.
+pub fn holders(path: &Path) -> Vec<Holder> {
+    let Ok(path) = path.canonicalize() else { return Vec::new() };
+    let Ok(processes) = fs::read_dir("/proc") else { return Vec::new() };
+    let own = std::process::id();
+    let numbers = processes.flatten().filter_map(|e| e.file_name().to_str()?.parse().ok());
+    let holds = |process: &u32| {
+        fs::read_dir(format!("/proc/{process}/fd")).is_ok_and(|files| {
+            files.flatten().any(|file| fs::read_link(file.path()).is_ok_and(|to| to == path))
+        })
+    };
+    let named = |process: u32| {
+        let name = fs::read_to_string(format!("/proc/{process}/comm")).unwrap_or_default();
+        Holder { process, name: name.trim().to_owned() }
+    };
+    numbers.filter(|process| *process != own).filter(holds).map(named).collect()
+}
+
+/// What can be said of a port without opening it; none where it may be opened.
+fn closed(path: &Path) -> Option<Check> {
+    let check = path.display().to_string();
+    let Ok(meta) = fs::metadata(path) else {
+        return Some(Check::wrong(&check, "there is no such port", "yawrig ports"));
+    };
+    if !meta.file_type().is_char_device() {
+        return Some(Check::wrong(&check, "it is not a serial port", "yawrig ports"));
+    }
+    if access(path, AccessFlags::R_OK | AccessFlags::W_OK).is_err() {
+        let group = group_name(meta.gid());
+        let shared = meta.mode() & 0o060 == 0o060 && meta.gid() != 0;
+        return Some(match group {
+            Some(group) if shared => Check::wrong(
+                &check,
+                format!("you may not open it: it is for the group {group}"),
+                // The group counts from the next login on.
+                format!("sudo usermod -aG {group} $USER"),
+            ),
+            _ => Check::wrong(
+                &check,
+                format!("you may not open it (mode {:o})", meta.mode() & 0o777),
+                format!("sudo chmod a+rw {check}"),
+            ),
+        });
+    }
+    None
+}
+
+fn group_name(group: u32) -> Option<String> {
+    let groups = fs::read_to_string("/etc/group").ok()?;
+    groups.lines().find_map(|line| {
+        let mut fields = line.split(':');
+        let name = fields.next()?;
+        (fields.nth(1)?.parse() == Ok(group)).then(|| name.to_owned())
+    })
+}
+
+/// Looks at a port and at what is behind it. A device is asked who it is and nothing else.
+pub fn device(path: &str) -> Vec<Check> {
+    if let Some(check) = closed(Path::new(path)) {
+        return vec![check];
+    }
+    let found = Bench::open(&Target::Port(path.to_owned()))
+        .and_then(|mut bench| bench.client.status().map(|_| bench.client.identity.clone()));
+    let error = match found {
+        Ok(identity) => {
+            let ours = concat!("yawrig ", env!("CARGO_PKG_VERSION"));
+            let found = format!("{} on {} answers", identity.firmware, identity.board);
+            if identity.firmware == ours {
+                return vec![Check::well(path, found)];
+            }
+            let found = format!("{found}; this program is {ours}");
+            return vec![Check::missing(path, found, "firmware/boards/mps2-an386/build")];
+        }
+        Err(error) => error,
+    };
+    let holders = holders(Path::new(path));
+    let check = match &holders[..] {
+        [first, ..] if error.message.contains("another program") => {
+            let named: Vec<String> =
+                holders.iter().map(|h| format!("{} (process {})", h.name, h.process)).collect();
+            let found = format!("{} has it open", named.join(" and "));
+            Check::wrong(path, found, format!("kill {}", first.process))
+        }
+        [] if error.message.contains("another program") => Check::wrong(
+            path,
+            "a program of another user has it open",
+            format!("sudo fuser -v {path}"),
+        ),
+        _ => {
+            let command = error.help.split('`').nth(1).map_or("yawrig ports", |command| command);
+            Check::wrong(path, format!("{} ({})", error.message, error.help), command)
+        }
+    };
+    vec![Check { exit: Some(error.exit), ..check }]
+}
+
+/// Looks at this machine: its ports, unopened, and the programs that some verbs need.
+pub fn machine() -> Vec<Check> {
+    let mut checks = Vec::new();
+    match port::list() {
+        Ok(ports) if ports.is_empty() => {
+            checks.push(Check::well("serial ports", "none; is the board plugged in?"));
+        }
+        Ok(ports) => checks.extend(ports.iter().map(|port| {
+            let path = Path::new(&port.path);
+            if let Some(check) = closed(path) {
+                return check;
+            }
+            match holders(path).first() {
+                Some(holder) => Check::wrong(
+                    &port.path,
+                    format!("{} (process {}) has it open", holder.name, holder.process),
+                    format!("kill {}", holder.process),
+                ),
+                None => Check::well(&port.path, format!("{}, free", port.description)),
+            }
+        })),
+        Err(error) => checks.push(Check::wrong("serial ports", error.message, "ls -l /dev/tty*")),
+    }
+    checks.push(tool("qemu-system-arm", "--device qemu", "sudo apt-get install qemu-system-arm"));
+    checks.push(toolchain());
+    checks.push(tool("chromium", "the tests of the web page", "sudo apt-get install chromium"));
+    // Which of the ports the user means, and whether any, is not known.
+    for check in checks.iter_mut().filter(|check| check.state == State::Wrong) {
+        check.state = State::Missing;
+    }
+    checks
+}
+
+fn in_path(program: &str) -> Option<PathBuf> {
+    let path = std::env::var_os("PATH")?;
+    std::env::split_paths(&path).map(|folder| folder.join(program)).find(|file| file.is_file())
+}
+
+fn tool(program: &str, needed_for: &str, command: &str) -> Check {
+    match in_path(program) {
+        Some(file) => Check::well(program, file.display().to_string()),
+        None => Check::missing(program, format!("not there; {needed_for} needs it"), command),
+    }
+}
+
+/// Whether the ARM image could be built.
+fn toolchain() -> Check {
+    const NAME: &str = "ARM toolchain";
+    const NEEDED: &str = "not there; the ARM image needs it";
+    if Path::new("/usr/bin/cargo").exists() && in_path("rust-lld").is_some() {
+        return Check::well(NAME, "Debian's own Rust");
+    }
+    let Some(rustc) = in_path("rustc") else {
+        return Check::missing(NAME, NEEDED, "see https://rustup.rs");
+    };
+    let asked = std::process::Command::new(rustc).args(["--print", "sysroot"]).output();
+    let root = asked.map(|o| String::from_utf8_lossy(&o.stdout).trim().to_owned());
+    let target = root.map(|root| PathBuf::from(root).join("lib/rustlib/thumbv7em-none-eabihf"));
+    match target {
+        Ok(target) if target.is_dir() => Check::well(NAME, target.display().to_string()),
+        _ if in_path("rustup").is_some() => {
+            Check::missing(NAME, NEEDED, "rustup target add thumbv7em-none-eabihf")
+        }
+        _ => Check::missing(
+            NAME,
+            NEEDED,
+            "sudo apt-get install rustc-web cargo-web rust-web-src rust-web-llvm lld-22",
+        ),
+    }
+}
+
+/// The first thing that is wrong as an error; none where all is well.
+pub fn verdict(checks: &[Check]) -> Option<Error> {
+    let wrong = checks.iter().find(|check| check.state == State::Wrong)?;
+    let error =
+        Error::new(wrong.exit.unwrap_or(Exit::Device), format!("{}: {}", wrong.check, wrong.found));
+    Some(match &wrong.command {
+        Some(command) => error.help(command.clone()),
+        None => error,
+    })
+}

@@ -1,0 +1,173 @@
+//! Records in the formats a rig's users have, written by other programs: `tests/data/formats/make.py`.
+
+use std::f64::consts::PI;
+use std::path::{Path, PathBuf};
+use yawrig::error::{Error, Exit};
+use yawrig::record::{Record, Selection, Unit};
+
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/formats").join(name)
+}
+
+fn selection(time: &str, yaw: &str, unit: Option<Unit>) -> Selection {
+    let named = |name: &str| (!name.is_empty()).then(|| name.to_owned());
+    Selection { time: named(time), yaw: named(yaw), unit, rate_hz: None }
+}
+
+/// The swing that `make.py` writes, by its formula.
+fn is_the_swing(record: &Record, sign: f64, offset_s: f64, error_deg: f64) {
+    assert_eq!(record.len(), 300);
+    for (index, (time_s, yaw_deg)) in record.time_s.iter().zip(&record.yaw_deg).enumerate() {
+        let t = index as f64 / 100.0;
+        assert!((time_s - t - offset_s).abs() < 1e-12, "{time_s} at {index}");
+        let expected = sign * (8.0 * (-0.1 * t).exp() * (2.5 * PI * t).cos() + 0.5);
+        assert!((yaw_deg - expected).abs() < error_deg, "{yaw_deg} {expected} at {index}");
+    }
+}
+
+/// Whole numbers of the last digit that a double of this size has, and a single.
+const DOUBLE: f64 = 1e-13;
+const SINGLE: f64 = 1e-6;
+
+#[test]
+fn names_that_say_what_they_are_need_no_flag() {
+    for (name, error_deg) in [
+        ("v5.mat", DOUBLE),
+        ("v73.mat", DOUBLE),
+        ("new.h5", 30.0 * SINGLE),
+        ("chunks.tdms", SINGLE),
+        ("interleaved.tdms", DOUBLE),
+        ("snappy.parquet", DOUBLE),
+    ] {
+        println!("{name}");
+        let record = Record::read(&file(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+        is_the_swing(&record, 1.0, 0.0, error_deg);
+    }
+}
+
+#[test]
+fn the_format_is_what_the_file_holds_and_not_what_it_is_called() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["v5.mat", "v73.mat", "chunks.tdms", "snappy.parquet", "new.h5"] {
+        let other = folder.path().join("record.csv");
+        std::fs::copy(file(name), &other).unwrap();
+        is_the_swing(&Record::read(&other).unwrap(), 1.0, 0.0, 30.0 * SINGLE);
+    }
+}
+
+#[test]
+fn flags_choose_channels_and_units() {
+    let read = |name, selection: &Selection| Record::read_selected(&file(name), selection);
+    let compressed = selection("t", "theta", Some(Unit::Rad));
+    let record = read("v5-compressed.mat", &compressed).unwrap();
+    is_the_swing(&record, 1.0, 0.0, 30.0 * SINGLE);
+
+    // The unit stands in the file; the group tells two of a name apart, and takes its own time.
+    let record = read("groups.h5", &selection("run2/time_s", "run2/theta", None)).unwrap();
+    is_the_swing(&record, -1.0, 0.0, DOUBLE);
+    let record = read("groups.h5", &selection("", "run1/theta", None)).unwrap();
+    is_the_swing(&record, 1.0, 0.0, DOUBLE);
+
+    // The channel says its own step and unit.
+    let record = read("waveform.tdms", &selection("", "Yaw", None)).unwrap();
+    is_the_swing(&record, 1.0, 0.0, DOUBLE);
+
+    let record = read("zstd.parquet", &selection("t", "angle", Some(Unit::Rad))).unwrap();
+    is_the_swing(&record, 1.0, 0.0, 30.0 * SINGLE);
+    let by_rate =
+        Selection { time: None, rate_hz: Some(100.0), ..selection("", "angle", Some(Unit::Rad)) };
+    is_the_swing(&read("zstd.parquet", &by_rate).unwrap(), 1.0, 0.0, 30.0 * SINGLE);
+}
+
+fn refused(name: &str, selection: &Selection) -> Error {
+    let error = Record::read_selected(&file(name), selection).unwrap_err();
+    assert_eq!(error.exit, Exit::Data, "{error}");
+    assert!(error.message.contains(name) && !error.help.is_empty(), "{error}");
+    error
+}
+
+#[test]
+fn what_is_unclear_is_asked_and_never_guessed() {
+    let none = Selection::default();
+    let says = |error: Error, words: &[&str]| {
+        let all = error.to_string();
+        words.iter().for_each(|words| assert!(all.contains(words), "{words:?} not in {all}"));
+    };
+    // Which channel: those there are, and what to type.
+    says(
+        refused("v5-compressed.mat", &none),
+        &["t (300 numbers)", "theta (300 numbers)", "both (a 300 by 2 matrix)", "--yaw NAME"],
+    );
+    says(refused("waveform.tdms", &none), &["Rig/Yaw (300 numbers, deg)", "yawrig convert"]);
+    // Which unit.
+    let error = refused("v5-compressed.mat", &selection("t", "theta", None));
+    says(error, &["theta", "unknown unit", "--yaw theta --unit deg"]);
+    // Which time.
+    let error = refused("zstd.parquet", &selection("", "angle", Some(Unit::Rad)));
+    says(error, &["time_s", "--time NAME", "--rate-hz"]);
+    // Two of one name.
+    let error = refused("groups.h5", &selection("", "theta", None));
+    says(error, &["several channels", "run1/theta", "run2/theta", "--yaw GROUP/theta"]);
+    // A name that is not there, a matrix, holes, a text.
+    says(refused("v5.mat", &selection("", "yaw", None)), &["no channel \"yaw\"", "yaw_deg"]);
+    let error = refused("v5-compressed.mat", &selection("t", "both", Some(Unit::Deg)));
+    says(error, &["both", "300 by 2"]);
+    says(refused("zstd.parquet", &selection("t", "holes", Some(Unit::Deg))), &["holes without"]);
+    says(refused("snappy.parquet", &selection("", "spring", Some(Unit::Deg))), &["spring"]);
+    // What the file says stands against the flag.
+    says(refused("groups.h5", &selection("", "run1/theta", Some(Unit::Deg))), &["rad", "deg"]);
+    says(refused("v5.mat", &selection("", "", Some(Unit::Rad))), &["yaw_deg", "rad"]);
+    // Milliseconds under a flag that says seconds: 0.1 Hz is no rate of a record.
+    says(refused("zstd.parquet", &selection("ms", "angle", Some(Unit::Rad))), &["sampled at 0.1"]);
+}
+
+#[test]
+fn raw_numbers_of_a_scaled_channel_are_refused() {
+    let error = refused("scaled.tdms", &Selection::default());
+    assert!(error.message.contains("NI_Scale") && error.message.contains("yaw_deg"), "{error}");
+}
+
+#[test]
+fn a_file_cut_short_is_refused_or_read_as_far_as_it_is_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["v5.mat", "v73.mat", "new.h5", "chunks.tdms", "snappy.parquet", "waveform.tdms"] {
+        let whole = std::fs::read(file(name)).unwrap();
+        for share in 1..20 {
+            let cut = folder.path().join(name);
+            std::fs::write(&cut, &whole[..whole.len() * share / 20]).unwrap();
+            let selection = selection("", if name == "waveform.tdms" { "Yaw" } else { "" }, None);
+            match Record::read_selected(&cut, &selection) {
+                Err(error) => assert_eq!(error.exit, Exit::Data, "{name} {share}: {error}"),
+                // Half of the segments may be there, and no number that is not in the file.
+                Ok(record) => {
+                    panic!("{name} {share}: {} samples of a file cut short", record.len())
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_written_is_read_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let record = Record::read(&file("snappy.parquet")).unwrap();
+    for (name, error) in
+        [("r.csv", 1e-6), ("r.parquet", 0.0), ("r.h5", 0.0), ("r.mat", 0.0), ("r.HDF5", 0.0)]
+    {
+        let file = folder.path().join(name);
+        record.write_as(&file).unwrap();
+        let back = Record::read(&file).unwrap();
+        assert_eq!(back.len(), record.len());
+        for (a, b) in back.yaw_deg.iter().zip(&record.yaw_deg) {
+            assert!((a - b).abs() <= error, "{name}");
+        }
+        for (a, b) in back.time_s.iter().zip(&record.time_s) {
+            assert!((a - b).abs() <= error, "{name}");
+        }
+    }
+    for name in ["r.tdms", "r.xls", "r"] {
+        let error = record.write_as(&folder.path().join(name)).unwrap_err();
+        assert_eq!(error.exit, Exit::Usage);
+        assert!(!folder.path().join(name).exists());
+    }
+}

@@ -1,0 +1,138 @@
+//! What `doctor` names, and the command it gives.
+
+use serde_json::Value;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use yawrig_shared::wire::{self, HelloReply, HELLO_KEY};
+use yawrig_tests::line::{Board, Line};
+use yawrig_tests::process::{yawrig, yawrig_as_anybody};
+
+/// The one check of a port: its state, what was found and the command.
+fn of(object: &Value) -> (String, String, String) {
+    let checks = object["checks"].as_array().expect("a list");
+    assert_eq!(checks.len(), 1, "{object}");
+    let text = |key: &str| checks[0][key].as_str().unwrap_or_default().to_owned();
+    (text("state"), text("found"), text("command"))
+}
+
+fn port(path: &Path, code: i32) -> (String, String, String) {
+    let ended = yawrig("doctor --json --device").and(path).run().exits(code);
+    let found = of(&ended.json());
+    let text = yawrig("doctor --device").and(path).run().exits(code);
+    assert!(text.stdout.contains(&found.2), "{}", text.report());
+    found
+}
+
+#[test]
+fn a_device_that_is_well() {
+    let line = Board::default().plug();
+    let (state, found, command) = port(line.path(), 0);
+    assert_eq!((state.as_str(), command.as_str()), ("well", ""));
+    assert!(found.contains("on the bench answers"), "{found}");
+}
+
+#[test]
+fn a_port_that_is_not_there_or_none() {
+    assert_eq!(port("/dev/ttyNONE9".as_ref(), 4).2, "yawrig ports");
+    let (_, found, _) = port("/etc/hostname".as_ref(), 4);
+    assert!(found.contains("not a serial port"), "{found}");
+}
+
+#[test]
+fn who_holds_the_port_is_named() {
+    let line = Board::default().plug();
+    let mut holder = yawrig("monitor --device").and(line.path()).start();
+    holder.says("yawrig ");
+    let (state, found, command) = port(line.path(), 4);
+    assert_eq!(state, "wrong");
+    assert!(found.contains(&format!("yawrig (process {})", holder.pid())), "{found}");
+    assert_eq!(command, format!("kill {}", holder.pid()));
+    assert!(holder.runs(), "doctor only names it");
+}
+
+#[test]
+fn a_port_for_a_group_says_which_to_join() {
+    let line = Line::new(|_| Some(Vec::new()));
+    let set = |mode| {
+        let permissions = std::fs::Permissions::from_mode(mode);
+        std::fs::set_permissions(line.path(), permissions).expect("a terminal of ours");
+    };
+    set(0o000);
+    let ended = yawrig_as_anybody("doctor --json --device").and(line.path()).run().exits(4);
+    let (_, found, command) = of(&ended.json());
+    assert!(found.contains("may not open it"), "{found}");
+    assert!(command.contains("sudo chmod"), "{command}");
+    // As a serial port is: readable and writable for its group, and this user not in it.
+    if nix::unistd::chown(line.path(), Some(1.into()), Some(20.into())).is_ok() {
+        set(0o660);
+        let ended = yawrig_as_anybody("doctor --json --device").and(line.path()).run().exits(4);
+        let (_, found, command) = of(&ended.json());
+        assert!(found.contains("for the group dialout"), "{found}");
+        assert_eq!(command, "sudo usermod -aG dialout $USER");
+    }
+}
+
+#[test]
+fn what_answers_wrongly_or_not_at_all() {
+    let line = Line::new(|_| Some(Vec::new()));
+    let (_, found, _) = port(line.path(), 7);
+    assert!(found.contains("does not answer"), "{found}");
+
+    let mut calls = 0_u32;
+    let line = Line::new(move |_| {
+        calls += 1;
+        Some(if calls % 20 == 0 { b"$GPGGA,123519,4807.038,N\r\n".to_vec() } else { Vec::new() })
+    });
+    let (_, found, command) = port(line.path(), 4);
+    assert!(found.contains("is not a yawrig device"), "{found}");
+    assert_eq!(command, "yawrig ports");
+
+    let hello = HelloReply {
+        protocol: u16::from(wire::VERSION),
+        request_key: 0xABCD_0123,
+        firmware: HelloReply::text("yawrig 9.9"),
+        board: HelloReply::text("tomorrow's"),
+    };
+    let mut decoder = wire::Decoder::new();
+    let line = Line::new(move |bytes| {
+        let mut said = Vec::new();
+        for &byte in bytes {
+            if let Some(Ok(frame)) = decoder.push(byte) {
+                if frame.key == HELLO_KEY {
+                    let reply = wire::encode_raw(HELLO_KEY, frame.sequence, &hello.write());
+                    said.extend(reply.expect("a frame"));
+                }
+            }
+        }
+        Some(said)
+    });
+    let (_, found, _) = port(line.path(), 4);
+    assert!(found.contains("yawrig 9.9") && found.contains("speaks protocol"), "{found}");
+}
+
+#[test]
+fn the_machine_is_looked_at_without_opening_a_port() {
+    let object = yawrig("doctor --json").run().exits(0).json();
+    let checks = object["checks"].as_array().expect("a list");
+    for name in ["qemu-system-arm", "ARM toolchain", "chromium"] {
+        let check = checks.iter().find(|check| check["check"] == name).expect(name);
+        assert!(
+            ["well", "missing"].contains(&check["state"].as_str().expect("a state")),
+            "{check}"
+        );
+        assert_eq!(check["state"] == "missing", check["command"].is_string(), "{check}");
+    }
+}
+
+#[test]
+fn completions_for_each_shell() {
+    for (shell, word) in [
+        ("bash", "complete"),
+        ("zsh", "#compdef"),
+        ("fish", "complete -c"),
+        ("powershell", "Register"),
+    ] {
+        let ended = yawrig("completions").and(shell).run().exits(0);
+        assert!(ended.stdout.contains(word) && ended.stdout.contains("monitor"), "{shell}");
+    }
+}

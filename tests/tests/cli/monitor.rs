@@ -1,0 +1,91 @@
+//! `monitor --record` and `--replay`.
+
+use nix::sys::signal::Signal;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use yawrig_tests::process::yawrig;
+
+fn with_ending(folder: &Path, ending: &str) -> Vec<PathBuf> {
+    let entries = folder.read_dir().expect("a folder").flatten().map(|entry| entry.path());
+    let mut files: Vec<PathBuf> =
+        entries.filter(|file| file.to_string_lossy().ends_with(ending)).collect();
+    files.sort();
+    files
+}
+
+fn rows(file: &Path) -> usize {
+    std::fs::read_to_string(file).expect("a trace").lines().count() - 1
+}
+
+#[test]
+fn a_session_is_recorded_with_marks_and_shown_again() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (monitor, mut typed) =
+        yawrig("monitor --speed 20 --releases 2 --record session.csv").typing();
+    let mut monitor = monitor.in_folder(folder.path()).with_patience(120).start();
+    monitor.prints("window");
+    writeln!(typed, "tapped the model").expect("it listens");
+    monitor.says("tapped the model");
+    let ended = monitor.ends().exits(0);
+    let ended = ended.says("none missing").says("session-release-000.csv");
+    let trace = folder.path().join("session.csv");
+    assert!(rows(&trace) > 20_000, "{}", ended.report());
+    assert!(with_ending(folder.path(), ".partial").is_empty());
+
+    // Each release is a record as it is.
+    let releases = with_ending(folder.path(), "-release-000.csv");
+    let object = yawrig("identify --json").and(&releases[0]).run().exits(0).json();
+    assert!(object["records"][0]["estimates"][0]["natural_frequency_rad_s"]["value"].is_f64());
+
+    // Shown again: the same lines.
+    let again = yawrig("monitor --speed 1e6 --replay session").in_folder(folder.path());
+    let again = again.run().exits(0).says("tapped the model");
+    assert_eq!(again.stdout, ended.stdout);
+    let lines = yawrig("monitor --speed 1e6 --jsonl --replay").and(folder.path()).run().exits(0);
+    let lines = lines.json_lines();
+    assert_eq!(lines.iter().filter(|line| line["event"] == "release").count(), 2);
+    assert!(lines.iter().any(|line| line["event"] == "mark" && line["text"] == "tapped the model"));
+
+    // It is never written over.
+    let again = yawrig("monitor --speed 20 --record session.csv").in_folder(folder.path());
+    again.run().exits(3).helps().says("is there already");
+}
+
+#[test]
+fn recording_is_ended_and_begun_by_typing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (monitor, mut typed) = yawrig("monitor --speed 20 --record").and(folder.path()).typing();
+    let mut monitor = monitor.with_patience(120).start();
+    monitor.prints("window");
+    writeln!(typed, "/stop").expect("it listens");
+    monitor.says("none missing");
+    assert_eq!(with_ending(folder.path(), ".csv").len(), 1);
+    writeln!(typed, "/start").expect("it listens");
+    monitor.prints("release 0:");
+    monitor.catches_interrupts();
+    monitor.signal(Signal::SIGINT);
+    monitor.ends().exits(130).says("none missing");
+    assert_eq!(
+        with_ending(folder.path(), "Z.csv").len() + with_ending(folder.path(), "-2.csv").len(),
+        2
+    );
+    assert!(with_ending(folder.path(), ".partial").is_empty());
+}
+
+#[test]
+fn a_session_that_was_killed_is_kept_and_can_be_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let command = yawrig("monitor --speed 20 --record s.csv").in_folder(folder.path());
+    let mut monitor = command.with_patience(120).start();
+    monitor.prints("release 0:");
+    monitor.says("release 0 is kept");
+    monitor.signal(Signal::SIGKILL);
+    monitor.ends();
+    let partial = folder.path().join("s.csv.partial");
+    assert!(rows(&partial) > 10_000);
+    yawrig("identify --json").and(&partial).run().exits(0);
+    let again = yawrig("monitor --speed 1e6 --replay s.csv.partial").in_folder(folder.path());
+    let again = again.run().exits(0).says("never ended");
+    assert!(again.stdout.contains("release 0:"), "{}", again.report());
+    yawrig("monitor --replay nothing").in_folder(folder.path()).run().exits(3).helps();
+}
