@@ -2,16 +2,17 @@
 
 use crate::estimator::Collector;
 use crate::line::Line;
+use crate::reference::Reference;
+use crate::refining::Refining;
 use crate::release::{Step, Watch};
 use crate::sampler::Sampler;
-use yawrig_shared::derivatives::{reduced_frequency, YawDerivatives};
 use yawrig_shared::features::features;
-use yawrig_shared::history::BLOCK;
+use yawrig_shared::history::{Moment, BLOCK};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::network::{Estimate, Network};
-use yawrig_shared::window::{Finding, Limits, Tracker, Window};
+use yawrig_shared::window::{Finding, Limits, Tracker, Window, CYCLES};
 use yawrig_shared::wire::{
-    Condition, Derivatives, Event, Flags, Phase, Refusal, ReleaseResult, Settings, WindowResult,
+    Condition, Event, Flags, Phase, Refusal, ReleaseResult, Settings, WindowResult,
 };
 
 /// Lost samples that are bridged by the last one before them; more end the release.
@@ -27,11 +28,15 @@ struct Current {
     smallest_deg: f32,
     /// Windows that end before this sample saw a gap or an end of the converter.
     spoilt_until: Option<u32>,
+    /// Where the last window ended.
+    windows_end: u32,
 }
 
 /// What measuring needs from the rest of the device.
 pub struct Context<'a> {
     pub network: Option<&'a Network>,
+    /// The network gives a second-order model's values, and no effect beside it.
+    pub second_order: bool,
     pub line: &'a mut Line,
 }
 
@@ -48,8 +53,8 @@ pub struct Measuring {
     lost_samples: u32,
     end_at: Option<u32>,
     condition: Option<Condition>,
-    /// Wind-off result of the axis and spring at hand.
-    reference: Option<Modal>,
+    reference: Reference,
+    refining: Refining,
 }
 
 impl Measuring {
@@ -65,7 +70,8 @@ impl Measuring {
             lost_samples: 0,
             end_at: None,
             condition: None,
-            reference: None,
+            reference: Reference::new(),
+            refining: Refining::new(),
         }
     }
 
@@ -77,7 +83,7 @@ impl Measuring {
         self.lost_samples = self.lost_samples.saturating_add(count);
         self.current.flags.set(Flags::LOST_SAMPLES);
         if count > BRIDGED {
-            self.finish(Flags::CUT_SHORT, context);
+            self.finish(Flags::CUT_SHORT, self.now(), context);
             self.tracker.restart(None);
             self.watch = Watch::new();
         } else {
@@ -85,18 +91,41 @@ impl Measuring {
                 self.take(self.last_raw, context);
             }
         }
-        self.current.spoilt_until = Some(self.now());
+        self.spoil();
     }
 
     /// The next sample of the converter, 1 ms after the one before.
     pub fn sample(&mut self, counts: u16, context: &mut Context) {
         if self.sampler.saturated(counts) {
             self.current.flags.set(Flags::SATURATED);
-            self.current.spoilt_until = Some(self.now());
+            self.spoil();
         }
         self.last_raw = Sampler::centred(counts);
         self.take(self.last_raw, context);
         self.end_if_due(context);
+    }
+
+    /// What has come so far is of no use for windows, nor for the record.
+    fn spoil(&mut self) {
+        self.current.spoilt_until = Some(self.now());
+        self.refining.abandon();
+    }
+
+    fn is_spoilt(&self, start: u32) -> bool {
+        self.current.spoilt_until.is_some_and(|until| start.wrapping_sub(until) as i32 <= 0)
+    }
+
+    /// Goes on with the refined estimate by one piece; false where there is nothing to go on with.
+    pub fn work(&mut self, context: &mut Context) -> bool {
+        let busy = self.refining.is_busy();
+        if let Some(refined) = self.refining.work() {
+            context.line.event(&Event::Refined(refined));
+        }
+        busy
+    }
+
+    pub fn is_refining(&self) -> bool {
+        self.refining.is_busy()
     }
 
     pub fn settings(&self) -> &Settings {
@@ -112,7 +141,7 @@ impl Measuring {
     }
 
     pub fn has_reference(&self) -> bool {
-        self.reference.is_some()
+        self.reference.is_known()
     }
 
     /// Index of the next sample: the device's clock.
@@ -130,11 +159,13 @@ impl Measuring {
             Some(Finding::Extreme { extreme, amplitude_deg: Some(amplitude) })
                 if matches!(watching, Phase::Waiting | Phase::Released | Phase::Ringing) =>
             {
+                self.record(amplitude);
                 self.extreme(extreme.at, amplitude, context);
             }
             _ => {}
         }
         if let Some(mean) = block {
+            self.refining.follow(self.tracker.history());
             let at = self.now().wrapping_sub(BLOCK as u32 / 2 + 1);
             let to_deg = self.sampler.settings().to_deg;
             match self.watch.block(at, mean, self.tracker.midline_deg(), to_deg) {
@@ -157,6 +188,18 @@ impl Measuring {
         }
     }
 
+    /// The record for the refined estimate begins where the windows do.
+    fn record(&mut self, amplitude_deg: f32) {
+        if self.refining.is_recording() {
+            return;
+        }
+        let begun = self.tracker.window_start().map(Moment::next_sample);
+        let begun = begun.filter(|start| !self.is_spoilt(*start));
+        if let (Some(start), Some(midline_deg)) = (begun, self.tracker.midline_deg()) {
+            self.refining.begin(start, amplitude_deg, midline_deg);
+        }
+    }
+
     /// A new release may begin: settings that were waiting for it take effect.
     fn prepare(&mut self) {
         if let Some(settings) = self.next_settings.take() {
@@ -164,12 +207,14 @@ impl Measuring {
             self.tracker.configure(settings.degrees_per_count, limits(&settings));
         }
         self.current = Current::default();
+        self.refining.abandon();
     }
 
     fn at_rest(&mut self, was: Phase, context: &mut Context) {
         if was == Phase::Ringing {
             self.watch.set_phase(Phase::Ringing);
-            self.finish(Flags::CUT_SHORT, context);
+            // It was caught some time after that.
+            self.finish(Flags::CUT_SHORT, self.current.windows_end, context);
             self.watch.set_phase(Phase::Held);
         }
         self.prepare();
@@ -196,15 +241,14 @@ impl Measuring {
         self.current.largest_deg = self.current.largest_deg.max(amplitude_deg);
         self.current.smallest_deg = self.current.smallest_deg.min(amplitude_deg);
         if amplitude_deg < self.sampler.settings().to_deg {
-            self.finish(Flags::default(), context);
+            self.finish(Flags::default(), self.now(), context);
         }
     }
 
     /// Three cycles are complete: the network's estimate goes out at once.
     fn window(&mut self, window: &Window, context: &mut Context) {
         let start = window.start.next_sample();
-        let spoilt = |until: u32| start.wrapping_sub(until) as i32 <= 0;
-        if self.current.spoilt_until.is_some_and(spoilt) {
+        if self.is_spoilt(start) {
             return;
         }
         let Some(network) = context.network else {
@@ -213,12 +257,14 @@ impl Measuring {
         };
         let features = features(network.features, self.tracker.history(), window);
         let estimate = network.estimate(&features);
+        self.refining.set_cycle(window.length / CYCLES as f32);
         let mut flags = Flags::default();
         if !network.range.holds(&estimate) {
             flags.set(Flags::OUT_OF_RANGE);
         }
         let number = self.current.windows.count();
         self.current.windows.add(&estimate, features.amplitude_deg);
+        self.current.windows_end = window.end;
         let Estimate { natural_frequency_rad_s, damping_ratio } = estimate;
         context.line.event(&Event::Window(WindowResult {
             release: self.releases,
@@ -237,20 +283,20 @@ impl Measuring {
     /// Ends the release at the host's wish.
     fn end_release(&mut self, context: &mut Context) {
         match self.watch.phase() {
-            Phase::Ringing => self.finish(Flags::CUT_SHORT, context),
+            Phase::Ringing => self.finish(Flags::CUT_SHORT, self.now(), context),
             Phase::Finished => {}
             // The host waits for a result; there is none to be had from what came.
             _ => {
                 self.watch.set_phase(Phase::Ringing);
-                self.finish(Flags::CUT_SHORT, context);
+                self.finish(Flags::CUT_SHORT, self.now(), context);
             }
         }
         self.tracker.restart(None);
         self.watch = Watch::new();
     }
 
-    /// Sends the release's result, if one is running.
-    fn finish(&mut self, extra: Flags, context: &mut Context) {
+    /// Sends the release's result, if one is running, and begins to refine it from the samples before `end`.
+    fn finish(&mut self, extra: Flags, end: u32, context: &mut Context) {
         if self.watch.phase() != Phase::Ringing {
             return;
         }
@@ -278,7 +324,8 @@ impl Measuring {
             natural_frequency_rad_s: f64::from(natural_frequency_rad_s.value),
             damping_ratio: f64::from(damping_ratio.value),
         };
-        let derivatives = if usable { self.derivatives(&modal) } else { None };
+        let condition = self.condition.filter(|_| usable);
+        let derivatives = self.reference.derivatives(&modal, condition.as_ref());
         let result = ReleaseResult {
             release: self.releases,
             release_sample: current.begun_sample,
@@ -290,6 +337,8 @@ impl Measuring {
             flags,
         };
         context.line.event(&Event::Release(result));
+        let estimate = Some(mean).filter(|_| result.windows > 0 && context.second_order);
+        self.refining.finish(self.releases, flags, estimate, condition, end);
         self.releases = self.releases.wrapping_add(1);
         self.announce(self.now(), context);
     }
@@ -324,27 +373,6 @@ impl Measuring {
             self.end_at = None;
             self.end_release(context);
         }
-    }
-
-    /// Derivatives of a wind-on release against the wind-off one before it, which this becomes
-    /// where the wind is off.
-    fn derivatives(&mut self, modal: &Modal) -> Option<Derivatives> {
-        let Condition { wind, model, inertia_kg_m2 } = self.condition?;
-        if wind.speed_m_s == 0.0 {
-            self.reference = Some(*modal);
-            return None;
-        }
-        let reference = self.reference?;
-        if inertia_kg_m2 <= 0.0 {
-            return None;
-        }
-        let YawDerivatives { cn_beta, cn_r } =
-            YawDerivatives::from_releases(modal, &reference, inertia_kg_m2, &wind, &model);
-        Some(Derivatives {
-            cn_beta: cn_beta as f32,
-            cn_r: cn_r as f32,
-            reduced_frequency: reduced_frequency(modal, &wind, &model) as f32,
-        })
     }
 }
 

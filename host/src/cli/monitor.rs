@@ -98,9 +98,9 @@ impl Follow<'_> {
                     self.seen += 1;
                     found = trends(&std::mem::take(&mut self.windows));
                 }
-                Event::Phase { .. } => {}
+                Event::Phase { .. } | Event::Refined(_) => {}
             }
-            match event_text(&numbered.event) {
+            match event_text(&numbered.event, "FILE") {
                 _ if self.arguments.jsonl => {
                     let mut object = event_json(&numbered.event);
                     if matches!(numbered.event, Event::Release(_)) {
