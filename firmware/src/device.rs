@@ -85,11 +85,18 @@ impl<F: Flash> Device<F> {
         measuring.lost(count, &mut context);
     }
 
-    /// Goes on with what is not urgent, by some thousand instructions: called after each sample, and where there is
-    /// nothing else to do. False where nothing is left.
-    pub fn work(&mut self) -> bool {
+    /// Goes on with what is not urgent, by some thousand instructions. Called after each sample: the samples are its
+    /// clock, so that events come in the same order wherever it runs.
+    pub fn work(&mut self) {
         let (measuring, mut context) = self.core.split();
-        measuring.work(&mut context)
+        measuring.work(&mut context);
+    }
+
+    /// Called where there is nothing else to do: the same, once the host has said that the record is over and no sample
+    /// comes any more. False where nothing is left.
+    pub fn idle(&mut self) -> bool {
+        let (measuring, mut context) = self.core.split();
+        measuring.idle(&mut context)
     }
 
     /// A byte from the serial line.

@@ -52,6 +52,8 @@ pub struct Measuring {
     last_raw: i16,
     lost_samples: u32,
     end_at: Option<u32>,
+    /// The host has ended the record, and nothing has come since.
+    is_over: bool,
     condition: Option<Condition>,
     reference: Reference,
     refining: Refining,
@@ -69,6 +71,7 @@ impl Measuring {
             last_raw: 0,
             lost_samples: 0,
             end_at: None,
+            is_over: false,
             condition: None,
             reference: Reference::new(),
             refining: Refining::new(),
@@ -115,11 +118,18 @@ impl Measuring {
         self.current.spoilt_until.is_some_and(|until| start.wrapping_sub(until) as i32 <= 0)
     }
 
-    /// Goes on with the refined estimate by one piece; false where there is nothing to go on with.
-    pub fn work(&mut self, context: &mut Context) -> bool {
-        let busy = self.refining.is_busy();
+    /// Goes on with the refined estimate by one piece.
+    pub fn work(&mut self, context: &mut Context) {
         if let Some(refined) = self.refining.work() {
             context.line.event(&Event::Refined(refined));
+        }
+    }
+
+    /// The same where the record is over; false where there is nothing to go on with.
+    pub fn idle(&mut self, context: &mut Context) -> bool {
+        let busy = self.is_over && self.is_refining();
+        if busy {
+            self.work(context);
         }
         busy
     }
@@ -150,6 +160,7 @@ impl Measuring {
     }
 
     fn take(&mut self, raw: i16, context: &mut Context) {
+        self.is_over = false;
         let (block, finding) = self.tracker.push(raw);
         let watching = self.watch.phase();
         match finding {
@@ -372,6 +383,7 @@ impl Measuring {
         if self.end_at.is_some_and(|end| self.now().wrapping_sub(end) as i32 >= 0) {
             self.end_at = None;
             self.end_release(context);
+            self.is_over = true;
         }
     }
 }

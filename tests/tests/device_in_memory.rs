@@ -77,7 +77,7 @@ impl Bench {
 
     fn end(&mut self) {
         assert_eq!(self.ask(&Request::EndRelease { after_samples: 0 }), Reply::Done);
-        while self.device.work() {}
+        while self.device.idle() {}
         self.listen();
     }
 }

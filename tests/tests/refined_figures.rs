@@ -48,7 +48,7 @@ fn refined(truth: &Modal, effects: &Effects, sensor: &Sensor, seed: u64) -> Vec<
     for byte in wire::encode(2, &Request::EndRelease { after_samples: 0 }).unwrap() {
         device.receive(byte);
     }
-    while device.work() {}
+    while device.idle() {}
     listen(&mut device);
     found
 }

@@ -47,7 +47,7 @@ impl Side for Emulated {
                 self.device.sample(c);
                 self.device.work();
             }),
-            Err(RecvTimeoutError::Timeout) => while self.device.work() {},
+            Err(RecvTimeoutError::Timeout) => while self.device.idle() {},
             Err(RecvTimeoutError::Disconnected) => self.unplugged = true,
         }
         Ok(())

@@ -65,7 +65,7 @@ fn main() -> ! {
             }
         }
 
-        if busy || device.work() {
+        if busy || device.idle() {
             idle = 0;
             continue;
         }
