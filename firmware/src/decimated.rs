@@ -154,6 +154,7 @@ impl Decimated {
     }
 
     /// Takes the block of the history that begins with this sample and is complete.
+    #[inline(never)]
     pub fn block<S: Copy + Default + Into<f32>>(&mut self, history: &History<S>, first: u32) {
         if self.full {
             return;

@@ -19,6 +19,7 @@ impl Reference {
 
     /// Derivatives of a wind-on release against the wind-off one before it, which this becomes
     /// where the wind is off.
+    #[inline(never)]
     pub fn derivatives(
         &mut self,
         modal: &Modal,

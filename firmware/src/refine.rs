@@ -35,6 +35,7 @@ const SUMS: usize = N * (N + 1) / 2 + N + 1;
 struct Complex(f64, f64);
 
 impl Complex {
+    #[inline(never)]
     fn times(self, other: Self) -> Self {
         Self(self.0 * other.0 - self.1 * other.1, self.0 * other.1 + self.1 * other.0)
     }
@@ -63,6 +64,7 @@ pub(crate) struct Phasor {
 }
 
 impl Phasor {
+    #[inline(never)]
     pub(crate) fn new(decay: f64, frequency: f64) -> Self {
         let point = Complex(-decay, frequency).exp();
         let squarings = PIECE.trailing_zeros();
@@ -100,6 +102,7 @@ pub struct Parameters {
 
 impl Parameters {
     /// `columns` of s and w are scaled by the horizon's length.
+    #[inline(never)]
     fn moved(&self, step: &[f64; N], share: f64, length: f64) -> Self {
         Self {
             cosine: self.cosine + share * step[0],
@@ -125,6 +128,7 @@ impl Sums {
     }
 
     /// Lower triangle of the Cholesky factor of the first `n` rows of J'J; none where they are not independent.
+    #[inline(never)]
     fn factor(&self, n: usize) -> Option<[[f64; N]; N]> {
         let mut l = [[0.0; N]; N];
         for i in 0..n {
@@ -150,6 +154,7 @@ impl Sums {
 }
 
 /// Solves L L' x = `right` in its first `n` places; the others are nought.
+#[inline(never)]
 fn solved(l: &[[f64; N]; N], mut right: [f64; N], n: usize) -> [f64; N] {
     right[n..].fill(0.0);
     for i in 0..n {
@@ -241,6 +246,7 @@ impl Fit {
     }
 
     /// Goes on by one piece of `points`, all of them at each call.
+    #[inline(never)]
     pub fn work(&mut self, points: &[i16]) -> Progress {
         let end = (self.at + PIECE).min(self.horizon);
         self.look(&points[self.at..end]);
@@ -252,6 +258,7 @@ impl Fit {
     }
 
     /// Adds a piece to the sums.
+    #[inline(never)]
     fn look(&mut self, points: &[i16]) {
         let Parameters { cosine, sine, offset, .. } = self.tried;
         let (a, b, c) = (cosine as f32, sine as f32, offset as f32);

@@ -116,6 +116,7 @@ impl Refining {
     }
 
     /// Goes on by one piece; the result where it is complete.
+    #[inline(never)]
     pub fn work(&mut self) -> Option<Refined> {
         let points = self.record.points();
         match &mut self.stage {
@@ -156,6 +157,7 @@ impl Refining {
         }
     }
 
+    #[inline(never)]
     fn result(&mut self, release: &Release, minimum: &Minimum, residual: &Residual) -> Refined {
         let seconds = self.seconds_per_point();
         let unit_deg = self.record.unit_deg();

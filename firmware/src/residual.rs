@@ -79,6 +79,7 @@ impl Residual {
     }
 
     /// Goes on by one piece of `points`; true where that was the last.
+    #[inline(never)]
     pub fn work(&mut self, points: &[i16]) -> bool {
         let end = (self.at + PIECE).min(points.len());
         let Parameters { cosine, sine, offset, .. } = self.model;
