@@ -53,6 +53,8 @@ pub struct Measuring {
 }
 
 impl Measuring {
+    // Or else it would be made on the stack and then copied.
+    #[inline(always)]
     pub fn new(settings: Settings) -> Self {
         Self {
             sampler: Sampler::new(settings),
