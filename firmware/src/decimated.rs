@@ -33,7 +33,7 @@ const BELIEVED: u32 = 100;
 #[derive(Clone, Copy, Debug, Default)]
 struct Scale {
     /// The first mean of a pair for the next scale.
-    waiting: Option<f32>,
+    first: f32,
     differences: [f32; ORDER],
     seen: u32,
     squares: f32,
@@ -50,13 +50,9 @@ impl Scale {
         if self.seen > ORDER as u32 {
             self.squares += change * change;
         }
-        match self.waiting.take() {
-            Some(first) => Some(0.5 * (first + mean)),
-            None => {
-                self.waiting = Some(mean);
-                None
-            }
-        }
+        let pair = 0.5 * (self.first + mean);
+        self.first = mean;
+        (self.seen % 2 == 0).then_some(pair)
     }
 
     /// Variance of one mean.
@@ -89,10 +85,12 @@ pub struct Decimated {
     scales: [Scale; SCALES],
 }
 
-const NO_SCALE: Scale =
-    Scale { waiting: None, differences: [0.0; ORDER], seen: 0, squares: 0.0 };
+/// A constant, so that the device is made where it stays and not put together elsewhere on the stack.
+const NO_SCALES: [Scale; SCALES] =
+    [Scale { first: 0.0, differences: [0.0; ORDER], seen: 0, squares: 0.0 }; SCALES];
 
 impl Decimated {
+    #[inline(always)]
     pub const fn new() -> Self {
         Self {
             points: [0; POINTS],
@@ -107,7 +105,7 @@ impl Decimated {
             cycle: f32::INFINITY,
             thirds: 0.0,
             thirds_seen: 0,
-            scales: [NO_SCALE; SCALES],
+            scales: NO_SCALES,
         }
     }
 
@@ -122,7 +120,7 @@ impl Decimated {
         self.from_sample = from_sample;
         self.cycle = f32::INFINITY;
         (self.thirds, self.thirds_seen) = (0.0, 0);
-        self.scales = [NO_SCALE; SCALES];
+        self.scales = NO_SCALES;
     }
 
     /// Says how many samples a cycle takes.

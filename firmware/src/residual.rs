@@ -38,8 +38,10 @@ pub struct Judged {
 #[derive(Clone, Debug)]
 pub struct Residual {
     model: Parameters,
+    /// The model's, and one that does not decay; made when they are needed.
     swing: Phasor,
     turning: Phasor,
+    phasors: u8,
     at: usize,
     /// Means in a twelfth of a cycle, and in a segment.
     together: u32,
@@ -56,6 +58,24 @@ pub struct Residual {
 }
 
 impl Residual {
+    /// None yet.
+    pub const NONE: Self = Self {
+        model: Parameters::NONE,
+        swing: Phasor::NONE,
+        turning: Phasor::NONE,
+        phasors: 0,
+        at: 0,
+        together: 1,
+        segment: 1,
+        sum: 0.0,
+        summed: 0,
+        transform: (0.0, 0.0),
+        transformed: 0,
+        squares: 0.0,
+        twelfths: (0.0, 0),
+        segments: (0.0, 0),
+    };
+
     /// Of `count` means about `model`.
     pub fn new(model: &Parameters, count: usize) -> Self {
         let per_cycle = (core::f64::consts::TAU / model.frequency) as f32;
@@ -63,33 +83,35 @@ impl Residual {
         let segments = (SEGMENTS_PER_CYCLE * cycles).clamp(1.0, SEGMENTS);
         Self {
             model: *model,
-            swing: Phasor::new(model.decay, model.frequency),
-            turning: Phasor::new(0.0, model.frequency),
-            at: 0,
             together: ((per_cycle / PER_CYCLE) as u32).max(1),
             segment: ((count as f32 / segments) as u32).max(1),
-            sum: 0.0,
-            summed: 0,
-            transform: (0.0, 0.0),
-            transformed: 0,
-            squares: 0.0,
-            twelfths: (0.0, 0),
-            segments: (0.0, 0),
+            ..Self::NONE
         }
     }
 
     /// Goes on by one piece of `points`; true where that was the last.
     #[inline(never)]
     pub fn work(&mut self, points: &[i16]) -> bool {
+        self.phasors += u8::from(self.phasors < 3);
+        match self.phasors {
+            1 => self.swing = Phasor::new(self.model.decay, self.model.frequency),
+            2 => self.turning = Phasor::new(0.0, self.model.frequency),
+            _ => return self.look(points),
+        }
+        false
+    }
+
+    fn look(&mut self, points: &[i16]) -> bool {
+        let (mut z, mut turn) = (self.swing.next_piece(), self.turning.next_piece());
+        let (swing, turning) = (self.swing, self.turning);
         let end = (self.at + PIECE).min(points.len());
         let Parameters { cosine, sine, offset, .. } = self.model;
         let (a, b, c) = (cosine as f32, sine as f32, offset as f32);
-        let (mut z, mut turn) = (self.swing.next_piece(), self.turning.next_piece());
         for &point in &points[self.at..end] {
             let r = f32::from(point) - (a * z.0 + b * z.1 + c);
             self.add(r, turn);
-            z = self.swing.turn(z);
-            turn = self.turning.turn(turn);
+            z = swing.turn(z);
+            turn = turning.turn(turn);
         }
         self.at = end;
         end == points.len()

@@ -7,9 +7,7 @@ use crate::link::bench::Bench;
 use crate::record::Record;
 use std::time::Duration;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
-use yawrig_shared::wire::{
-    Event, Refined, ReleaseResult, Reply, Request, Settings, WindowResult,
-};
+use yawrig_shared::wire::{Event, Refined, ReleaseResult, Reply, Request, Settings, WindowResult};
 
 /// What the device makes of one record.
 #[derive(Clone, Debug)]
@@ -128,8 +126,7 @@ pub fn wait_for(bench: &mut Bench, samples: u32) -> Result<()> {
     } else {
         format!("the device took {taken} samples of {samples} and no more")
     };
-    Err(Error::new(Exit::Timeout, why)
-    .help("start it again"))
+    Err(Error::new(Exit::Timeout, why).help("start it again"))
 }
 
 /// Takes the events there are; windows wait in `open` for their release's result.

@@ -233,7 +233,11 @@ pub enum Phase {
 /// What the device says unasked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Event {
-    Phase { phase: Phase, release: u32, at_sample: u32 },
+    Phase {
+        phase: Phase,
+        release: u32,
+        at_sample: u32,
+    },
     Window(WindowResult),
     Release(ReleaseResult),
     /// After the release's result, when it is ready.
