@@ -146,8 +146,8 @@ impl Residual {
         let variance = self.squares / freedom(self.at as u32, PARAMETERS);
         let power = self.twelfths.0 / together / freedom(self.twelfths.1, PARAMETERS);
         let density = self.segments.0 / self.segment as f32 / freedom(self.segments.1, ABSORBED);
-        let chance = BEYOND_CHANCE * 
-            libm::sqrtf(2.0 / freedom(self.twelfths.1, PARAMETERS) + 2.0 / noise_freedom);
+        let chance = BEYOND_CHANCE
+            * libm::sqrtf(2.0 / freedom(self.twelfths.1, PARAMETERS) + 2.0 / noise_freedom);
         // Excess power is the same on finer means, and the noise is more.
         let per_cycle = (core::f64::consts::TAU / self.model.frequency) as f32 / together;
         let share = (power / noise - 1.0) * per_cycle / HOST_PER_CYCLE;
