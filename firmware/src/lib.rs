@@ -10,8 +10,10 @@ pub mod device;
 pub mod estimator;
 pub mod line;
 pub mod measuring;
+pub mod misfit;
 pub mod release;
 pub mod sampler;
+pub mod signal;
 pub mod slots;
 
 /// The network of last resort, when no slot holds a valid one.

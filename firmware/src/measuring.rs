@@ -2,20 +2,37 @@
 
 use crate::estimator::Collector;
 use crate::line::Line;
+use crate::misfit::misfit;
 use crate::release::{Step, Watch};
 use crate::sampler::Sampler;
+use crate::signal::Signal;
 use yawrig_shared::derivatives::{reduced_frequency, YawDerivatives};
-use yawrig_shared::features::features;
+use yawrig_shared::features::{features, FeatureKind, Features, SHAPE};
 use yawrig_shared::history::BLOCK;
 use yawrig_shared::modal::Modal;
 use yawrig_shared::network::{Estimate, Network};
-use yawrig_shared::window::{Finding, Limits, Tracker, Window};
+use yawrig_shared::window::{Extreme, Finding, Limits, Tracker, Window};
 use yawrig_shared::wire::{
     Condition, Derivatives, Event, Flags, Phase, Refusal, ReleaseResult, Settings, WindowResult,
 };
 
 /// Lost samples that are bridged by the last one before them; more end the release.
 const BRIDGED: u32 = 20;
+
+/// A turn is one of the model's where the block means come back by this many times their noise.
+const LEAST_SWING_NOISE: f32 = 5.0;
+/// What of a window may be left over by one damped oscillation: this many times the noise, and a share of its rms;
+/// beyond the larger share the window does not count.
+const NOISE: f32 = 3.0;
+const SLIGHTLY: f32 = 0.002;
+const BADLY: f32 = 0.05;
+
+#[derive(Clone, Copy, PartialEq)]
+enum Disturbed {
+    No,
+    Slightly,
+    Badly,
+}
 
 /// The release that is going on.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,12 +56,12 @@ pub struct Context<'a> {
 #[derive(Debug)]
 pub struct Measuring {
     sampler: Sampler,
+    signal: Signal,
     next_settings: Option<Settings>,
     tracker: Tracker<i16>,
     watch: Watch,
     current: Current,
     releases: u32,
-    last_raw: i16,
     lost_samples: u32,
     end_at: Option<u32>,
     condition: Option<Condition>,
@@ -56,12 +73,12 @@ impl Measuring {
     pub fn new(settings: Settings) -> Self {
         Self {
             sampler: Sampler::new(settings),
+            signal: Signal::new(settings.degrees_per_count),
             next_settings: None,
             tracker: Tracker::new(0, settings.degrees_per_count, limits(&settings)),
             watch: Watch::new(),
             current: Current::default(),
             releases: 0,
-            last_raw: 0,
             lost_samples: 0,
             end_at: None,
             condition: None,
@@ -80,9 +97,10 @@ impl Measuring {
             self.finish(Flags::CUT_SHORT, context);
             self.tracker.restart(None);
             self.watch = Watch::new();
+            self.signal.rejoin();
         } else {
             for _ in 0..count {
-                self.take(self.last_raw, context);
+                self.take(self.signal.last(), context);
             }
         }
         self.current.spoilt_until = Some(self.now());
@@ -90,12 +108,13 @@ impl Measuring {
 
     /// The next sample of the converter, 1 ms after the one before.
     pub fn sample(&mut self, counts: u16, context: &mut Context) {
-        if self.sampler.saturated(counts) {
+        let raw = Sampler::centred(counts);
+        let good = self.signal.sample(raw);
+        if good == raw && self.sampler.saturated(counts) {
             self.current.flags.set(Flags::SATURATED);
             self.current.spoilt_until = Some(self.now());
         }
-        self.last_raw = Sampler::centred(counts);
-        self.take(self.last_raw, context);
+        self.take(good, context);
         self.end_if_due(context);
     }
 
@@ -135,13 +154,16 @@ impl Measuring {
             _ => {}
         }
         if let Some(mean) = block {
+            self.signal.block(mean);
+            self.judge();
             let at = self.now().wrapping_sub(BLOCK as u32 / 2 + 1);
             let to_deg = self.sampler.settings().to_deg;
-            match self.watch.block(at, mean, self.tracker.midline_deg(), to_deg) {
+            let noise = self.signal.block_noise_deg();
+            match self.watch.block(at, mean, noise, self.tracker.midline_deg(), to_deg) {
                 Some(Step::LetGo(held)) => {
                     self.prepare();
                     self.current.begun_sample = held.at;
-                    self.tracker.restart(Some(held));
+                    self.restart(Some(held));
                     self.announce(held.at, context);
                 }
                 Some(Step::AtRest) => {
@@ -149,12 +171,40 @@ impl Measuring {
                 }
                 Some(Step::Stirred) => {
                     self.prepare();
-                    self.tracker.restart(None);
+                    self.restart(None);
                     self.announce(at, context);
                 }
                 None => {}
             }
         }
+    }
+
+    /// What is the matter with the signal goes down on the release that is going on.
+    fn judge(&mut self) {
+        let flags = &mut self.current.flags;
+        let (spikes, jumps) = self.signal.take_spikes_and_jumps();
+        let moving = matches!(self.watch.phase(), Phase::Released | Phase::Ringing);
+        for (found, flag) in [
+            (spikes, Flags::SPIKES),
+            (jumps, Flags::DISTURBED),
+            (moving && self.signal.is_stuck(), Flags::STUCK),
+            (self.signal.is_noisy(), Flags::NOISY),
+            (self.signal.is_senseless(), Flags::NO_SENSOR),
+        ] {
+            if found {
+                flags.set(flag);
+            }
+        }
+    }
+
+    /// Tracks anew, and takes no turn for one that may be noise.
+    fn restart(&mut self, held: Option<Extreme>) {
+        let settings = self.sampler.settings();
+        let mut limits = limits(settings);
+        limits.least_swing_deg =
+            limits.least_swing_deg.max(LEAST_SWING_NOISE * self.signal.block_noise_deg());
+        self.tracker.configure(settings.degrees_per_count, limits);
+        self.tracker.restart(held);
     }
 
     /// A new release may begin: settings that were waiting for it take effect.
@@ -213,9 +263,18 @@ impl Measuring {
         };
         let features = features(network.features, self.tracker.history(), window);
         let estimate = network.estimate(&features);
+        let disturbed = self.disturbed(network, window, &features, &estimate);
+        if disturbed == Disturbed::Badly {
+            self.current.flags.set(Flags::DISTURBED);
+            return;
+        }
         let mut flags = Flags::default();
         if !network.range.holds(&estimate) {
             flags.set(Flags::OUT_OF_RANGE);
+        }
+        if disturbed == Disturbed::Slightly {
+            flags.set(Flags::DISTURBED);
+            self.current.flags.set(Flags::DISTURBED);
         }
         let number = self.current.windows.count();
         self.current.windows.add(&estimate, features.amplitude_deg);
@@ -234,6 +293,34 @@ impl Measuring {
         }));
     }
 
+    /// Whether a window is one damped oscillation with the noise that the signal has.
+    fn disturbed(
+        &self,
+        network: &Network,
+        window: &Window,
+        features: &Features,
+        estimate: &Estimate,
+    ) -> Disturbed {
+        // Samples behind each number of the shape.
+        let samples = match network.features {
+            FeatureKind::BinMeans => window.length / SHAPE as f32,
+            FeatureKind::PointSamples => 1.0,
+        };
+        let noise_deg = self.signal.block_noise_deg() * libm::sqrtf(BLOCK as f32 / samples);
+        let rms_deg = features.amplitude_deg * core::f32::consts::FRAC_1_SQRT_2;
+        let beyond = misfit(&features.values, estimate.damping_ratio) - NOISE * noise_deg / rms_deg;
+        // A network that knows the amplitude has learnt effects that bend the oscillation.
+        let allowed = if network.inputs.amplitude.is_some() { BADLY } else { SLIGHTLY };
+        // Not a number where the window is none.
+        if !(beyond <= BADLY) {
+            Disturbed::Badly
+        } else if beyond > allowed {
+            Disturbed::Slightly
+        } else {
+            Disturbed::No
+        }
+    }
+
     /// Ends the release at the host's wish.
     fn end_release(&mut self, context: &mut Context) {
         match self.watch.phase() {
@@ -241,6 +328,9 @@ impl Measuring {
             Phase::Finished => {}
             // The host waits for a result; there is none to be had from what came.
             _ => {
+                if self.signal.is_stuck() {
+                    self.current.flags.set(Flags::STUCK);
+                }
                 self.watch.set_phase(Phase::Ringing);
                 self.finish(Flags::CUT_SHORT, context);
             }

@@ -305,9 +305,19 @@ impl Flags {
     pub const CUT_SHORT: Self = Self(64);
     /// No network passed its checks on this device.
     pub const NO_NETWORK: Self = Self(128);
+    /// The reading stood still while the model swung.
+    pub const STUCK: Self = Self(512);
+    /// More noise, or hum, than a potentiometer in order has.
+    pub const NOISY: Self = Self(1024);
+    /// Single wild samples were bridged.
+    pub const SPIKES: Self = Self(2048);
+    /// No potentiometer's signal at all: nothing is connected.
+    pub const NO_SENSOR: Self = Self(4096);
+    /// A window is not one damped oscillation: a touch, a gust, a drift.
+    pub const DISTURBED: Self = Self(8192);
 
     /// Every flag with its name in files and on screen.
-    pub const NAMES: [(Self, &'static str); 8] = [
+    pub const NAMES: [(Self, &'static str); 13] = [
         (Self::TOO_SMALL, "too_small"),
         (Self::TOO_FEW_CYCLES, "too_few_cycles"),
         (Self::SATURATED, "saturated"),
@@ -316,6 +326,11 @@ impl Flags {
         (Self::MID_SWING, "started_in_mid_swing"),
         (Self::CUT_SHORT, "cut_short"),
         (Self::NO_NETWORK, "no_network"),
+        (Self::STUCK, "stuck"),
+        (Self::NOISY, "noisy"),
+        (Self::SPIKES, "spikes"),
+        (Self::NO_SENSOR, "no_sensor"),
+        (Self::DISTURBED, "disturbed"),
     ];
 
     pub fn set(&mut self, flag: Self) {
@@ -333,5 +348,7 @@ impl Flags {
             || self.has(Self::SATURATED)
             || self.has(Self::LOST_SAMPLES)
             || self.has(Self::NO_NETWORK)
+            || self.has(Self::STUCK)
+            || self.has(Self::NO_SENSOR)
     }
 }
