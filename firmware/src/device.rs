@@ -85,6 +85,20 @@ impl<F: Flash> Device<F> {
         measuring.lost(count, &mut context);
     }
 
+    /// Goes on with what is not urgent, by some thousand instructions. Called after each sample: the samples are its
+    /// clock, so that events come in the same order wherever it runs.
+    pub fn work(&mut self) {
+        let (measuring, mut context) = self.core.split();
+        measuring.work(&mut context);
+    }
+
+    /// Called where there is nothing else to do: the same, once the host has said that the record is over and no sample
+    /// comes any more. False where nothing is left.
+    pub fn idle(&mut self) -> bool {
+        let (measuring, mut context) = self.core.split();
+        measuring.idle(&mut context)
+    }
+
     /// A byte from the serial line.
     pub fn receive(&mut self, byte: u8) {
         if let Some(Ok(frame)) = self.decoder.push(byte) {
@@ -100,8 +114,10 @@ impl<F: Flash> Device<F> {
 
 impl<F: Flash> Core<F> {
     fn split(&mut self) -> (&mut Measuring, Context<'_>) {
-        let network = self.running.as_ref().map(|running| &running.network);
-        (&mut self.measuring, Context { network, line: &mut self.line })
+        let running = self.running.as_ref();
+        let network = running.map(|running| &running.network);
+        let second_order = running.is_some_and(|running| running.effects.is_empty());
+        (&mut self.measuring, Context { network, second_order, line: &mut self.line })
     }
 
     /// Time goes by: a network on trial that nobody confirms is given up.
@@ -203,6 +219,7 @@ impl<F: Flash> Core<F> {
             samples: self.measuring.now(),
             lost_samples: self.measuring.lost_samples(),
             lost_events: self.line.lost_events(),
+            refining: self.measuring.is_refining(),
             next_event: self.line.next_event(),
             has_reference: self.measuring.has_reference(),
         }

@@ -145,6 +145,11 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         (self.midline.count > 0).then_some(self.midline.degrees)
     }
 
+    /// Where the window that is under way begins.
+    pub fn window_start(&self) -> Option<Moment> {
+        self.crossings.front().map(|crossing| crossing.at)
+    }
+
     /// Forgets the oscillation, not the samples. `held` is where the model was let go, if it was:
     /// that is the new oscillation's first extreme.
     pub fn restart(&mut self, held: Option<Extreme>) {
