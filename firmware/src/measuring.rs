@@ -77,6 +77,8 @@ pub struct Measuring {
 }
 
 impl Measuring {
+    // Or else it would be made on the stack and then copied.
+    #[inline(always)]
     pub fn new(settings: Settings) -> Self {
         Self {
             sampler: Sampler::new(settings),
@@ -318,7 +320,7 @@ impl Measuring {
         };
         let features = features(network.features, self.tracker.history(), window);
         let estimate = network.estimate(&features);
-        let disturbed = self.disturbed(network, window, &features, &estimate);
+        let disturbed = self.disturbed(network.features, window, &features, &estimate, context.second_order);
         if disturbed == Disturbed::Badly {
             self.current.flags.set(Flags::DISTURBED);
             return;
@@ -353,21 +355,22 @@ impl Measuring {
     /// Whether a window is one damped oscillation with the noise that the signal has.
     fn disturbed(
         &self,
-        network: &Network,
+        kind: FeatureKind,
         window: &Window,
         features: &Features,
         estimate: &Estimate,
+        second_order: bool,
     ) -> Disturbed {
         // Samples behind each number of the shape.
-        let samples = match network.features {
+        let samples = match kind {
             FeatureKind::BinMeans => window.length / SHAPE as f32,
             FeatureKind::PointSamples => 1.0,
         };
         let noise_deg = self.signal.block_noise_deg() * libm::sqrtf(BLOCK as f32 / samples);
         let rms_deg = features.amplitude_deg * core::f32::consts::FRAC_1_SQRT_2;
         let beyond = misfit(&features.values, estimate.damping_ratio) - NOISE * noise_deg / rms_deg;
-        // A network that knows the amplitude has learnt effects that bend the oscillation.
-        let allowed = if network.inputs.amplitude.is_some() { BADLY } else { SLIGHTLY };
+        // A network with effects has learnt windows that are bent.
+        let allowed = if second_order { SLIGHTLY } else { BADLY };
         // Not a number where the window is none.
         if !(beyond <= BADLY) {
             Disturbed::Badly

@@ -52,6 +52,8 @@ pub struct History<S> {
 
 impl<S: Copy + Default + Into<f32>> History<S> {
     /// An empty history; `scale` in degrees per unit of `S`.
+    // Or else it would be made on the stack and then copied.
+    #[inline(always)]
     pub const fn new(zero: S, scale: f32) -> Self {
         Self {
             samples: [zero; LENGTH],

@@ -109,6 +109,8 @@ impl Midline {
 
 impl<S: Copy + Default + Into<f32>> Tracker<S> {
     /// A tracker without samples; `scale` in degrees per unit of `S`, `zero` an `S` of nought.
+    // Or else it would be made on the stack and then copied.
+    #[inline(always)]
     pub const fn new(zero: S, scale: f32, limits: Limits) -> Self {
         Self {
             history: History::new(zero, scale),

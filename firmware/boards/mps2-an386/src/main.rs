@@ -4,10 +4,9 @@
 
 use cortex_m::asm::wfi;
 use cortex_m_rt::{entry, exception, ExceptionFrame};
-use cortex_m_semihosting::hprintln;
 use yawrig_firmware::device::Device;
-use yawrig_firmware::slots::MemoryFlash;
 use yawrig_mps2_an386::uart::Uart;
+use yawrig_mps2_an386::{digits, flash, say};
 use yawrig_shared::potentiometer::Decoder;
 
 /// Empty looks at the UARTs before the core sleeps. Waking costs the emulator more than some looks,
@@ -21,16 +20,16 @@ fn main() -> ! {
     cortex_m::interrupt::disable();
     // SAFETY: the only owners, and PRIMASK is set for good.
     let (mut link, mut potentiometer) = unsafe { (Uart::new(0), Uart::new(1)) };
-    // The slots live in RAM: this board has no flash, and a restart begins with the network compiled in.
-    let device = cortex_m::singleton!(
-        : Device<MemoryFlash> = Device::new(MemoryFlash::new(), "mps2-an386")
-    )
-    .expect("main runs once");
+    // This board has no flash: a restart begins with the network compiled in.
+    // SAFETY: main runs once.
+    let slots = unsafe { flash::erased() };
+    let mut device = Device::stopped(slots, "mps2-an386");
+    device.start();
     let mut decoder = Decoder::default();
     let mut to_send = None;
     let mut idle = 0;
     // To QEMU's output, not to the link: the host waits for this line.
-    hprintln!("yawrig runs");
+    say(&["yawrig runs"]);
     loop {
         let mut busy = false;
 
@@ -83,6 +82,6 @@ fn main() -> ! {
 
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    hprintln!("hard fault at {:#010x}", frame.pc());
+    say(&["hard fault at 0x", digits(frame.pc(), 16, &mut [0; 10])]);
     panic!();
 }
