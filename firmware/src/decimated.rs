@@ -89,8 +89,7 @@ pub struct Decimated {
     scales: [Scale; SCALES],
 }
 
-const NO_SCALE: Scale =
-    Scale { waiting: None, differences: [0.0; ORDER], seen: 0, squares: 0.0 };
+const NO_SCALE: Scale = Scale { waiting: None, differences: [0.0; ORDER], seen: 0, squares: 0.0 };
 
 impl Decimated {
     pub const fn new() -> Self {

@@ -45,6 +45,8 @@ struct Core<F> {
     running: Option<Running>,
     /// Samples left for the host to confirm the network that runs; none: it is not on trial.
     trial: Option<u32>,
+    session: u32,
+    lost_bytes: u32,
     line: Line,
 }
 
@@ -68,6 +70,8 @@ impl<F: Flash> Device<F> {
                 network: Network::empty(),
                 running: None,
                 trial: None,
+                session: 0,
+                lost_bytes: 0,
                 line: Line::new(),
             },
         }
@@ -116,6 +120,12 @@ impl<F: Flash> Device<F> {
         if let Some(Ok(frame)) = self.decoder.push(byte) {
             self.core.obey(&frame);
         }
+    }
+
+    /// A byte from the serial line was lost; the frame it was in is dropped.
+    pub fn overrun(&mut self) {
+        self.decoder.overrun();
+        self.core.lost_bytes = self.core.lost_bytes.saturating_add(1);
     }
 
     /// Next byte for the serial line.
@@ -233,6 +243,11 @@ impl<F: Flash> Core<F> {
                 self.trial = None;
                 committed?;
             }
+            Request::Session { number } => {
+                if self.session == 0 {
+                    self.session = number;
+                }
+            }
             Request::EndRelease { after_samples } => {
                 let (measuring, mut context) = self.split();
                 measuring.end_after(after_samples, &mut context);
@@ -258,6 +273,8 @@ impl<F: Flash> Core<F> {
             samples: self.measuring.now(),
             lost_samples: self.measuring.lost_samples(),
             lost_events: self.line.lost_events(),
+            lost_bytes: self.lost_bytes,
+            session: self.session,
             refining: self.measuring.is_refining(),
             next_event: self.line.next_event(),
             has_reference: self.measuring.has_reference(),

@@ -18,6 +18,7 @@ pub mod refining;
 pub mod release;
 pub mod residual;
 pub mod sampler;
+pub mod serial;
 pub mod signal;
 pub mod slots;
 

@@ -104,15 +104,21 @@ impl Measuring {
         }
         self.lost_samples = self.lost_samples.saturating_add(count);
         self.current.flags.set(Flags::LOST_SAMPLES);
-        if count > BRIDGED {
+        // Bridged by the last one; of many, only what is left beside whole blocks.
+        let (blocks, bridged) = if count > BRIDGED {
             self.finish(Flags::CUT_SHORT, self.now(), context);
+            (count / BLOCK as u32, count % BLOCK as u32)
+        } else {
+            (0, count)
+        };
+        for _ in 0..bridged {
+            self.take(self.signal.last(), context);
+        }
+        if count > BRIDGED {
+            self.tracker.skip(blocks);
             self.tracker.restart(None);
             self.watch = Watch::new();
             self.signal.rejoin();
-        } else {
-            for _ in 0..count {
-                self.take(self.signal.last(), context);
-            }
         }
         self.spoil();
     }
@@ -320,7 +326,8 @@ impl Measuring {
         };
         let features = features(network.features, self.tracker.history(), window);
         let estimate = network.estimate(&features);
-        let disturbed = self.disturbed(network.features, window, &features, &estimate, context.second_order);
+        let disturbed =
+            self.disturbed(network.features, window, &features, &estimate, context.second_order);
         if disturbed == Disturbed::Badly {
             self.current.flags.set(Flags::DISTURBED);
             return;

@@ -69,11 +69,7 @@ impl Phasor {
         let point = Complex(-decay, frequency).exp();
         let squarings = PIECE.trailing_zeros();
         let per_piece = (0..squarings).fold(point, |power, _| power.times(power));
-        Self {
-            piece: Complex(1.0, 0.0),
-            per_piece,
-            per_point: (point.0 as f32, point.1 as f32),
-        }
+        Self { piece: Complex(1.0, 0.0), per_piece, per_point: (point.0 as f32, point.1 as f32) }
     }
 
     /// At the beginning of the next piece.

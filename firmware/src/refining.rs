@@ -5,9 +5,9 @@ use crate::reference::Reference;
 use crate::refine::{Fit, Minimum, Progress, FEWEST_POINTS};
 use crate::residual::Residual;
 use yawrig_shared::history::{History, BLOCK};
+use yawrig_shared::modal::Modal;
 use yawrig_shared::network::Estimate;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
-use yawrig_shared::modal::Modal;
 use yawrig_shared::wire::{Condition, Flags, Measured, Precise, Refined};
 
 /// What the fit is for.
@@ -25,7 +25,9 @@ enum Stage {
     /// Nothing is recorded.
     Idle,
     /// The next block is the one that begins with this sample.
-    Recording { next: u32 },
+    Recording {
+        next: u32,
+    },
     Fitting(Release, Fit),
     Judging(Release, Minimum, Residual),
 }

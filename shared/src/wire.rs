@@ -105,6 +105,11 @@ pub enum Request {
     Event {
         number: u16,
     },
+    /// Names this run of the device, if it has no name yet: not nought. After a reset it has none again, by which
+    /// hosts tell that it began anew.
+    Session {
+        number: u32,
+    },
 }
 
 /// The device's answer to a [`Request`].
@@ -195,6 +200,10 @@ pub struct Status {
     pub lost_samples: u32,
     /// Events that found no room on the line.
     pub lost_events: u32,
+    /// Bytes from the host that came too fast.
+    pub lost_bytes: u32,
+    /// What [`Request::Session`] has named this run; nought: nothing yet.
+    pub session: u32,
     /// A refined estimate is being worked on.
     pub refining: bool,
     /// Number of the next event: all before it were sent.
@@ -233,7 +242,11 @@ pub enum Phase {
 /// What the device says unasked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Event {
-    Phase { phase: Phase, release: u32, at_sample: u32 },
+    Phase {
+        phase: Phase,
+        release: u32,
+        at_sample: u32,
+    },
     Window(WindowResult),
     Release(ReleaseResult),
     /// After the release's result, when it is ready.

@@ -3,7 +3,7 @@
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_shared::wire::{
-    self, Decoder, Event, Message, Phase, ReleaseResult, Reply, Request, WindowResult,
+    self, Decoder, Event, Message, Phase, Refined, ReleaseResult, Reply, Request, WindowResult,
 };
 
 /// The device and what it has said.
@@ -13,6 +13,7 @@ pub struct Desk {
     sequence: u16,
     pub windows: Vec<WindowResult>,
     pub releases: Vec<ReleaseResult>,
+    pub refined: Vec<Refined>,
     pub phases: Vec<Phase>,
     /// Numbers of the events, in the order they came.
     pub numbers: Vec<u16>,
@@ -32,6 +33,7 @@ impl Desk {
             sequence: 0,
             windows: Vec::new(),
             releases: Vec::new(),
+            refined: Vec::new(),
             phases: Vec::new(),
             numbers: Vec::new(),
         }
@@ -53,6 +55,7 @@ impl Desk {
                 Event::Phase { phase, .. } => self.phases.push(phase),
                 Event::Window(window) => self.windows.push(window),
                 Event::Release(release) => self.releases.push(release),
+                Event::Refined(refined) => self.refined.push(refined),
             }
         }
         reply
@@ -69,6 +72,7 @@ impl Desk {
     pub fn play(&mut self, counts: impl IntoIterator<Item = u16>) {
         for count in counts {
             self.device.sample(count);
+            self.device.work();
             self.listen();
         }
     }
@@ -81,5 +85,7 @@ impl Desk {
     /// The record is over.
     pub fn end(&mut self) {
         assert_eq!(self.ask(&Request::EndRelease { after_samples: 0 }), Reply::Done);
+        while self.device.idle() {}
+        self.listen();
     }
 }

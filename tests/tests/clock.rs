@@ -9,7 +9,8 @@ use yawrig_tests::networks::sound;
 const TRUTH: Modal = Modal { natural_frequency_rad_s: 9.0, damping_ratio: 0.02 };
 
 fn release() -> Vec<u16> {
-    let start = Start { end: End::Below { amplitude_deg: 0.6, at_most_s: 60.0 }, ..Start::default() };
+    let start =
+        Start { end: End::Below { amplitude_deg: 0.6, at_most_s: 60.0 }, ..Start::default() };
     let samples = Samples::new(Motion::new(&TRUTH), &start, &Sensor::default(), 5);
     samples.filter_map(|s| s.counts).collect()
 }
@@ -54,7 +55,11 @@ fn a_release_across_the_wrap_gives_the_same_bits() {
     let plain = made_of_it(8000);
     // A step that falls on every place within a window sooner or later; whole blocks of eight samples.
     for before in (0..length + 400).step_by(8 * 23) {
-        assert_eq!(made_of_it(0_u32.wrapping_sub(before / 8 * 8)), plain, "{before} samples before");
+        assert_eq!(
+            made_of_it(0_u32.wrapping_sub(before / 8 * 8)),
+            plain,
+            "{before} samples before"
+        );
     }
     // Just before, at and after the let-go at 2000.
     for before in [1992, 2000, 2008, 2016] {
@@ -64,7 +69,9 @@ fn a_release_across_the_wrap_gives_the_same_bits() {
 
 #[test]
 fn a_release_is_ended_at_its_sample_across_the_wrap() {
-    for (begin, after) in [(u32::MAX - 5000, 1000_u32), (u32::MAX - 5000, u32::MAX - 10), (50, 6000)] {
+    for (begin, after) in
+        [(u32::MAX - 5000, 1000_u32), (u32::MAX - 5000, u32::MAX - 10), (50, 6000)]
+    {
         let mut desk = at(begin);
         assert_eq!(desk.ask(&Request::EndRelease { after_samples: after }), Reply::Done);
         desk.play(release());

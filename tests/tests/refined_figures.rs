@@ -11,7 +11,9 @@ use yawrig::rig::{Effects, End, Samples, Sensor, Start};
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_shared::modal::Modal;
-use yawrig_shared::wire::{self, Decoder, Event, Flags, Message, Refined, Reply, Request, Settings};
+use yawrig_shared::wire::{
+    self, Decoder, Event, Flags, Message, Refined, Reply, Request, Settings,
+};
 
 const AMPLITUDE_DEG: f64 = 15.0;
 const HOLD_S: f64 = 2.0;
@@ -94,8 +96,7 @@ fn errors_are_near_the_bound_and_uncertainties_hold() {
                             r.natural_frequency_rad_s.value - wn,
                             f64::from(r.damping_ratio.value) - zeta,
                         ];
-                        let u =
-                            [r.natural_frequency_rad_s.u, r.damping_ratio.u].map(f64::from);
+                        let u = [r.natural_frequency_rad_s.u, r.damping_ratio.u].map(f64::from);
                         let b = [b.natural_frequency_rad_s, b.damping_ratio];
                         [
                             (e[0] / b[0]).powi(2),

@@ -97,6 +97,7 @@ fn ten_thousand_releases_without_a_miss() {
                 events += 1;
             }
             desk.releases.clear();
+            desk.refined.clear();
             desk.windows.clear();
             desk.phases.clear();
             found += 1;

@@ -8,9 +8,7 @@ use crate::error::{Error, Exit, Result};
 use crate::follow::{event_text, flag_names, is_refined, precise, quantity, window_json};
 use crate::link::flash;
 use crate::record::Record;
-use crate::replay::{
-    refined_residual_rms_deg, replay, residual_rms_deg, Range, Release, Replayed,
-};
+use crate::replay::{refined_residual_rms_deg, replay, residual_rms_deg, Range, Release, Replayed};
 use clap::Args;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};

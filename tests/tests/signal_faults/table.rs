@@ -129,9 +129,6 @@ fn judge(case: &Case, severity: &str, size: f64) -> Row {
             row.flags.extend(flag_names(all));
             match case.must {
                 Must::Flag if !flagged => complain(format!("not flagged: {:?}", flag_names(all))),
-                Must::BeRight if !any_right => {
-                    complain(format!("not right: {:?}", flag_names(all)))
-                }
                 Must::BeRightAndClean if !any_right || all != Flags::default() => {
                     complain(format!("not right and clean: {:?}", flag_names(all)));
                 }
