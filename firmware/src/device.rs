@@ -128,6 +128,11 @@ impl<F: Flash> Device<F> {
         self.core.lost_bytes = self.core.lost_bytes.saturating_add(1);
     }
 
+    /// Samples since it started, those lost included: its clock.
+    pub fn samples(&self) -> u32 {
+        self.core.measuring.now()
+    }
+
     /// Next byte for the serial line.
     pub fn transmit(&mut self) -> Option<u8> {
         self.core.line.transmit()

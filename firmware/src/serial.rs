@@ -52,6 +52,7 @@ pub fn serve_potentiometer<F: Flash>(
                 device.lost(sample.lost);
             }
             device.sample(sample.counts);
+            device.work();
         }
     }
     byte
