@@ -2,20 +2,20 @@
 
 use crate::line::Line;
 use crate::measuring::{Context, Measuring};
+use crate::refining::Refining;
 use crate::slots::{Flash, Slot, Store};
 use crate::stream::Stream;
 use crate::BUILT_IN;
-use yawrig_shared::blob::{self, EffectIds, Envelope, Payload};
+use yawrig_shared::blob::{self, EffectIds, Envelope, Provenance};
 use yawrig_shared::network::Network;
 use yawrig_shared::wire::{
-    self, Decoder, Frame, HelloReply, Message, NetworkStatus, Refusal, Reply, Request, Settings,
-    Status, HELLO_KEY, TRIAL_SAMPLES,
+    self, Decoder, Event, Frame, HelloReply, Message, NetworkStatus, Refusal, Reply, Request,
+    Settings, Status, HELLO_KEY, TRIAL_SAMPLES,
 };
 
-/// The network that runs.
+/// What is known of the network that runs.
 #[derive(Debug)]
 struct Running {
-    network: Network,
     generation: u32,
     id: u32,
     slot: Option<Slot>,
@@ -23,18 +23,9 @@ struct Running {
 }
 
 impl Running {
-    /// The newest network of the flash, or the one compiled in.
-    fn kept<F: Flash>(store: &Store<F>) -> Option<Self> {
-        match store.newest() {
-            Some((slot, envelope, payload)) => Some(Self::new(envelope, payload, Some(slot))),
-            None => blob::decode(BUILT_IN).ok().map(|(e, payload)| Self::new(e, payload, None)),
-        }
-    }
-
-    fn new(envelope: Envelope, payload: Payload, slot: Option<Slot>) -> Self {
+    fn new(envelope: Envelope, provenance: Provenance, slot: Option<Slot>) -> Self {
         let Envelope { generation, payload_crc: id, .. } = envelope;
-        let effects = payload.provenance.effects;
-        Self { network: payload.network, generation, id, slot, effects }
+        Self { generation, id, slot, effects: provenance.effects }
     }
 }
 
@@ -50,10 +41,15 @@ pub struct Device<F> {
 struct Core<F> {
     board: &'static str,
     measuring: Measuring,
+    refining: Refining,
     store: Store<F>,
+    /// The only one in memory; to be used where there is something about it in `running`.
+    network: Network,
     running: Option<Running>,
     /// Samples left for the host to confirm the network that runs; none: it is not on trial.
     trial: Option<u32>,
+    session: u32,
+    lost_bytes: u32,
     line: Line,
     stream: Stream,
 }
@@ -61,12 +57,35 @@ struct Core<F> {
 impl<F: Flash> Device<F> {
     /// A device that runs the newest network of its flash, or the one compiled in.
     pub fn new(flash: F, board: &'static str) -> Self {
-        let store = Store::new(flash);
-        let running = Running::kept(&store);
-        let measuring = Measuring::new(Settings::default());
-        let (line, stream) = (Line::new(), Stream::new());
-        let core = Core { board, measuring, store, running, trial: None, line, stream };
-        Self { decoder: Decoder::new(), core }
+        let mut device = Self::stopped(flash, board);
+        device.start();
+        device
+    }
+
+    /// The same before it has looked for its network. Made where it stays: it is larger than a stack should be.
+    #[inline(always)]
+    pub fn stopped(flash: F, board: &'static str) -> Self {
+        Self {
+            decoder: Decoder::new(),
+            core: Core {
+                board,
+                measuring: Measuring::new(Settings::default()),
+                refining: Refining::new(),
+                store: Store::new(flash),
+                network: Network::empty(),
+                running: None,
+                trial: None,
+                session: 0,
+                lost_bytes: 0,
+                line: Line::new(),
+                stream: Stream::new(),
+            },
+        }
+    }
+
+    /// Takes up the newest network of the flash, or the one compiled in.
+    pub fn start(&mut self) {
+        self.core.take_up_kept();
     }
 
     /// The flash, as a power cut leaves it.
@@ -89,11 +108,45 @@ impl<F: Flash> Device<F> {
         measuring.lost(count, &mut context);
     }
 
+    /// Goes on with what is not urgent, by some thousand instructions. Called after each sample: the samples are its
+    /// clock, so that events come in the same order wherever it runs.
+    pub fn work(&mut self) {
+        if let Some(refined) = self.core.refining.work() {
+            self.core.line.event(&Event::Refined(refined));
+        }
+    }
+
+    /// Whether there is such work.
+    pub fn is_refining(&self) -> bool {
+        self.core.refining.is_busy()
+    }
+
+    /// Called where there is nothing else to do: the same, once the host has said that the record is over and no sample
+    /// comes any more. False where nothing is left.
+    pub fn idle(&mut self) -> bool {
+        let busy = self.core.measuring.is_over() && self.is_refining();
+        if busy {
+            self.work();
+        }
+        busy
+    }
+
     /// A byte from the serial line.
     pub fn receive(&mut self, byte: u8) {
         if let Some(Ok(frame)) = self.decoder.push(byte) {
             self.core.obey(&frame);
         }
+    }
+
+    /// A byte from the serial line was lost; the frame it was in is dropped.
+    pub fn overrun(&mut self) {
+        self.decoder.overrun();
+        self.core.lost_bytes = self.core.lost_bytes.saturating_add(1);
+    }
+
+    /// Samples since it started, those lost included: its clock.
+    pub fn samples(&self) -> u32 {
+        self.core.measuring.now()
     }
 
     /// Next byte for the serial line.
@@ -104,8 +157,11 @@ impl<F: Flash> Device<F> {
 
 impl<F: Flash> Core<F> {
     fn split(&mut self) -> (&mut Measuring, Context<'_>) {
-        let network = self.running.as_ref().map(|running| &running.network);
-        (&mut self.measuring, Context { network, line: &mut self.line })
+        let running = self.running.as_ref();
+        let network = running.map(|_| &self.network);
+        let second_order = running.is_some_and(|running| running.effects.is_empty());
+        let (line, refining) = (&mut self.line, &mut self.refining);
+        (&mut self.measuring, Context { network, second_order, refining, line })
     }
 
     /// Time goes by: a network on trial that nobody confirms is given up.
@@ -128,7 +184,39 @@ impl<F: Flash> Core<F> {
     fn roll_back(&mut self) {
         if self.trial.take().is_some() {
             self.store.abandon();
-            self.running = Running::kept(&self.store);
+            self.take_up_kept();
+        }
+    }
+
+    /// The newest network of the flash, or the one compiled in.
+    #[inline(never)]
+    fn take_up_kept(&mut self) {
+        self.running = match self.store.newest(&mut self.network) {
+            Some((slot, envelope, provenance)) => {
+                Some(Running::new(envelope, provenance, Some(slot)))
+            }
+            None => blob::decode_into(BUILT_IN, &mut self.network, |_| ())
+                .ok()
+                .map(|(envelope, provenance)| Running::new(envelope, provenance, None)),
+        };
+    }
+
+    /// Verifies the network that was written and runs it on trial. The one before is read again where it is refused.
+    fn try_out(&mut self) -> Result<(), Refusal> {
+        if self.trial.is_some() {
+            return Err(Refusal::FlashOrder { expected_offset: 0 });
+        }
+        let newest = self.running.as_ref().map_or(0, |running| running.generation);
+        match self.store.verify(newest, &mut self.network) {
+            Ok((slot, envelope, provenance)) => {
+                self.running = Some(Running::new(envelope, provenance, Some(slot)));
+                self.trial = Some(TRIAL_SAMPLES);
+                Ok(())
+            }
+            Err(refusal) => {
+                self.take_up_kept();
+                Err(refusal)
+            }
         }
     }
 
@@ -174,12 +262,7 @@ impl<F: Flash> Core<F> {
                 self.store.begin(length, running)?;
             }
             Request::FlashChunk { offset, bytes } => self.store.chunk(offset, &bytes)?,
-            Request::FlashTrial => {
-                let newest = self.running.as_ref().map_or(0, |running| running.generation);
-                let (slot, envelope, payload) = self.store.verify(newest)?;
-                self.running = Some(Running::new(envelope, payload, Some(slot)));
-                self.trial = Some(TRIAL_SAMPLES);
-            }
+            Request::FlashTrial => self.try_out()?,
             Request::FlashCommit => {
                 let committed = self.store.commit();
                 if committed.is_err() {
@@ -187,6 +270,11 @@ impl<F: Flash> Core<F> {
                 }
                 self.trial = None;
                 committed?;
+            }
+            Request::Session { number } => {
+                if self.session == 0 {
+                    self.session = number;
+                }
             }
             Request::EndRelease { after_samples } => {
                 let (measuring, mut context) = self.split();
@@ -203,7 +291,7 @@ impl<F: Flash> Core<F> {
             network: NetworkStatus {
                 id: running.map_or(0, |r| r.id),
                 generation: running.map_or(0, |r| r.generation),
-                topology: running.map_or(Default::default(), |r| r.network.topology.clone()),
+                topology: running.map_or(Default::default(), |_| self.network.topology.clone()),
                 slot: running.and_then(|r| r.slot).map(|slot| slot as u8),
                 on_trial: self.trial.is_some(),
                 effects: running.map_or(Default::default(), |r| r.effects.clone()),
@@ -214,6 +302,9 @@ impl<F: Flash> Core<F> {
             samples: self.measuring.now(),
             lost_samples: self.measuring.lost_samples(),
             lost_events: self.line.lost_events(),
+            refining: self.refining.is_busy(),
+            lost_bytes: self.lost_bytes,
+            session: self.session,
             next_event: self.line.next_event(),
             has_reference: self.measuring.has_reference(),
         }

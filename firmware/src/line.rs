@@ -28,6 +28,8 @@ impl Default for Line {
 }
 
 impl Line {
+    // Or else it would be made on the stack and then copied.
+    #[inline(always)]
     pub const fn new() -> Self {
         Self {
             queue: Deque::new(),

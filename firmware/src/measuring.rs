@@ -2,20 +2,38 @@
 
 use crate::estimator::Collector;
 use crate::line::Line;
+use crate::misfit::misfit;
+use crate::reference::Reference;
+use crate::refining::Refining;
 use crate::release::{Step, Watch};
 use crate::sampler::Sampler;
-use yawrig_shared::derivatives::{reduced_frequency, YawDerivatives};
-use yawrig_shared::features::features;
-use yawrig_shared::history::BLOCK;
+use crate::signal::Signal;
+use yawrig_shared::features::{features, FeatureKind, Features, SHAPE};
+use yawrig_shared::history::{Moment, BLOCK};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::network::{Estimate, Network};
-use yawrig_shared::window::{Finding, Limits, Tracker, Window};
+use yawrig_shared::window::{Extreme, Finding, Limits, Tracker, Window, CYCLES};
 use yawrig_shared::wire::{
-    Condition, Derivatives, Event, Flags, Phase, Refusal, ReleaseResult, Settings, WindowResult,
+    Condition, Event, Flags, Phase, Refusal, ReleaseResult, Settings, WindowResult,
 };
 
 /// Lost samples that are bridged by the last one before them; more end the release.
 const BRIDGED: u32 = 20;
+
+/// A turn is one of the model's where the block means come back by this many times their noise.
+const LEAST_SWING_NOISE: f32 = 5.0;
+/// What of a window may be left over by one damped oscillation: this many times the noise, and a share of its rms;
+/// beyond the larger share the window does not count.
+const NOISE: f32 = 3.0;
+const SLIGHTLY: f32 = 0.002;
+const BADLY: f32 = 0.05;
+
+#[derive(Clone, Copy, PartialEq)]
+enum Disturbed {
+    No,
+    Slightly,
+    Badly,
+}
 
 /// The release that is going on.
 #[derive(Clone, Copy, Debug, Default)]
@@ -27,45 +45,55 @@ struct Current {
     smallest_deg: f32,
     /// Windows that end before this sample saw a gap or an end of the converter.
     spoilt_until: Option<u32>,
+    /// Where the last window ended.
+    windows_end: u32,
 }
 
 /// What measuring needs from the rest of the device.
 pub struct Context<'a> {
     pub network: Option<&'a Network>,
+    /// The network gives a second-order model's values, and no effect beside it.
+    pub second_order: bool,
+    pub refining: &'a mut Refining,
     pub line: &'a mut Line,
 }
 
 /// Everything between the converter and the line.
+// In this order, or else the samples would be made on the stack and then copied.
 #[derive(Debug)]
+#[repr(C)]
 pub struct Measuring {
-    sampler: Sampler,
-    next_settings: Option<Settings>,
     tracker: Tracker<i16>,
+    sampler: Sampler,
+    signal: Signal,
+    next_settings: Option<Settings>,
     watch: Watch,
     current: Current,
     releases: u32,
-    last_raw: i16,
     lost_samples: u32,
     end_at: Option<u32>,
+    is_over: bool,
     condition: Option<Condition>,
-    /// Wind-off result of the axis and spring at hand.
-    reference: Option<Modal>,
+    reference: Reference,
 }
 
 impl Measuring {
+    // Or else it would be made on the stack and then copied.
+    #[inline(always)]
     pub fn new(settings: Settings) -> Self {
         Self {
             sampler: Sampler::new(settings),
+            signal: Signal::new(settings.degrees_per_count),
             next_settings: None,
-            tracker: Tracker::new(0, settings.degrees_per_count, limits(&settings)),
             watch: Watch::new(),
             current: Current::default(),
             releases: 0,
-            last_raw: 0,
             lost_samples: 0,
             end_at: None,
+            is_over: false,
             condition: None,
-            reference: None,
+            reference: Reference::new(),
+            tracker: Tracker::new(0, settings.degrees_per_count, limits(&settings)),
         }
     }
 
@@ -76,28 +104,50 @@ impl Measuring {
         }
         self.lost_samples = self.lost_samples.saturating_add(count);
         self.current.flags.set(Flags::LOST_SAMPLES);
-        if count > BRIDGED {
-            self.finish(Flags::CUT_SHORT, context);
-            self.tracker.restart(None);
-            self.tracker.skip(count);
-            self.watch = Watch::new();
+        // Bridged by the last one; of many, only what is left beside whole blocks.
+        let (blocks, bridged) = if count > BRIDGED {
+            self.finish(Flags::CUT_SHORT, self.now(), context);
+            (count / BLOCK as u32, count % BLOCK as u32)
         } else {
-            for _ in 0..count {
-                self.take(self.last_raw, context);
-            }
+            (0, count)
+        };
+        for _ in 0..bridged {
+            self.take(self.signal.last(), context);
         }
-        self.current.spoilt_until = Some(self.now());
+        if count > BRIDGED {
+            self.tracker.skip(blocks);
+            self.tracker.restart(None);
+            self.watch = Watch::new();
+            self.signal.rejoin();
+        }
+        self.spoil(context);
     }
 
     /// The next sample of the converter, 1 ms after the one before.
     pub fn sample(&mut self, counts: u16, context: &mut Context) {
-        if self.sampler.saturated(counts) {
+        let raw = Sampler::centred(counts);
+        let good = self.signal.sample(raw);
+        if good == raw && self.sampler.saturated(counts) {
             self.current.flags.set(Flags::SATURATED);
-            self.current.spoilt_until = Some(self.now());
+            self.spoil(context);
         }
-        self.last_raw = Sampler::centred(counts);
-        self.take(self.last_raw, context);
+        self.take(good, context);
         self.end_if_due(context);
+    }
+
+    /// What has come so far is of no use for windows, nor for the record.
+    fn spoil(&mut self, context: &mut Context) {
+        self.current.spoilt_until = Some(self.now());
+        context.refining.abandon();
+    }
+
+    fn is_spoilt(&self, start: u32) -> bool {
+        self.current.spoilt_until.is_some_and(|until| start.wrapping_sub(until) as i32 <= 0)
+    }
+
+    /// Whether the host has ended the record, and nothing has come since.
+    pub fn is_over(&self) -> bool {
+        self.is_over
     }
 
     pub fn settings(&self) -> &Settings {
@@ -113,7 +163,7 @@ impl Measuring {
     }
 
     pub fn has_reference(&self) -> bool {
-        self.reference.is_some()
+        self.reference.is_known()
     }
 
     /// Index of the next sample: the device's clock.
@@ -122,6 +172,7 @@ impl Measuring {
     }
 
     fn take(&mut self, raw: i16, context: &mut Context) {
+        self.is_over = false;
         let (block, finding) = self.tracker.push(raw);
         let watching = self.watch.phase();
         match finding {
@@ -131,18 +182,24 @@ impl Measuring {
             Some(Finding::Extreme { extreme, amplitude_deg: Some(amplitude) })
                 if matches!(watching, Phase::Waiting | Phase::Released | Phase::Ringing) =>
             {
+                self.record(amplitude, context);
                 self.extreme(extreme.at, amplitude, context);
             }
             _ => {}
         }
         if let Some(mean) = block {
+            self.signal.block(mean);
+            self.judge();
+            context.refining.follow(self.tracker.history());
             let at = self.now().wrapping_sub(BLOCK as u32 / 2 + 1);
             let to_deg = self.sampler.settings().to_deg;
-            match self.watch.block(at, mean, self.tracker.midline_deg(), to_deg) {
+            let noise = self.signal.block_noise_deg();
+            match self.watch.block(at, mean, noise, self.tracker.midline_deg(), to_deg) {
                 Some(Step::LetGo(held)) => {
                     self.prepare();
+                    context.refining.abandon();
                     self.current.begun_sample = held.at;
-                    self.tracker.restart(Some(held));
+                    self.restart(Some(held));
                     self.announce(held.at, context);
                 }
                 Some(Step::AtRest) => {
@@ -150,11 +207,51 @@ impl Measuring {
                 }
                 Some(Step::Stirred) => {
                     self.prepare();
-                    self.tracker.restart(None);
+                    self.restart(None);
                     self.announce(at, context);
                 }
                 None => {}
             }
+        }
+    }
+
+    /// What is the matter with the signal goes down on the release that is going on.
+    fn judge(&mut self) {
+        let flags = &mut self.current.flags;
+        let (spikes, jumps) = self.signal.take_spikes_and_jumps();
+        let moving = matches!(self.watch.phase(), Phase::Released | Phase::Ringing);
+        for (found, flag) in [
+            (spikes, Flags::SPIKES),
+            (jumps, Flags::DISTURBED),
+            (moving && self.signal.is_stuck(), Flags::STUCK),
+            (self.signal.is_noisy(), Flags::NOISY),
+            (self.signal.is_senseless(), Flags::NO_SENSOR),
+        ] {
+            if found {
+                flags.set(flag);
+            }
+        }
+    }
+
+    /// Tracks anew, and takes no turn for one that may be noise.
+    fn restart(&mut self, held: Option<Extreme>) {
+        let settings = self.sampler.settings();
+        let mut limits = limits(settings);
+        limits.least_swing_deg =
+            limits.least_swing_deg.max(LEAST_SWING_NOISE * self.signal.block_noise_deg());
+        self.tracker.configure(settings.degrees_per_count, limits);
+        self.tracker.restart(held);
+    }
+
+    /// The record for the refined estimate begins where the windows do.
+    fn record(&self, amplitude_deg: f32, context: &mut Context) {
+        if context.refining.is_recording() {
+            return;
+        }
+        let begun = self.tracker.window_start().map(Moment::next_sample);
+        let begun = begun.filter(|start| !self.is_spoilt(*start));
+        if let (Some(start), Some(midline_deg)) = (begun, self.tracker.midline_deg()) {
+            context.refining.begin(start, amplitude_deg, midline_deg);
         }
     }
 
@@ -170,7 +267,8 @@ impl Measuring {
     fn at_rest(&mut self, was: Phase, context: &mut Context) {
         if was == Phase::Ringing {
             self.watch.set_phase(Phase::Ringing);
-            self.finish(Flags::CUT_SHORT, context);
+            // It was caught some time after that.
+            self.finish(Flags::CUT_SHORT, self.current.windows_end, context);
             self.watch.set_phase(Phase::Held);
         }
         self.prepare();
@@ -197,15 +295,14 @@ impl Measuring {
         self.current.largest_deg = self.current.largest_deg.max(amplitude_deg);
         self.current.smallest_deg = self.current.smallest_deg.min(amplitude_deg);
         if amplitude_deg < self.sampler.settings().to_deg {
-            self.finish(Flags::default(), context);
+            self.finish(Flags::default(), self.now(), context);
         }
     }
 
     /// Three cycles are complete: the network's estimate goes out at once.
     fn window(&mut self, window: &Window, context: &mut Context) {
         let start = window.start.next_sample();
-        let spoilt = |until: u32| start.wrapping_sub(until) as i32 <= 0;
-        if self.current.spoilt_until.is_some_and(spoilt) {
+        if self.is_spoilt(start) {
             return;
         }
         let Some(network) = context.network else {
@@ -214,12 +311,24 @@ impl Measuring {
         };
         let features = features(network.features, self.tracker.history(), window);
         let estimate = network.estimate(&features);
+        let disturbed =
+            self.disturbed(network.features, window, &features, &estimate, context.second_order);
+        if disturbed == Disturbed::Badly {
+            self.current.flags.set(Flags::DISTURBED);
+            return;
+        }
+        context.refining.set_cycle(window.length / CYCLES as f32);
         let mut flags = Flags::default();
         if !network.range.holds(&estimate) {
             flags.set(Flags::OUT_OF_RANGE);
         }
+        if disturbed == Disturbed::Slightly {
+            flags.set(Flags::DISTURBED);
+            self.current.flags.set(Flags::DISTURBED);
+        }
         let number = self.current.windows.count();
         self.current.windows.add(&estimate, features.amplitude_deg);
+        self.current.windows_end = window.end;
         let Estimate { natural_frequency_rad_s, damping_ratio } = estimate;
         context.line.event(&Event::Window(WindowResult {
             release: self.releases,
@@ -235,23 +344,55 @@ impl Measuring {
         }));
     }
 
+    /// Whether a window is one damped oscillation with the noise that the signal has.
+    fn disturbed(
+        &self,
+        kind: FeatureKind,
+        window: &Window,
+        features: &Features,
+        estimate: &Estimate,
+        second_order: bool,
+    ) -> Disturbed {
+        // Samples behind each number of the shape.
+        let samples = match kind {
+            FeatureKind::BinMeans => window.length / SHAPE as f32,
+            FeatureKind::PointSamples => 1.0,
+        };
+        let noise_deg = self.signal.block_noise_deg() * libm::sqrtf(BLOCK as f32 / samples);
+        let rms_deg = features.amplitude_deg * core::f32::consts::FRAC_1_SQRT_2;
+        let beyond = misfit(&features.values, estimate.damping_ratio) - NOISE * noise_deg / rms_deg;
+        // A network with effects has learnt windows that are bent.
+        let allowed = if second_order { SLIGHTLY } else { BADLY };
+        // Not a number where the window is none.
+        if !(beyond <= BADLY) {
+            Disturbed::Badly
+        } else if beyond > allowed {
+            Disturbed::Slightly
+        } else {
+            Disturbed::No
+        }
+    }
+
     /// Ends the release at the host's wish.
     fn end_release(&mut self, context: &mut Context) {
         match self.watch.phase() {
-            Phase::Ringing => self.finish(Flags::CUT_SHORT, context),
+            Phase::Ringing => self.finish(Flags::CUT_SHORT, self.now(), context),
             Phase::Finished => {}
             // The host waits for a result; there is none to be had from what came.
             _ => {
+                if self.signal.is_stuck() {
+                    self.current.flags.set(Flags::STUCK);
+                }
                 self.watch.set_phase(Phase::Ringing);
-                self.finish(Flags::CUT_SHORT, context);
+                self.finish(Flags::CUT_SHORT, self.now(), context);
             }
         }
         self.tracker.restart(None);
         self.watch = Watch::new();
     }
 
-    /// Sends the release's result, if one is running.
-    fn finish(&mut self, extra: Flags, context: &mut Context) {
+    /// Sends the release's result, if one is running, and begins to refine it from the samples before `end`.
+    fn finish(&mut self, extra: Flags, end: u32, context: &mut Context) {
         if self.watch.phase() != Phase::Ringing {
             return;
         }
@@ -279,7 +420,8 @@ impl Measuring {
             natural_frequency_rad_s: f64::from(natural_frequency_rad_s.value),
             damping_ratio: f64::from(damping_ratio.value),
         };
-        let derivatives = if usable { self.derivatives(&modal) } else { None };
+        let condition = self.condition.filter(|_| usable);
+        let derivatives = self.reference.derivatives(&modal, condition.as_ref());
         let result = ReleaseResult {
             release: self.releases,
             release_sample: current.begun_sample,
@@ -291,6 +433,8 @@ impl Measuring {
             flags,
         };
         context.line.event(&Event::Release(result));
+        let estimate = Some(mean).filter(|_| result.windows > 0 && context.second_order);
+        context.refining.finish(self.releases, flags, estimate, condition, end);
         self.releases = self.releases.wrapping_add(1);
         self.announce(self.now(), context);
     }
@@ -324,28 +468,8 @@ impl Measuring {
         if self.end_at.is_some_and(|end| self.now().wrapping_sub(end) as i32 >= 0) {
             self.end_at = None;
             self.end_release(context);
+            self.is_over = true;
         }
-    }
-
-    /// Derivatives of a wind-on release against the wind-off one before it, which this becomes
-    /// where the wind is off.
-    fn derivatives(&mut self, modal: &Modal) -> Option<Derivatives> {
-        let Condition { wind, model, inertia_kg_m2 } = self.condition?;
-        if wind.speed_m_s == 0.0 {
-            self.reference = Some(*modal);
-            return None;
-        }
-        let reference = self.reference?;
-        if inertia_kg_m2 <= 0.0 {
-            return None;
-        }
-        let YawDerivatives { cn_beta, cn_r } =
-            YawDerivatives::from_releases(modal, &reference, inertia_kg_m2, &wind, &model);
-        Some(Derivatives {
-            cn_beta: cn_beta as f32,
-            cn_r: cn_r as f32,
-            reduced_frequency: reduced_frequency(modal, &wind, &model) as f32,
-        })
     }
 }
 

@@ -9,14 +9,15 @@
 //! slot: 0 commit word   4 length of the blob   8 blob
 //! ```
 
-use yawrig_shared::blob::{self, BlobError, Envelope, Payload};
+use yawrig_shared::blob::{self, BlobError, Envelope, Provenance};
+use yawrig_shared::network::Network;
 use yawrig_shared::wire::{Refusal, SlotState};
 
 /// Bytes of a slot: a sector or more that is erased as one.
 pub const SLOT_BYTES: usize = 16 * 1024;
 const COMMITTED: u32 = u32::from_le_bytes(*b"LIVE");
 const BLOB_AT: usize = 8;
-const ERASED: u8 = 0xFF;
+pub const ERASED: u8 = 0xFF;
 
 /// One of the two slots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,6 +88,20 @@ impl Flash for MemoryFlash {
     }
 }
 
+impl<F: Flash> Flash for &mut F {
+    fn read(&self, slot: Slot) -> &[u8; SLOT_BYTES] {
+        (**self).read(slot)
+    }
+
+    fn erase(&mut self, slot: Slot) -> Result<(), FlashFault> {
+        (**self).erase(slot)
+    }
+
+    fn program(&mut self, slot: Slot, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
+        (**self).program(slot, offset, word)
+    }
+}
+
 /// A running update.
 #[derive(Clone, Copy, Debug)]
 struct Update {
@@ -119,17 +134,19 @@ impl<F: Flash> Store<F> {
         self.flash
     }
 
-    /// The newest valid network and where it stands.
-    pub fn newest(&self) -> Option<(Slot, Envelope, Payload)> {
-        // Headers are compared first: a payload is large, and one at a time is enough.
+    /// The newest valid network, read into `network`, and where it stands.
+    pub fn newest(&self, network: &mut Network) -> Option<(Slot, Envelope, Provenance)> {
         let mut order = Slot::BOTH;
         let generation = |slot| committed(self.flash.read(slot)).map_or(0, |e| e.generation);
         if generation(Slot::Second) > generation(Slot::First) {
             order.reverse();
         }
         order.into_iter().find_map(|slot| {
-            let (envelope, payload) = load(self.flash.read(slot)).ok()??;
-            Some((slot, envelope, payload))
+            let bytes = self.flash.read(slot);
+            committed(bytes)?;
+            let (envelope, provenance) =
+                blob::decode_into(&bytes[BLOB_AT..], network, |_| ()).ok()?;
+            Some((slot, envelope, provenance))
         })
     }
 
@@ -138,9 +155,11 @@ impl<F: Flash> Store<F> {
         if bytes.iter().all(|&byte| byte == ERASED) {
             return SlotState::Empty;
         }
-        match load(bytes) {
-            Ok(Some((envelope, _))) => {
-                SlotState::Valid { generation: envelope.generation, id: envelope.payload_crc }
+        match committed(bytes) {
+            Some(Envelope { generation, payload_crc: id, .. })
+                if blob::intact(&bytes[BLOB_AT..]).is_ok() =>
+            {
+                SlotState::Valid { generation, id }
             }
             _ => SlotState::Invalid,
         }
@@ -185,15 +204,21 @@ impl<F: Flash> Store<F> {
         Ok(())
     }
 
-    /// Verifies what was written. `newest` is the generation that runs.
-    pub fn verify(&mut self, newest: u32) -> Result<(Slot, Envelope, Payload), Refusal> {
+    /// Verifies what was written and reads it into `network`, which is not to be used where this fails. `newest` is
+    /// the generation that runs.
+    pub fn verify(
+        &mut self,
+        newest: u32,
+        network: &mut Network,
+    ) -> Result<(Slot, Envelope, Provenance), Refusal> {
         let update = self.running_update()?;
         if update.written != update.length {
             return Err(Refusal::FlashOrder { expected_offset: update.written as u32 });
         }
         self.update = None;
         let bytes = &self.flash.read(update.slot)[BLOB_AT..BLOB_AT + update.length];
-        let (envelope, payload) = blob::decode(bytes).map_err(Refusal::Blob)?;
+        let (envelope, provenance) =
+            blob::decode_into(bytes, network, |_| ()).map_err(Refusal::Blob)?;
         if envelope.blob_length() != update.length {
             return Err(Refusal::Blob(BlobError::Malformed));
         }
@@ -201,7 +226,7 @@ impl<F: Flash> Store<F> {
             return Err(Refusal::Stale { newest });
         }
         self.update = Some(Update { verified: true, ..update });
-        Ok((update.slot, envelope, payload))
+        Ok((update.slot, envelope, provenance))
     }
 
     /// Makes the network that was verified the one that runs from now on.
@@ -242,10 +267,4 @@ fn committed(slot: &[u8; SLOT_BYTES]) -> Option<Envelope> {
     }
     let envelope = Envelope::read(&slot[BLOB_AT..]).ok()?;
     (word(4) as usize == envelope.blob_length()).then_some(envelope)
-}
-
-/// The network of a committed slot, checked throughout; `None` where none was committed.
-fn load(slot: &[u8; SLOT_BYTES]) -> Result<Option<(Envelope, Payload)>, BlobError> {
-    let Some(envelope) = committed(slot) else { return Ok(None) };
-    blob::decode(&slot[BLOB_AT..BLOB_AT + envelope.blob_length()]).map(Some)
 }

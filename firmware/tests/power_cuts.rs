@@ -8,6 +8,7 @@ use std::collections::HashSet;
 use yawrig_firmware::slots::{Flash, FlashFault, Slot, Store, SLOT_BYTES};
 use yawrig_firmware::BUILT_IN;
 use yawrig_shared::blob;
+use yawrig_shared::network::Network;
 
 /// How far a torn operation may have come: nothing, all, or something between.
 const TEARS: u32 = 9;
@@ -157,7 +158,9 @@ type Runs = Option<(Slot, u32, u32)>;
 
 fn starts(chip: &Chip) -> Runs {
     let store = Store::new(chip.clone());
-    store.newest().map(|(slot, envelope, _)| (slot, envelope.generation, envelope.payload_crc))
+    store
+        .newest(&mut Network::empty())
+        .map(|(slot, envelope, _)| (slot, envelope.generation, envelope.payload_crc))
 }
 
 /// The built-in network as the given generation.
@@ -176,7 +179,7 @@ fn update<F: Flash>(flash: F, runs: Runs) -> (F, Runs) {
     for (index, chunk) in bytes.chunks(256).enumerate() {
         store.chunk(256 * index as u32, chunk).expect("in order");
     }
-    let (slot, envelope, _) = store.verify(newest).expect("a sound network");
+    let (slot, envelope, _) = store.verify(newest, &mut Network::empty()).expect("a sound network");
     store.commit().expect("verified");
     (store.into_flash(), Some((slot, envelope.generation, envelope.payload_crc)))
 }

@@ -3,6 +3,7 @@
 use yawrig_firmware::slots::{Flash, FlashFault, MemoryFlash, Slot, Store, SLOT_BYTES};
 use yawrig_firmware::BUILT_IN;
 use yawrig_shared::blob::{self, BlobError};
+use yawrig_shared::network::Network;
 use yawrig_shared::wire::{Refusal, SlotState};
 
 fn blob(generation: u32) -> Vec<u8> {
@@ -21,13 +22,13 @@ fn update<F: Flash>(
     for (index, chunk) in bytes.chunks(256).enumerate() {
         store.chunk(256 * index as u32, chunk)?;
     }
-    let (slot, ..) = store.verify(newest)?;
+    let (slot, ..) = store.verify(newest, &mut Network::empty())?;
     store.commit()?;
     Ok(slot)
 }
 
 fn newest<F: Flash>(store: &Store<F>) -> Option<(Slot, u32)> {
-    store.newest().map(|(slot, envelope, _)| (slot, envelope.generation))
+    store.newest(&mut Network::empty()).map(|(slot, envelope, _)| (slot, envelope.generation))
 }
 
 #[test]
@@ -91,7 +92,7 @@ fn chunks_out_of_order_are_refused_and_the_right_one_is_named() {
     store.chunk(0, &[0; 256]).unwrap();
     let again = store.chunk(0, &[0; 256]);
     assert_eq!(again, Err(Refusal::FlashOrder { expected_offset: 256 }));
-    let short = store.verify(0).map(|_| ());
+    let short = store.verify(0, &mut Network::empty()).map(|_| ());
     assert_eq!(short, Err(Refusal::FlashOrder { expected_offset: 256 }));
     let odd = store.chunk(256, &[0; 3]);
     assert_eq!(odd, Err(Refusal::FlashOrder { expected_offset: 256 }));

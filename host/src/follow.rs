@@ -1,9 +1,11 @@
 //! A device's events as text and as JSON.
 
 use crate::link::client::Identity;
+use crate::quantity::Quantity;
 use serde_json::{json, Value};
 use yawrig_shared::wire::{
-    Derivatives, Event, Flags, Measured, Phase, ReleaseResult, Status, WindowResult,
+    Derivatives, Event, Flags, Measured, Phase, Precise, Refined, ReleaseResult, Status,
+    WindowResult,
 };
 
 /// Names of the flags that are set.
@@ -13,6 +15,63 @@ pub fn flag_names(flags: Flags) -> Vec<&'static str> {
 
 const PHASES: [Phase; 5] =
     [Phase::Waiting, Phase::Held, Phase::Released, Phase::Ringing, Phase::Finished];
+/// What the flags that are set mean for the user, and what to do: a sentence each.
+pub fn flag_advice(flags: Flags) -> impl Iterator<Item = &'static str> {
+    ADVICE.iter().filter(move |(flag, _)| flags.has(*flag)).map(|(_, text)| *text)
+}
+
+const ADVICE: [(Flags, &str); Flags::NAMES.len()] = [
+    (Flags::TOO_SMALL, "too_small: the swing never rose above the lower end of the range; release it from further out"),
+    (
+        Flags::TOO_FEW_CYCLES,
+        "too_few_cycles: no three clean cycles lay within the range; widen it or release from further out",
+    ),
+    (
+        Flags::SATURATED,
+        "saturated: the converter was at one of its ends; centre the potentiometer, release from less far out, \
+         or see that its wire is not off",
+    ),
+    (
+        Flags::LOST_SAMPLES,
+        "lost_samples: samples were lost on the way to the device; see to the line or its load, and release again",
+    ),
+    (
+        Flags::OUT_OF_RANGE,
+        "out_of_trained_range: the network was not trained there; train one with a wider range, or check the settings",
+    ),
+    (
+        Flags::MID_SWING,
+        "started_in_mid_swing: it swung already when first seen; hold it still for two seconds before letting go",
+    ),
+    (
+        Flags::CUT_SHORT,
+        "cut_short: the release ended before the lower end of the range; let it swing until it has died down",
+    ),
+    (Flags::NO_NETWORK, "no_network: no network passed its checks; write one with `yawrig flash`"),
+    (
+        Flags::STUCK,
+        "stuck: the reading did not change while the model should have moved; check the potentiometer and its coupling",
+    ),
+    (
+        Flags::NOISY,
+        "noisy: more noise or hum than 0.25 deg rms; check shielding, ground and supply of the potentiometer",
+    ),
+    (Flags::SPIKES, "spikes: single wild readings were left out; look for a loose contact or a worn potentiometer track"),
+    (
+        Flags::MISFIT,
+        "misfit: the second-order model does not explain the record; look at it on the host with `yawrig diagnose`",
+    ),
+    (
+        Flags::NOT_REFINED,
+        "not_refined: no damped oscillation fits the whole record; the estimate from its windows stands",
+    ),
+    (Flags::NO_SENSOR, "no_sensor: this is no potentiometer's signal; check that it is connected"),
+    (
+        Flags::DISTURBED,
+        "disturbed: part of it is not one damped oscillation: a touch, a gust, a drifting zero; release again, and \
+         if it stays, look for the cause in a record with `yawrig diagnose`",
+    ),
+];
 
 fn phase_name(phase: Phase) -> &'static str {
     match phase {
@@ -38,6 +97,11 @@ pub fn quantity(measured: Measured) -> Value {
     json!({"value": number(measured.value), "u": number(measured.u)})
 }
 
+/// The same of a value that has more digits.
+pub fn precise(measured: Precise) -> Quantity {
+    Quantity::new(measured.value, f64::from(measured.u))
+}
+
 /// A window as `identify` lists it, with the device's own fields.
 pub fn window_json(window: &WindowResult) -> Value {
     json!({
@@ -54,13 +118,6 @@ pub fn window_json(window: &WindowResult) -> Value {
 
 /// A release's result.
 pub fn release_json(result: &ReleaseResult) -> Value {
-    let derivatives = result.derivatives.map(|d| {
-        json!({
-            "cn_beta": number(d.cn_beta),
-            "cn_r": number(d.cn_r),
-            "reduced_frequency": number(d.reduced_frequency),
-        })
-    });
     let given = result.windows > 0;
     json!({
         "release": result.release,
@@ -69,9 +126,39 @@ pub fn release_json(result: &ReleaseResult) -> Value {
         "windows": result.windows,
         "natural_frequency_rad_s": given.then(|| quantity(result.natural_frequency_rad_s)),
         "damping_ratio": given.then(|| quantity(result.damping_ratio)),
-        "derivatives": derivatives,
+        "derivatives": result.derivatives.as_ref().map(derivatives_json),
         "usable": !result.flags.unusable(),
         "flags": flag_names(result.flags),
+    })
+}
+
+fn derivatives_json(d: &Derivatives) -> Value {
+    json!({
+        "cn_beta": number(d.cn_beta),
+        "cn_r": number(d.cn_r),
+        "reduced_frequency": number(d.reduced_frequency),
+    })
+}
+
+/// Whether the refined values are there.
+pub fn is_refined(refined: &Refined) -> bool {
+    !refined.flags.has(Flags::NOT_REFINED)
+}
+
+/// A release's refined result; its values are null where there are none.
+pub fn refined_json(refined: &Refined) -> Value {
+    let given = is_refined(refined);
+    json!({
+        "release": refined.release,
+        "from_sample": refined.from_sample,
+        "samples": refined.samples,
+        "natural_frequency_rad_s": given.then(|| precise(refined.natural_frequency_rad_s)),
+        "damping_ratio": given.then(|| quantity(refined.damping_ratio)),
+        "noise_rms_deg": given.then(|| number(refined.noise_rms_deg)),
+        "residual_over_noise": given.then(|| number(refined.residual_over_noise)),
+        "derivatives": refined.derivatives.as_ref().map(derivatives_json),
+        "misfit": refined.flags.has(Flags::MISFIT),
+        "flags": flag_names(refined.flags),
     })
 }
 
@@ -89,6 +176,7 @@ pub fn event_json(event: &Event) -> Value {
             ("window", object)
         }
         Event::Release(result) => ("release", release_json(result)),
+        Event::Refined(refined) => ("refined", refined_json(refined)),
     };
     object["schema_version"] = json!(1);
     object["event"] = json!(name);
@@ -124,6 +212,14 @@ pub fn event_from_json(object: &Value) -> Option<Event> {
         Value::Null => Some(Measured::default()),
         value => Some(Measured { value: real(value, "value")?, u: real(value, "u")? }),
     };
+    let derivatives = || match &object["derivatives"] {
+        Value::Null => Some(None),
+        d => Some(Some(Derivatives {
+            cn_beta: real(d, "cn_beta")?,
+            cn_r: real(d, "cn_r")?,
+            reduced_frequency: real(d, "reduced_frequency")?,
+        })),
+    };
     let release = sample("release")?;
     Some(match object["event"].as_str()? {
         "phase" => {
@@ -150,14 +246,21 @@ pub fn event_from_json(object: &Value) -> Option<Event> {
             windows: small("windows")?,
             natural_frequency_rad_s: measured("natural_frequency_rad_s")?,
             damping_ratio: measured("damping_ratio")?,
-            derivatives: match &object["derivatives"] {
-                Value::Null => None,
-                d => Some(Derivatives {
-                    cn_beta: real(d, "cn_beta")?,
-                    cn_r: real(d, "cn_r")?,
-                    reduced_frequency: real(d, "reduced_frequency")?,
-                }),
+            derivatives: derivatives()?,
+            flags: flags_named(&object["flags"])?,
+        }),
+        "refined" => Event::Refined(Refined {
+            release,
+            from_sample: sample("from_sample")?,
+            samples: sample("samples")?,
+            natural_frequency_rad_s: match &object["natural_frequency_rad_s"] {
+                Value::Null => Precise::default(),
+                of => Precise { value: of["value"].as_f64()?, u: real(of, "u")? },
             },
+            damping_ratio: measured("damping_ratio")?,
+            noise_rms_deg: real(object, "noise_rms_deg").unwrap_or_default(),
+            residual_over_noise: real(object, "residual_over_noise").unwrap_or_default(),
+            derivatives: derivatives()?,
             flags: flags_named(&object["flags"])?,
         }),
         _ => return None,
@@ -173,8 +276,8 @@ fn flags_named(names: &Value) -> Option<Flags> {
     Some(flags)
 }
 
-/// One event as a line; `None` where there is nothing to tell.
-pub fn event_text(event: &Event) -> Option<String> {
+/// One event as a line; `None` where there is nothing to tell. `record` is what the host can diagnose.
+pub fn event_text(event: &Event, record: &str) -> Option<String> {
     Some(match event {
         Event::Phase { phase: Phase::Held, .. } => "held".to_owned(),
         Event::Phase { phase: Phase::Released, release, .. } => {
@@ -190,10 +293,20 @@ pub fn event_text(event: &Event) -> Option<String> {
             flag_names(window.flags).join(" ")
         ),
         Event::Release(result) => release_text(result),
+        Event::Refined(refined) => refined_text(refined, record),
     })
 }
 
 fn release_text(result: &ReleaseResult) -> String {
+    let mut text = result_text(result);
+    for advice in flag_advice(result.flags) {
+        text.push_str("\n  ");
+        text.push_str(advice);
+    }
+    text
+}
+
+fn result_text(result: &ReleaseResult) -> String {
     let flags = flag_names(result.flags).join(" ");
     if result.windows == 0 {
         return format!("release {}: not usable: {flags}", result.release);
@@ -210,11 +323,60 @@ fn release_text(result: &ReleaseResult) -> String {
     if result.flags.unusable() {
         text.push_str(" (not usable)");
     }
-    if let Some(d) = result.derivatives {
-        text.push_str(&format!(
+    text.push_str(&derivatives_text(result.derivatives.as_ref()));
+    text.trim_end().to_owned()
+}
+
+fn derivatives_text(derivatives: Option<&Derivatives>) -> String {
+    derivatives.map_or(String::new(), |d| {
+        format!(
             "\n  Cn_beta {:.4}, Cn_r {:.4} per rad at reduced frequency {:.3}",
             d.cn_beta, d.cn_r, d.reduced_frequency
+        )
+    })
+}
+
+fn refined_text(refined: &Refined, record: &str) -> String {
+    let release = refined.release;
+    if !is_refined(refined) {
+        return format!(
+            "release {release}: no damped oscillation fits the whole record; the estimate above stands"
+        );
+    }
+    let zeta = refined.damping_ratio;
+    let mut text = format!(
+        "release {release} refined: wn {} rad/s, zeta {}; the residual is {:.2} times the noise of {:.3} deg",
+        precise(refined.natural_frequency_rad_s),
+        Quantity::new(f64::from(zeta.value), f64::from(zeta.u)),
+        refined.residual_over_noise,
+        refined.noise_rms_deg,
+    );
+    if refined.flags.unusable() {
+        text.push_str(" (not usable)");
+    }
+    text.push_str(&derivatives_text(refined.derivatives.as_ref()));
+    if refined.flags.has(Flags::MISFIT) {
+        text.push_str(&format!(
+            "\n  something is missing here: look at it on the host with `yawrig diagnose {record}`"
         ));
     }
-    text.trim_end().to_owned()
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_flag_has_its_sentence() {
+        for (flag, name) in Flags::NAMES {
+            let said: Vec<_> = flag_advice(flag).collect();
+            assert_eq!(said.len(), 1, "{name}");
+            assert!(
+                said[0].starts_with(&format!("{name}: ")) && said[0].contains(';'),
+                "{}",
+                said[0]
+            );
+        }
+    }
 }

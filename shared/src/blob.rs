@@ -12,6 +12,8 @@ use crate::checksum::crc32;
 use crate::features::{Inputs, MOST_INPUTS};
 use crate::network::{Network, NetworkError, OUTPUTS};
 use heapless::{String, Vec};
+use postcard::de_flavors::Slice;
+use postcard::Deserializer;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -51,7 +53,7 @@ pub struct Provenance {
 }
 
 /// What the envelope is about.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Payload {
     pub network: Network,
     pub provenance: Provenance,
@@ -158,42 +160,71 @@ pub fn set_generation(blob: &mut [u8], generation: u32) -> Result<(), BlobError>
     Ok(())
 }
 
-/// Reads a blob and checks everything there is to check, the golden vectors bit for bit.
-pub fn decode(bytes: &[u8]) -> Result<(Envelope, Payload), BlobError> {
+/// Reads the envelope and checks that all behind it is as it was written.
+pub fn intact(bytes: &[u8]) -> Result<(Envelope, &[u8]), BlobError> {
     let envelope = Envelope::read(bytes)?;
     let payload = bytes.get(ENVELOPE..envelope.blob_length()).ok_or(BlobError::Truncated)?;
     if crc32(payload) != envelope.payload_crc {
         return Err(BlobError::PayloadCorrupt);
     }
-    let payload: Payload = postcard::from_bytes(payload).map_err(|_| BlobError::Malformed)?;
-    payload.network.check().map_err(BlobError::Network)?;
-    check_golden(&payload)?;
     Ok((envelope, payload))
 }
 
-fn check_golden(payload: &Payload) -> Result<(), BlobError> {
-    if !GOLDEN.contains(&payload.golden.len()) {
+/// Reads a blob and checks everything there is to check, the golden vectors bit for bit.
+pub fn decode(bytes: &[u8]) -> Result<(Envelope, Payload), BlobError> {
+    let mut network = Network::empty();
+    let mut golden = Vec::new();
+    let (envelope, provenance) = decode_into(bytes, &mut network, |vector| {
+        // Room is there: they have been counted.
+        let _ = golden.push(vector);
+    })?;
+    Ok((envelope, Payload { network, provenance, golden }))
+}
+
+/// The same into a network that is there already; `golden` is given each golden vector. Where it fails the network
+/// is not to be used.
+pub fn decode_into(
+    bytes: &[u8],
+    network: &mut Network,
+    mut golden: impl FnMut(Golden),
+) -> Result<(Envelope, Provenance), BlobError> {
+    let (envelope, payload) = intact(bytes)?;
+    let mut payload = Deserializer::from_bytes(payload);
+    network.read(&mut payload).map_err(|_| BlobError::Malformed)?;
+    let provenance = next(&mut payload)?;
+    let vectors: u32 = next(&mut payload)?;
+    network.check().map_err(BlobError::Network)?;
+    if !GOLDEN.contains(&(vectors as usize)) {
         return Err(BlobError::GoldenMissing);
     }
-    for (vector, golden) in payload.golden.iter().enumerate() {
-        if golden.inputs.len() != payload.network.inputs.count() {
+    // One at a time: a device has no room for more.
+    for vector in 0..vectors {
+        let expected: Golden = next(&mut payload)?;
+        if expected.inputs.len() != network.inputs.count() {
             return Err(BlobError::GoldenMissing);
         }
-        let inputs: Inputs = golden.inputs.iter().map(|bits| f32::from_bits(*bits)).collect();
-        let made = payload.network.estimate_inputs(&inputs);
-        let made = [made.natural_frequency_rad_s.to_bits(), made.damping_ratio.to_bits()];
-        if made != golden.outputs {
+        let inputs: Inputs = expected.inputs.iter().map(|bits| f32::from_bits(*bits)).collect();
+        if estimate_bits(network, &inputs) != expected.outputs {
             return Err(BlobError::GoldenDiffers { vector: vector as u8 });
         }
+        golden(expected);
     }
-    Ok(())
+    Ok((envelope, provenance))
+}
+
+fn next<'a, T: Deserialize<'a>>(payload: &mut Deserializer<'a, Slice<'a>>) -> Result<T, BlobError> {
+    T::deserialize(payload).map_err(|_| BlobError::Malformed)
+}
+
+fn estimate_bits(network: &Network, inputs: &[f32]) -> [u32; OUTPUTS] {
+    let made = network.estimate_inputs(inputs);
+    [made.natural_frequency_rad_s.to_bits(), made.damping_ratio.to_bits()]
 }
 
 /// The golden vector of these scaled inputs.
 pub fn golden(network: &Network, inputs: &[f32]) -> Golden {
-    let made = network.estimate_inputs(inputs);
     Golden {
         inputs: inputs.iter().map(|x| x.to_bits()).collect(),
-        outputs: [made.natural_frequency_rad_s.to_bits(), made.damping_ratio.to_bits()],
+        outputs: estimate_bits(network, inputs),
     }
 }

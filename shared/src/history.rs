@@ -52,6 +52,8 @@ pub struct History<S> {
 
 impl<S: Copy + Default + Into<f32>> History<S> {
     /// An empty history; `scale` in degrees per unit of `S`.
+    // Or else it would be made on the stack and then copied.
+    #[inline(always)]
     pub const fn new(zero: S, scale: f32) -> Self {
         Self {
             samples: [zero; LENGTH],
@@ -78,6 +80,12 @@ impl<S: Copy + Default + Into<f32>> History<S> {
         self.next.wrapping_sub(self.filled)
     }
 
+    /// Passes over whole blocks that never came, and forgets what was before them.
+    pub fn skip(&mut self, blocks: u32) {
+        self.next = self.next.wrapping_add(blocks.wrapping_mul(BLOCK as u32));
+        self.filled = 0;
+    }
+
     /// Appends a sample; the mean of its block in degrees where it completes one.
     #[inline]
     pub fn push(&mut self, sample: S) -> Option<f32> {
@@ -93,18 +101,6 @@ impl<S: Copy + Default + Into<f32>> History<S> {
         self.block_sums[at / BLOCK] = sum;
         self.running = 0.0;
         Some(sum * (self.scale / BLOCK as f32))
-    }
-
-    /// Lets `count` samples go by that nobody has seen; they stand for the last one before them.
-    // One copy: this happens next to never.
-    #[inline(never)]
-    pub fn skip(&mut self, count: u32) {
-        let last = self.samples[self.next.wrapping_sub(1) as usize % LENGTH];
-        let rest = count % LENGTH as u32;
-        self.next = self.next.wrapping_add(count - rest);
-        for _ in 0..rest {
-            self.push(last);
-        }
     }
 
     /// The sample with this index in degrees. The caller asks only for what is still there.

@@ -72,7 +72,9 @@ pub enum Finding {
 }
 
 /// Follows an oscillation sample by sample.
+// In this order, or else the device's samples would be made on the stack and then copied.
 #[derive(Clone, Debug)]
+#[repr(C)]
 pub struct Tracker<S> {
     history: History<S>,
     limits: Limits,
@@ -109,6 +111,8 @@ impl Midline {
 
 impl<S: Copy + Default + Into<f32>> Tracker<S> {
     /// A tracker without samples; `scale` in degrees per unit of `S`, `zero` an `S` of nought.
+    // Or else it would be made on the stack and then copied.
+    #[inline(always)]
     pub const fn new(zero: S, scale: f32, limits: Limits) -> Self {
         Self {
             history: History::new(zero, scale),
@@ -145,6 +149,16 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         (self.midline.count > 0).then_some(self.midline.degrees)
     }
 
+    /// Where the window that is under way begins.
+    pub fn window_start(&self) -> Option<Moment> {
+        self.crossings.front().map(|crossing| crossing.at)
+    }
+
+    /// Passes over whole blocks of samples that never came; to be restarted then.
+    pub fn skip(&mut self, blocks: u32) {
+        self.history.skip(blocks);
+    }
+
     /// Forgets the oscillation, not the samples. `held` is where the model was let go, if it was:
     /// that is the new oscillation's first extreme.
     pub fn restart(&mut self, held: Option<Extreme>) {
@@ -158,11 +172,6 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         self.crossings_seen = 0;
         self.starts_at = None;
         self.end = None;
-    }
-
-    /// Lets `count` samples go by that were lost. What was seen before them must be forgotten: [`Self::restart`].
-    pub fn skip(&mut self, count: u32) {
-        self.history.skip(count);
     }
 
     /// Takes the next sample. Returns the mean of the block it completed, if it did, and what it

@@ -114,6 +114,11 @@ pub enum Request {
     Stream {
         samples: u32,
     },
+    /// Names this run of the device, if it has no name yet: not nought. After a reset it has none again, by which
+    /// hosts tell that it began anew.
+    Session {
+        number: u32,
+    },
 }
 
 /// The device's answer to a [`Request`].
@@ -204,6 +209,12 @@ pub struct Status {
     pub lost_samples: u32,
     /// Events that found no room on the line.
     pub lost_events: u32,
+    /// Bytes from the host that came too fast.
+    pub lost_bytes: u32,
+    /// What [`Request::Session`] has named this run; nought: nothing yet.
+    pub session: u32,
+    /// A refined estimate is being worked on.
+    pub refining: bool,
     /// Number of the next event: all before it were sent.
     pub next_event: u16,
     pub has_reference: bool,
@@ -240,9 +251,15 @@ pub enum Phase {
 /// What the device says unasked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Event {
-    Phase { phase: Phase, release: u32, at_sample: u32 },
+    Phase {
+        phase: Phase,
+        release: u32,
+        at_sample: u32,
+    },
     Window(WindowResult),
     Release(ReleaseResult),
+    /// After the release's result, when it is ready.
+    Refined(Refined),
 }
 
 /// Samples of the converter, sent unasked while a [`Request::Stream`] lasts: 2.6 kB/s at 1 kHz. They
@@ -317,6 +334,32 @@ pub struct Measured {
     pub u: f32,
 }
 
+/// The same of a value that an `f32` does not hold to its uncertainty.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Precise {
+    pub value: f64,
+    pub u: f32,
+}
+
+/// A damped oscillation with an offset, fitted to a release's whole record from the network's estimate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Refined {
+    pub release: u32,
+    /// The record: where it begins, and how many samples.
+    pub from_sample: u32,
+    pub samples: u32,
+    /// Standard uncertainties hold for noise of any colour. Meaningless with [`Flags::NOT_REFINED`].
+    pub natural_frequency_rad_s: Precise,
+    pub damping_ratio: Measured,
+    /// Rms of the noise of single samples.
+    pub noise_rms_deg: f32,
+    /// Rms of the residual over that of the noise, on means of a fiftieth of a cycle.
+    pub residual_over_noise: f32,
+    pub derivatives: Option<Derivatives>,
+    /// Those of the release, and [`Flags::MISFIT`] or [`Flags::NOT_REFINED`].
+    pub flags: Flags,
+}
+
 /// A release's mean over its windows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct ReleaseResult {
@@ -360,9 +403,23 @@ impl Flags {
     pub const CUT_SHORT: Self = Self(64);
     /// No network passed its checks on this device.
     pub const NO_NETWORK: Self = Self(128);
+    /// The second-order model does not explain the record: something is missing in it.
+    pub const MISFIT: Self = Self(256);
+    /// No damped oscillation could be fitted to the record; the network's estimate stands.
+    pub const NOT_REFINED: Self = Self(16384);
+    /// The reading stood still while the model swung.
+    pub const STUCK: Self = Self(512);
+    /// More noise, or hum, than a potentiometer in order has.
+    pub const NOISY: Self = Self(1024);
+    /// Single wild samples were bridged.
+    pub const SPIKES: Self = Self(2048);
+    /// No potentiometer's signal at all: nothing is connected.
+    pub const NO_SENSOR: Self = Self(4096);
+    /// A window is not one damped oscillation: a touch, a gust, a drift.
+    pub const DISTURBED: Self = Self(8192);
 
     /// Every flag with its name in files and on screen.
-    pub const NAMES: [(Self, &'static str); 8] = [
+    pub const NAMES: [(Self, &'static str); 15] = [
         (Self::TOO_SMALL, "too_small"),
         (Self::TOO_FEW_CYCLES, "too_few_cycles"),
         (Self::SATURATED, "saturated"),
@@ -371,6 +428,13 @@ impl Flags {
         (Self::MID_SWING, "started_in_mid_swing"),
         (Self::CUT_SHORT, "cut_short"),
         (Self::NO_NETWORK, "no_network"),
+        (Self::STUCK, "stuck"),
+        (Self::NOISY, "noisy"),
+        (Self::SPIKES, "spikes"),
+        (Self::NO_SENSOR, "no_sensor"),
+        (Self::DISTURBED, "disturbed"),
+        (Self::MISFIT, "misfit"),
+        (Self::NOT_REFINED, "not_refined"),
     ];
 
     pub fn set(&mut self, flag: Self) {
@@ -383,10 +447,15 @@ impl Flags {
 
     /// Whether the release gives no result to rely on.
     pub fn unusable(self) -> bool {
-        self.has(Self::TOO_SMALL)
-            || self.has(Self::TOO_FEW_CYCLES)
-            || self.has(Self::SATURATED)
-            || self.has(Self::LOST_SAMPLES)
-            || self.has(Self::NO_NETWORK)
+        let unusable = [
+            Self::TOO_SMALL,
+            Self::TOO_FEW_CYCLES,
+            Self::SATURATED,
+            Self::LOST_SAMPLES,
+            Self::NO_NETWORK,
+            Self::STUCK,
+            Self::NO_SENSOR,
+        ];
+        unusable.into_iter().any(|flag| self.has(flag))
     }
 }

@@ -52,7 +52,8 @@ pub fn run(arguments: &Monitor) -> Result<()> {
     if let Some(seconds) = arguments.seconds {
         within("--seconds", seconds, 0.0, 1e9)?;
     }
-    let mut shown = Shown { jsonl: arguments.jsonl, effects: String::new(), releases: 0 };
+    let mut shown =
+        Shown { jsonl: arguments.jsonl, effects: String::new(), releases: 0, refined: false };
     if let Some(session) = &arguments.replay {
         return replay(session, arguments, &mut shown);
     }
@@ -91,6 +92,8 @@ struct Shown {
     /// Of the device's network.
     effects: String,
     releases: u32,
+    /// The refined estimate of the last of them has come.
+    refined: bool,
 }
 
 impl Shown {
@@ -99,8 +102,13 @@ impl Shown {
         if let Some(effects) = item.effects() {
             self.effects = effects;
         }
-        if matches!(item, Item::Event { event: Event::Release(_), .. }) {
-            self.releases += 1;
+        match item {
+            Item::Event { event: Event::Release(_), .. } => {
+                self.releases += 1;
+                self.refined = false;
+            }
+            Item::Event { event: Event::Refined(_), .. } => self.refined = true,
+            _ => {}
         }
         match (item, item.to_text(&self.effects)) {
             (Item::Samples { .. }, _) => Ok(()),
@@ -146,9 +154,13 @@ impl Following<'_> {
             }
             if self.arguments.releases.is_some_and(|wanted| self.shown.releases >= wanted) {
                 let enough_at = *enough_at.get_or_insert_with(Instant::now);
-                let waits = self.recording.as_ref().is_some_and(Recording::waits);
-                if !waits || enough_at.elapsed() > LAST_SAMPLES {
-                    return Ok(());
+                let records = self.recording.as_ref().is_some_and(Recording::waits);
+                if !records || enough_at.elapsed() > LAST_SAMPLES {
+                    // The last release's refined estimate is still to come.
+                    if self.shown.refined || !self.session.bench().client.status()?.refining {
+                        // What it had to say went out before it said so.
+                        return self.take();
+                    }
                 }
             }
             if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
@@ -180,6 +192,7 @@ impl Following<'_> {
                 }
             }
             let enough = self.arguments.releases.is_some_and(|n| self.shown.releases >= n);
+            let enough = enough && self.shown.refined;
             if matches!(item, Item::Device { .. }) {
                 self.device = Some(item);
             }
@@ -263,7 +276,7 @@ fn replay(path: &Path, arguments: &Monitor, shown: &mut Shown) -> Result<()> {
         }
         interrupt::check()?;
         shown.show(item)?;
-        if arguments.releases.is_some_and(|wanted| shown.releases >= wanted) {
+        if shown.refined && arguments.releases.is_some_and(|wanted| shown.releases >= wanted) {
             return Ok(());
         }
     }

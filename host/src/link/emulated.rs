@@ -51,11 +51,14 @@ impl Side for Emulated {
         match self.samples.recv_timeout(IDLE) {
             Ok(counts) => {
                 for counts in counts.chunks(STREAM_CHUNK) {
-                    counts.iter().for_each(|&c| self.device.sample(c));
+                    for &count in counts {
+                        self.device.sample(count);
+                        self.device.work();
+                    }
                     self.said.extend(std::iter::from_fn(|| self.device.transmit()));
                 }
             }
-            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Timeout) => while self.device.idle() {},
             Err(RecvTimeoutError::Disconnected) => self.unplugged = true,
         }
         Ok(())

@@ -6,11 +6,12 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// The image's own workspace, where this program was built.
-const SOURCES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/boards/mps2-an386");
+/// The boards' workspaces, where this program was built.
+const SOURCES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/boards");
+const BOARD: &str = "mps2-an386";
 const NAME: &str = "yawrig-mps2-an386";
 /// What builds it, from the root of the sources.
-const BUILD: &str = "firmware/boards/mps2-an386/build";
+const BUILD: &str = "firmware/boards/build mps2-an386";
 
 /// The image's path. With the sources at hand they are built first, so that the image is never an
 /// older firmware than this program; without them it lies beside this program.
@@ -28,7 +29,7 @@ pub fn find() -> Result<PathBuf> {
         .filter(|image| image.exists());
     beside.ok_or_else(|| {
         Error::device(format!(
-            "there is no ARM image: neither {SOURCES} nor {NAME} beside this program"
+            "there is no ARM image: neither {SOURCES}/{BOARD} nor {NAME} beside this program"
         ))
         .help(format!(
             "in yawrig's sources run {BUILD}, and put what it builds beside this program"
@@ -42,10 +43,11 @@ fn build(script: &Path) -> Result<PathBuf> {
             .help(format!("run {BUILD} and see what it says, or use --device emulated"))
     };
     // Nothing to build takes a moment and is not worth a word; the first time takes a minute.
-    if !script.with_file_name("target").exists() {
+    if !script.with_file_name(BOARD).join("target").exists() {
         crate::say!("building the ARM image (the first time takes a minute)");
     }
     let mut child = Command::new(script)
+        .arg(BOARD)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

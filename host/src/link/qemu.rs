@@ -71,7 +71,7 @@ pub fn start() -> Result<(Qemu, QemuPotentiometer)> {
 pub fn boot(image: &Path) -> Result<(Qemu, QemuPotentiometer)> {
     if !image.is_file() {
         return Err(Error::device(format!("there is no ARM image at {}", image.display()))
-            .help("build it with firmware/boards/mps2-an386/build"));
+            .help("build it with firmware/boards/build mps2-an386"));
     }
     let program = in_path(PROGRAM)
         .ok_or_else(|| Error::device(format!("{PROGRAM} is not in PATH")).help(INSTALL))?;
@@ -323,7 +323,7 @@ impl Process {
         }
         let said = if output.is_empty() { "nothing".to_owned() } else { format!("\n  {output}") };
         Error::device(format!("the emulated board has stopped ({status}); it said {said}"))
-            .help("build the image anew with firmware/boards/mps2-an386/build")
+            .help("build the image anew with firmware/boards/build mps2-an386")
     }
 }
 

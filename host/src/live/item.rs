@@ -119,7 +119,7 @@ impl Item {
         Some(match self {
             Self::Samples { .. } => return None,
             Self::Event { event, trends, .. } => {
-                let lines = event_text(event).into_iter();
+                let lines = event_text(event, "FILE").into_iter();
                 let lines: Vec<_> = lines.chain(trends.iter().map(|t| t.text(effects))).collect();
                 return (!lines.is_empty()).then(|| lines.join("\n"));
             }

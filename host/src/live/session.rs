@@ -46,6 +46,9 @@ pub struct Session {
     device: serde_json::Value,
     /// Results lost for good, told of already; on this connection and on those before.
     missed: u64,
+    /// Resets on this connection, told of already, and what this run of the device is called.
+    resets: u64,
+    run: u32,
 }
 
 /// From the device's numbers of samples to the session's.
@@ -94,6 +97,8 @@ impl Session {
             silent: false,
             device: serde_json::Value::Null,
             missed: 0,
+            resets: 0,
+            run: status.session,
         };
         session.tell_device(&status);
         Ok(session)
@@ -148,6 +153,12 @@ impl Session {
             self.missed = missed;
             self.items.push_back(Item::EventsLost { at: self.now(), count });
         }
+        if self.bench.client.resets() > self.resets {
+            let status = self.status()?;
+            self.notice_reset(&status);
+            // It has forgotten that the stream was asked for.
+            self.ask_at = Instant::now();
+        }
         if let Some(numbered) = found {
             self.take_event(numbered.event);
         }
@@ -159,14 +170,7 @@ impl Session {
         let asked = self.status();
         self.drain();
         let asked = asked.and_then(|status| {
-            let restarted = if self.silent {
-                self.began_anew(&status, self.bench.client.expected_event())
-            } else {
-                self.clock.since(status.samples) < 0
-            };
-            if restarted {
-                self.restarted(&status);
-            }
+            self.notice_reset(&status);
             self.silent = false;
             self.tell_device(&status);
             match self.follow {
@@ -211,13 +215,22 @@ impl Session {
         }
     }
 
-    /// The device's clock and events begin anew.
+    /// Whether the device has begun anew while the port was open.
+    fn notice_reset(&mut self, status: &Status) {
+        self.run = status.session;
+        let resets = self.bench.client.resets();
+        if resets > self.resets {
+            self.resets = resets;
+            self.restarted(status);
+        }
+    }
+
+    /// The device's clock begins anew.
     fn restarted(&mut self, status: &Status) {
         let session = self.clock.session + self.clock.due();
         self.clock = Clock { device: status.samples, session, known: Instant::now() };
         self.windows = Windows::default();
         self.items.push_back(Item::Restarted { at: session });
-        self.bench.client.resume(0, status.next_event);
     }
 
     fn take_samples(&mut self, samples: &Samples) {
@@ -250,6 +263,11 @@ impl Session {
             Event::Phase { at_sample, .. } => *at_sample,
             Event::Window(window) => window.sent_sample,
             Event::Release(result) => result.finished_sample,
+            // Of a release that was over before.
+            Event::Refined(_) => {
+                self.items.push_back(Item::Event { at: self.now(), event, trends: Vec::new() });
+                return;
+            }
         };
         if self.follow == Follow::Results && self.clock.since(sample) > 0 {
             let session = self.clock.of(sample);
@@ -284,23 +302,26 @@ impl Session {
         self.gone = false;
         self.missed = 0;
         self.device = serde_json::Value::Null;
-        if self.began_anew(&status, expected) {
+        self.resets = 0;
+        if self.began_anew(&status) {
             self.restarted(&status);
+            self.bench.client.resume(0, status.next_event);
         } else if let Some(expected) = expected {
             self.bench.client.resume(expected, status.next_event);
         }
+        self.run = status.session;
         self.tell_device(&status);
         self.ask_at = Instant::now();
         Ok(())
     }
 
-    /// Whether the device that is there again lost its power meanwhile. Its counts run on where it kept
-    /// it; otherwise they are behind by all it had counted before.
-    fn began_anew(&self, status: &Status, expected: Option<u16>) -> bool {
-        let ran_s = self.clock.since(status.samples);
-        let fewer = expected.is_some_and(|e| (status.next_event.wrapping_sub(e) as i16) < 0);
-        let behind = self.clock.due() as i64 - ran_s;
-        ran_s < 0 || fewer || behind as f64 > 0.9 * f64::from(self.clock.device)
+    /// Whether the device that is there again lost its power meanwhile: its run has another name, or
+    /// it had none yet and its clock is behind.
+    fn began_anew(&self, status: &Status) -> bool {
+        match self.run {
+            0 => self.clock.since(status.samples) < 0,
+            run => status.session != run,
+        }
     }
 }
 

@@ -13,11 +13,12 @@ use cortex_m_semihosting::{debug, hprintln};
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_firmware::BUILT_IN;
-use yawrig_mps2_an386 as _;
+use yawrig_mps2_an386::{flash, swing};
 use yawrig_shared::blob;
 use yawrig_shared::features::{Inputs, FEATURES};
 use yawrig_shared::network::forward;
 use yawrig_shared::potentiometer::{Decoder, Encoder};
+use yawrig_shared::wire::{Decoder as FrameDecoder, Event};
 
 /// 1024 ns an instruction at 40 ns a tick: 128 / 5 ticks.
 const TICKS: u32 = 128;
@@ -26,6 +27,8 @@ const RELOAD: u32 = 0x00ff_ffff;
 
 /// Inputs, components, hidden nodes, outputs.
 const ON_COMPONENTS: [u8; 4] = [FEATURES as u8, 10, 6, 2];
+/// Instructions an everyday sample may take.
+const EVERYDAY: u32 = 400;
 
 struct Counter {
     timer: SYST,
@@ -114,24 +117,21 @@ fn main() -> ! {
     unreachable!("QEMU has been told to exit")
 }
 
-/// Lets go of a model at 12 deg (7.5 rad/s, damping ratio 0.012) and counts what the samples cost.
+/// Lets go of a model and counts what the samples cost.
 fn release(counter: &mut Counter) {
-    const HELD: u32 = 1000;
-    const SAMPLES: u32 = 60_000;
-    let device = cortex_m::singleton!(
-        : Device<MemoryFlash> = Device::new(MemoryFlash::new(), "mps2-an386")
-    )
-    .expect("called once");
+    // SAFETY: called once.
+    let slots = unsafe { flash::erased() };
+    let mut device = Device::stopped(slots, "mps2-an386");
+    device.start();
     let mut encoder = Encoder::default();
     let mut decoder = Decoder::default();
-    let (mut decoding, mut sampling, mut sent) = (Tally::default(), Tally::default(), 0_u32);
-    for index in 0..SAMPLES {
-        let time_s = index.saturating_sub(HELD) as f32 * 1e-3;
-        let (natural_frequency_rad_s, damping_ratio) = (7.5_f32, 0.012_f32);
-        let decay = libm::expf(-damping_ratio * natural_frequency_rad_s * time_s);
-        let yaw_deg = 12.0 * decay * libm::cosf(natural_frequency_rad_s * time_s);
-        let counts = (32768.0 + yaw_deg / 0.005) as u16;
-
+    let mut decoding = Tally::default();
+    // All samples; those after which nothing was sent; a window's estimate; anything else.
+    let [mut all, mut quiet, mut window, mut other] = [(); 4].map(|()| Tally::default());
+    let mut refining = Tally::default();
+    let mut above = 0;
+    for index in 0..swing::SAMPLES {
+        let counts = swing::counts(index);
         let mut bytes = heapless::Vec::<u8, 16>::new();
         encoder.encode(index, counts, &mut bytes);
         let mut sample = None;
@@ -141,13 +141,38 @@ fn release(counter: &mut Counter) {
             }
         }));
         let sample = sample.expect("an encoded sample");
-        sampling.add(counter.count(|| device.sample(black_box(sample.counts))));
-        while device.transmit().is_some() {
-            sent += 1;
+        let count = counter.count(|| device.sample(black_box(sample.counts)));
+        all.add(count);
+        above += u32::from(count > EVERYDAY);
+        let found = sent(&mut device);
+        if device.is_refining() {
+            refining.add(counter.count(|| device.work()));
+        }
+        match found {
+            None => quiet.add(count),
+            Some(Event::Window(_)) => window.add(count),
+            Some(_) => other.add(count),
         }
     }
+    assert!(window.goes > 0, "windows are closed");
     hprintln!("sample_decoding_mean {}", decoding.mean());
-    hprintln!("sample_mean {}", sampling.mean());
-    hprintln!("sample_most {}", sampling.most);
-    hprintln!("release_bytes_sent {}", sent);
+    hprintln!("sample_mean {}", all.mean());
+    hprintln!("sample_above_everyday {}", above);
+    hprintln!("sample_window_most {}", window.most);
+    hprintln!("sample_crossing_most {}", quiet.most);
+    hprintln!("sample_other_most {}", other.most);
+    hprintln!("refined {}", refining.total);
+    hprintln!("refined_piece_most {}", refining.most);
+}
+
+/// The last event the device has sent since it was asked before.
+fn sent(device: &mut Device<&'static mut MemoryFlash>) -> Option<Event> {
+    let mut decoder = FrameDecoder::new();
+    let mut last = None;
+    while let Some(byte) = device.transmit() {
+        if let Some(Ok(frame)) = decoder.push(byte) {
+            last = frame.message::<Event>().and_then(Result::ok).or(last);
+        }
+    }
+    last
 }

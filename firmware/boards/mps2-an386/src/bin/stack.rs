@@ -1,0 +1,106 @@
+//! Measures the deepest stack of all the device does; `tests/budgets` runs it.
+#![no_std]
+#![no_main]
+
+use core::ptr::addr_of_mut;
+use cortex_m_rt::entry;
+use cortex_m_semihosting::debug;
+use yawrig_firmware::device::Device;
+use yawrig_firmware::slots::MemoryFlash;
+use yawrig_firmware::BUILT_IN;
+use yawrig_mps2_an386::{digits, flash, say, stack, swing};
+use yawrig_shared::blob;
+use yawrig_shared::frame::Encoded;
+use yawrig_shared::wire::{self, Decoder, Reply, Request, CHUNK};
+
+type Board = Device<&'static mut MemoryFlash>;
+
+#[entry]
+fn main() -> ! {
+    stack::paint();
+    // SAFETY: main runs once.
+    let slots = unsafe { flash::erased() };
+    let mut device = Device::stopped(slots, "mps2-an386");
+    device.start();
+    let device = &mut device;
+    report("start");
+    for index in 0..swing::SAMPLES {
+        device.sample(swing::counts(index));
+        device.work();
+        drain(device);
+    }
+    report("release");
+    write(device);
+    report("flash");
+    debug::exit(debug::EXIT_SUCCESS);
+    unreachable!("QEMU has been told to exit")
+}
+
+/// Says the deepest stack so far, this much done.
+fn report(done: &str) {
+    let deepest = stack::deepest().expect("paint is left");
+    say(&["stack_", done, " ", digits(deepest as u32, 10, &mut [0; 10])]);
+}
+
+fn drain(device: &mut Board) {
+    while device.transmit().is_some() {}
+}
+
+/// Writes a network to either slot, as a host does.
+fn write(device: &mut Board) {
+    let bytes =
+        cortex_m::singleton!(: [u8; blob::LONGEST] = [0; blob::LONGEST]).expect("called once");
+    let bytes = &mut bytes[..BUILT_IN.len()];
+    bytes.copy_from_slice(BUILT_IN);
+    let mut sequence = 0;
+    let mut ask = |request| {
+        sequence += 1;
+        answer(device, sequence, &request)
+    };
+    for generation in 1..=2 {
+        blob::set_generation(bytes, generation).expect("a blob is compiled in");
+        ask(Request::FlashBegin { length: bytes.len() as u32 });
+        for (i, chunk) in bytes.chunks(CHUNK).enumerate() {
+            let bytes = chunk.iter().copied().collect();
+            ask(Request::FlashChunk { offset: (i * CHUNK) as u32, bytes });
+        }
+        ask(Request::FlashTrial);
+        ask(Request::FlashCommit);
+    }
+    let Some(Reply::Status(status)) = ask(Request::Status) else { panic!("no status") };
+    assert!(status.network.generation == 2 && !status.network.on_trial, "the second one runs");
+}
+
+/// The device's answer. What the host would need for it is none of the device's stack: it is done with before
+/// the device is called, or after.
+fn answer(device: &mut Board, sequence: u16, request: &Request) -> Option<Reply> {
+    for byte in encoded(sequence, request) {
+        device.receive(*byte);
+    }
+    decoded(device)
+}
+
+#[inline(never)]
+fn encoded(sequence: u16, request: &Request) -> &'static [u8] {
+    static mut FRAME: Encoded = Encoded::new();
+    // SAFETY: the last one has been handed over.
+    let frame = unsafe { &mut *addr_of_mut!(FRAME) };
+    *frame = wire::encode(sequence, request).expect("a request fits");
+    frame
+}
+
+#[inline(never)]
+fn decoded(device: &mut Board) -> Option<Reply> {
+    static mut DECODER: Decoder = Decoder::new();
+    // SAFETY: the only reference, dropped at the end.
+    let decoder = unsafe { &mut *addr_of_mut!(DECODER) };
+    while let Some(byte) = device.transmit() {
+        if let Some(Ok(frame)) = decoder.push(byte) {
+            if let Some(Ok(reply)) = frame.message::<Reply>() {
+                drain(device);
+                return Some(reply);
+            }
+        }
+    }
+    None
+}

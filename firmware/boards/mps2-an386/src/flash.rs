@@ -1,0 +1,23 @@
+//! What stands in for flash on a board that has none: RAM outside the firmware's own, empty after
+//! every start.
+
+use core::mem::{size_of, MaybeUninit};
+use core::ptr::addr_of_mut;
+use yawrig_firmware::slots::{MemoryFlash, ERASED};
+
+#[link_section = ".flash_stand_in"]
+static mut STAND_IN: MaybeUninit<MemoryFlash> = MaybeUninit::uninit();
+
+/// The slots, erased.
+///
+/// # Safety
+/// Called once.
+pub unsafe fn erased() -> &'static mut MemoryFlash {
+    let slots = addr_of_mut!(STAND_IN);
+    // SAFETY: bytes throughout, of which any value is one; the only reference, since there is only this call. Not
+    // by a value of its type, which would lie on the stack.
+    unsafe {
+        slots.cast::<u8>().write_bytes(ERASED, size_of::<MemoryFlash>());
+        (*slots).assume_init_mut()
+    }
+}
