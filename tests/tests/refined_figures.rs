@@ -17,9 +17,7 @@ use yawrig::rig::{Effects, End, Sample, Samples, Sensor, Start};
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_shared::modal::Modal;
-use yawrig_shared::wire::{
-    self, Decoder, Event, Flags, Message, Refined, ReleaseResult, Request, Settings,
-};
+use yawrig_shared::wire::{self, Decoder, Event, Flags, Refined, ReleaseResult, Request, Settings};
 
 const AMPLITUDE_DEG: f64 = 15.0;
 const HOLD_S: f64 = 2.0;
