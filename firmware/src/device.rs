@@ -2,13 +2,14 @@
 
 use crate::line::Line;
 use crate::measuring::{Context, Measuring};
+use crate::refining::Refining;
 use crate::slots::{Flash, Slot, Store};
 use crate::BUILT_IN;
 use yawrig_shared::blob::{self, EffectIds, Envelope, Provenance};
 use yawrig_shared::network::Network;
 use yawrig_shared::wire::{
-    self, Decoder, Frame, HelloReply, Message, NetworkStatus, Refusal, Reply, Request, Settings,
-    Status, HELLO_KEY, TRIAL_SAMPLES,
+    self, Decoder, Event, Frame, HelloReply, Message, NetworkStatus, Refusal, Reply, Request,
+    Settings, Status, HELLO_KEY, TRIAL_SAMPLES,
 };
 
 /// What is known of the network that runs.
@@ -39,6 +40,7 @@ pub struct Device<F> {
 struct Core<F> {
     board: &'static str,
     measuring: Measuring,
+    refining: Refining,
     store: Store<F>,
     /// The only one in memory; to be used where there is something about it in `running`.
     network: Network,
@@ -66,6 +68,7 @@ impl<F: Flash> Device<F> {
             core: Core {
                 board,
                 measuring: Measuring::new(Settings::default()),
+                refining: Refining::new(),
                 store: Store::new(flash),
                 network: Network::empty(),
                 running: None,
@@ -104,15 +107,24 @@ impl<F: Flash> Device<F> {
     /// Goes on with what is not urgent, by some thousand instructions. Called after each sample: the samples are its
     /// clock, so that events come in the same order wherever it runs.
     pub fn work(&mut self) {
-        let (measuring, mut context) = self.core.split();
-        measuring.work(&mut context);
+        if let Some(refined) = self.core.refining.work() {
+            self.core.line.event(&Event::Refined(refined));
+        }
+    }
+
+    /// Whether there is such work.
+    pub fn is_refining(&self) -> bool {
+        self.core.refining.is_busy()
     }
 
     /// Called where there is nothing else to do: the same, once the host has said that the record is over and no sample
     /// comes any more. False where nothing is left.
     pub fn idle(&mut self) -> bool {
-        let (measuring, mut context) = self.core.split();
-        measuring.idle(&mut context)
+        let busy = self.core.measuring.is_over() && self.is_refining();
+        if busy {
+            self.work();
+        }
+        busy
     }
 
     /// A byte from the serial line.
@@ -142,9 +154,10 @@ impl<F: Flash> Device<F> {
 impl<F: Flash> Core<F> {
     fn split(&mut self) -> (&mut Measuring, Context<'_>) {
         let running = self.running.as_ref();
-        let network = running.is_some().then_some(&self.network);
+        let network = running.map(|_| &self.network);
         let second_order = running.is_some_and(|running| running.effects.is_empty());
-        (&mut self.measuring, Context { network, second_order, line: &mut self.line })
+        let (line, refining) = (&mut self.line, &mut self.refining);
+        (&mut self.measuring, Context { network, second_order, refining, line })
     }
 
     /// Time goes by: a network on trial that nobody confirms is given up.
@@ -278,9 +291,9 @@ impl<F: Flash> Core<F> {
             samples: self.measuring.now(),
             lost_samples: self.measuring.lost_samples(),
             lost_events: self.line.lost_events(),
+            refining: self.refining.is_busy(),
             lost_bytes: self.lost_bytes,
             session: self.session,
-            refining: self.measuring.is_refining(),
             next_event: self.line.next_event(),
             has_reference: self.measuring.has_reference(),
         }

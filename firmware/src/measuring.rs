@@ -54,26 +54,27 @@ pub struct Context<'a> {
     pub network: Option<&'a Network>,
     /// The network gives a second-order model's values, and no effect beside it.
     pub second_order: bool,
+    pub refining: &'a mut Refining,
     pub line: &'a mut Line,
 }
 
 /// Everything between the converter and the line.
+// In this order, or else the samples would be made on the stack and then copied.
 #[derive(Debug)]
+#[repr(C)]
 pub struct Measuring {
+    tracker: Tracker<i16>,
     sampler: Sampler,
     signal: Signal,
     next_settings: Option<Settings>,
-    tracker: Tracker<i16>,
     watch: Watch,
     current: Current,
     releases: u32,
     lost_samples: u32,
     end_at: Option<u32>,
-    /// The host has ended the record, and nothing has come since.
     is_over: bool,
     condition: Option<Condition>,
     reference: Reference,
-    refining: Refining,
 }
 
 impl Measuring {
@@ -84,7 +85,6 @@ impl Measuring {
             sampler: Sampler::new(settings),
             signal: Signal::new(settings.degrees_per_count),
             next_settings: None,
-            tracker: Tracker::new(0, settings.degrees_per_count, limits(&settings)),
             watch: Watch::new(),
             current: Current::default(),
             releases: 0,
@@ -93,7 +93,7 @@ impl Measuring {
             is_over: false,
             condition: None,
             reference: Reference::new(),
-            refining: Refining::new(),
+            tracker: Tracker::new(0, settings.degrees_per_count, limits(&settings)),
         }
     }
 
@@ -120,7 +120,7 @@ impl Measuring {
             self.watch = Watch::new();
             self.signal.rejoin();
         }
-        self.spoil();
+        self.spoil(context);
     }
 
     /// The next sample of the converter, 1 ms after the one before.
@@ -129,40 +129,25 @@ impl Measuring {
         let good = self.signal.sample(raw);
         if good == raw && self.sampler.saturated(counts) {
             self.current.flags.set(Flags::SATURATED);
-            self.spoil();
+            self.spoil(context);
         }
         self.take(good, context);
         self.end_if_due(context);
     }
 
     /// What has come so far is of no use for windows, nor for the record.
-    fn spoil(&mut self) {
+    fn spoil(&mut self, context: &mut Context) {
         self.current.spoilt_until = Some(self.now());
-        self.refining.abandon();
+        context.refining.abandon();
     }
 
     fn is_spoilt(&self, start: u32) -> bool {
         self.current.spoilt_until.is_some_and(|until| start.wrapping_sub(until) as i32 <= 0)
     }
 
-    /// Goes on with the refined estimate by one piece.
-    pub fn work(&mut self, context: &mut Context) {
-        if let Some(refined) = self.refining.work() {
-            context.line.event(&Event::Refined(refined));
-        }
-    }
-
-    /// The same where the record is over; false where there is nothing to go on with.
-    pub fn idle(&mut self, context: &mut Context) -> bool {
-        let busy = self.is_over && self.is_refining();
-        if busy {
-            self.work(context);
-        }
-        busy
-    }
-
-    pub fn is_refining(&self) -> bool {
-        self.refining.is_busy()
+    /// Whether the host has ended the record, and nothing has come since.
+    pub fn is_over(&self) -> bool {
+        self.is_over
     }
 
     pub fn settings(&self) -> &Settings {
@@ -197,7 +182,7 @@ impl Measuring {
             Some(Finding::Extreme { extreme, amplitude_deg: Some(amplitude) })
                 if matches!(watching, Phase::Waiting | Phase::Released | Phase::Ringing) =>
             {
-                self.record(amplitude);
+                self.record(amplitude, context);
                 self.extreme(extreme.at, amplitude, context);
             }
             _ => {}
@@ -205,13 +190,14 @@ impl Measuring {
         if let Some(mean) = block {
             self.signal.block(mean);
             self.judge();
-            self.refining.follow(self.tracker.history());
+            context.refining.follow(self.tracker.history());
             let at = self.now().wrapping_sub(BLOCK as u32 / 2 + 1);
             let to_deg = self.sampler.settings().to_deg;
             let noise = self.signal.block_noise_deg();
             match self.watch.block(at, mean, noise, self.tracker.midline_deg(), to_deg) {
                 Some(Step::LetGo(held)) => {
                     self.prepare();
+                    context.refining.abandon();
                     self.current.begun_sample = held.at;
                     self.restart(Some(held));
                     self.announce(held.at, context);
@@ -258,14 +244,14 @@ impl Measuring {
     }
 
     /// The record for the refined estimate begins where the windows do.
-    fn record(&mut self, amplitude_deg: f32) {
-        if self.refining.is_recording() {
+    fn record(&self, amplitude_deg: f32, context: &mut Context) {
+        if context.refining.is_recording() {
             return;
         }
         let begun = self.tracker.window_start().map(Moment::next_sample);
         let begun = begun.filter(|start| !self.is_spoilt(*start));
         if let (Some(start), Some(midline_deg)) = (begun, self.tracker.midline_deg()) {
-            self.refining.begin(start, amplitude_deg, midline_deg);
+            context.refining.begin(start, amplitude_deg, midline_deg);
         }
     }
 
@@ -276,7 +262,6 @@ impl Measuring {
             self.tracker.configure(settings.degrees_per_count, limits(&settings));
         }
         self.current = Current::default();
-        self.refining.abandon();
     }
 
     fn at_rest(&mut self, was: Phase, context: &mut Context) {
@@ -332,7 +317,7 @@ impl Measuring {
             self.current.flags.set(Flags::DISTURBED);
             return;
         }
-        self.refining.set_cycle(window.length / CYCLES as f32);
+        context.refining.set_cycle(window.length / CYCLES as f32);
         let mut flags = Flags::default();
         if !network.range.holds(&estimate) {
             flags.set(Flags::OUT_OF_RANGE);
@@ -449,7 +434,7 @@ impl Measuring {
         };
         context.line.event(&Event::Release(result));
         let estimate = Some(mean).filter(|_| result.windows > 0 && context.second_order);
-        self.refining.finish(self.releases, flags, estimate, condition, end);
+        context.refining.finish(self.releases, flags, estimate, condition, end);
         self.releases = self.releases.wrapping_add(1);
         self.announce(self.now(), context);
     }

@@ -22,7 +22,7 @@ const FIRST_CYCLES: f64 = 3.0;
 /// Fewest means that are fitted.
 pub const FEWEST_POINTS: usize = 16;
 /// Steps on a horizon that is not the last, and on the last.
-const STEPS: [u8; 2] = [2, 8];
+const STEPS: [u8; 2] = [1, 5];
 /// The last step gains less than this share of one mean's variance: a thirtieth of a standard uncertainty.
 const CLOSE: f64 = 1e-3;
 /// Parameters a, b, c, s, w.
@@ -31,7 +31,7 @@ const N: usize = 5;
 const SUMS: usize = N * (N + 1) / 2 + N + 1;
 
 /// A complex number.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Complex(f64, f64);
 
 impl Complex {
@@ -42,11 +42,11 @@ impl Complex {
 
     /// exp of it: a power series on a small part, squared up again.
     fn exp(self) -> Self {
-        const SQUARINGS: u32 = 8;
+        const SQUARINGS: u32 = 4;
         const SHARE: f64 = 1.0 / (1_u32 << SQUARINGS) as f64;
         let small = Self(self.0 * SHARE, self.1 * SHARE);
         let mut sum = Self(1.0, 0.0);
-        for n in (1..=7).rev() {
+        for n in (1..=10).rev() {
             let term = small.times(sum);
             let part = 1.0 / f64::from(n);
             sum = Self(1.0 + term.0 * part, term.1 * part);
@@ -56,7 +56,7 @@ impl Complex {
 }
 
 /// z_k along the means: exact where a piece begins, by rotation within it.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Phasor {
     piece: Complex,
     per_piece: Complex,
@@ -64,6 +64,9 @@ pub(crate) struct Phasor {
 }
 
 impl Phasor {
+    pub(crate) const NONE: Self =
+        Self { piece: Complex(0.0, 0.0), per_piece: Complex(0.0, 0.0), per_point: (0.0, 0.0) };
+
     #[inline(never)]
     pub(crate) fn new(decay: f64, frequency: f64) -> Self {
         let point = Complex(-decay, frequency).exp();
@@ -87,7 +90,7 @@ impl Phasor {
 }
 
 /// a, b, c in units of the means; s and w per mean, rad.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters {
     pub cosine: f64,
     pub sine: f64,
@@ -97,6 +100,9 @@ pub struct Parameters {
 }
 
 impl Parameters {
+    pub(crate) const NONE: Self =
+        Self { cosine: 0.0, sine: 0.0, offset: 0.0, decay: 0.0, frequency: 0.0 };
+
     /// `columns` of s and w are scaled by the horizon's length.
     #[inline(never)]
     fn moved(&self, step: &[f64; N], share: f64, length: f64) -> Self {
@@ -168,23 +174,25 @@ fn solved(l: &[[f64; N]; N], mut right: [f64; N], n: usize) -> [f64; N] {
     right
 }
 
-/// A minimum.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Minimum {
-    pub parameters: Parameters,
-    /// Variance of the residual, units of the means squared.
-    pub variance: f64,
-    /// Covariance of s and w for that variance if it is white: ss, sw, ww.
-    pub covariance: [f64; 3],
-}
-
 /// Where a fit is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Progress {
     Going,
-    Done(Minimum),
+    Done,
     /// No minimum with an oscillation in it was found.
     Failed,
+}
+
+/// What the next call of [`Fit::work`] does; each takes some ten thousand instructions at most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Next {
+    /// Begins to look at the horizon.
+    Begin,
+    Look,
+    /// Thinks about what it saw.
+    Decide,
+    /// Is at the minimum: says how well it is known.
+    Finish,
 }
 
 /// A fit under way to a stretch of the means, always the same one.
@@ -196,61 +204,81 @@ pub struct Fit {
     /// The best so far, with the step from it, and what is tried.
     best: Parameters,
     best_squares: f64,
-    /// By so much a step may raise the sum of squares: one mean's variance, which is no worse a fit.
-    slack: f64,
+    /// Variance of one mean's residual; a step that raises the sum of squares by less is no worse.
+    variance: f64,
     step: [f64; N],
     share: f64,
     tried: Parameters,
     steps: u8,
+    next: Next,
     /// Means of the horizon that were looked at.
     at: usize,
     phasor: Phasor,
     sums: Sums,
+    covariance: [f64; 3],
 }
 
 impl Fit {
+    /// None yet.
+    pub const NONE: Self = Self {
+        count: 0,
+        horizon: 0,
+        best: Parameters::NONE,
+        best_squares: 0.0,
+        variance: 0.0,
+        step: [0.0; N],
+        share: 0.0,
+        tried: Parameters::NONE,
+        steps: 0,
+        next: Next::Begin,
+        at: 0,
+        phasor: Phasor::NONE,
+        sums: Sums([0.0; SUMS]),
+        covariance: [0.0; 3],
+    };
+
     /// From natural frequency and decay (per mean, rad) that keep their phase for some cycles.
     pub fn new(count: usize, decay: f64, frequency: f64) -> Self {
         let first = FIRST_CYCLES * core::f64::consts::TAU / frequency;
         let horizon = (first as usize).clamp(FEWEST_POINTS, POINTS).min(count);
-        Self::from(count, horizon, Parameters { decay, frequency, ..Parameters::default() })
-    }
-
-    fn from(count: usize, horizon: usize, start: Parameters) -> Self {
-        let mut fit = Self {
+        let start = Parameters { decay, frequency, ..Parameters::NONE };
+        Self {
             count,
             horizon,
             best: start,
-            best_squares: f64::INFINITY,
-            slack: 0.0,
-            step: [0.0; N],
-            share: 0.0,
             tried: start,
-            steps: 0,
-            at: 0,
-            phasor: Phasor::default(),
-            sums: Sums([0.0; SUMS]),
-        };
-        fit.begin_pass();
-        fit
-    }
-
-    fn begin_pass(&mut self) {
-        self.phasor = Phasor::new(self.tried.decay, self.tried.frequency);
-        self.sums = Sums([0.0; SUMS]);
-        self.at = 0;
+            best_squares: f64::INFINITY,
+            ..Self::NONE
+        }
     }
 
     /// Goes on by one piece of `points`, all of them at each call.
     #[inline(never)]
     pub fn work(&mut self, points: &[i16]) -> Progress {
-        let end = (self.at + PIECE).min(self.horizon);
-        self.look(&points[self.at..end]);
-        self.at = end;
-        if end < self.horizon {
-            return Progress::Going;
+        match self.next {
+            Next::Begin => {
+                self.phasor = Phasor::new(self.tried.decay, self.tried.frequency);
+                self.sums = Sums([0.0; SUMS]);
+                self.at = 0;
+                self.next = Next::Look;
+            }
+            Next::Look => {
+                let end = (self.at + PIECE).min(self.horizon);
+                self.look(&points[self.at..end]);
+                self.at = end;
+                if end == self.horizon {
+                    self.next = Next::Decide;
+                }
+            }
+            Next::Decide => match self.decide() {
+                Some(next) => self.next = next,
+                None => return Progress::Failed,
+            },
+            Next::Finish => {
+                return if self.finish() { Progress::Done } else { Progress::Failed };
+            }
         }
-        self.decide().unwrap_or(Progress::Failed)
+        Progress::Going
     }
 
     /// Adds a piece to the sums.
@@ -298,11 +326,11 @@ impl Fit {
     }
 
     /// What is next, after a look at the whole horizon.
-    fn decide(&mut self) -> Option<Progress> {
+    fn decide(&mut self) -> Option<Next> {
         // Without a swing there is nothing that s and w could change: first a, b and c alone.
         let first = self.best_squares == f64::INFINITY && self.best.cosine == 0.0;
         self.steps += 1;
-        if self.sums.squares() > self.best_squares + self.slack {
+        if self.sums.squares() > self.best_squares + self.variance {
             if self.steps > STEPS[1] {
                 return None;
             }
@@ -318,20 +346,19 @@ impl Fit {
             let gain: f64 = (0..N).map(|i| self.step[i] * gradient[i]).sum();
             let freedom = self.horizon.saturating_sub(N) as f64;
             let variance = (self.best_squares - gain).max(0.0) / freedom;
-            self.slack = variance;
+            self.variance = variance;
             let last = self.horizon == self.count;
             let close = !first && gain <= CLOSE * variance;
             if last && (close || self.steps > STEPS[1]) {
-                return self.minimum(&l, variance).map(Progress::Done);
+                return Some(Next::Finish);
             }
             if !last && (close || self.steps > STEPS[0]) {
                 self.lengthen();
-                return Some(Progress::Going);
+                return Some(Next::Begin);
             }
         }
         self.tried = self.best.moved(&self.step, self.share, self.horizon as f64);
-        self.begin_pass();
-        Some(Progress::Going)
+        Some(Next::Begin)
     }
 
     /// The next horizon, from one step further on this one.
@@ -341,17 +368,31 @@ impl Fit {
         self.best_squares = f64::INFINITY;
         self.horizon = (2 * self.horizon).min(self.count);
         self.steps = 0;
-        self.begin_pass();
     }
 
-    fn minimum(&self, l: &[[f64; N]; N], variance: f64) -> Option<Minimum> {
+    /// The last step, and how well the minimum is known; false where it is no oscillation.
+    fn finish(&mut self) -> bool {
         let length = self.horizon as f64;
-        let parameters = self.best.moved(&self.step, 1.0, length);
-        let column = |i: usize| solved(l, core::array::from_fn(|k| f64::from(u8::from(k == i))), N);
+        self.best = self.best.moved(&self.step, 1.0, length);
+        let Some(l) = self.sums.factor(N) else { return false };
+        let column =
+            |i: usize| solved(&l, core::array::from_fn(|k| f64::from(u8::from(k == i))), N);
         let (by_decay, by_frequency) = (column(3), column(4));
-        let scale = variance / (length * length);
-        let covariance = [by_decay[3], by_decay[4], by_frequency[4]].map(|c| scale * c);
-        let oscillates = parameters.frequency * length > core::f64::consts::PI;
-        oscillates.then_some(Minimum { parameters, variance, covariance })
+        let scale = self.variance / (length * length);
+        self.covariance = [by_decay[3], by_decay[4], by_frequency[4]].map(|c| scale * c);
+        self.best.frequency * length > core::f64::consts::PI
+    }
+
+    /// The best there is.
+    pub fn parameters(&self) -> &Parameters {
+        &self.best
+    }
+
+    /// At the minimum: covariance of s and w (ss, sw, ww; per mean, rad) for a white residual.
+    pub fn covariance(&self) -> [f64; 3] {
+        self.covariance
     }
 }
+
+#[cfg(test)]
+mod tests;

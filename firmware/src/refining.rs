@@ -2,13 +2,16 @@
 
 use crate::decimated::Decimated;
 use crate::reference::Reference;
-use crate::refine::{Fit, Minimum, Progress, FEWEST_POINTS};
+use crate::refine::{Fit, Progress, FEWEST_POINTS};
 use crate::residual::Residual;
 use yawrig_shared::history::{History, BLOCK};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::network::Estimate;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
 use yawrig_shared::wire::{Condition, Flags, Measured, Precise, Refined};
+
+/// Blocks recorded with one sample at most.
+const AT_ONCE: u32 = 4;
 
 /// What the fit is for.
 #[derive(Clone, Copy, Debug)]
@@ -19,8 +22,7 @@ struct Release {
 }
 
 /// What is going on.
-#[derive(Clone, Debug)]
-#[allow(clippy::large_enum_variant)] // no heap to put the fit on
+#[derive(Clone, Copy, Debug)]
 enum Stage {
     /// Nothing is recorded.
     Idle,
@@ -28,8 +30,8 @@ enum Stage {
     Recording {
         next: u32,
     },
-    Fitting(Release, Fit),
-    Judging(Release, Minimum, Residual),
+    Fitting,
+    Judging,
 }
 
 /// Records a release and refines the network's estimate of it.
@@ -37,13 +39,25 @@ enum Stage {
 pub struct Refining {
     record: Decimated,
     stage: Stage,
+    // Of the last two stages; beside the stage and not in it, so that the device is made where it stays.
+    release: Release,
+    fit: Fit,
+    residual: Residual,
     /// The last refined wind-off result.
     reference: Reference,
 }
 
 impl Refining {
+    #[inline(always)]
     pub const fn new() -> Self {
-        Self { record: Decimated::new(), stage: Stage::Idle, reference: Reference::new() }
+        Self {
+            record: Decimated::new(),
+            stage: Stage::Idle,
+            release: Release { number: 0, flags: Flags(0), condition: None },
+            fit: Fit::NONE,
+            residual: Residual::NONE,
+            reference: Reference::new(),
+        }
     }
 
     pub fn is_recording(&self) -> bool {
@@ -52,7 +66,7 @@ impl Refining {
 
     /// Whether there is work to do.
     pub fn is_busy(&self) -> bool {
-        matches!(self.stage, Stage::Fitting(..) | Stage::Judging(..))
+        matches!(self.stage, Stage::Fitting | Stage::Judging)
     }
 
     /// A swing worth recording began at this sample. While the one before is being refined the buffer is not free.
@@ -73,10 +87,13 @@ impl Refining {
         }
     }
 
-    /// Takes the blocks that are complete.
+    /// Takes blocks that are complete; called for each of them, it catches up with those before it by and by.
     pub fn follow<S: Copy + Default + Into<f32>>(&mut self, history: &History<S>) {
         let Stage::Recording { next } = &mut self.stage else { return };
-        while history.next_index().wrapping_sub(*next) as i32 >= BLOCK as i32 {
+        for _ in 0..AT_ONCE {
+            if (history.next_index().wrapping_sub(*next) as i32) < BLOCK as i32 {
+                break;
+            }
             self.record.block(history, *next);
             *next = next.wrapping_add(BLOCK as u32);
         }
@@ -108,8 +125,9 @@ impl Refining {
         let frequency = f64::from(estimate.natural_frequency_rad_s);
         // A network far from its range may say anything.
         if count >= FEWEST_POINTS && frequency > 0.0 && decay.abs() < frequency {
-            let fit = Fit::new(count, decay * per_point, frequency * per_point);
-            self.stage = Stage::Fitting(Release { number, flags, condition }, fit);
+            self.fit = Fit::new(count, decay * per_point, frequency * per_point);
+            self.release = Release { number, flags, condition };
+            self.stage = Stage::Fitting;
         }
     }
 
@@ -121,59 +139,57 @@ impl Refining {
     #[inline(never)]
     pub fn work(&mut self) -> Option<Refined> {
         let points = self.record.points();
-        match &mut self.stage {
+        match self.stage {
             Stage::Idle | Stage::Recording { .. } => None,
-            Stage::Fitting(release, fit) => match fit.work(points) {
+            Stage::Fitting => match self.fit.work(points) {
                 Progress::Going => None,
-                Progress::Done(minimum) => {
-                    let residual = Residual::new(&minimum.parameters, points.len());
-                    self.stage = Stage::Judging(*release, minimum, residual);
+                Progress::Done => {
+                    self.residual = Residual::new(self.fit.parameters(), points.len());
+                    self.stage = Stage::Judging;
                     None
                 }
                 Progress::Failed => {
-                    let release = *release;
                     self.stage = Stage::Idle;
-                    let mut refined = self.empty(&release);
+                    let mut refined = self.empty();
                     refined.flags.set(Flags::NOT_REFINED);
                     Some(refined)
                 }
             },
-            Stage::Judging(release, minimum, residual) => {
-                if !residual.work(points) {
+            Stage::Judging => {
+                if !self.residual.work(points) {
                     return None;
                 }
-                let (release, minimum, residual) = (*release, *minimum, residual.clone());
                 self.stage = Stage::Idle;
-                Some(self.result(&release, &minimum, &residual))
+                Some(self.result())
             }
         }
     }
 
-    fn empty(&self, release: &Release) -> Refined {
+    fn empty(&self) -> Refined {
         Refined {
-            release: release.number,
+            release: self.release.number,
             from_sample: self.record.from_sample(),
             samples: self.record.points().len() as u32 * self.record.samples_per_point(),
-            flags: release.flags,
+            flags: self.release.flags,
             ..Refined::default()
         }
     }
 
     #[inline(never)]
-    fn result(&mut self, release: &Release, minimum: &Minimum, residual: &Residual) -> Refined {
+    fn result(&mut self) -> Refined {
         let seconds = self.seconds_per_point();
         let unit_deg = self.record.unit_deg();
-        let p = &minimum.parameters;
+        let p = self.fit.parameters();
         let turn = p.frequency as f32 / self.record.samples_per_point() as f32;
-        let noise_deg2 = self.record.noise_variance(turn);
-        let per_point = noise_deg2 / self.record.samples_per_point() as f32;
-        let judged = residual.judged(per_point / (unit_deg * unit_deg));
+        let noise = self.record.noise(turn);
+        let per_point = noise.variance_deg2 / self.record.samples_per_point() as f32;
+        let judged = self.residual.judged(per_point / (unit_deg * unit_deg), noise.freedom);
         // wn^2 = w^2 + s^2, zeta = s / wn; and how they change with s and w.
         let (s, w) = (p.decay / seconds, p.frequency / seconds);
         let wn = libm::sqrt(w * w + s * s);
         let zeta = s / wn;
         let (cos, sin) = (w / wn, zeta);
-        let [ss, sw, ww] = minimum.covariance.map(|c| c * f64::from(judged.colour));
+        let [ss, sw, ww] = self.fit.covariance().map(|c| c * f64::from(judged.colour));
         let along = |by_s: f64, by_w: f64| {
             let variance = by_s * by_s * ss + 2.0 * by_s * by_w * sw + by_w * by_w * ww;
             libm::sqrtf(variance as f32)
@@ -183,12 +199,12 @@ impl Refining {
         let mut refined = Refined {
             natural_frequency_rad_s: Precise { value: wn, u: wn_u },
             damping_ratio: Measured { value: zeta as f32, u: zeta_u },
-            noise_rms_deg: libm::sqrtf(noise_deg2),
+            noise_rms_deg: libm::sqrtf(noise.variance_deg2),
             residual_over_noise: judged.over_noise,
-            ..self.empty(release)
+            ..self.empty()
         };
         let modal = Modal { natural_frequency_rad_s: wn, damping_ratio: zeta };
-        refined.derivatives = self.reference.derivatives(&modal, release.condition.as_ref());
+        refined.derivatives = self.reference.derivatives(&modal, self.release.condition.as_ref());
         if judged.misfit {
             refined.flags.set(Flags::MISFIT);
         }

@@ -72,7 +72,9 @@ pub enum Finding {
 }
 
 /// Follows an oscillation sample by sample.
+// In this order, or else the device's samples would be made on the stack and then copied.
 #[derive(Clone, Debug)]
+#[repr(C)]
 pub struct Tracker<S> {
     history: History<S>,
     limits: Limits,
