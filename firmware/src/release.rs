@@ -138,8 +138,7 @@ impl Watch {
             (self.still_low, self.still_high) = (mean_deg, mean_deg);
             self.still_blocks = SMOOTHED;
         }
-        let needed =
-            if self.phase == Phase::Finished { DIED_DOWN_SAMPLES } else { STILL_SAMPLES };
+        let needed = if self.phase == Phase::Finished { DIED_DOWN_SAMPLES } else { STILL_SAMPLES };
         self.still_blocks.saturating_mul(BLOCK as u32) >= needed
     }
 }
