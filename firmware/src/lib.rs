@@ -11,7 +11,6 @@ pub mod device;
 pub mod estimator;
 pub mod line;
 pub mod measuring;
-pub mod misfit;
 pub mod reference;
 pub mod refine;
 pub mod refining;

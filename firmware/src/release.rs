@@ -10,8 +10,10 @@ use yawrig_shared::wire::Phase;
 
 /// Longer than half a period at 2.5 rad/s (1.26 s), in samples.
 const STILL_SAMPLES: u32 = 1304;
-/// Peak to peak, degrees: above the noise of the means it is held against, far below any release, and so small that
-/// the slowest swing, of which that time sees one side alone, cannot then be as far from its rest as one let go.
+/// The same for the last of a decay, of which half a period may show one side alone: its rest would be put off its
+/// mid-line, and its other side would look like a release.
+const DIED_DOWN_SAMPLES: u32 = 1800;
+/// Peak to peak, degrees: above the noise of the means it is held against, far below any release.
 const STILL_BAND_DEG: f32 = 0.35;
 /// Blocks whose mean that is: 32 ms take little from the fastest swing and most from noise and hum.
 const SMOOTHED: u32 = 4;
@@ -136,6 +138,7 @@ impl Watch {
             (self.still_low, self.still_high) = (mean_deg, mean_deg);
             self.still_blocks = SMOOTHED;
         }
-        self.still_blocks.saturating_mul(BLOCK as u32) >= STILL_SAMPLES
+        let needed = if self.phase == Phase::Finished { DIED_DOWN_SAMPLES } else { STILL_SAMPLES };
+        self.still_blocks.saturating_mul(BLOCK as u32) >= needed
     }
 }
