@@ -7,8 +7,8 @@ use crate::BUILT_IN;
 use yawrig_shared::blob::{self, EffectIds, Envelope, Provenance};
 use yawrig_shared::network::Network;
 use yawrig_shared::wire::{
-    self, Decoder, Frame, HelloReply, Message, NetworkStatus, Refusal, Reply, Request, Settings,
-    Status, HELLO_KEY, TRIAL_SAMPLES,
+    self, Decoder, Frame, HelloReply, Message, NetworkStatus, Phase, Refusal, Reply, Request,
+    Settings, Status, HELLO_KEY, TRIAL_SAMPLES,
 };
 
 /// What is known of the network that runs.
@@ -76,6 +76,11 @@ impl<F: Flash> Device<F> {
     /// Takes up the newest network of the flash, or the one compiled in.
     pub fn start(&mut self) {
         self.core.take_up_kept();
+    }
+
+    /// Where in a release it is.
+    pub fn phase(&self) -> Phase {
+        self.core.measuring.phase()
     }
 
     /// The flash, as a power cut leaves it.
