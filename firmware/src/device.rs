@@ -2,13 +2,14 @@
 
 use crate::line::Line;
 use crate::measuring::{Context, Measuring};
+use crate::refining::Refining;
 use crate::slots::{Flash, Slot, Store};
 use crate::BUILT_IN;
 use yawrig_shared::blob::{self, EffectIds, Envelope, Provenance};
 use yawrig_shared::network::Network;
 use yawrig_shared::wire::{
-    self, Decoder, Frame, HelloReply, Message, NetworkStatus, Phase, Refusal, Reply, Request,
-    Settings, Status, HELLO_KEY, TRIAL_SAMPLES,
+    self, Decoder, Event, Frame, HelloReply, Message, NetworkStatus, Phase, Refusal, Reply,
+    Request, Settings, Status, HELLO_KEY, TRIAL_SAMPLES,
 };
 
 /// What is known of the network that runs.
@@ -39,6 +40,7 @@ pub struct Device<F> {
 struct Core<F> {
     board: &'static str,
     measuring: Measuring,
+    refining: Refining,
     store: Store<F>,
     /// The only one in memory; to be used where there is something about it in `running`.
     network: Network,
@@ -64,6 +66,7 @@ impl<F: Flash> Device<F> {
             core: Core {
                 board,
                 measuring: Measuring::new(Settings::default()),
+                refining: Refining::new(),
                 store: Store::new(flash),
                 network: Network::empty(),
                 running: None,
@@ -102,6 +105,29 @@ impl<F: Flash> Device<F> {
         measuring.lost(count, &mut context);
     }
 
+    /// Goes on with what is not urgent, by some thousand instructions. Called after each sample: the samples are its
+    /// clock, so that events come in the same order wherever it runs.
+    pub fn work(&mut self) {
+        if let Some(refined) = self.core.refining.work() {
+            self.core.line.event(&Event::Refined(refined));
+        }
+    }
+
+    /// Whether there is such work.
+    pub fn is_refining(&self) -> bool {
+        self.core.refining.is_busy()
+    }
+
+    /// Called where there is nothing else to do: the same, once the host has said that the record is over and no sample
+    /// comes any more. False where nothing is left.
+    pub fn idle(&mut self) -> bool {
+        let busy = self.core.measuring.is_over() && self.is_refining();
+        if busy {
+            self.work();
+        }
+        busy
+    }
+
     /// A byte from the serial line.
     pub fn receive(&mut self, byte: u8) {
         if let Some(Ok(frame)) = self.decoder.push(byte) {
@@ -117,8 +143,11 @@ impl<F: Flash> Device<F> {
 
 impl<F: Flash> Core<F> {
     fn split(&mut self) -> (&mut Measuring, Context<'_>) {
-        let network = self.running.is_some().then_some(&self.network);
-        (&mut self.measuring, Context { network, line: &mut self.line })
+        let running = self.running.as_ref();
+        let network = running.map(|_| &self.network);
+        let second_order = running.is_some_and(|running| running.effects.is_empty());
+        let (line, refining) = (&mut self.line, &mut self.refining);
+        (&mut self.measuring, Context { network, second_order, refining, line })
     }
 
     /// Time goes by: a network on trial that nobody confirms is given up.
@@ -247,6 +276,7 @@ impl<F: Flash> Core<F> {
             samples: self.measuring.now(),
             lost_samples: self.measuring.lost_samples(),
             lost_events: self.line.lost_events(),
+            refining: self.refining.is_busy(),
             next_event: self.line.next_event(),
             has_reference: self.measuring.has_reference(),
         }

@@ -6,11 +6,16 @@
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
+pub mod decimated;
 pub mod device;
 pub mod estimator;
 pub mod line;
 pub mod measuring;
+pub mod reference;
+pub mod refine;
+pub mod refining;
 pub mod release;
+pub mod residual;
 pub mod sampler;
 pub mod slots;
 

@@ -2,16 +2,17 @@
 
 use crate::estimator::Collector;
 use crate::line::Line;
+use crate::reference::Reference;
+use crate::refining::Refining;
 use crate::release::{Step, Watch};
 use crate::sampler::Sampler;
-use yawrig_shared::derivatives::{reduced_frequency, YawDerivatives};
 use yawrig_shared::features::features;
-use yawrig_shared::history::BLOCK;
+use yawrig_shared::history::{Moment, BLOCK};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::network::{Estimate, Network};
-use yawrig_shared::window::{Finding, Limits, Tracker, Window};
+use yawrig_shared::window::{Finding, Limits, Tracker, Window, CYCLES};
 use yawrig_shared::wire::{
-    Condition, Derivatives, Event, Flags, Phase, Refusal, ReleaseResult, Settings, WindowResult,
+    Condition, Event, Flags, Phase, Refusal, ReleaseResult, Settings, WindowResult,
 };
 
 /// Lost samples that are bridged by the last one before them; more end the release.
@@ -27,29 +28,36 @@ struct Current {
     smallest_deg: f32,
     /// Windows that end before this sample saw a gap or an end of the converter.
     spoilt_until: Option<u32>,
+    /// Where the last window ended.
+    windows_end: u32,
 }
 
 /// What measuring needs from the rest of the device.
 pub struct Context<'a> {
     pub network: Option<&'a Network>,
+    /// The network gives a second-order model's values, and no effect beside it.
+    pub second_order: bool,
+    pub refining: &'a mut Refining,
     pub line: &'a mut Line,
 }
 
 /// Everything between the converter and the line.
+// In this order, or else the samples would be made on the stack and then copied.
 #[derive(Debug)]
+#[repr(C)]
 pub struct Measuring {
+    tracker: Tracker<i16>,
     sampler: Sampler,
     next_settings: Option<Settings>,
-    tracker: Tracker<i16>,
     watch: Watch,
     current: Current,
     releases: u32,
     last_raw: i16,
     lost_samples: u32,
     end_at: Option<u32>,
+    is_over: bool,
     condition: Option<Condition>,
-    /// Wind-off result of the axis and spring at hand.
-    reference: Option<Modal>,
+    reference: Reference,
 }
 
 impl Measuring {
@@ -59,15 +67,16 @@ impl Measuring {
         Self {
             sampler: Sampler::new(settings),
             next_settings: None,
-            tracker: Tracker::new(0, settings.degrees_per_count, limits(&settings)),
             watch: Watch::new(),
             current: Current::default(),
             releases: 0,
             last_raw: 0,
             lost_samples: 0,
             end_at: None,
+            is_over: false,
             condition: None,
-            reference: None,
+            reference: Reference::new(),
+            tracker: Tracker::new(0, settings.degrees_per_count, limits(&settings)),
         }
     }
 
@@ -79,7 +88,7 @@ impl Measuring {
         self.lost_samples = self.lost_samples.saturating_add(count);
         self.current.flags.set(Flags::LOST_SAMPLES);
         if count > BRIDGED {
-            self.finish(Flags::CUT_SHORT, context);
+            self.finish(Flags::CUT_SHORT, self.now(), context);
             self.tracker.restart(None);
             self.watch = Watch::new();
         } else {
@@ -87,18 +96,33 @@ impl Measuring {
                 self.take(self.last_raw, context);
             }
         }
-        self.current.spoilt_until = Some(self.now());
+        self.spoil(context);
     }
 
     /// The next sample of the converter, 1 ms after the one before.
     pub fn sample(&mut self, counts: u16, context: &mut Context) {
         if self.sampler.saturated(counts) {
             self.current.flags.set(Flags::SATURATED);
-            self.current.spoilt_until = Some(self.now());
+            self.spoil(context);
         }
         self.last_raw = Sampler::centred(counts);
         self.take(self.last_raw, context);
         self.end_if_due(context);
+    }
+
+    /// What has come so far is of no use for windows, nor for the record.
+    fn spoil(&mut self, context: &mut Context) {
+        self.current.spoilt_until = Some(self.now());
+        context.refining.abandon();
+    }
+
+    fn is_spoilt(&self, start: u32) -> bool {
+        self.current.spoilt_until.is_some_and(|until| start.wrapping_sub(until) as i32 <= 0)
+    }
+
+    /// Whether the host has ended the record, and nothing has come since.
+    pub fn is_over(&self) -> bool {
+        self.is_over
     }
 
     pub fn settings(&self) -> &Settings {
@@ -114,7 +138,7 @@ impl Measuring {
     }
 
     pub fn has_reference(&self) -> bool {
-        self.reference.is_some()
+        self.reference.is_known()
     }
 
     /// Index of the next sample: the device's clock.
@@ -123,6 +147,7 @@ impl Measuring {
     }
 
     fn take(&mut self, raw: i16, context: &mut Context) {
+        self.is_over = false;
         let (block, finding) = self.tracker.push(raw);
         let watching = self.watch.phase();
         match finding {
@@ -132,16 +157,19 @@ impl Measuring {
             Some(Finding::Extreme { extreme, amplitude_deg: Some(amplitude) })
                 if matches!(watching, Phase::Waiting | Phase::Released | Phase::Ringing) =>
             {
+                self.record(amplitude, context);
                 self.extreme(extreme.at, amplitude, context);
             }
             _ => {}
         }
         if let Some(mean) = block {
+            context.refining.follow(self.tracker.history());
             let at = self.now().wrapping_sub(BLOCK as u32 / 2 + 1);
             let to_deg = self.sampler.settings().to_deg;
             match self.watch.block(at, mean, self.tracker.midline_deg(), to_deg) {
                 Some(Step::LetGo(held)) => {
                     self.prepare();
+                    context.refining.abandon();
                     self.current.begun_sample = held.at;
                     self.tracker.restart(Some(held));
                     self.announce(held.at, context);
@@ -159,6 +187,18 @@ impl Measuring {
         }
     }
 
+    /// The record for the refined estimate begins where the windows do.
+    fn record(&self, amplitude_deg: f32, context: &mut Context) {
+        if context.refining.is_recording() {
+            return;
+        }
+        let begun = self.tracker.window_start().map(Moment::next_sample);
+        let begun = begun.filter(|start| !self.is_spoilt(*start));
+        if let (Some(start), Some(midline_deg)) = (begun, self.tracker.midline_deg()) {
+            context.refining.begin(start, amplitude_deg, midline_deg);
+        }
+    }
+
     /// A new release may begin: settings that were waiting for it take effect.
     fn prepare(&mut self) {
         if let Some(settings) = self.next_settings.take() {
@@ -171,7 +211,8 @@ impl Measuring {
     fn at_rest(&mut self, was: Phase, context: &mut Context) {
         if was == Phase::Ringing {
             self.watch.set_phase(Phase::Ringing);
-            self.finish(Flags::CUT_SHORT, context);
+            // It was caught some time after that.
+            self.finish(Flags::CUT_SHORT, self.current.windows_end, context);
             self.watch.set_phase(Phase::Held);
         }
         self.prepare();
@@ -198,15 +239,14 @@ impl Measuring {
         self.current.largest_deg = self.current.largest_deg.max(amplitude_deg);
         self.current.smallest_deg = self.current.smallest_deg.min(amplitude_deg);
         if amplitude_deg < self.sampler.settings().to_deg {
-            self.finish(Flags::default(), context);
+            self.finish(Flags::default(), self.now(), context);
         }
     }
 
     /// Three cycles are complete: the network's estimate goes out at once.
     fn window(&mut self, window: &Window, context: &mut Context) {
         let start = window.start.next_sample();
-        let spoilt = |until: u32| start.wrapping_sub(until) as i32 <= 0;
-        if self.current.spoilt_until.is_some_and(spoilt) {
+        if self.is_spoilt(start) {
             return;
         }
         let Some(network) = context.network else {
@@ -215,12 +255,14 @@ impl Measuring {
         };
         let features = features(network.features, self.tracker.history(), window);
         let estimate = network.estimate(&features);
+        context.refining.set_cycle(window.length / CYCLES as f32);
         let mut flags = Flags::default();
         if !network.range.holds(&estimate) {
             flags.set(Flags::OUT_OF_RANGE);
         }
         let number = self.current.windows.count();
         self.current.windows.add(&estimate, features.amplitude_deg);
+        self.current.windows_end = window.end;
         let Estimate { natural_frequency_rad_s, damping_ratio } = estimate;
         context.line.event(&Event::Window(WindowResult {
             release: self.releases,
@@ -239,20 +281,20 @@ impl Measuring {
     /// Ends the release at the host's wish.
     fn end_release(&mut self, context: &mut Context) {
         match self.watch.phase() {
-            Phase::Ringing => self.finish(Flags::CUT_SHORT, context),
+            Phase::Ringing => self.finish(Flags::CUT_SHORT, self.now(), context),
             Phase::Finished => {}
             // The host waits for a result; there is none to be had from what came.
             _ => {
                 self.watch.set_phase(Phase::Ringing);
-                self.finish(Flags::CUT_SHORT, context);
+                self.finish(Flags::CUT_SHORT, self.now(), context);
             }
         }
         self.tracker.restart(None);
         self.watch = Watch::new();
     }
 
-    /// Sends the release's result, if one is running.
-    fn finish(&mut self, extra: Flags, context: &mut Context) {
+    /// Sends the release's result, if one is running, and begins to refine it from the samples before `end`.
+    fn finish(&mut self, extra: Flags, end: u32, context: &mut Context) {
         if self.watch.phase() != Phase::Ringing {
             return;
         }
@@ -280,7 +322,8 @@ impl Measuring {
             natural_frequency_rad_s: f64::from(natural_frequency_rad_s.value),
             damping_ratio: f64::from(damping_ratio.value),
         };
-        let derivatives = if usable { self.derivatives(&modal) } else { None };
+        let condition = self.condition.filter(|_| usable);
+        let derivatives = self.reference.derivatives(&modal, condition.as_ref());
         let result = ReleaseResult {
             release: self.releases,
             release_sample: current.begun_sample,
@@ -292,6 +335,8 @@ impl Measuring {
             flags,
         };
         context.line.event(&Event::Release(result));
+        let estimate = Some(mean).filter(|_| result.windows > 0 && context.second_order);
+        context.refining.finish(self.releases, flags, estimate, condition, end);
         self.releases = self.releases.wrapping_add(1);
         self.announce(self.now(), context);
     }
@@ -325,28 +370,8 @@ impl Measuring {
         if self.end_at.is_some_and(|end| self.now().wrapping_sub(end) as i32 >= 0) {
             self.end_at = None;
             self.end_release(context);
+            self.is_over = true;
         }
-    }
-
-    /// Derivatives of a wind-on release against the wind-off one before it, which this becomes
-    /// where the wind is off.
-    fn derivatives(&mut self, modal: &Modal) -> Option<Derivatives> {
-        let Condition { wind, model, inertia_kg_m2 } = self.condition?;
-        if wind.speed_m_s == 0.0 {
-            self.reference = Some(*modal);
-            return None;
-        }
-        let reference = self.reference?;
-        if inertia_kg_m2 <= 0.0 {
-            return None;
-        }
-        let YawDerivatives { cn_beta, cn_r } =
-            YawDerivatives::from_releases(modal, &reference, inertia_kg_m2, &wind, &model);
-        Some(Derivatives {
-            cn_beta: cn_beta as f32,
-            cn_r: cn_r as f32,
-            reduced_frequency: reduced_frequency(modal, &wind, &model) as f32,
-        })
     }
 }
 

@@ -5,6 +5,7 @@ use crate::derivatives::condition::Identified;
 use crate::derivatives::table::Point;
 use crate::derivatives::{simulated, Computed};
 use crate::error::{Error, Exit, Result};
+use crate::follow::{is_refined, precise};
 use crate::interrupt;
 use crate::link::bench::Bench;
 use crate::quantity::Quantity;
@@ -13,7 +14,9 @@ use crate::rig::{Condition, Rig, Sensor, Spring, Start, Truth};
 use std::time::Duration;
 use yawrig_shared::modal::Modal;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
-use yawrig_shared::wire::{self, Measured, ReleaseResult, Request, Settings, WindowResult};
+use yawrig_shared::wire::{
+    self, Flags, Measured, Refined, ReleaseResult, Request, Settings, WindowResult,
+};
 
 /// Samples handed to the device at once.
 const CHUNK: usize = 2000;
@@ -24,7 +27,17 @@ pub struct Made {
     pub condition: Condition,
     pub truth: Modal,
     pub result: ReleaseResult,
+    pub refined: Option<Refined>,
     pub windows: Vec<WindowResult>,
+}
+
+/// Whose estimates are meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum By {
+    /// The network, as a mean over the windows.
+    Network,
+    /// The fit to the whole record; the network where there is none.
+    Refined,
 }
 
 impl Made {
@@ -33,13 +46,27 @@ impl Made {
         self.result.windows > 0 && !self.result.flags.unusable()
     }
 
-    /// The device's estimate as the derivatives are computed from it.
-    fn identified(&self) -> Identified {
+    /// Natural frequency (rad/s) and damping ratio.
+    pub fn estimate(&self, by: By) -> [Quantity; 2] {
         let quantity = |m: Measured| Quantity::new(f64::from(m.value), f64::from(m.u));
+        match self.refined.filter(|refined| by == By::Refined && is_refined(refined)) {
+            Some(r) => [precise(r.natural_frequency_rad_s), quantity(r.damping_ratio)],
+            None => [self.result.natural_frequency_rad_s, self.result.damping_ratio].map(quantity),
+        }
+    }
+
+    /// The flags of both.
+    pub fn flags(&self) -> Flags {
+        Flags(self.result.flags.0 | self.refined.map_or(0, |refined| refined.flags.0))
+    }
+
+    /// The device's estimate as the derivatives are computed from it.
+    fn identified(&self, by: By) -> Identified {
         let seconds = |sample: u32| f64::from(sample) / f64::from(SAMPLE_RATE_HZ);
+        let [natural_frequency_rad_s, damping_ratio] = self.estimate(by);
         Identified {
-            natural_frequency_rad_s: quantity(self.result.natural_frequency_rad_s),
-            damping_ratio: quantity(self.result.damping_ratio),
+            natural_frequency_rad_s,
+            damping_ratio,
             from_s: seconds(self.result.release_sample),
             to_s: seconds(self.result.finished_sample),
             flags: Vec::new(),
@@ -112,20 +139,21 @@ fn release(bench: &mut Bench, plan: &Plan, condition: &Condition, seed: u64) -> 
             format!("the device said nothing of the release on {}", condition.spring.name),
         )
     })?;
-    Ok(Made { condition: *condition, truth: release.truth, result, windows: main.windows })
+    let replay::Release { windows, refined, .. } = main;
+    Ok(Made { condition: *condition, truth: release.truth, result, refined, windows })
 }
 
 /// The device's answers as derivatives, one point a spring, beside what was planted.
 ///
 /// # Errors
 /// Exit 3 where a release that is needed is missing. All releases given are [`Made::usable`].
-pub fn table(plan: &Plan, made: &[Made]) -> Result<Vec<(Point, Truth)>> {
+pub fn table(plan: &Plan, made: &[Made], by: By) -> Result<Vec<(Point, Truth)>> {
     let rig = &plan.rig;
     let planned = simulated::plan(rig, plan.wind_speed_m_s, 1, plan.seed)?;
     let campaign = simulated::describe(rig, &planned);
     let release_lines = vec![0; campaign.release.len()];
     let file = CampaignFile { path: "the built-in rig".into(), campaign, release_lines };
-    let identified: Vec<Identified> = made.iter().map(Made::identified).collect();
+    let identified: Vec<Identified> = made.iter().map(|made| made.identified(by)).collect();
     let table = Computed::new(&file, &identified)?.table(&file, "device");
     table
         .points

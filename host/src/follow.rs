@@ -1,7 +1,10 @@
 //! A device's events as text and as JSON.
 
+use crate::quantity::Quantity;
 use serde_json::{json, Value};
-use yawrig_shared::wire::{Event, Flags, Measured, Phase, ReleaseResult, WindowResult};
+use yawrig_shared::wire::{
+    Derivatives, Event, Flags, Measured, Phase, Precise, Refined, ReleaseResult, WindowResult,
+};
 
 /// Names of the flags that are set.
 pub fn flag_names(flags: Flags) -> Vec<&'static str> {
@@ -32,6 +35,11 @@ pub fn quantity(measured: Measured) -> Value {
     json!({"value": number(measured.value), "u": number(measured.u)})
 }
 
+/// The same of a value that has more digits.
+pub fn precise(measured: Precise) -> Quantity {
+    Quantity::new(measured.value, f64::from(measured.u))
+}
+
 /// A window as `identify` lists it, with the device's own fields.
 pub fn window_json(window: &WindowResult) -> Value {
     json!({
@@ -48,13 +56,6 @@ pub fn window_json(window: &WindowResult) -> Value {
 
 /// A release's result.
 pub fn release_json(result: &ReleaseResult) -> Value {
-    let derivatives = result.derivatives.map(|d| {
-        json!({
-            "cn_beta": number(d.cn_beta),
-            "cn_r": number(d.cn_r),
-            "reduced_frequency": number(d.reduced_frequency),
-        })
-    });
     let given = result.windows > 0;
     json!({
         "release": result.release,
@@ -63,9 +64,39 @@ pub fn release_json(result: &ReleaseResult) -> Value {
         "windows": result.windows,
         "natural_frequency_rad_s": given.then(|| quantity(result.natural_frequency_rad_s)),
         "damping_ratio": given.then(|| quantity(result.damping_ratio)),
-        "derivatives": derivatives,
+        "derivatives": result.derivatives.as_ref().map(derivatives_json),
         "usable": !result.flags.unusable(),
         "flags": flag_names(result.flags),
+    })
+}
+
+fn derivatives_json(d: &Derivatives) -> Value {
+    json!({
+        "cn_beta": number(d.cn_beta),
+        "cn_r": number(d.cn_r),
+        "reduced_frequency": number(d.reduced_frequency),
+    })
+}
+
+/// Whether the refined values are there.
+pub fn is_refined(refined: &Refined) -> bool {
+    !refined.flags.has(Flags::NOT_REFINED)
+}
+
+/// A release's refined result; its values are null where there are none.
+pub fn refined_json(refined: &Refined) -> Value {
+    let given = is_refined(refined);
+    json!({
+        "release": refined.release,
+        "from_sample": refined.from_sample,
+        "samples": refined.samples,
+        "natural_frequency_rad_s": given.then(|| precise(refined.natural_frequency_rad_s)),
+        "damping_ratio": given.then(|| quantity(refined.damping_ratio)),
+        "noise_rms_deg": given.then(|| number(refined.noise_rms_deg)),
+        "residual_over_noise": given.then(|| number(refined.residual_over_noise)),
+        "derivatives": refined.derivatives.as_ref().map(derivatives_json),
+        "misfit": refined.flags.has(Flags::MISFIT),
+        "flags": flag_names(refined.flags),
     })
 }
 
@@ -83,14 +114,15 @@ pub fn event_json(event: &Event) -> Value {
             ("window", object)
         }
         Event::Release(result) => ("release", release_json(result)),
+        Event::Refined(refined) => ("refined", refined_json(refined)),
     };
     object["schema_version"] = json!(1);
     object["event"] = json!(name);
     object
 }
 
-/// One event as a line; `None` where there is nothing to tell.
-pub fn event_text(event: &Event) -> Option<String> {
+/// One event as a line; `None` where there is nothing to tell. `record` is what the host can diagnose.
+pub fn event_text(event: &Event, record: &str) -> Option<String> {
     Some(match event {
         Event::Phase { phase: Phase::Held, .. } => "held".to_owned(),
         Event::Phase { phase: Phase::Released, release, .. } => {
@@ -106,6 +138,7 @@ pub fn event_text(event: &Event) -> Option<String> {
             flag_names(window.flags).join(" ")
         ),
         Event::Release(result) => release_text(result),
+        Event::Refined(refined) => refined_text(refined, record),
     })
 }
 
@@ -126,11 +159,42 @@ fn release_text(result: &ReleaseResult) -> String {
     if result.flags.unusable() {
         text.push_str(" (not usable)");
     }
-    if let Some(d) = result.derivatives {
-        text.push_str(&format!(
+    text.push_str(&derivatives_text(result.derivatives.as_ref()));
+    text.trim_end().to_owned()
+}
+
+fn derivatives_text(derivatives: Option<&Derivatives>) -> String {
+    derivatives.map_or(String::new(), |d| {
+        format!(
             "\n  Cn_beta {:.4}, Cn_r {:.4} per rad at reduced frequency {:.3}",
             d.cn_beta, d.cn_r, d.reduced_frequency
+        )
+    })
+}
+
+fn refined_text(refined: &Refined, record: &str) -> String {
+    let release = refined.release;
+    if !is_refined(refined) {
+        return format!(
+            "release {release}: no damped oscillation fits the whole record; the estimate above stands"
+        );
+    }
+    let zeta = refined.damping_ratio;
+    let mut text = format!(
+        "release {release} refined: wn {} rad/s, zeta {}; the residual is {:.2} times the noise of {:.3} deg",
+        precise(refined.natural_frequency_rad_s),
+        Quantity::new(f64::from(zeta.value), f64::from(zeta.u)),
+        refined.residual_over_noise,
+        refined.noise_rms_deg,
+    );
+    if refined.flags.unusable() {
+        text.push_str(" (not usable)");
+    }
+    text.push_str(&derivatives_text(refined.derivatives.as_ref()));
+    if refined.flags.has(Flags::MISFIT) {
+        text.push_str(&format!(
+            "\n  something is missing here: look at it on the host with `yawrig diagnose {record}`"
         ));
     }
-    text.trim_end().to_owned()
+    text
 }

@@ -1,12 +1,13 @@
 //! A record played into a device as its potentiometer.
 
 use crate::error::{Error, Exit, Result};
+use crate::follow::is_refined;
 use crate::interrupt;
 use crate::link::bench::Bench;
 use crate::record::Record;
 use std::time::Duration;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
-use yawrig_shared::wire::{Event, ReleaseResult, Reply, Request, Settings, WindowResult};
+use yawrig_shared::wire::{Event, Refined, ReleaseResult, Reply, Request, Settings, WindowResult};
 
 /// What the device makes of one record.
 #[derive(Clone, Debug)]
@@ -24,6 +25,8 @@ pub struct Replayed {
 pub struct Release {
     pub windows: Vec<WindowResult>,
     pub result: Option<ReleaseResult>,
+    /// Its last word, where it had one to add.
+    pub refined: Option<Refined>,
 }
 
 impl Replayed {
@@ -98,29 +101,32 @@ pub fn replay(
     Ok(replayed)
 }
 
-/// Waits until the device has taken so many samples.
+/// Waits until the device has taken so many samples and has said what it makes of them.
 pub fn wait_for(bench: &mut Bench, samples: u32) -> Result<()> {
-    let mut taken = 0;
+    let (mut taken, mut refining) = (0, false);
     // Each question takes at least a millisecond: patience for a minute without progress.
     let mut idle = 0;
     while idle < 6000 {
-        let now = match bench.client.request(&Request::Status) {
-            Ok(Reply::Status(status)) => status.samples,
-            Ok(_) => taken,
+        let mut now = taken;
+        match bench.client.request(&Request::Status) {
+            Ok(Reply::Status(status)) => (now, refining) = (status.samples, status.refining),
+            Ok(_) => {}
             Err(e) => return Err(bench.client.explain(e, "its state")),
         };
-        if now.wrapping_sub(samples) as i32 >= 0 {
+        let all = now.wrapping_sub(samples) as i32 >= 0;
+        if all && !refining {
             return Ok(());
         }
         idle = if now == taken { idle + 1 } else { 0 };
         taken = now;
         std::thread::sleep(Duration::from_millis(2));
     }
-    Err(Error::new(
-        Exit::Timeout,
-        format!("the device took {taken} samples of {samples} and no more"),
-    )
-    .help("start it again"))
+    let why = if refining {
+        "the device does not get done with its refined estimate".to_owned()
+    } else {
+        format!("the device took {taken} samples of {samples} and no more")
+    };
+    Err(Error::new(Exit::Timeout, why).help("start it again"))
 }
 
 /// Takes the events there are; windows wait in `open` for their release's result.
@@ -141,6 +147,15 @@ pub fn collect(
                         open.result = Some(result);
                         releases.push(std::mem::take(open));
                     }
+                    Event::Refined(refined) => {
+                        let mut last = releases.iter_mut().rev();
+                        let own = last.find(|release| {
+                            release.result.is_some_and(|result| result.release == refined.release)
+                        });
+                        if let Some(release) = own {
+                            release.refined = Some(refined);
+                        }
+                    }
                     Event::Phase { .. } => {}
                 }
             }
@@ -153,16 +168,52 @@ pub fn collect(
 /// Rms in degrees of what a decaying sinusoid with each window's own estimate leaves of the
 /// record, its amplitude, phase and mid-line fitted. `None` without windows.
 pub fn residual_rms_deg(record: &Record, replayed: &Replayed, release: &Release) -> Option<f64> {
+    let stretches = release.windows.iter().map(|window| Stretch {
+        from: window.start_sample,
+        to: window.end_sample,
+        natural_frequency_rad_s: f64::from(window.natural_frequency_rad_s),
+        damping_ratio: f64::from(window.damping_ratio),
+    });
+    rms_deg(record, replayed, stretches)
+}
+
+/// The same of the refined estimate and its whole record.
+pub fn refined_residual_rms_deg(
+    record: &Record,
+    replayed: &Replayed,
+    refined: &Refined,
+) -> Option<f64> {
+    let stretch = is_refined(refined).then(|| Stretch {
+        from: refined.from_sample,
+        to: refined.from_sample.wrapping_add(refined.samples),
+        natural_frequency_rad_s: refined.natural_frequency_rad_s.value,
+        damping_ratio: f64::from(refined.damping_ratio.value),
+    });
+    rms_deg(record, replayed, stretch.into_iter())
+}
+
+/// A part of the record, in device time, and the estimate it is held against.
+struct Stretch {
+    from: u32,
+    to: u32,
+    natural_frequency_rad_s: f64,
+    damping_ratio: f64,
+}
+
+fn rms_deg(
+    record: &Record,
+    replayed: &Replayed,
+    stretches: impl Iterator<Item = Stretch>,
+) -> Option<f64> {
     let (mut square, mut count) = (0.0, 0_usize);
     let start_s = *record.time_s.first()?;
-    for window in &release.windows {
+    for stretch in stretches {
         let time_of = |sample: u32| {
             start_s
                 + f64::from(sample.wrapping_sub(replayed.first_sample)) / f64::from(SAMPLE_RATE_HZ)
         };
-        let (from_s, to_s) = (time_of(window.start_sample), time_of(window.end_sample));
-        let wn = f64::from(window.natural_frequency_rad_s);
-        let zeta = f64::from(window.damping_ratio);
+        let (from_s, to_s) = (time_of(stretch.from), time_of(stretch.to));
+        let (wn, zeta) = (stretch.natural_frequency_rad_s, stretch.damping_ratio);
         let wd = wn * (1.0 - zeta * zeta).max(0.0).sqrt();
         let rows: Vec<([f64; 3], f64)> = record
             .time_s

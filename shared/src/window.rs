@@ -72,7 +72,9 @@ pub enum Finding {
 }
 
 /// Follows an oscillation sample by sample.
+// In this order, or else the device's samples would be made on the stack and then copied.
 #[derive(Clone, Debug)]
+#[repr(C)]
 pub struct Tracker<S> {
     history: History<S>,
     limits: Limits,
@@ -145,6 +147,11 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
     /// Mid-line in degrees, once three extremes have been seen.
     pub fn midline_deg(&self) -> Option<f32> {
         (self.midline.count > 0).then_some(self.midline.degrees)
+    }
+
+    /// Where the window that is under way begins.
+    pub fn window_start(&self) -> Option<Moment> {
+        self.crossings.front().map(|crossing| crossing.at)
     }
 
     /// Forgets the oscillation, not the samples. `held` is where the model was let go, if it was:

@@ -195,6 +195,8 @@ pub struct Status {
     pub lost_samples: u32,
     /// Events that found no room on the line.
     pub lost_events: u32,
+    /// A refined estimate is being worked on.
+    pub refining: bool,
     /// Number of the next event: all before it were sent.
     pub next_event: u16,
     pub has_reference: bool,
@@ -231,9 +233,15 @@ pub enum Phase {
 /// What the device says unasked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Event {
-    Phase { phase: Phase, release: u32, at_sample: u32 },
+    Phase {
+        phase: Phase,
+        release: u32,
+        at_sample: u32,
+    },
     Window(WindowResult),
     Release(ReleaseResult),
+    /// After the release's result, when it is ready.
+    Refined(Refined),
 }
 
 /// The network's estimate from three cycles.
@@ -260,6 +268,32 @@ pub struct WindowResult {
 pub struct Measured {
     pub value: f32,
     pub u: f32,
+}
+
+/// The same of a value that an `f32` does not hold to its uncertainty.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Precise {
+    pub value: f64,
+    pub u: f32,
+}
+
+/// A damped oscillation with an offset, fitted to a release's whole record from the network's estimate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Refined {
+    pub release: u32,
+    /// The record: where it begins, and how many samples.
+    pub from_sample: u32,
+    pub samples: u32,
+    /// Standard uncertainties hold for noise of any colour. Meaningless with [`Flags::NOT_REFINED`].
+    pub natural_frequency_rad_s: Precise,
+    pub damping_ratio: Measured,
+    /// Rms of the noise of single samples.
+    pub noise_rms_deg: f32,
+    /// Rms of the residual over that of the noise, on means of a fiftieth of a cycle.
+    pub residual_over_noise: f32,
+    pub derivatives: Option<Derivatives>,
+    /// Those of the release, and [`Flags::MISFIT`] or [`Flags::NOT_REFINED`].
+    pub flags: Flags,
 }
 
 /// A release's mean over its windows.
@@ -305,9 +339,13 @@ impl Flags {
     pub const CUT_SHORT: Self = Self(64);
     /// No network passed its checks on this device.
     pub const NO_NETWORK: Self = Self(128);
+    /// The second-order model does not explain the record: something is missing in it.
+    pub const MISFIT: Self = Self(256);
+    /// No damped oscillation could be fitted to the record; the network's estimate stands.
+    pub const NOT_REFINED: Self = Self(16384);
 
     /// Every flag with its name in files and on screen.
-    pub const NAMES: [(Self, &'static str); 8] = [
+    pub const NAMES: [(Self, &'static str); 10] = [
         (Self::TOO_SMALL, "too_small"),
         (Self::TOO_FEW_CYCLES, "too_few_cycles"),
         (Self::SATURATED, "saturated"),
@@ -316,6 +354,8 @@ impl Flags {
         (Self::MID_SWING, "started_in_mid_swing"),
         (Self::CUT_SHORT, "cut_short"),
         (Self::NO_NETWORK, "no_network"),
+        (Self::MISFIT, "misfit"),
+        (Self::NOT_REFINED, "not_refined"),
     ];
 
     pub fn set(&mut self, flag: Self) {

@@ -9,7 +9,7 @@ use yawrig_firmware::slots::MemoryFlash;
 use yawrig_shared::derivatives::{Model, Wind, YawDerivatives};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::wire::{
-    self, Condition, Decoder, Event, Flags, Message, Phase, ReleaseResult, Reply, Request,
+    self, Condition, Decoder, Event, Flags, Message, Phase, Refined, ReleaseResult, Reply, Request,
     Settings, WindowResult,
 };
 
@@ -19,6 +19,7 @@ struct Bench {
     sequence: u16,
     windows: Vec<WindowResult>,
     releases: Vec<ReleaseResult>,
+    refined: Vec<Refined>,
     phases: Vec<Phase>,
     numbers: Vec<u16>,
 }
@@ -31,6 +32,7 @@ impl Bench {
             sequence: 0,
             windows: Vec::new(),
             releases: Vec::new(),
+            refined: Vec::new(),
             phases: Vec::new(),
             numbers: Vec::new(),
         }
@@ -51,6 +53,7 @@ impl Bench {
                 Event::Phase { phase, .. } => self.phases.push(phase),
                 Event::Window(window) => self.windows.push(window),
                 Event::Release(release) => self.releases.push(release),
+                Event::Refined(refined) => self.refined.push(refined),
             }
         }
         reply
@@ -67,12 +70,15 @@ impl Bench {
     fn play(&mut self, counts: impl IntoIterator<Item = u16>) {
         for count in counts {
             self.device.sample(count);
+            self.device.work();
             self.listen();
         }
     }
 
     fn end(&mut self) {
         assert_eq!(self.ask(&Request::EndRelease { after_samples: 0 }), Reply::Done);
+        while self.device.idle() {}
+        self.listen();
     }
 }
 

@@ -174,7 +174,8 @@ fn results(faults: Faults, seed: u64) -> (Vec<(u16, Event)>, u64) {
 fn results_lost_on_the_line_are_fetched_again() {
     let (whole, lost) = results(Faults::default(), 0);
     assert!(whole.len() > 10 && lost == 0);
-    assert!(matches!(whole[whole.len() - 2].1, Event::Release(_)), "{whole:?}");
+    assert!(matches!(whole[whole.len() - 3].1, Event::Release(_)), "{whole:?}");
+    assert!(matches!(whole[whole.len() - 1].1, Event::Refined(_)), "{whole:?}");
     for (what, faults) in kinds().into_iter().filter(|(_, faults)| faults.cut_after.is_none()) {
         std::thread::scope(|scope| {
             for seed in 0..3 {

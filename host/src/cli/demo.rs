@@ -2,10 +2,10 @@
 
 use super::common::{bare, print_json, print_line, within, DeviceArg, SCHEMA_VERSION};
 use super::{flash, train};
-use crate::demo::{releases, table, Made, Miss, Plan};
+use crate::demo::{releases, table, By, Made, Miss, Plan};
 use crate::derivatives::table::Point;
 use crate::error::{Error, Exit, Result};
-use crate::follow::{flag_names, quantity, window_json};
+use crate::follow::{flag_names, quantity, refined_json, window_json};
 use crate::link::flash::write;
 use crate::quantity::Quantity;
 use crate::rig::{Rig, Sensor, Start, Truth, SPRINGS};
@@ -66,12 +66,13 @@ pub fn run(arguments: &Demo) -> Result<()> {
     let made = releases(&mut bench, &plan, &mut show)?;
     let unusable: Vec<&Made> = made.iter().filter(|made| !made.usable()).collect();
     // Every release goes into the table, by the inertia: one without an estimate spoils it all.
-    let points = if unusable.is_empty() { table(&plan, &made)? } else { Vec::new() };
+    let table = |by| if unusable.is_empty() { table(&plan, &made, by) } else { Ok(Vec::new()) };
+    let (points, by_network) = (table(By::Refined)?, table(By::Network)?);
     let seconds = begun.elapsed().as_secs_f64();
     if arguments.json {
         print_json(&to_json(arguments, &made, &points, seconds))?;
     } else if !points.is_empty() {
-        print_line(&to_text(&points))?;
+        print_line(&to_text(&points, &by_network))?;
     }
     crate::say!("{seconds:.1} s in all, training included");
     gate(&unusable, &points)
@@ -114,32 +115,33 @@ fn name(made: &Made) -> String {
 }
 
 fn flags(made: &Made) -> String {
-    flag_names(made.result.flags).join(" ")
+    flag_names(made.flags()).join(" ")
 }
 
 fn release_line(made: &Made) -> String {
     if !made.usable() {
         return format!("{}  not usable: {}", name(made), flags(made));
     }
-    let derivatives = made
-        .result
-        .derivatives
+    let refined = made.refined.and_then(|refined| refined.derivatives);
+    let derivatives = refined
+        .or(made.result.derivatives)
         .map_or(String::new(), |d| format!("   Cn_beta {:7.4}  Cn_r {:7.4}", d.cn_beta, d.cn_r));
+    let [wn, zeta] = made.estimate(By::Refined);
     format!(
-        "{}  {:3} windows  wn {:8.4} ± {:.4} rad/s  zeta {:.6} ± {:.6}{derivatives}   {}",
+        "{}  {:3} windows  wn {:9.5} ± {:.5} rad/s  zeta {:.7} ± {:.7}{derivatives}   {}",
         name(made),
         made.result.windows,
-        made.result.natural_frequency_rad_s.value,
-        made.result.natural_frequency_rad_s.u,
-        made.result.damping_ratio.value,
-        made.result.damping_ratio.u,
+        wn.value,
+        wn.u,
+        zeta.value,
+        zeta.u,
         flags(made)
     )
     .trim_end()
     .to_owned()
 }
 
-fn to_text(points: &[(Point, Truth)]) -> String {
+fn to_text(points: &[(Point, Truth)], by_network: &[(Point, Truth)]) -> String {
     let mut text = bare(&[
         "spring", "km", "Cn_beta", "truth", "miss %", "Cn_r", "truth", "miss %", "Cy_beta",
         "truth", "Cy_r", "truth",
@@ -162,15 +164,15 @@ fn to_text(points: &[(Point, Truth)]) -> String {
             format!("{:.3}", truth.cy_r),
         ]);
     }
-    let [beta, r] = misses(points);
     let percent =
         |m: Miss| format!("{:.2} % median, {:.2} % worst", 100.0 * m.median, 100.0 * m.worst);
+    let missed = |points| misses(points).map(percent);
+    let ([beta, r], [network_beta, network_r]) = (missed(points), missed(by_network));
     format!(
         "{}\nper radian about the middle axis; Cn_r is the combined Cn_r - Cn_betadot\n\
-         Cn_beta misses the truth by {}; Cn_r by {}",
+         from the device's refined estimates Cn_beta misses the truth by {beta}; Cn_r by {r}\n\
+         from its network's alone Cn_beta misses the truth by {network_beta}; Cn_r by {network_r}",
         text.trim_fmt(),
-        percent(beta),
-        percent(r)
     )
 }
 
@@ -196,6 +198,7 @@ fn to_json(arguments: &Demo, made: &[Made], points: &[(Point, Truth)], seconds: 
                 "damping_ratio": given.then(|| quantity(m.result.damping_ratio)),
                 "windows": m.windows.iter().map(window_json).collect::<Vec<_>>(),
                 "flags": flag_names(m.result.flags),
+                "refined": m.refined.as_ref().map(refined_json),
                 "truth": {
                     "natural_frequency_rad_s": m.truth.natural_frequency_rad_s,
                     "damping_ratio": m.truth.damping_ratio,
@@ -224,6 +227,7 @@ fn to_json(arguments: &Demo, made: &[Made], points: &[(Point, Truth)], seconds: 
         "seconds": seconds,
         "releases": releases,
         "points": points,
+        "derivatives_from": "device-refined",
         "report": null,
     })
 }

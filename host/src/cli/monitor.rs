@@ -63,15 +63,19 @@ pub fn run(arguments: &Monitor) -> Result<()> {
             Some(Swing::new(arguments.speed))
         }
     };
-    let mut follow = Follow { seen: 0, missed: 0, windows: Vec::new(), arguments };
+    let mut follow = Follow { seen: 0, refined: false, missed: 0, windows: Vec::new(), arguments };
     let deadline = arguments.seconds.map(|s| Instant::now() + Duration::from_secs_f64(s));
     loop {
         if let Some(swing) = &mut swing {
             swing.go_on(&mut bench)?;
         }
         follow.take(&mut bench)?;
-        if arguments.releases.is_some_and(|wanted| follow.seen >= wanted) {
-            return Ok(());
+        // The last release's refined estimate is still to come.
+        if arguments.releases.is_some_and(|wanted| follow.seen >= wanted)
+            && (follow.refined || !bench.client.status()?.refining)
+        {
+            // What it had to say went out before it said so.
+            return follow.take(&mut bench);
         }
         if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
             return match arguments.releases {
@@ -89,6 +93,8 @@ pub fn run(arguments: &Monitor) -> Result<()> {
 
 struct Follow<'a> {
     seen: u32,
+    /// The refined estimate of the last of them has come.
+    refined: bool,
     missed: u64,
     /// Of the release that is going on.
     windows: Vec<WindowResult>,
@@ -114,11 +120,13 @@ impl Follow<'_> {
                 Event::Window(window) => self.windows.push(window),
                 Event::Release(_) => {
                     self.seen += 1;
+                    self.refined = false;
                     found = trends(&std::mem::take(&mut self.windows));
                 }
+                Event::Refined(_) => self.refined = true,
                 Event::Phase { .. } => {}
             }
-            match event_text(&numbered.event) {
+            match event_text(&numbered.event, "FILE") {
                 _ if self.arguments.jsonl => {
                     let mut object = event_json(&numbered.event);
                     if matches!(numbered.event, Event::Release(_)) {
@@ -133,7 +141,7 @@ impl Follow<'_> {
                 let effects = bench.client.status()?.network.effects;
                 found.iter().try_for_each(|trend| print_line(&trend.text(&effects)))?;
             }
-            if self.arguments.releases.is_some_and(|wanted| self.seen >= wanted) {
+            if self.refined && self.arguments.releases.is_some_and(|wanted| self.seen >= wanted) {
                 return Ok(());
             }
         }

@@ -5,14 +5,15 @@ use super::device::summary;
 use super::flash::Bar;
 use crate::amplitude_trend::{trends, Trend};
 use crate::error::{Error, Exit, Result};
-use crate::follow::{event_text, flag_names, quantity, window_json};
+use crate::follow::{event_text, flag_names, is_refined, precise, quantity, window_json};
 use crate::link::flash;
 use crate::record::Record;
-use crate::replay::{replay, residual_rms_deg, Range, Release, Replayed};
+use crate::replay::{refined_residual_rms_deg, replay, residual_rms_deg, Range, Release, Replayed};
 use clap::Args;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
 use yawrig_shared::window::{CYCLES, SAMPLE_RATE_HZ};
+use yawrig_shared::wire::Flags;
 
 #[derive(Args, Debug)]
 pub struct Replay {
@@ -59,7 +60,8 @@ pub fn run(arguments: &Replay) -> Result<()> {
         if !arguments.json {
             print_line(&record.file.display().to_string())?;
         }
-        let mut show = |event: &_| match event_text(event) {
+        let name = record.file.display().to_string();
+        let mut show = |event: &_| match event_text(event, &name) {
             Some(text) if !arguments.json => print_line(&text),
             _ => Ok(()),
         };
@@ -109,6 +111,21 @@ fn record_json(record: &Record, range: Range, replayed: &Replayed) -> Value {
     };
     let release = replayed.main_release();
     let result = release.and_then(|release| release.result);
+    let refined = release.and_then(|release| {
+        let refined = release.refined?;
+        let given = is_refined(&refined);
+        Some(json!({
+            "method": "device-refined",
+            "natural_frequency_rad_s": given.then(|| precise(refined.natural_frequency_rad_s)),
+            "damping_ratio": given.then(|| quantity(refined.damping_ratio)),
+            "residual_rms_deg": refined_residual_rms_deg(record, replayed, &refined),
+            "residual_over_noise": given.then_some(refined.residual_over_noise),
+            "noise_rms_deg": given.then_some(refined.noise_rms_deg),
+            "misfit": refined.flags.has(Flags::MISFIT),
+            "windows": [],
+            "flags": flag_names(refined.flags),
+        }))
+    });
     let estimates: Vec<Value> = release
         .zip(result)
         .map(|(release, result)| {
@@ -124,6 +141,7 @@ fn record_json(record: &Record, range: Range, replayed: &Replayed) -> Value {
             })
         })
         .into_iter()
+        .chain(refined)
         .collect();
     let midlines: Vec<f64> = release
         .iter()

@@ -43,8 +43,11 @@ impl Side for Emulated {
             return Ok(());
         }
         match self.samples.recv_timeout(IDLE) {
-            Ok(counts) => counts.into_iter().for_each(|c| self.device.sample(c)),
-            Err(RecvTimeoutError::Timeout) => {}
+            Ok(counts) => counts.into_iter().for_each(|c| {
+                self.device.sample(c);
+                self.device.work();
+            }),
+            Err(RecvTimeoutError::Timeout) => while self.device.idle() {},
             Err(RecvTimeoutError::Disconnected) => self.unplugged = true,
         }
         Ok(())

@@ -27,14 +27,21 @@ fn check_shape(record: &Value) {
     }
     assert!(record["window"]["from_deg"].is_f64() && record["window"]["to_deg"].is_f64());
     let estimates = record["estimates"].as_array().expect("estimates");
-    assert_eq!(estimates.len(), 1);
-    let estimate = &estimates[0];
-    assert_eq!(estimate["method"], "device");
-    for field in ["natural_frequency_rad_s", "damping_ratio"] {
-        assert!(estimate[field]["value"].is_f64(), "{field}: {}", estimate[field]);
-        assert!(estimate[field]["u"].as_f64().is_some_and(|u| u > 0.0), "{}", estimate[field]);
+    let methods: Vec<&Value> = estimates.iter().map(|estimate| &estimate["method"]).collect();
+    assert_eq!(methods, ["device", "device-refined"]);
+    for estimate in estimates {
+        for field in ["natural_frequency_rad_s", "damping_ratio"] {
+            assert!(estimate[field]["value"].is_f64(), "{field}: {}", estimate[field]);
+            assert!(estimate[field]["u"].as_f64().is_some_and(|u| u > 0.0), "{}", estimate[field]);
+        }
+        assert!(estimate["residual_rms_deg"].as_f64().is_some_and(|r| r >= 0.0));
+        assert!(estimate["flags"].as_array().expect("flags").iter().all(Value::is_string));
     }
-    assert!(estimate["residual_rms_deg"].as_f64().is_some_and(|r| r >= 0.0));
+    for field in ["residual_over_noise", "noise_rms_deg"] {
+        assert!(estimates[1][field].as_f64().is_some_and(|r| r > 0.0), "{}", estimates[1]);
+    }
+    assert!(estimates[1]["misfit"].is_boolean());
+    let estimate = &estimates[0];
     let windows = estimate["windows"].as_array().expect("windows");
     assert_eq!(record["window"]["cycles"], 3 * windows.len());
     for window in windows {
@@ -42,7 +49,6 @@ fn check_shape(record: &Value) {
             assert!(window[field].is_f64(), "{field}: {}", window[field]);
         }
     }
-    assert!(estimate["flags"].as_array().expect("flags").iter().all(Value::is_string));
 }
 
 fn value(record: &Value, field: &str) -> f64 {

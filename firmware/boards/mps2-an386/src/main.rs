@@ -60,10 +60,11 @@ fn main() -> ! {
                     device.lost(sample.lost);
                 }
                 device.sample(sample.counts);
+                device.work();
             }
         }
 
-        if busy {
+        if busy || device.idle() {
             idle = 0;
             continue;
         }

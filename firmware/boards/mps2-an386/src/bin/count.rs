@@ -128,6 +128,7 @@ fn release(counter: &mut Counter) {
     let mut decoding = Tally::default();
     // All samples; those after which nothing was sent; a window's estimate; anything else.
     let [mut all, mut quiet, mut window, mut other] = [(); 4].map(|()| Tally::default());
+    let mut refining = Tally::default();
     let mut above = 0;
     for index in 0..swing::SAMPLES {
         let counts = swing::counts(index);
@@ -143,7 +144,11 @@ fn release(counter: &mut Counter) {
         let count = counter.count(|| device.sample(black_box(sample.counts)));
         all.add(count);
         above += u32::from(count > EVERYDAY);
-        match sent(&mut device) {
+        let found = sent(&mut device);
+        if device.is_refining() {
+            refining.add(counter.count(|| device.work()));
+        }
+        match found {
             None => quiet.add(count),
             Some(Event::Window(_)) => window.add(count),
             Some(_) => other.add(count),
@@ -156,6 +161,8 @@ fn release(counter: &mut Counter) {
     hprintln!("sample_window_most {}", window.most);
     hprintln!("sample_crossing_most {}", quiet.most);
     hprintln!("sample_other_most {}", other.most);
+    hprintln!("refined {}", refining.total);
+    hprintln!("refined_piece_most {}", refining.most);
 }
 
 /// The last event the device has sent since it was asked before.

@@ -26,6 +26,7 @@ fn main() -> ! {
     report("start");
     for index in 0..swing::SAMPLES {
         device.sample(swing::counts(index));
+        device.work();
         drain(device);
     }
     report("release");

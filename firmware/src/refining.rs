@@ -1,0 +1,213 @@
+//! The refined estimate of a release: its record while it swings, the fit after it, a piece at a time.
+
+use crate::decimated::Decimated;
+use crate::reference::Reference;
+use crate::refine::{Fit, Progress, FEWEST_POINTS};
+use crate::residual::Residual;
+use yawrig_shared::history::{History, BLOCK};
+use yawrig_shared::modal::Modal;
+use yawrig_shared::network::Estimate;
+use yawrig_shared::window::SAMPLE_RATE_HZ;
+use yawrig_shared::wire::{Condition, Flags, Measured, Precise, Refined};
+
+/// Blocks recorded with one sample at most.
+const AT_ONCE: u32 = 4;
+
+/// What the fit is for.
+#[derive(Clone, Copy, Debug)]
+struct Release {
+    number: u32,
+    flags: Flags,
+    condition: Option<Condition>,
+}
+
+/// What is going on.
+#[derive(Clone, Copy, Debug)]
+enum Stage {
+    /// Nothing is recorded.
+    Idle,
+    /// The next block is the one that begins with this sample.
+    Recording {
+        next: u32,
+    },
+    Fitting,
+    Judging,
+}
+
+/// Records a release and refines the network's estimate of it.
+#[derive(Debug)]
+pub struct Refining {
+    record: Decimated,
+    stage: Stage,
+    // Of the last two stages; beside the stage and not in it, so that the device is made where it stays.
+    release: Release,
+    fit: Fit,
+    residual: Residual,
+    /// The last refined wind-off result.
+    reference: Reference,
+}
+
+impl Refining {
+    #[inline(always)]
+    pub const fn new() -> Self {
+        Self {
+            record: Decimated::new(),
+            stage: Stage::Idle,
+            release: Release { number: 0, flags: Flags(0), condition: None },
+            fit: Fit::NONE,
+            residual: Residual::NONE,
+            reference: Reference::new(),
+        }
+    }
+
+    pub fn is_recording(&self) -> bool {
+        matches!(self.stage, Stage::Recording { .. })
+    }
+
+    /// Whether there is work to do.
+    pub fn is_busy(&self) -> bool {
+        matches!(self.stage, Stage::Fitting | Stage::Judging)
+    }
+
+    /// A swing worth recording began at this sample. While the one before is being refined the buffer is not free.
+    pub fn begin(&mut self, from_sample: u32, amplitude_deg: f32, midline_deg: f32) {
+        if self.is_busy() {
+            return;
+        }
+        // Blocks keep their place when the clock wraps around.
+        let first = from_sample.wrapping_add(BLOCK as u32 - 1) & !(BLOCK as u32 - 1);
+        self.record.begin(first, amplitude_deg, midline_deg);
+        self.stage = Stage::Recording { next: first };
+    }
+
+    /// What was recorded is spoilt.
+    pub fn abandon(&mut self) {
+        if self.is_recording() {
+            self.stage = Stage::Idle;
+        }
+    }
+
+    /// Takes blocks that are complete; called for each of them, it catches up with those before it by and by.
+    pub fn follow<S: Copy + Default + Into<f32>>(&mut self, history: &History<S>) {
+        let Stage::Recording { next } = &mut self.stage else { return };
+        for _ in 0..AT_ONCE {
+            if (history.next_index().wrapping_sub(*next) as i32) < BLOCK as i32 {
+                break;
+            }
+            self.record.block(history, *next);
+            *next = next.wrapping_add(BLOCK as u32);
+        }
+    }
+
+    /// The network has seen how long a cycle is.
+    pub fn set_cycle(&mut self, samples: f32) {
+        self.record.set_cycle(samples);
+    }
+
+    /// The release is over: begins to refine the network's estimate from the samples before `end`.
+    pub fn finish(
+        &mut self,
+        number: u32,
+        flags: Flags,
+        estimate: Option<Estimate>,
+        condition: Option<Condition>,
+        end: u32,
+    ) {
+        if !self.is_recording() {
+            return;
+        }
+        self.stage = Stage::Idle;
+        let Some(estimate) = estimate else { return };
+        self.record.end_before(end);
+        let count = self.record.points().len();
+        let per_point = self.seconds_per_point();
+        let decay = f64::from(estimate.damping_ratio * estimate.natural_frequency_rad_s);
+        let frequency = f64::from(estimate.natural_frequency_rad_s);
+        // A network far from its range may say anything.
+        if count >= FEWEST_POINTS && frequency > 0.0 && decay.abs() < frequency {
+            self.fit = Fit::new(count, decay * per_point, frequency * per_point);
+            self.release = Release { number, flags, condition };
+            self.stage = Stage::Fitting;
+        }
+    }
+
+    fn seconds_per_point(&self) -> f64 {
+        f64::from(self.record.samples_per_point()) / f64::from(SAMPLE_RATE_HZ)
+    }
+
+    /// Goes on by one piece; the result where it is complete.
+    #[inline(never)]
+    pub fn work(&mut self) -> Option<Refined> {
+        let points = self.record.points();
+        match self.stage {
+            Stage::Idle | Stage::Recording { .. } => None,
+            Stage::Fitting => match self.fit.work(points) {
+                Progress::Going => None,
+                Progress::Done => {
+                    self.residual = Residual::new(self.fit.parameters(), points.len());
+                    self.stage = Stage::Judging;
+                    None
+                }
+                Progress::Failed => {
+                    self.stage = Stage::Idle;
+                    let mut refined = self.empty();
+                    refined.flags.set(Flags::NOT_REFINED);
+                    Some(refined)
+                }
+            },
+            Stage::Judging => {
+                if !self.residual.work(points) {
+                    return None;
+                }
+                self.stage = Stage::Idle;
+                Some(self.result())
+            }
+        }
+    }
+
+    fn empty(&self) -> Refined {
+        Refined {
+            release: self.release.number,
+            from_sample: self.record.from_sample(),
+            samples: self.record.points().len() as u32 * self.record.samples_per_point(),
+            flags: self.release.flags,
+            ..Refined::default()
+        }
+    }
+
+    #[inline(never)]
+    fn result(&mut self) -> Refined {
+        let seconds = self.seconds_per_point();
+        let unit_deg = self.record.unit_deg();
+        let p = self.fit.parameters();
+        let turn = p.frequency as f32 / self.record.samples_per_point() as f32;
+        let noise_deg2 = self.record.noise_variance(turn);
+        let per_point = noise_deg2 / self.record.samples_per_point() as f32;
+        let judged = self.residual.judged(per_point / (unit_deg * unit_deg));
+        // wn^2 = w^2 + s^2, zeta = s / wn; and how they change with s and w.
+        let (s, w) = (p.decay / seconds, p.frequency / seconds);
+        let wn = libm::sqrt(w * w + s * s);
+        let zeta = s / wn;
+        let (cos, sin) = (w / wn, zeta);
+        let [ss, sw, ww] = self.fit.covariance().map(|c| c * f64::from(judged.colour));
+        let along = |by_s: f64, by_w: f64| {
+            let variance = by_s * by_s * ss + 2.0 * by_s * by_w * sw + by_w * by_w * ww;
+            libm::sqrtf(variance as f32)
+        };
+        let wn_u = along(sin, cos) / seconds as f32;
+        let zeta_u = along(cos * cos, -sin * cos) / (wn * seconds) as f32;
+        let mut refined = Refined {
+            natural_frequency_rad_s: Precise { value: wn, u: wn_u },
+            damping_ratio: Measured { value: zeta as f32, u: zeta_u },
+            noise_rms_deg: libm::sqrtf(noise_deg2),
+            residual_over_noise: judged.over_noise,
+            ..self.empty()
+        };
+        let modal = Modal { natural_frequency_rad_s: wn, damping_ratio: zeta };
+        refined.derivatives = self.reference.derivatives(&modal, self.release.condition.as_ref());
+        if judged.misfit {
+            refined.flags.set(Flags::MISFIT);
+        }
+        refined
+    }
+}

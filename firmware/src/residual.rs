@@ -1,0 +1,156 @@
+//! What a fit leaves of a record, held against the noise.
+//!
+//! Over means of a twelfth of a cycle the residual's power goes by a chi-square law where only noise is left: it is twice
+//! the noise's in one record of a thousand that has three cycles, and in fewer the longer they are. A misfit that stands
+//! at 1.1 times the noise on means of a fiftieth of a cycle, the measure of the host, is at that limit; one at 1.5 times
+//! the noise has six times its power. The room between the two is for noise of some colour.
+//!
+//! Beside it stands the spectral density of the residual about the damped frequency, from which standard uncertainties
+//! follow for noise of any colour (Bartlett's averaged periodogram, Biometrika 37, 1950).
+
+use crate::refine::{Parameters, Phasor, PIECE};
+
+/// Means a cycle on which residual and noise are compared.
+const PER_CYCLE: f32 = 12.0;
+/// And those the host compares them on.
+const HOST_PER_CYCLE: f32 = 50.0;
+/// Power of the residual over that of the noise at which something is missing.
+const MISSING: f32 = 2.0;
+/// Numbers that a fit takes out of the residual; and those of them that lie about the damped frequency, as complex ones.
+const PARAMETERS: f32 = 5.0;
+const ABSORBED: f32 = 2.0;
+/// Segments of the averaged periodogram, and at most so many a cycle.
+const SEGMENTS: f32 = 24.0;
+const SEGMENTS_PER_CYCLE: f32 = 3.0;
+
+/// A residual in figures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judged {
+    /// Rms of the residual over that of the noise, on means of a fiftieth of a cycle.
+    pub over_noise: f32,
+    /// More is left than noise.
+    pub misfit: bool,
+    /// Spectral density at the damped frequency over the variance: 1 for white noise.
+    pub colour: f32,
+}
+
+/// A judgement under way.
+#[derive(Clone, Debug)]
+pub struct Residual {
+    model: Parameters,
+    /// The model's, and one that does not decay; made when they are needed.
+    swing: Phasor,
+    turning: Phasor,
+    phasors: u8,
+    at: usize,
+    /// Means in a twelfth of a cycle, and in a segment.
+    together: u32,
+    segment: u32,
+    /// Of the twelfth and of the segment that are coming.
+    sum: f32,
+    summed: u32,
+    transform: (f32, f32),
+    transformed: u32,
+    /// Sums of squares: of all, of twelfths, of segments.
+    squares: f32,
+    twelfths: (f32, u32),
+    segments: (f32, u32),
+}
+
+impl Residual {
+    /// None yet.
+    pub const NONE: Self = Self {
+        model: Parameters::NONE,
+        swing: Phasor::NONE,
+        turning: Phasor::NONE,
+        phasors: 0,
+        at: 0,
+        together: 1,
+        segment: 1,
+        sum: 0.0,
+        summed: 0,
+        transform: (0.0, 0.0),
+        transformed: 0,
+        squares: 0.0,
+        twelfths: (0.0, 0),
+        segments: (0.0, 0),
+    };
+
+    /// Of `count` means about `model`.
+    pub fn new(model: &Parameters, count: usize) -> Self {
+        let per_cycle = (core::f64::consts::TAU / model.frequency) as f32;
+        let cycles = count as f32 / per_cycle;
+        let segments = (SEGMENTS_PER_CYCLE * cycles).clamp(1.0, SEGMENTS);
+        Self {
+            model: *model,
+            together: ((per_cycle / PER_CYCLE) as u32).max(1),
+            segment: ((count as f32 / segments) as u32).max(1),
+            ..Self::NONE
+        }
+    }
+
+    /// Goes on by one piece of `points`; true where that was the last.
+    #[inline(never)]
+    pub fn work(&mut self, points: &[i16]) -> bool {
+        self.phasors += u8::from(self.phasors < 3);
+        match self.phasors {
+            1 => self.swing = Phasor::new(self.model.decay, self.model.frequency),
+            2 => self.turning = Phasor::new(0.0, self.model.frequency),
+            _ => return self.look(points),
+        }
+        false
+    }
+
+    fn look(&mut self, points: &[i16]) -> bool {
+        let (mut z, mut turn) = (self.swing.next_piece(), self.turning.next_piece());
+        let (swing, turning) = (self.swing, self.turning);
+        let end = (self.at + PIECE).min(points.len());
+        let Parameters { cosine, sine, offset, .. } = self.model;
+        let (a, b, c) = (cosine as f32, sine as f32, offset as f32);
+        for &point in &points[self.at..end] {
+            let r = f32::from(point) - (a * z.0 + b * z.1 + c);
+            self.add(r, turn);
+            z = swing.turn(z);
+            turn = turning.turn(turn);
+        }
+        self.at = end;
+        end == points.len()
+    }
+
+    fn add(&mut self, r: f32, turn: (f32, f32)) {
+        self.squares += r * r;
+        self.sum += r;
+        self.summed += 1;
+        if self.summed == self.together {
+            self.twelfths.0 += self.sum * self.sum;
+            self.twelfths.1 += 1;
+            (self.sum, self.summed) = (0.0, 0);
+        }
+        self.transform.0 += r * turn.0;
+        self.transform.1 += r * turn.1;
+        self.transformed += 1;
+        if self.transformed == self.segment {
+            let (re, im) = self.transform;
+            self.segments.0 += re * re + im * im;
+            self.segments.1 += 1;
+            (self.transform, self.transformed) = ((0.0, 0.0), 0);
+        }
+    }
+
+    /// The judgement; `noise` is the variance of one mean, in the same units.
+    pub fn judged(&self, noise: f32) -> Judged {
+        let together = self.together as f32;
+        let freedom = |count: u32, taken: f32| (count as f32 - taken).max(1.0);
+        let variance = self.squares / freedom(self.at as u32, PARAMETERS);
+        let power = self.twelfths.0 / together / freedom(self.twelfths.1, PARAMETERS);
+        let density = self.segments.0 / self.segment as f32 / freedom(self.segments.1, ABSORBED);
+        // Excess power is the same on finer means, and the noise is more.
+        let per_cycle = (core::f64::consts::TAU / self.model.frequency) as f32 / together;
+        let share = (power / noise - 1.0) * per_cycle / HOST_PER_CYCLE;
+        Judged {
+            over_noise: libm::sqrtf((1.0 + share).max(0.0)),
+            misfit: power > MISSING * noise,
+            colour: density / variance,
+        }
+    }
+}
