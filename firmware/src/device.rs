@@ -1,6 +1,7 @@
 //! The device: samples and bytes in, bytes out.
 
 use crate::line::Line;
+use crate::lock;
 use crate::measuring::{Context, Measuring};
 use crate::refining::Refining;
 use crate::slots::{Flash, Slot, Store};
@@ -9,7 +10,7 @@ use yawrig_shared::blob::{self, EffectIds, Envelope, Provenance};
 use yawrig_shared::network::Network;
 use yawrig_shared::wire::{
     self, Decoder, Event, Frame, HelloReply, Message, NetworkStatus, Phase, Refusal, Reply,
-    Request, Settings, Status, HELLO_KEY, TRIAL_SAMPLES,
+    Request, Settings, Signature, Status, HELLO_KEY, TRIAL_SAMPLES,
 };
 
 /// What is known of the network that runs.
@@ -47,6 +48,10 @@ struct Core<F> {
     running: Option<Running>,
     /// Samples left for the host to confirm the network that runs; none: it is not on trial.
     trial: Option<u32>,
+    /// Of the network that is being written.
+    signature: Option<Signature>,
+    /// The last challenge, good for one answer.
+    nonce: Option<u32>,
     line: Line,
 }
 
@@ -71,6 +76,8 @@ impl<F: Flash> Device<F> {
                 network: Network::empty(),
                 running: None,
                 trial: None,
+                signature: None,
+                nonce: None,
                 line: Line::new(),
             },
         }
@@ -187,7 +194,7 @@ impl<F: Flash> Core<F> {
             return Err(Refusal::FlashOrder { expected_offset: 0 });
         }
         let newest = self.running.as_ref().map_or(0, |running| running.generation);
-        match self.store.verify(newest, &mut self.network) {
+        match self.store.verify(newest, &mut self.network, self.signature.as_ref()) {
             Ok((slot, envelope, provenance)) => {
                 self.running = Some(Running::new(envelope, provenance, Some(slot)));
                 self.trial = Some(TRIAL_SAMPLES);
@@ -238,10 +245,12 @@ impl<F: Flash> Core<F> {
             Request::Condition(condition) => self.measuring.set_condition(condition),
             Request::FlashBegin { length } => {
                 self.roll_back();
+                self.signature = None;
                 let running = self.running.as_ref().and_then(|running| running.slot);
                 self.store.begin(length, running)?;
             }
             Request::FlashChunk { offset, bytes } => self.store.chunk(offset, &bytes)?,
+            Request::FlashSignature { signature } => self.signature = Some(signature),
             Request::FlashTrial => self.try_out()?,
             Request::FlashCommit => {
                 let committed = self.store.commit();
@@ -250,6 +259,17 @@ impl<F: Flash> Core<F> {
                 }
                 self.trial = None;
                 committed?;
+            }
+            Request::Lock { key } => lock::lock(self.store.flash_mut(), &key)?,
+            Request::Challenge => {
+                let number = lock::read(self.store.flash()).ok_or(Refusal::NotLocked)?.number;
+                let nonce = self.measuring.now();
+                self.nonce = Some(nonce);
+                return Ok(Reply::Challenge { number, nonce });
+            }
+            Request::Unlock { signature } => {
+                let nonce = self.nonce.take().ok_or(Refusal::WrongSignature)?;
+                lock::unlock(self.store.flash_mut(), nonce, &signature)?;
             }
             Request::EndRelease { after_samples } => {
                 let (measuring, mut context) = self.split();
@@ -271,6 +291,7 @@ impl<F: Flash> Core<F> {
                 effects: running.map_or(Default::default(), |r| r.effects.clone()),
             },
             slots: Slot::BOTH.map(|slot| self.store.state(slot)),
+            lock: lock::read(self.store.flash()).map(|lock| lock.key),
             settings: *self.measuring.settings(),
             phase: self.measuring.phase(),
             samples: self.measuring.now(),

@@ -12,7 +12,7 @@ use flash::*;
 use ring::{widened, Reader};
 use std::cell::Cell;
 use timing::{divide, Division, RATE_HZ};
-use yawrig_firmware::slots::{Flash, FlashFault, Slot, SLOT_BYTES};
+use yawrig_firmware::slots::{Flash, FlashFault, Sector, SLOT_BYTES};
 
 /// The flash interface as RM0390 describes it: locked until both keys came in order, one kind of operation at a time,
 /// busy for some looks, words that only lose bits; what breaks its rules sets an error and does nothing.
@@ -129,7 +129,7 @@ impl Controller for &mut Chip {
 fn a_slot_is_erased_and_written_and_nothing_beside_it() {
     let mut chip = Chip::new();
     let mut slots = Slots::new(&mut chip);
-    for slot in Slot::BOTH {
+    for slot in Sector::ALL {
         slots.erase(slot).expect("erased");
         assert!(slots.read(slot).iter().all(|byte| *byte == 0xff));
         slots.program(slot, 8, *b"yawr").expect("written");
@@ -141,11 +141,9 @@ fn a_slot_is_erased_and_written_and_nothing_beside_it() {
         assert_eq!(slots.program(slot, SLOT_BYTES, [0; 4]), Err(FlashFault));
         assert_eq!(slots.program(slot, 10, [0; 4]), Err(FlashFault));
     }
-    // The vector table's sector and the one between the slots and the code are as they were, and the door is shut.
-    assert_eq!((flash::sector(Slot::First), flash::sector(Slot::Second)), (1, 2));
-    for sector in [0, 3] {
-        assert!(chip.sectors[sector].iter().all(|byte| *byte == 0x5a));
-    }
+    // The vector table's sector is as it was, as is the code from sector 4 on, and the door is shut.
+    assert_eq!(Sector::ALL.map(flash::number), [1, 2, 3]);
+    assert!(chip.sectors[0].iter().all(|byte| *byte == 0x5a));
     assert_eq!(chip.control, CR_LOCK);
 }
 
@@ -154,13 +152,13 @@ fn a_flash_that_refuses_is_a_fault_and_is_shut_again() {
     let mut chip = Chip::new();
     chip.write_protected = true;
     let mut slots = Slots::new(&mut chip);
-    assert_eq!(slots.erase(Slot::First), Err(FlashFault));
-    assert_eq!(slots.program(Slot::First, 0, [0; 4]), Err(FlashFault));
+    assert_eq!(slots.erase(Sector::First), Err(FlashFault));
+    assert_eq!(slots.program(Sector::First, 0, [0; 4]), Err(FlashFault));
     assert_eq!(chip.control, CR_LOCK);
     assert_eq!(chip.sectors[1], [0x5a; SLOT_BYTES]);
     // Once it takes writes again, the old faults are forgotten.
     chip.write_protected = false;
-    assert_eq!(Slots::new(&mut chip).erase(Slot::First), Ok(()));
+    assert_eq!(Slots::new(&mut chip).erase(Sector::First), Ok(()));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! There is one bank: while a sector is erased (0.25 s, at most 0.8 s) or a word programmed (16 us) the processor
 //! waits at its next instruction. DMA does not: samples and bytes of the line go on into RAM.
 
-use yawrig_firmware::slots::{Flash, FlashFault, Slot, SLOT_BYTES};
+use yawrig_firmware::slots::{Flash, FlashFault, Sector, SLOT_BYTES};
 
 /// What RM0390 calls CR, as bits.
 pub const CR_PG: u32 = 1 << 0;
@@ -35,16 +35,17 @@ pub trait Controller {
     fn write_word(&mut self, number: u32, offset: usize, word: u32);
 }
 
-/// Two slots, each a sector of 16 KiB.
+/// Two slots and the lock, each a sector of 16 KiB.
 pub struct Slots<C> {
     controller: C,
 }
 
-/// The sector of a slot. Sector 0 is the vector table's, and code begins at sector 4.
-pub fn sector(slot: Slot) -> u32 {
-    match slot {
-        Slot::First => 1,
-        Slot::Second => 2,
+/// Its number in the microcontroller. Sector 0 is the vector table's, and code begins at sector 4.
+pub fn number(sector: Sector) -> u32 {
+    match sector {
+        Sector::First => 1,
+        Sector::Second => 2,
+        Sector::Lock => 3,
     }
 }
 
@@ -75,22 +76,22 @@ impl<C: Controller> Slots<C> {
 }
 
 impl<C: Controller> Flash for Slots<C> {
-    fn read(&self, slot: Slot) -> &[u8; SLOT_BYTES] {
-        self.controller.sector(sector(slot))
+    fn read(&self, sector: Sector) -> &[u8; SLOT_BYTES] {
+        self.controller.sector(number(sector))
     }
 
-    fn erase(&mut self, slot: Slot) -> Result<(), FlashFault> {
-        let what = CR_SER | sector(slot) << CR_SNB | CR_PSIZE_WORD;
+    fn erase(&mut self, sector: Sector) -> Result<(), FlashFault> {
+        let what = CR_SER | number(sector) << CR_SNB | CR_PSIZE_WORD;
         let erased = self.write(what, |c| c.set_control(what | CR_STRT));
         self.controller.empty_cache();
         erased
     }
 
-    fn program(&mut self, slot: Slot, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
+    fn program(&mut self, sector: Sector, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
         if offset % 4 != 0 || offset >= SLOT_BYTES {
             return Err(FlashFault);
         }
         let word = u32::from_le_bytes(word);
-        self.write(CR_PG | CR_PSIZE_WORD, |c| c.write_word(sector(slot), offset, word))
+        self.write(CR_PG | CR_PSIZE_WORD, |c| c.write_word(number(sector), offset, word))
     }
 }

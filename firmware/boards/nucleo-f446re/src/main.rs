@@ -73,6 +73,7 @@ fn main() -> ! {
             Reading::Lost(count) => device.lost(count),
             Reading::Sample(counts) => {
                 device.sample(counts);
+                device.work();
                 taken = taken.wrapping_add(1);
             }
         });
