@@ -26,8 +26,18 @@ const SIXTH: f32 = 924.0;
 /// Longest mean for which sixth differences leave next to nothing of the swing, rad: (2 sin(x / 2))^12 / 924 of its
 /// power, 6e-10.
 const SMOOTH_RAD: f32 = 0.3;
-/// Fewest differences that a scale is believed with: as good as thirty independent ones.
-const BELIEVED: u32 = 100;
+/// Overlapping sixth differences that are as good as an independent one: sum of their squared correlations.
+const OVERLAP: f32 = 3.17;
+/// Fewest independent ones that a scale is believed with.
+const BELIEVED: f32 = 30.0;
+
+/// Noise of a sample, as white noise has it whose means are those found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    pub variance_deg2: f32,
+    /// Degrees of freedom with which it is known.
+    pub freedom: f32,
+}
 
 /// Sixth differences of the means on one scale.
 #[derive(Clone, Copy, Debug, Default)]
@@ -55,10 +65,14 @@ impl Scale {
         (self.seen % 2 == 0).then_some(pair)
     }
 
-    /// Variance of one mean.
-    fn variance(&self) -> Option<f32> {
-        let count = self.seen.saturating_sub(ORDER as u32);
-        (count >= BELIEVED).then(|| self.squares / (SIXTH * count as f32))
+    /// Variance of one mean of so many samples as that of a sample.
+    fn noise(&self, samples: f32) -> Option<Noise> {
+        let count = self.seen.saturating_sub(ORDER as u32) as f32;
+        let noise = Noise {
+            variance_deg2: samples * self.squares / (SIXTH * count),
+            freedom: count / OVERLAP,
+        };
+        (noise.freedom >= BELIEVED).then_some(noise)
     }
 }
 
@@ -208,20 +222,25 @@ impl Decimated {
         self.blocks *= 2;
     }
 
-    /// Variance of the mean of `samples` samples, deg2, as white noise has it: from third differences of the samples,
-    /// or where the noise is stronger at lower frequencies, from means as long as a swing of `turn_rad` per sample lets.
-    pub fn noise_variance(&self, turn_rad: f32) -> f32 {
-        let white = self.thirds / (THIRD * self.thirds_seen.max(1) as f32);
+    /// The noise, from third differences of the samples or, where it is stronger at lower frequencies, from means as
+    /// long as a swing of `turn_rad` per sample lets.
+    pub fn noise(&self, turn_rad: f32) -> Noise {
+        let freedom = self.thirds_seen.max(1) as f32;
+        let white = Noise { variance_deg2: self.thirds / (THIRD * freedom), freedom };
         let mut samples = BLOCK as f32;
-        let mut shown = 0.0;
+        let mut shown = white;
         for scale in &self.scales {
+            let Some(noise) = scale.noise(samples) else { break };
             if samples * turn_rad > SMOOTH_RAD {
                 break;
             }
-            let Some(variance) = scale.variance() else { break };
-            shown = variance * samples;
+            shown = noise;
             samples *= 2.0;
         }
-        white.max(shown)
+        if shown.variance_deg2 > white.variance_deg2 {
+            shown
+        } else {
+            white
+        }
     }
 }

@@ -52,6 +52,8 @@ struct Core<F> {
     signature: Option<Signature>,
     /// The last challenge, good for one answer.
     nonce: Option<u32>,
+    session: u32,
+    lost_bytes: u32,
     line: Line,
 }
 
@@ -78,6 +80,8 @@ impl<F: Flash> Device<F> {
                 trial: None,
                 signature: None,
                 nonce: None,
+                session: 0,
+                lost_bytes: 0,
                 line: Line::new(),
             },
         }
@@ -140,6 +144,17 @@ impl<F: Flash> Device<F> {
         if let Some(Ok(frame)) = self.decoder.push(byte) {
             self.core.obey(&frame);
         }
+    }
+
+    /// A byte from the serial line was lost; the frame it was in is dropped.
+    pub fn overrun(&mut self) {
+        self.decoder.overrun();
+        self.core.lost_bytes = self.core.lost_bytes.saturating_add(1);
+    }
+
+    /// Samples since it started, those lost included: its clock.
+    pub fn samples(&self) -> u32 {
+        self.core.measuring.now()
     }
 
     /// Next byte for the serial line.
@@ -271,6 +286,11 @@ impl<F: Flash> Core<F> {
                 let nonce = self.nonce.take().ok_or(Refusal::WrongSignature)?;
                 lock::unlock(self.store.flash_mut(), nonce, &signature)?;
             }
+            Request::Session { number } => {
+                if self.session == 0 {
+                    self.session = number;
+                }
+            }
             Request::EndRelease { after_samples } => {
                 let (measuring, mut context) = self.split();
                 measuring.end_after(after_samples, &mut context);
@@ -298,6 +318,8 @@ impl<F: Flash> Core<F> {
             lost_samples: self.measuring.lost_samples(),
             lost_events: self.line.lost_events(),
             refining: self.refining.is_busy(),
+            lost_bytes: self.lost_bytes,
+            session: self.session,
             next_event: self.line.next_event(),
             has_reference: self.measuring.has_reference(),
         }

@@ -12,12 +12,15 @@ pub mod estimator;
 pub mod line;
 pub mod lock;
 pub mod measuring;
+pub mod misfit;
 pub mod reference;
 pub mod refine;
 pub mod refining;
 pub mod release;
 pub mod residual;
 pub mod sampler;
+pub mod serial;
+pub mod signal;
 pub mod slots;
 
 /// The network of last resort, when no slot holds a valid one.

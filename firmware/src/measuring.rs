@@ -2,21 +2,38 @@
 
 use crate::estimator::Collector;
 use crate::line::Line;
+use crate::misfit::misfit;
 use crate::reference::Reference;
 use crate::refining::Refining;
 use crate::release::{Step, Watch};
 use crate::sampler::Sampler;
-use yawrig_shared::features::features;
+use crate::signal::Signal;
+use yawrig_shared::features::{features, FeatureKind, Features, SHAPE};
 use yawrig_shared::history::{Moment, BLOCK};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::network::{Estimate, Network};
-use yawrig_shared::window::{Finding, Limits, Tracker, Window, CYCLES};
+use yawrig_shared::window::{Extreme, Finding, Limits, Tracker, Window, CYCLES};
 use yawrig_shared::wire::{
     Condition, Event, Flags, Phase, Refusal, ReleaseResult, Settings, WindowResult,
 };
 
 /// Lost samples that are bridged by the last one before them; more end the release.
 const BRIDGED: u32 = 20;
+
+/// A turn is one of the model's where the block means come back by this many times their noise.
+const LEAST_SWING_NOISE: f32 = 5.0;
+/// What of a window may be left over by one damped oscillation: this many times the noise, and a share of its rms;
+/// beyond the larger share the window does not count.
+const NOISE: f32 = 3.0;
+const SLIGHTLY: f32 = 0.002;
+const BADLY: f32 = 0.05;
+
+#[derive(Clone, Copy, PartialEq)]
+enum Disturbed {
+    No,
+    Slightly,
+    Badly,
+}
 
 /// The release that is going on.
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,11 +65,11 @@ pub struct Context<'a> {
 pub struct Measuring {
     tracker: Tracker<i16>,
     sampler: Sampler,
+    signal: Signal,
     next_settings: Option<Settings>,
     watch: Watch,
     current: Current,
     releases: u32,
-    last_raw: i16,
     lost_samples: u32,
     end_at: Option<u32>,
     is_over: bool,
@@ -66,11 +83,11 @@ impl Measuring {
     pub fn new(settings: Settings) -> Self {
         Self {
             sampler: Sampler::new(settings),
+            signal: Signal::new(settings.degrees_per_count),
             next_settings: None,
             watch: Watch::new(),
             current: Current::default(),
             releases: 0,
-            last_raw: 0,
             lost_samples: 0,
             end_at: None,
             is_over: false,
@@ -87,26 +104,34 @@ impl Measuring {
         }
         self.lost_samples = self.lost_samples.saturating_add(count);
         self.current.flags.set(Flags::LOST_SAMPLES);
-        if count > BRIDGED {
+        // Bridged by the last one; of many, only what is left beside whole blocks.
+        let (blocks, bridged) = if count > BRIDGED {
             self.finish(Flags::CUT_SHORT, self.now(), context);
+            (count / BLOCK as u32, count % BLOCK as u32)
+        } else {
+            (0, count)
+        };
+        for _ in 0..bridged {
+            self.take(self.signal.last(), context);
+        }
+        if count > BRIDGED {
+            self.tracker.skip(blocks);
             self.tracker.restart(None);
             self.watch = Watch::new();
-        } else {
-            for _ in 0..count {
-                self.take(self.last_raw, context);
-            }
+            self.signal.rejoin();
         }
         self.spoil(context);
     }
 
     /// The next sample of the converter, 1 ms after the one before.
     pub fn sample(&mut self, counts: u16, context: &mut Context) {
-        if self.sampler.saturated(counts) {
+        let raw = Sampler::centred(counts);
+        let good = self.signal.sample(raw);
+        if good == raw && self.sampler.saturated(counts) {
             self.current.flags.set(Flags::SATURATED);
             self.spoil(context);
         }
-        self.last_raw = Sampler::centred(counts);
-        self.take(self.last_raw, context);
+        self.take(good, context);
         self.end_if_due(context);
     }
 
@@ -163,15 +188,18 @@ impl Measuring {
             _ => {}
         }
         if let Some(mean) = block {
+            self.signal.block(mean);
+            self.judge();
             context.refining.follow(self.tracker.history());
             let at = self.now().wrapping_sub(BLOCK as u32 / 2 + 1);
             let to_deg = self.sampler.settings().to_deg;
-            match self.watch.block(at, mean, self.tracker.midline_deg(), to_deg) {
+            let noise = self.signal.block_noise_deg();
+            match self.watch.block(at, mean, noise, self.tracker.midline_deg(), to_deg) {
                 Some(Step::LetGo(held)) => {
                     self.prepare();
                     context.refining.abandon();
                     self.current.begun_sample = held.at;
-                    self.tracker.restart(Some(held));
+                    self.restart(Some(held));
                     self.announce(held.at, context);
                 }
                 Some(Step::AtRest) => {
@@ -179,12 +207,40 @@ impl Measuring {
                 }
                 Some(Step::Stirred) => {
                     self.prepare();
-                    self.tracker.restart(None);
+                    self.restart(None);
                     self.announce(at, context);
                 }
                 None => {}
             }
         }
+    }
+
+    /// What is the matter with the signal goes down on the release that is going on.
+    fn judge(&mut self) {
+        let flags = &mut self.current.flags;
+        let (spikes, jumps) = self.signal.take_spikes_and_jumps();
+        let moving = matches!(self.watch.phase(), Phase::Released | Phase::Ringing);
+        for (found, flag) in [
+            (spikes, Flags::SPIKES),
+            (jumps, Flags::DISTURBED),
+            (moving && self.signal.is_stuck(), Flags::STUCK),
+            (self.signal.is_noisy(), Flags::NOISY),
+            (self.signal.is_senseless(), Flags::NO_SENSOR),
+        ] {
+            if found {
+                flags.set(flag);
+            }
+        }
+    }
+
+    /// Tracks anew, and takes no turn for one that may be noise.
+    fn restart(&mut self, held: Option<Extreme>) {
+        let settings = self.sampler.settings();
+        let mut limits = limits(settings);
+        limits.least_swing_deg =
+            limits.least_swing_deg.max(LEAST_SWING_NOISE * self.signal.block_noise_deg());
+        self.tracker.configure(settings.degrees_per_count, limits);
+        self.tracker.restart(held);
     }
 
     /// The record for the refined estimate begins where the windows do.
@@ -255,10 +311,20 @@ impl Measuring {
         };
         let features = features(network.features, self.tracker.history(), window);
         let estimate = network.estimate(&features);
+        let disturbed =
+            self.disturbed(network.features, window, &features, &estimate, context.second_order);
+        if disturbed == Disturbed::Badly {
+            self.current.flags.set(Flags::DISTURBED);
+            return;
+        }
         context.refining.set_cycle(window.length / CYCLES as f32);
         let mut flags = Flags::default();
         if !network.range.holds(&estimate) {
             flags.set(Flags::OUT_OF_RANGE);
+        }
+        if disturbed == Disturbed::Slightly {
+            flags.set(Flags::DISTURBED);
+            self.current.flags.set(Flags::DISTURBED);
         }
         let number = self.current.windows.count();
         self.current.windows.add(&estimate, features.amplitude_deg);
@@ -278,6 +344,35 @@ impl Measuring {
         }));
     }
 
+    /// Whether a window is one damped oscillation with the noise that the signal has.
+    fn disturbed(
+        &self,
+        kind: FeatureKind,
+        window: &Window,
+        features: &Features,
+        estimate: &Estimate,
+        second_order: bool,
+    ) -> Disturbed {
+        // Samples behind each number of the shape.
+        let samples = match kind {
+            FeatureKind::BinMeans => window.length / SHAPE as f32,
+            FeatureKind::PointSamples => 1.0,
+        };
+        let noise_deg = self.signal.block_noise_deg() * libm::sqrtf(BLOCK as f32 / samples);
+        let rms_deg = features.amplitude_deg * core::f32::consts::FRAC_1_SQRT_2;
+        let beyond = misfit(&features.values, estimate.damping_ratio) - NOISE * noise_deg / rms_deg;
+        // A network with effects has learnt windows that are bent.
+        let allowed = if second_order { SLIGHTLY } else { BADLY };
+        // Not a number where the window is none.
+        if !(beyond <= BADLY) {
+            Disturbed::Badly
+        } else if beyond > allowed {
+            Disturbed::Slightly
+        } else {
+            Disturbed::No
+        }
+    }
+
     /// Ends the release at the host's wish.
     fn end_release(&mut self, context: &mut Context) {
         match self.watch.phase() {
@@ -285,6 +380,9 @@ impl Measuring {
             Phase::Finished => {}
             // The host waits for a result; there is none to be had from what came.
             _ => {
+                if self.signal.is_stuck() {
+                    self.current.flags.set(Flags::STUCK);
+                }
                 self.watch.set_phase(Phase::Ringing);
                 self.finish(Flags::CUT_SHORT, self.now(), context);
             }

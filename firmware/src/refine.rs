@@ -42,11 +42,11 @@ impl Complex {
 
     /// exp of it: a power series on a small part, squared up again.
     fn exp(self) -> Self {
-        const SQUARINGS: u32 = 8;
+        const SQUARINGS: u32 = 4;
         const SHARE: f64 = 1.0 / (1_u32 << SQUARINGS) as f64;
         let small = Self(self.0 * SHARE, self.1 * SHARE);
         let mut sum = Self(1.0, 0.0);
-        for n in (1..=7).rev() {
+        for n in (1..=10).rev() {
             let term = small.times(sum);
             let part = 1.0 / f64::from(n);
             sum = Self(1.0 + term.0 * part, term.1 * part);
@@ -393,3 +393,6 @@ impl Fit {
         self.covariance
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -181,9 +181,9 @@ impl Refining {
         let unit_deg = self.record.unit_deg();
         let p = self.fit.parameters();
         let turn = p.frequency as f32 / self.record.samples_per_point() as f32;
-        let noise_deg2 = self.record.noise_variance(turn);
-        let per_point = noise_deg2 / self.record.samples_per_point() as f32;
-        let judged = self.residual.judged(per_point / (unit_deg * unit_deg));
+        let noise = self.record.noise(turn);
+        let per_point = noise.variance_deg2 / self.record.samples_per_point() as f32;
+        let judged = self.residual.judged(per_point / (unit_deg * unit_deg), noise.freedom);
         // wn^2 = w^2 + s^2, zeta = s / wn; and how they change with s and w.
         let (s, w) = (p.decay / seconds, p.frequency / seconds);
         let wn = libm::sqrt(w * w + s * s);
@@ -199,7 +199,7 @@ impl Refining {
         let mut refined = Refined {
             natural_frequency_rad_s: Precise { value: wn, u: wn_u },
             damping_ratio: Measured { value: zeta as f32, u: zeta_u },
-            noise_rms_deg: libm::sqrtf(noise_deg2),
+            noise_rms_deg: libm::sqrtf(noise.variance_deg2),
             residual_over_noise: judged.over_noise,
             ..self.empty()
         };

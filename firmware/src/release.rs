@@ -10,12 +10,19 @@ use yawrig_shared::wire::Phase;
 
 /// Longer than half a period at 2.5 rad/s (1.26 s), in samples.
 const STILL_SAMPLES: u32 = 1304;
-/// Peak to peak, degrees: above the noise of block means, far below any release.
-const STILL_BAND_DEG: f32 = 0.5;
+/// The same for the last of a decay, of which half a period may show one side alone: its rest would be put off its
+/// mid-line, and its other side would look like a release.
+const DIED_DOWN_SAMPLES: u32 = 1800;
+/// Peak to peak, degrees: above the noise of the means it is held against, far below any release.
+const STILL_BAND_DEG: f32 = 0.35;
+/// Blocks whose mean that is: 32 ms take little from the fastest swing and most from noise and hum.
+const SMOOTHED: u32 = 4;
 /// How far from its rest a held model must be to have been let go: beyond the band, and beyond
 /// most of the smallest swing that is analysed.
 const LET_GO_DEG: f32 = 0.5;
 const LET_GO_SHARE: f32 = 0.6;
+/// And beyond this many times the noise of a block's mean.
+const LET_GO_NOISE: f32 = 5.0;
 /// Time constant of the rest's drift, blocks: 1 s.
 const DRIFT_BLOCKS: f32 = 128.0;
 /// A model that has rung down and moves this many times the lower end of the range is moved anew.
@@ -38,6 +45,9 @@ pub struct Watch {
     phase: Phase,
     /// The latest stretch of block means within the band: its length and its ends.
     still_blocks: u32,
+    /// Sum of the block means that make the next smooth one, and how many they are.
+    smooth_sum: f32,
+    smooth_blocks: u32,
     still_low: f32,
     still_high: f32,
     /// Where the model is held, following a slow drift.
@@ -55,6 +65,8 @@ impl Watch {
         Self {
             phase: Phase::Waiting,
             still_blocks: 0,
+            smooth_sum: 0.0,
+            smooth_blocks: 0,
             still_low: 0.0,
             still_high: 0.0,
             rest_deg: 0.0,
@@ -70,11 +82,12 @@ impl Watch {
         self.phase = phase;
     }
 
-    /// Takes the next block mean; `at` is the block's middle, `midline_deg` the last known one.
+    /// Takes the next block mean and its noise's rms; `at` is the block's middle, `midline_deg` the last known one.
     pub fn block(
         &mut self,
         at: u32,
         mean_deg: f32,
+        noise_deg: f32,
         midline_deg: Option<f32>,
         to_deg: f32,
     ) -> Option<Step> {
@@ -84,7 +97,8 @@ impl Watch {
                 let rest_deg = self.rest_deg;
                 self.rest_deg += (mean_deg - rest_deg) / DRIFT_BLOCKS;
                 // The last of a decay swings about its rest, too, but not so far.
-                let let_go = (mean_deg - rest_deg).abs() > LET_GO_DEG.max(LET_GO_SHARE * to_deg);
+                let least = LET_GO_DEG.max(LET_GO_SHARE * to_deg).max(LET_GO_NOISE * noise_deg);
+                let let_go = (mean_deg - rest_deg).abs() > least;
                 let_go.then(|| {
                     self.phase = Phase::Released;
                     let at = at.wrapping_sub(BLOCK as u32);
@@ -107,16 +121,24 @@ impl Watch {
         }
     }
 
-    /// Whether the block means have kept to the band for long enough.
+    /// Whether the model has kept to the band for long enough.
     fn still(&mut self, mean_deg: f32) -> bool {
+        self.smooth_sum += mean_deg;
+        self.smooth_blocks += 1;
+        if self.smooth_blocks < SMOOTHED {
+            return false;
+        }
+        let mean_deg = self.smooth_sum / SMOOTHED as f32;
+        (self.smooth_sum, self.smooth_blocks) = (0.0, 0);
         let (low, high) = (self.still_low.min(mean_deg), self.still_high.max(mean_deg));
         if self.still_blocks > 0 && high - low <= STILL_BAND_DEG {
             (self.still_low, self.still_high) = (low, high);
-            self.still_blocks = self.still_blocks.saturating_add(1);
+            self.still_blocks = self.still_blocks.saturating_add(SMOOTHED);
         } else {
             (self.still_low, self.still_high) = (mean_deg, mean_deg);
-            self.still_blocks = 1;
+            self.still_blocks = SMOOTHED;
         }
-        self.still_blocks.saturating_mul(BLOCK as u32) >= STILL_SAMPLES
+        let needed = if self.phase == Phase::Finished { DIED_DOWN_SAMPLES } else { STILL_SAMPLES };
+        self.still_blocks.saturating_mul(BLOCK as u32) >= needed
     }
 }

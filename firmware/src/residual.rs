@@ -1,9 +1,10 @@
 //! What a fit leaves of a record, held against the noise.
 //!
-//! Over means of a twelfth of a cycle the residual's power goes by a chi-square law where only noise is left: it is twice
-//! the noise's in one record of a thousand that has three cycles, and in fewer the longer they are. A misfit that stands
-//! at 1.1 times the noise on means of a fiftieth of a cycle, the measure of the host, is at that limit; one at 1.5 times
-//! the noise has six times its power. The room between the two is for noise of some colour.
+//! Where only noise is left, the power of the residual's means over a twelfth of a cycle goes by a chi-square law: over
+//! the noise's it is one, and scatters by the root of two over the degrees of freedom of either. Beyond three and a half
+//! of that, which chance does twice in a thousand records at most, and beyond half as much again as the noise, which
+//! leaves room for noise of some colour, something is missing. On means of a fiftieth of a cycle, the measure of the host, that is
+//! 1.06 times the noise; a misfit at 1.5 times the noise has six times the noise's power.
 //!
 //! Beside it stands the spectral density of the residual about the damped frequency, from which standard uncertainties
 //! follow for noise of any colour (Bartlett's averaged periodogram, Biometrika 37, 1950).
@@ -14,8 +15,9 @@ use crate::refine::{Parameters, Phasor, PIECE};
 const PER_CYCLE: f32 = 12.0;
 /// And those the host compares them on.
 const HOST_PER_CYCLE: f32 = 50.0;
-/// Power of the residual over that of the noise at which something is missing.
-const MISSING: f32 = 2.0;
+/// Power of the residual beyond that of the noise at which something is missing: at least, and in standard deviations.
+const MISSING: f32 = 0.5;
+const BEYOND_CHANCE: f32 = 3.5;
 /// Numbers that a fit takes out of the residual; and those of them that lie about the damped frequency, as complex ones.
 const PARAMETERS: f32 = 5.0;
 const ABSORBED: f32 = 2.0;
@@ -137,19 +139,21 @@ impl Residual {
         }
     }
 
-    /// The judgement; `noise` is the variance of one mean, in the same units.
-    pub fn judged(&self, noise: f32) -> Judged {
+    /// The judgement; `noise` is the variance of one mean, in the same units, known with so many degrees of freedom.
+    pub fn judged(&self, noise: f32, noise_freedom: f32) -> Judged {
         let together = self.together as f32;
         let freedom = |count: u32, taken: f32| (count as f32 - taken).max(1.0);
         let variance = self.squares / freedom(self.at as u32, PARAMETERS);
         let power = self.twelfths.0 / together / freedom(self.twelfths.1, PARAMETERS);
         let density = self.segments.0 / self.segment as f32 / freedom(self.segments.1, ABSORBED);
+        let chance = BEYOND_CHANCE
+            * libm::sqrtf(2.0 / freedom(self.twelfths.1, PARAMETERS) + 2.0 / noise_freedom);
         // Excess power is the same on finer means, and the noise is more.
         let per_cycle = (core::f64::consts::TAU / self.model.frequency) as f32 / together;
         let share = (power / noise - 1.0) * per_cycle / HOST_PER_CYCLE;
         Judged {
             over_noise: libm::sqrtf((1.0 + share).max(0.0)),
-            misfit: power > MISSING * noise,
+            misfit: power > (1.0 + MISSING.max(chance)) * noise,
             colour: density / variance,
         }
     }

@@ -11,6 +11,64 @@ pub fn flag_names(flags: Flags) -> Vec<&'static str> {
     Flags::NAMES.iter().filter(|(flag, _)| flags.has(*flag)).map(|(_, name)| *name).collect()
 }
 
+/// What the flags that are set mean for the user, and what to do: a sentence each.
+pub fn flag_advice(flags: Flags) -> impl Iterator<Item = &'static str> {
+    ADVICE.iter().filter(move |(flag, _)| flags.has(*flag)).map(|(_, text)| *text)
+}
+
+const ADVICE: [(Flags, &str); Flags::NAMES.len()] = [
+    (Flags::TOO_SMALL, "too_small: the swing never rose above the lower end of the range; release it from further out"),
+    (
+        Flags::TOO_FEW_CYCLES,
+        "too_few_cycles: no three clean cycles lay within the range; widen it or release from further out",
+    ),
+    (
+        Flags::SATURATED,
+        "saturated: the converter was at one of its ends; centre the potentiometer, release from less far out, \
+         or see that its wire is not off",
+    ),
+    (
+        Flags::LOST_SAMPLES,
+        "lost_samples: samples were lost on the way to the device; see to the line or its load, and release again",
+    ),
+    (
+        Flags::OUT_OF_RANGE,
+        "out_of_trained_range: the network was not trained there; train one with a wider range, or check the settings",
+    ),
+    (
+        Flags::MID_SWING,
+        "started_in_mid_swing: it swung already when first seen; hold it still for two seconds before letting go",
+    ),
+    (
+        Flags::CUT_SHORT,
+        "cut_short: the release ended before the lower end of the range; let it swing until it has died down",
+    ),
+    (Flags::NO_NETWORK, "no_network: no network passed its checks; write one with `yawrig flash`"),
+    (
+        Flags::STUCK,
+        "stuck: the reading did not change while the model should have moved; check the potentiometer and its coupling",
+    ),
+    (
+        Flags::NOISY,
+        "noisy: more noise or hum than 0.25 deg rms; check shielding, ground and supply of the potentiometer",
+    ),
+    (Flags::SPIKES, "spikes: single wild readings were left out; look for a loose contact or a worn potentiometer track"),
+    (
+        Flags::MISFIT,
+        "misfit: the second-order model does not explain the record; look at it on the host with `yawrig diagnose`",
+    ),
+    (
+        Flags::NOT_REFINED,
+        "not_refined: no damped oscillation fits the whole record; the estimate from its windows stands",
+    ),
+    (Flags::NO_SENSOR, "no_sensor: this is no potentiometer's signal; check that it is connected"),
+    (
+        Flags::DISTURBED,
+        "disturbed: part of it is not one damped oscillation: a touch, a gust, a drifting zero; release again, and \
+         if it stays, look for the cause in a record with `yawrig diagnose`",
+    ),
+];
+
 fn phase_name(phase: Phase) -> &'static str {
     match phase {
         Phase::Waiting => "waiting",
@@ -143,6 +201,15 @@ pub fn event_text(event: &Event, record: &str) -> Option<String> {
 }
 
 fn release_text(result: &ReleaseResult) -> String {
+    let mut text = result_text(result);
+    for advice in flag_advice(result.flags) {
+        text.push_str("\n  ");
+        text.push_str(advice);
+    }
+    text
+}
+
+fn result_text(result: &ReleaseResult) -> String {
     let flags = flag_names(result.flags).join(" ");
     if result.windows == 0 {
         return format!("release {}: not usable: {flags}", result.release);
@@ -197,4 +264,22 @@ fn refined_text(refined: &Refined, record: &str) -> String {
         ));
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_flag_has_its_sentence() {
+        for (flag, name) in Flags::NAMES {
+            let said: Vec<_> = flag_advice(flag).collect();
+            assert_eq!(said.len(), 1, "{name}");
+            assert!(
+                said[0].starts_with(&format!("{name}: ")) && said[0].contains(';'),
+                "{}",
+                said[0]
+            );
+        }
+    }
 }

@@ -104,6 +104,7 @@ pub fn replay(
 /// Waits until the device has taken so many samples and has said what it makes of them.
 pub fn wait_for(bench: &mut Bench, samples: u32) -> Result<()> {
     let (mut taken, mut refining) = (0, false);
+    let resets = bench.client.resets();
     // Each question takes at least a millisecond: patience for a minute without progress.
     let mut idle = 0;
     while idle < 6000 {
@@ -113,6 +114,10 @@ pub fn wait_for(bench: &mut Bench, samples: u32) -> Result<()> {
             Ok(_) => {}
             Err(e) => return Err(bench.client.explain(e, "its state")),
         };
+        if bench.client.resets() > resets {
+            return Err(Error::device("the device has begun anew, after a reset or a power cut")
+                .help("play the record again"));
+        }
         let all = now.wrapping_sub(samples) as i32 >= 0;
         if all && !refining {
             return Ok(());

@@ -113,6 +113,11 @@ impl Decoder {
         Self { buffer: [0; LONGEST_ENCODED], length: 0, overflow: false }
     }
 
+    /// A byte was lost: the frame it was in is dropped.
+    pub fn overrun(&mut self) {
+        self.overflow = true;
+    }
+
     /// Takes one byte; a frame or an error where it ends one.
     pub fn push(&mut self, byte: u8) -> Option<Result<Frame<'_>, FrameError>> {
         if byte != 0 {

@@ -80,6 +80,12 @@ impl<S: Copy + Default + Into<f32>> History<S> {
         self.next.wrapping_sub(self.filled)
     }
 
+    /// Passes over whole blocks that never came, and forgets what was before them.
+    pub fn skip(&mut self, blocks: u32) {
+        self.next = self.next.wrapping_add(blocks.wrapping_mul(BLOCK as u32));
+        self.filled = 0;
+    }
+
     /// Appends a sample; the mean of its block in degrees where it completes one.
     #[inline]
     pub fn push(&mut self, sample: S) -> Option<f32> {

@@ -154,6 +154,11 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         self.crossings.front().map(|crossing| crossing.at)
     }
 
+    /// Passes over whole blocks of samples that never came; to be restarted then.
+    pub fn skip(&mut self, blocks: u32) {
+        self.history.skip(blocks);
+    }
+
     /// Forgets the oscillation, not the samples. `held` is where the model was let go, if it was:
     /// that is the new oscillation's first extreme.
     pub fn restart(&mut self, held: Option<Extreme>) {

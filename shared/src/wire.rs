@@ -132,6 +132,11 @@ pub enum Request {
     Event {
         number: u16,
     },
+    /// Names this run of the device, if it has no name yet: not nought. After a reset it has none again, by which
+    /// hosts tell that it began anew.
+    Session {
+        number: u32,
+    },
 }
 
 /// The device's answer to a [`Request`].
@@ -241,6 +246,10 @@ pub struct Status {
     pub lost_samples: u32,
     /// Events that found no room on the line.
     pub lost_events: u32,
+    /// Bytes from the host that came too fast.
+    pub lost_bytes: u32,
+    /// What [`Request::Session`] has named this run; nought: nothing yet.
+    pub session: u32,
     /// A refined estimate is being worked on.
     pub refining: bool,
     /// Number of the next event: all before it were sent.
@@ -389,9 +398,19 @@ impl Flags {
     pub const MISFIT: Self = Self(256);
     /// No damped oscillation could be fitted to the record; the network's estimate stands.
     pub const NOT_REFINED: Self = Self(16384);
+    /// The reading stood still while the model swung.
+    pub const STUCK: Self = Self(512);
+    /// More noise, or hum, than a potentiometer in order has.
+    pub const NOISY: Self = Self(1024);
+    /// Single wild samples were bridged.
+    pub const SPIKES: Self = Self(2048);
+    /// No potentiometer's signal at all: nothing is connected.
+    pub const NO_SENSOR: Self = Self(4096);
+    /// A window is not one damped oscillation: a touch, a gust, a drift.
+    pub const DISTURBED: Self = Self(8192);
 
     /// Every flag with its name in files and on screen.
-    pub const NAMES: [(Self, &'static str); 10] = [
+    pub const NAMES: [(Self, &'static str); 15] = [
         (Self::TOO_SMALL, "too_small"),
         (Self::TOO_FEW_CYCLES, "too_few_cycles"),
         (Self::SATURATED, "saturated"),
@@ -400,6 +419,11 @@ impl Flags {
         (Self::MID_SWING, "started_in_mid_swing"),
         (Self::CUT_SHORT, "cut_short"),
         (Self::NO_NETWORK, "no_network"),
+        (Self::STUCK, "stuck"),
+        (Self::NOISY, "noisy"),
+        (Self::SPIKES, "spikes"),
+        (Self::NO_SENSOR, "no_sensor"),
+        (Self::DISTURBED, "disturbed"),
         (Self::MISFIT, "misfit"),
         (Self::NOT_REFINED, "not_refined"),
     ];
@@ -414,10 +438,15 @@ impl Flags {
 
     /// Whether the release gives no result to rely on.
     pub fn unusable(self) -> bool {
-        self.has(Self::TOO_SMALL)
-            || self.has(Self::TOO_FEW_CYCLES)
-            || self.has(Self::SATURATED)
-            || self.has(Self::LOST_SAMPLES)
-            || self.has(Self::NO_NETWORK)
+        let unusable = [
+            Self::TOO_SMALL,
+            Self::TOO_FEW_CYCLES,
+            Self::SATURATED,
+            Self::LOST_SAMPLES,
+            Self::NO_NETWORK,
+            Self::STUCK,
+            Self::NO_SENSOR,
+        ];
+        unusable.into_iter().any(|flag| self.has(flag))
     }
 }

@@ -313,3 +313,56 @@ fn stated_uncertainties_cover_the_error() {
     println!("k = 1 covers wn in {} and zeta in {} of {all}", within[0], within[1]);
     assert!(within.iter().all(|&w| w as f64 >= 0.56 * all as f64), "{within:?} of {all}");
 }
+
+/// The same release again, whatever it came after: its record is its own.
+#[test]
+fn a_refined_estimate_does_not_depend_on_the_release_before() {
+    let mut one = usual(&modal(7.5, 0.02), 1);
+    // The device takes samples by eights.
+    one.truncate(one.len() / 8 * 8);
+    let other = usual(&modal(20.0, 0.01), 2);
+    let refined = |records: [&[u16]; 2]| {
+        let mut bench = Bench::new();
+        records.iter().for_each(|record| bench.play(record.iter().copied()));
+        bench.end();
+        assert_eq!(bench.refined.len(), bench.releases.len(), "{:?}", bench.releases);
+        bench.refined
+    };
+    let (alone, after) = (refined([&other, &[]]), refined([&one, &other]));
+    let [first, second] = after[..] else { panic!("{after:?}") };
+    assert_eq!((first.release, second.release), (0, 1));
+    let moved =
+        wire::Refined { release: 0, from_sample: second.from_sample - one.len() as u32, ..second };
+    assert_eq!(format!("{moved:?}"), format!("{:?}", alone[0]));
+    assert_eq!(refined([&one, &[]])[0], first);
+}
+
+/// A board that is too busy to refine loses no release, and no estimate becomes another release's.
+#[test]
+fn a_refinement_that_waits_holds_up_nothing() {
+    let mut bench = Bench::new();
+    let records = [usual(&modal(7.5, 0.02), 1), usual(&modal(20.0, 0.01), 2)];
+    for count in records.iter().flatten() {
+        bench.device.sample(*count);
+        bench.listen();
+    }
+    assert_eq!(bench.releases.len(), 2);
+    assert!(bench.refined.is_empty());
+    bench.end();
+    let [refined] = bench.refined[..] else { panic!("{:?}", bench.refined) };
+    assert_eq!(refined.release, 0);
+    assert!((refined.natural_frequency_rad_s.value / 7.5 - 1.0).abs() < 1e-4, "{refined:?}");
+}
+
+#[test]
+fn an_oscillation_that_grows_is_refined_too() {
+    let mut bench = Bench::new();
+    let truth = modal(7.5, -0.004);
+    let start = Start { amplitude_deg: 2.0, hold_s: 2.0, end: End::After(60.0) };
+    bench.play(counts(&truth, &start, &Sensor::default(), 1));
+    bench.end();
+    let refined = bench.refined.first().expect("a refined estimate");
+    let miss = f64::from(refined.damping_ratio.value) + 0.004;
+    assert!(miss.abs() < 4.0 * f64::from(refined.damping_ratio.u), "{refined:?}");
+    assert!(!refined.flags.has(Flags::MISFIT), "{refined:?}");
+}

@@ -19,7 +19,7 @@ use yawrig::train::network_training::{self, Settings};
 use yawrig::train::{Options, Silent};
 use yawrig_shared::features::FeatureKind;
 use yawrig_shared::potentiometer::Encoder;
-use yawrig_shared::wire::Status;
+use yawrig_shared::wire::{Event, Phase, Request, Status};
 
 /// A release from 12 deg, 7.5 rad/s, damping ratio 0.012, noise of 0.05 deg.
 fn record() -> Record {
@@ -196,4 +196,39 @@ fn gone(pid: u32) -> bool {
         std::thread::sleep(Duration::from_millis(10));
     }
     finished(pid)
+}
+
+#[test]
+#[ignore = "needs QEMU: tests/run runs it"]
+fn a_board_whose_main_loop_hangs_is_reset_and_the_host_says_so() {
+    let build = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/boards/build");
+    let built = Command::new(build).args(["mps2-an386", "--bin", "hang"]).output();
+    let built = built.expect("the script that builds images");
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    let image = String::from_utf8(built.stdout).expect("a path");
+    let (board, mut potentiometer) = qemu::boot(image.trim().as_ref()).expect("a board");
+    let hub = Hub::start(board).expect("a hub");
+    let mut client = Client::open(hub.own_path()).expect("a device");
+    // Held: an event before the fault, which stays the host's.
+    let mut counts = vec![32_768 + 2000; 2500];
+    potentiometer.send(&counts).expect("a board that takes samples");
+    let first = client.next_event(Duration::from_secs(20)).expect("a line").expect("an event");
+    assert!(matches!(first.event, Event::Phase { phase: Phase::Held, .. }), "{first:?}");
+    assert_eq!((first.number, client.resets()), (0, 0));
+    // It hangs after 3000 samples.
+    counts.truncate(600);
+    potentiometer.send(&counts).expect("a board that takes samples");
+    let patience = Instant::now() + Duration::from_secs(90);
+    while client.resets() == 0 {
+        assert!(Instant::now() < patience, "the watchdog does not bite");
+        // It answers nothing for eight seconds.
+        let _ = client.request(&Request::Status);
+    }
+    let status = client.status().expect("its state");
+    assert!(status.samples < 3000, "it has begun anew");
+    // What it says now is told from what it said before, though the numbers are the same.
+    potentiometer.send(&vec![32_768 + 2000; 2500]).expect("a board that takes samples");
+    let again = client.next_event(Duration::from_secs(20)).expect("a line").expect("an event");
+    assert!(matches!(again.event, Event::Phase { phase: Phase::Held, .. }), "{again:?}");
+    assert_eq!((again.number, client.resets(), client.missed_events()), (0, 1, 0));
 }

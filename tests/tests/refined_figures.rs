@@ -1,49 +1,65 @@
-//! The device's refined estimate: its errors against the Cramer-Rao bound, its uncertainties, and its flag.
+//! The device's refined estimate: its errors against the Cramer-Rao bound, its uncertainties, and when it says that
+//! something is missing.
 //!
-//! The releases are the virtual rig's, integrated step by step and read through its sensor and converter; the bound is
-//! that of every sample of the same stretch, with the converter's own noise in it.
+//! The releases are the virtual rig's, integrated step by step and read through its sensor and a converter of 0.02 deg a
+//! count (12 bits over 82 deg); the bound is that of every sample of the stretch the device refined, the converter's
+//! noise included. `REFINED_SEEDS` is how many releases each row of the first table stands on, at each noise.
 
 use rayon::prelude::*;
+use std::collections::BTreeMap;
+use yawrig::criticism::fitting::fit_plain;
+use yawrig::criticism::swing::Swing;
 use yawrig::identify::damped_sinusoid::Mode;
 use yawrig::identify::samples::Samples as Readings;
 use yawrig::identify::uncertainty::{cramer_rao, Bound};
-use yawrig::rig::{Effects, End, Samples, Sensor, Start};
+use yawrig::record::Record;
+use yawrig::rig::{Effects, End, Sample, Samples, Sensor, Start};
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_shared::modal::Modal;
 use yawrig_shared::wire::{
-    self, Decoder, Event, Flags, Message, Refined, Reply, Request, Settings,
+    self, Decoder, Event, Flags, Message, Refined, ReleaseResult, Request, Settings,
 };
 
 const AMPLITUDE_DEG: f64 = 15.0;
 const HOLD_S: f64 = 2.0;
+const ADC_STEP_DEG: f64 = 0.02;
 
-/// What the device makes of one release.
-fn refined(truth: &Modal, effects: &Effects, sensor: &Sensor, seed: u64) -> Vec<Refined> {
+fn modal(natural_frequency_rad_s: f64, damping_ratio: f64) -> Modal {
+    Modal { natural_frequency_rad_s, damping_ratio }
+}
+
+fn sensor(noise_deg: f64, noise_correlation: f64) -> Sensor {
+    Sensor { noise_deg, noise_correlation, adc_step_deg: ADC_STEP_DEG, ..Sensor::default() }
+}
+
+fn release(truth: &Modal, effects: &Effects, sensor: &Sensor, seed: u64) -> Samples {
+    let end = End::Below { amplitude_deg: 0.7, at_most_s: 1800.0 };
+    let start = Start { amplitude_deg: AMPLITUDE_DEG, hold_s: HOLD_S, end }.limited(truth, effects);
+    Samples::with_effects(truth, effects, &start, sensor, seed).expect("effects that can be")
+}
+
+/// What the device makes of it: by its network, and refined.
+fn played(samples: impl Iterator<Item = Sample>) -> (Vec<ReleaseResult>, Vec<Refined>) {
     let mut device = Box::new(Device::new(MemoryFlash::new(), "memory"));
-    let settings =
-        Settings { degrees_per_count: sensor.adc_step_deg as f32, ..Settings::default() };
+    let settings = Settings { degrees_per_count: ADC_STEP_DEG as f32, ..Settings::default() };
     for byte in wire::encode(1, &Request::Configure(settings)).unwrap() {
         device.receive(byte);
     }
-    let end = End::Below { amplitude_deg: 0.7, at_most_s: 1800.0 };
-    let start = Start { amplitude_deg: AMPLITUDE_DEG, hold_s: HOLD_S, end }.limited(truth, effects);
     let mut decoder = Decoder::new();
-    let mut found = Vec::new();
+    let (mut releases, mut refined) = (Vec::new(), Vec::new());
     let mut listen = |device: &mut Device<MemoryFlash>| {
         while let Some(byte) = device.transmit() {
             let Some(Ok(frame)) = decoder.push(byte) else { continue };
-            if frame.key == Reply::KEY {
-                continue;
-            }
-            if let Some(Ok(Event::Refined(refined))) = frame.message::<Event>() {
-                found.push(refined);
+            match frame.message::<Event>() {
+                Some(Ok(Event::Release(release))) => releases.push(release),
+                Some(Ok(Event::Refined(r))) => refined.push(r),
+                _ => {}
             }
         }
     };
-    let samples = Samples::with_effects(truth, effects, &start, sensor, seed).unwrap();
     for sample in samples {
-        device.sample(sample.counts.unwrap());
+        device.sample(sample.counts.expect("a converter"));
         device.work();
         listen(&mut device);
     }
@@ -52,7 +68,7 @@ fn refined(truth: &Modal, effects: &Effects, sensor: &Sensor, seed: u64) -> Vec<
     }
     while device.idle() {}
     listen(&mut device);
-    found
+    (releases, refined)
 }
 
 /// Cramer-Rao bound over all samples of the stretch the device refined.
@@ -73,59 +89,225 @@ fn bound(truth: &Modal, refined: &Refined, sensor: &Sensor) -> Bound {
     cramer_rao(&mode, &Readings::new(&time, &zeros).all(), noise).unwrap()
 }
 
+/// One release: wn, then zeta.
+struct Outcome {
+    error: [f64; 2],
+    network_error: [f64; 2],
+    u: [f64; 2],
+    bound: [f64; 2],
+    misfit: bool,
+}
+
+fn outcome(truth: &Modal, sensor: &Sensor, seed: u64) -> Outcome {
+    let (releases, refined) = played(release(truth, &Effects::default(), sensor, seed));
+    let (Some(by_network), [r]) = (releases.first(), &refined[..]) else {
+        panic!("{truth:?}, seed {seed}: {releases:?}, {refined:?}")
+    };
+    assert!(!r.flags.has(Flags::NOT_REFINED), "{truth:?}, seed {seed}");
+    let b = bound(truth, r, sensor);
+    let truth = [truth.natural_frequency_rad_s, truth.damping_ratio];
+    let found = [r.natural_frequency_rad_s.value, f64::from(r.damping_ratio.value)];
+    let network = [by_network.natural_frequency_rad_s, by_network.damping_ratio];
+    Outcome {
+        error: [0, 1].map(|i| found[i] - truth[i]),
+        network_error: [0, 1].map(|i| f64::from(network[i].value) - truth[i]),
+        u: [r.natural_frequency_rad_s.u, r.damping_ratio.u].map(f64::from),
+        bound: [b.natural_frequency_rad_s, b.damping_ratio],
+        misfit: r.flags.has(Flags::MISFIT),
+    }
+}
+
+fn share(all: &[Outcome], is: impl Fn(&Outcome) -> bool) -> f64 {
+    all.iter().filter(|o| is(o)).count() as f64 / all.len() as f64
+}
+
+fn inside(all: &[Outcome], i: usize) -> f64 {
+    share(all, |o| o.error[i].abs() <= o.u[i])
+}
+
+fn rms(all: &[Outcome], of: impl Fn(&Outcome) -> f64) -> f64 {
+    (all.iter().map(|o| of(o).powi(2)).sum::<f64>() / all.len() as f64).sqrt()
+}
+
+/// 50 releases at each noise in a row: their rms error scatters by 7 %, a coverage of 68 % by 4.7 %; of all 2000 by 1.6 %
+/// and 1 %.
 #[test]
 fn errors_are_near_the_bound_and_uncertainties_hold() {
-    let seeds: u64 = std::env::var("SEEDS").map_or(20, |s| s.parse().unwrap());
-    println!("   wn   zeta  noise | rms/bound wn zeta | inside 1u wn zeta (%) | u/bound | misfit");
-    let mut total = [0.0; 4];
-    let mut count = 0.0;
-    for noise_deg in [0.02, 0.2] {
-        for wn in [2.5, 7.5, 15.5, 26.5] {
-            for zeta in [0.001, 0.003, 0.01, 0.03, 0.1] {
-                let truth = Modal { natural_frequency_rad_s: wn, damping_ratio: zeta };
-                let sensor =
-                    Sensor { noise_deg, adc_step_deg: 0.02, offset_deg: 1.5, ..Sensor::default() };
-                let outcomes: Vec<[f64; 7]> = (0..seeds)
-                    .into_par_iter()
-                    .map(|seed| {
-                        let found = refined(&truth, &Effects::default(), &sensor, seed);
-                        let [r] = found[..] else { panic!("{wn} {zeta} {seed}: {found:?}") };
-                        assert!(!r.flags.has(Flags::NOT_REFINED), "{wn} {zeta} {seed}");
-                        let b = bound(&truth, &r, &sensor);
-                        let e = [
-                            r.natural_frequency_rad_s.value - wn,
-                            f64::from(r.damping_ratio.value) - zeta,
-                        ];
-                        let u = [r.natural_frequency_rad_s.u, r.damping_ratio.u].map(f64::from);
-                        let b = [b.natural_frequency_rad_s, b.damping_ratio];
-                        [
-                            (e[0] / b[0]).powi(2),
-                            (e[1] / b[1]).powi(2),
-                            f64::from(u8::from(e[0].abs() <= u[0])),
-                            f64::from(u8::from(e[1].abs() <= u[1])),
-                            (u[0] / b[0] + u[1] / b[1]) / 2.0,
-                            f64::from(u8::from(r.flags.has(Flags::MISFIT))),
-                            f64::from(r.residual_over_noise),
-                        ]
-                    })
-                    .collect();
-                let mean = |i: usize| outcomes.iter().map(|o| o[i]).sum::<f64>() / seeds as f64;
-                println!(
-                    "{wn:5} {zeta:6} {noise_deg:6} | {:6.3} {:6.3} | {:5.1} {:5.1} | {:5.3} | {:5.3} {:6.3}",
-                    mean(0).sqrt(),
-                    mean(1).sqrt(),
-                    100.0 * mean(2),
-                    100.0 * mean(3),
-                    mean(4),
-                    mean(5),
-                    mean(6)
-                );
-                for i in 0..4 {
-                    total[i] += mean(i);
-                }
-                count += 1.0;
+    let seeds: u64 = std::env::var("REFINED_SEEDS").map_or(50, |n| n.parse().expect("a number"));
+    println!("           |  rms error over bound  | network's over it | inside 1u (%) |");
+    println!(
+        "  wn  zeta |     wn    zeta         |     wn    zeta    |   wn  zeta    | misfit (%)"
+    );
+    let mut all = Vec::new();
+    for wn in [2.5, 7.5, 15.5, 26.5] {
+        for zeta in [0.001, 0.003, 0.01, 0.03, 0.1] {
+            let truth = modal(wn, zeta);
+            let row: Vec<Outcome> = (0..2 * seeds)
+                .into_par_iter()
+                .map(|k| {
+                    let noise_deg = if k < seeds { 0.02 } else { 0.2 };
+                    outcome(&truth, &sensor(noise_deg, 0.0), k)
+                })
+                .collect();
+            let over = [0, 1].map(|i| rms(&row, |o| o.error[i] / o.bound[i]));
+            let network = [0, 1].map(|i| rms(&row, |o| o.network_error[i] / o.bound[i]));
+            let covered = [0, 1].map(|i| 100.0 * inside(&row, i));
+            let misfit = 100.0 * share(&row, |o| o.misfit);
+            println!(
+                "{wn:4} {zeta:5} | {:6.3}  {:6.3}         | {:7.1} {:7.1}   | {:5.1} {:5.1}   | {misfit:.1}",
+                over[0], over[1], network[0], network[1], covered[0], covered[1],
+            );
+            assert!(over.iter().all(|r| *r <= 1.2), "{wn} {zeta}: {over:?}");
+            // Far below the bound would mean that the bound is wrong: four times the scatter.
+            assert!(over.iter().all(|r| *r >= 0.72), "{wn} {zeta}: {over:?}");
+            assert!(network.iter().zip(over).all(|(n, r)| *n > r), "{wn} {zeta}: {network:?}");
+            all.extend(row);
+        }
+    }
+    let misfit = share(&all, |o| o.misfit);
+    for i in 0..2 {
+        let over = rms(&all, |o| o.error[i] / o.bound[i]);
+        let covered = inside(&all, i);
+        println!("all: rms error {over:.3} of the bound, {:.1} % inside 1u", 100.0 * covered);
+        assert!(over <= 1.1, "{over}");
+        assert!((0.62..=0.75).contains(&covered), "{covered}");
+    }
+    println!("misfit in {:.2} % of {}", 100.0 * misfit, all.len());
+    assert!(misfit <= 0.01, "{misfit}");
+}
+
+/// Noise that is correlated from sample to sample: 200 releases a row, coverage scatters by 3.3 %.
+#[test]
+fn coloured_noise_widens_the_uncertainties_and_is_no_misfit_if_mild() {
+    println!("correlation   wn  zeta | inside 1u (%): wn zeta | misfit (%)");
+    let mut mild = Vec::new();
+    for correlation in [0.3, 0.5, 0.9] {
+        for (wn, zeta) in [(7.5, 0.012), (23.5, 0.01), (4.0, 0.05)] {
+            let row: Vec<Outcome> = (0..200)
+                .into_par_iter()
+                .map(|seed| outcome(&modal(wn, zeta), &sensor(0.1, correlation), 3000 + seed))
+                .collect();
+            let covered = [0, 1].map(|i| inside(&row, i));
+            println!(
+                "{correlation:11} {wn:4} {zeta:5} | {:20.1} {:5.1} | {:.1}",
+                100.0 * covered[0],
+                100.0 * covered[1],
+                100.0 * share(&row, |o| o.misfit)
+            );
+            // White noise's would hold one time in six at the strongest correlation.
+            assert!(covered.iter().all(|c| (0.55..=0.80).contains(c)), "{covered:?}");
+            if correlation < 0.9 {
+                mild.extend(row);
             }
         }
     }
-    println!("{:?}", total.map(|t| t / count));
+    let misfit = share(&mild, |o| o.misfit);
+    println!("misfit in {:.2} % of {} with correlations up to 0.5", 100.0 * misfit, mild.len());
+    assert!(misfit <= 0.01, "{misfit}");
+}
+
+/// Three sizes of each effect of the library on a mode; the offset is none of them, the fit has one.
+fn sizes(wn: f64, zeta: f64) -> Vec<(&'static str, [String; 3])> {
+    let a = 10.0_f64.to_radians();
+    let rad = |deg: f64| deg.to_radians();
+    let three = |x: [f64; 3], text: &dyn Fn(f64) -> String| x.map(text);
+    let (w2, w) = (2.3 * wn, 1.7 * wn);
+    vec![
+        ("coulomb_friction", three([0.01, 0.05, 0.2], &|x| format!("c={}", wn * wn * rad(x)))),
+        ("quadratic_damping", three([0.05, 0.2, 1.0], &|x| format!("d={}", 3.0 * x * zeta / a))),
+        (
+            "cubic_damping",
+            three([0.1, 0.4, 2.0], &|x| format!("c={}", 4.0 * x * zeta * wn / a / a)),
+        ),
+        (
+            "cubic_stiffness",
+            three([0.001, 0.004, 0.02], &|x| format!("k3={}", x * wn * wn / a / a)),
+        ),
+        ("quadratic_stiffness", three([0.01, 0.03, 0.1], &|x| format!("k2={}", x * wn * wn / a))),
+        ("free_play", three([0.005, 0.03, 0.1], &|x| format!("g={}", rad(x)))),
+        (
+            "harmonic_forcing",
+            three([0.06, 0.15, 0.5], &|x| format!("f={},w={w},phi=0.5", wn * wn * rad(x))),
+        ),
+        ("stiffness_drift", three([0.001, 0.003, 0.02], &|x| format!("e={}", x * zeta * wn))),
+        (
+            "buffeting",
+            three([0.06, 0.15, 0.3], &|x| {
+                format!("q={}", 0.64 * zeta * wn.powi(3) * rad(x).powi(2))
+            }),
+        ),
+        (
+            "second_mode",
+            three([0.06, 0.2, 0.6], &|x| {
+                format!("amplitude={},phase=1,w2={w2},zeta2={zeta}", rad(x))
+            }),
+        ),
+        ("sensor_nonlinearity", three([0.005, 0.02, 0.06], &|x| format!("s={}", x / a))),
+        ("baseline_drift", three([0.02, 0.1, 0.5], &|x| format!("d={}", rad(x) * zeta * wn))),
+    ]
+}
+
+/// What the host finds the second-order model to leave of the record, over the noise.
+fn baseline(samples: &[Sample]) -> f64 {
+    let record = Record {
+        file: "release.csv".into(),
+        time_s: samples.iter().map(|s| s.time_s).collect(),
+        yaw_deg: samples.iter().map(|s| s.yaw_deg).collect(),
+    };
+    let swing = Swing::of(&record).expect("a swing");
+    fit_plain(&swing, true, swing.grid.count).over_noise(&swing)
+}
+
+#[test]
+fn what_is_missing_is_said() {
+    let modes = [(7.5, 0.012), (15.5, 0.004), (4.0, 0.03), (23.5, 0.01)];
+    let mut cases = Vec::new();
+    for (number, (wn, zeta)) in (0..).zip(modes) {
+        for (effect, sizes) in sizes(wn, zeta) {
+            for (size, values) in (0..).zip(sizes) {
+                for noise_deg in [0.02, 0.1] {
+                    let text = format!("{effect}:{values}");
+                    cases.push((effect, text, modal(wn, zeta), noise_deg, 10 * number + size));
+                }
+            }
+        }
+    }
+    let found: Vec<(&str, f64, bool)> = cases
+        .par_iter()
+        .map(|(effect, text, truth, noise_deg, seed)| {
+            let effects = Effects::new(vec![text.parse().expect("an effect")]).expect("one");
+            let samples: Vec<Sample> =
+                release(truth, &effects, &sensor(*noise_deg, 0.0), *seed).collect();
+            let (_, refined) = played(samples.iter().copied());
+            // Where nothing can be fitted, that is said, too.
+            let told = |r: &Refined| r.flags.has(Flags::MISFIT) || r.flags.has(Flags::NOT_REFINED);
+            (*effect, baseline(&samples), refined.iter().any(told))
+        })
+        .collect();
+    let mut table: BTreeMap<&str, [usize; 4]> = BTreeMap::new();
+    for (effect, over_noise, told) in &found {
+        let row = table.entry(effect).or_default();
+        let strong = usize::from(*over_noise >= 1.5);
+        row[2 * strong] += 1;
+        row[2 * strong + 1] += usize::from(*told);
+    }
+    println!("effect               | from 1.5 times the noise: told of | below it: told of");
+    let mut all = [0; 4];
+    for (effect, row) in &table {
+        println!("{effect:20} | {:25} {:7} | {:8} {:8}", row[2], row[3], row[0], row[1]);
+        (0..4).for_each(|i| all[i] += row[i]);
+        // One of twenty may be missed by chance.
+        assert!(row[2] >= 8 && row[3] + 2 >= row[2], "{effect}: {row:?}");
+    }
+    let share = all[3] as f64 / all[2] as f64;
+    println!(
+        "{:20} | {:25} {:7} | {:8} {:8}   {:.1} %",
+        "all",
+        all[2],
+        all[3],
+        all[0],
+        all[1],
+        100.0 * share
+    );
+    assert!(share >= 0.95, "{share}");
 }

@@ -114,6 +114,7 @@ fn to_json(identity: &Identity, status: &Status) -> Value {
     object["samples"] = json!(status.samples);
     object["lost_samples"] = json!(status.lost_samples);
     object["lost_events"] = json!(status.lost_events);
+    object["lost_bytes"] = json!(status.lost_bytes);
     object
 }
 

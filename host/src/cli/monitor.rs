@@ -63,7 +63,8 @@ pub fn run(arguments: &Monitor) -> Result<()> {
             Some(Swing::new(arguments.speed))
         }
     };
-    let mut follow = Follow { seen: 0, refined: false, missed: 0, windows: Vec::new(), arguments };
+    let mut follow =
+        Follow { seen: 0, refined: false, missed: 0, resets: 0, windows: Vec::new(), arguments };
     let deadline = arguments.seconds.map(|s| Instant::now() + Duration::from_secs_f64(s));
     loop {
         if let Some(swing) = &mut swing {
@@ -96,6 +97,7 @@ struct Follow<'a> {
     /// The refined estimate of the last of them has come.
     refined: bool,
     missed: u64,
+    resets: u64,
     /// Of the release that is going on.
     windows: Vec<WindowResult>,
     arguments: &'a Monitor,
@@ -112,6 +114,11 @@ impl Follow<'_> {
                 let lost = bench.client.missed_events() - self.missed;
                 self.missed = bench.client.missed_events();
                 crate::say!("{lost} results were lost on the line");
+            }
+            if bench.client.resets() > self.resets {
+                self.resets = bench.client.resets();
+                self.windows.clear();
+                crate::say!("the device has begun anew, after a reset or a power cut; what it sent before stands");
             }
             let Some(numbered) = next else { return Ok(()) };
             patience = Duration::ZERO;

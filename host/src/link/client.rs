@@ -64,6 +64,11 @@ pub struct Client {
     port: TTYPort,
     incoming: Receiver<Incoming>,
     events: Events,
+    /// What this run of the device is called; nought: not known yet.
+    session: u32,
+    /// When that was asked for in vain.
+    asked: Option<Instant>,
+    resets: u64,
     sequence: u16,
     garbled: u64,
     frames: u64,
@@ -97,6 +102,9 @@ impl Client {
             port,
             incoming,
             events: Events::default(),
+            session: 0,
+            asked: None,
+            resets: 0,
             // Another client's last request must not be answered to ours.
             sequence: rand::random(),
             garbled: 0,
@@ -182,12 +190,36 @@ impl Client {
             Ok(Reply::Refused(refusal)) => Err(LinkError::Refused(refusal)),
             Ok(reply) => {
                 if let Reply::Status(status) = &reply {
-                    self.events.had(status.next_event);
+                    self.met(status);
                 }
                 Ok(reply)
             }
             Err(_) => Err(LinkError::Silent { bytes: self.bytes(), frames: self.frames }),
         }
+    }
+
+    /// Tells from its state whether the device is still the one it was.
+    fn met(&mut self, status: &Status) {
+        if self.session != 0 && status.session != self.session {
+            self.resets += 1;
+            self.events.began_anew();
+        } else {
+            self.events.goes_on();
+        }
+        self.session = status.session;
+        self.events.had(status.next_event);
+    }
+
+    /// Gives this run of the device a name, where nobody has, and learns it.
+    fn name_session(&mut self) -> std::result::Result<(), LinkError> {
+        let number = rand::random::<u32>().max(1);
+        self.request(&Request::Session { number })?;
+        self.request(&Request::Status).map(|_| ())
+    }
+
+    /// How often the device has begun anew, by a reset or a power cut, while this line was open.
+    pub fn resets(&self) -> u64 {
+        self.resets
     }
 
     /// The device's state.
@@ -317,6 +349,23 @@ impl Client {
         loop {
             if let Some(event) = self.events.take() {
                 return Ok(Some(event));
+            }
+            let unsure = self.session == 0 || self.events.in_doubt();
+            if unsure && self.asked.is_none_or(|asked| asked.elapsed() > SILENCE) {
+                self.asked = Some(Instant::now());
+                let asked = match self.session {
+                    0 => self.name_session(),
+                    _ => self.request(&Request::Status).map(|_| ()),
+                };
+                match asked {
+                    Ok(()) => {
+                        self.asked = None;
+                        continue;
+                    }
+                    // Once more in a while.
+                    Err(LinkError::Silent { .. } | LinkError::Refused(_)) => {}
+                    Err(error) => return Err(error),
+                }
             }
             if let Some(number) = self.events.missing() {
                 self.fetch(number)?;

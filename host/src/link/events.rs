@@ -21,6 +21,8 @@ pub struct Events {
     handed: VecDeque<Numbered>,
     /// Number of the next event that the device has not had yet, as far as known.
     end: Option<u16>,
+    /// Those with a number that has passed: late, or the first ones of a device that began anew.
+    doubtful: VecDeque<Numbered>,
     lost: u64,
 }
 
@@ -38,15 +40,34 @@ impl Events {
             return;
         }
         if is_before(number, next) {
-            // The device has been reset and counts from nought.
-            self.begin(Some(number));
+            if self.doubtful.len() == KEPT_EVENTS {
+                self.doubtful.pop_front();
+            }
+            self.doubtful.push_back(numbered);
+            return;
         }
-        let next = self.next.unwrap_or(number);
         let at = self
             .waiting
             .partition_point(|w| w.number.wrapping_sub(next) < number.wrapping_sub(next));
         self.waiting.insert(at, numbered);
         self.had(number.wrapping_add(1));
+    }
+
+    /// Whether the device has to be asked if it began anew.
+    pub fn in_doubt(&self) -> bool {
+        !self.doubtful.is_empty()
+    }
+
+    /// It has not: what came late had been given up.
+    pub fn goes_on(&mut self) {
+        self.doubtful.clear();
+    }
+
+    /// It has, and counts from nought.
+    pub fn began_anew(&mut self) {
+        let doubtful = std::mem::take(&mut self.doubtful);
+        self.begin(Some(0));
+        doubtful.into_iter().for_each(|numbered| self.put(numbered.number, numbered.event));
     }
 
     /// The device says that `end` will be the number of its next event.
@@ -166,10 +187,29 @@ mod tests {
         }
         assert_eq!(handed(&mut events), [5, 6]);
         events.put(6, event(60));
-        assert!(handed(&mut events).is_empty());
-        events.put(0, event(3));
+        assert!(handed(&mut events).is_empty() && !events.in_doubt());
         events.put(1, event(4));
+        assert!(handed(&mut events).is_empty() && events.in_doubt());
+        events.began_anew();
+        assert_eq!(events.missing(), Some(0));
+        events.put(0, event(3));
         assert_eq!(handed(&mut events), [0, 1]);
         assert_eq!((events.missing(), events.lost()), (None, 0));
+    }
+
+    #[test]
+    fn an_event_that_was_given_up_and_comes_late_is_passed_over() {
+        let mut events = Events::default();
+        events.put(5, event(50));
+        events.put(7, event(70));
+        assert_eq!(handed(&mut events), [5]);
+        events.give_up(7);
+        assert_eq!((handed(&mut events), events.lost()), (vec![7], 1));
+        events.put(6, event(60));
+        assert!(events.in_doubt());
+        events.goes_on();
+        events.put(8, event(80));
+        assert_eq!((handed(&mut events), events.lost()), (vec![8], 1));
+        assert!(!events.in_doubt());
     }
 }

@@ -24,6 +24,7 @@ mod program;
 mod source;
 mod units;
 
+pub use file::from_text;
 pub use prepared::Prepared;
 pub use program::{Program, State, MOST_PARAMETERS};
 pub use source::{nearest, pointed};

@@ -2,9 +2,11 @@
 #![no_std]
 
 pub mod flash;
+pub mod run;
 pub mod stack;
 pub mod swing;
 pub mod uart;
+pub mod watchdog;
 
 use core::panic::PanicInfo;
 use cortex_m_semihosting::{debug, hio};

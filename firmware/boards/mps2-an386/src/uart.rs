@@ -6,6 +6,7 @@
 use core::ptr::{read_volatile, write_volatile};
 use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
+use yawrig_firmware::serial::{Received, Receiver};
 
 /// Register offsets in bytes.
 const DATA: usize = 0x00;
@@ -24,23 +25,6 @@ const CTRL_RX_INTERRUPT: u32 = 1 << 3;
 const INTSTATUS_ALL: u32 = 0xf;
 /// 25 MHz / 217 is 115 200 baud; QEMU does not pace by it.
 const DIVIDER: u32 = 217;
-
-/// What the UART's STATE register said.
-#[derive(Clone, Copy)]
-pub struct State(u32);
-
-impl State {
-    pub fn can_write(self) -> bool {
-        self.0 & STATE_TX_FULL == 0
-    }
-    pub fn can_read(self) -> bool {
-        self.0 & STATE_RX_FULL != 0
-    }
-    /// A byte came while the last one was still unread, and was lost.
-    pub fn overrun(self) -> bool {
-        self.0 & STATE_RX_OVERRUN != 0
-    }
-}
 
 #[derive(Clone, Copy)]
 struct Line(u16);
@@ -92,32 +76,38 @@ impl Uart {
     }
 
     #[inline]
-    pub fn state(&self) -> State {
-        State(self.read_register(STATE))
+    pub fn can_write(&self) -> bool {
+        self.read_register(STATE) & STATE_TX_FULL == 0
     }
 
-    /// The byte received; only where [`State::can_read`].
-    #[inline]
-    pub fn read(&mut self) -> u8 {
-        self.read_register(DATA) as u8
-    }
-
-    /// Sends a byte; only where [`State::can_write`].
+    /// Sends a byte; only where [`Uart::can_write`].
     #[inline]
     pub fn write(&mut self, byte: u8) {
         self.write_register(DATA, u32::from(byte));
     }
 
-    /// Forgets that a byte was lost.
-    pub fn clear_overrun(&mut self) {
-        self.write_register(STATE, STATE_RX_OVERRUN);
-    }
-
-    /// From here on a byte received or sent wakes the core again. Ask [`Uart::state`] after this and
+    /// From here on a byte received or sent wakes the core again. Look at [`Receiver::state`] after this and
     /// before sleeping: what came earlier does not wake it any more.
     pub fn arm(&mut self) {
         self.write_register(INTSTATUS, INTSTATUS_ALL);
         NVIC::unpend(self.receive);
         NVIC::unpend(self.transmit);
+    }
+}
+
+impl Receiver for Uart {
+    #[inline]
+    fn state(&self) -> Received {
+        let state = self.read_register(STATE);
+        Received { byte: state & STATE_RX_FULL != 0, overrun: state & STATE_RX_OVERRUN != 0 }
+    }
+
+    #[inline]
+    fn take(&mut self) -> u8 {
+        self.read_register(DATA) as u8
+    }
+
+    fn clear_overrun(&mut self) {
+        self.write_register(STATE, STATE_RX_OVERRUN);
     }
 }

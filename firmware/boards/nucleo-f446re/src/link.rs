@@ -30,8 +30,6 @@ pub struct Link {
     usart: USART2,
     dma: DMA1,
     reader: Reader<RING>,
-    /// Bytes that came faster than they were taken; the frame they belong to fails its checksum and is asked for anew.
-    overruns: u32,
 }
 
 impl Link {
@@ -52,16 +50,21 @@ impl Link {
             stream.cr().write(|w| w.bits(how));
             stream.cr().write(|w| w.bits(how | DMA_CR_EN));
         }
-        Self { usart, dma, reader: Reader::new(), overruns: 0 }
+        Self { usart, dma, reader: Reader::new() }
+    }
+
+    /// Whether a byte was lost since this was last asked: it came before DMA had taken the one before.
+    pub fn overrun(&mut self) -> bool {
+        let lost = self.usart.sr().read().bits() & SR_ORE != 0;
+        if lost {
+            // Reading the data after the status clears it.
+            let _ = self.usart.dr().read();
+        }
+        lost
     }
 
     /// The next byte that came.
     pub fn receive(&mut self) -> Option<u8> {
-        if self.usart.sr().read().bits() & SR_ORE != 0 {
-            // Reading the data after the status clears it.
-            let _ = self.usart.dr().read();
-            self.overruns = self.overruns.wrapping_add(1);
-        }
         let left = self.dma.st(STREAM).ndtr().read().bits();
         let at = self.reader.next_before((RING as u32).wrapping_sub(left))?;
         // SAFETY: in the ring, written by DMA only, and complete.

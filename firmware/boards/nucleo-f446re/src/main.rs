@@ -59,6 +59,9 @@ fn main() -> ! {
     let mut taken = 0_u32;
     loop {
         watchdog.feed();
+        if link.overrun() {
+            device.overrun();
+        }
         for _ in 0..BYTES_AT_ONCE {
             let Some(byte) = link.receive() else { break };
             device.receive(byte);

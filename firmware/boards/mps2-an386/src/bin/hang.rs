@@ -1,0 +1,20 @@
+//! The device with a fault put in: its main loop hangs for good after 3000 samples. For the test of the watchdog.
+#![no_std]
+#![no_main]
+
+use cortex_m_rt::entry;
+use yawrig_mps2_an386::{run, say};
+
+const HANGS_AFTER: u32 = 3000;
+
+#[entry]
+fn main() -> ! {
+    run::run(|samples| {
+        if samples >= HANGS_AFTER {
+            say(&["yawrig hangs"]);
+            loop {
+                core::hint::spin_loop();
+            }
+        }
+    })
+}

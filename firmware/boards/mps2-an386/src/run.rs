@@ -1,0 +1,79 @@
+//! The device's main loop.
+
+use crate::uart::Uart;
+use crate::watchdog::Watchdog;
+use crate::{flash, say};
+use cortex_m::asm::wfi;
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{Peripherals, SCB};
+use yawrig_firmware::device::Device;
+use yawrig_firmware::serial::{serve_link, serve_potentiometer};
+use yawrig_shared::potentiometer::Decoder;
+
+/// Empty looks at the UARTs before the core sleeps. Waking costs the emulator more than some looks,
+/// but every look takes the lock under which it hands over bytes: thousands of looks halve the
+/// throughput on a busy machine, and on an idle one 5 to 200 000 make no difference.
+const LOOKS_BEFORE_SLEEP: u32 = 50;
+/// Half a second at 25 MHz: how often the watchdog is fed, and the core woken for it.
+const FEED_TICKS: u32 = 12_500_000;
+
+/// Serves samples and the line for good; `after_round` is called after each time both have been served.
+pub fn run(mut after_round: impl FnMut(u32)) -> ! {
+    // Nothing may run a handler: interrupts only end `wfi`.
+    cortex_m::interrupt::disable();
+    // SAFETY: the only owners, and PRIMASK is set for good.
+    let (mut link, mut potentiometer) = unsafe { (Uart::new(0), Uart::new(1)) };
+    // This board has no flash: a restart begins with the network compiled in.
+    // SAFETY: main runs once.
+    let slots = unsafe { flash::erased() };
+    let mut device = Device::stopped(slots, "mps2-an386");
+    device.start();
+    let mut decoder = Decoder::default();
+    let mut to_send = None;
+    let mut idle = 0;
+    // SAFETY: main runs once.
+    let (mut clock, mut watchdog) = unsafe { (Peripherals::steal().SYST, Watchdog::start()) };
+    clock.set_clock_source(SystClkSource::Core);
+    clock.set_reload(FEED_TICKS);
+    clock.clear_current();
+    clock.enable_counter();
+    clock.enable_interrupt();
+    // To QEMU's output, not to the link: the host waits for this line.
+    say(&["yawrig runs"]);
+    loop {
+        let mut busy = serve_link(&mut link, &mut device);
+        to_send = to_send.or_else(|| device.transmit());
+        if let (Some(byte), true) = (to_send, link.can_write()) {
+            busy = true;
+            link.write(byte);
+            to_send = None;
+        }
+        for _ in 0..64 {
+            if !serve_potentiometer(&mut potentiometer, &mut decoder, &mut device) {
+                break;
+            }
+            busy = true;
+        }
+
+        // Both have been served, or there was nothing to serve.
+        if clock.has_wrapped() {
+            watchdog.feed();
+        }
+        after_round(device.samples());
+
+        if busy || device.idle() {
+            idle = 0;
+            continue;
+        }
+        idle += 1;
+        if idle == LOOKS_BEFORE_SLEEP {
+            // One more look comes after this: whatever it misses wakes the core.
+            link.arm();
+            potentiometer.arm();
+            SCB::clear_pendst();
+        } else if idle > LOOKS_BEFORE_SLEEP {
+            wfi();
+            idle = 0;
+        }
+    }
+}
