@@ -14,7 +14,7 @@ use clap::Args;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
-use yawrig_shared::wire::Event;
+use yawrig_shared::wire::{Event, Request, Settings};
 
 /// How long the last samples of the last release are waited for.
 const LAST_SAMPLES: Duration = Duration::from_secs(2);
@@ -45,6 +45,9 @@ pub struct Monitor {
     /// Show a stored session again instead of following a device
     #[arg(long, value_name = "SESSION", conflicts_with_all = ["record", "device"])]
     replay: Option<PathBuf>,
+    /// Angle between the ends of the potentiometer's track; devices on a port only, which else take it for 328
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    travel_deg: Option<f64>,
 }
 
 pub fn run(arguments: &Monitor) -> Result<()> {
@@ -60,7 +63,22 @@ pub fn run(arguments: &Monitor) -> Result<()> {
     if let Some(place) = &arguments.record {
         Recording::check(place)?;
     }
-    let bench = arguments.device.open()?;
+    let on_a_port = matches!(arguments.device.device, Target::Port(_));
+    if let Some(travel_deg) = arguments.travel_deg {
+        within("--travel-deg", travel_deg, 1.0, 36_000.0)?;
+        if !on_a_port {
+            return Err(Error::usage(
+                "--travel-deg is for a device on a port: the built-in rig has its own sensor",
+            )
+            .help("leave it out, or name the port with --device"));
+        }
+    }
+    let mut bench = arguments.device.open()?;
+    if let Some(travel_deg) = arguments.travel_deg {
+        let degrees_per_count = (travel_deg / 65_536.0) as f32;
+        let settings = Settings { degrees_per_count, ..Settings::default() };
+        bench.client.tell(&Request::Configure(settings), "the settings")?;
+    }
     let swing = match arguments.device.device {
         Target::Port(_) => None,
         _ => {

@@ -6,6 +6,7 @@ mod doctor;
 mod files;
 mod formats;
 mod interrupts;
+mod lock;
 mod model;
 mod monitor;
 mod networks;
