@@ -9,10 +9,10 @@ use super::swing::Swing;
 use crate::identify::samples::Samples;
 use crate::identify::windows::{windows, Window};
 use crate::quantity::Quantity;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Three cycles.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AmplitudePoint {
     /// Middle of the window, from the release.
     pub time_s: f64,
@@ -26,13 +26,13 @@ pub struct AmplitudePoint {
 }
 
 /// What a model makes of the same swing.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Prediction {
     pub name: String,
     pub points: Vec<AmplitudePoint>,
 }
 
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AmplitudePicture {
     /// In order of time, largest amplitude first where the swing decays.
     pub measured: Vec<AmplitudePoint>,

@@ -3,7 +3,7 @@
 use super::fitting::Fitted;
 use super::swing::Swing;
 use crate::quantity::Quantity;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 const TIME_BINS: usize = 20;
@@ -20,7 +20,7 @@ const HIGHEST: f64 = 6.0;
 const HALF_WIDTH: f64 = 0.12;
 
 /// Residual (record less model) where it is.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Where {
     pub time: Vec<TimeBin>,
     pub amplitude: Vec<AmplitudeBin>,
@@ -38,21 +38,21 @@ pub struct Where {
 }
 
 /// `from_s`, `to_s` from the release.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimeBin {
     pub from_s: f64,
     pub to_s: f64,
     pub rms_deg: f64,
 }
 
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AmplitudeBin {
     pub from_deg: f64,
     pub to_deg: f64,
     pub rms_deg: f64,
 }
 
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PhaseCell {
     pub yaw_deg: f64,
     pub rate_deg_s: f64,
@@ -61,7 +61,7 @@ pub struct PhaseCell {
 }
 
 /// At zero yaw, mean over the passages with about this rate.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DampingPoint {
     pub rate_deg_s: f64,
     pub moment_rad_s2: f64,
@@ -69,7 +69,7 @@ pub struct DampingPoint {
 }
 
 /// At zero rate, mean over the turning points at about this angle.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StiffnessPoint {
     pub yaw_deg: f64,
     pub moment_rad_s2: f64,
@@ -77,7 +77,7 @@ pub struct StiffnessPoint {
 }
 
 /// Share of the residual's power about `hz`.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrequencyBin {
     pub hz: f64,
     pub share: f64,
