@@ -122,7 +122,7 @@ impl Diagnose {
 }
 
 /// Whether it is a model's file rather than a campaign's: a user may name either.
-fn is_model(file: &Path) -> bool {
+pub(super) fn is_model(file: &Path) -> bool {
     let text = std::fs::read_to_string(file).unwrap_or_default();
     text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("record"))
 }

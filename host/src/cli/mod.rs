@@ -16,7 +16,9 @@ mod model;
 mod monitor;
 mod ports;
 mod replay;
+mod report;
 mod simulate;
+mod story;
 mod study;
 mod train;
 
@@ -33,7 +35,6 @@ pub struct Cli {
 
 #[derive(Subcommand, Debug)]
 pub enum Verb {
-    /// Train, flash, release on eight springs and tabulate the derivatives
     Demo(demo::Demo),
     Identify(identify::Identify),
     Derivatives(derivatives::Derivatives),
@@ -44,6 +45,7 @@ pub enum Verb {
     Remove(effects::Remove),
     History(history::History),
     Simulate(simulate::Simulate),
+    Report(report::ReportArgs),
     Study(study::StudyArgs),
     /// Train a network and freeze it to a file
     Train(train::Train),
@@ -61,6 +63,12 @@ pub enum Verb {
 
 /// Runs one verb: results on stdout, progress and messages on stderr.
 pub fn run(cli: Cli) -> Result<()> {
+    verb(cli)?;
+    story::say_next();
+    Ok(())
+}
+
+fn verb(cli: Cli) -> Result<()> {
     match cli.verb {
         Verb::Derivatives(verb) => verb.run(),
         Verb::Demo(arguments) => demo::run(&arguments),
@@ -72,6 +80,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Verb::Remove(verb) => verb.run(),
         Verb::History(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
+        Verb::Report(verb) => verb.run(),
         Verb::Study(verb) => verb.run(),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),

@@ -33,10 +33,8 @@ impl Chart {
         for (k, colour) in COLOURS.iter().enumerate() {
             let hex = format!("#{:02X}{:02X}{:02X}", colour.0, colour.1, colour.2);
             if hex != "#000000" {
-                text = text.replace(
-                    &format!("\"{hex}\""),
-                    &format!("\"var(--curve-{}, {hex})\"", k + 1),
-                );
+                text = text
+                    .replace(&format!("\"{hex}\""), &format!("\"var(--curve-{}, {hex})\"", k + 1));
             }
         }
         text = text.replace("\"#000000\"", "\"var(--ink, #000000)\"");
@@ -55,6 +53,9 @@ fn attribute<'a>(tag: &'a str, name: &str) -> &'a str {
     let from = tag.split_once(&format!(" {name}=\"")).map_or("", |(_, rest)| rest);
     from.split_once('"').map_or("0", |(value, _)| value)
 }
+
+/// Every name of a [`Chart`].
+pub const NAMES: [&str; 5] = ["staircase", "derivatives", "amplitude", "laws", "training"];
 
 /// All of a report, those of the releases apart.
 pub fn of(report: &Report) -> Vec<Chart> {
@@ -78,7 +79,8 @@ pub fn staircase(criticism: &Criticism) -> Option<Chart> {
         return None;
     }
     let stairs = |of: fn(&super::Step) -> f64| {
-        let step = |(k, s): (usize, &super::Step)| [(k as f64 - 0.5, of(s)), (k as f64 + 0.5, of(s))];
+        let step =
+            |(k, s): (usize, &super::Step)| [(k as f64 - 0.5, of(s)), (k as f64 + 0.5, of(s))];
         criticism.steps.iter().enumerate().flat_map(step).collect::<Vec<_>>()
     };
     let n = criticism.steps.len() as f64;
@@ -166,8 +168,7 @@ pub fn amplitude(picture: &AmplitudePicture, truth: Option<[f64; 2]>) -> Chart {
         }
         if let (Some(truth), true) = (truth, k < 2) {
             let ends = picture.measured.iter().map(|p| p.amplitude_deg);
-            let (low, high) =
-                ends.fold((f64::MAX, 0.0_f64), |(l, h), a| (l.min(a), h.max(a)));
+            let (low, high) = ends.fold((f64::MAX, 0.0_f64), |(l, h), a| (l.min(a), h.max(a)));
             curves.push(Curve::dashed("planted", vec![(low, truth[k]), (high, truth[k])]));
         }
         Plot {

@@ -3,10 +3,10 @@
 
 pub mod charts;
 mod criticism;
+pub mod html;
 mod of_campaign;
 mod of_model;
 mod of_records;
-pub mod html;
 mod sections;
 pub mod trace;
 

@@ -2,7 +2,9 @@
 
 use super::criticism::{candidates, effects, pairs, status, steps, verdict, SECOND_ORDER};
 use super::of_records::{analysis, blank, drawn_release, method_name, with_effects};
-use super::{Criticism, Estimate, Kind, Made, Point, Release, Report, Setting, Source, TRACE_NUMBERS};
+use super::{
+    Criticism, Estimate, Kind, Made, Point, Release, Report, Setting, Source, TRACE_NUMBERS,
+};
 use crate::criticism::campaign::{diagnose_with_fits, Diagnosed, HeldOut};
 use crate::criticism::diagnose::Options;
 use crate::criticism::fitting::Fitted;
@@ -21,14 +23,18 @@ use std::path::Path;
 ///
 /// # Errors
 /// Those of [`evaluate`] and [`diagnose_with_fits`].
-pub fn of_campaign(path: &Path, settings: &Settings, options: &Options, made: Made) -> Result<Report> {
+pub fn of_campaign(
+    path: &Path,
+    settings: &Settings,
+    options: &Options,
+    made: Made,
+) -> Result<Report> {
     let file = CampaignFile::read(path)?;
     let count = file.campaign.release.len();
     crate::say!("{count} releases: identifying them");
     let table = evaluate(&file, method_name(Method::LeastSquares), &|record: &Record| {
-        Identified::of(identify(record, &[Method::LeastSquares], settings)?).ok_or_else(|| {
-            Error::internal(format!("{}: no estimate", record.file.display()))
-        })
+        Identified::of(identify(record, &[Method::LeastSquares], settings)?)
+            .ok_or_else(|| Error::internal(format!("{}: no estimate", record.file.display())))
     })?;
     crate::say!("{count} releases: looking for what they lack");
     let diagnosed = diagnose_with_fits(&file, options)?;

@@ -2,9 +2,11 @@
 
 use super::criticism::{effects, LATER_PART, SECOND_ORDER};
 use super::of_records::{blank, drawn_release, with_effects};
-use super::{Criticism, Estimate, JournalRow, Kind, Made, Report, Setting, Source, Step, TRACE_NUMBERS};
-use crate::criticism::comparison::{compare, Comparison};
+use super::{
+    Criticism, Estimate, JournalRow, Kind, Made, Report, Setting, Source, Step, TRACE_NUMBERS,
+};
 use crate::criticism::compare::locate;
+use crate::criticism::comparison::{compare, Comparison};
 use crate::criticism::fitting::{fit_plain, Fitted};
 use crate::criticism::journal::{self, Journal};
 use crate::criticism::model::{read_text, Model};
@@ -59,7 +61,8 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
         if name == appraisal.where_file {
             wheres = models.iter().map(|(n, m)| ((*n).to_owned(), locate(swing, m))).collect();
         }
-        let condition = appraisal.conditions.iter().find(|c| c.condition == recorded.entry.condition);
+        let condition =
+            appraisal.conditions.iter().find(|c| c.condition == recorded.entry.condition);
         let estimates = condition.map(|c| Estimate {
             method: "the model".to_owned(),
             natural_frequency_rad_s: c.modal.natural_frequency_rad_s,
@@ -68,11 +71,8 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
             remarks: Vec::new(),
         });
         let held_out = recorded.entry.held_out;
-        let release = super::Release {
-            held_out,
-            estimates: estimates.into_iter().collect(),
-            ..blank(name)
-        };
+        let release =
+            super::Release { held_out, estimates: estimates.into_iter().collect(), ..blank(name) };
         report.releases.push(drawn_release(&record, swing, &models, &models, numbers, release));
     }
     report.criticism = Some(Criticism {

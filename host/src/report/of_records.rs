@@ -1,6 +1,8 @@
 //! The report of records: each identified by every method and diagnosed.
 
-use super::criticism::{candidates, effects, pairs, status, steps, verdict, LATER_PART, SECOND_ORDER};
+use super::criticism::{
+    candidates, effects, pairs, status, steps, verdict, LATER_PART, SECOND_ORDER,
+};
 use super::trace::{self, values};
 use super::{Criticism, Estimate, Kind, Made, Release, Report, Setting, Source, TRACE_NUMBERS};
 use crate::criticism::amplitude::picture;
@@ -54,9 +56,10 @@ pub fn of_records(
         let identified = identify(&record, &methods, settings)?;
         let diagnosed = diagnose_with_fits(&record, options)?;
         let estimates = identified.estimates.iter().map(estimate).collect();
-        let notes = identified.unavailable.iter().map(|u| {
-            format!("{}: {}: {}", file.display(), method_name(u.method), u.reason)
-        });
+        let notes = identified
+            .unavailable
+            .iter()
+            .map(|u| format!("{}: {}: {}", file.display(), method_name(u.method), u.reason));
         report.notes.extend(notes);
         let numbers = TRACE_NUMBERS / files.len();
         let release = release(&record, &diagnosed, estimates, numbers, &mut report.verdict);
@@ -141,11 +144,18 @@ fn release(
     let mut drawn = models.clone();
     let known = |effects: &[crate::criticism::effects::Effect]| effects == last.structure.effects;
     drawn.extend(alone.filter(|(_, m)| !known(&m.structure.effects)).take(CANDIDATES));
-    drawn_release(record, swing, &models, &drawn, numbers, Release {
-        estimates,
-        criticism: Some(criticism),
-        ..blank(record.file.display().to_string())
-    })
+    drawn_release(
+        record,
+        swing,
+        &models,
+        &drawn,
+        numbers,
+        Release {
+            estimates,
+            criticism: Some(criticism),
+            ..blank(record.file.display().to_string())
+        },
+    )
 }
 
 /// `second order + coulomb_friction`.

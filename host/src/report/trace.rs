@@ -68,19 +68,21 @@ pub fn decimated(values: &[f64], most: usize) -> Vec<f64> {
     if width == 1 {
         return values.iter().copied().map(rounded).collect();
     }
-    let extremes = |stretch: &[f64]| {
-        let at = |better: fn(f64, f64) -> bool| {
-            (1..stretch.len()).fold(0, |best, k| {
-                if better(stretch[k], stretch[best]) {
-                    k
-                } else {
-                    best
-                }
-            })
+    let extremes =
+        |stretch: &[f64]| {
+            let at =
+                |better: fn(f64, f64) -> bool| {
+                    (1..stretch.len()).fold(0, |best, k| {
+                        if better(stretch[k], stretch[best]) {
+                            k
+                        } else {
+                            best
+                        }
+                    })
+                };
+            let (low, high) = (at(|a, b| a < b), at(|a, b| a > b));
+            [stretch[low.min(high)], stretch[low.max(high)]].map(rounded)
         };
-        let (low, high) = (at(|a, b| a < b), at(|a, b| a > b));
-        [stretch[low.min(high)], stretch[low.max(high)]].map(rounded)
-    };
     values.chunks(width).flat_map(extremes).collect()
 }
 

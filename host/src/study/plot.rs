@@ -205,7 +205,7 @@ where
                 && (!plot.y.logarithmic || p.1 - *b > 0.0)
         });
         chart.draw_series(bars.map(|(p, b)| {
-            ErrorBar::new_vertical(p.0, p.1 - b, p.1, p.1 + b, colour.stroke_width(1), 8)
+            PathElement::new([(p.0, p.1 - b), (p.0, p.1 + b)], colour.stroke_width(2))
         }))?;
         if curve.points.len() <= 30 && curve.style == Style::Line {
             chart.draw_series(points.map(|p| dot(p, colour)))?;
