@@ -11,7 +11,7 @@ use crate::criticism::effects::Effect;
 use crate::criticism::revise::{self, Asked, Revision, Wanted};
 use crate::demo::results::free_folder;
 use crate::demo::story::{
-    self, Errors, Revealed, MODEL_FILE, NETWORK_FILE, REPORT_FILE, SEALED_FILE,
+    self, Errors, Revealed, MODEL_FILE, NETWORK_FILE, PICTURE_FILE, REPORT_FILE, SEALED_FILE,
 };
 use crate::derivatives::campaign::CampaignFile;
 use crate::derivatives::simulated::CAMPAIGN_FILE;
@@ -140,6 +140,9 @@ fn solve(arguments: &Demo, folder: &Path) -> Result<()> {
     files::write_atomically(&network, &outcome.blob)?;
     tell(format!("$ yawrig demo --reveal {}", folder.display()))?;
     let revealed = story::reveal(folder, &arguments.device.device, &mut flash::Bar::new())?;
+    if let Some(chart) = story::device_chart(&revealed) {
+        files::write_atomically(&at(PICTURE_FILE), chart.file()?.as_bytes())?;
+    }
     let page = at(REPORT_FILE);
     super::report::write(&of_model(&model, Made::now(asked(None).command))?, &page)?;
     shown(arguments, folder, &revealed, Some(&page))

@@ -6,23 +6,27 @@ use crate::criticism::model::{is_own, Model};
 use crate::criticism::model_fit::{held_against, Recorded};
 use crate::criticism::records;
 use crate::derivatives::simulated::{self, Planned, CAMPAIGN_FILE};
-use crate::error::{Error, Result};
+use crate::error::{Error, Exit, Result};
 use crate::link::bench::{Bench, Target};
 use crate::link::flash::{self, Progress};
 use crate::quantity::Quantity;
 use crate::record::Record;
 use crate::replay::{replay, Range};
+use crate::report::charts::Chart;
 use crate::rig::{self, Effects, Rig, Sensor, Spring, Start};
+use crate::study::plot::{Axis, Curve, Plot};
 use crate::{files, interrupt};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
+use yawrig_shared::wire::WindowResult;
 
 pub const SEALED_FILE: &str = "sealed-truth.txt";
 pub const MODEL_FILE: &str = "model.toml";
 pub const NETWORK_FILE: &str = "network.yrn";
 pub const REPORT_FILE: &str = "report.html";
+pub const PICTURE_FILE: &str = "device.svg";
 const SCHEMA_VERSION: u32 = 1;
 const WIND_M_S: f64 = 10.0;
 /// Springs whose windows are many enough to see something change, and whose releases end within a minute and a half.
@@ -214,6 +218,16 @@ pub struct JudgedRelease {
     pub host_after: Option<Pair>,
     pub device_before: Pair,
     pub device_after: Option<Pair>,
+    pub windows_before: Vec<WindowOf>,
+    pub windows_after: Option<Vec<WindowOf>>,
+}
+
+/// Three cycles as the device sees them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct WindowOf {
+    pub amplitude_deg: f64,
+    pub natural_frequency_rad_s: f64,
+    pub damping_ratio: f64,
 }
 
 /// Rms over the releases, before and after the effect is known. Frequencies as a share of the truth.
@@ -269,8 +283,10 @@ pub fn reveal(folder: &Path, target: &Target, progress: &mut dyn Progress) -> Re
             truth: [release.natural_frequency_rad_s, release.damping_ratio],
             host_before: pair(&plain),
             host_after: with.as_ref().map(pair),
-            device_before: before[k],
-            device_after: after.as_ref().map(|after| after[k]),
+            device_before: before[k].0,
+            device_after: after.as_ref().map(|after| after[k].0),
+            windows_before: before[k].1.clone(),
+            windows_after: after.as_ref().map(|after| after[k].1.clone()),
         });
     }
     let errors = |before: fn(&JudgedRelease) -> Pair, after: fn(&JudgedRelease) -> Option<Pair>| {
@@ -319,25 +335,67 @@ fn device(
     target: &Target,
     network: Option<&[u8]>,
     progress: &mut dyn Progress,
-) -> Result<Vec<Pair>> {
+) -> Result<Vec<(Pair, Vec<WindowOf>)>> {
     let mut bench = Bench::open(target)?;
     if let Some(blob) = network {
         flash::write(&mut bench.client, blob, progress)?;
     }
-    let answer = |release: &TrueRelease| {
-        let record = Record::read(&folder.join(&release.file))?;
+    let answer = |release_of: &TrueRelease| {
+        let record = Record::read(&folder.join(&release_of.file))?;
         let range = Range { from_deg: 10.0, to_deg: 1.0 };
         let replayed = replay(&mut bench, &record, range, &mut |_| Ok(()))?;
-        let result = replayed.main_release().and_then(|r| r.result).filter(|r| r.windows > 0);
-        let result = result.ok_or_else(|| {
-            Error::new(
-                crate::error::Exit::Quality,
-                format!("the device has no answer to {}", release.file),
-            )
-        })?;
-        Ok([result.natural_frequency_rad_s.value, result.damping_ratio.value].map(f64::from))
+        let release = replayed.main_release().filter(|r| !r.windows.is_empty());
+        let Some((release, result)) = release.and_then(|r| Some((r, r.result?))) else {
+            return Err(Error::new(
+                Exit::Quality,
+                format!("the device has no answer to {}", release_of.file),
+            ));
+        };
+        let pair =
+            [result.natural_frequency_rad_s.value, result.damping_ratio.value].map(f64::from);
+        let window = |w: &WindowResult| WindowOf {
+            amplitude_deg: f64::from(w.amplitude_deg),
+            natural_frequency_rad_s: f64::from(w.natural_frequency_rad_s),
+            damping_ratio: f64::from(w.damping_ratio),
+        };
+        Ok((pair, release.windows.iter().map(window).collect()))
     };
     truth.releases.iter().map(answer).collect()
+}
+
+/// The device's windows of the release that the model has not seen, before and after it learnt the effect.
+pub fn device_chart(revealed: &Revealed) -> Option<Chart> {
+    let release = revealed.releases.get(1).or(revealed.releases.first())?;
+    type Of = fn(&WindowOf) -> f64;
+    let plot = |k: usize, title: &str, label: &str, of: Of| {
+        let at = |windows: &[WindowOf]| windows.iter().map(|w| (w.amplitude_deg, of(w))).collect();
+        let mut curves = vec![Curve::points("its own network", at(&release.windows_before))];
+        curves.extend(
+            release
+                .windows_after
+                .as_ref()
+                .map(|w| Curve::points("after learning the effect", at(w))),
+        );
+        curves.push(Curve::dashed(
+            "planted",
+            vec![(1.0, release.truth[k]), (10.0, release.truth[k])],
+        ));
+        Plot {
+            title: format!("{title} of {} on the device", release.file),
+            x: Axis::linear("amplitude (deg)"),
+            y: Axis::linear(label),
+            curves,
+        }
+    };
+    Some(Chart {
+        name: "device",
+        caption: "The device's windows of three cycles before and after it learnt the effect."
+            .to_owned(),
+        plots: vec![
+            plot(0, "Natural frequency", "wn (rad/s)", |w| w.natural_frequency_rad_s),
+            plot(1, "Damping ratio", "zeta", |w| w.damping_ratio),
+        ],
+    })
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! The drawings of a report that need no script: SVG that takes its colours from the page, or stands alone.
 
+use super::trace::{self, ModelTrace, Trace};
 use super::{Criticism, Point, Report, Training};
 use crate::criticism::amplitude::{AmplitudePicture, AmplitudePoint};
 use crate::error::Result;
@@ -55,7 +56,8 @@ fn attribute<'a>(tag: &'a str, name: &str) -> &'a str {
 }
 
 /// Every name of a [`Chart`].
-pub const NAMES: [&str; 5] = ["staircase", "derivatives", "amplitude", "laws", "training"];
+pub const NAMES: [&str; 6] =
+    ["staircase", "derivatives", "residual", "amplitude", "laws", "training"];
 
 /// All of a report, those of the releases apart.
 pub fn of(report: &Report) -> Vec<Chart> {
@@ -64,9 +66,9 @@ pub fn of(report: &Report) -> Vec<Chart> {
     if !report.points.is_empty() {
         all.push(derivatives(report));
     }
-    let drawn = report.releases.iter().filter_map(|r| r.amplitude.as_ref());
-    if let ([release], Some(picture)) = (report.releases.as_slice(), drawn.clone().next()) {
-        all.push(amplitude(picture, release.truth));
+    if let [release] = report.releases.as_slice() {
+        all.extend(release.trace.as_ref().map(residual));
+        all.extend(release.amplitude.as_ref().map(|picture| amplitude(picture, release.truth)));
     }
     all.extend(report.criticism.as_ref().and_then(laws));
     all.extend(report.training.as_ref().map(training));
@@ -147,6 +149,28 @@ pub fn derivatives(report: &Report) -> Chart {
                   combined damping derivative Cn_r - Cn_betadot: in pure yaw the two are one motion."
             .to_owned(),
         plots: all.into_iter().enumerate().filter_map(plot).collect(),
+    }
+}
+
+/// Values of a curve in [`residual`].
+const RESIDUAL_VALUES: usize = 800;
+
+/// What each model leaves of a record, for a file: the page itself draws this to be zoomed.
+pub fn residual(trace: &Trace) -> Chart {
+    let time_s = trace::times(&trace.time_s, RESIDUAL_VALUES);
+    let curve = |m: &ModelTrace| {
+        let residual = trace::decimated(&m.residual_deg, RESIDUAL_VALUES);
+        Curve::plain(&m.name, time_s.iter().copied().zip(residual).collect())
+    };
+    Chart {
+        name: "residual",
+        caption: "Measured less model, decimated by minimum and maximum.".to_owned(),
+        plots: vec![Plot {
+            title: "Residual: measured less model".to_owned(),
+            x: Axis::linear("time from the release (s)"),
+            y: Axis::linear("residual (deg)"),
+            curves: trace.models.iter().map(curve).collect(),
+        }],
     }
 }
 
