@@ -79,16 +79,35 @@ fn read(path: &Path) -> String {
     String::from_utf8_lossy(&std::fs::read(path).unwrap_or_default()).into_owned()
 }
 
-/// Every address in Chromium's log of its network.
+/// Every address that a page asked for, in Chromium's log of its network.
 fn requests(log: &str) -> Vec<String> {
     let log: Value = serde_json::from_str(log).expect("Chromium's log of its network");
     let events = log["events"].as_array().expect("events");
     let asked = |event: &Value| {
         let url = event["params"]["url"].as_str()?;
+        // The browser's own errands are nobody's.
+        event["params"]["initiator"].as_str().filter(|by| *by != "not an origin")?;
         let within = ["file:", "data:", "blob:", "chrome:", "devtools:"];
         (!within.iter().any(|scheme| url.starts_with(scheme))).then(|| url.to_owned())
     };
     let mut all: Vec<String> = events.iter().filter_map(asked).collect();
     all.dedup();
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    #[ignore = "needs Chromium: tests/run runs it"]
+    fn what_a_page_does_wrong_is_seen() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let page = folder.path().join("page.html");
+        let text = "<img src=\"http://example.invalid/x.png\"><script>absent()</script>";
+        std::fs::write(&page, text).expect("room for it");
+        let seen = Look { page: &page, width: 400, height: 300, dark: true }.see();
+        assert_eq!(seen.requests, ["http://example.invalid/x.png"]);
+        assert!(seen.console.iter().any(|line| line.contains("absent is not defined")), "{seen:?}");
+    }
 }

@@ -220,10 +220,11 @@ fn text(folder: &Path, r: &Revealed) -> String {
     for p in &hidden.parameters {
         out += &match (p.found, p.within_k2) {
             (Some(found), Some(within)) => format!(
-                "  {} = {found} {}, truth {}: {} k = 2\n",
+                "  {} = {found} {}, truth {}: {:.3} % off, {} k = 2\n",
                 p.name,
                 p.unit,
                 p.truth,
+                100.0 * (found.value / p.truth - 1.0).abs(),
                 if within { "within" } else { "not within" }
             ),
             _ => format!("  {}: truth {} {}\n", p.name, p.truth, p.unit),

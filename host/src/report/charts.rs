@@ -38,8 +38,13 @@ impl Chart {
                     .replace(&format!("\"{hex}\""), &format!("\"var(--curve-{}, {hex})\"", k + 1));
             }
         }
-        text = text.replace("\"#000000\"", "\"var(--ink, #000000)\"");
-        text = text.replace("\"#FFFFFF\"", "\"var(--paper, #FFFFFF)\"");
+        text = text
+            .replace("\"#000000\"", "\"var(--ink)\"")
+            .replace("\"#FFFFFF\"", "\"var(--paper)\"");
+        // What is so anyway, or said by the page's style.
+        for idle in [" opacity=\"1\"", " stroke-width=\"1\"", " font-family=\"sans-serif\""] {
+            text = text.replace(idle, "");
+        }
         // As wide as there is room for.
         let Some((head, rest)) = text.split_once('>') else { return Ok(text) };
         let (width, height) = (attribute(head, "width"), attribute(head, "height"));

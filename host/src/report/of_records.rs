@@ -16,8 +16,8 @@ use crate::interrupt;
 use crate::record::Record;
 use std::path::PathBuf;
 
-/// Candidates whose foretelling is drawn, the best of all.
-const CANDIDATES: usize = 5;
+/// Candidates whose foretelling is drawn: the best of those that gain anything.
+const CANDIDATES: usize = 4;
 
 /// The report of `files`.
 ///
@@ -137,7 +137,7 @@ fn release(
         where_file: record.file.display().to_string(),
     };
     // In the order of their evidence.
-    let alone = d.candidates.iter().filter_map(|c| {
+    let alone = d.candidates.iter().filter(|c| c.converged && c.evidence > 0.0).filter_map(|c| {
         let of = |single: &&Fitted| single.structure.effects.last() == Some(&c.effect);
         Some((c.effect.id(), singles.iter().find(of)?))
     });

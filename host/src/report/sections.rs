@@ -227,26 +227,28 @@ fn card(e: &EffectFound) -> String {
     out
 }
 
+/// Of the table of releases; the last two where there is a truth.
+const HEADER: [&str; 9] = [
+    "release",
+    "method",
+    "wn (rad/s)",
+    "zeta",
+    "residual rms (deg)",
+    "noise (deg)",
+    "residual / noise",
+    "wn planted",
+    "zeta planted",
+];
+
 fn releases(report: &Report) -> Result<String> {
     let all = &report.releases;
     if all.is_empty() {
         return Ok(String::new());
     }
-    let mut out = table(
-        &[
-            "release",
-            "method",
-            "wn (rad/s)",
-            "zeta",
-            "residual rms (deg)",
-            "noise (deg)",
-            "residual / noise",
-            "wn planted",
-            "zeta planted",
-        ],
-        2,
-        all.iter().flat_map(rows),
-    );
+    let planted = all.iter().any(|r| r.truth.is_some());
+    let columns = HEADER.len() - if planted { 0 } else { 2 };
+    let cut = |row: [String; HEADER.len()]| row.into_iter().take(columns);
+    let mut out = table(&HEADER[..columns], 2, all.iter().flat_map(rows).map(cut));
     let mut remarks: Vec<String> = Vec::new();
     for release in all {
         for text in release.estimates.iter().flat_map(|e| &e.remarks) {
@@ -271,7 +273,7 @@ fn releases(report: &Report) -> Result<String> {
 }
 
 /// A row for each estimate; those without any have one all the same.
-fn rows(release: &Release) -> Vec<[String; 9]> {
+fn rows(release: &Release) -> Vec<[String; HEADER.len()]> {
     let dash = || "-".to_owned();
     let name = match release.held_out {
         true => format!("{} (held out)", escaped(&release.name)),
@@ -315,9 +317,10 @@ fn drawn(release: &Release, index: usize, open: bool) -> Result<String> {
             "<figure class=\"live\" data-release=\"{index}\"><div class=\"plots\"></div>\
              <noscript><p>The overlay is drawn by a script of this page, which is switched off.</p></noscript>\
              <figcaption>Measured yaw and models above, measured less model below; means over a fiftieth of a period, \
-             as the fits see them, of {} samples at {:.6} Hz. {drawn} Drag to zoom, double click for all.</figcaption>\
+             as the fits see them, of {} samples at {} Hz. {drawn} Drag to zoom, double click for all.</figcaption>\
              </figure>\n",
-            release.samples, release.rate_hz
+            release.samples,
+            (release.rate_hz * 1e3).round() / 1e3
         );
     }
     if let Some(picture) = &release.amplitude {

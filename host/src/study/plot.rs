@@ -175,7 +175,7 @@ where
         .build_cartesian_2d(x, y)?;
     chart
         .configure_mesh()
-        .light_line_style(WHITE)
+        .light_line_style(TRANSPARENT)
         .x_desc(&plot.x.label)
         .y_desc(&plot.y.label)
         .x_label_formatter(&|v| plot.x.tick(*v))
@@ -239,7 +239,8 @@ fn legend(area: &Area<'_>, line: usize, curve: &Curve, colour: RGBColor) -> Draw
 /// A tick's number: plain where that is short.
 fn tick(v: f64) -> String {
     match v.abs() {
-        0.0 => "0".to_owned(),
+        // What is left of nought after steps that are no binary fractions.
+        a if a < 1e-14 => "0".to_owned(),
         a if !(1e-3..1e5).contains(&a) => format!("{v:.0e}"),
         _ => {
             let text = format!("{v:.4}");
