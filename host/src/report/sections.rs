@@ -264,13 +264,19 @@ fn releases(report: &Report) -> Result<String> {
     // The one that is explained worst is open.
     let over = |r: &Release| r.residual_over_noise.last().copied().unwrap_or(0.0);
     let worst = (0..all.len()).max_by(|&a, &b| over(&all[a]).total_cmp(&over(&all[b])));
+    let mut room = DRAWINGS;
     for (k, release) in all.iter().enumerate() {
         if release.trace.is_some() || release.amplitude.is_some() {
-            out.push_str(&drawn(release, k, worst == Some(k))?);
+            let text = drawn(release, k, worst == Some(k), room)?;
+            room = room.saturating_sub(text.len());
+            out.push_str(&text);
         }
     }
     Ok(out)
 }
+
+/// Most bytes that the drawings of all releases take.
+const DRAWINGS: usize = 2_200_000;
 
 /// A row for each estimate; those without any have one all the same.
 fn rows(release: &Release) -> Vec<[String; HEADER.len()]> {
@@ -299,7 +305,8 @@ fn rows(release: &Release) -> Vec<[String; HEADER.len()]> {
     }
 }
 
-fn drawn(release: &Release, index: usize, open: bool) -> Result<String> {
+/// `room`: most bytes for its drawings.
+fn drawn(release: &Release, index: usize, open: bool, room: usize) -> Result<String> {
     let open = if open { " open" } else { "" };
     let mut out = format!("<details{open}>\n<summary>{}</summary>\n", escaped(&release.name));
     if let Some(trace) = &release.trace {
@@ -323,11 +330,16 @@ fn drawn(release: &Release, index: usize, open: bool) -> Result<String> {
             (release.rate_hz * 1e3).round() / 1e3
         );
     }
+    let live = out.len();
     if let Some(picture) = &release.amplitude {
         out.push_str(&figure(&charts::amplitude(picture, release.truth))?);
     }
     if let Some(criticism) = &release.criticism {
         out.push_str(&lacking(criticism)?);
+    }
+    if out.len() > room {
+        out.truncate(live);
+        out.push_str("<p class=\"note\">Its further drawings would make the page too large; their values are in the data.</p>\n");
     }
     out.push_str("</details>\n");
     Ok(out)
