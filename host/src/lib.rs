@@ -29,3 +29,4 @@ pub mod replay;
 pub mod rig;
 pub mod study;
 pub mod train;
+pub mod workbench;

@@ -19,6 +19,7 @@ mod replay;
 mod simulate;
 mod study;
 mod train;
+mod workbench;
 
 use crate::error::Result;
 use clap::{Parser, Subcommand};
@@ -55,6 +56,7 @@ pub enum Verb {
     Monitor(monitor::Monitor),
     /// Play records into a device as its potentiometer and print its estimates
     Replay(replay::Replay),
+    Workbench(workbench::Workbench),
     /// List the serial ports of this machine
     Ports(ports::Ports),
 }
@@ -78,6 +80,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Verb::Device(arguments) => device::run(&arguments),
         Verb::Monitor(arguments) => monitor::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
+        Verb::Workbench(verb) => verb.run(),
         Verb::Ports(arguments) => ports::run(&arguments),
     }
 }
