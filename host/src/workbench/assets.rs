@@ -8,8 +8,14 @@ pub struct Asset {
 }
 
 macro_rules! asset {
-    ($kind:literal, $path:literal) => {
+    ($kind:literal, $path:expr) => {
         Asset { kind: $kind, text: include_str!(concat!("../../assets/", $path)) }
+    };
+}
+
+macro_rules! script {
+    ($name:literal) => {
+        asset!("text/javascript; charset=utf-8", concat!("workbench/", $name, ".js"))
     };
 }
 
@@ -21,7 +27,14 @@ pub fn at(path: &str) -> Option<Asset> {
         "/uplot.js" => asset!("text/javascript; charset=utf-8", "uplot/uplot.min.js"),
         "/uplot.css" => asset!("text/css; charset=utf-8", "uplot/uplot.min.css"),
         "/plots.js" => asset!("text/javascript; charset=utf-8", "plots.js"),
-        "/workbench.js" => asset!("text/javascript; charset=utf-8", "workbench/workbench.js"),
+        "/workbench.js" => script!("workbench"),
+        "/talk.js" => script!("talk"),
+        "/panels.js" => script!("panels"),
+        "/releases.js" => script!("releases"),
+        "/effects.js" => script!("effects"),
+        "/own.js" => script!("own"),
+        "/steps.js" => script!("steps"),
+        "/derivatives.js" => script!("derivatives"),
         "/icon.svg" => asset!("image/svg+xml", "workbench/icon.svg"),
         _ => return None,
     })
