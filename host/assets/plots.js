@@ -49,13 +49,13 @@ const Plots = (() => {
   function lines(host, options) {
     let chart = null, data = [[]], series = [], limits = null, silent = false, mark = null;
     const axis = (it, side) => ({
-      side, label: it.label, labelSize: 15, labelGap: 0, labelFont: FONT, font: FONT, gap: 2,
+      side, label: it.label || null, labelSize: it.label ? 15 : 0, labelGap: 0, labelFont: FONT, font: FONT, gap: 2,
       size: side === 2 ? 21 : 46, ticks: { size: 3, stroke: () => colour("line") },
       stroke: () => colour("soft"), grid: { stroke: () => colour("grid"), width: 1 },
-      space: side === 2 ? 52 : 26, values: (_, ticks) => ticks.map((t) => (t === null ? "" : tick(t))),
+      space: side === 2 ? (host.clientWidth > 400 ? 56 : 34) : 20, values: (_, ticks) => ticks.map((t) => (t === null ? "" : tick(t))),
       ...(it.ticks ? { splits: it.ticks } : {}),
     });
-    const padded = (_, min, max) => {
+    const padded = (min, max) => {
       if (min === null || max === null || !isFinite(min) || !isFinite(max)) return [0, 1];
       const pad = (max - min) * 0.06 || Math.abs(max) * 0.02 || 1;
       return [min - pad, max + pad];
@@ -115,8 +115,8 @@ const Plots = (() => {
         cursor: { show: options.cursor !== false, y: false, drag: { x: !!options.zoomed, y: false, setScale: false }, points: { show: false },
           bind: { dblclick: () => () => { if (options.zoomed) options.zoomed(null, null); return null; } } },
         scales: {
-          x: { time: false, distr: options.x.log ? 3 : 1, range: (_, min, max) => limits || (options.x.range ? options.x.range(min, max) : [min ?? 0, max ?? 1]) },
-          y: { distr: options.y.log ? 3 : 1, range: (u, min, max) => (options.y.range ? options.y.range(min, max) : padded(u, min, max)) },
+          x: { time: false, distr: options.x.log ? 3 : 1, range: (_, min, max) => limits || (options.x.range ? options.x.range(min, max) : padded(min, max)) },
+          y: { distr: options.y.log ? 3 : 1, range: (_, min, max) => (options.y.range ? options.y.range(min, max) : padded(min, max)) },
         },
         axes: [axis(options.x, 2), axis(options.y, 3)],
         series: [{}, ...series.map((s) => ({

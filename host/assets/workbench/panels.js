@@ -22,8 +22,8 @@ export function build() {
   });
   plots.phase = Plots.plane(by("plot-phase"), { x: "yaw angle (deg)", y: "yaw rate (deg/s)", unit: "rad/s²" });
   const law = (id, label) => Plots.lines(by(id), { x: { label }, y: { label: "rad/s²" }, marks: () => marks[id] || [], cursor: false });
-  plots.damping = law("plot-damping", "rate at zero yaw (deg/s)");
-  plots.stiffness = law("plot-stiffness", "yaw at zero rate (deg)");
+  plots.damping = law("plot-damping", "rate (deg/s)");
+  plots.stiffness = law("plot-stiffness", "yaw angle (deg)");
   const amplitude = (id, y, x) => Plots.lines(by(id), {
     x: { label: x, range: (min, max) => amplitudes(min, max) }, y: { label: y, range: (min, max) => around(id, min, max) }, marks: () => marks[id] || [],
     pointed: (a) => point(a === null ? null : when(a), "amplitude"),
@@ -231,7 +231,7 @@ function drawAmplitude() {
     };
     if (v && v.predicted) line(v.predicted.points, { colour: "model", width: 1.6 });
     for (const [k, trial] of (v ? v.trials : []).slice(0, TRIALS).entries()) {
-      if (trial.points) line(trial.points, { colour: trialColour(k), width: trial.effect === seen.ghost ? 2.2 : 1, dash: [5, 3] });
+      if (trial.points) line(trial.points, { colour: trialColour(k), width: trial.effect === seen.ghost ? 2.2 : 1, alpha: trial.effect === seen.ghost ? 1 : 0.6, dash: [5, 3] });
     }
     plot.set(Plots.joined(tables), how);
   }

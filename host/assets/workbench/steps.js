@@ -13,7 +13,7 @@ export function draw(state, act) {
     return;
   }
   const numbers = steps.flatMap((s) => [s.over_noise, s.held_out]).filter((x) => x !== null && isFinite(x) && x > 0);
-  const most = Math.max(2, ...numbers) * 1.15, least = 0.7;
+  const most = Math.max(2, ...numbers) * 1.5, least = 0.7;
   // Percent of the height, on a logarithmic scale; the lowest 15 pixels are the names.
   const height = (x) => (x > 0 ? Math.max(0, Math.log(x / least) / Math.log(most / least)) : 0);
   const place = (x) => `calc(15px + ${height(x).toFixed(4)} * (100% - 15px))`;

@@ -7,6 +7,7 @@ use super::view::{Ghost, View};
 use crate::criticism::amplitude::AmplitudePoint;
 use crate::criticism::cards::Card;
 use crate::criticism::compare::{locate_within, Where};
+use crate::criticism::diagnose::{verdict, SECOND_ORDER};
 use crate::criticism::effects::Effect;
 use crate::criticism::fitting::Fitted;
 use crate::criticism::journal::{Action, Step};
@@ -104,36 +105,24 @@ fn overall(session: &Session) -> Value {
     let called = match &standing.model {
         Some(m) if !m.effects.is_empty() => {
             let names: Vec<&str> = m.effects.iter().map(|e| e.effect.card().title).collect();
-            format!("The model with {}", names.join(", ").to_lowercase())
+            format!("the model with {}", names.join(", ").to_lowercase())
         }
-        _ => "The second-order model".to_owned(),
+        _ => SECOND_ORDER.to_owned(),
     };
     let (status, text) = match worst {
         _ if !is_complete && of(Use::Fit).count() == 0 => {
             ("unknown", "No release is ticked to be fitted.".to_owned())
         }
-        Some((_, _)) if is_adequate => (
-            "adequate",
-            format!("{called} explains {these} to the noise: nothing is missing that they show."),
-        ),
+        Some(_) if is_adequate => {
+            ("adequate", format!("Adequate: {called} explains {these} to the noise."))
+        }
         Some((k, view)) if is_complete => {
-            let times = view.over_noise;
-            let r#where = if number == 1 {
-                "It leaves".to_owned()
-            } else {
-                format!(
-                    "{} of {number} releases are not explained; worst is {}, which leaves",
-                    failing.len(),
-                    name(&session.releases[*k])
-                )
+            let times = format!("{:.1} times the noise", view.over_noise);
+            let left = match number {
+                1 => times,
+                _ => format!("{times} in {}, {} of {number} not explained", name(&session.releases[*k]), failing.len()),
             };
-            (
-                "structured",
-                format!(
-                    "Something is missing. {called} is not enough: {} {times:.1} times the noise.",
-                    lower_first(&r#where, number)
-                ),
-            )
+            ("structured", format!("Something is missing: {called} leaves {left}."))
         }
         _ => ("unknown", "The releases are being looked at.".to_owned()),
     };
@@ -144,14 +133,6 @@ fn overall(session: &Session) -> Value {
         "status": status,
         "verdict": text,
     })
-}
-
-fn lower_first(text: &str, number: usize) -> String {
-    if number == 1 {
-        text.to_lowercase()
-    } else {
-        text.to_owned()
-    }
 }
 
 /// What a release is called on the page.
@@ -448,13 +429,13 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
             true
         }
     });
-    let verdict = diagnosed.map(|d| {
+    let told = diagnosed.map(|d| {
         let model = if in_model.is_empty() {
-            crate::criticism::diagnose::SECOND_ORDER
+            SECOND_ORDER
         } else {
             "the present model"
         };
-        crate::criticism::diagnose::verdict(d.diagnosis.status, &d.diagnosis.effects, model)
+        verdict(d.diagnosis.status, &d.diagnosis.effects, model)
     });
     let alike = diagnosed.iter().flat_map(|d| &d.diagnosis.indistinguishable).map(|[a, b]| {
         format!(
@@ -466,7 +447,7 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
     });
     Ok(json!({
         "release": id,
-        "verdict": verdict,
+        "verdict": told,
         "status": diagnosed.map(|d| d.diagnosis.status),
         "alike": alike.collect::<Vec<_>>(),
         "candidates": order.into_iter().map(row).collect::<Vec<_>>(),
@@ -484,8 +465,8 @@ pub fn derivatives(app: &App) -> Value {
     let mut out = json!({"has_campaign": true, "before": before, "after": after});
     if let Some(judged) = judged {
         out["judged"] = json!({
-            "verdict": crate::criticism::diagnose::verdict(
-                judged.status, &judged.effects, crate::criticism::diagnose::SECOND_ORDER),
+            "verdict": verdict(
+                judged.status, &judged.effects, SECOND_ORDER),
             "effects": judged.effects,
             "origin": judged.origin,
             "origin_reason": judged.origin_reason,
