@@ -22,6 +22,7 @@ pub mod follow;
 pub mod identify;
 pub mod interrupt;
 pub mod link;
+pub mod live;
 pub mod own_effect;
 pub mod quantity;
 pub mod record;

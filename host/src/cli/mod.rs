@@ -12,6 +12,7 @@ mod fit;
 mod flash;
 mod history;
 mod identify;
+mod keys;
 mod model;
 mod monitor;
 mod ports;
@@ -52,7 +53,6 @@ pub enum Verb {
     Flash(flash::Flash),
     /// Show a device's firmware, protocol, network and slots
     Device(device::Device),
-    /// Follow the results of a device as they come
     Monitor(monitor::Monitor),
     /// Play records into a device as its potentiometer and print its estimates
     Replay(replay::Replay),
