@@ -3,6 +3,7 @@
 use crate::line::Line;
 use crate::measuring::{Context, Measuring};
 use crate::slots::{Flash, Slot, Store};
+use crate::stream::Stream;
 use crate::BUILT_IN;
 use yawrig_shared::blob::{self, EffectIds, Envelope, Payload};
 use yawrig_shared::network::Network;
@@ -54,6 +55,7 @@ struct Core<F> {
     /// Samples left for the host to confirm the network that runs; none: it is not on trial.
     trial: Option<u32>,
     line: Line,
+    stream: Stream,
 }
 
 impl<F: Flash> Device<F> {
@@ -62,7 +64,8 @@ impl<F: Flash> Device<F> {
         let store = Store::new(flash);
         let running = Running::kept(&store);
         let measuring = Measuring::new(Settings::default());
-        let core = Core { board, measuring, store, running, trial: None, line: Line::new() };
+        let (line, stream) = (Line::new(), Stream::new());
+        let core = Core { board, measuring, store, running, trial: None, line, stream };
         Self { decoder: Decoder::new(), core }
     }
 
@@ -74,6 +77,7 @@ impl<F: Flash> Device<F> {
     /// The next sample of the converter, 1 ms after the one before.
     pub fn sample(&mut self, counts: u16) {
         self.core.pass(1);
+        self.core.show(counts);
         let (measuring, mut context) = self.core.split();
         measuring.sample(counts, &mut context);
     }
@@ -112,6 +116,12 @@ impl<F: Flash> Core<F> {
                 None => self.roll_back(),
             }
         }
+    }
+
+    /// The sample goes to the host where that listens.
+    fn show(&mut self, counts: u16) {
+        let settings = self.measuring.settings();
+        self.stream.sample(self.measuring.now(), counts, settings, &mut self.line);
     }
 
     /// Back from a network on trial to the one before.
@@ -182,6 +192,7 @@ impl<F: Flash> Core<F> {
                 let (measuring, mut context) = self.split();
                 measuring.end_after(after_samples, &mut context);
             }
+            Request::Stream { samples } => self.stream.extend(samples),
         }
         Ok(Reply::Done)
     }

@@ -13,6 +13,7 @@ pub mod measuring;
 pub mod release;
 pub mod sampler;
 pub mod slots;
+pub mod stream;
 
 /// The network of last resort, when no slot holds a valid one.
 pub const BUILT_IN: &[u8] = include_bytes!("../networks/built-in.yrn");

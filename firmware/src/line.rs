@@ -1,12 +1,14 @@
 //! The serial line as the device sees it: a decoder, a queue of bytes to send, and the last reply.
 
 use heapless::Deque;
-use yawrig_shared::wire::{self, Encoded, Event, Message, KEPT_EVENTS};
+use yawrig_shared::wire::{self, Encoded, Event, Message, Samples, KEPT_EVENTS, SAMPLES_KEY};
 
 /// Bytes waiting for the line: about forty events.
 const QUEUE: usize = 2048;
 /// Room that events leave for a reply.
 const RESERVE: usize = 256;
+/// Room that samples leave for events and replies.
+const RESERVE_FROM_SAMPLES: usize = QUEUE / 2;
 
 /// Outgoing bytes, and what was answered last.
 #[derive(Debug)]
@@ -69,16 +71,16 @@ impl Line {
         }
         // There is room: just made.
         let _ = self.kept.push_back(*event);
-        let sent = wire::encode(sequence, event).is_ok_and(|frame| self.queue_event(&frame));
+        let sent = wire::encode(sequence, event).is_ok_and(|frame| self.send(&frame, RESERVE));
         self.lost_events += u32::from(!sent);
     }
 
-    fn queue_event(&mut self, frame: &Encoded) -> bool {
-        let fits = self.queue.len() + frame.len() + RESERVE <= QUEUE;
-        if fits {
-            self.send(frame);
+    /// Queues samples where there is room; their numbers tell the host of those that found none.
+    pub fn samples(&mut self, samples: &Samples) {
+        let number = samples.first_sample as u16;
+        if let Ok(frame) = wire::encode_raw(SAMPLES_KEY, number, &samples.write()) {
+            self.send(&frame, RESERVE_FROM_SAMPLES);
         }
-        fits
     }
 
     /// Answers a request, and keeps the answer for when it is asked for again.
@@ -90,7 +92,7 @@ impl Line {
 
     /// Answers with a frame that is encoded already.
     pub fn reply_raw(&mut self, key: u32, sequence: u16, frame: Encoded) {
-        self.send(&frame);
+        self.send(&frame, 0);
         self.last_reply = Some((key, sequence, frame));
     }
 
@@ -99,18 +101,23 @@ impl Line {
         let Some((k, s, frame)) = self.last_reply.take() else { return false };
         let same = (k, s) == (key, sequence);
         if same {
-            self.send(&frame);
+            self.send(&frame, 0);
         }
         self.last_reply = Some((k, s, frame));
         same
     }
 
-    fn send(&mut self, frame: &Encoded) {
-        if self.queue.len() + frame.len() <= QUEUE {
+    /// Whether the frame found room beside what is reserved for others.
+    // One copy: into each caller it would cost the image 2 KB.
+    #[inline(never)]
+    fn send(&mut self, frame: &Encoded, reserve: usize) -> bool {
+        let fits = self.queue.len() + frame.len() + reserve <= QUEUE;
+        if fits {
             for &byte in frame {
                 // There is room: just looked.
                 let _ = self.queue.push_back(byte);
             }
         }
+        fits
     }
 }

@@ -79,6 +79,7 @@ impl Measuring {
         if count > BRIDGED {
             self.finish(Flags::CUT_SHORT, context);
             self.tracker.restart(None);
+            self.tracker.skip(count);
             self.watch = Watch::new();
         } else {
             for _ in 0..count {

@@ -1,12 +1,18 @@
 //! A device's events as text and as JSON.
 
+use crate::link::client::Identity;
 use serde_json::{json, Value};
-use yawrig_shared::wire::{Event, Flags, Measured, Phase, ReleaseResult, WindowResult};
+use yawrig_shared::wire::{
+    Derivatives, Event, Flags, Measured, Phase, ReleaseResult, Status, WindowResult,
+};
 
 /// Names of the flags that are set.
 pub fn flag_names(flags: Flags) -> Vec<&'static str> {
     Flags::NAMES.iter().filter(|(flag, _)| flags.has(*flag)).map(|(_, name)| *name).collect()
 }
+
+const PHASES: [Phase; 5] =
+    [Phase::Waiting, Phase::Held, Phase::Released, Phase::Ringing, Phase::Finished];
 
 fn phase_name(phase: Phase) -> &'static str {
     match phase {
@@ -87,6 +93,84 @@ pub fn event_json(event: &Event) -> Value {
     object["schema_version"] = json!(1);
     object["event"] = json!(name);
     object
+}
+
+/// `41-6-2`.
+pub fn topology(status: &Status) -> String {
+    status.network.topology.iter().map(u8::to_string).collect::<Vec<_>>().join("-")
+}
+
+/// Firmware, protocol and network of a device.
+pub fn device_json(identity: &Identity, status: &Status) -> Value {
+    json!({
+        "firmware": format!("{} on {}", identity.firmware, identity.board),
+        "protocol": identity.protocol,
+        "network": {
+            "id": format!("{:08x}", status.network.id),
+            "topology": topology(status),
+            "generation": status.network.generation,
+            "effects": status.network.effects.split_whitespace().collect::<Vec<_>>(),
+        },
+    })
+}
+
+/// The event of such an object; none where it is no such object.
+pub fn event_from_json(object: &Value) -> Option<Event> {
+    let whole = |key: &str| object[key].as_u64();
+    let sample = |key: &str| u32::try_from(whole(key)?).ok();
+    let small = |key: &str| u16::try_from(whole(key)?).ok();
+    let real = |object: &Value, key: &str| Some(object[key].as_f64()? as f32);
+    let measured = |key: &str| match &object[key] {
+        Value::Null => Some(Measured::default()),
+        value => Some(Measured { value: real(value, "value")?, u: real(value, "u")? }),
+    };
+    let release = sample("release")?;
+    Some(match object["event"].as_str()? {
+        "phase" => {
+            let name = object["phase"].as_str()?;
+            let phase = PHASES.into_iter().find(|phase| phase_name(*phase) == name)?;
+            Event::Phase { phase, release, at_sample: sample("at_sample")? }
+        }
+        "window" => Event::Window(WindowResult {
+            release,
+            window: small("window")?,
+            start_sample: sample("start_sample")?,
+            end_sample: sample("end_sample")?,
+            sent_sample: sample("sent_sample")?,
+            amplitude_deg: real(object, "amplitude_deg")?,
+            midline_deg: real(object, "midline_deg")?,
+            natural_frequency_rad_s: real(object, "natural_frequency_rad_s")?,
+            damping_ratio: real(object, "damping_ratio")?,
+            flags: flags_named(&object["flags"])?,
+        }),
+        "release" => Event::Release(ReleaseResult {
+            release,
+            release_sample: sample("release_sample")?,
+            finished_sample: sample("finished_sample")?,
+            windows: small("windows")?,
+            natural_frequency_rad_s: measured("natural_frequency_rad_s")?,
+            damping_ratio: measured("damping_ratio")?,
+            derivatives: match &object["derivatives"] {
+                Value::Null => None,
+                d => Some(Derivatives {
+                    cn_beta: real(d, "cn_beta")?,
+                    cn_r: real(d, "cn_r")?,
+                    reduced_frequency: real(d, "reduced_frequency")?,
+                }),
+            },
+            flags: flags_named(&object["flags"])?,
+        }),
+        _ => return None,
+    })
+}
+
+fn flags_named(names: &Value) -> Option<Flags> {
+    let mut flags = Flags::default();
+    for name in names.as_array()? {
+        let name = name.as_str()?;
+        flags.set(Flags::NAMES.iter().find(|(_, n)| *n == name)?.0);
+    }
+    Some(flags)
 }
 
 /// One event as a line; `None` where there is nothing to tell.

@@ -95,6 +95,18 @@ impl<S: Copy + Default + Into<f32>> History<S> {
         Some(sum * (self.scale / BLOCK as f32))
     }
 
+    /// Lets `count` samples go by that nobody has seen; they stand for the last one before them.
+    // One copy: this happens next to never.
+    #[inline(never)]
+    pub fn skip(&mut self, count: u32) {
+        let last = self.samples[self.next.wrapping_sub(1) as usize % LENGTH];
+        let rest = count % LENGTH as u32;
+        self.next = self.next.wrapping_add(count - rest);
+        for _ in 0..rest {
+            self.push(last);
+        }
+    }
+
     /// The sample with this index in degrees. The caller asks only for what is still there.
     #[inline]
     pub fn degrees(&self, index: u32) -> f32 {

@@ -160,6 +160,11 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         self.end = None;
     }
 
+    /// Lets `count` samples go by that were lost. What was seen before them must be forgotten: [`Self::restart`].
+    pub fn skip(&mut self, count: u32) {
+        self.history.skip(count);
+    }
+
     /// Takes the next sample. Returns the mean of the block it completed, if it did, and what it
     /// brought to light.
     #[inline]

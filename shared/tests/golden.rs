@@ -122,6 +122,7 @@ fn wire_bytes() {
         ("flash_commit", Request::FlashCommit),
         ("event", Request::Event { number: 7 }),
         ("end_release", Request::EndRelease { after_samples: 70_000 }),
+        ("stream", Request::Stream { samples: 10_000 }),
     ];
     for (name, request) in &requests {
         line(name, &wire::encode(0x1234, request).unwrap());
@@ -142,6 +143,14 @@ fn wire_bytes() {
         flags: Flags::default(),
     };
     line("window", &wire::encode(9, &Event::Window(window)).unwrap());
+    let samples = Samples {
+        first_sample: 70_000,
+        degrees_per_count: 0.005,
+        zero_counts: 32_768,
+        counts: heapless::Vec::from_slice(&[32_768, 32_767, 0, 65_535]).unwrap(),
+    };
+    line("samples", &wire::encode_raw(SAMPLES_KEY, 9, &samples.write()).unwrap());
+    assert_eq!(Samples::read(&samples.write()), Some(samples));
     compare("wire.txt", &text);
 }
 

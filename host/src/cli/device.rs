@@ -2,6 +2,7 @@
 
 use super::common::{network_id, print_json, print_line, DeviceArg, SCHEMA_VERSION};
 use crate::error::Result;
+use crate::follow::{device_json, topology};
 use crate::link::client::Identity;
 use clap::Args;
 use serde_json::{json, Value};
@@ -26,24 +27,6 @@ pub fn run(arguments: &Device) -> Result<()> {
     print_line(&to_text(identity, &status))
 }
 
-fn topology(status: &Status) -> String {
-    status.network.topology.iter().map(u8::to_string).collect::<Vec<_>>().join("-")
-}
-
-/// Firmware, protocol and network, as other verbs' JSON carries them too.
-pub fn summary(identity: &Identity, status: &Status) -> Value {
-    json!({
-        "firmware": format!("{} on {}", identity.firmware, identity.board),
-        "protocol": identity.protocol,
-        "network": {
-            "id": network_id(status.network.id),
-            "topology": topology(status),
-            "generation": status.network.generation,
-            "effects": status.network.effects.split_whitespace().collect::<Vec<_>>(),
-        },
-    })
-}
-
 fn to_json(identity: &Identity, status: &Status) -> Value {
     let slots: Vec<Value> = status
         .slots
@@ -56,7 +39,7 @@ fn to_json(identity: &Identity, status: &Status) -> Value {
             }
         })
         .collect();
-    let mut object = summary(identity, status);
+    let mut object = device_json(identity, status);
     object["schema_version"] = json!(SCHEMA_VERSION);
     object["slots"] = json!(slots);
     object["running_slot"] = json!(status.network.slot);

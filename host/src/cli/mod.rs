@@ -12,6 +12,7 @@ mod fit;
 mod flash;
 mod history;
 mod identify;
+mod keys;
 mod model;
 mod monitor;
 mod ports;
@@ -21,6 +22,7 @@ mod simulate;
 mod story;
 mod study;
 mod train;
+mod workbench;
 
 use crate::error::Result;
 use clap::{Parser, Subcommand};
@@ -53,10 +55,10 @@ pub enum Verb {
     Flash(flash::Flash),
     /// Show a device's firmware, protocol, network and slots
     Device(device::Device),
-    /// Follow the results of a device as they come
     Monitor(monitor::Monitor),
     /// Play records into a device as its potentiometer and print its estimates
     Replay(replay::Replay),
+    Workbench(workbench::Workbench),
     /// List the serial ports of this machine
     Ports(ports::Ports),
 }
@@ -87,6 +89,7 @@ fn verb(cli: Cli) -> Result<()> {
         Verb::Device(arguments) => device::run(&arguments),
         Verb::Monitor(arguments) => monitor::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
+        Verb::Workbench(verb) => verb.run(),
         Verb::Ports(arguments) => ports::run(&arguments),
     }
 }

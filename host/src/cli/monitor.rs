@@ -1,17 +1,25 @@
-//! `yawrig monitor`: follow a device's results as they come.
+//! `yawrig monitor`: follow a device as it measures, store it, and show again what was stored.
 
 use super::common::{print_json_line, print_line, within, DeviceArg};
-use crate::amplitude_trend::{trends, Trend};
+use super::keys;
 use crate::error::{Error, Exit, Result};
-use crate::follow::{event_json, event_text};
 use crate::interrupt;
-use crate::link::bench::{Bench, Target};
-use crate::rig::{Rig, Sensor, Start};
+use crate::link::bench::Target;
+use crate::live::item::{time_s, Item};
+use crate::live::recording::Recording;
+use crate::live::session::{Follow, Session};
+use crate::live::stored::Stored;
+use crate::live::swing::Swing;
 use clap::Args;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
-use yawrig_shared::window::SAMPLE_RATE_HZ;
-use yawrig_shared::wire::{self, Event, Request, WindowResult};
+use yawrig_shared::wire::Event;
 
+/// How long the last samples of the last release are waited for.
+const LAST_SAMPLES: Duration = Duration::from_secs(2);
+
+/// Follow a device as it measures; --record keeps its trace and results
 #[derive(Args, Debug)]
 pub struct Monitor {
     #[command(flatten)]
@@ -25,9 +33,18 @@ pub struct Monitor {
     /// End after so many seconds; exit code 7 if --releases were not reached by then
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     seconds: Option<f64>,
-    /// How many times faster than life the built-in rig swings (emulated devices only)
+    /// How many times faster than life the built-in rig swings (emulated devices only), or a stored
+    /// session is shown
     #[arg(long, value_name = "X", default_value_t = 1.0, allow_negative_numbers = true)]
     speed: f64,
+    /// Store the trace at 1 kHz, the results and each release: in a folder under the time of day, or
+    /// in NAME.csv and files beside it. Meanwhile a line typed is a mark, /stop and /start end and
+    /// begin a recording
+    #[arg(long, value_name = "FOLDER|NAME.csv")]
+    record: Option<PathBuf>,
+    /// Show a stored session again instead of following a device
+    #[arg(long, value_name = "SESSION", conflicts_with_all = ["record", "device"])]
+    replay: Option<PathBuf>,
 }
 
 pub fn run(arguments: &Monitor) -> Result<()> {
@@ -35,8 +52,15 @@ pub fn run(arguments: &Monitor) -> Result<()> {
     if let Some(seconds) = arguments.seconds {
         within("--seconds", seconds, 0.0, 1e9)?;
     }
-    let mut bench = arguments.device.open()?;
-    let mut swing = match arguments.device.device {
+    let mut shown = Shown { jsonl: arguments.jsonl, effects: String::new(), releases: 0 };
+    if let Some(session) = &arguments.replay {
+        return replay(session, arguments, &mut shown);
+    }
+    if let Some(place) = &arguments.record {
+        Recording::check(place)?;
+    }
+    let bench = arguments.device.open()?;
+    let swing = match arguments.device.device {
         Target::Port(_) => None,
         _ => {
             crate::say!(
@@ -45,139 +69,203 @@ pub fn run(arguments: &Monitor) -> Result<()> {
             Some(Swing::new(arguments.speed))
         }
     };
-    let mut follow = Follow { seen: 0, missed: 0, windows: Vec::new(), arguments };
-    let deadline = arguments.seconds.map(|s| Instant::now() + Duration::from_secs_f64(s));
-    loop {
-        if let Some(swing) = &mut swing {
-            swing.go_on(&mut bench)?;
+    let follow = if arguments.record.is_some() { Follow::Trace } else { Follow::Results };
+    let mut following = Following {
+        session: Session::new(bench, follow)?,
+        swing,
+        device: None,
+        recording: None,
+        recordings: 0,
+        shown,
+        arguments,
+    };
+    let followed = following.start().and_then(|()| following.follow());
+    // However it ended: what was recorded is kept.
+    let ended = following.stop();
+    followed.and(ended)
+}
+
+/// What is shown of a session, live or stored.
+struct Shown {
+    jsonl: bool,
+    /// Of the device's network.
+    effects: String,
+    releases: u32,
+}
+
+impl Shown {
+    /// Results on stdout; what befalls the line on stderr, but in JSON on stdout with them.
+    fn show(&mut self, item: &Item) -> Result<()> {
+        if let Some(effects) = item.effects() {
+            self.effects = effects;
         }
-        follow.take(&mut bench)?;
-        if arguments.releases.is_some_and(|wanted| follow.seen >= wanted) {
-            return Ok(());
+        if matches!(item, Item::Event { event: Event::Release(_), .. }) {
+            self.releases += 1;
         }
-        if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
-            return match arguments.releases {
-                None => Ok(()),
-                Some(wanted) => Err(Error::new(
-                    Exit::Timeout,
-                    format!("{} releases of {wanted} came in the given time", follow.seen),
-                )
-                .help("give it more --seconds, or see that the model is released")),
-            };
+        match (item, item.to_text(&self.effects)) {
+            (Item::Samples { .. }, _) => Ok(()),
+            (_, text) if self.jsonl => {
+                if let (Some(text), false) = (text, matches!(item, Item::Event { .. })) {
+                    crate::say!("{text}");
+                }
+                print_json_line(&item.to_json())
+            }
+            (Item::Event { .. }, Some(text)) => print_line(&text),
+            (_, Some(text)) => {
+                crate::say!("{text}");
+                Ok(())
+            }
+            (_, None) => Ok(()),
         }
-        interrupt::check()?;
     }
 }
 
-struct Follow<'a> {
-    seen: u32,
-    missed: u64,
-    /// Of the release that is going on.
-    windows: Vec<WindowResult>,
+struct Following<'a> {
+    session: Session,
+    swing: Option<Swing>,
+    /// What was last said of it.
+    device: Option<Item>,
+    recording: Option<Recording>,
+    recordings: u32,
+    shown: Shown,
     arguments: &'a Monitor,
 }
 
-impl Follow<'_> {
-    /// Prints what has come, waiting a moment for it.
-    fn take(&mut self, bench: &mut Bench) -> Result<()> {
-        let mut patience = Duration::from_millis(20);
+impl Following<'_> {
+    fn follow(&mut self) -> Result<()> {
+        let typed = self.arguments.record.is_some().then(keys::lines);
+        let deadline = self.arguments.seconds.map(|s| Instant::now() + Duration::from_secs_f64(s));
+        let mut enough_at = None;
         loop {
-            let next = bench.client.next_event(patience);
-            let next = next.map_err(|e| bench.client.explain(e, "its events"))?;
-            if bench.client.missed_events() > self.missed {
-                let lost = bench.client.missed_events() - self.missed;
-                self.missed = bench.client.missed_events();
-                crate::say!("{lost} results were lost on the line");
+            if let Some(swing) = &mut self.swing {
+                swing.go_on(self.session.bench())?;
             }
-            let Some(numbered) = next else { return Ok(()) };
+            self.take()?;
+            if let Some(typed) = &typed {
+                self.obey(typed)?;
+            }
+            if self.arguments.releases.is_some_and(|wanted| self.shown.releases >= wanted) {
+                let enough_at = *enough_at.get_or_insert_with(Instant::now);
+                let waits = self.recording.as_ref().is_some_and(Recording::waits);
+                if !waits || enough_at.elapsed() > LAST_SAMPLES {
+                    return Ok(());
+                }
+            }
+            if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+                return match self.arguments.releases {
+                    None => Ok(()),
+                    Some(wanted) => Err(Error::new(
+                        Exit::Timeout,
+                        format!(
+                            "{} releases of {wanted} came in the given time",
+                            self.shown.releases
+                        ),
+                    )
+                    .help("give it more --seconds, or see that the model is released")),
+                };
+            }
+            interrupt::check()?;
+        }
+    }
+
+    /// Shows and stores what has come, waiting a moment for it.
+    fn take(&mut self) -> Result<()> {
+        let mut patience = Duration::from_millis(20);
+        while let Some(item) = self.session.next(patience)? {
             patience = Duration::ZERO;
-            let mut found = Vec::new();
-            match numbered.event {
-                Event::Window(window) => self.windows.push(window),
-                Event::Release(_) => {
-                    self.seen += 1;
-                    found = trends(&std::mem::take(&mut self.windows));
+            self.shown.show(&item)?;
+            if let Some(recording) = &mut self.recording {
+                for record in recording.put(&item)? {
+                    self.shown.show(&record)?;
                 }
-                Event::Phase { .. } => {}
             }
-            match event_text(&numbered.event) {
-                _ if self.arguments.jsonl => {
-                    let mut object = event_json(&numbered.event);
-                    if matches!(numbered.event, Event::Release(_)) {
-                        object["trends"] = found.iter().map(Trend::to_json).collect();
-                    }
-                    print_json_line(&object)?;
-                }
-                Some(text) => print_line(&text)?,
-                None => {}
+            let enough = self.arguments.releases.is_some_and(|n| self.shown.releases >= n);
+            if matches!(item, Item::Device { .. }) {
+                self.device = Some(item);
             }
-            if !found.is_empty() && !self.arguments.jsonl {
-                let effects = bench.client.status()?.network.effects;
-                found.iter().try_for_each(|trend| print_line(&trend.text(&effects)))?;
-            }
-            if self.arguments.releases.is_some_and(|wanted| self.seen >= wanted) {
-                return Ok(());
+            if enough {
+                break;
             }
         }
-    }
-}
-
-/// The built-in rig, released over and over in step with the clock.
-struct Swing {
-    rig: Rig,
-    speed: f64,
-    release: u64,
-    samples: Option<crate::rig::Samples>,
-    begun: Instant,
-    played: u64,
-}
-
-impl Swing {
-    fn new(speed: f64) -> Self {
-        Self {
-            rig: Rig::default(),
-            speed,
-            release: 0,
-            samples: None,
-            begun: Instant::now(),
-            played: 0,
-        }
+        Ok(())
     }
 
-    /// Plays what is due by now.
-    fn go_on(&mut self, bench: &mut Bench) -> Result<()> {
-        let due = self.begun.elapsed().as_secs_f64() * self.speed * f64::from(SAMPLE_RATE_HZ);
-        let count = ((due as u64).saturating_sub(self.played)).min(2000) as usize;
-        let samples = match &mut self.samples {
-            Some(samples) => samples,
-            None => {
-                let samples = self.begin(bench)?;
-                self.samples.insert(samples)
+    fn obey(&mut self, typed: &Receiver<String>) -> Result<()> {
+        while let Ok(line) = typed.try_recv() {
+            match (line.as_str(), self.recording.is_some()) {
+                ("", _) => {}
+                ("/start", false) => self.start()?,
+                ("/stop", true) => self.stop()?,
+                ("/start", true) => crate::say!("it is being recorded"),
+                ("/stop", false) => crate::say!("nothing is being recorded; /start begins"),
+                (other, _) if other.starts_with('/') => {
+                    crate::say!("{other}: there are /start and /stop; any other line is a mark");
+                }
+                (text, _) => self.session.mark(text),
             }
+        }
+        Ok(())
+    }
+
+    /// Begins a recording, if one is wanted.
+    fn start(&mut self) -> Result<()> {
+        let Some(place) = &self.arguments.record else { return Ok(()) };
+        self.recordings += 1;
+        let place = match self.recordings {
+            2.. if place.extension().is_some_and(|e| e == "csv") => {
+                let stem = place.file_stem().unwrap_or_default().to_string_lossy();
+                place.with_file_name(format!("{stem}-{}.csv", self.recordings))
+            }
+            _ => place.clone(),
         };
-        let chunk: Vec<u16> = samples.by_ref().filter_map(|s| s.counts).take(count).collect();
-        if chunk.len() < count {
-            self.samples = None;
-        }
-        self.played += chunk.len() as u64;
-        if chunk.is_empty() {
+        let recording = Recording::begin(&place, self.device.as_ref())?;
+        crate::say!("recording to {}", recording.trace().display());
+        self.recording = Some(recording);
+        Ok(())
+    }
+
+    /// Ends the recording, if there is one.
+    fn stop(&mut self) -> Result<()> {
+        let Some(recording) = self.recording.take() else { return Ok(()) };
+        let (finished, records) = recording.finish()?;
+        records.iter().try_for_each(|record| self.shown.show(record))?;
+        let missing = match finished.missing_samples {
+            0 => "none missing".to_owned(),
+            count => format!("{count} missing"),
+        };
+        crate::say!(
+            "{}: {} samples, {missing}, {} releases",
+            finished.trace.display(),
+            finished.samples,
+            finished.releases
+        );
+        Ok(())
+    }
+}
+
+/// Shows a stored session as it went.
+fn replay(path: &Path, arguments: &Monitor, shown: &mut Shown) -> Result<()> {
+    let stored = Stored::open(path)?;
+    let started = stored.started.as_deref().unwrap_or("an unknown time");
+    let ended = if stored.finished { "" } else { ", never ended" };
+    crate::say!("{}: recorded from {started}{ended}", stored.trace.display());
+    let begun = Instant::now();
+    let first = stored.items.first().map_or(0, Item::at);
+    for item in &stored.items {
+        let shown_s = time_s(item.at().saturating_sub(first));
+        if arguments.seconds.is_some_and(|most| shown_s > most) {
             return Ok(());
         }
-        bench.play(&chunk)
+        let due = Duration::from_secs_f64(shown_s / arguments.speed);
+        while let Some(left) = due.checked_sub(begun.elapsed()).filter(|left| !left.is_zero()) {
+            interrupt::check()?;
+            std::thread::sleep(left.min(Duration::from_millis(50)));
+        }
+        interrupt::check()?;
+        shown.show(item)?;
+        if arguments.releases.is_some_and(|wanted| shown.releases >= wanted) {
+            return Ok(());
+        }
     }
-
-    fn begin(&mut self, bench: &mut Bench) -> Result<crate::rig::Samples> {
-        let conditions: Vec<_> = self.rig.conditions(10.0).collect();
-        let condition = conditions[self.release as usize % conditions.len()];
-        let announced = wire::Condition {
-            wind: self.rig.wind(condition.wind_speed_m_s),
-            model: self.rig.model,
-            inertia_kg_m2: self.rig.inertia_kg_m2(condition.axis),
-        };
-        bench.client.tell(&Request::Condition(announced), "the wind speed")?;
-        let sensor = Sensor::default();
-        let release = self.rig.release(&condition, &Start::default(), &sensor, self.release)?;
-        self.release += 1;
-        Ok(release.samples)
-    }
+    Ok(())
 }

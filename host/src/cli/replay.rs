@@ -1,10 +1,10 @@
 //! `yawrig replay`: play a record into a device as its potentiometer.
 
 use super::common::{print_json, print_line, within, DeviceArg, SCHEMA_VERSION};
-use super::device::summary;
 use super::flash::Bar;
 use crate::amplitude_trend::{trends, Trend};
 use crate::error::{Error, Exit, Result};
+use crate::follow::device_json;
 use crate::follow::{event_text, flag_names, quantity, window_json};
 use crate::link::flash;
 use crate::record::Record;
@@ -81,7 +81,7 @@ pub fn run(arguments: &Replay) -> Result<()> {
     if arguments.json {
         print_json(&json!({
             "schema_version": SCHEMA_VERSION,
-            "device": summary(&bench.client.identity, &status),
+            "device": device_json(&bench.client.identity, &status),
             "records": objects,
         }))?;
     }

@@ -1,9 +1,9 @@
 //! `report`: one page about records, a campaign, a model or a demo.
 
 use super::common::{print_json, print_line, AnalysisArgs, EffectsArg};
-use super::diagnose::is_model;
 use super::model::asked;
 use crate::criticism::diagnose::Options;
+use crate::criticism::model::{is_model, DEFAULT};
 use crate::demo::results;
 use crate::derivatives::simulated::{refuse_existing, CAMPAIGN_FILE};
 use crate::error::{Error, Result};
@@ -113,7 +113,7 @@ impl ReportArgs {
         made: Made,
     ) -> Result<Report> {
         let [demo, model, campaign] =
-            [results::FILE, super::model::DEFAULT, CAMPAIGN_FILE].map(|name| folder.join(name));
+            [results::FILE, DEFAULT, CAMPAIGN_FILE].map(|name| folder.join(name));
         if demo.exists() {
             return results::read(&demo);
         }
@@ -127,7 +127,7 @@ impl ReportArgs {
             "{}: there is neither {} nor {} nor {CAMPAIGN_FILE} in it",
             folder.display(),
             results::FILE,
-            super::model::DEFAULT
+            DEFAULT
         ))
         .help("name the records: yawrig report FOLDER/*.csv"))
     }

@@ -100,6 +100,25 @@ pub struct Candidate {
     pub converged: bool,
 }
 
+/// What a diagnosis begins with where no model is there.
+pub const SECOND_ORDER: &str = "the second-order model";
+
+/// The verdict in one line; `model` says what was there before.
+pub fn verdict(status: Status, effects: &[Effect], model: &str) -> String {
+    let names: Vec<&str> = effects.iter().map(|e| e.id()).collect();
+    match status {
+        Status::Adequate => format!("adequate: {model} explains it to its noise"),
+        Status::Explained if model == SECOND_ORDER => format!("explained by {}", names.join(", ")),
+        Status::Explained => format!("explained by {model} with {}", names.join(", ")),
+        Status::Unexplained if names.is_empty() => {
+            "unexplained: no effect of the library accounts for it".to_owned()
+        }
+        Status::Unexplained => {
+            format!("unexplained: {} helped, but not to the noise", names.join(", "))
+        }
+    }
+}
+
 /// A diagnosis with the fits it rests on.
 #[derive(Clone, Debug)]
 pub struct Diagnosed {
@@ -279,7 +298,7 @@ fn steps(swing: &Swing, path: &[Fitted]) -> Vec<Step> {
 }
 
 /// Residuals of one model, on what it was fitted to and on the later part held out from another fit.
-pub(super) fn step(swing: &Swing, model: &Fitted, effects: usize) -> Step {
+pub fn step(swing: &Swing, model: &Fitted, effects: usize) -> Step {
     let count = (FITTED_SHARE * swing.yaw_rad.len() as f64) as usize;
     let partial = refit(swing, model, count);
     Step {

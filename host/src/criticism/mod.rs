@@ -34,7 +34,7 @@ mod problem;
 mod promise;
 pub mod records;
 pub mod revise;
-mod search;
+pub mod search;
 mod sharing;
 pub mod simulate;
 mod starts;

@@ -75,6 +75,18 @@ impl Bench {
         Ok(Self { client, potentiometer: Some(potentiometer), hub: Some(hub) })
     }
 
+    /// Opens the port again after the device was unplugged; its potentiometer is its own.
+    pub fn reopen(&mut self) -> Result<()> {
+        self.client = Client::open(self.client.path())?;
+        Ok(())
+    }
+
+    /// Whether the device may be plugged in again: not one of this program, nor of another, whose
+    /// pseudo-terminal goes with it.
+    pub fn may_come_back(&self) -> bool {
+        self.hub.is_none() && !self.client.path().starts_with("/dev/pts/")
+    }
+
     /// The terminal by which another shell can follow this device.
     pub fn shared_path(&self) -> &str {
         self.hub.as_ref().map_or_else(|| self.client.path(), Hub::shared_path)

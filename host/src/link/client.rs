@@ -9,6 +9,7 @@ use crate::interrupt;
 use crate::link::events::{Events, Numbered};
 use crate::link::port;
 use serialport::TTYPort;
+use std::collections::VecDeque;
 use std::io::{self, Read, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
@@ -16,7 +17,8 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use yawrig_shared::wire::{
-    self, Decoder, Encoded, Event, HelloReply, Message, Refusal, Reply, Request, Status, HELLO_KEY,
+    self, Decoder, Encoded, Event, HelloReply, Message, Refusal, Reply, Request, Samples, Status,
+    HELLO_KEY, SAMPLES_KEY,
 };
 
 /// How long the device may take over an ordinary answer, and over erasing or verifying flash.
@@ -64,6 +66,8 @@ pub struct Client {
     port: TTYPort,
     incoming: Receiver<Incoming>,
     events: Events,
+    /// Of the stream, where this client has asked for it.
+    samples: Option<VecDeque<Samples>>,
     sequence: u16,
     garbled: u64,
     frames: u64,
@@ -97,6 +101,7 @@ impl Client {
             port,
             incoming,
             events: Events::default(),
+            samples: None,
             // Another client's last request must not be answered to ours.
             sequence: rand::random(),
             garbled: 0,
@@ -285,6 +290,15 @@ impl Client {
         match self.incoming.recv_timeout(patience) {
             Ok(Incoming::Frame { key, sequence, body }) => {
                 self.frames += 1;
+                if key == SAMPLES_KEY {
+                    // They say nothing of events, so they do not count as having heard.
+                    match (Samples::read(&body), &mut self.samples) {
+                        (Some(samples), Some(waiting)) => waiting.push_back(samples),
+                        (Some(_), None) => {}
+                        (None, _) => self.garbled += 1,
+                    }
+                    return Ok(None);
+                }
                 self.heard = Instant::now();
                 if key != Event::KEY {
                     return Ok(Some((key, sequence, body)));
@@ -306,6 +320,17 @@ impl Client {
             Err(RecvTimeoutError::Timeout) => Ok(None),
             Err(RecvTimeoutError::Disconnected) => Err(LinkError::Gone("reading ended".into())),
         }
+    }
+
+    /// Asks for the next so many samples of the potentiometer; ask again before they are over.
+    pub fn stream(&mut self, samples: u32) -> std::result::Result<(), LinkError> {
+        self.samples.get_or_insert_default();
+        self.request(&Request::Stream { samples }).map(drop)
+    }
+
+    /// The next samples of the stream that have come. [`Self::next_event`] waits for more.
+    pub fn next_samples(&mut self) -> Option<Samples> {
+        self.samples.as_mut()?.pop_front()
     }
 
     /// The next event, waiting for it at most so long. What the line has lost is asked for again.
@@ -358,6 +383,17 @@ impl Client {
         }
         self.rounds = 0;
         Ok(())
+    }
+
+    /// Number of the next event to hand out, once known.
+    pub fn expected_event(&self) -> Option<u16> {
+        self.events.expected()
+    }
+
+    /// Goes on with the events from this number to the one before `end`, as far as the device keeps them.
+    pub fn resume(&mut self, from: u16, end: u16) {
+        self.events.begin(Some(from));
+        self.events.had(end);
     }
 
     /// Events lost for good since the line was opened: the device does not keep them any more.

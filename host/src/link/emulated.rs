@@ -8,6 +8,7 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
 use std::time::Duration;
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
+use yawrig_shared::wire::STREAM_CHUNK;
 
 /// Chunks of samples that may wait for the device.
 const CHUNKS: usize = 4;
@@ -16,6 +17,8 @@ const CHUNKS: usize = 4;
 pub struct Emulated {
     device: Box<Device<MemoryFlash>>,
     samples: Receiver<Vec<u16>>,
+    /// Said while the samples came: the device's line would not hold it all.
+    said: Vec<u8>,
     unplugged: bool,
 }
 
@@ -26,7 +29,10 @@ pub struct EmulatedPotentiometer(SyncSender<Vec<u16>>);
 pub fn start() -> (Emulated, EmulatedPotentiometer) {
     let (sender, samples) = mpsc::sync_channel(CHUNKS);
     let device = Box::new(Device::new(MemoryFlash::new(), "emulated"));
-    (Emulated { device, samples, unplugged: false }, EmulatedPotentiometer(sender))
+    (
+        Emulated { device, samples, said: Vec::new(), unplugged: false },
+        EmulatedPotentiometer(sender),
+    )
 }
 
 impl Potentiometer for EmulatedPotentiometer {
@@ -43,7 +49,12 @@ impl Side for Emulated {
             return Ok(());
         }
         match self.samples.recv_timeout(IDLE) {
-            Ok(counts) => counts.into_iter().for_each(|c| self.device.sample(c)),
+            Ok(counts) => {
+                for counts in counts.chunks(STREAM_CHUNK) {
+                    counts.iter().for_each(|&c| self.device.sample(c));
+                    self.said.extend(std::iter::from_fn(|| self.device.transmit()));
+                }
+            }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => self.unplugged = true,
         }
@@ -56,9 +67,8 @@ impl Side for Emulated {
     }
 
     fn transmit(&mut self, out: &mut Vec<u8>) -> io::Result<()> {
-        while let Some(byte) = self.device.transmit() {
-            out.push(byte);
-        }
+        out.append(&mut self.said);
+        out.extend(std::iter::from_fn(|| self.device.transmit()));
         Ok(())
     }
 }

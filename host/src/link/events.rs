@@ -89,6 +89,11 @@ impl Events {
         self.next = Some(to);
     }
 
+    /// Number of the next event to hand out, once known.
+    pub fn expected(&self) -> Option<u16> {
+        self.next
+    }
+
     /// Events that were lost for good.
     pub fn lost(&self) -> u64 {
         self.lost

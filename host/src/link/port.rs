@@ -1,8 +1,12 @@
 //! Opening a serial port, and saying what is wrong with one that does not open.
 
 use crate::error::{Error, Exit, Result};
+use nix::fcntl::OFlag;
+use nix::sys::termios::{tcgetattr, tcsetattr, ControlFlags, SetArg};
 use serialport::{ClearBuffer, ErrorKind, SerialPort, TTYPort};
+use std::fs::OpenOptions;
 use std::io;
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::time::Duration;
 
@@ -16,10 +20,26 @@ pub const READ_SLICE: Duration = Duration::from_millis(20);
 /// # Errors
 /// Exit code 4, saying whether the port is absent, busy, forbidden or no port at all.
 pub fn open(path: &str) -> Result<TTYPort> {
+    keep_lines_up(path);
     let port = TTYPort::open(&serialport::new(path, BAUD).timeout(READ_SLICE))
         .map_err(|e| explain(path, &e))?;
     port.clear(ClearBuffer::Input).map_err(|e| explain(path, &e))?;
     Ok(port)
+}
+
+/// Has the system leave DTR and RTS as they are when the port is closed. Boards that take a falling
+/// DTR for a reset are then left running, and find no edge when the port is opened again. What does
+/// not open here will not open a moment later, and is explained there.
+fn keep_lines_up(path: &str) {
+    let flags = OFlag::O_NOCTTY | OFlag::O_NONBLOCK;
+    let port = OpenOptions::new().read(true).write(true).custom_flags(flags.bits()).open(path);
+    if let Ok(port) = port {
+        if let Ok(mut settings) = tcgetattr(&port) {
+            settings.control_flags.remove(ControlFlags::HUPCL);
+            // Where it cannot be set, the board may be reset at the end, as by any other program.
+            let _ = tcsetattr(&port, SetArg::TCSANOW, &settings);
+        }
+    }
 }
 
 fn explain(path: &str, error: &serialport::Error) -> Error {

@@ -64,21 +64,9 @@ pub fn pairs(pairs: &[[Effect; 2]]) -> Vec<[String; 2]> {
 
 /// In a sentence.
 pub fn verdict(status: diagnose::Status, effects: &[Effect]) -> String {
-    let names = effects.iter().map(|e| e.id()).collect::<Vec<_>>().join(", ");
-    match status {
-        diagnose::Status::Adequate => {
-            "Adequate: the second-order model explains it to its noise.".to_owned()
-        }
-        diagnose::Status::Explained => {
-            format!("Explained by the second-order model with {names}.")
-        }
-        diagnose::Status::Unexplained if names.is_empty() => {
-            "Unexplained: no effect of the library accounts for it.".to_owned()
-        }
-        diagnose::Status::Unexplained => {
-            format!("Unexplained: {names} helped, but not to the noise.")
-        }
-    }
+    let text = diagnose::verdict(status, effects, diagnose::SECOND_ORDER);
+    let (first, rest) = text.split_at(1);
+    format!("{}{rest}.", first.to_uppercase())
 }
 
 /// As JSON has it.

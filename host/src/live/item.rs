@@ -1,0 +1,176 @@
+//! What happens while a device is followed, as text and as JSON.
+
+use crate::amplitude_trend::{trends, Trend};
+use crate::follow::{event_from_json, event_json, event_text};
+use serde_json::{json, Value};
+use yawrig_shared::window::SAMPLE_RATE_HZ;
+use yawrig_shared::wire::{Event, WindowResult};
+
+/// One thing that happened. `at` and `first` are numbers of samples in the session: 1 ms each, from 0.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Item {
+    /// The device has answered, is there again, or runs another network.
+    Device { at: u64, port: String, device: Value },
+    /// A stretch of the potentiometer's trace without a gap.
+    Samples { first: u64, yaw_deg: Vec<f64> },
+    /// Samples that never came.
+    Gap { first: u64, count: u64 },
+    /// What the device says; with a release's result, what of its windows changes with amplitude.
+    Event { at: u64, event: Event, trends: Vec<Trend> },
+    /// Results that the device does not keep any more.
+    EventsLost { at: u64, count: u64 },
+    /// The device began anew: its clock and its releases count from nought, and how long it was away
+    /// is taken from this program's clock.
+    Restarted { at: u64 },
+    /// The port is there and the device does not answer.
+    Silent { at: u64 },
+    /// The device was unplugged.
+    Disconnected { at: u64, why: String },
+    /// A user's note.
+    Mark { at: u64, text: String },
+    /// A release was cut into a record of its own.
+    Record { at: u64, release: u32, file: String, missing_samples: u64 },
+}
+
+/// Session time of a sample, s.
+pub fn time_s(number: u64) -> f64 {
+    number as f64 / f64::from(SAMPLE_RATE_HZ)
+}
+
+impl Item {
+    /// When it happened, as a number of a sample.
+    pub fn at(&self) -> u64 {
+        match *self {
+            Self::Samples { first, .. } | Self::Gap { first, .. } => first,
+            Self::Device { at, .. }
+            | Self::Event { at, .. }
+            | Self::EventsLost { at, .. }
+            | Self::Restarted { at }
+            | Self::Silent { at }
+            | Self::Disconnected { at, .. }
+            | Self::Mark { at, .. }
+            | Self::Record { at, .. } => at,
+        }
+    }
+
+    /// One JSON object: `event` names the kind, `time_s` is session time.
+    pub fn to_json(&self) -> Value {
+        let (name, mut object) = match self {
+            Self::Device { port, device, .. } => {
+                ("device", json!({"port": port, "device": device}))
+            }
+            Self::Samples { yaw_deg, .. } => ("samples", json!({"yaw_deg": yaw_deg})),
+            Self::Gap { count, .. } => ("gap", json!({"missing_samples": count})),
+            Self::Event { event, trends, .. } => {
+                let mut object = event_json(event);
+                if matches!(event, Event::Release(_)) {
+                    object["trends"] = trends.iter().map(Trend::to_json).collect();
+                }
+                object["time_s"] = json!(time_s(self.at()));
+                return object;
+            }
+            Self::EventsLost { count, .. } => ("events_lost", json!({"count": count})),
+            Self::Restarted { .. } => ("restarted", json!({})),
+            Self::Silent { .. } => ("silent", json!({})),
+            Self::Disconnected { why, .. } => ("disconnected", json!({"why": why})),
+            Self::Mark { text, .. } => ("mark", json!({"text": text})),
+            Self::Record { release, file, missing_samples, .. } => (
+                "record",
+                json!({"release": release, "file": file, "missing_samples": missing_samples}),
+            ),
+        };
+        object["schema_version"] = json!(1);
+        object["event"] = json!(name);
+        object["time_s"] = json!(time_s(self.at()));
+        object
+    }
+
+    /// The item of such an object; none where it is no such object. Trends are for the reader to find.
+    pub fn from_json(object: &Value) -> Option<Self> {
+        let at = (object["time_s"].as_f64()? * f64::from(SAMPLE_RATE_HZ)).round() as u64;
+        let text = |key: &str| object[key].as_str().map(str::to_owned);
+        let number = |key: &str| object[key].as_u64();
+        Some(match object["event"].as_str()? {
+            "device" => Self::Device { at, port: text("port")?, device: object["device"].clone() },
+            "samples" => {
+                let yaw_deg = object["yaw_deg"].as_array()?.iter().map(Value::as_f64);
+                Self::Samples { first: at, yaw_deg: yaw_deg.collect::<Option<_>>()? }
+            }
+            "gap" => Self::Gap { first: at, count: number("missing_samples")? },
+            "events_lost" => Self::EventsLost { at, count: number("count")? },
+            "restarted" => Self::Restarted { at },
+            "silent" => Self::Silent { at },
+            "disconnected" => Self::Disconnected { at, why: text("why")? },
+            "mark" => Self::Mark { at, text: text("text")? },
+            "record" => Self::Record {
+                at,
+                release: number("release")?.try_into().ok()?,
+                file: text("file")?,
+                missing_samples: number("missing_samples")?,
+            },
+            _ => Self::Event { at, event: event_from_json(object)?, trends: Vec::new() },
+        })
+    }
+
+    /// The item in a line or more; none where there is nothing to tell. `effects` are those the
+    /// device's network was trained on.
+    pub fn to_text(&self, effects: &str) -> Option<String> {
+        let time_s = time_s(self.at());
+        Some(match self {
+            Self::Samples { .. } => return None,
+            Self::Event { event, trends, .. } => {
+                let lines = event_text(event).into_iter();
+                let lines: Vec<_> = lines.chain(trends.iter().map(|t| t.text(effects))).collect();
+                return (!lines.is_empty()).then(|| lines.join("\n"));
+            }
+            Self::Device { port, device, .. } => {
+                let network = &device["network"]["id"];
+                let [firmware, network] = [&device["firmware"], network].map(Value::as_str);
+                let named = |name: Option<&str>| name.unwrap_or("unknown").to_owned();
+                format!("{port}: {}, network {}", named(firmware), named(network))
+            }
+            Self::Gap { count, .. } => {
+                format!("{count} samples are missing from {time_s:.3} s on")
+            }
+            Self::EventsLost { count, .. } => format!("{count} results were lost on the line"),
+            Self::Restarted { .. } => {
+                "the device began anew; how long it was away is known by this program's clock only"
+                    .to_owned()
+            }
+            Self::Silent { .. } => "the device does not answer; asking on".to_owned(),
+            Self::Disconnected { why, .. } => {
+                format!("the device is gone ({why}); waiting for it to be plugged in again")
+            }
+            Self::Mark { text, .. } => format!("mark at {time_s:.3} s: {text}"),
+            Self::Record { release, file, missing_samples: 0, .. } => {
+                format!("release {release} is kept in {file}")
+            }
+            Self::Record { release, file, missing_samples, .. } => {
+                format!("release {release} is kept in {file}; {missing_samples} of its samples are missing")
+            }
+        })
+    }
+
+    /// Effects of the device's network, where this item tells of it.
+    pub fn effects(&self) -> Option<String> {
+        let Self::Device { device, .. } = self else { return None };
+        let effects = device["network"]["effects"].as_array()?.iter();
+        Some(effects.filter_map(Value::as_str).collect::<Vec<_>>().join(" "))
+    }
+}
+
+/// The windows of the release that is going on.
+#[derive(Debug, Default)]
+pub struct Windows(Vec<WindowResult>);
+
+impl Windows {
+    /// Takes an event; where it ends a release, what of its windows changes with amplitude.
+    pub fn take(&mut self, event: &Event) -> Vec<Trend> {
+        match event {
+            Event::Window(window) => self.0.push(*window),
+            Event::Release(_) => return trends(&std::mem::take(&mut self.0)),
+            _ => {}
+        }
+        Vec::new()
+    }
+}

@@ -1,0 +1,11 @@
+//! A device followed as it measures: its potentiometer's trace at 1 kHz, results as they come, and
+//! both stored.
+//!
+//! [`session::Session`] makes [`item::Item`]s of what a device says; [`stored::Stored`] makes the same
+//! items of a session that was stored by [`recording::Recording`]. Who shows them need not know which.
+
+pub mod item;
+pub mod recording;
+pub mod session;
+pub mod stored;
+pub mod swing;

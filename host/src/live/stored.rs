@@ -1,0 +1,146 @@
+//! A session read back from the files that [`super::recording`] has written.
+
+use super::item::{Item, Windows};
+use crate::error::{Error, Result};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use yawrig_shared::window::SAMPLE_RATE_HZ;
+use yawrig_shared::wire::STREAM_CHUNK;
+
+/// A stored session.
+#[derive(Clone, Debug)]
+pub struct Stored {
+    /// Its trace: `NAME.csv`, or `NAME.csv.partial` where it was never ended.
+    pub trace: PathBuf,
+    /// Whether it was ended as it should.
+    pub finished: bool,
+    /// When it began: RFC 3339, universal time.
+    pub started: Option<String>,
+    /// All that happened, in order.
+    pub items: Vec<Item>,
+}
+
+impl Stored {
+    /// Reads a session by any of its files, their common name, or a folder that holds one session.
+    ///
+    /// # Errors
+    /// Exit 3, naming file and line. What an interruption has cut off in the last line is left out.
+    pub fn open(path: &Path) -> Result<Self> {
+        let stem = find(path)?;
+        let [log, whole, partial] = [".jsonl", ".csv", ".csv.partial"].map(|end| {
+            let mut name = stem.as_os_str().to_owned();
+            name.push(end);
+            PathBuf::from(name)
+        });
+        let finished = whole.is_file();
+        let trace = if finished { whole } else { partial };
+        let mut samples = stretches(&samples(&trace)?).into_iter().peekable();
+        let mut started = None;
+        let mut windows = Windows::default();
+        let mut items = Vec::new();
+        for (number, line) in lines(&log)? {
+            let unreadable = |why: &str| {
+                Error::data(format!("{}, line {number}: {why}", log.display()))
+                    .help("give a session that `yawrig monitor --record` has stored")
+            };
+            let object: Value =
+                serde_json::from_str(&line).map_err(|e| unreadable(&e.to_string()))?;
+            match object["event"].as_str() {
+                Some("session") => started = object["started"].as_str().map(str::to_owned),
+                Some("end") => {}
+                _ => {
+                    let mut item = Item::from_json(&object)
+                        .ok_or_else(|| unreadable("nothing that a session holds"))?;
+                    if let Item::Event { event, trends, .. } = &mut item {
+                        *trends = windows.take(event);
+                    }
+                    while let Some(stretch) = samples.next_if(|s| s.at() <= item.at()) {
+                        items.push(stretch);
+                    }
+                    items.push(item);
+                }
+            }
+        }
+        items.extend(samples);
+        Ok(Self { trace, finished, started, items })
+    }
+}
+
+/// The common name of a session's files.
+fn find(path: &Path) -> Result<PathBuf> {
+    let no_session = |why: String| {
+        Error::data(format!("{}: {why}", path.display()))
+            .help("give the .jsonl file of a session that `yawrig monitor --record` has stored")
+    };
+    if !path.is_dir() {
+        let text = path.as_os_str().to_string_lossy();
+        let ends = [".csv.partial", ".jsonl", ".csv"];
+        let stem = ends.iter().find_map(|end| text.strip_suffix(end)).unwrap_or(&text);
+        let log = PathBuf::from(format!("{stem}.jsonl"));
+        if !log.is_file() {
+            return Err(no_session(format!("there is no session's log {}", log.display())));
+        }
+        return Ok(stem.into());
+    }
+    let entries = path.read_dir().map_err(|e| no_session(e.to_string()))?;
+    let mut logs: Vec<PathBuf> = (entries.flatten().map(|entry| entry.path()))
+        .filter(|file| file.extension().is_some_and(|e| e == "jsonl"))
+        .collect();
+    logs.sort();
+    match &logs[..] {
+        [] => Err(no_session("no session is stored there".to_owned())),
+        [log] => Ok(log.with_extension("")),
+        [first, .., last] => Err(no_session(format!(
+            "{} sessions are stored there, {} to {}",
+            logs.len(),
+            first.display(),
+            last.display()
+        ))),
+    }
+}
+
+/// Whole lines with their numbers.
+fn lines(file: &Path) -> Result<Vec<(usize, String)>> {
+    let bytes = std::fs::read(file).map_err(|e| {
+        Error::data(format!("cannot read {}: {e}", file.display()))
+            .help("give a session that `yawrig monitor --record` has stored")
+    })?;
+    let text = String::from_utf8_lossy(&bytes);
+    let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
+    Ok(whole.lines().enumerate().map(|(index, line)| (index + 1, line.to_owned())).collect())
+}
+
+/// Numbers of samples and yaw angles in degrees.
+fn samples(trace: &Path) -> Result<Vec<(u64, f64)>> {
+    let parse = |(number, line): &(usize, String)| {
+        let (time_s, yaw_deg) = line.split_once(',')?;
+        let time_s: f64 = time_s.parse().ok()?;
+        let yaw_deg: f64 = yaw_deg.parse().ok()?;
+        let _ = number;
+        Some(((time_s * f64::from(SAMPLE_RATE_HZ)).round() as u64, yaw_deg))
+    };
+    let lines = lines(trace)?;
+    let rows = lines.iter().skip(1).map(|line| {
+        parse(line).ok_or_else(|| {
+            Error::data(format!("{}, line {}: not a time and an angle", trace.display(), line.0))
+                .help("leave this line out")
+        })
+    });
+    rows.collect()
+}
+
+/// Stretches without a gap, as long as the device sends them.
+fn stretches(samples: &[(u64, f64)]) -> Vec<Item> {
+    let mut found: Vec<Item> = Vec::new();
+    for &(number, yaw) in samples {
+        match found.last_mut() {
+            Some(Item::Samples { first, yaw_deg })
+                if yaw_deg.len() < STREAM_CHUNK && *first + yaw_deg.len() as u64 == number =>
+            {
+                yaw_deg.push(yaw);
+            }
+            _ => found.push(Item::Samples { first: number, yaw_deg: vec![yaw] }),
+        }
+    }
+    found
+}

@@ -1,0 +1,300 @@
+//! A device followed: its trace whole, gaps where the line has lost some, unplugging and restarts.
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+use yawrig::link::bench::{Bench, Target};
+use yawrig::live::item::Item;
+use yawrig::live::recording::Recording;
+use yawrig::live::session::{Follow, Session};
+use yawrig::live::stored::Stored;
+use yawrig::record::Record;
+use yawrig::rig::{Rig, Sensor, Start};
+use yawrig_shared::wire::{Event, Settings};
+use yawrig_tests::line::{Board, Line, Way};
+
+/// Held, let go and swinging: what the potentiometer shows in so many seconds of releases.
+fn counts(seconds: usize) -> Vec<u16> {
+    let rig = Rig::default();
+    let release = |number| {
+        let condition = rig.conditions(10.0).nth(13).expect("a condition");
+        let made = rig.release(&condition, &Start::default(), &Sensor::default(), number);
+        made.expect("a release").samples.filter_map(|s| s.counts)
+    };
+    (0..).flat_map(release).take(1000 * seconds).collect()
+}
+
+/// The converter's count of an angle the session gives.
+fn count(yaw_deg: f64) -> u16 {
+    let Settings { degrees_per_count, zero_counts, .. } = Settings::default();
+    (yaw_deg / f64::from(degrees_per_count)).round() as i32 as i64 as u16 + zero_counts
+}
+
+/// What a session has said, held against what the device got.
+#[derive(Default)]
+struct Heard {
+    items: Vec<Item>,
+    samples: u64,
+    missing: u64,
+    next: Option<u64>,
+    releases: usize,
+}
+
+impl Heard {
+    /// `sent`: the counts, `first`: which of them is the session's number 0.
+    fn take(&mut self, item: Item, sent: &[u16], first: usize) {
+        match &item {
+            Item::Samples { first: number, yaw_deg } => {
+                assert!(self.next.is_none_or(|next| next == *number), "{:?} {number}", self.next);
+                for (n, yaw_deg) in (*number as usize..).zip(yaw_deg) {
+                    assert_eq!(count(*yaw_deg), sent[first + n], "sample {n}");
+                }
+                self.samples += yaw_deg.len() as u64;
+                self.next = Some(number + yaw_deg.len() as u64);
+            }
+            Item::Gap { first, count } => {
+                assert_eq!(self.next, Some(*first));
+                self.missing += count;
+                self.next = Some(first + count);
+            }
+            Item::Event { event: Event::Release(_), .. } => self.releases += 1,
+            _ => {}
+        }
+        self.items.push(item);
+    }
+
+    fn has(&self, what: impl Fn(&Item) -> bool) -> bool {
+        self.items.iter().any(what)
+    }
+}
+
+/// Plays counts into a board, 20 ms at a time, four times as fast as life.
+fn play(board: &Board, counts: &[u16], mut meanwhile: impl FnMut()) {
+    for some in counts.chunks(20) {
+        board.samples(some);
+        let until = Instant::now() + Duration::from_millis(5);
+        while Instant::now() < until {
+            meanwhile();
+        }
+    }
+}
+
+fn session(path: &Path) -> Session {
+    let path = path.display().to_string();
+    // A bad line may spoil the first words.
+    let bench = (0..20).find_map(|_| Bench::open(&Target::Port(path.clone())).ok());
+    Session::new(bench.expect("one hello of twenty gets through"), Follow::Trace).expect("a device")
+}
+
+#[test]
+fn sixty_seconds_at_a_kilohertz_come_whole_and_are_stored_whole() {
+    let sent = counts(60);
+    let bench = Bench::open(&Target::Emulated).expect("a device");
+    let mut session = Session::new(bench, Follow::Trace).expect("a device");
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("session.csv");
+    let mut recording = Recording::begin(&file, None).expect("room for it");
+    let mut heard = Heard::default();
+    let mut take = |session: &mut Session, heard: &mut Heard, patience| {
+        while let Some(item) = session.next(patience).expect("no fault") {
+            for record in recording.put(&item).expect("room for it") {
+                heard.take(record, &sent, 0);
+            }
+            heard.take(item, &sent, 0);
+        }
+    };
+    // The stream is asked for.
+    take(&mut session, &mut heard, Duration::from_millis(1));
+    for some in sent.chunks(100) {
+        session.bench().play(some).expect("it takes them");
+        take(&mut session, &mut heard, Duration::ZERO);
+    }
+    // The last ones fill no message yet.
+    session.mark("the end");
+    for _ in 0..200 {
+        take(&mut session, &mut heard, Duration::from_millis(10));
+        if heard.samples == 60_000 {
+            break;
+        }
+    }
+    assert_eq!((heard.samples, heard.missing), (60_000, 0));
+    assert!(heard.releases >= 1, "{}", heard.releases);
+    let (finished, _) = recording.finish().expect("room for it");
+    assert_eq!((finished.samples, finished.missing_samples), (60_000, 0));
+    assert_eq!(finished.trace, file);
+
+    let record = Record::read(&file).expect("a record");
+    let stored: Vec<u16> = record.yaw_deg.iter().map(|yaw_deg| count(*yaw_deg)).collect();
+    assert_eq!(stored, sent);
+    assert!(record.timing().is_regular());
+
+    // Each release is a record of its own, and the session is read back as it was.
+    let back = Stored::open(folder.path()).expect("the session");
+    assert!(back.finished);
+    let mut again = Heard::default();
+    back.items.iter().for_each(|item| again.take(item.clone(), &sent, 0));
+    assert_eq!((again.samples, again.missing, again.releases), (60_000, 0, heard.releases));
+    let others = |items: &[Item]| {
+        let others = items.iter().filter(|i| !matches!(i, Item::Samples { .. }));
+        others.cloned().collect::<Vec<_>>()
+    };
+    let in_order = |mut items: Vec<Item>| {
+        items.sort_by_key(|item| (item.at(), format!("{item:?}")));
+        items
+    };
+    assert_eq!(in_order(others(&back.items)), in_order(others(&heard.items)));
+    let records: Vec<PathBuf> = (heard.items.iter())
+        .filter_map(|item| match item {
+            Item::Record { file, missing_samples: 0, .. } => Some(folder.path().join(file)),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(records.len(), heard.releases);
+    for file in records {
+        let record = Record::read(&file).expect("a record");
+        assert!(record.timing().is_regular() && record.len() > 5000, "{}", record.len());
+    }
+}
+
+#[test]
+fn what_a_bad_line_loses_is_a_gap_and_nothing_is_invented() {
+    for (turned, seed) in [(0.0, 0), (1e-5, 1), (1e-4, 2), (4e-4, 3)] {
+        let sent = counts(8);
+        let board = Board::default();
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let line = board.plug_with(move |_, bytes| {
+            for byte in bytes.iter_mut() {
+                let bits = (0..8).filter(|_| random.random_bool(turned));
+                *byte = bits.fold(*byte, |byte, bit| byte ^ (1 << bit));
+            }
+            true
+        });
+        let mut session = session(line.path());
+        let mut heard = Heard::default();
+        play(&board, &sent, || {
+            while let Some(item) = session.next(Duration::from_millis(1)).expect("no fault") {
+                heard.take(item, &sent, 0);
+            }
+        });
+        println!("bits turned {turned:e}: {} samples, {} missing", heard.samples, heard.missing);
+        // All but what was on its way at the end, and before the stream was asked for.
+        assert!(heard.samples + heard.missing > 7000, "{}", heard.samples + heard.missing);
+        // Of 160 messages of a thousand bits one in ten is hit at 1e-4, and none by chance once in 1e7.
+        match turned {
+            0.0 => assert_eq!(heard.missing, 0),
+            1e-5 => assert!(heard.missing < 2000, "{}", heard.missing),
+            _ => assert!(heard.missing > 0),
+        }
+    }
+}
+
+/// A port that a board can be pulled from and put into again.
+struct Socket {
+    path: PathBuf,
+    _folder: tempfile::TempDir,
+}
+
+impl Socket {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a folder");
+        Self { path: folder.path().join("ttyBOARD"), _folder: folder }
+    }
+
+    fn plug(&self, line: Line) -> Line {
+        let _ = std::fs::remove_file(&self.path);
+        symlink(line.path(), &self.path).expect("a link");
+        line
+    }
+}
+
+#[test]
+fn unplugged_and_plugged_in_again_it_says_what_was_lost() {
+    let sent = counts(24);
+    let board = Board::default();
+    let socket = Socket::new();
+    let mut line = Some(socket.plug(board.plug()));
+    let mut session = session(&socket.path);
+    let mut heard = Heard::default();
+    let mut hear = |heard: &mut Heard| {
+        while let Some(item) = session.next(Duration::from_millis(1)).expect("no fault") {
+            heard.take(item, &sent, 0);
+        }
+    };
+    play(&board, &sent[..6000], || hear(&mut heard));
+    let before = heard.samples;
+    assert!(before > 5000 && heard.missing == 0, "{before} {}", heard.missing);
+
+    // Pulled out: it goes on measuring, and a window or two go by.
+    drop(line.take());
+    play(&board, &sent[6000..14_000], || hear(&mut heard));
+    assert_eq!(heard.samples, before);
+    assert!(heard.has(|item| matches!(item, Item::Disconnected { .. })));
+    line = Some(socket.plug(board.plug()));
+    // So many times four as it takes to find it.
+    play(&board, &sent[14_000..], || hear(&mut heard));
+    assert!(heard.samples > before + 1000, "{}", heard.samples);
+    assert!(heard.missing >= 8000, "{}", heard.missing);
+    let first = heard.items.iter().find(|item| matches!(item, Item::Samples { .. })).map(Item::at);
+    assert_eq!(heard.next, first.map(|first| first + heard.samples + heard.missing));
+    assert!(!heard.has(|item| matches!(item, Item::Restarted { .. } | Item::EventsLost { .. })));
+    // The windows that went by were kept, and asked for.
+    let windows: Vec<u16> = (heard.items.iter())
+        .filter_map(|item| match item {
+            Item::Event { event: Event::Window(window), .. } => Some(window.window),
+            _ => None,
+        })
+        .collect();
+    assert!(windows.len() > 3, "{windows:?}");
+    assert_eq!(windows, (0..windows.len() as u16).collect::<Vec<_>>());
+
+    // Pulled out and without power: it counts from nought.
+    drop(line.take());
+    board.restart();
+    let _line = socket.plug(board.plug());
+    let known = heard.items.len();
+    let mut after = Heard::default();
+    play(&board, &sent[..4000], || {
+        while let Some(item) = session.next(Duration::from_millis(1)).expect("no fault") {
+            match &item {
+                Item::Restarted { .. } => after.next = None,
+                Item::Samples { yaw_deg, .. } => after.samples += yaw_deg.len() as u64,
+                _ => {}
+            }
+            after.items.push(item);
+        }
+    });
+    assert!(known > 0 && after.samples > 1000, "{}", after.samples);
+    assert!(after.has(|item| matches!(item, Item::Restarted { .. })));
+    let mut numbers =
+        after.items.iter().filter(|i| matches!(i, Item::Samples { .. })).map(Item::at);
+    let first = numbers.next().expect("samples");
+    assert!(first >= heard.next.expect("samples before"), "time goes on: {first}");
+    assert!(numbers.try_fold(first, |a, b| (b > a).then_some(b)).is_some());
+}
+
+#[test]
+fn a_reset_on_the_line_begins_the_stream_anew() {
+    let sent = counts(8);
+    let board = Board::default();
+    let line = board.plug_with(|_: Way, _| true);
+    let mut session = session(line.path());
+    let mut items = Vec::new();
+    let mut hear = || {
+        while let Some(item) = session.next(Duration::from_millis(1)).expect("no fault") {
+            items.push(item);
+        }
+    };
+    play(&board, &sent, &mut hear);
+    board.restart();
+    // More than the second after which it is asked.
+    play(&board, &sent, &mut hear);
+    let at = items.iter().position(|item| matches!(item, Item::Restarted { .. }));
+    let (before, after) = items.split_at(at.expect("it is noticed"));
+    for items in [before, after] {
+        let samples = items.iter().filter(|item| matches!(item, Item::Samples { .. }));
+        assert!(samples.count() > 20);
+    }
+    assert!(!items.iter().any(|item| matches!(item, Item::Gap { .. })), "{items:?}");
+}
