@@ -100,6 +100,7 @@ fn what(step: &journal::Step) -> String {
         journal::Action::Return => {
             format!("return to {}", step.returned_to.unwrap_or_default())
         }
+        journal::Action::Reject => format!("reject {}", named(&step.rejected)),
         journal::Action::Edit => "edit by hand".to_owned(),
     }
 }
@@ -116,8 +117,9 @@ fn row(step: &journal::Step) -> JournalRow {
     }
 }
 
+/// A rejection changes nothing and is no step of the staircase.
 fn step(step: &journal::Step) -> Option<Step> {
-    let after = step.after?;
+    let after = step.after.filter(|_| step.action != journal::Action::Reject)?;
     Some(Step {
         name: format!("{}. {}", step.step, what(step)),
         residual_rms_deg: after.residual_rms_deg,
