@@ -10,9 +10,8 @@ use crate::criticism::diagnose::Options;
 use crate::criticism::effects::Effect;
 use crate::criticism::revise::{self, Asked, Revision, Wanted};
 use crate::demo::results::free_folder;
-use crate::demo::story::{
-    self, Errors, Revealed, MODEL_FILE, NETWORK_FILE, PICTURE_FILE, REPORT_FILE, SEALED_FILE,
-};
+use crate::demo::reveal::{self, Errors, Revealed};
+use crate::demo::story::{self, MODEL_FILE, NETWORK_FILE, PICTURE_FILE, REPORT_FILE, SEALED_FILE};
 use crate::derivatives::campaign::CampaignFile;
 use crate::derivatives::simulated::CAMPAIGN_FILE;
 use crate::error::Result;
@@ -139,8 +138,8 @@ fn solve(arguments: &Demo, folder: &Path) -> Result<()> {
     let outcome = teach(&lesson(&model)?)?;
     files::write_atomically(&network, &outcome.blob)?;
     tell(format!("$ yawrig demo --reveal {}", folder.display()))?;
-    let revealed = story::reveal(folder, &arguments.device.device, &mut flash::Bar::new())?;
-    if let Some(chart) = story::device_chart(&revealed) {
+    let revealed = reveal::reveal(folder, &arguments.device.device, &mut flash::Bar::new())?;
+    if let Some(chart) = reveal::device_chart(&revealed) {
         files::write_atomically(&at(PICTURE_FILE), chart.file()?.as_bytes())?;
     }
     let page = at(REPORT_FILE);
@@ -177,7 +176,7 @@ fn lesson(model: &Path) -> Result<Settings> {
 
 /// `demo --reveal`.
 pub fn reveal(arguments: &Demo, folder: &Path) -> Result<()> {
-    let revealed = story::reveal(folder, &arguments.device.device, &mut flash::Bar::new())?;
+    let revealed = reveal::reveal(folder, &arguments.device.device, &mut flash::Bar::new())?;
     shown(arguments, folder, &revealed, None)
 }
 

@@ -1,6 +1,7 @@
 //! The main job: releases on all springs, played into a device, to a table of derivatives.
 
 pub mod results;
+pub mod reveal;
 pub mod story;
 
 use crate::derivatives::campaign::CampaignFile;
