@@ -59,22 +59,25 @@ fn figure(chart: &Chart) -> Result<String> {
     ))
 }
 
-/// The first `left` columns are text. Cells are HTML already.
+/// The first `left` columns are text. Cells are HTML already; a column of dashes is left out.
 fn table<R: IntoIterator<Item = String>>(
     header: &[&str],
     left: usize,
     rows: impl IntoIterator<Item = R>,
 ) -> String {
+    let rows: Vec<Vec<String>> = rows.into_iter().map(|row| row.into_iter().collect()).collect();
+    let says = |k: &usize| rows.iter().any(|row| row.get(*k).is_some_and(|cell| cell != "-"));
+    let columns: Vec<usize> = (0..header.len()).filter(says).collect();
     let class = |k: usize| if k < left { " class=\"text\"" } else { "" };
     let mut out = "<div class=\"wide\"><table>\n<thead><tr>".to_owned();
-    for (k, name) in header.iter().enumerate() {
-        let _ = write!(out, "<th{}>{}</th>", class(k), escaped(name));
+    for &k in &columns {
+        let _ = write!(out, "<th{}>{}</th>", class(k), escaped(header[k]));
     }
     out.push_str("</tr></thead>\n<tbody>\n");
-    for row in rows {
+    for row in &rows {
         out.push_str("<tr>");
-        for (k, cell) in row.into_iter().enumerate() {
-            let _ = write!(out, "<td{}>{cell}</td>", class(k));
+        for &k in &columns {
+            let _ = write!(out, "<td{}>{}</td>", class(k), row.get(k).map_or("-", String::as_str));
         }
         out.push_str("</tr>\n");
     }
@@ -227,7 +230,7 @@ fn card(e: &EffectFound) -> String {
     out
 }
 
-/// Of the table of releases; the last two where there is a truth.
+/// Of the table of releases.
 const HEADER: [&str; 9] = [
     "release",
     "method",
@@ -245,10 +248,7 @@ fn releases(report: &Report) -> Result<String> {
     if all.is_empty() {
         return Ok(String::new());
     }
-    let planted = all.iter().any(|r| r.truth.is_some());
-    let columns = HEADER.len() - if planted { 0 } else { 2 };
-    let cut = |row: [String; HEADER.len()]| row.into_iter().take(columns);
-    let mut out = table(&HEADER[..columns], 2, all.iter().flat_map(rows).map(cut));
+    let mut out = table(&HEADER, 2, all.iter().flat_map(rows));
     let mut remarks: Vec<String> = Vec::new();
     for release in all {
         for text in release.estimates.iter().flat_map(|e| &e.remarks) {
