@@ -1,6 +1,7 @@
 //! One error type for every verb: what failed, where and why, one thing to do, and the exit code.
 
 use std::fmt;
+use std::ops::Range;
 
 /// Exit codes scripts rely on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,16 +24,22 @@ pub struct Error {
     pub message: String,
     /// One thing to do about it; empty where there is none.
     pub help: String,
+    /// Bytes of the text that was given, where the message points into one.
+    pub span: Option<Range<usize>>,
 }
 
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
     pub fn new(exit: Exit, message: impl Into<String>) -> Self {
-        Self { exit, message: message.into(), help: String::new() }
+        Self { exit, message: message.into(), help: String::new(), span: None }
     }
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = help.into();
+        self
+    }
+    pub fn at(mut self, span: Range<usize>) -> Self {
+        self.span = Some(span);
         self
     }
     pub fn internal(m: impl Into<String>) -> Self {

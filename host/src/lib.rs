@@ -28,6 +28,8 @@ pub mod own_effect;
 pub mod quantity;
 pub mod record;
 pub mod replay;
+pub mod report;
 pub mod rig;
 pub mod study;
 pub mod train;
+pub mod workbench;

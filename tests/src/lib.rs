@@ -2,6 +2,7 @@
 //! a device, or something else, at their other end.
 #![forbid(unsafe_code)]
 
+pub mod browser;
 pub mod desk;
 pub mod line;
 pub mod networks;

@@ -1,10 +1,13 @@
 //! `yawrig demo`: the main job from training to the table of derivatives.
 
 use super::common::{bare, print_json, print_line, within, DeviceArg, SCHEMA_VERSION};
-use super::{flash, train};
-use crate::demo::{releases, table, By, Made, Miss, Plan};
+use super::model::asked;
+use super::{flash, report, story, train};
+use crate::demo::{misses, releases, results, table, By, Made, Miss, Plan};
+use crate::derivatives::simulated::refuse_existing;
 use crate::derivatives::table::Point;
 use crate::error::{Error, Exit, Result};
+use crate::files;
 use crate::follow::{flag_names, quantity, refined_json, window_json};
 use crate::link::flash::write;
 use crate::quantity::Quantity;
@@ -14,16 +17,21 @@ use crate::train::network_training::{self, Outcome, Settings};
 use crate::train::Options;
 use clap::Args;
 use serde_json::{json, Value};
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 use yawrig_shared::features::FeatureKind;
 
 /// What the answer must keep to: median and worst miss of Cn_beta and Cn_r.
 const GATE: [Miss; 2] = [Miss { median: 0.02, worst: 0.06 }, Miss { median: 0.04, worst: 0.12 }];
 
+/// Train, flash, release on eight springs and tabulate the derivatives; or solve a riddle.
+///
+/// The demo ends with a report in its folder. With --hidden it writes releases instead that hide an effect of the
+/// library, and says what to type next; with --reveal it opens what was hidden and judges the model that was made.
 #[derive(Args, Debug)]
 pub struct Demo {
     #[command(flatten)]
-    device: DeviceArg,
+    pub(super) device: DeviceArg,
     /// Rms of the potentiometer's noise, degrees
     #[arg(long, default_value_t = 0.05)]
     noise_deg: f64,
@@ -33,12 +41,66 @@ pub struct Demo {
     /// Seed of the training and of the noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Folder for network, findings and report [default: yawrig-demo, or yawrig-demo-2 and so on where it is there]
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) out: Option<PathBuf>,
+    /// Write nothing
+    #[arg(long, conflicts_with_all = ["out", "hidden", "reveal"])]
+    no_report: bool,
+    /// Overwrite what is in the folder
+    #[arg(long)]
+    pub(super) force: bool,
+    /// Hide an effect in four releases, chosen by this number, to be found out [default folder: yawrig-hidden]
+    #[arg(long, value_name = "SEED", conflicts_with_all = ["noise_deg", "wind", "seed"])]
+    pub(super) hidden: Option<u64>,
+    /// With --hidden: take every step at once, as a user would
+    #[arg(long, requires = "hidden")]
+    pub(super) yes: bool,
+    /// Show what was hidden in this folder's releases, and how near the model and the network there come
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["noise_deg", "wind", "seed", "hidden", "out", "force"])]
+    reveal: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
+}
+
+/// The demo's folder where none is named.
+const FOLDER: &str = "yawrig-demo";
+
+/// Where the results go; none: nowhere. Looked at before the work.
+fn folder(arguments: &Demo) -> Result<Option<PathBuf>> {
+    if arguments.no_report {
+        return Ok(None);
+    }
+    let folder = arguments.out.clone().unwrap_or_else(|| results::free_folder(FOLDER));
+    writable(&folder, arguments.force, &[results::FILE, results::NETWORK, results::REPORT])?;
+    Ok(Some(folder))
+}
+
+/// Whether these files can be written in `folder`, which may not be there yet.
+///
+/// # Errors
+/// Exit 2 where one is there and `force` is not set, 3 where there is no room.
+pub(super) fn writable(folder: &Path, force: bool, files: &[&str]) -> Result<()> {
+    if !folder.is_dir() {
+        return files::check_writable(folder);
+    }
+    for file in files.iter().map(|name| folder.join(name)) {
+        if !force {
+            refuse_existing(&file)?;
+        }
+        files::check_writable(&file)?;
+    }
+    Ok(())
 }
 
 pub fn run(arguments: &Demo) -> Result<()> {
+    if let Some(folder) = &arguments.reveal {
+        return story::reveal(arguments, folder);
+    }
+    if let Some(seed) = arguments.hidden {
+        return story::hide(arguments, seed);
+    }
     within("--noise-deg", arguments.noise_deg, 0.0, 1.0)?;
     // Without wind there is nothing to make derivatives of.
     within("--wind", arguments.wind, 0.1, 300.0)?;
@@ -47,8 +109,10 @@ pub fn run(arguments: &Demo) -> Result<()> {
         // Said before the training and not after it.
         rig.modal(&condition)?;
     }
+    let folder = folder(arguments)?;
     let begun = Instant::now();
-    let outcome = teach(arguments)?;
+    let settings = lesson(arguments.seed);
+    let outcome = teach(&settings)?;
     let mut bench = arguments.device.open()?;
     let generation = write(&mut bench.client, &outcome.blob, &mut flash::Bar::new())?;
     crate::say!("flashed and verified; the device runs it as generation {generation}");
@@ -69,17 +133,32 @@ pub fn run(arguments: &Demo) -> Result<()> {
     let table = |by| if unusable.is_empty() { table(&plan, &made, by) } else { Ok(Vec::new()) };
     let (points, by_network) = (table(By::Refined)?, table(By::Network)?);
     let seconds = begun.elapsed().as_secs_f64();
-    if arguments.json {
-        print_json(&to_json(arguments, &made, &points, seconds))?;
-    } else if !points.is_empty() {
+    if !arguments.json && !points.is_empty() {
         print_line(&to_text(&points, &by_network))?;
+    }
+    let report = folder.map(|folder| folder.join(results::REPORT));
+    if let Some(page) = &report {
+        let device = arguments.device.device.to_string();
+        let training = results::training(&settings, &outcome);
+        let by = crate::report::Made::now(asked(None).command);
+        let kept = results::report(&plan, &device, &made, &points, training, by);
+        results::keep(page.parent().unwrap_or(Path::new("")), &kept, &outcome.blob)?;
+        report::write(&kept, page)?;
+    }
+    match (arguments.json, &report) {
+        (true, page) => {
+            print_json(&to_json(arguments, &made, &points, seconds, page.as_deref()))?;
+        }
+        (false, Some(page)) => print_line(&format!("report: {}", page.display()))?,
+        (false, None) => {}
     }
     crate::say!("{seconds:.1} s in all, training included");
     gate(&unusable, &points)
 }
 
-fn teach(arguments: &Demo) -> Result<Outcome> {
-    let settings = Settings {
+/// What the demo's network learns.
+fn lesson(seed: u64) -> Settings {
+    Settings {
         components: None,
         features: FeatureKind::BinMeans,
         // A little wider than the rig's range: a network is at its worst at the edges.
@@ -91,10 +170,13 @@ fn teach(arguments: &Demo) -> Result<Outcome> {
             noise: [0.002, 0.01],
         },
         samples: 8000,
-        training: Options { epochs: 300, seed: arguments.seed, ..Options::default() },
-    };
+        training: Options { epochs: 300, seed, ..Options::default() },
+    }
+}
+
+pub(super) fn teach(settings: &Settings) -> Result<Outcome> {
     let mut bar = train::Bar::new(settings.training.epochs as u64);
-    let outcome = network_training::run(&settings, &mut bar)?;
+    let outcome = network_training::run(settings, &mut bar)?;
     drop(bar);
     crate::interrupt::check()?;
     crate::say!(
@@ -176,15 +258,13 @@ fn to_text(points: &[(Point, Truth)], by_network: &[(Point, Truth)]) -> String {
     )
 }
 
-/// Of Cn_beta and of Cn_r.
-fn misses(points: &[(Point, Truth)]) -> [Miss; 2] {
-    [
-        Miss::of(points.iter().map(|(p, truth)| (p.cn_beta.value, truth.cn_beta))),
-        Miss::of(points.iter().map(|(p, truth)| (p.cn_r.value, truth.cn_r))),
-    ]
-}
-
-fn to_json(arguments: &Demo, made: &[Made], points: &[(Point, Truth)], seconds: f64) -> Value {
+fn to_json(
+    arguments: &Demo,
+    made: &[Made],
+    points: &[(Point, Truth)],
+    seconds: f64,
+    report: Option<&Path>,
+) -> Value {
     let releases: Vec<Value> = made
         .iter()
         .map(|m| {
@@ -228,7 +308,7 @@ fn to_json(arguments: &Demo, made: &[Made], points: &[(Point, Truth)], seconds: 
         "releases": releases,
         "points": points,
         "derivatives_from": "device-refined",
-        "report": null,
+        "report": report.map(|page| page.display().to_string()),
     })
 }
 

@@ -4,10 +4,10 @@ use super::common::{bare, print_json, print_line, EffectsArg, SCHEMA_VERSION};
 use super::diagnose_campaign;
 use super::model::{JudgeArgs, DEFAULT};
 use crate::criticism::campaign;
-use crate::criticism::diagnose::{diagnose, Diagnosis, Options, Status, Step};
+use crate::criticism::diagnose::{diagnose, verdict, Diagnosis, Options, Step, SECOND_ORDER};
 use crate::criticism::effects::Effect;
 use crate::criticism::limits::structure;
-use crate::criticism::model::{Model, RecordEntry};
+use crate::criticism::model::{is_model, Model, RecordEntry};
 use crate::criticism::records;
 use crate::derivatives::campaign::CampaignFile;
 use crate::error::{Error, Result};
@@ -42,9 +42,6 @@ pub struct Diagnose {
     #[command(flatten)]
     pub judge: JudgeArgs,
 }
-
-/// What a diagnosis begins with where no model is there.
-pub(super) const SECOND_ORDER: &str = "the second-order model";
 
 #[derive(Serialize)]
 struct Object<'a> {
@@ -121,12 +118,6 @@ impl Diagnose {
     }
 }
 
-/// Whether it is a model's file rather than a campaign's: a user may name either.
-fn is_model(file: &Path) -> bool {
-    let text = std::fs::read_to_string(file).unwrap_or_default();
-    text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("record"))
-}
-
 #[derive(Serialize)]
 struct CampaignObject<'a> {
     schema_version: u32,
@@ -169,23 +160,6 @@ fn text(file: &str, d: &Diagnosis, model: &str) -> String {
     d.effects.iter().for_each(|effect| out.push_str(&card(*effect)));
     out.truncate(out.trim_end().len());
     out
-}
-
-/// In one line.
-/// `model` says which was there.
-pub(super) fn verdict(status: Status, effects: &[Effect], model: &str) -> String {
-    let names: Vec<&str> = effects.iter().map(|e| e.id()).collect();
-    match status {
-        Status::Adequate => format!("adequate: {model} explains it to its noise"),
-        Status::Explained if model == SECOND_ORDER => format!("explained by {}", names.join(", ")),
-        Status::Explained => format!("explained by {model} with {}", names.join(", ")),
-        Status::Unexplained if names.is_empty() => {
-            "unexplained: no effect of the library accounts for it".to_owned()
-        }
-        Status::Unexplained => {
-            format!("unexplained: {} helped, but not to the noise", names.join(", "))
-        }
-    }
 }
 
 pub(super) fn step_rows(steps: &[Step], model: &str) -> comfy_table::Table {

@@ -1,8 +1,9 @@
 //! A campaign's diagnosis, to be read.
 
 use super::common::bare;
-use super::diagnose::{card, step_rows, verdict, SECOND_ORDER};
+use super::diagnose::{card, step_rows};
 use crate::criticism::campaign::{BeforeAndAfter, CampaignDiagnosis, HeldOut};
+use crate::criticism::diagnose::{verdict, SECOND_ORDER};
 use crate::derivatives::table::Point;
 use crate::quantity::Quantity;
 use std::fmt::Write as _;

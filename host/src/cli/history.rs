@@ -102,6 +102,7 @@ fn what(step: &Step) -> String {
         Action::Fit => "fit".to_owned(),
         Action::Add => format!("add {}", named(&step.added)),
         Action::Remove => format!("remove {}", named(&step.removed)),
+        Action::Reject => format!("reject {}", named(&step.rejected)),
         Action::Return => format!("return to {}", step.returned_to.unwrap_or_default()),
         Action::Edit => "edit by hand".to_owned(),
     }

@@ -21,9 +21,12 @@ mod model;
 mod monitor;
 mod ports;
 mod replay;
+mod report;
 mod simulate;
+mod story;
 mod study;
 mod train;
+mod workbench;
 
 use crate::error::Result;
 use clap::{Parser, Subcommand};
@@ -38,7 +41,6 @@ pub struct Cli {
 
 #[derive(Subcommand, Debug)]
 pub enum Verb {
-    /// Train, flash, release on eight springs and tabulate the derivatives
     Demo(demo::Demo),
     Identify(identify::Identify),
     Derivatives(derivatives::Derivatives),
@@ -50,6 +52,7 @@ pub enum Verb {
     History(history::History),
     Simulate(simulate::Simulate),
     Convert(convert::Convert),
+    Report(report::ReportArgs),
     Study(study::StudyArgs),
     /// Train a network and freeze it to a file
     Train(train::Train),
@@ -62,6 +65,7 @@ pub enum Verb {
     Monitor(monitor::Monitor),
     /// Play records into a device as its potentiometer and print its estimates
     Replay(replay::Replay),
+    Workbench(workbench::Workbench),
     /// List the serial ports of this machine
     Ports(ports::Ports),
     Doctor(doctor::Doctor),
@@ -70,6 +74,12 @@ pub enum Verb {
 
 /// Runs one verb: results on stdout, progress and messages on stderr.
 pub fn run(cli: Cli) -> Result<()> {
+    verb(cli)?;
+    story::say_next();
+    Ok(())
+}
+
+fn verb(cli: Cli) -> Result<()> {
     match cli.verb {
         Verb::Derivatives(verb) => verb.run(),
         Verb::Demo(arguments) => demo::run(&arguments),
@@ -82,6 +92,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Verb::History(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
         Verb::Convert(verb) => verb.run(),
+        Verb::Report(verb) => verb.run(),
         Verb::Study(verb) => verb.run(),
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),
@@ -89,6 +100,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Verb::Keygen(arguments) => keygen::run(&arguments),
         Verb::Monitor(arguments) => monitor::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
+        Verb::Workbench(verb) => verb.run(),
         Verb::Ports(arguments) => ports::run(&arguments),
         Verb::Doctor(verb) => verb.run(),
         Verb::Completions(verb) => verb.run(),

@@ -3,15 +3,14 @@
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
 use crate::criticism::appraisal::{Appraisal, RecordAppraisal};
 use crate::criticism::journal::Residuals;
-use crate::criticism::revise::{Asked, Revision};
+use crate::criticism::revise::{quoted, Asked, Revision};
 use crate::error::Result;
 use clap::Args;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// The model that verbs work on where none is named.
-pub const DEFAULT: &str = "model.toml";
+pub use crate::criticism::model::DEFAULT;
 
 #[derive(Args, Debug, Clone)]
 pub struct ModelArg {
@@ -33,14 +32,8 @@ pub struct JudgeArgs {
 
 /// The command as it was typed, for the journal.
 pub fn asked(why: Option<&str>) -> Asked {
-    let quoted = |word: String| match word.contains(|c: char| c.is_whitespace() || c == '"') {
-        true => format!("{word:?}"),
-        false => word,
-    };
-    let words: Vec<String> = std::env::args_os()
-        .skip(1)
-        .map(|word| quoted(word.to_string_lossy().into_owned()))
-        .collect();
+    let words: Vec<String> =
+        std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy())).collect();
     Asked { command: format!("yawrig {}", words.join(" ")), why: why.map(str::to_owned) }
 }
 

@@ -104,11 +104,30 @@ pub struct BeforeAndAfter {
     pub after: Vec<Point>,
 }
 
+/// A diagnosis with the fits it rests on, in the order of the releases.
+#[derive(Clone, Debug)]
+pub struct Diagnosed {
+    pub diagnosis: CampaignDiagnosis,
+    pub swings: Vec<Swing>,
+    /// The second-order model of each.
+    pub plain: Vec<Fitted>,
+    /// The final one, its shared coefficients in common; a random moment left out.
+    pub last: Vec<Fitted>,
+}
+
 /// Judges the campaign in `file`.
 ///
 /// # Errors
-/// Exit 3 where a record cannot be read or has no swing in it, 130 where the user stops it.
+/// As [`diagnose_with_fits`].
 pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<CampaignDiagnosis> {
+    Ok(diagnose_with_fits(file, options)?.diagnosis)
+}
+
+/// Judges the campaign in `file`, and keeps what was fitted.
+///
+/// # Errors
+/// Exit 3 where a record cannot be read or has no swing in it, 130 where the user stops it.
+pub fn diagnose_with_fits(file: &CampaignFile, options: &Options) -> Result<Diagnosed> {
     let read = |index: usize| {
         interrupt::check()?;
         let mut swing = Swing::of(&Record::read(&file.record_path(index))?)?;
@@ -119,7 +138,8 @@ pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<CampaignDiagno
     let swings: Vec<Result<Swing>> = (0..entries.len()).into_par_iter().map(read).collect();
     // Collected first, so that of several bad records always the first is named.
     let swings = swings.into_iter().collect::<Result<Vec<_>>>()?;
-    diagnose_swings(file, &swings, options)
+    let (diagnosis, plain, last) = judged(file, &swings, options)?;
+    Ok(Diagnosed { diagnosis, swings, plain, last })
 }
 
 /// Judges swings, one for each release of `file` in its order.
@@ -131,6 +151,15 @@ pub fn diagnose_swings(
     swings: &[Swing],
     options: &Options,
 ) -> Result<CampaignDiagnosis> {
+    Ok(judged(file, swings, options)?.0)
+}
+
+/// The diagnosis, and the plain and the final model of each release.
+fn judged(
+    file: &CampaignFile,
+    swings: &[Swing],
+    options: &Options,
+) -> Result<(CampaignDiagnosis, Vec<Fitted>, Vec<Fitted>)> {
     let wind_speed_m_s = file.campaign.release.iter().map(|r| r.wind_speed_m_s).collect();
     let releases = Releases { swings: swings.iter().collect(), wind_speed_m_s };
     let judged = together::judge(&releases, options)?;
@@ -138,7 +167,13 @@ pub fn diagnose_swings(
     let shared: Vec<Shared> =
         judged.path.iter().map(|model| campaign.shared(model)).collect::<Result<_>>()?;
     let forced = campaign.randomly_forced(&judged, shared.last().expect("a model"));
-    campaign.verdict(&judged, &shared, forced)
+    let diagnosis = campaign.verdict(&judged, &shared, forced)?;
+    let plain = judged.path[0].fits.clone();
+    let last = match diagnosis.effects[..] {
+        [Effect::Buffeting] => plain.clone(),
+        _ => shared.last().expect("a model").joint.fits.clone(),
+    };
+    Ok((diagnosis, plain, last))
 }
 
 impl Campaign<'_> {

@@ -3,8 +3,9 @@
 use super::fitting::Fitted;
 use super::swing::Swing;
 use crate::quantity::Quantity;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 const TIME_BINS: usize = 20;
 const AMPLITUDE_BINS: usize = 8;
@@ -20,7 +21,7 @@ const HIGHEST: f64 = 6.0;
 const HALF_WIDTH: f64 = 0.12;
 
 /// Residual (record less model) where it is.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Where {
     pub time: Vec<TimeBin>,
     pub amplitude: Vec<AmplitudeBin>,
@@ -38,21 +39,21 @@ pub struct Where {
 }
 
 /// `from_s`, `to_s` from the release.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimeBin {
     pub from_s: f64,
     pub to_s: f64,
     pub rms_deg: f64,
 }
 
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AmplitudeBin {
     pub from_deg: f64,
     pub to_deg: f64,
     pub rms_deg: f64,
 }
 
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PhaseCell {
     pub yaw_deg: f64,
     pub rate_deg_s: f64,
@@ -61,7 +62,7 @@ pub struct PhaseCell {
 }
 
 /// At zero yaw, mean over the passages with about this rate.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DampingPoint {
     pub rate_deg_s: f64,
     pub moment_rad_s2: f64,
@@ -69,7 +70,7 @@ pub struct DampingPoint {
 }
 
 /// At zero rate, mean over the turning points at about this angle.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StiffnessPoint {
     pub yaw_deg: f64,
     pub moment_rad_s2: f64,
@@ -77,7 +78,7 @@ pub struct StiffnessPoint {
 }
 
 /// Share of the residual's power about `hz`.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrequencyBin {
     pub hz: f64,
     pub share: f64,
@@ -85,15 +86,22 @@ pub struct FrequencyBin {
 
 /// Where `model` fails on `swing`. Rms of block means, deg.
 pub fn locate(swing: &Swing, model: &Fitted) -> Where {
+    locate_within(swing, model, 0..model.residuals.len())
+}
+
+/// The same over some of the block means; the correlation stays that of all.
+pub fn locate_within(swing: &Swing, model: &Fitted, part: Range<usize>) -> Where {
     let motion = model.motion();
     let (yaw, rate) = motion.readings_and_rates(&swing.grid);
+    let (yaw, rate) = (&yaw[part.clone()], &rate[part.clone()]);
     let wn = model.parameters[0];
-    let residual: Vec<f64> = model.residuals.iter().map(|r| -r).collect();
-    let states = missing_moments(swing, model, &residual, &yaw, &rate);
-    let (b_max, r_max) = (largest(&yaw), largest(&rate));
+    let residual: Vec<f64> = model.residuals[part.clone()].iter().map(|r| -r).collect();
+    let states = missing_moments(swing, model, &residual, yaw, rate);
+    let start_s = swing.grid.time_s(part.start);
+    let (b_max, r_max) = (largest(yaw), largest(rate));
     Where {
-        time: time(swing, &residual),
-        amplitude: amplitude(&residual, &yaw, &rate, wn),
+        time: time(swing, start_s, &residual),
+        amplitude: amplitude(&residual, yaw, rate, wn),
         damping_law: cut(&states, r_max, |s| (s.yaw_rad * wn, s.rate_rad_s))
             .into_iter()
             .map(|(rate, m)| DampingPoint {
@@ -126,15 +134,15 @@ fn rms_deg(values: impl Iterator<Item = f64>) -> Option<f64> {
     (n > 0.0).then(|| f64::sqrt(sum / n).to_degrees())
 }
 
-fn time(swing: &Swing, residual: &[f64]) -> Vec<TimeBin> {
+fn time(swing: &Swing, start_s: f64, residual: &[f64]) -> Vec<TimeBin> {
     let width = residual.len().div_ceil(TIME_BINS).max(1);
     residual
         .chunks(width)
         .enumerate()
         .filter_map(|(i, chunk)| {
             Some(TimeBin {
-                from_s: swing.grid.time_s(i * width),
-                to_s: swing.grid.time_s(i * width + chunk.len()),
+                from_s: start_s + swing.grid.step_s * (i * width) as f64,
+                to_s: start_s + swing.grid.step_s * (i * width + chunk.len()) as f64,
                 rms_deg: rms_deg(chunk.iter().copied())?,
             })
         })

@@ -100,17 +100,58 @@ pub struct Candidate {
     pub converged: bool,
 }
 
+/// What a diagnosis begins with where no model is there.
+pub const SECOND_ORDER: &str = "the second-order model";
+
+/// The verdict in one line; `model` says what was there before.
+pub fn verdict(status: Status, effects: &[Effect], model: &str) -> String {
+    let names: Vec<&str> = effects.iter().map(|e| e.id()).collect();
+    match status {
+        Status::Adequate => format!("adequate: {model} explains it to its noise"),
+        Status::Explained if model == SECOND_ORDER => format!("explained by {}", names.join(", ")),
+        Status::Explained => format!("explained by {model} with {}", names.join(", ")),
+        Status::Unexplained if names.is_empty() => {
+            "unexplained: no effect of the library accounts for it".to_owned()
+        }
+        Status::Unexplained => {
+            format!("unexplained: {} helped, but not to the noise", names.join(", "))
+        }
+    }
+}
+
+/// A diagnosis with the fits it rests on.
+#[derive(Clone, Debug)]
+pub struct Diagnosed {
+    pub diagnosis: Diagnosis,
+    /// With the noise floor as the best model shows it.
+    pub swing: Swing,
+    /// The present model with every effect of the library beside it, one at a time.
+    pub singles: Vec<Fitted>,
+    /// From the present model to the one of the verdict; the present model alone where that is random.
+    pub path: Vec<Fitted>,
+}
+
 /// Judges `record`.
 ///
 /// # Errors
-/// Exit 3 where there is no swing in it, 6 where the present model cannot be fitted, 130 where the user stops it.
+/// As [`diagnose_with_fits`].
 pub fn diagnose(record: &Record, options: &Options) -> Result<Diagnosis> {
+    Ok(diagnose_with_fits(record, options)?.diagnosis)
+}
+
+/// Judges `record`, and keeps what was fitted.
+///
+/// # Errors
+/// Exit 3 where there is no swing in it, 6 where the present model cannot be fitted, 130 where the user stops it.
+pub fn diagnose_with_fits(record: &Record, options: &Options) -> Result<Diagnosed> {
     let swing = Swing { wind_speed_m_s: options.wind_speed_m_s, ..Swing::of(record)? };
     let found = search::search(&swing, options)?;
     let swing = &found.swing;
     let last = found.path.last().expect("the plain model");
     if let Some((buffeted, forced)) = random_forcing(swing, &found) {
-        return Ok(buffeted_verdict(swing, &found, &buffeted, forced.as_ref()));
+        let diagnosis = buffeted_verdict(swing, &found, &buffeted, forced.as_ref());
+        let path = vec![found.plain.clone()];
+        return Ok(Diagnosed { diagnosis, path, swing: found.swing, singles: found.singles });
     }
     let effects = beyond(&found.plain, last).to_vec();
     let mut steps = steps(swing, &found.path);
@@ -130,7 +171,7 @@ pub fn diagnose(record: &Record, options: &Options) -> Result<Diagnosis> {
             modal_values = modal(&model);
         }
     }
-    Ok(Diagnosis {
+    let diagnosis = Diagnosis {
         noise_rms_deg: swing.sample_noise_rad.to_degrees(),
         mean_noise_deg: swing.noise_rad.to_degrees(),
         status,
@@ -140,7 +181,8 @@ pub fn diagnose(record: &Record, options: &Options) -> Result<Diagnosis> {
         steps,
         candidates: candidates(swing, &found),
         where_: compare::locate(swing, last),
-    })
+    };
+    Ok(Diagnosed { diagnosis, swing: found.swing, singles: found.singles, path: found.path })
 }
 
 /// The random forcing that explains the swing, with the effects beside it, where no definite effects do: the same
@@ -256,7 +298,7 @@ fn steps(swing: &Swing, path: &[Fitted]) -> Vec<Step> {
 }
 
 /// Residuals of one model, on what it was fitted to and on the later part held out from another fit.
-pub(super) fn step(swing: &Swing, model: &Fitted, effects: usize) -> Step {
+pub fn step(swing: &Swing, model: &Fitted, effects: usize) -> Step {
     let count = (FITTED_SHARE * swing.yaw_rad.len() as f64) as usize;
     let partial = refit(swing, model, count);
     Step {

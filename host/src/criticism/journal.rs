@@ -17,6 +17,8 @@ pub enum Action {
     Fit,
     Add,
     Remove,
+    /// An effect was considered and not added; the model stayed as it was.
+    Reject,
     /// An earlier step's model was taken up again.
     Return,
     /// The file was found otherwise than the last step left it.
@@ -38,6 +40,8 @@ pub struct Step {
     pub action: Action,
     pub added: Option<String>,
     pub removed: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rejected: Option<String>,
     pub returned_to: Option<usize>,
     /// The user's reason.
     pub why: Option<String>,
@@ -90,6 +94,7 @@ impl Step {
             action,
             added: None,
             removed: None,
+            rejected: None,
             returned_to: None,
             why: None,
             before: None,

@@ -7,6 +7,7 @@
 //! an effect comes from ([`origin`]). What is made of it stands in a file ([`model`]) whose every step is kept
 //! ([`journal`], [`store`]).
 
+pub mod amplitude;
 pub mod appraisal;
 pub mod buffeting;
 pub mod campaign;
@@ -33,7 +34,7 @@ mod problem;
 mod promise;
 pub mod records;
 pub mod revise;
-mod search;
+pub mod search;
 mod sharing;
 pub mod simulate;
 mod starts;

@@ -10,6 +10,8 @@ use crate::rig::Axis;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+/// The model that is worked on where none is named.
+pub const DEFAULT: &str = "model.toml";
 /// The version of the file's layout.
 pub const SCHEMA_VERSION: u32 = 1;
 
@@ -164,6 +166,12 @@ impl Model {
 /// releases.
 pub fn is_own(effect: Effect, index: usize) -> bool {
     effect.varied_place(index).is_none_or(|number| effect.belongs_to_release(number))
+}
+
+/// Whether a TOML file is a model's rather than a campaign's: users may name either.
+pub fn is_model(file: &Path) -> bool {
+    let text = std::fs::read_to_string(file).unwrap_or_default();
+    text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("record"))
 }
 
 /// The text of the model's file.

@@ -39,6 +39,14 @@ pub struct Asked {
     pub why: Option<String>,
 }
 
+/// A word of a command line.
+pub fn quoted(word: &str) -> String {
+    match word.contains(|c: char| c.is_whitespace() || c == '"') {
+        true => format!("{word:?}"),
+        false => word.to_owned(),
+    }
+}
+
 /// A model fitted to its records.
 pub(super) struct Current {
     pub model: Model,
@@ -104,13 +112,35 @@ pub fn fit(path: &Path, wanted: &Wanted, asked: &Asked) -> Result<Revision> {
         None => begun(&store, wanted)?,
     };
     let model = with_held_out(model, path, wanted)?;
-    let data = Data::of(&model, path)?;
+    fit_in(store, old, &model, asked)
+}
+
+/// Fits the model at `path`, made where there is none, to these records: whatever it was about before, its effects stay.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_to(
+    path: &Path,
+    records: Vec<RecordEntry>,
+    unknown_zero: bool,
+    asked: &Asked,
+) -> Result<Revision> {
+    let store = Store::open(path)?;
+    let old = store.model()?;
+    let begun = || Model { unknown_zero, ..Model::default() };
+    let model = Model { records, ..old.clone().unwrap_or_else(begun) };
+    let model = with_held_out(model, path, &Wanted::default())?;
+    fit_in(store, old, &model, asked)
+}
+
+fn fit_in(store: Store, old: Option<Model>, model: &Model, asked: &Asked) -> Result<Revision> {
+    let data = Data::of(model, store.path())?;
     let before = match &old {
         Some(old) => as_it_is(old, &data).ok().map(|a| a.residuals),
         None => None,
     };
     interrupt::check()?;
-    let current = Current::fitted(&model, &data)?;
+    let current = Current::fitted(model, &data)?;
     finish(
         store,
         asked,
@@ -181,7 +211,10 @@ fn with_held_out(mut model: Model, path: &Path, wanted: &Wanted) -> Result<Model
 }
 
 /// Why `effect` cannot be added to `model`.
-pub(super) fn check_addable(model: &Model, effect: Effect) -> Result<()> {
+///
+/// # Errors
+/// Exit 2 with the reason.
+pub fn check_addable(model: &Model, effect: Effect) -> Result<()> {
     if effect == Effect::Buffeting {
         return Err(Error::usage("buffeting is random and cannot be simulated")
             .help("run `yawrig diagnose`, which judges it by a filter"));
@@ -344,6 +377,27 @@ fn finish(store: Store, asked: &Asked, step: Step, change: Change) -> Result<Rev
     };
     let number = store.commit(step)?;
     Ok(change.into_revision(Some(number)))
+}
+
+/// Writes down that `effect` was considered and is not to be added, with the reason; the model stays as it is.
+///
+/// # Errors
+/// Exit 3 where there is no model, or the files cannot be written.
+pub fn reject(path: &Path, effect: Effect, asked: &Asked) -> Result<Step> {
+    let (store, model) = opened(path)?;
+    let last = store.journal().last().filter(|_| !store.is_edited());
+    let standing = last.and_then(|last| last.after);
+    let mut step = Step {
+        rejected: Some(effect.id().into()),
+        why: asked.why.clone(),
+        before: standing,
+        after: standing,
+        parameters: last.map(|last| last.parameters.clone()).unwrap_or_default(),
+        modal: last.map(|last| last.modal.clone()).unwrap_or_default(),
+        ..Step::now(Action::Reject, &asked.command, model.text(store.text())?)
+    };
+    step.step = store.commit(step.clone())?;
+    Ok(step)
 }
 
 /// Puts the model of step `number` in the file, as a new step.

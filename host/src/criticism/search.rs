@@ -60,7 +60,10 @@ fn is_worth(smaller: &Fitted, larger: &Fitted, swing: &Swing, effective: f64) ->
 }
 
 /// The model that is there already.
-fn present(swing: &Swing, options: &Options) -> Result<Fitted> {
+///
+/// # Errors
+/// 6 where it cannot be fitted, 130 where the user stops it.
+pub fn present(swing: &Swing, options: &Options) -> Result<Fitted> {
     let Options { zero_unknown, present, .. } = options;
     let structure = Structure { zero_unknown: *zero_unknown, ..present.clone() };
     let plain = fit_plain_within(swing, &structure, swing.yaw_rad.len());

@@ -58,6 +58,7 @@ mod tests {
                     from_s: 0.0,
                     to_s: 1.0,
                     amplitude_deg,
+                    midline_deg: 0.0,
                     natural_frequency_rad_s: 7.5 + 0.001 * f64::from(k % 2),
                     natural_frequency_u: 0.001,
                     damping_ratio: damping(amplitude_deg),

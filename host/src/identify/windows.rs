@@ -27,6 +27,8 @@ pub struct Window {
     pub to_s: f64,
     /// Envelope at the middle of the window.
     pub amplitude_deg: f64,
+    /// What the swing is about.
+    pub midline_deg: f64,
     pub natural_frequency_rad_s: f64,
     pub natural_frequency_u: f64,
     pub damping_ratio: f64,
@@ -151,6 +153,7 @@ fn window(stretch: &Stretch<'_>, found: &ModeFit) -> Option<Window> {
         from_s: stretch.start_s(),
         to_s: stretch.start_s() + stretch.duration_s(),
         amplitude_deg: found.mode.amplitude_deg(middle),
+        midline_deg: found.mode.offset_deg,
         natural_frequency_rad_s: found.mode.natural_frequency_rad_s(),
         natural_frequency_u: deviations.natural_frequency_rad_s,
         damping_ratio: found.mode.damping_ratio(),

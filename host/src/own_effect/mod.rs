@@ -32,6 +32,7 @@ pub use source::{nearest, pointed};
 use crate::error::{Error, Result};
 use std::f64::consts::TAU;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Mutex;
 
 /// One number of an effect.
@@ -155,9 +156,25 @@ fn known() -> std::sync::MutexGuard<'static, Vec<&'static OwnEffect>> {
     KNOWN.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-/// The definition with this identifier, if its file has been read.
+/// The definition with this identifier, if its file has been read; the last one where it was defined anew.
 pub fn find(id: &str) -> Option<&'static OwnEffect> {
-    known().iter().copied().find(|effect| effect.id == id)
+    known().iter().copied().rev().find(|effect| effect.id == id)
+}
+
+/// Whether an identifier may be given another definition: a program that runs on while its user edits.
+static REDEFINABLE: AtomicBool = AtomicBool::new(false);
+
+/// From now on an identifier that is defined once more means its new definition; models that are in memory keep theirs.
+pub fn allow_redefinition() {
+    REDEFINABLE.store(true, Ordering::Relaxed);
+}
+
+/// The definition in `text`, checked but not made known.
+///
+/// # Errors
+/// Those of [`define`], pointing at the character in `text`.
+pub fn check(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
+    file::from_text(file, text, taken)
 }
 
 /// Whether an argument names a file and not an identifier.
@@ -183,11 +200,19 @@ pub fn define(file: &Path, text: &str, taken: &[&str]) -> Result<&'static OwnEff
 
 fn intern(effect: OwnEffect, file: &Path) -> Result<&'static OwnEffect> {
     let mut known = known();
-    if let Some(&same) = known.iter().find(|other| other.id == effect.id) {
-        if same.program == effect.program && same.parameters == effect.parameters {
-            return Ok(same);
-        }
-        let id = &effect.id;
+    let id = &effect.id;
+    let may_change = REDEFINABLE.load(Ordering::Relaxed);
+    let is_same = |other: &OwnEffect| {
+        other.program == effect.program
+            && other.parameters == effect.parameters
+            && (!may_change || other.text == effect.text)
+    };
+    let mut others = known.iter().filter(|other| other.id == *id).peekable();
+    let is_known = others.peek().is_some();
+    if let Some(&same) = others.find(|other| is_same(other)) {
+        return Ok(same);
+    }
+    if is_known && !may_change {
         return Err(Error::data(format!(
             "{}: another effect with the id \"{id}\" has been read already",
             file.display()

@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// `flaw` at `span` (bytes) of the file's `text`: file, line and column, the line itself and a caret under it.
 pub fn error(file: &Path, text: &str, span: Range<usize>, message: &str, help: &str) -> Error {
-    Error::new(Exit::Data, pointed(file, text, span, message)).help(help)
+    Error::new(Exit::Data, pointed(file, text, span.clone(), message)).help(help).at(span)
 }
 
 /// The message alone.

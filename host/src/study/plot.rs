@@ -17,15 +17,30 @@ pub struct Plot {
 pub struct Axis {
     pub label: String,
     pub logarithmic: bool,
+    /// Names of 0, 1, 2 ..., in place of the numbers.
+    pub names: Vec<String>,
 }
 
 impl Axis {
     pub fn linear(label: impl Into<String>) -> Self {
-        Self { label: label.into(), logarithmic: false }
+        Self { label: label.into(), logarithmic: false, names: Vec::new() }
     }
 
     pub fn logarithmic(label: impl Into<String>) -> Self {
-        Self { label: label.into(), logarithmic: true }
+        Self { label: label.into(), logarithmic: true, names: Vec::new() }
+    }
+
+    /// Of things at 0, 1, 2 ...
+    pub fn named(label: impl Into<String>, names: Vec<String>) -> Self {
+        Self { label: label.into(), logarithmic: false, names }
+    }
+
+    fn tick(&self, v: f64) -> String {
+        if self.names.is_empty() {
+            return tick(v);
+        }
+        let whole = (v - v.round()).abs() < 1e-6 && v > -0.5;
+        self.names.get(v.round() as usize).filter(|_| whole).cloned().unwrap_or_default()
     }
 }
 
@@ -37,6 +52,8 @@ pub enum Style {
     Dashed,
     /// Points alone.
     Points,
+    /// A line without points.
+    Plain,
 }
 
 #[derive(Clone, Debug)]
@@ -44,24 +61,43 @@ pub struct Curve {
     pub name: String,
     pub points: Vec<(f64, f64)>,
     pub style: Style,
+    /// Half lengths of bars about the points; none, or one for each.
+    pub bars: Vec<f64>,
 }
 
 impl Curve {
     pub fn line(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
-        Self { name: name.into(), points, style: Style::Line }
+        Self { name: name.into(), points, style: Style::Line, bars: Vec::new() }
     }
 
     pub fn dashed(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
-        Self { name: name.into(), points, style: Style::Dashed }
+        Self { name: name.into(), points, style: Style::Dashed, bars: Vec::new() }
     }
 
     pub fn points(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
-        Self { name: name.into(), points, style: Style::Points }
+        Self { name: name.into(), points, style: Style::Points, bars: Vec::new() }
+    }
+
+    pub fn plain(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self { name: name.into(), points, style: Style::Plain, bars: Vec::new() }
+    }
+
+    /// Points, each with its half length of a bar.
+    pub fn bars(name: impl Into<String>, points: Vec<(f64, f64, f64)>) -> Self {
+        let bars = points.iter().map(|p| p.2).collect();
+        let points = points.into_iter().map(|(x, y, _)| (x, y)).collect();
+        Self { name: name.into(), points, style: Style::Points, bars }
+    }
+
+    /// Where the drawing reaches up and down.
+    fn extent(&self) -> impl Iterator<Item = f64> + '_ {
+        let bar = |k: usize| self.bars.get(k).copied().filter(|b| b.is_finite()).unwrap_or(0.0);
+        self.points.iter().enumerate().flat_map(move |(k, p)| [p.1 - bar(k), p.1 + bar(k)])
     }
 }
 
 /// Okabe and Ito's, which the colour-blind can tell apart too, but for yellow.
-const COLOURS: [RGBColor; 8] = [
+pub const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -114,7 +150,7 @@ fn range(values: impl Iterator<Item = f64>, logarithmic: bool) -> std::ops::Rang
 fn draw(area: &Area<'_>, plot: &Plot) -> Drawn {
     let all = || plot.curves.iter().flat_map(|c| c.points.iter());
     let x = range(all().map(|p| p.0), plot.x.logarithmic);
-    let y = range(all().map(|p| p.1), plot.y.logarithmic);
+    let y = range(plot.curves.iter().flat_map(Curve::extent), plot.y.logarithmic);
     match (plot.x.logarithmic, plot.y.logarithmic) {
         (false, false) => on_axes(area, plot, x, y),
         (true, false) => on_axes(area, plot, x.log_scale(), y),
@@ -139,11 +175,11 @@ where
         .build_cartesian_2d(x, y)?;
     chart
         .configure_mesh()
-        .light_line_style(WHITE)
+        .light_line_style(TRANSPARENT)
         .x_desc(&plot.x.label)
         .y_desc(&plot.y.label)
-        .x_label_formatter(&|v| tick(*v))
-        .y_label_formatter(&|v| tick(*v))
+        .x_label_formatter(&|v| plot.x.tick(*v))
+        .y_label_formatter(&|v| plot.y.tick(*v))
         .label_style(("sans-serif", 13))
         .draw()?;
     for (i, curve) in plot.curves.iter().enumerate() {
@@ -156,12 +192,21 @@ where
                 && (!plot.y.logarithmic || *y > 0.0)
         });
         match curve.style {
-            Style::Line => chart.draw_series(LineSeries::new(points.clone(), stroke))?,
+            Style::Line | Style::Plain => {
+                chart.draw_series(LineSeries::new(points.clone(), stroke))?
+            }
             Style::Dashed => {
                 chart.draw_series(DashedLineSeries::new(points.clone(), 6, 4, stroke))?
             }
             Style::Points => chart.draw_series(points.clone().map(|p| dot(p, colour)))?,
         };
+        let bars = curve.points.iter().zip(&curve.bars).filter(|(p, b)| {
+            (p.0.is_finite() && p.1.is_finite() && b.is_finite())
+                && (!plot.y.logarithmic || p.1 - *b > 0.0)
+        });
+        chart.draw_series(bars.map(|(p, b)| {
+            PathElement::new([(p.0, p.1 - b), (p.0, p.1 + b)], colour.stroke_width(2))
+        }))?;
         if curve.points.len() <= 30 && curve.style == Style::Line {
             chart.draw_series(points.map(|p| dot(p, colour)))?;
         }
@@ -179,7 +224,7 @@ fn legend(area: &Area<'_>, line: usize, curve: &Curve, colour: RGBColor) -> Draw
     let y = 44 + 22 * line as i32;
     let stroke = colour.stroke_width(2);
     match curve.style {
-        Style::Line => area.draw(&PathElement::new([(0, y), (24, y)], stroke))?,
+        Style::Line | Style::Plain => area.draw(&PathElement::new([(0, y), (24, y)], stroke))?,
         Style::Dashed => {
             for from in [0, 10, 20] {
                 area.draw(&PathElement::new([(from, y), (from + 6, y)], stroke))?;
@@ -194,7 +239,8 @@ fn legend(area: &Area<'_>, line: usize, curve: &Curve, colour: RGBColor) -> Draw
 /// A tick's number: plain where that is short.
 fn tick(v: f64) -> String {
     match v.abs() {
-        0.0 => "0".to_owned(),
+        // What is left of nought after steps that are no binary fractions.
+        a if a < 1e-14 => "0".to_owned(),
         a if !(1e-3..1e5).contains(&a) => format!("{v:.0e}"),
         _ => {
             let text = format!("{v:.4}");

@@ -92,8 +92,8 @@ fn monitor_and_demo_end_at_once() {
     interrupted(monitor);
 
     // While it trains, and while it releases.
-    interrupted(yawrig("demo").start());
-    let mut demo = yawrig("demo").with_patience(120).start();
+    interrupted(yawrig("demo --no-report").start());
+    let mut demo = yawrig("demo --no-report").with_patience(120).start();
     demo.prints("K1 mid");
     let ended = interrupted(demo);
     assert!(!ended.stdout.contains("K8 front wind on"), "{}", ended.report());

@@ -13,6 +13,8 @@ mod networks;
 mod ports;
 mod qemu;
 mod records;
+mod report;
+mod riddle;
 mod shells;
 mod study;
 mod train;

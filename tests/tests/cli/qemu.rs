@@ -45,7 +45,8 @@ fn swinging() -> (Running, Vec<u32>) {
 #[ignore = "needs QEMU: tests/run runs it"]
 fn the_main_job_gives_the_same_bits_on_the_arm_image() {
     let here = demo("--seed 1").exits(0).json();
-    let mut running = yawrig("demo --json --seed 1 --device qemu").with_patience(600).start();
+    let mut running =
+        yawrig("demo --no-report --json --seed 1 --device qemu").with_patience(600).start();
     running.says("--device /dev/");
     let qemu = children(running.pid());
     assert_eq!(qemu.len(), 1, "{qemu:?}");

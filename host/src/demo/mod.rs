@@ -1,15 +1,23 @@
 //! The main job: releases on all springs, played into a device, to a table of derivatives.
 
+pub mod results;
+pub mod reveal;
+pub mod story;
+
 use crate::derivatives::campaign::CampaignFile;
 use crate::derivatives::condition::Identified;
 use crate::derivatives::table::Point;
 use crate::derivatives::{simulated, Computed};
 use crate::error::{Error, Exit, Result};
 use crate::follow::{is_refined, precise};
+use crate::identify::damped_sinusoid::DampedSinusoid;
+use crate::identify::least_squares::linear_start;
+use crate::identify::samples::Samples;
 use crate::interrupt;
 use crate::link::bench::Bench;
 use crate::quantity::Quantity;
 use crate::replay::{self, collect, main_release, wait_for};
+use crate::report::trace::{self, ModelTrace, Trace};
 use crate::rig::{Condition, Rig, Sensor, Spring, Start, Truth};
 use std::time::Duration;
 use yawrig_shared::modal::Modal;
@@ -20,6 +28,8 @@ use yawrig_shared::wire::{
 
 /// Samples handed to the device at once.
 const CHUNK: usize = 2000;
+/// Values of a curve of one release.
+const TRACE_VALUES: usize = 1600;
 
 /// One release as the device saw it.
 #[derive(Clone, Debug)]
@@ -29,6 +39,8 @@ pub struct Made {
     pub result: ReleaseResult,
     pub refined: Option<Refined>,
     pub windows: Vec<WindowResult>,
+    /// What was analysed, with the response of the device's answer; none without windows.
+    pub trace: Option<Trace>,
 }
 
 /// Whose estimates are meant.
@@ -116,10 +128,17 @@ fn release(bench: &mut Bench, plan: &Plan, condition: &Condition, seed: u64) -> 
     bench.client.tell(&Request::Condition(announced), "the wind speed")?;
     let mut after_samples = bench.client.status()?.samples;
     let release = rig.release(condition, &plan.start, &plan.sensor, seed)?;
-    let mut samples = release.samples.filter_map(|sample| sample.counts);
+    let mut samples = release.samples;
+    let first_sample = after_samples;
+    let (mut time_s, mut yaw_deg) = (Vec::new(), Vec::new());
     loop {
         interrupt::check()?;
-        let chunk: Vec<u16> = samples.by_ref().take(CHUNK).collect();
+        let mut chunk: Vec<u16> = Vec::with_capacity(CHUNK);
+        for sample in samples.by_ref().take(CHUNK) {
+            time_s.push(sample.time_s);
+            yaw_deg.push(sample.yaw_deg);
+            chunk.extend(sample.counts);
+        }
         if chunk.is_empty() {
             break;
         }
@@ -140,7 +159,42 @@ fn release(bench: &mut Bench, plan: &Plan, condition: &Condition, seed: u64) -> 
         )
     })?;
     let replay::Release { windows, refined, .. } = main;
-    Ok(Made { condition: *condition, truth: release.truth, result, refined, windows })
+    let mut made =
+        Made { condition: *condition, truth: release.truth, result, refined, windows, trace: None };
+    made.trace = trace_of(&time_s, &yaw_deg, first_sample, &made);
+    Ok(made)
+}
+
+/// The analysed part of a release beside the decaying sinusoid of the device's answer, amplitude, phase and mid-line
+/// fitted.
+fn trace_of(
+    time_s: &[f64],
+    yaw_deg: &[f64],
+    first_sample: u32,
+    made: &Made,
+) -> Option<Trace> {
+    let Made { result, windows, .. } = made;
+    let at = |sample: u32| (sample.wrapping_sub(first_sample) as usize).min(time_s.len());
+    let (from, to) = (at(windows.first()?.start_sample), at(windows.last()?.end_sample));
+    let released_s = *time_s.get(at(result.release_sample))?;
+    let (time_s, yaw_deg) = (time_s.get(from..to)?, &yaw_deg[from..to]);
+    let [wn, zeta] = made.estimate(By::Refined).map(|quantity| quantity.value);
+    let samples = Samples::new(time_s, yaw_deg);
+    let damped = wn * (1.0 - zeta * zeta).max(0.0).sqrt();
+    let mode = linear_start(&samples.all(), zeta * wn, damped)?;
+    let residual = DampedSinusoid { stretch: samples.all() }.residuals_deg(&mode);
+    let response: Vec<f64> = yaw_deg.iter().zip(&residual).map(|(y, r)| y - r).collect();
+    let from_release: Vec<f64> = time_s.iter().map(|t| t - released_s).collect();
+    Some(Trace {
+        time_s: trace::times(&from_release, TRACE_VALUES),
+        measured_deg: trace::decimated(yaw_deg, TRACE_VALUES),
+        models: vec![ModelTrace {
+            name: "the device's answer".to_owned(),
+            yaw_deg: trace::decimated(&response, TRACE_VALUES),
+            residual_deg: trace::decimated(&residual, TRACE_VALUES),
+        }],
+        of: time_s.len(),
+    })
 }
 
 /// The device's answers as derivatives, one point a spring, beside what was planted.
@@ -189,4 +243,12 @@ impl Miss {
     pub fn within(&self, most: &Self) -> bool {
         self.median <= most.median && self.worst <= most.worst
     }
+}
+
+/// Misses of Cn_beta and of Cn_r.
+pub fn misses(points: &[(Point, Truth)]) -> [Miss; 2] {
+    [
+        Miss::of(points.iter().map(|(p, truth)| (p.cn_beta.value, truth.cn_beta))),
+        Miss::of(points.iter().map(|(p, truth)| (p.cn_r.value, truth.cn_r))),
+    ]
 }

@@ -1,0 +1,73 @@
+"use strict";
+// The overlays of a report: drawn when they come to be seen, with one cursor and one zoom for both plots of a release.
+(() => {
+  const report = JSON.parse(document.getElementById("report-data").textContent);
+  const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const axis = label => ({
+    label, stroke: () => colour("--ink"), labelFont: "13px system-ui, sans-serif", font: "12px system-ui, sans-serif",
+    grid: { stroke: () => colour("--line"), width: 1 }, ticks: { stroke: () => colour("--line"), width: 1 },
+  });
+  const number = digits => (_, value) => value == null ? "-" : value.toFixed(digits);
+  const drawn = [];
+
+  function plot(box, release, title, label, height, series, values) {
+    const options = {
+      title, width: box.clientWidth, height,
+      scales: { x: { time: false } },
+      axes: [axis("time from the release (s)"), { ...axis(label), size: 70 }],
+      cursor: { sync: { key: "release-" + release } },
+      series: [{ label: "time (s)", value: number(3) }, ...series],
+    };
+    const chart = new uPlot(options, values, box);
+    drawn.push({ chart, box, height });
+    return chart;
+  }
+
+  function draw(figure) {
+    if (figure.dataset.drawn) return;
+    figure.dataset.drawn = "yes";
+    const index = Number(figure.dataset.release), trace = report.releases[index].trace;
+    const box = figure.querySelector(".plots");
+    const line = (label, k, width, dash) =>
+      ({ label, stroke: () => colour("--curve-" + (k % 7 + 1)), width, dash, value: number(4), points: { show: false } });
+    const plots = [
+      plot(box, index, "Yaw angle", "yaw (deg)", 300,
+        [{ ...line("measured", 6, 1.5) }, ...trace.models.map((m, k) => line(m.name, k, 1.2, k ? [6, 4] : undefined))],
+        [trace.time_s, trace.measured_deg, ...trace.models.map(m => m.yaw_deg)]),
+      plot(box, index, "Residual: measured less model", "residual (deg)", 230,
+        trace.models.map((m, k) => line(m.name, k, 1)),
+        [trace.time_s, ...trace.models.map(m => m.residual_deg)]),
+    ];
+    let busy = false;
+    for (const one of plots) {
+      const follow = () => {
+        if (busy) return;
+        busy = true;
+        const { min, max } = one.scales.x;
+        for (const other of plots) if (other !== one) other.setScale("x", { min, max });
+        busy = false;
+      };
+      (one.hooks.setScale ||= []).push((_, key) => key === "x" && follow());
+    }
+  }
+
+  const figures = [...document.querySelectorAll("figure.live")];
+  const seen = () => figures.filter(f => f.offsetParent !== null).forEach(draw);
+  seen();
+  document.querySelectorAll("details").forEach(d => d.addEventListener("toggle", seen));
+  let waiting = 0;
+  const resize = () => { for (const d of drawn) if (d.box.clientWidth) d.chart.setSize({ width: d.box.clientWidth, height: d.height }); };
+  addEventListener("resize", () => { clearTimeout(waiting); waiting = setTimeout(resize, 100); });
+  const again = () => drawn.forEach(d => d.chart.redraw(false, true));
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
+  // On paper the colours are those of the light page.
+  matchMedia("print").addEventListener("change", again);
+
+  document.getElementById("save-data").addEventListener("click", () => {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([JSON.stringify(report, null, 1)], { type: "application/json" }));
+    link.download = "report.json";
+    link.click();
+    URL.revokeObjectURL(link.href);
+  });
+})();

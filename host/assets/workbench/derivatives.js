@@ -1,0 +1,48 @@
+// Derivatives of a campaign, with the second-order model and with the present one.
+import { by, digits, get, make } from "./talk.js";
+
+let plot = null;
+
+export async function refresh(state, act) {
+  const pane = by("pane-derivatives");
+  if (pane.hidden) return;
+  const found = await get("/api/derivatives");
+  if (!found.has_campaign) {
+    pane.replaceChildren(make("p", { className: "caption", textContent: "Derivatives need a campaign: yawrig workbench campaign.toml" }));
+    plot = null;
+    return;
+  }
+  const host = make("div", { className: "plot", id: "plot-derivatives" });
+  const judged = found.judged;
+  const both = judged && judged.derivatives ? judged.derivatives : { before: found.before, after: found.after };
+  const rows = both.before || both.after || [];
+  const parts = [make("div", { className: "row" }, make("button", {
+    type: "button", id: "judge-button", textContent: "Judge the whole campaign", disabled: !!state.job, onclick: () => act({ do: "judge" }),
+    title: "Every effect in all releases together: which are needed, and whether they come from the rig or the air. Takes its time; it can be cancelled.",
+  }))];
+  if (judged) {
+    parts.push(make("p", { textContent: `The campaign: ${judged.verdict}.` }),
+      ...judged.effects.map((e) => make("p", { className: "caption", textContent: `${e}: ${judged.origin[e]}. ${judged.origin_reason[e] || ""}` })));
+  }
+  if (!rows.length) {
+    parts.push(make("p", { className: "caption", textContent: state.model.exists ? "The fitted releases do not make a point: a spring needs its wind-off release and one with the wind on, at the middle axis." : "Fit a model first: the derivatives follow from its natural frequencies and damping ratios." }));
+    pane.replaceChildren(...parts);
+    plot = null;
+    return;
+  }
+  parts.push(make("p", { className: "caption", textContent: "Cn_r per radian against reduced frequency, bars of two standard uncertainties: second-order model grey, present model blue." }), host, table(both));
+  pane.replaceChildren(...parts);
+  const points = (list, colour) => (list || []).map((p) => ({ x: p.reduced_frequency, y: p.cn_r.value, u: p.cn_r.u, colour }));
+  const marks = [...points(both.before, "measured"), ...points(both.after, "model")];
+  plot = Plots.lines(host, { x: { label: "reduced frequency", range: (a, b) => [0, (b || 1) * 1.05] }, y: { label: "Cn_r (1/rad)" }, marks: () => marks, cursor: false });
+  plot.set(Plots.joined([{ x: marks.map((m) => m.x), y: marks.map((m) => m.y) }]), [{ invisible: true }]);
+}
+
+function table({ before, after }) {
+  const names = ["cn_beta", "cn_r", "cy_beta", "cy_r"], titles = ["Cn_β", "Cn_r", "Cy_β", "Cy_r"];
+  const shown = (q) => (q ? `${digits(q.value, 4)} ±${digits(q.u, 1)}` : "–");
+  const rows = (before || after).flatMap((p, k) => [before, after].map((list, which) => (list && list[k] ? make("tr", { className: which ? "after" : "before" },
+    make("td", { textContent: which === 0 || !before ? `${p.spring} ${p.wind_speed_m_s} m/s` : "" }), make("td", { textContent: which ? "after" : "before" }),
+    ...names.map((n) => make("td", { textContent: shown(list[k][n]) }))) : null))).filter(Boolean);
+  return make("table", { className: "numbers" }, make("thead", {}, make("tr", {}, make("th", { textContent: "spring" }), make("th"), ...titles.map((t) => make("th", { textContent: t })))), make("tbody", {}, ...rows));
+}

@@ -1,0 +1,102 @@
+// Effects: those of the model, and those that it may lack with their cards and what they would do.
+import { by, digits, get, make, ratio } from "./talk.js";
+import { seen, trialColour } from "./panels.js";
+
+let list = [], current = null, open = null, notes = new Map(), verdict = null;
+
+/** The effect that keys act on. */
+export const chosen = () => current;
+
+export async function refresh(state, act) {
+  drawModel(state, act);
+  if (seen.release === null) { list = []; return draw(state, act); }
+  const release = seen.release;
+  try {
+    const found = await get("/api/candidates", { release });
+    if (release !== seen.release) return;
+    list = found.candidates;
+    verdict = found;
+  } catch { list = []; verdict = null; }
+  if (!list.some((c) => c.effect === current)) current = list.length ? list[0].effect : null;
+  draw(state, act);
+}
+
+function drawModel(state, act) {
+  const { model } = state;
+  const chip = (e) => make("div", { className: "chip" },
+    make("strong", { textContent: e.title, title: e.effect }),
+    make("button", { type: "button", textContent: "Remove", "data-remove": e.effect, disabled: !!state.job, onclick: () => act({ do: "remove", effect: e.effect }) }),
+    make("span", { className: "values", textContent: e.parameters.map((p) => `${p.name} = ${p.value === null ? "each release its own" : `${digits(p.value, 4)}${p.u ? ` ± ${digits(p.u, 2)}` : ""}`} ${p.unit === "1" || p.value === null ? "" : p.unit}`).join(",  ") }));
+  by("in-model").replaceChildren(
+    make("p", { className: "caption", textContent: !model.exists ? `No model yet: the first step makes ${model.file}` : model.effects.length ? "In the model, beside the second-order response:" : "The model is a second-order response, no effects." }),
+    ...model.effects.map(chip));
+}
+
+/** The step is the same on the command line: it says so. */
+function draw(state, act) {
+  by("diagnose-button").disabled = !!state.job || seen.release === null || !seen.view;
+  by("diagnose-button").classList.toggle("primary", !(verdict && verdict.verdict));
+  by("diagnosis").textContent = verdict && verdict.verdict ? `This release is ${[verdict.verdict, ...verdict.alike].join(". ")}` : "Fits every effect to this release.";
+  const focus = document.activeElement && document.activeElement.dataset ? document.activeElement.dataset.focus : null;
+  by("candidates").replaceChildren(...list.map((c) => candidate(c, state, act)));
+  if (focus) {
+    const again = document.querySelector(`[data-focus="${focus}"]`);
+    if (again) again.focus({ preventScroll: true });
+  }
+}
+
+function candidate(c, state, act) {
+  const id = c.effect, busy = !!state.job;
+  const choose = (value) => { current = id; open = value; draw(state, act); };
+  const trials = seen.view ? seen.view.trials.map((t) => t.effect) : [], k = trials.indexOf(id);
+  const trial = make("span", { className: "trial", title: k < 0 ? "" : "its line in the panels against amplitude" });
+  if (k >= 0 && k < 5) trial.style.borderTopColor = `var(--${trialColour(k)})`;
+  const found = c.over_noise === undefined ? "" : c.converged ? `ratio ${ratio(c.over_noise)} · evidence ${digits(c.evidence, 3)}` : "not converged";
+  const why = () => notes.get(id) || null;
+  const is_shown = seen.ghost === id;
+  const item = make("li", {
+    className: `candidate${id === current ? " current" : ""}${c.is_suggested ? " suggested" : ""}${c.rejected ? " rejected" : ""}`, "data-effect": id,
+  },
+  make("div", { className: "head" },
+    make("button", { type: "button", className: "name", textContent: c.title, "data-focus": `name-${id}`, title: c.is_suggested ? `${id}: needed, by this release's diagnosis` : id, "aria-expanded": String(open === id), onclick: () => choose(open === id ? null : id) }),
+    make("span", { className: "found", textContent: found, title: "Residual over noise with this effect in this release, and the difference of an information criterion: larger is better, below 10 it is not believed." })),
+  make("div", { className: "buttons" },
+    make("button", { type: "button", textContent: is_shown ? "Hide" : "Try", "data-focus": `try-${id}`, disabled: busy || !c.can_be_tried || !seen.view, title: c.can_be_tried ? "Fit this release with it and lay it over the panels; nothing is written (t)" : "random: it cannot be simulated", onclick: () => { current = id; act(is_shown ? { do: "hide" } : { do: "try", release: seen.release, effect: id }); } }),
+    make("button", { type: "button", textContent: "Add", "data-focus": `add-${id}`, disabled: busy || !c.can_be_tried, title: "Into the model, fitted to all ticked releases (a)", onclick: () => { current = id; act({ do: "add", effect: id, why: why() }); } }),
+    make("button", { type: "button", textContent: "Reject", "data-focus": `reject-${id}`, disabled: busy, title: "Not this one, with the reason, in the journal (r)", onclick: () => reject(c, state, act) }),
+    trial));
+  if (c.rejected) item.append(make("p", { className: "caption", textContent: `rejected in step ${c.rejected.step}: ${c.rejected.why || "no reason given"}` }));
+  if (open === id) {
+    const line = (name, text) => [make("dt", { textContent: name }), make("dd", {}, text)];
+    item.append(make("dl", { className: "card" },
+      ...line("moment", make("code", { textContent: c.formula })), ...line("cause", c.cause), ...line("seen as", c.fingerprint),
+      ...line("confirm", c.confirm), ...line("remove", c.remove)),
+    make("input", {
+      className: "note", placeholder: "reason, for the journal", value: notes.get(id) || "", "data-focus": `note-${id}`, "aria-label": `reason to add or reject ${c.title}`,
+      oninput: (event) => notes.set(id, event.target.value),
+    }));
+  }
+  return item;
+}
+
+/** A rejection without a reason helps nobody: the note is asked for first. */
+export function reject(c, state, act) {
+  const why = (notes.get(c.effect) || "").trim();
+  if (why) { notes.delete(c.effect); return act({ do: "reject", effect: c.effect, why }); }
+  current = open = c.effect;
+  draw(state, act);
+  const note = document.querySelector(`[data-focus="note-${c.effect}"]`);
+  note.placeholder = "say why, then Reject again";
+  note.focus();
+}
+
+/** By keys. */
+export function key(what, state, act) {
+  const at = list.findIndex((c) => c.effect === current), c = list[at];
+  if (what === "next" || what === "previous") {
+    const to = list[at + (what === "next" ? 1 : -1)];
+    if (to) { current = to.effect; draw(state, act); document.querySelector(`[data-effect="${current}"]`).scrollIntoView({ block: "nearest" }); }
+  } else if (what === "open" && c) { open = open === current ? null : current; draw(state, act); } else if (what === "reject" && c) reject(c, state, act);
+  else if (c && c.can_be_tried && what === "try") act(seen.ghost === c.effect ? { do: "hide" } : { do: "try", release: seen.release, effect: c.effect });
+  else if (c && c.can_be_tried && what === "add") act({ do: "add", effect: c.effect, why: notes.get(c.effect) || null });
+}

@@ -1,0 +1,52 @@
+// What is said to the server, and what it says by itself.
+
+export async function get(path, query = {}) {
+  const words = Object.entries(query).filter(([, v]) => v !== null && v !== undefined)
+    .map(([k, v]) => `${k}=${encodeURIComponent(v)}`).join("&");
+  return answer(await fetch(words ? `${path}?${words}` : path));
+}
+
+export async function post(path, body) {
+  return answer(await fetch(path, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) }));
+}
+
+async function answer(response) {
+  const text = await response.text();
+  let json;
+  try { json = JSON.parse(text); } catch { json = { error: { message: text.trim() || `the server answered ${response.status}`, help: "" } }; }
+  if (!response.ok || json.error && json.error.message && response.status >= 400) {
+    const error = new Error(json.error ? json.error.message : text);
+    error.help = json.error ? json.error.help : "";
+    throw error;
+  }
+  return json;
+}
+
+/** Calls `heard` with each piece of news; `lost` while the server does not answer. */
+export function listen(heard, lost) {
+  const source = new EventSource("/api/news");
+  source.onmessage = (event) => heard(JSON.parse(event.data));
+  source.onopen = () => lost(false);
+  source.onerror = () => lost(true);
+  return source;
+}
+
+/** An element: tag, properties, children. */
+export function make(tag, properties = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (name in element && name !== "list") element[name] = value;
+    else if (value !== null && value !== undefined) element.setAttribute(name, value);
+  }
+  element.append(...children.filter((c) => c !== null && c !== undefined));
+  return element;
+}
+
+export const by = (id) => document.getElementById(id);
+
+/** A number to so many digits, with a proper minus. */
+export const digits = (x, n = 3) => (x === null || x === undefined || !isFinite(x) ? "–" : String(+x.toPrecision(n)).replace("-", "−"));
+
+/** Three digits, but nothing needless behind large numbers. */
+export const ratio = (x) => (x === null || x === undefined ? "–" : x >= 100 ? x.toFixed(0) : x >= 10 ? x.toFixed(1) : x.toFixed(2));

@@ -1,0 +1,191 @@
+// The page: fetches what has changed, passes on what is done, and knows the keys.
+import { by, get, listen, make, post, ratio } from "./talk.js";
+import * as panels from "./panels.js";
+import * as releases from "./releases.js";
+import * as effects from "./effects.js";
+import * as own from "./own.js";
+import * as steps from "./steps.js";
+import * as derivatives from "./derivatives.js";
+
+const { seen } = panels;
+let state = null, ended = 0, modelKey = "";
+
+function say(text, isError = false) {
+  const message = by("message");
+  message.textContent = text;
+  message.title = text;
+  message.className = isError ? "error" : "";
+}
+const failed = (error) => say(error.help ? `${error.message} — ${error.help}` : error.message, true);
+
+/** Does what the user asks for. */
+async function act(what) {
+  if (what.do === "hide") { seen.ghost = null; await panels.refresh(); return effects.refresh(state, act); }
+  if (what.do === "try") seen.ghost = what.effect;
+  try { await post("/api/do", what); } catch (error) { failed(error); }
+}
+
+let asking = false, again = false;
+async function fetchState() {
+  if (asking) { again = true; return; }
+  asking = true;
+  try { take(await get("/api/state")); } catch (error) { failed(error); }
+  asking = false;
+  if (again) { again = false; fetchState(); }
+}
+
+function take(now) {
+  state = now;
+  releases.draw(state, choose, failed);
+  steps.draw(state, act);
+  drawHead();
+  drawJob(state.job);
+  const key = JSON.stringify([state.model, state.own, state.steps.length]);
+  const changed = key !== modelKey;
+  modelKey = key;
+  if (state.ended && state.ended.number !== ended) {
+    ended = state.ended.number;
+    if (state.ended.message) say(state.ended.help ? `${state.ended.message} — ${state.ended.help}` : state.ended.message, state.ended.is_error);
+    if (changed && !state.ended.what.startsWith("trying")) seen.ghost = null;
+    if (state.ended.what.startsWith("trying") && state.ended.is_error) seen.ghost = null;
+    panels.refresh();
+    derivatives.refresh(state, act).catch(failed);
+  } else if (changed) {
+    panels.refresh();
+  }
+  effects.refresh(state, act);
+  if (seen.release === null && state.releases.length) choose(state.releases[0].id);
+}
+
+function drawHead() {
+  const { overall, model } = state, release = state.releases.find((r) => r.id === seen.release);
+  const verdict = by("verdict");
+  const broken = model.fault || (release && release.badge === "bad" ? release.fault : null);
+  verdict.textContent = broken ? `${model.fault ? "The model cannot be used" : "Bad data"}: ${broken.message}` : overall.verdict;
+  verdict.title = broken ? broken.help : overall.verdict;
+  verdict.dataset.status = broken ? "bad" : overall.status;
+  const figures = panels.figures();
+  const edited = model.edited && model.exists ? "edited by hand since the last step; " : "";
+  by("subtitle").textContent = `${model.file}${model.exists ? "" : " (not made yet)"} · ${edited}${release ? `${release.name} · ${figures}` : ""}`;
+  by("subtitle").title = by("subtitle").textContent;
+  const set = (id, x) => { const e = by(id); e.textContent = ratio(x); e.className = x === null || x === undefined ? "" : x <= 1.1 ? "good" : "warn"; };
+  set("figure-fitted", overall.over_noise);
+  set("figure-held", overall.held_out);
+  by("figure-held").parentElement.title = `Residual over noise on what was not fitted: ${overall.held_out_is}.`;
+  document.title = `${release ? release.name : "yawrig"} · workbench`;
+}
+
+function drawJob(job) {
+  by("job").hidden = !job;
+  document.body.toggleAttribute("data-busy", !!job);
+  if (job) {
+    by("job-text").textContent = `${job.is_stopping ? "stopping" : job.what} … ${job.seconds.toFixed(0)} s, ${job.looks} trial runs`;
+    by("cancel-button").disabled = job.is_stopping;
+  }
+}
+
+async function choose(id) {
+  if (id === null) return;
+  const begin = performance.now();
+  seen.release = null;
+  releases.mark(id);
+  await panels.show(id);
+  document.documentElement.dataset.lastClick = Math.round(performance.now() - begin);
+  if (state) { drawHead(); effects.refresh(state, act); }
+}
+
+panels.onView(() => { if (state) { drawHead(); effects.refresh(state, act); } });
+
+let soon = null;
+function heard(news) {
+  if (news.kind === "job") return drawJob(news.job);
+  if (news.kind === "view" && news.release === seen.release) panels.refresh();
+  // Thirty releases become ready one after the other: not a request for each.
+  if (news.kind === "view") { soon = soon || setTimeout(() => { soon = null; fetchState(); }, 120); } else fetchState();
+}
+
+// Tabs.
+
+const TABS = ["effects", "own", "derivatives"];
+function tab(name) {
+  for (const other of TABS) {
+    const is = other === name, button = by(`tab-${other}`);
+    button.setAttribute("aria-selected", String(is));
+    button.tabIndex = is ? 0 : -1;
+    by(`pane-${other}`).hidden = !is;
+  }
+  own.opened(name === "own");
+  if (name === "derivatives" && state) derivatives.refresh(state, act).catch(failed);
+}
+
+// Keys.
+
+const KEYS = [
+  ["j  k", "next, previous release", (e) => choose(releases.neighbour(e.key === "j" ? 1 : -1)), ["j", "k"]],
+  ["f  h", "tick this release as fitted, as held out", (e) => toggle(e.key === "f" ? "fit" : "hold_out"), ["f", "h"]],
+  ["Shift F", "fit the model to the ticked releases", () => act({ do: "fit" }), ["F"]],
+  ["d", "what is missing in this release?", () => diagnose(), ["d"]],
+  ["n  p", "next, previous effect", (e) => effects.key(e.key === "n" ? "next" : "previous", state, act), ["n", "p"]],
+  ["c", "the effect's card", () => effects.key("open", state, act), ["c"]],
+  ["t", "try it: lay it over the panels, or take it off again", () => effects.key("try", state, act), ["t"]],
+  ["a", "add it to the model", () => effects.key("add", state, act), ["a"]],
+  ["r", "reject it, with a reason", () => effects.key("reject", state, act), ["r"]],
+  ["u", "return to the model before the last step", () => back(), ["u"]],
+  ["+  −", "zoom in and out", (e) => panels.zoomBy(e.key === "-" ? 2 : 0.5), ["+", "-", "="]],
+  ["←  →", "earlier, later", (e) => panels.zoomBy(1, e.key === "ArrowLeft" ? -0.25 : 0.25), ["ArrowLeft", "ArrowRight"]],
+  ["z", "all of the record", () => panels.zoom(null, null), ["z"]],
+  ["1  2  3", "effects, your own, derivatives", (e) => tab(TABS[+e.key - 1]), ["1", "2", "3"]],
+  ["o", "open a record of this folder", () => releases.openDialog(opened, failed), ["o"]],
+  ["Esc", "cancel what is under way", () => cancel(), ["Escape"]],
+  ["?", "this list", () => by("help").showModal(), ["?"]],
+];
+
+function toggle(used) {
+  const release = state.releases.find((r) => r.id === seen.release);
+  if (release) releases.set([release.id], release.used === used ? "out" : used, failed);
+}
+const diagnose = () => { if (seen.release !== null && seen.view) act({ do: "diagnose", release: seen.release }); };
+const cancel = () => { if (state && state.job) post("/api/do", { do: "cancel" }).catch(failed); };
+const opened = (id) => fetchState().then(() => choose(id));
+function back() {
+  const last = state.steps[state.steps.length - 1];
+  if (last && last.step > 1) act({ do: "return", step: last.step - 1 });
+}
+
+document.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey || !state) return;
+  const { target } = event;
+  if (target.matches("input:not([type=checkbox]), textarea, select")) {
+    if (event.key === "Escape") target.blur();
+    return;
+  }
+  if (document.querySelector("dialog[open]")) return;
+  if (target.matches("[role=tab]") && (event.key === "ArrowLeft" || event.key === "ArrowRight")) {
+    const at = TABS.indexOf(target.id.slice(4)), to = TABS[(at + (event.key === "ArrowRight" ? 1 : TABS.length - 1)) % TABS.length];
+    tab(to);
+    by(`tab-${to}`).focus();
+    return event.preventDefault();
+  }
+  const found = KEYS.find(([, , , keys]) => keys.includes(event.key));
+  if (found) { event.preventDefault(); found[2](event); }
+});
+
+function start() {
+  panels.build();
+  own.build(act, say, failed);
+  by("help").replaceChildren(make("h2", { textContent: "Keys" }),
+    make("dl", {}, ...KEYS.flatMap(([keys, what]) => [make("dt", {}, ...keys.split("  ").flatMap((k) => [make("kbd", { textContent: k }), " "])), make("dd", { textContent: what })])),
+    make("h2", { textContent: "Panels" }),
+    make("dl", {}, ...[...document.querySelectorAll(".panel h3, #steps-panel h3")].flatMap((h) => [make("dt", { textContent: h.firstChild.textContent.trim() }), make("dd", { textContent: h.title })])),
+    make("p", { className: "row" }, make("button", { type: "button", textContent: "Close", onclick: () => by("help").close() })));
+  by("help-button").onclick = () => by("help").showModal();
+  by("open-button").onclick = () => releases.openDialog(opened, failed);
+  by("fit-button").onclick = () => act({ do: "fit" });
+  by("diagnose-button").onclick = diagnose;
+  by("cancel-button").onclick = cancel;
+  for (const name of TABS) by(`tab-${name}`).onclick = () => tab(name);
+  listen(heard, (lost) => { if (lost) say("yawrig does not answer: was it ended? The page takes up again when it does.", true); else fetchState(); });
+  fetchState();
+}
+
+start();

@@ -1,0 +1,161 @@
+//! `report`: one page about records, a campaign, a model or a demo.
+
+use super::common::{print_json, print_line, AnalysisArgs, EffectsArg};
+use super::model::asked;
+use crate::criticism::diagnose::Options;
+use crate::criticism::model::{is_model, DEFAULT};
+use crate::demo::results;
+use crate::derivatives::simulated::{refuse_existing, CAMPAIGN_FILE};
+use crate::error::{Error, Result};
+use crate::files;
+use crate::report::{charts, html, of_campaign, of_model, of_records, Made, Report};
+use clap::Args;
+use serde::de::IgnoredAny;
+use std::path::{Path, PathBuf};
+
+/// Write what is known of records, a campaign, a model or a demo to one HTML file that needs no network.
+///
+/// Records are identified by every method and diagnosed; a campaign.toml comes to its derivatives and to what its
+/// releases lack; a model.toml to its journal and how far it is from its records; a demo's folder to what it found,
+/// beside the truth. Data, settings, versions and the command are in the page: --data takes the data out again.
+#[derive(Args, Debug, Clone)]
+pub struct ReportArgs {
+    /// Records, one campaign.toml, one model.toml, or the folder of a demo
+    #[arg(value_name = "FILE|FOLDER", required_unless_present = "data")]
+    pub files: Vec<PathBuf>,
+    /// Where the page goes
+    #[arg(long, value_name = "FILE", default_value = "report.html")]
+    pub out: PathBuf,
+    /// Overwrite what is there
+    #[arg(long)]
+    pub force: bool,
+    /// Write the page's drawings to this folder, too, one SVG each
+    #[arg(long, value_name = "FOLDER")]
+    pub pictures: Option<PathBuf>,
+    #[command(flatten)]
+    pub analysis: AnalysisArgs,
+    #[command(flatten)]
+    pub effects: EffectsArg,
+    /// The sensor was not zeroed: fit its nought, and leave out the constant moment
+    #[arg(long)]
+    pub unknown_zero: bool,
+    /// Print the report's data as one JSON object
+    #[arg(long)]
+    pub json: bool,
+    /// Print the data that a report holds, and write nothing
+    #[arg(long, value_name = "REPORT.html", exclusive = true)]
+    pub data: Option<PathBuf>,
+}
+
+impl ReportArgs {
+    pub fn run(&self) -> Result<()> {
+        if let Some(page) = &self.data {
+            return taken_out(page);
+        }
+        self.check()?;
+        let report = self.report()?;
+        write(&report, &self.out)?;
+        for chart in self.pictures.iter().flat_map(|_| charts::of(&report)) {
+            let file = self.picture(chart.name);
+            files::write_atomically(&file, chart.file()?.as_bytes())?;
+            crate::say!("{}", file.display());
+        }
+        match self.json {
+            true => print_json(&report),
+            false => print_line(&self.out.display().to_string()),
+        }
+    }
+
+    fn picture(&self, name: &str) -> PathBuf {
+        self.pictures.as_deref().unwrap_or(Path::new("")).join(format!("{name}.svg"))
+    }
+
+    /// Whether there is room, asked before the work.
+    fn check(&self) -> Result<()> {
+        if !self.force {
+            refuse_existing(&self.out)?;
+        }
+        files::check_writable(&self.out)?;
+        let Some(folder) = &self.pictures else { return Ok(()) };
+        std::fs::create_dir_all(folder).map_err(|e| files::cannot_write(folder, &e))?;
+        match charts::NAMES.iter().map(|name| self.picture(name)).find(|file| file.exists()) {
+            Some(file) if !self.force => refuse_existing(&file),
+            _ => files::check_writable(&self.picture(charts::NAMES[0])),
+        }
+    }
+
+    fn report(&self) -> Result<Report> {
+        let settings = self.analysis.settings()?;
+        let own = self.effects.effects()?;
+        let options = Options { zero_unknown: self.unknown_zero, own, ..Options::default() };
+        let made = Made::now(asked(None).command);
+        match self.files.as_slice() {
+            [folder] if folder.is_dir() => self.of_folder(folder, &settings, &options, made),
+            [file] if is_toml(file) && is_model(file) => of_model(file, made),
+            [file] if is_toml(file) => of_campaign(file, &settings, &options, made),
+            files => {
+                if let Some(other) = files.iter().find(|f| is_toml(f) || f.is_dir()) {
+                    return Err(Error::usage(format!("{} beside other files", other.display()))
+                        .help(
+                        "report on records together, and on a campaign, a model or a folder alone",
+                    ));
+                }
+                of_records(files, &settings, &options, made)
+            }
+        }
+    }
+
+    fn of_folder(
+        &self,
+        folder: &Path,
+        settings: &crate::identify::Settings,
+        options: &Options,
+        made: Made,
+    ) -> Result<Report> {
+        let [demo, model, campaign] =
+            [results::FILE, DEFAULT, CAMPAIGN_FILE].map(|name| folder.join(name));
+        if demo.exists() {
+            return results::read(&demo);
+        }
+        if model.exists() {
+            return of_model(&model, made);
+        }
+        if campaign.exists() {
+            return of_campaign(&campaign, settings, options, made);
+        }
+        Err(Error::data(format!(
+            "{}: there is neither {} nor {} nor {CAMPAIGN_FILE} in it",
+            folder.display(),
+            results::FILE,
+            DEFAULT
+        ))
+        .help("name the records: yawrig report FOLDER/*.csv"))
+    }
+}
+
+fn is_toml(file: &Path) -> bool {
+    file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+}
+
+/// Writes `report` as a page to `out` and says how large it is.
+///
+/// # Errors
+/// Those of [`html::page`], or names the path and the system's reason.
+pub fn write(report: &Report, out: &Path) -> Result<()> {
+    let page = html::page(report)?;
+    files::write_atomically(out, page.as_bytes())?;
+    crate::say!("{}: {:.0} kB", out.display(), page.len() as f64 / 1e3);
+    Ok(())
+}
+
+fn taken_out(page: &Path) -> Result<()> {
+    let no_report = |why: &dyn std::fmt::Display| {
+        Error::data(format!("{}: {why}", page.display()))
+            .help("name a page that `yawrig report` has written")
+    };
+    let text = std::fs::read_to_string(page).map_err(|e| no_report(&e))?;
+    let data = html::data(&text).ok_or_else(|| no_report(&"there is no report's data in it"))?;
+    let _: IgnoredAny =
+        serde_json::from_str(data).map_err(|e| no_report(&format!("its data are spoilt: {e}")))?;
+    print_line(data)
+}

@@ -1,0 +1,51 @@
+//! `workbench`: the loop of criticism by hand, on a page in the browser.
+
+use super::common::{print_line, EffectsArg};
+use crate::error::Result;
+use crate::workbench::{self, Options};
+use clap::Args;
+use std::net::IpAddr;
+use std::path::PathBuf;
+
+/// Criticise a model by hand, on a page that this machine serves to its own browser.
+///
+/// Prints the page's address; Ctrl-C ends it. Records, a campaign.toml, or a model.toml with its records: what is done
+/// on the page is written as `fit`, `add`, `remove` and `history --return` write it.
+#[derive(Args, Debug, Clone)]
+pub struct Workbench {
+    /// Records, a campaign.toml or a model.toml; none: model.toml where there is one
+    #[arg(value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// The model's file, made by the first step [default: the model.toml given, else model.toml]
+    #[arg(long, value_name = "MODEL")]
+    pub model: Option<PathBuf>,
+    #[command(flatten)]
+    pub effects: EffectsArg,
+    /// The sensor was not zeroed: fit its nought, and leave out the constant moment
+    #[arg(long)]
+    pub unknown_zero: bool,
+    /// Port of the page [default: a free one]
+    #[arg(long, value_name = "PORT", default_value_t = 0, hide_default_value = true)]
+    pub port: u16,
+    /// Serve on this address instead of 127.0.0.1, for browsers elsewhere: the traffic is not encrypted
+    #[arg(long, value_name = "ADDRESS")]
+    pub allow_remote: Option<IpAddr>,
+    /// Open the page in the browser
+    #[arg(long)]
+    pub open: bool,
+}
+
+impl Workbench {
+    pub fn run(&self) -> Result<()> {
+        let options = Options {
+            files: self.files.clone(),
+            model: self.model.clone(),
+            own: self.effects.effects()?,
+            unknown_zero: self.unknown_zero,
+            port: self.port,
+            allow_remote: self.allow_remote,
+            open: self.open,
+        };
+        workbench::serve(&options, print_line)
+    }
+}

@@ -1,0 +1,157 @@
+//! What a demo keeps: its network, its findings as a report's data, and the report.
+
+use super::{Made, Plan};
+use crate::criticism::amplitude::{AmplitudePicture, AmplitudePoint};
+use crate::derivatives::table::Point;
+use crate::error::{Error, Result};
+use crate::files;
+use crate::follow::flag_names;
+use crate::quantity::Quantity;
+use crate::report::{self, Epoch, Estimate, Kind, Release, Report, Setting, Training};
+use crate::rig::Truth;
+use crate::train::freeze;
+use crate::train::network_training::{Outcome, Settings};
+use std::path::{Path, PathBuf};
+use yawrig_shared::wire::Measured;
+
+/// Names in a demo's folder.
+pub const FILE: &str = "demo.json";
+pub const NETWORK: &str = "network.yrn";
+pub const REPORT: &str = "report.html";
+
+/// The first of `wanted`, `wanted-2`, `wanted-3` ... that is not there.
+pub fn free_folder(wanted: &str) -> PathBuf {
+    let first = PathBuf::from(wanted);
+    if !first.exists() {
+        return first;
+    }
+    let numbered = (2..).map(|k: u32| PathBuf::from(format!("{wanted}-{k}")));
+    numbered.into_iter().find(|path| !path.exists()).unwrap_or(first)
+}
+
+/// Reads what a demo kept.
+///
+/// # Errors
+/// Exit 3 where the file cannot be read or is of another version.
+pub fn read(file: &Path) -> Result<Report> {
+    let wrong = |why: &dyn std::fmt::Display| {
+        Error::data(format!("{}: {why}", file.display())).help("run `yawrig demo` again")
+    };
+    let text = std::fs::read_to_string(file).map_err(|e| wrong(&e))?;
+    serde_json::from_str(&text).map_err(|e| wrong(&format!("not what a demo keeps: {e}")))
+}
+
+/// Writes findings and network to `folder`, which is made where it is not there.
+///
+/// # Errors
+/// Exit 3, naming the path and the system's reason.
+pub fn keep(folder: &Path, report: &Report, network: &[u8]) -> Result<()> {
+    std::fs::create_dir_all(folder).map_err(|e| files::cannot_write(folder, &e))?;
+    files::write_atomically(&folder.join(NETWORK), network)?;
+    files::write_atomically(&folder.join(FILE), report.json()?.as_bytes())
+}
+
+/// The report of a demo.
+pub fn report(
+    plan: &Plan,
+    device: &str,
+    made: &[Made],
+    points: &[(Point, Truth)],
+    training: Training,
+    by: report::Made,
+) -> Report {
+    let mut report = Report::new(Kind::Demo, "Demo on the built-in rig".to_owned(), by);
+    let rig = &plan.rig;
+    report.settings = vec![
+        Setting::new("device", device, ""),
+        Setting::new("seed", plan.seed, ""),
+        Setting::new("wind speed", plan.wind_speed_m_s, "m/s"),
+        Setting::new("sensor noise, rms", plan.sensor.noise_deg, "deg"),
+        Setting::new("released from", plan.start.amplitude_deg, "deg"),
+        Setting::new("length", rig.model.length_m, "m"),
+        Setting::new("frontal area", rig.model.frontal_area_m2, "m²"),
+        Setting::new("air density", rig.air_density_kg_m3, "kg/m³"),
+        Setting::new("spring arm", rig.spring_arm_m, "m"),
+        Setting::new("axis offset", rig.axis_offset_m, "m"),
+    ];
+    report.points = points
+        .iter()
+        .map(|(point, t)| report::Point {
+            truth: Some([t.cn_beta, t.cn_r, t.cy_beta, t.cy_r]),
+            ..report::Point::from(point)
+        })
+        .collect();
+    let [beta, r] = super::misses(points);
+    report.verdict = match points.is_empty() {
+        true => "No table: the device has no estimate to rely on for some of the releases.".to_owned(),
+        false => format!(
+            "Of {} releases the device's answers make a table whose Cn_beta misses the planted truth by {:.2} % in the \
+             median and Cn_r by {:.2} %.",
+            made.len(),
+            100.0 * beta.median,
+            100.0 * r.median
+        ),
+    };
+    report.releases = made.iter().map(release).collect();
+    report.training = Some(training);
+    report
+}
+
+fn release(made: &Made) -> Release {
+    let quantity = |m: Measured| Quantity::new(f64::from(m.value), f64::from(m.u));
+    let estimate = Estimate {
+        method: "device".to_owned(),
+        natural_frequency_rad_s: quantity(made.result.natural_frequency_rad_s),
+        damping_ratio: quantity(made.result.damping_ratio),
+        residual_rms_deg: None,
+        remarks: flag_names(made.result.flags).iter().map(|f| (*f).to_owned()).collect(),
+    };
+    let first = made.windows.first().map_or(0, |w| w.start_sample);
+    let point = |w: &yawrig_shared::wire::WindowResult| AmplitudePoint {
+        time_s: 0.5e-3
+            * f64::from(w.start_sample.wrapping_sub(first) + w.end_sample.wrapping_sub(first)),
+        amplitude_deg: f64::from(w.amplitude_deg),
+        natural_frequency_rad_s: Quantity::exact(f64::from(w.natural_frequency_rad_s)),
+        damping_ratio: Quantity::exact(f64::from(w.damping_ratio)),
+        midline_deg: f64::from(w.midline_deg),
+    };
+    let measured: Vec<AmplitudePoint> = made.windows.iter().map(point).collect();
+    let wind = made.condition.wind_speed_m_s;
+    Release {
+        name: format!("{} {} axis, {wind} m/s", made.condition.spring.name, made.condition.axis),
+        held_out: false,
+        samples: made.trace.as_ref().map_or(0, |t| t.of),
+        rate_hz: f64::from(yawrig_shared::window::SAMPLE_RATE_HZ),
+        noise_rms_deg: None,
+        residual_over_noise: Vec::new(),
+        estimates: if made.windows.is_empty() { Vec::new() } else { vec![estimate] },
+        truth: Some([made.truth.natural_frequency_rad_s, made.truth.damping_ratio]),
+        trace: made.trace.clone(),
+        amplitude: (!measured.is_empty())
+            .then(|| AmplitudePicture { measured, predictions: Vec::new() }),
+        criticism: None,
+    }
+}
+
+/// How the network came about.
+pub fn training(settings: &Settings, outcome: &Outcome) -> Training {
+    let trained = &outcome.trained;
+    let rms = |sum: f64| (sum / settings.samples as f64).sqrt();
+    let epoch = |e: &crate::train::Epoch| Epoch {
+        epoch: e.epoch,
+        natural_frequency_rms: rms(e.errors[0]),
+        damping_ratio_rms: rms(e.errors[1]),
+        effective_parameters: e.gamma,
+    };
+    Training {
+        topology: freeze::name(&outcome.topology),
+        samples: settings.samples,
+        epochs: trained.epochs,
+        stopped: format!("{:?}", trained.stopped).to_lowercase(),
+        test_rms_percent: [
+            outcome.test.natural_frequency_rms_percent,
+            outcome.test.damping_ratio_rms_percent,
+        ],
+        history: trained.history.iter().map(epoch).collect(),
+    }
+}

@@ -1,0 +1,302 @@
+//! The drawings of a report that need no script: SVG that takes its colours from the page, or stands alone.
+
+use super::trace::{self, ModelTrace, Trace};
+use super::{Criticism, Point, Report, Training};
+use crate::criticism::amplitude::{AmplitudePicture, AmplitudePoint};
+use crate::error::Result;
+use crate::quantity::Quantity;
+use crate::study::plot::{svg, Axis, Curve, Plot, COLOURS};
+
+/// What a drawing shows, and in what it is.
+#[derive(Clone, Debug)]
+pub struct Chart {
+    /// Of its file, where it is written to one.
+    pub name: &'static str,
+    pub caption: String,
+    pub plots: Vec<Plot>,
+}
+
+impl Chart {
+    /// As a file of its own.
+    ///
+    /// # Errors
+    /// None that a user could bring about.
+    pub fn file(&self) -> Result<String> {
+        svg(&self.plots)
+    }
+
+    /// As part of a page, which sets `--ink`, `--paper` and `--curve-1` to `--curve-8`.
+    ///
+    /// # Errors
+    /// As [`Chart::file`].
+    pub fn inline(&self) -> Result<String> {
+        let mut text = svg(&self.plots)?;
+        for (k, colour) in COLOURS.iter().enumerate() {
+            let hex = format!("#{:02X}{:02X}{:02X}", colour.0, colour.1, colour.2);
+            if hex != "#000000" {
+                text = text
+                    .replace(&format!("\"{hex}\""), &format!("\"var(--curve-{}, {hex})\"", k + 1));
+            }
+        }
+        text = text
+            .replace("\"#000000\"", "\"var(--ink)\"")
+            .replace("\"#FFFFFF\"", "\"var(--paper)\"");
+        // What is so anyway, or said by the page's style.
+        for idle in [" opacity=\"1\"", " stroke-width=\"1\"", " font-family=\"sans-serif\""] {
+            text = text.replace(idle, "");
+        }
+        // As wide as there is room for.
+        let Some((head, rest)) = text.split_once('>') else { return Ok(text) };
+        let (width, height) = (attribute(head, "width"), attribute(head, "height"));
+        Ok(format!(
+            "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\">{rest}",
+            super::html::escaped(&self.caption)
+        ))
+    }
+}
+
+fn attribute<'a>(tag: &'a str, name: &str) -> &'a str {
+    let from = tag.split_once(&format!(" {name}=\"")).map_or("", |(_, rest)| rest);
+    from.split_once('"').map_or("0", |(value, _)| value)
+}
+
+/// Every name of a [`Chart`].
+pub const NAMES: [&str; 6] =
+    ["staircase", "derivatives", "residual", "amplitude", "laws", "training"];
+
+/// All of a report, those of the releases apart.
+pub fn of(report: &Report) -> Vec<Chart> {
+    let mut all = Vec::new();
+    all.extend(report.criticism.as_ref().and_then(staircase));
+    if !report.points.is_empty() {
+        all.push(derivatives(report));
+    }
+    if let [release] = report.releases.as_slice() {
+        all.extend(release.trace.as_ref().map(residual));
+        all.extend(release.amplitude.as_ref().map(|picture| amplitude(picture, release.truth)));
+    }
+    all.extend(report.criticism.as_ref().and_then(laws));
+    all.extend(report.training.as_ref().map(training));
+    all
+}
+
+/// Residual over noise, fitted and held out, over the steps.
+pub fn staircase(criticism: &Criticism) -> Option<Chart> {
+    if criticism.steps.is_empty() {
+        return None;
+    }
+    let stairs = |of: fn(&super::Step) -> f64| {
+        let step =
+            |(k, s): (usize, &super::Step)| [(k as f64 - 0.5, of(s)), (k as f64 + 0.5, of(s))];
+        criticism.steps.iter().enumerate().flat_map(step).collect::<Vec<_>>()
+    };
+    let n = criticism.steps.len() as f64;
+    let names = criticism.steps.iter().map(|s| s.name.clone()).collect();
+    Some(Chart {
+        name: "staircase",
+        caption: format!(
+            "Residual over noise after each step; 1 is the noise itself. Held out: {}.",
+            criticism.held_out
+        ),
+        plots: vec![Plot {
+            title: "Residual over noise".to_owned(),
+            x: Axis::named("model", names),
+            y: Axis::logarithmic("residual / noise"),
+            curves: vec![
+                Curve::plain("fitted", stairs(|s| s.residual_over_noise)),
+                Curve::dashed("held out", stairs(|s| s.held_out_over_noise)),
+                Curve::dashed("the noise", vec![(-0.5, 1.0), (n - 0.5, 1.0)]),
+            ],
+        }],
+    })
+}
+
+/// The derivatives against reduced frequency with bars of two standard uncertainties.
+pub fn derivatives(report: &Report) -> Chart {
+    type Of = fn(&Point) -> Option<Quantity>;
+    let all: [(&str, Of); 4] = [
+        ("Cn_beta", |p| Some(p.cn_beta)),
+        ("Cn_r", |p| Some(p.cn_r)),
+        ("Cy_beta", |p| p.cy_beta),
+        ("Cy_r", |p| p.cy_r),
+    ];
+    let plot = |(k, (name, of)): (usize, (&str, Of))| {
+        let bars = |points: &[Point]| {
+            let bar = |p: &Point| of(p).map(|q| (p.reduced_frequency, q.value, 2.0 * q.u));
+            points.iter().filter_map(bar).collect::<Vec<_>>()
+        };
+        let measured = bars(&report.points);
+        if measured.is_empty() {
+            return None;
+        }
+        let truth: Vec<(f64, f64)> =
+            report.points.iter().filter_map(|p| Some((p.reduced_frequency, p.truth?[k]))).collect();
+        let mut curves = Vec::new();
+        if report.points_before.is_empty() {
+            curves.push(Curve::bars("measured, k = 2", measured));
+        } else {
+            curves.push(Curve::bars("with the effects, k = 2", measured));
+            curves.push(Curve::bars("second order, k = 2", bars(&report.points_before)));
+        }
+        if !truth.is_empty() {
+            curves.push(Curve::dashed("truth", truth));
+        }
+        Some(Plot {
+            title: format!("{name} per rad"),
+            x: Axis::linear("reduced frequency km = pi f l / V"),
+            y: Axis::linear(if name == "Cn_r" { "Cn_r - Cn_betadot" } else { name }),
+            curves,
+        })
+    };
+    Chart {
+        name: "derivatives",
+        caption: "Derivatives against reduced frequency, bars of two standard uncertainties (k = 2). Cn_r is the \
+                  combined damping derivative Cn_r - Cn_betadot: in pure yaw the two are one motion."
+            .to_owned(),
+        plots: all.into_iter().enumerate().filter_map(plot).collect(),
+    }
+}
+
+/// Values of a curve in [`residual`].
+const RESIDUAL_VALUES: usize = 800;
+
+/// What each model leaves of a record, for a file: the page itself draws this to be zoomed.
+pub fn residual(trace: &Trace) -> Chart {
+    let time_s = trace::times(&trace.time_s, RESIDUAL_VALUES);
+    let curve = |m: &ModelTrace| {
+        let residual = trace::decimated(&m.residual_deg, RESIDUAL_VALUES);
+        Curve::plain(&m.name, time_s.iter().copied().zip(residual).collect())
+    };
+    Chart {
+        name: "residual",
+        caption: "Measured less model, decimated by minimum and maximum.".to_owned(),
+        plots: vec![Plot {
+            title: "Residual: measured less model".to_owned(),
+            x: Axis::linear("time from the release (s)"),
+            y: Axis::linear("residual (deg)"),
+            curves: trace.models.iter().map(curve).collect(),
+        }],
+    }
+}
+
+/// How far beyond what was measured a foretelling is drawn, in spans of that.
+const MOST_OFF: f64 = 1.0;
+
+/// Natural frequency, damping ratio and mid-line against amplitude, with what each model foretells.
+pub fn amplitude(picture: &AmplitudePicture, truth: Option<[f64; 2]>) -> Chart {
+    type Of = fn(&AmplitudePoint) -> Quantity;
+    let all: [(&str, &str, Of); 3] = [
+        ("Natural frequency", "wn (rad/s)", |p| p.natural_frequency_rad_s),
+        ("Damping ratio", "zeta", |p| p.damping_ratio),
+        ("Mid-line", "mid-line (deg)", |p| Quantity::exact(p.midline_deg)),
+    ];
+    let plot = |(k, (title, label, of)): (usize, (&str, &str, Of))| {
+        let bar = |p: &AmplitudePoint| (p.amplitude_deg, of(p).value, 2.0 * of(p).u);
+        let mut curves =
+            vec![Curve::bars("measured, k = 2", picture.measured.iter().map(bar).collect())];
+        // A foretelling that goes far off would press what was measured into a line.
+        let extents =
+            picture.measured.iter().map(|p| [of(p).value - of(p).u, of(p).value + of(p).u]);
+        let [low, high] = extents.fold([f64::MAX, f64::MIN], |[l, h], [a, b]| [l.min(a), h.max(b)]);
+        let least_deg = picture.measured.iter().map(|p| p.amplitude_deg).fold(f64::MAX, f64::min);
+        let room = MOST_OFF * (high - low);
+        let near = |p: &&AmplitudePoint| {
+            p.amplitude_deg > 0.8 * least_deg && (low - room..=high + room).contains(&of(p).value)
+        };
+        for prediction in &picture.predictions {
+            let points = prediction.points.iter().filter(near);
+            let at = |p: &AmplitudePoint| (p.amplitude_deg, of(p).value);
+            curves.push(Curve::plain(&prediction.name, points.map(at).collect()));
+        }
+        if let (Some(truth), true) = (truth, k < 2) {
+            let ends = picture.measured.iter().map(|p| p.amplitude_deg);
+            let (low, high) = ends.fold((f64::MAX, 0.0_f64), |(l, h), a| (l.min(a), h.max(a)));
+            curves.push(Curve::dashed("planted", vec![(low, truth[k]), (high, truth[k])]));
+        }
+        Plot {
+            title: format!("{title} against amplitude"),
+            x: Axis::linear("amplitude (deg)"),
+            y: Axis::linear(label),
+            curves,
+        }
+    };
+    Chart {
+        name: "amplitude",
+        caption: "Three cycles each. The lines are each model's own simulation, cut into windows and fitted as the \
+                  measurement is; a second-order model's lie flat."
+            .to_owned(),
+        plots: all.into_iter().enumerate().map(plot).collect(),
+    }
+}
+
+/// The moment that is missing, on the phase plane's two cuts.
+pub fn laws(criticism: &Criticism) -> Option<Chart> {
+    let damping = criticism.wheres.iter().map(|(name, w)| {
+        let bar = |p: &crate::criticism::compare::DampingPoint| {
+            (p.rate_deg_s, p.moment_rad_s2, 2.0 * p.u_rad_s2)
+        };
+        Curve::bars(name, w.damping_law.iter().map(bar).collect())
+    });
+    let stiffness = criticism.wheres.iter().map(|(name, w)| {
+        let bar = |p: &crate::criticism::compare::StiffnessPoint| {
+            (p.yaw_deg, p.moment_rad_s2, 2.0 * p.u_rad_s2)
+        };
+        Curve::bars(name, w.stiffness_law.iter().map(bar).collect())
+    });
+    let (damping, stiffness): (Vec<_>, Vec<_>) = (damping.collect(), stiffness.collect());
+    if damping.iter().chain(&stiffness).all(|c| c.points.is_empty()) {
+        return None;
+    }
+    Some(Chart {
+        name: "laws",
+        caption: format!(
+            "The moment over the inertia that each model lacks in {}, bars of two standard uncertainties: at zero yaw \
+             (the damping law) and at zero rate (the stiffness law).",
+            criticism.where_file
+        ),
+        plots: vec![
+            Plot {
+                title: "Missing moment at zero yaw".to_owned(),
+                x: Axis::linear("yaw rate (deg/s)"),
+                y: Axis::linear("moment / Izz (rad/s²)"),
+                curves: damping,
+            },
+            Plot {
+                title: "Missing moment at zero rate".to_owned(),
+                x: Axis::linear("yaw (deg)"),
+                y: Axis::linear("moment / Izz (rad/s²)"),
+                curves: stiffness,
+            },
+        ],
+    })
+}
+
+/// Errors and effective parameters over the epochs.
+pub fn training(training: &Training) -> Chart {
+    let over = |of: fn(&super::Epoch) -> f64| {
+        training.history.iter().map(|e| (e.epoch as f64, of(e))).collect::<Vec<_>>()
+    };
+    Chart {
+        name: "training",
+        caption: "Rms error over the training windows, each output going from -1 to 1 over its range; and the \
+                  effective number of parameters, which Bayesian regularisation leaves of the network's."
+            .to_owned(),
+        plots: vec![
+            Plot {
+                title: format!("Training of {}", training.topology),
+                x: Axis::linear("epoch"),
+                y: Axis::logarithmic("rms error, scaled"),
+                curves: vec![
+                    Curve::plain("natural frequency", over(|e| e.natural_frequency_rms)),
+                    Curve::plain("damping ratio", over(|e| e.damping_ratio_rms)),
+                ],
+            },
+            Plot {
+                title: "Effective parameters".to_owned(),
+                x: Axis::linear("epoch"),
+                y: Axis::linear("effective parameters"),
+                curves: vec![Curve::plain("effective", over(|e| e.effective_parameters))],
+            },
+        ],
+    }
+}

@@ -1,0 +1,83 @@
+//! What the criticism loop has found, as a report has it.
+
+use super::{Candidate, EffectFound, Parameter, Step};
+use crate::criticism::diagnose;
+use crate::criticism::effects::Effect;
+use crate::quantity::Quantity;
+use std::collections::BTreeMap;
+
+/// The name of the model that a diagnosis begins with.
+pub const SECOND_ORDER: &str = "second order";
+
+pub fn steps(steps: &[diagnose::Step], first: &str) -> Vec<Step> {
+    let step = |s: &diagnose::Step| Step {
+        name: s.added.map_or_else(|| first.to_owned(), |e| format!("+ {e}")),
+        residual_rms_deg: s.residual_rms_deg,
+        residual_over_noise: s.residual_over_noise,
+        held_out_over_noise: s.held_out_over_noise,
+    };
+    steps.iter().map(step).collect()
+}
+
+pub fn candidates(candidates: &[diagnose::Candidate]) -> Vec<Candidate> {
+    let row = |c: &diagnose::Candidate| Candidate {
+        effect: c.effect.id().to_owned(),
+        residual_over_noise: c.residual_over_noise,
+        evidence: c.evidence,
+        converged: c.converged,
+    };
+    candidates.iter().map(row).collect()
+}
+
+/// `effects` with their numbers, which stand under `effect.name`.
+pub fn effects(effects: &[Effect], values: &BTreeMap<String, Quantity>) -> Vec<EffectFound> {
+    effects.iter().map(|effect| found(*effect, values)).collect()
+}
+
+fn found(effect: Effect, values: &BTreeMap<String, Quantity>) -> EffectFound {
+    let parameters = effect.parameters().iter().filter_map(|p| {
+        let quantity = values.get(&format!("{effect}.{}", p.name))?;
+        Some(Parameter {
+            name: p.name.to_owned(),
+            unit: p.unit.to_owned(),
+            value: quantity.value,
+            u: Some(quantity.u).filter(|u| u.is_finite() && *u > 0.0),
+        })
+    });
+    let card = effect.card();
+    EffectFound {
+        id: effect.id().to_owned(),
+        title: card.title.to_owned(),
+        formula: card.formula.to_owned(),
+        parameters: parameters.collect(),
+        origin: None,
+        cause: card.cause.to_owned(),
+        fingerprint: card.fingerprint.to_owned(),
+        confirm: card.confirm.to_owned(),
+        remove: card.remove.to_owned(),
+    }
+}
+
+pub fn pairs(pairs: &[[Effect; 2]]) -> Vec<[String; 2]> {
+    pairs.iter().map(|pair| pair.map(|e| e.id().to_owned())).collect()
+}
+
+/// In a sentence.
+pub fn verdict(status: diagnose::Status, effects: &[Effect]) -> String {
+    let text = diagnose::verdict(status, effects, diagnose::SECOND_ORDER);
+    let (first, rest) = text.split_at(1);
+    format!("{}{rest}.", first.to_uppercase())
+}
+
+/// As JSON has it.
+pub fn status(status: diagnose::Status) -> String {
+    match status {
+        diagnose::Status::Adequate => "adequate",
+        diagnose::Status::Explained => "explained",
+        diagnose::Status::Unexplained => "unexplained",
+    }
+    .to_owned()
+}
+
+/// What was held out of a single record.
+pub const LATER_PART: &str = "the later part of the record";

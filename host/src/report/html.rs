@@ -1,0 +1,89 @@
+//! A report as one page that needs nothing but itself. A pure function of the report.
+
+use super::sections;
+use super::{Report, MOST_BYTES};
+use crate::error::{Error, Result};
+
+const UPLOT: &str = include_str!("../../assets/uplot/uplot.min.js");
+const UPLOT_STYLE: &str = include_str!("../../assets/uplot/uplot.min.css");
+const UPLOT_LICENCE: &str = include_str!("../../assets/uplot/LICENSE");
+const SCRIPT: &str = include_str!("../../assets/report.js");
+const STYLE: &str = include_str!("../../assets/report.css");
+
+/// Around the data in the page.
+const DATA: &str = "<script type=\"application/json\" id=\"report-data\">";
+const DATA_END: &str = "</script>";
+
+/// Text as the page may hold it, whoever wrote it.
+pub fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// The whole page.
+///
+/// # Errors
+/// Exit 3 where it would be larger than [`MOST_BYTES`].
+pub fn page(report: &Report) -> Result<String> {
+    // No text of the data can end the element it stands in.
+    let data = report.json()?.replace('<', "\\u003c");
+    let title = escaped(&report.title);
+    let body = sections::body(report)?;
+    let page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; \
+         script-src 'unsafe-inline'; img-src data:\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n<link rel=\"icon\" href=\"data:,\">\n\
+         <title>{title} - yawrig</title>\n<style>\n{UPLOT_STYLE}\n{STYLE}</style>\n</head>\n<body>\n{body}\n\
+         {DATA}{data}{DATA_END}\n<script>\n/* uPlot:\n{UPLOT_LICENCE}*/\n{UPLOT}\n{SCRIPT}</script>\n</body>\n</html>\n"
+    );
+    if page.len() > MOST_BYTES {
+        return Err(Error::data(format!(
+            "the report would be {:.1} MB, more than {:.0}",
+            page.len() as f64 / 1e6,
+            MOST_BYTES as f64 / 1e6
+        ))
+        .help("report on fewer records at a time"));
+    }
+    Ok(page)
+}
+
+/// The data of a page as [`Report::json`] gave them; `None` where it is no report.
+pub fn data(page: &str) -> Option<&str> {
+    let (_, rest) = page.split_once(DATA)?;
+    Some(rest.split_once(DATA_END)?.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Kind, Made};
+    use super::*;
+
+    #[test]
+    fn what_users_write_is_text_and_comes_out_again() {
+        let evil = "</script><script>alert('1')</script>&\"";
+        let mut report = Report::new(Kind::Records, evil.to_owned(), Made::default());
+        report.verdict = evil.to_owned();
+        report.notes.push(evil.to_owned());
+        report.made.command = evil.to_owned();
+        let page = page(&report).unwrap();
+        assert!(!page.contains("<script>alert"), "{page}");
+        let back: Report = serde_json::from_str(data(&page).unwrap()).unwrap();
+        assert_eq!(back, report);
+        assert_eq!(data("<html>"), None);
+        for reference in ["src=\"http", "href=\"http", "url(", "@import"] {
+            assert!(!page.contains(reference), "{reference}");
+        }
+    }
+}

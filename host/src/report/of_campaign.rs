@@ -1,0 +1,142 @@
+//! The report of a campaign: its derivatives, and what all its releases lack together.
+
+use super::criticism::{candidates, effects, pairs, status, steps, verdict, SECOND_ORDER};
+use super::of_records::{analysis, blank, drawn_release, method_name, with_effects};
+use super::{
+    Criticism, Estimate, Kind, Made, Point, Release, Report, Setting, Source, TRACE_NUMBERS,
+};
+use crate::criticism::campaign::{diagnose_with_fits, Diagnosed, HeldOut};
+use crate::criticism::diagnose::Options;
+use crate::criticism::fitting::Fitted;
+use crate::derivatives::campaign::CampaignFile;
+use crate::derivatives::condition::Identified;
+use crate::derivatives::evaluate;
+use crate::derivatives::table::Table;
+use crate::error::{Error, Result};
+use crate::identify::{identify, Method, Settings};
+use crate::interrupt;
+use crate::record::Record;
+use crate::rig::Axis;
+use std::path::Path;
+
+/// The report of the campaign at `path`.
+///
+/// # Errors
+/// Those of [`evaluate`] and [`diagnose_with_fits`].
+pub fn of_campaign(
+    path: &Path,
+    settings: &Settings,
+    options: &Options,
+    made: Made,
+) -> Result<Report> {
+    let file = CampaignFile::read(path)?;
+    let count = file.campaign.release.len();
+    crate::say!("{count} releases: identifying them");
+    let table = evaluate(&file, method_name(Method::LeastSquares), &|record: &Record| {
+        Identified::of(identify(record, &[Method::LeastSquares], settings)?)
+            .ok_or_else(|| Error::internal(format!("{}: no estimate", record.file.display())))
+    })?;
+    crate::say!("{count} releases: looking for what they lack");
+    let diagnosed = diagnose_with_fits(&file, options)?;
+    let mut report = Report::new(Kind::Campaign, path.display().to_string(), made);
+    report.settings = analysis(settings);
+    let campaign = &file.campaign;
+    report.settings.extend([
+        Setting::new("model", &campaign.model.name, ""),
+        Setting::new("length", campaign.model.length_m, "m"),
+        Setting::new("frontal area", campaign.model.frontal_area_m2, "m²"),
+        Setting::new("air density", campaign.air.density_kg_m3, "kg/m³"),
+        Setting::new("spring arm", campaign.rig.spring_arm_m, "m"),
+        Setting::new("axis offset", campaign.rig.axis_offset_m, "m"),
+    ]);
+    report.sources.push(Source::of(path)?);
+    let inertia = [(Axis::Mid, table.inertia_kg_m2.mid), (Axis::Front, table.inertia_kg_m2.front)];
+    report.inertia_kg_m2 = inertia.into_iter().filter_map(|(a, q)| Some((a, q?))).collect();
+    report.points = table.points.iter().map(Point::from).collect();
+    let d = &diagnosed.diagnosis;
+    report.verdict = verdict(d.status, &d.effects);
+    if let (Some(derivatives), false) = (&d.derivatives, d.effects.is_empty()) {
+        report.points_before = derivatives.before.iter().map(Point::from).collect();
+        report.points = derivatives.after.iter().map(Point::from).collect();
+    }
+    if !table.assumed_zero.is_empty() {
+        let list = table.assumed_zero.join(", ");
+        report.notes.push(format!("Uncertainties assumed nought: {list}."));
+    }
+    report.notes.extend(table.notes.iter().cloned());
+    report.criticism = Some(criticism(&diagnosed));
+    for index in 0..count {
+        interrupt::check()?;
+        report.sources.push(Source::of(&file.record_path(index))?);
+        report.releases.push(release(&file, &diagnosed, &table, index)?);
+    }
+    Ok(report)
+}
+
+fn criticism(diagnosed: &Diagnosed) -> Criticism {
+    let d = &diagnosed.diagnosis;
+    let values = d.steps.last().map(|s| s.parameters.clone()).unwrap_or_default();
+    let mut effects = effects(&d.effects, &values);
+    for effect in &mut effects {
+        let origin = d.origin.get(&effect.id).map(ToString::to_string);
+        effect.origin = origin.zip(d.origin_reason.get(&effect.id).cloned()).map(|(a, b)| [a, b]);
+    }
+    let held_out = match d.held_out {
+        HeldOut::Releases => {
+            "the last repeat of each condition, the coefficients known from the others"
+        }
+        HeldOut::LaterPart => "the later part of each release",
+    };
+    Criticism {
+        status: Some(status(d.status)),
+        steps: steps(&d.steps, SECOND_ORDER),
+        held_out: held_out.to_owned(),
+        candidates: candidates(&d.candidates),
+        effects,
+        indistinguishable: pairs(&d.indistinguishable),
+        wheres: vec![("the final model".to_owned(), d.where_.clone())],
+        where_file: d.where_release.clone(),
+    }
+}
+
+fn release(
+    file: &CampaignFile,
+    diagnosed: &Diagnosed,
+    table: &Table,
+    index: usize,
+) -> Result<Release> {
+    let entry = &file.campaign.release[index];
+    let record = Record::read(&file.record_path(index))?;
+    let (swing, plain, last) =
+        (&diagnosed.swings[index], &diagnosed.plain[index], &diagnosed.last[index]);
+    let with = with_effects(last);
+    let mut models: Vec<(&str, &Fitted)> = vec![(SECOND_ORDER, plain)];
+    if !last.structure.effects.is_empty() {
+        models.push((&with, last));
+    }
+    let row = &table.releases[index].identified;
+    let verdict = &diagnosed.diagnosis.releases[index];
+    let estimates = vec![
+        Estimate {
+            method: method_name(Method::LeastSquares).to_owned(),
+            natural_frequency_rad_s: row.natural_frequency_rad_s,
+            damping_ratio: row.damping_ratio,
+            residual_rms_deg: None,
+            remarks: row.flags.iter().map(|f| f.reason().to_owned()).collect(),
+        },
+        Estimate {
+            method: "the final model".to_owned(),
+            natural_frequency_rad_s: verdict.natural_frequency_rad_s,
+            damping_ratio: verdict.damping_ratio,
+            residual_rms_deg: None,
+            remarks: Vec::new(),
+        },
+    ];
+    let name = format!(
+        "{} ({}, {} axis, {} m/s)",
+        entry.file, entry.spring, entry.axis, entry.wind_speed_m_s
+    );
+    let numbers = TRACE_NUMBERS / diagnosed.swings.len();
+    let release = Release { estimates, ..blank(name) };
+    Ok(drawn_release(&record, swing, &models, &models, numbers, release))
+}

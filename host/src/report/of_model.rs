@@ -1,0 +1,129 @@
+//! The report of a model: its journal, and how far it is from its records.
+
+use super::criticism::{effects, LATER_PART, SECOND_ORDER};
+use super::of_records::{blank, drawn_release, with_effects};
+use super::{
+    Criticism, Estimate, JournalRow, Kind, Made, Report, Setting, Source, Step, TRACE_NUMBERS,
+};
+use crate::criticism::compare::locate;
+use crate::criticism::comparison::{compare, Comparison};
+use crate::criticism::fitting::{fit_plain, Fitted};
+use crate::criticism::journal::{self, Journal};
+use crate::criticism::model::{read_text, Model};
+use crate::criticism::model_fit::{held_against, Data, Recorded};
+use crate::error::Result;
+use crate::interrupt;
+use crate::record::Record;
+use std::path::Path;
+
+/// The report of the model at `path`.
+///
+/// # Errors
+/// Exit 3 where the model, its journal or a record cannot be read, or the model is not fitted yet.
+pub fn of_model(path: &Path, made: Made) -> Result<Report> {
+    let model = Model::read(path)?;
+    let data = Data::of(&model, path)?;
+    let journal = Journal::of(path)?;
+    let appraisal =
+        compare(&Comparison { model: Some(path.to_owned()), ..Comparison::default() })?.appraisal;
+    let mut report = Report::new(Kind::Model, path.display().to_string(), made);
+    let zero = if model.unknown_zero { "unknown, fitted" } else { "known" };
+    report.settings.push(Setting::new("sensor's nought", zero, ""));
+    report.sources.push(Source::of(path)?);
+    let names = appraisal.effects.iter().map(|e| e.id()).collect::<Vec<_>>().join(", ");
+    let r = appraisal.residuals;
+    report.verdict = format!(
+        "The model ({}) leaves {:.2} times the noise on what was fitted and {:.2} times on what was held out.",
+        if names.is_empty() { "second order".to_owned() } else { format!("second order with {names}") },
+        r.residual_over_noise,
+        r.held_out_over_noise
+    );
+    if read_text(path)? != journal.last().map_or("", |step| step.model.as_str()) {
+        report.notes.push("The model's file is not as its last step left it.".to_owned());
+    }
+    report.journal = journal.steps.iter().map(row).collect();
+    let recorded: Vec<&Recorded> = data.fitted.iter().chain(&data.held_out).collect();
+    let numbers = TRACE_NUMBERS / recorded.len();
+    let mut wheres = Vec::new();
+    for recorded in recorded {
+        interrupt::check()?;
+        let swing = &recorded.swing;
+        let record = Record::read(&recorded.path)?;
+        report.sources.push(Source::of(&recorded.path)?);
+        let fit = held_against(&model, recorded, 1.0)?;
+        let plain = fit_plain(swing, model.unknown_zero, swing.yaw_rad.len());
+        let with = with_effects(&fit);
+        let mut models: Vec<(&str, &Fitted)> = vec![(SECOND_ORDER, &plain)];
+        if !model.effects.is_empty() {
+            models.push((&with, &fit));
+        }
+        let name = recorded.path.display().to_string();
+        if name == appraisal.where_file {
+            wheres = models.iter().map(|(n, m)| ((*n).to_owned(), locate(swing, m))).collect();
+        }
+        let condition =
+            appraisal.conditions.iter().find(|c| c.condition == recorded.entry.condition);
+        let estimates = condition.map(|c| Estimate {
+            method: "the model".to_owned(),
+            natural_frequency_rad_s: c.modal.natural_frequency_rad_s,
+            damping_ratio: c.modal.damping_ratio,
+            residual_rms_deg: Some(swing.raw_rms_deg(fit.rms_rad())),
+            remarks: Vec::new(),
+        });
+        let held_out = recorded.entry.held_out;
+        let release =
+            super::Release { held_out, estimates: estimates.into_iter().collect(), ..blank(name) };
+        report.releases.push(drawn_release(&record, swing, &models, &models, numbers, release));
+    }
+    report.criticism = Some(Criticism {
+        status: None,
+        steps: journal.steps.iter().filter_map(step).collect(),
+        held_out: match data.held_out.is_empty() {
+            true => LATER_PART.to_owned(),
+            false => "the records held out".to_owned(),
+        },
+        candidates: Vec::new(),
+        effects: effects(&appraisal.effects, &appraisal.parameters),
+        indistinguishable: Vec::new(),
+        wheres,
+        where_file: appraisal.where_file,
+    });
+    Ok(report)
+}
+
+fn what(step: &journal::Step) -> String {
+    let named = |id: &Option<String>| id.clone().unwrap_or_default();
+    match step.action {
+        journal::Action::Fit => "fit".to_owned(),
+        journal::Action::Add => format!("+ {}", named(&step.added)),
+        journal::Action::Remove => format!("- {}", named(&step.removed)),
+        journal::Action::Return => {
+            format!("return to {}", step.returned_to.unwrap_or_default())
+        }
+        journal::Action::Reject => format!("reject {}", named(&step.rejected)),
+        journal::Action::Edit => "edit by hand".to_owned(),
+    }
+}
+
+fn row(step: &journal::Step) -> JournalRow {
+    JournalRow {
+        step: step.step,
+        time_utc: step.time_utc.clone(),
+        what: what(step),
+        command: step.command.clone(),
+        why: step.why.clone().unwrap_or_default(),
+        residual_over_noise: step.after.map(|r| r.residual_over_noise),
+        held_out_over_noise: step.after.map(|r| r.held_out_over_noise),
+    }
+}
+
+/// A rejection changes nothing and is no step of the staircase.
+fn step(step: &journal::Step) -> Option<Step> {
+    let after = step.after.filter(|_| step.action != journal::Action::Reject)?;
+    Some(Step {
+        name: format!("{}. {}", step.step, what(step)),
+        residual_rms_deg: after.residual_rms_deg,
+        residual_over_noise: after.residual_over_noise,
+        held_out_over_noise: after.held_out_over_noise,
+    })
+}

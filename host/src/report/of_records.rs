@@ -1,0 +1,201 @@
+//! The report of records: each identified by every method and diagnosed.
+
+use super::criticism::{
+    candidates, effects, pairs, status, steps, verdict, LATER_PART, SECOND_ORDER,
+};
+use super::trace::{self, values};
+use super::{Criticism, Estimate, Kind, Made, Release, Report, Setting, Source, TRACE_NUMBERS};
+use crate::criticism::amplitude::picture;
+use crate::criticism::compare::locate;
+use crate::criticism::diagnose::{diagnose_with_fits, Diagnosed, Options};
+use crate::criticism::fitting::Fitted;
+use crate::criticism::swing::Swing;
+use crate::error::{Error, Result};
+use crate::identify::{self, identify, Method};
+use crate::interrupt;
+use crate::record::Record;
+use std::path::PathBuf;
+
+/// Candidates whose foretelling is drawn: the best of those that gain anything.
+const CANDIDATES: usize = 4;
+
+/// The report of `files`.
+///
+/// # Errors
+/// Exit 2 without files; those of [`identify`] and [`diagnose_with_fits`], each naming its file.
+pub fn of_records(
+    files: &[PathBuf],
+    settings: &identify::Settings,
+    options: &Options,
+    made: Made,
+) -> Result<Report> {
+    let [first, ..] = files else {
+        return Err(Error::usage("there is nothing to report on")
+            .help("name records, a campaign.toml, a model.toml or a demo's folder"));
+    };
+    let title = match files.len() {
+        1 => first.display().to_string(),
+        n => format!("{n} records"),
+    };
+    let mut report = Report::new(Kind::Records, title, made);
+    report.settings = analysis(settings);
+    report.settings.push(Setting::new(
+        "sensor's nought",
+        if options.zero_unknown { "unknown, fitted" } else { "known" },
+        "",
+    ));
+    for effect in &options.own {
+        report.settings.push(Setting::new("effect of the user's own", effect.id(), ""));
+    }
+    for file in files {
+        interrupt::check()?;
+        crate::say!("judging {}", file.display());
+        let record = Record::read(file)?;
+        report.sources.push(Source::of(file)?);
+        let methods = [Method::LeastSquares, Method::Conventional, Method::Network];
+        let identified = identify(&record, &methods, settings)?;
+        let diagnosed = diagnose_with_fits(&record, options)?;
+        let estimates = identified.estimates.iter().map(estimate).collect();
+        let notes = identified
+            .unavailable
+            .iter()
+            .map(|u| format!("{}: {}: {}", file.display(), method_name(u.method), u.reason));
+        report.notes.extend(notes);
+        let numbers = TRACE_NUMBERS / files.len();
+        let release = release(&record, &diagnosed, estimates, numbers, &mut report.verdict);
+        report.releases.push(release);
+    }
+    if files.len() == 1 {
+        report.criticism = report.releases[0].criticism.take();
+    } else {
+        let count = |wanted: &str| {
+            let all = report.releases.iter().filter_map(|r| r.criticism.as_ref());
+            all.filter(|c| c.status.as_deref() == Some(wanted)).count()
+        };
+        let [adequate, explained, unexplained] =
+            ["adequate", "explained", "unexplained"].map(count);
+        report.verdict = format!(
+            "Of {} records the second-order model explains {adequate} as it is and {explained} with effects of the \
+             library; {unexplained} remain unexplained.",
+            files.len()
+        );
+    }
+    Ok(report)
+}
+
+/// How releases are analysed.
+pub(super) fn analysis(settings: &identify::Settings) -> Vec<Setting> {
+    vec![
+        Setting::new("analysed from", settings.from_deg, "deg"),
+        Setting::new("analysed down to", settings.to_deg, "deg"),
+    ]
+}
+
+pub(super) fn method_name(method: Method) -> &'static str {
+    match method {
+        Method::LeastSquares => "least-squares",
+        Method::Conventional => "conventional",
+        Method::Network => "network",
+    }
+}
+
+fn estimate(estimate: &identify::Estimate) -> Estimate {
+    Estimate {
+        method: method_name(estimate.method).to_owned(),
+        natural_frequency_rad_s: estimate.natural_frequency_rad_s,
+        damping_ratio: estimate.damping_ratio,
+        residual_rms_deg: Some(estimate.residual_rms_deg),
+        remarks: estimate.flags.iter().map(|f| f.reason().to_owned()).collect(),
+    }
+}
+
+fn release(
+    record: &Record,
+    diagnosed: &Diagnosed,
+    estimates: Vec<Estimate>,
+    numbers: usize,
+    sentence: &mut String,
+) -> Release {
+    let Diagnosed { diagnosis: d, swing, singles, path } = diagnosed;
+    *sentence = verdict(d.status, &d.effects);
+    let (plain, last) = (&path[0], path.last().expect("a model"));
+    let with = with_effects(last);
+    let mut models: Vec<(&str, &Fitted)> = vec![(SECOND_ORDER, plain)];
+    if path.len() > 1 {
+        models.push((&with, last));
+    }
+    let values_of = d.steps.last().map(|s| s.parameters.clone()).unwrap_or_default();
+    let wheres = models.iter().map(|(n, m)| ((*n).to_owned(), locate(swing, m))).collect();
+    let criticism = Criticism {
+        status: Some(status(d.status)),
+        steps: steps(&d.steps, SECOND_ORDER),
+        held_out: LATER_PART.to_owned(),
+        candidates: candidates(&d.candidates),
+        effects: effects(&d.effects, &values_of),
+        indistinguishable: pairs(&d.indistinguishable),
+        wheres,
+        where_file: record.file.display().to_string(),
+    };
+    // In the order of their evidence.
+    let alone = d.candidates.iter().filter(|c| c.converged && c.evidence > 0.0).filter_map(|c| {
+        let of = |single: &&Fitted| single.structure.effects.last() == Some(&c.effect);
+        Some((c.effect.id(), singles.iter().find(of)?))
+    });
+    let mut drawn = models.clone();
+    let known = |effects: &[crate::criticism::effects::Effect]| effects == last.structure.effects;
+    drawn.extend(alone.filter(|(_, m)| !known(&m.structure.effects)).take(CANDIDATES));
+    drawn_release(
+        record,
+        swing,
+        &models,
+        &drawn,
+        numbers,
+        Release {
+            estimates,
+            criticism: Some(criticism),
+            ..blank(record.file.display().to_string())
+        },
+    )
+}
+
+/// `second order + coulomb_friction`.
+pub(super) fn with_effects(model: &Fitted) -> String {
+    let ids = model.structure.effects.iter().map(|e| format!(" + {e}"));
+    format!("{SECOND_ORDER}{}", ids.collect::<String>())
+}
+
+pub(super) fn blank(name: String) -> Release {
+    Release {
+        name,
+        held_out: false,
+        samples: 0,
+        rate_hz: 0.0,
+        noise_rms_deg: None,
+        residual_over_noise: Vec::new(),
+        estimates: Vec::new(),
+        truth: None,
+        trace: None,
+        amplitude: None,
+        criticism: None,
+    }
+}
+
+/// `release` with what can be drawn of it: `models` over the record, `foretold` over amplitude.
+pub(super) fn drawn_release(
+    record: &Record,
+    swing: &Swing,
+    models: &[(&str, &Fitted)],
+    foretold: &[(&str, &Fitted)],
+    numbers: usize,
+    release: Release,
+) -> Release {
+    Release {
+        samples: record.len(),
+        rate_hz: record.timing().rate_hz,
+        noise_rms_deg: Some(swing.sample_noise_rad.to_degrees()),
+        residual_over_noise: models.iter().map(|(_, m)| m.over_noise(swing)).collect(),
+        trace: Some(trace::of(swing, models, values(numbers, 2 + 2 * models.len()))),
+        amplitude: Some(picture(swing, foretold)),
+        ..release
+    }
+}

@@ -1,0 +1,220 @@
+//! What the page asks, and what it is answered.
+
+use super::app::App;
+use super::jobs::Job;
+use super::own::Form;
+use super::session::Use;
+use super::show;
+use crate::error::{Error, Exit};
+use axum::extract::{Query, State};
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+use axum::Json;
+use serde::Deserialize;
+use serde_json::{json, Value};
+use std::sync::Arc;
+
+type Answer = std::result::Result<Json<Value>, Refused>;
+
+/// An error as the page shows it.
+pub struct Refused(Error);
+
+impl From<Error> for Refused {
+    fn from(error: Error) -> Self {
+        Self(error)
+    }
+}
+
+impl IntoResponse for Refused {
+    fn into_response(self) -> Response {
+        let status = match self.0.exit {
+            Exit::Internal => StatusCode::INTERNAL_SERVER_ERROR,
+            _ => StatusCode::CONFLICT,
+        };
+        (status, Json(json!({"error": {"message": self.0.message, "help": self.0.help}})))
+            .into_response()
+    }
+}
+
+/// Off the server's own threads: files are read and curves computed.
+async fn aside(
+    app: Arc<App>,
+    work: impl FnOnce(&Arc<App>) -> crate::error::Result<Value> + Send + 'static,
+) -> Answer {
+    let done = tokio::task::spawn_blocking(move || work(&app)).await;
+    let done =
+        done.map_err(|e| Error::internal(format!("the answer could not be computed: {e}")))?;
+    Ok(Json(done?))
+}
+
+pub async fn state(State(app): State<Arc<App>>) -> Answer {
+    aside(app, |app| Ok(show::state(app))).await
+}
+
+/// The library.
+pub async fn effects() -> Json<Value> {
+    Json(show::library())
+}
+
+#[derive(Deserialize)]
+pub struct CurvesAsked {
+    release: usize,
+    from: Option<f64>,
+    to: Option<f64>,
+    points: Option<usize>,
+    ghost: Option<String>,
+}
+
+/// Measurement, models and residuals of a stretch of time.
+pub async fn curves(State(app): State<Arc<App>>, Query(asked): Query<CurvesAsked>) -> Answer {
+    aside(app, move |app| {
+        let span = [asked.from, asked.to];
+        show::curves(app, asked.release, span, asked.points.unwrap_or(800), asked.ghost.as_deref())
+    })
+    .await
+}
+
+#[derive(Deserialize)]
+pub struct ViewAsked {
+    release: usize,
+    from: Option<f64>,
+    to: Option<f64>,
+    ghost: Option<String>,
+}
+
+/// What is said of a release, and where the model fails in a stretch of time.
+pub async fn view(State(app): State<Arc<App>>, Query(asked): Query<ViewAsked>) -> Answer {
+    aside(app, move |app| {
+        app.work.want(asked.release);
+        show::view(app, asked.release, [asked.from, asked.to], asked.ghost.as_deref())
+    })
+    .await
+}
+
+#[derive(Deserialize)]
+pub struct ReleaseAsked {
+    release: usize,
+}
+
+/// Effects that the model may lack, best first.
+pub async fn candidates(State(app): State<Arc<App>>, Query(asked): Query<ReleaseAsked>) -> Answer {
+    aside(app, move |app| show::candidates(app, asked.release)).await
+}
+
+/// Derivatives of the campaign before and after.
+pub async fn derivatives(State(app): State<Arc<App>>) -> Answer {
+    aside(app, |app| Ok(show::derivatives(app))).await
+}
+
+/// Records in the folder that are not open yet.
+pub async fn files(State(app): State<Arc<App>>) -> Answer {
+    aside(app, |app| show::files(app)).await
+}
+
+#[derive(Deserialize)]
+pub struct PreviewAsked {
+    release: Option<usize>,
+    form: Form,
+}
+
+/// An own effect as far as it is written.
+pub async fn preview(State(app): State<Arc<App>>, Json(asked): Json<PreviewAsked>) -> Answer {
+    aside(app, move |app| Ok(super::own::preview(app, asked.release, &asked.form))).await
+}
+
+/// What a user does.
+#[derive(Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case")]
+pub enum Act {
+    Fit,
+    Add {
+        effect: String,
+        why: Option<String>,
+    },
+    Remove {
+        effect: String,
+        why: Option<String>,
+    },
+    Reject {
+        effect: String,
+        why: Option<String>,
+    },
+    Return {
+        step: usize,
+        why: Option<String>,
+    },
+    Diagnose {
+        release: usize,
+    },
+    Judge,
+    Try {
+        release: usize,
+        effect: String,
+    },
+    Cancel,
+    Tick {
+        releases: Vec<usize>,
+        used: Use,
+    },
+    Open {
+        file: String,
+    },
+    /// Makes the form's effect one of those that can be tried and added.
+    Define {
+        form: Form,
+    },
+    /// Writes the form's effect to a file beside the model.
+    Save {
+        form: Form,
+    },
+}
+
+pub async fn act(State(app): State<Arc<App>>, Json(act): Json<Act>) -> Answer {
+    aside(app, move |app| do_it(app, act)).await
+}
+
+fn do_it(app: &Arc<App>, act: Act) -> crate::error::Result<Value> {
+    let why = |why: Option<String>| why.filter(|w| !w.trim().is_empty());
+    let effect = |id: &str| app.session().effect(id);
+    let job = match act {
+        Act::Cancel => {
+            app.work.cancel();
+            return Ok(json!({}));
+        }
+        Act::Tick { releases, used } => {
+            let mut session = app.session();
+            for id in releases {
+                session.release(id)?;
+                session.releases[id].used = used;
+            }
+            drop(session);
+            app.tell_state();
+            return Ok(show::state(app));
+        }
+        Act::Open { file } => {
+            let id = show::open(app, &file)?;
+            app.tell_state();
+            return Ok(json!({"release": id}));
+        }
+        Act::Define { form } => {
+            let effect = form.define()?;
+            app.session().take_own(effect);
+            app.tell_state();
+            return Ok(json!({"effect": effect}));
+        }
+        Act::Save { form } => {
+            let file = form.save(&app.session().model_path)?;
+            return Ok(json!({"file": file.display().to_string()}));
+        }
+        Act::Fit => Job::Fit,
+        Act::Add { effect: id, why: w } => Job::Add { effect: effect(&id)?, why: why(w) },
+        Act::Remove { effect: id, why: w } => Job::Remove { id, why: why(w) },
+        Act::Reject { effect: id, why: w } => Job::Reject { effect: effect(&id)?, why: why(w) },
+        Act::Return { step, why: w } => Job::Return { step, why: why(w) },
+        Act::Diagnose { release } => Job::Diagnose { release },
+        Act::Judge => Job::Judge,
+        Act::Try { release, effect: id } => Job::Try { release, effect: effect(&id)? },
+    };
+    app.work.begin(job)?;
+    Ok(json!({}))
+}

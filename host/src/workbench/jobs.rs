@@ -1,0 +1,267 @@
+//! The steps of the loop as the page asks for them: each is the library's own, as on the command line.
+
+use super::app::App;
+use super::session::{Session, Standing};
+use super::view::{options, Ghost, View};
+use crate::criticism::campaign;
+use crate::criticism::diagnose::{diagnose_with_fits, verdict, Diagnosed, SECOND_ORDER};
+use crate::criticism::effects::Effect;
+use crate::criticism::model::RecordEntry;
+use crate::criticism::revise::{self, quoted, Asked, Revision};
+use crate::error::{Error, Result};
+use crate::interrupt;
+use rayon::prelude::*;
+use serde_json::json;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// What a user can ask for that takes its time.
+#[derive(Clone, Debug)]
+pub enum Job {
+    Fit,
+    Add {
+        effect: Effect,
+        why: Option<String>,
+    },
+    Remove {
+        id: String,
+        why: Option<String>,
+    },
+    Reject {
+        effect: Effect,
+        why: Option<String>,
+    },
+    Return {
+        step: usize,
+        why: Option<String>,
+    },
+    /// Which effect the present model lacks in a release.
+    Diagnose {
+        release: usize,
+    },
+    /// Which effects a campaign needs, and from where.
+    Judge,
+    /// What an effect would do in a release.
+    Try {
+        release: usize,
+        effect: Effect,
+    },
+}
+
+impl Job {
+    pub fn what(&self) -> String {
+        match self {
+            Self::Fit => "fitting the model".to_owned(),
+            Self::Add { effect, .. } => format!("adding {effect}"),
+            Self::Remove { id, .. } => format!("removing {id}"),
+            Self::Reject { effect, .. } => format!("rejecting {effect}"),
+            Self::Return { step, .. } => format!("returning to step {step}"),
+            Self::Diagnose { .. } => "looking for what is missing".to_owned(),
+            Self::Judge => "judging the whole campaign".to_owned(),
+            Self::Try { effect, .. } => format!("trying {effect}"),
+        }
+    }
+}
+
+/// What a job needs of the session, so that it is not held meanwhile.
+struct Taken {
+    path: PathBuf,
+    standing: Standing,
+    wanted: Vec<RecordEntry>,
+    are_ticks_changed: bool,
+    unknown_zero: bool,
+    own: Vec<Effect>,
+}
+
+impl Taken {
+    fn of(session: &Session) -> Self {
+        Self {
+            path: session.model_path.clone(),
+            standing: session.standing.clone(),
+            wanted: session.wanted(),
+            are_ticks_changed: session.are_ticks_changed(),
+            unknown_zero: session.unknown_zero,
+            own: session.own.clone(),
+        }
+    }
+
+    /// The command that would do the same, for the journal.
+    fn asked(&self, words: &str, why: Option<&str>) -> Asked {
+        let model = match self.path.to_str() {
+            Some(crate::criticism::model::DEFAULT) => String::new(),
+            _ => format!(" --model {}", quoted(&self.path.display().to_string())),
+        };
+        let reason = why.map_or_else(String::new, |why| format!(" --why {why:?}"));
+        Asked {
+            command: format!("yawrig {words}{model}{reason} # workbench"),
+            why: why.map(str::to_owned),
+        }
+    }
+
+    fn fit(&self) -> Result<Revision> {
+        if !self.wanted.iter().any(|e| !e.held_out) {
+            return Err(Error::usage("no release is ticked to be fitted")
+                .help("tick one in the list on the left"));
+        }
+        let mut words = "fit".to_owned();
+        for entry in &self.wanted {
+            words.push_str(if entry.held_out { " --hold-out " } else { " " });
+            words.push_str(&quoted(&entry.file));
+        }
+        let asked = self.asked(&words, None);
+        revise::fit_to(&self.path, self.wanted.clone(), self.unknown_zero, &asked)
+    }
+
+    /// A model to take a step with, about the releases that are ticked.
+    fn begun(&self) -> Result<()> {
+        if self.standing.model.is_none() || self.are_ticks_changed {
+            self.fit()?;
+        }
+        Ok(())
+    }
+}
+
+/// Does it; a sentence about what came of it.
+///
+/// # Errors
+/// Those of the library's steps; 130 where it is stopped, and then nothing is changed.
+pub fn run(app: &Arc<App>, job: &Job) -> Result<String> {
+    let taken = Taken::of(&app.session());
+    match job {
+        Job::Fit => taken.fit().map(|r| told("fitted", &r)),
+        Job::Add { effect, why } => {
+            taken.begun()?;
+            let asked = taken.asked(&format!("add {effect}"), why.as_deref());
+            let revision = revise::add(&taken.path, *effect, &asked)?;
+            Ok(told(&format!("added {effect}"), &revision))
+        }
+        Job::Remove { id, why } => {
+            let asked = taken.asked(&format!("remove {id}"), why.as_deref());
+            let revision = revise::remove(&taken.path, id, &asked)?;
+            Ok(told(&format!("removed {id}"), &revision))
+        }
+        Job::Reject { effect, why } => {
+            taken.begun()?;
+            let asked = taken.asked(&format!("reject {effect}"), why.as_deref());
+            let step = revise::reject(&taken.path, *effect, &asked)?;
+            Ok(format!("step {}: {effect} is rejected", step.step))
+        }
+        Job::Return { step, why } => {
+            let asked = taken.asked(&format!("history --return {step}"), why.as_deref());
+            let taken = revise::return_to(&taken.path, *step, &asked)?;
+            Ok(format!("step {} takes up step {step} again", taken.step))
+        }
+        Job::Diagnose { release } => diagnose(app, &taken, *release),
+        Job::Judge => judge(app, &taken),
+        Job::Try { release, effect } => try_effect(app, &taken, *release, *effect),
+    }
+}
+
+fn told(what: &str, revision: &Revision) -> String {
+    let after = &revision.appraisal.residuals;
+    let change = |before: Option<f64>, after: f64| match before {
+        Some(before) => format!("{before:.2} → {after:.2}"),
+        None => format!("{after:.2}"),
+    };
+    format!(
+        "step {}: {what}. Residual over noise {}, held out {}",
+        revision.step.unwrap_or_default(),
+        change(revision.before.map(|b| b.residual_over_noise), after.residual_over_noise),
+        change(revision.before.map(|b| b.held_out_over_noise), after.held_out_over_noise),
+    )
+}
+
+/// Its name for a user.
+fn presented(standing: &Standing) -> &'static str {
+    match &standing.model {
+        Some(model) if !model.effects.is_empty() => "the present model",
+        _ => SECOND_ORDER,
+    }
+}
+
+fn diagnose(app: &Arc<App>, taken: &Taken, id: usize) -> Result<String> {
+    let source = app.session().release(id)?.source.clone();
+    let loaded = source.loaded().map_err(Clone::clone)?;
+    let swing = loaded.swing.as_ref().map_err(Clone::clone)?;
+    let options = options(taken.standing.model.as_deref(), swing, taken.unknown_zero, &taken.own)?;
+    let diagnosed = diagnose_with_fits(&loaded.record, &options)?;
+    interrupt::check()?;
+    let ghosts: Vec<Ghost> = ghosts(&diagnosed);
+    let model = presented(&taken.standing);
+    let text = verdict(diagnosed.diagnosis.status, &diagnosed.diagnosis.effects, model);
+    let mut session = app.session();
+    let key = taken.standing.key;
+    for ghost in ghosts {
+        session.ghosts.insert((id, key, ghost.effect), Arc::new(ghost));
+    }
+    session.diagnosed.insert((id, key), Arc::new(diagnosed));
+    Ok(text)
+}
+
+/// Of the candidates that come nearest.
+const MOST_GHOSTS: usize = 5;
+
+fn ghosts(diagnosed: &Diagnosed) -> Vec<Ghost> {
+    let present = &diagnosed.path[0];
+    let best = diagnosed.diagnosis.candidates.iter().map(|c| c.effect).take(MOST_GHOSTS);
+    let best: Vec<Effect> = best.collect();
+    best.par_iter()
+        .filter_map(|effect| {
+            let single =
+                diagnosed.singles.iter().find(|s| s.structure.effects.last() == Some(effect))?;
+            Some(Ghost::of(&diagnosed.swing, present, single.clone(), *effect))
+        })
+        .collect()
+}
+
+fn judge(app: &Arc<App>, taken: &Taken) -> Result<String> {
+    let file = app.session().campaign.clone().ok_or_else(|| {
+        Error::usage("these records are not known to be a campaign")
+            .help("open a campaign.toml: yawrig workbench campaign.toml")
+    })?;
+    let options = crate::criticism::diagnose::Options {
+        zero_unknown: taken.unknown_zero,
+        own: taken.own.clone(),
+        ..Default::default()
+    };
+    let judged = campaign::diagnose(&file, &options)?;
+    let text = verdict(judged.status, &judged.effects, SECOND_ORDER);
+    app.session().judged = Some(Arc::new(judged));
+    Ok(text)
+}
+
+fn try_effect(app: &Arc<App>, taken: &Taken, id: usize, effect: Effect) -> Result<String> {
+    let source = app.session().release(id)?.source.clone();
+    let loaded = source.loaded().map_err(Clone::clone)?;
+    let swing = loaded.swing.as_ref().map_err(Clone::clone)?;
+    let model = taken.standing.model.as_deref();
+    revise::check_addable(&model.cloned().unwrap_or_default(), effect)?;
+    let options = options(model, swing, taken.unknown_zero, &taken.own)?;
+    let ghost = Ghost::fit(swing, &options, effect)?;
+    let text = format!(
+        "{effect} tried in this release: residual over noise {:.2}, evidence {:.0}",
+        ghost.over_noise, ghost.evidence
+    );
+    app.session().ghosts.insert((id, taken.standing.key, effect), Arc::new(ghost));
+    Ok(text)
+}
+
+/// The view of a release with the model as it is.
+pub fn make_view(app: &Arc<App>, id: usize) {
+    let (release, standing, unknown_zero) = {
+        let session = app.session();
+        let Ok(release) = session.release(id) else { return };
+        (release.clone(), session.standing.clone(), session.unknown_zero)
+    };
+    let made = release
+        .source
+        .loaded()
+        .map_err(Clone::clone)
+        .and_then(|loaded| loaded.recorded(&release.entry))
+        .and_then(|recorded| View::of(standing.model.as_deref(), recorded, unknown_zero));
+    if made.as_ref().is_err_and(|e| e.exit == crate::error::Exit::Interrupted) {
+        return;
+    }
+    app.session().views.insert((id, standing.key), made.map(Arc::new));
+    app.tell(&json!({"kind": "view", "release": id}));
+}

@@ -1,0 +1,96 @@
+//! The loop of criticism by hand, on a page in the browser.
+//!
+//! A request is answered from what is known ([`api`], [`show`]); what takes longer is done by one thread ([`work`],
+//! [`jobs`]), which tells the pages when it is ready. The steps are those of [`crate::criticism::revise`], so that the
+//! model and its journal are the same whether made here or on the command line. The page asks no other host for
+//! anything, and this server answers no other page ([`access`]).
+
+mod access;
+mod api;
+mod app;
+mod assets;
+mod derived;
+mod jobs;
+mod own;
+mod series;
+mod server;
+mod session;
+mod show;
+mod view;
+mod work;
+
+use crate::criticism::effects::Effect;
+use crate::error::{Error, Result};
+use crate::{interrupt, own_effect};
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// What is served, and to whom.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Records, a campaign or a model.
+    pub files: Vec<PathBuf>,
+    pub model: Option<PathBuf>,
+    /// The user's own effects.
+    pub own: Vec<Effect>,
+    pub unknown_zero: bool,
+    /// 0: a free one.
+    pub port: u16,
+    /// Another address than this machine's own.
+    pub allow_remote: Option<IpAddr>,
+    /// In the browser, at once.
+    pub open: bool,
+}
+
+/// Serves the page until the user stops it; `ready` is given its address.
+///
+/// # Errors
+/// Exit 2 or 3 where the files cannot be used, 4 where the port cannot be had, 130 on Ctrl-C.
+pub fn serve(options: &Options, ready: impl FnOnce(&str) -> Result<()>) -> Result<()> {
+    own_effect::allow_redefinition();
+    let session = session::Session::new(options)?;
+    let ip = options.allow_remote.unwrap_or(Ipv4Addr::LOCALHOST.into());
+    let listener = server::bound(ip, options.port)?;
+    let address = listener
+        .local_addr()
+        .map_err(|e| Error::internal(format!("cannot serve the page: {e}")))?;
+    let access = access::Access::new(address)?;
+    let url = access.url();
+    if !ip.is_loopback() {
+        crate::say!(
+            "warning: everyone who can reach {address} and has the address below can change this model; \
+             nothing is encrypted"
+        );
+    }
+    let app = Arc::new(app::App::new(access, session)?);
+    let worker = {
+        let app = app.clone();
+        std::thread::spawn(move || app.work.run(&app))
+    };
+    ready(&url)?;
+    crate::say!("the page is at that address for as long as this runs; Ctrl-C ends it");
+    if options.open {
+        open(&url);
+    }
+    let done = server::run(listener, &app);
+    if interrupt::requested() {
+        // A fit that is under way asks often; a step that is being written is written whole.
+        let _ = worker.join();
+    }
+    done
+}
+
+/// In the user's browser.
+fn open(url: &str) {
+    let program = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
+    let started = std::process::Command::new(program)
+        .arg(url)
+        .stdin(std::process::Stdio::null())
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn();
+    if let Err(e) = started {
+        crate::say!("cannot start a browser ({program}: {e}); open the address above yourself");
+    }
+}

@@ -1,0 +1,315 @@
+//! What the page is about: releases with their ticks, the model as it stands on the disk, and what has been computed.
+
+use super::view::{Ghost, Loaded, View};
+use super::Options;
+use crate::criticism::campaign::CampaignDiagnosis;
+use crate::criticism::diagnose::Diagnosed;
+use crate::criticism::effects::Effect;
+use crate::criticism::journal::{path_of, Journal, Step};
+use crate::criticism::model::{is_model, read_text, Model, RecordEntry, DEFAULT};
+use crate::criticism::records;
+use crate::derivatives::campaign::CampaignFile;
+use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::collections::hash_map::DefaultHasher;
+use std::collections::HashMap;
+use std::hash::{Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
+
+/// Views and trials kept, over all models.
+const MOST_KEPT: usize = 400;
+
+/// What a release is used for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Use {
+    Fit,
+    HoldOut,
+    Out,
+}
+
+/// A record, read once and when it is first wanted.
+#[derive(Debug)]
+pub struct Source {
+    pub path: PathBuf,
+    pub wind_speed_m_s: f64,
+    loaded: OnceLock<std::result::Result<Loaded, Error>>,
+}
+
+impl Source {
+    pub fn loaded(&self) -> std::result::Result<&Loaded, &Error> {
+        self.loaded.get_or_init(|| Loaded::read(&self.path, self.wind_speed_m_s)).as_ref()
+    }
+
+    /// Why nothing can be said about it, once it has been read.
+    pub fn fault(&self) -> Option<&Error> {
+        match self.loaded.get()? {
+            Err(error) => Some(error),
+            Ok(loaded) => loaded.swing.as_ref().err(),
+        }
+    }
+}
+
+#[derive(Clone, Debug)]
+pub struct Release {
+    pub entry: RecordEntry,
+    pub used: Use,
+    pub source: Arc<Source>,
+}
+
+/// The model and its journal as they are on the disk.
+#[derive(Clone, Debug, Default)]
+pub struct Standing {
+    pub model: Option<Arc<Model>>,
+    pub steps: Arc<Vec<Step>>,
+    /// The file is otherwise than the last step left it.
+    pub is_edited: bool,
+    /// Why it cannot be used.
+    pub fault: Option<Error>,
+    /// Of the model's text; 0 without one.
+    pub key: u64,
+}
+
+impl Standing {
+    pub fn read(path: &Path) -> Self {
+        let journal = Journal::of(path);
+        let fault = journal.as_ref().err().cloned();
+        let steps = Arc::new(journal.map(|j| j.steps).unwrap_or_default());
+        if !path.exists() {
+            return Self { steps, fault, ..Self::default() };
+        }
+        let read = || {
+            let text = read_text(path)?;
+            let model = Model::parse(&text, path)?;
+            Ok((text, model))
+        };
+        match read() {
+            Ok((text, model)) => {
+                let mut hasher = DefaultHasher::new();
+                text.hash(&mut hasher);
+                Self {
+                    is_edited: steps.last().map(|s| s.model.as_str()) != Some(text.as_str()),
+                    key: hasher.finish().max(1),
+                    model: Some(Arc::new(model)),
+                    steps,
+                    fault,
+                }
+            }
+            Err(error) => Self { steps, fault: Some(error), ..Self::default() },
+        }
+    }
+}
+
+/// What can be told apart of two states of the files, without reading them.
+type Stamp = [Option<(std::time::SystemTime, u64)>; 2];
+
+fn stamp(path: &Path) -> Stamp {
+    let of = |path: &Path| {
+        let about = path.metadata().ok()?;
+        Some((about.modified().ok()?, about.len()))
+    };
+    [of(path), of(&path_of(path))]
+}
+
+pub struct Session {
+    pub model_path: PathBuf,
+    pub unknown_zero: bool,
+    pub releases: Vec<Release>,
+    pub campaign: Option<Arc<CampaignFile>>,
+    pub own: Vec<Effect>,
+    pub standing: Standing,
+    stamp: Stamp,
+    pub views: HashMap<(usize, u64), std::result::Result<Arc<View>, Error>>,
+    pub diagnosed: HashMap<(usize, u64), Arc<Diagnosed>>,
+    pub ghosts: HashMap<(usize, u64, Effect), Arc<Ghost>>,
+    pub judged: Option<Arc<CampaignDiagnosis>>,
+}
+
+impl Session {
+    /// # Errors
+    /// Exit 3 where a file is not there or the model or campaign cannot be read, 2 where files are given twice or
+    /// several models.
+    pub fn new(options: &Options) -> Result<Self> {
+        let is_toml = |f: &&PathBuf| f.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+        let (models, files): (Vec<&PathBuf>, Vec<&PathBuf>) =
+            options.files.iter().partition(|f| is_toml(f) && is_model(f));
+        let model_path = match (&options.model, models.as_slice()) {
+            (None, []) => PathBuf::from(DEFAULT),
+            (Some(path), []) => path.clone(),
+            (None, [path]) => (*path).clone(),
+            _ => {
+                return Err(Error::usage("more than one model")
+                    .help("give one model.toml, or records and --model"))
+            }
+        };
+        crate::files::check_writable(&model_path)?;
+        let files: Vec<PathBuf> = files.into_iter().cloned().collect();
+        let mut campaign = None;
+        for file in files.iter().filter(is_toml) {
+            let read = CampaignFile::read_releases(file)?;
+            if campaign.replace(Arc::new(read)).is_some() {
+                return Err(Error::usage("more than one campaign").help("give one campaign.toml"));
+            }
+        }
+        let entries = records::entries(&files, &model_path)?;
+        let mut session = Self {
+            unknown_zero: options.unknown_zero,
+            releases: Vec::new(),
+            campaign,
+            own: options.own.clone(),
+            standing: Standing::default(),
+            stamp: Stamp::default(),
+            views: HashMap::new(),
+            diagnosed: HashMap::new(),
+            ghosts: HashMap::new(),
+            judged: None,
+            model_path,
+        };
+        session.standing = Standing::read(&session.model_path);
+        if let Some(fault) = &session.standing.fault {
+            return Err(fault.clone());
+        }
+        session.stamp = stamp(&session.model_path);
+        if let Some(model) = &session.standing.model {
+            let path = &session.model_path;
+            let is_in = |e: &RecordEntry| records::find(model, path, e).is_some();
+            if !entries.is_empty() && !entries.iter().any(is_in) {
+                let what = format!("{} is about other records", path.display());
+                return Err(Error::usage(what)
+                    .help("begin another model for these with --model OTHER.toml, or leave the records out"));
+            }
+        }
+        for entry in entries {
+            session.include(entry, Use::Fit);
+        }
+        session.take_ticks();
+        if session.campaign.is_none() {
+            session.campaign = session.nearby_campaign();
+        }
+        Ok(session)
+    }
+
+    /// The campaign whose file lies beside the records, where it is about all of them.
+    fn nearby_campaign(&self) -> Option<Arc<CampaignFile>> {
+        let first = self.releases.first()?.source.path.parent()?.join("campaign.toml");
+        let campaign = CampaignFile::read_releases(&first).ok()?;
+        let paths: Vec<Option<PathBuf>> = (0..campaign.campaign.release.len())
+            .map(|k| campaign.record_path(k).canonicalize().ok())
+            .collect();
+        let all = self.releases.iter().all(|r| {
+            r.entry.made_under.is_some() && paths.contains(&r.source.path.canonicalize().ok())
+        });
+        all.then(|| Arc::new(campaign))
+    }
+
+    /// Adds a release, unless it is there already.
+    pub fn include(&mut self, entry: RecordEntry, used: Use) -> usize {
+        let path = Model::record_path(&self.model_path, &entry);
+        let same = path.canonicalize().ok();
+        if let Some(k) = self
+            .releases
+            .iter()
+            .position(|r| same.is_some() && r.source.path.canonicalize().ok() == same)
+        {
+            return k;
+        }
+        let wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
+        let source = Arc::new(Source { path, wind_speed_m_s, loaded: OnceLock::new() });
+        self.releases.push(Release { entry, used, source });
+        self.releases.len() - 1
+    }
+
+    /// The ticks as the model has them; a release it does not name is left out.
+    fn take_ticks(&mut self) {
+        let Some(model) = self.standing.model.clone() else { return };
+        let mut named = Vec::new();
+        for entry in &model.records {
+            let used = if entry.held_out { Use::HoldOut } else { Use::Fit };
+            let k = self.include(entry.clone(), used);
+            self.releases[k].used = used;
+            self.releases[k].entry = entry.clone();
+            named.push(k);
+        }
+        for (k, release) in self.releases.iter_mut().enumerate() {
+            if !named.contains(&k) {
+                release.used = Use::Out;
+            }
+        }
+    }
+
+    /// Reads the model again where its files have changed. Whether they had.
+    pub fn refresh(&mut self) -> bool {
+        let now = stamp(&self.model_path);
+        if now == self.stamp {
+            return false;
+        }
+        self.stamp = now;
+        let ticks_were_changed = self.are_ticks_changed();
+        let records = |s: &Standing| s.model.as_ref().map(|m| m.records.clone());
+        let before = records(&self.standing);
+        self.standing = Standing::read(&self.model_path);
+        let same = |a: &[RecordEntry], b: &[RecordEntry]| {
+            let place = |e: &RecordEntry| (e.file.clone(), e.held_out, e.condition.clone());
+            a.iter().map(place).eq(b.iter().map(place))
+        };
+        let unchanged = match (&before, &records(&self.standing)) {
+            (Some(a), Some(b)) => same(a, b),
+            _ => false,
+        };
+        // Ticks that the user has set and not applied yet survive steps that are not about them.
+        if !(unchanged && ticks_were_changed) {
+            self.take_ticks();
+        }
+        if self.views.len() + self.ghosts.len() > MOST_KEPT {
+            let key = self.standing.key;
+            self.views.retain(|k, _| k.1 == key);
+            self.ghosts.retain(|k, _| k.1 == key);
+            self.diagnosed.retain(|k, _| k.1 == key);
+        }
+        true
+    }
+
+    /// Whether the ticks are otherwise than the model has them.
+    pub fn are_ticks_changed(&self) -> bool {
+        let Some(model) = &self.standing.model else { return false };
+        let of_model = |release: &Release| {
+            let entry = model.records.iter().find(|e| e.file == release.entry.file);
+            entry.map_or(Use::Out, |e| if e.held_out { Use::HoldOut } else { Use::Fit })
+        };
+        self.releases.iter().any(|r| of_model(r) != r.used)
+    }
+
+    /// The records of the model that the ticks ask for.
+    pub fn wanted(&self) -> Vec<RecordEntry> {
+        let chosen = self.releases.iter().filter(|r| r.used != Use::Out);
+        chosen
+            .map(|r| RecordEntry { held_out: r.used == Use::HoldOut, ..r.entry.clone() })
+            .collect()
+    }
+
+    pub fn release(&self, id: usize) -> Result<&Release> {
+        self.releases.get(id).ok_or_else(|| Error::usage(format!("there is no release {id}")))
+    }
+
+    pub fn view(&self, id: usize) -> Option<&std::result::Result<Arc<View>, Error>> {
+        self.views.get(&(id, self.standing.key))
+    }
+
+    /// An effect of the library, of the model, or one that was defined on the page or given at the start.
+    pub fn effect(&self, id: &str) -> Result<Effect> {
+        let model = self.standing.model.iter().flat_map(|m| m.effects.iter().map(|e| e.effect));
+        let known = self.own.iter().copied().chain(model).find(|e| e.id() == id);
+        match known {
+            Some(effect) => Ok(effect),
+            None => Effect::named(id),
+        }
+    }
+
+    /// Makes a user's own effect one of those that are tried, in place of an earlier one of its name.
+    pub fn take_own(&mut self, effect: Effect) {
+        self.own.retain(|e| e.id() != effect.id());
+        self.own.push(effect);
+        self.ghosts.retain(|k, _| k.2.id() != effect.id());
+    }
+}

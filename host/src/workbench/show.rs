@@ -1,0 +1,522 @@
+//! What is known, as the page is told it.
+
+use super::app::App;
+use super::series::{short, shorts, Stretches};
+use super::session::{Release, Session, Standing, Use};
+use super::view::{Ghost, View};
+use crate::criticism::amplitude::AmplitudePoint;
+use crate::criticism::cards::Card;
+use crate::criticism::compare::{locate_within, Where};
+use crate::criticism::diagnose::{verdict, SECOND_ORDER};
+use crate::criticism::effects::Effect;
+use crate::criticism::fitting::Fitted;
+use crate::criticism::journal::{Action, Step};
+use crate::criticism::model::RecordEntry;
+use crate::criticism::records;
+use crate::criticism::swing::Swing;
+use crate::error::{Error, Result};
+use crate::quantity::Quantity;
+use serde_json::{json, Value};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Most stretches a curve is cut into.
+const MOST_POINTS: usize = 4000;
+/// Fewest cycles for which the picture of a stretch is drawn: with fewer there is nothing to average.
+const LEAST_CYCLES: f64 = 1.5;
+
+/// Everything but curves.
+pub fn state(app: &App) -> Value {
+    let session = app.session();
+    let releases: Vec<Value> =
+        (0..session.releases.len()).map(|id| release(&session, id)).collect();
+    let standing = &session.standing;
+    json!({
+        "model": model(&session),
+        "overall": overall(&session),
+        "releases": releases,
+        "steps": standing.steps.iter().map(step).collect::<Vec<_>>(),
+        "has_campaign": session.campaign.is_some(),
+        "own": session.own.iter().map(|e| e.id()).collect::<Vec<_>>(),
+        "job": app.work.progress(),
+        "ended": app.work.ended(),
+    })
+}
+
+fn fault(error: &Error) -> Value {
+    json!({"message": error.message, "help": error.help})
+}
+
+fn model(session: &Session) -> Value {
+    let Standing { model, is_edited, fault: wrong, .. } = &session.standing;
+    let effects = model.iter().flat_map(|m| &m.effects).map(|entry| {
+        let parameters = entry.parameters.iter().zip(entry.effect.parameters()).map(|(p, known)| {
+            json!({"name": known.name, "unit": known.unit, "value": p.value, "u": p.u, "free": p.free})
+        });
+        json!({
+            "effect": entry.effect,
+            "title": entry.effect.card().title,
+            "parameters": parameters.collect::<Vec<_>>(),
+        })
+    });
+    json!({
+        "file": session.model_path.display().to_string(),
+        "exists": model.is_some(),
+        "edited": is_edited,
+        "fault": wrong.as_ref().map(fault),
+        "effects": effects.collect::<Vec<_>>(),
+        "ticks_changed": session.are_ticks_changed(),
+    })
+}
+
+/// The model against all its records, and what to make of it.
+fn overall(session: &Session) -> Value {
+    let standing = &session.standing;
+    let known = standing.steps.last().filter(|_| standing.model.is_some() && !standing.is_edited);
+    let of = |used| (0..session.releases.len()).filter(move |k| session.releases[*k].used == used);
+    let views =
+        |used| of(used).filter_map(|k| session.view(k)?.as_ref().ok().map(|v| (k, v.clone())));
+    let fitted: Vec<(usize, Arc<View>)> = views(Use::Fit).collect();
+    let is_complete = fitted.len() == of(Use::Fit).count() && !fitted.is_empty();
+    let mean = |of: &dyn Fn(&View) -> Option<f64>, weight: &dyn Fn(&View) -> f64| {
+        let (mut n, mut sum) = (0.0, 0.0);
+        for (_, view) in &fitted {
+            n += weight(view);
+            sum += weight(view) * of(view)?.powi(2);
+        }
+        Some((sum / n).sqrt()).filter(|x: &f64| x.is_finite())
+    };
+    let count = |view: &View| view.fitted.count as f64;
+    let (over_noise, held_out) = match known.and_then(|step| step.after) {
+        Some(after) => (Some(after.residual_over_noise), Some(after.held_out_over_noise)),
+        None if is_complete => {
+            (mean(&|v| Some(v.over_noise), &count), mean(&|v| v.later_over_noise, &count))
+        }
+        None => (None, None),
+    };
+    let worst = fitted.iter().max_by(|a, b| a.1.over_noise.total_cmp(&b.1.over_noise));
+    let failing: Vec<&(usize, Arc<View>)> =
+        fitted.iter().filter(|(_, v)| !v.is_explained).collect();
+    let is_adequate = is_complete && failing.is_empty();
+    let number = fitted.len();
+    let these =
+        if number == 1 { "this release".to_owned() } else { format!("all {number} releases") };
+    let called = match &standing.model {
+        Some(m) if !m.effects.is_empty() => {
+            let names: Vec<&str> = m.effects.iter().map(|e| e.effect.card().title).collect();
+            format!("the model with {}", names.join(", ").to_lowercase())
+        }
+        _ => SECOND_ORDER.to_owned(),
+    };
+    let (status, text) = match worst {
+        _ if !is_complete && of(Use::Fit).count() == 0 => {
+            ("unknown", "No release is ticked to be fitted.".to_owned())
+        }
+        Some(_) if is_adequate => {
+            ("adequate", format!("Adequate: {called} explains {these} to the noise."))
+        }
+        Some((k, view)) if is_complete => {
+            let times = format!("{:.1} times the noise", view.over_noise);
+            let left = match number {
+                1 => times,
+                _ => format!(
+                    "{times} in {}, {} of {number} not explained",
+                    name(&session.releases[*k]),
+                    failing.len()
+                ),
+            };
+            ("structured", format!("Something is missing: {called} leaves {left}."))
+        }
+        _ => ("unknown", "The releases are being looked at.".to_owned()),
+    };
+    json!({
+        "over_noise": over_noise.map(short),
+        "held_out": held_out.map(short),
+        "held_out_is": if of(Use::HoldOut).count() > 0 { "the releases held out" } else { "the later part of each release" },
+        "status": status,
+        "verdict": text,
+    })
+}
+
+/// What a release is called on the page.
+fn name(release: &Release) -> String {
+    match &release.entry.made_under {
+        Some(m) if m.wind_speed_m_s == 0.0 => format!("{} {} wind off", m.spring, m.axis),
+        Some(m) => format!("{} {} {} m/s", m.spring, m.axis, m.wind_speed_m_s),
+        None => {
+            let path = Path::new(&release.entry.file);
+            path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+        }
+    }
+}
+
+fn release(session: &Session, id: usize) -> Value {
+    let release = &session.releases[id];
+    let view = session.view(id);
+    let wrong = release.source.fault().or_else(|| view.and_then(|v| v.as_ref().err()));
+    let badge = match (wrong, view) {
+        (Some(_), _) => "bad",
+        (None, Some(Ok(view))) if view.is_explained => "adequate",
+        (None, Some(Ok(_))) => "structured",
+        _ => "pending",
+    };
+    let made = release.entry.made_under.as_ref();
+    json!({
+        "id": id,
+        "name": name(release),
+        "file": release.source.path.display().to_string(),
+        "condition": release.entry.condition,
+        "spring": made.map(|m| m.spring.clone()),
+        "axis": made.map(|m| m.axis.to_string()),
+        "wind_speed_m_s": made.map(|m| m.wind_speed_m_s),
+        "used": release.used,
+        "badge": badge,
+        "over_noise": view.and_then(|v| v.as_ref().ok()).map(|v| short(v.over_noise)),
+        "fault": wrong.map(fault),
+    })
+}
+
+fn step(step: &Step) -> Value {
+    let what = match step.action {
+        Action::Fit => "fit".to_owned(),
+        Action::Add => format!("add {}", step.added.as_deref().unwrap_or("")),
+        Action::Remove => format!("remove {}", step.removed.as_deref().unwrap_or("")),
+        Action::Reject => format!("reject {}", step.rejected.as_deref().unwrap_or("")),
+        Action::Return => format!("return to {}", step.returned_to.unwrap_or_default()),
+        Action::Edit => "edit by hand".to_owned(),
+    };
+    json!({
+        "step": step.step,
+        "time_utc": step.time_utc,
+        "action": step.action,
+        "what": what,
+        "why": step.why,
+        "command": step.command,
+        "over_noise": step.after.map(|a| short(a.residual_over_noise)),
+        "held_out": step.after.map(|a| short(a.held_out_over_noise)),
+    })
+}
+
+/// Every effect of the library with its card.
+pub fn library() -> Value {
+    let all: Vec<Value> = Effect::ALL.into_iter().map(described).collect();
+    json!({ "effects": all })
+}
+
+fn described(effect: Effect) -> Value {
+    let Card { title, formula, cause, fingerprint, confirm, remove, release } = effect.card();
+    json!({
+        "effect": effect, "title": title, "formula": formula, "cause": cause, "fingerprint": fingerprint,
+        "confirm": confirm, "remove": remove, "release": release,
+        "is_own": matches!(effect, Effect::Own(_)),
+        "can_be_tried": effect != Effect::Buffeting,
+    })
+}
+
+/// Measurement, model and residual of a release over a stretch of time in about so many points.
+///
+/// # Errors
+/// Exit 3 where the record cannot be read.
+pub fn curves(
+    app: &App,
+    id: usize,
+    [from, to]: [Option<f64>; 2],
+    points: usize,
+    ghost: Option<&str>,
+) -> Result<Value> {
+    let source = app.session().release(id)?.source.clone();
+    let loaded = source.loaded().map_err(Clone::clone)?;
+    let record = &loaded.record;
+    let (first, last) = (record.time_s[0], record.time_s[record.len() - 1]);
+    let (from_s, to_s) = (from.unwrap_or(first).max(first), to.unwrap_or(last).min(last));
+    if from_s >= to_s || !(to_s - from_s).is_finite() {
+        return Err(Error::usage(format!("nothing lies between {from_s} s and {to_s} s")));
+    }
+    let stretches = Stretches { from_s, to_s, count: (points / 2).clamp(10, MOST_POINTS) };
+    let (view, ghost) = {
+        let session = app.session();
+        let view = session.view(id).and_then(|v| v.as_ref().ok()).cloned();
+        (view, ghost.and_then(|g| find_ghost(&session, id, g)))
+    };
+    let measured = super::series::Series::new(record.time_s.clone(), record.yaw_deg.clone());
+    let mut out = json!({
+        "release": id,
+        "whole_s": [first, last],
+        "time_s": stretches.times_s().iter().map(|t| (t * 1e4).round() / 1e4).collect::<Vec<_>>(),
+        "measured_deg": shorts(measured.drawn(&stretches)),
+    });
+    if let Some(view) = &view {
+        out["model_deg"] = json!(shorts(view.curves.model.drawn(&stretches)));
+        out["residual_deg"] = json!(shorts(view.curves.residual.drawn(&stretches)));
+        out["noise_deg"] = json!(short(view.swing.noise_rad.to_degrees()));
+        out["release_s"] = json!(short(view.swing.release_time_s));
+    }
+    if let Some(ghost) = &ghost {
+        out["ghost"] = json!(ghost.effect);
+        out["ghost_deg"] = json!(shorts(ghost.curves.model.drawn(&stretches)));
+        out["ghost_residual_deg"] = json!(shorts(ghost.curves.residual.drawn(&stretches)));
+    }
+    Ok(out)
+}
+
+fn find_ghost(session: &Session, id: usize, effect: &str) -> Option<Arc<Ghost>> {
+    let key = session.standing.key;
+    let mut all = session.ghosts.iter();
+    all.find(|(k, _)| k.0 == id && k.1 == key && k.2.id() == effect).map(|(_, g)| g.clone())
+}
+
+/// The fit's means between two instants of the record's clock.
+fn part(swing: &Swing, fitted: &Fitted, [from, to]: [Option<f64>; 2]) -> Range<usize> {
+    let count = fitted.residuals.len();
+    let index = |time_s: f64| {
+        let k = (time_s - swing.release_time_s - swing.grid.start_s) / swing.grid.step_s;
+        (k.round().max(0.0) as usize).min(count)
+    };
+    let range = from.map_or(0, index)..to.map_or(count, index);
+    let least = (LEAST_CYCLES * swing.per_cycle()) as usize;
+    if range.len() < least {
+        0..count
+    } else {
+        range
+    }
+}
+
+fn where_json(w: &Where) -> Value {
+    let cell = |c: &crate::criticism::compare::PhaseCell| {
+        [short(c.yaw_deg), short(c.rate_deg_s), short(c.moment_rad_s2)]
+    };
+    json!({
+        "phase": w.phase.iter().map(cell).collect::<Vec<_>>(),
+        "damping_law": w.damping_law.iter().map(|p| [p.rate_deg_s, p.moment_rad_s2, p.u_rad_s2].map(short)).collect::<Vec<_>>(),
+        "stiffness_law": w.stiffness_law.iter().map(|p| [p.yaw_deg, p.moment_rad_s2, p.u_rad_s2].map(short)).collect::<Vec<_>>(),
+        "frequency": w.frequency.iter().map(|f| [f.hz, f.share].map(short)).collect::<Vec<_>>(),
+    })
+}
+
+fn points_json(points: &[AmplitudePoint], release_s: f64) -> Value {
+    let row = |p: &AmplitudePoint| {
+        let (wn, zeta) = (p.natural_frequency_rad_s, p.damping_ratio);
+        [p.amplitude_deg, wn.value, wn.u, zeta.value, zeta.u, p.time_s + release_s].map(short)
+    };
+    json!(points.iter().map(row).collect::<Vec<_>>())
+}
+
+fn quantity(q: Quantity) -> Value {
+    json!({"value": q.value, "u": Some(q.u).filter(|u| u.is_finite()), "text": q.to_string()})
+}
+
+/// A release against the model: `pending` until it has been computed.
+///
+/// # Errors
+/// Those of reading the record or holding the model against it.
+pub fn view(app: &App, id: usize, span: [Option<f64>; 2], ghost: Option<&str>) -> Result<Value> {
+    let (view, shown, ghosts) = {
+        let session = app.session();
+        session.release(id)?;
+        let key = session.standing.key;
+        let mut ghosts: Vec<Arc<Ghost>> = session
+            .ghosts
+            .iter()
+            .filter(|(k, _)| k.0 == id && k.1 == key)
+            .map(|(_, g)| g.clone())
+            .collect();
+        ghosts.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        match session.view(id) {
+            None => return Ok(json!({"release": id, "pending": true})),
+            Some(view) => (view.clone()?, ghost.and_then(|g| find_ghost(&session, id, g)), ghosts),
+        }
+    };
+    let swing = &view.swing;
+    let is_whole = span == [None, None];
+    let where_ = match is_whole {
+        true => where_json(&view.where_),
+        false => where_json(&locate_within(swing, &view.fitted, part(swing, &view.fitted, span))),
+    };
+    let w = &view.where_;
+    let is_white = w.correlation.abs() <= w.correlation_of_white;
+    let predicted = |p: &crate::criticism::amplitude::Prediction| json!({"name": p.name, "points": points_json(&p.points, swing.release_time_s)});
+    let trial = |g: &Arc<Ghost>| {
+        let points = g.picture.predictions.first().map(predicted);
+        json!({"effect": g.effect, "title": g.effect.card().title, "points": points.map(|p| p["points"].clone())})
+    };
+    let mut out = json!({
+        "release": id,
+        "over_noise": short(view.over_noise),
+        "is_explained": view.is_explained,
+        "correlation": short(w.correlation),
+        "correlation_of_white": short(w.correlation_of_white),
+        "is_white": is_white,
+        "noise_rms_deg": short(swing.sample_noise_rad.to_degrees()),
+        "residual_rms_deg": short(swing.raw_rms_deg(view.fitted.rms_rad())),
+        "natural_frequency_rad_s": quantity(view.modal.natural_frequency_rad_s),
+        "damping_ratio": quantity(view.modal.damping_ratio),
+        "measured": points_json(&view.picture.measured, swing.release_time_s),
+        "predicted": view.picture.predictions.first().map(predicted),
+        "trials": ghosts.iter().map(trial).collect::<Vec<_>>(),
+        "where": where_,
+        "states": {
+            "time_s": shorts(view.states.time_s.iter().copied()),
+            "yaw_deg": shorts(view.states.yaw_deg.iter().copied()),
+            "rate_deg_s": shorts(view.states.rate_deg_s.iter().copied()),
+        },
+    });
+    if let Some(ghost) = shown {
+        let parameters = ghost.fitted.effect_parameters().into_iter();
+        let own = format!("{}.", ghost.effect);
+        out["ghost"] = json!({
+            "effect": ghost.effect,
+            "title": ghost.effect.card().title,
+            "over_noise": short(ghost.over_noise),
+            "evidence": short(ghost.evidence),
+            "where": match is_whole {
+                true => where_json(&ghost.where_),
+                false => where_json(&locate_within(swing, &ghost.fitted, part(swing, &ghost.fitted, span))),
+            },
+            "parameters": parameters
+                .filter(|(name, _)| name.starts_with(&own))
+                .map(|(name, q)| json!({"name": name, "quantity": quantity(q)}))
+                .collect::<Vec<_>>(),
+        });
+    }
+    Ok(out)
+}
+
+/// Effects that could be added, those that a diagnosis has ranked first.
+///
+/// # Errors
+/// Exit 2 where there is no such release.
+pub fn candidates(app: &App, id: usize) -> Result<Value> {
+    let session = app.session();
+    session.release(id)?;
+    let standing = &session.standing;
+    let in_model: Vec<Effect> =
+        standing.model.iter().flat_map(|m| m.effects.iter().map(|e| e.effect)).collect();
+    let diagnosed = session.diagnosed.get(&(id, standing.key));
+    let rejected = |effect: Effect| {
+        let said = |s: &&Step| {
+            s.rejected.as_deref() == Some(effect.id()) || s.added.as_deref() == Some(effect.id())
+        };
+        let last = standing.steps.iter().rev().find(said).filter(|s| s.action == Action::Reject);
+        last.map(|s| json!({"step": s.step, "why": s.why}))
+    };
+    let row = |effect: Effect| {
+        let mut out = described(effect);
+        let ranked =
+            diagnosed.and_then(|d| d.diagnosis.candidates.iter().find(|c| c.effect == effect));
+        let tried = session.ghosts.get(&(id, standing.key, effect));
+        let found = ranked
+            .map(|c| (c.evidence, c.residual_over_noise, c.converged))
+            .or_else(|| tried.map(|g| (g.evidence, g.over_noise, g.fitted.converged)));
+        if let Some((evidence, over_noise, converged)) = found {
+            out["evidence"] = json!(short(evidence));
+            out["over_noise"] = json!(short(over_noise));
+            out["converged"] = json!(converged);
+        }
+        out["is_tried"] = json!(tried.is_some());
+        out["rejected"] = json!(rejected(effect));
+        out["is_suggested"] =
+            json!(diagnosed.is_some_and(|d| d.diagnosis.effects.contains(&effect)));
+        out
+    };
+    let mut order: Vec<Effect> = diagnosed
+        .iter()
+        .flat_map(|d| d.diagnosis.candidates.iter().map(|c| c.effect))
+        .chain(session.own.iter().copied())
+        .chain(Effect::ALL)
+        .filter(|e| !in_model.contains(e))
+        .collect();
+    let mut seen = Vec::new();
+    order.retain(|e| {
+        !seen.contains(e) && {
+            seen.push(*e);
+            true
+        }
+    });
+    let told = diagnosed.map(|d| {
+        let model = if in_model.is_empty() { SECOND_ORDER } else { "the present model" };
+        verdict(d.diagnosis.status, &d.diagnosis.effects, model)
+    });
+    let alike = diagnosed.iter().flat_map(|d| &d.diagnosis.indistinguishable).map(|[a, b]| {
+        format!(
+            "{} and {} cannot be told apart in this release; what would: {}",
+            a.card().title,
+            b.card().title,
+            a.card().release
+        )
+    });
+    Ok(json!({
+        "release": id,
+        "verdict": told,
+        "status": diagnosed.map(|d| d.diagnosis.status),
+        "alike": alike.collect::<Vec<_>>(),
+        "candidates": order.into_iter().map(row).collect::<Vec<_>>(),
+    }))
+}
+
+/// The campaign's derivatives with the second-order model and with the present one.
+pub fn derivatives(app: &App) -> Value {
+    let (campaign, judged, standing) = {
+        let session = app.session();
+        (session.campaign.clone(), session.judged.clone(), session.standing.clone())
+    };
+    let Some(campaign) = campaign else { return json!({"has_campaign": false}) };
+    let (before, after) = super::derived::before_and_after(&campaign, &standing);
+    let mut out = json!({"has_campaign": true, "before": before, "after": after});
+    if let Some(judged) = judged {
+        out["judged"] = json!({
+            "verdict": verdict(
+                judged.status, &judged.effects, SECOND_ORDER),
+            "effects": judged.effects,
+            "origin": judged.origin,
+            "origin_reason": judged.origin_reason,
+            "derivatives": judged.derivatives,
+        });
+    }
+    out
+}
+
+/// Records and campaigns in the folder the program was started in.
+///
+/// # Errors
+/// Exit 3 where the folder cannot be read.
+pub fn files(app: &App) -> Result<Value> {
+    let known: Vec<Option<PathBuf>> =
+        app.session().releases.iter().map(|r| r.source.path.canonicalize().ok()).collect();
+    let folder =
+        std::fs::read_dir(".").map_err(|e| Error::data(format!("cannot list this folder: {e}")))?;
+    let mut names: Vec<String> = folder
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")))
+        .filter(|path| !known.contains(&path.canonicalize().ok()))
+        .filter_map(|path| Some(path.file_name()?.to_str()?.to_owned()))
+        .collect();
+    names.sort();
+    Ok(json!({ "files": names }))
+}
+
+/// Adds a record of the folder to the list; its number.
+///
+/// # Errors
+/// Exit 2 for anything but a file of the folder, 3 where it is not there.
+pub fn open(app: &App, file: &str) -> Result<usize> {
+    let path = Path::new(file);
+    let is_plain = path.components().count() == 1 && path.file_name().is_some();
+    if !is_plain {
+        return Err(Error::usage(format!(
+            "{file}: only files of the folder that yawrig was started in"
+        ))
+        .help("start the workbench with the record's path"));
+    }
+    let model_path = app.session().model_path.clone();
+    let mut entries = records::entries(&[path.to_owned()], &model_path)?;
+    let entry: RecordEntry =
+        entries.pop().ok_or_else(|| Error::internal("a file without an entry"))?;
+    let mut session = app.session();
+    let used = if session.standing.model.is_some() { Use::Out } else { Use::Fit };
+    let id = session.include(entry, used);
+    drop(session);
+    app.work.want(id);
+    Ok(id)
+}

@@ -1,0 +1,59 @@
+//! `report` as a script meets it: what is refused, what is left alone, what comes out again.
+
+use std::path::Path;
+use yawrig_tests::process::yawrig;
+
+fn simulated(folder: &Path) {
+    let record = "simulate --natural-frequency 12 --damping 0.02 --seconds 20 --out r.csv";
+    yawrig(record).in_folder(folder).run().exits(0);
+}
+
+#[test]
+fn a_page_is_not_written_over_and_holds_its_data() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    simulated(folder);
+    let run = |command: &str| yawrig(command).in_folder(folder).run();
+    run("report r.csv").exits(0);
+    let page = std::fs::read(folder.join("report.html")).expect("a page");
+    run("report r.csv").exits(2).says("report.html is there already").helps();
+    assert!(std::fs::read(folder.join("report.html")).expect("a page") == page);
+    let printed = run("report r.csv --force --json --pictures drawn").exits(0).json();
+    assert_eq!(run("report --data report.html").exits(0).json(), printed);
+    assert_eq!(printed["criticism"]["status"], "adequate");
+    assert_eq!(printed["sources"][0]["file"], "r.csv");
+    assert_eq!(printed["made"]["command"], "yawrig report r.csv --force --json --pictures drawn");
+    for name in ["staircase", "amplitude", "laws"] {
+        let text = std::fs::read_to_string(folder.join(format!("drawn/{name}.svg"))).expect(name);
+        assert!(text.starts_with("<svg") && text.contains("<text"), "{name}");
+    }
+    run("report r.csv --out other.html --pictures drawn").exits(2).says("is there already");
+    assert!(!folder.join("other.html").exists());
+}
+
+#[test]
+fn what_cannot_be_reported_on_is_said_and_nothing_is_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    simulated(folder);
+    std::fs::write(folder.join("bad.csv"), "time_s,yaw_deg\n0,1\nx,2\n").expect("room for it");
+    std::fs::write(folder.join("page.html"), "<html></html>").expect("room for it");
+    std::fs::create_dir(folder.join("empty")).expect("room for it");
+    for (command, code, says) in [
+        ("report", 2, "required"),
+        ("report absent.csv", 3, "absent.csv"),
+        ("report r.csv bad.csv", 3, "bad.csv, line 3"),
+        ("report absent.toml", 3, "absent.toml"),
+        ("report r.csv empty", 2, "empty beside other files"),
+        ("report empty", 3, "neither demo.json nor model.toml nor campaign.toml"),
+        ("report r.csv --out no/such/r.html", 3, "no such folder"),
+        ("report --data page.html", 3, "no report's data"),
+        ("report --data absent.html", 3, "absent.html"),
+    ] {
+        yawrig(command).in_folder(folder).run().exits(code).says(says);
+    }
+    let mut names: Vec<_> =
+        std::fs::read_dir(folder).expect("ours").flatten().map(|e| e.file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["bad.csv", "empty", "page.html", "r.csv"]);
+}

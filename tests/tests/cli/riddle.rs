@@ -1,0 +1,91 @@
+//! `demo --hidden`: an effect hidden in releases, found by typing what each command says, and revealed.
+
+use serde_json::Value;
+use std::path::Path;
+use yawrig_tests::process::{yawrig, Ended};
+
+fn run(folder: &Path, command: &str) -> Ended {
+    yawrig(command).in_folder(folder).with_patience(600).run()
+}
+
+fn rms(errors: &Value, of: &str) -> f64 {
+    errors[of].as_f64().unwrap_or_else(|| panic!("{of} of {errors}"))
+}
+
+/// What is promised of a riddle solved.
+fn solved(revealed: &Value) {
+    assert_eq!(revealed["model"]["named_right"], true, "{revealed}");
+    for parameter in revealed["hidden"]["parameters"].as_array().expect("parameters") {
+        let (value, u) = (&parameter["found"]["value"], &parameter["found"]["u"]);
+        println!("{}: {value} +- {u}, truth {}", parameter["name"], parameter["truth"]);
+    }
+    for (who, least) in [("host", 5.0), ("device", 2.0)] {
+        let errors = &revealed[who];
+        let ratio =
+            |of: &str| rms(errors, &format!("{of}_before")) / rms(errors, &format!("{of}_after"));
+        let (frequency, damping) = (ratio("natural_frequency"), ratio("damping_ratio"));
+        println!("{who}: wn {frequency:.1} times less, zeta {damping:.1} times less");
+        assert!(frequency.max(damping) > least, "{who}: {errors}");
+    }
+}
+
+#[test]
+fn every_step_at_once() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let revealed = run(folder.path(), "demo --hidden 2 --json").exits(0).json();
+    solved(&revealed);
+    assert_eq!(revealed["folder"], "yawrig-hidden");
+    for name in ["campaign.toml", "model.toml", "network.yrn", "report.html", "sealed-truth.txt"] {
+        assert!(folder.path().join("yawrig-hidden").join(name).is_file(), "{name}");
+    }
+    // The same again from what lies there.
+    let again = run(folder.path(), "demo --reveal yawrig-hidden --json").exits(0).json();
+    for of in ["hidden", "model", "host", "device", "releases"] {
+        assert_eq!(again[of], revealed[of], "{of}");
+    }
+}
+
+/// Types what stands in the first line that begins with `  yawrig `, until the seal is opened.
+#[test]
+fn step_by_step_as_each_command_says() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let begun = run(folder, "demo --hidden 1 --out riddle").exits(0);
+    let sealed = std::fs::read_to_string(folder.join("riddle/sealed-truth.txt")).expect("a seal");
+    assert!(sealed.contains("sealed") && !sealed.contains("effect:"), "{sealed}");
+    let said = |text: &str| {
+        let line = text.lines().rfind(|line| line.starts_with("  yawrig ")).map(str::trim);
+        line.unwrap_or_else(|| panic!("no next command in {text}")).replacen("yawrig ", "", 1)
+    };
+    let mut command = said(&begun.stdout);
+    let mut effect = String::new();
+    let mut typed = Vec::new();
+    while !command.starts_with("demo --reveal") {
+        typed.push(command.split(' ').next().unwrap_or_default().to_owned());
+        assert!(typed.len() < 12, "{typed:?}");
+        let ended = run(folder, &command.replace("EFFECT", &effect)).exits(0);
+        if command.starts_with("diagnose") {
+            let found = ended.stdout.split("explained by ").nth(1).expect("an effect");
+            effect = found.split_whitespace().next().expect("a word").to_owned();
+        }
+        command = said(&ended.stderr);
+    }
+    assert_eq!(typed, ["compare", "diagnose", "fit", "add", "train", "replay"]);
+    solved(&run(folder, &format!("{command} --json")).exits(0).json());
+    let told = run(folder, &command).exits(0).stdout;
+    assert!(told.contains("named right") && told.contains("times less"), "{told}");
+}
+
+#[test]
+fn a_riddle_not_solved_and_one_that_is_not_there() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    run(folder, "demo --hidden 3 --out riddle").exits(0);
+    run(folder, "demo --hidden 3 --out riddle").exits(2).says("is there already").helps();
+    let told = run(folder, "demo --reveal riddle").exits(0).stdout;
+    assert!(told.contains("hidden: ") && told.contains("there is no model.toml"), "{told}");
+    run(folder, "demo --reveal .").exits(3).says("sealed-truth.txt").helps();
+    std::fs::write(folder.join("riddle/sealed-truth.txt"), "sealed: x\n00").expect("room for it");
+    run(folder, "demo --reveal riddle").exits(3).says("the seal is broken").helps();
+    run(folder, "demo --hidden 3 --wind 5").exits(2);
+}

@@ -1,0 +1,33 @@
+//! The README's pictures: the command that draws them runs, and gives those that lie there, to the byte.
+
+use std::path::Path;
+use std::process::Command;
+
+#[test]
+fn are_drawn_anew_as_they_lie_there() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("tests lie in the project");
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = Command::new(root.join("tests/pictures"))
+        .arg(folder.path())
+        .env("YAWRIG", yawrig_tests::process::binary())
+        .output()
+        .expect("bash");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    let readme = std::fs::read_to_string(root.join("README.md")).expect("the README");
+    let names = |folder: &Path| {
+        let entries = folder.read_dir().expect("a folder").flatten();
+        let mut names: Vec<String> =
+            entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    };
+    let kept = root.join(".pictures");
+    assert_eq!(names(folder.path()), names(&kept));
+    for name in names(&kept) {
+        assert!(readme.contains(&format!("(.pictures/{name})")), "{name} is not in the README");
+        let [drawn, kept] = [folder.path(), kept.as_path()]
+            .map(|folder| std::fs::read(folder.join(&name)).expect("a picture"));
+        assert!(drawn == kept, "{name} is not as drawn: run tests/pictures");
+    }
+}

@@ -1,0 +1,75 @@
+//! Ctrl-C and Cancel.
+
+use crate::bench::{Bench, RUBBING};
+use nix::sys::signal::Signal;
+use serde_json::json;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+
+/// A stream of news that is open, as that of a tab.
+fn tab(bench: &Bench) -> TcpStream {
+    let mut stream = TcpStream::connect(bench.host()).expect("a connection");
+    let head = format!("GET /api/news HTTP/1.1\r\n{}\r\n\r\n", bench.ours().join("\r\n"));
+    stream.write_all(head.as_bytes()).expect("room");
+    let mut first = [0; 15];
+    stream.read_exact(&mut first).expect("an answer");
+    assert_eq!(&first, b"HTTP/1.1 200 OK");
+    stream
+}
+
+#[test]
+fn ctrl_c_ends_it_with_tabs_open() {
+    for signal in [Signal::SIGINT, Signal::SIGTERM] {
+        let bench = Bench::start(&[RUBBING], "rubbing.csv");
+        let _tabs = [tab(&bench), tab(&bench)];
+        let mut running = bench.running;
+        running.catches_interrupts();
+        running.signal(signal);
+        running.ends().exits(130).says("interrupted");
+    }
+}
+
+#[test]
+fn ctrl_c_ends_it_in_the_middle_of_a_fit() {
+    let campaign =
+        "simulate --campaign rig --seconds 20 --rate-hz 200 --effect coulomb_friction:c=0.05";
+    let bench = Bench::start(&[campaign], "rig/campaign.toml");
+    assert_eq!(bench.act(&json!({"do": "judge"})).0, 200);
+    bench.wait("work", |state| !state["job"].is_null());
+    let _tab = tab(&bench);
+    bench.running.signal(Signal::SIGINT);
+    let folder = bench.folder;
+    bench.running.ends().exits(130);
+    assert!(!folder.path().join("model.toml").exists());
+}
+
+#[test]
+fn a_fit_is_cancelled_and_nothing_is_changed() {
+    let campaign =
+        "simulate --campaign rig --seconds 20 --rate-hz 200 --effect coulomb_friction:c=0.05";
+    let bench = Bench::start(&[campaign], "rig/campaign.toml");
+    for job in [json!({"do": "judge"}), json!({"do": "add", "effect": "coulomb_friction"})] {
+        assert_eq!(bench.act(&job).0, 200);
+        bench.wait("work", |state| state["job"]["looks"].as_u64().is_some_and(|looks| looks > 0));
+        // One thing at a time, and said so.
+        let (status, refused) = bench.act(&json!({"do": "fit"}));
+        assert_eq!(status, 409, "{refused}");
+        assert!(
+            refused["error"]["message"].as_str().expect("why").contains("under way"),
+            "{refused}"
+        );
+        assert_eq!(bench.act(&json!({"do": "cancel"})).0, 200);
+        let state =
+            bench.wait("an end", |state| state["job"].is_null() && !state["ended"].is_null());
+        assert!(
+            state["ended"]["message"].as_str().expect("why").contains("cancelled"),
+            "{state:#}"
+        );
+    }
+    // Made ready in the background all the same, and fit to go on.
+    bench.wait("badges", |state| {
+        state["releases"]
+            .as_array()
+            .is_some_and(|all| all.iter().all(|r| r["badge"] == "structured"))
+    });
+}

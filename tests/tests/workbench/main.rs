@@ -1,0 +1,8 @@
+//! The workbench: who is let in, how it ends, and the loop on its page in a browser.
+
+mod bench;
+mod ending;
+mod keyboard;
+mod looks;
+mod page;
+mod refusals;

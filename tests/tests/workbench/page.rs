@@ -1,0 +1,152 @@
+//! The loop by hand, in a browser.
+
+use crate::bench::{pictures, Bench, RUBBING};
+use serde_json::Value;
+use yawrig_tests::browser::{Browser, Window};
+use yawrig_tests::process::yawrig;
+
+const WINDOW: Window = Window { width: 1280, height: 720, is_dark: false };
+
+fn steps(browser: &mut Browser) -> Vec<f64> {
+    let found = browser
+        .value("[...document.querySelectorAll('#steps button')].map(b => +b.dataset.overNoise)");
+    found.as_array().expect("steps").iter().filter_map(Value::as_f64).collect()
+}
+
+fn steps_are(count: usize) -> String {
+    format!("document.querySelectorAll('#steps button').length === {count}")
+}
+
+const IS_STRUCTURED: &str = "document.querySelector('#verdict').dataset.status === 'structured'";
+const IS_ADEQUATE: &str = "document.querySelector('#verdict').dataset.status === 'adequate'";
+
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn the_loop_by_hand() {
+    let bench = Bench::start(&[RUBBING], "rubbing.csv");
+    let mut browser = Browser::start(WINDOW);
+    browser.open(&bench.url);
+
+    // The failing verdict.
+    browser.wait(IS_STRUCTURED);
+    assert!(browser.text("#verdict").contains("Something is missing"));
+    assert!(browser.text("#figure-white").contains("not white"));
+    assert_eq!(browser.value("location.search"), "", "the token stays in the address");
+    browser.wait("document.querySelector('.badge.structured')");
+
+    // What is missing, on trial.
+    browser.click("#diagnose-button");
+    browser.wait("document.querySelector('#diagnosis').textContent.includes('explained by coulomb_friction')");
+    assert_eq!(
+        browser.value("document.querySelector('.candidate').dataset.effect"),
+        "coulomb_friction"
+    );
+    browser.click("[data-effect=coulomb_friction] [data-focus=try-coulomb_friction]");
+    browser.wait("!document.querySelector('.key.ghost').hidden");
+    browser.hover(600.0, 180.0);
+    browser.picture(&pictures().join("trial.png"));
+    assert!(!bench.path("model.toml").exists(), "a trial writes nothing");
+
+    // The right effect: the staircase falls.
+    browser.click("[data-effect=coulomb_friction] [data-focus=add-coulomb_friction]");
+    browser.wait(&steps_are(2));
+    browser.wait(IS_ADEQUATE);
+    let stairs = steps(&mut browser);
+    assert!(stairs[0] > 2.0 * stairs[1] && stairs[1] < 1.1, "{stairs:?}");
+    browser.picture(&pictures().join("added.png"));
+    same_as_the_command_line(&bench);
+
+    // A wrong one is rejected, with a note.
+    browser.click("[data-focus=reject-cubic_damping]");
+    browser.fill("[data-focus=note-cubic_damping]", "the wind was off");
+    browser.click("[data-focus=reject-cubic_damping]");
+    browser.wait(&steps_are(3));
+    browser.wait("document.querySelector('[data-effect=cubic_damping]').textContent.includes('the wind was off')");
+
+    // Back a step.
+    browser.click("#steps button[data-step='1']");
+    browser.wait(&steps_are(4));
+    browser.wait(IS_STRUCTURED);
+
+    // An own effect: wrong, with the error under its character, then right.
+    browser.click("#tab-own");
+    browser.fill("[data-field=moment]", "-c * sgn(r)");
+    browser.wait("!document.querySelector('#own-error').hidden");
+    let said = browser.text("#own-error");
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!((lines[0], lines[1]), ("-c * sgn(r)", "     ^^^"), "{said}");
+    assert!(said.contains("sign"), "{said}");
+    assert_eq!(browser.value("document.querySelector('#own-add').disabled"), true);
+    browser.picture(&pictures().join("own-error.png"));
+    browser.fill("[data-field=moment]", "-c * sign(r)");
+    browser.wait("document.querySelector('#own-error').hidden && !document.querySelector('#own-add').disabled");
+    browser.wait("!document.querySelector('.key.own').hidden");
+    browser.picture(&pictures().join("own.png"));
+    browser.click("#own-add");
+    browser.wait(&steps_are(5));
+    browser.wait(IS_ADEQUATE);
+    let stairs = steps(&mut browser);
+    assert!(stairs[3] > 2.0 * stairs[4] && stairs[4] < 1.1, "{stairs:?}");
+    assert!(bench.text("model.toml").contains("my_effect"));
+
+    // The command line goes on from there.
+    let history = yawrig("history --json").in_folder(bench.folder.path()).run().exits(0).json();
+    let done: Vec<&str> = history["steps"]
+        .as_array()
+        .expect("steps")
+        .iter()
+        .filter_map(|s| s["action"].as_str())
+        .collect();
+    assert_eq!(done, ["fit", "add", "reject", "return", "add"]);
+    assert_eq!(history["edited"], false);
+    yawrig("compare --json").in_folder(bench.folder.path()).run().exits(0);
+    browser.is_clean(&bench.origin);
+}
+
+/// The model is the one that the commands make, and the journal tells the same.
+fn same_as_the_command_line(bench: &Bench) {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::copy(bench.path("rubbing.csv"), folder.path().join("rubbing.csv")).expect("room");
+    let run = |arguments: &str| yawrig(arguments).in_folder(folder.path()).run().exits(0);
+    run("fit rubbing.csv");
+    run("add coulomb_friction");
+    let theirs = std::fs::read_to_string(folder.path().join("model.toml")).expect("a model");
+    assert_eq!(bench.text("model.toml"), theirs);
+    let journal = |text: String| -> Vec<Value> {
+        let line = |line: &str| {
+            let mut step: Value = serde_json::from_str(line).expect("JSON");
+            for own in ["time_utc", "command"] {
+                step.as_object_mut().expect("a step").remove(own).expect(own);
+            }
+            step
+        };
+        text.lines().map(line).collect()
+    };
+    let theirs =
+        std::fs::read_to_string(folder.path().join("model.journal.jsonl")).expect("a journal");
+    assert_eq!(journal(bench.text("model.journal.jsonl")), journal(theirs));
+}
+
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn a_step_on_the_command_line_shows_on_the_page() {
+    let bench = Bench::start(&[RUBBING], "rubbing.csv");
+    let mut browser = Browser::start(WINDOW);
+    browser.open(&bench.url);
+    browser.wait(IS_STRUCTURED);
+    let run = |arguments: &str| yawrig(arguments).in_folder(bench.folder.path()).run().exits(0);
+    run("fit rubbing.csv");
+    browser.wait(&steps_are(1));
+    run("add coulomb_friction");
+    browser.wait(&steps_are(2));
+    browser.wait(IS_ADEQUATE);
+    // A file that is broken by hand is said to be, and mended again.
+    let good = bench.text("model.toml");
+    std::fs::write(bench.path("model.toml"), good.replace("schema_version", "version"))
+        .expect("room");
+    browser.wait("document.querySelector('#verdict').dataset.status === 'bad'");
+    assert!(browser.text("#verdict").contains("model.toml"));
+    std::fs::write(bench.path("model.toml"), good).expect("room");
+    browser.wait(IS_ADEQUATE);
+    browser.is_clean(&bench.origin);
+}
