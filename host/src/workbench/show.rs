@@ -41,6 +41,7 @@ pub fn state(app: &App) -> Value {
         "own": session.own.iter().map(|e| e.id()).collect::<Vec<_>>(),
         "job": app.work.progress(),
         "ended": app.work.ended(),
+        "live": app.live.to_json(),
     })
 }
 
@@ -120,7 +121,11 @@ fn overall(session: &Session) -> Value {
             let times = format!("{:.1} times the noise", view.over_noise);
             let left = match number {
                 1 => times,
-                _ => format!("{times} in {}, {} of {number} not explained", name(&session.releases[*k]), failing.len()),
+                _ => format!(
+                    "{times} in {}, {} of {number} not explained",
+                    name(&session.releases[*k]),
+                    failing.len()
+                ),
             };
             ("structured", format!("Something is missing: {called} leaves {left}."))
         }
@@ -430,11 +435,7 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
         }
     });
     let told = diagnosed.map(|d| {
-        let model = if in_model.is_empty() {
-            SECOND_ORDER
-        } else {
-            "the present model"
-        };
+        let model = if in_model.is_empty() { SECOND_ORDER } else { "the present model" };
         verdict(d.diagnosis.status, &d.diagnosis.effects, model)
     });
     let alike = diagnosed.iter().flat_map(|d| &d.diagnosis.indistinguishable).map(|[a, b]| {
@@ -514,7 +515,7 @@ pub fn open(app: &App, file: &str) -> Result<usize> {
     let entry: RecordEntry =
         entries.pop().ok_or_else(|| Error::internal("a file without an entry"))?;
     let mut session = app.session();
-    let used = if session.standing.model.is_some() { Use::Out } else { Use::Fit };
+    let used = session.used_when_new();
     let id = session.include(entry, used);
     drop(session);
     app.work.want(id);
