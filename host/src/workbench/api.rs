@@ -111,6 +111,16 @@ pub async fn files(State(app): State<Arc<App>>) -> Answer {
     aside(app, |app| show::files(app)).await
 }
 
+/// What a page that has just been opened has missed of a device.
+pub async fn live(State(app): State<Arc<App>>) -> Answer {
+    aside(app, |app| Ok(app.live.history())).await
+}
+
+/// Devices that could be followed.
+pub async fn devices(State(app): State<Arc<App>>) -> Answer {
+    aside(app, |_| super::live::devices()).await
+}
+
 #[derive(Deserialize)]
 pub struct PreviewAsked {
     release: Option<usize>,
@@ -159,6 +169,16 @@ pub enum Act {
     Open {
         file: String,
     },
+    /// Follows a device.
+    Connect {
+        device: String,
+    },
+    Disconnect,
+    Record,
+    StopRecording,
+    Mark {
+        text: String,
+    },
     /// Makes the form's effect one of those that can be tried and added.
     Define {
         form: Form,
@@ -196,6 +216,11 @@ fn do_it(app: &Arc<App>, act: Act) -> crate::error::Result<Value> {
             app.tell_state();
             return Ok(json!({"release": id}));
         }
+        Act::Connect { device } => return app.live.connect(app, &device).map(|()| json!({})),
+        Act::Disconnect => return app.live.leave().map(|()| json!({})),
+        Act::Record => return app.live.record().map(|()| json!({})),
+        Act::StopRecording => return app.live.stop_recording().map(|()| json!({})),
+        Act::Mark { text } => return app.live.mark(&text).map(|()| json!({})),
         Act::Define { form } => {
             let effect = form.define()?;
             app.session().take_own(effect);

@@ -97,6 +97,8 @@ fn router(app: &Arc<App>) -> Router {
         .route("/api/candidates", get(api::candidates))
         .route("/api/derivatives", get(api::derivatives))
         .route("/api/files", get(api::files))
+        .route("/api/live", get(api::live))
+        .route("/api/devices", get(api::devices))
         .route("/api/news", get(news))
         .route("/api/preview", post(api::preview))
         .route("/api/do", post(api::act))
