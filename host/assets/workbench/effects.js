@@ -12,14 +12,19 @@ export async function refresh(state, act) {
   if (seen.release === null) { list = []; return draw(state, act); }
   const release = seen.release;
   try {
-    const found = await get("/api/candidates", { release });
+    const answer = await get("/api/candidates", { release });
     if (release !== seen.release) return;
-    list = found.candidates;
-    verdict = found;
+    list = answer.candidates;
+    verdict = answer;
   } catch { list = []; verdict = null; }
   if (!list.some((c) => c.effect === current)) current = list.length ? list[0].effect : null;
-  draw(state, act);
+  // While the list is the same it is left alone: somebody may be typing in it.
+  const now = JSON.stringify([found(), !!state.job, seen.ghost, !!seen.view, seen.view && seen.view.trials.map((t) => t.effect)]);
+  if (now !== drawn) { drawn = now; draw(state, act); }
 }
+
+let drawn = "";
+const found = () => [list, verdict && verdict.verdict, seen.release];
 
 function drawModel(state, act) {
   const { model } = state;
@@ -38,10 +43,12 @@ function draw(state, act) {
   by("diagnose-button").classList.toggle("primary", !(verdict && verdict.verdict));
   by("diagnosis").textContent = verdict && verdict.verdict ? `This release is ${[verdict.verdict, ...verdict.alike].join(". ")}` : "Fits every effect to this release.";
   const focus = document.activeElement && document.activeElement.dataset ? document.activeElement.dataset.focus : null;
+  const place = focus && focus.startsWith("note-") ? document.activeElement.selectionStart : null;
   by("candidates").replaceChildren(...list.map((c) => candidate(c, state, act)));
   if (focus) {
     const again = document.querySelector(`[data-focus="${focus}"]`);
     if (again) again.focus({ preventScroll: true });
+    if (again && place !== null) again.setSelectionRange(place, place);
   }
 }
 

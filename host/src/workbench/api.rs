@@ -4,7 +4,7 @@ use super::app::App;
 use super::jobs::Job;
 use super::own::Form;
 use super::session::Use;
-use super::show;
+use super::{show, state};
 use crate::error::{Error, Exit};
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
@@ -47,8 +47,8 @@ async fn aside(
     Ok(Json(done?))
 }
 
-pub async fn state(State(app): State<Arc<App>>) -> Answer {
-    aside(app, |app| Ok(show::state(app))).await
+pub async fn state_of(State(app): State<Arc<App>>) -> Answer {
+    aside(app, |app| Ok(state::state(app))).await
 }
 
 /// The library.
@@ -209,7 +209,7 @@ fn do_it(app: &Arc<App>, act: Act) -> crate::error::Result<Value> {
             }
             drop(session);
             app.tell_state();
-            return Ok(show::state(app));
+            return Ok(state::state(app));
         }
         Act::Open { file } => {
             let id = show::open(app, &file)?;

@@ -17,6 +17,7 @@ mod series;
 mod server;
 mod session;
 mod show;
+mod state;
 mod view;
 mod work;
 

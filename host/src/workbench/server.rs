@@ -90,7 +90,7 @@ pub fn run(listener: std::net::TcpListener, app: &Arc<App>) -> Result<()> {
 
 fn router(app: &Arc<App>) -> Router {
     Router::new()
-        .route("/api/state", get(api::state))
+        .route("/api/state", get(api::state_of))
         .route("/api/effects", get(api::effects))
         .route("/api/curves", get(api::curves))
         .route("/api/view", get(api::view))

@@ -128,8 +128,7 @@ impl Work {
     /// Works until the user stops the program.
     pub fn run(&self, app: &Arc<App>) {
         while !interrupt::requested() {
-            let next = self.queue().waiting.take();
-            match next {
+            match self.taken() {
                 Some(job) => self.run_job(app, &job),
                 None if self.make_ready(app) => {}
                 None => {
@@ -142,13 +141,17 @@ impl Work {
         }
     }
 
-    fn run_job(&self, app: &Arc<App>, job: &Job) {
+    /// The next piece that was asked for, from here on the one that Cancel is about.
+    fn taken(&self) -> Option<Job> {
+        let mut queue = self.queue();
+        let job = queue.waiting.take()?;
         self.task.begin();
-        {
-            let mut queue = self.queue();
-            queue.running = Some((job.what(), Instant::now()));
-            queue.is_stopping = false;
-        }
+        queue.running = Some((job.what(), Instant::now()));
+        queue.is_stopping = false;
+        Some(job)
+    }
+
+    fn run_job(&self, app: &Arc<App>, job: &Job) {
         app.tell(&serde_json::json!({"kind": "job", "job": self.progress()}));
         let done = self.pool.install(|| jobs::run(app, job));
         let mut queue = self.queue();
