@@ -147,7 +147,7 @@ function toggle(used) {
   const release = state.releases.find((r) => r.id === seen.release);
   if (release) releases.set([release.id], release.used === used ? "out" : used, failed);
 }
-const diagnose = () => { if (seen.release !== null && seen.view) act({ do: "diagnose", release: seen.release }); };
+const diagnose = () => { if (seen.release !== null) act({ do: "diagnose", release: seen.release }); };
 const cancel = () => { if (state && state.job) post("/api/do", { do: "cancel" }).catch(failed); };
 const opened = (id) => fetchState().then(() => choose(id));
 function back() {
