@@ -113,9 +113,7 @@ impl Live {
             return Err(Error::usage("a device is followed already").help("disconnect it first"));
         }
         let (send, orders) = channel();
-        let target: Target = match device.parse() {
-            Ok(target) => target,
-        };
+        let Ok(target) = device.parse::<Target>();
         inner.seen = Seen { device: device.to_owned(), ..Seen::default() };
         inner.orders = Some(send);
         let app = app.clone();
