@@ -1,5 +1,5 @@
 // Derivatives of a campaign, with the second-order model and with the present one.
-import { by, digits, get, make } from "./talk.js";
+import { by, get, make } from "./talk.js";
 
 let plot = null;
 
@@ -39,8 +39,18 @@ export async function refresh(state, act) {
 }
 
 function table({ before, after }) {
-  const names = ["cn_beta", "cn_r", "cy_beta", "cy_r"], titles = ["Cn_β", "Cn_r", "Cy_β", "Cy_r"];
-  const shown = (q) => (q ? `${digits(q.value, 4)} ±${digits(q.u, 1)}` : "–");
+  return make("div", {}, half(before, after, ["cn_beta", "cn_r"], ["Cn_β", "Cn_r"]), half(before, after, ["cy_beta", "cy_r"], ["Cy_β", "Cy_r"]),
+    make("p", { className: "caption", textContent: "Per radian, Cn about the middle axis; Cn_r is the combined Cn_r − Cn_β̇. The uncertainties are standard ones (k = 1)." }));
+}
+
+/** To the second digit of the uncertainty. */
+function shown(q) {
+  if (!q) return "–";
+  const places = q.u > 0 ? Math.min(8, Math.max(0, 1 - Math.floor(Math.log10(q.u)))) : 4;
+  return `${q.value.toFixed(places)} ± ${q.u.toFixed(places)}`.replaceAll("-", "−");
+}
+
+function half(before, after, names, titles) {
   const rows = (before || after).flatMap((p, k) => [before, after].map((list, which) => (list && list[k] ? make("tr", { className: which ? "after" : "before" },
     make("td", { textContent: which === 0 || !before ? `${p.spring} ${p.wind_speed_m_s} m/s` : "" }), make("td", { textContent: which ? "after" : "before" }),
     ...names.map((n) => make("td", { textContent: shown(list[k][n]) }))) : null))).filter(Boolean);

@@ -12,14 +12,19 @@ export async function refresh(state, act) {
   if (seen.release === null) { list = []; return draw(state, act); }
   const release = seen.release;
   try {
-    const found = await get("/api/candidates", { release });
+    const answer = await get("/api/candidates", { release });
     if (release !== seen.release) return;
-    list = found.candidates;
-    verdict = found;
+    list = answer.candidates;
+    verdict = answer;
   } catch { list = []; verdict = null; }
   if (!list.some((c) => c.effect === current)) current = list.length ? list[0].effect : null;
-  draw(state, act);
+  // While the list is the same it is left alone: somebody may be typing in it.
+  const now = JSON.stringify([found(), !!state.job, seen.ghost, seen.view && seen.view.trials.map((t) => t.effect)]);
+  if (now !== drawn) { drawn = now; draw(state, act); }
 }
+
+let drawn = "";
+const found = () => [list, verdict && verdict.verdict, seen.release];
 
 function drawModel(state, act) {
   const { model } = state;
@@ -34,14 +39,16 @@ function drawModel(state, act) {
 
 /** The step is the same on the command line: it says so. */
 function draw(state, act) {
-  by("diagnose-button").disabled = !!state.job || seen.release === null || !seen.view;
+  by("diagnose-button").disabled = !!state.job || seen.release === null;
   by("diagnose-button").classList.toggle("primary", !(verdict && verdict.verdict));
   by("diagnosis").textContent = verdict && verdict.verdict ? `This release is ${[verdict.verdict, ...verdict.alike].join(". ")}` : "Fits every effect to this release.";
   const focus = document.activeElement && document.activeElement.dataset ? document.activeElement.dataset.focus : null;
+  const place = focus && focus.startsWith("note-") ? document.activeElement.selectionStart : null;
   by("candidates").replaceChildren(...list.map((c) => candidate(c, state, act)));
   if (focus) {
     const again = document.querySelector(`[data-focus="${focus}"]`);
     if (again) again.focus({ preventScroll: true });
+    if (again && place !== null) again.setSelectionRange(place, place);
   }
 }
 
@@ -61,7 +68,7 @@ function candidate(c, state, act) {
     make("button", { type: "button", className: "name", textContent: c.title, "data-focus": `name-${id}`, title: c.is_suggested ? `${id}: needed, by this release's diagnosis` : id, "aria-expanded": String(open === id), onclick: () => choose(open === id ? null : id) }),
     make("span", { className: "found", textContent: found, title: "Residual over noise with this effect in this release, and the difference of an information criterion: larger is better, below 10 it is not believed." })),
   make("div", { className: "buttons" },
-    make("button", { type: "button", textContent: is_shown ? "Hide" : "Try", "data-focus": `try-${id}`, disabled: busy || !c.can_be_tried || !seen.view, title: c.can_be_tried ? "Fit this release with it and lay it over the panels; nothing is written (t)" : "random: it cannot be simulated", onclick: () => { current = id; act(is_shown ? { do: "hide" } : { do: "try", release: seen.release, effect: id }); } }),
+    make("button", { type: "button", textContent: is_shown ? "Hide" : "Try", "data-focus": `try-${id}`, disabled: busy || !c.can_be_tried, title: c.can_be_tried ? "Fit this release with it and lay it over the panels; nothing is written (t)" : "random: it cannot be simulated", onclick: () => { current = id; act(is_shown ? { do: "hide" } : { do: "try", release: seen.release, effect: id }); } }),
     make("button", { type: "button", textContent: "Add", "data-focus": `add-${id}`, disabled: busy || !c.can_be_tried, title: "Into the model, fitted to all ticked releases (a)", onclick: () => { current = id; act({ do: "add", effect: id, why: why() }); } }),
     make("button", { type: "button", textContent: "Reject", "data-focus": `reject-${id}`, disabled: busy, title: "Not this one, with the reason, in the journal (r)", onclick: () => reject(c, state, act) }),
     trial));

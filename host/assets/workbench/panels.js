@@ -20,8 +20,8 @@ export function build() {
     x: time, y: { label: "residual (deg)" }, zoomed, pointed: pointed("residual"),
     band: () => seen.curves && seen.curves.noise_deg * 2,
   });
-  plots.phase = Plots.plane(by("plot-phase"), { x: "yaw angle (deg)", y: "yaw rate (deg/s)", unit: "rad/s²" });
-  const law = (id, label) => Plots.lines(by(id), { x: { label }, y: { label: "rad/s²" }, marks: () => marks[id] || [], cursor: false });
+  plots.phase = Plots.plane(by("plot-phase"), { x: "yaw angle (deg)", y: "yaw rate (deg/s)", unit: "rad/s²", least: shows });
+  const law = (id, label) => Plots.lines(by(id), { x: { label }, y: { label: "rad/s²", range: (min, max) => around(id, min, max) }, marks: () => marks[id] || [], cursor: false });
   plots.damping = law("plot-damping", "rate (deg/s)");
   plots.stiffness = law("plot-stiffness", "yaw angle (deg)");
   const amplitude = (id, y, x) => Plots.lines(by(id), {
@@ -36,6 +36,13 @@ export function build() {
 }
 
 const marks = {};
+
+/** A missing moment below this is noise: it keeps its pale colour however little else there is. */
+function shows() {
+  const v = seen.view;
+  const deviations = v ? [...v.where.damping_law, ...v.where.stiffness_law].map((row) => row[2]).filter(isFinite).sort((a, b) => a - b) : [];
+  return deviations.length ? 6 * deviations[deviations.length >> 1] : 0;
+}
 
 /** The page asks for the record and what is known of it; old answers are thrown away. */
 let asked = 0;
@@ -149,9 +156,11 @@ function amplitudes(min, max) {
   return [Math.max(0, (min ?? 0) - pad), (max ?? 1) + pad];
 }
 
-/** What is measured and the model, not every trial: one that fails wildly would press the rest flat. */
+/** What is measured with its bars, not every trial and not a bar that is long by chance: they would press the rest flat. */
 function around(id, min, max) {
-  const values = (marks[id] || []).map((m) => [m.y - 2 * (m.u || 0), m.y + 2 * (m.u || 0)]);
+  const points = marks[id] || [], usual = points.map((m) => m.u || 0).sort((a, b) => a - b)[points.length >> 1] || 0;
+  const bar = (m) => 2 * Math.min(m.u || 0, 2.5 * usual);
+  const values = points.map((m) => [m.y - bar(m), m.y + bar(m)]);
   if (!values.length) return [min ?? 0, max ?? 1];
   const sorted = values.flat().sort((a, b) => a - b);
   let low = sorted[0], high = sorted[sorted.length - 1];

@@ -17,7 +17,7 @@ export function draw(state, act) {
   // Percent of the height, on a logarithmic scale; the lowest 15 pixels are the names.
   const height = (x) => (x > 0 ? Math.max(0, Math.log(x / least) / Math.log(most / least)) : 0);
   const place = (x) => `calc(15px + ${height(x).toFixed(4)} * (100% - 15px))`;
-  const ticks = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].filter((t) => t < most);
+  const ticks = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].filter((t) => t < 0.75 * most);
   const few = ticks.filter((t, k) => ticks.length < 5 || [1, 10, 100, 1000].includes(t) || k === ticks.length - 1);
   const axis = few.map((t) => { const e = make("div", { className: "axis" }, make("span", { textContent: `${t}` })); e.style.bottom = place(t); return e; });
   const items = steps.map((s, k) => {

@@ -6,6 +6,7 @@ import * as effects from "./effects.js";
 import * as own from "./own.js";
 import * as steps from "./steps.js";
 import * as derivatives from "./derivatives.js";
+import * as live from "./live.js";
 
 const { seen } = panels;
 let state = null, ended = 0, modelKey = "";
@@ -99,6 +100,7 @@ panels.onView(() => { if (state) { drawHead(); effects.refresh(state, act); } })
 let soon = null;
 function heard(news) {
   if (news.kind === "job") return drawJob(news.job);
+  if (news.kind === "live") return live.heard(news);
   if (news.kind === "view" && news.release === seen.release) panels.refresh();
   // Thirty releases become ready one after the other: not a request for each.
   if (news.kind === "view") { soon = soon || setTimeout(() => { soon = null; fetchState(); }, 120); } else fetchState();
@@ -135,6 +137,7 @@ const KEYS = [
   ["←  →", "earlier, later", (e) => panels.zoomBy(1, e.key === "ArrowLeft" ? -0.25 : 0.25), ["ArrowLeft", "ArrowRight"]],
   ["z", "all of the record", () => panels.zoom(null, null), ["z"]],
   ["1  2  3", "effects, your own, derivatives", (e) => tab(TABS[+e.key - 1]), ["1", "2", "3"]],
+  ["l", "follow a device, or back to the releases", () => live.toggle(), ["l"]],
   ["o", "open a record of this folder", () => releases.openDialog(opened, failed), ["o"]],
   ["Esc", "cancel what is under way", () => cancel(), ["Escape"]],
   ["?", "this list", () => by("help").showModal(), ["?"]],
@@ -144,7 +147,7 @@ function toggle(used) {
   const release = state.releases.find((r) => r.id === seen.release);
   if (release) releases.set([release.id], release.used === used ? "out" : used, failed);
 }
-const diagnose = () => { if (seen.release !== null && seen.view) act({ do: "diagnose", release: seen.release }); };
+const diagnose = () => { if (seen.release !== null) act({ do: "diagnose", release: seen.release }); };
 const cancel = () => { if (state && state.job) post("/api/do", { do: "cancel" }).catch(failed); };
 const opened = (id) => fetchState().then(() => choose(id));
 function back() {
@@ -173,6 +176,8 @@ document.addEventListener("keydown", (event) => {
 function start() {
   panels.build();
   own.build(act, say, failed);
+  live.build(say, failed);
+  by("live-button").onclick = live.toggle;
   by("help").replaceChildren(make("h2", { textContent: "Keys" }),
     make("dl", {}, ...KEYS.flatMap(([keys, what]) => [make("dt", {}, ...keys.split("  ").flatMap((k) => [make("kbd", { textContent: k }), " "])), make("dd", { textContent: what })])),
     make("h2", { textContent: "Panels" }),
@@ -184,7 +189,7 @@ function start() {
   by("diagnose-button").onclick = diagnose;
   by("cancel-button").onclick = cancel;
   for (const name of TABS) by(`tab-${name}`).onclick = () => tab(name);
-  listen(heard, (lost) => { if (lost) say("yawrig does not answer: was it ended? The page takes up again when it does.", true); else fetchState(); });
+  listen(heard, (lost) => { if (lost) say("yawrig does not answer: was it ended? The page takes up again when it does.", true); else { fetchState(); live.open(); } });
   fetchState();
 }
 

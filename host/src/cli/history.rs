@@ -4,7 +4,7 @@ use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
 use super::model::{asked, ModelArg};
 use crate::criticism::journal::{path_of, Action, Journal, Step};
 use crate::criticism::model::read_text;
-use crate::criticism::revise;
+use crate::criticism::unfitted;
 use crate::error::{Error, Result};
 use clap::Args;
 use serde::Serialize;
@@ -42,7 +42,7 @@ impl History {
     pub fn run(&self) -> Result<()> {
         let path = &self.model.model;
         if let Some(number) = self.to {
-            let step = revise::return_to(path, number, &asked(self.why.as_deref()))?;
+            let step = unfitted::return_to(path, number, &asked(self.why.as_deref()))?;
             crate::say!("{}: step {} takes up step {number} again", path.display(), step.step);
         }
         let journal = Journal::of(path)?;

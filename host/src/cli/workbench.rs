@@ -30,6 +30,9 @@ pub struct Workbench {
     /// Serve on this address instead of 127.0.0.1, for browsers elsewhere: the traffic is not encrypted
     #[arg(long, value_name = "ADDRESS")]
     pub allow_remote: Option<IpAddr>,
+    /// Follow this device from the beginning: `emulated`, `qemu` or a serial port's path
+    #[arg(long, value_name = "DEVICE")]
+    pub device: Option<String>,
     /// Open the page in the browser
     #[arg(long)]
     pub open: bool,
@@ -44,6 +47,7 @@ impl Workbench {
             unknown_zero: self.unknown_zero,
             port: self.port,
             allow_remote: self.allow_remote,
+            device: self.device.clone(),
             open: self.open,
         };
         workbench::serve(&options, print_line)

@@ -43,3 +43,4 @@ mod structure;
 pub mod swing;
 mod terms;
 mod together;
+pub mod unfitted;

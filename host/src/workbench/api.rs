@@ -4,7 +4,7 @@ use super::app::App;
 use super::jobs::Job;
 use super::own::Form;
 use super::session::Use;
-use super::show;
+use super::{show, state};
 use crate::error::{Error, Exit};
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
@@ -47,8 +47,8 @@ async fn aside(
     Ok(Json(done?))
 }
 
-pub async fn state(State(app): State<Arc<App>>) -> Answer {
-    aside(app, |app| Ok(show::state(app))).await
+pub async fn state_of(State(app): State<Arc<App>>) -> Answer {
+    aside(app, |app| Ok(state::state(app))).await
 }
 
 /// The library.
@@ -111,6 +111,16 @@ pub async fn files(State(app): State<Arc<App>>) -> Answer {
     aside(app, |app| show::files(app)).await
 }
 
+/// What a page that has just been opened has missed of a device.
+pub async fn live(State(app): State<Arc<App>>) -> Answer {
+    aside(app, |app| Ok(app.live.history())).await
+}
+
+/// Devices that could be followed.
+pub async fn devices(State(app): State<Arc<App>>) -> Answer {
+    aside(app, |_| super::live::devices()).await
+}
+
 #[derive(Deserialize)]
 pub struct PreviewAsked {
     release: Option<usize>,
@@ -159,6 +169,16 @@ pub enum Act {
     Open {
         file: String,
     },
+    /// Follows a device.
+    Connect {
+        device: String,
+    },
+    Disconnect,
+    Record,
+    StopRecording,
+    Mark {
+        text: String,
+    },
     /// Makes the form's effect one of those that can be tried and added.
     Define {
         form: Form,
@@ -189,13 +209,18 @@ fn do_it(app: &Arc<App>, act: Act) -> crate::error::Result<Value> {
             }
             drop(session);
             app.tell_state();
-            return Ok(show::state(app));
+            return Ok(state::state(app));
         }
         Act::Open { file } => {
             let id = show::open(app, &file)?;
             app.tell_state();
             return Ok(json!({"release": id}));
         }
+        Act::Connect { device } => return app.live.connect(app, &device).map(|()| json!({})),
+        Act::Disconnect => return app.live.leave().map(|()| json!({})),
+        Act::Record => return app.live.record().map(|()| json!({})),
+        Act::StopRecording => return app.live.stop_recording().map(|()| json!({})),
+        Act::Mark { text } => return app.live.mark(&text).map(|()| json!({})),
         Act::Define { form } => {
             let effect = form.define()?;
             app.session().take_own(effect);

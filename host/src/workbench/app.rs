@@ -1,6 +1,7 @@
 //! The session, who works on it and who is told.
 
 use super::access::Access;
+use super::live::Live;
 use super::session::Session;
 use super::work::Work;
 use crate::error::Result;
@@ -16,6 +17,7 @@ pub struct App {
     pub news: broadcast::Sender<String>,
     session: Mutex<Session>,
     pub work: Work,
+    pub live: Live,
 }
 
 impl App {
@@ -25,6 +27,7 @@ impl App {
             news: broadcast::channel(MOST_NEWS).0,
             session: Mutex::new(session),
             work: Work::new()?,
+            live: Live::default(),
         })
     }
 

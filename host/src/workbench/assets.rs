@@ -35,6 +35,7 @@ pub fn at(path: &str) -> Option<Asset> {
         "/own.js" => script!("own"),
         "/steps.js" => script!("steps"),
         "/derivatives.js" => script!("derivatives"),
+        "/live.js" => script!("live"),
         "/icon.svg" => asset!("image/svg+xml", "workbench/icon.svg"),
         _ => return None,
     })

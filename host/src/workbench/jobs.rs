@@ -8,6 +8,7 @@ use crate::criticism::diagnose::{diagnose_with_fits, verdict, Diagnosed, SECOND_
 use crate::criticism::effects::Effect;
 use crate::criticism::model::RecordEntry;
 use crate::criticism::revise::{self, quoted, Asked, Revision};
+use crate::criticism::unfitted;
 use crate::error::{Error, Result};
 use crate::interrupt;
 use rayon::prelude::*;
@@ -143,12 +144,12 @@ pub fn run(app: &Arc<App>, job: &Job) -> Result<String> {
         Job::Reject { effect, why } => {
             taken.begun()?;
             let asked = taken.asked(&format!("reject {effect}"), why.as_deref());
-            let step = revise::reject(&taken.path, *effect, &asked)?;
+            let step = unfitted::reject(&taken.path, *effect, &asked)?;
             Ok(format!("step {}: {effect} is rejected", step.step))
         }
         Job::Return { step, why } => {
             let asked = taken.asked(&format!("history --return {step}"), why.as_deref());
-            let taken = revise::return_to(&taken.path, *step, &asked)?;
+            let taken = unfitted::return_to(&taken.path, *step, &asked)?;
             Ok(format!("step {} takes up step {step} again", taken.step))
         }
         Job::Diagnose { release } => diagnose(app, &taken, *release),

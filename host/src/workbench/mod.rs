@@ -11,11 +11,13 @@ mod app;
 mod assets;
 mod derived;
 mod jobs;
+mod live;
 mod own;
 mod series;
 mod server;
 mod session;
 mod show;
+mod state;
 mod view;
 mod work;
 
@@ -39,6 +41,8 @@ pub struct Options {
     pub port: u16,
     /// Another address than this machine's own.
     pub allow_remote: Option<IpAddr>,
+    /// A device to follow from the beginning.
+    pub device: Option<String>,
     /// In the browser, at once.
     pub open: bool,
 }
@@ -69,11 +73,15 @@ pub fn serve(options: &Options, ready: impl FnOnce(&str) -> Result<()>) -> Resul
         std::thread::spawn(move || app.work.run(&app))
     };
     ready(&url)?;
+    if let Some(device) = &options.device {
+        app.live.connect(&app, device)?;
+    }
     crate::say!("the page is at that address for as long as this runs; Ctrl-C ends it");
     if options.open {
         open(&url);
     }
     let done = server::run(listener, &app);
+    app.live.end();
     if interrupt::requested() {
         // A fit that is under way asks often; a step that is being written is written whole.
         let _ = worker.join();

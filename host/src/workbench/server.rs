@@ -90,13 +90,15 @@ pub fn run(listener: std::net::TcpListener, app: &Arc<App>) -> Result<()> {
 
 fn router(app: &Arc<App>) -> Router {
     Router::new()
-        .route("/api/state", get(api::state))
+        .route("/api/state", get(api::state_of))
         .route("/api/effects", get(api::effects))
         .route("/api/curves", get(api::curves))
         .route("/api/view", get(api::view))
         .route("/api/candidates", get(api::candidates))
         .route("/api/derivatives", get(api::derivatives))
         .route("/api/files", get(api::files))
+        .route("/api/live", get(api::live))
+        .route("/api/devices", get(api::devices))
         .route("/api/news", get(news))
         .route("/api/preview", post(api::preview))
         .route("/api/do", post(api::act))

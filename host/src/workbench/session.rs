@@ -203,6 +203,15 @@ impl Session {
         all.then(|| Arc::new(campaign))
     }
 
+    /// A release that joins the list later is no part of a model that is there until it is ticked.
+    pub fn used_when_new(&self) -> Use {
+        if self.standing.model.is_some() {
+            Use::Out
+        } else {
+            Use::Fit
+        }
+    }
+
     /// Adds a release, unless it is there already.
     pub fn include(&mut self, entry: RecordEntry, used: Use) -> usize {
         let path = Model::record_path(&self.model_path, &entry);

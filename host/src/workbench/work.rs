@@ -13,6 +13,9 @@ use std::time::{Duration, Instant};
 /// How long the thread sleeps where nobody wakes it.
 const NAP: Duration = Duration::from_millis(200);
 
+/// How long a page may take to be opened after the start.
+const FIRST_PAGE: Duration = Duration::from_secs(3);
+
 /// What the worker is at.
 #[derive(Clone, Debug, Serialize)]
 pub struct Progress {
@@ -50,6 +53,7 @@ pub struct Work {
     bell: Condvar,
     task: Task,
     pool: rayon::ThreadPool,
+    begun: Instant,
 }
 
 impl Work {
@@ -63,7 +67,13 @@ impl Work {
             .start_handler(move |_| theirs.is_done_here())
             .build()
             .map_err(|e| Error::internal(format!("cannot start threads: {e}")))?;
-        Ok(Self { queue: Mutex::default(), bell: Condvar::new(), task, pool })
+        Ok(Self {
+            queue: Mutex::default(),
+            bell: Condvar::new(),
+            task,
+            pool,
+            begun: Instant::now(),
+        })
     }
 
     fn queue(&self) -> MutexGuard<'_, Queue> {
@@ -128,8 +138,7 @@ impl Work {
     /// Works until the user stops the program.
     pub fn run(&self, app: &Arc<App>) {
         while !interrupt::requested() {
-            let next = self.queue().waiting.take();
-            match next {
+            match self.taken() {
                 Some(job) => self.run_job(app, &job),
                 None if self.make_ready(app) => {}
                 None => {
@@ -142,13 +151,17 @@ impl Work {
         }
     }
 
-    fn run_job(&self, app: &Arc<App>, job: &Job) {
+    /// The next piece that was asked for, from here on the one that Cancel is about.
+    fn taken(&self) -> Option<Job> {
+        let mut queue = self.queue();
+        let job = queue.waiting.take()?;
         self.task.begin();
-        {
-            let mut queue = self.queue();
-            queue.running = Some((job.what(), Instant::now()));
-            queue.is_stopping = false;
-        }
+        queue.running = Some((job.what(), Instant::now()));
+        queue.is_stopping = false;
+        Some(job)
+    }
+
+    fn run_job(&self, app: &Arc<App>, job: &Job) {
         app.tell(&serde_json::json!({"kind": "job", "job": self.progress()}));
         let done = self.pool.install(|| jobs::run(app, job));
         let mut queue = self.queue();
@@ -171,8 +184,12 @@ impl Work {
     }
 
     /// Makes views of the next releases ready, those that are looked at first, then the most recent. Whether there was
-    /// one to be made.
+    /// one to be made. Nothing is made while the first page is still to come: its first picture has the machine to
+    /// itself.
     fn make_ready(&self, app: &Arc<App>) -> bool {
+        if self.begun.elapsed() < FIRST_PAGE && self.queue().wanted.is_empty() {
+            return false;
+        }
         let next: Vec<usize> = {
             let session = app.session();
             let wanted = self.queue().wanted.clone();

@@ -3,6 +3,7 @@
 mod bench;
 mod ending;
 mod keyboard;
+mod live;
 mod looks;
 mod page;
 mod refusals;

@@ -1,0 +1,102 @@
+//! A device followed on the page.
+
+use crate::bench::{pictures, Bench};
+use nix::sys::signal::Signal;
+use serde_json::{json, Value};
+use std::path::{Path, PathBuf};
+use yawrig_tests::browser::{Browser, Window};
+
+/// Files of the recordings' folder whose names end so, the releases' apart.
+fn recorded(folder: &Path, end: &str) -> Vec<PathBuf> {
+    let entries = folder.join("recordings").read_dir().expect("a folder of recordings").flatten();
+    let name = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    entries
+        .map(|entry| entry.path())
+        .filter(|path| name(path).ends_with(end) && !name(path).contains("release"))
+        .collect()
+}
+
+/// Milliseconds of the samples of a trace.
+fn milliseconds(trace: &Path) -> Vec<i64> {
+    let text = std::fs::read_to_string(trace).expect("a trace");
+    let number = |line: &str| {
+        let (time_s, yaw_deg) = line.split_once(',').expect("two columns");
+        assert!(yaw_deg.parse::<f64>().expect("an angle").is_finite());
+        (time_s.parse::<f64>().expect("a time") * 1e3).round() as i64
+    };
+    text.lines().skip(1).map(number).collect()
+}
+
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn a_minute_of_a_device_is_drawn_and_kept_whole() {
+    let bench = Bench::start(&[], "");
+    let mut browser = Browser::start(Window { width: 1280, height: 720, is_dark: false });
+    browser.open(&bench.url);
+    browser.wait("document.querySelector('#verdict').textContent.includes('ticked')");
+    browser.key("l");
+    browser.wait("document.querySelector('#live-device').value === 'emulated'");
+    browser.click("#live-connect");
+    let samples = "+document.querySelector('#live-count').dataset.samples";
+    browser.wait(&format!("{samples} > 0"));
+    browser.click("#live-record");
+    browser.wait("document.querySelector('#live-record').textContent === 'Stop recording'");
+    let from = browser.value(samples).as_u64().expect("a number");
+    browser.fill("#live-note", "wind on");
+    browser.click("#live-mark");
+    browser.wait("document.querySelector('#live-log [data-event=mark]')");
+    browser.wait(&format!("{samples} > {}", from + 62_000));
+    browser.wait("document.querySelectorAll('#live-log [data-event=window]').length > 2");
+    browser.picture(&pictures().join("live.png"));
+    browser.click("#live-record");
+    browser.wait("document.querySelector('#live-log [data-event=recorded]')");
+    let said = browser.text("#live-log [data-event=recorded]");
+    assert!(said.contains("none missing"), "{said}");
+    assert_eq!(browser.value("+document.querySelector('#live-count').dataset.missing"), 0);
+    let trace = recorded(bench.folder.path(), ".csv");
+    assert_eq!(trace.len(), 1, "{trace:?}");
+    let times = milliseconds(&trace[0]);
+    println!("{said}");
+    assert!(times.len() >= 60_000, "{}", times.len());
+    assert!(times.windows(2).all(|pair| pair[1] - pair[0] == 1), "a sample is missing");
+    let log = recorded(bench.folder.path(), ".jsonl");
+    assert!(std::fs::read_to_string(&log[0]).expect("a log").contains("\"wind on\""));
+    browser.click("#live-connect");
+    browser.wait("document.querySelector('#live-connect').textContent === 'Connect'");
+    browser.is_clean(&bench.origin);
+}
+
+#[test]
+fn ctrl_c_keeps_what_is_being_recorded() {
+    let bench = Bench::start(&[], "--device emulated");
+    let live = |state: &Value| state["live"].clone();
+    bench.wait("samples", |state| live(state)["samples"].as_u64() > Some(0));
+    // A second one is not begun beside it.
+    let (status, refused) = bench.act(&json!({"do": "connect", "device": "emulated"}));
+    assert_eq!(status, 409, "{refused}");
+    assert_eq!(bench.act(&json!({"do": "record"})).0, 200);
+    let begun = bench.wait("a recording", |state| !live(state)["recording"].is_null());
+    let from = begun["live"]["samples"].as_u64().expect("a number");
+    bench.wait("a second", |state| live(state)["samples"].as_u64() > Some(from + 1000));
+    let folder = bench.folder;
+    bench.running.signal(Signal::SIGINT);
+    bench.running.ends().exits(130);
+    assert!(recorded(folder.path(), ".partial").is_empty());
+    let traces = recorded(folder.path(), ".csv");
+    let times = milliseconds(&traces[0]);
+    assert!(times.len() > 900, "{}", times.len());
+    assert!(times.windows(2).all(|pair| pair[1] - pair[0] == 1));
+}
+
+#[test]
+fn a_device_that_is_not_there_is_said_to_be() {
+    let bench = Bench::start(&[], "");
+    assert_eq!(bench.act(&json!({"do": "connect", "device": "/dev/ttyNothing"})).0, 200);
+    let state = bench.wait("a fault", |state| !state["live"]["fault"].is_null());
+    let said = state["live"]["fault"]["message"].as_str().expect("why");
+    assert!(said.contains("/dev/ttyNothing"), "{said}");
+    assert_eq!(state["live"]["is_followed"], false);
+    let (status, refused) = bench.act(&json!({"do": "record"}));
+    assert_eq!(status, 409);
+    assert!(refused["error"]["message"].as_str().expect("why").contains("no device"), "{refused}");
+}
