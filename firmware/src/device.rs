@@ -1,6 +1,7 @@
 //! The device: samples and bytes in, bytes out.
 
 use crate::line::Line;
+use crate::lock;
 use crate::measuring::{Context, Measuring};
 use crate::refining::Refining;
 use crate::slots::{Flash, Slot, Store};
@@ -8,8 +9,8 @@ use crate::BUILT_IN;
 use yawrig_shared::blob::{self, EffectIds, Envelope, Provenance};
 use yawrig_shared::network::Network;
 use yawrig_shared::wire::{
-    self, Decoder, Event, Frame, HelloReply, Message, NetworkStatus, Refusal, Reply, Request,
-    Settings, Status, HELLO_KEY, TRIAL_SAMPLES,
+    self, Decoder, Event, Frame, HelloReply, Message, NetworkStatus, Phase, Refusal, Reply,
+    Request, Settings, Signature, Status, HELLO_KEY, TRIAL_SAMPLES,
 };
 
 /// What is known of the network that runs.
@@ -47,6 +48,10 @@ struct Core<F> {
     running: Option<Running>,
     /// Samples left for the host to confirm the network that runs; none: it is not on trial.
     trial: Option<u32>,
+    /// Of the network that is being written.
+    signature: Option<Signature>,
+    /// The last challenge, good for one answer.
+    nonce: Option<u32>,
     session: u32,
     lost_bytes: u32,
     line: Line,
@@ -73,6 +78,8 @@ impl<F: Flash> Device<F> {
                 network: Network::empty(),
                 running: None,
                 trial: None,
+                signature: None,
+                nonce: None,
                 session: 0,
                 lost_bytes: 0,
                 line: Line::new(),
@@ -83,6 +90,11 @@ impl<F: Flash> Device<F> {
     /// Takes up the newest network of the flash, or the one compiled in.
     pub fn start(&mut self) {
         self.core.take_up_kept();
+    }
+
+    /// Where in a release it is.
+    pub fn phase(&self) -> Phase {
+        self.core.measuring.phase()
     }
 
     /// The flash, as a power cut leaves it.
@@ -197,7 +209,7 @@ impl<F: Flash> Core<F> {
             return Err(Refusal::FlashOrder { expected_offset: 0 });
         }
         let newest = self.running.as_ref().map_or(0, |running| running.generation);
-        match self.store.verify(newest, &mut self.network) {
+        match self.store.verify(newest, &mut self.network, self.signature.as_ref()) {
             Ok((slot, envelope, provenance)) => {
                 self.running = Some(Running::new(envelope, provenance, Some(slot)));
                 self.trial = Some(TRIAL_SAMPLES);
@@ -248,10 +260,12 @@ impl<F: Flash> Core<F> {
             Request::Condition(condition) => self.measuring.set_condition(condition),
             Request::FlashBegin { length } => {
                 self.roll_back();
+                self.signature = None;
                 let running = self.running.as_ref().and_then(|running| running.slot);
                 self.store.begin(length, running)?;
             }
             Request::FlashChunk { offset, bytes } => self.store.chunk(offset, &bytes)?,
+            Request::FlashSignature { signature } => self.signature = Some(signature),
             Request::FlashTrial => self.try_out()?,
             Request::FlashCommit => {
                 let committed = self.store.commit();
@@ -260,6 +274,17 @@ impl<F: Flash> Core<F> {
                 }
                 self.trial = None;
                 committed?;
+            }
+            Request::Lock { key } => lock::lock(self.store.flash_mut(), &key)?,
+            Request::Challenge => {
+                let number = lock::read(self.store.flash()).ok_or(Refusal::NotLocked)?.number;
+                let nonce = self.measuring.now();
+                self.nonce = Some(nonce);
+                return Ok(Reply::Challenge { number, nonce });
+            }
+            Request::Unlock { signature } => {
+                let nonce = self.nonce.take().ok_or(Refusal::WrongSignature)?;
+                lock::unlock(self.store.flash_mut(), nonce, &signature)?;
             }
             Request::Session { number } => {
                 if self.session == 0 {
@@ -286,6 +311,7 @@ impl<F: Flash> Core<F> {
                 effects: running.map_or(Default::default(), |r| r.effects.clone()),
             },
             slots: Slot::BOTH.map(|slot| self.store.state(slot)),
+            lock: lock::read(self.store.flash()).map(|lock| lock.key),
             settings: *self.measuring.settings(),
             phase: self.measuring.phase(),
             samples: self.measuring.now(),

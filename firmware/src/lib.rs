@@ -10,6 +10,7 @@ pub mod decimated;
 pub mod device;
 pub mod estimator;
 pub mod line;
+pub mod lock;
 pub mod measuring;
 pub mod reference;
 pub mod refine;

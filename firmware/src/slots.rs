@@ -9,9 +9,10 @@
 //! slot: 0 commit word   4 length of the blob   8 blob
 //! ```
 
+use crate::lock;
 use yawrig_shared::blob::{self, BlobError, Envelope, Provenance};
 use yawrig_shared::network::Network;
-use yawrig_shared::wire::{Refusal, SlotState};
+use yawrig_shared::wire::{Refusal, Signature, SlotState};
 
 /// Bytes of a slot: a sector or more that is erased as one.
 pub const SLOT_BYTES: usize = 16 * 1024;
@@ -37,24 +38,47 @@ impl Slot {
     }
 }
 
+/// What is erased as one: a slot, or the place of the [lock](crate::lock).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sector {
+    First,
+    Second,
+    Lock,
+}
+
+impl Sector {
+    pub const ALL: [Self; 3] = [Self::First, Self::Second, Self::Lock];
+}
+
+impl From<Slot> for Sector {
+    fn from(slot: Slot) -> Self {
+        match slot {
+            Slot::First => Self::First,
+            Slot::Second => Self::Second,
+        }
+    }
+}
+
 /// The flash did not do what it was told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FlashFault;
 
-/// NOR flash with two slots: erasing sets all bits, programming can only clear them.
+/// NOR flash of three sectors: erasing sets all bits, programming can only clear them.
 pub trait Flash {
-    /// All bytes of a slot.
-    fn read(&self, slot: Slot) -> &[u8; SLOT_BYTES];
-    /// Sets every byte of the slot to 0xFF.
-    fn erase(&mut self, slot: Slot) -> Result<(), FlashFault>;
+    /// Whether this device can be [locked](crate::lock). Checking signatures takes 14 kB of code.
+    const LOCKABLE: bool = true;
+    /// All bytes of a sector.
+    fn read(&self, sector: Sector) -> &[u8; SLOT_BYTES];
+    /// Sets every byte of the sector to 0xFF.
+    fn erase(&mut self, sector: Sector) -> Result<(), FlashFault>;
     /// Programs the word at a multiple of four.
-    fn program(&mut self, slot: Slot, offset: usize, word: [u8; 4]) -> Result<(), FlashFault>;
+    fn program(&mut self, sector: Sector, offset: usize, word: [u8; 4]) -> Result<(), FlashFault>;
 }
 
 /// NOR flash in memory, for the emulated devices and the tests.
 #[derive(Clone, Debug)]
 pub struct MemoryFlash {
-    slots: [[u8; SLOT_BYTES]; 2],
+    sectors: [[u8; SLOT_BYTES]; 3],
 }
 
 impl Default for MemoryFlash {
@@ -65,22 +89,22 @@ impl Default for MemoryFlash {
 
 impl MemoryFlash {
     pub const fn new() -> Self {
-        Self { slots: [[ERASED; SLOT_BYTES]; 2] }
+        Self { sectors: [[ERASED; SLOT_BYTES]; 3] }
     }
 }
 
 impl Flash for MemoryFlash {
-    fn read(&self, slot: Slot) -> &[u8; SLOT_BYTES] {
-        &self.slots[slot as usize]
+    fn read(&self, sector: Sector) -> &[u8; SLOT_BYTES] {
+        &self.sectors[sector as usize]
     }
 
-    fn erase(&mut self, slot: Slot) -> Result<(), FlashFault> {
-        self.slots[slot as usize].fill(ERASED);
+    fn erase(&mut self, sector: Sector) -> Result<(), FlashFault> {
+        self.sectors[sector as usize].fill(ERASED);
         Ok(())
     }
 
-    fn program(&mut self, slot: Slot, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
-        let place = self.slots[slot as usize].get_mut(offset..offset + 4).ok_or(FlashFault)?;
+    fn program(&mut self, sector: Sector, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
+        let place = self.sectors[sector as usize].get_mut(offset..offset + 4).ok_or(FlashFault)?;
         for (byte, new) in place.iter_mut().zip(word) {
             *byte &= new;
         }
@@ -89,16 +113,18 @@ impl Flash for MemoryFlash {
 }
 
 impl<F: Flash> Flash for &mut F {
-    fn read(&self, slot: Slot) -> &[u8; SLOT_BYTES] {
-        (**self).read(slot)
+    const LOCKABLE: bool = F::LOCKABLE;
+
+    fn read(&self, sector: Sector) -> &[u8; SLOT_BYTES] {
+        (**self).read(sector)
     }
 
-    fn erase(&mut self, slot: Slot) -> Result<(), FlashFault> {
-        (**self).erase(slot)
+    fn erase(&mut self, sector: Sector) -> Result<(), FlashFault> {
+        (**self).erase(sector)
     }
 
-    fn program(&mut self, slot: Slot, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
-        (**self).program(slot, offset, word)
+    fn program(&mut self, sector: Sector, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
+        (**self).program(sector, offset, word)
     }
 }
 
@@ -129,6 +155,11 @@ impl<F: Flash> Store<F> {
         &self.flash
     }
 
+    /// The same to write the lock to.
+    pub fn flash_mut(&mut self) -> &mut F {
+        &mut self.flash
+    }
+
     /// Gives the flash back, as after a power cut.
     pub fn into_flash(self) -> F {
         self.flash
@@ -137,12 +168,13 @@ impl<F: Flash> Store<F> {
     /// The newest valid network, read into `network`, and where it stands.
     pub fn newest(&self, network: &mut Network) -> Option<(Slot, Envelope, Provenance)> {
         let mut order = Slot::BOTH;
-        let generation = |slot| committed(self.flash.read(slot)).map_or(0, |e| e.generation);
+        let generation =
+            |slot: Slot| committed(self.flash.read(slot.into())).map_or(0, |e| e.generation);
         if generation(Slot::Second) > generation(Slot::First) {
             order.reverse();
         }
         order.into_iter().find_map(|slot| {
-            let bytes = self.flash.read(slot);
+            let bytes = self.flash.read(slot.into());
             committed(bytes)?;
             let (envelope, provenance) =
                 blob::decode_into(&bytes[BLOB_AT..], network, |_| ()).ok()?;
@@ -151,7 +183,7 @@ impl<F: Flash> Store<F> {
     }
 
     pub fn state(&self, slot: Slot) -> SlotState {
-        let bytes = self.flash.read(slot);
+        let bytes = self.flash.read(slot.into());
         if bytes.iter().all(|&byte| byte == ERASED) {
             return SlotState::Empty;
         }
@@ -176,10 +208,7 @@ impl<F: Flash> Store<F> {
             return Err(Refusal::Blob(BlobError::TooLong));
         }
         let slot = running.map_or(Slot::First, Slot::other);
-        self.flash.erase(slot).map_err(|_| Refusal::FlashWrite)?;
-        if self.flash.read(slot).iter().any(|&byte| byte != ERASED) {
-            return Err(Refusal::FlashWrite);
-        }
+        erase(&mut self.flash, slot.into())?;
         self.update = Some(Update { slot, length, written: 0, verified: false });
         Ok(())
     }
@@ -210,13 +239,15 @@ impl<F: Flash> Store<F> {
         &mut self,
         newest: u32,
         network: &mut Network,
+        signature: Option<&Signature>,
     ) -> Result<(Slot, Envelope, Provenance), Refusal> {
         let update = self.running_update()?;
         if update.written != update.length {
             return Err(Refusal::FlashOrder { expected_offset: update.written as u32 });
         }
         self.update = None;
-        let bytes = &self.flash.read(update.slot)[BLOB_AT..BLOB_AT + update.length];
+        let bytes = &self.flash.read(update.slot.into())[BLOB_AT..BLOB_AT + update.length];
+        lock::check_network(&self.flash, bytes, signature)?;
         let (envelope, provenance) =
             blob::decode_into(bytes, network, |_| ()).map_err(Refusal::Blob)?;
         if envelope.blob_length() != update.length {
@@ -249,14 +280,32 @@ impl<F: Flash> Store<F> {
             .ok_or(Refusal::FlashOrder { expected_offset: 0 })
     }
 
-    /// Programs a word and reads it back.
     fn program(&mut self, slot: Slot, offset: usize, word: [u8; 4]) -> Result<(), Refusal> {
-        self.flash.program(slot, offset, word).map_err(|_| Refusal::FlashWrite)?;
-        if self.flash.read(slot)[offset..offset + 4] != word {
-            return Err(Refusal::FlashWrite);
-        }
-        Ok(())
+        program(&mut self.flash, slot.into(), offset, word)
     }
+}
+
+/// Programs a word and reads it back.
+pub(crate) fn program(
+    flash: &mut impl Flash,
+    sector: Sector,
+    offset: usize,
+    word: [u8; 4],
+) -> Result<(), Refusal> {
+    flash.program(sector, offset, word).map_err(|_| Refusal::FlashWrite)?;
+    if flash.read(sector)[offset..offset + 4] != word {
+        return Err(Refusal::FlashWrite);
+    }
+    Ok(())
+}
+
+/// Erases a sector and looks whether it is.
+pub(crate) fn erase(flash: &mut impl Flash, sector: Sector) -> Result<(), Refusal> {
+    flash.erase(sector).map_err(|_| Refusal::FlashWrite)?;
+    if flash.read(sector).iter().any(|&byte| byte != ERASED) {
+        return Err(Refusal::FlashWrite);
+    }
+    Ok(())
 }
 
 /// The envelope of a slot whose commit word stands.

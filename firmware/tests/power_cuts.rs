@@ -4,11 +4,14 @@
 //! After each cut the device starts from what its flash holds. It must run the network that ran before or, once the
 //! commit word was being written, the new one, bit for bit; and it must take the next update.
 
+use ed25519_compact::{KeyPair, Seed};
 use std::collections::HashSet;
-use yawrig_firmware::slots::{Flash, FlashFault, Slot, Store, SLOT_BYTES};
+use yawrig_firmware::lock;
+use yawrig_firmware::slots::{Flash, FlashFault, Sector, Slot, Store, SLOT_BYTES};
 use yawrig_firmware::BUILT_IN;
 use yawrig_shared::blob;
 use yawrig_shared::network::Network;
+use yawrig_shared::wire::{unlock_message, Signature};
 
 /// How far a torn operation may have come: nothing, all, or something between.
 const TEARS: u32 = 9;
@@ -55,61 +58,62 @@ fn torn_erase(old: u32, index: usize, tear: u32, seed: u64) -> u32 {
     old | reached
 }
 
-/// Two slots, and a sum over their words that tells one state from another.
+/// Three sectors, and a sum over their words that tells one state from another.
 #[derive(Clone)]
 struct Chip {
-    slots: [Box<[u8; SLOT_BYTES]>; 2],
+    sectors: [Box<[u8; SLOT_BYTES]>; 3],
     sum: u64,
 }
 
 impl Chip {
     fn erased() -> Self {
-        let mut chip = Self { slots: [(); 2].map(|()| Box::new([0xff; SLOT_BYTES])), sum: 0 };
+        let mut chip = Self { sectors: [(); 3].map(|()| Box::new([0xff; SLOT_BYTES])), sum: 0 };
         chip.sum_up();
         chip
     }
 
     fn sum_up(&mut self) {
         self.sum = 0;
-        for slot in Slot::BOTH {
+        for sector in Sector::ALL {
             for offset in (0..SLOT_BYTES).step_by(4) {
-                self.sum ^= Self::term(slot, offset, self.word(slot, offset));
+                self.sum ^= Self::term(sector, offset, self.word(sector, offset));
             }
         }
     }
 
-    fn term(slot: Slot, offset: usize, word: u32) -> u64 {
+    fn term(sector: Sector, offset: usize, word: u32) -> u64 {
         scatter(
-            (((slot as u64) << 20 | offset as u64) << 32 | u64::from(word)) ^ 0x9e37_79b9_7f4a_7c15,
+            (((sector as u64) << 20 | offset as u64) << 32 | u64::from(word))
+                ^ 0x9e37_79b9_7f4a_7c15,
         )
     }
 
-    fn word(&self, slot: Slot, offset: usize) -> u32 {
-        let at = &self.slots[slot as usize][offset..offset + 4];
+    fn word(&self, sector: Sector, offset: usize) -> u32 {
+        let at = &self.sectors[sector as usize][offset..offset + 4];
         u32::from_le_bytes(at.try_into().expect("four bytes"))
     }
 
-    fn set(&mut self, slot: Slot, offset: usize, word: u32) {
-        self.sum ^= Self::term(slot, offset, self.word(slot, offset));
-        self.slots[slot as usize][offset..offset + 4].copy_from_slice(&word.to_le_bytes());
-        self.sum ^= Self::term(slot, offset, word);
+    fn set(&mut self, sector: Sector, offset: usize, word: u32) {
+        self.sum ^= Self::term(sector, offset, self.word(sector, offset));
+        self.sectors[sector as usize][offset..offset + 4].copy_from_slice(&word.to_le_bytes());
+        self.sum ^= Self::term(sector, offset, word);
     }
 }
 
 impl Flash for Chip {
-    fn read(&self, slot: Slot) -> &[u8; SLOT_BYTES] {
-        &self.slots[slot as usize]
+    fn read(&self, sector: Sector) -> &[u8; SLOT_BYTES] {
+        &self.sectors[sector as usize]
     }
 
-    fn erase(&mut self, slot: Slot) -> Result<(), FlashFault> {
-        self.slots[slot as usize].fill(0xff);
+    fn erase(&mut self, sector: Sector) -> Result<(), FlashFault> {
+        self.sectors[sector as usize].fill(0xff);
         self.sum_up();
         Ok(())
     }
 
-    fn program(&mut self, slot: Slot, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
-        let old = self.word(slot, offset);
-        self.set(slot, offset, old & u32::from_le_bytes(word));
+    fn program(&mut self, sector: Sector, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
+        let old = self.word(sector, offset);
+        self.set(sector, offset, old & u32::from_le_bytes(word));
         Ok(())
     }
 }
@@ -123,33 +127,33 @@ struct Watched<'a> {
 }
 
 impl Flash for Watched<'_> {
-    fn read(&self, slot: Slot) -> &[u8; SLOT_BYTES] {
-        self.chip.read(slot)
+    fn read(&self, sector: Sector) -> &[u8; SLOT_BYTES] {
+        self.chip.read(sector)
     }
 
-    fn erase(&mut self, slot: Slot) -> Result<(), FlashFault> {
+    fn erase(&mut self, sector: Sector) -> Result<(), FlashFault> {
         self.seed += 1;
         for tear in 0..TEARS {
             let mut torn = self.chip.clone();
             for offset in (0..SLOT_BYTES).step_by(4) {
-                let old = self.chip.word(slot, offset);
-                torn.set(slot, offset, torn_erase(old, offset / 4, tear, self.seed));
+                let old = self.chip.word(sector, offset);
+                torn.set(sector, offset, torn_erase(old, offset / 4, tear, self.seed));
             }
             (self.seen)(&torn, false);
         }
-        self.chip.erase(slot)
+        self.chip.erase(sector)
     }
 
-    fn program(&mut self, slot: Slot, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
+    fn program(&mut self, sector: Sector, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
         self.seed += 1;
-        let old = self.chip.word(slot, offset);
+        let old = self.chip.word(sector, offset);
         for tear in 0..TEARS {
             let torn = torn_word(old, u32::from_le_bytes(word), tear, self.seed);
-            self.chip.set(slot, offset, torn);
+            self.chip.set(sector, offset, torn);
             (self.seen)(&self.chip, offset == COMMIT_WORD);
         }
-        self.chip.set(slot, offset, old);
-        self.chip.program(slot, offset, word)
+        self.chip.set(sector, offset, old);
+        self.chip.program(sector, offset, word)
     }
 }
 
@@ -179,7 +183,8 @@ fn update<F: Flash>(flash: F, runs: Runs) -> (F, Runs) {
     for (index, chunk) in bytes.chunks(256).enumerate() {
         store.chunk(256 * index as u32, chunk).expect("in order");
     }
-    let (slot, envelope, _) = store.verify(newest, &mut Network::empty()).expect("a sound network");
+    let (slot, envelope, _) =
+        store.verify(newest, &mut Network::empty(), None).expect("a sound network");
     store.commit().expect("verified");
     (store.into_flash(), Some((slot, envelope.generation, envelope.payload_crc)))
 }
@@ -254,4 +259,83 @@ fn no_power_cut_costs_the_network_or_the_next_update() {
     let operations = (BUILT_IN.len().div_ceil(4) + 3) as u64;
     assert_eq!(tried.first, 3 * operations * u64::from(TEARS));
     assert_eq!(tried.second, tried.first * operations * u64::from(TEARS));
+}
+
+fn pair() -> KeyPair {
+    KeyPair::from_seed(Seed::new([3; 32]))
+}
+
+/// The answer to this lock's challenge.
+fn answer(number: u32) -> Signature {
+    let signature = pair().sk.sign(unlock_message(number, 5), None);
+    Signature::from_slice(&*signature).expect("64 bytes")
+}
+
+fn key(chip: &Chip) -> Option<[u8; 32]> {
+    lock::read(chip).map(|lock| lock.key)
+}
+
+fn lock_it<F: Flash>(flash: &mut F) {
+    lock::lock(flash, &pair().pk).expect("it can be locked");
+}
+
+fn open_it<F: Flash>(flash: &mut F) {
+    let number = lock::read(flash).expect("locked").number;
+    lock::unlock(flash, 5, &answer(number)).expect("it can be opened");
+}
+
+/// Cuts at every operation of locking or opening `chip`, which becomes what that makes of it: the lock is as before or
+/// as wanted, the network stays, and lock and update work on. Returns how many cuts.
+fn cut_the_lock(chip: &mut Chip, act: impl Fn(&mut Watched)) -> usize {
+    let (before, runs) = (key(chip), starts(chip));
+    let mut torn = Vec::new();
+    let mut seen = |chip: &Chip, _| torn.push(chip.clone());
+    let mut watched = Watched { chip: chip.clone(), seed: 7, seen: &mut seen };
+    act(&mut watched);
+    *chip = watched.chip;
+    let after = key(chip);
+    assert_ne!(before, after, "it does something");
+    for mut torn in torn.iter().cloned() {
+        let held = key(&torn);
+        assert!(
+            held == before || held == after,
+            "{held:?}, where {before:?} or {after:?} should be"
+        );
+        assert_eq!(starts(&torn), runs);
+        if held.is_none() {
+            let (mended, newest) = update(torn.clone(), runs);
+            assert_eq!(starts(&mended), newest);
+            lock_it(&mut torn);
+        }
+        open_it(&mut torn);
+        assert_eq!(key(&torn), None);
+    }
+    torn.len()
+}
+
+#[test]
+fn no_power_cut_leaves_a_lock_that_was_not_wanted() {
+    let (mut chip, _) = update(Chip::erased(), None);
+    let mut tried = 0;
+    // New, used, and full, where the sector has to be erased first.
+    for round in 0..3 {
+        tried += cut_the_lock(&mut chip, |chip| lock_it(chip));
+        tried += cut_the_lock(&mut chip, |chip| open_it(chip));
+        if round == 1 {
+            let number = loop {
+                lock_it(&mut chip);
+                let number = lock::read(&chip).expect("locked").number;
+                open_it(&mut chip);
+                if number as usize == SLOT_BYTES / 48 {
+                    break number;
+                }
+            };
+            assert_eq!(number, 341);
+        }
+    }
+    // The number goes on over the erase.
+    lock_it(&mut chip);
+    assert_eq!(lock::read(&chip).expect("locked").number, 343);
+    println!("cut points in locking and opening: {tried}, each as before or as wanted");
+    assert_eq!(tried, (3 * 12 + 1 + 3) * TEARS as usize);
 }

@@ -1,6 +1,6 @@
 //! The network store: what runs after each kind of update, begun, broken or whole.
 
-use yawrig_firmware::slots::{Flash, FlashFault, MemoryFlash, Slot, Store, SLOT_BYTES};
+use yawrig_firmware::slots::{Flash, FlashFault, MemoryFlash, Sector, Slot, Store, SLOT_BYTES};
 use yawrig_firmware::BUILT_IN;
 use yawrig_shared::blob::{self, BlobError};
 use yawrig_shared::network::Network;
@@ -22,7 +22,7 @@ fn update<F: Flash>(
     for (index, chunk) in bytes.chunks(256).enumerate() {
         store.chunk(256 * index as u32, chunk)?;
     }
-    let (slot, ..) = store.verify(newest, &mut Network::empty())?;
+    let (slot, ..) = store.verify(newest, &mut Network::empty(), None)?;
     store.commit()?;
     Ok(slot)
 }
@@ -92,7 +92,7 @@ fn chunks_out_of_order_are_refused_and_the_right_one_is_named() {
     store.chunk(0, &[0; 256]).unwrap();
     let again = store.chunk(0, &[0; 256]);
     assert_eq!(again, Err(Refusal::FlashOrder { expected_offset: 256 }));
-    let short = store.verify(0, &mut Network::empty()).map(|_| ());
+    let short = store.verify(0, &mut Network::empty(), None).map(|_| ());
     assert_eq!(short, Err(Refusal::FlashOrder { expected_offset: 256 }));
     let odd = store.chunk(256, &[0; 3]);
     assert_eq!(odd, Err(Refusal::FlashOrder { expected_offset: 256 }));
@@ -102,17 +102,22 @@ fn chunks_out_of_order_are_refused_and_the_right_one_is_named() {
 struct Worn(MemoryFlash);
 
 impl Flash for Worn {
-    fn read(&self, slot: Slot) -> &[u8; SLOT_BYTES] {
-        self.0.read(slot)
+    fn read(&self, sector: Sector) -> &[u8; SLOT_BYTES] {
+        self.0.read(sector)
     }
-    fn erase(&mut self, slot: Slot) -> Result<(), FlashFault> {
-        self.0.erase(slot)
+    fn erase(&mut self, sector: Sector) -> Result<(), FlashFault> {
+        self.0.erase(sector)
     }
-    fn program(&mut self, slot: Slot, offset: usize, mut word: [u8; 4]) -> Result<(), FlashFault> {
+    fn program(
+        &mut self,
+        sector: Sector,
+        offset: usize,
+        mut word: [u8; 4],
+    ) -> Result<(), FlashFault> {
         if offset == 512 {
             word[1] &= 0b1011_1111;
         }
-        self.0.program(slot, offset, word)
+        self.0.program(sector, offset, word)
     }
 }
 
@@ -131,7 +136,7 @@ fn the_older_network_runs_where_the_newer_one_is_damaged() {
     update(&mut store, &blob(1), None, 0).unwrap();
     update(&mut store, &blob(2), Some(Slot::First), 1).unwrap();
     let mut flash = store.into_flash();
-    flash.program(Slot::Second, 600, [0; 4]).unwrap();
+    flash.program(Sector::Second, 600, [0; 4]).unwrap();
     let store = Store::new(flash);
     assert_eq!(store.state(Slot::Second), SlotState::Invalid);
     assert_eq!(newest(&store), Some((Slot::First, 1)));

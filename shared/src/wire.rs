@@ -76,6 +76,19 @@ impl HelloReply {
     }
 }
 
+/// An ed25519 signature: 64 bytes, or none that holds.
+pub type Signature = Vec<u8, 64>;
+/// What stands before a blob when it is signed, so that a signature of one kind is none of another.
+pub const SIGNED_NETWORK: &[u8] = b"yawrig network 1";
+
+/// What is signed to open a lock: its number and the device's nonce, so that it opens no other.
+pub fn unlock_message(number: u32, nonce: u32) -> [u8; 23] {
+    let mut message = *b"yawrig unlock 1--------";
+    message[15..19].copy_from_slice(&number.to_le_bytes());
+    message[19..].copy_from_slice(&nonce.to_le_bytes());
+    message
+}
+
 /// What the host asks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[allow(clippy::large_enum_variant)] // no heap to put the chunk on
@@ -93,6 +106,10 @@ pub enum Request {
         offset: u32,
         bytes: Vec<u8, CHUNK>,
     },
+    /// Signs [`SIGNED_NETWORK`] and the blob that was begun; a locked device wants it before the trial.
+    FlashSignature {
+        signature: Signature,
+    },
     /// Verifies what was written and runs it on trial.
     FlashTrial,
     /// Commits the network on trial. Without it the old one is back after [`TRIAL_SAMPLES`].
@@ -100,6 +117,16 @@ pub enum Request {
     /// Ends the running release once this many samples have come: the record is over.
     EndRelease {
         after_samples: u32,
+    },
+    /// Takes only networks signed with this ed25519 public key from now on.
+    Lock {
+        key: [u8; 32],
+    },
+    /// Asks for the lock's number and a nonce.
+    Challenge,
+    /// Opens the lock: signs the [`unlock_message`] of the last challenge.
+    Unlock {
+        signature: Signature,
     },
     /// Asks again for an event that was lost on the line: one of the last [`KEPT_EVENTS`].
     Event {
@@ -118,6 +145,7 @@ pub enum Reply {
     Done,
     Status(Status),
     Event(Event),
+    Challenge { number: u32, nonce: u32 },
     Refused(Refusal),
 }
 
@@ -127,17 +155,33 @@ pub enum Refusal {
     /// A setting out of its range.
     Settings,
     /// A chunk without a begin, or not at the expected offset.
-    FlashOrder { expected_offset: u32 },
+    FlashOrder {
+        expected_offset: u32,
+    },
     /// The blob is refused; the old network runs on.
     Blob(BlobError),
     /// Not newer than the network that runs.
-    Stale { newest: u32 },
+    Stale {
+        newest: u32,
+    },
     /// The flash did not take what was written.
     FlashWrite,
     /// No network is on trial; it may have run out of time.
     NoTrial,
+    /// Locked, and the network came without a signature.
+    Unsigned,
+    /// Of another key, or of something else.
+    WrongSignature,
+    /// This device has no lock.
+    CannotLock,
+    LockedAlready,
+    NotLocked,
+    /// Not an ed25519 public key.
+    NotAKey,
     /// The event is not kept any more, or has not been yet.
-    NotKept { oldest: u16 },
+    NotKept {
+        oldest: u16,
+    },
 }
 
 /// How the device sees the potentiometer and what it analyses.
@@ -193,6 +237,8 @@ pub enum SlotState {
 pub struct Status {
     pub network: NetworkStatus,
     pub slots: [SlotState; 2],
+    /// Public key it is locked with.
+    pub lock: Option<[u8; 32]>,
     pub settings: Settings,
     pub phase: Phase,
     /// Samples since it started, and how many were lost on the way.

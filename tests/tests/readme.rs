@@ -9,18 +9,24 @@ fn root() -> PathBuf {
 
 /// Lines of the README's `sh` blocks, in order.
 fn commands() -> Vec<String> {
+    let found = lines_of("```sh");
+    assert!(found.len() > 10, "{found:?}");
+    found
+}
+
+/// Lines of the blocks that begin with `fence`.
+fn lines_of(fence: &str) -> Vec<String> {
     let text = std::fs::read_to_string(root().join("README.md")).unwrap();
     let mut inside = false;
     let mut found = Vec::new();
     for line in text.lines() {
         match line {
-            "```sh" => inside = true,
             "```" => inside = false,
+            line if line == fence => inside = true,
             line if inside => found.push(line.to_owned()),
             _ => {}
         }
     }
-    assert!(found.len() > 10, "{found:?}");
     found
 }
 
@@ -81,6 +87,19 @@ fn commands_of_the_readme() {
     let commands: Vec<String> =
         commands().into_iter().filter(|c| !needs_more_than_rust(c)).collect();
     run(&commands);
+}
+
+/// Where a board is needed, each verb and flag must at least be there.
+#[test]
+fn commands_of_the_readme_that_need_hardware_parse() {
+    let commands = lines_of("```sh hardware");
+    let ours: Vec<&String> = commands.iter().filter(|c| c.starts_with("yawrig ")).collect();
+    assert!(ours.len() >= 3, "{commands:?}");
+    run(&ours.iter().map(|command| format!("{command} --help")).collect::<Vec<_>>());
+    // The image that is written to it lies where it is built.
+    let image = commands.iter().find_map(|c| c.strip_prefix("probe-rs run --chip STM32F446RETx "));
+    let image = Path::new(image.expect("it is written to the board"));
+    assert!(root().join(image).ancestors().nth(4).unwrap().join("Cargo.toml").is_file());
 }
 
 #[test]

@@ -18,7 +18,7 @@ pub const SCHEMA_VERSION: u32 = 1;
 pub struct DeviceArg {
     /// `emulated` (the firmware in this process), `qemu` (the ARM image on an emulated
     /// Cortex-M4F) or a serial port's path
-    #[arg(long, value_name = "DEVICE", default_value = "emulated")]
+    #[arg(long, value_name = "DEVICE", default_value = "emulated", global = true)]
     pub device: Target,
 }
 

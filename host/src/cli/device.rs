@@ -1,10 +1,12 @@
 //! `yawrig device`: a device's firmware, protocol, network and slots.
 
 use super::common::{network_id, print_json, print_line, DeviceArg, SCHEMA_VERSION};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::link::client::Identity;
-use clap::Args;
+use crate::link::key;
+use clap::{Args, Subcommand};
 use serde_json::{json, Value};
+use std::path::PathBuf;
 use yawrig_shared::wire::{SlotState, Status};
 
 #[derive(Args, Debug)]
@@ -12,12 +14,59 @@ pub struct Device {
     #[command(flatten)]
     device: DeviceArg,
     /// Print one JSON object
-    #[arg(long)]
+    #[arg(long, global = true)]
     json: bool,
+    #[command(subcommand)]
+    change: Option<Change>,
+}
+
+/// What may be changed of a device.
+#[derive(Subcommand, Debug)]
+enum Change {
+    /// Make it take only networks signed with a key
+    Lock {
+        /// The private key's file (made by `yawrig keygen`), or the public key's 64 digits
+        #[arg(long, value_name = "KEY")]
+        key: String,
+        /// Do it: without the private key it cannot be undone
+        #[arg(long)]
+        yes: bool,
+    },
+    /// Make it take any network again
+    Unlock {
+        /// The private key's file
+        #[arg(long, value_name = "KEY")]
+        key: PathBuf,
+    },
+}
+
+/// What to do, with its key read before the device is opened.
+enum Act {
+    Lock([u8; 32]),
+    Unlock(ed25519_compact::KeyPair),
 }
 
 pub fn run(arguments: &Device) -> Result<()> {
+    let act = match &arguments.change {
+        None => None,
+        Some(Change::Lock { key, yes }) => {
+            let public = key::public(key)?;
+            if !yes {
+                return Err(Error::usage(
+                    "a locked device takes only networks signed with this key, and nothing but its private key opens it",
+                )
+                .help("add --yes to lock it"));
+            }
+            Some(Act::Lock(public))
+        }
+        Some(Change::Unlock { key }) => Some(Act::Unlock(key::read(key)?)),
+    };
     let mut bench = arguments.device.open()?;
+    match act {
+        None => {}
+        Some(Act::Lock(public)) => key::lock(&mut bench.client, &public)?,
+        Some(Act::Unlock(pair)) => key::unlock(&mut bench.client, &pair)?,
+    }
     let status = bench.client.status()?;
     let identity = &bench.client.identity;
     if arguments.json {
@@ -61,6 +110,7 @@ fn to_json(identity: &Identity, status: &Status) -> Value {
     object["slots"] = json!(slots);
     object["running_slot"] = json!(status.network.slot);
     object["on_trial"] = json!(status.network.on_trial);
+    object["lock"] = json!(status.lock.map(|key| key::hex(&key)));
     object["samples"] = json!(status.samples);
     object["lost_samples"] = json!(status.lost_samples);
     object["lost_events"] = json!(status.lost_events);
@@ -96,6 +146,10 @@ fn to_text(identity: &Identity, status: &Status) -> String {
         };
         lines.push(format!("slot {index}    {state}"));
     }
+    lines.push(match &status.lock {
+        Some(key) => format!("lock      only networks signed with {}", key::hex(key)),
+        None => "lock      none: takes any network".to_owned(),
+    });
     let settings = &status.settings;
     lines.push(format!("analyses  {} deg down to {} deg", settings.from_deg, settings.to_deg));
     lines.push(format!("samples   {} taken, {} lost", status.samples, status.lost_samples));

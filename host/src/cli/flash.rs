@@ -3,6 +3,7 @@
 use super::common::{bar, network_id, print_json, print_line, DeviceArg, SCHEMA_VERSION};
 use crate::error::Result;
 use crate::link::flash::{self, Progress};
+use crate::link::key;
 use clap::Args;
 use indicatif::ProgressBar;
 use std::path::PathBuf;
@@ -13,6 +14,9 @@ pub struct Flash {
     network: PathBuf,
     #[command(flatten)]
     device: DeviceArg,
+    /// Private key (made by `yawrig keygen`) to sign the network with, for a locked device
+    #[arg(long, value_name = "KEY")]
+    sign: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -39,8 +43,10 @@ impl Progress for Bar {
 
 pub fn run(arguments: &Flash) -> Result<()> {
     let (blob, _) = flash::read(&arguments.network)?;
+    let key = arguments.sign.as_deref().map(key::read).transpose()?;
     let mut bench = arguments.device.open()?;
-    let generation = flash::write(&mut bench.client, &blob, &mut Bar::new())?;
+    let mut bar = Bar::new();
+    let generation = flash::write_signed(&mut bench.client, &blob, key.as_ref(), &mut bar)?;
     let id = network_id(bench.client.status()?.network.id);
     if arguments.json {
         return print_json(&serde_json::json!({

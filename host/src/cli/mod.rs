@@ -12,6 +12,7 @@ mod fit;
 mod flash;
 mod history;
 mod identify;
+mod keygen;
 mod model;
 mod monitor;
 mod ports;
@@ -51,6 +52,8 @@ pub enum Verb {
     Flash(flash::Flash),
     /// Show a device's firmware, protocol, network and slots
     Device(device::Device),
+    /// Make a key to lock devices with, and to sign networks for them
+    Keygen(keygen::Keygen),
     /// Follow the results of a device as they come
     Monitor(monitor::Monitor),
     /// Play records into a device as its potentiometer and print its estimates
@@ -76,6 +79,7 @@ pub fn run(cli: Cli) -> Result<()> {
         Verb::Train(arguments) => train::run(&arguments),
         Verb::Flash(arguments) => flash::run(&arguments),
         Verb::Device(arguments) => device::run(&arguments),
+        Verb::Keygen(arguments) => keygen::run(&arguments),
         Verb::Monitor(arguments) => monitor::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
         Verb::Ports(arguments) => ports::run(&arguments),

@@ -10,7 +10,7 @@ use crate::rig::{Rig, Sensor, Start};
 use clap::Args;
 use std::time::{Duration, Instant};
 use yawrig_shared::window::SAMPLE_RATE_HZ;
-use yawrig_shared::wire::{self, Event, Request, WindowResult};
+use yawrig_shared::wire::{self, Event, Request, Settings, WindowResult};
 
 #[derive(Args, Debug)]
 pub struct Monitor {
@@ -28,6 +28,9 @@ pub struct Monitor {
     /// How many times faster than life the built-in rig swings (emulated devices only)
     #[arg(long, value_name = "X", default_value_t = 1.0, allow_negative_numbers = true)]
     speed: f64,
+    /// Angle between the ends of the potentiometer's track; devices on a port only, which else take it for 328
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    travel_deg: Option<f64>,
 }
 
 pub fn run(arguments: &Monitor) -> Result<()> {
@@ -35,7 +38,22 @@ pub fn run(arguments: &Monitor) -> Result<()> {
     if let Some(seconds) = arguments.seconds {
         within("--seconds", seconds, 0.0, 1e9)?;
     }
+    let on_a_port = matches!(arguments.device.device, Target::Port(_));
+    if let Some(travel_deg) = arguments.travel_deg {
+        within("--travel-deg", travel_deg, 1.0, 36_000.0)?;
+        if !on_a_port {
+            return Err(Error::usage(
+                "--travel-deg is for a device on a port: the built-in rig has its own sensor",
+            )
+            .help("leave it out, or name the port with --device"));
+        }
+    }
     let mut bench = arguments.device.open()?;
+    if let Some(travel_deg) = arguments.travel_deg {
+        let degrees_per_count = (travel_deg / 65_536.0) as f32;
+        let settings = Settings { degrees_per_count, ..Settings::default() };
+        bench.client.tell(&Request::Configure(settings), "the settings")?;
+    }
     let mut swing = match arguments.device.device {
         Target::Port(_) => None,
         _ => {

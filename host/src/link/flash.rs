@@ -2,6 +2,8 @@
 
 use crate::error::{Error, Exit, Result};
 use crate::link::client::{Client, LinkError};
+use crate::link::key::{hex, sign_network};
+use ed25519_compact::KeyPair;
 use yawrig_shared::blob::{self, BlobError, Envelope, Payload};
 use yawrig_shared::network::NetworkError;
 use yawrig_shared::wire::{Refusal, Request, SlotState, CHUNK};
@@ -45,7 +47,23 @@ fn refuse(path: &std::path::Path, why: &str) -> Error {
 /// # Errors
 /// Exit 5. Whatever happens, the device runs its old network until the new one is whole.
 pub fn write(client: &mut Client, blob: &[u8], progress: &mut dyn Progress) -> Result<u32> {
+    write_signed(client, blob, None, progress)
+}
+
+/// The same with a signature, which a locked device wants.
+///
+/// # Errors
+/// Exit 5, as [`write`]; and where the device is locked with another key, or with any and there is none.
+pub fn write_signed(
+    client: &mut Client,
+    blob: &[u8],
+    key: Option<&KeyPair>,
+    progress: &mut dyn Progress,
+) -> Result<u32> {
     let status = client.status()?;
+    if let Some(lock) = status.lock {
+        may_write(client, &lock, key)?;
+    }
     let newest = status.slots.iter().filter_map(|slot| match slot {
         SlotState::Valid { generation, .. } => Some(*generation),
         _ => None,
@@ -62,6 +80,9 @@ pub fn write(client: &mut Client, blob: &[u8], progress: &mut dyn Progress) -> R
         step(client, &Request::FlashChunk { offset: (index * CHUNK) as u32, bytes })?;
         progress.written((index * CHUNK) + chunk.len(), blob.len());
     }
+    if let Some(key) = key {
+        step(client, &Request::FlashSignature { signature: sign_network(key, &blob) })?;
+    }
     step(client, &Request::FlashTrial)?;
     runs(client, generation, id, true)?;
     if let Err(error) = client.request(&Request::FlashCommit) {
@@ -74,6 +95,18 @@ pub fn write(client: &mut Client, blob: &[u8], progress: &mut dyn Progress) -> R
     // It has said yes; where it cannot be asked again, that is not known here.
     runs(client, generation, id, false).map_err(|error| error.help(UNKNOWN))?;
     Ok(generation)
+}
+
+/// That this key opens this lock, asked before anything is written.
+fn may_write(client: &Client, lock: &[u8; 32], key: Option<&KeyPair>) -> Result<()> {
+    let have = match key {
+        Some(key) if *key.pk == *lock => return Ok(()),
+        Some(key) => format!("; the given one is {}", hex(&*key.pk)),
+        None => String::new(),
+    };
+    let path = client.path();
+    let why = format!("the device on {path} is locked with key {}{have}", hex(lock));
+    Err(Error::new(Exit::Flash, why).help("sign with --sign KEY, the file of that private key"))
 }
 
 /// What helps where the last answer of an update is missing.
@@ -122,6 +155,11 @@ fn say_refusal(refusal: &Refusal) -> String {
         }
         Refusal::NotKept { .. } => "it was asked for an event that it does not keep".to_owned(),
         Refusal::Settings => "it refused its settings".to_owned(),
+        Refusal::Unsigned => "it is locked, and the network is not signed".to_owned(),
+        Refusal::WrongSignature => "it is locked, and the signature is not its key's".to_owned(),
+        Refusal::CannotLock | Refusal::LockedAlready | Refusal::NotLocked | Refusal::NotAKey => {
+            "it was asked about its lock".to_owned()
+        }
     }
 }
 

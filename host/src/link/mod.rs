@@ -7,6 +7,7 @@ pub mod events;
 pub mod flash;
 pub mod hub;
 pub mod image;
+pub mod key;
 pub mod port;
 pub mod qemu;
 pub mod terminal;

@@ -4,6 +4,7 @@ mod demo;
 mod devices;
 mod files;
 mod interrupts;
+mod lock;
 mod model;
 mod networks;
 mod ports;

@@ -11,8 +11,8 @@ use cortex_m::peripheral::SYST;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, hprintln};
 use yawrig_firmware::device::Device;
-use yawrig_firmware::slots::MemoryFlash;
 use yawrig_firmware::BUILT_IN;
+use yawrig_mps2_an386::flash::StandIn;
 use yawrig_mps2_an386::{flash, swing};
 use yawrig_shared::blob;
 use yawrig_shared::features::{Inputs, FEATURES};
@@ -166,7 +166,7 @@ fn release(counter: &mut Counter) {
 }
 
 /// The last event the device has sent since it was asked before.
-fn sent(device: &mut Device<&'static mut MemoryFlash>) -> Option<Event> {
+fn sent(device: &mut Device<StandIn>) -> Option<Event> {
     let mut decoder = FrameDecoder::new();
     let mut last = None;
     while let Some(byte) = device.transmit() {

@@ -6,14 +6,14 @@ use core::ptr::addr_of_mut;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug;
 use yawrig_firmware::device::Device;
-use yawrig_firmware::slots::MemoryFlash;
 use yawrig_firmware::BUILT_IN;
+use yawrig_mps2_an386::flash::StandIn;
 use yawrig_mps2_an386::{digits, flash, say, stack, swing};
 use yawrig_shared::blob;
 use yawrig_shared::frame::Encoded;
 use yawrig_shared::wire::{self, Decoder, Reply, Request, CHUNK};
 
-type Board = Device<&'static mut MemoryFlash>;
+type Board = Device<StandIn>;
 
 #[entry]
 fn main() -> ! {

@@ -1,0 +1,97 @@
+//! The network's slots in the microcontroller's own flash (RM0390, chapter 3).
+//!
+//! There is one bank: while a sector is erased (0.25 s, at most 0.8 s) or a word programmed (16 us) the processor
+//! waits at its next instruction. DMA does not: samples and bytes of the line go on into RAM.
+
+use yawrig_firmware::slots::{Flash, FlashFault, Sector, SLOT_BYTES};
+
+/// What RM0390 calls CR, as bits.
+pub const CR_PG: u32 = 1 << 0;
+pub const CR_SER: u32 = 1 << 1;
+pub const CR_SNB: u32 = 3;
+/// Four bytes at a time, which a supply of 2.7 V and more allows.
+pub const CR_PSIZE_WORD: u32 = 0b10 << 8;
+pub const CR_STRT: u32 = 1 << 16;
+pub const CR_LOCK: u32 = 1 << 31;
+/// The same for SR.
+pub const SR_EOP: u32 = 1 << 0;
+pub const SR_BUSY: u32 = 1 << 16;
+/// Operation, write protection, alignment, parallelism, sequence, read protection.
+pub const SR_ERRORS: u32 = 0b1_1111_0010;
+pub const KEYS: [u32; 2] = [0x4567_0123, 0xcdef_89ab];
+
+/// The flash interface: its registers, and the memory itself.
+pub trait Controller {
+    fn status(&self) -> u32;
+    /// Clears the bits that are set here.
+    fn clear_status(&mut self, bits: u32);
+    fn control(&self) -> u32;
+    fn set_control(&mut self, value: u32);
+    fn unlock(&mut self, key: u32);
+    /// Empties the data cache, which erasing does not.
+    fn empty_cache(&mut self);
+    /// A sector of [`SLOT_BYTES`].
+    fn sector(&self, number: u32) -> &[u8; SLOT_BYTES];
+    fn write_word(&mut self, number: u32, offset: usize, word: u32);
+}
+
+/// Two slots and the lock, each a sector of 16 KiB.
+pub struct Slots<C> {
+    controller: C,
+}
+
+/// Its number in the microcontroller. Sector 0 is the vector table's, and code begins at sector 4.
+pub fn number(sector: Sector) -> u32 {
+    match sector {
+        Sector::First => 1,
+        Sector::Second => 2,
+        Sector::Lock => 3,
+    }
+}
+
+impl<C: Controller> Slots<C> {
+    pub const fn new(controller: C) -> Self {
+        Self { controller }
+    }
+
+    /// Writes with `what` set in the control register, which is locked before and after.
+    fn write(&mut self, what: u32, write: impl FnOnce(&mut C)) -> Result<(), FlashFault> {
+        let c = &mut self.controller;
+        while c.status() & SR_BUSY != 0 {}
+        if c.control() & CR_LOCK != 0 {
+            KEYS.into_iter().for_each(|key| c.unlock(key));
+        }
+        c.clear_status(SR_ERRORS | SR_EOP);
+        c.set_control(what);
+        write(c);
+        while c.status() & SR_BUSY != 0 {}
+        let faults = c.status() & SR_ERRORS;
+        c.set_control(CR_LOCK);
+        if faults == 0 {
+            Ok(())
+        } else {
+            Err(FlashFault)
+        }
+    }
+}
+
+impl<C: Controller> Flash for Slots<C> {
+    fn read(&self, sector: Sector) -> &[u8; SLOT_BYTES] {
+        self.controller.sector(number(sector))
+    }
+
+    fn erase(&mut self, sector: Sector) -> Result<(), FlashFault> {
+        let what = CR_SER | number(sector) << CR_SNB | CR_PSIZE_WORD;
+        let erased = self.write(what, |c| c.set_control(what | CR_STRT));
+        self.controller.empty_cache();
+        erased
+    }
+
+    fn program(&mut self, sector: Sector, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
+        if offset % 4 != 0 || offset >= SLOT_BYTES {
+            return Err(FlashFault);
+        }
+        let word = u32::from_le_bytes(word);
+        self.write(CR_PG | CR_PSIZE_WORD, |c| c.write_word(number(sector), offset, word))
+    }
+}

@@ -1,0 +1,83 @@
+//! USART2, which the ST-Link makes a serial port of the computer: PA2 and PA3, 115 200 baud. DMA1 writes what comes
+//! to a ring, also while the processor waits for the flash.
+
+use crate::ring::Reader;
+use core::ptr::{addr_of, addr_of_mut};
+use stm32f4xx_hal::gpio::{PA2, PA3};
+use stm32f4xx_hal::pac::{DMA1, USART2};
+use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
+use stm32f4xx_hal::serial::config::{Config, DmaConfig};
+use stm32f4xx_hal::serial::Serial;
+
+/// As the host opens the port.
+const BAUD: u32 = 115_200;
+/// 89 ms of an uninterrupted stream; a host that waits for its answer sends less.
+const RING: usize = 1024;
+static mut RECEIVED: [u8; RING] = [0; RING];
+
+// Fields of registers, by the names and the tables of RM0390.
+const SR_ORE: u16 = 1 << 3;
+const SR_TXE: u16 = 1 << 7;
+const DMA_CR_EN: u32 = 1;
+const DMA_CR_CIRC: u32 = 1 << 8;
+const DMA_CR_MINC: u32 = 1 << 10;
+/// USART2's receiver is on stream 5, channel 4.
+const STREAM: usize = 5;
+const DMA_CR_CHANNEL_4: u32 = 4 << 25;
+
+pub struct Link {
+    usart: USART2,
+    dma: DMA1,
+    reader: Reader<RING>,
+}
+
+impl Link {
+    pub fn begin(usart: USART2, pins: (PA2, PA3), dma: DMA1, rcc: &mut Rcc) -> Self {
+        let config = Config::default().baudrate(BAUD.bps()).dma(DmaConfig::Rx);
+        let serial: Serial<USART2> =
+            Serial::new(usart, pins, config, rcc).expect("a baud rate it can make");
+        let (usart, _pins) = serial.release();
+        DMA1::enable(rcc);
+        DMA1::reset(rcc);
+        let stream = dma.st(STREAM);
+        // SAFETY: fields as above; the ring is a static that nothing else writes.
+        unsafe {
+            stream.par().write(|w| w.bits(usart.dr().as_ptr() as u32));
+            stream.m0ar().write(|w| w.bits(addr_of_mut!(RECEIVED) as u32));
+            stream.ndtr().write(|w| w.bits(RING as u32));
+            let how = DMA_CR_CHANNEL_4 | DMA_CR_CIRC | DMA_CR_MINC;
+            stream.cr().write(|w| w.bits(how));
+            stream.cr().write(|w| w.bits(how | DMA_CR_EN));
+        }
+        Self { usart, dma, reader: Reader::new() }
+    }
+
+    /// Whether a byte was lost since this was last asked: it came before DMA had taken the one before.
+    pub fn overrun(&mut self) -> bool {
+        let lost = self.usart.sr().read().bits() & SR_ORE != 0;
+        if lost {
+            // Reading the data after the status clears it.
+            let _ = self.usart.dr().read();
+        }
+        lost
+    }
+
+    /// The next byte that came.
+    pub fn receive(&mut self) -> Option<u8> {
+        let left = self.dma.st(STREAM).ndtr().read().bits();
+        let at = self.reader.next_before((RING as u32).wrapping_sub(left))?;
+        // SAFETY: in the ring, written by DMA only, and complete.
+        Some(unsafe { addr_of!(RECEIVED[at]).read_volatile() })
+    }
+
+    pub fn can_send(&self) -> bool {
+        self.usart.sr().read().bits() & SR_TXE != 0
+    }
+
+    /// Sends a byte; only where [`Link::can_send`].
+    pub fn send(&mut self, byte: u8) {
+        // SAFETY: any byte may be sent.
+        self.usart.dr().write(|w| unsafe { w.bits(byte.into()) });
+    }
+}

@@ -1,0 +1,102 @@
+//! The yawrig device on ST's NUCLEO-F446RE: the potentiometer's wiper at A0, the host at the ST-Link's serial port.
+//!
+//! The LED (LD2) is on while the model is held, blinks fast while it rings, and now and then while the device waits.
+//! It needs the 8 MHz that the ST-Link gives (the board's default): the processor's own clock is off by up to 1 %,
+//! and so would every natural frequency be. Without them the watchdog starts it again and again, the LED dark.
+#![no_std]
+#![no_main]
+
+mod flash;
+mod link;
+mod registers;
+mod ring;
+mod sampling;
+mod timing;
+
+use core::panic::PanicInfo;
+use cortex_m::peripheral::SCB;
+use cortex_m_rt::{entry, exception, ExceptionFrame};
+use flash::Slots;
+use link::Link;
+use registers::Registers;
+use sampling::{Reading, Sampling};
+use stm32f4xx_hal::pac::Peripherals;
+use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::rcc::Config;
+use stm32f4xx_hal::watchdog::IndependentWatchdog;
+use yawrig_firmware::device::Device;
+use yawrig_shared::wire::Phase;
+
+/// Longer than a sector takes to erase (0.8 s), even where the watchdog's own clock is fast by half.
+const WATCHDOG_MS: u32 = 4000;
+/// Bytes of the line between two looks at the potentiometer.
+const BYTES_AT_ONCE: u32 = 64;
+
+#[entry]
+fn main() -> ! {
+    let peripherals = Peripherals::take().expect("main runs once");
+    let mut watchdog = IndependentWatchdog::new(peripherals.IWDG);
+    watchdog.start(WATCHDOG_MS.millis());
+    let clock = Config::hse(8.MHz()).bypass_hse_oscillator().sysclk(84.MHz()).pclk1(42.MHz());
+    let mut rcc = peripherals.RCC.freeze(clock);
+    let pins = peripherals.GPIOA.split(&mut rcc);
+    let mut led = pins.pa5.into_push_pull_output();
+    let _wiper = pins.pa0.into_analog();
+    let mut link =
+        Link::begin(peripherals.USART2, (pins.pa2, pins.pa3), peripherals.DMA1, &mut rcc);
+    let mut device =
+        Device::stopped(Slots::new(Registers::new(peripherals.FLASH)), "nucleo-f446re");
+    device.start();
+    let mut sampling = Sampling::begin(
+        peripherals.ADC1,
+        peripherals.ADC_COMMON,
+        peripherals.DMA2,
+        peripherals.TIM2,
+        peripherals.TIM5,
+        &mut rcc,
+    );
+    let mut to_send = None;
+    let mut taken = 0_u32;
+    loop {
+        watchdog.feed();
+        if link.overrun() {
+            device.overrun();
+        }
+        for _ in 0..BYTES_AT_ONCE {
+            let Some(byte) = link.receive() else { break };
+            device.receive(byte);
+        }
+        to_send = to_send.or_else(|| device.transmit());
+        if link.can_send() {
+            if let Some(byte) = to_send.take() {
+                link.send(byte);
+            }
+        }
+        sampling.take(|reading| match reading {
+            Reading::Lost(count) => device.lost(count),
+            Reading::Sample(counts) => {
+                device.sample(counts);
+                device.work();
+                taken = taken.wrapping_add(1);
+            }
+        });
+        let lit = match device.phase() {
+            Phase::Held => true,
+            // 8 Hz, and a flash each second.
+            Phase::Released | Phase::Ringing => taken & 64 != 0,
+            Phase::Waiting | Phase::Finished => taken % 1024 < 32,
+        };
+        led.set_state(lit.into());
+    }
+}
+
+/// There is nobody to tell: starts again, with the networks of its flash.
+#[panic_handler]
+fn panicked(_: &PanicInfo) -> ! {
+    SCB::sys_reset()
+}
+
+#[exception]
+unsafe fn HardFault(_: &ExceptionFrame) -> ! {
+    SCB::sys_reset()
+}

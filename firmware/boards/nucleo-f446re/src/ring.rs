@@ -1,0 +1,59 @@
+//! What DMA has written round and round into a buffer, read after it.
+
+/// Places before the writer that are left alone: it may come on while they are read.
+const MARGIN: u32 = 8;
+
+/// The reader of a ring of `N` places, `N` a power of two.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Reader<const N: usize> {
+    taken: u32,
+}
+
+impl<const N: usize> Reader<N> {
+    pub const fn new() -> Self {
+        Self { taken: 0 }
+    }
+
+    /// How many have been written, from the count of triggers and, read after it, where in the ring DMA writes next:
+    /// the last may still have been on its way, or one more have come. `None` where the two do not agree: a
+    /// conversion went missing.
+    pub fn made(triggers: u32, position: u32) -> Option<u32> {
+        let made = [triggers, triggers.wrapping_sub(1), triggers.wrapping_add(1)];
+        made.into_iter().find(|made| made % N as u32 == position)
+    }
+
+    /// Of `made` written in all: how many were overwritten unread since the last call, now passed over.
+    pub fn overwritten(&mut self, made: u32) -> u32 {
+        let kept = N as u32 - MARGIN;
+        let lost = made.wrapping_sub(self.taken).saturating_sub(kept);
+        self.taken = self.taken.wrapping_add(lost);
+        lost
+    }
+
+    /// Index of the next place to read, if one of `made` is left.
+    pub fn next(&mut self, made: u32) -> Option<usize> {
+        if self.taken == made {
+            return None;
+        }
+        let at = self.taken as usize % N;
+        self.taken = self.taken.wrapping_add(1);
+        Some(at)
+    }
+
+    /// The same for a writer of which only the position is known.
+    pub fn next_before(&mut self, position: u32) -> Option<usize> {
+        let ahead = position.wrapping_sub(self.taken) % N as u32;
+        self.next(self.taken.wrapping_add(ahead))
+    }
+
+    /// Samples that were never taken when everything begins anew after `triggers`.
+    pub fn begin_anew(&mut self, triggers: u32) -> u32 {
+        triggers.wrapping_sub(core::mem::take(&mut self.taken))
+    }
+}
+
+/// A 12-bit reading on the 16-bit scale, both ends on the ends.
+pub fn widened(reading: u16) -> u16 {
+    let reading = reading & 0x0fff;
+    reading << 4 | reading >> 8
+}

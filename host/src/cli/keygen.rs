@@ -1,0 +1,22 @@
+//! `yawrig keygen`: a key to lock devices with.
+
+use super::common::print_line;
+use crate::error::Result;
+use crate::link::key;
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Args, Debug)]
+pub struct Keygen {
+    /// Where the private key goes; never overwritten, readable by you alone
+    out: PathBuf,
+}
+
+pub fn run(arguments: &Keygen) -> Result<()> {
+    let public = key::generate(&arguments.out)?;
+    print_line(&format!(
+        "private key written to {}; keep it: nothing else opens what is locked with it\npublic key {}",
+        arguments.out.display(),
+        key::hex(&public)
+    ))
+}
