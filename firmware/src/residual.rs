@@ -2,9 +2,9 @@
 //!
 //! Where only noise is left, the power of the residual's means over a twelfth of a cycle goes by a chi-square law: over
 //! the noise's it is one, and scatters by the root of two over the degrees of freedom of either. Beyond three and a half
-//! of that, which chance does twice in a thousand records at most, and beyond half as much again as the noise, which
+//! of that, which chance does twice in a thousand records at most, and beyond 1.7 times the noise's power, which
 //! leaves room for noise of some colour, something is missing. On means of a fiftieth of a cycle, the measure of the host, that is
-//! 1.06 times the noise; a misfit at 1.5 times the noise has six times the noise's power.
+//! 1.08 times the noise; a misfit at 1.5 times the noise has six times the noise's power.
 //!
 //! Beside it stands the spectral density of the residual about the damped frequency, from which standard uncertainties
 //! follow for noise of any colour (Bartlett's averaged periodogram, Biometrika 37, 1950).
@@ -16,7 +16,7 @@ const PER_CYCLE: f32 = 12.0;
 /// And those the host compares them on.
 const HOST_PER_CYCLE: f32 = 50.0;
 /// Power of the residual beyond that of the noise at which something is missing: at least, and in standard deviations.
-const MISSING: f32 = 0.5;
+const MISSING: f32 = 0.7;
 const BEYOND_CHANCE: f32 = 3.5;
 /// Numbers that a fit takes out of the residual; and those of them that lie about the damped frequency, as complex ones.
 const PARAMETERS: f32 = 5.0;

@@ -17,9 +17,7 @@ use yawrig::rig::{Effects, End, Sample, Samples, Sensor, Start};
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_shared::modal::Modal;
-use yawrig_shared::wire::{
-    self, Decoder, Event, Flags, Message, Refined, ReleaseResult, Request, Settings,
-};
+use yawrig_shared::wire::{self, Decoder, Event, Flags, Refined, ReleaseResult, Request, Settings};
 
 const AMPLITUDE_DEG: f64 = 15.0;
 const HOLD_S: f64 = 2.0;
@@ -100,7 +98,10 @@ struct Outcome {
 
 fn outcome(truth: &Modal, sensor: &Sensor, seed: u64) -> Outcome {
     let (releases, refined) = played(release(truth, &Effects::default(), sensor, seed));
-    let (Some(by_network), [r]) = (releases.first(), &refined[..]) else {
+    // Noise may make more than one of it.
+    let main = releases.iter().max_by_key(|r| r.windows);
+    let found = main.and_then(|m| Some((m, refined.iter().find(|r| r.release == m.release)?)));
+    let Some((by_network, r)) = found else {
         panic!("{truth:?}, seed {seed}: {releases:?}, {refined:?}")
     };
     assert!(!r.flags.has(Flags::NOT_REFINED), "{truth:?}, seed {seed}");
@@ -129,11 +130,11 @@ fn rms(all: &[Outcome], of: impl Fn(&Outcome) -> f64) -> f64 {
     (all.iter().map(|o| of(o).powi(2)).sum::<f64>() / all.len() as f64).sqrt()
 }
 
-/// 50 releases at each noise in a row: their rms error scatters by 7 %, a coverage of 68 % by 4.7 %; of all 2000 by 1.6 %
-/// and 1 %.
+/// 25 releases at each noise in a row: their rms error scatters by 10 %, a coverage of 68 % by 6.6 %; of all 1000 by 2.2 %
+/// and 1.5 %.
 #[test]
 fn errors_are_near_the_bound_and_uncertainties_hold() {
-    let seeds: u64 = std::env::var("REFINED_SEEDS").map_or(50, |n| n.parse().expect("a number"));
+    let seeds: u64 = std::env::var("REFINED_SEEDS").map_or(25, |n| n.parse().expect("a number"));
     println!("           |  rms error over bound  | network's over it | inside 1u (%) |");
     println!(
         "  wn  zeta |     wn    zeta         |     wn    zeta    |   wn  zeta    | misfit (%)"
@@ -157,9 +158,10 @@ fn errors_are_near_the_bound_and_uncertainties_hold() {
                 "{wn:4} {zeta:5} | {:6.3}  {:6.3}         | {:7.1} {:7.1}   | {:5.1} {:5.1}   | {misfit:.1}",
                 over[0], over[1], network[0], network[1], covered[0], covered[1],
             );
-            assert!(over.iter().all(|r| *r <= 1.2), "{wn} {zeta}: {over:?}");
+            // Of so few releases one at the bound shows up to three times the scatter above it.
+            assert!(over.iter().all(|r| *r <= 1.3), "{wn} {zeta}: {over:?}");
             // Far below the bound would mean that the bound is wrong: four times the scatter.
-            assert!(over.iter().all(|r| *r >= 0.72), "{wn} {zeta}: {over:?}");
+            assert!(over.iter().all(|r| *r >= 0.6), "{wn} {zeta}: {over:?}");
             assert!(network.iter().zip(over).all(|(n, r)| *n > r), "{wn} {zeta}: {network:?}");
             all.extend(row);
         }
