@@ -35,7 +35,7 @@ fn looked_at(page: &Path, words: &[&str], plots: u64) {
         );
         let cut_off = "document.documentElement.scrollWidth > document.documentElement.clientWidth";
         assert_eq!(browser.value(cut_off), json!(false), "{name} is wider than {window:?}");
-        let text = browser.text("body");
+        let text = browser.text("main");
         for word in words {
             assert!(text.contains(word), "{word:?} is missing from {name}");
         }
