@@ -70,7 +70,27 @@ pub fn holders(path: &Path) -> Vec<Holder> {
         let name = fs::read_to_string(format!("/proc/{process}/comm")).unwrap_or_default();
         Holder { process, name: name.trim().to_owned() }
     };
-    numbers.filter(|process| *process != own).filter(holds).map(named).collect()
+    let found = numbers.filter(|process| *process != own).filter(holds).map(named);
+    let mut found: Vec<Holder> = found.collect();
+    // Who made a pseudo-terminal has it open, too; who keeps others off it has locked it.
+    let lockers = lockers(&path);
+    found.sort_by_key(|holder| !lockers.contains(&holder.process));
+    found
+}
+
+/// The processes that have locked a file, as serial programs do.
+fn lockers(path: &Path) -> Vec<u32> {
+    let Ok(inode) = fs::metadata(path).map(|meta| meta.ino()) else { return Vec::new() };
+    let locks = fs::read_to_string("/proc/locks").unwrap_or_default();
+    // `1: FLOCK  ADVISORY  WRITE 4711 00:1b:7 0 EOF`
+    let holder = |line: &str| {
+        let mut fields = line.split_whitespace().skip(1);
+        let is_flock = fields.next()? == "FLOCK";
+        let process = fields.nth(2)?.parse().ok()?;
+        let of: u64 = fields.next()?.rsplit(':').next()?.parse().ok()?;
+        (is_flock && of == inode).then_some(process)
+    };
+    locks.lines().filter_map(holder).collect()
 }
 
 /// What can be said of a port without opening it; none where it may be opened.
@@ -126,18 +146,17 @@ pub fn device(path: &str) -> Vec<Check> {
                 return vec![Check::well(path, found)];
             }
             let found = format!("{found}; this program is {ours}");
-            return vec![Check::missing(path, found, "firmware/boards/mps2-an386/build")];
+            return vec![Check::missing(path, found, "firmware/boards/build mps2-an386")];
         }
         Err(error) => error,
     };
     let holders = holders(Path::new(path));
     let check = match &holders[..] {
-        [first, ..] if error.message.contains("another program") => {
-            let named: Vec<String> =
-                holders.iter().map(|h| format!("{} (process {})", h.name, h.process)).collect();
-            let found = format!("{} has it open", named.join(" and "));
-            Check::wrong(path, found, format!("kill {}", first.process))
-        }
+        [first, ..] if error.message.contains("another program") => Check::wrong(
+            path,
+            format!("{} (process {}) has it open", first.name, first.process),
+            format!("kill {}", first.process),
+        ),
         [] if error.message.contains("another program") => Check::wrong(
             path,
             "a program of another user has it open",

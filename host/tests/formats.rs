@@ -138,10 +138,8 @@ fn a_file_cut_short_is_refused_or_read_as_far_as_it_is_whole() {
             let selection = selection("", if name == "waveform.tdms" { "Yaw" } else { "" }, None);
             match Record::read_selected(&cut, &selection) {
                 Err(error) => assert_eq!(error.exit, Exit::Data, "{name} {share}: {error}"),
-                // Half of the segments may be there, and no number that is not in the file.
-                Ok(record) => {
-                    panic!("{name} {share}: {} samples of a file cut short", record.len())
-                }
+                // What was cut off was no part of the record.
+                Ok(record) => is_the_swing(&record, 1.0, 0.0, 30.0 * SINGLE),
             }
         }
     }

@@ -27,6 +27,8 @@ pub struct Recording {
     stem: PathBuf,
     trace: File,
     log: File,
+    /// Known before, and to be said with the time of what comes first.
+    device: Option<Item>,
     /// The last samples, for the release's record.
     kept: VecDeque<(u64, f64)>,
     /// Releases that are over and whose last samples have not come yet.
@@ -126,6 +128,7 @@ impl Recording {
             stem,
             trace,
             log,
+            device: None,
             kept: VecDeque::new(),
             ended: Vec::new(),
             next: 0,
@@ -142,9 +145,7 @@ impl Recording {
             "program": concat!("yawrig ", env!("CARGO_PKG_VERSION")),
             "rate_hz": yawrig_shared::window::SAMPLE_RATE_HZ,
         }))?;
-        if let Some(device) = device {
-            recording.write_log(&device.to_json())?;
-        }
+        recording.device = device.cloned();
         Ok(recording)
     }
 
@@ -168,6 +169,9 @@ impl Recording {
     /// # Errors
     /// Exit 3 where it cannot be written; what was written before stays.
     pub fn put(&mut self, item: &Item) -> Result<Vec<Item>> {
+        if let Some(Item::Device { port, device, .. }) = self.device.take() {
+            self.write_log(&Item::Device { at: item.at(), port, device }.to_json())?;
+        }
         match item {
             Item::Samples { first, yaw_deg } => self.put_samples(*first, yaw_deg)?,
             _ => self.write_log(&item.to_json())?,

@@ -48,7 +48,12 @@ fn gather(
 fn unit(dataset: &Dataset) -> Option<String> {
     let attributes = dataset.attrs().ok()?;
     ["units", "unit"].into_iter().find_map(|name| match attributes.get(name)? {
-        AttrValue::String(text) | AttrValue::AsciiString(text) => Some(text.clone()),
+        AttrValue::String(text)
+        | AttrValue::AsciiString(text)
+        | AttrValue::VarLenString(text)
+        | AttrValue::VarLenAsciiString(text)
+        | AttrValue::StringSized { value: text, .. }
+        | AttrValue::AsciiStringSized { value: text, .. } => Some(text.clone()),
         _ => None,
     })
 }
