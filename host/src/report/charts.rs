@@ -179,9 +179,6 @@ pub fn residual(trace: &Trace) -> Chart {
     }
 }
 
-/// How far beyond what was measured a foretelling is drawn, in spans of that.
-const MOST_OFF: f64 = 1.0;
-
 /// Natural frequency, damping ratio and mid-line against amplitude, with what each model foretells.
 pub fn amplitude(picture: &AmplitudePicture, truth: Option<[f64; 2]>) -> Chart {
     type Of = fn(&AmplitudePoint) -> Quantity;
@@ -194,19 +191,9 @@ pub fn amplitude(picture: &AmplitudePicture, truth: Option<[f64; 2]>) -> Chart {
         let bar = |p: &AmplitudePoint| (p.amplitude_deg, of(p).value, 2.0 * of(p).u);
         let mut curves =
             vec![Curve::bars("measured, k = 2", picture.measured.iter().map(bar).collect())];
-        // A foretelling that goes far off would press what was measured into a line.
-        let extents =
-            picture.measured.iter().map(|p| [of(p).value - of(p).u, of(p).value + of(p).u]);
-        let [low, high] = extents.fold([f64::MAX, f64::MIN], |[l, h], [a, b]| [l.min(a), h.max(b)]);
-        let least_deg = picture.measured.iter().map(|p| p.amplitude_deg).fold(f64::MAX, f64::min);
-        let room = MOST_OFF * (high - low);
-        let near = |p: &&AmplitudePoint| {
-            p.amplitude_deg > 0.8 * least_deg && (low - room..=high + room).contains(&of(p).value)
-        };
         for prediction in &picture.predictions {
-            let points = prediction.points.iter().filter(near);
             let at = |p: &AmplitudePoint| (p.amplitude_deg, of(p).value);
-            curves.push(Curve::plain(&prediction.name, points.map(at).collect()));
+            curves.push(Curve::plain(&prediction.name, prediction.points.iter().map(at).collect()));
         }
         if let (Some(truth), true) = (truth, k < 2) {
             let ends = picture.measured.iter().map(|p| p.amplitude_deg);
