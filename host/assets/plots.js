@@ -50,7 +50,8 @@ const Plots = (() => {
     let chart = null, data = [[]], series = [], limits = null, silent = false, mark = null;
     const axis = (it, side) => ({
       side, label: it.label || null, labelSize: it.label ? 15 : 0, labelGap: 0, labelFont: FONT, font: FONT, gap: 2,
-      size: side === 2 ? 21 : 46, ticks: { size: 3, stroke: () => colour("line") },
+      // As wide as its numbers, unless plots above each other are to share their time.
+      size: side === 2 ? 21 : it.size || ((_, values) => Math.max(30, 9 + 6.3 * Math.max(0, ...(values || []).map((v) => v.length)))), ticks: { size: 3, stroke: () => colour("line") },
       stroke: () => colour("soft"), grid: { stroke: () => colour("grid"), width: 1 },
       space: side === 2 ? (host.clientWidth > 400 ? 56 : 34) : 20, values: (_, ticks) => ticks.map((t) => (t === null ? "" : tick(t))),
       ...(it.ticks ? { splits: it.ticks } : {}),

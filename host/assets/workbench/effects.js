@@ -2,6 +2,7 @@
 import { by, digits, get, make, ratio } from "./talk.js";
 import { seen, trialColour } from "./panels.js";
 
+const kept = new Map();
 let list = [], current = null, open = null, notes = new Map(), verdict = null;
 
 /** The effect that keys act on. */
@@ -44,10 +45,22 @@ function draw(state, act) {
   by("diagnosis").textContent = verdict && verdict.verdict ? `This release is ${[verdict.verdict, ...verdict.alike].join(". ")}` : "Fits every effect to this release.";
   const focus = document.activeElement && document.activeElement.dataset ? document.activeElement.dataset.focus : null;
   const place = focus && focus.startsWith("note-") ? document.activeElement.selectionStart : null;
-  by("candidates").replaceChildren(...list.map((c) => candidate(c, state, act)));
+  // An item that is as it was stays, so that no click on it is lost.
+  const trials = seen.view ? seen.view.trials.map((t) => t.effect) : [];
+  const items = list.map((c) => {
+    const key = JSON.stringify([c, !!state.job, c.effect === current, c.effect === open, c.effect === seen.ghost, trials.indexOf(c.effect), seen.release]);
+    const old = kept.get(c.effect);
+    const item = old && old.key === key ? old.item : candidate(c, state, act);
+    kept.set(c.effect, { key, item });
+    return item;
+  });
+  const there = [...by("candidates").children];
+  if (there.length === items.length && items.every((item, k) => item.dataset.effect === there[k].dataset.effect)) {
+    items.forEach((item, k) => { if (item !== there[k]) there[k].replaceWith(item); });
+  } else by("candidates").replaceChildren(...items);
   if (focus) {
     const again = document.querySelector(`[data-focus="${focus}"]`);
-    if (again) again.focus({ preventScroll: true });
+    if (again && again !== document.activeElement) again.focus({ preventScroll: true });
     if (again && place !== null) again.setSelectionRange(place, place);
   }
 }

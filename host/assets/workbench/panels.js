@@ -15,9 +15,9 @@ const plots = {};
 
 export function build() {
   const pointed = (source) => (t) => point(t, source);
-  plots.overlay = Plots.lines(by("plot-overlay"), { x: { label: "" }, y: { label: "yaw angle (deg)" }, zoomed, pointed: pointed("overlay") });
+  plots.overlay = Plots.lines(by("plot-overlay"), { x: { label: "" }, y: { label: "yaw angle (deg)", size: 46 }, zoomed, pointed: pointed("overlay") });
   plots.residual = Plots.lines(by("plot-residual"), {
-    x: time, y: { label: "residual (deg)" }, zoomed, pointed: pointed("residual"),
+    x: time, y: { label: "residual (deg)", size: 46 }, zoomed, pointed: pointed("residual"),
     band: () => seen.curves && seen.curves.noise_deg * 2,
   });
   plots.phase = Plots.plane(by("plot-phase"), { x: "yaw angle (deg)", y: "yaw rate (deg/s)", unit: "rad/s²", least: shows });

@@ -8,12 +8,28 @@ const BADGES = {
   bad: "bad data", pending: "being looked at",
 };
 
-const keep = new Map();
+const keep = new Map(), known = new Map();
+let order = "";
 
 /** Draws the list; `choose` is called with the release that the user takes. */
 export function draw(state, choose, failed) {
   const list = by("release-list");
+  // A row that is as it was stays: a click or a focus on it is not lost while others become ready.
+  const now = JSON.stringify(state.releases.map((r) => [r.id, r.spring, r.wind_speed_m_s]));
   const focus = document.activeElement && document.activeElement.dataset ? document.activeElement.dataset.focus : null;
+  if (now === order && state.releases.length) {
+    for (const release of state.releases) {
+      const text = JSON.stringify(release);
+      if (known.get(release.id) === text) continue;
+      known.set(release.id, text);
+      const old = keep.get(release.id);
+      old.replaceWith(row(release, choose, failed));
+    }
+    restore(focus);
+    return buttons(state);
+  }
+  order = now;
+  for (const release of state.releases) known.set(release.id, JSON.stringify(release));
   const groups = new Map();
   for (const release of state.releases) {
     const wind = release.wind_speed_m_s === null ? null : release.wind_speed_m_s === 0 ? "wind off" : `${release.wind_speed_m_s} m/s`;
@@ -28,10 +44,16 @@ export function draw(state, choose, failed) {
   }
   if (!rows.length) rows.push(make("p", { className: "empty", textContent: "No record is open. Press Open, or start yawrig workbench with records." }));
   list.replaceChildren(...rows);
-  if (focus) {
-    const again = list.querySelector(`[data-focus="${focus}"]`);
-    if (again) again.focus({ preventScroll: true });
-  }
+  restore(focus);
+  buttons(state);
+}
+
+function restore(focus) {
+  const again = focus && by("release-list").querySelector(`[data-focus="${focus}"]`);
+  if (again && again !== document.activeElement) again.focus({ preventScroll: true });
+}
+
+function buttons(state) {
   by("fit-button").textContent = !state.model.exists ? "Fit" : state.model.ticks_changed ? "Fit the ticked" : "Fit again";
   by("fit-button").classList.toggle("primary", state.model.exists && state.model.ticks_changed);
   by("fit-button").disabled = !!state.job || !state.releases.length;

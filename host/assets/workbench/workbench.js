@@ -67,7 +67,7 @@ function drawHead() {
   verdict.dataset.status = broken ? "bad" : overall.status;
   const figures = panels.figures();
   const edited = model.edited && model.exists ? "edited by hand since the last step; " : "";
-  by("subtitle").textContent = `${model.file}${model.exists ? "" : " (not made yet)"} · ${edited}${release ? `${release.name} · ${figures}` : ""}`;
+  by("subtitle").textContent = `${model.file}${model.exists ? "" : " (not made yet)"} · ${edited}${release ? `${release.name} · ${figures}` : "no record is open"}`;
   by("subtitle").title = by("subtitle").textContent;
   const set = (id, x) => { const e = by(id); e.textContent = ratio(x); e.className = x === null || x === undefined ? "" : x <= 1.1 ? "good" : "warn"; };
   set("figure-fitted", overall.over_noise);
