@@ -6,12 +6,14 @@ use core::ptr::addr_of_mut;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug;
 use yawrig_firmware::device::Device;
+use yawrig_firmware::lock;
+use yawrig_firmware::slots::MemoryFlash;
 use yawrig_firmware::BUILT_IN;
 use yawrig_mps2_an386::flash::StandIn;
 use yawrig_mps2_an386::{digits, flash, say, stack, swing};
 use yawrig_shared::blob;
 use yawrig_shared::frame::Encoded;
-use yawrig_shared::wire::{self, Decoder, Reply, Request, CHUNK};
+use yawrig_shared::wire::{self, Decoder, Refusal, Reply, Request, Signature, CHUNK};
 
 type Board = Device<StandIn>;
 
@@ -32,6 +34,10 @@ fn main() -> ! {
     report("release");
     write(device);
     report("flash");
+    stack::paint();
+    check_signature();
+    let deepest = stack::deepest().expect("paint is left") - stack::depth();
+    say(&["signature ", digits(deepest as u32, 10, &mut [0; 10])]);
     debug::exit(debug::EXIT_SUCCESS);
     unreachable!("QEMU has been told to exit")
 }
@@ -69,6 +75,25 @@ fn write(device: &mut Board) {
     }
     let Some(Reply::Status(status)) = ask(Request::Status) else { panic!("no status") };
     assert!(status.network.generation == 2 && !status.network.on_trial, "the second one runs");
+}
+
+/// Checks a signature to its end, which is that it is a wrong one, as a board with a lock does.
+#[inline(never)]
+fn check_signature() {
+    /// A point of the curve (RFC 8032, 7.1, test 1), and so a public key and a signature's first half.
+    const POINT: [u8; 32] = [
+        0xd7, 0x5a, 0x98, 0x01, 0x82, 0xb1, 0x0a, 0xb7, 0xd5, 0x4b, 0xfe, 0xd3, 0xc9, 0x64, 0x07,
+        0x3a, 0x0e, 0xe1, 0x72, 0xf3, 0xda, 0xa6, 0x23, 0x25, 0xaf, 0x02, 0x1a, 0x68, 0xf7, 0x07,
+        0x51, 0x1a,
+    ];
+    static mut LOCKABLE: MemoryFlash = MemoryFlash::new();
+    // SAFETY: called once.
+    let flash = unsafe { &mut *addr_of_mut!(LOCKABLE) };
+    lock::lock(flash, &POINT).expect("a key");
+    let mut signature = Signature::from_slice(&POINT).expect("half of it");
+    signature.resize(64, 1).expect("64 bytes");
+    let checked = lock::check_network(flash, BUILT_IN, Some(&signature));
+    assert!(checked == Err(Refusal::WrongSignature));
 }
 
 /// The device's answer. What the host would need for it is none of the device's stack: it is done with before
