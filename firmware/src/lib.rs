@@ -12,7 +12,6 @@ pub mod estimator;
 pub mod line;
 pub mod lock;
 pub mod measuring;
-pub mod misfit;
 pub mod reference;
 pub mod refine;
 pub mod refining;

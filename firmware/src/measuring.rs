@@ -2,7 +2,6 @@
 
 use crate::estimator::Collector;
 use crate::line::Line;
-use crate::misfit::misfit;
 use crate::reference::Reference;
 use crate::refining::Refining;
 use crate::release::{Step, Watch};
@@ -10,6 +9,7 @@ use crate::sampler::Sampler;
 use crate::signal::Signal;
 use yawrig_shared::features::{features, FeatureKind, Features, SHAPE};
 use yawrig_shared::history::{Moment, BLOCK};
+use yawrig_shared::misfit::misfit;
 use yawrig_shared::modal::Modal;
 use yawrig_shared::network::{Estimate, Network};
 use yawrig_shared::window::{Extreme, Finding, Limits, Tracker, Window, CYCLES};
@@ -25,8 +25,8 @@ const LEAST_SWING_NOISE: f32 = 5.0;
 /// What of a window may be left over by one damped oscillation: this many times the noise, and a share of its rms;
 /// beyond the larger share the window does not count.
 const NOISE: f32 = 3.0;
-const SLIGHTLY: f32 = 0.002;
-const BADLY: f32 = 0.05;
+const SLIGHTLY: f32 = 0.003;
+const BADLY: f32 = 0.075;
 
 #[derive(Clone, Copy, PartialEq)]
 enum Disturbed {

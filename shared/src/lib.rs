@@ -13,6 +13,7 @@ pub mod derivatives;
 pub mod features;
 pub mod frame;
 pub mod history;
+pub mod misfit;
 pub mod modal;
 pub mod network;
 pub mod potentiometer;

@@ -27,7 +27,7 @@ fn releases() -> Vec<Vec<u16>> {
             let start = Start {
                 amplitude_deg: side * (10.0 + 0.1 * n as f64),
                 hold_s: HOLD_S,
-                end: End::Below { amplitude_deg: 0.75, at_most_s: 60.0 },
+                end: End::Below { amplitude_deg: 0.45, at_most_s: 60.0 },
             };
             let sensor = Sensor {
                 offset_deg: 0.1 * n as f64 - 2.0,

@@ -151,7 +151,7 @@ fn sensor(all: &mut Vec<Case>) {
     all.push(case(
         "stuck in mid-swing",
         Must::Flag,
-        &[Flags::STUCK],
+        &[Flags::STUCK, Flags::DISTURBED],
         &[("for 0.6 s", 600.0), ("for 2 s", 2000.0), ("for good", 1e9)],
         stuck,
     ));
