@@ -14,8 +14,10 @@ use yawrig_tests::desk::Desk;
 
 const DIFFERENT: usize = 50;
 const HOLD_S: f64 = 1.6;
+/// Blocks, and four of them where it is told whether the model is held.
+const ALIKE: usize = 4 * BLOCK;
 
-/// Short releases, no two alike; each a whole number of the device's blocks, so that all rounds lie alike in them.
+/// Short releases, no two alike; each a multiple of the samples it looks at together, so that all rounds lie alike.
 fn releases() -> Vec<Vec<u16>> {
     (0..DIFFERENT as u64)
         .into_par_iter()
@@ -36,7 +38,7 @@ fn releases() -> Vec<Vec<u16>> {
             };
             let samples = Samples::new(Motion::new(&truth), &start, &sensor, n);
             let mut counts: Vec<u16> = samples.filter_map(|s| s.counts).collect();
-            counts.truncate(counts.len() / BLOCK * BLOCK);
+            counts.truncate(counts.len() / ALIKE * ALIKE);
             counts
         })
         .collect()

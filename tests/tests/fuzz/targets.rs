@@ -11,7 +11,7 @@ use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_shared::blob::{self, ENVELOPE};
 use yawrig_shared::checksum::crc32;
-use yawrig_shared::features::MOST_INPUTS;
+use yawrig_shared::features::{Inputs, MOST_INPUTS};
 use yawrig_shared::potentiometer;
 use yawrig_shared::wire::{
     self, Decoder, Event, HelloReply, Message, Reply, Request, HELLO_KEY, LONGEST_FRAME,
@@ -134,7 +134,11 @@ pub fn device() -> Target {
             device.receive(byte);
         }
         assert!(device.transmit().is_some(), "it is silent");
-        format!("{}", if came > 0 { "answers" } else { "says nothing" })
+        if came > 0 {
+            "answers".into()
+        } else {
+            "says nothing".into()
+        }
     };
     binary(read, 2048, 6_000)
 }
@@ -172,7 +176,7 @@ pub fn blob() -> Target {
             let inputs = [0.25_f32; MOST_INPUTS];
             let count = usize::from(payload.network.topology[0]);
             assert!(count <= MOST_INPUTS);
-            let inputs = inputs[..count].iter().copied().collect();
+            let inputs: Inputs = inputs[..count].iter().copied().collect();
             let _ = payload.network.estimate_inputs(&inputs);
         }
         said(read)
