@@ -103,6 +103,12 @@ pub struct Decimated {
 const NO_SCALES: [Scale; SCALES] =
     [Scale { first: 0.0, differences: [0.0; ORDER], seen: 0, squares: 0.0 }; SCALES];
 
+impl Default for Decimated {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Decimated {
     #[inline(always)]
     pub const fn new() -> Self {

@@ -136,11 +136,9 @@ impl Sums {
         for i in 0..n {
             for j in 0..=i {
                 // Row j of the triangle begins after j rows of N, N - 1, ...
-                let mut rest = self.0[j * (2 * N + 1 - j) / 2 + i - j];
-                let whole = rest;
-                for k in 0..j {
-                    rest -= l[i][k] * l[j][k];
-                }
+                let whole = self.0[j * (2 * N + 1 - j) / 2 + i - j];
+                let known = l[i][..j].iter().zip(&l[j]).map(|(a, b)| a * b);
+                let rest = whole - known.sum::<f64>();
                 if i == j {
                     if rest <= 1e-9 * whole || rest.is_nan() {
                         return None;

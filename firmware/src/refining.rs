@@ -47,6 +47,12 @@ pub struct Refining {
     reference: Reference,
 }
 
+impl Default for Refining {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Refining {
     #[inline(always)]
     pub const fn new() -> Self {

@@ -118,8 +118,12 @@ fn wire_bytes() {
                 bytes: heapless::Vec::from_slice(&[0, 1, 0, 255]).unwrap(),
             },
         ),
+        ("flash_signature", Request::FlashSignature { signature: (0..64).collect() }),
         ("flash_trial", Request::FlashTrial),
         ("flash_commit", Request::FlashCommit),
+        ("lock", Request::Lock { key: [0x5a; 32] }),
+        ("challenge", Request::Challenge),
+        ("unlock", Request::Unlock { signature: (64..128).collect() }),
         ("event", Request::Event { number: 7 }),
         ("end_release", Request::EndRelease { after_samples: 70_000 }),
         ("stream", Request::Stream { samples: 10_000 }),
@@ -129,6 +133,8 @@ fn wire_bytes() {
     }
     let refused = Reply::Refused(Refusal::Blob(blob::BlobError::Network(NetworkError::NotFinite)));
     line("done", &wire::encode(0x1234, &Reply::Done).unwrap());
+    let challenge = Reply::Challenge { number: 2, nonce: 70_000 };
+    line("challenge_reply", &wire::encode(0x1234, &challenge).unwrap());
     line("refused", &wire::encode(0x1234, &refused).unwrap());
     let window = WindowResult {
         release: 3,
