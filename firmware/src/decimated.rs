@@ -62,7 +62,7 @@ impl Scale {
         }
         let pair = 0.5 * (self.first + mean);
         self.first = mean;
-        (self.seen % 2 == 0).then_some(pair)
+        self.seen.is_multiple_of(2).then_some(pair)
     }
 
     /// Variance of one mean of so many samples as that of a sample.

@@ -219,7 +219,7 @@ impl<F: Flash> Store<F> {
         let last = update.written + bytes.len() == update.length;
         let in_order = offset as usize == update.written
             && update.written + bytes.len() <= update.length
-            && (bytes.len() % 4 == 0 || last);
+            && (bytes.len().is_multiple_of(4) || last);
         if !in_order {
             return Err(Refusal::FlashOrder { expected_offset: update.written as u32 });
         }

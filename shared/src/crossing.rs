@@ -92,7 +92,7 @@ pub(crate) fn regress(crossings: &Deque<Crossing, HALF_CYCLES>) -> Option<Fit> {
     let mut b = [0.0_f32; 3];
     for crossing in crossings.iter() {
         let k = crossing.number.wrapping_sub(first.number);
-        let row = [1.0, k as f32, if k % 2 == 0 { 1.0 } else { -1.0 }];
+        let row = [1.0, k as f32, if k.is_multiple_of(2) { 1.0 } else { -1.0 }];
         let w = crossing.weight / first.weight;
         let t = crossing.at.since(origin);
         for i in 0..3 {

@@ -157,7 +157,7 @@ impl<S: Copy + Default + Into<f32>> History<S> {
         let end = last.wrapping_add(1);
         let mut at = first;
         let mut total = 0.0;
-        while at != end && at as usize % BLOCK != 0 {
+        while at != end && !(at as usize).is_multiple_of(BLOCK) {
             total += self.raw(at);
             at = at.wrapping_add(1);
         }

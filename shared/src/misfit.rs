@@ -50,8 +50,9 @@ pub fn misfit(features: &[f32; FEATURES], damping_ratio: f32) -> f32 {
     for i in 0..BASIS {
         for below in i + 1..BASIS {
             let factor = a[i][below] / a[i][i];
-            for column in below..=BASIS {
-                a[below][column] -= factor * a[i][column];
+            let known = a[i];
+            for (entry, known) in a[below].iter_mut().zip(known).skip(below) {
+                *entry -= factor * known;
             }
         }
     }

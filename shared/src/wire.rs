@@ -341,7 +341,7 @@ impl Samples {
         let (&first_sample, bytes) = bytes.split_first_chunk()?;
         let (&degrees_per_count, bytes) = bytes.split_first_chunk()?;
         let (&zero_counts, bytes) = bytes.split_first_chunk()?;
-        let even = bytes.len() % 2 == 0 && bytes.len() <= 2 * STREAM_CHUNK;
+        let even = bytes.len().is_multiple_of(2) && bytes.len() <= 2 * STREAM_CHUNK;
         even.then(|| Self {
             first_sample: u32::from_le_bytes(first_sample),
             degrees_per_count: f32::from_le_bytes(degrees_per_count),
