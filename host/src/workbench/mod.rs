@@ -1,9 +1,9 @@
 //! The loop of criticism by hand, on a page in the browser.
 //!
-//! A request is answered from what is known ([`api`], [`show`]); what takes longer is done by one thread ([`work`],
-//! [`jobs`]), which tells the pages when it is ready. The steps are those of [`crate::criticism::revise`], so that the
+//! A request is answered from what is known (`api`, `show`, `state`); what takes longer is done by one thread (`work`,
+//! `jobs`), which tells the pages when it is ready. The steps are those of [`crate::criticism::revise`], so that the
 //! model and its journal are the same whether made here or on the command line. The page asks no other host for
-//! anything, and this server answers no other page ([`access`]).
+//! anything, and this server answers no other page (`access`).
 
 mod access;
 mod api;
