@@ -364,7 +364,7 @@ impl Measuring {
         // A network with effects has learnt windows that are bent.
         let allowed = if second_order { SLIGHTLY } else { BADLY };
         // Not a number where the window is none.
-        if !(beyond <= BADLY) {
+        if beyond.is_nan() || beyond > BADLY {
             Disturbed::Badly
         } else if beyond > allowed {
             Disturbed::Slightly

@@ -101,7 +101,7 @@ pub(super) fn read(file: &Path) -> Result<Record> {
         }
         record.time_s.push(time_s);
         record.yaw_deg.push(yaw * unit_deg);
-        if record.len() % ROWS_PER_CHECK == 0 {
+        if record.len().is_multiple_of(ROWS_PER_CHECK) {
             interrupt::check()?;
         }
     }

@@ -319,13 +319,13 @@ fn drawn(release: &Release, index: usize, open: bool, room: usize) -> Result<Str
             ),
             false => format!("All {} values.", trace.of),
         };
-        let _ = write!(
+        let _ = writeln!(
             out,
             "<figure class=\"live\" data-release=\"{index}\"><div class=\"plots\"></div>\
              <noscript><p>The overlay is drawn by a script of this page, which is switched off.</p></noscript>\
              <figcaption>Measured yaw and models above, measured less model below; means over a fiftieth of a period, \
              as the fits see them, of {} samples at {} Hz. {drawn} Drag to zoom, double click for all.</figcaption>\
-             </figure>\n",
+             </figure>",
             release.samples,
             (release.rate_hz * 1e3).round() / 1e3
         );

@@ -121,7 +121,7 @@ impl<'a> Training<'a> {
                 later if later < SETTLING_EPOCHS[1] => 10,
                 _ => 25,
             };
-            let due = self.now.resting || epoch % every == 0;
+            let due = self.now.resting || epoch.is_multiple_of(every);
             let next = if due { self.next_precisions() } else { None };
             let step = self.step();
             let settled = due && next.as_ref().is_none_or(|next| self.settled(next));

@@ -79,7 +79,7 @@ pub fn run(listener: std::net::TcpListener, app: &Arc<App>) -> Result<()> {
             break Err(Error::internal("the page's server has ended by itself"));
         }
         glances = glances.wrapping_add(1);
-        if glances % GLANCES_PER_LOOK == 0 {
+        if glances.is_multiple_of(GLANCES_PER_LOOK) {
             app.look_at_files();
         }
         std::thread::sleep(GLANCE);

@@ -88,7 +88,7 @@ impl<C: Controller> Flash for Slots<C> {
     }
 
     fn program(&mut self, sector: Sector, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
-        if offset % 4 != 0 || offset >= SLOT_BYTES {
+        if !offset.is_multiple_of(4) || offset >= SLOT_BYTES {
             return Err(FlashFault);
         }
         let word = u32::from_le_bytes(word);

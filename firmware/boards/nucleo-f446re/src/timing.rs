@@ -14,7 +14,7 @@ pub struct Division {
 /// natural frequencies would be wrong by it.
 pub const fn divide(clock_hz: u32, rate_hz: u32) -> Option<Division> {
     const TICKS_HZ: u32 = 1_000_000;
-    if rate_hz == 0 || clock_hz % TICKS_HZ != 0 || TICKS_HZ % rate_hz != 0 {
+    if rate_hz == 0 || !clock_hz.is_multiple_of(TICKS_HZ) || !TICKS_HZ.is_multiple_of(rate_hz) {
         return None;
     }
     let (prescaler, period) = (clock_hz / TICKS_HZ, TICKS_HZ / rate_hz);
