@@ -13,10 +13,12 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use yawrig_shared::checksum::crc32;
 
+/// Reads an input; says what came of it in a few words.
+pub type Reader = dyn Fn(&[u8]) -> String;
+
 /// A reader under test.
 pub struct Target {
-    /// Reads an input; says what came of it in a few words.
-    pub read: Box<dyn Fn(&[u8]) -> String>,
+    pub read: Box<Reader>,
     /// Pieces that mean something to it.
     pub words: &'static [&'static str],
     /// Text: numbers in it are replaced by others.
