@@ -40,19 +40,22 @@ export async function refresh(state, act) {
 
 function table({ before, after }) {
   return make("div", {}, half(before, after, ["cn_beta", "cn_r"], ["Cn_β", "Cn_r"]), half(before, after, ["cy_beta", "cy_r"], ["Cy_β", "Cy_r"]),
-    make("p", { className: "caption", textContent: "Per radian, Cn about the middle axis; Cn_r is the combined Cn_r − Cn_β̇. The uncertainties are standard ones (k = 1)." }));
+    make("p", { className: "caption", textContent: "Per radian, Cn about the middle axis; Cn_r is the combined Cn_r − Cn_β̇. In brackets the standard uncertainty (k = 1) in units of the last digits." }));
 }
 
 /** To the second digit of the uncertainty. */
 function shown(q) {
   if (!q) return "–";
-  const places = q.u > 0 ? Math.min(8, Math.max(0, 1 - Math.floor(Math.log10(q.u)))) : 4;
-  return `${q.value.toFixed(places)} ± ${q.u.toFixed(places)}`.replaceAll("-", "−");
+  if (!(q.u > 0)) return q.value.toFixed(4).replace("-", "−");
+  const places = Math.min(8, Math.max(0, 1 - Math.floor(Math.log10(q.u))));
+  return `${q.value.toFixed(places)}(${places ? Math.round(q.u * 10 ** places) : q.u.toFixed(0)})`.replace("-", "−");
 }
 
 function half(before, after, names, titles) {
+  const speeds = new Set((before || after).map((p) => p.wind_speed_m_s));
+  const called = (p) => (speeds.size > 1 ? `${p.spring} ${p.wind_speed_m_s} m/s` : p.spring);
   const rows = (before || after).flatMap((p, k) => [before, after].map((list, which) => (list && list[k] ? make("tr", { className: which ? "after" : "before" },
-    make("td", { textContent: which === 0 || !before ? `${p.spring} ${p.wind_speed_m_s} m/s` : "" }), make("td", { textContent: which ? "after" : "before" }),
+    make("td", { textContent: which === 0 || !before ? called(p) : "" }), make("td", { textContent: which ? "after" : "before" }),
     ...names.map((n) => make("td", { textContent: shown(list[k][n]) }))) : null))).filter(Boolean);
   return make("table", { className: "numbers" }, make("thead", {}, make("tr", {}, make("th", { textContent: "spring" }), make("th"), ...titles.map((t) => make("th", { textContent: t })))), make("tbody", {}, ...rows));
 }

@@ -99,7 +99,12 @@ panels.onView(() => { if (state) { drawHead(); effects.refresh(state, act); } })
 
 let soon = null;
 function heard(news) {
-  if (news.kind === "job") return drawJob(news.job);
+  if (news.kind === "job") {
+    drawJob(news.job);
+    // Buttons that have to wait for it are drawn from the state.
+    if (state && !state.job && news.job) fetchState();
+    return;
+  }
   if (news.kind === "live") return live.heard(news);
   if (news.kind === "view" && news.release === seen.release) panels.refresh();
   // Thirty releases become ready one after the other: not a request for each.
@@ -148,7 +153,7 @@ function toggle(used) {
   if (release) releases.set([release.id], release.used === used ? "out" : used, failed);
 }
 const diagnose = () => { if (seen.release !== null) act({ do: "diagnose", release: seen.release }); };
-const cancel = () => { if (state && state.job) post("/api/do", { do: "cancel" }).catch(failed); };
+const cancel = () => { if (!by("job").hidden) post("/api/do", { do: "cancel" }).catch(failed); };
 const opened = (id) => fetchState().then(() => choose(id));
 function back() {
   const last = state.steps[state.steps.length - 1];
@@ -178,11 +183,11 @@ function start() {
   own.build(act, say, failed);
   live.build(say, failed);
   by("live-button").onclick = live.toggle;
-  by("help").replaceChildren(make("h2", { textContent: "Keys" }),
+  by("help").replaceChildren(make("p", { className: "row close" }, make("button", { type: "button", textContent: "Close", onclick: () => by("help").close() })),
+    make("h2", { textContent: "Keys" }),
     make("dl", {}, ...KEYS.flatMap(([keys, what]) => [make("dt", {}, ...keys.split("  ").flatMap((k) => [make("kbd", { textContent: k }), " "])), make("dd", { textContent: what })])),
     make("h2", { textContent: "Panels" }),
-    make("dl", {}, ...[...document.querySelectorAll(".panel h3, #steps-panel h3")].flatMap((h) => [make("dt", { textContent: h.firstChild.textContent.trim() }), make("dd", { textContent: h.title })])),
-    make("p", { className: "row" }, make("button", { type: "button", textContent: "Close", onclick: () => by("help").close() })));
+    make("dl", {}, ...[...document.querySelectorAll(".panel h3, #steps-panel h3")].flatMap((h) => [make("dt", { textContent: h.firstChild.textContent.trim() }), make("dd", { textContent: h.title })])));
   by("help-button").onclick = () => by("help").showModal();
   by("open-button").onclick = () => releases.openDialog(opened, failed);
   by("fit-button").onclick = () => act({ do: "fit" });
