@@ -63,7 +63,7 @@ fn a_port_for_a_group_says_which_to_join() {
     assert!(found.contains("may not open it"), "{found}");
     assert!(command.contains("sudo chmod"), "{command}");
     // As a serial port is: readable and writable for its group, and this user not in it.
-    if nix::unistd::chown(line.path(), Some(1.into()), Some(20.into())).is_ok() {
+    if std::os::unix::fs::chown(line.path(), Some(1), Some(20)).is_ok() {
         set(0o660);
         let ended = yawrig_as_anybody("doctor --json --device").and(line.path()).run().exits(4);
         let (_, found, command) = of(&ended.json());

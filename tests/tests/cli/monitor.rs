@@ -61,7 +61,8 @@ fn recording_is_ended_and_begun_by_typing() {
     monitor.says("none missing");
     assert_eq!(with_ending(folder.path(), ".csv").len(), 1);
     writeln!(typed, "/start").expect("it listens");
-    monitor.prints("release 0:");
+    writeln!(typed, "the second one").expect("it listens");
+    monitor.says("the second one");
     monitor.catches_interrupts();
     monitor.signal(Signal::SIGINT);
     monitor.ends().exits(130).says("none missing");
