@@ -52,11 +52,12 @@
   }
 
   const figures = [...document.querySelectorAll("figure.live")];
-  const seen = () => figures.filter(f => f.offsetParent !== null).forEach(draw);
+  // Browsers lay out what a closed one holds, so that its size tells nothing.
+  const seen = () => figures.filter(f => !f.closest("details:not([open])")).forEach(draw);
   seen();
   document.querySelectorAll("details").forEach(d => d.addEventListener("toggle", seen));
   let waiting = 0;
-  const resize = () => { for (const d of drawn) if (d.box.clientWidth) d.chart.setSize({ width: d.box.clientWidth, height: d.height }); };
+  const resize = () => { for (const d of drawn) if (!d.box.closest("details:not([open])")) d.chart.setSize({ width: d.box.clientWidth, height: d.height }); };
   addEventListener("resize", () => { clearTimeout(waiting); waiting = setTimeout(resize, 100); });
   const again = () => drawn.forEach(d => d.chart.redraw(false, true));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);

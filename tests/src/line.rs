@@ -114,7 +114,10 @@ impl Board {
     /// What its potentiometer shows next.
     pub fn samples(&self, counts: &[u16]) {
         let mut device = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        counts.iter().for_each(|&count| device.sample(count));
+        for &count in counts {
+            device.sample(count);
+            device.work();
+        }
     }
 
     /// Plugs it into an honest line.

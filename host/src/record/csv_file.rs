@@ -99,8 +99,12 @@ pub(super) fn read(file: &Path) -> Result<Record> {
                 format!("time runs on to {time_s} s, more than a day after the first sample");
             return Err(fail(what, "cut the record here, or give time_s in seconds"));
         }
+        let yaw_deg = yaw * unit_deg;
+        if !yaw_deg.is_finite() {
+            return Err(fail(format!("yaw angle: {yaw} is too large"), repair));
+        }
         record.time_s.push(time_s);
-        record.yaw_deg.push(yaw * unit_deg);
+        record.yaw_deg.push(yaw_deg);
         if record.len().is_multiple_of(ROWS_PER_CHECK) {
             interrupt::check()?;
         }

@@ -260,7 +260,13 @@ pub fn model() -> Target {
             // Written back with the comments it has, it is the same model.
             let written = model.text(Some(text)).expect("what was read can be written");
             let again = Model::parse(&written, &file).expect("what was written can be read");
-            assert_eq!(format!("{again:?}"), format!("{model:?}"), "{written}");
+            // But for the lines it stands on.
+            let told = |model: &Model| {
+                let mut model = model.clone();
+                model.records.iter_mut().for_each(|record| record.line = 0);
+                format!("{model:?}")
+            };
+            assert_eq!(told(&again), told(model), "{written}");
         }
         said(model.map_err(|e| e.message))
     };
