@@ -55,7 +55,7 @@
   // Browsers lay out what a closed one holds, so that its size tells nothing.
   const seen = () => figures.filter(f => !f.closest("details:not([open])")).forEach(draw);
   seen();
-  document.querySelectorAll("details").forEach(d => d.addEventListener("toggle", seen));
+  document.querySelectorAll("details").forEach(d => d.addEventListener("toggle", () => { seen(); resize(); }));
   let waiting = 0;
   const resize = () => { for (const d of drawn) if (!d.box.closest("details:not([open])")) d.chart.setSize({ width: d.box.clientWidth, height: d.height }); };
   addEventListener("resize", () => { clearTimeout(waiting); waiting = setTimeout(resize, 100); });
