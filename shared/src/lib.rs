@@ -11,6 +11,7 @@ pub mod checksum;
 mod crossing;
 pub mod derivatives;
 pub mod features;
+pub mod flags;
 pub mod frame;
 pub mod history;
 pub mod misfit;

@@ -4,31 +4,31 @@
 //! busy. A request without an answer is sent again under its old sequence number; the device
 //! then repeats its answer and does nothing twice.
 
+mod following;
+mod reading;
+
 use crate::error::{Error, Exit, Result};
 use crate::interrupt;
-use crate::link::events::{Events, Numbered};
+use crate::link::events::Events;
 use crate::link::port;
+use reading::{passing, read, Incoming};
 use serialport::TTYPort;
 use std::collections::VecDeque;
-use std::io::{self, Read, Write};
+use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use yawrig_shared::wire::{
-    self, Decoder, Encoded, Event, HelloReply, Message, Refusal, Reply, Request, Samples, Status,
-    HELLO_KEY, SAMPLES_KEY,
+    self, Encoded, Event, HelloReply, Message, Refusal, Reply, Request, Samples, Status, HELLO_KEY,
+    SAMPLES_KEY,
 };
 
 /// How long the device may take over an ordinary answer, and over erasing or verifying flash.
 const ANSWER: Duration = Duration::from_millis(700);
 const FLASH_ANSWER: Duration = Duration::from_secs(4);
 const TRIES: u32 = 3;
-/// How often that is repeated for an event before it counts as lost.
-const ROUNDS: u32 = 5;
-/// After so long a silence the device is asked whether it has said anything.
-const SILENCE: Duration = Duration::from_secs(1);
 
 /// What went wrong between a request and its reply.
 #[derive(Clone, Debug)]
@@ -43,13 +43,6 @@ pub enum LinkError {
     /// The device understood and said no.
     Refused(Refusal),
     Interrupted,
-}
-
-/// What the reading thread found.
-enum Incoming {
-    Frame { key: u32, sequence: u16, body: Vec<u8> },
-    Garbled,
-    Gone(String),
 }
 
 /// A device that has said hello.
@@ -353,102 +346,6 @@ impl Client {
             Err(RecvTimeoutError::Disconnected) => Err(LinkError::Gone("reading ended".into())),
         }
     }
-
-    /// Asks for the next so many samples of the potentiometer; ask again before they are over.
-    pub fn stream(&mut self, samples: u32) -> std::result::Result<(), LinkError> {
-        self.samples.get_or_insert_default();
-        self.request(&Request::Stream { samples }).map(drop)
-    }
-
-    /// The next samples of the stream that have come. [`Self::next_event`] waits for more.
-    pub fn next_samples(&mut self) -> Option<Samples> {
-        self.samples.as_mut()?.pop_front()
-    }
-
-    /// The next event, waiting for it at most so long. What the line has lost is asked for again.
-    pub fn next_event(
-        &mut self,
-        patience: Duration,
-    ) -> std::result::Result<Option<Numbered>, LinkError> {
-        let deadline = Instant::now() + patience;
-        loop {
-            if let Some(event) = self.events.take() {
-                return Ok(Some(event));
-            }
-            let unsure = self.session == 0 || self.events.in_doubt();
-            if unsure && self.asked.is_none_or(|asked| asked.elapsed() > SILENCE) {
-                self.asked = Some(Instant::now());
-                let asked = match self.session {
-                    0 => self.name_session(),
-                    _ => self.request(&Request::Status).map(|_| ()),
-                };
-                match asked {
-                    Ok(()) => {
-                        self.asked = None;
-                        continue;
-                    }
-                    // Once more in a while.
-                    Err(LinkError::Silent { .. } | LinkError::Refused(_)) => {}
-                    Err(error) => return Err(error),
-                }
-            }
-            if let Some(number) = self.events.missing() {
-                self.fetch(number)?;
-                continue;
-            }
-            if self.heard.elapsed() > SILENCE {
-                self.heard = Instant::now();
-                match self.request(&Request::Status) {
-                    // It may be busy; whoever waits for an answer of its own will be told.
-                    Ok(_) | Err(LinkError::Silent { .. } | LinkError::Refused(_)) => continue,
-                    Err(error) => return Err(error),
-                }
-            }
-            let left = deadline.saturating_duration_since(Instant::now());
-            if interrupt::requested() {
-                return Err(LinkError::Interrupted);
-            }
-            let frames = self.frames;
-            self.take(left.min(Duration::from_millis(100)))?;
-            if self.frames == frames && Instant::now() >= deadline {
-                return Ok(None);
-            }
-        }
-    }
-
-    /// Asks again for an event that did not come.
-    fn fetch(&mut self, number: u16) -> std::result::Result<(), LinkError> {
-        match self.request(&Request::Event { number }) {
-            Ok(Reply::Event(event)) => self.events.put(number, event),
-            Ok(_) => self.events.give_up(number.wrapping_add(1)),
-            Err(LinkError::Refused(Refusal::NotKept { oldest })) => self.events.give_up(oldest),
-            // A bad line: once more, a few times; the results after it wait for this one.
-            Err(LinkError::Silent { .. }) if self.rounds < ROUNDS => {
-                self.rounds += 1;
-                return Ok(());
-            }
-            Err(LinkError::Silent { .. }) => self.events.give_up(number.wrapping_add(1)),
-            Err(error) => return Err(error),
-        }
-        self.rounds = 0;
-        Ok(())
-    }
-
-    /// Number of the next event to hand out, once known.
-    pub fn expected_event(&self) -> Option<u16> {
-        self.events.expected()
-    }
-
-    /// Goes on with the events from this number to the one before `end`, as far as the device keeps them.
-    pub fn resume(&mut self, from: u16, end: u16) {
-        self.events.begin(Some(from));
-        self.events.had(end);
-    }
-
-    /// Events lost for good since the line was opened: the device does not keep them any more.
-    pub fn missed_events(&self) -> u64 {
-        self.events.lost()
-    }
 }
 
 impl Drop for Client {
@@ -456,53 +353,6 @@ impl Drop for Client {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(reader) = self.reader.take() {
             let _ = reader.join();
-        }
-    }
-}
-
-/// Errors that only mean "not now".
-fn passing(error: &io::Error) -> bool {
-    matches!(
-        error.kind(),
-        io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted
-    )
-}
-
-fn read(
-    mut port: TTYPort,
-    sender: &Sender<Incoming>,
-    stop: &AtomicBool,
-    bytes: &std::sync::atomic::AtomicU64,
-) {
-    let mut decoder = Decoder::new();
-    let mut buffer = [0; 1024];
-    while !stop.load(Ordering::Relaxed) {
-        let count = match port.read(&mut buffer) {
-            Ok(0) => {
-                let _ = sender.send(Incoming::Gone("the port was closed".into()));
-                return;
-            }
-            Ok(count) => count,
-            Err(e) if passing(&e) => continue,
-            Err(e) => {
-                let _ = sender.send(Incoming::Gone(e.to_string()));
-                return;
-            }
-        };
-        bytes.fetch_add(count as u64, Ordering::Relaxed);
-        for &byte in &buffer[..count] {
-            let found = match decoder.push(byte) {
-                None => continue,
-                Some(Ok(frame)) => Incoming::Frame {
-                    key: frame.key,
-                    sequence: frame.sequence,
-                    body: frame.body.to_vec(),
-                },
-                Some(Err(_)) => Incoming::Garbled,
-            };
-            if sender.send(found).is_err() {
-                return;
-            }
         }
     }
 }

@@ -1,0 +1,62 @@
+//! The thread that takes frames off a port.
+
+use serialport::TTYPort;
+use std::io::{self, Read};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::Sender;
+use yawrig_shared::wire::Decoder;
+
+/// What it found.
+pub(super) enum Incoming {
+    Frame { key: u32, sequence: u16, body: Vec<u8> },
+    Garbled,
+    Gone(String),
+}
+
+/// Errors that only mean "not now".
+pub(super) fn passing(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::TimedOut | io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted
+    )
+}
+
+/// Reads until told to stop, or nobody listens.
+pub(super) fn read(
+    mut port: TTYPort,
+    sender: &Sender<Incoming>,
+    stop: &AtomicBool,
+    bytes: &AtomicU64,
+) {
+    let mut decoder = Decoder::new();
+    let mut buffer = [0; 1024];
+    while !stop.load(Ordering::Relaxed) {
+        let count = match port.read(&mut buffer) {
+            Ok(0) => {
+                let _ = sender.send(Incoming::Gone("the port was closed".into()));
+                return;
+            }
+            Ok(count) => count,
+            Err(e) if passing(&e) => continue,
+            Err(e) => {
+                let _ = sender.send(Incoming::Gone(e.to_string()));
+                return;
+            }
+        };
+        bytes.fetch_add(count as u64, Ordering::Relaxed);
+        for &byte in &buffer[..count] {
+            let found = match decoder.push(byte) {
+                None => continue,
+                Some(Ok(frame)) => Incoming::Frame {
+                    key: frame.key,
+                    sequence: frame.sequence,
+                    body: frame.body.to_vec(),
+                },
+                Some(Err(_)) => Incoming::Garbled,
+            };
+            if sender.send(found).is_err() {
+                return;
+            }
+        }
+    }
+}

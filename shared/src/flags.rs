@@ -1,0 +1,81 @@
+//! What is the matter with a result.
+
+use postcard_schema::Schema;
+use serde::{Deserialize, Serialize};
+
+/// What is the matter with a result, as bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Flags(pub u16);
+
+impl Flags {
+    /// Never rose above the lower end of the analysed range.
+    pub const TOO_SMALL: Self = Self(1);
+    /// No three cycles between the two ends of the range.
+    pub const TOO_FEW_CYCLES: Self = Self(2);
+    /// The converter was at one of its ends.
+    pub const SATURATED: Self = Self(4);
+    pub const LOST_SAMPLES: Self = Self(8);
+    /// Outside what the network was trained on.
+    pub const OUT_OF_RANGE: Self = Self(16);
+    /// Was swinging already when first seen.
+    pub const MID_SWING: Self = Self(32);
+    /// Ended by the host or by a new release before the lower end of the range.
+    pub const CUT_SHORT: Self = Self(64);
+    /// No network passed its checks on this device.
+    pub const NO_NETWORK: Self = Self(128);
+    /// The second-order model does not explain the record: something is missing in it.
+    pub const MISFIT: Self = Self(256);
+    /// No damped oscillation could be fitted to the record; the network's estimate stands.
+    pub const NOT_REFINED: Self = Self(16384);
+    /// The reading stood still while the model swung.
+    pub const STUCK: Self = Self(512);
+    /// More noise, or hum, than a potentiometer in order has.
+    pub const NOISY: Self = Self(1024);
+    /// Single wild samples were bridged.
+    pub const SPIKES: Self = Self(2048);
+    /// No potentiometer's signal at all: nothing is connected.
+    pub const NO_SENSOR: Self = Self(4096);
+    /// A window is not one damped oscillation: a touch, a gust, a drift.
+    pub const DISTURBED: Self = Self(8192);
+
+    /// Every flag with its name in files and on screen.
+    pub const NAMES: [(Self, &'static str); 15] = [
+        (Self::TOO_SMALL, "too_small"),
+        (Self::TOO_FEW_CYCLES, "too_few_cycles"),
+        (Self::SATURATED, "saturated"),
+        (Self::LOST_SAMPLES, "lost_samples"),
+        (Self::OUT_OF_RANGE, "out_of_trained_range"),
+        (Self::MID_SWING, "started_in_mid_swing"),
+        (Self::CUT_SHORT, "cut_short"),
+        (Self::NO_NETWORK, "no_network"),
+        (Self::STUCK, "stuck"),
+        (Self::NOISY, "noisy"),
+        (Self::SPIKES, "spikes"),
+        (Self::NO_SENSOR, "no_sensor"),
+        (Self::DISTURBED, "disturbed"),
+        (Self::MISFIT, "misfit"),
+        (Self::NOT_REFINED, "not_refined"),
+    ];
+
+    pub fn set(&mut self, flag: Self) {
+        self.0 |= flag.0;
+    }
+
+    pub fn has(self, flag: Self) -> bool {
+        self.0 & flag.0 != 0
+    }
+
+    /// Whether the release gives no result to rely on.
+    pub fn unusable(self) -> bool {
+        let unusable = [
+            Self::TOO_SMALL,
+            Self::TOO_FEW_CYCLES,
+            Self::SATURATED,
+            Self::LOST_SAMPLES,
+            Self::NO_NETWORK,
+            Self::STUCK,
+            Self::NO_SENSOR,
+        ];
+        unusable.into_iter().any(|flag| self.has(flag))
+    }
+}
