@@ -38,7 +38,7 @@ impl Slot {
     }
 }
 
-/// What is erased as one: a slot, or the place of the [lock](crate::lock).
+/// What is erased as one: a slot, or the place of the lock ([`crate::lock`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sector {
     First,

@@ -4,83 +4,10 @@
 //! the network was trained on.
 
 use yawrig::rig::{End, Motion, Samples, Sensor, Start};
-use yawrig_firmware::device::Device;
-use yawrig_firmware::slots::MemoryFlash;
 use yawrig_shared::derivatives::{Model, Wind, YawDerivatives};
 use yawrig_shared::modal::Modal;
-use yawrig_shared::wire::{
-    self, Condition, Decoder, Event, Flags, Message, Phase, Refined, ReleaseResult, Reply, Request,
-    Settings, WindowResult,
-};
-
-struct Bench {
-    device: Box<Device<MemoryFlash>>,
-    decoder: Decoder,
-    sequence: u16,
-    windows: Vec<WindowResult>,
-    releases: Vec<ReleaseResult>,
-    refined: Vec<Refined>,
-    phases: Vec<Phase>,
-    numbers: Vec<u16>,
-}
-
-impl Bench {
-    fn new() -> Self {
-        Self {
-            device: Box::new(Device::new(MemoryFlash::new(), "memory")),
-            decoder: Decoder::new(),
-            sequence: 0,
-            windows: Vec::new(),
-            releases: Vec::new(),
-            refined: Vec::new(),
-            phases: Vec::new(),
-            numbers: Vec::new(),
-        }
-    }
-
-    fn listen(&mut self) -> Option<Reply> {
-        let mut reply = None;
-        while let Some(byte) = self.device.transmit() {
-            let Some(frame) = self.decoder.push(byte) else { continue };
-            let frame = frame.expect("the device sends whole frames");
-            if frame.key == Reply::KEY {
-                assert_eq!(frame.sequence, self.sequence, "a reply has its request's number");
-                reply = Some(frame.message::<Reply>().unwrap().unwrap());
-                continue;
-            }
-            self.numbers.push(frame.sequence);
-            match frame.message::<Event>().unwrap().unwrap() {
-                Event::Phase { phase, .. } => self.phases.push(phase),
-                Event::Window(window) => self.windows.push(window),
-                Event::Release(release) => self.releases.push(release),
-                Event::Refined(refined) => self.refined.push(refined),
-            }
-        }
-        reply
-    }
-
-    fn ask(&mut self, request: &Request) -> Reply {
-        self.sequence += 1;
-        for byte in wire::encode(self.sequence, request).unwrap() {
-            self.device.receive(byte);
-        }
-        self.listen().expect("a reply")
-    }
-
-    fn play(&mut self, counts: impl IntoIterator<Item = u16>) {
-        for count in counts {
-            self.device.sample(count);
-            self.device.work();
-            self.listen();
-        }
-    }
-
-    fn end(&mut self) {
-        assert_eq!(self.ask(&Request::EndRelease { after_samples: 0 }), Reply::Done);
-        while self.device.idle() {}
-        self.listen();
-    }
-}
+use yawrig_shared::wire::{self, Condition, Flags, Phase, Reply, Request, Settings};
+use yawrig_tests::desk::Desk;
 
 fn modal(natural_frequency_rad_s: f64, damping_ratio: f64) -> Modal {
     Modal { natural_frequency_rad_s, damping_ratio }
@@ -105,14 +32,14 @@ fn every_release_of_the_range_is_found_and_right() {
     for wn in [2.5, 4.0, 7.5, 12.0, 15.5, 20.0, 23.5, 26.5] {
         for zeta in [0.001, 0.003, 0.01, 0.03, 0.1] {
             let truth = modal(wn, zeta);
-            let mut bench = Bench::new();
-            bench.play(usual(&truth, 7));
-            assert_eq!(bench.releases.len(), 1, "wn {wn} zeta {zeta}: {:?}", bench.phases);
-            let result = bench.releases[0];
+            let mut desk = Desk::default();
+            desk.play(usual(&truth, 7));
+            assert_eq!(desk.releases.len(), 1, "wn {wn} zeta {zeta}: {:?}", desk.phases);
+            let result = desk.releases[0];
             assert!(!result.flags.unusable(), "wn {wn} zeta {zeta}: {:?}", result.flags);
             assert_eq!(result.flags.0 & !Flags::OUT_OF_RANGE.0, 0, "wn {wn} zeta {zeta}");
-            assert_eq!(bench.windows.len(), usize::from(result.windows));
-            let first = bench.windows[0];
+            assert_eq!(desk.windows.len(), usize::from(result.windows));
+            let first = desk.windows[0];
             assert_eq!(first.sent_sample, first.end_sample, "sent by the sample that ends it");
             assert!((first.midline_deg - 2.3).abs() < 0.1, "mid-line {}", first.midline_deg);
             let miss_wn = 100.0 * (f64::from(result.natural_frequency_rad_s.value) / wn - 1.0);
@@ -132,82 +59,82 @@ fn every_release_of_the_range_is_found_and_right() {
 
 #[test]
 fn phases_come_in_order_and_numbers_have_no_gap() {
-    let mut bench = Bench::new();
+    let mut desk = Desk::default();
     for seed in 0..3 {
-        bench.play(usual(&modal(7.5, 0.02), seed));
+        desk.play(usual(&modal(7.5, 0.02), seed));
     }
     let release = [Phase::Held, Phase::Released, Phase::Ringing, Phase::Finished];
     // Between two releases the model is turned back by hand.
     let turned = [Phase::Waiting];
     let expected = [&release[..], &turned, &release, &turned, &release].concat();
-    assert_eq!(bench.phases, expected);
-    assert_eq!(bench.releases.iter().map(|r| r.release).collect::<Vec<_>>(), [0, 1, 2]);
-    let expected: Vec<u16> = (0..bench.numbers.len() as u16).collect();
-    assert_eq!(bench.numbers, expected);
+    assert_eq!(desk.phases, expected);
+    assert_eq!(desk.releases.iter().map(|r| r.release).collect::<Vec<_>>(), [0, 1, 2]);
+    let expected: Vec<u16> = (0..desk.numbers.len() as u16).collect();
+    assert_eq!(desk.numbers, expected);
 }
 
 #[test]
 fn windows_lie_within_the_range_asked_for() {
-    let mut bench = Bench::new();
+    let mut desk = Desk::default();
     let settings = Settings { from_deg: 6.0, to_deg: 2.0, ..Settings::default() };
-    assert_eq!(bench.ask(&Request::Configure(settings)), Reply::Done);
-    bench.play(usual(&modal(9.0, 0.004), 1));
-    let amplitudes: Vec<f32> = bench.windows.iter().map(|w| w.amplitude_deg).collect();
+    assert_eq!(desk.ask(&Request::Configure(settings)), Reply::Done);
+    desk.play(usual(&modal(9.0, 0.004), 1));
+    let amplitudes: Vec<f32> = desk.windows.iter().map(|w| w.amplitude_deg).collect();
     assert!(amplitudes.len() > 8, "{amplitudes:?}");
     assert!(amplitudes.iter().all(|a| (1.9..6.0).contains(a)), "{amplitudes:?}");
 }
 
 #[test]
 fn settings_that_make_no_sense_are_refused() {
-    let mut bench = Bench::new();
+    let mut desk = Desk::default();
     let wrong = [
         Settings { from_deg: 1.0, to_deg: 2.0, ..Settings::default() },
         Settings { to_deg: 0.0, ..Settings::default() },
         Settings { degrees_per_count: f32::NAN, ..Settings::default() },
     ];
     for settings in wrong {
-        let reply = bench.ask(&Request::Configure(settings));
+        let reply = desk.ask(&Request::Configure(settings));
         assert_eq!(reply, Reply::Refused(wire::Refusal::Settings), "{settings:?}");
     }
 }
 
 #[test]
 fn a_release_too_small_says_so() {
-    let mut bench = Bench::new();
+    let mut desk = Desk::default();
     let start = Start { amplitude_deg: 0.9, hold_s: 2.0, end: End::After(15.0) };
-    bench.play(counts(&modal(7.5, 0.01), &start, &Sensor::default(), 1));
-    bench.end();
-    let flags = bench.releases.first().expect("a result").flags;
+    desk.play(counts(&modal(7.5, 0.01), &start, &Sensor::default(), 1));
+    desk.end();
+    let flags = desk.releases.first().expect("a result").flags;
     assert!(flags.has(Flags::TOO_SMALL) && flags.unusable(), "{flags:?}");
 }
 
 #[test]
 fn a_release_with_too_few_cycles_says_so() {
-    let mut bench = Bench::new();
+    let mut desk = Desk::default();
     let start = Start { amplitude_deg: 12.0, hold_s: 2.0, end: End::After(4.0) };
-    bench.play(counts(&modal(7.5, 0.01), &start, &Sensor::default(), 1));
-    bench.end();
-    let result = bench.releases.first().expect("a result");
+    desk.play(counts(&modal(7.5, 0.01), &start, &Sensor::default(), 1));
+    desk.end();
+    let result = desk.releases.first().expect("a result");
     assert_eq!(result.windows, 0);
     assert!(result.flags.has(Flags::TOO_FEW_CYCLES) && result.flags.has(Flags::CUT_SHORT));
 }
 
 #[test]
 fn a_saturated_converter_says_so() {
-    let mut bench = Bench::new();
+    let mut desk = Desk::default();
     // At 0.005 deg a count the converter ends at 163.8 deg; this one ends at 8 deg.
     let settings = Settings {
         degrees_per_count: 0.005,
         full_scale_counts: 32768 + 1600,
         ..Settings::default()
     };
-    bench.ask(&Request::Configure(settings));
+    desk.ask(&Request::Configure(settings));
     let samples = usual(&modal(7.5, 0.02), 1);
-    bench.play(samples.into_iter().map(|c| c.min(32768 + 1600)));
-    let result = bench.releases.first().expect("a result");
+    desk.play(samples.into_iter().map(|c| c.min(32768 + 1600)));
+    let result = desk.releases.first().expect("a result");
     assert!(result.flags.has(Flags::SATURATED) && result.flags.unusable(), "{:?}", result.flags);
     // Windows after the clipped swings are clean and are still reported.
-    assert!(bench.windows.iter().all(|w| w.amplitude_deg < 6.0), "{:?}", bench.windows);
+    assert!(desk.windows.iter().all(|w| w.amplitude_deg < 6.0), "{:?}", desk.windows);
 }
 
 #[test]
@@ -215,35 +142,35 @@ fn lost_samples_are_said_and_few_are_bridged() {
     let samples = usual(&modal(7.5, 0.01), 1);
     let half = samples.len() / 2;
     for (lost, windows_go_on) in [(3_u32, true), (500, false)] {
-        let mut bench = Bench::new();
-        bench.play(samples[..half].iter().copied());
-        let before = bench.windows.len();
-        bench.device.lost(lost);
-        bench.listen();
-        bench.play(samples[half + lost as usize..].iter().copied());
-        bench.end();
-        let result = bench.releases.first().expect("a result");
+        let mut desk = Desk::default();
+        desk.play(samples[..half].iter().copied());
+        let before = desk.windows.len();
+        desk.device.lost(lost);
+        desk.listen();
+        desk.play(samples[half + lost as usize..].iter().copied());
+        desk.end();
+        let result = desk.releases.first().expect("a result");
         assert!(result.flags.has(Flags::LOST_SAMPLES), "{lost}: {:?}", result.flags);
         assert!(result.flags.unusable());
         assert_eq!(result.flags.has(Flags::CUT_SHORT), !windows_go_on, "{lost}");
-        assert!(bench.windows.len() > before, "{lost}: windows after the gap");
+        assert!(desk.windows.len() > before, "{lost}: windows after the gap");
     }
 }
 
 #[test]
 fn a_record_that_starts_in_mid_swing_is_taken_from_there() {
-    let mut bench = Bench::new();
+    let mut desk = Desk::default();
     let truth = modal(4.0, 0.01);
     let samples = usual(&truth, 3);
-    bench.play(samples[2000 + 900..].iter().copied());
-    let result = bench.releases.first().expect("a result");
+    desk.play(samples[2000 + 900..].iter().copied());
+    let result = desk.releases.first().expect("a result");
     assert!(result.flags.has(Flags::MID_SWING) && !result.flags.unusable());
     assert!((f64::from(result.natural_frequency_rad_s.value) / 4.0 - 1.0).abs() < 1e-3);
 }
 
 #[test]
 fn turning_the_model_by_hand_is_no_release() {
-    let mut bench = Bench::new();
+    let mut desk = Desk::default();
     // Held at 0, turned to 15 deg within a second, held there.
     let angle = |ms: u32| match ms {
         0..=1999 => 0.0,
@@ -252,22 +179,22 @@ fn turning_the_model_by_hand_is_no_release() {
         }
         _ => 15.0,
     };
-    bench.play((0..6000).map(|ms| (32768.0 + angle(ms) / 0.005) as u16));
-    assert!(bench.releases.is_empty(), "{:?}", bench.releases);
-    assert_eq!(bench.phases, [Phase::Held, Phase::Released, Phase::Held]);
+    desk.play((0..6000).map(|ms| (32768.0 + angle(ms) / 0.005) as u16));
+    assert!(desk.releases.is_empty(), "{:?}", desk.releases);
+    assert_eq!(desk.phases, [Phase::Held, Phase::Released, Phase::Held]);
 }
 
 #[test]
 fn a_release_stirred_up_again_without_being_held_is_a_new_one() {
-    let mut bench = Bench::new();
+    let mut desk = Desk::default();
     let held = usual(&modal(9.0, 0.02), 1);
     let unheld = Start { hold_s: 0.0, ..Start::default() };
     let sensor = Sensor { offset_deg: 2.3, ..Sensor::default() };
-    bench.play(held);
-    bench.play(counts(&modal(9.0, 0.02), &unheld, &sensor, 2));
-    assert_eq!(bench.releases.len(), 2, "{:?}", bench.phases);
-    assert!(bench.releases[1].flags.has(Flags::MID_SWING));
-    assert!(!bench.releases[1].flags.unusable());
+    desk.play(held);
+    desk.play(counts(&modal(9.0, 0.02), &unheld, &sensor, 2));
+    assert_eq!(desk.releases.len(), 2, "{:?}", desk.phases);
+    assert!(desk.releases[1].flags.has(Flags::MID_SWING));
+    assert!(!desk.releases[1].flags.unusable());
 }
 
 #[test]
@@ -278,17 +205,17 @@ fn the_device_gives_derivatives_once_it_holds_a_reference() {
     let off = modal(7.784, 0.0041);
     let planted = YawDerivatives { cn_beta: 0.5321, cn_r: -0.0901 };
     let on = planted.wind_on(&off, 0.101, &wind(10.0), &model).unwrap();
-    let mut bench = Bench::new();
+    let mut desk = Desk::default();
     // Wind on without a reference: no derivatives.
-    bench.ask(&Request::Condition(condition(10.0)));
-    bench.play(usual(&on, 1));
-    assert_eq!(bench.releases[0].derivatives, None);
-    bench.ask(&Request::Condition(condition(0.0)));
-    bench.play(usual(&off, 2));
-    assert_eq!(bench.releases[1].derivatives, None);
-    bench.ask(&Request::Condition(condition(10.0)));
-    bench.play(usual(&on, 3));
-    let found = bench.releases[2].derivatives.expect("derivatives");
+    desk.ask(&Request::Condition(condition(10.0)));
+    desk.play(usual(&on, 1));
+    assert_eq!(desk.releases[0].derivatives, None);
+    desk.ask(&Request::Condition(condition(0.0)));
+    desk.play(usual(&off, 2));
+    assert_eq!(desk.releases[1].derivatives, None);
+    desk.ask(&Request::Condition(condition(10.0)));
+    desk.play(usual(&on, 3));
+    let found = desk.releases[2].derivatives.expect("derivatives");
     assert!((f64::from(found.cn_beta) / planted.cn_beta - 1.0).abs() < 0.02, "{found:?}");
     assert!((f64::from(found.cn_r) / planted.cn_r - 1.0).abs() < 0.06, "{found:?}");
 }
@@ -301,9 +228,9 @@ fn stated_uncertainties_cover_the_error() {
     let (mut within, mut all) = ([0, 0], 0);
     for seed in 0..60_u64 {
         let truth = modal(5.0 + 0.3 * seed as f64, 0.004 + 0.0003 * seed as f64);
-        let mut bench = Bench::new();
-        bench.play(usual(&truth, seed));
-        let result = bench.releases[0];
+        let mut desk = Desk::default();
+        desk.play(usual(&truth, seed));
+        let result = desk.releases[0];
         let covers = |m: wire::Measured, t: f64| (f64::from(m.value) - t).abs() <= f64::from(m.u);
         within[0] +=
             usize::from(covers(result.natural_frequency_rad_s, truth.natural_frequency_rad_s));
@@ -323,10 +250,10 @@ fn a_refined_estimate_does_not_depend_on_the_release_before() {
     one.truncate(one.len() / 8 * 8);
     let other = usual(&modal(20.0, 0.01), 2);
     let refined = |records: [&[u16]; 2]| {
-        let mut bench = Bench::new();
-        records.iter().for_each(|record| bench.play(record.iter().copied()));
-        bench.end();
-        bench.refined
+        let mut desk = Desk::default();
+        records.iter().for_each(|record| desk.play(record.iter().copied()));
+        desk.end();
+        desk.refined
     };
     let (alone, after) = (refined([&other, &[]]), refined([&one, &other]));
     let [first, second] = after[..] else { panic!("{after:?}") };
@@ -344,28 +271,28 @@ fn a_refined_estimate_does_not_depend_on_the_release_before() {
 /// A board that is too busy to refine loses no release, and no estimate becomes another release's.
 #[test]
 fn a_refinement_that_waits_holds_up_nothing() {
-    let mut bench = Bench::new();
+    let mut desk = Desk::default();
     let records = [usual(&modal(7.5, 0.02), 1), usual(&modal(20.0, 0.01), 2)];
     for count in records.iter().flatten() {
-        bench.device.sample(*count);
-        bench.listen();
+        desk.device.sample(*count);
+        desk.listen();
     }
-    assert_eq!(bench.releases.len(), 2);
-    assert!(bench.refined.is_empty());
-    bench.end();
-    let [refined] = bench.refined[..] else { panic!("{:?}", bench.refined) };
+    assert_eq!(desk.releases.len(), 2);
+    assert!(desk.refined.is_empty());
+    desk.end();
+    let [refined] = desk.refined[..] else { panic!("{:?}", desk.refined) };
     assert_eq!(refined.release, 0);
     assert!((refined.natural_frequency_rad_s.value / 7.5 - 1.0).abs() < 1e-4, "{refined:?}");
 }
 
 #[test]
 fn an_oscillation_that_grows_is_refined_too() {
-    let mut bench = Bench::new();
+    let mut desk = Desk::default();
     let truth = modal(7.5, -0.004);
     let start = Start { amplitude_deg: 2.0, hold_s: 2.0, end: End::After(60.0) };
-    bench.play(counts(&truth, &start, &Sensor::default(), 1));
-    bench.end();
-    let refined = bench.refined.first().expect("a refined estimate");
+    desk.play(counts(&truth, &start, &Sensor::default(), 1));
+    desk.end();
+    let refined = desk.refined.first().expect("a refined estimate");
     let miss = f64::from(refined.damping_ratio.value) + 0.004;
     assert!(miss.abs() < 4.0 * f64::from(refined.damping_ratio.u), "{refined:?}");
     assert!(!refined.flags.has(Flags::MISFIT), "{refined:?}");

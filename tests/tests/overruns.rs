@@ -173,7 +173,7 @@ fn a_request_with_a_lost_byte_is_not_carried_out() {
 fn counts(index: u32) -> u16 {
     let time_s = f64::from(index.saturating_sub(500)) * 1e-3;
     // Steps of all widths, so that the stream holds every form of sample.
-    let jump = if index % 97 == 0 { 900.0 } else { 0.0 };
+    let jump = if index.is_multiple_of(97) { 900.0 } else { 0.0 };
     (32_768.0 + 2400.0 * (-0.2 * time_s).exp() * (20.0 * time_s).cos() + jump) as u16
 }
 

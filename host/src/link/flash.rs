@@ -53,7 +53,7 @@ pub fn write(client: &mut Client, blob: &[u8], progress: &mut dyn Progress) -> R
 /// The same with a signature, which a locked device wants.
 ///
 /// # Errors
-/// Exit 5, as [`write`]; and where the device is locked with another key, or with any and there is none.
+/// Exit 5, as [`write()`]; and where the device is locked with another key, or with any and there is none.
 pub fn write_signed(
     client: &mut Client,
     blob: &[u8],

@@ -69,10 +69,10 @@ pub fn read(file: &Path, taken: &[&str]) -> Result<OwnEffect> {
     from_text(file, &text, taken)
 }
 
-/// As [`read`], from the file's `text`.
+/// As `read`, from the file's `text`.
 ///
 /// # Errors
-/// Those of [`read`].
+/// Those of `read`.
 pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
     let document: Document = toml::from_str(text).map_err(|e| {
         let span = e.span().unwrap_or(0..0);

@@ -22,7 +22,7 @@ const CANDIDATES: usize = 4;
 /// The report of `files`.
 ///
 /// # Errors
-/// Exit 2 without files; those of [`identify`] and [`diagnose_with_fits`], each naming its file.
+/// Exit 2 without files; those of [`identify()`] and [`diagnose_with_fits`], each naming its file.
 pub fn of_records(
     files: &[PathBuf],
     settings: &identify::Settings,

@@ -33,7 +33,7 @@ fn garbage_is_no_device_of_ours() {
         let mut calls = 0_u32;
         let line = Line::new(move |_| {
             calls += 1;
-            Some(if calls % 20 == 0 { text.to_vec() } else { Vec::new() })
+            Some(if calls.is_multiple_of(20) { text.to_vec() } else { Vec::new() })
         });
         device(&line).exits(4).says("is not a yawrig device").says("no frame of ours").helps();
     }

@@ -81,7 +81,11 @@ fn what_answers_wrongly_or_not_at_all() {
     let mut calls = 0_u32;
     let line = Line::new(move |_| {
         calls += 1;
-        Some(if calls % 20 == 0 { b"$GPGGA,123519,4807.038,N\r\n".to_vec() } else { Vec::new() })
+        Some(if calls.is_multiple_of(20) {
+            b"$GPGGA,123519,4807.038,N\r\n".to_vec()
+        } else {
+            Vec::new()
+        })
     });
     let (_, found, command) = port(line.path(), 4);
     assert!(found.contains("is not a yawrig device"), "{found}");

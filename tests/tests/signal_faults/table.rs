@@ -102,15 +102,15 @@ fn judge(case: &Case, severity: &str, size: f64) -> Row {
                         result.natural_frequency_rad_s.u / result.natural_frequency_rad_s.value,
                         result.damping_ratio.u / result.damping_ratio.value,
                     ];
-                    for i in 0..2 {
-                        allowed[i] = allowed[i].max(400.0 * f64::from(own[i].abs()));
+                    for (allowed, own) in allowed.iter_mut().zip(own) {
+                        *allowed = allowed.max(400.0 * f64::from(own.abs()));
                     }
                 }
                 let right = result.windows > 0 && (0..2).all(|i| miss[i].abs() <= allowed[i]);
                 any_right |= right;
                 if result.windows > 0 && !result.flags.has(case.excuses) {
-                    for i in 0..2 {
-                        row.worst[i] = row.worst[i].max(miss[i].abs());
+                    for (worst, miss) in row.worst.iter_mut().zip(miss) {
+                        *worst = worst.max(miss.abs());
                     }
                     if !right {
                         complain(format!(

@@ -62,7 +62,7 @@ impl Controller for Registers {
     }
 
     fn write_word(&mut self, number: u32, offset: usize, word: u32) {
-        assert!(offset < SLOT_BYTES && offset % 4 == 0);
+        assert!(offset < SLOT_BYTES && offset.is_multiple_of(4));
         // SAFETY: within the sector, aligned; the interface takes it as a word to program.
         unsafe { core::ptr::write_volatile((address(number) + offset) as *mut u32, word) };
         dsb();
