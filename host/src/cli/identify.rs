@@ -4,6 +4,7 @@ use super::common::{print, AnalysisArgs};
 use crate::error::{Error, Result};
 use crate::identify::batch::{self, Answer, Refused, Tally, SCHEMA_VERSION};
 use crate::identify::{Identification, Method, Settings};
+use crate::record::format;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::fmt::Write as _;
@@ -11,11 +12,11 @@ use std::path::PathBuf;
 
 /// Natural frequency and damping ratio of recorded releases, with their uncertainties.
 ///
-/// Release, hold, end and offset are found in the record. A folder stands for the CSV files in it. Exit code 3 where
+/// Release, hold, end and offset are found in the record. A folder stands for the records in it. Exit code 3 where
 /// any file could not be used.
 #[derive(Args, Debug, Clone)]
 pub struct Identify {
-    /// Records (CSV: time_s,yaw_deg) or folders of them
+    /// Records (CSV with time_s,yaw_deg, or another format) or folders of them
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// How
@@ -98,7 +99,7 @@ impl Identify {
     }
 }
 
-/// Folders replaced by the CSV files in them, in order of their names.
+/// Folders replaced by the records in them, in order of their names.
 fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let mut out = Vec::new();
     for file in files {
@@ -110,12 +111,12 @@ fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>> {
         let mut inside = Vec::new();
         for entry in std::fs::read_dir(file).map_err(fail)? {
             let path = entry.map_err(fail)?.path();
-            if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")) {
+            if format::is_named_so(&path) {
                 inside.push(path);
             }
         }
         if inside.is_empty() {
-            return Err(Error::data(format!("{}: no CSV file in it", file.display()))
+            return Err(Error::data(format!("{}: no record in it", file.display()))
                 .help("give a folder that holds records"));
         }
         inside.sort();

@@ -19,6 +19,13 @@ pub enum Format {
     Parquet,
 }
 
+/// Whether a file's name ends as those of records do.
+pub fn is_named_so(file: &Path) -> bool {
+    const ENDINGS: [&str; 6] = ["csv", "mat", "h5", "hdf5", "tdms", "parquet"];
+    let ending = file.extension();
+    ending.is_some_and(|e| ENDINGS.iter().any(|ending| e.eq_ignore_ascii_case(ending)))
+}
+
 /// A file's format; what is nothing else is taken for CSV.
 ///
 /// # Errors

@@ -1,7 +1,7 @@
 //! Yaw angle over time as it comes from a file, at whatever rate and with whatever jitter.
 
 mod csv_file;
-mod format;
+pub mod format;
 mod hdf5;
 mod mat;
 mod noise;

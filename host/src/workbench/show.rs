@@ -16,6 +16,7 @@ use crate::criticism::records;
 use crate::criticism::swing::Swing;
 use crate::error::{Error, Result};
 use crate::quantity::Quantity;
+use crate::record::format;
 use serde_json::{json, Value};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -316,7 +317,7 @@ pub fn files(app: &App) -> Result<Value> {
     let mut names: Vec<String> = folder
         .flatten()
         .map(|entry| entry.path())
-        .filter(|path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv")))
+        .filter(|path| format::is_named_so(path))
         .filter(|path| !known.contains(&path.canonicalize().ok()))
         .filter_map(|path| Some(path.file_name()?.to_str()?.to_owned()))
         .collect();
