@@ -115,6 +115,13 @@ impl Reader<'_> {
                 .help(format!("this program reads schema_version {SCHEMA_VERSION}")));
         }
         let raw: RawModel = toml::from_str(self.text).map_err(|e| self.malformed(&e))?;
+        // What cannot be written back, such as a whole number beyond 64 bits, must not be read.
+        if let Err(e) = self.text.parse::<toml_edit::DocumentMut>() {
+            let what = e.message().trim().to_owned();
+            return Err(self
+                .error(&e.span().unwrap_or_default(), what)
+                .help("write numbers of that size with a decimal point"));
+        }
         let mut records: Vec<RecordEntry> = Vec::new();
         for entry in &raw.record {
             let record = self.record(entry)?;

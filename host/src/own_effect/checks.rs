@@ -289,12 +289,16 @@ fn told_apart(
 
 /// Norm of what is left of `column` beyond the columns `others`, of its own.
 fn left_over(columns: &[Vec<f64>], others: &[usize], column: &[f64]) -> f64 {
-    let norm = column.iter().map(|x| x * x).sum::<f64>().sqrt();
-    if others.is_empty() || !norm.is_finite() || norm == 0.0 {
+    let norm = |c: &[f64]| c.iter().map(|x| x * x).sum::<f64>().sqrt();
+    // Of one that overflows nothing can be said.
+    let others: Vec<usize> =
+        others.iter().copied().filter(|j| norm(&columns[*j]).is_finite()).collect();
+    let own = norm(column);
+    if others.is_empty() || !own.is_finite() || own == 0.0 {
         return 1.0;
     }
     let unit = |c: &[f64]| {
-        let norm = c.iter().map(|x| x * x).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+        let norm = norm(c).max(f64::MIN_POSITIVE);
         c.iter().map(|x| x / norm).collect::<Vec<f64>>()
     };
     let base: Vec<f64> = others.iter().flat_map(|j| unit(&columns[*j])).collect();
