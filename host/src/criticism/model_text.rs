@@ -143,11 +143,13 @@ fn text_of<'a>(table: &'a Table, key: &str) -> Option<&'a str> {
 
 /// The array of tables `key`; one written as an inline array is rewritten.
 fn tables<'a>(root: &'a mut Table, key: &str) -> &'a mut ArrayOfTables {
-    let item = root.entry(key).or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
-    if !item.is_array_of_tables() {
-        let inline = std::mem::take(item);
-        *item = Item::ArrayOfTables(inline.into_array_of_tables().unwrap_or_default());
+    if root.get(key).is_some_and(|item| !item.is_array_of_tables()) {
+        // With a new key: the old one has what stood before it, which must not get between the brackets.
+        let inline = root.remove(key).unwrap_or_default();
+        let made = inline.into_array_of_tables().unwrap_or_default();
+        root.insert(key, Item::ArrayOfTables(made));
     }
+    let item = root.entry(key).or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
     item.as_array_of_tables_mut().expect("it has just been made one")
 }
 
@@ -244,7 +246,7 @@ mod tests {
     #[test]
     fn tables_written_inline_are_understood() {
         let text = "schema_version = 1\n\
-            record = [{ file = \"a.csv\" }]\n\
+            record = [{ file = \"a.csv\" }]\n\n\
             effect = [{ id = \"cubic_stiffness\", parameters = { k3 = { value = 2, free = false } } }]\n\
             modal = { a = { damping_ratio = { value = 0.01 } } }\n";
         let model = read(text);
