@@ -1,19 +1,13 @@
 //! A device that is locked with a public key: what it takes, what it refuses, and how it is opened again.
 
+mod desk;
+
+use desk::Desk;
 use ed25519_compact::{KeyPair, Seed};
-use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_firmware::BUILT_IN;
 use yawrig_shared::blob;
-use yawrig_shared::wire::{
-    encode, unlock_message, Decoder, Refusal, Reply, Request, Signature, Status, CHUNK,
-    SIGNED_NETWORK,
-};
-
-struct Desk {
-    device: Device<MemoryFlash>,
-    sequence: u16,
-}
+use yawrig_shared::wire::{unlock_message, Refusal, Reply, Request, Signature, SIGNED_NETWORK};
 
 fn refused(refusal: Refusal) -> Reply {
     Reply::Refused(refusal)
@@ -38,48 +32,15 @@ fn network(generation: u32) -> Vec<u8> {
 }
 
 impl Desk {
-    fn new() -> Self {
-        Self { device: Device::new(MemoryFlash::new(), "desk"), sequence: 0 }
-    }
-
     fn locked(pair: &KeyPair) -> Self {
-        let mut desk = Self::new();
+        let mut desk = Self::new(MemoryFlash::new());
         assert_eq!(desk.ask(&Request::Lock { key: *pair.pk }), Reply::Done);
         desk
     }
 
-    fn ask(&mut self, request: &Request) -> Reply {
-        self.sequence += 1;
-        for byte in encode(self.sequence, request).expect("a frame") {
-            self.device.receive(byte);
-        }
-        let mut decoder = Decoder::new();
-        while let Some(byte) = self.device.transmit() {
-            if let Some(Ok(frame)) = decoder.push(byte) {
-                if let Some(Ok(reply)) = frame.message::<Reply>() {
-                    return reply;
-                }
-            }
-        }
-        panic!("no answer to {request:?}");
-    }
-
-    fn status(&mut self) -> Status {
-        match self.ask(&Request::Status) {
-            Reply::Status(status) => status,
-            other => panic!("{other:?}"),
-        }
-    }
-
     /// Writes a network, to its trial; what the device says to that.
-    fn write(&mut self, bytes: &[u8], signature: Option<Signature>) -> Reply {
-        let length = bytes.len() as u32;
-        assert_eq!(self.ask(&Request::FlashBegin { length }), Reply::Done);
-        for (index, chunk) in bytes.chunks(CHUNK).enumerate() {
-            let bytes = chunk.iter().copied().collect();
-            let offset = (index * CHUNK) as u32;
-            assert_eq!(self.ask(&Request::FlashChunk { offset, bytes }), Reply::Done);
-        }
+    fn try_signed(&mut self, bytes: &[u8], signature: Option<Signature>) -> Reply {
+        self.write(bytes);
         if let Some(signature) = signature {
             assert_eq!(self.ask(&Request::FlashSignature { signature }), Reply::Done);
         }
@@ -92,20 +53,16 @@ impl Desk {
             other => panic!("{other:?}"),
         }
     }
-
-    fn power_cut(self) -> Self {
-        Self { device: Device::new(self.device.into_flash(), "desk"), sequence: self.sequence }
-    }
 }
 
 #[test]
 fn it_comes_unlocked_and_takes_networks_with_and_without_signature() {
-    let mut desk = Desk::new();
+    let mut desk = Desk::new(MemoryFlash::new());
     assert_eq!(desk.status().lock, None);
-    assert_eq!(desk.write(&network(1), None), Reply::Done);
+    assert_eq!(desk.try_signed(&network(1), None), Reply::Done);
     assert_eq!(desk.ask(&Request::FlashCommit), Reply::Done);
     let signature = sign_network(&pair(1), &network(2));
-    assert_eq!(desk.write(&network(2), Some(signature)), Reply::Done);
+    assert_eq!(desk.try_signed(&network(2), Some(signature)), Reply::Done);
     assert_eq!(desk.ask(&Request::Challenge), refused(Refusal::NotLocked));
     let signature = sign(&pair(1), &unlock_message(0, 0));
     assert_eq!(desk.ask(&Request::Unlock { signature }), refused(Refusal::WrongSignature));
@@ -121,43 +78,43 @@ fn locked_it_takes_what_its_key_has_signed_and_nothing_else() {
     let right = sign_network(&owner, &bytes);
     let unsigned = refused(Refusal::Unsigned);
     let wrong = refused(Refusal::WrongSignature);
-    assert_eq!(desk.write(&bytes, None), unsigned);
-    assert_eq!(desk.write(&bytes, Some(sign_network(&other, &bytes))), wrong);
+    assert_eq!(desk.try_signed(&bytes, None), unsigned);
+    assert_eq!(desk.try_signed(&bytes, Some(sign_network(&other, &bytes))), wrong);
     // Of another generation, so of another blob; of the blob without what says that it is one.
-    assert_eq!(desk.write(&network(2), Some(right.clone())), wrong);
-    assert_eq!(desk.write(&bytes, Some(sign(&owner, &bytes))), wrong);
-    assert_eq!(desk.write(&bytes, Some(Signature::new())), wrong);
+    assert_eq!(desk.try_signed(&network(2), Some(right.clone())), wrong);
+    assert_eq!(desk.try_signed(&bytes, Some(sign(&owner, &bytes))), wrong);
+    assert_eq!(desk.try_signed(&bytes, Some(Signature::new())), wrong);
     let mut short = right.clone();
     short.pop();
-    assert_eq!(desk.write(&bytes, Some(short)), wrong);
+    assert_eq!(desk.try_signed(&bytes, Some(short)), wrong);
     for bit in 0..512 {
         let mut tampered = right.clone();
         tampered[bit / 8] ^= 1 << (bit % 8);
-        assert_eq!(desk.write(&bytes, Some(tampered)), wrong, "bit {bit}");
+        assert_eq!(desk.try_signed(&bytes, Some(tampered)), wrong, "bit {bit}");
     }
     // A bit of the network, all its checksums right.
     let (_, mut payload) = blob::decode(&bytes).expect("a blob");
     payload.provenance.seed ^= 1;
     let mut tampered = [0; blob::LONGEST];
     let length = blob::encode(&payload, 1, &mut tampered).expect("a blob");
-    assert_eq!(desk.write(&tampered[..length], Some(right.clone())), wrong);
+    assert_eq!(desk.try_signed(&tampered[..length], Some(right.clone())), wrong);
     // A signature is of one update: the next begins without.
     assert_eq!(desk.ask(&Request::FlashSignature { signature: right.clone() }), Reply::Done);
-    assert_eq!(desk.write(&bytes, None), unsigned);
+    assert_eq!(desk.try_signed(&bytes, None), unsigned);
     assert_eq!(desk.status().network, before);
     assert_eq!(desk.ask(&Request::FlashCommit), refused(Refusal::NoTrial));
 
-    assert_eq!(desk.write(&bytes, Some(right)), Reply::Done);
+    assert_eq!(desk.try_signed(&bytes, Some(right)), Reply::Done);
     assert_eq!(desk.ask(&Request::FlashCommit), Reply::Done);
     let mut desk = desk.power_cut();
     assert_eq!((desk.status().network.generation, desk.status().lock), (1, Some(*owner.pk)));
-    assert_eq!(desk.write(&network(2), None), unsigned);
+    assert_eq!(desk.try_signed(&network(2), None), unsigned);
 }
 
 #[test]
 fn a_network_from_before_the_lock_stays() {
-    let mut desk = Desk::new();
-    assert_eq!(desk.write(&network(1), None), Reply::Done);
+    let mut desk = Desk::new(MemoryFlash::new());
+    assert_eq!(desk.try_signed(&network(1), None), Reply::Done);
     assert_eq!(desk.ask(&Request::FlashCommit), Reply::Done);
     assert_eq!(desk.ask(&Request::Lock { key: *pair(1).pk }), Reply::Done);
     assert_eq!(desk.power_cut().status().network.generation, 1);
@@ -186,7 +143,7 @@ fn only_the_private_key_opens_it_and_only_this_once() {
     assert_eq!(desk.status().lock, None);
     let mut desk = desk.power_cut();
     assert_eq!(desk.status().lock, None);
-    assert_eq!(desk.write(&network(1), None), Reply::Done);
+    assert_eq!(desk.try_signed(&network(1), None), Reply::Done);
     // Locked anew, the old answer does not open it: the lock has another number.
     assert_eq!(desk.ask(&Request::Lock { key: *owner.pk }), Reply::Done);
     assert_ne!(desk.challenge(), challenge);
@@ -195,7 +152,7 @@ fn only_the_private_key_opens_it_and_only_this_once() {
 
 #[test]
 fn what_is_no_key_locks_nothing() {
-    let mut desk = Desk::new();
+    let mut desk = Desk::new(MemoryFlash::new());
     // The neutral point, a point of small order, and no point at all.
     let mut neutral = [0; 32];
     neutral[0] = 1;

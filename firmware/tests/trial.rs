@@ -1,47 +1,14 @@
 //! A network on trial: confirmed, not confirmed in time, cut off, or replaced.
 
-use yawrig_firmware::device::Device;
+mod desk;
+
+use desk::Desk;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_firmware::BUILT_IN;
 use yawrig_shared::blob::{self, BlobError};
-use yawrig_shared::wire::{
-    encode, Decoder, Event, Refusal, Reply, Request, SlotState, Status, CHUNK, TRIAL_SAMPLES,
-};
-
-/// A device and the number of the next request.
-struct Desk {
-    device: Device<MemoryFlash>,
-    sequence: u16,
-}
+use yawrig_shared::wire::{Decoder, Event, Refusal, Reply, Request, SlotState, TRIAL_SAMPLES};
 
 impl Desk {
-    fn new(flash: MemoryFlash) -> Self {
-        Self { device: Device::new(flash, "desk"), sequence: 0 }
-    }
-
-    fn ask(&mut self, request: &Request) -> Reply {
-        self.sequence += 1;
-        for byte in encode(self.sequence, request).expect("a frame") {
-            self.device.receive(byte);
-        }
-        let mut decoder = Decoder::new();
-        while let Some(byte) = self.device.transmit() {
-            if let Some(Ok(frame)) = decoder.push(byte) {
-                if let Some(Ok(reply)) = frame.message::<Reply>() {
-                    return reply;
-                }
-            }
-        }
-        panic!("no answer to {request:?}");
-    }
-
-    fn status(&mut self) -> Status {
-        match self.ask(&Request::Status) {
-            Reply::Status(status) => status,
-            other => panic!("{other:?}"),
-        }
-    }
-
     /// Generation that runs, and whether on trial.
     fn runs(&mut self) -> (u32, bool) {
         let network = self.status().network;
@@ -59,15 +26,6 @@ impl Desk {
         self.write(&bytes);
         assert_eq!(self.ask(&Request::FlashTrial), Reply::Done);
         assert_eq!(self.runs(), (generation, true));
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        let done = |reply| assert_eq!(reply, Reply::Done);
-        done(self.ask(&Request::FlashBegin { length: bytes.len() as u32 }));
-        for (index, chunk) in bytes.chunks(CHUNK).enumerate() {
-            let bytes = chunk.iter().copied().collect();
-            done(self.ask(&Request::FlashChunk { offset: (index * CHUNK) as u32, bytes }));
-        }
     }
 
     /// What it makes of a release at 9 deg: natural frequency and damping ratio of each window.
@@ -88,10 +46,6 @@ impl Desk {
         }
         assert!(!found.is_empty(), "windows");
         found
-    }
-
-    fn power_cut(self) -> Self {
-        Self::new(self.device.into_flash())
     }
 }
 

@@ -122,12 +122,7 @@ fn an_update_over_a_bad_line_is_done_or_leaves_the_old_network() {
         // They mostly wait.
         let done = std::thread::scope(|scope| {
             let lines: Vec<_> = (0..each).map(|n| scope.spawn(move || update(faults, n))).collect();
-            lines
-                .into_iter()
-                .filter(|_| true)
-                .map(|l| l.join().expect("no panic"))
-                .filter(|d| *d)
-                .count()
+            lines.into_iter().map(|l| l.join().expect("no panic")).filter(|d| *d).count()
         });
         println!(
             "{what:24} {:4} done {done} of {each}",
