@@ -14,6 +14,8 @@ use yawrig_shared::potentiometer::Decoder;
 /// but every look takes the lock under which it hands over bytes: thousands of looks halve the
 /// throughput on a busy machine, and on an idle one 5 to 200 000 make no difference.
 const LOOKS_BEFORE_SLEEP: u32 = 50;
+/// Samples that are taken, if so many wait, before the host is heard again.
+const SAMPLES_A_ROUND: u32 = 64;
 /// Half a second at 25 MHz: how often the watchdog is fed, and the core woken for it.
 const FEED_TICKS: u32 = 12_500_000;
 
@@ -42,13 +44,15 @@ pub fn run(mut after_round: impl FnMut(u32)) -> ! {
     say(&["yawrig runs"]);
     loop {
         let mut busy = serve_link(&mut link, &mut device);
-        to_send = to_send.or_else(|| device.transmit());
-        if let (Some(byte), true) = (to_send, link.can_write()) {
-            busy = true;
-            link.write(byte);
-            to_send = None;
-        }
-        for _ in 0..64 {
+        for _ in 0..SAMPLES_A_ROUND {
+            // A byte for each sample: one for each round falls behind where samples come as fast
+            // as the emulator takes them, and then events find no room.
+            to_send = to_send.or_else(|| device.transmit());
+            if let (Some(byte), true) = (to_send, link.can_write()) {
+                busy = true;
+                link.write(byte);
+                to_send = None;
+            }
             if !serve_potentiometer(&mut potentiometer, &mut decoder, &mut device) {
                 break;
             }
