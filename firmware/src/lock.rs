@@ -1,8 +1,11 @@
 //! Who may write: a device that is locked with an ed25519 public key takes only networks signed with its private key.
 //!
-//! A board says whether its device can be locked at all ([`Flash::LOCKABLE`]). Unlocked as it comes. Anyone may lock an unlocked device; unlocking needs the private key. What stands in a slot was
-//! checked before it was committed and is not checked again at the start: who can write the flash past the device can
-//! erase its lock, too, and networks from before the lock stay.
+//! A board says whether its device can be locked at all ([`Flash::LOCKABLE`]). Unlocked as it comes. Anyone may lock an
+//! unlocked device; unlocking needs the private key. What stands in a slot was checked before it was committed and is
+//! not checked again at the start: who can write the flash past the device can erase its lock, too, and networks from
+//! before the lock stay. A signature is of the network alone: an older network of the same key's is taken, too. The
+//! answer that unlocks is of this lock's number and of a nonce, not of this device: devices that share a key should
+//! not share a line that strangers listen to.
 //!
 //! The flash sector of the lock holds records one after the other; unlocking voids the last. A lock counts once its
 //! first word stands, which is written last, so whenever the power goes the device is as before or as wanted.
