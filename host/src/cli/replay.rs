@@ -7,6 +7,7 @@ use crate::error::{Error, Exit, Result};
 use crate::follow::{
     device_json, event_text, flag_names, is_refined, precise, quantity, window_json,
 };
+use crate::identify::gaps;
 use crate::link::flash;
 use crate::record::Record;
 use crate::replay::{refined_residual_rms_deg, replay, residual_rms_deg, Range, Release, Replayed};
@@ -47,8 +48,8 @@ pub fn run(arguments: &Replay) -> Result<()> {
     }
     let range = Range { from_deg: arguments.from_deg, to_deg: arguments.to_deg };
     // All are read before a device is started: a wrong name is found at once.
-    let records: Vec<Record> =
-        arguments.files.iter().map(|file| Record::read(file)).collect::<Result<_>>()?;
+    let read = |file: &PathBuf| Ok(gaps::without(&Record::read(file)?).into_owned());
+    let records: Vec<Record> = arguments.files.iter().map(read).collect::<Result<_>>()?;
     let network = arguments.network.as_deref().map(flash::read).transpose()?;
     let mut bench = arguments.device.open()?;
     if let Some((blob, _)) = network {

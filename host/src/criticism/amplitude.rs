@@ -22,7 +22,7 @@ pub struct AmplitudePoint {
     pub natural_frequency_rad_s: Quantity,
     pub damping_ratio: Quantity,
     /// What the swing is about.
-    pub midline_deg: f64,
+    pub midline_deg: Quantity,
 }
 
 /// What a model makes of the same swing.
@@ -47,6 +47,7 @@ pub fn picture(swing: &Swing, models: &[(&str, &Fitted)]) -> AmplitudePicture {
         let exact = |p: AmplitudePoint| AmplitudePoint {
             natural_frequency_rad_s: Quantity::exact(p.natural_frequency_rad_s.value),
             damping_ratio: Quantity::exact(p.damping_ratio.value),
+            midline_deg: Quantity::exact(p.midline_deg.value),
             ..p
         };
         let points = points(swing, &readings).into_iter().map(exact).collect();
@@ -77,7 +78,7 @@ impl AmplitudePoint {
                 w.natural_frequency_u,
             ),
             damping_ratio: Quantity::new(w.damping_ratio, w.damping_ratio_u),
-            midline_deg: w.midline_deg,
+            midline_deg: Quantity::new(w.midline_deg, w.midline_u_deg),
         }
     }
 }
@@ -155,8 +156,8 @@ mod tests {
         let picture = picture(&swing, &[("static_offset", &with)]);
         let expected = (1.0 / 7.5_f64.powi(2)).to_degrees();
         for (m, p) in picture.measured.iter().zip(&picture.predictions[0].points) {
-            assert!((m.midline_deg - expected).abs() < 0.02, "{m:?}");
-            assert!((p.midline_deg - expected).abs() < 0.01, "{p:?}");
+            assert!((m.midline_deg.value - expected).abs() < 0.02, "{m:?}");
+            assert!((p.midline_deg.value - expected).abs() < 0.01, "{p:?}");
             assert_eq!(p.damping_ratio.u, 0.0);
         }
     }

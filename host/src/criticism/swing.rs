@@ -4,6 +4,7 @@ use super::effects::Scale;
 use super::noise::{self, Colour};
 use super::simulate::Grid;
 use crate::error::Result;
+use crate::identify::gaps;
 use crate::identify::{self, Settings, WindowEstimate};
 use crate::record::Record;
 use std::f64::consts::TAU;
@@ -54,6 +55,7 @@ impl Swing {
     /// # Errors
     /// Exit 3, naming the file: no oscillation in it, or fewer than three cycles.
     pub fn of(record: &Record) -> Result<Self> {
+        let record = &*gaps::without(record);
         let timing = record.timing();
         let uniform =
             crate::identify::samples::Samples::new(&record.time_s, &record.yaw_deg).is_uniform();

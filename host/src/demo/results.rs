@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::files;
 use crate::follow::flag_names;
 use crate::quantity::Quantity;
-use crate::report::{self, Epoch, Estimate, Kind, Release, Report, Setting, Training};
+use crate::report::{self, Epoch, Estimate, HeldOut, Kind, Release, Report, Setting, Training};
 use crate::rig::Truth;
 use crate::train::freeze;
 use crate::train::network_training::{Outcome, Settings};
@@ -113,7 +113,7 @@ fn release(made: &Made) -> Release {
         amplitude_deg: f64::from(w.amplitude_deg),
         natural_frequency_rad_s: Quantity::exact(f64::from(w.natural_frequency_rad_s)),
         damping_ratio: Quantity::exact(f64::from(w.damping_ratio)),
-        midline_deg: f64::from(w.midline_deg),
+        midline_deg: Quantity::exact(f64::from(w.midline_deg)),
     };
     let measured: Vec<AmplitudePoint> = made.windows.iter().map(point).collect();
     let wind = made.condition.wind_speed_m_s;
@@ -143,6 +143,11 @@ pub fn training(settings: &Settings, outcome: &Outcome) -> Training {
         damping_ratio_rms: rms(e.errors[1]),
         effective_parameters: e.gamma,
     };
+    let held_out = |e: &crate::train::HeldOutEpoch| HeldOut {
+        epoch: e.epoch,
+        natural_frequency_rms: e.rms[0],
+        damping_ratio_rms: e.rms[1],
+    };
     Training {
         topology: freeze::name(&outcome.topology),
         samples: settings.samples,
@@ -153,5 +158,6 @@ pub fn training(settings: &Settings, outcome: &Outcome) -> Training {
             outcome.test.damping_ratio_rms_percent,
         ],
         history: trained.history.iter().map(epoch).collect(),
+        held_out: outcome.test_history.iter().map(held_out).collect(),
     }
 }

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 pub enum Flag {
     IrregularTimeStamps,
     Resampled,
+    GapsFilled,
     OutliersExcluded,
     StartsInMidSwing,
     PushedAtStart,
@@ -30,6 +31,9 @@ impl Flag {
         match self {
             Flag::IrregularTimeStamps => "time stamps are irregular; each sample is used at its own time",
             Flag::Resampled => "resampled to an even rate",
+            Flag::GapsFilled => {
+                "samples are missing; what lies there is taken from a fit to the cycles about it"
+            }
             Flag::OutliersExcluded => "wild samples were left out",
             Flag::StartsInMidSwing => "the record starts in mid-swing; the release is not in it",
             Flag::PushedAtStart => "the model was still pushed at the start; that part was left out",

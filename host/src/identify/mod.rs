@@ -8,6 +8,7 @@ pub mod conventional;
 pub mod damped_sinusoid;
 pub mod envelope;
 pub mod flag;
+pub mod gaps;
 pub mod least_squares;
 mod lowpass;
 pub mod network;

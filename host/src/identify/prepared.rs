@@ -2,6 +2,7 @@
 
 use super::damped_sinusoid::{DampedSinusoid, Mode};
 use super::flag::Flag;
+use super::gaps::{self, Filled, Gap};
 use super::least_squares::{self, ModeFit};
 use super::outliers::{self, sample_noise};
 use super::release::{self, Swing};
@@ -87,7 +88,7 @@ impl Prepared<'_> {
     /// The record without its wild samples on an even grid.
     ///
     /// # Errors
-    /// In words, where too few samples are left.
+    /// In words, where too few samples are left, or none for longer than can be filled.
     pub fn evenly_sampled(&self, rate_hz: f64, flags: &mut Vec<Flag>) -> Result<Record, String> {
         let samples = &self.samples;
         let even = samples.is_uniform() && (samples.rate_hz() / rate_hz - 1.0).abs() < 1e-6;
@@ -99,6 +100,18 @@ impl Prepared<'_> {
         }
         let (time_s, yaw_deg) = samples.all().kept().unzip();
         let kept = Record { file: self.record.file.clone(), time_s, yaw_deg };
+        let kept = match gaps::filled(&kept) {
+            None => kept,
+            Some(Filled { record, parting, .. }) => {
+                let inside =
+                    |gap: &&Gap| gap.from_s < self.swing.to_s && gap.to_s > self.swing.from_s;
+                if let Some(gap) = parting.iter().find(inside) {
+                    return Err(format!("{gap}, and this method needs them all along"));
+                }
+                flags.push(Flag::GapsFilled);
+                record
+            }
+        };
         kept.resampled(rate_hz).map_err(|e| e.message)
     }
 

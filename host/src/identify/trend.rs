@@ -59,6 +59,7 @@ mod tests {
                     to_s: 1.0,
                     amplitude_deg,
                     midline_deg: 0.0,
+                    midline_u_deg: 0.01,
                     natural_frequency_rad_s: 7.5 + 0.001 * f64::from(k % 2),
                     natural_frequency_u: 0.001,
                     damping_ratio: damping(amplitude_deg),

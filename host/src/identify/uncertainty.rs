@@ -58,6 +58,11 @@ pub fn white(found: &ModeFit) -> Option<Bound> {
     Some(modal_deviations(&found.mode, found.fit.covariance.as_ref().ok()?))
 }
 
+/// Standard deviation of what the mode swings about, deg, for a white residual.
+pub fn white_midline_deg(found: &ModeFit) -> Option<f64> {
+    Some(found.fit.covariance.as_ref().ok()?[(2, 2)].max(0.0).sqrt())
+}
+
 /// Cramer-Rao bound for one known mode in white noise of `noise_rms_deg`: sigma^2 (J'J)^-1 over the samples.
 pub fn cramer_rao(mode: &Mode, stretch: &Stretch<'_>, noise_rms_deg: f64) -> Option<Bound> {
     use crate::fit::{Normal, Problem};

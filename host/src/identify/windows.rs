@@ -29,6 +29,8 @@ pub struct Window {
     pub amplitude_deg: f64,
     /// What the swing is about.
     pub midline_deg: f64,
+    /// For white noise.
+    pub midline_u_deg: f64,
     pub natural_frequency_rad_s: f64,
     pub natural_frequency_u: f64,
     pub damping_ratio: f64,
@@ -154,6 +156,7 @@ fn window(stretch: &Stretch<'_>, found: &ModeFit) -> Option<Window> {
         to_s: stretch.start_s() + stretch.duration_s(),
         amplitude_deg: found.mode.amplitude_deg(middle),
         midline_deg: found.mode.offset_deg,
+        midline_u_deg: uncertainty::white_midline_deg(found)?,
         natural_frequency_rad_s: found.mode.natural_frequency_rad_s(),
         natural_frequency_u: deviations.natural_frequency_rad_s,
         damping_ratio: found.mode.damping_ratio(),

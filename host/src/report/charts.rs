@@ -185,7 +185,7 @@ pub fn amplitude(picture: &AmplitudePicture, truth: Option<[f64; 2]>) -> Chart {
     let all: [(&str, &str, Of); 3] = [
         ("Natural frequency", "wn (rad/s)", |p| p.natural_frequency_rad_s),
         ("Damping ratio", "zeta", |p| p.damping_ratio),
-        ("Mid-line", "mid-line (deg)", |p| Quantity::exact(p.midline_deg)),
+        ("Mid-line", "mid-line (deg)", |p| p.midline_deg),
     ];
     let plot = |(k, (title, label, of)): (usize, (&str, &str, Of))| {
         let bar = |p: &AmplitudePoint| (p.amplitude_deg, of(p).value, 2.0 * of(p).u);
@@ -200,17 +200,23 @@ pub fn amplitude(picture: &AmplitudePicture, truth: Option<[f64; 2]>) -> Chart {
             let (low, high) = ends.fold((f64::MAX, 0.0_f64), |(l, h), a| (l.min(a), h.max(a)));
             curves.push(Curve::dashed("planted", vec![(low, truth[k]), (high, truth[k])]));
         }
+        // A candidate that has nothing to do with this record would else make a line of the measurement.
+        let about = picture.measured.iter();
+        let second_order = picture.predictions.first().into_iter().flat_map(|p| p.points.iter());
+        let ends = about.clone().map(|p| p.amplitude_deg);
+        let reach = about.map(bar).flat_map(|(_, value, bar)| [value - bar, value + bar]);
         Plot {
             title: format!("{title} against amplitude"),
-            x: Axis::linear("amplitude (deg)"),
-            y: Axis::linear(label),
+            x: Axis::linear("amplitude (deg)").over(ends),
+            y: Axis::linear(label).over(reach.chain(second_order.map(|p| of(p).value))),
             curves,
         }
     };
     Chart {
         name: "amplitude",
         caption: "Three cycles each. The lines are each model's own simulation, cut into windows and fitted as the \
-                  measurement is; a second-order model's lie flat."
+                  measurement is; a second-order model's lie flat. A line ends at the frame where its model is far \
+                  from what is measured."
             .to_owned(),
         plots: all.into_iter().enumerate().map(plot).collect(),
     }
@@ -263,24 +269,32 @@ pub fn training(training: &Training) -> Chart {
     let over = |of: fn(&super::Epoch) -> f64| {
         training.history.iter().map(|e| (e.epoch as f64, of(e))).collect::<Vec<_>>()
     };
+    let held_out = |of: fn(&super::HeldOut) -> f64| {
+        training.held_out.iter().map(|e| (e.epoch as f64, of(e))).collect::<Vec<_>>()
+    };
     Chart {
         name: "training",
-        caption: "Rms error over the training windows, each output going from -1 to 1 over its range; and the \
-                  effective number of parameters, which Bayesian regularisation leaves of the network's."
+        caption: "Rms error over the training windows and over others that are held out, each output going from -1 to 1 \
+                  over its range; and the effective number of parameters, which Bayesian regularisation leaves of the network's."
             .to_owned(),
         plots: vec![
             Plot {
                 title: format!("Training of {}", training.topology),
-                x: Axis::linear("epoch"),
+                x: Axis::logarithmic("epoch"),
                 y: Axis::logarithmic("rms error, scaled"),
                 curves: vec![
                     Curve::plain("natural frequency", over(|e| e.natural_frequency_rms)),
                     Curve::plain("damping ratio", over(|e| e.damping_ratio_rms)),
+                    Curve::dashed(
+                        "natural frequency, held out",
+                        held_out(|e| e.natural_frequency_rms),
+                    ),
+                    Curve::dashed("damping ratio, held out", held_out(|e| e.damping_ratio_rms)),
                 ],
             },
             Plot {
                 title: "Effective parameters".to_owned(),
-                x: Axis::linear("epoch"),
+                x: Axis::logarithmic("epoch"),
                 y: Axis::linear("effective parameters"),
                 curves: vec![Curve::plain("effective", over(|e| e.effective_parameters))],
             },

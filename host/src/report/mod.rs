@@ -260,6 +260,17 @@ pub struct Training {
     /// Of natural frequency and damping ratio, percent, on windows that were not trained on.
     pub test_rms_percent: [f64; 2],
     pub history: Vec<Epoch>,
+    /// Not of every epoch; none in findings that were kept before there were any.
+    #[serde(default)]
+    pub held_out: Vec<HeldOut>,
+}
+
+/// As [`Epoch`]'s, over windows that were not trained on.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HeldOut {
+    pub epoch: usize,
+    pub natural_frequency_rms: f64,
+    pub damping_ratio_rms: f64,
 }
 
 /// Errors are rms over the training windows, in scaled units: an output goes from -1 to 1 over its range.

@@ -13,26 +13,56 @@ pub struct Plot {
     pub curves: Vec<Curve>,
 }
 
+impl Plot {
+    /// What of the curves lies inside, where an axis does not show everything.
+    fn within(&self, x: &std::ops::Range<f64>, y: &std::ops::Range<f64>) -> Self {
+        let mut plot = self.clone();
+        if self.x.shown.is_some() || self.y.shown.is_some() {
+            plot.curves = self.curves.iter().map(|curve| curve.within(x, y)).collect();
+        }
+        plot
+    }
+}
+
 #[derive(Clone, Debug)]
 pub struct Axis {
     pub label: String,
     pub logarithmic: bool,
     /// Names of 0, 1, 2 ..., in place of the numbers.
     pub names: Vec<String>,
+    /// What is shown, where that is not all there is: curves end at the frame.
+    pub shown: Option<(f64, f64)>,
 }
 
 impl Axis {
     pub fn linear(label: impl Into<String>) -> Self {
-        Self { label: label.into(), logarithmic: false, names: Vec::new() }
+        Self { label: label.into(), logarithmic: false, names: Vec::new(), shown: None }
     }
 
     pub fn logarithmic(label: impl Into<String>) -> Self {
-        Self { label: label.into(), logarithmic: true, names: Vec::new() }
+        Self { logarithmic: true, ..Self::linear(label) }
     }
 
     /// Of things at 0, 1, 2 ...
     pub fn named(label: impl Into<String>, names: Vec<String>) -> Self {
-        Self { label: label.into(), logarithmic: false, names }
+        Self { names, ..Self::linear(label) }
+    }
+
+    /// Shows what these values reach over and no more; without values, everything.
+    pub fn over(mut self, values: impl Iterator<Item = f64>) -> Self {
+        let (low, high) = values
+            .filter(|v| v.is_finite())
+            .fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+        self.shown = (low <= high).then_some((low, high));
+        self
+    }
+
+    /// The axis's ends for a drawing that reaches over `values`.
+    fn range(&self, values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
+        match self.shown {
+            Some((low, high)) => range([low, high].into_iter(), self.logarithmic),
+            None => range(values, self.logarithmic),
+        }
     }
 
     fn tick(&self, v: f64) -> String {
@@ -89,11 +119,65 @@ impl Curve {
         Self { name: name.into(), points, style: Style::Points, bars }
     }
 
+    /// What of it lies inside; a line that leaves and comes back is parted by a point that is none.
+    fn within(&self, x: &std::ops::Range<f64>, y: &std::ops::Range<f64>) -> Self {
+        let mut inside = Self { points: Vec::new(), bars: Vec::new(), ..self.clone() };
+        if self.style == Style::Points {
+            let seen =
+                |p: &(f64, f64)| x.start <= p.0 && p.0 <= x.end && y.start <= p.1 && p.1 <= y.end;
+            for (k, point) in self.points.iter().enumerate().filter(|(_, p)| seen(p)) {
+                inside.points.push(*point);
+                inside.bars.extend(self.bars.get(k));
+            }
+            return inside;
+        }
+        for ends in self.points.windows(2) {
+            let Some((from, to)) = inside_part(ends[0], ends[1], x, y) else { continue };
+            if inside.points.last() != Some(&from) {
+                inside.points.extend([(f64::NAN, f64::NAN), from]);
+            }
+            inside.points.push(to);
+        }
+        inside
+    }
+
     /// Where the drawing reaches up and down.
     fn extent(&self) -> impl Iterator<Item = f64> + '_ {
         let bar = |k: usize| self.bars.get(k).copied().filter(|b| b.is_finite()).unwrap_or(0.0);
         self.points.iter().enumerate().flat_map(move |(k, p)| [p.1 - bar(k), p.1 + bar(k)])
     }
+}
+
+/// The part of a straight line that lies inside (Liang and Barsky 1984).
+fn inside_part(
+    from: (f64, f64),
+    to: (f64, f64),
+    x: &std::ops::Range<f64>,
+    y: &std::ops::Range<f64>,
+) -> Option<((f64, f64), (f64, f64))> {
+    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+    let (mut first, mut last) = (0.0_f64, 1.0_f64);
+    let sides = [
+        (-dx, from.0 - x.start),
+        (dx, x.end - from.0),
+        (-dy, from.1 - y.start),
+        (dy, y.end - from.1),
+    ];
+    for (step, room) in sides {
+        match step {
+            // Along this side, or no number.
+            s if !(s < 0.0 || s > 0.0) && !(room >= 0.0) => return None,
+            s if s < 0.0 => first = first.max(room / s),
+            s if s > 0.0 => last = last.min(room / s),
+            _ => {}
+        }
+    }
+    let at = |share: f64| match share {
+        0.0 => from,
+        1.0 => to,
+        share => (from.0 + share * dx, from.1 + share * dy),
+    };
+    (first <= last).then(|| (at(first), at(last)))
 }
 
 /// Okabe and Ito's, which the colour-blind can tell apart too, but for yellow.
@@ -149,8 +233,9 @@ fn range(values: impl Iterator<Item = f64>, logarithmic: bool) -> std::ops::Rang
 
 fn draw(area: &Area<'_>, plot: &Plot) -> Drawn {
     let all = || plot.curves.iter().flat_map(|c| c.points.iter());
-    let x = range(all().map(|p| p.0), plot.x.logarithmic);
-    let y = range(plot.curves.iter().flat_map(Curve::extent), plot.y.logarithmic);
+    let x = plot.x.range(all().map(|p| p.0));
+    let y = plot.y.range(plot.curves.iter().flat_map(Curve::extent));
+    let plot = &plot.within(&x, &y);
     match (plot.x.logarithmic, plot.y.logarithmic) {
         (false, false) => on_axes(area, plot, x, y),
         (true, false) => on_axes(area, plot, x.log_scale(), y),
@@ -185,21 +270,20 @@ where
     for (i, curve) in plot.curves.iter().enumerate() {
         let colour = COLOURS[i % COLOURS.len()];
         let stroke = colour.stroke_width(2);
-        let points = curve.points.iter().copied().filter(|(x, y)| {
+        let seen = |(x, y): &(f64, f64)| {
             x.is_finite()
                 && y.is_finite()
                 && (!plot.x.logarithmic || *x > 0.0)
                 && (!plot.y.logarithmic || *y > 0.0)
-        });
-        match curve.style {
-            Style::Line | Style::Plain => {
-                chart.draw_series(LineSeries::new(points.clone(), stroke))?
-            }
-            Style::Dashed => {
-                chart.draw_series(DashedLineSeries::new(points.clone(), 6, 4, stroke))?
-            }
-            Style::Points => chart.draw_series(points.clone().map(|p| dot(p, colour)))?,
         };
+        let points = curve.points.iter().copied().filter(seen);
+        for run in curve.points.split(|p| !seen(p)).map(|run| run.iter().copied()) {
+            match curve.style {
+                Style::Line | Style::Plain => chart.draw_series(LineSeries::new(run, stroke))?,
+                Style::Dashed => chart.draw_series(DashedLineSeries::new(run, 6, 4, stroke))?,
+                Style::Points => chart.draw_series(run.map(|p| dot(p, colour)))?,
+            };
+        }
         let bars = curve.points.iter().zip(&curve.bars).filter(|(p, b)| {
             (p.0.is_finite() && p.1.is_finite() && b.is_finite())
                 && (!plot.y.logarithmic || p.1 - *b > 0.0)
@@ -270,6 +354,18 @@ mod tests {
             assert_eq!(text.matches(&format!("{word}\n")).count(), 2, "{word}");
         }
         assert!(!text.contains("NaN") && !text.contains("http://fonts"));
+    }
+
+    #[test]
+    fn a_line_that_leaves_what_is_shown_ends_at_the_frame() {
+        let away = Curve::plain("away", vec![(0.0, 0.0), (1.0, 4.0), (2.0, 0.0), (9.0, 0.0)]);
+        let cut = away.within(&(0.5..3.0), &(-1.0..3.0));
+        let runs: Vec<&[(f64, f64)]> =
+            cut.points.split(|p| p.0.is_nan()).filter(|run| !run.is_empty()).collect();
+        assert_eq!(runs, [&[(0.5, 2.0), (0.75, 3.0)][..], &[(1.25, 3.0), (2.0, 0.0), (3.0, 0.0)]]);
+        let bars = Curve::bars("bars", vec![(0.0, 0.0, 1.0), (1.0, 1.0, 2.0), (1.0, 5.0, 3.0)]);
+        let cut = bars.within(&(0.5..3.0), &(-1.0..3.0));
+        assert_eq!((cut.points, cut.bars), (vec![(1.0, 1.0)], vec![2.0]));
     }
 
     #[test]

@@ -11,6 +11,7 @@ pub mod draws;
 mod error;
 pub mod errors;
 pub mod freeze;
+mod held_out;
 mod marquardt;
 pub mod measured;
 mod network;
@@ -22,6 +23,7 @@ mod solve;
 mod start;
 
 pub use error::TrainError;
+pub use held_out::HeldOutEpoch;
 pub use network::{forward, Shape};
 pub use precision::Guards;
 pub use restarts::{resume, train};

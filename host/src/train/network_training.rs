@@ -1,9 +1,10 @@
 //! From settings to a frozen network: draw windows, train, freeze, test.
 
 use super::augmented::Source;
-use super::draws::{draw, Ranges};
+use super::draws::{draw, Draw, Ranges};
 use super::errors::Errors;
 use super::freeze::{self, Scaling};
+use super::held_out::{HeldOut, HeldOutEpoch};
 use super::pca::{self, Projection};
 use super::{Checkpoint, Options, Precision, Progress, Samples, Trained};
 use crate::error::{Error, Result};
@@ -40,6 +41,8 @@ pub struct Outcome {
     pub topology: Vec<usize>,
     pub train: Errors,
     pub test: Errors,
+    /// Errors on the windows of `test` over the training; not at every epoch.
+    pub test_history: Vec<HeldOutEpoch>,
 }
 
 /// Draws, trains, freezes and tests.
@@ -79,19 +82,20 @@ fn from(
         |ranges: &Ranges, count, seed| draw(ranges, settings.features, model.as_ref(), count, seed);
     let draws = windows(&settings.ranges, settings.samples, seed)?;
     let scaling = Scaling::of(&draws, &settings.ranges, settings.amplitude);
-    let inputs = scaling.inputs(&draws);
     let projection = match settings.components {
         None => None,
-        Some(count) => Some(projection(&inputs, draws.len(), count)?),
+        Some(count) => Some(projection(&scaling.inputs(&draws), draws.len(), count)?),
     };
-    let inputs = projection.as_ref().map_or_else(|| inputs.clone(), |p| p.apply(&inputs));
-    let samples = Samples {
-        d: inputs.len() / draws.len(),
-        inputs,
-        targets: scaling.targets(&draws),
-        n: draws.len(),
-        k: OUTPUTS,
+    let told = |draws: &[Draw]| {
+        let inputs = scaling.inputs(draws);
+        let inputs = match &projection {
+            Some(projection) => projection.apply(&inputs),
+            None => inputs,
+        };
+        let (n, targets) = (draws.len(), scaling.targets(draws));
+        Samples { d: inputs.len() / n, inputs, targets, n, k: OUTPUTS }
     };
+    let samples = told(&draws);
     let topology = settings.training.topology(&samples);
     // Freezing is tried before training: a network too large for the device is no use.
     let shape: usize = topology.windows(2).map(|pair| (pair[0] + 1) * pair[1]).sum();
@@ -109,10 +113,13 @@ fn from(
     let quiet_windows = settings.ranges.noise[1] == 0.0;
     let precision = if quiet_windows { Precision::Shared } else { Precision::PerOutput };
     let options = Options { precision, ..settings.training.clone() };
+    let test_samples = told(&test_draws);
+    let mut progress = HeldOut::new(&test_samples, &topology, progress);
     let trained = match checkpoint {
-        None => super::train(&samples, &options, progress),
-        Some(checkpoint) => super::resume(&samples, &options, checkpoint, progress),
+        None => super::train(&samples, &options, &mut progress),
+        Some(checkpoint) => super::resume(&samples, &options, checkpoint, &mut progress),
     }?;
+    let test_history = progress.history(&trained);
     let mut network = freeze(&trained.weights)?;
     let test = freeze::errors(&network, &test_draws);
     let bias = freeze::errors(&network, &quiet_draws);
@@ -129,7 +136,7 @@ fn from(
     };
     let blob = freeze::blob(network.clone(), provenance, &test_draws)?;
     let train = freeze::errors(&network, &draws);
-    Ok(Outcome { network, blob, trained, topology, train, test })
+    Ok(Outcome { network, blob, trained, topology, train, test, test_history })
 }
 
 /// Components of these row-major inputs.
