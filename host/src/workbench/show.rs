@@ -344,7 +344,8 @@ pub fn open(app: &App, file: &str) -> Result<usize> {
         entries.pop().ok_or_else(|| Error::internal("a file without an entry"))?;
     let mut session = app.session();
     let used = session.used_when_new();
-    let id = session.include(entry, used);
+    let id = session.include(entry, None, used);
+    session.read_again(id);
     drop(session);
     app.work.want(id);
     Ok(id)

@@ -116,6 +116,7 @@ fn overall(session: &Session) -> Value {
         }
         _ => ("unknown", "The releases are being looked at.".to_owned()),
     };
+    let text = format!("{text}{}", left_out(session));
     json!({
         "over_noise": over_noise.map(short),
         "held_out": held_out.map(short),
@@ -123,6 +124,17 @@ fn overall(session: &Session) -> Value {
         "status": status,
         "verdict": text,
     })
+}
+
+/// A sentence about releases that are bad data.
+fn left_out(session: &Session) -> String {
+    let bad: Vec<String> =
+        (session.releases.iter()).filter(|r| r.source.fault().is_some()).map(name).collect();
+    match &bad[..] {
+        [] => String::new(),
+        [one] => format!(" {one} is bad data and left out."),
+        [first, ..] => format!(" {} releases are bad data and left out, {first} first.", bad.len()),
+    }
 }
 
 /// What a release is called on the page.
@@ -160,6 +172,7 @@ fn release(session: &Session, id: usize) -> Value {
         "badge": badge,
         "over_noise": view.and_then(|v| v.as_ref().ok()).map(|v| short(v.over_noise)),
         "fault": wrong.map(fault),
+        "is_left_out": release.source.fault().is_some(),
     })
 }
 

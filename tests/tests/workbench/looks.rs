@@ -4,15 +4,15 @@ use crate::bench::{pictures, Bench};
 use yawrig_tests::browser::{Browser, Window};
 
 /// Elements of the page's frame that stick out of the window or of each other, or hide part of their own text.
-const CUT_OFF: &str = "(() => { const out = [], w = innerWidth, h = innerHeight; \
+pub const CUT_OFF: &str = "(() => { const out = [], w = innerWidth, h = innerHeight; \
     if (document.documentElement.scrollWidth > w || document.documentElement.scrollHeight > h) out.push('the page scrolls'); \
-    for (const e of document.querySelectorAll('#top, #releases, #panels, .panel, #side, #steps-panel, #foot, .pane:not([hidden])')) { \
+    for (const e of document.querySelectorAll('#top, #releases, #panels, .live-top, .panel, #side, #steps-panel, #foot, .pane:not([hidden])')) { \
       if (!e.offsetParent) continue; \
       const r = e.getBoundingClientRect(); \
       if (r.left < -0.5 || r.top < -0.5 || r.right > w + 0.5 || r.bottom > h + 0.5 || r.width < 60 || r.height < 18) out.push(`${e.id}: ${r.left} ${r.top} ${r.right} ${r.bottom}`); } \
     const panels = [...document.querySelectorAll('.panel')].filter(e => e.offsetParent).map(e => [e.id, e.getBoundingClientRect()]); \
     for (const [a, p] of panels) for (const [b, q] of panels) if (a < b && p.left < q.right - 1 && q.left < p.right - 1 && p.top < q.bottom - 1 && q.top < p.bottom - 1) out.push(`${a} over ${b}`); \
-    for (const e of document.querySelectorAll('.panel h3, #figures dd, #figures dt, #top button, .nav-foot button, .tabs button, .candidate button, .chip strong, #verdict')) \
+    for (const e of document.querySelectorAll('.panel h3, .live-head, .live-head button, #figures dd, #figures dt, #top button, .nav-foot button, .tabs button, .candidate button, .chip strong, #verdict')) \
       if (e.offsetParent && (e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).overflowX !== 'visible' || e.scrollHeight > e.clientHeight + 2 && getComputedStyle(e).overflowY !== 'visible')) out.push(`cut off: ${e.id || e.className} ${e.textContent}`); \
     for (const e of document.querySelectorAll('.plot')) { if (!e.offsetParent) continue; const c = e.querySelector('canvas'); if (!c) out.push(`nothing drawn: ${e.id}`); \
       else { const p = e.getBoundingClientRect(), q = c.getBoundingClientRect(); if (q.right > p.right + 1 || q.bottom > p.bottom + 1) out.push(`the plot is larger than its place: ${e.id}`); } } \
