@@ -70,7 +70,8 @@ async function offer() {
     };
     choice("live-device", [make("option", { value: "emulated", textContent: "emulated" }), make("option", { value: "qemu", textContent: "qemu" }),
       ...ports.map((p) => make("option", { value: p.path, textContent: `${p.path}  ${p.description}` }))], state.device);
-    choice("live-session", sessions.map((s) => make("option", { value: s.session, textContent: replay.called(s), title: s.session })));
+    choice("live-session", sessions.map((s) => make("option", { value: s.session, textContent: replay.called(s), title: s.session })),
+      state.replay && state.replay.file.replace(/\.csv(\.partial)?$/, ""));
   } catch (error) { fail(error); }
   drawHead();
 }

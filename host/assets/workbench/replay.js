@@ -10,7 +10,9 @@ export function build(doing) {
   by("replay-play").onclick = play;
   by("replay-speed").onchange = (e) => act({ do: "speed", times: +e.target.value });
   by("replay-time").oninput = (e) => go(+e.target.value);
-  by("replay-place").onchange = (e) => { if (e.target.value !== "") go(+e.target.value); e.target.value = ""; };
+  by("replay-place").onchange = (e) => { if (e.target.value !== "") go(+e.target.value); };
+  // To be chosen once more.
+  by("replay-place").onblur = (e) => { e.target.value = ""; };
 }
 
 const play = () => act({ do: state.is_playing ? "pause" : "play" });

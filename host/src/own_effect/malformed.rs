@@ -10,6 +10,13 @@ const ENTRY: &str =
 
 /// Where to point, what is wrong there and what to do, of the parser's `message` at `span` (bytes) of `text`.
 pub fn explained(text: &str, span: &Range<usize>, message: &str) -> (Range<usize>, String, String) {
+    // At the end of the file it is the last entry that was not ended.
+    let last = if text.get(span.start..).unwrap_or_default().trim().is_empty() {
+        text.trim_end().len()
+    } else {
+        text.len()
+    };
+    let span = &(span.start.min(last)..span.end.min(last));
     let line = line_at(text, span.start);
     let words = &text[line.clone()];
     let told = |at: Range<usize>, what: String, help: &str| (at, what, help.to_owned());
@@ -62,7 +69,7 @@ pub fn explained(text: &str, span: &Range<usize>, message: &str) -> (Range<usize
     told(at, "this is no entry".to_owned(), ENTRY)
 }
 
-/// The line that holds byte `at`; where that is its end, the line before.
+/// The line that holds byte `at`, or ends there.
 fn line_at(text: &str, at: usize) -> Range<usize> {
     let at = at.min(text.len());
     let start = text.as_bytes()[..at].iter().rposition(|b| *b == b'\n').map_or(0, |n| n + 1);
@@ -126,10 +133,11 @@ fn of_value(
     let (name, value) = words[piece.clone()].split_once('=')?;
     let name = name.trim().trim_start_matches('{').trim();
     let begin = start + piece.end - value.len();
-    let at = if value.trim().is_empty() {
-        begin + value.len().min(1)..begin + value.len().min(1)
-    } else {
-        trimmed(value, begin)
+    let at = match value.trim().is_empty() {
+        true => {
+            begin + usize::from(value.starts_with(' '))..begin + usize::from(value.starts_with(' '))
+        }
+        false => trimmed(value, begin),
     };
     let value = value.trim();
     let told = |what: String, help: String| Some((at.clone(), what, help));
@@ -176,7 +184,10 @@ fn of_value(
         ),
         Some(_) if message.starts_with("unexpected key or value") => told(
             format!("something stands behind the text of {name}"),
-            "put all of it into one pair of quotes".to_owned(),
+            match value.contains("//") {
+                true => "a remark begins with #".to_owned(),
+                false => "put all of it into one pair of quotes".to_owned(),
+            },
         ),
         Some(_) => told(
             format!("the text of {name} holds a sign that cannot stand there"),
@@ -279,6 +290,7 @@ mod tests {
                 "[parameters",
             ),
             ("[parameters]", "[]", "this is no headline such as [parameters]", "[]"),
+            ("\"rad/s2\"", "\"\"\"rad/s2", "the quotes are not closed", "\""),
             (" }", "", "the brace is not closed", "{"),
             ("c = {", "c {", "an = is missing between c and its brace", "c"),
             ("c = {", "c d = {", "\"c d\" is no name of a parameter", "c d"),
