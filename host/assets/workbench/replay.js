@@ -38,14 +38,14 @@ export function called(s) {
   const parts = [s.duration_s === null ? "no trace" : seconds(s.duration_s), count(s.releases, "release")];
   if (s.marks) parts.push(count(s.marks, "mark"));
   if (s.is_damaged) parts.push("damaged"); else if (!s.is_finished) parts.push("never ended");
-  return `${s.started.replace("T", " ").replace("Z", "")}  ${parts.join(", ")}  ${s.session}`;
+  return `${s.started.replace("T", " ").replace("Z", " UTC")} · ${parts.join(", ")} · ${s.session}`;
 }
 
 /** Marks and releases that can be gone to. */
 export function places(found) {
   stops = [...found].sort((a, b) => a.time_s - b.time_s);
   by("replay-place").replaceChildren(make("option", { value: "", textContent: stops.length ? "jump to …" : "no marks" }),
-    ...stops.map((p) => make("option", { value: p.time_s, textContent: `${seconds(Math.max(p.time_s, 0))}  ${p.text}` })));
+    ...stops.map((p) => make("option", { value: p.time_s, textContent: `${seconds(Math.max(p.time_s, 0))} · ${p.text}` })));
 }
 
 export function draw(now) {
@@ -60,7 +60,9 @@ export function draw(now) {
   // What is being dragged is not pulled back.
   if (!isGoing) slider.value = now.at_s;
   slider.setAttribute("aria-valuetext", `${seconds(now.at_s)} of the session`);
-  by("replay-at").textContent = `${seconds(now.at_s)} · ${seconds(since)} of ${seconds(whole)}`;
+  // Of a session that was not recorded from its beginning on.
+  const from = now.from_s > 0.05 ? `at ${seconds(now.at_s)}, ` : "";
+  by("replay-at").textContent = `${from}${since.toFixed(1)} of ${seconds(whole)}`;
   by("replay-at").title = `${now.file}${now.started ? `, recorded from ${now.started}` : ""}${now.is_finished ? "" : ", never ended"}`;
   Object.assign(by("live-replay").dataset, { at: now.at_s, playing: now.is_playing, speed: now.speed });
 }

@@ -65,7 +65,7 @@ fn listed(stem: PathBuf) -> Option<Listed> {
     let kinds: Vec<Option<String>> = objects.iter().flatten().map(event).collect();
     let is_finished = whole.is_file();
     let begins = kinds.first().is_some_and(|kind| kind.as_deref() == Some("session"));
-    if !begins && !(is_finished || partial.is_file()) {
+    if !(begins || is_finished || partial.is_file()) {
         return None;
     }
     let trace = if is_finished { whole } else { partial };

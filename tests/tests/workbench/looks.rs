@@ -1,6 +1,7 @@
 //! Readable, nothing cut off, in both sizes and colours; and how long the first picture takes.
 
 use crate::bench::{pictures, Bench};
+use crate::refusals::campaign_with_a_gap;
 use yawrig_tests::browser::{Browser, Window};
 
 /// Elements of the page's frame that stick out of the window or of each other, or hide part of their own text.
@@ -63,4 +64,39 @@ fn sizes_and_colours_with_thirty_two_releases() {
         }
     }
     browser.is_clean(&bench.origin);
+}
+
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn a_record_that_is_missing_is_said_to_be_left_out() {
+    let (folder, place) = campaign_with_a_gap();
+    let bench = Bench::start_in(folder, "rig/campaign.toml");
+    let mut browser = Browser::start(Window { width: 1280, height: 720, is_dark: false });
+    browser.open(&bench.url);
+    browser.wait("document.querySelectorAll('.release').length === 8");
+    browser.wait("document.querySelectorAll('.badge.pending').length === 0");
+    let said = "document.querySelector('#verdict').textContent.endsWith('K1 mid wind off is bad data and left out.')";
+    browser.wait(said);
+    // Another is looked at first; its ticks are not to be had.
+    browser.wait("document.querySelector('.release.selected').dataset.badge === 'structured'");
+    let bad = "[data-badge=bad]";
+    assert_eq!(
+        browser.value(&format!(
+            "document.querySelectorAll('{bad} input:disabled:not(:checked)').length"
+        )),
+        2
+    );
+    for (width, height) in [(1280, 720), (1920, 1080)] {
+        browser.resize(Window { width, height, is_dark: height > 1000 });
+        browser.wait(&format!("innerWidth === {width}"));
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        browser.picture(&pictures().join(format!("left-out-{width}x{height}.png")));
+        assert_eq!(browser.value(CUT_OFF), serde_json::json!([]), "{width}");
+    }
+    browser.click(&format!("{bad} button"));
+    browser.wait(&format!("document.querySelector('#verdict').textContent.includes('{place}')"));
+    browser.wait(
+        "document.querySelector('#plot-overlay').textContent.includes('relative to the campaign')",
+    );
+    browser.picture(&pictures().join("bad-data.png"));
 }

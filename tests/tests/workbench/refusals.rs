@@ -152,7 +152,7 @@ fn a_bad_file_gets_a_badge_and_the_others_go_on() {
 }
 
 /// Eight releases on two springs; one of those with the wind off is not there.
-fn campaign_with_a_gap() -> (tempfile::TempDir, String) {
+pub fn campaign_with_a_gap() -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().expect("a folder");
     let command =
         "simulate --campaign rig --seconds 20 --rate-hz 200 --effect coulomb_friction:c=0.05";

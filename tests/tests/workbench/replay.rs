@@ -51,7 +51,7 @@ fn a_session_is_listed_played_and_gone_through() {
     std::fs::create_dir(&inside).expect("room");
     let log = std::fs::read_to_string(folder.join("session.jsonl")).expect("a log");
     let begun = log.lines().next().expect("a line");
-    let old = begun.replacen("\"started\":\"2", "\"started\":\"1", 1);
+    let old = begun.replacen("\"started\":\"202", "\"started\":\"201", 1);
     std::fs::write(inside.join("old.jsonl"), format!("{old}\n")).expect("room");
     let rows = "time_s,yaw_deg\n1.000,0.5\n1.001,0.5\n1.002,0";
     std::fs::write(inside.join("old.csv.partial"), rows).expect("room");
