@@ -6,7 +6,7 @@ const SPAN_S = 30, MOST = 6000, MOST_LINES = 200, RESULTS = 40;
 const trace = { time_s: [], low_deg: [], high_deg: [] };
 let windows = [], isOpen = false, plots = {}, due = false, last = 0, state = { is_followed: false }, fail = () => {};
 // What is taken belongs to one beginning; news that come while its history is asked for wait.
-let epoch = null, asking = false, waiting = [];
+let refused = "", epoch = null, asking = false, waiting = [];
 
 export function build(say, failed) {
   fail = failed;
@@ -14,13 +14,16 @@ export function build(say, failed) {
   const marks = (column) => () => windows.map((w, k) => ({ x: w.time_s, y: w[column], colour: k === windows.length - 1 ? "ghost" : "model" }));
   plots.wn = Plots.lines(by("plot-live-wn"), { x: { label: "time of the session (s)" }, y: { label: "wn (rad/s)" }, marks: marks("natural_frequency_rad_s"), cursor: false });
   plots.zeta = Plots.lines(by("plot-live-zeta"), { x: { label: "time of the session (s)" }, y: { label: "damping ratio" }, marks: marks("damping_ratio"), cursor: false });
-  const act = async (what) => { try { await post("/api/do", what); } catch (error) { fail(error); } };
+  const act = async (what) => {
+    refused = "";
+    try { await post("/api/do", what); } catch (error) { refused = what.do === "replay" ? `${error.message}\n${error.help}` : ""; fail(error); draw(); }
+  };
   by("live-connect").onclick = () => {
     if (state.is_followed || state.replay) act({ do: "disconnect" });
     else if (by("live-source").value === "session") act({ do: "replay", session: by("live-session").value });
     else act({ do: "connect", device: by("live-device").value });
   };
-  by("live-source").onchange = () => { offer(); drawHead(); draw(); };
+  by("live-source").onchange = () => { refused = ""; offer(); drawHead(); draw(); };
   by("live-record").onclick = () => act({ do: state.recording ? "stop_recording" : "record" });
   const mark = () => { const note = by("live-note"); act({ do: "mark", text: note.value.trim() || "mark" }); note.value = ""; };
   by("live-mark").onclick = mark;
@@ -136,6 +139,7 @@ function drawHead() {
 function why() {
   if (state.is_followed) return "waiting for the device's samples …";
   if (state.replay) return "no sample was stored by this time";
+  if (refused) return refused;
   if (by("live-source").value !== "session") return "Choose a device and connect. It is read only: nothing is written to it and it is not reset.";
   return by("live-session").options.length ? "Choose a stored session and show it. It is read only."
     : "No session is stored in the folder recordings, beside the model, or in the folders there.\nRecord one of a device, here or by yawrig monitor --record FOLDER.";
@@ -153,6 +157,8 @@ function draw() {
     const falls = k > 0 && high_deg[k] < high_deg[k - 1];
     ys.push(...(falls ? [high_deg[k], low_deg[k]] : [low_deg[k], high_deg[k]]));
   }
+  // What was there before is not what was asked for.
+  if (refused) { xs.length = 0; ys.length = 0; }
   plots.trace.set([xs, ys], [{ colour: "model", width: 1.2 }], [Math.max(first, end - SPAN_S), Math.max(end, first + SPAN_S)]);
   plots.trace.say(xs.length ? null : why());
   for (const [plot, column] of [[plots.wn, "natural_frequency_rad_s"], [plots.zeta, "damping_ratio"]]) {

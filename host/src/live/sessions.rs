@@ -56,6 +56,12 @@ pub fn list(folders: &[PathBuf]) -> Vec<Listed> {
 /// None where the files are not those of a session: other logs of this program are lines of JSON, too.
 fn listed(stem: PathBuf) -> Option<Listed> {
     let [log, whole, partial] = files(&stem);
+    let is_finished = whole.is_file();
+    let has_trace = is_finished || partial.is_file();
+    // Another log may be long.
+    if !has_trace && !begins_a_session(&log) {
+        return None;
+    }
     let objects: Vec<Option<Value>> = lines(&log)
         .unwrap_or_default()
         .iter()
@@ -63,9 +69,9 @@ fn listed(stem: PathBuf) -> Option<Listed> {
         .collect();
     let event = |object: &Value| object["event"].as_str().map(str::to_owned);
     let kinds: Vec<Option<String>> = objects.iter().flatten().map(event).collect();
-    let is_finished = whole.is_file();
     let begins = kinds.first().is_some_and(|kind| kind.as_deref() == Some("session"));
-    if !(begins || is_finished || partial.is_file()) {
+    // A record may have the name of some other log.
+    if is_finished && kinds.iter().all(Option::is_none) {
         return None;
     }
     let trace = if is_finished { whole } else { partial };
@@ -88,6 +94,15 @@ fn listed(stem: PathBuf) -> Option<Listed> {
         duration_s,
         stem,
     })
+}
+
+/// Whether the first line of a log is that of a session.
+fn begins_a_session(log: &Path) -> bool {
+    let mut bytes = Vec::new();
+    let first = File::open(log).and_then(|file| file.take(4 * END).read_to_end(&mut bytes));
+    let line = bytes.split(|b| *b == b'\n').next().unwrap_or_default();
+    let object: Option<Value> = serde_json::from_slice(line).ok();
+    first.is_ok() && object.is_some_and(|object| object["event"] == "session")
 }
 
 /// Log, trace, and trace of a session that was never ended.
@@ -115,4 +130,60 @@ fn duration_s(trace: &Path) -> Option<f64> {
     // What an interruption has cut off is no line.
     let last = row(tail.rsplit_once('\n')?.0.lines().next_back()?)?.0;
     last.checked_sub(first).map(|count| time_s(count + 1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sessions_are_told_from_other_logs_and_come_newest_first() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        };
+        let begun = |year: u32| {
+            format!("{{\"event\":\"session\",\"started\":\"{year}-01-01T00:00:00Z\"}}\n")
+        };
+        let mark = "{\"event\":\"mark\",\"time_s\":1.5,\"text\":\"wind on\"}\n";
+        let trace = "time_s,yaw_deg\n1.000,0.500000\n1.001,0.500000\n1.002,0.5";
+        write("old.jsonl", &begun(2001));
+        write("old.csv.partial", trace);
+        write("new.jsonl", &format!("{}{mark}{{\"event\":\"ma", begun(2003)));
+        write("new.csv", trace);
+        write("inside/torn.jsonl", &format!("{}no JSON\n", begun(2002)));
+        // A log that was lost, and logs of other kinds, one beside a record of its name.
+        write("inside/alone.csv.partial", trace);
+        write("results.jsonl", "{\"file\":\"a.csv\"}\n");
+        write("a.jsonl", "{\"file\":\"a.csv\"}\n");
+        write("a.csv", trace);
+        write("empty.jsonl", "");
+        let inside = folder.path().join("inside");
+        let found = list(&[folder.path().to_owned(), inside.clone(), inside.join("../inside")]);
+        let named: Vec<_> = (found.iter())
+            .map(|s| {
+                (
+                    s.stem.file_name().unwrap().to_str().unwrap(),
+                    s.is_finished,
+                    s.is_damaged,
+                    s.marks,
+                )
+            })
+            .collect();
+        let expected = [
+            // When its trace was written: now.
+            ("alone", false, true, 0),
+            ("new", true, false, 1),
+            ("torn", false, true, 0),
+            ("old", false, false, 0),
+        ];
+        assert_eq!(named, expected);
+        assert_eq!(
+            found.iter().map(|s| s.duration_s).collect::<Vec<_>>(),
+            [Some(0.002), Some(0.002), None, Some(0.002)]
+        );
+        assert_eq!(list(&[folder.path().join("nowhere")]), []);
+    }
 }

@@ -42,18 +42,17 @@ impl Stored {
         let mut windows = Windows::default();
         let mut items = Vec::new();
         for (number, line) in lines(&log)? {
-            let unreadable = |why: &str| {
-                Error::data(format!("{}, line {number}: {why}", log.display()))
-                    .help("give a session that `yawrig monitor --record` has stored")
+            let unreadable = || {
+                let what = "this is no line of a session's log: it was changed or cut off";
+                Error::data(format!("{}, line {number}: {what}", log.display()))
+                    .help("leave this line out of the file, or give another session")
             };
-            let object: Value =
-                serde_json::from_str(&line).map_err(|e| unreadable(&e.to_string()))?;
+            let object: Value = serde_json::from_str(&line).map_err(|_| unreadable())?;
             match object["event"].as_str() {
                 Some("session") => started = object["started"].as_str().map(str::to_owned),
                 Some("end") => {}
                 _ => {
-                    let mut item = Item::from_json(&object)
-                        .ok_or_else(|| unreadable("nothing that a session holds"))?;
+                    let mut item = Item::from_json(&object).ok_or_else(unreadable)?;
                     if let Item::Event { event, trends, .. } = &mut item {
                         *trends = windows.take(event);
                     }
@@ -127,7 +126,7 @@ fn samples(trace: &Path) -> Result<Vec<(u64, f64)>> {
     for (number, line) in lines(trace)?.iter().skip(1) {
         let wrong = |what: &str| {
             Error::data(format!("{}, line {number}: {what}", trace.display()))
-                .help("leave this line out")
+                .help("leave this line out of the file, or give another session")
         };
         let row = row(line).ok_or_else(|| wrong("not a time and an angle"))?;
         if row.0 < next {

@@ -234,6 +234,10 @@ fn judge(app: &Arc<App>, taken: &Taken) -> Result<String> {
         Error::usage("these records are not known to be a campaign")
             .help("open a campaign.toml: yawrig workbench campaign.toml")
     })?;
+    if file.campaign.release.is_empty() {
+        return Err(Error::data("no record of the campaign can be read")
+            .help("put them back, and start the workbench again"));
+    }
     let options = crate::criticism::diagnose::Options {
         zero_unknown: taken.unknown_zero,
         own: taken.own.clone(),

@@ -58,6 +58,8 @@ fn a_session_is_listed_played_and_gone_through() {
     std::fs::write(inside.join("torn.jsonl"), format!("{old}\nnothing\n")).expect("room");
     std::fs::write(inside.join("torn.csv"), "time_s,yaw_deg\n0.000,1.0\n").expect("room");
     std::fs::write(folder.join("results.jsonl"), "{\"file\":\"a.csv\"}\n").expect("room");
+    std::fs::write(folder.join("named-alike.jsonl"), "{\"file\":\"a.csv\"}\n").expect("room");
+    std::fs::write(folder.join("named-alike.csv"), rows).expect("room");
     let listed = bench.get("/api/sessions")["sessions"].clone();
     let names: Vec<&str> = listed
         .as_array()
@@ -225,6 +227,23 @@ fn a_session_is_shown_again_on_the_page() {
     browser.open(&bench.origin);
     browser.wait("!document.querySelector('#live').hidden");
     browser.wait(&format!("Math.abs({at} - 30) < 0.01 && {} > 0", log("window")));
+    // A session that is damaged says so where its trace would be.
+    browser.click("#live-connect");
+    browser.wait("document.querySelector('#live-connect').textContent === 'Show'");
+    let log = bench.text("session.jsonl");
+    std::fs::write(bench.path("session.jsonl"), log.replacen('\n', "\nnothing\n", 1))
+        .expect("room");
+    browser.click("#live-connect");
+    browser
+        .wait("document.querySelector('#message').textContent.includes('session.jsonl, line 2')");
+    browser.wait(
+        "document.querySelector('#plot-live .no-data').textContent.includes('leave this line out')",
+    );
+    browser.picture(&pictures().join("replay-damaged.png"));
+    std::fs::write(bench.path("session.jsonl"), log).expect("room");
+    browser.complaints.retain(|told| !told.contains("409"));
+    browser.click("#live-connect");
+    browser.wait("!document.querySelector('#live-replay').hidden");
     // Back to devices.
     browser.click("#live-connect");
     browser.wait("document.querySelector('#live-connect').textContent === 'Show'");
