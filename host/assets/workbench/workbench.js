@@ -65,6 +65,9 @@ function drawHead() {
   verdict.textContent = broken ? `${model.fault ? "The model cannot be used" : "Bad data"}: ${broken.message}` : overall.verdict;
   verdict.title = broken ? broken.help : overall.verdict;
   verdict.dataset.status = broken ? "bad" : overall.status;
+  const leftOut = by("left-out");
+  leftOut.hidden = !overall.left_out;
+  leftOut.textContent = leftOut.title = overall.left_out || "";
   const figures = panels.figures();
   const edited = model.edited && model.exists ? "edited by hand since the last step; " : "";
   by("subtitle").textContent = `${model.file}${model.exists ? "" : " (not made yet)"} · ${edited}${release ? `${release.name} · ${figures}` : "no record is open"}`;

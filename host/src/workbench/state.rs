@@ -116,24 +116,26 @@ fn overall(session: &Session) -> Value {
         }
         _ => ("unknown", "The releases are being looked at.".to_owned()),
     };
-    let text = format!("{text}{}", left_out(session));
     json!({
         "over_noise": over_noise.map(short),
         "held_out": held_out.map(short),
         "held_out_is": if of(Use::HoldOut).count() > 0 { "the releases held out" } else { "the later part of each release" },
         "status": status,
         "verdict": text,
+        "left_out": left_out(session),
     })
 }
 
-/// A sentence about releases that are bad data.
-fn left_out(session: &Session) -> String {
-    let bad: Vec<String> =
-        (session.releases.iter()).filter(|r| r.source.fault().is_some()).map(name).collect();
+/// A sentence about releases that are bad data, where there are any.
+fn left_out(session: &Session) -> Option<String> {
+    let is_bad = |r: &&Release| r.source.fault().is_some();
+    let bad: Vec<String> = session.releases.iter().filter(is_bad).map(name).collect();
     match &bad[..] {
-        [] => String::new(),
-        [one] => format!(" {one} is bad data and left out."),
-        [first, ..] => format!(" {} releases are bad data and left out, {first} first.", bad.len()),
+        [] => None,
+        [one] => Some(format!("{one} is bad data and left out.")),
+        [first, ..] => {
+            Some(format!("{} releases are bad data and left out, {first} first.", bad.len()))
+        }
     }
 }
 
