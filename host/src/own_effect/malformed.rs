@@ -97,9 +97,8 @@ fn of_parameter(words: &str, start: usize) -> Option<(Range<usize>, String, Stri
     let called = name.trim();
     let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if called.is_empty() {
-        let at = start + name.len();
         let help = "write a name before the =: letters, digits and _, a letter first";
-        return Some((at..at, "the parameter has no name".to_owned(), help.to_owned()));
+        return Some((start..start, "the parameter has no name".to_owned(), help.to_owned()));
     }
     if called.chars().all(is_plain) || called.starts_with(['"', '\'']) {
         return None;
