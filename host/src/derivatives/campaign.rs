@@ -234,9 +234,9 @@ impl CampaignFile {
         if path.is_file() {
             return Ok(());
         }
-        Err(self
-            .error_at(index, format!("record {} is not there", path.display()))
-            .help("paths are relative to the campaign's file"))
+        Err(self.error_at(index, format!("record {} is not there", path.display())).help(
+            "put it there, or correct its file entry: paths are relative to the campaign's file",
+        ))
     }
 
     /// The campaign without the releases that `keep` is not true of.

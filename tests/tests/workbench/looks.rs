@@ -11,6 +11,8 @@ pub const CUT_OFF: &str = "(() => { const out = [], w = innerWidth, h = innerHei
       if (!e.offsetParent) continue; \
       const r = e.getBoundingClientRect(); \
       if (r.left < -0.5 || r.top < -0.5 || r.right > w + 0.5 || r.bottom > h + 0.5 || r.width < 60 || r.height < 18) out.push(`${e.id}: ${r.left} ${r.top} ${r.right} ${r.bottom}`); } \
+    const side = document.querySelector('#side').getBoundingClientRect().left; \
+    for (const e of document.querySelectorAll('#panels, #live, .live-top, .live-head > *, .panel')) if (e.offsetParent && e.getBoundingClientRect().right > side - 0.5) out.push(`under the side: ${e.id || e.className}`); \
     const panels = [...document.querySelectorAll('.panel')].filter(e => e.offsetParent).map(e => [e.id, e.getBoundingClientRect()]); \
     for (const [a, p] of panels) for (const [b, q] of panels) if (a < b && p.left < q.right - 1 && q.left < p.right - 1 && p.top < q.bottom - 1 && q.top < p.bottom - 1) out.push(`${a} over ${b}`); \
     for (const e of document.querySelectorAll('.panel h3, .live-head, .live-head button, #figures dd, #figures dt, #top button, .nav-foot button, .tabs button, .candidate button, .chip strong, #verdict, #left-out')) \
