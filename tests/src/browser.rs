@@ -185,6 +185,10 @@ impl Browser {
             "Escape" => ("Escape", 27, ""),
             "Enter" => ("Enter", 13, "\r"),
             " " => ("Space", 32, " "),
+            "ArrowLeft" => ("ArrowLeft", 37, ""),
+            "ArrowUp" => ("ArrowUp", 38, ""),
+            "ArrowRight" => ("ArrowRight", 39, ""),
+            "ArrowDown" => ("ArrowDown", 40, ""),
             one => ("", 0, one),
         };
         let event = |kind: &str| json!({"type": kind, "key": key, "code": code, "windowsVirtualKeyCode": virtual_key, "text": text});

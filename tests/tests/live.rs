@@ -4,8 +4,10 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use yawrig::link::bench::{Bench, Target};
+use yawrig::link::port::{PortInfo, UsbId};
 use yawrig::live::item::Item;
 use yawrig::live::recording::Recording;
 use yawrig::live::session::{Follow, Session};
@@ -273,6 +275,73 @@ fn unplugged_and_plugged_in_again_it_says_what_was_lost() {
     let first = numbers.next().expect("samples");
     assert!(first >= heard.next.expect("samples before"), "time goes on: {first}");
     assert!(numbers.try_fold(first, |a, b| (b > a).then_some(b)).is_some());
+}
+
+#[test]
+fn a_board_that_comes_back_under_another_path_is_followed_there_and_no_other_is() {
+    let sent = counts(20);
+    let (ours, other) = (Board::default(), Board::default());
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    let ports = Arc::new(Mutex::new(Vec::<PortInfo>::new()));
+    let plug = |board: &Board, name: &str, number: &str| {
+        let line = board.plug();
+        let _ = std::fs::remove_file(path(name));
+        symlink(line.path(), path(name)).expect("a link");
+        let serial_number = Some(number.to_owned());
+        let usb = UsbId { vid: 0x0483, pid: 0x374b, serial_number, interface: Some(2) };
+        let path = path(name).display().to_string();
+        let port = PortInfo { path, description: String::new(), usb: Some(usb) };
+        ports.lock().expect("ports").push(port);
+        line
+    };
+    let pull = |line: Line, name: &str| {
+        drop(line);
+        std::fs::remove_file(path(name)).expect("a link");
+        ports.lock().expect("ports").retain(|port| !port.path.ends_with(name));
+    };
+    let line = plug(&ours, "ttyACM0", "A1");
+    let list = {
+        let ports = ports.clone();
+        Box::new(move || Ok(ports.lock().expect("ports").clone()))
+    };
+    let bench = Bench::on_port(&path("ttyACM0").display().to_string(), list).expect("a device");
+    let mut session = Session::new(bench, Follow::Trace).expect("a device");
+    let mut heard = Heard::default();
+    let mut hear = |heard: &mut Heard| {
+        while let Some(item) = session.next(Duration::from_millis(1)).expect("no fault") {
+            heard.take(item, &sent, 0);
+        }
+    };
+    play(&ours, &sent[..4000], || hear(&mut heard));
+    assert!(heard.samples > 3000, "{}", heard.samples);
+
+    // Another board takes its place: it is not followed.
+    pull(line, "ttyACM0");
+    let line = plug(&other, "ttyACM0", "B2");
+    let before = heard.samples;
+    play(&ours, &sent[4000..8000], || hear(&mut heard));
+    assert!(heard.samples <= before + 500, "what was on its way");
+    assert!(heard.has(|item| matches!(item, Item::Disconnected { .. })));
+    assert_eq!(heard.items.iter().filter(|i| matches!(i, Item::Device { .. })).count(), 1);
+
+    // Ours is there under another path.
+    let _ours = plug(&ours, "ttyACM1", "A1");
+    play(&ours, &sent[8000..], || hear(&mut heard));
+    let texts: Vec<String> = heard.items.iter().filter_map(|item| item.to_text("")).collect();
+    let back: Vec<&String> = texts.iter().filter(|t| t.contains("back, now on")).collect();
+    let (old, new) = (path("ttyACM0"), path("ttyACM1"));
+    let said = format!("the device is back, now on {}; it was on {}", new.display(), old.display());
+    assert_eq!(back, [&said]);
+    assert!(
+        heard.has(|i| matches!(i, Item::Device { port, .. } if *port == new.display().to_string()))
+    );
+    assert!(heard.samples > before + 1000, "{}", heard.samples);
+    assert!(heard.missing >= 4000, "{}", heard.missing);
+    assert!(!heard.has(|item| matches!(item, Item::Restarted { .. })));
+    let back = heard.items.iter().find(|item| matches!(item, Item::Back { .. })).expect("it");
+    assert_eq!(Item::from_json(&back.to_json()).as_ref(), Some(back));
+    pull(line, "ttyACM0");
 }
 
 #[test]

@@ -64,7 +64,7 @@ function row(release, choose, failed) {
   const why = release.fault ? `${release.fault.message} ${release.fault.help}` : BADGES[badge];
   const short = release.spring === null ? release.name : `${release.axis} axis`;
   const tick = (name, value, title) => make("input", {
-    type: "checkbox", checked: used === value, title, "aria-label": `${release.name}: ${name}`, "data-focus": `${name}-${id}`,
+    type: "checkbox", checked: used === value, disabled: release.is_left_out, title: release.is_left_out ? why : title, "aria-label": `${release.name}: ${name}`, "data-focus": `${name}-${id}`,
     onchange: (event) => set([id], event.target.checked ? value : "out", failed),
   });
   const element = make("div", { className: `release${id === seen.release ? " selected" : ""}`, "data-release": id, "data-badge": badge },

@@ -55,7 +55,7 @@ function take(now) {
     panels.refresh();
   }
   effects.refresh(state, act);
-  if (seen.release === null && state.releases.length) choose(state.releases[0].id);
+  if (seen.release === null && state.releases.length) choose((state.releases.find((r) => !r.is_left_out) || state.releases[0]).id);
 }
 
 function drawHead() {
@@ -65,6 +65,9 @@ function drawHead() {
   verdict.textContent = broken ? `${model.fault ? "The model cannot be used" : "Bad data"}: ${broken.message}` : overall.verdict;
   verdict.title = broken ? broken.help : overall.verdict;
   verdict.dataset.status = broken ? "bad" : overall.status;
+  const leftOut = by("left-out");
+  leftOut.hidden = !overall.left_out;
+  leftOut.textContent = leftOut.title = overall.left_out || "";
   const figures = panels.figures();
   const edited = model.edited && model.exists ? "edited by hand since the last step; " : "";
   by("subtitle").textContent = `${model.file}${model.exists ? "" : " (not made yet)"} · ${edited}${release ? `${release.name} · ${figures}` : "no record is open"}`;
@@ -142,7 +145,8 @@ const KEYS = [
   ["←  →", "earlier, later", (e) => panels.zoomBy(1, e.key === "ArrowLeft" ? -0.25 : 0.25), ["ArrowLeft", "ArrowRight"]],
   ["z", "all of the record", () => panels.zoom(null, null), ["z"]],
   ["1  2  3", "effects, your own, derivatives", (e) => tab(TABS[+e.key - 1]), ["1", "2", "3"]],
-  ["l", "follow a device, or back to the releases", () => live.toggle(), ["l"]],
+  ["l", "follow a device or show a stored session, or back to the releases", () => live.toggle(), ["l"]],
+  ["Space  [  ]", "a stored session: play or pause; to the mark or release before, after; arrows: 5 s", null, []],
   ["o", "open a record of this folder", () => releases.openDialog(opened, failed), ["o"]],
   ["Esc", "cancel what is under way", () => cancel(), ["Escape"]],
   ["?", "this list", () => by("help").showModal(), ["?"]],
@@ -174,6 +178,7 @@ document.addEventListener("keydown", (event) => {
     by(`tab-${to}`).focus();
     return event.preventDefault();
   }
+  if (live.key(event)) return event.preventDefault();
   const found = KEYS.find(([, , , keys]) => keys.includes(event.key));
   if (found) { event.preventDefault(); found[2](event); }
 });

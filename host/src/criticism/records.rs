@@ -5,50 +5,73 @@ use crate::derivatives::campaign::CampaignFile;
 use crate::error::{Error, Result};
 use std::path::{Component, Path, PathBuf};
 
+/// A record that was named, and why it cannot be read where that is seen without opening it.
+#[derive(Clone, Debug)]
+pub struct Listed {
+    pub entry: RecordEntry,
+    pub fault: Option<Error>,
+}
+
 /// Entries for `files`, records or campaigns, of a model whose file is `model`.
 ///
 /// # Errors
 /// Exit 3 where one is not there, 2 where one is given twice; those of [`CampaignFile::read_releases`].
 pub fn entries(files: &[PathBuf], model: &Path) -> Result<Vec<RecordEntry>> {
-    let mut all: Vec<RecordEntry> = Vec::new();
+    let read = |listed: Listed| listed.fault.map_or(Ok(listed.entry), Err);
+    listed(files, model)?.into_iter().map(read).collect()
+}
+
+/// As [`entries`], records that are not there with them.
+///
+/// # Errors
+/// Exit 2 where one is given twice; those of [`CampaignFile::read_listed`].
+pub fn listed(files: &[PathBuf], model: &Path) -> Result<Vec<Listed>> {
+    let mut all: Vec<Listed> = Vec::new();
     for file in files {
         if model.exists() && file.canonicalize().ok() == model.canonicalize().ok() {
             return Err(Error::usage(format!("{} is the model, not a record", file.display()))
                 .help(format!("name it with --model: yawrig fit --model {}", file.display())));
         }
-        let entries = if file.extension().is_some_and(|e| e == "toml") {
+        let listed = if file.extension().is_some_and(|e| e == "toml") {
             of_campaign(file, model)?
         } else {
             vec![entry(file, None, model)?]
         };
-        for entry in entries {
-            if all.iter().any(|other| other.file == entry.file) {
-                return Err(Error::usage(format!("{} is given twice", entry.file))
+        for listed in listed {
+            if all.iter().any(|other| other.entry.file == listed.entry.file) {
+                return Err(Error::usage(format!("{} is given twice", listed.entry.file))
                     .help("give each record once"));
             }
-            all.push(entry);
+            all.push(listed);
         }
     }
     Ok(all)
 }
 
-fn of_campaign(file: &Path, model: &Path) -> Result<Vec<RecordEntry>> {
-    let campaign = CampaignFile::read_releases(file)?;
+fn of_campaign(file: &Path, model: &Path) -> Result<Vec<Listed>> {
+    let campaign = CampaignFile::read_listed(file)?;
     let made = |(index, release): (usize, &crate::derivatives::campaign::ReleaseEntry)| {
         let made = MadeUnder {
             spring: release.spring.clone(),
             axis: release.axis,
             wind_speed_m_s: release.wind_speed_m_s,
         };
-        entry(&campaign.record_path(index), Some(made), model)
+        let Listed { entry, fault } = entry(&campaign.record_path(index), Some(made), model)?;
+        // In the campaign's words, with its line.
+        Ok(Listed { entry, fault: campaign.check_record(index).err().or(fault) })
     };
     campaign.campaign.release.iter().enumerate().map(made).collect()
 }
 
-fn entry(file: &Path, made_under: Option<MadeUnder>, model: &Path) -> Result<RecordEntry> {
-    let file = relative(&real(file)?, &folder(model)?);
+fn entry(file: &Path, made_under: Option<MadeUnder>, model: &Path) -> Result<Listed> {
+    let (real, fault) = match file.canonicalize() {
+        Ok(real) => (real, None),
+        Err(e) => (where_it_would_be(file), Some(cannot_read(file, &e))),
+    };
+    let file = relative(&real, &folder(model)?);
     let condition = made_under.as_ref().map_or_else(|| of_file(&file), MadeUnder::condition);
-    Ok(RecordEntry { file, condition, held_out: false, made_under, line: 0 })
+    let entry = RecordEntry { file, condition, held_out: false, made_under, line: 0 };
+    Ok(Listed { entry, fault })
 }
 
 /// The entry of `model` (its file being `path`) for `file`, else a new one.
@@ -56,7 +79,10 @@ fn entry(file: &Path, made_under: Option<MadeUnder>, model: &Path) -> Result<Rec
 /// # Errors
 /// Exit 3 where `file` is not there.
 pub fn known_or_new(model: &Model, path: &Path, file: &Path) -> Result<RecordEntry> {
-    let new = entry(file, None, path)?;
+    let Listed { entry: new, fault } = entry(file, None, path)?;
+    if let Some(fault) = fault {
+        return Err(fault);
+    }
     Ok(find(model, path, &new).map_or(new, |k| model.records[k].clone()))
 }
 
@@ -67,11 +93,21 @@ pub fn find(model: &Model, path: &Path, entry: &RecordEntry) -> Option<usize> {
     model.records.iter().position(|other| place(other).as_ref() == Some(&wanted))
 }
 
-fn real(file: &Path) -> Result<PathBuf> {
-    file.canonicalize().map_err(|e| {
-        Error::data(format!("cannot read {}: {e}", file.display()))
-            .help("give the path of a record (CSV: time_s,yaw_deg) or of a campaign.toml")
-    })
+fn cannot_read(file: &Path, why: &std::io::Error) -> Error {
+    Error::data(format!("cannot read {}: {why}", file.display()))
+        .help("give the path of a record (CSV: time_s,yaw_deg) or of a campaign.toml")
+}
+
+/// The real path of a file that is not there.
+fn where_it_would_be(file: &Path) -> PathBuf {
+    let folder = file.parent().and_then(|folder| match folder.as_os_str().is_empty() {
+        true => Path::new(".").canonicalize().ok(),
+        false => folder.canonicalize().ok(),
+    });
+    match (folder, file.file_name()) {
+        (Some(folder), Some(name)) => folder.join(name),
+        _ => std::path::absolute(file).unwrap_or_else(|_| file.to_owned()),
+    }
 }
 
 fn folder(model: &Path) -> Result<PathBuf> {

@@ -125,6 +125,16 @@ impl CampaignFile {
     /// Exit 3, naming file and line: not TOML, an entry missing, unknown or out of range, a record that is not
     /// there or listed twice, one spring with two stiffnesses.
     pub fn read_releases(path: &Path) -> Result<Self> {
+        let file = Self::read_listed(path)?;
+        (0..file.campaign.release.len()).try_for_each(|index| file.check_record(index))?;
+        Ok(file)
+    }
+
+    /// As [`Self::read_releases`], whether the records are there or not.
+    ///
+    /// # Errors
+    /// As there, but for a record that is not there: see [`Self::check_record`].
+    pub fn read_listed(path: &Path) -> Result<Self> {
         let named = path.display();
         let text = std::fs::read_to_string(path).map_err(|e| {
             Error::data(format!("cannot read {named}: {e}"))
@@ -211,14 +221,31 @@ impl CampaignFile {
                     format!("spring {} has another stiffness on line {first}", release.spring);
                 return Err(self.error_at(index, what).help("give each spring one stiffness"));
             }
-            let path = self.record_path(index);
-            if !path.is_file() {
-                return Err(self
-                    .error_at(index, format!("record {} is not there", path.display()))
-                    .help("paths are relative to the campaign's file"));
-            }
         }
         Ok(())
+    }
+
+    /// Whether the record of release `index` is there.
+    ///
+    /// # Errors
+    /// Exit 3 where it is not, naming file and line.
+    pub fn check_record(&self, index: usize) -> Result<()> {
+        let path = self.record_path(index);
+        if path.is_file() {
+            return Ok(());
+        }
+        Err(self.error_at(index, format!("record {} is not there", path.display())).help(
+            "put it there, or correct its file entry: paths are relative to the campaign's file",
+        ))
+    }
+
+    /// The campaign without the releases that `keep` is not true of.
+    pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
+        let kept = || (0..self.campaign.release.len()).filter(|index| keep(*index));
+        let mut only = self.clone();
+        only.campaign.release = kept().map(|k| self.campaign.release[k].clone()).collect();
+        only.release_lines = kept().map(|k| self.release_lines[k]).collect();
+        only
     }
 
     fn check_references(&self) -> Result<()> {

@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::link::client::Client;
 use crate::link::emulated;
 use crate::link::hub::Hub;
+use crate::link::port::{self, PortInfo, UsbId};
 use crate::link::qemu;
 use std::convert::Infallible;
 use std::str::FromStr;
@@ -47,9 +48,15 @@ pub trait Potentiometer: Send {
     fn send(&mut self, counts: &[u16]) -> Result<()>;
 }
 
+/// Tells the serial ports there are.
+pub type ListPorts = Box<dyn Fn() -> Result<Vec<PortInfo>> + Send>;
+
 /// A device ready to be talked to.
 pub struct Bench {
     pub client: Client,
+    /// What the device on a USB port says of itself.
+    usb: Option<UsbId>,
+    list: ListPorts,
     potentiometer: Option<Box<dyn Potentiometer>>,
     // Dropped last: the client's port is one end of it.
     hub: Option<Hub>,
@@ -60,7 +67,7 @@ impl Bench {
     pub fn open(target: &Target) -> Result<Self> {
         let (hub, potentiometer): (_, Box<dyn Potentiometer>) = match target {
             Target::Port(path) => {
-                return Ok(Self { client: Client::open(path)?, potentiometer: None, hub: None });
+                return Self::on_port(path, Box::new(port::list));
             }
             Target::Emulated => {
                 let (device, potentiometer) = emulated::start();
@@ -72,13 +79,35 @@ impl Bench {
             }
         };
         let client = Client::open(hub.own_path())?;
-        Ok(Self { client, potentiometer: Some(potentiometer), hub: Some(hub) })
+        let list = Box::new(port::list);
+        Ok(Self { client, usb: None, list, potentiometer: Some(potentiometer), hub: Some(hub) })
     }
 
-    /// Opens the port again after the device was unplugged; its potentiometer is its own.
-    pub fn reopen(&mut self) -> Result<()> {
-        self.client = Client::open(self.client.path())?;
-        Ok(())
+    /// Opens the device on a port; `list` is asked for the ports there are, then and when it was unplugged.
+    ///
+    /// # Errors
+    /// As [`Client::open`].
+    pub fn on_port(path: &str, list: ListPorts) -> Result<Self> {
+        let client = Client::open(path)?;
+        // Where the system does not tell, it is as any other port.
+        let usb = list().ok().and_then(|ports| port::usb_at(path, &ports));
+        Ok(Self { client, usb, list, potentiometer: None, hub: None })
+    }
+
+    /// Opens the port again after the device was unplugged, on USB wherever it is plugged in now; its potentiometer is
+    /// its own. The path it had before, where it has another one.
+    ///
+    /// # Errors
+    /// Exit 4 while it is not there; as [`Client::open`].
+    pub fn reopen(&mut self) -> Result<Option<String>> {
+        let old = self.client.path().to_owned();
+        // No question where there is nothing to be told apart.
+        let ports = if self.usb.is_some() { (self.list)()? } else { Vec::new() };
+        let at_path = port::usb_at(&old, &ports);
+        let path = port::returned(&old, self.usb.as_ref(), at_path.as_ref(), &ports)
+            .ok_or_else(|| Error::device(format!("the device that was on {old} is not there")))?;
+        self.client = Client::open(path)?;
+        Ok((self.client.path() != old).then_some(old))
     }
 
     /// Whether the device may be plugged in again: not one of this program, nor of another, whose

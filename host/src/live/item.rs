@@ -26,6 +26,8 @@ pub enum Item {
     Silent { at: u64 },
     /// The device was unplugged.
     Disconnected { at: u64, why: String },
+    /// It is there again under another path.
+    Back { at: u64, port: String, was: String },
     /// A user's note.
     Mark { at: u64, text: String },
     /// A release was cut into a record of its own.
@@ -35,6 +37,11 @@ pub enum Item {
 /// Session time of a sample, s.
 pub fn time_s(number: u64) -> f64 {
     number as f64 / f64::from(SAMPLE_RATE_HZ)
+}
+
+/// Whether that can be a session's time: from its beginning to thirty years on.
+pub fn is_time_s(time_s: f64) -> bool {
+    (0.0..1e9).contains(&time_s)
 }
 
 impl Item {
@@ -48,6 +55,7 @@ impl Item {
             | Self::Restarted { at }
             | Self::Silent { at }
             | Self::Disconnected { at, .. }
+            | Self::Back { at, .. }
             | Self::Mark { at, .. }
             | Self::Record { at, .. } => at,
         }
@@ -73,6 +81,7 @@ impl Item {
             Self::Restarted { .. } => ("restarted", json!({})),
             Self::Silent { .. } => ("silent", json!({})),
             Self::Disconnected { why, .. } => ("disconnected", json!({"why": why})),
+            Self::Back { port, was, .. } => ("back", json!({"port": port, "was": was})),
             Self::Mark { text, .. } => ("mark", json!({"text": text})),
             Self::Record { release, file, missing_samples, .. } => (
                 "record",
@@ -87,7 +96,8 @@ impl Item {
 
     /// The item of such an object; none where it is no such object. Trends are for the reader to find.
     pub fn from_json(object: &Value) -> Option<Self> {
-        let at = (object["time_s"].as_f64()? * f64::from(SAMPLE_RATE_HZ)).round() as u64;
+        let time_s = object["time_s"].as_f64().filter(|time_s| is_time_s(*time_s))?;
+        let at = (time_s * f64::from(SAMPLE_RATE_HZ)).round() as u64;
         let text = |key: &str| object[key].as_str().map(str::to_owned);
         let number = |key: &str| object[key].as_u64();
         Some(match object["event"].as_str()? {
@@ -101,6 +111,7 @@ impl Item {
             "restarted" => Self::Restarted { at },
             "silent" => Self::Silent { at },
             "disconnected" => Self::Disconnected { at, why: text("why")? },
+            "back" => Self::Back { at, port: text("port")?, was: text("was")? },
             "mark" => Self::Mark { at, text: text("text")? },
             "record" => Self::Record {
                 at,
@@ -140,6 +151,9 @@ impl Item {
             Self::Silent { .. } => "the device does not answer; asking on".to_owned(),
             Self::Disconnected { why, .. } => {
                 format!("the device is gone ({why}); waiting for it to be plugged in again")
+            }
+            Self::Back { port, was, .. } => {
+                format!("the device is back, now on {port}; it was on {was}")
             }
             Self::Mark { text, .. } => format!("mark at {time_s:.3} s: {text}"),
             Self::Record { release, file, missing_samples: 0, .. } => {

@@ -7,5 +7,6 @@
 pub mod item;
 pub mod recording;
 pub mod session;
+pub mod sessions;
 pub mod stored;
 pub mod swing;

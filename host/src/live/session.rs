@@ -36,6 +36,8 @@ pub struct Session {
     clock: Clock,
     /// The port is gone.
     gone: bool,
+    /// Where it was, if it is there again under another path and that has not been told.
+    moved_from: Option<String>,
     /// When to ask next: for the stream and the state, or for the port.
     ask_at: Instant,
     /// Half of the samples that were asked for have come.
@@ -91,6 +93,7 @@ impl Session {
             windows: Windows::default(),
             clock,
             gone: false,
+            moved_from: None,
             ask_at: Instant::now(),
             leased_to: 0,
             streams: false,
@@ -297,7 +300,8 @@ impl Session {
         self.ask_at = Instant::now() + RETRY;
         let expected = self.bench.client.expected_event();
         // Whatever is wrong with the port, it is tried again: it may not have settled.
-        let Ok(()) = self.bench.reopen() else { return Ok(()) };
+        let Ok(moved_from) = self.bench.reopen() else { return Ok(()) };
+        self.moved_from = self.moved_from.take().or(moved_from);
         let Ok(status) = self.status() else { return Ok(()) };
         self.gone = false;
         self.missed = 0;
@@ -310,6 +314,10 @@ impl Session {
             self.bench.client.resume(expected, status.next_event);
         }
         self.run = status.session;
+        let port = self.bench.client.path().to_owned();
+        if let Some(was) = self.moved_from.take().filter(|was| *was != port) {
+            self.items.push_back(Item::Back { at: self.now(), port, was });
+        }
         self.tell_device(&status);
         self.ask_at = Instant::now();
         Ok(())

@@ -1,6 +1,7 @@
 //! A session read back from the files that [`super::recording`] has written.
 
-use super::item::{Item, Windows};
+use super::item::{is_time_s, Item, Windows};
+use super::sessions::files;
 use crate::error::{Error, Result};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -26,31 +27,32 @@ impl Stored {
     /// # Errors
     /// Exit 3, naming file and line. What an interruption has cut off in the last line is left out.
     pub fn open(path: &Path) -> Result<Self> {
-        let stem = find(path)?;
-        let [log, whole, partial] = [".jsonl", ".csv", ".csv.partial"].map(|end| {
-            let mut name = stem.as_os_str().to_owned();
-            name.push(end);
-            PathBuf::from(name)
-        });
+        let [log, whole, partial] = files(&find(path)?);
         let finished = whole.is_file();
+        if !finished && !partial.is_file() {
+            return Err(Error::data(format!(
+                "{}: the trace of this session is not beside its log",
+                whole.display()
+            ))
+            .help("put it back there, or choose another session"));
+        }
         let trace = if finished { whole } else { partial };
         let mut samples = stretches(&samples(&trace)?).into_iter().peekable();
         let mut started = None;
         let mut windows = Windows::default();
         let mut items = Vec::new();
         for (number, line) in lines(&log)? {
-            let unreadable = |why: &str| {
-                Error::data(format!("{}, line {number}: {why}", log.display()))
-                    .help("give a session that `yawrig monitor --record` has stored")
+            let unreadable = || {
+                let what = "this is no line of a session's log: it was changed or cut off";
+                Error::data(format!("{}, line {number}: {what}", log.display()))
+                    .help("leave this line out of the file, or give another session")
             };
-            let object: Value =
-                serde_json::from_str(&line).map_err(|e| unreadable(&e.to_string()))?;
+            let object: Value = serde_json::from_str(&line).map_err(|_| unreadable())?;
             match object["event"].as_str() {
                 Some("session") => started = object["started"].as_str().map(str::to_owned),
                 Some("end") => {}
                 _ => {
-                    let mut item = Item::from_json(&object)
-                        .ok_or_else(|| unreadable("nothing that a session holds"))?;
+                    let mut item = Item::from_json(&object).ok_or_else(unreadable)?;
                     if let Item::Event { event, trends, .. } = &mut item {
                         *trends = windows.take(event);
                     }
@@ -100,7 +102,7 @@ fn find(path: &Path) -> Result<PathBuf> {
 }
 
 /// Whole lines with their numbers.
-fn lines(file: &Path) -> Result<Vec<(usize, String)>> {
+pub(super) fn lines(file: &Path) -> Result<Vec<(usize, String)>> {
     let bytes = std::fs::read(file).map_err(|e| {
         Error::data(format!("cannot read {}: {e}", file.display()))
             .help("give a session that `yawrig monitor --record` has stored")
@@ -110,23 +112,30 @@ fn lines(file: &Path) -> Result<Vec<(usize, String)>> {
     Ok(whole.lines().enumerate().map(|(index, line)| (index + 1, line.to_owned())).collect())
 }
 
-/// Numbers of samples and yaw angles in degrees.
+/// Number of a sample and its yaw angle in degrees.
+pub(super) fn row(line: &str) -> Option<(u64, f64)> {
+    let (time_s, yaw_deg) = line.split_once(',')?;
+    let time_s: f64 = time_s.parse().ok().filter(|time_s| is_time_s(*time_s))?;
+    let yaw_deg: f64 = yaw_deg.parse().ok().filter(|yaw_deg: &f64| yaw_deg.is_finite())?;
+    Some(((time_s * f64::from(SAMPLE_RATE_HZ)).round() as u64, yaw_deg))
+}
+
 fn samples(trace: &Path) -> Result<Vec<(u64, f64)>> {
-    let parse = |(number, line): &(usize, String)| {
-        let (time_s, yaw_deg) = line.split_once(',')?;
-        let time_s: f64 = time_s.parse().ok()?;
-        let yaw_deg: f64 = yaw_deg.parse().ok()?;
-        let _ = number;
-        Some(((time_s * f64::from(SAMPLE_RATE_HZ)).round() as u64, yaw_deg))
-    };
-    let lines = lines(trace)?;
-    let rows = lines.iter().skip(1).map(|line| {
-        parse(line).ok_or_else(|| {
-            Error::data(format!("{}, line {}: not a time and an angle", trace.display(), line.0))
-                .help("leave this line out")
-        })
-    });
-    rows.collect()
+    let mut next = 0;
+    let mut rows = Vec::new();
+    for (number, line) in lines(trace)?.iter().skip(1) {
+        let wrong = |what: &str| {
+            Error::data(format!("{}, line {number}: {what}", trace.display()))
+                .help("leave this line out of the file, or give another session")
+        };
+        let row = row(line).ok_or_else(|| wrong("not a time and an angle"))?;
+        if row.0 < next {
+            return Err(wrong("time runs backwards"));
+        }
+        next = row.0 + 1;
+        rows.push(row);
+    }
+    Ok(rows)
 }
 
 /// Stretches without a gap, as long as the device sends them.

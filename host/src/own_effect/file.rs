@@ -1,50 +1,18 @@
 //! The file of a user's own effect, as TOML, and what is refused in it.
 
+use super::document::{Declared, Document, Text};
 use super::expression::{self, Flaw, Node};
 use super::program::{function, Program, FUNCTIONS, INPUTS, MOST_PARAMETERS};
 use super::source::{self, Place};
 use super::units::{self, Unit};
 use super::{checks, OwnEffect, Parameter};
 use crate::error::{Error, Result};
-use serde::Deserialize;
-use std::collections::BTreeMap;
 use std::path::Path;
 use toml::Spanned;
 
 /// Largest file read, bytes.
 const LARGEST: u64 = 65_536;
 const LONGEST_NAME: usize = 40;
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Document {
-    id: Spanned<String>,
-    title: Spanned<String>,
-    moment: Spanned<String>,
-    #[serde(default)]
-    parameters: BTreeMap<Spanned<String>, Declared>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Declared {
-    unit: Spanned<String>,
-    start: Spanned<f64>,
-    min: Option<Spanned<f64>>,
-    max: Option<Spanned<f64>>,
-}
-
-/// A file's name and text, for errors that point into it.
-struct Text<'a> {
-    file: &'a Path,
-    text: &'a str,
-}
-
-impl Text<'_> {
-    fn error<T>(&self, at: &Spanned<T>, message: &str, help: &str) -> Error {
-        source::error(self.file, self.text, at.span(), message, help)
-    }
-}
 
 /// Reads and checks `file`; `taken` are the identifiers of the library.
 ///
@@ -74,25 +42,19 @@ pub fn read(file: &Path, taken: &[&str]) -> Result<OwnEffect> {
 /// # Errors
 /// Those of `read`.
 pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
-    let document: Document = toml::from_str(text).map_err(|e| {
-        let span = e.span().unwrap_or(0..0);
-        let help =
-            "an effect has id, title, moment and [parameters] NAME = { unit, start, min, max }";
-        source::error(file, text, span, e.message().trim_end(), help)
-    })?;
+    let document = Document::read(file, text)?;
     let place = Text { file, text };
     check_id(&place, &document.id, taken)?;
     if document.title.get_ref().trim().is_empty() {
         return Err(place.error(&document.title, "the title is empty", "say what the effect is"));
     }
-    let mut declared: Vec<(&Spanned<String>, &Declared)> = document.parameters.iter().collect();
-    declared.sort_by_key(|d| d.0.span().start);
+    let declared = &document.parameters;
     if let Some((name, _)) = declared.get(MOST_PARAMETERS) {
         let message = format!("more than {MOST_PARAMETERS} parameters");
         return Err(place.error(name, &message, "no record tells so many apart"));
     }
     let (mut parameters, mut units, mut starts) = (Vec::new(), Vec::new(), Vec::new());
-    for (name, d) in &declared {
+    for (name, d) in declared {
         let (parameter, unit) = parameter(&place, name, d)?;
         units.push((parameter.name.to_owned(), unit));
         parameters.push(parameter);
@@ -107,7 +69,7 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
     let program = Program::new(&node, &names).map_err(pointed)?;
     let mut used = Vec::new();
     node.names(&mut used);
-    for (name, _) in &declared {
+    for (name, _) in declared {
         if !used.iter().any(|u| u.0 == name.get_ref()) {
             let message = format!("the moment does not use the parameter \"{}\"", name.get_ref());
             return Err(place.error(name, &message, "use it in the moment or take it away"));

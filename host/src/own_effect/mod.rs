@@ -16,8 +16,10 @@
 //! [`Program`] compiled here.
 
 mod checks;
+mod document;
 mod expression;
 mod file;
+mod malformed;
 mod number;
 mod prepared;
 mod program;

@@ -367,7 +367,7 @@ fn errors_elsewhere_in_the_file_point_at_the_character_too() {
     let none = "id = \"mine\"\ntitle = \"Mine\"\nmoment = \"-0.1*b^3\"\n";
     assert!(read(none).unwrap_err().message.contains("depends on no parameter"));
     let unknown = read(&file("c*s").replace("title", "titel")).unwrap_err().message;
-    assert!(unknown.starts_with("my.toml:2:1: unknown field `titel`"), "{unknown}");
+    assert!(unknown.starts_with("my.toml:2:1: \"titel\" is no entry of an effect"), "{unknown}");
     let broken = read("id = \"mine").unwrap_err().message;
     assert!(broken.starts_with("my.toml:1:"), "{broken}");
 }

@@ -2,6 +2,7 @@
 
 use super::app::App;
 use super::jobs::Job;
+use super::live::Order;
 use super::own::Form;
 use super::session::Use;
 use super::{show, state};
@@ -12,6 +13,7 @@ use axum::response::{IntoResponse, Response};
 use axum::Json;
 use serde::Deserialize;
 use serde_json::{json, Value};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 type Answer = std::result::Result<Json<Value>, Refused>;
@@ -121,6 +123,11 @@ pub async fn devices(State(app): State<Arc<App>>) -> Answer {
     aside(app, |_| super::live::devices()).await
 }
 
+/// Stored sessions that could be shown again.
+pub async fn sessions(State(app): State<Arc<App>>) -> Answer {
+    aside(app, |app| Ok(super::live::stored(&app.session().model_path.clone()))).await
+}
+
 #[derive(Deserialize)]
 pub struct PreviewAsked {
     release: Option<usize>,
@@ -179,6 +186,18 @@ pub enum Act {
     Mark {
         text: String,
     },
+    /// Shows a stored session again.
+    Replay {
+        session: PathBuf,
+    },
+    Play,
+    Pause,
+    Speed {
+        times: f64,
+    },
+    Jump {
+        time_s: f64,
+    },
     /// Makes the form's effect one of those that can be tried and added.
     Define {
         form: Form,
@@ -196,6 +215,7 @@ pub async fn act(State(app): State<Arc<App>>, Json(act): Json<Act>) -> Answer {
 fn do_it(app: &Arc<App>, act: Act) -> crate::error::Result<Value> {
     let why = |why: Option<String>| why.filter(|w| !w.trim().is_empty());
     let effect = |id: &str| app.session().effect(id);
+    let live = |order| app.live.order(order).map(|()| json!({}));
     let job = match act {
         Act::Cancel => {
             app.work.cancel();
@@ -204,7 +224,10 @@ fn do_it(app: &Arc<App>, act: Act) -> crate::error::Result<Value> {
         Act::Tick { releases, used } => {
             let mut session = app.session();
             for id in releases {
-                session.release(id)?;
+                let release = session.release(id)?;
+                if let Some(fault) = release.source.fault().filter(|_| used != Use::Out) {
+                    return Err(fault.clone());
+                }
                 session.releases[id].used = used;
             }
             drop(session);
@@ -217,10 +240,15 @@ fn do_it(app: &Arc<App>, act: Act) -> crate::error::Result<Value> {
             return Ok(json!({"release": id}));
         }
         Act::Connect { device } => return app.live.connect(app, &device).map(|()| json!({})),
-        Act::Disconnect => return app.live.leave().map(|()| json!({})),
-        Act::Record => return app.live.record().map(|()| json!({})),
-        Act::StopRecording => return app.live.stop_recording().map(|()| json!({})),
-        Act::Mark { text } => return app.live.mark(&text).map(|()| json!({})),
+        Act::Replay { session } => return app.live.replay(app, &session).map(|()| json!({})),
+        Act::Disconnect => return live(Order::Leave),
+        Act::Record => return live(Order::Record),
+        Act::StopRecording => return live(Order::StopRecording),
+        Act::Mark { text } => return live(Order::Mark(text)),
+        Act::Play => return live(Order::Play),
+        Act::Pause => return live(Order::Pause),
+        Act::Speed { times } => return live(Order::Speed(times)),
+        Act::Jump { time_s } => return live(Order::Jump(time_s)),
         Act::Define { form } => {
             let effect = form.define()?;
             app.session().take_own(effect);

@@ -127,6 +127,9 @@ impl Taken {
 /// # Errors
 /// Those of the library's steps; 130 where it is stopped, and then nothing is changed.
 pub fn run(app: &Arc<App>, job: &Job) -> Result<String> {
+    if matches!(job, Job::Fit | Job::Add { .. } | Job::Reject { .. } | Job::Judge) {
+        leave_out_bad(app)?;
+    }
     let taken = Taken::of(&app.session());
     match job {
         Job::Fit => taken.fit().map(|r| told("fitted", &r)),
@@ -156,6 +159,17 @@ pub fn run(app: &Arc<App>, job: &Job) -> Result<String> {
         Job::Judge => judge(app, &taken),
         Job::Try { release, effect } => try_effect(app, &taken, *release, *effect),
     }
+}
+
+/// Reads what is not read yet, and takes the ticks away from what is bad data.
+fn leave_out_bad(app: &Arc<App>) -> Result<()> {
+    let sources: Vec<_> = app.session().releases.iter().map(|r| r.source.clone()).collect();
+    sources.par_iter().try_for_each(|source| {
+        let _ = source.loaded();
+        interrupt::check()
+    })?;
+    app.session().leave_out_bad();
+    Ok(())
 }
 
 fn told(what: &str, revision: &Revision) -> String {
@@ -216,10 +230,14 @@ fn ghosts(diagnosed: &Diagnosed) -> Vec<Ghost> {
 }
 
 fn judge(app: &Arc<App>, taken: &Taken) -> Result<String> {
-    let file = app.session().campaign.clone().ok_or_else(|| {
+    let file = app.session().usable_campaign().ok_or_else(|| {
         Error::usage("these records are not known to be a campaign")
             .help("open a campaign.toml: yawrig workbench campaign.toml")
     })?;
+    if file.campaign.release.is_empty() {
+        return Err(Error::data("no record of the campaign can be read")
+            .help("put them back, and start the workbench again"));
+    }
     let options = crate::criticism::diagnose::Options {
         zero_unknown: taken.unknown_zero,
         own: taken.own.clone(),
@@ -263,6 +281,9 @@ pub fn make_view(app: &Arc<App>, id: usize) {
     if made.as_ref().is_err_and(|e| e.exit == crate::error::Exit::Interrupted) {
         return;
     }
-    app.session().views.insert((id, standing.key), made.map(Arc::new));
+    let mut session = app.session();
+    session.views.insert((id, standing.key), made.map(Arc::new));
+    session.leave_out_bad();
+    drop(session);
     app.tell(&json!({"kind": "view", "release": id}));
 }

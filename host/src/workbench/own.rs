@@ -251,8 +251,30 @@ mod tests {
         let mut wrong = form("-c * sign(r)");
         wrong.parameters[0].start = "0".into();
         assert_eq!(at(&wrong), ("parameters.0.start".into(), 0, 1));
-        wrong.parameters[0].start = "five".into();
-        assert_eq!(at(&wrong).0, "parameters.0.start");
+        // In words of its own, not the parser's.
+        for (typed, what, width) in [
+            ("five", "start is to be a number, and not five", 4),
+            ("0,05", "start is to be a number, and not 0,05", 4),
+            ("\"fast\"", "start of c is to be a number, and not the text \"fast\"", 4),
+            ("[1]", "start of c is to be a number, and not a list in brackets", 3),
+            ("", "nothing stands behind start =", 1),
+        ] {
+            wrong.parameters[0].start = typed.into();
+            let error = wrong.pointed(&wrong.checked().unwrap_err());
+            assert_eq!(error["message"], what);
+            assert!(!error["help"].as_str().unwrap().is_empty());
+            let (field, _, wide) = at(&wrong);
+            assert_eq!((field.as_str(), wide), ("parameters.0.start", width), "{typed}");
+        }
+        wrong.parameters[0].start = "0.05".into();
+        wrong.parameters[0].min = "none".into();
+        assert_eq!(at(&wrong), ("parameters.0.min".into(), 0, 4));
+        wrong.parameters[0].min = "0".into();
+        wrong.parameters[0].name = "c d".into();
+        assert_eq!(at(&wrong), ("parameters.0.name".into(), 0, 3));
+        wrong.parameters[0].name = String::new();
+        assert_eq!(at(&wrong).0, "parameters.0.name");
+        wrong.parameters[0].name = "c".into();
         wrong.parameters[0].start = "0.1".into();
         wrong.parameters[0].unit = "rad/furlong".into();
         let (field, column, width) = at(&wrong);

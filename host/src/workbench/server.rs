@@ -99,6 +99,7 @@ fn router(app: &Arc<App>) -> Router {
         .route("/api/files", get(api::files))
         .route("/api/live", get(api::live))
         .route("/api/devices", get(api::devices))
+        .route("/api/sessions", get(api::sessions))
         .route("/api/news", get(news))
         .route("/api/preview", post(api::preview))
         .route("/api/do", post(api::act))

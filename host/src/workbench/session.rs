@@ -7,7 +7,7 @@ use crate::criticism::diagnose::Diagnosed;
 use crate::criticism::effects::Effect;
 use crate::criticism::journal::{path_of, Journal, Step};
 use crate::criticism::model::{is_model, read_text, Model, RecordEntry, DEFAULT};
-use crate::criticism::records;
+use crate::criticism::records::{self, Listed};
 use crate::derivatives::campaign::CampaignFile;
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -147,12 +147,12 @@ impl Session {
         let files: Vec<PathBuf> = files.into_iter().cloned().collect();
         let mut campaign = None;
         for file in files.iter().filter(is_toml) {
-            let read = CampaignFile::read_releases(file)?;
+            let read = CampaignFile::read_listed(file)?;
             if campaign.replace(Arc::new(read)).is_some() {
                 return Err(Error::usage("more than one campaign").help("give one campaign.toml"));
             }
         }
-        let entries = records::entries(&files, &model_path)?;
+        let listed = records::listed(&files, &model_path)?;
         let mut session = Self {
             unknown_zero: options.unknown_zero,
             releases: Vec::new(),
@@ -174,26 +174,69 @@ impl Session {
         if let Some(model) = &session.standing.model {
             let path = &session.model_path;
             let is_in = |e: &RecordEntry| records::find(model, path, e).is_some();
-            if !entries.is_empty() && !entries.iter().any(is_in) {
+            if !listed.is_empty() && !listed.iter().any(|l| is_in(&l.entry)) {
                 let what = format!("{} is about other records", path.display());
                 return Err(Error::usage(what)
                     .help("begin another model for these with --model OTHER.toml, or leave the records out"));
             }
         }
-        for entry in entries {
-            session.include(entry, Use::Fit);
+        for Listed { entry, fault } in listed {
+            session.include(entry, fault, Use::Fit);
         }
+        session.check_usable()?;
         session.take_ticks();
+        session.leave_out_bad();
         if session.campaign.is_none() {
             session.campaign = session.nearby_campaign();
         }
         Ok(session)
     }
 
+    /// Of the releases that were named at the start one at least must be good.
+    ///
+    /// # Errors
+    /// What is wrong with the first, where none is.
+    fn check_usable(&self) -> Result<()> {
+        let mut first = None;
+        for release in &self.releases {
+            // Read now what will be looked at anyway.
+            let _ = release.source.loaded();
+            match release.source.fault() {
+                None => return Ok(()),
+                Some(fault) => first = first.or(Some(fault)),
+            }
+        }
+        first.map_or(Ok(()), |fault| Err(fault.clone()))
+    }
+
+    /// Takes the ticks away from releases that are known to be bad data.
+    pub fn leave_out_bad(&mut self) {
+        for release in self.releases.iter_mut().filter(|r| r.source.fault().is_some()) {
+            release.used = Use::Out;
+        }
+    }
+
+    /// The campaign without the releases that are known to be bad data.
+    pub fn usable_campaign(&self) -> Option<CampaignFile> {
+        let campaign = self.campaign.as_ref()?;
+        let bad: Vec<&PathBuf> = (self.releases.iter())
+            .filter(|r| r.source.fault().is_some())
+            .map(|r| &r.source.path)
+            .collect();
+        let is_bad = |path: PathBuf| {
+            let same = |other: &&PathBuf| {
+                **other == path
+                    || path.exists() && other.canonicalize().ok() == path.canonicalize().ok()
+            };
+            !path.is_file() || bad.iter().any(same)
+        };
+        Some(campaign.only(|index| !is_bad(campaign.record_path(index))))
+    }
+
     /// The campaign whose file lies beside the records, where it is about all of them.
     fn nearby_campaign(&self) -> Option<Arc<CampaignFile>> {
         let first = self.releases.first()?.source.path.parent()?.join("campaign.toml");
-        let campaign = CampaignFile::read_releases(&first).ok()?;
+        let campaign = CampaignFile::read_listed(&first).ok()?;
         let paths: Vec<Option<PathBuf>> = (0..campaign.campaign.release.len())
             .map(|k| campaign.record_path(k).canonicalize().ok())
             .collect();
@@ -212,19 +255,18 @@ impl Session {
         }
     }
 
-    /// Adds a release, unless it is there already.
-    pub fn include(&mut self, entry: RecordEntry, used: Use) -> usize {
+    /// Adds a release, unless it is there already; `fault` is what is known to be wrong with it before it is read.
+    pub fn include(&mut self, entry: RecordEntry, fault: Option<Error>, used: Use) -> usize {
         let path = Model::record_path(&self.model_path, &entry);
         let same = path.canonicalize().ok();
-        if let Some(k) = self
-            .releases
-            .iter()
-            .position(|r| same.is_some() && r.source.path.canonicalize().ok() == same)
-        {
+        if let Some(k) = self.releases.iter().position(|r| {
+            r.source.path == path || same.is_some() && r.source.path.canonicalize().ok() == same
+        }) {
             return k;
         }
         let wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
-        let source = Arc::new(Source { path, wind_speed_m_s, loaded: OnceLock::new() });
+        let loaded = fault.map_or_else(OnceLock::new, |fault| OnceLock::from(Err(fault)));
+        let source = Arc::new(Source { path, wind_speed_m_s, loaded });
         self.releases.push(Release { entry, used, source });
         self.releases.len() - 1
     }
@@ -235,7 +277,7 @@ impl Session {
         let mut named = Vec::new();
         for entry in &model.records {
             let used = if entry.held_out { Use::HoldOut } else { Use::Fit };
-            let k = self.include(entry.clone(), used);
+            let k = self.include(entry.clone(), None, used);
             self.releases[k].used = used;
             self.releases[k].entry = entry.clone();
             named.push(k);
@@ -244,6 +286,18 @@ impl Session {
             if !named.contains(&k) {
                 release.used = Use::Out;
             }
+        }
+        self.leave_out_bad();
+    }
+
+    /// Reads a release that is bad data again: it may have been mended.
+    pub fn read_again(&mut self, id: usize) {
+        let release = &mut self.releases[id];
+        if release.source.fault().is_some() {
+            let Source { path, wind_speed_m_s, .. } = &*release.source;
+            let (path, wind_speed_m_s) = (path.clone(), *wind_speed_m_s);
+            release.source = Arc::new(Source { path, wind_speed_m_s, loaded: OnceLock::new() });
+            self.views.retain(|(other, _), _| *other != id);
         }
     }
 

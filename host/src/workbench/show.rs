@@ -310,8 +310,11 @@ pub fn derivatives(app: &App) -> Value {
 /// # Errors
 /// Exit 3 where the folder cannot be read.
 pub fn files(app: &App) -> Result<Value> {
-    let known: Vec<Option<PathBuf>> =
-        app.session().releases.iter().map(|r| r.source.path.canonicalize().ok()).collect();
+    // What is bad data may have been mended, and be opened again.
+    let known: Vec<Option<PathBuf>> = (app.session().releases.iter())
+        .filter(|r| r.source.fault().is_none())
+        .map(|r| r.source.path.canonicalize().ok())
+        .collect();
     let folder =
         std::fs::read_dir(".").map_err(|e| Error::data(format!("cannot list this folder: {e}")))?;
     let mut names: Vec<String> = folder
@@ -344,7 +347,8 @@ pub fn open(app: &App, file: &str) -> Result<usize> {
         entries.pop().ok_or_else(|| Error::internal("a file without an entry"))?;
     let mut session = app.session();
     let used = session.used_when_new();
-    let id = session.include(entry, used);
+    let id = session.include(entry, None, used);
+    session.read_again(id);
     drop(session);
     app.work.want(id);
     Ok(id)

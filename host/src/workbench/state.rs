@@ -122,7 +122,21 @@ fn overall(session: &Session) -> Value {
         "held_out_is": if of(Use::HoldOut).count() > 0 { "the releases held out" } else { "the later part of each release" },
         "status": status,
         "verdict": text,
+        "left_out": left_out(session),
     })
+}
+
+/// A sentence about releases that are bad data, where there are any.
+fn left_out(session: &Session) -> Option<String> {
+    let is_bad = |r: &&Release| r.source.fault().is_some();
+    let bad: Vec<String> = session.releases.iter().filter(is_bad).map(name).collect();
+    match &bad[..] {
+        [] => None,
+        [one] => Some(format!("{one} is bad data and left out.")),
+        [first, ..] => {
+            Some(format!("{} releases are bad data and left out, {first} first.", bad.len()))
+        }
+    }
 }
 
 /// What a release is called on the page.
@@ -160,6 +174,7 @@ fn release(session: &Session, id: usize) -> Value {
         "badge": badge,
         "over_noise": view.and_then(|v| v.as_ref().ok()).map(|v| short(v.over_noise)),
         "fault": wrong.map(fault),
+        "is_left_out": release.source.fault().is_some(),
     })
 }
 

@@ -1,6 +1,7 @@
 //! A device followed on the page.
 
 use crate::bench::{pictures, Bench};
+use crate::looks::CUT_OFF;
 use nix::sys::signal::Signal;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
@@ -48,6 +49,7 @@ fn a_minute_of_a_device_is_drawn_and_kept_whole() {
     browser.wait(&format!("{samples} > {}", from + 62_000));
     browser.wait("document.querySelectorAll('#live-log [data-event=window]').length > 2");
     browser.picture(&pictures().join("live.png"));
+    assert_eq!(browser.value(CUT_OFF), json!([]));
     browser.click("#live-record");
     browser.wait("document.querySelector('#live-log [data-event=recorded]')");
     let said = browser.text("#live-log [data-event=recorded]");

@@ -1,18 +1,21 @@
 //! Readable, nothing cut off, in both sizes and colours; and how long the first picture takes.
 
 use crate::bench::{pictures, Bench};
+use crate::refusals::campaign_with_a_gap;
 use yawrig_tests::browser::{Browser, Window};
 
 /// Elements of the page's frame that stick out of the window or of each other, or hide part of their own text.
-const CUT_OFF: &str = "(() => { const out = [], w = innerWidth, h = innerHeight; \
+pub const CUT_OFF: &str = "(() => { const out = [], w = innerWidth, h = innerHeight; \
     if (document.documentElement.scrollWidth > w || document.documentElement.scrollHeight > h) out.push('the page scrolls'); \
-    for (const e of document.querySelectorAll('#top, #releases, #panels, .panel, #side, #steps-panel, #foot, .pane:not([hidden])')) { \
+    for (const e of document.querySelectorAll('#top, #releases, #panels, .live-top, .panel, #side, #steps-panel, #foot, .pane:not([hidden])')) { \
       if (!e.offsetParent) continue; \
       const r = e.getBoundingClientRect(); \
       if (r.left < -0.5 || r.top < -0.5 || r.right > w + 0.5 || r.bottom > h + 0.5 || r.width < 60 || r.height < 18) out.push(`${e.id}: ${r.left} ${r.top} ${r.right} ${r.bottom}`); } \
+    const side = document.querySelector('#side').getBoundingClientRect().left; \
+    for (const e of document.querySelectorAll('#panels, #live, .live-top, .live-head > *, .panel')) if (e.offsetParent && e.getBoundingClientRect().right > side - 0.5) out.push(`under the side: ${e.id || e.className}`); \
     const panels = [...document.querySelectorAll('.panel')].filter(e => e.offsetParent).map(e => [e.id, e.getBoundingClientRect()]); \
     for (const [a, p] of panels) for (const [b, q] of panels) if (a < b && p.left < q.right - 1 && q.left < p.right - 1 && p.top < q.bottom - 1 && q.top < p.bottom - 1) out.push(`${a} over ${b}`); \
-    for (const e of document.querySelectorAll('.panel h3, #figures dd, #figures dt, #top button, .nav-foot button, .tabs button, .candidate button, .chip strong, #verdict')) \
+    for (const e of document.querySelectorAll('.panel h3, .live-head, .live-head button, #figures dd, #figures dt, #top button, .nav-foot button, .tabs button, .candidate button, .chip strong, #verdict, #left-out')) \
       if (e.offsetParent && (e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).overflowX !== 'visible' || e.scrollHeight > e.clientHeight + 2 && getComputedStyle(e).overflowY !== 'visible')) out.push(`cut off: ${e.id || e.className} ${e.textContent}`); \
     for (const e of document.querySelectorAll('.plot')) { if (!e.offsetParent) continue; const c = e.querySelector('canvas'); if (!c) out.push(`nothing drawn: ${e.id}`); \
       else { const p = e.getBoundingClientRect(), q = c.getBoundingClientRect(); if (q.right > p.right + 1 || q.bottom > p.bottom + 1) out.push(`the plot is larger than its place: ${e.id}`); } } \
@@ -63,4 +66,39 @@ fn sizes_and_colours_with_thirty_two_releases() {
         }
     }
     browser.is_clean(&bench.origin);
+}
+
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn a_record_that_is_missing_is_said_to_be_left_out() {
+    let (folder, place) = campaign_with_a_gap();
+    let bench = Bench::start_in(folder, "rig/campaign.toml");
+    let mut browser = Browser::start(Window { width: 1280, height: 720, is_dark: false });
+    browser.open(&bench.url);
+    browser.wait("document.querySelectorAll('.release').length === 8");
+    browser.wait("document.querySelectorAll('.badge.pending').length === 0");
+    let said = "document.querySelector('#left-out').textContent === 'K1 mid wind off is bad data and left out.'";
+    browser.wait(said);
+    // Another is looked at first; its ticks are not to be had.
+    browser.wait("document.querySelector('.release.selected').dataset.badge === 'structured'");
+    let bad = "[data-badge=bad]";
+    assert_eq!(
+        browser.value(&format!(
+            "document.querySelectorAll('{bad} input:disabled:not(:checked)').length"
+        )),
+        2
+    );
+    for (width, height) in [(1280, 720), (1920, 1080)] {
+        browser.resize(Window { width, height, is_dark: height > 1000 });
+        browser.wait(&format!("innerWidth === {width}"));
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        browser.picture(&pictures().join(format!("left-out-{width}x{height}.png")));
+        assert_eq!(browser.value(CUT_OFF), serde_json::json!([]), "{width}");
+    }
+    browser.click(&format!("{bad} button"));
+    browser.wait(&format!("document.querySelector('#verdict').textContent.includes('{place}')"));
+    browser.wait(
+        "document.querySelector('#plot-overlay').textContent.includes('relative to the campaign')",
+    );
+    browser.picture(&pictures().join("bad-data.png"));
 }

@@ -7,3 +7,4 @@ mod live;
 mod looks;
 mod page;
 mod refusals;
+mod replay;

@@ -150,3 +150,91 @@ fn a_bad_file_gets_a_badge_and_the_others_go_on() {
     assert_eq!(bench.act(&json!({"do": "fit"})).0, 200);
     bench.wait("a step", |state| state["steps"].as_array().is_some_and(|s| s.len() == 1));
 }
+
+/// Eight releases on two springs; one of those with the wind off is not there.
+pub fn campaign_with_a_gap() -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let command =
+        "simulate --campaign rig --seconds 20 --rate-hz 200 --effect coulomb_friction:c=0.05";
+    yawrig(command).in_folder(folder.path()).run().exits(0);
+    let file = folder.path().join("rig/campaign.toml");
+    let text = std::fs::read_to_string(&file).expect("a campaign");
+    let (head, releases) = text.split_once("[[release]]").expect("releases");
+    let kept: Vec<&str> = (releases.split("[[release]]"))
+        .filter(|entry| ["K1", "K4"].iter().any(|k| entry.contains(&format!("\"{k}\""))))
+        .collect();
+    let text = format!("{head}[[release]]{}", kept.join("[[release]]"));
+    std::fs::write(&file, &text).expect("room");
+    let named = |line: &&str| line.starts_with("file") && line.contains("K1-mid-off");
+    let line = text.lines().position(|line| named(&line)).expect("the release") + 1;
+    std::fs::remove_file(folder.path().join("rig/K1-mid-off.csv")).expect("the record");
+    (folder, format!("campaign.toml, line {}", line - 1))
+}
+
+#[test]
+fn a_campaign_with_a_record_missing_opens_with_the_others() {
+    let (folder, place) = campaign_with_a_gap();
+    // The command line refuses it as it always does.
+    let refused = yawrig("diagnose rig/campaign.toml").in_folder(folder.path()).run().exits(3);
+    let refused = refused.says(&place).helps();
+    let bench = Bench::start_in(folder, "rig/campaign.toml");
+    let state = bench.wait("all looked at", |state| {
+        state["releases"].as_array().is_some_and(|all| all.iter().all(|r| r["badge"] != "pending"))
+    });
+    let all = state["releases"].as_array().expect("releases");
+    assert_eq!(all.len(), 8);
+    let bad: Vec<usize> = (0..8).filter(|k| all[*k]["badge"] == "bad").collect();
+    assert_eq!(bad.len(), 1, "{state:#}");
+    let id = bad[0];
+    assert_eq!([&all[id]["used"], &all[id]["is_left_out"]], [&json!("out"), &json!(true)]);
+    let said = all[id]["fault"]["message"].as_str().expect("why");
+    assert!(said.contains(&place) && said.contains("K1-mid-off.csv is not there"), "{said}");
+    assert!(refused.stderr.contains(said), "as the command says: {}", refused.report());
+    assert!(!all[id]["fault"]["help"].as_str().expect("help").is_empty());
+    let left_out = "K1 mid wind off is bad data and left out.";
+    assert_eq!(state["overall"]["left_out"], left_out);
+    let (status, refused) = bench.act(&json!({"do": "tick", "releases": [id], "used": "fit"}));
+    assert_eq!((status, refused["error"]["message"].as_str()), (409, Some(said)));
+
+    // Fitted, with derivatives of the spring that has all its releases, and judged, without it.
+    assert_eq!(bench.act(&json!({"do": "fit"})).0, 200);
+    let state =
+        bench.wait("a step", |state| state["steps"].as_array().is_some_and(|s| s.len() == 1));
+    assert_eq!(state["overall"]["left_out"], left_out);
+    let model = bench.text("model.toml");
+    assert_eq!(model.matches("[[record]]").count(), 7);
+    assert!(!model.contains("K1-mid-off"));
+    let found = bench.get("/api/derivatives");
+    let points = found["before"].as_array().expect("points");
+    assert_eq!(points.iter().map(|p| p["spring"].clone()).collect::<Vec<_>>(), ["K4"]);
+    bench.wait("it rests", |state| state["job"].is_null());
+    assert_eq!(bench.act(&json!({"do": "judge"})).0, 200);
+    let state = bench.wait("a verdict", |state| {
+        state["ended"]["what"].as_str().is_some_and(|what| what.contains("judging"))
+    });
+    assert_eq!(state["ended"]["is_error"], false, "{}", state["ended"]);
+    assert!(!bench.get("/api/derivatives")["judged"].is_null());
+}
+
+#[test]
+fn a_list_opens_with_what_there_is_and_not_with_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    yawrig(RUBBING).in_folder(folder.path()).run().exits(0);
+    std::fs::write(folder.path().join("torn.csv"), "time_s,yaw_deg\n0,1\n0.1,two\n").expect("room");
+    let run = |arguments: &str| yawrig(arguments).in_folder(folder.path()).run();
+    run("workbench nothing.csv gone/nothing.csv").exits(3).says("cannot read nothing.csv").helps();
+    run("workbench torn.csv nothing.csv").exits(3).says("torn.csv, line 3").helps();
+    let bench = Bench::start_in(folder, "nothing.csv torn.csv rubbing.csv");
+    let state =
+        bench.wait("badges", |state| (0..3).all(|k| state["releases"][k]["badge"] != "pending"));
+    let badges = [0, 1, 2].map(|k: usize| state["releases"][k]["badge"].clone());
+    assert_eq!(badges, [json!("bad"), json!("bad"), json!("structured")]);
+    let said = "2 releases are bad data and left out, nothing.csv first.";
+    assert_eq!(state["overall"]["left_out"], said);
+    assert_eq!(bench.act(&json!({"do": "fit"})).0, 200);
+    bench.wait("a step", |state| state["steps"].as_array().is_some_and(|s| s.len() == 1));
+    // Mended, it is opened again.
+    std::fs::copy(bench.path("rubbing.csv"), bench.path("nothing.csv")).expect("room");
+    assert_eq!(bench.act(&json!({"do": "open", "file": "nothing.csv"})).1["release"], 0);
+    bench.wait("it is good", |state| state["releases"][0]["badge"] == "structured");
+}

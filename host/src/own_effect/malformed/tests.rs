@@ -1,0 +1,182 @@
+use super::super::document::Document;
+
+const GOOD: &str = "id = \"mine\"\ntitle = \"Mine\"\nmoment = \"-c * sign(r)\"\n[parameters]\nc = { unit = \"rad/s2\", start = 0.05, min = 0.0 }\n";
+
+/// What is said where `from` is `to`, its first line, and the characters pointed at.
+fn said(from: &str, to: &str) -> (String, String, String) {
+    let text = GOOD.replacen(from, to, 1);
+    assert_ne!(text, GOOD, "{from}");
+    let error = Document::read("my.toml".as_ref(), &text).err().unwrap_or_else(|| panic!("{text}"));
+    let first = error.message.lines().next().unwrap_or_default().to_owned();
+    assert!(first.starts_with("my.toml:"), "{error}");
+    assert!(!error.help.is_empty(), "{error}");
+    let at = error.span.clone().expect("a place");
+    (first, text[at].to_owned(), error.help)
+}
+
+#[test]
+fn what_is_no_toml_is_explained() {
+    let text = "\"-c * sign(r)\"";
+    for (from, to, what, at) in [
+        ("0.05", "five", "start is to be a number, and not five", "five"),
+        ("0.05", "0,05", "start is to be a number, and not 0,05", "0,05"),
+        ("0.05", "", "nothing stands behind start =", ""),
+        ("0.05", ".5", "start is to be a number, and not .5", ".5"),
+        ("0.05", "5.", "start is to be a number, and not 5.", "5."),
+        ("0.05", "1/3", "start is to be a number, and not 1/3", "1/3"),
+        ("0.05", "1 2", "start is to be a number, and not 1 2", "1 2"),
+        ("0.05", "--5", "start is to be a number, and not --5", "--5"),
+        ("min = 0.0", "min = none", "min is to be a number, and not none", "none"),
+        ("min = 0.0", "min = 0.0;", "min is to be a number, and not 0.0;", "0.0;"),
+        ("\"mine\"", "mine", "id is to be a text in quotes, and not mine", "mine"),
+        ("\"mine\"", "", "nothing stands behind id =", ""),
+        ("\"mine\"", "\"mine", "the quotes are not closed", "\""),
+        ("\"mine\"", "'mine", "the quotes are not closed", "'mine"),
+        ("\"rad/s2\"", "rad/s2", "unit is to be a text in quotes, and not rad/s2", "rad/s2"),
+        ("\"rad/s2\"", "\"rad/s2", "the quotes are not closed", "\""),
+        (
+            text,
+            "-c * min(r, b)",
+            "moment is to be a text in quotes, and not -c * min(r, b)",
+            "-c * min(r, b)",
+        ),
+        (
+            text,
+            "\"-c\" * sign(r)",
+            "something stands behind the text of moment",
+            "\"-c\" * sign(r)",
+        ),
+        (text, "\"-c \\* sign(r)\"", "a backslash in a text has a meaning", ""),
+        ("title = ", "id = ", "id is written twice", "id"),
+        ("\nc =", "\nc = { unit = \"1\", start = 1 }\nc =", "c is written twice", "c"),
+        ("id =", "id", "this is no entry", "id \"mine\""),
+        ("id =", "id :", "this is no entry", "id : \"mine\""),
+        ("\ntitle", "\nhello\ntitle", "this is no entry", "hello"),
+        (
+            "\ntitle",
+            " // note\ntitle",
+            "something stands behind the text of id",
+            "\"mine\" // note",
+        ),
+        ("[parameters]", "[parameters", "this is no headline such as [parameters]", "[parameters"),
+        ("[parameters]", "[]", "this is no headline such as [parameters]", "[]"),
+        ("\"rad/s2\"", "\"\"\"rad/s2", "the quotes are not closed", "\""),
+        (" }", "", "the brace is not closed", "{"),
+        ("c = {", "c {", "an = is missing between c and its brace", "c"),
+        ("c = {", "c d = {", "\"c d\" is no name of a parameter", "c d"),
+        ("c = {", "§ = {", "\"§\" is no name of a parameter", "§"),
+        ("c = {", " = {", "the parameter has no name", ""),
+        (", start", " start", "a comma is missing here", ""),
+        (" }", ",, }", "nothing stands between two commas, or behind the last", ""),
+        (" }", " } }", "nothing more can stand on this line", ""),
+    ] {
+        let (first, pointed, help) = said(from, to);
+        println!("{to:30} {first}\n{:30} help: {help}", "");
+        assert!(first.ends_with(what) || first.contains(&format!(": {what}")), "{to}: {first}");
+        assert_eq!(pointed, at, "{to}: {first}");
+        // The parser's own words.
+        for theirs in ["expected", "literal", "mantissa", "inline table", "unquoted", "key"] {
+            assert!(!first.contains(theirs) && !help.contains(theirs), "{to}: {first} {help}");
+        }
+    }
+}
+
+#[test]
+fn entries_of_another_kind_are_explained() {
+    let text = "\"-c * sign(r)\"";
+    let whole = "{ unit = \"rad/s2\", start = 0.05, min = 0.0 }";
+    for (from, to, what, at, do_this) in [
+        (
+            "0.05",
+            "\"fast\"",
+            "start of c is to be a number, and not the text \"fast\"",
+            "\"fast\"",
+            "0.05",
+        ),
+        (
+            "0.05",
+            "\"0.05\"",
+            "start of c is to be a number, and not the text",
+            "\"0.05\"",
+            "take the quotes away: start = 0.05",
+        ),
+        ("0.05", "true", "start of c is to be a number, and not true", "true", "0.05"),
+        (
+            "0.05",
+            "2026-11-21",
+            "start of c is to be a number, and not a date",
+            "2026-11-21",
+            "0.05",
+        ),
+        (
+            "min = 0.0",
+            "min = [1]",
+            "min of c is to be a number, and not a list in brackets",
+            "[1]",
+            "leave min out",
+        ),
+        (
+            "min = 0.0",
+            "max = {}",
+            "max of c is to be a number, and not a table",
+            "{}",
+            "leave max out",
+        ),
+        ("min = 0.0", "mim = 0.0", "\"mim\" is no entry of c", "mim", "did you mean min?"),
+        ("start", "strat", "\"strat\" is no entry of c", "strat", "did you mean start?"),
+        ("start", "colour", "\"colour\" is no entry of c", "colour", "unit, start, min and max"),
+        (", start = 0.05", "", "start of c is missing", "c", "add start = 0.05"),
+        ("unit = \"rad/s2\", ", "", "unit of c is missing", "c", "add unit"),
+        (
+            "unit = \"rad/s2\"",
+            "unit = 1",
+            "unit of c is to be a text in quotes, and not the number 1",
+            "1",
+            "unit = ",
+        ),
+        (text, "3", "moment is to be a text in quotes, and not the number 3", "3", "moment = "),
+        (
+            "moment",
+            "momment",
+            "\"momment\" is no entry of an effect",
+            "momment",
+            "did you mean moment?",
+        ),
+        ("title = \"Mine\"\n", "", "title is missing", "", "add title = "),
+        (
+            whole,
+            "0.05",
+            "the parameter c is to have a unit and a start, and not the number 0.05",
+            "0.05",
+            "c = { unit = \"1\", start = 0.05 }",
+        ),
+        (
+            whole,
+            "\"fast\"",
+            "the parameter c is to have a unit and a start, and not the text",
+            "\"fast\"",
+            "c = { unit",
+        ),
+        (
+            "[parameters]",
+            "[[parameters]]",
+            "parameters is to be a table, and not a list",
+            "[[parameters]]",
+            "single brackets",
+        ),
+    ] {
+        let (first, pointed, help) = said(from, to);
+        println!("{to:30} {first}\n{:30} help: {help}", "");
+        assert!(first.contains(&format!(": {what}")), "{to}: {first}");
+        assert!(help.contains(do_this), "{to}: {help}");
+        if from != "[parameters]" {
+            assert_eq!(pointed, at, "{to}: {first}");
+        }
+    }
+    // As it was read before.
+    for (from, to) in
+        [("0.05", "1"), ("0.05", "0x10"), ("0.05", "1_000.5"), ("min = 0.0", "min = -inf")]
+    {
+        assert!(Document::read("my.toml".as_ref(), &GOOD.replacen(from, to, 1)).is_ok(), "{to}");
+    }
+}

@@ -1,0 +1,146 @@
+//! A device that is followed: shown, recorded, its releases added to the list.
+
+use super::super::app::App;
+use super::seen::Teller;
+use super::{Order, FOLDER};
+use crate::criticism::records;
+use crate::error::Result;
+use crate::interrupt;
+use crate::link::bench::{Bench, Target};
+use crate::live::item::Item;
+use crate::live::recording::Recording;
+use crate::live::session::{Follow, Session};
+use crate::live::swing::Swing;
+use serde_json::json;
+use std::path::Path;
+use std::sync::mpsc::Receiver;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The device and where it is written to.
+struct Following<'a> {
+    app: &'a Arc<App>,
+    session: Session,
+    recording: Option<Recording>,
+    device: Option<Item>,
+    teller: Teller,
+}
+
+/// Until the user leaves it.
+///
+/// # Errors
+/// Those of the device and of the recording, which is ended however that ends.
+pub fn follow(app: &Arc<App>, target: &Target, orders: &Receiver<Order>) -> Result<()> {
+    let bench = Bench::open(target)?;
+    let mut swing = match target {
+        Target::Port(_) => None,
+        _ => Some(Swing::new(1.0)),
+    };
+    let mut following = Following {
+        app,
+        session: Session::new(bench, Follow::Trace)?,
+        recording: None,
+        device: None,
+        teller: Teller::new(app),
+    };
+    let done = following.run(&mut swing, orders);
+    // However it ended: what was recorded is kept.
+    let kept = following.stop();
+    following.teller.tell();
+    done.and(kept)
+}
+
+impl Following<'_> {
+    fn run(&mut self, swing: &mut Option<Swing>, orders: &Receiver<Order>) -> Result<()> {
+        loop {
+            interrupt::check()?;
+            if let Some(swing) = swing {
+                swing.go_on(self.session.bench())?;
+            }
+            let mut patience = Duration::from_millis(20);
+            while let Some(item) = self.session.next(patience)? {
+                patience = Duration::ZERO;
+                self.take(item)?;
+            }
+            while let Ok(order) = orders.try_recv() {
+                match order {
+                    Order::Record => self.start()?,
+                    Order::StopRecording => self.stop()?,
+                    Order::Mark(text) => self.session.mark(&text),
+                    Order::Leave => return Ok(()),
+                    // Of a stored session.
+                    Order::Play | Order::Pause | Order::Speed(_) | Order::Jump(_) => {}
+                }
+            }
+            if self.teller.is_due() {
+                self.teller.tell();
+            }
+        }
+    }
+
+    fn take(&mut self, item: Item) -> Result<()> {
+        self.teller.show(&item);
+        let records = match &mut self.recording {
+            Some(recording) => recording.put(&item)?,
+            None => Vec::new(),
+        };
+        records.iter().for_each(|record| self.keep(record));
+        if matches!(item, Item::Device { .. }) {
+            self.device = Some(item);
+        }
+        Ok(())
+    }
+
+    /// A release that is whole joins the list of releases.
+    fn keep(&mut self, record: &Item) {
+        self.teller.show(record);
+        let Item::Record { file, .. } = record else { return };
+        let folder = self.app.live.seen(|seen| seen.recording.clone());
+        let path = folder.as_deref().and_then(Path::parent).unwrap_or(Path::new("")).join(file);
+        let model_path = self.app.session().model_path.clone();
+        if let Ok(entries) = records::entries(&[path], &model_path) {
+            let mut session = self.app.session();
+            for entry in entries {
+                let used = session.used_when_new();
+                session.include(entry, None, used);
+            }
+            drop(session);
+            self.app.tell_state();
+            self.app.work.wake();
+        }
+    }
+
+    fn start(&mut self) -> Result<()> {
+        if self.recording.is_some() {
+            return Ok(());
+        }
+        let recording = Recording::begin(Path::new(FOLDER), self.device.as_ref())?;
+        self.app.live.seen(|seen| seen.recording = Some(recording.trace()));
+        self.recording = Some(recording);
+        Ok(())
+    }
+
+    fn stop(&mut self) -> Result<()> {
+        let Some(recording) = self.recording.take() else { return Ok(()) };
+        let (finished, records) = recording.finish()?;
+        records.iter().for_each(|record| self.keep(record));
+        self.app.live.seen(|seen| seen.recording = None);
+        let missing = match finished.missing_samples {
+            0 => "none missing".to_owned(),
+            count => format!("{count} missing"),
+        };
+        let text = format!(
+            "{}: {} samples, {missing}, {} releases",
+            finished.trace.display(),
+            finished.samples,
+            finished.releases
+        );
+        let line = json!({
+            "event": "recorded",
+            "file": finished.trace.display().to_string(),
+            "samples": finished.samples, "missing_samples": finished.missing_samples,
+        });
+        self.teller.log(line, &text);
+        Ok(())
+    }
+}
