@@ -250,7 +250,10 @@ impl Following<'_> {
             _ => place.clone(),
         };
         let recording = Recording::begin(&place, self.device.as_ref())?;
-        crate::say!("recording to {}", recording.trace().display());
+        crate::say!(
+            "recording to {}; a line typed is a mark, /stop and /start end and begin a recording",
+            recording.trace().display()
+        );
         self.recording = Some(recording);
         Ok(())
     }
