@@ -28,7 +28,7 @@ pub struct Monitor {
     #[arg(long)]
     jsonl: bool,
     /// End after so many releases
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     releases: Option<u32>,
     /// End after so many seconds; exit code 7 if --releases were not reached by then
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
