@@ -53,7 +53,7 @@ const Plots = (() => {
       // As wide as its numbers, unless plots above each other are to share their time.
       size: side === 2 ? 21 : it.size || ((_, values) => Math.max(30, 9 + 6.3 * Math.max(0, ...(values || []).map((v) => v.length)))), ticks: { size: 3, stroke: () => colour("line") },
       stroke: () => colour("soft"), grid: { stroke: () => colour("grid"), width: 1 },
-      space: side === 2 ? (host.clientWidth > 400 ? 56 : 34) : 20, values: (_, ticks) => ticks.map((t) => (t === null ? "" : tick(t))),
+      space: side === 2 ? (host.clientWidth > 400 ? 56 : 28) : 20, values: (_, ticks) => ticks.map((t) => (t === null ? "" : tick(t))),
       ...(it.ticks ? { splits: it.ticks } : {}),
     });
     const padded = (min, max) => {

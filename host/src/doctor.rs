@@ -108,8 +108,7 @@ fn closed(path: &Path) -> Option<Check> {
         return Some(match group {
             Some(group) if shared => Check::wrong(
                 &check,
-                format!("you may not open it: it is for the group {group}"),
-                // The group counts from the next login on.
+                format!("you may not open it: it is for the group {group}; that counts from your next login on"),
                 format!("sudo usermod -aG {group} $USER"),
             ),
             _ => Check::wrong(
@@ -146,7 +145,13 @@ pub fn device(path: &str) -> Vec<Check> {
                 return vec![Check::well(path, found)];
             }
             let found = format!("{found}; this program is {ours}");
-            return vec![Check::missing(path, found, "firmware/boards/build mps2-an386")];
+            let command = match identity.board.as_str() {
+                board @ ("mps2-an386" | "nucleo-f446re") => {
+                    format!("firmware/boards/build {board}")
+                }
+                _ => "yawrig --version".to_owned(),
+            };
+            return vec![Check::missing(path, found, &command)];
         }
         Err(error) => error,
     };
@@ -164,7 +169,7 @@ pub fn device(path: &str) -> Vec<Check> {
         ),
         _ => {
             let command = error.help.split('`').nth(1).map_or("yawrig ports", |command| command);
-            Check::wrong(path, format!("{} ({})", error.message, error.help), command)
+            Check::wrong(path, format!("{}; {}", error.message, error.help), command)
         }
     };
     vec![Check { exit: Some(error.exit), ..check }]
@@ -211,33 +216,33 @@ fn in_path(program: &str) -> Option<PathBuf> {
 fn tool(program: &str, needed_for: &str, command: &str) -> Check {
     match in_path(program) {
         Some(file) => Check::well(program, file.display().to_string()),
-        None => Check::missing(program, format!("not there; {needed_for} needs it"), command),
+        None => Check::missing(program, format!("not there; needed for {needed_for}"), command),
     }
 }
 
 /// Whether the ARM image could be built.
 fn toolchain() -> Check {
     const NAME: &str = "ARM toolchain";
-    const NEEDED: &str = "not there; the ARM image needs it";
+    const NEEDED: &str = "not there; needed for the ARM image";
     if Path::new("/usr/bin/cargo").exists() && in_path("rust-lld").is_some() {
         return Check::well(NAME, "Debian's own Rust");
     }
+    const DEBIAN: &str =
+        "sudo apt-get install rustc-web cargo-web rust-web-src rust-web-llvm lld-22";
+    const RUSTUP: &str = "rustup target add thumbv7em-none-eabihf";
     let Some(rustc) = in_path("rustc") else {
-        return Check::missing(NAME, NEEDED, "see https://rustup.rs");
+        return match in_path("apt-get") {
+            Some(_) => Check::missing(NAME, NEEDED, DEBIAN),
+            None => Check::missing(NAME, format!("{NEEDED}; install rustup first"), RUSTUP),
+        };
     };
     let asked = std::process::Command::new(rustc).args(["--print", "sysroot"]).output();
     let root = asked.map(|o| String::from_utf8_lossy(&o.stdout).trim().to_owned());
     let target = root.map(|root| PathBuf::from(root).join("lib/rustlib/thumbv7em-none-eabihf"));
     match target {
         Ok(target) if target.is_dir() => Check::well(NAME, target.display().to_string()),
-        _ if in_path("rustup").is_some() => {
-            Check::missing(NAME, NEEDED, "rustup target add thumbv7em-none-eabihf")
-        }
-        _ => Check::missing(
-            NAME,
-            NEEDED,
-            "sudo apt-get install rustc-web cargo-web rust-web-src rust-web-llvm lld-22",
-        ),
+        _ if in_path("rustup").is_some() => Check::missing(NAME, NEEDED, RUSTUP),
+        _ => Check::missing(NAME, NEEDED, DEBIAN),
     }
 }
 

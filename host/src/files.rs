@@ -8,7 +8,20 @@ use tempfile::NamedTempFile;
 /// The error of a file that cannot be written.
 pub fn cannot_write(path: &Path, why: &dyn std::fmt::Display) -> Error {
     Error::data(format!("cannot write {}: {why}", path.display()))
-        .help("choose a folder that exists and that you may write to")
+        .help("choose a folder that exists, that you may write to and that has room")
+}
+
+/// Makes the folder `path`, and those it lies in, where they are not there.
+///
+/// # Errors
+/// Names the path and the system's reason.
+pub fn make_folder(path: &Path) -> Result<()> {
+    std::fs::create_dir_all(path).map_err(|e| match e.kind() {
+        ErrorKind::AlreadyExists | ErrorKind::NotADirectory => {
+            cannot_write(path, &"there is a file where the folder should be")
+        }
+        _ => cannot_write(path, &e),
+    })
 }
 
 /// Whether [`write_atomically`] will find a place, asked before the work whose result it is to keep.
@@ -31,6 +44,7 @@ fn temporary(path: &Path) -> Result<NamedTempFile> {
     tempfile::Builder::new().prefix(".yawrig-").tempfile_in(folder).map_err(|e| match e.kind() {
         // Its own words name the temporary file, which nobody has heard of.
         ErrorKind::NotFound => cannot_write(path, &"there is no such folder"),
+        ErrorKind::NotADirectory => cannot_write(path, &"a part of its path is a file"),
         ErrorKind::PermissionDenied => cannot_write(path, &"you may not write there"),
         _ => cannot_write(path, &e),
     })

@@ -291,7 +291,9 @@ pub fn event_text(event: &Event, record: &str) -> Option<String> {
             window.natural_frequency_rad_s,
             window.damping_ratio,
             flag_names(window.flags).join(" ")
-        ),
+        )
+        .trim_end()
+        .to_owned(),
         Event::Release(result) => release_text(result),
         Event::Refined(refined) => refined_text(refined, record),
     })
@@ -312,19 +314,24 @@ fn result_text(result: &ReleaseResult) -> String {
         return format!("release {}: not usable: {flags}", result.release);
     }
     let mut text = format!(
-        "release {}: wn {:.4} ± {:.4} rad/s, zeta {:.6} ± {:.6} from {} windows   {flags}",
+        "release {}: wn {} rad/s, zeta {} from {} window{}   {flags}",
         result.release,
-        result.natural_frequency_rad_s.value,
-        result.natural_frequency_rad_s.u,
-        result.damping_ratio.value,
-        result.damping_ratio.u,
+        shown(result.natural_frequency_rad_s),
+        shown(result.damping_ratio),
         result.windows,
-    );
+        if result.windows == 1 { "" } else { "s" },
+    )
+    .trim_end()
+    .to_owned();
     if result.flags.unusable() {
         text.push_str(" (not usable)");
     }
     text.push_str(&derivatives_text(result.derivatives.as_ref()));
-    text.trim_end().to_owned()
+    text
+}
+
+fn shown(measured: Measured) -> Quantity {
+    Quantity::new(f64::from(measured.value), f64::from(measured.u))
 }
 
 fn derivatives_text(derivatives: Option<&Derivatives>) -> String {
@@ -343,11 +350,10 @@ fn refined_text(refined: &Refined, record: &str) -> String {
             "release {release}: no damped oscillation fits the whole record; the estimate above stands"
         );
     }
-    let zeta = refined.damping_ratio;
     let mut text = format!(
         "release {release} refined: wn {} rad/s, zeta {}; the residual is {:.2} times the noise of {:.3} deg",
         precise(refined.natural_frequency_rad_s),
-        Quantity::new(f64::from(zeta.value), f64::from(zeta.u)),
+        shown(refined.damping_ratio),
         refined.residual_over_noise,
         refined.noise_rms_deg,
     );

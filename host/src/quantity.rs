@@ -30,11 +30,15 @@ impl Quantity {
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let decimals = if self.u > 0.0 && self.u.is_finite() {
-            (1 - self.u.log10().floor() as i32).clamp(0, 12) as usize
+            // Of the uncertainty as it is shown: 0.0000996 is 0.00010.
+            let shown: f64 = format!("{:.1e}", self.u).parse().unwrap_or(self.u);
+            (1 - shown.log10().floor() as i32).clamp(0, 12) as usize
         } else {
             f.precision().unwrap_or(6)
         };
-        write!(f, "{:.decimals$} ± {:.decimals$}", self.value, self.u)
+        let text = format!("{:.decimals$} ± {:.decimals$}", self.value, self.u);
+        // Not by `pad`, which takes a precision for the most characters to show.
+        write!(f, "{text:>width$}", width = f.width().unwrap_or(0))
     }
 }
 
@@ -45,6 +49,8 @@ mod tests {
     #[test]
     fn shown_to_two_digits_of_the_uncertainty() {
         assert_eq!(Quantity::new(0.532_143, 0.001_71).to_string(), "0.5321 ± 0.0017");
+        assert_eq!(Quantity::new(-0.089_807, 0.000_099_6).to_string(), "-0.08981 ± 0.00010");
+        assert_eq!(format!("{:>16}", Quantity::new(0.5, 0.25)), "     0.50 ± 0.25");
         assert_eq!(Quantity::new(-12.0, 3.0).to_string(), "-12.0 ± 3.0");
         assert_eq!(format!("{:.2}", Quantity::exact(1.0)), "1.00 ± 0.00");
     }

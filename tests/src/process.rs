@@ -1,6 +1,9 @@
 //! The built program, run and watched: nothing here waits for ever.
 
+use nix::fcntl::{open, OFlag};
+use nix::pty::{grantpt, posix_openpt, ptsname_r, unlockpt};
 use nix::sys::signal::{kill, Signal};
+use nix::sys::stat::Mode;
 use nix::unistd::{geteuid, Pid};
 use serde_json::Value;
 use std::ffi::OsStr;
@@ -115,9 +118,36 @@ impl Yawrig {
         self
     }
 
+    /// With this in its environment, or without it.
+    pub fn with_env(mut self, name: &str, value: Option<&str>) -> Self {
+        match value {
+            Some(value) => self.command.env(name, value),
+            None => self.command.env_remove(name),
+        };
+        self
+    }
+
     /// Runs it to its end.
     pub fn run(self) -> Ended {
         self.start().ends()
+    }
+
+    /// Runs it to its end on a terminal; all that it writes there is its stdout.
+    pub fn run_on_terminal(self) -> Ended {
+        let Self { mut command, line, patience } = self;
+        // No other program that is started meanwhile may hold an end of it.
+        let flags = OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_CLOEXEC;
+        let near = posix_openpt(flags).expect("a pseudo-terminal");
+        grantpt(&near).and_then(|()| unlockpt(&near)).expect("its other end");
+        let path = ptsname_r(&near).expect("its path");
+        let end = || Stdio::from(open(path.as_str(), flags, Mode::empty()).expect("its other end"));
+        let child = command.stdin(end()).stdout(end()).stderr(end()).spawn();
+        let child = child.unwrap_or_else(|e| panic!("{line}: {e}"));
+        // The last of our copies of that end.
+        drop(command);
+        let stdout = Heard::of(std::fs::File::from(OwnedFd::from(near)));
+        let until = Instant::now() + patience;
+        Running { child, stdout, stderr: Heard::none(), line, until }.ends()
     }
 
     /// Starts it.

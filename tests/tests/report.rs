@@ -41,6 +41,9 @@ fn looked_at(page: &Path, words: &[&str], plots: u64) {
         }
         let seen = browser.value("document.querySelector('main').innerText");
         assert!(!seen.as_str().expect("text").contains("NaN"), "{name}");
+        // A drawing is no higher than a printed page has room for.
+        let low = "[...document.querySelectorAll('figure svg')].every(s => s.viewBox.baseVal.height < s.viewBox.baseVal.width)";
+        assert_eq!(browser.value(low), json!(true), "{name}");
         // Lettering is there: a word is wider than nothing.
         let width = "document.querySelector('figure svg text').getComputedTextLength() > 20";
         assert_eq!(browser.value(width), json!(true), "{name}");

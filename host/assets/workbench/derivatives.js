@@ -35,7 +35,9 @@ export async function refresh(state, act) {
   const points = (list, colour) => (list || []).map((p) => ({ x: p.reduced_frequency, y: p.cn_r.value, u: p.cn_r.u, colour }));
   const marks = [...points(both.before, "measured"), ...points(both.after, "model")];
   plot = Plots.lines(host, { x: { label: "reduced frequency", range: (a, b) => [0, (b || 1) * 1.05] }, y: { label: "Cn_r (1/rad)" }, marks: () => marks, cursor: false });
-  plot.set(Plots.joined([{ x: marks.map((m) => m.x), y: marks.map((m) => m.y) }]), [{ invisible: true }]);
+  // The ends of the bars, so that they are inside.
+  const ends = [-2, 2].map((k) => ({ x: marks.map((m) => m.x), y: marks.map((m) => m.y + k * (m.u || 0)) }));
+  plot.set(Plots.joined(ends), [{ invisible: true }, { invisible: true }]);
 }
 
 function table({ before, after }) {

@@ -3,7 +3,7 @@ import { by, digits, get, make, ratio } from "./talk.js";
 import { seen, trialColour } from "./panels.js";
 
 const kept = new Map();
-let list = [], current = null, open = null, notes = new Map(), verdict = null;
+let list = [], current = null, open = null, notes = new Map(), verdict = null, rejecting = null;
 
 /** The effect that keys act on. */
 export const chosen = () => current;
@@ -34,7 +34,7 @@ function drawModel(state, act) {
     make("button", { type: "button", textContent: "Remove", "data-remove": e.effect, disabled: !!state.job, onclick: () => act({ do: "remove", effect: e.effect }) }),
     make("span", { className: "values", textContent: e.parameters.map((p) => `${p.name} = ${p.value === null ? "each release its own" : `${digits(p.value, 4)}${p.u ? ` ± ${digits(p.u, 2)}` : ""}`} ${p.unit === "1" || p.value === null ? "" : p.unit}`).join(",  ") }));
   by("in-model").replaceChildren(
-    make("p", { className: "caption", textContent: !model.exists ? `No model yet: the first step makes ${model.file}` : model.effects.length ? "In the model, beside the second-order response:" : "The model is a second-order response, no effects." }),
+    make("p", { className: "caption", textContent: model.fault ? `${model.file} cannot be used: mend it, or return to one of the steps below` : !model.exists ? `No model yet: the first step makes ${model.file}` : model.effects.length ? "In the model, beside the second-order response:" : "The model is a second-order response, no effects." }),
     ...model.effects.map(chip));
 }
 
@@ -67,7 +67,7 @@ function draw(state, act) {
 
 function candidate(c, state, act) {
   const id = c.effect, busy = !!state.job;
-  const choose = (value) => { current = id; open = value; draw(state, act); };
+  const choose = (value) => { current = id; open = value; rejecting = null; draw(state, act); };
   const trials = seen.view ? seen.view.trials.map((t) => t.effect) : [], k = trials.indexOf(id);
   const trial = make("span", { className: "trial", title: k < 0 ? "" : "its line in the panels against amplitude" });
   if (k >= 0 && k < 5) trial.style.borderTopColor = `var(--${trialColour(k)})`;
@@ -94,6 +94,7 @@ function candidate(c, state, act) {
     make("input", {
       className: "note", placeholder: "reason, for the journal", value: notes.get(id) || "", "data-focus": `note-${id}`, "aria-label": `reason to add or reject ${c.title}`,
       oninput: (event) => notes.set(id, event.target.value),
+      onkeydown: (event) => { if (event.key === "Enter" && rejecting === id) reject(c, state, act); },
     }));
   }
   return item;
@@ -102,11 +103,11 @@ function candidate(c, state, act) {
 /** A rejection without a reason helps nobody: the note is asked for first. */
 export function reject(c, state, act) {
   const why = (notes.get(c.effect) || "").trim();
-  if (why) { notes.delete(c.effect); return act({ do: "reject", effect: c.effect, why }); }
-  current = open = c.effect;
+  if (why) { rejecting = null; notes.delete(c.effect); return act({ do: "reject", effect: c.effect, why }); }
+  current = open = rejecting = c.effect;
   draw(state, act);
   const note = document.querySelector(`[data-focus="note-${c.effect}"]`);
-  note.placeholder = "say why, then Reject again";
+  note.placeholder = "say why, then Enter";
   note.focus();
 }
 
@@ -116,7 +117,7 @@ export function key(what, state, act) {
   if (what === "next" || what === "previous") {
     const to = list[at + (what === "next" ? 1 : -1)];
     if (to) { current = to.effect; draw(state, act); document.querySelector(`[data-effect="${current}"]`).scrollIntoView({ block: "nearest" }); }
-  } else if (what === "open" && c) { open = open === current ? null : current; draw(state, act); } else if (what === "reject" && c) reject(c, state, act);
+  } else if (what === "open" && c) { open = open === current ? null : current; rejecting = null; draw(state, act); } else if (what === "reject" && c) reject(c, state, act);
   else if (c && c.can_be_tried && what === "try") act(seen.ghost === c.effect ? { do: "hide" } : { do: "try", release: seen.release, effect: c.effect });
   else if (c && c.can_be_tried && what === "add") act({ do: "add", effect: c.effect, why: notes.get(c.effect) || null });
 }

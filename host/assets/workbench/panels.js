@@ -181,12 +181,15 @@ function limits() {
   return c ? [seen.span[0] ?? c.whole_s[0], seen.span[1] ?? c.whole_s[1]] : null;
 }
 
+/** Over axes that have nothing on them yet: their numbers would mean nothing. */
+const BLANK = " ";
+
 function drawTime() {
   const c = seen.curves;
   const fault = seen.fault ? `${seen.fault.message}\n${seen.fault.help || ""}` : null;
   plots.overlay.say(seen.release === null ? "No record is open.\nStart yawrig workbench with records, or press Open." : c ? null : fault || "reading …");
   if (!c) {
-    plots.overlay.set([[]], []); plots.residual.set([[]], []); plots.residual.say(null);
+    plots.overlay.set([[]], []); plots.residual.set([[]], []); plots.residual.say(BLANK);
     return;
   }
   const overlay = [c.time_s, c.measured_deg], how = [{ colour: "measured", width: 1.6 }];
@@ -215,6 +218,7 @@ function drawWhere() {
     const tables = [{ x: marks[id].map((m) => m.x), y: marks[id].map((m) => m.y) }], how = [{ invisible: true }];
     if (law) { tables.push({ x: law[name][column], y: law[name].moment_rad_s2 }); how.push({ colour: "own", width: 1.6, spanGaps: true }); }
     plot.set(Plots.joined(tables), how);
+    plot.say(v || law ? null : BLANK);
   };
   cut(plots.damping, "plot-damping", "damping_law", "rate_deg_s");
   cut(plots.stiffness, "plot-stiffness", "stiffness_law", "yaw_deg");
@@ -222,6 +226,7 @@ function drawWhere() {
   const columns = [bars.map((b) => b[0]), bars.map((b) => 100 * b[1])], how = [{ colour: "model", bars: true, width: 0 }];
   if (ghost) { columns.push(ghost.where.frequency.map((b) => 100 * b[1])); how.push({ colour: "ghost", width: 1.5 }); }
   plots.spectrum.set(columns, how);
+  plots.spectrum.say(v ? null : BLANK);
 }
 
 /** The colour of the `k`th trial. */
@@ -243,6 +248,7 @@ function drawAmplitude() {
       if (trial.points) line(trial.points, { colour: trialColour(k), width: trial.effect === seen.ghost ? 2.2 : 1, alpha: trial.effect === seen.ghost ? 1 : 0.6, dash: [5, 3] });
     }
     plot.set(Plots.joined(tables), how);
+    plot.say(v ? null : BLANK);
   }
 }
 
@@ -255,5 +261,5 @@ export function figures() {
     ? `Lag-one correlation of this release's residual: ${digits(v.correlation, 2)}. White noise stays within ±${digits(v.correlation_of_white, 2)}.` : "";
   set("figure-wn", v ? v.natural_frequency_rad_s.text : "–");
   set("figure-zeta", v ? v.damping_ratio.text : "–");
-  return v ? `this release: residual ${digits(v.residual_rms_deg, 3)} deg over noise of ${digits(v.noise_rms_deg, 3)} deg a sample, ratio ${ratio(v.over_noise)}` : "";
+  return v ? `residual ${digits(v.residual_rms_deg, 3)} deg, noise ${digits(v.noise_rms_deg, 3)} deg, ratio ${ratio(v.over_noise)}` : "";
 }

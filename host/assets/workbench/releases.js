@@ -54,7 +54,7 @@ function restore(focus) {
 }
 
 function buttons(state) {
-  by("fit-button").textContent = !state.model.exists ? "Fit" : state.model.ticks_changed ? "Fit the ticked" : "Fit again";
+  by("fit-button").textContent = !state.model.exists ? "Fit" : state.model.ticks_changed ? "Fit ticked" : "Fit again";
   by("fit-button").classList.toggle("primary", state.model.exists && state.model.ticks_changed);
   by("fit-button").disabled = !!state.job || !state.releases.length;
 }

@@ -34,6 +34,8 @@ export function draw(state, act) {
   const at = list.scrollLeft;
   const focus = document.activeElement && document.activeElement.dataset ? document.activeElement.dataset.step : null;
   list.replaceChildren(...axis, ...items);
+  // The scale stays where it is seen.
+  list.onscroll = () => list.style.setProperty("--at", `${list.scrollLeft}px`);
   list.scrollLeft = items.length > 6 ? list.scrollWidth : at;
   if (focus) list.querySelector(`[data-step="${focus}"]`)?.focus({ preventScroll: true });
 }

@@ -3,11 +3,18 @@
 export async function get(path, query = {}) {
   const words = Object.entries(query).filter(([, v]) => v !== null && v !== undefined)
     .map(([k, v]) => `${k}=${encodeURIComponent(v)}`).join("&");
-  return answer(await fetch(words ? `${path}?${words}` : path));
+  return answer(await asked(words ? `${path}?${words}` : path));
 }
 
 export async function post(path, body) {
-  return answer(await fetch(path, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) }));
+  return answer(await asked(path, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) }));
+}
+
+/** What the page says where yawrig has gone. */
+export const GONE = { message: "yawrig does not answer", help: "if it was ended, start yawrig workbench again and open the address it prints" };
+
+async function asked(path, options) {
+  try { return await fetch(path, options); } catch { throw Object.assign(new Error(GONE.message), GONE); }
 }
 
 async function answer(response) {

@@ -1,5 +1,5 @@
 // The page: fetches what has changed, passes on what is done, and knows the keys.
-import { by, get, listen, make, post, ratio } from "./talk.js";
+import { by, get, GONE, listen, make, post, ratio } from "./talk.js";
 import * as panels from "./panels.js";
 import * as releases from "./releases.js";
 import * as effects from "./effects.js";
@@ -17,7 +17,10 @@ function say(text, isError = false) {
   message.title = text;
   message.className = isError ? "error" : "";
 }
-const failed = (error) => say(error.help ? `${error.message} — ${error.help}` : error.message, true);
+/** A message without the lines of the file that it points at: there is one line for it. */
+const brief = (text) => text.split("\n")[0];
+const told = ({ message, help }) => (help ? `${brief(message)} — ${help}` : brief(message));
+const failed = (error) => say(told(error), true);
 
 /** Does what the user asks for. */
 async function act(what) {
@@ -36,6 +39,7 @@ async function fetchState() {
 }
 
 function take(now) {
+  const was = state;
   state = now;
   releases.draw(state, choose, failed);
   steps.draw(state, act);
@@ -46,31 +50,42 @@ function take(now) {
   modelKey = key;
   if (state.ended && state.ended.number !== ended) {
     ended = state.ended.number;
-    if (state.ended.message) say(state.ended.help ? `${state.ended.message} — ${state.ended.help}` : state.ended.message, state.ended.is_error);
+    if (state.ended.message) say(told(state.ended), state.ended.is_error);
     if (changed && !state.ended.what.startsWith("trying")) seen.ghost = null;
     if (state.ended.what.startsWith("trying") && state.ended.is_error) seen.ghost = null;
     panels.refresh();
     derivatives.refresh(state, act).catch(failed);
   } else if (changed) {
+    if (was && !state.job) tellOutside(was);
     panels.refresh();
+    derivatives.refresh(state, act).catch(failed);
   }
   effects.refresh(state, act);
   if (seen.release === null && state.releases.length) choose((state.releases.find((r) => !r.is_left_out) || state.releases[0]).id);
+}
+
+/** What has happened to the model other than by a page: by a command, or by hand. */
+function tellOutside(was) {
+  const { model, steps } = state, last = steps[steps.length - 1];
+  if (model.fault) failed(model.fault);
+  else if (steps.length > was.steps.length) say(`step ${last.step}, taken outside this page: ${last.what}`);
+  else if (model.edited && !was.model.edited && model.exists) say(`${model.file} was edited by hand`);
+  else if (was.model.fault) say(`${model.file} can be used again`);
 }
 
 function drawHead() {
   const { overall, model } = state, release = state.releases.find((r) => r.id === seen.release);
   const verdict = by("verdict");
   const broken = model.fault || (release && release.badge === "bad" ? release.fault : null);
-  verdict.textContent = broken ? `${model.fault ? "The model cannot be used" : "Bad data"}: ${broken.message}` : overall.verdict;
-  verdict.title = broken ? broken.help : overall.verdict;
+  verdict.textContent = broken ? `${model.fault ? "The model cannot be used" : "Bad data"}: ${brief(broken.message)}` : overall.verdict;
+  verdict.title = broken ? `${broken.message}\n${broken.help}` : overall.verdict;
   verdict.dataset.status = broken ? "bad" : overall.status;
   const leftOut = by("left-out");
   leftOut.hidden = !overall.left_out;
   leftOut.textContent = leftOut.title = overall.left_out || "";
   const figures = panels.figures();
   const edited = model.edited && model.exists ? "edited by hand since the last step; " : "";
-  by("subtitle").textContent = `${model.file}${model.exists ? "" : " (not made yet)"} · ${edited}${release ? `${release.name} · ${figures}` : "no record is open"}`;
+  by("subtitle").textContent = `${model.file}${model.exists || model.fault ? "" : " (not made yet)"} · ${edited}${release ? [release.name, figures].filter(Boolean).join(" · ") : "no record is open"}`;
   by("subtitle").title = by("subtitle").textContent;
   const set = (id, x) => { const e = by(id); e.textContent = ratio(x); e.className = x === null || x === undefined ? "" : x <= 1.1 ? "good" : "warn"; };
   set("figure-fitted", overall.over_noise);
@@ -199,7 +214,7 @@ function start() {
   by("diagnose-button").onclick = diagnose;
   by("cancel-button").onclick = cancel;
   for (const name of TABS) by(`tab-${name}`).onclick = () => tab(name);
-  listen(heard, (lost) => { if (lost) say("yawrig does not answer: was it ended? The page takes up again when it does.", true); else { fetchState(); live.open(); } });
+  listen(heard, (lost) => { if (lost) failed(GONE); else { fetchState(); live.open(); } });
   fetchState();
 }
 

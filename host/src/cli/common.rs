@@ -41,10 +41,10 @@ impl DeviceArg {
 #[derive(Args, Debug, Clone)]
 pub struct AnalysisArgs {
     /// Amplitude at which the analysis starts
-    #[arg(long, value_name = "DEG", default_value_t = Settings::default().from_deg)]
+    #[arg(long, value_name = "DEG", default_value_t = Settings::default().from_deg, allow_negative_numbers = true)]
     pub from_deg: f64,
     /// Amplitude at which it ends
-    #[arg(long, value_name = "DEG", default_value_t = Settings::default().to_deg)]
+    #[arg(long, value_name = "DEG", default_value_t = Settings::default().to_deg, allow_negative_numbers = true)]
     pub to_deg: f64,
     /// Conventional method: how the damped frequency is read off the spectrum
     #[arg(long, value_enum, default_value_t)]

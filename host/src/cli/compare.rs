@@ -76,7 +76,11 @@ fn text(model: Option<&Path>, revision: &Revision) -> String {
         "  noise {:.4} deg; residual {white}: lag-one correlation {:.3}, of white noise within {:.3}",
         a.noise_rms_deg, w.correlation, w.correlation_of_white
     );
-    let _ = write!(out, "\nwhere it fails ({})\n\n", a.where_file);
+    let _ = write!(
+        out,
+        "\nwhere it fails ({}); residuals below are of means over a fiftieth of a period, as in \"over noise\"\n\n",
+        a.where_file
+    );
     out.push_str(&tables(a).map(|t| t.trim_fmt()).join("\n\n"));
     out
 }

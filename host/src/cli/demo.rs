@@ -33,7 +33,7 @@ pub struct Demo {
     #[command(flatten)]
     pub(super) device: DeviceArg,
     /// Rms of the potentiometer's noise, degrees
-    #[arg(long, default_value_t = 0.05)]
+    #[arg(long, default_value_t = 0.05, allow_negative_numbers = true)]
     noise_deg: f64,
     /// Wind speed, m/s
     #[arg(long, default_value_t = 10.0, allow_negative_numbers = true)]
@@ -82,6 +82,9 @@ fn folder(arguments: &Demo) -> Result<Option<PathBuf>> {
 /// # Errors
 /// Exit 2 where one is there and `force` is not set, 3 where there is no room.
 pub(super) fn writable(folder: &Path, force: bool, files: &[&str]) -> Result<()> {
+    if folder.exists() && !folder.is_dir() {
+        return Err(files::cannot_write(folder, &"it is a file, and a folder is wanted"));
+    }
     if !folder.is_dir() {
         return files::check_writable(folder);
     }
@@ -210,13 +213,9 @@ fn release_line(made: &Made) -> String {
         .map_or(String::new(), |d| format!("   Cn_beta {:7.4}  Cn_r {:7.4}", d.cn_beta, d.cn_r));
     let [wn, zeta] = made.estimate(By::Refined);
     format!(
-        "{}  {:3} windows  wn {:9.5} ± {:.5} rad/s  zeta {:.7} ± {:.7}{derivatives}   {}",
+        "{}  {:3} windows  wn {wn:>22} rad/s  zeta {zeta:>24}{derivatives}   {}",
         name(made),
         made.result.windows,
-        wn.value,
-        wn.u,
-        zeta.value,
-        zeta.u,
         flags(made)
     )
     .trim_end()
@@ -230,7 +229,7 @@ fn to_text(points: &[(Point, Truth)], by_network: &[(Point, Truth)]) -> String {
     ]);
     let optional = |q: Option<Quantity>| q.map_or("-".to_owned(), |q| format!("{:.3}", q.value));
     for (p, truth) in points {
-        let miss = |x: Quantity, truth: f64| format!("{:+.2}", 100.0 * (x.value / truth - 1.0));
+        let miss = |x: Quantity, truth: f64| format!("{:+.3}", 100.0 * (x.value / truth - 1.0));
         text.add_row([
             p.spring.clone(),
             format!("{:.3}", p.reduced_frequency),
@@ -247,7 +246,7 @@ fn to_text(points: &[(Point, Truth)], by_network: &[(Point, Truth)]) -> String {
         ]);
     }
     let percent =
-        |m: Miss| format!("{:.2} % median, {:.2} % worst", 100.0 * m.median, 100.0 * m.worst);
+        |m: Miss| format!("{:.3} % median, {:.3} % worst", 100.0 * m.median, 100.0 * m.worst);
     let missed = |points| misses(points).map(percent);
     let ([beta, r], [network_beta, network_r]) = (missed(points), missed(by_network));
     format!(

@@ -1,6 +1,7 @@
 //! `derivatives`: a campaign of releases to the table of aerodynamic derivatives.
 
 use super::common::{bare, print_json, print_line, AnalysisArgs};
+use super::identify::MethodChoice;
 use crate::derivatives::campaign::CampaignFile;
 use crate::derivatives::condition::Identified;
 use crate::derivatives::evaluate;
@@ -10,9 +11,7 @@ use crate::identify::{identify, Method};
 use crate::quantity::Quantity;
 use crate::record::Record;
 use clap::Args;
-use serde::de::value::StrDeserializer;
-use serde::de::IntoDeserializer;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use std::path::PathBuf;
 
 /// Aerodynamic derivatives of a campaign, with uncertainties, budget and validation.
@@ -25,18 +24,13 @@ pub struct Derivatives {
     #[arg(value_name = "campaign.toml")]
     pub campaign: PathBuf,
     /// How natural frequency and damping are had from a record; several, separated by commas, to compare them
-    #[arg(long, value_delimiter = ',', value_parser = method, default_value = "least-squares")]
-    pub method: Vec<Method>,
+    #[arg(long, value_delimiter = ',', value_enum, default_value = "least-squares")]
+    pub method: Vec<MethodChoice>,
     #[command(flatten)]
     pub analysis: AnalysisArgs,
     /// Print one JSON object; the tables of further methods under "others"
     #[arg(long)]
     pub json: bool,
-}
-
-fn method(name: &str) -> std::result::Result<Method, String> {
-    let name: StrDeserializer<'_, serde::de::value::Error> = name.into_deserializer();
-    Method::deserialize(name).map_err(|e| e.to_string())
 }
 
 #[derive(Serialize)]
@@ -52,7 +46,7 @@ impl Derivatives {
         let settings = self.analysis.settings()?;
         let file = CampaignFile::read(&self.campaign)?;
         let mut tables = Vec::new();
-        for &method in &self.method {
+        for &method in self.method.iter().flat_map(|choice| choice.methods()) {
             tables.push(evaluate(&file, &name(method)?, &|record: &Record| {
                 let found = identify(record, &[method], &settings)?;
                 Identified::of(found).ok_or_else(|| {

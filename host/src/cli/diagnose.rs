@@ -2,7 +2,7 @@
 
 use super::common::{bare, print_json, print_line, EffectsArg, SCHEMA_VERSION};
 use super::diagnose_campaign;
-use super::model::{JudgeArgs, DEFAULT};
+use super::model::{parameter, JudgeArgs, DEFAULT};
 use crate::criticism::campaign;
 use crate::criticism::diagnose::{diagnose, verdict, Diagnosis, Options, Step, SECOND_ORDER};
 use crate::criticism::effects::Effect;
@@ -137,7 +137,7 @@ fn text(file: &str, d: &Diagnosis, model: &str) -> String {
     );
     let _ = writeln!(out, "{}", step_rows(&d.steps, model));
     for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
-        let _ = writeln!(out, "  {name} = {value}");
+        let _ = writeln!(out, "  {}", parameter(name, value));
     }
     let mut candidates = bare(&["effect alone", "over noise", "evidence"]);
     for c in d.candidates.iter().take(5) {

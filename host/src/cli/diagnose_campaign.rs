@@ -2,6 +2,7 @@
 
 use super::common::bare;
 use super::diagnose::{card, step_rows};
+use super::model::parameter;
 use crate::criticism::campaign::{BeforeAndAfter, CampaignDiagnosis, HeldOut};
 use crate::criticism::diagnose::{verdict, SECOND_ORDER};
 use crate::derivatives::table::Point;
@@ -24,7 +25,7 @@ pub(super) fn text(file: &str, d: &CampaignDiagnosis) -> String {
     };
     let _ = writeln!(out, "{}\n  held out: {held_out}", step_rows(&d.steps, SECOND_ORDER));
     for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
-        let _ = writeln!(out, "  {name} = {value}");
+        let _ = writeln!(out, "  {}", parameter(name, value));
     }
     for id in d.effects.iter().map(|e| e.id()) {
         let _ = write!(

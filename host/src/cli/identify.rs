@@ -1,12 +1,11 @@
 //! `identify`: natural frequency and damping of records.
 
-use super::common::{print, AnalysisArgs};
+use super::common::{bar, print, AnalysisArgs};
 use crate::error::{Error, Result};
 use crate::identify::batch::{self, Answer, Refused, Tally, SCHEMA_VERSION};
 use crate::identify::{Identification, Method, Settings};
 use crate::record::format;
 use clap::{Args, ValueEnum};
-use indicatif::{ProgressBar, ProgressStyle};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -60,7 +59,7 @@ impl Identify {
         let files = expanded(&self.files)?;
         let methods = self.method.methods();
         let tally = if let Some(out) = &self.out {
-            let bar = progress(files.len());
+            let bar = bar(files.len() as u64, "identifying");
             let tally = batch::to_log(&files, methods, &settings, out, || bar.inc(1))?;
             bar.finish_and_clear();
             crate::say!(
@@ -100,7 +99,7 @@ impl Identify {
 }
 
 /// Folders replaced by the records in them, in order of their names.
-fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>> {
+pub(super) fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>> {
     let mut out = Vec::new();
     for file in files {
         if !file.is_dir() {
@@ -123,15 +122,6 @@ fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>> {
         out.extend(inside);
     }
     Ok(out)
-}
-
-fn progress(files: usize) -> ProgressBar {
-    let style = "{bar:30} {pos}/{len} {per_sec} {eta}";
-    let bar = ProgressBar::new(files as u64);
-    bar.set_style(
-        ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()),
-    );
-    bar
 }
 
 /// One object, written as the answers come.
@@ -170,7 +160,7 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
     let w = &found.window;
     let _ = writeln!(
         text,
-        "{}\n  release {:.3} s, {:.2} to {:.2} deg in {:.1} cycles, {:.2} Hz, noise {:.4} deg, {} wild samples",
+        "{}\n  released at {:.3} s, {:.2} to {:.2} deg in {:.1} cycles, {:.2} Hz, noise {:.4} deg, {} wild samples",
         found.file,
         found.release_time_s,
         w.from_deg,
@@ -202,7 +192,16 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
     for flag in found.estimates.iter().flat_map(|e| &e.flags) {
         if !said.contains(flag) {
             said.push(*flag);
-            let _ = writeln!(text, "  note: {}", flag.reason());
+            let whose: Vec<&str> = (found.estimates.iter())
+                .filter(|e| e.flags.contains(flag))
+                .map(|e| name(e.method))
+                .collect();
+            // Of one method's values only where others have none such.
+            let whose = match whose.len() == found.estimates.len() {
+                true => String::new(),
+                false => format!("{}: ", whose.join(", ")),
+            };
+            let _ = writeln!(text, "  note: {whose}{}", flag.reason());
         }
     }
     let windows = found.estimates.iter().find(|e| with_windows && !e.windows.is_empty());

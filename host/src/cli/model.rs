@@ -2,9 +2,11 @@
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
 use crate::criticism::appraisal::{Appraisal, RecordAppraisal};
+use crate::criticism::effects::Effect;
 use crate::criticism::journal::Residuals;
 use crate::criticism::revise::{quoted, Asked, Revision};
 use crate::error::Result;
+use crate::quantity::Quantity;
 use clap::Args;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -77,7 +79,8 @@ pub fn summary(revision: &Revision) -> String {
         change(revision.before, &a.residuals, |r| r.held_out_over_noise, 3),
     );
     if let Some(evidence) = revision.evidence {
-        let _ = write!(out, "; evidence {evidence:.1}");
+        let of = revision.removed.map_or_else(String::new, |effect| format!(" for {effect}"));
+        let _ = write!(out, "; evidence{of} {evidence:.1}");
     }
     out.push('\n');
     for c in &a.conditions {
@@ -90,14 +93,28 @@ pub fn summary(revision: &Revision) -> String {
         );
     }
     for effect in &a.effects {
-        for parameter in effect.parameters() {
-            if let Some(value) = a.parameters.get(&format!("{effect}.{}", parameter.name)) {
-                let _ = writeln!(out, "  {effect}.{} = {value} {}", parameter.name, parameter.unit);
+        for known in effect.parameters() {
+            let name = format!("{effect}.{}", known.name);
+            if let Some(value) = a.parameters.get(&name) {
+                let _ = writeln!(out, "  {}", parameter(&name, value));
             }
         }
     }
     out.push_str(&records(a));
     out
+}
+
+/// An effect's parameter (`coulomb_friction.c`) with its value and unit.
+pub fn parameter(name: &str, value: &Quantity) -> String {
+    let unit = || {
+        let (effect, parameter) = name.split_once('.')?;
+        let known = Effect::from_id(effect)?.parameters();
+        Some(known.iter().find(|p| p.name == parameter)?.unit)
+    };
+    match unit().filter(|unit| *unit != "1") {
+        Some(unit) => format!("{name} = {value} {unit}"),
+        None => format!("{name} = {value}"),
+    }
 }
 
 fn change(

@@ -28,7 +28,7 @@ pub struct Monitor {
     #[arg(long)]
     jsonl: bool,
     /// End after so many releases
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     releases: Option<u32>,
     /// End after so many seconds; exit code 7 if --releases were not reached by then
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
@@ -250,7 +250,10 @@ impl Following<'_> {
             _ => place.clone(),
         };
         let recording = Recording::begin(&place, self.device.as_ref())?;
-        crate::say!("recording to {}", recording.trace().display());
+        crate::say!(
+            "recording to {}; a line typed is a mark, /stop and /start end and begin a recording",
+            recording.trace().display()
+        );
         self.recording = Some(recording);
         Ok(())
     }

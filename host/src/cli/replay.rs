@@ -28,10 +28,10 @@ pub struct Replay {
     #[arg(long, value_name = "NETWORK")]
     network: Option<PathBuf>,
     /// Analyse from this amplitude down
-    #[arg(long, default_value_t = 10.0)]
+    #[arg(long, default_value_t = 10.0, allow_negative_numbers = true)]
     from_deg: f64,
     /// Analyse down to this amplitude
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     to_deg: f64,
     /// Print one JSON object, shaped like that of `identify`
     #[arg(long)]

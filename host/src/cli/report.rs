@@ -1,6 +1,7 @@
 //! `report`: one page about records, a campaign, a model or a demo.
 
 use super::common::{print_json, print_line, AnalysisArgs, EffectsArg};
+use super::identify::expanded;
 use super::model::asked;
 use crate::criticism::diagnose::Options;
 use crate::criticism::model::{is_model, DEFAULT};
@@ -77,7 +78,7 @@ impl ReportArgs {
         }
         files::check_writable(&self.out)?;
         let Some(folder) = &self.pictures else { return Ok(()) };
-        std::fs::create_dir_all(folder).map_err(|e| files::cannot_write(folder, &e))?;
+        files::make_folder(folder)?;
         match charts::NAMES.iter().map(|name| self.picture(name)).find(|file| file.exists()) {
             Some(file) if !self.force => refuse_existing(&file),
             _ => files::check_writable(&self.picture(charts::NAMES[0])),
@@ -123,13 +124,15 @@ impl ReportArgs {
         if campaign.exists() {
             return of_campaign(&campaign, settings, options, made);
         }
-        Err(Error::data(format!(
-            "{}: there is neither {} nor {} nor {CAMPAIGN_FILE} in it",
-            folder.display(),
-            results::FILE,
-            DEFAULT
-        ))
-        .help("name the records: yawrig report FOLDER/*.csv"))
+        let records = expanded(&[folder.to_owned()]).map_err(|_| {
+            Error::data(format!(
+                "{}: there is neither {} nor {DEFAULT} nor {CAMPAIGN_FILE} nor a record in it",
+                folder.display(),
+                results::FILE,
+            ))
+            .help("give a folder that holds one of them")
+        })?;
+        of_records(&records, settings, options, made)
     }
 }
 

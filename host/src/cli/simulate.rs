@@ -35,7 +35,7 @@ pub struct Simulate {
     #[arg(long, default_value_t = 1, requires = "campaign", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub repeats: u32,
     /// Natural frequency of one record, rad/s
-    #[arg(long, value_name = "RAD_S", requires = "damping", conflicts_with_all = ["spring", "wind", "axis"])]
+    #[arg(long, value_name = "RAD_S", requires = "damping", conflicts_with_all = ["spring", "wind", "axis"], allow_negative_numbers = true)]
     pub natural_frequency: Option<f64>,
     /// Damping ratio of one record; nought or negative: self-excited
     #[arg(
@@ -49,7 +49,7 @@ pub struct Simulate {
     #[arg(long, required_unless_present_any = ["campaign", "natural_frequency"])]
     pub spring: Option<String>,
     /// Wind speed, m/s; 0: off [default: 0 for one record, 10 for a campaign]
-    #[arg(long, value_name = "M_S")]
+    #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
     pub wind: Option<f64>,
     /// Axis the model turns about
     #[arg(long, value_enum, default_value_t = Axis::Mid)]
@@ -58,7 +58,7 @@ pub struct Simulate {
     #[arg(long, value_name = "DEG", default_value_t = 15.0, allow_negative_numbers = true)]
     pub amplitude_deg: f64,
     /// Rms of the sensor's noise
-    #[arg(long, value_name = "DEG", default_value_t = 0.05)]
+    #[arg(long, value_name = "DEG", default_value_t = 0.05, allow_negative_numbers = true)]
     pub noise_deg: f64,
     /// Correlation of the noise from one sample to the next; 0: white
     #[arg(long, value_name = "RHO", default_value_t = 0.0, allow_negative_numbers = true)]
@@ -67,13 +67,13 @@ pub struct Simulate {
     #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
     pub offset_deg: f64,
     /// One count of the 16-bit converter; 0: no converter
-    #[arg(long, value_name = "DEG", default_value_t = 0.005)]
+    #[arg(long, value_name = "DEG", default_value_t = 0.005, allow_negative_numbers = true)]
     pub adc_step_deg: f64,
     /// Sampling rate
-    #[arg(long, value_name = "HZ", default_value_t = 1000.0)]
+    #[arg(long, value_name = "HZ", default_value_t = 1000.0, allow_negative_numbers = true)]
     pub rate_hz: f64,
     /// How long the model is held before it is released
-    #[arg(long, value_name = "S", default_value_t = 2.0)]
+    #[arg(long, value_name = "S", default_value_t = 2.0, allow_negative_numbers = true)]
     pub hold_s: f64,
     /// Hide an effect, ID:NAME=VALUE,NAME=VALUE; your own by its file, FILE.toml:NAME=VALUE; repeatable, see the list below
     #[arg(long = "effect", value_name = "EFFECT")]
@@ -82,7 +82,7 @@ pub struct Simulate {
     #[arg(long, requires_all = ["campaign", "effects"])]
     pub aerodynamic: bool,
     /// Length of the record [default: until the swing is below 0.8 deg]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub seconds: Option<f64>,
     /// Seed of the noise
     #[arg(long, default_value_t = 1)]

@@ -244,7 +244,10 @@ fn text(folder: &Path, r: &Revealed) -> String {
             miss(release.device_after),
         ]);
     }
-    out += &format!("\n{}\n", rows.trim_fmt());
+    out += &format!(
+        "\nDamping ratio of each release, and by how much it is missed before and after the effect is known:\n{}\n",
+        rows.trim_fmt()
+    );
     let mut rows = bare(&["rms error", "second order", "with the effect", "times less"]);
     for (name, errors) in [("host", &r.host), ("device", &r.device)] {
         let Some(e) = errors else { continue };

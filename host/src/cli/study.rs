@@ -36,7 +36,7 @@ impl StudyArgs {
             "all" => STUDIES.iter().collect(),
             name => vec![Study::named(name)?],
         };
-        std::fs::create_dir_all(&self.out).map_err(|e| files::cannot_write(&self.out, &e))?;
+        files::make_folder(&self.out)?;
         for study in &studies {
             files::check_writable(&self.plot(study.name))?;
         }

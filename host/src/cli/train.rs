@@ -361,11 +361,11 @@ fn to_text(
     };
     [
         format!(
-            "{} on {} windows{model}: {} epochs in {seconds:.1} s ({:?}), {:.0} of {} parameters effective",
+            "{} on {} windows{model}: {} epochs in {seconds:.1} s ({}), {:.0} of {} parameters effective",
             freeze::name(&outcome.topology),
             settings.samples,
             outcome.trained.epochs,
-            outcome.trained.stopped,
+            outcome.trained.stopped.words(),
             outcome.trained.gamma,
             outcome.trained.weights.len(),
         ),

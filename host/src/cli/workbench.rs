@@ -1,6 +1,9 @@
 //! `workbench`: the loop of criticism by hand, on a page in the browser.
 
 use super::common::{print_line, EffectsArg};
+use super::identify::expanded;
+use crate::criticism::model::DEFAULT;
+use crate::derivatives::simulated::CAMPAIGN_FILE;
 use crate::error::Result;
 use crate::workbench::{self, Options};
 use clap::Args;
@@ -13,7 +16,7 @@ use std::path::PathBuf;
 /// on the page is written as `fit`, `add`, `remove` and `history --return` write it.
 #[derive(Args, Debug, Clone)]
 pub struct Workbench {
-    /// Records, a campaign.toml or a model.toml; none: model.toml where there is one
+    /// Records, a campaign.toml, a model.toml, or a folder with them; none: model.toml where there is one
     #[arg(value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// The model's file, made by the first step [default: the model.toml given, else model.toml]
@@ -38,10 +41,23 @@ pub struct Workbench {
     pub open: bool,
 }
 
+/// A folder stands for the model or the campaign in it, or else for its records.
+fn opened(files: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let mut out = Vec::new();
+    for file in files {
+        let known = [DEFAULT, CAMPAIGN_FILE].map(|name| file.join(name));
+        match known.into_iter().find(|known| known.is_file()) {
+            Some(known) => out.push(known),
+            None => out.extend(expanded(std::slice::from_ref(file))?),
+        }
+    }
+    Ok(out)
+}
+
 impl Workbench {
     pub fn run(&self) -> Result<()> {
         let options = Options {
-            files: self.files.clone(),
+            files: opened(&self.files)?,
             model: self.model.clone(),
             own: self.effects.effects()?,
             unknown_zero: self.unknown_zero,

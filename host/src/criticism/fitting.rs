@@ -38,6 +38,8 @@ pub struct Fitted {
     pub correlation: f64,
     /// Variance inflation of the parameters by correlated residuals.
     pub(super) inflation: f64,
+    /// The same for natural frequency and damping ratio.
+    pub(super) modal_inflation: f64,
     starts: Vec<usize>,
     wind_speed_m_s: f64,
 }
@@ -65,9 +67,11 @@ impl Fitted {
             correlation: if power > 0.0 { lag / power } else { 0.0 },
             residuals,
             inflation: 1.0,
+            modal_inflation: 1.0,
             wind_speed_m_s,
         };
         fitted.inflation = fitted.count as f64 / fitted.effective_count();
+        fitted.modal_inflation = fitted.inflation;
         fitted
     }
     pub fn rms_rad(&self) -> f64 {
@@ -84,18 +88,18 @@ impl Fitted {
         let c = self.correlation.clamp(0.0, 0.999);
         (self.count as f64 * (1.0 - c) / (1.0 + c)).max(2.0)
     }
-    fn quantity(&self, index: usize) -> Quantity {
+    fn modal_quantity(&self, index: usize) -> Quantity {
         let u = self
             .covariance
             .as_ref()
-            .map_or(f64::NAN, |c| (c[(index, index)] * self.inflation).max(0.0).sqrt());
+            .map_or(f64::NAN, |c| (c[(index, index)] * self.modal_inflation).max(0.0).sqrt());
         Quantity::new(self.parameters[index], u)
     }
     pub fn natural_frequency_rad_s(&self) -> Quantity {
-        self.quantity(0)
+        self.modal_quantity(0)
     }
     pub fn damping_ratio(&self) -> Quantity {
-        self.quantity(1)
+        self.modal_quantity(1)
     }
     /// `effect.name` and value of everything the effects are made of.
     pub fn effect_parameters(&self) -> Vec<(String, Quantity)> {

@@ -124,7 +124,7 @@ pub fn search(
             forcing = buffeting::fit_residuals(swing, &model)?;
         }
         // The covariance is that of white innovations; the plain residuals' correlation does not bear on it.
-        (model.correlation, model.inflation) = (0.0, 1.0);
+        (model.correlation, model.inflation, model.modal_inflation) = (0.0, 1.0, 1.0);
     }
     (model.structure.effects.len() > there).then_some(Forced { model, forcing })
 }

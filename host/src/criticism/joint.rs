@@ -69,7 +69,12 @@ impl JointFit {
             .collect();
         let count = fits.iter().map(|fit| fit.count).sum();
         let effective: f64 = fits.iter().map(Fitted::effective_count).sum();
-        fits.iter_mut().for_each(|f| f.inflation = count as f64 / effective);
+        let inflation = count as f64 / effective;
+        let widening = widening(releases, sharing, &fits, fit.variance() * inflation);
+        for (f, widening) in fits.iter_mut().zip(widening) {
+            f.inflation = inflation;
+            f.modal_inflation = inflation * widening;
+        }
         Self {
             structure: structure.clone(),
             sharing: sharing.clone(),
@@ -124,6 +129,26 @@ impl JointFit {
         }
         (sum.0 > 0.0).then(|| (sum.1 / sum.0).sqrt())
     }
+}
+
+/// By how much more than `common`, the mean square over the noise and its inflation of all releases, the residuals of
+/// each one's condition say of its natural frequency and damping ratio; at least 1. Where the model explains some
+/// releases and others not, all together would promise too much of those others.
+fn widening(releases: &[Release], sharing: &Sharing, fits: &[Fitted], common: f64) -> Vec<f64> {
+    let of_group = |group: usize| {
+        let (mut squares, mut count, mut effective, mut numbers) = (0.0, 0.0, 0.0, 2.0);
+        for ((release, fit), own) in releases.iter().zip(fits).zip(&sharing.modal) {
+            if *own == group {
+                squares += fit.sum_of_squares / release.swing.noise_rad.powi(2);
+                count += fit.count as f64;
+                effective += fit.effective_count();
+                numbers += (fit.structure.own_numbers() - 2) as f64;
+            }
+        }
+        let level = squares / f64::max(count - numbers, 1.0) * count / effective;
+        (level / common).max(1.0)
+    };
+    sharing.modal.iter().map(|group| of_group(*group)).collect()
 }
 
 /// The covariance with a variance for numbers that ended on a bound without being fixed: what it would be off it. A
@@ -212,6 +237,26 @@ mod tests {
             windows: Vec::new(),
             wind_speed_m_s: 0.0,
         }
+    }
+
+    /// One release that a second-order model explains, and one that it does not.
+    #[test]
+    fn what_is_explained_worse_is_known_less_well() {
+        let swings = [swing(6.0, 0.0), swing(7.0, 8.0)];
+        let structure = Structure { effects: vec![Effect::StaticOffset], ..Structure::default() };
+        let starts = [vec![6.0, 0.01, 0.2, 0.0, 0.1], vec![7.0, 0.02, 0.2, 0.0, 0.1]];
+        let releases = swings.each_ref().map(Release::whole);
+        let apart = Sharing::none(2, 1);
+        let together = fit(&releases, &structure, &apart, &starts);
+        for k in 0..2 {
+            let alone = fit(&releases[k..=k], &structure, &Sharing::none(1, 1), &starts[k..=k]);
+            let (a, t) = (alone.fits[0].damping_ratio(), together.fits[k].damping_ratio());
+            assert!((a.value - t.value).abs() < 1e-6, "{a} {t}");
+            assert!(t.u > 0.99 * a.u, "release {k}: alone {a}, together {t}");
+        }
+        let bad = together.fits[1].damping_ratio().u;
+        let alone = fit(&releases[1..], &structure, &Sharing::none(1, 1), &starts[1..]);
+        assert!(bad < 1.05 * alone.fits[0].damping_ratio().u);
     }
 
     /// Shared, grouped, own and absent numbers each get their derivative where they belong.

@@ -6,6 +6,7 @@
 use super::effects::Effect;
 use super::model_reading::Reader;
 use crate::error::{Error, Result};
+use crate::record::format::is_record;
 use crate::rig::Axis;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -179,10 +180,16 @@ pub fn is_model(file: &Path) -> bool {
 /// # Errors
 /// Exit 3 where it cannot be read.
 pub fn read_text(path: &Path) -> Result<String> {
-    std::fs::read_to_string(path).map_err(|e| {
-        Error::data(format!("cannot read {}: {e}", path.display()))
+    let named = path.display();
+    let text = std::fs::read_to_string(path).map_err(|e| {
+        Error::data(format!("cannot read {named}: {e}"))
             .help("name the model with --model, or make one: yawrig fit RECORD.csv")
-    })
+    })?;
+    match is_record(&text) {
+        true => Err(Error::data(format!("{named} is a record, not a model"))
+            .help(format!("make a model of it: yawrig fit {named} --model model.toml"))),
+        false => Ok(text),
+    }
 }
 
 impl MadeUnder {

@@ -3,7 +3,9 @@
 use super::effects::Effect;
 use super::model::{Model, ParameterEntry, RecordEntry, SCHEMA_VERSION};
 use crate::error::{Error, Result};
-use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, Table, TableLike, Value};
+use toml_edit::{
+    ArrayOfTables, DocumentMut, InlineTable, Item, RawString, Table, TableLike, Value,
+};
 
 const HEADER: &str = "\
 # Second-order model of the yaw motion, b'' = -2 zeta wn r - wn^2 b, and the effects added to it; angles in rad,
@@ -144,9 +146,15 @@ fn text_of<'a>(table: &'a Table, key: &str) -> Option<&'a str> {
 /// The array of tables `key`; one written as an inline array is rewritten.
 fn tables<'a>(root: &'a mut Table, key: &str) -> &'a mut ArrayOfTables {
     if root.get(key).is_some_and(|item| !item.is_array_of_tables()) {
-        // With a new key: the old one has what stood before it, which must not get between the brackets.
-        let inline = root.remove(key).unwrap_or_default();
-        let made = inline.into_array_of_tables().unwrap_or_default();
+        let (comments, inline) = taken(root, key);
+        let of_entries = comments_of_entries(&inline);
+        let mut made = inline.into_array_of_tables().unwrap_or_default();
+        for (table, own) in made.iter_mut().zip(of_entries) {
+            put_comments(table, &own);
+        }
+        if let Some(first) = made.get_mut(0) {
+            put_comments(first, &comments);
+        }
         root.insert(key, Item::ArrayOfTables(made));
     }
     let item = root.entry(key).or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
@@ -166,16 +174,67 @@ fn with_text<'a>(tables: &'a mut ArrayOfTables, key: &str, text: &str) -> &'a mu
 
 /// The table `key`; one written inline is rewritten. `implicit`: no header of its own.
 fn sub_table<'a>(parent: &'a mut Table, key: &str, implicit: bool) -> &'a mut Table {
+    if parent.get(key).is_some_and(|item| !item.is_table()) {
+        let (comments, inline) = taken(parent, key);
+        let mut made = inline.into_table().unwrap_or_default();
+        put_comments(&mut made, &comments);
+        parent.insert(key, Item::Table(made));
+    }
     let item = parent.entry(key).or_insert_with(|| {
         let mut table = Table::new();
         table.set_implicit(implicit);
         Item::Table(table)
     });
-    if !item.is_table() {
-        let inline = std::mem::take(item);
-        *item = Item::Table(inline.into_table().unwrap_or_default());
-    }
     item.as_table_mut().expect("it has just been made one")
+}
+
+/// Takes an inline value out, with the comments above and beside it. It needs a new key: the old one has what stood
+/// before it, which must not get between the brackets.
+fn taken(table: &mut Table, key: &str) -> (Vec<String>, Item) {
+    let Some((key, inline)) = table.remove_entry(key) else { return Default::default() };
+    let above = key.leaf_decor().prefix();
+    let beside = inline.as_value().and_then(|value| value.decor().suffix());
+    ([above, beside].into_iter().flatten().flat_map(comments_in).collect(), inline)
+}
+
+/// The comments of each entry of an inline array: above it, or after it on its line.
+fn comments_of_entries(inline: &Item) -> Vec<Vec<String>> {
+    let Some(array) = inline.as_array() else { return Vec::new() };
+    let mut of_entries = vec![Vec::new(); array.len()];
+    for (index, value) in array.iter().enumerate() {
+        let decor = value.decor();
+        let before = decor.prefix().and_then(RawString::as_str).unwrap_or("");
+        // What follows a comma on its line belongs to the entry before that.
+        let (beside, above) = before.split_once('\n').unwrap_or(("", before));
+        let of_beside = if index > 0 { index - 1 } else { 0 };
+        of_entries[of_beside].extend(comment_lines(beside));
+        of_entries[index].extend(comment_lines(above));
+        of_entries[index].extend(decor.suffix().into_iter().flat_map(comments_in));
+    }
+    if let Some(last) = of_entries.last_mut() {
+        last.extend(comments_in(array.trailing()));
+    }
+    of_entries
+}
+
+fn comments_in(text: &RawString) -> Vec<String> {
+    comment_lines(text.as_str().unwrap_or(""))
+}
+
+fn comment_lines(text: &str) -> Vec<String> {
+    text.lines().map(str::trim).filter(|line| line.starts_with('#')).map(str::to_owned).collect()
+}
+
+/// Sets comments above a table's header, before those that are there.
+fn put_comments(table: &mut Table, comments: &[String]) {
+    if comments.is_empty() {
+        return;
+    }
+    let there = table.decor().prefix().map(comments_in).unwrap_or_default();
+    let lines: String = comments.iter().chain(&there).map(|line| format!("{line}\n")).collect();
+    table.decor_mut().set_prefix(format!("\n{lines}"));
+    // A header that is left out would take them with it.
+    table.set_implicit(false);
 }
 
 #[cfg(test)]
@@ -254,6 +313,39 @@ mod tests {
         assert_eq!((k3.value, k3.free, k3.min), (Some(2.0), false, f64::NEG_INFINITY));
         let new = model.text(Some(text)).unwrap();
         assert_eq!(read(&new), model, "{new}");
+    }
+
+    #[test]
+    fn comments_of_tables_written_inline_stay() {
+        let text = "# of the wing\nschema_version = 1\n\n\
+            # from Tuesday\nrecord = [\n  # the quiet one\n  { file = \"a.csv\" }, # at night\n\
+            # the gusty one\n  { file = \"b.csv\" }, # at noon\n] # both on K4\n\n\
+            # rubs at the seal\neffect = [{ id = \"cubic_stiffness\", parameters = { k3 = { value = 2 } } }]\n\
+            # known from the drawing\nmodal = { a = { damping_ratio = { value = 0.01 } } } # of K4\n";
+        let model = read(text);
+        let new = model.text(Some(text)).unwrap();
+        assert_eq!(read(&new), model, "{new}");
+        let at = |words: &str| {
+            let count = new.matches(words).count();
+            assert_eq!(count, 1, "{words} stands {count} times in\n{new}");
+            new.find(words).unwrap()
+        };
+        let in_order = [
+            "# of the wing",
+            "# from Tuesday\n",
+            "# both on K4\n",
+            "# the quiet one\n",
+            "# at night\n",
+            "a.csv",
+            "# the gusty one\n",
+            "# at noon\n",
+            "b.csv",
+            "# known from the drawing\n# of K4\n",
+            "# rubs at the seal\n[[effect]]",
+        ]
+        .map(at);
+        assert!(in_order.is_sorted_by_key(|place| *place), "{in_order:?}\n{new}");
+        assert_eq!(model.text(Some(&new)).unwrap(), new);
     }
 
     #[test]

@@ -46,7 +46,7 @@ pub fn read(file: &Path) -> Result<Report> {
 /// # Errors
 /// Exit 3, naming the path and the system's reason.
 pub fn keep(folder: &Path, report: &Report, network: &[u8]) -> Result<()> {
-    std::fs::create_dir_all(folder).map_err(|e| files::cannot_write(folder, &e))?;
+    files::make_folder(folder)?;
     files::write_atomically(&folder.join(NETWORK), network)?;
     files::write_atomically(&folder.join(FILE), report.json()?.as_bytes())
 }
@@ -85,8 +85,8 @@ pub fn report(
     report.verdict = match points.is_empty() {
         true => "No table: the device has no estimate to rely on for some of the releases.".to_owned(),
         false => format!(
-            "Of {} releases the device's answers make a table whose Cn_beta misses the planted truth by {:.2} % in the \
-             median and Cn_r by {:.2} %.",
+            "Of {} releases the device's answers make a table whose Cn_beta misses the planted truth by {:.3} % in the \
+             median and Cn_r by {:.3} %.",
             made.len(),
             100.0 * beta.median,
             100.0 * r.median

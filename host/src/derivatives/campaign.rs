@@ -4,6 +4,7 @@
 //! it is taken as nought and said to be.
 
 use crate::error::{Error, Result};
+use crate::record::format::is_record;
 use crate::rig::Axis;
 use serde::{Deserialize, Serialize};
 use std::collections::{HashMap, HashSet};
@@ -140,6 +141,11 @@ impl CampaignFile {
             Error::data(format!("cannot read {named}: {e}"))
                 .help("give the path of a campaign.toml")
         })?;
+        if is_record(&text) {
+            return Err(Error::data(format!("{named} is a record, not a campaign")).help(
+                "write a campaign.toml that names it; yawrig simulate --campaign writes an example",
+            ));
+        }
         let malformed = |e: &toml::de::Error| {
             let line = e.span().map_or(1, |span| line_of(&text, span.start));
             Error::data(format!("{named}, line {line}: {}", e.message()))

@@ -83,7 +83,7 @@ pub fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
 ///
 /// # Errors
 /// Exit 2 where a file is there already and `force` is not set, or effects do not suit their release, 3 where one cannot be written, 130 where the
-/// user stops it; the records written by then stay.
+/// user stops it; the records written by then go again, unless `force` had them written over others.
 pub fn write(
     folder: &Path,
     rig: &Rig,
@@ -104,8 +104,8 @@ pub fn write(
         Samples::with_effects(&record.truth, &record.effects, start, sensor, record.seed)
             .map_err(|e| Error { message: format!("{}: {}", record.file, e.message), ..e })?;
     }
-    std::fs::create_dir_all(folder).map_err(|e| files::cannot_write(folder, &e))?;
-    planned.par_iter().try_for_each(|record| {
+    files::make_folder(folder)?;
+    let written = planned.par_iter().try_for_each(|record| {
         interrupt::check()?;
         let release =
             rig.release_with(&record.condition, &record.effects, start, sensor, record.seed)?;
@@ -113,7 +113,17 @@ pub fn write(
             &folder.join(&record.file),
             release.samples.map(|sample| (sample.time_s, sample.yaw_deg)),
         )
-    })?;
+    });
+    if let Err(error) = written {
+        // Half a campaign is none. Those that were there before stay.
+        if !force {
+            for record in planned {
+                let _ = std::fs::remove_file(folder.join(&record.file));
+            }
+            let _ = std::fs::remove_dir(folder);
+        }
+        return Err(error);
+    }
     let text = toml::to_string(&describe(rig, planned))
         .map_err(|e| Error::internal(format!("cannot describe the campaign: {e}")))?;
     files::write_atomically(&campaign_file, text.as_bytes())?;

@@ -135,6 +135,10 @@ fn finished(out: &Path) -> Result<HashSet<u64>> {
         file: String,
     }
     let mut done = HashSet::new();
+    // A device may be read without end.
+    if out.exists() && !out.is_file() {
+        return Err(files::cannot_write(out, &"it is not a file"));
+    }
     let log = match File::open(out) {
         Ok(log) => log,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(done),

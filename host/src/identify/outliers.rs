@@ -63,7 +63,8 @@ fn median_of_five(v: &[f64]) -> f64 {
     // The smallest and the largest of the four cannot be the median.
     let (e, f) = (a.max(c), b.min(d));
     let (low, high) = (e.min(f), e.max(f));
-    v[4].clamp(low, high)
+    // `clamp` would panic where the bounds are no numbers.
+    v[4].max(low).min(high)
 }
 
 /// The converter's step, where the record shows one: the smallest difference between neighbours that is not zero.
@@ -128,6 +129,18 @@ mod tests {
         let yaw: Vec<f64> =
             vec![10.0; 200].into_iter().chain(swing).chain(vec![0.0; 200]).collect();
         assert!(found(&yaw).is_empty());
+    }
+
+    #[test]
+    fn samples_that_are_no_numbers_end_nothing() {
+        let mut yaw = swing(1500, 0.0);
+        yaw[300..310].fill(f64::NAN);
+        yaw[777] += 60.0;
+        yaw[1200] = f64::INFINITY;
+        assert!(found(&yaw).contains(&777));
+        found(&[f64::NAN; 100]);
+        assert_eq!(median_of_five(&[f64::NAN, 2.0, 1.0, f64::NAN, 3.0]), 2.0);
+        assert!(median_of_five(&[f64::NAN; 5]).is_nan());
     }
 
     #[test]

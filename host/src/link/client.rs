@@ -133,7 +133,7 @@ impl Client {
                 self.path
             ))
             .help("choose another port (`yawrig ports`) or write yawrig's firmware to the board"),
-            other => self.explain(other, "hello"),
+            other => self.explain(other, "its name"),
         })?;
         if body.is_empty() {
             // Our own question came back.

@@ -1,6 +1,7 @@
 //! Opening a serial port, and saying what is wrong with one that does not open.
 
 use crate::error::{Error, Exit, Result};
+use crate::own_effect::nearest;
 use nix::fcntl::OFlag;
 use nix::sys::termios::{tcgetattr, tcsetattr, ControlFlags, SetArg};
 use serialport::{ClearBuffer, ErrorKind, SerialPort, SerialPortType, TTYPort, UsbPortInfo};
@@ -61,6 +62,11 @@ fn explain(path: &str, error: &serialport::Error) -> Error {
         _ if Path::new(path).is_dir() => no_port,
         _ => (error.to_string(), "unplug the device, plug it in again, and try once more"),
     };
+    let near = match error.kind() {
+        ErrorKind::Io(io::ErrorKind::NotFound) => nearest(path, ["emulated", "qemu"]),
+        _ => None,
+    };
+    let help = near.map_or(help.to_owned(), |near| format!("did you mean {near}?"));
     Error::new(Exit::Device, format!("cannot open port {path}: {why}")).help(help)
 }
 

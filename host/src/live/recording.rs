@@ -86,7 +86,7 @@ fn stem(place: &Path) -> Result<PathBuf> {
                 .help("give the recording another name: none is ever written over")),
         };
     }
-    std::fs::create_dir_all(place).map_err(|e| files::cannot_write(place, &e))?;
+    files::make_folder(place)?;
     let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string().replace(':', "-");
     let numbered = |n: u32| match n {
         1 => place.join(&now),

@@ -213,7 +213,7 @@ impl Session {
         let device = device_json(&self.bench.client.identity, status);
         if device != self.device {
             self.device = device.clone();
-            let port = self.bench.client.path().to_owned();
+            let port = self.bench.shared_path().to_owned();
             self.items.push_back(Item::Device { at: self.now(), port, device });
         }
     }

@@ -5,6 +5,8 @@ use super::Record;
 use crate::error::{Error, Result};
 use crate::{files, interrupt};
 use csv::ByteRecord;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use yawrig_shared::units::deg_from_rad;
 
@@ -17,6 +19,9 @@ pub(super) const FEWEST_SAMPLES: usize = 10;
 /// Longest record, s.
 pub(super) const LONGEST_S: f64 = 86_400.0;
 
+/// A first line is looked for in so many bytes.
+const LONGEST_HEADER: u64 = 65_536;
+
 /// Rows between two looks at Ctrl-C.
 const ROWS_PER_CHECK: usize = 100_000;
 
@@ -27,8 +32,11 @@ fn unit_deg(file: &Path, header: &ByteRecord) -> Result<f64> {
         .map(|name| String::from_utf8_lossy(name).trim_start_matches('\u{feff}').trim().to_owned())
         .collect();
     let fail = |what: &str| {
-        Error::data(format!("{}, line 1: {what}", file.display()))
-            .help(format!("make the first line {ACCEPTED_COLUMNS}"))
+        Error::data(format!("{}, line 1: {what}", file.display())).help(format!(
+            "make the first line {ACCEPTED_COLUMNS}, or name its columns: \
+                 yawrig convert {} record.csv --time NAME --yaw NAME --unit deg",
+            file.display()
+        ))
     };
     match names.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["time_s", "yaw_deg"] => Ok(1.0),
@@ -37,14 +45,31 @@ fn unit_deg(file: &Path, header: &ByteRecord) -> Result<f64> {
             Err(fail(&format!("the second column is {other:?}, not yaw_deg or yaw_rad")))
         }
         [other, _] => Err(fail(&format!("the first column is {other:?}, not time_s"))),
+        [_] => Err(fail("one column instead of two")),
         _ => Err(fail(&format!("{} columns instead of two", names.len()))),
     }
 }
 
-/// A finite number, or why it is none.
-fn number(field: &[u8]) -> std::result::Result<f64, String> {
+/// What parts the columns: a comma, or where the first line has none a semicolon or a tabulator, as programs write it
+/// where the comma is the decimal sign.
+fn separator(file: &Path) -> std::io::Result<u8> {
+    let mut line = Vec::new();
+    let mut reader = BufReader::new(File::open(file)?.take(LONGEST_HEADER));
+    // Empty lines at the beginning are passed over when the file is read, too.
+    while reader.read_until(b'\n', &mut line)? > 0 && line.trim_ascii().is_empty() {}
+    let others = [b';', b'\t'].into_iter().filter(|other| line.contains(other));
+    Ok(others.take_while(|_| !line.contains(&b',')).next().unwrap_or(b','))
+}
+
+/// A finite number, or why it is none. A comma is its decimal sign where it does not part the columns.
+fn number(field: &[u8], separator: u8) -> std::result::Result<f64, String> {
     let text = String::from_utf8_lossy(field);
-    match text.parse::<f64>() {
+    let is_decimal = separator != b',' && !text.contains('.') && text.matches(',').count() == 1;
+    let parsed = match is_decimal {
+        true => text.replace(',', ".").parse::<f64>(),
+        false => text.parse(),
+    };
+    match parsed {
         Ok(value) if value.is_finite() => Ok(value),
         Ok(_) => Err(format!("{text:?} is not a finite number")),
         Err(_) => Err(format!("{text:?} is not a number")),
@@ -59,7 +84,9 @@ pub(super) fn read(file: &Path) -> Result<Record> {
     if file.is_dir() {
         return Err(unreadable(&"it is a folder"));
     }
+    let separator = separator(file).map_err(|e| unreadable(&e))?;
     let mut reader = csv::ReaderBuilder::new()
+        .delimiter(separator)
         .has_headers(false)
         .flexible(true)
         .trim(csv::Trim::All)
@@ -83,8 +110,10 @@ pub(super) fn read(file: &Path) -> Result<Record> {
             return Err(fail(what, "each line holds a time and an angle, with a decimal point"));
         }
         let repair = "correct this line or leave it out";
-        let time_s = number(&row[0]).map_err(|why| fail(format!("time_s: {why}"), repair))?;
-        let yaw = number(&row[1]).map_err(|why| fail(format!("yaw angle: {why}"), repair))?;
+        let time_s =
+            number(&row[0], separator).map_err(|why| fail(format!("time_s: {why}"), repair))?;
+        let yaw =
+            number(&row[1], separator).map_err(|why| fail(format!("yaw angle: {why}"), repair))?;
         if let Some(&before) = record.time_s.last() {
             if time_s <= before {
                 let how = if time_s < before { "runs backwards" } else { "stands still" };
@@ -126,7 +155,9 @@ pub(super) fn channels(file: &Path) -> Result<Vec<Channel>> {
         Error::data(format!("{named}{what}"))
             .help("give a CSV file with the names of its columns in the first line")
     };
+    let separator = separator(file).map_err(|e| fail(format!(": {e}")))?;
     let mut reader = csv::ReaderBuilder::new()
+        .delimiter(separator)
         .trim(csv::Trim::All)
         .from_path(file)
         .map_err(|e| fail(format!(": {e}")))?;
@@ -146,7 +177,7 @@ pub(super) fn channels(file: &Path) -> Result<Vec<Channel>> {
         let line = row.position().map_or(0, csv::Position::line);
         for (channel, field) in channels.iter_mut().zip(&row) {
             let Ok(values) = &mut channel.values else { continue };
-            match number(field) {
+            match number(field, separator) {
                 Ok(value) => values.push(value),
                 // Of no account where another column is the record.
                 Err(why) => channel.values = Err(format!("line {line}: {why}")),

@@ -36,7 +36,12 @@ pub(super) fn of(file: &Path) -> Result<Format> {
         Error::data(format!("cannot read {named}: {e}")).help("give the path of a record")
     };
     if file.is_dir() {
-        return Err(fail(&"it is a folder"));
+        let error = fail(&"it is a folder");
+        let campaign = file.join("campaign.toml");
+        return Err(match campaign.exists() {
+            true => error.help(format!("give the campaign in it: {}", campaign.display())),
+            false => error,
+        });
     }
     let mut head = Vec::new();
     let opened = File::open(file).map_err(|e| fail(&e))?;
@@ -66,7 +71,20 @@ pub(super) fn of(file: &Path) -> Result<Format> {
         return Err(Error::data(format!("{named} is not a MAT-file of version 5 or 7.3"))
             .help("save it again in MATLAB with -v7 or -v7.3"));
     }
+    if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") {
+        return Err(Error::data(format!("{named} is text in UTF-16"))
+            .help("save it again in UTF-8, as CSV with time_s,yaw_deg"));
+    }
+    if head.contains(&0) {
+        return Err(Error::data(format!("{named} is neither text nor of a format that is read"))
+            .help("give a record: CSV with time_s,yaw_deg, MATLAB, HDF5, TDMS or Parquet"));
+    }
     Ok(Format::Csv)
+}
+
+/// Whether a text is a record in CSV, to be told from a file of another kind.
+pub fn is_record(text: &str) -> bool {
+    text.trim_start_matches('\u{feff}').trim_start().starts_with("time_s")
 }
 
 /// The channels of a file that is not CSV.

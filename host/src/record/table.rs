@@ -92,8 +92,12 @@ pub(super) fn record(file: &Path, table: &[Channel], selection: &Selection) -> R
 
 fn unclear(file: &Path, table: &[Channel], what: &str, help: &str) -> Error {
     let there: Vec<String> = table.iter().map(Channel::described).collect();
-    let there = if there.is_empty() { "none".to_owned() } else { there.join(", ") };
     let file = file.display();
+    if there.is_empty() {
+        return Error::data(format!("{file}: there is no channel of numbers in it"))
+            .help("export the record anew, or as CSV with time_s,yaw_deg");
+    }
+    let there = there.join(", ");
     Error::data(format!("{file}: {what}; its channels: {there}"))
         .help(format!("yawrig convert {file} record.csv {help}"))
 }

@@ -52,7 +52,8 @@ fn bad_files_are_refused_by_file_and_line() {
         Some(3),
         "number",
     );
-    refused(vec![0u8, 159, 146, 150, 10, 7, 0, 0], Some(1), "columns");
+    refused(vec![0u8, 159, 146, 150, 10, 7, 0, 0], None, "neither text nor of a format");
+    refused(vec![1u8, 159, 146, 150, 10, 7], Some(1), "one column");
 }
 
 #[test]

@@ -5,6 +5,7 @@ use super::html::escaped;
 use super::{Criticism, EffectFound, Estimate, Point, Release, Report};
 use crate::error::Result;
 use crate::quantity::Quantity;
+use crate::study::plot::Plot;
 use std::fmt::Write as _;
 
 /// Everything the reader sees.
@@ -51,10 +52,14 @@ pub fn body(report: &Report) -> Result<String> {
     Ok(out)
 }
 
+/// A chart, each plot a drawing of its own: one is as high as a printed page has room for, several may not be.
 fn figure(chart: &Chart) -> Result<String> {
+    let alone = |plot: &Plot| {
+        Chart { name: chart.name, caption: plot.title.clone(), plots: vec![plot.clone()] }.inline()
+    };
+    let drawings = chart.plots.iter().map(alone).collect::<Result<String>>()?;
     Ok(format!(
-        "<figure>\n{}<figcaption>{}</figcaption>\n</figure>\n",
-        chart.inline()?,
+        "<figure>\n{drawings}<figcaption>{}</figcaption>\n</figure>\n",
         escaped(&chart.caption)
     ))
 }
@@ -154,7 +159,10 @@ fn points(points: &[Point], caption: &str) -> String {
 fn lacking(c: &Criticism) -> Result<String> {
     let mut out = String::new();
     if let Some(chart) = charts::staircase(c) {
-        out.push_str(&figure(&chart)?);
+        // One step is no staircase.
+        if c.steps.len() > 1 {
+            out.push_str(&figure(&chart)?);
+        }
         let row = |s: &super::Step| {
             [
                 escaped(&s.name),
@@ -252,7 +260,15 @@ fn releases(report: &Report) -> Result<String> {
     let mut remarks: Vec<String> = Vec::new();
     for release in all {
         for text in release.estimates.iter().flat_map(|e| &e.remarks) {
-            let remark = format!("<li>{}: {}</li>", escaped(&release.name), escaped(text));
+            let say_so: Vec<&str> = (release.estimates.iter())
+                .filter(|e| e.remarks.contains(text))
+                .map(|e| e.method.as_str())
+                .collect();
+            let whose = match say_so.len() == release.estimates.len() {
+                true => release.name.clone(),
+                false => format!("{}, {}", release.name, say_so.join(" and ")),
+            };
+            let remark = format!("<li>{}: {}</li>", escaped(&whose), escaped(text));
             if !remarks.contains(&remark) {
                 remarks.push(remark);
             }
@@ -387,8 +403,9 @@ fn made(report: &Report) -> String {
     }
     out.push_str(
         "<p>Everything above stands in this page as JSON, in the element <code>report-data</code>: \
-         <code>yawrig report --data report.html</code> prints it (with this file's own name), and \
-         <button type=\"button\" id=\"save-data\">Save the data</button> writes it to a file. Tables are of full \
+         <code>yawrig report --data report.html</code> prints it (with this file's own name)\
+         <span class=\"on-screen\">, and <button type=\"button\" id=\"save-data\">Save the data</button> writes it to a \
+         file</span>. Tables are of full \
          figures; traces are as their captions say.</p>\n",
     );
     out

@@ -164,12 +164,12 @@ fn inside_part(
         (dy, y.end - from.1),
     ];
     for (step, room) in sides {
-        match step {
-            // Along this side, or no number.
-            s if !(s < 0.0 || s > 0.0) && !(room >= 0.0) => return None,
-            s if s < 0.0 => first = first.max(room / s),
-            s if s > 0.0 => last = last.min(room / s),
-            _ => {}
+        if step < 0.0 {
+            first = first.max(room / step);
+        } else if step > 0.0 {
+            last = last.min(room / step);
+        } else if room.is_nan() || room < 0.0 {
+            return None;
         }
     }
     let at = |share: f64| match share {

@@ -105,6 +105,18 @@ pub enum Stop {
     Interrupted,
 }
 
+impl Stop {
+    /// As a sentence has it.
+    pub fn words(self) -> &'static str {
+        match self {
+            Stop::Epochs => "all that were asked for",
+            Stop::Converged => "converged",
+            Stop::Stuck => "stuck: no step made it better",
+            Stop::Interrupted => "interrupted",
+        }
+    }
+}
+
 /// Where a training stands after an epoch. Errors are in scaled units, summed over samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Epoch {

@@ -96,6 +96,7 @@ fn overall(session: &Session) -> Value {
         _ => SECOND_ORDER.to_owned(),
     };
     let (status, text) = match worst {
+        _ if session.releases.is_empty() => ("unknown", "No record is open.".to_owned()),
         _ if !is_complete && of(Use::Fit).count() == 0 => {
             ("unknown", "No release is ticked to be fitted.".to_owned())
         }

@@ -99,6 +99,7 @@ fn without_json_a_table_is_printed_as_the_releases_come() {
     }
     let again = yawrig("demo --out yawrig-demo").in_folder(folder.path()).run().exits(2).helps();
     assert!(!again.stderr.contains("trained"), "{}", again.report());
+    assert!(!ended.stdout.contains("± 0.0000000 ") && !ended.stdout.contains("± 0.00000 "));
     for words in ["K1 mid   wind off", "K8 front wind on", "Cn_beta", "truth", "per radian"] {
         assert!(ended.stdout.contains(words), "{words:?} is missing from {}", ended.report());
     }

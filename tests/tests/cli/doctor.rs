@@ -140,3 +140,22 @@ fn completions_for_each_shell() {
         assert!(ended.stdout.contains(word) && ended.stdout.contains("monitor"), "{shell}");
     }
 }
+
+#[test]
+fn what_is_missing_comes_with_a_command_to_get_it() {
+    // Nothing in the path but a program that is not one of those.
+    let folder = tempfile::tempdir().expect("a folder");
+    let ended = yawrig("doctor --json").with_env("PATH", folder.path().to_str()).run().exits(0);
+    let object = ended.json();
+    let checks = object["checks"].as_array().expect("a list");
+    for name in ["qemu-system-arm", "ARM toolchain", "chromium"] {
+        let check = checks.iter().find(|check| check["check"] == name).expect(name);
+        if name != "ARM toolchain" {
+            assert_eq!(check["state"], "missing", "{check}");
+        }
+        if let Some(command) = check["command"].as_str() {
+            let begins = ["sudo apt-get install ", "curl ", "rustup target add "];
+            assert!(begins.iter().any(|b| command.starts_with(b)), "{check}");
+        }
+    }
+}

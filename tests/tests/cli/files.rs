@@ -29,7 +29,7 @@ fn the_line_that_is_wrong_is_named() {
     for (line, instead, said) in [
         (1, "time_s,yaw_grad", "line 1: the second column is \"yaw_grad\", not yaw_deg or yaw_rad"),
         (1, "t,yaw_deg", "line 1: the first column is \"t\", not time_s"),
-        (1, "time_s", "line 1: 1 columns instead of two"),
+        (1, "time_s", "line 1: one column instead of two"),
         (1, "time_s,yaw_deg,note", "line 1: 3 columns instead of two"),
         (1, "0.000,10.0", "line 1: "),
         (17, "0.015,ten", "line 17: yaw angle: \"ten\" is not a number"),
@@ -54,7 +54,8 @@ fn files_with_nothing_in_them() {
     refused(b"time_s,yaw_deg\n").says("line 1").says("too short for three cycles");
     refused(b"time_s,yaw_deg\n0,1\n0.001,2\n").says("line 3").says("after 2 samples, too short");
     refused(&[0xFF; 300]).says("line 1");
-    refused(&[0; 300]).says("line 1");
+    refused(&[0; 300]).says("neither text nor of a format that is read");
+    refused(b"\xff\xfet\0i\0m\0e\0").says("UTF-16").says("UTF-8");
 }
 
 #[test]
@@ -107,4 +108,62 @@ fn what_other_programs_write_is_read() {
         std::fs::write(&file, text).expect("room for it");
         yawrig("replay --json").and(&file).run().exits(0);
     }
+}
+
+/// Where the comma is the decimal sign, programs part columns with semicolons or tabulators.
+#[test]
+fn semicolons_and_decimal_commas_are_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("r.csv");
+    let sound = String::from_utf8(with_line(2, "0.000,10.0")).expect("text");
+    let read = |text: &str| {
+        std::fs::write(&file, text).expect("room for it");
+        let mut object = yawrig("identify --json").and(&file).run().exits(0).json();
+        object["records"][0].take()
+    };
+    let as_written = read(&sound);
+    for separator in [";", "\t", " ; "] {
+        let parted = sound.replace(',', separator);
+        assert_eq!(read(&parted), as_written, "{separator:?}");
+        assert_eq!(read(&parted.replace('.', ",")), as_written, "{separator:?} and a comma");
+    }
+    // By name, too.
+    let german = sound.replace("time_s,yaw_deg", "t,angle").replace(',', ";").replace('.', ",");
+    std::fs::write(&file, german).expect("room for it");
+    let columns = "--time t --yaw angle --unit deg";
+    let other = folder.path().join("other.csv");
+    let ended = yawrig(&format!("convert {columns}")).and(&file).and(&other).run().exits(0);
+    assert!(ended.stdout.contains("3000 samples at 1000.0000 Hz"), "{}", ended.report());
+    // What could be meant in two ways is refused.
+    let thousands = sound.replace(',', ";").replace("0.016;", "1,016.0;");
+    std::fs::write(&file, thousands).expect("room for it");
+    let ended = yawrig("identify").and(&file).run().exits(3);
+    ended.says("\"1,016.0\" is not a number");
+}
+
+#[test]
+fn a_file_of_another_kind_is_said_to_be() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    std::fs::write(folder.join("r.csv"), with_line(2, "0.000,10.0")).expect("room for it");
+    std::fs::write(folder.join("file"), "").expect("room for it");
+    std::fs::create_dir(folder.join("campaign")).expect("room for it");
+    std::fs::write(folder.join("campaign/campaign.toml"), "").expect("room for it");
+    for (command, says) in [
+        ("compare --model r.csv", "r.csv is a record, not a model"),
+        ("train --model r.csv --out n.yrn", "r.csv is a record, not a model"),
+        ("derivatives r.csv --method all", "r.csv is a record, not a campaign"),
+        ("fit campaign", "help: give the campaign in it: campaign/campaign.toml"),
+        ("simulate --campaign file", "a file where the folder should be"),
+        ("demo --out file", "file: it is a file, and a folder is wanted"),
+        ("study response --quick --out file", "a file where the folder should be"),
+        ("identify r.csv --out file/results.jsonl", "file/results.jsonl"),
+        // It can be read without end.
+        ("identify r.csv --out /dev/zero", "cannot write /dev/zero: it is not a file"),
+    ] {
+        let ended = yawrig(command).in_folder(folder).run().exits(3).says(says).helps();
+        assert!(!ended.stderr.contains("trained"), "{}", ended.report());
+    }
+    let ended = yawrig("device --device emulatd").run().exits(4);
+    ended.says("did you mean emulated?");
 }

@@ -46,6 +46,17 @@ fn a_training_ends_at_once_and_leaves_a_network_or_nothing() {
 }
 
 #[test]
+fn half_a_campaign_is_none() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let command = "simulate --seconds 3000 --campaign rig/monday";
+    let mut running = yawrig(command).in_folder(folder.path()).start();
+    running.says("writing 32 records");
+    std::thread::sleep(Duration::from_millis(400));
+    interrupted(running);
+    assert!(!folder.path().join("rig/monday").exists());
+}
+
+#[test]
 fn a_training_interrupted_before_its_first_epoch_leaves_an_older_network_alone() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("n.yrn");

@@ -17,5 +17,6 @@ mod report;
 mod riddle;
 mod shells;
 mod study;
+mod terminals;
 mod train;
 mod usage;

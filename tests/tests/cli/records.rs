@@ -132,6 +132,28 @@ fn a_record_that_starts_in_mid_swing_is_taken_and_flagged() {
 }
 
 #[test]
+fn numbers_have_their_units_and_notes_their_method() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = |command: &str| yawrig(command).in_folder(folder.path()).run().exits(0).stdout;
+    run("simulate --spring K4 --wind 10 --out r.csv");
+    let all = run("identify r.csv --method all");
+    let note = all.lines().find(|line| line.contains("does not explain")).expect("a note");
+    assert!(note.starts_with("  note: conventional, network: one damped mode"), "{all}");
+    // Of one method alone there is no doubt.
+    let one = run("identify r.csv --method conventional");
+    assert!(one.contains("  note: one damped mode"), "{one}");
+    let sliding = "--natural-frequency 7.5 --damping 0.008 --effect coulomb_friction:c=0.05";
+    run(&format!("simulate {sliding} --out rubbing.csv"));
+    let found = run("diagnose rubbing.csv");
+    let line = found.lines().find(|line| line.contains("coulomb_friction.c =")).expect("its value");
+    assert!(line.ends_with(" rad/s2"), "{found}");
+    run("fit rubbing.csv");
+    run("add coulomb_friction");
+    let removed = run("remove coulomb_friction");
+    assert!(removed.contains("; evidence for coulomb_friction "), "{removed}");
+}
+
+#[test]
 fn a_record_in_radians_is_the_same_record() {
     let folder = tempfile::tempdir().expect("a folder");
     let (degrees, radians) = (folder.path().join("deg.csv"), folder.path().join("rad.csv"));

@@ -45,7 +45,7 @@ fn what_cannot_be_reported_on_is_said_and_nothing_is_written() {
         ("report r.csv bad.csv", 3, "bad.csv, line 3"),
         ("report absent.toml", 3, "absent.toml"),
         ("report r.csv empty", 2, "empty beside other files"),
-        ("report empty", 3, "neither demo.json nor model.toml nor campaign.toml"),
+        ("report empty", 3, "neither demo.json nor model.toml nor campaign.toml nor a record"),
         ("report r.csv --out no/such/r.html", 3, "no such folder"),
         ("report --data page.html", 3, "no report's data"),
         ("report --data absent.html", 3, "absent.html"),

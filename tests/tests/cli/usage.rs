@@ -71,6 +71,10 @@ fn numbers_that_make_no_sense_are_usage_errors() {
         "replay --from-deg 1 --to-deg 10 r.csv",
         "replay --from-deg nan r.csv",
         "replay --to-deg 0 r.csv",
+        "replay --to-deg -1 r.csv",
+        "identify --from-deg -1 r.csv",
+        "simulate --out r.csv --spring K1 --wind -5",
+        "simulate --out r.csv --spring K1 --seconds -5",
         "replay --from-deg 1e300 r.csv",
         "simulate --out r.csv --spring K9",
         "simulate --out r.csv --spring K1 --wind nan",
@@ -79,6 +83,8 @@ fn numbers_that_make_no_sense_are_usage_errors() {
     ] {
         let ended = yawrig(command).run().exits(2);
         assert_eq!(ended.stdout, "", "{}", ended.report());
+        // A number below nought is a number.
+        assert!(!ended.stderr.contains("unexpected argument"), "{}", ended.report());
     }
 }
 

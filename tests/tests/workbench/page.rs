@@ -59,7 +59,7 @@ fn the_loop_by_hand() {
     // A wrong one is rejected, with a note.
     browser.click("[data-focus=reject-cubic_damping]");
     browser.fill("[data-focus=note-cubic_damping]", "the wind was off");
-    browser.click("[data-focus=reject-cubic_damping]");
+    browser.key("Enter");
     browser.wait(&steps_are(3));
     browser.wait("document.querySelector('[data-effect=cubic_damping]').textContent.includes('the wind was off')");
 
@@ -140,13 +140,24 @@ fn a_step_on_the_command_line_shows_on_the_page() {
     run("add coulomb_friction");
     browser.wait(&steps_are(2));
     browser.wait(IS_ADEQUATE);
+    let says =
+        |words: &str| format!("document.querySelector('#message').textContent.includes('{words}')");
+    browser.wait(&says("step 2, taken outside this page: add coulomb_friction"));
     // A file that is broken by hand is said to be, and mended again.
     let good = bench.text("model.toml");
     std::fs::write(bench.path("model.toml"), good.replace("schema_version", "version"))
         .expect("room");
     browser.wait("document.querySelector('#verdict').dataset.status === 'bad'");
     assert!(browser.text("#verdict").contains("model.toml"));
+    browser.wait("document.querySelector('#message').className === 'error'");
+    assert!(!browser.text("#subtitle").contains("not made yet"));
+    assert!(browser.text("#in-model").contains("cannot be used"));
     std::fs::write(bench.path("model.toml"), good).expect("room");
     browser.wait(IS_ADEQUATE);
+    browser.wait(&says("model.toml can be used again"));
+    // And one that is edited by hand.
+    let edited = bench.text("model.toml").replace("max = 0.7", "max = 0.6");
+    std::fs::write(bench.path("model.toml"), edited).expect("room");
+    browser.wait(&says("edited by hand"));
     browser.is_clean(&bench.origin);
 }
