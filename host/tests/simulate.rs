@@ -172,22 +172,42 @@ fn a_campaign_with_effects() {
     assert!(!folder.path().join("none").exists());
 }
 
-/// Stopped while it writes, it leaves whole records or none, and no temporary file.
-#[test]
-fn an_interrupted_campaign_leaves_no_half_written_file() {
-    let folder = tempfile::tempdir().unwrap();
-    let campaign = folder.path().join("c");
+/// Begins a campaign in `folder` and stops it once it has written a record.
+fn interrupted(folder: &Path, more: &[&str]) {
     let mut child = Command::new(env!("CARGO_BIN_EXE_yawrig"))
-        .args(["simulate", "--repeats", "100", "--campaign", campaign.to_str().unwrap()])
+        .args(["simulate", "--repeats", "100", "--campaign", folder.to_str().unwrap()])
+        .args(more)
         .spawn()
         .unwrap();
-    while !campaign.join("K1-mid-off.csv").exists() {
+    while !folder.join("K1-mid-off.csv").exists() {
         assert!(child.try_wait().unwrap().is_none(), "ended before it wrote anything");
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     let id = nix::unistd::Pid::from_raw(child.id() as i32);
     nix::sys::signal::kill(id, nix::sys::signal::Signal::SIGINT).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(130));
+}
+
+#[test]
+fn an_interrupted_campaign_is_gone_and_what_was_there_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let new = folder.path().join("new");
+    interrupted(&new, &[]);
+    assert!(!new.exists());
+    let old = folder.path().join("old");
+    std::fs::create_dir(&old).unwrap();
+    std::fs::write(old.join("notes.txt"), "mine").unwrap();
+    interrupted(&old, &[]);
+    let left: Vec<_> = std::fs::read_dir(&old).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(left, ["notes.txt"]);
+}
+
+/// Stopped while it writes over others, it leaves whole records, and no temporary file.
+#[test]
+fn an_interrupted_campaign_leaves_no_half_written_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let campaign = folder.path().join("c");
+    interrupted(&campaign, &["--force"]);
     assert!(!campaign.join("campaign.toml").exists());
     for entry in std::fs::read_dir(&campaign).unwrap() {
         let file = entry.unwrap().path();

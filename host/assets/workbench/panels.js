@@ -52,13 +52,20 @@ export async function show(release) {
   await refresh();
 }
 
+/** What is to be drawn; throws what is wrong with a record that is bad data. */
+async function drawable(path, query) {
+  const answer = await get(path, query);
+  if (answer.fault) throw Object.assign(new Error(answer.fault.message), answer.fault);
+  return answer;
+}
+
 export async function refresh() {
   const release = seen.release, number = ++asked;
   if (release === null) return draw();
   const [from, to] = seen.span;
   const points = Math.max(300, Math.round(by("plot-overlay").clientWidth * 1.5));
-  const curves = get("/api/curves", { release, from, to, points, ghost: seen.ghost });
-  const view = get("/api/view", { release, from, to, ghost: seen.ghost });
+  const curves = drawable("/api/curves", { release, from, to, points, ghost: seen.ghost });
+  const view = drawable("/api/view", { release, from, to, ghost: seen.ghost });
   try {
     const now = await curves;
     if (number !== asked) return;

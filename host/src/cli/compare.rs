@@ -78,7 +78,7 @@ fn text(model: Option<&Path>, revision: &Revision) -> String {
     );
     let _ = write!(
         out,
-        "\nwhere it fails ({}); residuals below are of means over a fiftieth of a period, as in \"over noise\"\n\n",
+        "\nwhat is left of {}, and where; residuals below are of means over a fiftieth of a period, as in \"over noise\"\n\n",
         a.where_file
     );
     out.push_str(&tables(a).map(|t| t.trim_fmt()).join("\n\n"));

@@ -106,7 +106,10 @@ pub(super) fn read(file: &Path) -> Result<Record> {
             Error::data(format!("{named}, line {line}: {what}")).help(help)
         };
         if row.len() != 2 {
-            let what = format!("{} fields instead of two", row.len());
+            let what = match row.len() {
+                1 => "one field instead of two".to_owned(),
+                more => format!("{more} fields instead of two"),
+            };
             return Err(fail(what, "each line holds a time and an angle, with a decimal point"));
         }
         let repair = "correct this line or leave it out";

@@ -49,6 +49,16 @@ async fn aside(
     Ok(Json(done?))
 }
 
+/// That a record is bad data is an answer, too: the page asked what there is to be drawn.
+fn or_fault(drawn: crate::error::Result<Value>) -> crate::error::Result<Value> {
+    match drawn {
+        Err(e) if e.exit == Exit::Data => {
+            Ok(json!({"fault": {"message": e.message, "help": e.help}}))
+        }
+        other => other,
+    }
+}
+
 pub async fn state_of(State(app): State<Arc<App>>) -> Answer {
     aside(app, |app| Ok(state::state(app))).await
 }
@@ -71,7 +81,8 @@ pub struct CurvesAsked {
 pub async fn curves(State(app): State<Arc<App>>, Query(asked): Query<CurvesAsked>) -> Answer {
     aside(app, move |app| {
         let span = [asked.from, asked.to];
-        show::curves(app, asked.release, span, asked.points.unwrap_or(800), asked.ghost.as_deref())
+        let points = asked.points.unwrap_or(800);
+        or_fault(show::curves(app, asked.release, span, points, asked.ghost.as_deref()))
     })
     .await
 }
@@ -88,7 +99,7 @@ pub struct ViewAsked {
 pub async fn view(State(app): State<Arc<App>>, Query(asked): Query<ViewAsked>) -> Answer {
     aside(app, move |app| {
         app.work.want(asked.release);
-        show::view(app, asked.release, [asked.from, asked.to], asked.ghost.as_deref())
+        or_fault(show::view(app, asked.release, [asked.from, asked.to], asked.ghost.as_deref()))
     })
     .await
 }

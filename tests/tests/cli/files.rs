@@ -36,7 +36,7 @@ fn the_line_that_is_wrong_is_named() {
         (17, "0.015,", "line 17: yaw angle: \"\" is not a number"),
         (17, "zero,1.0", "line 17: time_s: \"zero\" is not a number"),
         (17, "0,015;1,0", "line 17: 3 fields instead of two"),
-        (17, "0.015", "line 17: 1 fields instead of two"),
+        (17, "0.015", "line 17: one field instead of two"),
         (23, "0.021,NaN", "line 23: yaw angle: \"NaN\" is not a finite number"),
         (23, "inf,1.0", "line 23: time_s: \"inf\" is not a finite number"),
         (42, "0.012,1.0", "line 42: time runs backwards"),

@@ -101,4 +101,5 @@ fn a_record_that_is_missing_is_said_to_be_left_out() {
         "document.querySelector('#plot-overlay').textContent.includes('relative to the campaign')",
     );
     browser.picture(&pictures().join("bad-data.png"));
+    browser.is_clean(&bench.origin);
 }
