@@ -34,7 +34,7 @@ fn a_minute_of_a_device_is_drawn_and_kept_whole() {
     let bench = Bench::start(&[], "");
     let mut browser = Browser::start(Window { width: 1280, height: 720, is_dark: false });
     browser.open(&bench.url);
-    browser.wait("document.querySelector('#verdict').textContent.includes('ticked')");
+    browser.wait("document.querySelector('#verdict').textContent === 'No record is open.'");
     browser.key("l");
     browser.wait("document.querySelector('#live-device').value === 'emulated'");
     browser.click("#live-connect");
