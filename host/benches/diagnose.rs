@@ -4,9 +4,9 @@
 
 use std::path::PathBuf;
 use std::time::Instant;
-use yawrig::criticism::diagnose::{diagnose, Options};
-use yawrig::record::Record;
-use yawrig::rig::{Effects, End, Samples, Sensor, Start};
+use yawrig_core::diagnosis::diagnose::{diagnose, Options};
+use yawrig_core::record::Record;
+use yawrig_rig::{Effects, End, Samples, Sensor, Start};
 use yawrig_shared::modal::Modal;
 
 const HIDDEN: [&[&str]; 18] = [

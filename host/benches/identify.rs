@@ -8,15 +8,16 @@ use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
-use yawrig::identify::samples::Samples;
-use yawrig::identify::{identify, least_squares, Method, Settings};
-use yawrig::record::{write_samples, Record};
-use yawrig::rig::{End, Motion, Sensor, Start};
+use yawrig_core::identify::samples::Samples;
+use yawrig_core::identify::{identify, least_squares, Method, Settings};
+use yawrig_core::record::Record;
+use yawrig_records::write_samples;
+use yawrig_rig::{End, Motion, Sensor, Start};
 use yawrig_shared::modal::Modal;
 
 fn release(wn: f64, zeta: f64, sensor: &Sensor, start: &Start, seed: u64) -> Vec<(f64, f64)> {
     let truth = Modal { natural_frequency_rad_s: wn, damping_ratio: zeta };
-    yawrig::rig::Samples::new(Motion::new(&truth), start, sensor, seed)
+    yawrig_rig::Samples::new(Motion::new(&truth), start, sensor, seed)
         .map(|s| (s.time_s, s.yaw_deg))
         .collect()
 }

@@ -13,7 +13,7 @@ use faer::{Accum, Mat, Par};
 use nix::sys::resource::{getrusage, UsageWho};
 use nix::sys::time::{TimeVal, TimeValLike};
 use std::hint::black_box;
-use yawrig::train::{forward, train, Options, Precision, Samples, Shape, Silent};
+use yawrig_train::{forward, train, Options, Precision, Samples, Shape, Silent};
 
 /// Seconds this process has spent on processors, all threads.
 fn processor_seconds() -> f64 {

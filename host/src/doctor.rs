@@ -1,13 +1,13 @@
 //! What is wrong with a port, or with this machine, and one command that mends it.
 
-use crate::error::{Error, Exit};
-use crate::link::bench::{Bench, Target};
-use crate::link::port;
 use nix::unistd::{access, AccessFlags};
 use serde::Serialize;
 use std::fs;
 use std::os::unix::fs::{FileTypeExt, MetadataExt};
 use std::path::{Path, PathBuf};
+use yawrig_expression::error::{Error, Exit};
+use yawrig_link::bench::{Bench, Target};
+use yawrig_link::port;
 
 /// How a check came out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -10,26 +10,13 @@ macro_rules! say {
     }};
 }
 
-pub mod amplitude_trend;
+pub mod batch;
+pub mod campaign;
 pub mod cli;
-pub mod criticism;
 pub mod demo;
-pub mod derivatives;
 pub mod doctor;
-pub mod error;
-pub mod files;
-pub mod fit;
-pub mod follow;
-pub mod identify;
-pub mod interrupt;
-pub mod link;
-pub mod live;
-pub mod own_effect;
-pub mod quantity;
-pub mod record;
-pub mod replay;
+pub mod model;
+pub mod plot;
 pub mod report;
-pub mod rig;
 pub mod study;
-pub mod train;
 pub mod workbench;

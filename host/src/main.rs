@@ -4,7 +4,12 @@ use clap::Parser;
 
 fn main() -> std::process::ExitCode {
     let arguments = yawrig::cli::Cli::parse();
-    yawrig::interrupt::install();
+    // Catches SIGINT, SIGTERM and SIGHUP from now on; a second one ends the process at once.
+    let _ = ctrlc::set_handler(|| {
+        if yawrig_core::interrupt::request() {
+            std::process::exit(130);
+        }
+    });
     match yawrig::cli::run(arguments) {
         Ok(()) => std::process::ExitCode::SUCCESS,
         Err(error) => {

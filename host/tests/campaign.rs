@@ -2,15 +2,15 @@
 //! `cargo test --release -p yawrig --test campaign -- --nocapture` prints the figures.
 
 use rayon::prelude::*;
-use yawrig::derivatives::campaign::CampaignFile;
-use yawrig::derivatives::condition::Identified;
-use yawrig::derivatives::simulated::{describe, plan};
-use yawrig::derivatives::table::{Point, Table};
-use yawrig::derivatives::Computed;
-use yawrig::identify::{identify, Method, Settings};
-use yawrig::quantity::Quantity;
-use yawrig::record::Record;
-use yawrig::rig::{Rig, Sensor, Spring, Start, Truth};
+use std::path::Path;
+use yawrig::campaign::simulated::{describe, plan};
+use yawrig_core::derivatives::condition::Identified;
+use yawrig_core::derivatives::table::{Point, Table};
+use yawrig_core::derivatives::Computed;
+use yawrig_core::identify::{identify, Method, Settings};
+use yawrig_core::quantity::Quantity;
+use yawrig_core::record::Record;
+use yawrig_rig::{Rig, Sensor, Spring, Start, Truth};
 
 const CAMPAIGNS: u64 = 20;
 
@@ -33,9 +33,8 @@ fn evaluated(seed: u64) -> Table {
         })
         .collect();
     let campaign = describe(&rig, &planned);
-    let release_lines = vec![1; campaign.release.len()];
-    let file = CampaignFile { path: "campaign.toml".into(), campaign, release_lines };
-    Computed::new(&file, &identified).unwrap().table(&file, "least-squares")
+    let file = Path::new("campaign.toml");
+    Computed::new(&campaign, &identified).unwrap().table(file, "least-squares")
 }
 
 fn truth(point: &Point) -> Truth {

@@ -4,18 +4,18 @@
 use rayon::prelude::*;
 use std::process::Command;
 use std::time::Instant;
-use yawrig::criticism::campaign::{diagnose_swings, CampaignDiagnosis, HeldOut};
-use yawrig::criticism::diagnose::{Options, Status};
-use yawrig::criticism::effects::Effect;
-use yawrig::criticism::fitting::{fit_added, fit_plain, Limit, Number, Structure};
-use yawrig::criticism::joint::{self, Release, Sharing};
-use yawrig::criticism::origin::Origin;
-use yawrig::criticism::swing::Swing;
-use yawrig::derivatives::campaign::CampaignFile;
-use yawrig::derivatives::simulated::{describe, plan, Planned};
-use yawrig::derivatives::table::Point;
-use yawrig::record::Record;
-use yawrig::rig::{Effects, End, Rig, Sensor, Spring, Start};
+use yawrig::campaign::simulated::{describe, plan, Planned};
+use yawrig_core::derivatives::campaign::Campaign;
+use yawrig_core::derivatives::table::Point;
+use yawrig_core::diagnosis::campaign::{diagnose_swings, CampaignDiagnosis, HeldOut};
+use yawrig_core::diagnosis::diagnose::{Options, Status};
+use yawrig_core::diagnosis::origin::Origin;
+use yawrig_core::effects::Effect;
+use yawrig_core::fit::fitting::{fit_added, fit_plain, Limit, Number, Structure};
+use yawrig_core::fit::joint::{self, Release, Sharing};
+use yawrig_core::fit::swing::Swing;
+use yawrig_core::record::Record;
+use yawrig_rig::{Effects, End, Rig, Sensor, Spring, Start};
 
 /// What is hidden at a wind speed in m/s: effects as the command line writes them.
 type Hidden<'a> = &'a dyn Fn(f64) -> Vec<String>;
@@ -48,7 +48,7 @@ impl Default for Wanted<'_> {
 }
 
 /// The records, held a second and released from 12 deg on both axes, noise 0.05 deg.
-fn planted(wanted: &Wanted) -> (CampaignFile, Vec<Swing>) {
+fn planted(wanted: &Wanted) -> (Campaign, Vec<Swing>) {
     let rig = Rig::default();
     let mut planned: Vec<Planned> = Vec::new();
     for &speed in wanted.speeds_m_s {
@@ -75,9 +75,7 @@ fn planted(wanted: &Wanted) -> (CampaignFile, Vec<Swing>) {
             Swing::of(&Record { file: p.file.clone().into(), time_s, yaw_deg }).unwrap()
         })
         .collect();
-    let campaign = describe(&rig, &planned);
-    let release_lines = vec![1; campaign.release.len()];
-    (CampaignFile { path: "campaign.toml".into(), campaign, release_lines }, swings)
+    (describe(&rig, &planned), swings)
 }
 
 fn diagnosed(wanted: &Wanted) -> CampaignDiagnosis {
@@ -318,17 +316,17 @@ fn a_fixed_number_stays_and_a_narrowed_one_keeps_inside() {
         .with(Effect::CoulombFriction)
         .limited(Effect::CoulombFriction, "c", 0.03, 0.03)
         .unwrap();
-    let plain = yawrig::criticism::fitting::fit_plain_within(swing, &structure, count);
+    let plain = yawrig_core::fit::fitting::fit_plain_within(swing, &structure, count);
     let fixed = fit_added(swing, &plain, Effect::CoulombFriction);
     assert_eq!(fixed.effect_parameters()[0].1.value, 0.03);
     assert_eq!(fixed.effect_parameters()[0].1.u, 0.0);
     let mut narrow = fixed.structure.clone();
     narrow.limits =
         vec![Limit { number: Number::Of(Effect::CoulombFriction, 0), low: 0.0, high: 0.035 }];
-    let kept = yawrig::criticism::fitting::fit_from(swing, &narrow, &fixed.parameters, count);
+    let kept = yawrig_core::fit::fitting::fit_from(swing, &narrow, &fixed.parameters, count);
     assert_eq!(kept.effect_parameters()[0].1.value, 0.035);
     narrow.limits.clear();
-    let free = yawrig::criticism::fitting::fit_from(swing, &narrow, &fixed.parameters, count);
+    let free = yawrig_core::fit::fitting::fit_from(swing, &narrow, &fixed.parameters, count);
     assert!(free.effect_parameters()[0].1.holds(0.04, 3.0));
     assert!(
         free.sum_of_squares < kept.sum_of_squares && kept.sum_of_squares < fixed.sum_of_squares
@@ -370,7 +368,7 @@ fn the_command_tells_origin_and_derivatives_as_one_json_object() {
     };
     let (file, _) = planted(&Wanted { springs: &["K5"], seconds: 15.0, ..Wanted::default() });
     // The same four conditions as records on disk.
-    for release in &file.campaign.release {
+    for release in &file.release {
         let speed = release.wind_speed_m_s.to_string();
         let axis = release.axis.to_string();
         let out = yawrig(&[
@@ -392,7 +390,7 @@ fn the_command_tells_origin_and_derivatives_as_one_json_object() {
         ]);
         assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     }
-    std::fs::write(folder.path().join("campaign.toml"), toml::to_string(&file.campaign).unwrap())
+    std::fs::write(folder.path().join("campaign.toml"), toml::to_string(&file).unwrap())
         .unwrap();
     let out = yawrig(&["diagnose", "campaign.toml", "--json"]);
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
@@ -412,7 +410,7 @@ fn the_command_tells_origin_and_derivatives_as_one_json_object() {
     assert!(text.contains("coulomb_friction is mechanical") && text.contains("after"), "{text}");
     let out = yawrig(&["diagnose", "no.toml"]);
     assert_eq!(out.status.code(), Some(3));
-    std::fs::remove_file(folder.path().join(&file.campaign.release[2].file)).unwrap();
+    std::fs::remove_file(folder.path().join(&file.release[2].file)).unwrap();
     let out = yawrig(&["diagnose", "campaign.toml"]);
     assert_eq!(out.status.code(), Some(3));
     assert!(String::from_utf8_lossy(&out.stderr).contains("campaign.toml, line"));

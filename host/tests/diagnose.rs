@@ -6,8 +6,8 @@ mod hidden;
 
 use hidden::{plant, Outside, Plan, Planted};
 use rayon::prelude::*;
-use yawrig::criticism::diagnose::{diagnose, Diagnosis, Options, Status};
-use yawrig::criticism::effects::Effect;
+use yawrig_core::diagnosis::diagnose::{diagnose, Diagnosis, Options, Status};
+use yawrig_core::effects::Effect;
 
 fn number(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|n| n.parse().ok()).unwrap_or(default)

@@ -2,8 +2,9 @@
 
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
-use yawrig::error::{Error, Exit};
-use yawrig::record::{Record, Selection, Unit};
+use yawrig_core::record::Record;
+use yawrig_expression::error::{Error, Exit};
+use yawrig_records::{Selection, Unit};
 
 fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/formats").join(name)
@@ -40,7 +41,7 @@ fn names_that_say_what_they_are_need_no_flag() {
         ("snappy.parquet", DOUBLE),
     ] {
         println!("{name}");
-        let record = Record::read(&file(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let record = yawrig_records::read(&file(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
         is_the_swing(&record, 1.0, 0.0, error_deg);
     }
 }
@@ -51,13 +52,13 @@ fn the_format_is_what_the_file_holds_and_not_what_it_is_called() {
     for name in ["v5.mat", "v73.mat", "chunks.tdms", "snappy.parquet", "new.h5"] {
         let other = folder.path().join("record.csv");
         std::fs::copy(file(name), &other).unwrap();
-        is_the_swing(&Record::read(&other).unwrap(), 1.0, 0.0, 30.0 * SINGLE);
+        is_the_swing(&yawrig_records::read(&other).unwrap(), 1.0, 0.0, 30.0 * SINGLE);
     }
 }
 
 #[test]
 fn flags_choose_channels_and_units() {
-    let read = |name, selection: &Selection| Record::read_selected(&file(name), selection);
+    let read = |name, selection: &Selection| yawrig_records::read_selected(&file(name), selection);
     let compressed = selection("t", "theta", Some(Unit::Rad));
     let record = read("v5-compressed.mat", &compressed).unwrap();
     is_the_swing(&record, 1.0, 0.0, 30.0 * SINGLE);
@@ -80,7 +81,7 @@ fn flags_choose_channels_and_units() {
 }
 
 fn refused(name: &str, selection: &Selection) -> Error {
-    let error = Record::read_selected(&file(name), selection).unwrap_err();
+    let error = yawrig_records::read_selected(&file(name), selection).unwrap_err();
     assert_eq!(error.exit, Exit::Data, "{error}");
     assert!(error.message.contains(name) && !error.help.is_empty(), "{error}");
     error
@@ -136,7 +137,7 @@ fn a_file_cut_short_is_refused_or_read_as_far_as_it_is_whole() {
             let cut = folder.path().join(name);
             std::fs::write(&cut, &whole[..whole.len() * share / 20]).unwrap();
             let selection = selection("", if name == "waveform.tdms" { "Yaw" } else { "" }, None);
-            match Record::read_selected(&cut, &selection) {
+            match yawrig_records::read_selected(&cut, &selection) {
                 Err(error) => assert_eq!(error.exit, Exit::Data, "{name} {share}: {error}"),
                 // What was cut off was no part of the record.
                 Ok(record) => is_the_swing(&record, 1.0, 0.0, 30.0 * SINGLE),
@@ -148,13 +149,13 @@ fn a_file_cut_short_is_refused_or_read_as_far_as_it_is_whole() {
 #[test]
 fn what_is_written_is_read_again() {
     let folder = tempfile::tempdir().unwrap();
-    let record = Record::read(&file("snappy.parquet")).unwrap();
+    let record = yawrig_records::read(&file("snappy.parquet")).unwrap();
     for (name, error) in
         [("r.csv", 1e-6), ("r.parquet", 0.0), ("r.h5", 0.0), ("r.mat", 0.0), ("r.HDF5", 0.0)]
     {
         let file = folder.path().join(name);
-        record.write_as(&file).unwrap();
-        let back = Record::read(&file).unwrap();
+        yawrig_records::write_as(&record, &file).unwrap();
+        let back = yawrig_records::read(&file).unwrap();
         assert_eq!(back.len(), record.len());
         for (a, b) in back.yaw_deg.iter().zip(&record.yaw_deg) {
             assert!((a - b).abs() <= error, "{name}");
@@ -164,7 +165,7 @@ fn what_is_written_is_read_again() {
         }
     }
     for name in ["r.tdms", "r.xls", "r"] {
-        let error = record.write_as(&folder.path().join(name)).unwrap_err();
+        let error = yawrig_records::write_as(&record, &folder.path().join(name)).unwrap_err();
         assert_eq!(error.exit, Exit::Usage);
         assert!(!folder.path().join(name).exists());
     }

@@ -6,11 +6,11 @@ mod hidden;
 
 use hidden::{plant, Plan, Planted};
 use std::path::Path;
-use yawrig::criticism::comparison::{compare, Comparison};
-use yawrig::criticism::diagnose::{diagnose, Options};
-use yawrig::criticism::effects::Effect;
-use yawrig::criticism::revise::{self, Asked, Revision, Wanted};
-use yawrig::record::Record;
+use yawrig::model::comparison::{compare, Comparison};
+use yawrig::model::revise::{self, Asked, Revision, Wanted};
+use yawrig_core::diagnosis::diagnose::{diagnose, Options};
+use yawrig_core::effects::Effect;
+use yawrig_core::record::Record;
 
 const HIDDEN: [(Effect, u64); 6] = [
     (Effect::CoulombFriction, 11),
@@ -27,7 +27,7 @@ fn planted(effect: Effect, seed: u64, rate_hz: f64) -> Planted {
 
 fn written(record: &Record, folder: &Path) -> std::path::PathBuf {
     let file = folder.join("r.csv");
-    record.write(&file).expect("room for it");
+    yawrig_records::write(&record, &file).expect("room for it");
     file
 }
 

@@ -5,12 +5,12 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::path::PathBuf;
-use yawrig::criticism::comparison::{compare, Comparison};
-use yawrig::criticism::diagnose::{diagnose, Options, Status};
-use yawrig::criticism::effects::{Effect, Terms};
-use yawrig::criticism::simulate::{Grid, Motion};
-use yawrig::record::Record;
-use yawrig::rig::{Effects, End, Samples, Sensor, Start};
+use yawrig::model::comparison::{compare, Comparison};
+use yawrig_core::diagnosis::diagnose::{diagnose, Options, Status};
+use yawrig_core::effects::{Effect, Terms};
+use yawrig_core::motion::simulate::{Grid, Motion};
+use yawrig_core::record::Record;
+use yawrig_rig::{Effects, End, Samples, Sensor, Start};
 use yawrig_shared::modal::Modal;
 
 /// The example of the documentation, verbatim.
@@ -86,7 +86,7 @@ fn planted_stribeck_friction_is_fitted() {
         let record = planted(wn, zeta, 13.0, seed, stribeck(c, s, v));
         let folder = tempfile::tempdir().unwrap();
         let files = vec![folder.path().join("planted.csv")];
-        record.write(&files[0]).unwrap();
+        yawrig_records::write(&record, &files[0]).unwrap();
         let comparison = Comparison { files, effects: vec![effect], ..Comparison::default() };
         let found = compare(&comparison).unwrap().appraisal;
         let q = |name: &str| found.parameters[&format!("stribeck_friction.{name}")];

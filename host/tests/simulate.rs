@@ -3,7 +3,6 @@
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
-use yawrig::record::Record;
 
 fn yawrig(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_yawrig")).arg("simulate").args(arguments).output().unwrap()
@@ -24,7 +23,7 @@ fn one_record_with_its_truth() {
     let told = json(&yawrig(&[&arguments[..], &["--out", name]].concat()));
     assert_eq!(told["schema_version"], 1);
     assert_eq!(told["truth"]["cn_beta"], 0.5462);
-    let record = Record::read(&file).unwrap();
+    let record = yawrig_records::read(&file).unwrap();
     assert_eq!(record.len() as u64, told["samples"].as_u64().unwrap());
     assert!((record.timing().rate_hz - 1000.0).abs() < 1e-6);
     let held = record.yaw_deg[..2000].iter().sum::<f64>() / 2000.0;
@@ -47,8 +46,8 @@ fn a_campaign_with_repeats() {
     let told = json(&yawrig(&arguments));
     assert_eq!(told["points"].as_array().unwrap().len(), 8);
     assert_eq!(told["releases"].as_array().unwrap().len(), 64);
-    let first = Record::read(&campaign.join("K1-mid-off.csv")).unwrap();
-    let second = Record::read(&campaign.join("K1-mid-off-2.csv")).unwrap();
+    let first = yawrig_records::read(&campaign.join("K1-mid-off.csv")).unwrap();
+    let second = yawrig_records::read(&campaign.join("K1-mid-off-2.csv")).unwrap();
     assert_ne!(first.yaw_deg, second.yaw_deg, "repeats have noise of their own");
     assert_eq!(yawrig(&arguments).status.code(), Some(2));
 }
@@ -155,7 +154,8 @@ fn a_campaign_with_effects() {
     for release in releases {
         assert_eq!(release["truth"]["parameters"]["coulomb_friction.c"], 0.1);
         let file = release["file"].as_str().unwrap();
-        let length = |name| Record::read(&folder.path().join(name).join(file)).unwrap().len();
+        let length =
+            |name| yawrig_records::read(&folder.path().join(name).join(file)).unwrap().len();
         assert!(length("rough") < length("plain"), "{file}");
     }
     let told = json(&write("windy", &["--effect", "coulomb_friction:c=0.1", "--aerodynamic"]));
@@ -212,7 +212,7 @@ fn an_interrupted_campaign_leaves_no_half_written_file() {
     for entry in std::fs::read_dir(&campaign).unwrap() {
         let file = entry.unwrap().path();
         assert_eq!(file.extension().unwrap(), "csv", "{}", file.display());
-        let amplitude = Record::read(&file)
+        let amplitude = yawrig_records::read(&file)
             .unwrap()
             .yaw_deg
             .iter()

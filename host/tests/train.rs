@@ -4,7 +4,7 @@ mod damped_sinusoid;
 
 use damped_sinusoid::{draw, scaled_mse, Draws, Scaling};
 use std::ops::ControlFlow;
-use yawrig::train::{
+use yawrig_train::{
     forward, resume, train, Checkpoint, Epoch, Options, Precision, Progress, Samples, Silent, Stop,
     TrainError, Trained,
 };
@@ -329,9 +329,9 @@ fn targets_that_are_only_noise_leave_no_effective_parameters() {
 
 #[test]
 fn same_seed_same_file_on_any_number_of_threads() {
-    use yawrig::train::draws::Ranges;
-    use yawrig::train::network_training::{run, Settings};
     use yawrig_shared::features::FeatureKind;
+    use yawrig_train::draws::Ranges;
+    use yawrig_train::network_training::{run, Settings};
     for components in [None, Some(10)] {
         let settings = Settings {
             features: FeatureKind::BinMeans,
@@ -344,7 +344,7 @@ fn same_seed_same_file_on_any_number_of_threads() {
         };
         let on = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| run(&settings, &mut Silent).unwrap().blob)
+            pool.install(|| run(&settings, None, &mut Silent).unwrap().blob)
         };
         let one = on(1);
         assert!(one == on(2) && one == on(5), "{components:?}");

@@ -6,6 +6,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod axis;
 pub mod blob;
 pub mod checksum;
 mod crossing;

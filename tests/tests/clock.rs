@@ -1,6 +1,6 @@
 //! The clock counts samples in 32 bits and goes round after 49.7 days; the numbers of events in 16.
 
-use yawrig::rig::{End, Motion, Samples, Sensor, Start};
+use yawrig_rig::{End, Motion, Samples, Sensor, Start};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::wire::{Flags, Reply, Request, Status, TRIAL_SAMPLES};
 use yawrig_tests::desk::Desk;

@@ -3,7 +3,7 @@
 //! The motion is integrated step by step by the virtual rig, another chain than the closed form
 //! the network was trained on.
 
-use yawrig::rig::{End, Motion, Samples, Sensor, Start};
+use yawrig_rig::{End, Motion, Samples, Sensor, Start};
 use yawrig_shared::derivatives::{Model, Wind, YawDerivatives};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::wire::{self, Condition, Flags, Phase, Reply, Request, Settings};

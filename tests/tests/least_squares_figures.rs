@@ -5,11 +5,11 @@
 mod common;
 
 use rayon::prelude::*;
-use yawrig::identify::damped_sinusoid::Mode;
-use yawrig::identify::samples::Samples;
-use yawrig::identify::uncertainty::{cramer_rao, Bound};
-use yawrig::identify::{identify, Method, Settings};
-use yawrig::record::Record;
+use yawrig_core::identify::damped_sinusoid::Mode;
+use yawrig_core::identify::samples::Samples;
+use yawrig_core::identify::uncertainty::{cramer_rao, Bound};
+use yawrig_core::identify::{identify, Method, Settings};
+use yawrig_core::record::Record;
 
 const MODES: [(f64, f64); 4] = [(7.5, 0.012), (15.5, 0.003), (23.5, 0.006), (4.0, 0.05)];
 const SEEDS: u64 = 200;

@@ -6,14 +6,13 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
-use yawrig::link::bench::{Bench, Target};
-use yawrig::link::port::{PortInfo, UsbId};
-use yawrig::live::item::Item;
-use yawrig::live::recording::Recording;
-use yawrig::live::session::{Follow, Session};
-use yawrig::live::stored::Stored;
-use yawrig::record::Record;
-use yawrig::rig::{Rig, Sensor, Start};
+use yawrig_link::bench::{Bench, Target};
+use yawrig_link::live::item::Item;
+use yawrig_link::live::recording::Recording;
+use yawrig_link::live::session::{Follow, Session};
+use yawrig_link::live::stored::Stored;
+use yawrig_link::port::{PortInfo, UsbId};
+use yawrig_rig::{Rig, Sensor, Start};
 use yawrig_shared::wire::{Event, Settings};
 use yawrig_tests::line::{Board, Line, Way};
 
@@ -127,7 +126,7 @@ fn sixty_seconds_at_a_kilohertz_come_whole_and_are_stored_whole() {
     assert_eq!((finished.samples, finished.missing_samples), (60_000, 0));
     assert_eq!(finished.trace, file);
 
-    let record = Record::read(&file).expect("a record");
+    let record = yawrig_records::read(&file).expect("a record");
     let stored: Vec<u16> = record.yaw_deg.iter().map(|yaw_deg| count(*yaw_deg)).collect();
     assert_eq!(stored, sent);
     assert!(record.timing().is_regular());
@@ -155,7 +154,7 @@ fn sixty_seconds_at_a_kilohertz_come_whole_and_are_stored_whole() {
         .collect();
     assert_eq!(records.len(), heard.releases);
     for file in records {
-        let record = Record::read(&file).expect("a record");
+        let record = yawrig_records::read(&file).expect("a record");
         assert!(record.timing().is_regular() && record.len() > 5000, "{}", record.len());
     }
 }

@@ -5,21 +5,21 @@ use rand_distr::Distribution;
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
-use yawrig::error::Exit;
-use yawrig::link::bench::{Bench, Potentiometer, Target};
-use yawrig::link::client::Client;
-use yawrig::link::flash;
-use yawrig::link::hub::Hub;
-use yawrig::link::qemu;
-use yawrig::record::Record;
-use yawrig::replay::{replay, Range, Replayed};
-use yawrig::train::augmented::Source;
-use yawrig::train::draws::Ranges;
-use yawrig::train::network_training::{self, Settings};
-use yawrig::train::{Options, Silent};
+use yawrig::model::training;
+use yawrig_core::record::Record;
+use yawrig_expression::error::Exit;
+use yawrig_link::bench::{Bench, Potentiometer, Target};
+use yawrig_link::client::Client;
+use yawrig_link::flash;
+use yawrig_link::hub::Hub;
+use yawrig_link::qemu;
+use yawrig_link::replay::{replay, Range, Replayed};
 use yawrig_shared::features::FeatureKind;
 use yawrig_shared::potentiometer::Encoder;
 use yawrig_shared::wire::{Event, Phase, Request, Status};
+use yawrig_train::draws::Ranges;
+use yawrig_train::network_training::{self, Settings};
+use yawrig_train::{Options, Silent};
 
 /// A release from 12 deg, 7.5 rad/s, damping ratio 0.012, noise of 0.05 deg.
 fn record() -> Record {
@@ -65,16 +65,19 @@ fn a_network_with_the_amplitude_gives_the_same_bits_on_both() {
     let text = "schema_version = 1\n[[effect]]\nid = \"coulomb_friction\"\n\
                 parameters.c = { value = 0.02 }\n";
     std::fs::write(&model, text).expect("room for it");
+    let source = training::read(model.path()).expect("the model");
+    let augmented = training::augmented(&source).expect("its effects");
     let settings = Settings {
         features: FeatureKind::BinMeans,
         ranges: Ranges { noise: [0.005, 0.005], ..Ranges::default() },
-        model: Some(Source::read(model.path()).expect("the model")),
+        model: Some(source),
         amplitude: true,
         components: None,
         samples: 300,
         training: Options { epochs: 20, ..Options::default() },
     };
-    let trained = network_training::run(&settings, &mut Silent).expect("a network");
+    let trained =
+        network_training::run(&settings, augmented.as_ref(), &mut Silent).expect("a network");
     let played = |target: &Target| {
         let mut bench = Bench::open(target).expect("a device");
         flash::write(&mut bench.client, &trained.blob, &mut flash::Silent).expect("it is written");

@@ -2,16 +2,15 @@
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
-use yawrig::identify::flag::Flag;
-use yawrig::identify::{identify, Estimate, Identification, Method, Settings};
-use yawrig::record::Record;
+use yawrig_core::identify::flag::Flag;
+use yawrig_core::identify::{identify, Estimate, Identification, Method, Settings};
 
 fn found(name: &str) -> Option<Identification> {
     let Some(folder) = std::env::var_os("YAWRIG_RECORDS") else {
         eprintln!("YAWRIG_RECORDS is not set: {name} skipped");
         return None;
     };
-    let record = Record::read(&PathBuf::from(folder).join(name)).unwrap();
+    let record = yawrig_records::read(&PathBuf::from(folder).join(name)).unwrap();
     Some(identify(&record, &[Method::LeastSquares], &Settings::default()).unwrap())
 }
 

@@ -7,15 +7,15 @@
 
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use yawrig::criticism::fitting::fit_plain;
-use yawrig::criticism::swing::Swing;
-use yawrig::identify::damped_sinusoid::Mode;
-use yawrig::identify::samples::Samples as Readings;
-use yawrig::identify::uncertainty::{cramer_rao, Bound};
-use yawrig::record::Record;
-use yawrig::rig::{Effects, End, Sample, Samples, Sensor, Start};
+use yawrig_core::fit::fitting::fit_plain;
+use yawrig_core::fit::swing::Swing;
+use yawrig_core::identify::damped_sinusoid::Mode;
+use yawrig_core::identify::samples::Samples as Readings;
+use yawrig_core::identify::uncertainty::{cramer_rao, Bound};
+use yawrig_core::record::Record;
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
+use yawrig_rig::{Effects, End, Sample, Samples, Sensor, Start};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::wire::{self, Decoder, Event, Flags, Refined, ReleaseResult, Request, Settings};
 

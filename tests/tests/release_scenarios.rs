@@ -4,9 +4,9 @@ mod common;
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use yawrig::identify::flag::Flag;
-use yawrig::identify::{identify, Estimate, Identification, Method, Settings};
-use yawrig::record::Record;
+use yawrig_core::identify::flag::Flag;
+use yawrig_core::identify::{identify, Estimate, Identification, Method, Settings};
+use yawrig_core::record::Record;
 
 fn record(time_s: Vec<f64>, yaw_deg: Vec<f64>) -> Record {
     Record { file: "release.csv".into(), time_s, yaw_deg }

@@ -5,8 +5,8 @@
 //! grow here is the host's side, whose resident set is looked at.
 
 use rayon::prelude::*;
-use yawrig::link::bench::{Bench, Target};
-use yawrig::rig::{End, Motion, Samples, Sensor, Start};
+use yawrig_link::bench::{Bench, Target};
+use yawrig_rig::{End, Motion, Samples, Sensor, Start};
 use yawrig_shared::history::{BLOCK, LENGTH};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::wire::{Event, ReleaseResult, WindowResult};
@@ -141,7 +141,7 @@ fn two_hundred_releases_on_qemu() {
             listen(&mut bench, 0);
         }
     }
-    yawrig::replay::wait_for(&mut bench, played).expect("all samples");
+    yawrig_link::replay::wait_for(&mut bench, played).expect("all samples");
     listen(&mut bench, 1500);
     let missed = bench.client.missed_events();
     let status = bench.client.status().expect("its state");

@@ -1,15 +1,16 @@
 //! What several verbs share: the `--device` option, bars and JSON on stdout.
 
-use crate::criticism::effects::{Effect, MOST_OWN};
-use crate::error::{Error, Result};
-use crate::identify::conventional::{self, Decay, SpectralPeak};
-use crate::identify::Settings;
-use crate::link::bench::{Bench, Target};
+use super::choices::{Decay, SpectralPeak};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::collections::HashSet;
 use std::io::{IsTerminal, Write};
+use yawrig_core::effects::{Effect, MOST_OWN};
+use yawrig_core::identify::conventional;
+use yawrig_core::identify::Settings;
+use yawrig_expression::error::{Error, Result};
+use yawrig_link::bench::{Bench, Target};
 
 /// Version of every JSON object this program prints.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -66,7 +67,8 @@ impl AnalysisArgs {
             ))
             .help("give a larger --from-deg than --to-deg, both above 0"));
         }
-        let conventional = conventional::Options { spectral_peak, decay };
+        let conventional =
+            conventional::Options { spectral_peak: spectral_peak.into(), decay: decay.into() };
         Ok(Settings { from_deg, to_deg, conventional })
     }
 }

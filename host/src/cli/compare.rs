@@ -2,14 +2,14 @@
 
 use super::common::{bare, print_line, EffectsArg};
 use super::model::{print_revision, summary, JudgeArgs, DEFAULT};
-use crate::criticism::appraisal::Appraisal;
-use crate::criticism::comparison::{compare, Comparison};
-use crate::criticism::revise::Revision;
-use crate::error::{Error, Result};
-use crate::quantity::Quantity;
+use crate::model::appraisal::Appraisal;
+use crate::model::comparison::{compare, Comparison};
+use crate::model::revise::Revision;
 use clap::Args;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use yawrig_core::quantity::Quantity;
+use yawrig_expression::error::{Error, Result};
 
 /// Compare a model with records and show where it fails.
 ///

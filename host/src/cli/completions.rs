@@ -2,9 +2,9 @@
 
 use super::common::print;
 use super::Cli;
-use crate::error::{Error, Result};
 use clap::{Args, CommandFactory};
 use clap_complete::{generate, Shell};
+use yawrig_expression::error::{Error, Result};
 
 /// Print the completions of verbs and flags for a shell, to be put where it looks for them
 #[derive(Args, Debug)]

@@ -1,12 +1,13 @@
 //! `yawrig convert`: a record from one format to another.
 
+use super::choices::YawUnit;
 use super::common::{print_json, print_line, within, SCHEMA_VERSION};
-use crate::derivatives::simulated::refuse_existing;
-use crate::error::{Error, Result};
-use crate::record::{Record, Selection, Unit};
+use crate::campaign::simulated::refuse_existing;
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
+use yawrig_expression::error::{Error, Result};
+use yawrig_records::Selection;
 
 /// Write a record in another format, or with other channels chosen: CSV, MATLAB, HDF5, TDMS (read
 /// only), Parquet
@@ -24,7 +25,7 @@ pub struct Convert {
     yaw: Option<String>,
     /// What the yaw angle is in, where the file does not say it
     #[arg(long, value_enum)]
-    unit: Option<Unit>,
+    unit: Option<YawUnit>,
     /// Samples a second, where there is no channel of the time
     #[arg(long, value_name = "HZ", conflicts_with = "time", allow_negative_numbers = true)]
     rate_hz: Option<f64>,
@@ -44,10 +45,10 @@ impl Convert {
         let selection = Selection {
             time: self.time.clone(),
             yaw: self.yaw.clone(),
-            unit: self.unit,
+            unit: self.unit.map(Into::into),
             rate_hz: self.rate_hz,
         };
-        let record = Record::read_selected(&self.from, &selection)?;
+        let record = yawrig_records::read_selected(&self.from, &selection)?;
         let same = |a: &Path, b: &Path| {
             a.canonicalize().ok().is_some_and(|a| Some(a) == b.canonicalize().ok())
         };
@@ -61,7 +62,7 @@ impl Convert {
         if !self.force {
             refuse_existing(&self.to)?;
         }
-        record.write_as(&self.to)?;
+        yawrig_records::write_as(&record, &self.to)?;
         let timing = record.timing();
         if self.json {
             return print_json(&json!({

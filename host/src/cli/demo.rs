@@ -3,23 +3,24 @@
 use super::common::{bare, print_json, print_line, within, DeviceArg, SCHEMA_VERSION};
 use super::model::asked;
 use super::{flash, report, story, train};
+use crate::campaign::simulated::refuse_existing;
 use crate::demo::{misses, releases, results, table, By, Made, Miss, Plan};
-use crate::derivatives::simulated::refuse_existing;
-use crate::derivatives::table::Point;
-use crate::error::{Error, Exit, Result};
-use crate::files;
-use crate::follow::{flag_names, quantity, refined_json, window_json};
-use crate::link::flash::write;
-use crate::quantity::Quantity;
-use crate::rig::{Rig, Sensor, Start, Truth, SPRINGS};
-use crate::train::draws::Ranges;
-use crate::train::network_training::{self, Outcome, Settings};
-use crate::train::Options;
+use crate::model::training;
 use clap::Args;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use yawrig_base::files;
+use yawrig_core::derivatives::table::Point;
+use yawrig_core::quantity::Quantity;
+use yawrig_expression::error::{Error, Exit, Result};
+use yawrig_link::flash::write;
+use yawrig_link::follow::{flag_names, quantity, refined_json, window_json};
+use yawrig_rig::{Rig, Sensor, Start, Truth, SPRINGS};
 use yawrig_shared::features::FeatureKind;
+use yawrig_train::draws::Ranges;
+use yawrig_train::network_training::{self, Outcome, Settings};
+use yawrig_train::Options;
 
 /// What the answer must keep to: median and worst miss of Cn_beta and Cn_r.
 const GATE: [Miss; 2] = [Miss { median: 0.02, worst: 0.06 }, Miss { median: 0.04, worst: 0.12 }];
@@ -178,13 +179,14 @@ fn lesson(seed: u64) -> Settings {
 }
 
 pub(super) fn teach(settings: &Settings) -> Result<Outcome> {
+    let model = settings.model.as_ref().map_or(Ok(None), training::augmented)?;
     let mut bar = train::Bar::new(settings.training.epochs as u64);
-    let outcome = network_training::run(settings, &mut bar)?;
+    let outcome = network_training::run(settings, model.as_ref(), &mut bar)?;
     drop(bar);
-    crate::interrupt::check()?;
+    yawrig_core::interrupt::check()?;
     crate::say!(
         "trained {} on {} windows; on 2000 others: wn {:.3} % rms, zeta {:.2} % rms",
-        crate::train::freeze::name(&outcome.topology),
+        yawrig_train::freeze::name(&outcome.topology),
         settings.samples,
         outcome.test.natural_frequency_rms_percent,
         outcome.test.damping_ratio_rms_percent,

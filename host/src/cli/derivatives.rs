@@ -2,17 +2,17 @@
 
 use super::common::{bare, print_json, print_line, AnalysisArgs};
 use super::identify::MethodChoice;
-use crate::derivatives::campaign::CampaignFile;
-use crate::derivatives::condition::Identified;
-use crate::derivatives::evaluate;
-use crate::derivatives::table::{Budget, ByAxis, Table};
-use crate::error::{Error, Result};
-use crate::identify::{identify, Method};
-use crate::quantity::Quantity;
-use crate::record::Record;
+use crate::campaign::evaluate;
+use crate::campaign::CampaignFile;
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
+use yawrig_core::derivatives::condition::Identified;
+use yawrig_core::derivatives::table::{Budget, ByAxis, Table};
+use yawrig_core::identify::{identify, Method};
+use yawrig_core::quantity::Quantity;
+use yawrig_core::record::Record;
+use yawrig_expression::error::{Error, Result};
 
 /// Aerodynamic derivatives of a campaign, with uncertainties, budget and validation.
 ///

@@ -1,13 +1,13 @@
 //! `yawrig device`: a device's firmware, protocol, network and slots.
 
 use super::common::{network_id, print_json, print_line, DeviceArg, SCHEMA_VERSION};
-use crate::error::{Error, Result};
-use crate::follow::{device_json, topology};
-use crate::link::client::Identity;
-use crate::link::key;
 use clap::{Args, Subcommand};
 use serde_json::{json, Value};
 use std::path::PathBuf;
+use yawrig_expression::error::{Error, Result};
+use yawrig_link::client::Identity;
+use yawrig_link::follow::{device_json, topology};
+use yawrig_link::key;
 use yawrig_shared::wire::{SlotState, Status};
 
 #[derive(Args, Debug)]

@@ -3,19 +3,18 @@
 use super::common::{bare, print_json, print_line, EffectsArg, SCHEMA_VERSION};
 use super::diagnose_campaign;
 use super::model::{parameter, JudgeArgs, DEFAULT};
-use crate::criticism::campaign;
-use crate::criticism::diagnose::{diagnose, verdict, Diagnosis, Options, Step, SECOND_ORDER};
-use crate::criticism::effects::Effect;
-use crate::criticism::limits::structure;
-use crate::criticism::model::{is_model, Model, RecordEntry};
-use crate::criticism::records;
-use crate::derivatives::campaign::CampaignFile;
-use crate::error::{Error, Result};
-use crate::record::Record;
+use crate::campaign::CampaignFile;
+use crate::model::document::{is_model, Model, RecordEntry};
+use crate::model::limits::structure;
+use crate::model::records;
 use clap::Args;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use yawrig_core::diagnosis::campaign;
+use yawrig_core::diagnosis::diagnose::{diagnose, verdict, Diagnosis, Options, Step, SECOND_ORDER};
+use yawrig_core::effects::Effect;
+use yawrig_expression::error::{Error, Result};
 
 /// Which physical effect a second-order model of a record lacks.
 ///
@@ -99,7 +98,7 @@ impl Diagnose {
     }
 
     fn judge(&self, file: &Path, options: &Options, model: &str) -> Result<()> {
-        let diagnosis = diagnose(&Record::read(file)?, options)?;
+        let diagnosis = diagnose(&yawrig_records::read(file)?, options)?;
         if self.judge.json {
             return print_json(&Object { schema_version: SCHEMA_VERSION, diagnosis: &diagnosis });
         }
@@ -109,7 +108,7 @@ impl Diagnose {
     fn run_campaign(&self, path: &Path, options: &Options) -> Result<()> {
         let file = CampaignFile::read_releases(path)?;
         crate::say!("fitting {} releases", file.campaign.release.len());
-        let diagnosis = &campaign::diagnose(&file, options)?;
+        let diagnosis = &crate::campaign::diagnose(&file, options)?;
         if self.judge.json {
             let (schema_version, campaign) = (SCHEMA_VERSION, path);
             return print_json(&CampaignObject { schema_version, campaign, diagnosis });

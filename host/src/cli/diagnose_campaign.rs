@@ -3,11 +3,11 @@
 use super::common::bare;
 use super::diagnose::{card, step_rows};
 use super::model::parameter;
-use crate::criticism::campaign::{BeforeAndAfter, CampaignDiagnosis, HeldOut};
-use crate::criticism::diagnose::{verdict, SECOND_ORDER};
-use crate::derivatives::table::Point;
-use crate::quantity::Quantity;
 use std::fmt::Write as _;
+use yawrig_core::derivatives::table::Point;
+use yawrig_core::diagnosis::campaign::{BeforeAndAfter, CampaignDiagnosis, HeldOut};
+use yawrig_core::diagnosis::diagnose::{verdict, SECOND_ORDER};
+use yawrig_core::quantity::Quantity;
 
 /// The verdict and what it rests on.
 pub(super) fn text(file: &str, d: &CampaignDiagnosis) -> String {

@@ -2,9 +2,9 @@
 
 use super::common::{print_json, print_line, SCHEMA_VERSION};
 use crate::doctor::{self, State};
-use crate::error::Result;
 use clap::Args;
 use serde_json::json;
+use yawrig_expression::error::Result;
 
 /// Say what is wrong with a port or with this machine, and one command that mends it
 #[derive(Args, Debug)]

@@ -1,10 +1,10 @@
 //! `add` and `remove`: an effect into the model and out of it.
 
 use super::model::{asked, print_revision, ModelArg};
-use crate::criticism::effects::Effect;
-use crate::criticism::revise;
-use crate::error::Result;
+use crate::model::revise;
 use clap::Args;
+use yawrig_core::effects::Effect;
+use yawrig_expression::error::Result;
 
 /// Add an effect to the model and fit it
 #[derive(Args, Debug, Clone)]

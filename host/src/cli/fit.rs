@@ -1,10 +1,10 @@
 //! `fit`: makes a model of records, or fits the one there is again.
 
 use super::model::{asked, print_revision, JudgeArgs, ModelArg};
-use crate::criticism::revise::{self, Wanted};
-use crate::error::Result;
+use crate::model::revise::{self, Wanted};
 use clap::Args;
 use std::path::PathBuf;
+use yawrig_expression::error::Result;
 
 /// Make a second-order model of records, or fit the model there is to its records again.
 ///

@@ -1,12 +1,12 @@
 //! `yawrig flash`: write a network to a device.
 
 use super::common::{bar, network_id, print_json, print_line, DeviceArg, SCHEMA_VERSION};
-use crate::error::Result;
-use crate::link::flash::{self, Progress};
-use crate::link::key;
 use clap::Args;
 use indicatif::ProgressBar;
 use std::path::PathBuf;
+use yawrig_expression::error::Result;
+use yawrig_link::flash::{self, Progress};
+use yawrig_link::key;
 
 #[derive(Args, Debug)]
 pub struct Flash {

@@ -2,13 +2,13 @@
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
 use super::model::{asked, ModelArg};
-use crate::criticism::journal::{path_of, Action, Journal, Step};
-use crate::criticism::model::read_text;
-use crate::criticism::unfitted;
-use crate::error::{Error, Result};
+use crate::model::document::read_text;
+use crate::model::journal::{path_of, Action, Journal, Step};
+use crate::model::unfitted;
 use clap::Args;
 use serde::Serialize;
 use std::path::Path;
+use yawrig_expression::error::{Error, Result};
 
 /// List the steps of the model's journal, or return to one.
 ///
@@ -81,7 +81,7 @@ fn text(steps: &[Step]) -> String {
         }
     }
     for step in steps {
-        let after = |digits: fn(&crate::criticism::journal::Residuals) -> f64| {
+        let after = |digits: fn(&crate::model::journal::Residuals) -> f64| {
             step.after.map_or("-".to_owned(), |r| format!("{:.3}", digits(&r)))
         };
         rows.add_row([

@@ -1,13 +1,13 @@
 //! `identify`: natural frequency and damping of records.
 
 use super::common::{bar, print, AnalysisArgs};
-use crate::error::{Error, Result};
-use crate::identify::batch::{self, Answer, Refused, Tally, SCHEMA_VERSION};
-use crate::identify::{Identification, Method, Settings};
-use crate::record::format;
+use crate::batch::{self, Answer, Refused, Tally, SCHEMA_VERSION};
 use clap::{Args, ValueEnum};
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use yawrig_core::identify::{Identification, Method, Settings};
+use yawrig_expression::error::{Error, Result};
+use yawrig_records::format;
 
 /// Natural frequency and damping ratio of recorded releases, with their uncertainties.
 ///

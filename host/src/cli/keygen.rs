@@ -1,10 +1,10 @@
 //! `yawrig keygen`: a key to lock devices with.
 
 use super::common::print_line;
-use crate::error::Result;
-use crate::link::key;
 use clap::Args;
 use std::path::PathBuf;
+use yawrig_expression::error::Result;
+use yawrig_link::key;
 
 #[derive(Args, Debug)]
 pub struct Keygen {

@@ -1,5 +1,6 @@
 //! The command line: one file a verb, each from arguments to a library call.
 
+mod choices;
 mod common;
 mod compare;
 mod completions;
@@ -28,8 +29,8 @@ mod study;
 mod train;
 mod workbench;
 
-use crate::error::Result;
 use clap::{Parser, Subcommand};
+use yawrig_expression::error::Result;
 
 /// Natural frequency, damping and aerodynamic derivatives from a yawing wind-tunnel model.
 #[derive(Parser, Debug)]

@@ -1,18 +1,18 @@
 //! What the verbs of the model have in common: which model, and what they print.
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
-use crate::criticism::appraisal::{Appraisal, RecordAppraisal};
-use crate::criticism::effects::Effect;
-use crate::criticism::journal::Residuals;
-use crate::criticism::revise::{quoted, Asked, Revision};
-use crate::error::Result;
-use crate::quantity::Quantity;
+use crate::model::appraisal::{Appraisal, RecordAppraisal};
+use crate::model::journal::Residuals;
+use crate::model::revise::{quoted, Asked, Revision};
 use clap::Args;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use yawrig_core::effects::Effect;
+use yawrig_core::quantity::Quantity;
+use yawrig_expression::error::Result;
 
-pub use crate::criticism::model::DEFAULT;
+pub use crate::model::document::DEFAULT;
 
 #[derive(Args, Debug, Clone)]
 pub struct ModelArg {

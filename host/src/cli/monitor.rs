@@ -2,18 +2,18 @@
 
 use super::common::{print_json_line, print_line, within, DeviceArg};
 use super::keys;
-use crate::error::{Error, Exit, Result};
-use crate::interrupt;
-use crate::link::bench::Target;
-use crate::live::item::{time_s, Item};
-use crate::live::recording::Recording;
-use crate::live::session::{Follow, Session};
-use crate::live::stored::Stored;
-use crate::live::swing::Swing;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
+use yawrig_core::interrupt;
+use yawrig_expression::error::{Error, Exit, Result};
+use yawrig_link::bench::Target;
+use yawrig_link::live::item::{time_s, Item};
+use yawrig_link::live::recording::Recording;
+use yawrig_link::live::session::{Follow, Session};
+use yawrig_link::live::stored::Stored;
+use yawrig_link::live::swing::Swing;
 use yawrig_shared::wire::{Event, Request, Settings};
 
 /// How long the last samples of the last release are waited for.

@@ -1,9 +1,9 @@
 //! `yawrig ports`: the serial ports of this machine.
 
 use super::common::{print_json, print_line, SCHEMA_VERSION};
-use crate::error::Result;
-use crate::link::port;
 use clap::Args;
+use yawrig_expression::error::Result;
+use yawrig_link::port;
 
 #[derive(Args, Debug)]
 pub struct Ports {

@@ -2,18 +2,20 @@
 
 use super::common::{print_json, print_line, within, DeviceArg, SCHEMA_VERSION};
 use super::flash::Bar;
-use crate::amplitude_trend::{trends, Trend};
-use crate::error::{Error, Exit, Result};
-use crate::follow::{
-    device_json, event_text, flag_names, is_refined, precise, quantity, window_json,
-};
-use crate::identify::gaps;
-use crate::link::flash;
-use crate::record::Record;
-use crate::replay::{refined_residual_rms_deg, replay, residual_rms_deg, Range, Release, Replayed};
 use clap::Args;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
+use yawrig_core::identify::gaps;
+use yawrig_core::record::Record;
+use yawrig_expression::error::{Error, Exit, Result};
+use yawrig_link::amplitude_trend::{trends, Trend};
+use yawrig_link::flash;
+use yawrig_link::follow::{
+    device_json, event_text, flag_names, is_refined, precise, quantity, window_json,
+};
+use yawrig_link::replay::{
+    refined_residual_rms_deg, replay, residual_rms_deg, Range, Release, Replayed,
+};
 use yawrig_shared::window::{CYCLES, SAMPLE_RATE_HZ};
 use yawrig_shared::wire::Flags;
 
@@ -48,7 +50,7 @@ pub fn run(arguments: &Replay) -> Result<()> {
     }
     let range = Range { from_deg: arguments.from_deg, to_deg: arguments.to_deg };
     // All are read before a device is started: a wrong name is found at once.
-    let read = |file: &PathBuf| Ok(gaps::without(&Record::read(file)?).into_owned());
+    let read = |file: &PathBuf| Ok(gaps::without(&yawrig_records::read(file)?).into_owned());
     let records: Vec<Record> = arguments.files.iter().map(read).collect::<Result<_>>()?;
     let network = arguments.network.as_deref().map(flash::read).transpose()?;
     let mut bench = arguments.device.open()?;

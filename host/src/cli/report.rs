@@ -3,16 +3,16 @@
 use super::common::{print_json, print_line, AnalysisArgs, EffectsArg};
 use super::identify::expanded;
 use super::model::asked;
-use crate::criticism::diagnose::Options;
-use crate::criticism::model::{is_model, DEFAULT};
+use crate::campaign::simulated::{refuse_existing, CAMPAIGN_FILE};
 use crate::demo::results;
-use crate::derivatives::simulated::{refuse_existing, CAMPAIGN_FILE};
-use crate::error::{Error, Result};
-use crate::files;
+use crate::model::document::{is_model, DEFAULT};
 use crate::report::{charts, html, of_campaign, of_model, of_records, Made, Report};
 use clap::Args;
 use serde::de::IgnoredAny;
 use std::path::{Path, PathBuf};
+use yawrig_base::files;
+use yawrig_core::diagnosis::diagnose::Options;
+use yawrig_expression::error::{Error, Result};
 
 /// Write what is known of records, a campaign, a model or a demo to one HTML file that needs no network.
 ///
@@ -109,7 +109,7 @@ impl ReportArgs {
     fn of_folder(
         &self,
         folder: &Path,
-        settings: &crate::identify::Settings,
+        settings: &yawrig_core::identify::Settings,
         options: &Options,
         made: Made,
     ) -> Result<Report> {

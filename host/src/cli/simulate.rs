@@ -1,15 +1,15 @@
 //! `simulate`: records of a virtual rig whose truth is known.
 
+use super::choices;
 use super::common::{print_json, print_line, within};
-use crate::derivatives::simulated::{self, refuse_existing, Planned};
-use crate::error::{Error, Result};
-use crate::record::write_samples;
-use crate::rig::{
-    Axis, Condition, Effect, Effects, End, Rig, Samples, Sensor, Spring, Start, LIBRARY,
-};
+use crate::campaign::simulated::{self, refuse_existing, Planned};
 use clap::Args;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
+use yawrig_expression::error::{Error, Result};
+use yawrig_records::write_samples;
+use yawrig_rig::{Condition, Effect, Effects, End, Rig, Samples, Sensor, Spring, Start, LIBRARY};
+use yawrig_shared::axis::Axis;
 use yawrig_shared::derivatives::reduced_frequency;
 use yawrig_shared::modal::Modal;
 
@@ -52,7 +52,7 @@ pub struct Simulate {
     #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
     pub wind: Option<f64>,
     /// Axis the model turns about
-    #[arg(long, value_enum, default_value_t = Axis::Mid)]
+    #[arg(long, value_parser = choices::axis(), default_value_t = Axis::Mid)]
     pub axis: Axis,
     /// Angle the model is released from
     #[arg(long, value_name = "DEG", default_value_t = 15.0, allow_negative_numbers = true)]

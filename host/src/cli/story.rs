@@ -4,26 +4,25 @@ use super::common::{bare, print_json, print_line};
 use super::demo::{teach, writable, Demo};
 use super::flash;
 use super::model::asked;
-use crate::criticism::campaign;
-use crate::criticism::comparison::{compare, Comparison};
-use crate::criticism::diagnose::Options;
-use crate::criticism::effects::Effect;
-use crate::criticism::revise::{self, Asked, Revision, Wanted};
+use crate::campaign::simulated::CAMPAIGN_FILE;
+use crate::campaign::CampaignFile;
 use crate::demo::results::free_folder;
 use crate::demo::reveal::{self, Errors, Revealed};
 use crate::demo::story::{self, MODEL_FILE, NETWORK_FILE, PICTURE_FILE, REPORT_FILE, SEALED_FILE};
-use crate::derivatives::campaign::CampaignFile;
-use crate::derivatives::simulated::CAMPAIGN_FILE;
-use crate::error::Result;
-use crate::files;
+use crate::model::comparison::{compare, Comparison};
+use crate::model::revise::{self, Asked, Revision, Wanted};
+use crate::model::training;
 use crate::report::{of_model, Made};
-use crate::train::augmented::Source;
-use crate::train::draws::Ranges;
-use crate::train::network_training::Settings;
-use crate::train::Options as Training;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use yawrig_base::files;
+use yawrig_core::diagnosis::diagnose::Options;
+use yawrig_core::effects::Effect;
+use yawrig_expression::error::Result;
 use yawrig_shared::features::FeatureKind;
+use yawrig_train::draws::Ranges;
+use yawrig_train::network_training::Settings;
+use yawrig_train::Options as Training;
 
 const FOLDER: &str = "yawrig-hidden";
 /// What is typed and what is done: enough for a network of 42-6-2.
@@ -110,7 +109,7 @@ fn solve(arguments: &Demo, folder: &Path) -> Result<()> {
     let compared = compare(&Comparison { files: vec![first.clone()], ..Comparison::default() })?;
     tell(format!("$ yawrig compare {} --no-model\n{}", first.display(), over_noise(&compared)))?;
     let file = CampaignFile::read_releases(&story::campaign(folder))?;
-    let diagnosis = campaign::diagnose(&file, &Options::default())?;
+    let diagnosis = crate::campaign::diagnose(&file, &Options::default())?;
     let named: Vec<&str> = diagnosis.effects.iter().map(|e| e.id()).collect();
     tell(format!(
         "$ yawrig diagnose {}\n  {}",
@@ -157,8 +156,8 @@ fn over_noise(revision: &Revision) -> String {
 
 /// As `train --model` has them.
 fn lesson(model: &Path) -> Result<Settings> {
-    let source = Source::read(model)?;
-    let amplitude = source.augmented()?.is_some();
+    let source = training::read(model)?;
+    let amplitude = training::augmented(&source)?.is_some();
     Ok(Settings {
         features: FeatureKind::BinMeans,
         components: None,

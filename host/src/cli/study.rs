@@ -1,12 +1,14 @@
 //! `yawrig study`: reruns studies of the thesis.
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
-use crate::error::Result;
-use crate::study::{plot, Report, Setting, Size, Study, STUDIES};
-use crate::{files, interrupt};
+use crate::plot;
+use crate::study::{Report, Setting, Size, Study, STUDIES};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use yawrig_base::files;
+use yawrig_core::interrupt;
+use yawrig_expression::error::Result;
 
 /// Rerun a study of the thesis: its table beside the thesis's numbers, and a plot
 #[derive(Args, Debug)]

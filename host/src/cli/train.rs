@@ -1,23 +1,25 @@
 //! `yawrig train`: train a network and freeze it to a file.
 
 use super::common::{bar, network_id, print_json, print_line, SCHEMA_VERSION};
-use crate::error::{Error, Result};
-use crate::train::augmented::Source;
-use crate::train::continued::Unfinished;
-use crate::train::draws::Ranges;
-use crate::train::errors::Errors;
-use crate::train::freeze;
-use crate::train::measured;
-use crate::train::network_training::{self, Outcome, Settings};
-use crate::train::{Checkpoint, Epoch, Options, Progress, Stop};
-use crate::{files, interrupt};
+use crate::model::training;
 use clap::Args;
 use indicatif::ProgressBar;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use yawrig_base::files;
+use yawrig_core::interrupt;
+use yawrig_expression::error::{Error, Result};
 use yawrig_shared::blob::{EffectIds, Envelope};
 use yawrig_shared::features::{FeatureKind, FEATURES};
+use yawrig_train::augmented::{Augmented, Source};
+use yawrig_train::continued::Unfinished;
+use yawrig_train::draws::Ranges;
+use yawrig_train::errors::Errors;
+use yawrig_train::freeze;
+use yawrig_train::measured;
+use yawrig_train::network_training::{self, Outcome, Settings};
+use yawrig_train::{Checkpoint, Epoch, Options, Progress, Stop};
 
 #[derive(Args, Debug)]
 pub struct Train {
@@ -185,16 +187,19 @@ impl Drop for Bar {
 /// What to train, from where, and where its network goes.
 struct Job {
     settings: Settings,
+    model: Option<Augmented>,
     from: Option<Checkpoint>,
     out: PathBuf,
 }
 
-/// Identifiers of the effects of the model that is trained on; empty: none.
-fn effects(model: Option<&Source>) -> Result<EffectIds> {
-    Ok(match model {
-        Some(source) => source.augmented()?.and_then(|model| model.ids()).unwrap_or_default(),
-        None => Default::default(),
-    })
+/// The effects of the model that is trained on.
+fn augmented(source: Option<&Source>) -> Result<Option<Augmented>> {
+    source.map_or(Ok(None), training::augmented)
+}
+
+/// Their identifiers; empty: none.
+fn ids(model: Option<&Augmented>) -> EffectIds {
+    model.and_then(Augmented::ids).unwrap_or_default()
 }
 
 fn job(arguments: &Train) -> Result<Job> {
@@ -205,10 +210,12 @@ fn job(arguments: &Train) -> Result<Job> {
         }
         let out = arguments.out.clone().unwrap_or(unfinished.out);
         let (settings, from) = (unfinished.settings, Some(unfinished.checkpoint));
-        return Ok(Job { settings, from, out });
+        let model = augmented(settings.model.as_ref())?;
+        return Ok(Job { settings, model, from, out });
     }
-    let model = arguments.model.as_deref().map(Source::read).transpose()?;
-    let effects = effects(model.as_ref())?;
+    let source = arguments.model.as_deref().map(training::read).transpose()?;
+    let model = augmented(source.as_ref())?;
+    let effects = ids(model.as_ref());
     if let (Some(path), true) = (&arguments.model, effects.is_empty()) {
         crate::say!(
             "{} has no effects: training on the second-order response alone",
@@ -227,7 +234,7 @@ fn job(arguments: &Train) -> Result<Job> {
             noise: arguments.noise,
         }
     } else {
-        let ranges = measured::ranges(&arguments.records)?;
+        let ranges = measured::ranges(&arguments.records, &yawrig_records::read)?;
         let Ranges { natural_frequency_rad_s: wn, damping_ratio: zeta, noise } = &ranges;
         crate::say!(
             "from the records: natural frequency {:.2}..{:.2} rad/s, damping ratio {:.5}..{:.5}, noise {:.4}..{:.4} \
@@ -239,7 +246,7 @@ fn job(arguments: &Train) -> Result<Job> {
     let settings = Settings {
         features: kind,
         components,
-        model,
+        model: source,
         amplitude,
         ranges,
         samples: arguments.samples as usize,
@@ -252,17 +259,19 @@ fn job(arguments: &Train) -> Result<Job> {
         },
     };
     let out = arguments.out.clone().unwrap_or_else(|| "network.yrn".into());
-    Ok(Job { settings, from: None, out })
+    Ok(Job { settings, model, from: None, out })
 }
 
 pub fn run(arguments: &Train) -> Result<()> {
-    let Job { settings, from, out } = job(arguments)?;
+    let Job { settings, model, from, out } = job(arguments)?;
     files::check_writable(&out)?;
     let begun = Instant::now();
     let mut bar = Bar::new((settings.training.epochs * settings.training.restarts) as u64);
     let outcome = match &from {
-        None => network_training::run(&settings, &mut bar)?,
-        Some(checkpoint) => network_training::resume(&settings, checkpoint, &mut bar)?,
+        None => network_training::run(&settings, model.as_ref(), &mut bar)?,
+        Some(checkpoint) => {
+            network_training::resume(&settings, model.as_ref(), checkpoint, &mut bar)?
+        }
     };
     drop(bar);
     let seconds = begun.elapsed().as_secs_f64();
@@ -282,7 +291,7 @@ pub fn run(arguments: &Train) -> Result<()> {
         // It is finished now. A file that cannot be removed does no harm.
         let _ = std::fs::remove_file(&unfinished);
     }
-    let effects = effects(settings.model.as_ref())?;
+    let effects = ids(model.as_ref());
     if arguments.json {
         print_json(&to_json(&settings, &outcome, &effects, &place, seconds))?;
     } else {

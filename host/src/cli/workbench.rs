@@ -2,13 +2,13 @@
 
 use super::common::{print_line, EffectsArg};
 use super::identify::expanded;
-use crate::criticism::model::DEFAULT;
-use crate::derivatives::simulated::CAMPAIGN_FILE;
-use crate::error::Result;
+use crate::campaign::simulated::CAMPAIGN_FILE;
+use crate::model::document::DEFAULT;
 use crate::workbench::{self, Options};
 use clap::Args;
 use std::net::IpAddr;
 use std::path::PathBuf;
+use yawrig_expression::error::Result;
 
 /// Criticise a model by hand, on a page that this machine serves to its own browser.
 ///

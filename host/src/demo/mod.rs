@@ -4,22 +4,23 @@ pub mod results;
 pub mod reveal;
 pub mod story;
 
-use crate::derivatives::campaign::CampaignFile;
-use crate::derivatives::condition::Identified;
-use crate::derivatives::table::Point;
-use crate::derivatives::{simulated, Computed};
-use crate::error::{Error, Exit, Result};
-use crate::follow::{is_refined, precise};
-use crate::identify::damped_sinusoid::DampedSinusoid;
-use crate::identify::least_squares::linear_start;
-use crate::identify::samples::Samples;
-use crate::interrupt;
-use crate::link::bench::Bench;
-use crate::quantity::Quantity;
-use crate::replay::{self, collect, main_release, wait_for};
+use crate::campaign::simulated;
 use crate::report::trace::{self, ModelTrace, Trace};
-use crate::rig::{Condition, Rig, Sensor, Spring, Start, Truth};
+use std::path::Path;
 use std::time::Duration;
+use yawrig_core::derivatives::condition::Identified;
+use yawrig_core::derivatives::table::Point;
+use yawrig_core::derivatives::Computed;
+use yawrig_core::identify::damped_sinusoid::DampedSinusoid;
+use yawrig_core::identify::least_squares::linear_start;
+use yawrig_core::identify::samples::Samples;
+use yawrig_core::interrupt;
+use yawrig_core::quantity::Quantity;
+use yawrig_expression::error::{Error, Exit, Result};
+use yawrig_link::bench::Bench;
+use yawrig_link::follow::{is_refined, precise};
+use yawrig_link::replay::{self, collect, main_release, wait_for};
+use yawrig_rig::{Condition, Rig, Sensor, Spring, Start, Truth};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
 use yawrig_shared::wire::{
@@ -200,10 +201,9 @@ pub fn table(plan: &Plan, made: &[Made], by: By) -> Result<Vec<(Point, Truth)>> 
     let rig = &plan.rig;
     let planned = simulated::plan(rig, plan.wind_speed_m_s, 1, plan.seed)?;
     let campaign = simulated::describe(rig, &planned);
-    let release_lines = vec![0; campaign.release.len()];
-    let file = CampaignFile { path: "the built-in rig".into(), campaign, release_lines };
     let identified: Vec<Identified> = made.iter().map(|made| made.identified(by)).collect();
-    let table = Computed::new(&file, &identified)?.table(&file, "device");
+    let table =
+        Computed::new(&campaign, &identified)?.table(Path::new("the built-in rig"), "device");
     table
         .points
         .into_iter()

@@ -1,18 +1,18 @@
 //! What a demo keeps: its network, its findings as a report's data, and the report.
 
 use super::{Made, Plan};
-use crate::criticism::amplitude::{AmplitudePicture, AmplitudePoint};
-use crate::derivatives::table::Point;
-use crate::error::{Error, Result};
-use crate::files;
-use crate::follow::flag_names;
-use crate::quantity::Quantity;
 use crate::report::{self, Epoch, Estimate, HeldOut, Kind, Release, Report, Setting, Training};
-use crate::rig::Truth;
-use crate::train::freeze;
-use crate::train::network_training::{Outcome, Settings};
 use std::path::{Path, PathBuf};
+use yawrig_base::files;
+use yawrig_core::derivatives::table::Point;
+use yawrig_core::diagnosis::amplitude::{AmplitudePicture, AmplitudePoint};
+use yawrig_core::quantity::Quantity;
+use yawrig_expression::error::{Error, Result};
+use yawrig_link::follow::flag_names;
+use yawrig_rig::Truth;
 use yawrig_shared::wire::Measured;
+use yawrig_train::freeze;
+use yawrig_train::network_training::{Outcome, Settings};
 
 /// Names in a demo's folder.
 pub const FILE: &str = "demo.json";
@@ -137,13 +137,13 @@ fn release(made: &Made) -> Release {
 pub fn training(settings: &Settings, outcome: &Outcome) -> Training {
     let trained = &outcome.trained;
     let rms = |sum: f64| (sum / settings.samples as f64).sqrt();
-    let epoch = |e: &crate::train::Epoch| Epoch {
+    let epoch = |e: &yawrig_train::Epoch| Epoch {
         epoch: e.epoch,
         natural_frequency_rms: rms(e.errors[0]),
         damping_ratio_rms: rms(e.errors[1]),
         effective_parameters: e.gamma,
     };
-    let held_out = |e: &crate::train::HeldOutEpoch| HeldOut {
+    let held_out = |e: &yawrig_train::HeldOutEpoch| HeldOut {
         epoch: e.epoch,
         natural_frequency_rms: e.rms[0],
         damping_ratio_rms: e.rms[1],

@@ -1,23 +1,21 @@
 //! The riddle of [`story`](super::story) opened: what was hidden beside the model and the network that were made.
 
 use super::story::{unsealed, TrueRelease, Truth, MODEL_FILE, NETWORK_FILE, SCHEMA_VERSION};
-use crate::criticism::effects::Effect;
-use crate::criticism::fitting::{fit_plain, Fitted};
-use crate::criticism::model::{is_own, Model};
-use crate::criticism::model_fit::{held_against, Recorded};
-use crate::criticism::records;
-use crate::error::{Error, Exit, Result};
-use crate::interrupt;
-use crate::link::bench::{Bench, Target};
-use crate::link::flash::{self, Progress};
-use crate::quantity::Quantity;
-use crate::record::Record;
-use crate::replay::{replay, Range};
+use crate::model::document::{is_own, Model};
+use crate::model::model_fit::{held_against, Recorded};
+use crate::model::records;
+use crate::plot::{Axis, Curve, Plot};
 use crate::report::charts::Chart;
-use crate::rig;
-use crate::study::plot::{Axis, Curve, Plot};
 use serde::Serialize;
 use std::path::Path;
+use yawrig_core::effects::Effect;
+use yawrig_core::fit::fitting::{fit_plain, Fitted};
+use yawrig_core::interrupt;
+use yawrig_core::quantity::Quantity;
+use yawrig_expression::error::{Error, Exit, Result};
+use yawrig_link::bench::{Bench, Target};
+use yawrig_link::flash::{self, Progress};
+use yawrig_link::replay::{replay, Range};
 use yawrig_shared::wire::WindowResult;
 
 /// What was hidden, beside what was found.
@@ -115,7 +113,7 @@ impl Errors {
 /// Exit 3 where a file is missing or spoilt; those of the link; 6 where the device has no answer.
 pub fn reveal(folder: &Path, target: &Target, progress: &mut dyn Progress) -> Result<Revealed> {
     let truth = unsealed(folder)?;
-    let hidden: rig::Effect = truth.effect.parse()?;
+    let hidden: yawrig_rig::Effect = truth.effect.parse()?;
     let path = folder.join(MODEL_FILE);
     let model = if path.exists() { Some(Model::read(&path)?) } else { None };
     let network = folder.join(NETWORK_FILE);
@@ -160,10 +158,10 @@ pub fn reveal(folder: &Path, target: &Target, progress: &mut dyn Progress) -> Re
     })
 }
 
-fn compared(seed: u64, hidden: &rig::Effect, model: Option<&Model>) -> Hidden {
+fn compared(seed: u64, hidden: &yawrig_rig::Effect, model: Option<&Model>) -> Hidden {
     let effect = Effect::from_id(hidden.id());
     let entry = effect.and_then(|effect| model?.effect(effect));
-    let parameter = |(index, (p, truth)): (usize, (&rig::Parameter, f64))| {
+    let parameter = |(index, (p, truth)): (usize, (&yawrig_rig::Parameter, f64))| {
         let known = entry.filter(|e| !is_own(e.effect, index)).map(|e| e.parameters[index]);
         let found = known.and_then(|p| Some(Quantity::new(p.value?, p.u.unwrap_or(0.0))));
         HiddenParameter {
@@ -195,7 +193,7 @@ fn device(
         flash::write(&mut bench.client, blob, progress)?;
     }
     let answer = |release_of: &TrueRelease| {
-        let record = Record::read(&folder.join(&release_of.file))?;
+        let record = yawrig_records::read(&folder.join(&release_of.file))?;
         let range = Range { from_deg: 10.0, to_deg: 1.0 };
         let replayed = replay(&mut bench, &record, range, &mut |_| Ok(()))?;
         let release = replayed.main_release().filter(|r| !r.windows.is_empty());

@@ -1,13 +1,14 @@
 //! A riddle: an effect of the library hidden in the releases of one spring, to be found out by whoever reads them.
 
-use crate::derivatives::simulated::{self, Planned, CAMPAIGN_FILE};
-use crate::error::{Error, Result};
-use crate::files;
-use crate::rig::{self, Effects, Rig, Sensor, Spring, Start};
+use crate::campaign::simulated::{self, Planned, CAMPAIGN_FILE};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
+use yawrig_base::files;
+use yawrig_expression::error::{Error, Result};
+use yawrig_rig::{self, Effects, Rig, Sensor, Spring, Start};
+use yawrig_shared::axis::Axis;
 
 pub const SEALED_FILE: &str = "sealed-truth.txt";
 pub const MODEL_FILE: &str = "model.toml";
@@ -42,10 +43,10 @@ pub struct TrueRelease {
 /// The effect that `seed` chooses and its size: large enough to be seen, small enough to go unnoticed on a rig. Those
 /// of the library that leave the device's answers as they are (a constant moment, a drifting nought) or that nobody can
 /// foretell (buffeting) make no riddle.
-fn chosen(seed: u64, rig: &Rig) -> Result<(Spring, rig::Effect)> {
+fn chosen(seed: u64, rig: &Rig) -> Result<(Spring, yawrig_rig::Effect)> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let spring = Spring::named(SPRINGS[random.random_range(0..SPRINGS.len())])?;
-    let condition = rig::Condition { spring, axis: rig::Axis::Mid, wind_speed_m_s: 0.0 };
+    let condition = yawrig_rig::Condition { spring, axis: Axis::Mid, wind_speed_m_s: 0.0 };
     let wn = rig.modal(&condition)?.natural_frequency_rad_s;
     let which = random.random_range(0..5);
     let mut between = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
@@ -184,7 +185,8 @@ mod tests {
     #[test]
     fn seeds_choose_among_effects_springs_and_sizes() {
         let rig = Rig::default();
-        let all: Vec<(Spring, rig::Effect)> = (0..60).map(|s| chosen(s, &rig).unwrap()).collect();
+        let all: Vec<(Spring, yawrig_rig::Effect)> =
+            (0..60).map(|s| chosen(s, &rig).unwrap()).collect();
         let mut ids: Vec<&str> = all.iter().map(|(_, e)| e.id()).collect();
         ids.sort_unstable();
         ids.dedup();

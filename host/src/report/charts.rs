@@ -2,10 +2,10 @@
 
 use super::trace::{self, ModelTrace, Trace};
 use super::{Criticism, Point, Report, Training};
-use crate::criticism::amplitude::{AmplitudePicture, AmplitudePoint};
-use crate::error::Result;
-use crate::quantity::Quantity;
-use crate::study::plot::{svg, Axis, Curve, Plot, COLOURS};
+use crate::plot::{svg, Axis, Curve, Plot, COLOURS};
+use yawrig_core::diagnosis::amplitude::{AmplitudePicture, AmplitudePoint};
+use yawrig_core::quantity::Quantity;
+use yawrig_expression::error::Result;
 
 /// What a drawing shows, and in what it is.
 #[derive(Clone, Debug)]
@@ -225,13 +225,13 @@ pub fn amplitude(picture: &AmplitudePicture, truth: Option<[f64; 2]>) -> Chart {
 /// The moment that is missing, on the phase plane's two cuts.
 pub fn laws(criticism: &Criticism) -> Option<Chart> {
     let damping = criticism.wheres.iter().map(|(name, w)| {
-        let bar = |p: &crate::criticism::compare::DampingPoint| {
+        let bar = |p: &yawrig_core::diagnosis::compare::DampingPoint| {
             (p.rate_deg_s, p.moment_rad_s2, 2.0 * p.u_rad_s2)
         };
         Curve::bars(name, w.damping_law.iter().map(bar).collect())
     });
     let stiffness = criticism.wheres.iter().map(|(name, w)| {
-        let bar = |p: &crate::criticism::compare::StiffnessPoint| {
+        let bar = |p: &yawrig_core::diagnosis::compare::StiffnessPoint| {
             (p.yaw_deg, p.moment_rad_s2, 2.0 * p.u_rad_s2)
         };
         Curve::bars(name, w.stiffness_law.iter().map(bar).collect())

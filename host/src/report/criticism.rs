@@ -1,10 +1,10 @@
 //! What the criticism loop has found, as a report has it.
 
 use super::{Candidate, EffectFound, Parameter, Step};
-use crate::criticism::diagnose;
-use crate::criticism::effects::Effect;
-use crate::quantity::Quantity;
 use std::collections::BTreeMap;
+use yawrig_core::diagnosis::diagnose;
+use yawrig_core::effects::Effect;
+use yawrig_core::quantity::Quantity;
 
 /// The name of the model that a diagnosis begins with.
 pub const SECOND_ORDER: &str = "second order";

@@ -14,15 +14,15 @@ pub use of_campaign::of_campaign;
 pub use of_model::of_model;
 pub use of_records::of_records;
 
-use crate::criticism::amplitude::AmplitudePicture;
-use crate::criticism::compare::Where;
-use crate::error::{Error, Result};
-use crate::quantity::Quantity;
-use crate::rig::Axis;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::SystemTime;
 use trace::Trace;
+use yawrig_core::diagnosis::amplitude::AmplitudePicture;
+use yawrig_core::diagnosis::compare::Where;
+use yawrig_core::quantity::Quantity;
+use yawrig_expression::error::{Error, Result};
+use yawrig_shared::axis::Axis;
 use yawrig_shared::checksum::crc32;
 
 pub const SCHEMA_VERSION: u32 = 1;
@@ -134,8 +134,8 @@ pub struct Point {
     pub truth: Option<[f64; 4]>,
 }
 
-impl From<&crate::derivatives::table::Point> for Point {
-    fn from(p: &crate::derivatives::table::Point) -> Self {
+impl From<&yawrig_core::derivatives::table::Point> for Point {
+    fn from(p: &yawrig_core::derivatives::table::Point) -> Self {
         Self {
             spring: p.spring.clone(),
             wind_speed_m_s: p.wind_speed_m_s,

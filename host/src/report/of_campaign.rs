@@ -5,19 +5,20 @@ use super::of_records::{analysis, blank, drawn_release, method_name, with_effect
 use super::{
     Criticism, Estimate, Kind, Made, Point, Release, Report, Setting, Source, TRACE_NUMBERS,
 };
-use crate::criticism::campaign::{diagnose_with_fits, Diagnosed, HeldOut};
-use crate::criticism::diagnose::Options;
-use crate::criticism::fitting::Fitted;
-use crate::derivatives::campaign::CampaignFile;
-use crate::derivatives::condition::Identified;
-use crate::derivatives::evaluate;
-use crate::derivatives::table::Table;
-use crate::error::{Error, Result};
-use crate::identify::{identify, Method, Settings};
-use crate::interrupt;
-use crate::record::Record;
-use crate::rig::Axis;
+use crate::campaign::diagnose_with_fits;
+use crate::campaign::evaluate;
+use crate::campaign::CampaignFile;
 use std::path::Path;
+use yawrig_core::derivatives::condition::Identified;
+use yawrig_core::derivatives::table::Table;
+use yawrig_core::diagnosis::campaign::{Diagnosed, HeldOut};
+use yawrig_core::diagnosis::diagnose::Options;
+use yawrig_core::fit::fitting::Fitted;
+use yawrig_core::identify::{identify, Method, Settings};
+use yawrig_core::interrupt;
+use yawrig_core::record::Record;
+use yawrig_expression::error::{Error, Result};
+use yawrig_shared::axis::Axis;
 
 /// The report of the campaign at `path`.
 ///
@@ -106,7 +107,7 @@ fn release(
     index: usize,
 ) -> Result<Release> {
     let entry = &file.campaign.release[index];
-    let record = Record::read(&file.record_path(index))?;
+    let record = yawrig_records::read(&file.record_path(index))?;
     let (swing, plain, last) =
         (&diagnosed.swings[index], &diagnosed.plain[index], &diagnosed.last[index]);
     let with = with_effects(last);

@@ -5,16 +5,15 @@ use super::of_records::{blank, drawn_release, with_effects};
 use super::{
     Criticism, Estimate, JournalRow, Kind, Made, Report, Setting, Source, Step, TRACE_NUMBERS,
 };
-use crate::criticism::compare::locate;
-use crate::criticism::comparison::{compare, Comparison};
-use crate::criticism::fitting::{fit_plain, Fitted};
-use crate::criticism::journal::{self, Journal};
-use crate::criticism::model::{read_text, Model};
-use crate::criticism::model_fit::{held_against, Data, Recorded};
-use crate::error::Result;
-use crate::interrupt;
-use crate::record::Record;
+use crate::model::comparison::{compare, Comparison};
+use crate::model::document::{read_text, Model};
+use crate::model::journal::{self, Journal};
+use crate::model::model_fit::{held_against, Data, Recorded};
 use std::path::Path;
+use yawrig_core::diagnosis::compare::locate;
+use yawrig_core::fit::fitting::{fit_plain, Fitted};
+use yawrig_core::interrupt;
+use yawrig_expression::error::Result;
 
 /// The report of the model at `path`.
 ///
@@ -48,7 +47,7 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
     for recorded in recorded {
         interrupt::check()?;
         let swing = &recorded.swing;
-        let record = Record::read(&recorded.path)?;
+        let record = yawrig_records::read(&recorded.path)?;
         report.sources.push(Source::of(&recorded.path)?);
         let fit = held_against(&model, recorded, 1.0)?;
         let plain = fit_plain(swing, model.unknown_zero, swing.yaw_rad.len());

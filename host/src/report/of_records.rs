@@ -5,16 +5,16 @@ use super::criticism::{
 };
 use super::trace::{self, values};
 use super::{Criticism, Estimate, Kind, Made, Release, Report, Setting, Source, TRACE_NUMBERS};
-use crate::criticism::amplitude::picture;
-use crate::criticism::compare::locate;
-use crate::criticism::diagnose::{diagnose_with_fits, Diagnosed, Options};
-use crate::criticism::fitting::Fitted;
-use crate::criticism::swing::Swing;
-use crate::error::{Error, Result};
-use crate::identify::{self, identify, Method};
-use crate::interrupt;
-use crate::record::Record;
 use std::path::PathBuf;
+use yawrig_core::diagnosis::amplitude::picture;
+use yawrig_core::diagnosis::compare::locate;
+use yawrig_core::diagnosis::diagnose::{diagnose_with_fits, Diagnosed, Options};
+use yawrig_core::fit::fitting::Fitted;
+use yawrig_core::fit::swing::Swing;
+use yawrig_core::identify::{self, identify, Method};
+use yawrig_core::interrupt;
+use yawrig_core::record::Record;
+use yawrig_expression::error::{Error, Result};
 
 /// Candidates whose foretelling is drawn: the best of those that gain anything.
 const CANDIDATES: usize = 4;
@@ -50,7 +50,7 @@ pub fn of_records(
     for file in files {
         interrupt::check()?;
         crate::say!("judging {}", file.display());
-        let record = Record::read(file)?;
+        let record = yawrig_records::read(file)?;
         report.sources.push(Source::of(file)?);
         let methods = [Method::LeastSquares, Method::Conventional, Method::Network];
         let identified = identify(&record, &methods, settings)?;
@@ -142,7 +142,7 @@ fn release(
         Some((c.effect.id(), singles.iter().find(of)?))
     });
     let mut drawn = models.clone();
-    let known = |effects: &[crate::criticism::effects::Effect]| effects == last.structure.effects;
+    let known = |effects: &[yawrig_core::effects::Effect]| effects == last.structure.effects;
     drawn.extend(alone.filter(|(_, m)| !known(&m.structure.effects)).take(CANDIDATES));
     drawn_release(
         record,

@@ -3,10 +3,10 @@
 use super::charts::{self, Chart};
 use super::html::escaped;
 use super::{Criticism, EffectFound, Estimate, Point, Release, Report};
-use crate::error::Result;
-use crate::quantity::Quantity;
-use crate::study::plot::Plot;
+use crate::plot::Plot;
 use std::fmt::Write as _;
+use yawrig_core::quantity::Quantity;
+use yawrig_expression::error::Result;
 
 /// Everything the reader sees.
 pub fn body(report: &Report) -> Result<String> {

@@ -1,8 +1,8 @@
 //! A record and its models as they are drawn: few enough numbers, with every extreme kept.
 
-use crate::criticism::fitting::Fitted;
-use crate::criticism::swing::Swing;
 use serde::{Deserialize, Serialize};
+use yawrig_core::fit::fitting::Fitted;
+use yawrig_core::fit::swing::Swing;
 
 /// A free swing with what models make of it. Times from the release.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

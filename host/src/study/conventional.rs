@@ -1,17 +1,17 @@
 //! Table 4.7: the conventional method and the network on three responses at ten noise levels.
 
 use super::decays::impulse_response;
-use super::plot::{Axis, Curve, Plot};
 use super::report::{percent, Report, Table};
 use super::{reported, Setting};
-use crate::error::Result;
-use crate::identify::{identify, Identification, Method, Settings};
-use crate::interrupt;
-use crate::record::Record;
+use crate::plot::{Axis, Curve, Plot};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
+use yawrig_core::identify::{identify, Identification, Method, Settings};
+use yawrig_core::interrupt;
+use yawrig_core::record::Record;
+use yawrig_expression::error::Result;
 
 /// wn in rad/s and zeta of the three responses.
 pub const SAMPLES: [(f64, f64); 3] = [(7.5, 0.012), (15.5, 0.003), (23.5, 0.006)];

@@ -3,10 +3,10 @@
 use super::decays::{Cycles, Noise};
 use super::information;
 use super::lab::Spec;
-use super::plot::{Axis, Curve, Plot};
 use super::report::{percent, scientific, Report, Table};
 use super::{reported, Setting};
-use crate::error::Result;
+use crate::plot::{Axis, Curve, Plot};
+use yawrig_expression::error::Result;
 
 const HIDDEN: [usize; 3] = [6, 8, 10];
 /// Noise for which the information limit is shown, share of the peak.

@@ -2,10 +2,10 @@
 
 use super::decays::{Cycles, Noise};
 use super::lab::Spec;
-use super::plot::{Axis, Curve, Plot};
 use super::report::{percent, scientific, Report, Table};
 use super::{reported, Setting};
-use crate::error::Result;
+use crate::plot::{Axis, Curve, Plot};
+use yawrig_expression::error::Result;
 
 const HIDDEN: [usize; 7] = [2, 4, 6, 8, 10, 12, 14];
 

@@ -1,11 +1,11 @@
 //! The information limit: what no unbiased estimate from the same data can beat (Cramer-Rao; amplitude,
 //! phase and offset unknown too).
 
-use crate::identify::damped_sinusoid::Mode;
-use crate::identify::samples::Samples;
-use crate::identify::uncertainty;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
+use yawrig_core::identify::damped_sinusoid::Mode;
+use yawrig_core::identify::samples::Samples;
+use yawrig_core::identify::uncertainty;
 
 /// Root mean squares over draws of the limit's share of the truth, percent.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]

@@ -3,10 +3,10 @@
 use super::decays::{Cycles, Noise};
 use super::information;
 use super::lab::Spec;
-use super::plot::{Axis, Curve, Plot};
 use super::report::{percent, scientific, Report, Table};
 use super::{reported, Setting};
-use crate::error::Result;
+use crate::plot::{Axis, Curve, Plot};
+use yawrig_expression::error::Result;
 
 const POINTS: [usize; 7] = [40, 50, 60, 70, 80, 90, 100];
 /// Noise for which the information limit is shown, share of the peak.

@@ -1,14 +1,14 @@
 //! Training and testing as the studies do it: any inputs, f64, no device.
 
 use super::report::percent;
-use crate::error::{Error, Exit, Result};
-use crate::interrupt;
-use crate::train::draws::{self, Ranges};
-use crate::train::errors::Errors;
-use crate::train::pca::{Projection, Scale};
-use crate::train::{forward, Epoch, Options, Precision, Progress, Samples, Trained};
 use std::ops::ControlFlow;
+use yawrig_core::interrupt;
+use yawrig_expression::error::{Error, Exit, Result};
 use yawrig_shared::features::{FeatureKind, FEATURES};
+use yawrig_train::draws::{self, Ranges};
+use yawrig_train::errors::Errors;
+use yawrig_train::pca::{Projection, Scale};
+use yawrig_train::{forward, Epoch, Options, Precision, Progress, Samples, Trained};
 
 /// Features and truth of draws; unscaled.
 #[derive(Clone, Debug)]
@@ -173,7 +173,7 @@ pub fn fit(draws: &Draws, spec: &Spec) -> Result<Fit> {
         ..Options::default()
     };
     let topology = options.topology(&samples);
-    let trained = crate::train::train(&samples, &options, &mut UntilInterrupted)
+    let trained = yawrig_train::train(&samples, &options, &mut UntilInterrupted)
         .map_err(|e| failed(&e.to_string()))?;
     interrupt::check()?;
     Ok(Fit { trained, topology, projection, scaling })
@@ -183,7 +183,7 @@ impl Fit {
     /// Cells of a table by noise: the network, rms errors of wn and of zeta at each level, median and 95th percentile of
     /// zeta's at the last, effective parameters.
     pub fn row_by_noise(&self, errors: &[Errors]) -> Vec<String> {
-        let mut row = vec![crate::train::freeze::name(&self.topology)];
+        let mut row = vec![yawrig_train::freeze::name(&self.topology)];
         row.extend(errors.iter().map(|e| percent(e.natural_frequency_rms_percent)));
         row.extend(errors.iter().map(|e| percent(e.damping_ratio_rms_percent)));
         if let Some(last) = errors.last() {

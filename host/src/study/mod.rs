@@ -15,7 +15,6 @@ mod pca_estimates;
 mod pca_rig;
 mod pca_samples;
 mod pca_structures;
-pub mod plot;
 pub mod report;
 mod response;
 mod rig_records;
@@ -27,11 +26,11 @@ mod validation;
 pub use conventional::{SAMPLES as TABLE_4_7_SAMPLES, THESIS as TABLE_4_7};
 pub use report::Report;
 
-use crate::error::{Error, Result};
-use crate::interrupt;
 use lab::{Draws, Fit, Spec};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use yawrig_core::interrupt;
+use yawrig_expression::error::{Error, Result};
 
 /// Whether a study is run in full or just to see that it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -144,7 +143,7 @@ impl Study {
         &self,
         tables: Vec<report::Table>,
         findings: Vec<String>,
-        plots: Vec<plot::Plot>,
+        plots: Vec<crate::plot::Plot>,
     ) -> Report {
         let (study, title) = (self.name.to_owned(), self.reruns.to_owned());
         Report { study, title, tables, findings, plots }
@@ -156,7 +155,7 @@ fn reported(
     name: &str,
     tables: Vec<report::Table>,
     findings: Vec<String>,
-    plots: Vec<plot::Plot>,
+    plots: Vec<crate::plot::Plot>,
 ) -> Result<Report> {
     Ok(Study::named(name)?.report(tables, findings, plots))
 }

@@ -3,12 +3,12 @@
 use super::decays::{Cycles, Noise};
 use super::information::{self, Limit};
 use super::lab::{Draws, Fit, Spec};
-use super::plot::{Axis, Curve, Plot};
 use super::report::{percent, scientific, Report, Table, NOT_GIVEN};
 use super::{reported, Setting};
-use crate::error::Result;
-use crate::train::errors::Errors;
-use crate::train::Precision;
+use crate::plot::{Axis, Curve, Plot};
+use yawrig_expression::error::Result;
+use yawrig_train::errors::Errors;
+use yawrig_train::Precision;
 
 /// Rms on the impulse response.
 const LEVELS: [f64; 5] = [0.02, 0.05, 0.1, 0.15, 0.2];
@@ -126,7 +126,7 @@ fn structures(setting: &Setting<'_>) -> Result<(Vec<Table>, Vec<Curve>)> {
         };
         for ((p, hidden), fit) in part.structures.iter().zip(&fits) {
             let errors: Vec<Errors> = tests[at(*p)].iter().map(|test| fit.errors(test)).collect();
-            let name = crate::train::freeze::name(&fit.topology);
+            let name = yawrig_train::freeze::name(&fit.topology);
             table.row(fit.row_by_noise(&errors));
             if hidden.len() == 1 && *p == 40 {
                 let points = LEVELS.iter().zip(&errors);
@@ -170,7 +170,7 @@ fn table_4_5(fits: &[Fit]) -> Table {
         &["structure", "SSE", "(thesis)", "effective", "(thesis)", "of"],
     );
     for (name, sse, effective) in TABLE_4_5 {
-        let Some(fit) = fits.iter().find(|f| crate::train::freeze::name(&f.topology) == name)
+        let Some(fit) = fits.iter().find(|f| yawrig_train::freeze::name(&f.topology) == name)
         else {
             continue;
         };

@@ -3,11 +3,11 @@
 use super::decays::{Noise, WholeRecord};
 use super::lab::Spec;
 use super::pca_samples::thesis_spec;
-use super::plot::{Axis, Curve, Plot};
 use super::report::{percent, scientific, Report, Table, NOT_GIVEN};
 use super::{reported, Setting};
-use crate::error::{Error, Result};
-use crate::train::pca::{Projection, Scale};
+use crate::plot::{Axis, Curve, Plot};
+use yawrig_expression::error::{Error, Result};
+use yawrig_train::pca::{Projection, Scale};
 
 const COUNTS: [usize; 8] = [10, 15, 20, 25, 30, 32, 45, 60];
 /// Read off Fig 5.5's axis: SSE below 0.4 at ten, levelling off at twenty.

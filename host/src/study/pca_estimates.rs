@@ -3,12 +3,12 @@
 use super::decays::{rows, Noise, WholeRecord};
 use super::lab::{Draws, Spec};
 use super::pca_samples::{better, better_spec, thesis_spec};
-use super::plot::{Axis, Curve, Plot};
 use super::report::{percent, Report, Table};
 use super::{reported, Setting};
-use crate::error::Result;
-use crate::train::errors::Errors;
-use crate::train::Precision;
+use crate::plot::{Axis, Curve, Plot};
+use yawrig_expression::error::Result;
+use yawrig_train::errors::Errors;
+use yawrig_train::Precision;
 
 const ZETA: [f64; 3] = [0.003, 0.009, 0.025];
 const WN_RAD_S: [f64; 3] = [3.5, 15.5, 23.5];

@@ -4,20 +4,21 @@
 use super::decays::{Begin, Noise, WholeRecord};
 use super::lab::{Draws, Fit, Spec};
 use super::pca_samples::{better_spec, thesis_spec};
-use super::plot::{Axis as PlotAxis, Curve, Plot};
 use super::report::{percent, Report, Table};
 use super::rig_records::{release, windows, Cut, EightSeconds};
 use super::{reported, Setting};
-use crate::error::Result;
-use crate::interrupt;
-use crate::record::Record;
-use crate::rig::{Axis, Condition, Rig, Spring, SPRINGS};
-use crate::train::pca::Scale;
-use crate::train::Precision;
+use crate::plot::{Axis as PlotAxis, Curve, Plot};
 use rayon::prelude::*;
+use yawrig_core::interrupt;
+use yawrig_core::record::Record;
+use yawrig_expression::error::Result;
+use yawrig_rig::{Condition, Rig, Spring, SPRINGS};
+use yawrig_shared::axis::Axis;
 use yawrig_shared::derivatives::YawDerivatives;
 use yawrig_shared::features::FeatureKind;
 use yawrig_shared::modal::Modal;
+use yawrig_train::pca::Scale;
+use yawrig_train::Precision;
 
 const WIND_SPEED_M_S: f64 = 10.0;
 

@@ -3,13 +3,13 @@
 use super::decays::{Noise, WholeRecord, RECORD_POINTS, RECORD_S};
 use super::information;
 use super::lab::{Draws, Spec};
-use super::plot::{Axis, Curve, Plot};
 use super::report::{percent, scientific, Report, Table, NOT_GIVEN};
 use super::{reported, Setting};
-use crate::error::Result;
-use crate::train::errors::Errors;
-use crate::train::pca::Scale;
-use crate::train::Precision;
+use crate::plot::{Axis, Curve, Plot};
+use yawrig_expression::error::Result;
+use yawrig_train::errors::Errors;
+use yawrig_train::pca::Scale;
+use yawrig_train::Precision;
 
 const SAMPLES: [usize; 4] = [500, 1000, 1500, 2000];
 /// Thesis's axes end here: wn MSE, zeta MSE.

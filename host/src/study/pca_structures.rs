@@ -4,12 +4,12 @@ use super::decays::{Noise, WholeRecord};
 use super::information;
 use super::lab::{Draws, Spec};
 use super::pca_samples::{thesis_spec, times_s};
-use super::plot::{Axis, Curve, Plot};
 use super::report::{percent, Report, Table, NOT_GIVEN};
 use super::{reported, Setting};
-use crate::error::Result;
-use crate::train::errors::Errors;
-use crate::train::Precision;
+use crate::plot::{Axis, Curve, Plot};
+use yawrig_expression::error::Result;
+use yawrig_train::errors::Errors;
+use yawrig_train::Precision;
 
 const FIRST: [usize; 4] = [10, 15, 20, 25];
 const SECOND: [usize; 3] = [0, 5, 10];
@@ -48,7 +48,7 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
     let mut curves = Vec::new();
     for (hidden, fit) in structures.iter().zip(&fits) {
         let errors: Vec<Errors> = tests.iter().map(|test| fit.errors(test)).collect();
-        let name = crate::train::freeze::name(&fit.topology);
+        let name = yawrig_train::freeze::name(&fit.topology);
         table.row(fit.row_by_noise(&errors));
         if hidden[0] == 20 {
             let points = LEVELS.iter().zip(&errors);

@@ -1,6 +1,6 @@
 //! What a study found: plain tables, text and plots; text and JSON are made from them.
 
-use super::plot::Plot;
+use crate::plot::Plot;
 use serde::Serialize;
 
 /// One table.

@@ -1,11 +1,12 @@
 //! Fig 4.20: natural frequency and damping ratio window by window through one response of spring K4.
 
-use super::plot::{Axis as PlotAxis, Curve, Plot};
 use super::report::{Report, Table};
 use super::rig_records::{at_amplitude, release, windows};
 use super::{reported, Setting};
-use crate::error::{Error, Result};
-use crate::rig::{Axis, Condition, Rig, Spring};
+use crate::plot::{Axis as PlotAxis, Curve, Plot};
+use yawrig_expression::error::{Error, Result};
+use yawrig_rig::{Condition, Rig, Spring};
+use yawrig_shared::axis::Axis;
 use yawrig_shared::blob;
 
 /// Thesis, ten windows in the order they stand in the figure's text; the figure itself orders them in time.

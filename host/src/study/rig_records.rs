@@ -2,11 +2,11 @@
 //! them.
 
 use super::decays::{normalised, RECORD_POINTS, RECORD_S};
-use crate::error::Result;
-use crate::identify::least_squares;
-use crate::identify::samples::Samples;
-use crate::record::Record;
-use crate::rig::{Condition, Effect, Effects, End, Rig, Sensor, Start};
+use yawrig_core::identify::least_squares;
+use yawrig_core::identify::samples::Samples;
+use yawrig_core::record::Record;
+use yawrig_expression::error::Result;
+use yawrig_rig::{Condition, Effect, Effects, End, Rig, Sensor, Start};
 use yawrig_shared::features::{features, FeatureKind, Features};
 use yawrig_shared::history::History;
 use yawrig_shared::modal::Modal;

@@ -2,10 +2,10 @@
 
 use super::decays::{Cycles, Noise};
 use super::lab::Spec;
-use super::plot::{Axis, Curve, Plot};
 use super::report::{percent, scientific, Report, Table};
 use super::{reported, Setting};
-use crate::error::Result;
+use crate::plot::{Axis, Curve, Plot};
+use yawrig_expression::error::Result;
 
 /// Nodes of the second layer, then MSE of wn and zeta on the training set and on the test set.
 const THESIS: [(usize, [f64; 4]); 5] = [

@@ -12,7 +12,7 @@ fn quick(name: &str) -> Report {
             assert!(row.iter().all(|c| !c.is_empty() && !c.contains("NaN")), "{name}: {row:?}");
         }
     }
-    let svg = plot::svg(&report.plots).unwrap();
+    let svg = crate::plot::svg(&report.plots).unwrap();
     assert!(svg.contains("<svg") && !svg.contains("NaN"), "{name}");
     for curve in report.plots.iter().flat_map(|p| &p.curves) {
         assert!(!curve.points.is_empty(), "{name}: {}", curve.name);
@@ -41,7 +41,7 @@ fn the_same_tables_on_any_number_of_threads() {
 #[test]
 fn an_unknown_study_is_refused_with_all_names() {
     let Err(error) = Study::named("start") else { panic!("there is no such study") };
-    assert_eq!(error.exit, crate::error::Exit::Usage);
+    assert_eq!(error.exit, yawrig_expression::error::Exit::Usage);
     assert!(STUDIES.iter().all(|study| error.help.contains(study.name)));
 }
 

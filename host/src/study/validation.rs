@@ -1,15 +1,17 @@
 //! Figs 4.22 and 4.23: responses computed back from the derivatives against the records.
 
-use super::plot::{Axis as PlotAxis, Curve, Plot};
 use super::report::{Report, Table};
 use super::{reported, rig_records, Setting, Size};
-use crate::derivatives::campaign::CampaignFile;
-use crate::derivatives::condition::Identified;
-use crate::derivatives::{evaluate, simulated, table};
-use crate::error::{Error, Result};
-use crate::identify::{identify, Method, Settings};
-use crate::record::Record;
-use crate::rig::{Axis, End, Rig, Sensor, Start};
+use crate::campaign::CampaignFile;
+use crate::campaign::{evaluate, simulated};
+use crate::plot::{Axis as PlotAxis, Curve, Plot};
+use yawrig_core::derivatives::condition::Identified;
+use yawrig_core::derivatives::table;
+use yawrig_core::identify::{identify, Method, Settings};
+use yawrig_core::record::Record;
+use yawrig_expression::error::{Error, Result};
+use yawrig_rig::{End, Rig, Sensor, Start};
+use yawrig_shared::axis::Axis;
 
 const METHODS: [(Method, &str); 3] = [
     (Method::Conventional, "conventional"),
@@ -34,7 +36,7 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
         }
         for record in &mut planned {
             if vary {
-                let off = crate::rig::Condition { wind_speed_m_s: 0.0, ..record.condition };
+                let off = yawrig_rig::Condition { wind_speed_m_s: 0.0, ..record.condition };
                 record.effects = rig_records::effects(&rig.modal(&off)?)?;
             }
         }
@@ -113,7 +115,7 @@ fn errors_table(name: &str, rig: &Rig, found: &[table::Table], noise_deg: f64) -
     let columns: Vec<Vec<_>> = found.iter().map(|t| of_mid(t).collect()).collect();
     for i in 0..columns.iter().map(Vec::len).min().unwrap_or(0) {
         let (km, _, point) = columns[0][i];
-        let Some(spring) = crate::rig::SPRINGS.into_iter().find(|s| s.name == point.spring) else {
+        let Some(spring) = yawrig_rig::SPRINGS.into_iter().find(|s| s.name == point.spring) else {
             continue;
         };
         let truth = rig.truth(&spring);

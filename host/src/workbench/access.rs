@@ -1,9 +1,9 @@
 //! Who may ask: this machine's browser, on a page that was opened with the token.
 
-use crate::error::{Error, Result};
 use axum::http::{header, HeaderMap, Uri};
 use rand::TryRngCore;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use yawrig_expression::error::{Error, Result};
 
 /// What a request must show.
 #[derive(Clone, Debug)]

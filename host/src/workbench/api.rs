@@ -6,7 +6,6 @@ use super::live::Order;
 use super::own::Form;
 use super::session::Use;
 use super::{show, state};
-use crate::error::{Error, Exit};
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
@@ -15,6 +14,7 @@ use serde::Deserialize;
 use serde_json::{json, Value};
 use std::path::PathBuf;
 use std::sync::Arc;
+use yawrig_expression::error::{Error, Exit};
 
 type Answer = std::result::Result<Json<Value>, Refused>;
 
@@ -41,7 +41,7 @@ impl IntoResponse for Refused {
 /// Off the server's own threads: files are read and curves computed.
 async fn aside(
     app: Arc<App>,
-    work: impl FnOnce(&Arc<App>) -> crate::error::Result<Value> + Send + 'static,
+    work: impl FnOnce(&Arc<App>) -> yawrig_expression::error::Result<Value> + Send + 'static,
 ) -> Answer {
     let done = tokio::task::spawn_blocking(move || work(&app)).await;
     let done =
@@ -50,7 +50,9 @@ async fn aside(
 }
 
 /// That a record is bad data is an answer, too: the page asked what there is to be drawn.
-fn or_fault(drawn: crate::error::Result<Value>) -> crate::error::Result<Value> {
+fn or_fault(
+    drawn: yawrig_expression::error::Result<Value>,
+) -> yawrig_expression::error::Result<Value> {
     match drawn {
         Err(e) if e.exit == Exit::Data => {
             Ok(json!({"fault": {"message": e.message, "help": e.help}}))
@@ -223,7 +225,7 @@ pub async fn act(State(app): State<Arc<App>>, Json(act): Json<Act>) -> Answer {
     aside(app, move |app| do_it(app, act)).await
 }
 
-fn do_it(app: &Arc<App>, act: Act) -> crate::error::Result<Value> {
+fn do_it(app: &Arc<App>, act: Act) -> yawrig_expression::error::Result<Value> {
     let why = |why: Option<String>| why.filter(|w| !w.trim().is_empty());
     let effect = |id: &str| app.session().effect(id);
     let live = |order| app.live.order(order).map(|()| json!({}));

@@ -4,10 +4,10 @@ use super::access::Access;
 use super::live::Live;
 use super::session::Session;
 use super::work::Work;
-use crate::error::Result;
 use serde_json::json;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::broadcast;
+use yawrig_expression::error::Result;
 
 /// News that a slow page may have waiting before it is told to ask for everything.
 const MOST_NEWS: usize = 256;

@@ -1,14 +1,15 @@
 //! The derivatives of a campaign from the natural frequencies and damping ratios of a model's steps.
 
 use super::session::Standing;
-use crate::criticism::journal::{Known, KnownModal};
-use crate::criticism::model::MadeUnder;
-use crate::derivatives::campaign::{CampaignFile, ReleaseEntry};
-use crate::derivatives::condition::Identified;
-use crate::derivatives::table::Point;
-use crate::derivatives::Computed;
-use crate::quantity::Quantity;
+use crate::campaign::CampaignFile;
+use crate::model::document::MadeUnder;
+use crate::model::journal::{Known, KnownModal};
 use std::collections::BTreeMap;
+use yawrig_core::derivatives::campaign::ReleaseEntry;
+use yawrig_core::derivatives::condition::Identified;
+use yawrig_core::derivatives::table::Point;
+use yawrig_core::derivatives::Computed;
+use yawrig_core::quantity::Quantity;
 
 type Modal = BTreeMap<String, KnownModal>;
 
@@ -62,7 +63,7 @@ fn points(campaign: &CampaignFile, modal: &Modal) -> Option<Vec<Point>> {
             flags: Vec::new(),
         });
     }
-    let computed = Computed::new(&chosen, &identified).ok()?;
-    let points = computed.table(&chosen, "model").points;
+    let computed = Computed::new(&chosen.campaign, &identified).ok()?;
+    let points = computed.table(&chosen.path, "model").points;
     (!points.is_empty()).then_some(points)
 }

@@ -3,18 +3,17 @@
 use super::app::App;
 use super::session::{Session, Standing};
 use super::view::{options, Ghost, View};
-use crate::criticism::campaign;
-use crate::criticism::diagnose::{diagnose_with_fits, verdict, Diagnosed, SECOND_ORDER};
-use crate::criticism::effects::Effect;
-use crate::criticism::model::RecordEntry;
-use crate::criticism::revise::{self, quoted, Asked, Revision};
-use crate::criticism::unfitted;
-use crate::error::{Error, Result};
-use crate::interrupt;
+use crate::model::document::RecordEntry;
+use crate::model::revise::{self, quoted, Asked, Revision};
+use crate::model::unfitted;
 use rayon::prelude::*;
 use serde_json::json;
 use std::path::PathBuf;
 use std::sync::Arc;
+use yawrig_core::diagnosis::diagnose::{diagnose_with_fits, verdict, Diagnosed, SECOND_ORDER};
+use yawrig_core::effects::Effect;
+use yawrig_core::interrupt;
+use yawrig_expression::error::{Error, Result};
 
 /// What a user can ask for that takes its time.
 #[derive(Clone, Debug)]
@@ -89,7 +88,7 @@ impl Taken {
     /// The command that would do the same, for the journal.
     fn asked(&self, words: &str, why: Option<&str>) -> Asked {
         let model = match self.path.to_str() {
-            Some(crate::criticism::model::DEFAULT) => String::new(),
+            Some(crate::model::document::DEFAULT) => String::new(),
             _ => format!(" --model {}", quoted(&self.path.display().to_string())),
         };
         let reason = why.map_or_else(String::new, |why| format!(" --why {why:?}"));
@@ -238,12 +237,12 @@ fn judge(app: &Arc<App>, taken: &Taken) -> Result<String> {
         return Err(Error::data("no record of the campaign can be read")
             .help("put them back, and start the workbench again"));
     }
-    let options = crate::criticism::diagnose::Options {
+    let options = yawrig_core::diagnosis::diagnose::Options {
         zero_unknown: taken.unknown_zero,
         own: taken.own.clone(),
         ..Default::default()
     };
-    let judged = campaign::diagnose(&file, &options)?;
+    let judged = crate::campaign::diagnose(&file, &options)?;
     let text = verdict(judged.status, &judged.effects, SECOND_ORDER);
     app.session().judged = Some(Arc::new(judged));
     Ok(text)
@@ -278,7 +277,7 @@ pub fn make_view(app: &Arc<App>, id: usize) {
         .map_err(Clone::clone)
         .and_then(|loaded| loaded.recorded(&release.entry))
         .and_then(|recorded| View::of(standing.model.as_deref(), recorded, unknown_zero));
-    if made.as_ref().is_err_and(|e| e.exit == crate::error::Exit::Interrupted) {
+    if made.as_ref().is_err_and(|e| e.exit == yawrig_expression::error::Exit::Interrupted) {
         return;
     }
     let mut session = app.session();

@@ -5,18 +5,18 @@ mod playing;
 mod seen;
 
 use super::app::App;
-use crate::error::{Error, Result};
-use crate::interrupt;
-use crate::link::bench::Target;
-use crate::link::port;
-use crate::live::sessions::{self, Listed};
-use crate::live::stored::Stored;
 use seen::Seen;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{channel, Receiver, Sender};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use yawrig_core::interrupt;
+use yawrig_expression::error::{Error, Result};
+use yawrig_link::bench::Target;
+use yawrig_link::live::sessions::{self, Listed};
+use yawrig_link::live::stored::Stored;
+use yawrig_link::port;
 
 /// Folder of recordings made from the page.
 pub const FOLDER: &str = "recordings";

@@ -1,7 +1,7 @@
 //! The loop of criticism by hand, on a page in the browser.
 //!
 //! A request is answered from what is known (`api`, `show`, `state`); what takes longer is done by one thread (`work`,
-//! `jobs`), which tells the pages when it is ready. The steps are those of [`crate::criticism::revise`], so that the
+//! `jobs`), which tells the pages when it is ready. The steps are those of [`crate::model::revise`], so that the
 //! model and its journal are the same whether made here or on the command line. The page asks no other host for
 //! anything, and this server answers no other page (`access`).
 
@@ -21,12 +21,12 @@ mod state;
 mod view;
 mod work;
 
-use crate::criticism::effects::Effect;
-use crate::error::{Error, Result};
-use crate::{interrupt, own_effect};
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
 use std::sync::Arc;
+use yawrig_core::effects::Effect;
+use yawrig_core::interrupt;
+use yawrig_expression::error::{Error, Result};
 
 /// What is served, and to whom.
 #[derive(Clone, Debug)]
@@ -52,7 +52,7 @@ pub struct Options {
 /// # Errors
 /// Exit 2 or 3 where the files cannot be used, 4 where the port cannot be had, 130 on Ctrl-C.
 pub fn serve(options: &Options, ready: impl FnOnce(&str) -> Result<()>) -> Result<()> {
-    own_effect::allow_redefinition();
+    yawrig_expression::allow_redefinition();
     let session = session::Session::new(options)?;
     let ip = options.allow_remote.unwrap_or(Ipv4Addr::LOCALHOST.into());
     let listener = server::bound(ip, options.port)?;

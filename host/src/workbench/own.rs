@@ -2,16 +2,16 @@
 
 use super::app::App;
 use super::series::shorts;
-use crate::criticism::effects::Effect;
-use crate::error::{Error, Result};
-use crate::files;
-use crate::own_effect::{self, OwnEffect, State};
 use serde::Deserialize;
 use serde_json::{json, Value};
 use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use yawrig_base::files;
+use yawrig_core::effects::Effect;
+use yawrig_expression::error::{Error, Result};
+use yawrig_expression::{self, OwnEffect, State};
 
 /// As it is typed.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -85,7 +85,7 @@ impl Form {
     }
 
     fn checked(&self) -> Result<OwnEffect> {
-        own_effect::check(&self.file(), &self.written().text, &Effect::ALL.map(Effect::id))
+        yawrig_expression::check(&self.file(), &self.written().text, &Effect::ALL.map(Effect::id))
     }
 
     /// Makes it known.
@@ -287,7 +287,9 @@ mod tests {
         let model = folder.path().join("model.toml");
         let path = form("-c * sign(r)").save(&model).unwrap();
         assert_eq!(
-            own_effect::check(&path, &std::fs::read_to_string(&path).unwrap(), &[]).unwrap().id,
+            yawrig_expression::check(&path, &std::fs::read_to_string(&path).unwrap(), &[])
+                .unwrap()
+                .id,
             "mine"
         );
         form("-c * sign(r)").save(&model).unwrap();

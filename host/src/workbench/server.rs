@@ -3,8 +3,6 @@
 use super::access::Access;
 use super::app::App;
 use super::{api, assets};
-use crate::error::{Error, Result};
-use crate::interrupt;
 use axum::body::Body;
 use axum::extract::{Request, State};
 use axum::http::{header, HeaderValue, Method, StatusCode};
@@ -19,6 +17,8 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio_stream::wrappers::BroadcastStream;
 use tokio_stream::{Stream, StreamExt};
+use yawrig_core::interrupt;
+use yawrig_expression::error::{Error, Result};
 
 /// How often the main thread looks for Ctrl-C.
 const GLANCE: Duration = Duration::from_millis(20);

@@ -2,20 +2,20 @@
 
 use super::view::{Ghost, Loaded, View};
 use super::Options;
-use crate::criticism::campaign::CampaignDiagnosis;
-use crate::criticism::diagnose::Diagnosed;
-use crate::criticism::effects::Effect;
-use crate::criticism::journal::{path_of, Journal, Step};
-use crate::criticism::model::{is_model, read_text, Model, RecordEntry, DEFAULT};
-use crate::criticism::records::{self, Listed};
-use crate::derivatives::campaign::CampaignFile;
-use crate::error::{Error, Result};
+use crate::campaign::CampaignFile;
+use crate::model::document::{is_model, read_text, Model, RecordEntry, DEFAULT};
+use crate::model::journal::{path_of, Journal, Step};
+use crate::model::records::{self, Listed};
 use serde::{Deserialize, Serialize};
 use std::collections::hash_map::DefaultHasher;
 use std::collections::HashMap;
 use std::hash::{Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
+use yawrig_core::diagnosis::campaign::CampaignDiagnosis;
+use yawrig_core::diagnosis::diagnose::Diagnosed;
+use yawrig_core::effects::Effect;
+use yawrig_expression::error::{Error, Result};
 
 /// Views and trials kept, over all models.
 const MOST_KEPT: usize = 400;
@@ -143,7 +143,7 @@ impl Session {
                     .help("give one model.toml, or records and --model"))
             }
         };
-        crate::files::check_writable(&model_path)?;
+        yawrig_base::files::check_writable(&model_path)?;
         let files: Vec<PathBuf> = files.into_iter().cloned().collect();
         let mut campaign = None;
         for file in files.iter().filter(is_toml) {

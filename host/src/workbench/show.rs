@@ -4,23 +4,23 @@ use super::app::App;
 use super::series::{short, shorts, Stretches};
 use super::session::Session;
 use super::view::Ghost;
-use crate::criticism::amplitude::AmplitudePoint;
-use crate::criticism::cards::Card;
-use crate::criticism::compare::{locate_within, Where};
-use crate::criticism::diagnose::{verdict, SECOND_ORDER};
-use crate::criticism::effects::Effect;
-use crate::criticism::fitting::Fitted;
-use crate::criticism::journal::{Action, Step};
-use crate::criticism::model::RecordEntry;
-use crate::criticism::records;
-use crate::criticism::swing::Swing;
-use crate::error::{Error, Result};
-use crate::quantity::Quantity;
-use crate::record::format;
+use crate::model::document::RecordEntry;
+use crate::model::journal::{Action, Step};
+use crate::model::records;
 use serde_json::{json, Value};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use yawrig_core::diagnosis::amplitude::AmplitudePoint;
+use yawrig_core::diagnosis::compare::{locate_within, Where};
+use yawrig_core::diagnosis::diagnose::{verdict, SECOND_ORDER};
+use yawrig_core::effects::cards::Card;
+use yawrig_core::effects::Effect;
+use yawrig_core::fit::fitting::Fitted;
+use yawrig_core::fit::swing::Swing;
+use yawrig_core::quantity::Quantity;
+use yawrig_expression::error::{Error, Result};
+use yawrig_records::format;
 
 /// Most stretches a curve is cut into.
 const MOST_POINTS: usize = 4000;
@@ -112,7 +112,7 @@ fn part(swing: &Swing, fitted: &Fitted, [from, to]: [Option<f64>; 2]) -> Range<u
 }
 
 fn where_json(w: &Where) -> Value {
-    let cell = |c: &crate::criticism::compare::PhaseCell| {
+    let cell = |c: &yawrig_core::diagnosis::compare::PhaseCell| {
         [short(c.yaw_deg), short(c.rate_deg_s), short(c.moment_rad_s2)]
     };
     json!({
@@ -164,7 +164,7 @@ pub fn view(app: &App, id: usize, span: [Option<f64>; 2], ghost: Option<&str>) -
     };
     let w = &view.where_;
     let is_white = w.correlation.abs() <= w.correlation_of_white;
-    let predicted = |p: &crate::criticism::amplitude::Prediction| json!({"name": p.name, "points": points_json(&p.points, swing.release_time_s)});
+    let predicted = |p: &yawrig_core::diagnosis::amplitude::Prediction| json!({"name": p.name, "points": points_json(&p.points, swing.release_time_s)});
     let trial = |g: &Arc<Ghost>| {
         let points = g.picture.predictions.first().map(predicted);
         json!({"effect": g.effect, "title": g.effect.card().title, "points": points.map(|p| p["points"].clone())})

@@ -4,12 +4,12 @@ use super::app::App;
 use super::series::short;
 use super::session::{Release, Session, Standing, Use};
 use super::view::View;
-use crate::criticism::diagnose::SECOND_ORDER;
-use crate::criticism::journal::{Action, Step};
-use crate::error::Error;
+use crate::model::journal::{Action, Step};
 use serde_json::{json, Value};
 use std::path::Path;
 use std::sync::Arc;
+use yawrig_core::diagnosis::diagnose::SECOND_ORDER;
+use yawrig_expression::error::Error;
 
 /// Everything but curves.
 pub fn state(app: &App) -> Value {

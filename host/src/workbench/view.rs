@@ -1,21 +1,21 @@
 //! What is seen of one release: the record, a model fitted to it or held against it, and where they part.
 
 use super::series::Series;
-use crate::criticism::amplitude::{self, AmplitudePicture};
-use crate::criticism::compare::{locate, Where};
-use crate::criticism::diagnose::Modal;
-use crate::criticism::effects::Effect;
-use crate::criticism::fitting::{fit_added, fit_plain_within, Fitted, Structure};
-use crate::criticism::limits::structure;
-use crate::criticism::model::{Model, RecordEntry};
-use crate::criticism::model_fit::{held_against, modal_of, Recorded};
-use crate::criticism::search;
-use crate::criticism::simulate::Grid;
-use crate::criticism::swing::Swing;
-use crate::criticism::{diagnose, diagnose::Options};
-use crate::error::{Error, Result};
-use crate::record::Record;
+use crate::model::document::{Model, RecordEntry};
+use crate::model::limits::structure;
+use crate::model::model_fit::{held_against, modal_of, Recorded};
 use std::path::Path;
+use yawrig_core::diagnosis::amplitude::{self, AmplitudePicture};
+use yawrig_core::diagnosis::compare::{locate, Where};
+use yawrig_core::diagnosis::diagnose::Modal;
+use yawrig_core::diagnosis::diagnose::{self, Options};
+use yawrig_core::diagnosis::search;
+use yawrig_core::effects::Effect;
+use yawrig_core::fit::fitting::{fit_added, fit_plain_within, Fitted, Structure};
+use yawrig_core::fit::swing::Swing;
+use yawrig_core::motion::simulate::Grid;
+use yawrig_core::record::Record;
+use yawrig_expression::error::{Error, Result};
 
 /// Points of a drawn model between two of the fit's.
 const FINER: usize = 4;
@@ -32,7 +32,7 @@ impl Loaded {
     /// # Errors
     /// Those of [`Record::read`].
     pub fn read(path: &Path, wind_speed_m_s: f64) -> Result<Self> {
-        let record = Record::read(path)?;
+        let record = yawrig_records::read(path)?;
         let swing = Swing::of(&record).map(|swing| Swing { wind_speed_m_s, ..swing });
         Ok(Self { record, swing })
     }
@@ -129,7 +129,7 @@ impl View {
                 (fit_plain_within(&recorded.swing, &structure, count), diagnose::SECOND_ORDER)
             }
         };
-        crate::interrupt::check()?;
+        yawrig_core::interrupt::check()?;
         let swing = recorded.swing;
         let known = model.and_then(|m| m.modal.get(&recorded.entry.condition)).and_then(modal_of);
         let [natural_frequency_rad_s, damping_ratio] =
@@ -183,7 +183,7 @@ impl Ghost {
     pub fn fit(swing: &Swing, options: &Options, effect: Effect) -> Result<Self> {
         let without = search::present(swing, options)?;
         let fitted = fit_added(swing, &without, effect);
-        crate::interrupt::check()?;
+        yawrig_core::interrupt::check()?;
         Ok(Self::of(swing, &without, fitted, effect))
     }
 }

@@ -3,12 +3,12 @@
 
 use super::app::App;
 use super::jobs::{self, Job};
-use crate::error::{Error, Result};
-use crate::interrupt::{self, Task};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+use yawrig_core::interrupt::{self, Task};
+use yawrig_expression::error::{Error, Result};
 
 /// How long the thread sleeps where nobody wakes it.
 const NAP: Duration = Duration::from_millis(200);

@@ -3,7 +3,7 @@
 use super::Setup;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
-use yawrig::criticism::effects::Effect;
+use yawrig_core::effects::Effect;
 
 /// Effects that the library does not hold.
 #[derive(Clone, Copy, Debug, PartialEq)]

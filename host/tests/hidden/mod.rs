@@ -10,10 +10,10 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::path::PathBuf;
-use yawrig::criticism::effects::Effect;
-use yawrig::criticism::fitting::fit_plain;
-use yawrig::criticism::swing::Swing;
-use yawrig::record::Record;
+use yawrig_core::effects::Effect;
+use yawrig_core::fit::fitting::fit_plain;
+use yawrig_core::fit::swing::Swing;
+use yawrig_core::record::Record;
 
 /// What was planted.
 pub struct Planted {

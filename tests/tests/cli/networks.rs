@@ -1,7 +1,7 @@
 //! Network files that must not be written, and devices that do not take them either.
 
 use crate::shells::{device, swinging};
-use yawrig::link::client::{Client, LinkError};
+use yawrig_link::client::{Client, LinkError};
 use yawrig_shared::wire::{Refusal, Request, CHUNK};
 use yawrig_tests::networks::{another, id, sound, spoilt};
 use yawrig_tests::process::yawrig;

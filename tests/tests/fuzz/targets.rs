@@ -2,13 +2,11 @@
 
 use crate::run::Target;
 use std::path::PathBuf;
-use yawrig::criticism::model::Model;
-use yawrig::derivatives::campaign::CampaignFile;
-use yawrig::own_effect;
-use yawrig::record::Record;
-use yawrig::rig::LIBRARY;
+use yawrig::campaign::CampaignFile;
+use yawrig::model::document::Model;
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
+use yawrig_rig::LIBRARY;
 use yawrig_shared::blob::{self, ENVELOPE};
 use yawrig_shared::checksum::crc32;
 use yawrig_shared::features::{Inputs, MOST_INPUTS};
@@ -206,7 +204,7 @@ pub fn record() -> Target {
     let file = folder(&[]).join("record.csv");
     let read = move |input: &[u8]| {
         std::fs::write(&file, input).expect("room for it");
-        let record = Record::read(&file);
+        let record = yawrig_records::read(&file);
         if let Ok(record) = &record {
             assert!(record.time_s.windows(2).all(|t| t[0] < t[1]), "time runs forward");
             assert!(record.yaw_deg.iter().chain(&record.time_s).all(|x| x.is_finite()));
@@ -290,7 +288,7 @@ pub fn model() -> Target {
 
 fn effect_answer(text: &str) -> String {
     let taken: Vec<&str> = LIBRARY.iter().map(|kind| kind.id).collect();
-    match own_effect::from_text("effect.toml".as_ref(), text, &taken) {
+    match yawrig_expression::from_text("effect.toml".as_ref(), text, &taken) {
         Ok(effect) => {
             let _ = effect.strength(&effect.starts, 0.1, 7.0);
             format!("ok, {} warnings {:?}", effect.warnings.len(), effect.warnings.first())

@@ -3,7 +3,7 @@
 use crate::faults::{motion, Given, Signal, HOLD_S, OFFSET_DEG};
 use rand::Rng;
 use std::f64::consts::{PI, TAU};
-use yawrig::rig::{Effects, End, Samples, Sensor, Start};
+use yawrig_rig::{Effects, End, Samples, Sensor, Start};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::wire::{Flags, Settings};
 
@@ -43,7 +43,7 @@ impl Case {
     }
 
     pub fn must_text(&self) -> String {
-        let names = yawrig::follow::flag_names(self.excuses).join("|");
+        let names = yawrig_link::follow::flag_names(self.excuses).join("|");
         match self.must {
             Must::Either => format!("right or {names}"),
             Must::Flag => names,

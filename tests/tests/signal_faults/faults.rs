@@ -2,7 +2,7 @@
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use yawrig::rig::{End, Motion, Samples, Sensor, Start};
+use yawrig_rig::{End, Motion, Samples, Sensor, Start};
 use yawrig_shared::modal::Modal;
 
 pub const OFFSET_DEG: f64 = 2.3;

@@ -4,7 +4,7 @@ use crate::cases::{cases, Case, Must};
 use crate::faults::{Given, Signal};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
-use yawrig::follow::flag_names;
+use yawrig_link::follow::flag_names;
 use yawrig_shared::modal::Modal;
 use yawrig_shared::wire::{Flags, ReleaseResult, Reply, Request, Settings, WindowResult};
 use yawrig_tests::desk::Desk;

@@ -3,19 +3,19 @@
 use super::super::app::App;
 use super::seen::Teller;
 use super::{Order, FOLDER};
-use crate::criticism::records;
-use crate::error::Result;
-use crate::interrupt;
-use crate::link::bench::{Bench, Target};
-use crate::live::item::Item;
-use crate::live::recording::Recording;
-use crate::live::session::{Follow, Session};
-use crate::live::swing::Swing;
+use crate::model::records;
 use serde_json::json;
 use std::path::Path;
 use std::sync::mpsc::Receiver;
 use std::sync::Arc;
 use std::time::Duration;
+use yawrig_core::interrupt;
+use yawrig_expression::error::Result;
+use yawrig_link::bench::{Bench, Target};
+use yawrig_link::live::item::Item;
+use yawrig_link::live::recording::Recording;
+use yawrig_link::live::session::{Follow, Session};
+use yawrig_link::live::swing::Swing;
 
 /// The device and where it is written to.
 struct Following<'a> {

@@ -3,13 +3,13 @@
 use super::super::app::App;
 use super::seen::{Replay, Teller};
 use super::Order;
-use crate::error::{Error, Result};
-use crate::interrupt;
-use crate::live::item::{time_s, Item};
-use crate::live::stored::Stored;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use yawrig_core::interrupt;
+use yawrig_expression::error::{Error, Result};
+use yawrig_link::live::item::{time_s, Item};
+use yawrig_link::live::stored::Stored;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
 use yawrig_shared::wire::Event;
 

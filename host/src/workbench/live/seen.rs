@@ -2,13 +2,13 @@
 
 use super::super::app::App;
 use super::super::series::short;
-use crate::error::Error;
-use crate::live::item::{time_s, Item};
 use serde_json::{json, Value};
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use yawrig_expression::error::Error;
+use yawrig_link::live::item::{time_s, Item};
 
 /// Samples of which the least and the largest are sent: two values every 10 ms.
 const STRETCH: u64 = 10;

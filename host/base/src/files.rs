@@ -1,0 +1,80 @@
+//! Files written whole or not at all.
+
+use std::io::{BufWriter, ErrorKind, Write};
+use std::path::Path;
+use tempfile::NamedTempFile;
+use yawrig_expression::error::{Error, Result};
+
+/// The error of a file that cannot be written.
+pub fn cannot_write(path: &Path, why: &dyn std::fmt::Display) -> Error {
+    Error::data(format!("cannot write {}: {why}", path.display()))
+        .help("choose a folder that exists, that you may write to and that has room")
+}
+
+/// Makes the folder `path`, and those it lies in, where they are not there.
+///
+/// # Errors
+/// Names the path and the system's reason.
+pub fn make_folder(path: &Path) -> Result<()> {
+    std::fs::create_dir_all(path).map_err(|e| match e.kind() {
+        ErrorKind::AlreadyExists | ErrorKind::NotADirectory => {
+            cannot_write(path, &"there is a file where the folder should be")
+        }
+        _ => cannot_write(path, &e),
+    })
+}
+
+/// Whether [`write_atomically`] will find a place, asked before the work whose result it is to keep.
+///
+/// # Errors
+/// Names the path and the system's reason.
+pub fn check_writable(path: &Path) -> Result<()> {
+    if path.is_dir() {
+        return Err(cannot_write(path, &"it is a folder"));
+    }
+    temporary(path).map(drop)
+}
+
+/// An empty file in the folder of `path`; gone with this value.
+fn temporary(path: &Path) -> Result<NamedTempFile> {
+    let folder = match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    };
+    tempfile::Builder::new().prefix(".yawrig-").tempfile_in(folder).map_err(|e| match e.kind() {
+        // Its own words name the temporary file, which nobody has heard of.
+        ErrorKind::NotFound => cannot_write(path, &"there is no such folder"),
+        ErrorKind::NotADirectory => cannot_write(path, &"a part of its path is a file"),
+        ErrorKind::PermissionDenied => cannot_write(path, &"you may not write there"),
+        _ => cannot_write(path, &e),
+    })
+}
+
+/// Writes `bytes` to a temporary file beside `path` and renames it there.
+///
+/// # Errors
+/// Names the path and the system's reason; nothing half-written is left.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
+    write_atomically_with(path, |out| out.write_all(bytes).map_err(|e| cannot_write(path, &e)))
+}
+
+/// Has `write` fill a temporary file beside `path` and renames it there once that succeeded.
+///
+/// # Errors
+/// Those of `write`, or names the path and the system's reason; nothing half-written is left.
+pub fn write_atomically_with(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> Result<()>,
+) -> Result<()> {
+    let fail = |e: std::io::Error| cannot_write(path, &e);
+    let mut file = temporary(path)?;
+    let mut buffer = BufWriter::new(file.as_file_mut());
+    write(&mut buffer)?;
+    buffer.flush().map_err(fail)?;
+    drop(buffer);
+    file.as_file().sync_all().map_err(fail)?;
+    let permissions = std::os::unix::fs::PermissionsExt::from_mode(0o644);
+    file.as_file().set_permissions(permissions).map_err(fail)?;
+    file.persist(path).map_err(|e| fail(e.error))?;
+    Ok(())
+}

@@ -1,0 +1,4 @@
+//! What every crate of the host that touches the outside shares.
+#![forbid(unsafe_code)]
+
+pub mod files;

@@ -1,0 +1,174 @@
+//! A campaign's identified releases put together.
+
+use super::campaign::{Campaign, ReleaseEntry};
+use super::condition::{group, Condition, Identified};
+use super::inputs::{axis_index, uncertain, Inputs, Layout};
+use super::propagation::Propagation;
+use super::table::{ByAxis, InertiaLine, ReleaseRow, Table};
+use crate::quantity::Quantity;
+use std::path::Path;
+use yawrig_expression::error::{Error, Result};
+use yawrig_shared::axis::Axis;
+use yawrig_shared::modal::Modal;
+
+/// The releases by condition, and which conditions make a point.
+pub struct Computed<'a> {
+    campaign: &'a Campaign,
+    identified: &'a [Identified],
+    conditions: Vec<Condition>,
+    layout: Layout,
+    inputs: Inputs,
+}
+
+impl<'a> Computed<'a> {
+    /// `identified` holds one entry for each release of the campaign, in its order.
+    ///
+    /// # Errors
+    /// Exit 3 where no spring was released at the middle axis with the wind on.
+    pub fn new(campaign: &'a Campaign, identified: &'a [Identified]) -> Result<Self> {
+        let conditions = group(campaign, identified);
+        let layout = Layout::new(campaign, &conditions);
+        if layout.places.is_empty() {
+            return Err(Error::data("no spring was released at the middle axis with the wind on")
+                .help(
+                "add releases with axis = \"mid\": Cn_beta and Cn_r are those of the middle axis",
+            ));
+        }
+        let inputs = Inputs::new(campaign, &conditions, &layout);
+        Ok(Self { campaign, identified, conditions, layout, inputs })
+    }
+
+    /// The whole table, not validated yet; `file` and `method` are the names to print.
+    pub fn table(&self, file: &Path, method: &str) -> Table {
+        let uncertain = uncertain(self.campaign, &self.conditions, &self.layout, &self.inputs);
+        let propagation = Propagation::new(&self.layout, &self.inputs, &uncertain);
+        let row = |(entry, identified): (&ReleaseEntry, &Identified)| ReleaseRow {
+            file: entry.file.clone(),
+            spring: entry.spring.clone(),
+            axis: entry.axis,
+            wind_speed_m_s: entry.wind_speed_m_s,
+            identified: identified.clone(),
+            validation_mse_deg2: None,
+        };
+        Table {
+            schema_version: 1,
+            campaign: file.to_owned(),
+            model: self.campaign.model.name.clone(),
+            method: method.to_owned(),
+            inertia_kg_m2: ByAxis {
+                mid: propagation.inertia(Axis::Mid),
+                front: propagation.inertia(Axis::Front),
+            },
+            inertia_line: ByAxis {
+                mid: self.inertia_line(Axis::Mid),
+                front: self.inertia_line(Axis::Front),
+            },
+            points: propagation.points(&self.conditions),
+            releases: self.campaign.release.iter().zip(self.identified).map(row).collect(),
+            assumed_zero: assumed_zero(self.campaign),
+            notes: self.notes(),
+        }
+    }
+
+    /// For each release: the wind-on mode that the derivatives give back from the wind-off one, thesis Fig 4.21.
+    /// `None` with the wind off, and where there is no point.
+    pub fn responses(&self) -> Vec<Option<Modal>> {
+        let mut responses = vec![None; self.identified.len()];
+        let inertia = Axis::BOTH
+            .map(|axis| self.layout.inertia_kg_m2(&self.inputs, axis).unwrap_or(f64::NAN));
+        for place in &self.layout.places {
+            let values = self.layout.values(&self.inputs, place, inertia);
+            let front = place.front.map(|pair| (pair, values.front, Axis::Front));
+            for (pair, derivatives, axis) in
+                [(place.mid, values.mid, Axis::Mid)].into_iter().chain(front)
+            {
+                let response = derivatives.wind_on(
+                    &self.inputs.modal(pair.off),
+                    inertia[axis_index(axis)],
+                    &self.inputs.wind(pair.on),
+                    self.inputs.model(),
+                );
+                for &release in &self.conditions[pair.on].releases {
+                    responses[release] = response;
+                }
+            }
+        }
+        responses
+    }
+
+    fn inertia_line(&self, axis: Axis) -> Option<InertiaLine> {
+        let known = self.campaign.inertia.clone().unwrap_or_default();
+        let is_known = match axis {
+            Axis::Mid => known.mid_kg_m2.is_some(),
+            Axis::Front => known.front_kg_m2.is_some(),
+        };
+        let line = self.layout.line(&self.inputs, axis).filter(|_| !is_known)?;
+        let freedom = line.degrees_of_freedom;
+        Some(InertiaLine {
+            springs: freedom + 2,
+            intercept_nm: Quantity::new(line.intercept, line.u_intercept * line.scatter_ratio()),
+            chi_squared_per_degree: (freedom > 0).then(|| line.chi_squared / freedom as f64),
+        })
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.conditions.iter().all(|condition| condition.releases.len() == 1) {
+            notes.push("repeatability is not assessed: no condition was released twice".to_owned());
+        }
+        let used: Vec<usize> =
+            self.layout.places.iter().filter_map(|place| Some(place.front?.on)).collect();
+        for (index, condition) in self.conditions.iter().enumerate() {
+            let is_left_over = condition.axis == Axis::Front && !used.contains(&index);
+            if is_left_over && condition.wind_speed_m_s > 0.0 {
+                notes.push(format!(
+                    "spring {} at {} m/s was released on the front axis only: no point",
+                    condition.spring, condition.wind_speed_m_s
+                ));
+            }
+        }
+        for axis in Axis::BOTH {
+            let Some(line) = self.inertia_line(axis) else { continue };
+            if line.intercept_nm.value.abs() > 3.0 * line.intercept_nm.u && line.springs > 2 {
+                notes.push(format!(
+                    "{axis} axis: the line of Kr against wn_off^2 misses the origin by {} N m/rad: there is other stiffness than 2 Ks b^2",
+                    line.intercept_nm
+                ));
+            }
+            if line.chi_squared_per_degree.is_some_and(|chi| chi > 4.0) {
+                notes.push(format!(
+                    "{axis} axis: the springs scatter about that line more than stated; the inertia's uncertainty is widened for it"
+                ));
+            }
+        }
+        notes
+    }
+}
+
+/// The campaign file's entries left out, whose uncertainty is taken as nought.
+fn assumed_zero(campaign: &Campaign) -> Vec<String> {
+    let Campaign { model, air, rig, inertia, release, .. } = campaign;
+    let known = inertia.clone().unwrap_or_default();
+    let from_line = known.mid_kg_m2.is_none() || known.front_kg_m2.is_none();
+    let missing_in = |of: fn(&ReleaseEntry) -> Option<f64>, wind_on: bool| {
+        release.iter().any(|r| of(r).is_none() && (r.wind_speed_m_s > 0.0 || !wind_on))
+    };
+    [
+        ("air.density_u_kg_m3", air.density_u_kg_m3.is_none()),
+        ("release.wind_speed_u_m_s", missing_in(|r| r.wind_speed_u_m_s, true)),
+        ("model.length_u_m", model.length_u_m.is_none()),
+        ("model.frontal_area_u_m2", model.frontal_area_u_m2.is_none()),
+        ("rig.axis_offset_u_m", rig.axis_offset_u_m.is_none()),
+        ("rig.spring_arm_u_m", from_line && rig.spring_arm_u_m.is_none()),
+        (
+            "release.spring_stiffness_u_n_per_m",
+            from_line && missing_in(|r| r.spring_stiffness_u_n_per_m, false),
+        ),
+        ("inertia.mid_u_kg_m2", known.mid_kg_m2.is_some() && known.mid_u_kg_m2.is_none()),
+        ("inertia.front_u_kg_m2", known.front_kg_m2.is_some() && known.front_u_kg_m2.is_none()),
+    ]
+    .into_iter()
+    .filter(|(_, missing)| *missing)
+    .map(|(name, _)| name.to_owned())
+    .collect()
+}

@@ -1,0 +1,305 @@
+//! Everything the derivatives are computed from, as numbers that can each be changed to see what follows.
+
+use super::campaign::Campaign;
+use super::condition::Condition;
+use super::line::{self, Line, Point};
+use yawrig_shared::axis::Axis;
+use yawrig_shared::derivatives::{
+    inertia_kg_m2, reduced_frequency, side_force, torsional_stiffness_nm, Model, Wind,
+    YawDerivatives,
+};
+use yawrig_shared::modal::Modal;
+
+/// The two axes of a point may have been measured at wind speeds this far apart, relative.
+const PARTNER_SPEED: f64 = 0.05;
+
+/// Where a standard uncertainty comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Source {
+    Repeatability,
+    Fit,
+    Inertia,
+    AirDensity,
+    WindSpeed,
+    Geometry,
+}
+
+/// What is computed for each point: per radian, NaN where the front axis was not measured.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PointValues {
+    pub reduced_frequency: f64,
+    pub mid: YawDerivatives,
+    pub front: YawDerivatives,
+    pub cy_beta: f64,
+    pub cy_r: f64,
+}
+
+/// Which conditions belong together, as indices into the list of conditions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pair {
+    pub on: usize,
+    pub off: usize,
+}
+
+/// A wind-on condition at the middle axis and, where there is one, its partner at the front axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub mid: Pair,
+    pub front: Option<Pair>,
+}
+
+/// The numbers.
+#[derive(Clone, Debug)]
+pub(super) struct Inputs {
+    /// wn in rad/s and 2 zeta wn in rad/s of each condition.
+    natural_frequency_rad_s: Vec<f64>,
+    damping_rad_s: Vec<f64>,
+    wind_speed_m_s: Vec<f64>,
+    /// Of each spring, in the order of `springs`.
+    stiffness_n_per_m: Vec<f64>,
+    spring_arm_m: f64,
+    axis_offset_m: f64,
+    density_kg_m3: f64,
+    model: Model,
+    /// By axis: given in the campaign instead of taken from the line.
+    known_inertia_kg_m2: [Option<f64>; 2],
+    /// By axis: added to the line's slope for the points' scatter beyond their uncertainties.
+    slope_shift_kg_m2: [f64; 2],
+}
+
+/// A change of one number by so much.
+type Change = Box<dyn Fn(&mut Inputs, f64)>;
+
+/// One number's standard uncertainty and how to change it.
+pub(super) struct Uncertain {
+    pub source: Source,
+    pub u: f64,
+    pub change: Change,
+}
+
+/// The campaign's structure, which no uncertainty changes.
+pub(super) struct Layout {
+    pub places: Vec<Place>,
+    /// Name of each spring.
+    springs: Vec<String>,
+    /// By axis, for each wind-off condition: the condition, its spring, u(wn^2) and u(Kr).
+    lines: [Vec<(usize, usize, f64, f64)>; 2],
+}
+
+pub(super) fn axis_index(axis: Axis) -> usize {
+    match axis {
+        Axis::Mid => 0,
+        Axis::Front => 1,
+    }
+}
+
+impl Layout {
+    pub fn new(campaign: &Campaign, conditions: &[Condition]) -> Self {
+        // The nearest setting: the coefficients are made with each condition's own speed.
+        let find = |like: &Condition, axis: Axis, speed_m_s: f64| {
+            let off = |c: &Condition| (c.wind_speed_m_s - speed_m_s).abs();
+            (0..conditions.len())
+                .filter(|&i| conditions[i].spring == like.spring && conditions[i].axis == axis)
+                .filter(|&i| off(&conditions[i]) <= PARTNER_SPEED * speed_m_s)
+                .min_by(|&i, &j| off(&conditions[i]).total_cmp(&off(&conditions[j])))
+        };
+        let pair = |on: usize| {
+            let c = &conditions[on];
+            find(c, c.axis, 0.0).map(|off| Pair { on, off })
+        };
+        let places = (0..conditions.len())
+            .filter(|&i| conditions[i].axis == Axis::Mid && conditions[i].wind_speed_m_s > 0.0)
+            .filter_map(|on| {
+                let c = &conditions[on];
+                let front = find(c, Axis::Front, c.wind_speed_m_s).and_then(pair);
+                Some(Place { mid: pair(on)?, front })
+            })
+            .collect();
+        let mut springs: Vec<String> = Vec::new();
+        let mut lines = [Vec::new(), Vec::new()];
+        let arm2 = campaign.rig.spring_arm_m.powi(2);
+        for (index, c) in conditions.iter().enumerate().filter(|(_, c)| c.wind_speed_m_s == 0.0) {
+            let spring = springs.iter().position(|name| *name == c.spring).unwrap_or_else(|| {
+                springs.push(c.spring.clone());
+                springs.len() - 1
+            });
+            let entry = &campaign.release[c.releases[0]];
+            let wn = c.natural_frequency_rad_s;
+            // A fit of noise-free data claims to be exact; the line needs something to weigh by.
+            let u_x = (2.0 * wn.value * wn.u()).max(1e-9 * wn.value * wn.value);
+            let u_y = 2.0 * arm2 * entry.spring_stiffness_u_n_per_m.unwrap_or(0.0);
+            lines[axis_index(c.axis)].push((index, spring, u_x, u_y));
+        }
+        Self { places, springs, lines }
+    }
+
+    /// The line of Kr in N m/rad against wn_off^2 about an axis; `None` for fewer than two springs.
+    pub fn line(&self, inputs: &Inputs, axis: Axis) -> Option<Line> {
+        let points: Vec<Point> = self.lines[axis_index(axis)]
+            .iter()
+            .map(|&(condition, spring, u_x, u_y)| Point {
+                x: inputs.modal(condition).stiffness_rad2_s2(),
+                u_x,
+                y: inputs.torsional_stiffness_nm(spring),
+                u_y,
+            })
+            .collect();
+        line::fit(&points)
+    }
+
+    /// Izz about an axis; `None` where it is neither given nor was the model released with the wind off.
+    pub fn inertia_kg_m2(&self, inputs: &Inputs, axis: Axis) -> Option<f64> {
+        let index = axis_index(axis);
+        if inputs.known_inertia_kg_m2[index].is_some() {
+            return inputs.known_inertia_kg_m2[index];
+        }
+        let slope = self.line(inputs, axis).map(|line| line.slope).or_else(|| {
+            // One spring only: (3.13), as if the line went through the origin.
+            let &(condition, spring, ..) = self.lines[index].first()?;
+            Some(inertia_kg_m2(inputs.torsional_stiffness_nm(spring), &inputs.modal(condition)))
+        })?;
+        Some(slope + inputs.slope_shift_kg_m2[index])
+    }
+
+    /// Everything there is to compute at one place, with the inertias of [`Self::inertia_kg_m2`].
+    pub fn values(&self, inputs: &Inputs, place: &Place, inertia_kg_m2: [f64; 2]) -> PointValues {
+        let derive = |pair: &Pair, axis: Axis| {
+            YawDerivatives::from_releases(
+                &inputs.modal(pair.on),
+                &inputs.modal(pair.off),
+                inertia_kg_m2[axis_index(axis)],
+                &inputs.wind(pair.on),
+                &inputs.model,
+            )
+        };
+        let mid = derive(&place.mid, Axis::Mid);
+        let nothing = YawDerivatives { cn_beta: f64::NAN, cn_r: f64::NAN };
+        let front = place.front.as_ref().map_or(nothing, |pair| derive(pair, Axis::Front));
+        let side = |mid, front| side_force(mid, front, inputs.model.length_m, inputs.axis_offset_m);
+        let on = place.mid.on;
+        PointValues {
+            reduced_frequency: reduced_frequency(
+                &inputs.modal(on),
+                &inputs.wind(on),
+                &inputs.model,
+            ),
+            mid,
+            front,
+            cy_beta: side(mid.cn_beta, front.cn_beta),
+            cy_r: side(mid.cn_r, front.cn_r),
+        }
+    }
+}
+
+impl Inputs {
+    pub fn new(campaign: &Campaign, conditions: &[Condition], layout: &Layout) -> Self {
+        let stiffness = |name: &String| {
+            let release = campaign.release.iter().find(|release| release.spring == *name);
+            release.map_or(f64::NAN, |release| release.spring_stiffness_n_per_m)
+        };
+        let known = campaign.inertia.clone().unwrap_or_default();
+        Self {
+            natural_frequency_rad_s: conditions
+                .iter()
+                .map(|c| c.natural_frequency_rad_s.value)
+                .collect(),
+            damping_rad_s: conditions.iter().map(|c| c.damping_rad_s.value).collect(),
+            wind_speed_m_s: conditions.iter().map(|c| c.wind_speed_m_s).collect(),
+            stiffness_n_per_m: layout.springs.iter().map(stiffness).collect(),
+            spring_arm_m: campaign.rig.spring_arm_m,
+            axis_offset_m: campaign.rig.axis_offset_m,
+            density_kg_m3: campaign.air.density_kg_m3,
+            model: Model {
+                length_m: campaign.model.length_m,
+                frontal_area_m2: campaign.model.frontal_area_m2,
+            },
+            known_inertia_kg_m2: [known.mid_kg_m2, known.front_kg_m2],
+            slope_shift_kg_m2: [0.0; 2],
+        }
+    }
+
+    pub fn modal(&self, condition: usize) -> Modal {
+        let natural_frequency_rad_s = self.natural_frequency_rad_s[condition];
+        let damping_ratio = self.damping_rad_s[condition] / (2.0 * natural_frequency_rad_s);
+        Modal { natural_frequency_rad_s, damping_ratio }
+    }
+
+    pub fn wind(&self, condition: usize) -> Wind {
+        Wind { density_kg_m3: self.density_kg_m3, speed_m_s: self.wind_speed_m_s[condition] }
+    }
+
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    fn torsional_stiffness_nm(&self, spring: usize) -> f64 {
+        torsional_stiffness_nm(self.stiffness_n_per_m[spring], self.spring_arm_m)
+    }
+}
+
+/// Every uncertain number. Those of different conditions are independent of each other, the wind speed's too;
+/// air density, geometry, springs and arm are common to all they enter.
+pub(super) fn uncertain(
+    campaign: &Campaign,
+    conditions: &[Condition],
+    layout: &Layout,
+    inputs: &Inputs,
+) -> Vec<Uncertain> {
+    let mut all: Vec<Uncertain> = Vec::new();
+    let mut add = |source, u: f64, change: Change| {
+        if u > 0.0 {
+            all.push(Uncertain { source, u, change });
+        }
+    };
+    for (i, c) in conditions.iter().enumerate() {
+        let (wn, damping) = (c.natural_frequency_rad_s, c.damping_rad_s);
+        add(Source::Fit, wn.u_fit, Box::new(move |x, d| x.natural_frequency_rad_s[i] += d));
+        add(
+            Source::Repeatability,
+            wn.u_repeatability,
+            Box::new(move |x, d| x.natural_frequency_rad_s[i] += d),
+        );
+        add(Source::Fit, damping.u_fit, Box::new(move |x, d| x.damping_rad_s[i] += d));
+        add(
+            Source::Repeatability,
+            damping.u_repeatability,
+            Box::new(move |x, d| x.damping_rad_s[i] += d),
+        );
+        add(Source::WindSpeed, c.wind_speed_u_m_s, Box::new(move |x, d| x.wind_speed_m_s[i] += d));
+    }
+    for (k, name) in layout.springs.iter().enumerate() {
+        let release = campaign.release.iter().find(|release| release.spring == *name);
+        let u = release.and_then(|release| release.spring_stiffness_u_n_per_m).unwrap_or(0.0);
+        add(Source::Inertia, u, Box::new(move |x, d| x.stiffness_n_per_m[k] += d));
+    }
+    let known = campaign.inertia.clone().unwrap_or_default();
+    let known_u = [known.mid_u_kg_m2, known.front_u_kg_m2];
+    for axis in Axis::BOTH {
+        let a = axis_index(axis);
+        if inputs.known_inertia_kg_m2[a].is_some() {
+            let change = move |x: &mut Inputs, d: f64| {
+                x.known_inertia_kg_m2[a] = x.known_inertia_kg_m2[a].map(|inertia| inertia + d);
+            };
+            add(Source::Inertia, known_u[a].unwrap_or(0.0), Box::new(change));
+        } else if let Some(line) = layout.line(inputs, axis) {
+            let excess = (line.scatter_ratio().powi(2) - 1.0).sqrt();
+            add(
+                Source::Inertia,
+                line.u_slope * excess,
+                Box::new(move |x, d| x.slope_shift_kg_m2[a] += d),
+            );
+        }
+    }
+    let Campaign { model, air, rig, .. } = campaign;
+    let given = |u: Option<f64>| u.unwrap_or(0.0);
+    add(Source::Inertia, given(rig.spring_arm_u_m), Box::new(|x, d| x.spring_arm_m += d));
+    add(Source::AirDensity, given(air.density_u_kg_m3), Box::new(|x, d| x.density_kg_m3 += d));
+    add(Source::Geometry, given(model.length_u_m), Box::new(|x, d| x.model.length_m += d));
+    add(
+        Source::Geometry,
+        given(model.frontal_area_u_m2),
+        Box::new(|x, d| x.model.frontal_area_m2 += d),
+    );
+    add(Source::Geometry, given(rig.axis_offset_u_m), Box::new(|x, d| x.axis_offset_m += d));
+    all
+}

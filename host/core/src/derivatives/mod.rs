@@ -1,0 +1,16 @@
+//! A campaign of releases, wind off and on, to aerodynamic derivatives.
+//!
+//! Records are identified one by one, repeats averaged ([`condition`]), the inertia taken from a straight line
+//! ([`mod@line`]), the derivatives computed by the formulas host and device share, and every uncertainty carried
+//! through all of it.
+
+pub mod campaign;
+mod computed;
+pub mod condition;
+mod inputs;
+pub mod line;
+mod propagation;
+pub mod table;
+pub mod validation;
+
+pub use computed::Computed;

@@ -1,0 +1,93 @@
+//! The derivative table of a campaign with its uncertainties: what is printed, as plain structs.
+
+use super::condition::Identified;
+use crate::quantity::Quantity;
+use serde::Serialize;
+use std::path::PathBuf;
+use yawrig_shared::axis::Axis;
+
+/// Contributions to a standard uncertainty (k = 1), in the unit of the value; their squares add up to its square.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Budget {
+    /// Scatter between releases of one condition beyond their fits' uncertainties.
+    pub repeatability: f64,
+    pub fit: f64,
+    /// Springs, arm, scatter about the line, or the given inertia's own.
+    pub inertia: f64,
+    pub air_density: f64,
+    pub wind_speed: f64,
+    /// Length, frontal area, axis offset.
+    pub geometry: f64,
+}
+
+/// The budgets of one point.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PointBudget {
+    pub cn_beta: Budget,
+    pub cn_r: Budget,
+    pub cy_beta: Option<Budget>,
+    pub cy_r: Option<Budget>,
+}
+
+/// The derivatives on one spring at one wind speed, per radian; `cn_*` at the middle axis.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Point {
+    pub spring: String,
+    pub wind_speed_m_s: f64,
+    pub reduced_frequency: f64,
+    pub cn_beta: Quantity,
+    /// Combined: Cn_r - Cn_betadot.
+    pub cn_r: Quantity,
+    pub cy_beta: Option<Quantity>,
+    pub cy_r: Option<Quantity>,
+    pub cn_beta_front: Option<Quantity>,
+    pub cn_r_front: Option<Quantity>,
+    pub budget: PointBudget,
+}
+
+/// A value for each axis; `None` where nothing is known of it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ByAxis<T> {
+    pub mid: Option<T>,
+    pub front: Option<T>,
+}
+
+/// The straight line of Kr against wn_off^2.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct InertiaLine {
+    pub springs: usize,
+    /// Kr at wn_off^2 = 0, N m/rad: nought where 2 Ks b^2 is all the stiffness there is. Widened for scatter.
+    pub intercept_nm: Quantity,
+    /// About 1 where the stated uncertainties are true; `null` for two springs.
+    pub chi_squared_per_degree: Option<f64>,
+}
+
+/// One release with what was found in it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ReleaseRow {
+    pub file: String,
+    pub spring: String,
+    pub axis: Axis,
+    pub wind_speed_m_s: f64,
+    #[serde(flatten)]
+    pub identified: Identified,
+    /// Mean squared difference between the record and the response computed from the derivatives, over what was
+    /// analysed, deg2; `null` with the wind off.
+    pub validation_mse_deg2: Option<f64>,
+}
+
+/// Everything `derivatives` has to say.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Table {
+    pub schema_version: u32,
+    pub campaign: PathBuf,
+    pub model: String,
+    pub method: String,
+    pub inertia_kg_m2: ByAxis<Quantity>,
+    pub inertia_line: ByAxis<InertiaLine>,
+    pub points: Vec<Point>,
+    pub releases: Vec<ReleaseRow>,
+    /// Entries of the campaign file left out, whose uncertainty is taken as nought.
+    pub assumed_zero: Vec<String>,
+    pub notes: Vec<String>,
+}

@@ -1,0 +1,164 @@
+//! The amplitude picture: natural frequency, damping ratio and mid-line of every three cycles against amplitude, as
+//! measured and as each model foretells them.
+//!
+//! A model's values are those of its simulated reading, cut into windows and fitted exactly as the measured swing is:
+//! whatever the windows do to one they do to the other.
+
+use crate::fit::fitting::Fitted;
+use crate::fit::swing::Swing;
+use crate::identify::samples::Samples;
+use crate::identify::windows::{windows, Window};
+use crate::quantity::Quantity;
+use serde::{Deserialize, Serialize};
+
+/// Three cycles.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AmplitudePoint {
+    /// Middle of the window, from the release.
+    pub time_s: f64,
+    /// Envelope there.
+    pub amplitude_deg: f64,
+    /// Uncertainties are those of the measurement; nought where a model foretells it.
+    pub natural_frequency_rad_s: Quantity,
+    pub damping_ratio: Quantity,
+    /// What the swing is about.
+    pub midline_deg: Quantity,
+}
+
+/// What a model makes of the same swing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Prediction {
+    pub name: String,
+    pub points: Vec<AmplitudePoint>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AmplitudePicture {
+    /// In order of time, largest amplitude first where the swing decays.
+    pub measured: Vec<AmplitudePoint>,
+    pub predictions: Vec<Prediction>,
+}
+
+/// The picture of `swing` with what each of `models`, fitted to it, foretells. A model whose simulation has run away
+/// has no points.
+pub fn picture(swing: &Swing, models: &[(&str, &Fitted)]) -> AmplitudePicture {
+    let predictions = models.iter().map(|(name, model)| {
+        let readings = model.readings(&swing.grid);
+        let exact = |p: AmplitudePoint| AmplitudePoint {
+            natural_frequency_rad_s: Quantity::exact(p.natural_frequency_rad_s.value),
+            damping_ratio: Quantity::exact(p.damping_ratio.value),
+            midline_deg: Quantity::exact(p.midline_deg.value),
+            ..p
+        };
+        let points = points(swing, &readings).into_iter().map(exact).collect();
+        Prediction { name: (*name).to_owned(), points }
+    });
+    AmplitudePicture { predictions: predictions.collect(), measured: points(swing, &swing.yaw_rad) }
+}
+
+fn points(swing: &Swing, yaw_rad: &[f64]) -> Vec<AmplitudePoint> {
+    if yaw_rad.len() < 2 || yaw_rad.iter().any(|y| !y.is_finite()) {
+        return Vec::new();
+    }
+    let time_s: Vec<f64> = (0..yaw_rad.len()).map(|k| swing.grid.time_s(k)).collect();
+    let yaw_deg: Vec<f64> = yaw_rad.iter().map(|y| y.to_degrees()).collect();
+    let mut samples = Samples::new(&time_s, &yaw_deg);
+    let to_s = swing.grid.time_s(yaw_rad.len());
+    let (windows, _) = windows(&mut samples, time_s[0], to_s, swing.frequency_rad_s);
+    windows.iter().map(AmplitudePoint::of).collect()
+}
+
+impl AmplitudePoint {
+    fn of(w: &Window) -> Self {
+        Self {
+            time_s: 0.5 * (w.from_s + w.to_s),
+            amplitude_deg: w.amplitude_deg,
+            natural_frequency_rad_s: Quantity::new(
+                w.natural_frequency_rad_s,
+                w.natural_frequency_u,
+            ),
+            damping_ratio: Quantity::new(w.damping_ratio, w.damping_ratio_u),
+            midline_deg: Quantity::new(w.midline_deg, w.midline_u_deg),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::Effect;
+    use crate::fit::fitting::{fit_added, fit_plain};
+    use crate::record::Record;
+    use yawrig_rig::{Effects, Samples as RigSamples, Sensor, Start};
+    use yawrig_shared::modal::Modal;
+
+    /// A record of the rig's own integrator and sensor.
+    fn swing(effect: &str) -> Swing {
+        let modal = Modal { natural_frequency_rad_s: 7.5, damping_ratio: 0.008 };
+        let effects = Effects::new(vec![effect.parse().unwrap()]).unwrap();
+        let sensor = Sensor { noise_deg: 0.05, ..Sensor::default() };
+        let start = Start::default().limited(&modal, &effects);
+        let samples = RigSamples::with_effects(&modal, &effects, &start, &sensor, 3).unwrap();
+        let (time_s, yaw_deg) = samples.map(|s| (s.time_s, s.yaw_deg)).unzip();
+        Swing::of(&Record { file: "rig".into(), time_s, yaw_deg }).unwrap()
+    }
+
+    /// Share of the measured points that lie within three standard uncertainties of a prediction.
+    fn share_within(
+        picture: &AmplitudePicture,
+        k: usize,
+        of: fn(&AmplitudePoint) -> Quantity,
+    ) -> f64 {
+        let near = |m: &AmplitudePoint| {
+            let p = &picture.predictions[k].points;
+            let at = |p: &&AmplitudePoint| (p.time_s - m.time_s).abs();
+            let nearest = p.iter().min_by(|a, b| at(a).total_cmp(&at(b))).expect("a point");
+            of(m).holds(of(nearest).value, 3.0)
+        };
+        let within = picture.measured.iter().filter(|m| near(m)).count();
+        within as f64 / picture.measured.len() as f64
+    }
+
+    #[test]
+    fn the_right_effect_foretells_what_is_measured_and_a_second_order_model_does_not() {
+        for (hidden, effect, of) in [
+            (
+                "coulomb_friction:c=0.05",
+                Effect::CoulombFriction,
+                damping as fn(&AmplitudePoint) -> Quantity,
+            ),
+            ("cubic_stiffness:k3=20", Effect::CubicStiffness, frequency),
+        ] {
+            let swing = swing(hidden);
+            let plain = fit_plain(&swing, false, swing.yaw_rad.len());
+            let with = fit_added(&swing, &plain, effect);
+            let picture = picture(&swing, &[("second order", &plain), (effect.id(), &with)]);
+            assert!(picture.measured.len() > 5, "{}", picture.measured.len());
+            let (without, with) = (share_within(&picture, 0, of), share_within(&picture, 1, of));
+            println!("{hidden}: within three standard uncertainties {without:.2} without, {with:.2} with");
+            assert!(without < 0.7 && with > 0.95, "{hidden}: {without} {with}");
+        }
+    }
+
+    fn damping(p: &AmplitudePoint) -> Quantity {
+        p.damping_ratio
+    }
+
+    fn frequency(p: &AmplitudePoint) -> Quantity {
+        p.natural_frequency_rad_s
+    }
+
+    #[test]
+    fn a_constant_moment_moves_the_midline() {
+        let swing = swing("static_offset:m=1");
+        let plain = fit_plain(&swing, false, swing.yaw_rad.len());
+        let with = fit_added(&swing, &plain, Effect::StaticOffset);
+        let picture = picture(&swing, &[("static_offset", &with)]);
+        let expected = (1.0 / 7.5_f64.powi(2)).to_degrees();
+        for (m, p) in picture.measured.iter().zip(&picture.predictions[0].points) {
+            assert!((m.midline_deg.value - expected).abs() < 0.02, "{m:?}");
+            assert!((p.midline_deg.value - expected).abs() < 0.01, "{p:?}");
+            assert_eq!(p.damping_ratio.u, 0.0);
+        }
+    }
+}

@@ -1,0 +1,380 @@
+//! Random forcing recognised: the likelihood of a Kalman filter with process noise against one without.
+//!
+//! State (b, r) of the plain model, driven by a white random moment of intensity q, read with white noise. The
+//! likelihood is that of the innovations, the noise's variance that of the floor: R. H. Jones, Technometrics 22 (1980).
+//! A deterministic effect that is missing also raises q; it is told by forcing, frequency or damping that are not the same
+//! in every quarter of the record, by innovations that are not white, know the state, or stand out.
+
+use crate::fit::fitting::Fitted;
+use crate::fit::swing::Swing;
+use crate::motion::simulate::Grid;
+
+/// A swing under random forcing.
+#[derive(Clone, Debug)]
+pub struct Buffeted {
+    pub natural_frequency_rad_s: f64,
+    pub damping_ratio: f64,
+    /// rad2/s3.
+    pub intensity: f64,
+    /// Intensity over the variance of the noise of one of the swing's means.
+    pub ratio: f64,
+    /// Standard uncertainties of ln q, wn and zeta from the curvature of the likelihood.
+    pub deviations: [f64; 3],
+    /// Minus twice the log likelihood, on the scale of n ln(residual sum of squares / n).
+    pub deviance: f64,
+    /// Rms of the innovations over their expected one at the noise floor: 1 if explained.
+    pub over_noise: f64,
+    /// Lag-one correlation of the innovations outside the range from nought to that of the noise.
+    pub correlation_off: f64,
+    /// What intensity, frequency and damping of each quarter's own would gain in deviance: 12 by chance.
+    pub unsteadiness: f64,
+    /// Largest innovation, in standard deviations.
+    pub largest: f64,
+    /// Strongest line in the innovations' spectrum, over its mean; ln(n/2) by chance.
+    pub line: f64,
+    /// Dependence of the innovations on the state, in standard deviations.
+    pub state_dependence: f64,
+}
+
+/// Parts of a record that must agree.
+const QUARTERS: usize = 4;
+/// Means a cycle that the filter is given at least.
+const PER_CYCLE: f64 = 12.0;
+
+struct Run {
+    /// Minus twice the log likelihood but for a constant.
+    deviance: f64,
+    noise_variance: f64,
+    innovations: Vec<f64>,
+    /// The state foretold for each innovation.
+    states: Vec<[f64; 2]>,
+}
+
+/// State transition over `h` and the covariance (bb, br, rr) that the forcing adds.
+fn transition(h: f64, wn: f64, zeta: f64, ratio: f64) -> Option<([[f64; 2]; 2], [f64; 3])> {
+    let decay = zeta * wn;
+    let wd = (wn * wn - decay * decay).sqrt();
+    if wd.is_nan() {
+        return None;
+    }
+    let e = (-decay * h).exp();
+    let (s, c) = (wd * h).sin_cos();
+    let f =
+        [[e * (c + decay / wd * s), e * s / wd], [-wn * wn * e * s / wd, e * (c - decay / wd * s)]];
+    Some((f, [ratio * h.powi(3) / 3.0, ratio * h * h / 2.0, ratio * h]))
+}
+
+/// Covariance after a reading with `gain`.
+fn updated(p: [f64; 3], gain: [f64; 2]) -> [f64; 3] {
+    [p[0] - gain[0] * p[0], p[1] - gain[0] * p[1], p[2] - gain[1] * p[1]]
+}
+
+/// Covariance one step on.
+fn foretold(f: &[[f64; 2]; 2], p: [f64; 3], q: [f64; 3]) -> [f64; 3] {
+    let a = [
+        [f[0][0] * p[0] + f[0][1] * p[1], f[0][0] * p[1] + f[0][1] * p[2]],
+        [f[1][0] * p[0] + f[1][1] * p[1], f[1][0] * p[1] + f[1][1] * p[2]],
+    ];
+    [
+        a[0][0] * f[0][0] + a[0][1] * f[0][1] + q[0],
+        a[0][0] * f[1][0] + a[0][1] * f[1][1] + q[1],
+        a[1][0] * f[1][0] + a[1][1] * f[1][1] + q[2],
+    ]
+}
+
+/// Filters `yaw` with the model, its noise of variance `known` or that which is likeliest; `ratio` is q over the noise's variance. Discrete noise for a step short against the
+/// period.
+fn filter(
+    grid: &Grid,
+    yaw: &[f64],
+    [wn, zeta, ratio]: [f64; 3],
+    known: Option<f64>,
+) -> Option<Run> {
+    let (f, q) = transition(grid.step_s, wn, zeta, ratio)?;
+    // Known to nothing at first: the first means fix it, and are left out of the likelihood.
+    let (mut x, mut p) = ([yaw[0], 0.0], [1e6, 0.0, 1e6 * wn * wn]);
+    let (mut sum, mut logs, mut n) = (0.0, 0.0, 0.0);
+    let mut innovations = Vec::with_capacity(yaw.len());
+    let mut states = Vec::with_capacity(yaw.len());
+    for (k, &y) in yaw.iter().enumerate() {
+        let variance = p[0] + 1.0;
+        let innovation = y - x[0];
+        if k >= 4 {
+            sum += innovation * innovation / variance;
+            logs += variance.ln();
+            n += 1.0;
+            innovations.push(innovation / variance.sqrt());
+            states.push(x);
+        }
+        let gain = [p[0] / variance, p[1] / variance];
+        x = [x[0] + gain[0] * innovation, x[1] + gain[1] * innovation];
+        x = [f[0][0] * x[0] + f[0][1] * x[1], f[1][0] * x[0] + f[1][1] * x[1]];
+        p = foretold(&f, updated(p, gain), q);
+    }
+    let noise_variance = sum / n;
+    let level = known.unwrap_or(noise_variance);
+    let deviance = n * level.ln() + sum / level - n + logs;
+    deviance.is_finite().then_some(Run { deviance, noise_variance, innovations, states })
+}
+
+/// Cells of yaw angle on which innovations are averaged, for either direction of motion.
+const CELLS: usize = 15;
+
+/// How far the innovations' means over yaw angle and direction are from nought, in standard deviations of their sum of
+/// squares: a random moment does not know the state, a missing law does.
+fn state_dependence(run: &Run) -> f64 {
+    let largest = run.states.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x[0].abs()));
+    let power = run.innovations.iter().map(|v| v * v).sum::<f64>();
+    let variance = power / run.innovations.len() as f64;
+    let mut cells = [(0.0, 0.0); 2 * CELLS];
+    for (v, x) in run.innovations.iter().zip(&run.states) {
+        let k = ((x[0] / largest + 1.0) * 0.5 * CELLS as f64) as usize;
+        let cell = &mut cells[2 * k.min(CELLS - 1) + usize::from(x[1] > 0.0)];
+        *cell = (cell.0 + 1.0, cell.1 + v);
+    }
+    let filled: Vec<f64> =
+        cells.iter().filter(|c| c.0 >= 3.0).map(|c| c.1 * c.1 / c.0 / variance).collect();
+    let n = filled.len().max(1) as f64;
+    (filled.iter().sum::<f64>() - n) / (2.0 * n).sqrt()
+}
+
+/// Neighbouring means of the swing that the filter takes together: it needs a dozen a cycle, and the longer a mean the
+/// less its noise has to do with the next.
+fn together(swing: &Swing) -> usize {
+    (swing.per_cycle() / PER_CYCLE).max(1.0) as usize
+}
+
+fn reduced(series: &[f64], together: usize) -> Vec<f64> {
+    series.chunks_exact(together).map(|c| c.iter().sum::<f64>() / together as f64).collect()
+}
+
+/// What [`Buffeted::deviance`] is compared with: that of a definite model, all of whose residual is noise, its numbers
+/// counted; and the count of residuals.
+pub fn definite_criterion(swing: &Swing, model: &Fitted) -> (f64, f64) {
+    let left = reduced(&model.residuals, together(swing));
+    let n = left.len() as f64;
+    let sum: f64 = left.iter().map(|r| r * r).sum();
+    (n * (sum / n).ln() + model.parameters.len() as f64 * n.ln(), n)
+}
+
+/// The likeliest random forcing of a swing, from the plain model's fit.
+pub fn fit(swing: &Swing, plain: &Fitted) -> Option<Buffeted> {
+    let zero = if plain.structure.zero_unknown { plain.parameters[4] } else { 0.0 };
+    let yaw: Vec<f64> = swing.yaw_rad.iter().map(|y| y - zero).collect();
+    fit_series(swing, &yaw, plain, None)
+}
+
+/// The likeliest random forcing behind what `model` leaves, which follows the linear equation of motion as long as it
+/// is small.
+pub(crate) fn fit_residuals(swing: &Swing, model: &Fitted) -> Option<Buffeted> {
+    let left: Vec<f64> = model.residuals.iter().map(|r| -r).collect();
+    let (yaw, rate) = model.motion().readings_and_rates(&swing.grid);
+    let states = yaw.into_iter().zip(rate).map(|(b, r)| [b, r]).collect();
+    fit_series(swing, &left, model, Some(states))
+}
+
+fn fit_series(
+    swing: &Swing,
+    yaw: &[f64],
+    model: &Fitted,
+    states: Option<Vec<[f64; 2]>>,
+) -> Option<Buffeted> {
+    let together = together(swing);
+    let yaw = &reduced(yaw, together)[..];
+    let grid = Grid { step_s: swing.grid.step_s * together as f64, count: yaw.len(), ..swing.grid };
+    let (noise, expected) = swing.noise_of(together);
+    let noise = noise.powi(2);
+    let wn = model.parameters[0];
+    let size = (wn.powi(3) * swing.amplitude_rad.powi(2) / noise).ln();
+    let at = |p: &[f64; 3], yaw: &[f64]| {
+        filter(&grid, yaw, [wn * (1.0 + p[1]), p[2], p[0].exp()], Some(noise))
+    };
+    let value = |p: &[f64; 3]| at(p, yaw).map_or(f64::INFINITY, |run| run.deviance);
+    let mut p = [size - 12.0, 0.0, model.parameters[1]];
+    for guess in [-18.0, -15.0, -9.0, -6.0] {
+        let other = [size + guess, p[1], p[2]];
+        if value(&other) < value(&p) {
+            p = other;
+        }
+    }
+    let p = descend(value, p, [1.0, 1e-3, 3e-3]);
+    let mut run = at(&p, yaw)?;
+    if let Some(states) = states {
+        let states: Vec<[f64; 2]> =
+            states.chunks_exact(together).map(|c| c[together / 2]).collect();
+        run.states = states[states.len() - run.innovations.len()..].to_vec();
+    }
+    let unsteadiness = yaw
+        .chunks(yaw.len().div_ceil(QUARTERS))
+        .map(|part| {
+            let value = |q: &[f64; 3]| at(q, part).map_or(f64::INFINITY, |run| run.deviance);
+            let common = value(&p);
+            common - value(&descend(value, p, [1.0, 1e-3, 3e-3]))
+        })
+        .sum();
+    let lag: f64 = run.innovations.windows(2).map(|w| w[0] * w[1]).sum();
+    let power: f64 = run.innovations.iter().map(|v| v * v).sum();
+    let deviation = (power / run.innovations.len() as f64).sqrt();
+    let largest = run.innovations.iter().fold(0.0, |m: f64, v| m.max(v.abs())) / deviation;
+    let deviations = [0, 1, 2].map(|i| {
+        let h = [0.05, 1e-5, 1e-5][i];
+        let moved = |s: f64| {
+            let mut q = p;
+            q[i] += s * h;
+            value(&q)
+        };
+        let curvature = (moved(1.0) - 2.0 * value(&p) + moved(-1.0)) / (h * h);
+        (2.0 / curvature.max(f64::MIN_POSITIVE)).sqrt()
+    });
+    Some(Buffeted {
+        natural_frequency_rad_s: wn * (1.0 + p[1]),
+        damping_ratio: p[2],
+        intensity: p[0].exp() * noise,
+        ratio: p[0].exp() / together as f64,
+        deviations: [deviations[0], deviations[1] * wn, deviations[2]],
+        deviance: run.deviance,
+        over_noise: (run.noise_variance / noise).sqrt(),
+        correlation_off: lag / power - (lag / power).clamp(0.0, expected.max(0.0)),
+        unsteadiness,
+        largest,
+        line: strongest_line(&run.innovations),
+        state_dependence: state_dependence(&run),
+    })
+}
+
+/// Largest power in the spectrum over the mean one.
+fn strongest_line(innovations: &[f64]) -> f64 {
+    let fft = realfft::RealFftPlanner::<f64>::new().plan_fft_forward(innovations.len());
+    let mut spectrum = fft.make_output_vec();
+    if fft.process(&mut innovations.to_vec(), &mut spectrum).is_err() {
+        return 0.0;
+    }
+    let power: Vec<f64> = spectrum[1..].iter().map(|c| c.norm_sqr()).collect();
+    let mean = power.iter().sum::<f64>() / power.len().max(1) as f64;
+    power.iter().fold(0.0, |m: f64, p| m.max(*p)) / mean.max(f64::MIN_POSITIVE)
+}
+
+/// Turns what a model leaves into white innovations of unit size in units of the noise: the filter's gains for a
+/// start that is known, the model having its own.
+pub(crate) struct Whitener {
+    transition: [[f64; 2]; 2],
+    gains: Vec<[f64; 2]>,
+    roots: Vec<f64>,
+}
+
+impl Whitener {
+    /// `ratio`: intensity over the noise's variance.
+    pub fn new(grid: &Grid, wn: f64, zeta: f64, ratio: f64, count: usize) -> Option<Self> {
+        let (transition, q) = transition(grid.step_s, wn, zeta, ratio)?;
+        let mut p = [0.0_f64; 3];
+        let (mut gains, mut roots) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        for _ in 0..count {
+            let variance = p[0] + 1.0;
+            let gain = [p[0] / variance, p[1] / variance];
+            gains.push(gain);
+            roots.push(variance.sqrt());
+            p = foretold(&transition, updated(p, gain), q);
+        }
+        Some(Self { transition, gains, roots })
+    }
+
+    pub fn whiten(&self, series: &mut [f64]) {
+        let f = &self.transition;
+        let mut x = [0.0; 2];
+        for ((y, gain), root) in series.iter_mut().zip(&self.gains).zip(&self.roots) {
+            let innovation = *y - x[0];
+            *y = innovation / root;
+            x = [x[0] + gain[0] * innovation, x[1] + gain[1] * innovation];
+            x = [f[0][0] * x[0] + f[0][1] * x[1], f[1][0] * x[0] + f[1][1] * x[1]];
+        }
+    }
+}
+
+/// Pattern search along the coordinates: the likelihood is cheap and has one valley here.
+fn descend(f: impl Fn(&[f64; 3]) -> f64, mut p: [f64; 3], mut step: [f64; 3]) -> [f64; 3] {
+    let mut here = f(&p);
+    for _ in 0..400 {
+        let mut moved = false;
+        for i in 0..3 {
+            if step[i] == 0.0 {
+                continue;
+            }
+            let mut gained = false;
+            for sign in [1.0, -1.0] {
+                let mut q = p;
+                q[i] += sign * step[i];
+                let there = f(&q);
+                if there < here {
+                    (p, here, gained) = (q, there, true);
+                    break;
+                }
+            }
+            step[i] *= if gained { 1.6 } else { 0.4 };
+            moved |= gained;
+        }
+        if !moved && step[0] < 0.01 && step[1] < 1e-6 && step[2] < 1e-6 {
+            break;
+        }
+    }
+    p
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector, Matrix2};
+
+    /// The joint density of all readings less that of the first four, from their covariance matrix.
+    #[test]
+    fn the_likelihood_is_that_of_the_readings_joint_normal_density() {
+        let (wn, zeta, ratio, h) = (5.0, 0.03, 40.0, 0.05);
+        let yaw: Vec<f64> = (0..14)
+            .map(|k| 2.0 * (5.0 * h * f64::from(k)).cos() + 0.3 * f64::from(k * k % 5))
+            .collect();
+        let grid = Grid { start_s: 0.0, step_s: h, count: yaw.len(), mean_width_s: 0.0 };
+        let run = filter(&grid, &yaw, [wn, zeta, ratio], None).unwrap();
+
+        let (f, q) = transition(h, wn, zeta, ratio).unwrap();
+        let f = Matrix2::new(f[0][0], f[0][1], f[1][0], f[1][1]);
+        let q = Matrix2::new(q[0], q[1], q[1], q[2]);
+        // Covariance of the states, step by step; of two readings, through the powers of F between them.
+        let mut states = vec![Matrix2::new(1e6, 0.0, 0.0, 1e6 * wn * wn)];
+        for k in 1..yaw.len() {
+            states.push(f * states[k - 1] * f.transpose() + q);
+        }
+        let power = |n: usize| (0..n).fold(Matrix2::identity(), |p: Matrix2<f64>, _| f * p);
+        let covariance = |n: usize| {
+            DMatrix::from_fn(n, n, |i, j| {
+                let (early, late) = (i.min(j), i.max(j));
+                (power(late - early) * states[early])[(0, 0)] + f64::from(u8::from(i == j))
+            })
+        };
+        let parts = |n: usize| {
+            let expected = |k: usize| (power(k) * nalgebra::Vector2::new(yaw[0], 0.0))[0];
+            let e = DVector::from_fn(n, |k, _| yaw[k] - expected(k));
+            let c = nalgebra::Cholesky::new(covariance(n)).unwrap();
+            let logs = 2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+            (e.dot(&c.solve(&e)), logs)
+        };
+        let (all, first) = (parts(yaw.len()), parts(4));
+        let n = (yaw.len() - 4) as f64;
+        let variance = (all.0 - first.0) / n;
+        let deviance = n * variance.ln() + all.1 - first.1;
+        assert!((run.noise_variance / variance - 1.0).abs() < 1e-5);
+        assert!((run.deviance - deviance).abs() < 1e-4, "{} {deviance}", run.deviance);
+    }
+
+    /// Innovations of a known start are those of the filter once it has forgotten its own.
+    #[test]
+    fn whitened_residuals_are_the_filters_innovations() {
+        let (wn, zeta, ratio) = (5.0, 0.03, 4e3);
+        let grid = Grid { start_s: 0.0, step_s: 0.05, count: 400, mean_width_s: 0.0 };
+        let yaw: Vec<f64> = (0..400).map(|k| f64::from(k * k * 7 % 13) - 6.0).collect();
+        let run = filter(&grid, &yaw, [wn, zeta, ratio], None).unwrap();
+        let mut whitened = yaw.clone();
+        Whitener::new(&grid, wn, zeta, ratio, 400).unwrap().whiten(&mut whitened);
+        for (a, b) in run.innovations.iter().rev().zip(whitened.iter().rev()).take(100) {
+            assert!((a - b).abs() < 1e-6);
+        }
+    }
+}

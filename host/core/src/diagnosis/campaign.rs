@@ -1,0 +1,336 @@
+//! The verdict on a campaign: which effects its releases need together, where each comes from, and what it does to
+//! the derivatives.
+
+use crate::derivatives::campaign::Campaign as Made;
+use crate::derivatives::condition::{settings, Identified};
+use crate::derivatives::table::{Point, Table};
+use crate::derivatives::Computed;
+use crate::diagnosis::buffeting::Buffeted;
+use crate::diagnosis::campaign_fit::{Campaign, Shared, Told, EXPLAINED, OWN};
+use crate::diagnosis::compare::{self, Where};
+use crate::diagnosis::diagnose::{Candidate, Modal, Options, Status, Step};
+use crate::diagnosis::origin::{self, Origin, Plan};
+use crate::diagnosis::search::is_explained;
+use crate::diagnosis::together::{self, Judged, Releases};
+use crate::effects::Effect;
+use crate::fit::fitting::Fitted;
+use crate::fit::swing::Swing;
+use crate::interrupt;
+use crate::quantity::Quantity;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+use yawrig_expression::error::Result;
+use yawrig_shared::axis::Axis;
+
+/// Standard deviation of ln q beyond which there is no telling.
+const MOST_LOG_DEVIATION: f64 = 3.0;
+
+/// All that is said about a campaign. Rms in deg over all releases, ratios to the noise floor of block means.
+#[derive(Clone, Debug, Serialize)]
+pub struct CampaignDiagnosis {
+    pub noise_rms_deg: f64,
+    pub status: Status,
+    /// In the order in which they help.
+    pub effects: Vec<Effect>,
+    pub indistinguishable: Vec<[Effect; 2]>,
+    /// By effect.
+    pub origin: BTreeMap<String, Origin>,
+    pub origin_reason: BTreeMap<String, String>,
+    /// By effect: which releases have one coefficient.
+    pub sharing: BTreeMap<String, &'static str>,
+    /// None for a campaign as a whole: see `releases`.
+    pub modal: Option<Modal>,
+    pub steps: Vec<Step>,
+    /// What `held_out_over_noise` was held out.
+    pub held_out: HeldOut,
+    /// Every effect alone, best first, in the releases (eight at most) that the plain model explains worst.
+    pub candidates: Vec<Candidate>,
+    /// By effect: the first of its numbers in each condition, free of all others.
+    pub coefficients: BTreeMap<String, Vec<Coefficient>>,
+    pub releases: Vec<ReleaseVerdict>,
+    /// Of the release that is explained worst.
+    #[serde(rename = "where")]
+    pub where_: Where,
+    pub where_release: String,
+    /// `null` where there is no point to compute.
+    pub derivatives: Option<BeforeAndAfter>,
+}
+
+/// What a model was judged on that it was not fitted to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HeldOut {
+    /// The last repeat of each condition released more than once: the effects' coefficients are those of the others,
+    /// natural frequency, damping ratio and state are its own.
+    Releases,
+    /// The later part of each release.
+    LaterPart,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct Coefficient {
+    pub spring: String,
+    pub axis: Axis,
+    pub wind_speed_m_s: f64,
+    pub name: &'static str,
+    pub unit: &'static str,
+    #[serde(flatten)]
+    pub quantity: Quantity,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct ReleaseVerdict {
+    pub file: String,
+    pub spring: String,
+    pub axis: Axis,
+    pub wind_speed_m_s: f64,
+    pub noise_rms_deg: f64,
+    /// Of the final model.
+    pub natural_frequency_rad_s: Quantity,
+    pub damping_ratio: Quantity,
+    /// Of the plain model.
+    pub before_over_noise: f64,
+    /// Of the final model, its shared coefficients in common.
+    pub residual_over_noise: f64,
+    pub explained: bool,
+}
+
+/// The derivatives from wn and zeta of the plain model and of the final one.
+#[derive(Clone, Debug, Serialize)]
+pub struct BeforeAndAfter {
+    pub before: Vec<Point>,
+    pub after: Vec<Point>,
+}
+
+/// A diagnosis with the fits it rests on, in the order of the releases.
+#[derive(Clone, Debug)]
+pub struct Diagnosed {
+    pub diagnosis: CampaignDiagnosis,
+    pub swings: Vec<Swing>,
+    /// The second-order model of each.
+    pub plain: Vec<Fitted>,
+    /// The final one, its shared coefficients in common; a random moment left out.
+    pub last: Vec<Fitted>,
+}
+
+/// Judges swings, one for each release of `made` in its order.
+///
+/// # Errors
+/// 130 where the user stops it.
+pub fn diagnose_swings(
+    made: &Made,
+    swings: &[Swing],
+    options: &Options,
+) -> Result<CampaignDiagnosis> {
+    Ok(judged(made, swings, options)?.0)
+}
+
+/// Judges swings, one for each release of `made` in its order, and keeps what was fitted.
+///
+/// # Errors
+/// 130 where the user stops it.
+pub fn diagnose_with_fits(made: &Made, swings: Vec<Swing>, options: &Options) -> Result<Diagnosed> {
+    let (diagnosis, plain, last) = judged(made, &swings, options)?;
+    Ok(Diagnosed { diagnosis, swings, plain, last })
+}
+
+/// The diagnosis, and the plain and the final model of each release.
+fn judged(
+    made: &Made,
+    swings: &[Swing],
+    options: &Options,
+) -> Result<(CampaignDiagnosis, Vec<Fitted>, Vec<Fitted>)> {
+    let wind_speed_m_s = made.release.iter().map(|r| r.wind_speed_m_s).collect();
+    let releases = Releases { swings: swings.iter().collect(), wind_speed_m_s };
+    let judged = together::judge(&releases, options)?;
+    let campaign = Campaign { made, settings: settings(made), releases: &releases };
+    let shared: Vec<Shared> =
+        judged.path.iter().map(|model| campaign.shared(model)).collect::<Result<_>>()?;
+    let forced = campaign.randomly_forced(&judged, shared.last().expect("a model"));
+    let diagnosis = campaign.verdict(&judged, &shared, forced)?;
+    let plain = judged.path[0].fits.clone();
+    let last = match diagnosis.effects[..] {
+        [Effect::Buffeting] => plain.clone(),
+        _ => shared.last().expect("a model").joint.fits.clone(),
+    };
+    Ok((diagnosis, plain, last))
+}
+
+impl Campaign<'_> {
+    fn verdict(
+        &self,
+        judged: &Judged,
+        shared: &[Shared],
+        forced: Option<Vec<Buffeted>>,
+    ) -> Result<CampaignDiagnosis> {
+        let step = |shared| interrupt::check().map(|()| self.step(shared));
+        let steps: Vec<(HeldOut, Step)> = shared.iter().map(step).collect::<Result<_>>()?;
+        let last = shared.last().expect("a model");
+        let plain = &judged.path[0].fits;
+        let swings = &self.releases.swings;
+        let status = match (last.is_explained(swings), last.told.is_empty()) {
+            (true, true) => Status::Adequate,
+            (true, false) => Status::Explained,
+            (false, _) => Status::Unexplained,
+        };
+        let modal = |fit: &Fitted| (fit.natural_frequency_rad_s(), fit.damping_ratio());
+        let mut after: Vec<(Quantity, Quantity)> = last.joint.fits.iter().map(modal).collect();
+        let rows = (0..swings.len()).map(|i| {
+            let fit = &last.joint.fits[i];
+            let entry = &self.made.release[i];
+            ReleaseVerdict {
+                file: entry.file.clone(),
+                spring: entry.spring.clone(),
+                axis: entry.axis,
+                wind_speed_m_s: entry.wind_speed_m_s,
+                noise_rms_deg: swings[i].sample_noise_rad.to_degrees(),
+                natural_frequency_rad_s: after[i].0,
+                damping_ratio: after[i].1,
+                before_over_noise: plain[i].over_noise(swings[i]),
+                residual_over_noise: fit.over_noise(swings[i]),
+                explained: is_explained(fit, swings[i]),
+            }
+        });
+        let mut releases: Vec<ReleaseVerdict> = rows.collect();
+        let worst = (0..swings.len())
+            .max_by(|&a, &b| {
+                releases[a].residual_over_noise.total_cmp(&releases[b].residual_over_noise)
+            })
+            .unwrap_or(0);
+        let mean_square =
+            swings.iter().map(|s| s.sample_noise_rad.to_degrees().powi(2)).sum::<f64>();
+        let mut out = CampaignDiagnosis {
+            noise_rms_deg: (mean_square / swings.len() as f64).sqrt(),
+            status,
+            effects: last.told.iter().map(|t| t.effect).collect(),
+            indistinguishable: judged.indistinguishable.iter().map(|(a, b)| [*a, *b]).collect(),
+            origin: BTreeMap::new(),
+            origin_reason: BTreeMap::new(),
+            sharing: BTreeMap::new(),
+            modal: None,
+            held_out: steps[0].0,
+            steps: steps.into_iter().map(|s| s.1).collect(),
+            candidates: candidates(judged),
+            coefficients: BTreeMap::new(),
+            where_: compare::locate(swings[worst], &last.joint.fits[worst]),
+            where_release: releases[worst].file.clone(),
+            releases: Vec::new(),
+            derivatives: None,
+        };
+        if let Some(forced) = &forced {
+            for (i, b) in forced.iter().enumerate() {
+                let [_, u_wn, u_zeta] = b.deviations;
+                after[i] = (
+                    Quantity::new(b.natural_frequency_rad_s, u_wn),
+                    Quantity::new(b.damping_ratio, u_zeta),
+                );
+                releases[i].residual_over_noise = b.over_noise;
+                releases[i].explained = b.over_noise <= EXPLAINED;
+                (releases[i].natural_frequency_rad_s, releases[i].damping_ratio) = after[i];
+            }
+            self.tell_forced(&mut out, forced);
+        } else {
+            for told in &last.told {
+                out.tell(told);
+            }
+        }
+        out.releases = releases;
+        let before: Vec<_> = plain.iter().map(modal).collect();
+        let before = self.table(&before).map(|t| t.points);
+        let after = self.table(&after).map(|t| t.points);
+        out.derivatives = before.zip(after).map(|(before, after)| BeforeAndAfter { before, after });
+        Ok(out)
+    }
+
+    /// The verdict that a random moment moves the model.
+    fn tell_forced(&self, out: &mut CampaignDiagnosis, forced: &[Buffeted]) {
+        let effect = Effect::Buffeting;
+        // Where there is none the likelihood is flat in ln q, and no deviation can be had from it.
+        let intensity = |i: usize| {
+            let q = forced[i].intensity;
+            Some(Quantity::new(q, q * forced[i].deviations[0].min(MOST_LOG_DEVIATION)))
+        };
+        let seen = self.by_condition(intensity);
+        let (origin, reason) = origin::decide(&seen, effect.parameters()[0].unit);
+        let groups = (0..forced.len()).map(Some).collect();
+        let plan = Plan { name: OWN, groups };
+        let swings = &self.releases.swings;
+        let mean = |of: &dyn Fn(usize) -> f64| {
+            ((0..swings.len()).map(|i| of(i).powi(2)).sum::<f64>() / swings.len() as f64).sqrt()
+        };
+        let over = mean(&|i| forced[i].over_noise);
+        // The plain mean over the releases it is in: weights by its own uncertainty would favour the weakest.
+        let is_in =
+            |i: &usize| origin != Origin::Aerodynamic || self.releases.wind_speed_m_s[*i] > 0.0;
+        let levels: Vec<Quantity> = (0..forced.len()).filter(is_in).filter_map(intensity).collect();
+        let n = levels.len().max(1) as f64;
+        let level = Quantity::new(
+            levels.iter().map(|q| q.value).sum::<f64>() / n,
+            levels.iter().map(|q| q.u * q.u).sum::<f64>().sqrt() / n,
+        );
+        out.steps.truncate(1);
+        out.steps.push(Step {
+            added: Some(effect),
+            residual_rms_deg: mean(&|i| {
+                swings[i].raw_rms_deg(forced[i].over_noise * swings[i].noise_rad)
+            }),
+            residual_over_noise: over,
+            // The filter's innovations are one step ahead throughout.
+            held_out_over_noise: over,
+            parameters: BTreeMap::from([("buffeting.q".to_owned(), level)]),
+        });
+        let explained = forced.iter().all(|b| b.over_noise <= EXPLAINED);
+        out.status = if explained { Status::Explained } else { Status::Unexplained };
+        out.effects = vec![effect];
+        out.indistinguishable.clear();
+        out.tell(&Told { effect, origin, reason, plan, seen });
+    }
+
+    /// The derivative table with these wn and zeta; `None` where there is no point in it. Coefficients that releases
+    /// share make their errors alike; the propagation takes them for independent.
+    fn table(&self, modal: &[(Quantity, Quantity)]) -> Option<Table> {
+        let identified: Vec<Identified> = modal
+            .iter()
+            .zip(&self.releases.swings)
+            .map(|(&(natural_frequency_rad_s, damping_ratio), swing)| Identified {
+                natural_frequency_rad_s,
+                damping_ratio,
+                from_s: swing.release_time_s + swing.grid.start_s,
+                to_s: swing.release_time_s + swing.grid.time_s(swing.grid.count),
+                flags: Vec::new(),
+            })
+            .collect();
+        let computed = Computed::new(self.made, &identified).ok()?;
+        Some(computed.table(Path::new(""), "least-squares"))
+    }
+}
+
+impl CampaignDiagnosis {
+    fn tell(&mut self, told: &Told) {
+        let id = told.effect.to_string();
+        let parameter = told.effect.parameters()[0];
+        self.origin.insert(id.clone(), told.origin);
+        self.origin_reason.insert(id.clone(), told.reason.clone());
+        self.sharing.insert(id.clone(), told.plan.name);
+        let rows = told.seen.iter().map(|seen| Coefficient {
+            spring: seen.spring.clone(),
+            axis: seen.axis,
+            wind_speed_m_s: seen.wind_speed_m_s,
+            name: parameter.name,
+            unit: parameter.unit,
+            quantity: seen.coefficient,
+        });
+        self.coefficients.insert(id, rows.collect());
+    }
+}
+
+fn candidates(judged: &Judged) -> Vec<Candidate> {
+    let each = judged.singles.iter().map(|single| Candidate {
+        effect: single.effect,
+        residual_over_noise: single.residual_over_noise,
+        evidence: single.evidence,
+        converged: single.converged,
+    });
+    each.collect()
+}

@@ -1,0 +1,253 @@
+//! A campaign's releases fitted with what their coefficients allow in common, and tried on what was held out.
+
+use crate::derivatives::campaign::Campaign as Made;
+use crate::derivatives::condition::Setting;
+use crate::diagnosis::buffeting::{self, Buffeted};
+use crate::diagnosis::campaign::HeldOut;
+use crate::diagnosis::diagnose::{Step, FITTED_SHARE};
+use crate::diagnosis::origin::{self, weighted_mean, Origin, Plan, Seen};
+use crate::diagnosis::search::{self, MARGIN};
+use crate::diagnosis::together::{self, coefficient, over_noise, Judged, Model, Releases};
+use crate::effects::Effect;
+use crate::fit::fitting::{self, Fitted, Limit, Number, Structure};
+use crate::fit::joint::{self, JointFit, Release, Sharing};
+use crate::fit::swing::Swing;
+use crate::interrupt;
+use crate::quantity::Quantity;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use yawrig_expression::error::Result;
+
+/// Residual over noise up to which random forcing explains a release.
+pub const EXPLAINED: f64 = 1.10;
+/// How it is told that nothing is in common.
+pub const OWN: &str = "each release its own";
+
+/// A model with the origin of its effects, and all releases fitted with the numbers they share.
+pub struct Shared {
+    pub joint: JointFit,
+    pub told: Vec<Told>,
+}
+
+impl Shared {
+    /// Whether every release is down to its noise.
+    pub fn is_explained(&self, swings: &[&Swing]) -> bool {
+        self.joint.fits.iter().zip(swings).all(|(fit, swing)| search::is_explained(fit, swing))
+    }
+}
+
+pub struct Told {
+    pub effect: Effect,
+    pub origin: Origin,
+    pub reason: String,
+    pub plan: Plan,
+    pub seen: Vec<Seen>,
+}
+
+pub struct Campaign<'a> {
+    pub made: &'a Made,
+    pub settings: Vec<Setting>,
+    pub releases: &'a Releases<'a>,
+}
+
+impl Campaign<'_> {
+    fn whole(&self) -> Vec<Release<'_>> {
+        self.releases.swings.iter().map(|swing| Release::whole(swing)).collect()
+    }
+
+    /// One coefficient for each condition.
+    pub fn by_condition(&self, of: impl Fn(usize) -> Option<Quantity>) -> Vec<Seen> {
+        let seen = |setting: &Setting| {
+            Some(Seen {
+                spring: setting.spring.clone(),
+                axis: setting.axis,
+                wind_speed_m_s: setting.wind_speed_m_s,
+                coefficient: weighted_mean(setting.releases.iter().filter_map(|&i| of(i)))?,
+            })
+        };
+        self.settings.iter().filter_map(seen).collect()
+    }
+
+    /// The model with what its coefficients allow in common.
+    pub fn shared(&self, model: &Model) -> Result<Shared> {
+        let whole = self.whole();
+        let effects = &model.effects;
+        let structure = Structure { effects: effects.clone(), ..model.fits[0].structure.clone() };
+        let own = Sharing::none(whole.len(), effects.len());
+        // Each release once more, for the uncertainties of coefficients that ended at nought.
+        let single = Sharing::none(1, effects.len());
+        let alone: Vec<JointFit> = whole
+            .par_iter()
+            .zip(&model.fits)
+            .map(|(release, fit)| {
+                let start = fit.in_order_of(&structure).0;
+                joint::fit(&[*release], &structure, &single, &[start])
+            })
+            .collect();
+        interrupt::check()?;
+        let fits: Vec<&Fitted> = alone.iter().map(|joint| &joint.fits[0]).collect();
+        let effective: f64 = fits.iter().map(|fit| fit.effective_count()).sum();
+        let mut told: Vec<Told> =
+            effects.iter().map(|effect| self.told(*effect, &fits, effective)).collect();
+        let sharing =
+            Sharing { effects: told.iter().map(|t| t.plan.groups.clone()).collect(), ..own };
+        let joint = joint::fit_from(&whole, &structure, &sharing, &fits);
+        interrupt::check()?;
+        // What is in common is chosen on the coefficients alone; the releases have the last word.
+        let squares: f64 = alone.iter().map(|joint| joint.sum_of_squares).sum();
+        let numbers: usize = alone.iter().map(|joint| joint.parameters.len()).sum();
+        let fewer = numbers.saturating_sub(joint.parameters.len()) as f64;
+        let lost = effective * (joint.sum_of_squares / squares).ln() - fewer * effective.ln();
+        if joint.converged && lost < MARGIN {
+            return Ok(Shared { joint, told });
+        }
+        for told in &mut told {
+            told.plan.name = OWN;
+            let groups = &mut told.plan.groups;
+            groups.iter_mut().enumerate().for_each(|(i, g)| *g = g.map(|_| i));
+        }
+        let sharing =
+            Sharing { effects: told.iter().map(|t| t.plan.groups.clone()).collect(), ..sharing };
+        let joint = joint::fit_from(&whole, &structure, &sharing, &fits);
+        Ok(Shared { joint, told })
+    }
+
+    fn told(&self, effect: Effect, fits: &[&Fitted], effective: f64) -> Told {
+        let parameter = effect.parameters()[0];
+        let seen = self.by_condition(|i| coefficient(fits[i], effect));
+        let (origin, mut reason) = origin::decide(&seen, parameter.unit);
+        if effect == Effect::StaticOffset && origin == Origin::Undecided {
+            reason.push_str(
+                "; a sensor that was not zeroed shows as a moment that changes with the stiffness: try --unknown-zero",
+            );
+        }
+        let is_line = effect.parameters().len() > 1 || effect.belongs_to_release(0);
+        let plan = if is_line {
+            let there = |i| origin != Origin::Aerodynamic || self.releases.wind_speed_m_s[i] > 0.0;
+            let groups = (0..fits.len()).map(|i| there(i).then_some(i)).collect();
+            Plan { name: OWN, groups }
+        } else {
+            let own: Vec<Seen> = (0..fits.len())
+                .map(|i| {
+                    let entry = &self.made.release[i];
+                    Seen {
+                        spring: entry.spring.clone(),
+                        axis: entry.axis,
+                        wind_speed_m_s: entry.wind_speed_m_s,
+                        coefficient: coefficient(fits[i], effect)
+                            .unwrap_or(Quantity::new(0.0, f64::INFINITY)),
+                    }
+                })
+                .collect();
+            origin::plan(origin, &own, effective)
+        };
+        Told { effect, origin, reason, plan, seen }
+    }
+
+    /// Residual over noise on what a model was not fitted to.
+    pub fn held_out(&self, shared: &Shared) -> (HeldOut, f64) {
+        let joint = &shared.joint;
+        let swings = &self.releases.swings;
+        let held: Vec<usize> = self
+            .settings
+            .iter()
+            .filter(|s| s.releases.len() > 1)
+            .filter_map(|s| s.releases.last().copied())
+            .collect();
+        let starts: Vec<Vec<f64>> = joint.fits.iter().map(|f| f.parameters.clone()).collect();
+        if held.is_empty() {
+            let early: Vec<Release> =
+                swings.iter().map(|swing| Release::part(swing, FITTED_SHARE)).collect();
+            let early = joint::fit(&early, &joint.structure, &joint.sharing, &starts);
+            let later = early.held_out_over_noise(swings);
+            return (HeldOut::LaterPart, later.unwrap_or(f64::NAN));
+        }
+        let kept: Vec<usize> = (0..swings.len()).filter(|i| !held.contains(i)).collect();
+        let of = |groups: &Vec<Option<usize>>| kept.iter().map(|&i| groups[i]).collect();
+        let sharing = Sharing {
+            modal: (0..kept.len()).collect(),
+            effects: joint.sharing.effects.iter().map(of).collect(),
+        };
+        let releases: Vec<Release> = kept.iter().map(|&i| Release::whole(swings[i])).collect();
+        let kept_starts: Vec<Vec<f64>> = kept.iter().map(|&i| starts[i].clone()).collect();
+        let others = joint::fit(&releases, &joint.structure, &sharing, &kept_starts);
+        let fits: Vec<Fitted> = held
+            .par_iter()
+            .map(|&i| {
+                let mut structure = joint.fits[i].structure.clone();
+                for (k, effect) in joint.structure.effects.iter().enumerate() {
+                    // Who shares the coefficients, else a repeat.
+                    let groups = &joint.sharing.effects[k];
+                    let partner = kept.iter().position(|&j| groups[j] == groups[i]);
+                    let partner = partner.or_else(|| self.repeat_of(i, &kept));
+                    for number in 0..effect.parameters().len() {
+                        if effect.belongs_to_release(number) {
+                            continue;
+                        }
+                        let place = partner.and_then(|j| others.place(*effect, number, j));
+                        let Some(value) = place.map(|at| others.parameters[at]) else { continue };
+                        let number = Number::Of(*effect, number);
+                        structure.limits.push(Limit { number, low: value, high: value });
+                    }
+                }
+                fitting::refitted(swings[i], &structure, &starts[i])
+            })
+            .collect();
+        let held_swings: Vec<&Swing> = held.iter().map(|&i| swings[i]).collect();
+        (HeldOut::Releases, over_noise(&fits, &held_swings))
+    }
+
+    /// Place in `kept` of another release of the same condition.
+    fn repeat_of(&self, release: usize, kept: &[usize]) -> Option<usize> {
+        let setting = self.settings.iter().find(|s| s.releases.contains(&release))?;
+        kept.iter().position(|j| setting.releases.contains(j))
+    }
+
+    pub fn step(&self, shared: &Shared) -> (HeldOut, Step) {
+        let joint = &shared.joint;
+        let swings = &self.releases.swings;
+        let raw = joint.fits.iter().zip(swings).map(|(fit, swing)| {
+            let n = (fit.count * swing.block) as f64;
+            (n, n * swing.raw_rms_deg(fit.rms_rad()).powi(2))
+        });
+        let (n, squares) = raw.fold((0.0, 0.0), |s, (n, q)| (s.0 + n, s.1 + q));
+        let mut parameters = BTreeMap::new();
+        for told in &shared.told {
+            for (number, parameter) in told.effect.parameters().iter().enumerate() {
+                if told.effect.belongs_to_release(number) {
+                    continue;
+                }
+                // Once for each group, whatever releases share it.
+                let mut places: Vec<usize> =
+                    (0..swings.len()).filter_map(|i| joint.place(told.effect, number, i)).collect();
+                places.sort_unstable();
+                places.dedup();
+                let mean = weighted_mean(places.into_iter().map(|at| joint.quantity(at)));
+                let name = format!("{}.{}", told.effect, parameter.name);
+                parameters.extend(mean.map(|mean| (name, mean)));
+            }
+        }
+        let (kind, held_out_over_noise) = self.held_out(shared);
+        let step = Step {
+            added: joint.structure.effects.last().copied(),
+            residual_rms_deg: (squares / n).sqrt(),
+            residual_over_noise: joint.over_noise(),
+            held_out_over_noise,
+            parameters,
+        };
+        (kind, step)
+    }
+
+    /// Random forcing in most releases with the wind on, or with it off, where definite effects do not explain them.
+    pub fn randomly_forced(&self, judged: &Judged, last: &Shared) -> Option<Vec<Buffeted>> {
+        if last.is_explained(&self.releases.swings) && last.told.len() < 2 {
+            return None;
+        }
+        let (plain, best) = (judged.path.first()?, judged.path.last()?);
+        if !together::is_forced(self.releases, plain, best) {
+            return None;
+        }
+        let each = self.releases.swings.par_iter().zip(&plain.fits);
+        each.map(|(swing, plain)| buffeting::fit(swing, plain)).collect()
+    }
+}

@@ -1,0 +1,289 @@
+//! Where a model fails: over time, amplitude, the phase plane and frequency.
+
+use crate::fit::fitting::Fitted;
+use crate::fit::swing::Swing;
+use crate::quantity::Quantity;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+const TIME_BINS: usize = 20;
+const AMPLITUDE_BINS: usize = 8;
+/// Cells of the phase plane on each side of nought.
+const PHASE_CELLS: i32 = 4;
+/// Cells of a cut on each side of nought, and how far from it a state may be: tangent of the angle in the plane.
+const CUT_CELLS: i32 = 8;
+const CUT_WIDTH: f64 = 0.25;
+const FREQUENCY_BINS: usize = 24;
+/// Highest frequency of the residual's spectrum shown, in multiples of the swing's.
+const HIGHEST: f64 = 6.0;
+/// Half width of the local parabola from which the residual's curvature is had, in cycles.
+const HALF_WIDTH: f64 = 0.12;
+
+/// Residual (record less model) where it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Where {
+    pub time: Vec<TimeBin>,
+    pub amplitude: Vec<AmplitudeBin>,
+    /// Mean missing moment over yaw angle and yaw rate.
+    pub phase: Vec<PhaseCell>,
+    /// The missing moment at zero yaw against yaw rate: the damping law that is missing.
+    pub damping_law: Vec<DampingPoint>,
+    /// The missing moment at zero rate against yaw: the stiffness law that is missing.
+    pub stiffness_law: Vec<StiffnessPoint>,
+    pub frequency: Vec<FrequencyBin>,
+    /// Lag-one correlation of the residual's block means: 0 for white.
+    pub correlation: f64,
+    /// Two standard deviations of the correlation of as many white residuals.
+    pub correlation_of_white: f64,
+}
+
+/// `from_s`, `to_s` from the release.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TimeBin {
+    pub from_s: f64,
+    pub to_s: f64,
+    pub rms_deg: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AmplitudeBin {
+    pub from_deg: f64,
+    pub to_deg: f64,
+    pub rms_deg: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PhaseCell {
+    pub yaw_deg: f64,
+    pub rate_deg_s: f64,
+    /// b'' of the record less that of the model at the same state.
+    pub moment_rad_s2: f64,
+}
+
+/// At zero yaw, mean over the passages with about this rate.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DampingPoint {
+    pub rate_deg_s: f64,
+    pub moment_rad_s2: f64,
+    pub u_rad_s2: f64,
+}
+
+/// At zero rate, mean over the turning points at about this angle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StiffnessPoint {
+    pub yaw_deg: f64,
+    pub moment_rad_s2: f64,
+    pub u_rad_s2: f64,
+}
+
+/// Share of the residual's power about `hz`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FrequencyBin {
+    pub hz: f64,
+    pub share: f64,
+}
+
+/// Where `model` fails on `swing`. Rms of block means, deg.
+pub fn locate(swing: &Swing, model: &Fitted) -> Where {
+    locate_within(swing, model, 0..model.residuals.len())
+}
+
+/// The same over some of the block means; the correlation stays that of all.
+pub fn locate_within(swing: &Swing, model: &Fitted, part: Range<usize>) -> Where {
+    let motion = model.motion();
+    let (yaw, rate) = motion.readings_and_rates(&swing.grid);
+    let (yaw, rate) = (&yaw[part.clone()], &rate[part.clone()]);
+    let wn = model.parameters[0];
+    let residual: Vec<f64> = model.residuals[part.clone()].iter().map(|r| -r).collect();
+    let states = missing_moments(swing, model, &residual, yaw, rate);
+    let start_s = swing.grid.time_s(part.start);
+    let (b_max, r_max) = (largest(yaw), largest(rate));
+    Where {
+        time: time(swing, start_s, &residual),
+        amplitude: amplitude(&residual, yaw, rate, wn),
+        damping_law: cut(&states, r_max, |s| (s.yaw_rad * wn, s.rate_rad_s))
+            .into_iter()
+            .map(|(rate, m)| DampingPoint {
+                rate_deg_s: rate.to_degrees(),
+                moment_rad_s2: m.value,
+                u_rad_s2: m.u,
+            })
+            .collect(),
+        stiffness_law: cut(&states, b_max, |s| (s.rate_rad_s / wn, s.yaw_rad))
+            .into_iter()
+            .map(|(yaw, m)| StiffnessPoint {
+                yaw_deg: yaw.to_degrees(),
+                moment_rad_s2: m.value,
+                u_rad_s2: m.u,
+            })
+            .collect(),
+        phase: phase(&states, b_max, r_max),
+        frequency: frequency(swing, &residual),
+        correlation: model.correlation,
+        correlation_of_white: 2.0 / (model.count as f64).sqrt(),
+    }
+}
+
+fn rms_deg(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (mut n, mut sum) = (0.0, 0.0);
+    for v in values {
+        n += 1.0;
+        sum += v * v;
+    }
+    (n > 0.0).then(|| f64::sqrt(sum / n).to_degrees())
+}
+
+fn time(swing: &Swing, start_s: f64, residual: &[f64]) -> Vec<TimeBin> {
+    let width = residual.len().div_ceil(TIME_BINS).max(1);
+    residual
+        .chunks(width)
+        .enumerate()
+        .filter_map(|(i, chunk)| {
+            Some(TimeBin {
+                from_s: start_s + swing.grid.step_s * (i * width) as f64,
+                to_s: start_s + swing.grid.step_s * (i * width + chunk.len()) as f64,
+                rms_deg: rms_deg(chunk.iter().copied())?,
+            })
+        })
+        .collect()
+}
+
+fn amplitude(residual: &[f64], yaw: &[f64], rate: &[f64], wn: f64) -> Vec<AmplitudeBin> {
+    let size: Vec<f64> = yaw.iter().zip(rate).map(|(b, r)| b.hypot(r / wn)).collect();
+    let largest = size.iter().copied().fold(0.0, f64::max);
+    let edge = |k: usize| largest * k as f64 / AMPLITUDE_BINS as f64;
+    (0..AMPLITUDE_BINS)
+        .filter_map(|k| {
+            let inside = |a: f64| a > edge(k) && a <= edge(k + 1);
+            let values = residual.iter().zip(&size).filter(|(_, a)| inside(**a)).map(|(r, _)| *r);
+            Some(AmplitudeBin {
+                from_deg: edge(k).to_degrees(),
+                to_deg: edge(k + 1).to_degrees(),
+                rms_deg: rms_deg(values)?,
+            })
+        })
+        .collect()
+}
+
+/// The missing moment at a state of the model.
+struct Missing {
+    yaw_rad: f64,
+    rate_rad_s: f64,
+    moment_rad_s2: f64,
+}
+
+/// The residual e obeys e'' + 2 zeta wn e' + wn^2 e = missing moment: e, e' and e'' from local parabolas.
+fn missing_moments(
+    swing: &Swing,
+    model: &Fitted,
+    residual: &[f64],
+    yaw: &[f64],
+    rate: &[f64],
+) -> Vec<Missing> {
+    let (wn, zeta) = (model.parameters[0], model.parameters[1]);
+    let h = swing.grid.step_s;
+    let half = ((HALF_WIDTH * swing.per_cycle()) as usize).max(1);
+    if residual.len() <= 2 * half {
+        return Vec::new();
+    }
+    let k: Vec<f64> = (0..=2 * half).map(|i| i as f64 - half as f64).collect();
+    let n = k.len() as f64;
+    let (s2, s4) = k.iter().fold((0.0, 0.0), |(a, b), x| (a + x * x, b + x.powi(4)));
+    (half..residual.len() - half)
+        .map(|i| {
+            let (mut m0, mut m1, mut m2) = (0.0, 0.0, 0.0);
+            for (x, e) in k.iter().zip(&residual[i - half..=i + half]) {
+                m0 += e;
+                m1 += x * e;
+                m2 += x * x * e;
+            }
+            let curve = (n * m2 - s2 * m0) / (n * s4 - s2 * s2);
+            let level = (m0 - curve * s2) / n;
+            let moment = 2.0 * curve / (h * h) + 2.0 * zeta * wn * m1 / s2 / h + wn * wn * level;
+            Missing { yaw_rad: yaw[i], rate_rad_s: rate[i], moment_rad_s2: moment }
+        })
+        .collect()
+}
+
+/// Means in the cells of the plane.
+fn phase(states: &[Missing], b_max: f64, r_max: f64) -> Vec<PhaseCell> {
+    if b_max == 0.0 || r_max == 0.0 {
+        return Vec::new();
+    }
+    let side = 2 * PHASE_CELLS + 1;
+    let mut sums = vec![(0.0, 0.0); (side * side) as usize];
+    for s in states {
+        let b = cell(s.yaw_rad, b_max, PHASE_CELLS) + PHASE_CELLS;
+        let r = cell(s.rate_rad_s, r_max, PHASE_CELLS) + PHASE_CELLS;
+        let sum = &mut sums[(b * side + r) as usize];
+        *sum = (sum.0 + 1.0, sum.1 + s.moment_rad_s2);
+    }
+    let width = f64::from(PHASE_CELLS) + 0.5;
+    (0..side * side)
+        .filter(|at| sums[*at as usize].0 >= 3.0)
+        .map(|at| PhaseCell {
+            yaw_deg: (f64::from(at / side - PHASE_CELLS) / width * b_max).to_degrees(),
+            rate_deg_s: (f64::from(at % side - PHASE_CELLS) / width * r_max).to_degrees(),
+            moment_rad_s2: sums[at as usize].1 / sums[at as usize].0,
+        })
+        .collect()
+}
+
+/// Which of `cells` on each side of nought `x` falls in, -most to most being all of them.
+fn cell(x: f64, most: f64, cells: i32) -> i32 {
+    ((x / most * (f64::from(cells) + 0.5)).round() as i32).clamp(-cells, cells)
+}
+
+/// Moment along a line through the plane, where the first coordinate of `split` is about nought, against the second:
+/// means over the passages through the line, and their standard uncertainties from the passages' scatter.
+fn cut(
+    states: &[Missing],
+    along_max: f64,
+    split: impl Fn(&Missing) -> (f64, f64),
+) -> Vec<(f64, Quantity)> {
+    let inside = |s: &Missing| {
+        let (across, along) = split(s);
+        across.abs() < CUT_WIDTH * along.abs()
+    };
+    let mut cells = vec![Vec::<(f64, f64)>::new(); (2 * CUT_CELLS + 1) as usize];
+    for passage in states.chunk_by(|a, b| inside(a) == inside(b)).filter(|c| inside(&c[0])) {
+        let n = passage.len() as f64;
+        let along = passage.iter().map(|s| split(s).1).sum::<f64>() / n;
+        let moment = passage.iter().map(|s| s.moment_rad_s2).sum::<f64>() / n;
+        cells[(cell(along, along_max, CUT_CELLS) + CUT_CELLS) as usize].push((along, moment));
+    }
+    let mean = |passages: Vec<(f64, f64)>| {
+        let n = passages.len() as f64;
+        let along = passages.iter().map(|p| p.0).sum::<f64>() / n;
+        let moment = passages.iter().map(|p| p.1).sum::<f64>() / n;
+        let scatter = passages.iter().map(|p| (p.1 - moment).powi(2)).sum::<f64>() / (n - 1.0);
+        (along, Quantity::new(moment, (scatter / n).sqrt()))
+    };
+    cells.into_iter().filter(|passages| passages.len() >= 2).map(mean).collect()
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().filter(|v| v.is_finite()).fold(0.0, |m, v| m.max(v.abs()))
+}
+
+fn frequency(swing: &Swing, residual: &[f64]) -> Vec<FrequencyBin> {
+    let n = residual.len();
+    let fft = realfft::RealFftPlanner::<f64>::new().plan_fft_forward(n);
+    let mut input = residual.to_vec();
+    let mut spectrum = fft.make_output_vec();
+    if fft.process(&mut input, &mut spectrum).is_err() {
+        return Vec::new();
+    }
+    let power: Vec<f64> = spectrum.iter().map(|c| c.norm_sqr()).collect();
+    let total: f64 = power.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let spacing = 1.0 / (n as f64 * swing.grid.step_s);
+    let width = HIGHEST * swing.frequency_rad_s / TAU / FREQUENCY_BINS as f64;
+    (0..FREQUENCY_BINS)
+        .map(|k| {
+            let inside = |i: &usize| (*i as f64 * spacing / width) as usize == k;
+            let share = (0..power.len()).filter(inside).map(|i| power[i]).sum::<f64>() / total;
+            FrequencyBin { hz: (k as f64 + 0.5) * width, share }
+        })
+        .collect()
+}

@@ -1,0 +1,329 @@
+//! The verdict on a record: adequate, explained by these effects, or unexplained.
+
+use crate::diagnosis::buffeting::{self, Buffeted};
+use crate::diagnosis::compare::{self, Where};
+use crate::diagnosis::forced::{self, Forced};
+use crate::diagnosis::late_release;
+use crate::diagnosis::search::{self, beyond, evidence, Found};
+use crate::effects::Effect;
+use crate::fit::fitting::{held_out_over_noise, refit, Fitted, Structure};
+use crate::fit::swing::Swing;
+use crate::quantity::Quantity;
+use crate::record::Record;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use yawrig_expression::error::Result;
+
+/// Share of the swing that is fitted when the rest is held out.
+pub const FITTED_SHARE: f64 = 0.65;
+/// Residual over noise, on the part held out, up to which three effects and more count as an explanation.
+const MOST_HELD_OUT: f64 = 1.5;
+/// Gain of deviance by intensity, frequency and damping of each quarter's own: 12 +- 5 by chance.
+const MOST_UNSTEADY: f64 = 45.0;
+/// Innovations over their expected size, below which the forcing is a cloak for something else.
+const LEAST_INNOVATIONS: f64 = 0.85;
+/// Innovation, in standard deviations, that chance brings once in thousands of records.
+const LARGEST: f64 = 6.0;
+/// The same of a line in their spectrum, beyond ln(n/2).
+const STRONGEST_LINE: f64 = 9.0;
+/// Dependence of the innovations on the state, in standard deviations, that chance explains.
+const MOST_DEPENDENT: f64 = 4.0;
+/// Lag-one correlation of the innovations up to which they are white.
+const MOST_CORRELATED: f64 = 0.1;
+
+/// How a record is judged.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Options {
+    /// The sensor's nought is not known: it is fitted, and a constant moment cannot be told from it.
+    pub zero_unknown: bool,
+    /// The user's own effects, to compete with those of the library, which take part anyway.
+    pub own: Vec<Effect>,
+    /// Effects and limits of the model that is there: they stay, and what it lacks is looked for.
+    pub present: Structure,
+    /// On which the user's own effects may depend.
+    pub wind_speed_m_s: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// The plain model explains the record to its noise.
+    Adequate,
+    /// It does with the effects named.
+    Explained,
+    /// Something is missing that the library does not hold, or not enough of it.
+    Unexplained,
+}
+
+/// All that is said about one record. Rms in deg, ratios to the noise floor of block means.
+#[derive(Clone, Debug, Serialize)]
+pub struct Diagnosis {
+    pub noise_rms_deg: f64,
+    /// The same of the block means, to which `residual_over_noise` refers.
+    pub mean_noise_deg: f64,
+    pub status: Status,
+    /// In the order in which they help.
+    pub effects: Vec<Effect>,
+    /// An accepted effect and one that does as well in its place.
+    pub indistinguishable: Vec<[Effect; 2]>,
+    pub modal: Modal,
+    pub steps: Vec<Step>,
+    /// Every effect alone, best first.
+    pub candidates: Vec<Candidate>,
+    #[serde(rename = "where")]
+    pub where_: Where,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Modal {
+    pub natural_frequency_rad_s: Quantity,
+    pub damping_ratio: Quantity,
+}
+
+/// One model on the way from plain to final.
+#[derive(Clone, Debug, Serialize)]
+pub struct Step {
+    pub added: Option<Effect>,
+    pub residual_rms_deg: f64,
+    pub residual_over_noise: f64,
+    pub held_out_over_noise: f64,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, Quantity>,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Candidate {
+    pub effect: Effect,
+    pub residual_over_noise: f64,
+    pub evidence: f64,
+    pub converged: bool,
+}
+
+/// What a diagnosis begins with where no model is there.
+pub const SECOND_ORDER: &str = "the second-order model";
+
+/// The verdict in one line; `model` says what was there before.
+pub fn verdict(status: Status, effects: &[Effect], model: &str) -> String {
+    let names: Vec<&str> = effects.iter().map(|e| e.id()).collect();
+    match status {
+        Status::Adequate => format!("adequate: {model} explains it to its noise"),
+        Status::Explained if model == SECOND_ORDER => format!("explained by {}", names.join(", ")),
+        Status::Explained => format!("explained by {model} with {}", names.join(", ")),
+        Status::Unexplained if names.is_empty() => {
+            "unexplained: no effect of the library accounts for it".to_owned()
+        }
+        Status::Unexplained => {
+            format!("unexplained: {} helped, but not to the noise", names.join(", "))
+        }
+    }
+}
+
+/// A diagnosis with the fits it rests on.
+#[derive(Clone, Debug)]
+pub struct Diagnosed {
+    pub diagnosis: Diagnosis,
+    /// With the noise floor as the best model shows it.
+    pub swing: Swing,
+    /// The present model with every effect of the library beside it, one at a time.
+    pub singles: Vec<Fitted>,
+    /// From the present model to the one of the verdict; the present model alone where that is random.
+    pub path: Vec<Fitted>,
+}
+
+/// Judges `record`.
+///
+/// # Errors
+/// As [`diagnose_with_fits`].
+pub fn diagnose(record: &Record, options: &Options) -> Result<Diagnosis> {
+    Ok(diagnose_with_fits(record, options)?.diagnosis)
+}
+
+/// Judges `record`, and keeps what was fitted.
+///
+/// # Errors
+/// Exit 3 where there is no swing in it, 6 where the present model cannot be fitted, 130 where the user stops it.
+pub fn diagnose_with_fits(record: &Record, options: &Options) -> Result<Diagnosed> {
+    let swing = Swing { wind_speed_m_s: options.wind_speed_m_s, ..Swing::of(record)? };
+    let found = search::search(&swing, options)?;
+    let swing = &found.swing;
+    let last = found.path.last().expect("the plain model");
+    if let Some((buffeted, forced)) = random_forcing(swing, &found) {
+        let diagnosis = buffeted_verdict(swing, &found, &buffeted, forced.as_ref());
+        let path = vec![found.plain.clone()];
+        return Ok(Diagnosed { diagnosis, path, swing: found.swing, singles: found.singles });
+    }
+    let effects = beyond(&found.plain, last).to_vec();
+    let mut steps = steps(swing, &found.path);
+    // Three effects or more can be bent to a short record; then they have to foretell the rest of it too.
+    let foretold =
+        effects.len() < 3 || steps.last().is_some_and(|s| s.held_out_over_noise < MOST_HELD_OUT);
+    let status = match (found.explained && foretold, effects.is_empty()) {
+        (true, true) => Status::Adequate,
+        (true, false) => Status::Explained,
+        (false, _) => Status::Unexplained,
+    };
+    let mut modal_values = modal(last);
+    if status == Status::Explained {
+        if let Some(model) = late_release::from_release(record, swing, last) {
+            steps.last_mut().expect("a model").parameters =
+                model.effect_parameters().into_iter().collect();
+            modal_values = modal(&model);
+        }
+    }
+    let diagnosis = Diagnosis {
+        noise_rms_deg: swing.sample_noise_rad.to_degrees(),
+        mean_noise_deg: swing.noise_rad.to_degrees(),
+        status,
+        effects,
+        indistinguishable: found.indistinguishable.iter().map(|(a, b)| [*a, *b]).collect(),
+        modal: modal_values,
+        steps,
+        candidates: candidates(swing, &found),
+        where_: compare::locate(swing, last),
+    };
+    Ok(Diagnosed { diagnosis, swing: found.swing, singles: found.singles, path: found.path })
+}
+
+/// The random forcing that explains the swing, with the effects beside it, where no definite effects do: the same
+/// throughout, its innovations white, blind to the state and down to the noise, and far likelier than the best
+/// deterministic model.
+fn random_forcing(swing: &Swing, found: &Found) -> Option<(Buffeted, Option<Forced>)> {
+    let best = found.path.last()?;
+    if found.explained && beyond(&found.plain, best).len() < 2 {
+        return None;
+    }
+    let (deterministic, n) = buffeting::definite_criterion(swing, best);
+    let plain = buffeting::fit(swing, &found.plain)?;
+    if deterministic - plain.deviance < search::MARGIN {
+        return None;
+    }
+    let candidates: Vec<Effect> =
+        found.singles.iter().map(|single| beyond(&found.plain, single)[0]).collect();
+    if let Some(forced) = forced::search(swing, &found.plain, &plain, &candidates) {
+        let effects = beyond(&found.plain, &forced.model).len();
+        if holds(&forced.forcing, effects, deterministic, n) {
+            return Some((plain, Some(forced)));
+        }
+    }
+    holds(&plain, 0, deterministic, n).then_some((plain, None))
+}
+
+/// The random forcing of the `plain` model, if it is one and far likelier than `best`.
+pub(crate) fn forced_rather_than(swing: &Swing, plain: &Fitted, best: &Fitted) -> Option<Buffeted> {
+    let (deterministic, n) = buffeting::definite_criterion(swing, best);
+    buffeting::fit(swing, plain).filter(|b| holds(b, 0, deterministic, n))
+}
+
+/// Whether what is left over `effects` is random forcing, given the criterion of the best definite model.
+fn holds(b: &Buffeted, effects: usize, deterministic: f64, n: f64) -> bool {
+    let random = b.deviance + (5.0 + effects as f64) * n.ln();
+    deterministic - random > search::MARGIN
+        && b.unsteadiness < MOST_UNSTEADY
+        && b.correlation_off.abs() < MOST_CORRELATED.max(4.0 / n.sqrt())
+        && b.state_dependence < MOST_DEPENDENT
+        && b.largest < LARGEST
+        && b.line < (0.5 * n).ln() + STRONGEST_LINE
+        && (LEAST_INNOVATIONS..=1.10).contains(&b.over_noise)
+}
+
+fn buffeted_verdict(
+    swing: &Swing,
+    found: &Found,
+    b: &Buffeted,
+    forced: Option<&Forced>,
+) -> Diagnosis {
+    let plain = &found.plain;
+    let [_, u_wn, u_zeta] = b.deviations;
+    // What is random cannot be foretold; the filter's innovations are one step ahead throughout.
+    let random_step = |added: Effect, b: &Buffeted| {
+        let intensity = Quantity::new(b.intensity, b.intensity * b.deviations[0]);
+        Step {
+            added: Some(added),
+            residual_rms_deg: swing.raw_rms_deg(b.over_noise * swing.noise_rad),
+            residual_over_noise: b.over_noise,
+            held_out_over_noise: b.over_noise,
+            parameters: BTreeMap::from([("buffeting.q".to_string(), intensity)]),
+        }
+    };
+    let mut steps = vec![step(swing, plain, 0), random_step(Effect::Buffeting, b)];
+    let mut effects = vec![Effect::Buffeting];
+    let mut modal_values = Modal {
+        natural_frequency_rad_s: Quantity::new(b.natural_frequency_rad_s, u_wn),
+        damping_ratio: Quantity::new(b.damping_ratio, u_zeta),
+    };
+    if let Some(Forced { model, forcing }) = forced {
+        modal_values = modal(model);
+        for &effect in beyond(plain, model) {
+            let mut step = random_step(effect, forcing);
+            step.parameters.extend(model.effect_parameters());
+            steps.push(step);
+            effects.push(effect);
+        }
+    }
+    let mut candidates = candidates(swing, found);
+    let (definite, n) = buffeting::definite_criterion(swing, plain);
+    let evidence = definite - 4.0 * n.ln() - b.deviance - n.ln();
+    let random = Candidate {
+        effect: Effect::Buffeting,
+        residual_over_noise: b.over_noise,
+        evidence,
+        converged: true,
+    };
+    candidates.insert(0, random);
+    Diagnosis {
+        noise_rms_deg: swing.sample_noise_rad.to_degrees(),
+        mean_noise_deg: swing.noise_rad.to_degrees(),
+        // Random forcing and an effect together bend to much that the library lacks: they are named, not believed.
+        status: if forced.is_none() { Status::Explained } else { Status::Unexplained },
+        effects,
+        indistinguishable: Vec::new(),
+        modal: modal_values,
+        steps,
+        candidates,
+        where_: compare::locate(swing, forced.map_or(plain, |f| &f.model)),
+    }
+}
+
+pub(crate) fn modal(model: &Fitted) -> Modal {
+    Modal {
+        natural_frequency_rad_s: model.natural_frequency_rad_s(),
+        damping_ratio: model.damping_ratio(),
+    }
+}
+
+fn steps(swing: &Swing, path: &[Fitted]) -> Vec<Step> {
+    let added = |k, model: &Fitted| if k == 0 { 0 } else { model.structure.effects.len() };
+    path.par_iter().enumerate().map(|(k, model)| step(swing, model, added(k, model))).collect()
+}
+
+/// Residuals of one model, on what it was fitted to and on the later part held out from another fit.
+pub fn step(swing: &Swing, model: &Fitted, effects: usize) -> Step {
+    let count = (FITTED_SHARE * swing.yaw_rad.len() as f64) as usize;
+    let partial = refit(swing, model, count);
+    Step {
+        added: effects.checked_sub(1).map(|k| model.structure.effects[k]),
+        residual_rms_deg: swing.raw_rms_deg(model.rms_rad()),
+        residual_over_noise: model.over_noise(swing),
+        held_out_over_noise: held_out_over_noise(swing, &partial),
+        parameters: model.effect_parameters().into_iter().collect(),
+    }
+}
+
+fn candidates(swing: &Swing, found: &Found) -> Vec<Candidate> {
+    // One count of independent residuals for all, that of the best: else the worst correlated would be ranked by it.
+    let best = found.singles.iter().min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares));
+    let effective = best.map_or(2.0, Fitted::effective_count);
+    let mut out: Vec<Candidate> = found
+        .singles
+        .iter()
+        .map(|single| Candidate {
+            effect: beyond(&found.plain, single)[0],
+            residual_over_noise: single.over_noise(swing),
+            evidence: evidence(&found.plain, single, effective),
+            converged: single.converged,
+        })
+        .collect();
+    out.sort_by(|a, b| b.converged.cmp(&a.converged).then(b.evidence.total_cmp(&a.evidence)));
+    out
+}

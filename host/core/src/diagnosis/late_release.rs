@@ -1,0 +1,62 @@
+//! The release where a second mode has hidden it.
+//!
+//! The search for the release looks for a free motion of one mode, and finds it late where a second one is strong at
+//! first. Numbers that count from the release (amplitude and phase of that mode) are then off by its decay. With the
+//! model known the swing is fitted again from where the hand let go.
+
+use crate::effects::Effect;
+use crate::fit::fitting::{refitted, Fitted};
+use crate::fit::swing::Swing;
+use crate::record::Record;
+
+/// Growth of the residual up to which the earlier part is the same free motion.
+const STILL_FREE: f64 = 1.05;
+
+/// `model` of `swing` fitted from the very release of `record`; none where that is where it begins already, or where
+/// the earlier part is no free motion of the model.
+pub fn from_release(record: &Record, swing: &Swing, model: &Fitted) -> Option<Fitted> {
+    if !model.structure.effects.contains(&Effect::SecondMode) {
+        return None;
+    }
+    let (mut longer, held) = swing.begun_at_release(record)?;
+    let earlier_s = swing.release_time_s - longer.release_time_s;
+    let begin = |s: &Swing| s.release_time_s + s.grid.start_s;
+    let mut p = shifted(model, earlier_s);
+    (p[2], p[3]) = model.motion().linear_state(begin(&longer) - begin(swing));
+    let mut fitted = refitted(&longer, &model.structure, &p);
+    let same = |f: &Fitted| f.converged && f.rms_rad() <= STILL_FREE * model.rms_rad();
+    if !same(&fitted) {
+        return None;
+    }
+    if held {
+        // Let go at rest: at the turning point of the motion.
+        let (wn, b, r) = (fitted.parameters[0], fitted.parameters[2], fitted.parameters[3]);
+        let since_s = (-r / (wn * b)).atan() / wn;
+        let later_s = begin(&longer) - since_s - longer.release_time_s;
+        longer.release_time_s += later_s;
+        longer.grid.start_s -= later_s;
+        let p = shifted(&fitted, -later_s);
+        fitted = refitted(&longer, &model.structure, &p);
+    }
+    same(&fitted).then_some(fitted)
+}
+
+/// Parameters with the clock begun `earlier_s` earlier.
+fn shifted(model: &Fitted, earlier_s: f64) -> Vec<f64> {
+    let mut p = model.parameters.clone();
+    for effect in &model.structure.effects {
+        let at = model.start_of(*effect);
+        let (turn, growth) = match effect {
+            Effect::HarmonicForcing => (p[at + 2] * earlier_s, 1.0),
+            Effect::SecondMode => {
+                let (w, zeta) = (p[at + 2], p[at + 3]);
+                (w * (1.0 - zeta * zeta).sqrt() * earlier_s, (zeta * w * earlier_s).exp())
+            }
+            _ => continue,
+        };
+        let (s, c) = turn.sin_cos();
+        (p[at], p[at + 1]) =
+            (growth * (p[at] * c - p[at + 1] * s), growth * (p[at] * s + p[at + 1] * c));
+    }
+    p
+}

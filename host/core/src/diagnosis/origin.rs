@@ -1,0 +1,316 @@
+//! Where an effect comes from: the rig, the air, or not to be told; and which releases share its coefficient.
+
+use crate::derivatives::condition::is_same_speed;
+use crate::quantity::Quantity;
+use serde::Serialize;
+use std::fmt;
+use yawrig_shared::axis::Axis;
+
+/// A coefficient this many standard uncertainties from nought is there.
+const THERE: f64 = 5.0;
+/// Differences of so many standard uncertainties are chance.
+const CHANCE: f64 = 3.0;
+/// A relative difference as small as this is the same coefficient, however well both are known: the model of an effect
+/// is not exact.
+const SAME: f64 = 0.10;
+/// Wind off, a coefficient that may be no larger than this share of the wind-on one is not there.
+const ABSENT: f64 = 0.5;
+
+/// Where an effect comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Origin {
+    /// There with the wind off, and the same with it on.
+    Mechanical,
+    /// Not there with the wind off, there with it on, and growing with its speed where there are several.
+    Aerodynamic,
+    /// Neither shows.
+    Undecided,
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Mechanical => "mechanical",
+            Self::Aerodynamic => "aerodynamic",
+            Self::Undecided => "undecided",
+        })
+    }
+}
+
+/// An effect's coefficient in one condition.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Seen {
+    pub spring: String,
+    pub axis: Axis,
+    /// 0: wind off.
+    pub wind_speed_m_s: f64,
+    pub coefficient: Quantity,
+}
+
+impl Seen {
+    fn is_on(&self) -> bool {
+        self.wind_speed_m_s > 0.0
+    }
+    fn is_partner(&self, other: &Self) -> bool {
+        self.spring == other.spring && self.axis == other.axis
+    }
+}
+
+/// Mean weighted by 1/u^2; `None` where nothing is known.
+pub fn weighted_mean(values: impl IntoIterator<Item = Quantity>) -> Option<Quantity> {
+    let (mut weights, mut sum) = (0.0, 0.0);
+    for q in values.into_iter().filter(|q| q.u > 0.0 && q.u.is_finite()) {
+        let w = 1.0 / (q.u * q.u);
+        weights += w;
+        sum += w * q.value;
+    }
+    (weights > 0.0).then(|| Quantity::new(sum / weights, weights.sqrt().recip()))
+}
+
+/// Off and on of the same springs and axes, weighted by how well each pair's difference is known; and the difference,
+/// its uncertainty widened where the pairs scatter more than theirs.
+struct Paired {
+    off: Quantity,
+    on: Quantity,
+    difference: Quantity,
+}
+
+fn paired(seen: &[Seen]) -> Option<Paired> {
+    let pairs: Vec<(Quantity, Quantity)> = seen
+        .iter()
+        .filter(|on| on.is_on())
+        .flat_map(|on| {
+            seen.iter()
+                .filter(|off| !off.is_on() && off.is_partner(on))
+                .map(|off| (off.coefficient, on.coefficient))
+        })
+        .filter(|(off, on)| off.u.hypot(on.u) > 0.0 && off.u.hypot(on.u).is_finite())
+        .collect();
+    let weights: Vec<f64> =
+        pairs.iter().map(|(off, on)| 1.0 / (off.u * off.u + on.u * on.u)).collect();
+    let total: f64 = weights.iter().sum();
+    let mean = |of: fn(&(Quantity, Quantity)) -> Quantity| {
+        let both = || pairs.iter().map(of).zip(&weights);
+        let value = both().map(|(q, w)| w * q.value).sum::<f64>() / total;
+        let u = both().map(|(q, w)| (w * q.u).powi(2)).sum::<f64>().sqrt() / total;
+        Quantity::new(value, u)
+    };
+    let (off, on) = (mean(|p| p.0), mean(|p| p.1));
+    let value = on.value - off.value;
+    let chi: f64 = pairs
+        .iter()
+        .zip(&weights)
+        .map(|((off, on), w)| w * (on.value - off.value - value).powi(2))
+        .sum();
+    let freedom = pairs.len().saturating_sub(1).max(1) as f64;
+    let u = total.sqrt().recip() * (chi / freedom).sqrt().max(1.0);
+    (!pairs.is_empty()).then(|| Paired { off, on, difference: Quantity::new(value, u) })
+}
+
+/// Where an effect with these coefficients comes from, and why.
+pub fn decide(seen: &[Seen], unit: &str) -> (Origin, String) {
+    let undecided = |why: String| (Origin::Undecided, why);
+    if seen.iter().all(|s| s.is_on()) {
+        return undecided("there is no release with the wind off".into());
+    }
+    if !seen.iter().any(Seen::is_on) {
+        return undecided("there is no release with the wind on".into());
+    }
+    let Some(Paired { off, on, difference }) = paired(seen) else {
+        return undecided("no spring and axis was released with the wind off and on".into());
+    };
+    let is_there = |q: Quantity| q.value.abs() > THERE * q.u;
+    let both = format!("{off} {unit} with the wind off, {on} with it on");
+    let least = off.value.abs() + 2.0 * off.u;
+    let is_absent = off.value.abs() <= CHANCE * off.u && least < ABSENT * on.value.abs()
+        || least < SAME * on.value.abs();
+    if is_absent && is_there(on) {
+        return match growth(seen) {
+            None => (Origin::Aerodynamic, format!("{both}; one wind speed: growth is not tested")),
+            Some(growth) if growth.grows => {
+                (Origin::Aerodynamic, format!("{both}; it grows with speed: {growth}"))
+            }
+            Some(growth) => undecided(format!("{both}; but it does not grow with speed: {growth}")),
+        };
+    }
+    if !is_there(off) {
+        return undecided(format!("{both}: too uncertain"));
+    }
+    let change = 100.0 * difference.value / off.value;
+    if difference.value.abs() <= (CHANCE * difference.u).max(SAME * off.value.abs()) {
+        return (Origin::Mechanical, format!("{both}: the same ({change:+.1} %)"));
+    }
+    undecided(format!("{both}: there in both, but not the same ({change:+.1} %)"))
+}
+
+/// The coefficient at the lowest and at the highest wind speed.
+struct Growth {
+    slow_m_s: f64,
+    slow: Quantity,
+    fast_m_s: f64,
+    fast: Quantity,
+    grows: bool,
+}
+
+impl fmt::Display for Growth {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { slow_m_s, slow, fast_m_s, fast, .. } = self;
+        write!(f, "{slow} at {slow_m_s:.3} m/s, {fast} at {fast_m_s:.3} m/s")
+    }
+}
+
+/// Over the springs and axes released at several speeds; `None` without one.
+fn growth(seen: &[Seen]) -> Option<Growth> {
+    let several = |s: &&Seen| {
+        let other = |o: &Seen| {
+            o.is_on() && o.is_partner(s) && !is_same_speed(o.wind_speed_m_s, s.wind_speed_m_s)
+        };
+        s.is_on() && seen.iter().any(other)
+    };
+    let on: Vec<&Seen> = seen.iter().filter(several).collect();
+    let speeds = || on.iter().map(|s| s.wind_speed_m_s);
+    let (slow_m_s, fast_m_s) =
+        (speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max));
+    let at = |speed: f64| {
+        let same = on.iter().filter(|s| is_same_speed(s.wind_speed_m_s, speed));
+        weighted_mean(same.map(|s| s.coefficient))
+    };
+    let (slow, fast) = (at(slow_m_s)?, at(fast_m_s)?);
+    let grown = fast.value.abs() - slow.value.abs();
+    let one_sign = fast.value * slow.value >= 0.0 || slow.value.abs() < CHANCE * slow.u;
+    let grows = grown > CHANCE * fast.u.hypot(slow.u) && one_sign;
+    Some(Growth { slow_m_s, slow, fast_m_s, fast, grows })
+}
+
+/// Which releases have one coefficient.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// As it is told.
+    pub name: &'static str,
+    /// Of each release; `None`: without the effect.
+    pub groups: Vec<Option<usize>>,
+}
+
+/// The fewest coefficients that tell the releases' own (in the order of `seen`, one for each) apart no worse than many
+/// do: sum of squared misfits over their uncertainties, and ln(`effective`) for each coefficient. An aerodynamic effect is
+/// left out of the wind-off releases.
+pub fn plan(origin: Origin, seen: &[Seen], effective: f64) -> Plan {
+    let aerodynamic = origin == Origin::Aerodynamic;
+    type Same = fn(&Seen, &Seen) -> bool;
+    let levels: [(&str, &str, Same); 5] = [
+        ("one for all releases", "one for all wind-on releases", |_, _| true),
+        ("one for each axis", "one for each axis with the wind on", |a, b| a.axis == b.axis),
+        ("one for each wind speed", "one for each wind speed, none with it off", |a, b| {
+            is_same_speed(a.wind_speed_m_s, b.wind_speed_m_s)
+        }),
+        (
+            "one for each spring and axis",
+            "one for each spring and axis with the wind on",
+            Seen::is_partner,
+        ),
+        ("one for each condition", "one for each condition with the wind on", |a, b| {
+            a.is_partner(b) && is_same_speed(a.wind_speed_m_s, b.wind_speed_m_s)
+        }),
+    ];
+    let cost = |groups: &[Option<usize>]| {
+        let count = groups.iter().flatten().max().map_or(0, |g| g + 1);
+        let misfit = (0..count).map(|g| {
+            let own = || seen.iter().zip(groups).filter(move |(_, k)| **k == Some(g));
+            let mean = weighted_mean(own().map(|(s, _)| s.coefficient)).map_or(0.0, |q| q.value);
+            own()
+                .filter(|(s, _)| s.coefficient.u > 0.0)
+                .map(|(s, _)| ((s.coefficient.value - mean) / s.coefficient.u).powi(2))
+                .sum::<f64>()
+        });
+        misfit.sum::<f64>() + count as f64 * effective.ln()
+    };
+    let plans = levels.into_iter().map(|(name, on_name, same)| {
+        let mut firsts: Vec<&Seen> = Vec::new();
+        let groups = seen
+            .iter()
+            .map(|s| {
+                if aerodynamic && !s.is_on() {
+                    return None;
+                }
+                let known = firsts.iter().position(|f| same(f, s));
+                Some(known.unwrap_or_else(|| {
+                    firsts.push(s);
+                    firsts.len() - 1
+                }))
+            })
+            .collect();
+        Plan { name: if aerodynamic { on_name } else { name }, groups }
+    });
+    plans
+        .map(|plan| (cost(&plan.groups), plan))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, plan)| plan)
+        .expect("five plans")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seen(spring: &str, axis: Axis, wind_speed_m_s: f64, value: f64, u: f64) -> Seen {
+        let coefficient = Quantity::new(value, u);
+        Seen { spring: spring.into(), axis, wind_speed_m_s, coefficient }
+    }
+
+    /// Off, at 10 m/s and at 14 m/s on two springs and both axes.
+    fn campaign(off: f64, slow: f64, fast: f64, u: f64) -> Vec<Seen> {
+        let mut all = Vec::new();
+        for (spring, wiggle) in [("K1", 0.6), ("K5", -0.5)] {
+            for axis in Axis::BOTH {
+                all.push(seen(spring, axis, 0.0, off + wiggle * u, u));
+                all.push(seen(spring, axis, 10.0, slow - wiggle * u, u));
+                all.push(seen(spring, axis, 14.0, fast + 0.5 * wiggle * u, u));
+            }
+        }
+        all
+    }
+
+    #[test]
+    fn each_origin_is_told_by_its_own_sign() {
+        let told = |seen: &[Seen]| decide(seen, "rad/s2").0;
+        assert_eq!(told(&campaign(0.1, 0.1, 0.1, 0.002)), Origin::Mechanical);
+        assert_eq!(told(&campaign(0.0, 0.1, 0.14, 0.002)), Origin::Aerodynamic);
+        let one_speed: Vec<Seen> = campaign(0.0, 0.1, 0.0, 0.002)
+            .into_iter()
+            .filter(|s| s.wind_speed_m_s < 14.0)
+            .collect();
+        assert_eq!(told(&one_speed), Origin::Aerodynamic);
+        // Not growing; in both but changed; too uncertain; off only; on only; never on one spring.
+        assert_eq!(told(&campaign(0.0, 0.1, 0.1, 0.002)), Origin::Undecided);
+        assert_eq!(told(&campaign(0.1, 0.15, 0.2, 0.002)), Origin::Undecided);
+        assert_eq!(told(&campaign(0.1, 0.1, 0.1, 0.08)), Origin::Undecided);
+        assert_eq!(told(&[seen("K1", Axis::Mid, 0.0, 0.1, 0.001)]), Origin::Undecided);
+        assert_eq!(told(&[seen("K1", Axis::Mid, 9.0, 0.1, 0.001)]), Origin::Undecided);
+        let apart =
+            [seen("K1", Axis::Mid, 9.0, 0.1, 0.001), seen("K2", Axis::Mid, 0.0, 0.1, 0.001)];
+        assert_eq!(told(&apart), Origin::Undecided);
+    }
+
+    #[test]
+    fn a_negative_coefficient_is_judged_alike() {
+        assert_eq!(decide(&campaign(-0.1, -0.1, -0.1, 0.002), "").0, Origin::Mechanical);
+        assert_eq!(decide(&campaign(0.0, -0.1, -0.14, 0.002), "").0, Origin::Aerodynamic);
+    }
+
+    #[test]
+    fn releases_share_as_much_as_their_coefficients_allow() {
+        let groups = |origin, seen: &[Seen]| plan(origin, seen, 1e4);
+        let same = groups(Origin::Mechanical, &campaign(0.1, 0.1, 0.1, 0.002));
+        assert!(same.groups.iter().all(|g| *g == Some(0)), "{same:?}");
+        let mut axes = campaign(0.1, 0.1, 0.1, 0.001);
+        axes.iter_mut().filter(|s| s.axis == Axis::Front).for_each(|s| s.coefficient.value /= 1.2);
+        assert_eq!(groups(Origin::Mechanical, &axes).name, "one for each axis");
+        let wind = groups(Origin::Aerodynamic, &campaign(0.0, 0.1, 0.14, 0.001));
+        assert_eq!(wind.name, "one for each wind speed, none with it off");
+        assert_eq!(wind.groups[..3], [None, Some(0), Some(1)]);
+        let mut springs = campaign(0.1, 0.1, 0.1, 0.001);
+        springs.iter_mut().filter(|s| s.spring == "K5").for_each(|s| s.coefficient.value *= 3.0);
+        assert_eq!(groups(Origin::Mechanical, &springs).name, "one for each spring and axis");
+    }
+}

@@ -1,0 +1,330 @@
+//! Which effects a swing needs: each alone, the best together, the needless taken out again.
+
+use crate::diagnosis::diagnose::Options;
+use crate::effects::Effect;
+use crate::fit::fitting::{fit_added, fit_plain_within, fit_removed, reordered, Fitted, Structure};
+use crate::fit::promise::promise;
+use crate::fit::swing::Swing;
+use crate::interrupt;
+use rayon::prelude::*;
+use yawrig_expression::error::{Error, Exit, Result};
+
+/// Gain in the information criterion below which an effect is not believed.
+pub const MARGIN: f64 = 10.0;
+/// Residual over noise up to which a record counts as explained.
+const EXPLAINED: f64 = 1.10;
+/// An effect whose course is less than this share of the noise floor does not matter, squared.
+pub const LEAST_SHARE_SQUARED: f64 = 0.03;
+/// Residual over noise up to which what a model leaves may sharpen the floor of coloured noise.
+const NEAR_NOISE: f64 = 1.6;
+/// Models carried on to the next round.
+const BEAM: usize = 4;
+const MOST_EFFECTS: usize = 4;
+/// Effects tried beside each model of a round after the first, those that promise most.
+const BRANCHES: usize = 5;
+/// Evidence that a linear step must promise for an effect to be tried beside a model that explains the swing.
+const PROMISING: f64 = 3.0;
+/// Share of an effect's linear gain that one must reach to be tried in its place.
+const RIVALLING: f64 = 0.7;
+
+/// What the search found.
+pub struct Found {
+    /// The swing with the noise floor as the best model shows it.
+    pub swing: Swing,
+    pub plain: Fitted,
+    /// Every effect alone, in the order of the library.
+    pub singles: Vec<Fitted>,
+    /// The models from plain to final, an effect more each.
+    pub path: Vec<Fitted>,
+    pub explained: bool,
+    /// For an accepted effect those that do as well in its place.
+    pub indistinguishable: Vec<(Effect, Effect)>,
+}
+
+/// Difference of the Bayesian information criterion in favour of `larger`, on `effective` independent residuals.
+pub fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64 {
+    let more = larger.parameters.len() as f64 - smaller.parameters.len() as f64;
+    effective * (smaller.sum_of_squares / larger.sum_of_squares).ln() - more * effective.ln()
+}
+
+/// Whether residual and noise floor agree; in few means their ratio scatters more.
+pub fn is_explained(fitted: &Fitted, swing: &Swing) -> bool {
+    let scatter = 3.0 / (2.0 * fitted.effective_count()).sqrt();
+    fitted.over_noise(swing) <= EXPLAINED.max(1.0 + scatter.min(0.3))
+}
+
+/// Whether `larger` is worth its effect: believed, and of a size that shows.
+fn is_worth(smaller: &Fitted, larger: &Fitted, swing: &Swing, effective: f64) -> bool {
+    let share = smaller.over_noise(swing).powi(2) - larger.over_noise(swing).powi(2);
+    larger.converged && evidence(smaller, larger, effective) > MARGIN && share > LEAST_SHARE_SQUARED
+}
+
+/// The model that is there already.
+///
+/// # Errors
+/// 6 where it cannot be fitted, 130 where the user stops it.
+pub fn present(swing: &Swing, options: &Options) -> Result<Fitted> {
+    let Options { zero_unknown, present, .. } = options;
+    let structure = Structure { zero_unknown: *zero_unknown, ..present.clone() };
+    let plain = fit_plain_within(swing, &structure, swing.yaw_rad.len());
+    let model = present.effects.iter().fold(plain, |model, e| fit_added(swing, &model, *e));
+    interrupt::check()?;
+    if model.converged || present.effects.is_empty() {
+        return Ok(model);
+    }
+    Err(Error::new(Exit::Quality, "the model's own effects cannot be fitted to this record")
+        .help("`yawrig compare` shows where it fails; `yawrig remove` takes an effect out"))
+}
+
+/// What `model` holds beyond `plain`, whose effects come first in it.
+pub fn beyond<'a>(plain: &Fitted, model: &'a Fitted) -> &'a [Effect] {
+    &model.structure.effects[plain.structure.effects.len()..]
+}
+
+/// Searches for what the present model lacks.
+///
+/// # Errors
+/// 6 where the present model cannot be fitted, 130 where the user stops it.
+pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
+    let zero_unknown = options.zero_unknown;
+    let count = swing.yaw_rad.len();
+    let plain = present(swing, options)?;
+    let mut candidates: Vec<Effect> =
+        Effect::deterministic().filter(|e| !(zero_unknown && *e == Effect::StaticOffset)).collect();
+    for own in options.own.iter().filter(|e| matches!(e, Effect::Own(_))) {
+        if !candidates.contains(own) {
+            candidates.push(*own);
+        }
+    }
+    candidates.retain(|e| !plain.structure.effects.contains(e));
+    let singles: Vec<Fitted> =
+        candidates.par_iter().map(|e| fit_added(swing, &plain, *e)).collect();
+    interrupt::check()?;
+    let leading = best(&singles).filter(|s| criterion(s) < criterion(&plain)).unwrap_or(&plain);
+    let sharpened = |swing: Swing, leader: &Fitted| {
+        // What is far from the noise shows more than noise.
+        let near = leader.over_noise(&swing) < NEAR_NOISE;
+        if near {
+            swing.sharpened(&leader.residuals)
+        } else {
+            swing
+        }
+    };
+    let mut swing = sharpened(swing.clone(), leading);
+    let best_count = |models: &[Fitted]| best(models).map_or(count as f64, Fitted::effective_count);
+
+    // Rounds of pairs, threes and fours, as long as the best so far is not down to the noise or gains by another.
+    let mut rounds: Vec<Vec<Fitted>> = vec![singles.clone()];
+    while rounds.len() < MOST_EFFECTS {
+        let last = rounds.last().expect("a round");
+        let Some(leader) = best(last) else { break };
+        let smaller = if rounds.len() == 1 {
+            plain.clone()
+        } else {
+            best(&rounds[rounds.len() - 2]).expect("a leader").clone()
+        };
+        // The round gained nothing even on the kindest count of residuals: no further one will.
+        if !is_worth(&smaller, leader, &swing, count as f64) {
+            break;
+        }
+        let next = if is_explained(leader, &swing) {
+            beside(&swing, leader, &candidates)
+        } else {
+            expanded(&swing, last, &candidates, if rounds.len() < 3 { BEAM } else { 1 })
+        };
+        interrupt::check()?;
+        if let Some(better) = best(&next).filter(|n| criterion(n) < criterion(leader)) {
+            swing = sharpened(swing, better);
+        }
+        rounds.push(next);
+    }
+
+    let mut accepted = plain.clone();
+    for round in &rounds {
+        let effective = best_count(round);
+        if let Some(leader) = best(round) {
+            if is_worth(&accepted, leader, &swing, effective) {
+                accepted = leader.clone();
+            }
+        }
+    }
+    let accepted = pruned(&swing, &plain, accepted);
+    interrupt::check()?;
+    let explained = is_explained(&accepted, &swing);
+    let indistinguishable = rivals(&swing, &plain, &accepted, &candidates, &rounds);
+    interrupt::check()?;
+    let path = path(&plain, &accepted, &singles, &swing);
+    Ok(Found { swing, plain, singles, path, explained, indistinguishable })
+}
+
+/// The converged model with the smallest criterion.
+fn best(models: &[Fitted]) -> Option<&Fitted> {
+    models.iter().filter(|m| m.converged).min_by(|a, b| criterion(a).total_cmp(&criterion(b)))
+}
+
+fn criterion(model: &Fitted) -> f64 {
+    let n = model.count as f64;
+    n * (model.sum_of_squares / n).ln() + model.parameters.len() as f64 * n.ln()
+}
+
+/// `model`, which explains the swing, with every other effect that promises evidence beside it.
+fn beside(swing: &Swing, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
+    let n = model.effective_count();
+    all.par_iter()
+        .filter(|e| !model.structure.effects.contains(e))
+        .filter(|e| {
+            let (left, more) = promise(swing, model, **e);
+            n * (model.sum_of_squares / left).ln() - more as f64 * n.ln() > PROMISING
+        })
+        .map(|e| fit_added(swing, model, *e))
+        .collect()
+}
+
+/// Each of the `width` best with the effects that promise most beside it, each set once.
+fn expanded(swing: &Swing, round: &[Fitted], all: &[Effect], width: usize) -> Vec<Fitted> {
+    let mut order: Vec<&Fitted> = round.iter().filter(|m| m.converged).collect();
+    order.sort_by(|a, b| criterion(a).total_cmp(&criterion(b)));
+    order.truncate(width);
+    let promised: Vec<Vec<(f64, Effect)>> = order
+        .par_iter()
+        .map(|inner| {
+            let mut out: Vec<(f64, Effect)> = all
+                .par_iter()
+                .filter(|e| !inner.structure.effects.contains(e))
+                .map(|e| (promise(swing, inner, *e).0, *e))
+                .collect();
+            out.sort_by(|a, b| a.0.total_cmp(&b.0));
+            out
+        })
+        .collect();
+    let mut seen: Vec<Vec<Effect>> = Vec::new();
+    let mut jobs = Vec::new();
+    for (inner, promised) in order.into_iter().zip(promised) {
+        for (_, effect) in promised.into_iter().take(BRANCHES) {
+            let mut set = inner.structure.with(effect).effects;
+            set.sort_unstable();
+            if !seen.contains(&set) {
+                seen.push(set);
+                jobs.push((inner, effect));
+            }
+        }
+    }
+    jobs.into_par_iter().map(|(inner, effect)| fit_added(swing, inner, effect)).collect()
+}
+
+/// Takes out again what the others have made needless.
+fn pruned(swing: &Swing, plain: &Fitted, mut model: Fitted) -> Fitted {
+    loop {
+        let effective = model.effective_count();
+        let smaller: Vec<Fitted> = beyond(plain, &model)
+            .par_iter()
+            .map(|effect| fit_removed(swing, &model, *effect))
+            .collect();
+        let needless = smaller
+            .into_iter()
+            .filter(|s| s.converged && !is_worth(s, &model, swing, effective))
+            .min_by(|a, b| criterion(a).total_cmp(&criterion(b)));
+        match needless {
+            Some(smaller) => model = smaller,
+            None => return model,
+        }
+    }
+}
+
+/// Which effect outside the model does as well in the place of one inside.
+fn rivals(
+    swing: &Swing,
+    plain: &Fitted,
+    model: &Fitted,
+    candidates: &[Effect],
+    rounds: &[Vec<Fitted>],
+) -> Vec<(Effect, Effect)> {
+    let effects = beyond(plain, model);
+    let effective = model.effective_count();
+    let as_good = |other: &Fitted| {
+        other.converged && is_explained(other, swing) && evidence(other, model, effective) < MARGIN
+    };
+    let outside: Vec<Effect> =
+        candidates.iter().copied().filter(|c| !effects.contains(c)).collect();
+    let in_place_of = |inside: &Effect| -> Vec<(Effect, Effect)> {
+        if effects.len() == 1 {
+            let others = rounds[0].iter().filter(|m| beyond(plain, m) != effects);
+            return others.filter(|m| as_good(m)).map(|m| (*inside, beyond(plain, m)[0])).collect();
+        }
+        let inner = fit_removed(swing, model, *inside);
+        let gain = |e: Effect| inner.sum_of_squares - promise(swing, &inner, e).0;
+        let least = RIVALLING * gain(*inside);
+        outside
+            .par_iter()
+            .filter(|e| gain(**e) >= least && as_good(&fit_added(swing, &inner, **e)))
+            .map(|e| (*inside, *e))
+            .collect()
+    };
+    effects.par_iter().flat_map_iter(in_place_of).collect()
+}
+
+/// From plain to `model`, the effect that helps most first: what is missed least is taken out first.
+fn path(plain: &Fitted, model: &Fitted, singles: &[Fitted], swing: &Swing) -> Vec<Fitted> {
+    let mut models = vec![model.clone()];
+    let mut out_of: Vec<Effect> = Vec::new();
+    let there = plain.structure.effects.len();
+    while let Some(larger) = models.last().filter(|m| beyond(plain, m).len() > 1) {
+        let known = |left: &[Effect]| singles.iter().find(|s| s.structure.effects == left).cloned();
+        let smaller = beyond(plain, larger)
+            .par_iter()
+            .map(|&effect| {
+                let left = larger.structure.without(effect).effects;
+                (effect, known(&left).unwrap_or_else(|| fit_removed(swing, larger, effect)))
+            })
+            .min_by(|a, b| a.1.sum_of_squares.total_cmp(&b.1.sum_of_squares));
+        let Some((effect, smaller)) = smaller else { break };
+        out_of.push(effect);
+        models.push(smaller);
+    }
+    let first = models.last().map(|m| m.structure.effects.clone()).unwrap_or_default();
+    let order: Vec<Effect> = first.into_iter().chain(out_of.into_iter().rev()).collect();
+    let mut out = vec![plain.clone()];
+    for (k, model) in models.iter().rev().enumerate().filter(|(k, _)| there + k < order.len()) {
+        out.push(reordered(swing, model, &order[..=there + k]));
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::fitting::fit_plain;
+    use crate::record::Record;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// A model never fits worse than one it contains, and on noise alone what it gains is not believed.
+    #[test]
+    fn an_effect_that_is_not_there_is_nested_and_not_believed() {
+        let mut rng = ChaCha8Rng::seed_from_u64(7);
+        let (time_s, yaw_deg): (Vec<f64>, Vec<f64>) = (0..6000)
+            .map(|k| {
+                let t = f64::from(k) / 300.0;
+                let z: f64 = StandardNormal.sample(&mut rng);
+                (t, 12.0 * (-0.06 * t).exp() * (6.0 * t).cos() + 0.04 * z)
+            })
+            .unzip();
+        let record = Record { file: "noise".into(), time_s, yaw_deg };
+        let swing = Swing::of(&record).unwrap();
+        let plain = fit_plain(&swing, false, swing.yaw_rad.len());
+        assert!(is_explained(&plain, &swing), "{}", plain.over_noise(&swing));
+        for effect in Effect::deterministic() {
+            let larger = fit_added(&swing, &plain, effect);
+            assert!(larger.sum_of_squares <= plain.sum_of_squares * (1.0 + 1e-9), "{effect}");
+            let gain = evidence(&plain, &larger, 1000.0);
+            let more = (larger.parameters.len() - plain.parameters.len()) as f64;
+            let by_hand =
+                1000.0 * (plain.sum_of_squares / larger.sum_of_squares).ln() - more * 1000f64.ln();
+            assert!((gain - by_hand).abs() < 1e-9 && gain < MARGIN, "{effect}: {gain}");
+            // A linear step foretells no more than noise either.
+            let (left, _) = promise(&swing, &plain, effect);
+            assert!(left > 0.98 * plain.sum_of_squares, "{effect}");
+        }
+    }
+}

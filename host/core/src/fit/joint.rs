@@ -1,0 +1,292 @@
+//! Releases fitted together: some numbers are each release's own, others they have in common.
+//!
+//! A release has its own initial state and, where unknown, its own nought of the sensor. Natural frequency and damping
+//! ratio are shared by the repeats of one condition, the coefficients of an effect as a [`Sharing`] says; a line's size
+//! and phase and a drift belong to their release whatever it says ([`Effect::belongs_to_release`]). Residuals count
+//! over each release's noise floor. One release is the case that [`crate::fit::fitting`] builds on.
+//!
+//! A release touches its own numbers and the shared ones only, so that many releases cost no more than one after the
+//! other: simulated on all cores, their normal equations summed block by block ([`crate::solver::Rows::part`]).
+
+use crate::effects::Effect;
+use crate::fit::fitting::{Fitted, Structure};
+pub use crate::fit::problem::Release;
+use crate::fit::problem::{Together, EVALUATIONS};
+use crate::fit::sharing::Places;
+pub use crate::fit::sharing::Sharing;
+use crate::fit::swing::Swing;
+use crate::quantity::Quantity;
+use crate::solver::Fit;
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+/// A model fitted to several releases at once.
+#[derive(Clone, Debug)]
+pub struct JointFit {
+    pub structure: Structure,
+    pub sharing: Sharing,
+    /// Each release with its numbers; their uncertainties are those of the joint fit.
+    pub fits: Vec<Fitted>,
+    /// Over the noise, squared.
+    pub sum_of_squares: f64,
+    pub count: usize,
+    pub converged: bool,
+    /// All numbers, the shared ones once.
+    pub parameters: Vec<f64>,
+    /// Not inflated for correlated residuals.
+    covariance: Option<DMatrix<f64>>,
+    places: Places,
+}
+
+impl JointFit {
+    fn new(
+        releases: &[Release],
+        structure: &Structure,
+        sharing: &Sharing,
+        together: Together,
+        fit: Fit,
+    ) -> Self {
+        let covariance = with_pressed(&fit, &together.bounds);
+        let converged = fit.stop.is_minimum();
+        let mut fits: Vec<Fitted> = releases
+            .par_iter()
+            .zip(&together.parts)
+            .map(|(release, part)| {
+                let p: Vec<f64> = part.places.iter().map(|&at| fit.parameters[at]).collect();
+                let mut residuals = vec![0.0; release.count];
+                part.readings(&p, &mut residuals);
+                for (r, y) in residuals.iter_mut().zip(&release.swing.yaw_rad) {
+                    *r -= y;
+                }
+                let n = part.places.len();
+                let own = covariance
+                    .as_ref()
+                    .map(|c| DMatrix::from_fn(n, n, |a, b| c[(part.places[a], part.places[b])]));
+                let wind_speed_m_s = release.swing.wind_speed_m_s;
+                let structure = part.structure.clone();
+                Fitted::new(structure, p, residuals, converged, own, wind_speed_m_s)
+            })
+            .collect();
+        let count = fits.iter().map(|fit| fit.count).sum();
+        let effective: f64 = fits.iter().map(Fitted::effective_count).sum();
+        let inflation = count as f64 / effective;
+        let widening = widening(releases, sharing, &fits, fit.variance() * inflation);
+        for (f, widening) in fits.iter_mut().zip(widening) {
+            f.inflation = inflation;
+            f.modal_inflation = inflation * widening;
+        }
+        Self {
+            structure: structure.clone(),
+            sharing: sharing.clone(),
+            fits,
+            sum_of_squares: fit.sum_of_squares,
+            count,
+            converged,
+            parameters: fit.parameters,
+            covariance,
+            places: together.places,
+        }
+    }
+
+    /// Residuals that count as independent.
+    pub fn effective_count(&self) -> f64 {
+        self.fits.iter().map(Fitted::effective_count).sum()
+    }
+
+    /// Rms of the residuals over each release's noise.
+    pub fn over_noise(&self) -> f64 {
+        let freedom = self.count.saturating_sub(self.parameters.len()).max(1);
+        (self.sum_of_squares / freedom as f64).sqrt()
+    }
+
+    /// Where number `number` (of those the fit varies) of `effect` in `release` is among [`Self::parameters`].
+    pub fn place(&self, effect: Effect, number: usize, release: usize) -> Option<usize> {
+        let own = &self.fits[release].structure;
+        let k = own.effects.iter().position(|e| *e == effect)?;
+        Some(self.places.of[release][own.starts()[k] + number])
+    }
+
+    /// Covariance of two of [`Self::parameters`], inflated for correlated residuals. NaN where the fit has none.
+    pub fn covariance(&self, a: usize, b: usize) -> f64 {
+        let inflation = self.count as f64 / self.effective_count();
+        self.covariance.as_ref().map_or(f64::NAN, |c| c[(a, b)] * inflation)
+    }
+
+    /// One of [`Self::parameters`].
+    pub fn quantity(&self, index: usize) -> Quantity {
+        Quantity::new(self.parameters[index], self.covariance(index, index).max(0.0).sqrt())
+    }
+
+    /// Residual over noise on the means after those fitted; `None` where there are none.
+    pub fn held_out_over_noise(&self, swings: &[&Swing]) -> Option<f64> {
+        let mut sum = (0.0, 0.0);
+        for (fit, swing) in self.fits.iter().zip(swings) {
+            let n = swing.yaw_rad.len().saturating_sub(fit.count) as f64;
+            sum.0 += n;
+            if n > 0.0 {
+                sum.1 += n * crate::fit::fitting::held_out_over_noise(swing, fit).powi(2);
+            }
+        }
+        (sum.0 > 0.0).then(|| (sum.1 / sum.0).sqrt())
+    }
+}
+
+/// By how much more than `common`, the mean square over the noise and its inflation of all releases, the residuals of
+/// each one's condition say of its natural frequency and damping ratio; at least 1. Where the model explains some
+/// releases and others not, all together would promise too much of those others.
+fn widening(releases: &[Release], sharing: &Sharing, fits: &[Fitted], common: f64) -> Vec<f64> {
+    let of_group = |group: usize| {
+        let (mut squares, mut count, mut effective, mut numbers) = (0.0, 0.0, 0.0, 2.0);
+        for ((release, fit), own) in releases.iter().zip(fits).zip(&sharing.modal) {
+            if *own == group {
+                squares += fit.sum_of_squares / release.swing.noise_rad.powi(2);
+                count += fit.count as f64;
+                effective += fit.effective_count();
+                numbers += (fit.structure.own_numbers() - 2) as f64;
+            }
+        }
+        let level = squares / f64::max(count - numbers, 1.0) * count / effective;
+        (level / common).max(1.0)
+    };
+    sharing.modal.iter().map(|group| of_group(*group)).collect()
+}
+
+/// The covariance with a variance for numbers that ended on a bound without being fixed: what it would be off it. A
+/// friction of nought is known no better than one that is there.
+fn with_pressed(fit: &Fit, bounds: &[(f64, f64)]) -> Option<DMatrix<f64>> {
+    let covariance = fit.covariance.as_ref().ok()?;
+    let (n, variance) = (&fit.normal_matrix, fit.variance());
+    let mut out = covariance.clone();
+    for (j, (low, high)) in bounds.iter().enumerate() {
+        if fit.at_bound[j] && low < high {
+            let column = n.column(j);
+            let left = n[(j, j)] - column.dot(&(covariance * column)) / variance;
+            out[(j, j)] = if left > 0.0 { variance / left } else { f64::INFINITY };
+        }
+    }
+    Some(out)
+}
+
+/// Fits `structure` to `releases` at once, from `starts`: each release's numbers in the order of [`Fitted`], of which
+/// shared ones are averaged. One release's are fitted as they are.
+pub fn fit(
+    releases: &[Release],
+    structure: &Structure,
+    sharing: &Sharing,
+    starts: &[Vec<f64>],
+) -> JointFit {
+    let together = Together::new(releases, structure, sharing, starts);
+    let start = together.gathered(starts, &|_, _| None);
+    let fit = together.minimise(&start, EVALUATIONS);
+    JointFit::new(releases, structure, sharing, together, fit)
+}
+
+/// Fits `structure` from each release's own fit, which holds every effect that `sharing` gives the release; what is
+/// known better weighs more.
+pub fn fit_from(
+    releases: &[Release],
+    structure: &Structure,
+    sharing: &Sharing,
+    singles: &[&Fitted],
+) -> JointFit {
+    let ordered: Vec<(Vec<f64>, Vec<Option<f64>>)> = singles
+        .iter()
+        .enumerate()
+        .map(|(i, single)| single.in_order_of(&sharing.of_release(structure, i)))
+        .collect();
+    let starts: Vec<Vec<f64>> = ordered.iter().map(|o| o.0.clone()).collect();
+    let together = Together::new(releases, structure, sharing, &starts);
+    let weight = |i: usize, j: usize| ordered[i].1[j].filter(|v| *v > 0.0).map(f64::recip);
+    let start = together.gathered(&starts, &weight);
+    let fit = together.minimise(&start, EVALUATIONS);
+    JointFit::new(releases, structure, sharing, together, fit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::simulate::Grid;
+    use crate::solver::check::jacobian_error;
+
+    fn swing(wn: f64, c: f64) -> Swing {
+        let grid = Grid { start_s: 0.0, step_s: 0.02, count: 900, mean_width_s: 0.0 };
+        let terms =
+            crate::effects::Terms { cubic_damping: c, static_offset: 0.1, ..Default::default() };
+        let motion = crate::motion::simulate::Motion {
+            natural_frequency_rad_s: wn,
+            damping_ratio: 0.01,
+            yaw_rad: 0.2,
+            rate_rad_s: 0.0,
+            terms,
+        };
+        let mut yaw_rad = vec![0.0; grid.count];
+        motion.readings(&grid, &mut yaw_rad);
+        Swing {
+            grid,
+            yaw_rad,
+            block: 1,
+            noise_rad: 1e-3,
+            sample_noise_rad: 1e-3,
+            colour: None,
+            frequency_rad_s: wn,
+            amplitude_rad: 0.2,
+            release_time_s: 0.0,
+            windows: Vec::new(),
+            wind_speed_m_s: 0.0,
+        }
+    }
+
+    /// One release that a second-order model explains, and one that it does not.
+    #[test]
+    fn what_is_explained_worse_is_known_less_well() {
+        let swings = [swing(6.0, 0.0), swing(7.0, 8.0)];
+        let structure = Structure { effects: vec![Effect::StaticOffset], ..Structure::default() };
+        let starts = [vec![6.0, 0.01, 0.2, 0.0, 0.1], vec![7.0, 0.02, 0.2, 0.0, 0.1]];
+        let releases = swings.each_ref().map(Release::whole);
+        let apart = Sharing::none(2, 1);
+        let together = fit(&releases, &structure, &apart, &starts);
+        for k in 0..2 {
+            let alone = fit(&releases[k..=k], &structure, &Sharing::none(1, 1), &starts[k..=k]);
+            let (a, t) = (alone.fits[0].damping_ratio(), together.fits[k].damping_ratio());
+            assert!((a.value - t.value).abs() < 1e-6, "{a} {t}");
+            assert!(t.u > 0.99 * a.u, "release {k}: alone {a}, together {t}");
+        }
+        let bad = together.fits[1].damping_ratio().u;
+        let alone = fit(&releases[1..], &structure, &Sharing::none(1, 1), &starts[1..]);
+        assert!(bad < 1.05 * alone.fits[0].damping_ratio().u);
+    }
+
+    /// Shared, grouped, own and absent numbers each get their derivative where they belong.
+    #[test]
+    fn the_jacobian_of_shared_numbers_agrees_with_differences() {
+        let swings = [swing(6.0, 0.0), swing(6.0, 2.0), swing(7.0, 2.0)];
+        let releases = swings.each_ref().map(Release::whole);
+        let structure = Structure {
+            effects: vec![Effect::CubicDamping, Effect::StaticOffset, Effect::BaselineDrift],
+            ..Structure::default()
+        };
+        let sharing = Sharing {
+            modal: vec![0, 0, 1],
+            effects: vec![
+                vec![None, Some(0), Some(0)],
+                vec![Some(0), Some(1), Some(1)],
+                vec![Some(0); 3],
+            ],
+        };
+        let starts = [
+            vec![6.02, 0.011, 0.19, 0.02, 0.08, 1e-4],
+            vec![6.02, 0.011, 0.21, 0.01, 1.5, 0.12, -1e-4],
+            vec![7.02, 0.009, 0.21, 0.03, 1.5, 0.12, 2e-4],
+        ];
+        let together = Together::new(&releases, &structure, &sharing, &starts);
+        // Two modal pairs, three states, one coefficient, two offsets, three drifts.
+        assert_eq!(together.places.count, 4 + 6 + 1 + 2 + 3);
+        let p = together.gathered(&starts, &|_, _| None);
+        assert!(jacobian_error(&together, &p) < 1e-4);
+        let fitted = fit(&releases, &structure, &sharing, &starts);
+        assert!(fitted.converged);
+        let c = fitted.quantity(fitted.place(Effect::CubicDamping, 0, 2).unwrap());
+        assert!((c.value - 2.0).abs() < 1e-6, "{c}");
+        assert_eq!(fitted.place(Effect::CubicDamping, 0, 0), None);
+    }
+}

@@ -1,0 +1,230 @@
+//! The residuals of one or several releases as a problem to be minimised.
+
+use crate::effects::Effect;
+use crate::fit::fitting::motion;
+use crate::fit::sharing::{Places, Sharing};
+use crate::fit::structure::Structure;
+use crate::fit::swing::Swing;
+use crate::interrupt;
+use crate::motion::simulate::{readings_of_all, Grid, Motion};
+use crate::solver::{minimise, Fit, Options, Problem, Rows};
+use rayon::prelude::*;
+
+/// Of an effect's size (where it rivals the spring): the step of the differences.
+const DIFFERENCE: f64 = 1e-6;
+/// The same with a user's own effects, whose integration adapts its steps.
+const OWN_DIFFERENCE: f64 = 3e-5;
+pub(crate) const EVALUATIONS: usize = 30;
+
+/// The first `count` means of a swing.
+#[derive(Clone, Copy, Debug)]
+pub struct Release<'a> {
+    pub swing: &'a Swing,
+    pub count: usize,
+}
+
+impl<'a> Release<'a> {
+    pub fn whole(swing: &'a Swing) -> Self {
+        Self { swing, count: swing.yaw_rad.len() }
+    }
+    /// The first `share` of it.
+    pub fn part(swing: &'a Swing, share: f64) -> Self {
+        Self { swing, count: (share * swing.yaw_rad.len() as f64) as usize }
+    }
+}
+
+/// One release's share of the problem.
+pub(crate) struct Part<'a> {
+    pub release: Release<'a>,
+    pub structure: Structure,
+    starts: Vec<usize>,
+    /// Of each number of the release: its place among all.
+    pub places: Vec<usize>,
+    /// Numbers that are not fixed, in the order of their places.
+    free: Vec<usize>,
+    bounds: Vec<(f64, f64)>,
+    steps: Vec<f64>,
+}
+
+impl Part<'_> {
+    fn motion(&self, p: &[f64]) -> (Motion, f64) {
+        motion(&self.structure, &self.starts, p, self.release.swing.wind_speed_m_s)
+    }
+
+    fn grid(&self) -> Grid {
+        Grid { count: self.release.count, ..self.release.swing.grid }
+    }
+
+    pub fn readings(&self, p: &[f64], out: &mut [f64]) {
+        let (motion, zero) = self.motion(p);
+        motion.readings(&self.grid(), out);
+        out.iter_mut().for_each(|y| *y += zero);
+    }
+
+    /// Residuals and their derivatives by the free numbers, over the noise, at the parameters `all`.
+    fn linearised(&self, all: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let swing = self.release.swing;
+        let weight = swing.noise_rad.recip();
+        let p: Vec<f64> = self.places.iter().map(|&at| all[at]).collect();
+        let (mut motions, mut zeros, mut steps) = (Vec::new(), Vec::new(), Vec::new());
+        let mut add = |(motion, zero)| {
+            motions.push(motion);
+            zeros.push(zero);
+        };
+        add(self.motion(&p));
+        let mut q = p.clone();
+        for &j in &self.free {
+            // Into the range of the parameter.
+            let moved = p[j] + self.steps[j];
+            q[j] = if moved <= self.bounds[j].1 { moved } else { p[j] - self.steps[j] };
+            steps.push(q[j] - p[j]);
+            add(self.motion(&q));
+            q[j] = p[j];
+        }
+        let mut readings = vec![vec![0.0; self.release.count]; motions.len()];
+        readings_of_all(&motions, &self.grid(), &mut readings);
+        for (readings, zero) in readings.iter_mut().zip(&zeros).filter(|(_, zero)| **zero != 0.0) {
+            readings.iter_mut().for_each(|y| *y += zero);
+        }
+        let mut columns = readings.split_off(1);
+        let mut residuals = readings.swap_remove(0);
+        for (column, step) in columns.iter_mut().zip(&steps) {
+            let inverse = weight / step;
+            for (c, y) in column.iter_mut().zip(&residuals) {
+                *c = (*c - y) * inverse;
+            }
+        }
+        for (r, y) in residuals.iter_mut().zip(&swing.yaw_rad) {
+            *r = (*r - y) * weight;
+        }
+        (residuals, columns)
+    }
+}
+
+/// Residuals of all releases over their noise.
+pub(crate) struct Together<'a> {
+    pub parts: Vec<Part<'a>>,
+    pub places: Places,
+    pub bounds: Vec<(f64, f64)>,
+}
+
+impl<'a> Together<'a> {
+    /// `starts`: a value for each release's numbers.
+    pub fn new(
+        releases: &[Release<'a>],
+        structure: &Structure,
+        sharing: &Sharing,
+        starts: &[Vec<f64>],
+    ) -> Self {
+        let places = Places::new(structure, sharing);
+        let mut bounds: Vec<Option<(f64, f64)>> = vec![None; places.count];
+        for (i, (release, start)) in releases.iter().zip(starts).enumerate() {
+            let own = sharing.of_release(structure, i).bounds(release.swing, start);
+            for (&at, (low, high)) in places.of[i].iter().zip(own) {
+                let (least, most) = bounds[at].unwrap_or((low, high));
+                let (low, high) = (low.max(least), high.min(most));
+                // Two releases whose bounds do not meet keep to the first's.
+                bounds[at] = Some(if low <= high { (low, high) } else { (least, most) });
+            }
+        }
+        let bounds: Vec<(f64, f64)> =
+            bounds.into_iter().map(|b| b.unwrap_or((f64::NEG_INFINITY, f64::INFINITY))).collect();
+        let parts = releases
+            .iter()
+            .enumerate()
+            .map(|(i, &release)| {
+                let structure = sharing.of_release(structure, i);
+                let places = places.of[i].clone();
+                let bounds: Vec<(f64, f64)> = places.iter().map(|&at| bounds[at]).collect();
+                let mut free: Vec<usize> =
+                    (0..places.len()).filter(|&j| bounds[j].0 < bounds[j].1).collect();
+                free.sort_by_key(|&j| places[j]);
+                let sizes = structure.sizes(release.swing);
+                let own = structure.effects.iter().any(|e| matches!(e, Effect::Own(_)));
+                let difference = if own { OWN_DIFFERENCE } else { DIFFERENCE };
+                debug_assert_eq!(sizes.len(), places.len());
+                Part {
+                    starts: structure.starts(),
+                    steps: sizes.iter().map(|s| difference * s).collect(),
+                    release,
+                    structure,
+                    places,
+                    free,
+                    bounds,
+                }
+            })
+            .collect();
+        Self { parts, places, bounds }
+    }
+
+    /// The mean of each number over the releases that share it, `weight(release, number)` each.
+    pub fn gathered(
+        &self,
+        starts: &[Vec<f64>],
+        weight: &dyn Fn(usize, usize) -> Option<f64>,
+    ) -> Vec<f64> {
+        let mut sums = vec![(0.0, 0.0, 0.0, 0.0); self.places.count];
+        for (i, start) in starts.iter().enumerate() {
+            for (j, (&at, &value)) in self.places.of[i].iter().zip(start).enumerate() {
+                let w = weight(i, j).unwrap_or(0.0);
+                let sum = &mut sums[at];
+                *sum = (sum.0 + w, sum.1 + w * value, sum.2 + 1.0, sum.3 + value);
+            }
+        }
+        sums.iter().map(|s| if s.0 > 0.0 { s.1 / s.0 } else { s.3 / s.2 }).collect()
+    }
+
+    pub fn minimise(&self, start: &[f64], max_evaluations: usize) -> Fit {
+        let options = Options { max_evaluations, tolerance: 0.01, damping: 1e-4 };
+        minimise(self, start, &options)
+    }
+}
+
+impl Problem for Together<'_> {
+    fn parameters(&self) -> usize {
+        self.places.count
+    }
+
+    fn evaluate(&self, p: &[f64], rows: &mut dyn Rows) {
+        if interrupt::requested() {
+            // Nowhere to be evaluated: the fit ends at once, and whoever asked for it finds out why.
+            return rows.row(f64::NAN, &vec![0.0; p.len()]);
+        }
+        let mut add = |part: &Part, (residuals, columns): (Vec<f64>, Vec<Vec<f64>>)| {
+            let which: Vec<usize> = part.free.iter().map(|&j| part.places[j]).collect();
+            let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+            rows.part(&residuals, &which, &columns);
+        };
+        if let [part] = &self.parts[..] {
+            return add(part, part.linearised(p));
+        }
+        let all: Vec<_> = self.parts.par_iter().map(|part| part.linearised(p)).collect();
+        for (part, linearised) in self.parts.iter().zip(all) {
+            add(part, linearised);
+        }
+    }
+
+    fn bounds(&self, index: usize) -> (f64, f64) {
+        self.bounds[index]
+    }
+}
+
+/// The problem of one release, whose numbers are in the order of [`crate::fit::fitting::Fitted`].
+pub(crate) fn problem_of_one<'a>(
+    release: Release<'a>,
+    structure: &Structure,
+    start: &[f64],
+) -> Together<'a> {
+    let sharing = Sharing::none(1, structure.effects.len());
+    Together::new(&[release], structure, &sharing, &[start.to_vec()])
+}
+
+/// Minimises over one release; its sum of squares is over the noise, squared.
+pub(crate) fn solve_one(
+    release: Release,
+    structure: &Structure,
+    start: &[f64],
+    max_evaluations: usize,
+) -> Fit {
+    problem_of_one(release, structure, start).minimise(start, max_evaluations)
+}

@@ -1,0 +1,49 @@
+//! What adding an effect would gain, from one linear step: a screen that costs one evaluation.
+
+use crate::effects::Effect;
+use crate::fit::fitting::Fitted;
+use crate::fit::problem::{problem_of_one, Release};
+use crate::fit::swing::Swing;
+use crate::solver::{Normal, Problem};
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// What one linear step would leave of `inner`'s sum of squares with `effect` added, and how many numbers it takes.
+/// Exact near the minimum, which is where it decides; elsewhere it orders.
+pub fn promise(swing: &Swing, inner: &Fitted, effect: Effect) -> (f64, usize) {
+    let structure = inner.structure.with(effect);
+    let n = inner.parameters.len();
+    if let Effect::Own(own) = effect {
+        // Its parameters may be many and none of them a size: it is always worth a try.
+        return (0.0, own.parameters.len());
+    }
+    let mut best = (inner.sum_of_squares, 1);
+    for start in crate::fit::starts::of(swing, inner, effect) {
+        // From nought, where the model is that of `inner`; a frequency is tried where the residual has its lines.
+        if start[0] != 0.0 {
+            continue;
+        }
+        let mut p = inner.parameters.clone();
+        p.extend(&start);
+        let problem = problem_of_one(Release { swing, count: inner.count }, &structure, &p);
+        let mut normal = Normal::new(p.len());
+        problem.evaluate(&p, &mut normal);
+        let (a, g) = (normal.matrix(), normal.gradient());
+        let only_up = problem.bounds(n).0 == 0.0;
+        let used: Vec<usize> = (0..p.len()).filter(|&i| i < n || a[(i, i)] > 0.0).collect();
+        let mut part = DMatrix::from_fn(used.len(), used.len(), |i, j| a[(used[i], used[j])]);
+        let diagonal: Vec<f64> = (0..used.len()).map(|i| part[(i, i)]).collect();
+        for (i, d) in diagonal.iter().enumerate() {
+            part[(i, i)] = d * (1.0 + 1e-10);
+        }
+        let g = DVector::from_iterator(used.len(), used.iter().map(|&i| g[i]));
+        let Some(step) = Cholesky::new(part).map(|c| c.solve(&g)) else { continue };
+        // The problem's residuals count over the noise, the model's are angles.
+        let gain = step.dot(&g) * swing.noise_rad.powi(2);
+        let inward = !only_up || used.len() <= n || -step[n] > 0.0;
+        let left = (inner.sum_of_squares - gain).max(0.0);
+        if inward && left < best.0 {
+            best = (left, used.len() - n);
+        }
+    }
+    best
+}

@@ -1,0 +1,112 @@
+//! What a model holds: effects, an unknown nought of the sensor, and limits on its numbers.
+
+use crate::effects::Effect;
+use crate::fit::swing::Swing;
+
+/// wn, zeta, yaw angle and yaw rate at the first instant.
+pub(crate) const PLAIN: usize = 4;
+
+/// A number that a limit can be set on. Those of an effect are counted as the fit varies them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Number {
+    NaturalFrequency,
+    DampingRatio,
+    SensorZero,
+    Of(Effect, usize),
+}
+
+/// Narrower bounds than a number's own; `low` = `high`: fixed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    pub number: Number,
+    pub low: f64,
+    pub high: f64,
+}
+
+/// Which effects a model holds, whether the sensor's nought is unknown, and what is fixed or kept within limits.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Structure {
+    pub effects: Vec<Effect>,
+    pub zero_unknown: bool,
+    pub limits: Vec<Limit>,
+}
+
+impl Structure {
+    pub fn with(&self, effect: Effect) -> Self {
+        let mut effects = self.effects.clone();
+        effects.push(effect);
+        Self { effects, ..self.clone() }
+    }
+
+    pub fn without(&self, effect: Effect) -> Self {
+        let effects = self.effects.iter().copied().filter(|e| *e != effect).collect();
+        Self { effects, ..self.clone() }
+    }
+
+    /// With parameter `name` of `effect`, in the users' unit, kept from `low` to `high`. `None` where there is no such
+    /// parameter, or the fit does not vary it by itself: size and phase of a line, which are fixed together by a
+    /// [`Limit`] on each of [`Effect::varied`].
+    pub fn limited(mut self, effect: Effect, name: &str, low: f64, high: f64) -> Option<Self> {
+        let index = effect.parameters().iter().position(|p| p.name == name)?;
+        let number = effect.varied_place(index)?;
+        self.limits.push(Limit { number: Number::Of(effect, number), low, high });
+        Some(self)
+    }
+
+    /// wn, zeta, yaw, rate, and the sensor's nought where unknown.
+    pub fn own_numbers(&self) -> usize {
+        PLAIN + usize::from(self.zero_unknown)
+    }
+
+    /// Where the numbers of each effect begin.
+    pub(crate) fn starts(&self) -> Vec<usize> {
+        let mut at = self.own_numbers();
+        let begin = |effect: &Effect| {
+            let begin = at;
+            at += effect.parameters().len();
+            begin
+        };
+        self.effects.iter().map(begin).collect()
+    }
+
+    /// The size of each number in which the fit steps.
+    pub(crate) fn sizes(&self, swing: &Swing) -> Vec<f64> {
+        let scale = swing.scale();
+        let (wn, a) = (swing.frequency_rad_s, scale.amplitude_rad);
+        let mut sizes = vec![wn * 0.1, 1.0, a, wn * a, a];
+        sizes.truncate(self.own_numbers());
+        sizes.extend(self.effects.iter().flat_map(|e| e.sizes(&scale)));
+        sizes
+    }
+
+    /// Bounds of each number for a fit that begins at `start`.
+    pub(crate) fn bounds(&self, swing: &Swing, start: &[f64]) -> Vec<(f64, f64)> {
+        let wn = swing.frequency_rad_s;
+        let mut bounds = vec![(0.2 * wn, 5.0 * wn), (-0.5, 0.7)];
+        bounds.resize(self.own_numbers(), (f64::NEG_INFINITY, f64::INFINITY));
+        let starts = self.starts();
+        for (effect, &at) in self.effects.iter().zip(&starts) {
+            bounds.extend(effect.bounds(&start[at..], start[0]));
+        }
+        for limit in &self.limits {
+            let place = match limit.number {
+                Number::NaturalFrequency => Some(0),
+                Number::DampingRatio => Some(1),
+                Number::SensorZero => self.zero_unknown.then_some(PLAIN),
+                Number::Of(effect, number) => {
+                    let k = self.effects.iter().position(|e| *e == effect);
+                    k.map(|k| starts[k] + number)
+                }
+            };
+            let Some(bound) = place.map(|at| &mut bounds[at]) else { continue };
+            let within = (bound.0.max(limit.low), bound.1.min(limit.high));
+            let fixed = limit.low == limit.high || within.0 > within.1;
+            *bound = if fixed { (limit.low, limit.high) } else { within };
+        }
+        bounds
+    }
+
+    pub(crate) fn limits_effect(&self, effect: Effect) -> bool {
+        self.limits.iter().any(|l| matches!(l.number, Number::Of(e, _) if e == effect))
+    }
+}

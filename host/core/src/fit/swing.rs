@@ -1,0 +1,237 @@
+//! The free swing of a record as the fits see it: block means on an even grid, and their noise floor.
+
+use crate::effects::Scale;
+use crate::fit::noise::{self, Colour};
+use crate::identify::gaps;
+use crate::identify::{self, Settings, WindowEstimate};
+use crate::motion::simulate::Grid;
+use crate::record::Record;
+use std::f64::consts::TAU;
+use yawrig_expression::error::Result;
+
+/// Block means per cycle: those on which residual and noise floor are compared.
+const MEANS_PER_CYCLE: f64 = 50.0;
+/// Fewest means a cycle for which sixth differences leave next to nothing of the swing.
+const FINE: f64 = 40.0;
+
+/// Difference between two estimates of the noise that their scatter explains.
+const AGREE: f64 = 0.25;
+
+/// Movement of a held model, as a share of the swing's amplitude.
+const STILL: f64 = 0.03;
+/// Part of a cycle by which the swing has to begin late for its beginning to be sought.
+const LATE: f64 = 0.15;
+
+/// Everything between release and rest.
+fn settings() -> Settings {
+    Settings { from_deg: 360.0, to_deg: 1e-3, ..Settings::default() }
+}
+
+/// A free swing. Angles in rad, time from the release in s.
+#[derive(Clone, Debug)]
+pub struct Swing {
+    pub grid: Grid,
+    pub yaw_rad: Vec<f64>,
+    /// Samples in a mean.
+    pub block: usize,
+    /// Noise of one mean.
+    pub noise_rad: f64,
+    /// Noise of one sample.
+    pub sample_noise_rad: f64,
+    /// The noise where it is correlated from sample to sample.
+    pub colour: Option<Colour>,
+    pub frequency_rad_s: f64,
+    pub amplitude_rad: f64,
+    pub release_time_s: f64,
+    /// For own effects that depend on it; 0: off, or not known.
+    pub wind_speed_m_s: f64,
+    /// wn and zeta over three cycles each: the amplitude picture.
+    pub windows: Vec<WindowEstimate>,
+}
+
+impl Swing {
+    /// Everything between release and rest.
+    ///
+    /// # Errors
+    /// Exit 3, naming the file: no oscillation in it, or fewer than three cycles.
+    pub fn of(record: &Record) -> Result<Self> {
+        let record = &*gaps::without(record);
+        let timing = record.timing();
+        let uniform =
+            crate::identify::samples::Samples::new(&record.time_s, &record.yaw_deg).is_uniform();
+        let resampled;
+        let record = if uniform {
+            record
+        } else {
+            resampled = record.resampled(timing.rate_hz)?;
+            &resampled
+        };
+        let prepared = identify::prepare(record, &settings())
+            .map_err(|refusal| refusal.of_file(&record.file))?;
+        let stretch = prepared.stretch();
+        let frequency = prepared.swing.frequency_rad_s;
+        let per_cycle = TAU / frequency / stretch.step_s;
+        let block = (per_cycle / MEANS_PER_CYCLE).floor().max(1.0) as usize;
+        let means = stretch.block_means(block);
+        let step_s = block as f64 * stretch.step_s;
+        let release_time_s = prepared.swing.release_time_s;
+        let yaw_rad: Vec<f64> = means.yaw_deg.iter().map(|y| y.to_radians()).collect();
+        let grid = Grid {
+            start_s: means.time_s[0] - release_time_s,
+            step_s,
+            count: yaw_rad.len(),
+            mean_width_s: if block > 1 { step_s } else { 0.0 },
+        };
+        let kept: Vec<f64> = stretch.kept().map(|s| s.1.to_radians()).collect();
+        let thirds = rms_of_thirds(&kept);
+        let colour = noise::colour(&kept, frequency * stretch.step_s);
+        let (sample_noise_rad, floor) = match colour {
+            Some(colour) => (
+                (colour.white_variance + colour.coloured_variance).sqrt(),
+                colour.mean_variance(block).sqrt(),
+            ),
+            // White noise is known best from the single samples; where the means show more, from them.
+            None if TAU / frequency / step_s >= FINE => {
+                (thirds, white_floor(&yaw_rad, thirds, block))
+            }
+            None => (thirds, prepared.noise_rms_deg().to_radians() / (block as f64).sqrt()),
+        };
+        let amplitude_rad =
+            prepared.windows.iter().map(|w| w.amplitude_deg).fold(0.0, f64::max).to_radians();
+        Ok(Self {
+            noise_rad: floor.max(1e-9 * amplitude_rad),
+            colour,
+            sample_noise_rad,
+            grid,
+            yaw_rad,
+            block,
+            frequency_rad_s: frequency,
+            amplitude_rad,
+            release_time_s,
+            wind_speed_m_s: 0.0,
+            windows: prepared
+                .windows
+                .iter()
+                .map(|w| WindowEstimate {
+                    time_s: 0.5 * (w.from_s + w.to_s),
+                    amplitude_deg: w.amplitude_deg,
+                    natural_frequency_rad_s: w.natural_frequency_rad_s,
+                    damping_ratio: w.damping_ratio,
+                })
+                .collect(),
+        })
+    }
+
+    /// The same swing from where the hand let go, and whether it was held before; none where it begins there already.
+    /// The noise floor is kept.
+    pub(crate) fn begun_at_release(&self, record: &Record) -> Option<(Self, bool)> {
+        let prepared = identify::prepare(record, &settings()).ok()?;
+        let begin_s = self.release_time_s + self.grid.start_s;
+        let all = prepared.samples.all();
+        if !all.uniform || all.time_s[0] >= begin_s {
+            return None;
+        }
+        let before = all.between(all.time_s[0], begin_s).block_means(self.block);
+        let level = *before.yaw_deg.first()?;
+        let still = (6.0 * self.noise_rad).max(STILL * self.amplitude_rad).to_degrees();
+        let inside = before.yaw_deg.iter().take_while(|y| (*y - level).abs() <= still).count();
+        let held = inside as f64 > 0.5 * self.per_cycle();
+        let release_time_s = if held { before.time_s[inside - 1] } else { all.time_s[0] };
+        if begin_s - release_time_s < LATE * self.per_cycle() * self.grid.step_s {
+            return None;
+        }
+        // The first means after the hold may still hold some of it.
+        let from_s = release_time_s + if held { 2.0 * self.grid.step_s } else { 0.0 };
+        let means = all.between(from_s, prepared.swing.to_s).block_means(self.block);
+        let yaw_rad: Vec<f64> = means.yaw_deg.iter().map(|y| y.to_radians()).collect();
+        let grid =
+            Grid { start_s: means.time_s[0] - release_time_s, count: yaw_rad.len(), ..self.grid };
+        Some((Self { grid, yaw_rad, release_time_s, ..self.clone() }, held))
+    }
+
+    /// With the floor of coloured noise taken from the `residuals` of a good model, which show it down to frequencies
+    /// that the swing hides in the record.
+    pub fn sharpened(mut self, residuals: &[f64]) -> Self {
+        let turn = TAU / self.per_cycle();
+        if self.colour.is_none() {
+            return self;
+        }
+        if let Some(colour) = noise::colour_of_residuals(residuals, turn, self.block) {
+            self.noise_rad = colour.mean_variance(self.block).sqrt().max(1e-9 * self.amplitude_rad);
+            self.sample_noise_rad = (colour.white_variance + colour.coloured_variance).sqrt();
+            self.colour = Some(colour);
+        }
+        self
+    }
+
+    /// Noise of the mean of `together` neighbouring means, and its correlation with the next such mean's.
+    pub fn noise_of(&self, together: usize) -> (f64, f64) {
+        match &self.colour {
+            None => (self.noise_rad / (together as f64).sqrt(), 0.0),
+            Some(colour) => {
+                let block = self.block * together;
+                let variance = colour.mean_variance(block);
+                (variance.sqrt(), colour.next_covariance(block) / variance)
+            }
+        }
+    }
+
+    pub fn scale(&self) -> Scale {
+        Scale {
+            amplitude_rad: self.amplitude_rad,
+            natural_frequency_rad_s: self.frequency_rad_s,
+            duration_s: self.grid.step_s * self.grid.count as f64,
+        }
+    }
+
+    /// Means in a cycle.
+    pub fn per_cycle(&self) -> f64 {
+        TAU / self.frequency_rad_s / self.grid.step_s
+    }
+
+    /// Raw rms of a single sample about a model whose means are off by `rms_rad`, deg: what the means leave out
+    /// is the samples' noise.
+    pub fn raw_rms_deg(&self, rms_rad: f64) -> f64 {
+        let hidden = self.sample_noise_rad.powi(2) * (1.0 - 1.0 / self.block as f64);
+        (rms_rad * rms_rad + hidden).sqrt().to_degrees()
+    }
+}
+
+/// Noise of a mean of `block` samples of `sample_noise` each: white, unless the means themselves show another.
+fn white_floor(means: &[f64], sample_noise: f64, block: usize) -> f64 {
+    let white = sample_noise / (block as f64).sqrt();
+    let shown = rms_of_sixths(means);
+    if block > 1 && (shown / white - 1.0).abs() < AGREE {
+        white
+    } else {
+        shown
+    }
+}
+
+/// Standard deviation of white noise from differences of order three, squares without the largest hundredth.
+fn rms_of_thirds(y: &[f64]) -> f64 {
+    let d = y.windows(4).map(|y| y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]).collect();
+    trimmed_rms(d) / 20.0_f64.sqrt()
+}
+
+/// The same of order six: a swing of fifty means a cycle leaves 4e-6 of its amplitude in them.
+fn rms_of_sixths(y: &[f64]) -> f64 {
+    let d = y
+        .windows(7)
+        .map(|y| y[0] + y[6] - 6.0 * (y[1] + y[5]) + 15.0 * (y[2] + y[4]) - 20.0 * y[3])
+        .collect();
+    trimmed_rms(d) / 924.0_f64.sqrt()
+}
+
+/// Root mean square without values beyond four of it: corners and wild samples are no noise.
+fn trimmed_rms(mut values: Vec<f64>) -> f64 {
+    for _ in 0..3 {
+        if values.is_empty() {
+            return 0.0;
+        }
+        let rms = (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
+        values.retain(|v| v.abs() <= 4.0 * rms);
+    }
+    let n = values.len().max(1) as f64;
+    (values.iter().map(|v| v * v).sum::<f64>() / n).sqrt()
+}

@@ -1,0 +1,241 @@
+//! Stretches of a record without samples, for methods that need an even grid.
+//!
+//! A spline across a gap swings as far as the noise of the two samples at its edges tells it to. So a gap of up to half a
+//! period is filled with what one damped oscillation, fitted to the cycles on both sides of it, says of it; a longer one
+//! parts the record.
+
+use super::envelope::strongest_frequency_rad_s;
+use super::least_squares::fit_mode;
+use super::samples::{median, Samples};
+use crate::record::Record;
+use std::borrow::Cow;
+use std::f64::consts::TAU;
+
+/// A longer time between two samples is a gap, where it is longer in median steps (irregular clocks stay below) and in
+/// periods (less does no harm).
+const LONGEST_STEP: f64 = 2.5;
+const SHORTEST: f64 = 0.005;
+/// Longest gap that is filled, in periods.
+const LONGEST_FILLED: f64 = 0.5;
+/// Periods on either side to which the oscillation is fitted.
+const ABOUT: f64 = 1.5;
+/// Periods at either edge over which what is measured there decides how far the filling is shifted.
+const EDGE: f64 = 0.05;
+
+/// No samples between these two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap {
+    pub from_s: f64,
+    pub to_s: f64,
+}
+
+impl Gap {
+    pub fn length_s(&self) -> f64 {
+        self.to_s - self.from_s
+    }
+}
+
+impl std::fmt::Display for Gap {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "no samples from {:.3} s to {:.3} s", self.from_s, self.to_s)
+    }
+}
+
+/// What became of the gaps of a record.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Filled {
+    /// Without gaps.
+    pub record: Record,
+    pub filled: Vec<Gap>,
+    /// Those that parted the record; the longest swing between them is kept.
+    pub parting: Vec<Gap>,
+}
+
+/// Where `record` has longer steps than other records have.
+fn gaps(record: &Record) -> Vec<Gap> {
+    let mut steps: Vec<f64> = record.time_s.windows(2).map(|t| t[1] - t[0]).collect();
+    if steps.is_empty() {
+        return Vec::new();
+    }
+    let longest_s = LONGEST_STEP * median(&mut steps);
+    let pairs = record.time_s.windows(2).filter(|t| t[1] - t[0] > longest_s);
+    pairs.map(|t| Gap { from_s: t[0], to_s: t[1] }).collect()
+}
+
+/// `record` without its gaps; none where it has none, or no oscillation.
+pub fn filled(record: &Record) -> Option<Filled> {
+    let mut gaps = gaps(record);
+    if gaps.is_empty() {
+        return None;
+    }
+    let samples = Samples::new(&record.time_s, &record.yaw_deg);
+    let frequency = strongest_frequency_rad_s(&samples)?;
+    let periods = |gap: &Gap| gap.length_s() * frequency / TAU;
+    gaps.retain(|gap| periods(gap) > SHORTEST);
+    if gaps.is_empty() {
+        return None;
+    }
+    let (parting, filled): (Vec<Gap>, Vec<Gap>) =
+        gaps.into_iter().partition(|gap| periods(gap) > LONGEST_FILLED);
+    let (from_s, to_s) = longest_swing(&samples, &parting, frequency);
+    let filled: Vec<Gap> =
+        filled.into_iter().filter(|gap| from_s <= gap.from_s && gap.to_s <= to_s).collect();
+    let mut whole = Record { file: record.file.clone(), time_s: Vec::new(), yaw_deg: Vec::new() };
+    let mut next = filled.iter().peekable();
+    for (&t, &y) in record.time_s.iter().zip(&record.yaw_deg) {
+        if t < from_s || t > to_s {
+            continue;
+        }
+        if let Some(gap) = next.next_if(|gap| gap.to_s <= t) {
+            let inside = filling(&samples, gap, frequency);
+            whole.time_s.extend(inside.iter().map(|p| p.0));
+            whole.yaw_deg.extend(inside.iter().map(|p| p.1));
+        }
+        whole.time_s.push(t);
+        whole.yaw_deg.push(y);
+    }
+    Some(Filled { record: whole, filled, parting })
+}
+
+/// `record` without its gaps, for who needs an even grid; says on stderr what is missing.
+pub fn without(record: &Record) -> Cow<'_, Record> {
+    let Some(filled) = filled(record) else { return Cow::Borrowed(record) };
+    tell(&filled);
+    Cow::Owned(filled.record)
+}
+
+fn tell(filled: &Filled) {
+    let file = filled.record.file.display();
+    let longest = filled.filled.iter().max_by(|a, b| a.length_s().total_cmp(&b.length_s()));
+    if let Some(gap) = longest {
+        let others = match filled.filled.len() - 1 {
+            0 => String::new(),
+            1 => " and in a shorter gap".to_owned(),
+            more => format!(" and in {more} shorter gaps"),
+        };
+        yawrig_expression::say!(
+            "yawrig: warning: {file}: {gap}{others}; filled by fits to the cycles about them"
+        );
+    }
+    if let Some(gap) = filled.parting.first() {
+        let (from_s, to_s) =
+            (filled.record.time_s[0], filled.record.time_s[filled.record.len() - 1]);
+        yawrig_expression::say!(
+            "yawrig: warning: {file}: {gap}; used is what lies between {from_s:.3} s and {to_s:.3} s"
+        );
+    }
+}
+
+/// First and last time between `parting` gaps where there is most of a swing: amplitude times time.
+fn longest_swing(samples: &Samples<'_>, parting: &[Gap], frequency: f64) -> (f64, f64) {
+    let all = samples.all();
+    let last_s = all.time_s[all.len() - 1];
+    let begins = std::iter::once(all.time_s[0]).chain(parting.iter().map(|gap| gap.to_s));
+    let ends = parting.iter().map(|gap| gap.from_s).chain([last_s]);
+    let half_s = 0.5 * TAU / frequency;
+    // Twice the amplitude, whatever the offset, and nought where the model is held.
+    let swing = |&(from_s, to_s): &(f64, f64)| {
+        let part = all.between(from_s, to_s);
+        let mut ahead = 0;
+        let mut sum = 0.0;
+        for (t, y) in part.time_s.iter().zip(part.yaw_deg) {
+            while ahead < part.len() && part.time_s[ahead] < t + half_s {
+                ahead += 1;
+            }
+            sum += part.yaw_deg.get(ahead).map_or(0.0, |later| (later - y).abs());
+        }
+        sum
+    };
+    let parts = begins.zip(ends);
+    parts.max_by(|a, b| swing(a).total_cmp(&swing(b))).expect("at least one part")
+}
+
+/// Samples inside `gap` at the record's own step.
+fn filling(samples: &Samples<'_>, gap: &Gap, frequency: f64) -> Vec<(f64, f64)> {
+    let period_s = TAU / frequency;
+    let about = samples.between(gap.from_s - ABOUT * period_s, gap.to_s + ABOUT * period_s);
+    // Where nothing swings, a straight line.
+    let mode = fit_mode(&about, frequency).map(|found| found.mode);
+    let of_mode = |t: f64| mode.as_ref().map_or(0.0, |mode| mode.yaw_deg(t));
+    let edge_s = (EDGE * period_s).max(1.5 * about.step_s);
+    let beside = |from_s: f64, to_s: f64| {
+        let off = about.kept().filter(|(t, _)| from_s <= *t && *t <= to_s);
+        let off: Vec<f64> = off.map(|(t, y)| y - of_mode(t)).collect();
+        off.iter().sum::<f64>() / off.len() as f64
+    };
+    let before = beside(gap.from_s - edge_s, gap.from_s);
+    let after = beside(gap.to_s, gap.to_s + edge_s);
+    let count = ((gap.to_s - gap.from_s) / about.step_s).round() as usize;
+    (1..count)
+        .map(|k| {
+            let share = k as f64 / count as f64;
+            let t = gap.from_s + share * (gap.to_s - gap.from_s);
+            (t, of_mode(t) + before + share * (after - before))
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use yawrig_rig::{Effects, Samples as RigSamples, Sensor, Start};
+    use yawrig_shared::modal::Modal;
+
+    const NOISE_DEG: f64 = 0.05;
+
+    /// A record of the rig with dry friction, 6 rad/s, at 1 kHz with white noise, released at 2 s.
+    fn record(noise_deg: f64) -> Record {
+        let modal = Modal { natural_frequency_rad_s: 6.0, damping_ratio: 0.01 };
+        let effects = Effects::new(vec!["coulomb_friction:c=0.03".parse().unwrap()]).unwrap();
+        let sensor = Sensor { noise_deg, ..Sensor::default() };
+        let start = Start::default().limited(&modal, &effects);
+        let samples = RigSamples::with_effects(&modal, &effects, &start, &sensor, 3).unwrap();
+        let (time_s, yaw_deg) = samples.map(|s| (s.time_s, s.yaw_deg)).unzip();
+        Record { file: "rig".into(), time_s, yaw_deg }
+    }
+
+    fn without(record: &Record, missing: &[(f64, f64)]) -> Record {
+        let kept = |t: f64| !missing.iter().any(|(from_s, to_s)| *from_s < t && t < *to_s);
+        let pairs = record.time_s.iter().zip(&record.yaw_deg).filter(|(t, _)| kept(**t));
+        let (time_s, yaw_deg) = pairs.unzip();
+        Record { file: "rig".into(), time_s, yaw_deg }
+    }
+
+    #[test]
+    fn a_record_without_gaps_is_left_alone() {
+        assert_eq!(filled(&record(NOISE_DEG)), None);
+    }
+
+    #[test]
+    fn short_gaps_are_filled_to_less_than_the_noise() {
+        let (noisy, quiet) = (record(NOISE_DEG), record(0.0));
+        // Held, and swinging: at a zero of the angle, at an extreme, late.
+        let missing = [(1.0, 1.02), (4.0, 4.05), (6.5, 6.8), (9.0, 9.5), (14.2, 14.25)];
+        let found = filled(&without(&noisy, &missing)).expect("a swing");
+        assert_eq!((found.filled.len(), found.parting.len()), (missing.len(), 0));
+        assert_eq!(found.record.len(), noisy.len());
+        for (from_s, to_s) in missing {
+            let inside = |t: f64| from_s < t && t < to_s;
+            let pairs = found.record.time_s.iter().zip(&found.record.yaw_deg).zip(&quiet.yaw_deg);
+            let off =
+                pairs.filter(|((t, _), _)| inside(**t)).map(|((_, y), truth)| (y - truth).abs());
+            let worst = off.fold(0.0, f64::max);
+            println!("{from_s} to {to_s} s: at most {worst:.4} deg");
+            assert!(worst < NOISE_DEG, "{from_s} to {to_s} s: {worst}");
+        }
+    }
+
+    #[test]
+    fn a_long_gap_parts_the_record_where_most_of_the_swing_is() {
+        let noisy = record(NOISE_DEG);
+        let found = filled(&without(&noisy, &[(4.0, 4.7), (12.0, 12.1)])).expect("a swing");
+        assert_eq!((found.filled.len(), found.parting.len()), (1, 1));
+        assert!((found.record.time_s[0] - 4.7).abs() < 1e-9, "{}", found.record.time_s[0]);
+        assert_eq!(found.parting[0].to_string(), "no samples from 4.000 s to 4.700 s");
+        // Two seconds of hold and six of a larger swing are less than what comes then.
+        let found = filled(&without(&noisy, &[(8.0, 8.7)])).expect("a swing");
+        assert!((found.record.time_s[0] - 8.7).abs() < 1e-9, "{}", found.record.time_s[0]);
+        let found = filled(&without(&noisy, &[(18.0, 18.7)])).expect("a swing");
+        assert!(found.record.time_s[0] == 0.0);
+    }
+}

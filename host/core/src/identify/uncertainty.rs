@@ -1,0 +1,135 @@
+//! Standard uncertainties that hold for coloured residuals, and the Cramer-Rao bound beside them.
+//!
+//! The estimator looks at the record through J, whose columns are narrow-band about the damped frequency w. Of the
+//! residual's spectrum only the density there matters: J'RJ = S(w) J'J, so the white-noise covariance
+//! s^2 (J'J)^-1 becomes S(w) (J'J)^-1. S(w) is the mean periodogram of the residual over the bins about w, less the
+//! two complex bins' worth that the fit itself has taken out.
+
+use super::damped_sinusoid::Mode;
+use super::least_squares::ModeFit;
+use super::samples::Stretch;
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Bins on either side of the damped frequency over which the residual's spectrum is averaged.
+const HALF_WIDTH: usize = 12;
+/// Fewest bins on either side: with three cycles nothing narrower holds enough.
+const LEAST_HALF_WIDTH: usize = 3;
+/// Complex bins that fitting amplitude, phase, wn and zeta takes out of the residual.
+const ABSORBED: f64 = 2.0;
+
+/// Standard uncertainties (k = 1) of one fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Uncertainty {
+    pub natural_frequency_rad_s: f64,
+    pub damping_ratio: f64,
+    /// What an unbiased estimate could reach at best if the residual were white noise.
+    pub bound: Bound,
+    /// S(w) over the residual's variance: 1 for white noise, (1 + r)/(1 - r) at low frequency for lag-one
+    /// correlation r.
+    pub spectral_ratio: f64,
+}
+
+/// Cramer-Rao bound on the standard deviations of wn and zeta.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bound {
+    pub natural_frequency_rad_s: f64,
+    pub damping_ratio: f64,
+}
+
+/// From a fit and its residuals (record - model, at every sample of the stretch).
+pub fn of(found: &ModeFit, stretch: &Stretch<'_>, residuals_deg: &[f64]) -> Option<Uncertainty> {
+    let bound = white(found)?;
+    let frequency = found.mode.damped_frequency_rad_s;
+    let ratio = spectral_density(stretch, residuals_deg, frequency) / found.fit.variance();
+    // A fit of noise-free data leaves no residual to speak of.
+    let ratio = if ratio.is_finite() { ratio } else { 1.0 };
+    Some(Uncertainty {
+        natural_frequency_rad_s: bound.natural_frequency_rad_s * ratio.sqrt(),
+        damping_ratio: bound.damping_ratio * ratio.sqrt(),
+        bound,
+        spectral_ratio: ratio,
+    })
+}
+
+/// What the covariance of the fit says by itself: standard deviations for a white residual.
+pub fn white(found: &ModeFit) -> Option<Bound> {
+    Some(modal_deviations(&found.mode, found.fit.covariance.as_ref().ok()?))
+}
+
+/// Standard deviation of what the mode swings about, deg, for a white residual.
+pub fn white_midline_deg(found: &ModeFit) -> Option<f64> {
+    Some(found.fit.covariance.as_ref().ok()?[(2, 2)].max(0.0).sqrt())
+}
+
+/// Cramer-Rao bound for one known mode in white noise of `noise_rms_deg`: sigma^2 (J'J)^-1 over the samples.
+pub fn cramer_rao(mode: &Mode, stretch: &Stretch<'_>, noise_rms_deg: f64) -> Option<Bound> {
+    use crate::solver::{Normal, Problem};
+    let mut normal = Normal::new(5);
+    super::damped_sinusoid::DampedSinusoid { stretch: *stretch }
+        .evaluate(&mode.parameters_at(stretch.start_s()), &mut normal);
+    let inverse = normal.matrix().try_inverse()?;
+    Some(modal_deviations(mode, &(inverse * noise_rms_deg.powi(2))))
+}
+
+/// Standard deviations of wn and zeta from the covariance of the five parameters.
+fn modal_deviations(mode: &Mode, covariance: &DMatrix<f64>) -> Bound {
+    let c = covariance.fixed_view::<2, 2>(3, 3);
+    let deviation = |row: [f64; 2]| {
+        let variance: f64 =
+            (0..2).flat_map(|i| (0..2).map(move |j| row[i] * row[j] * c[(i, j)])).sum();
+        variance.max(0.0).sqrt()
+    };
+    let [wn, zeta] = mode.modal_jacobian();
+    Bound { natural_frequency_rad_s: deviation(wn), damping_ratio: deviation(zeta) }
+}
+
+/// Power spectral density of the residual about `frequency_rad_s`, scaled so that white noise of variance v gives v.
+pub(super) fn spectral_density(
+    stretch: &Stretch<'_>,
+    residuals_deg: &[f64],
+    frequency_rad_s: f64,
+) -> f64 {
+    let duration = stretch.duration_s();
+    let centre = (frequency_rad_s * duration / TAU).round().max(1.0) as usize;
+    let half = (centre / 2).clamp(LEAST_HALF_WIDTH, HALF_WIDTH);
+    let highest = (0.45 * duration / stretch.step_s) as usize;
+    let bins: Vec<usize> =
+        (centre.saturating_sub(half).max(1)..=(centre + half).min(highest)).collect();
+    if bins.len() < 4 {
+        return f64::NAN;
+    }
+    power(stretch, residuals_deg, &bins) / (bins.len() as f64 - ABSORBED)
+}
+
+/// Sum of the residual's periodogram over `bins` (rising multiples of one over the duration), each of which is v for
+/// white noise of variance v.
+pub(super) fn power(stretch: &Stretch<'_>, residuals_deg: &[f64], bins: &[usize]) -> f64 {
+    let duration = stretch.duration_s();
+    // The transform takes sums over a twentieth of the shortest period: it needs no finer time.
+    let highest = *bins.last().expect("a bin") as f64;
+    let width = (duration / highest / stretch.step_s / 20.0).floor().max(1.0) * stretch.step_s;
+    let mut sums = vec![0.0; (duration / width).ceil() as usize + 1];
+    let mut kept = 0.0;
+    for (k, &r) in residuals_deg.iter().enumerate() {
+        if !stretch.excluded[k] {
+            sums[((stretch.time_s[k] - stretch.start_s()) / width + 1e-6) as usize] += r;
+            kept += 1.0;
+        }
+    }
+    let turn: Vec<(f64, f64)> =
+        bins.iter().map(|&k| (k as f64 * TAU / duration * width).sin_cos()).collect();
+    let mut phasor = vec![(0.0, 1.0); bins.len()];
+    let mut transform = vec![(0.0, 0.0); bins.len()];
+    for sum in sums {
+        for k in 0..bins.len() {
+            let (s, c) = phasor[k];
+            transform[k].0 += sum * c;
+            transform[k].1 += sum * s;
+            let (ts, tc) = turn[k];
+            phasor[k] = (s * tc + c * ts, c * tc - s * ts);
+        }
+    }
+    transform.iter().map(|(a, b)| a * a + b * b).sum::<f64>() / kept
+}

@@ -1,0 +1,349 @@
+//! The yaw motion with a user's own effects, which may be steep, stiff, or have corners.
+//!
+//! The plain model is solved in closed form and everything else enters through an embedded Runge-Kutta pair of orders 5
+//! and 4 in the frame that moves with it (J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6, 1980; J. D. Lawson,
+//! SIAM J. Numer. Anal. 4, 1967), so that the error is one of the effects only and none of the plain model. Steps are
+//! halved where the pair disagrees: at a friction of `tanh(r / 0.002)` each time the model turns. Corners whose place is
+//! known, `abs` and `sign` of the yaw rate or angle, dry friction and the dead zone, are located within the step, and a
+//! model whose rate is nought stays there while the moments of both directions hold it.
+
+use crate::motion::simulate::{root, Flow, Motion};
+use std::cell::RefCell;
+use yawrig_expression::Prepared;
+
+/// Disagreement of the pair in one step, of the amplitude, above which the step is halved.
+const TOLERANCE: f64 = 5e-8;
+/// A step that does so much better is followed by one of twice the size.
+const SLACK: f64 = 1.0 / 64.0;
+/// Most halvings of a step.
+const MOST_HALVINGS: usize = 24;
+/// Attempts that a simulation may take: so many, and so many more for each of its steps.
+const ATTEMPTS: (u64, u64) = (100_000, 200);
+
+/// Where a step is looked at, of its length.
+const NODES: [f64; 5] = [1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0];
+/// Weights of the slopes so far for each further state; the last row is the result of order 5.
+const WEIGHTS: [[f64; 6]; 6] = [
+    [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+    [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0],
+    [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0, 0.0, 0.0, 0.0],
+    [19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0, 0.0, 0.0],
+    [9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0, 0.0],
+    [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
+];
+/// Order 5 less order 4.
+const ERROR: [f64; 7] = [
+    71.0 / 57600.0,
+    0.0,
+    -71.0 / 16695.0,
+    71.0 / 1920.0,
+    -17253.0 / 339_200.0,
+    22.0 / 525.0,
+    -1.0 / 40.0,
+];
+
+/// The plain model's flow to the nodes of a step, and of a unit moment back from them.
+struct Flows {
+    step_s: f64,
+    there: [Flow; 5],
+    back: [[f64; 2]; 5],
+}
+
+impl Flows {
+    fn new(motion: &Motion, step_s: f64) -> Self {
+        Self {
+            step_s,
+            there: NODES.map(|c| motion.flow(c * step_s)),
+            back: NODES.map(|c| {
+                let Flow([_, q, _, v]) = motion.flow(-c * step_s);
+                [q, v]
+            }),
+        }
+    }
+}
+
+/// A smooth piece of the motion: which side of each corner it is on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Piece {
+    /// Sign of the yaw rate; 0: at rest, or to be decided.
+    direction: f64,
+    /// Side of the dead zone, 0 inside; 1 without one.
+    side: f64,
+    /// Sign of the yaw angle.
+    half: f64,
+}
+
+/// A step's end: the state, the moment there besides the plain model's, and the pair's disagreement of the amplitude.
+#[derive(Clone, Copy)]
+struct End {
+    b: f64,
+    r: f64,
+    moment: f64,
+    error: f64,
+}
+
+/// The motion under way.
+pub(crate) struct Walker<'a> {
+    motion: &'a Motion,
+    step_s: f64,
+    stiffness: f64,
+    amplitude: f64,
+    piece: Piece,
+    own: RefCell<Vec<Prepared>>,
+    /// There is something that changes where the rate changes sign, or where the angle does.
+    turns: bool,
+    crosses: bool,
+    /// Flows of the step and of its halvings, as far as they were needed.
+    halved: Vec<Flows>,
+    level: usize,
+    attempts_left: u64,
+}
+
+impl<'a> Walker<'a> {
+    pub fn new(motion: &'a Motion, step_s: f64, steps: u64) -> Self {
+        let terms = &motion.terms;
+        let corner = |of: fn(&yawrig_expression::Program) -> bool| {
+            terms.own().any(|own| of(&own.effect.program))
+        };
+        let (b, r) = (motion.yaw_rad, motion.rate_rad_s);
+        let play = terms.free_play;
+        let turns = terms.coulomb > 0.0 || corner(|p| p.has_rate_corner);
+        let sign = |x: f64| if x == 0.0 { 0.0 } else { x.signum() };
+        Self {
+            motion,
+            step_s,
+            stiffness: motion.natural_frequency_rad_s.powi(2),
+            amplitude: b.hypot(r / motion.natural_frequency_rad_s),
+            piece: Piece {
+                direction: sign(r),
+                side: if play > 0.0 && b.abs() < play { 0.0 } else { b.signum() },
+                half: b.signum(),
+            },
+            own: RefCell::new(
+                terms
+                    .own()
+                    .map(|own| own.prepared(motion.natural_frequency_rad_s, terms.wind_speed_m_s))
+                    .collect(),
+            ),
+            turns,
+            crosses: corner(|p| p.has_yaw_corner),
+            halved: vec![Flows::new(motion, step_s)],
+            level: 0,
+            attempts_left: ATTEMPTS.0 + ATTEMPTS.1 * steps,
+        }
+    }
+
+    /// Everything but the plain model and what is constant in a piece, rad/s2.
+    fn moment(&self, b: f64, r: f64, t: f64, piece: Piece) -> f64 {
+        let terms = &self.motion.terms;
+        let drive = if terms.forcing_rad_s == 0.0 {
+            0.0
+        } else {
+            let (s, c) = (terms.forcing_rad_s * t).sin_cos();
+            terms.forcing[0] * c + terms.forcing[1] * s
+        };
+        let inside = terms.free_play > 0.0 && piece.side == 0.0;
+        let spring = -self.stiffness * (b - self.slack(piece));
+        // Within the dead zone the flow's spring is taken back.
+        let (spring, taken_back) = if inside { (0.0, self.stiffness * b) } else { (spring, 0.0) };
+        let mut own = self.own.borrow_mut();
+        let own = own.iter_mut().map(|own| own.evaluate(b, r, t, piece.direction, piece.half));
+        terms.smooth_moment(b, r, spring, drive, t) + own.sum::<f64>() + taken_back
+    }
+
+    /// Where the spring of this side has no moment.
+    fn slack(&self, piece: Piece) -> f64 {
+        let play = self.motion.terms.free_play;
+        if play > 0.0 {
+            play * piece.side
+        } else {
+            0.0
+        }
+    }
+
+    /// Where the plain model with the piece's constant moments would rest.
+    fn middle(&self, piece: Piece) -> f64 {
+        let terms = &self.motion.terms;
+        self.slack(piece) + (terms.static_offset - terms.coulomb * piece.direction) / self.stiffness
+    }
+
+    /// One attempt over the step of `flows` from b, r at t, the moment there being `first`.
+    fn attempt(&self, b: f64, r: f64, t: f64, first: f64, flows: &Flows) -> End {
+        let h = flows.step_s;
+        let middle = self.middle(self.piece);
+        // Slopes in the frame of the plain motion: the flow back applied to (0, moment).
+        let mut slopes = [[0.0; 2]; 7];
+        slopes[0] = [0.0, first];
+        let (mut end, mut last) = ([b, r], first);
+        for (k, weights) in WEIGHTS.iter().enumerate() {
+            let mut x = [b - middle, r];
+            for (weight, slope) in weights.iter().zip(&slopes).take(k + 1) {
+                x[0] += h * weight * slope[0];
+                x[1] += h * weight * slope[1];
+            }
+            let node = k.min(4);
+            let Flow([p, q, u, v]) = flows.there[node];
+            end = [middle + p * x[0] + q * x[1], u * x[0] + v * x[1]];
+            last = self.moment(end[0], end[1], t + NODES[node] * h, self.piece);
+            slopes[k + 1] = flows.back[node].map(|back| back * last);
+        }
+        let mut error = [0.0; 2];
+        for (weight, slope) in ERROR.iter().zip(&slopes) {
+            error[0] += h * weight * slope[0];
+            error[1] += h * weight * slope[1];
+        }
+        let wn = self.motion.natural_frequency_rad_s;
+        let size = error[0].hypot(error[1] / wn) / self.amplitude;
+        End { b: end[0], r: end[1], moment: last, error: size }
+    }
+
+    fn attempt_of(&self, b: f64, r: f64, t: f64, first: f64, step_s: f64) -> End {
+        self.attempt(b, r, t, first, &Flows::new(self.motion, step_s))
+    }
+
+    /// b and r a step on from `t`; NaN where a moment is not finite, or where that takes too many attempts.
+    pub fn advance(&mut self, mut b: f64, mut r: f64, t: f64) -> (f64, f64) {
+        let mut at = 0.0;
+        let mut first = None;
+        while self.step_s - at > 1e-12 * self.step_s {
+            let left = self.step_s - at;
+            if self.attempts_left == 0 {
+                return (f64::NAN, f64::NAN);
+            }
+            self.attempts_left -= 1;
+            if self.turns && self.piece.direction == 0.0 {
+                self.piece.direction = self.leaves(b, t + at);
+                if self.piece.direction == 0.0 {
+                    let Some(wait) = self.held(b, t + at, left) else { return (b, 0.0) };
+                    at += wait;
+                    continue;
+                }
+                first = None;
+            }
+            let moment = *first.get_or_insert_with(|| self.moment(b, r, t + at, self.piece));
+            if !moment.is_finite() {
+                return (f64::NAN, f64::NAN);
+            }
+            let whole = self.step_s * 0.5f64.powi(self.level as i32);
+            let end = if whole <= left {
+                self.attempt(b, r, t + at, moment, &self.halved[self.level])
+            } else {
+                self.attempt_of(b, r, t + at, moment, left)
+            };
+            let step_s = whole.min(left);
+            let good = end.error <= TOLERANCE;
+            if !good && self.level < MOST_HALVINGS {
+                self.level += 1;
+                if self.halved.len() == self.level {
+                    let half = 0.5 * self.halved[self.level - 1].step_s;
+                    self.halved.push(Flows::new(self.motion, half));
+                }
+                continue;
+            }
+            if !end.error.is_finite() {
+                return (f64::NAN, f64::NAN);
+            }
+            if end.error < SLACK * TOLERANCE {
+                self.level = self.level.saturating_sub(1);
+            }
+            if self.is_within(end.b, end.r) {
+                (b, r, first) = (end.b, end.r, Some(end.moment));
+                at += step_s;
+                continue;
+            }
+            let corner_s;
+            (b, r, corner_s) = self.turn_the_corner(b, r, t + at, moment, step_s);
+            at += corner_s;
+            first = None;
+        }
+        (b, r)
+    }
+
+    /// Whether the state is still in its piece.
+    fn is_within(&self, b: f64, r: f64) -> bool {
+        let turned = self.turns && r * self.piece.direction < 0.0;
+        let crossed = self.crosses && b * self.piece.half < 0.0;
+        !turned && !crossed && self.edge(b).is_none()
+    }
+
+    /// The edge of the dead zone that has been passed.
+    fn edge(&self, b: f64) -> Option<f64> {
+        let g = self.motion.terms.free_play;
+        if g == 0.0 {
+            None
+        } else if self.piece.side == 0.0 {
+            (b.abs() > g).then(|| g.copysign(b))
+        } else {
+            (b * self.piece.side < g).then_some(g * self.piece.side)
+        }
+    }
+
+    /// Goes to the first corner within the step, into the next piece; how long that takes, s.
+    fn turn_the_corner(
+        &mut self,
+        b: f64,
+        r: f64,
+        t: f64,
+        first: f64,
+        step_s: f64,
+    ) -> (f64, f64, f64) {
+        let end = self.attempt_of(b, r, t, first, step_s);
+        let Piece { direction, half, .. } = self.piece;
+        let turned = self.turns && end.r * direction < 0.0;
+        let crossed = self.crosses && end.b * half < 0.0;
+        let edge = self.edge(end.b);
+        let go = |tau: f64| self.attempt_of(b, r, t, first, tau);
+        let turn_s = if turned { root(step_s, |tau| go(tau).r * direction) } else { f64::INFINITY };
+        let cross_s = if crossed { root(step_s, |tau| go(tau).b * half) } else { f64::INFINITY };
+        let edge_s = edge.map_or(f64::INFINITY, |edge| {
+            let from = (end.b - edge).signum();
+            root(step_s, |tau| -from * (go(tau).b - edge))
+        });
+        let first_s = turn_s.min(cross_s).min(edge_s);
+        let mut there = go(first_s);
+        if first_s == edge_s {
+            there.b = edge.unwrap_or(there.b);
+            self.piece.side = if self.piece.side == 0.0 { there.b.signum() } else { 0.0 };
+        } else if first_s == cross_s {
+            there.b = 0.0;
+            self.piece.half = -half;
+        } else {
+            there.r = 0.0;
+            self.piece.direction = 0.0;
+        }
+        (there.b, there.r, first_s)
+    }
+
+    /// Which way the model leaves where it rests; 0: neither moment moves it.
+    fn leaves(&self, b: f64, t: f64) -> f64 {
+        let pull = |direction: f64| {
+            let piece = Piece { direction, ..self.piece };
+            self.stiffness * (self.middle(piece) - b) + self.moment(b, 0.0, t, piece)
+        };
+        let (up, down) = (pull(1.0), pull(-1.0));
+        if up > 0.0 && up >= -down {
+            1.0
+        } else if down < 0.0 {
+            -1.0
+        } else {
+            0.0
+        }
+    }
+
+    /// How long the model stays held, if not for the `left` s to come.
+    fn held(&self, b: f64, t: f64, left: f64) -> Option<f64> {
+        let (mut from, mut to) = (0.0, left);
+        if self.leaves(b, t + to) == 0.0 {
+            return None;
+        }
+        for _ in 0..40 {
+            let middle = 0.5 * (from + to);
+            if self.leaves(b, t + middle) == 0.0 {
+                from = middle;
+            } else {
+                to = middle;
+            }
+        }
+        Some(to)
+    }
+}

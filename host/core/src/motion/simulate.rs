@@ -1,0 +1,370 @@
+//! The yaw motion with effects, integrated with a fixed step.
+//!
+//! b'' = -2 zeta wn r - wn^2 b + effects. The linear part, a constant moment, dry friction between two turning
+//! points and the spring beyond its dead zone are solved in closed form; the smooth rest enters as a kick in the
+//! middle of each step (Strang's splitting: G. Strang, SIAM J. Numer. Anal. 5, 1968), so its error is
+//! (wn h)^2 / 24 of the effect, 7e-4 at fifty steps a cycle, and none of the plain model. Turning points and edges
+//! of the dead zone are located within the step. A model with a user's own effects is left to `own_motion`.
+
+use crate::effects::Terms;
+use crate::motion::own_motion;
+
+/// Steps a cycle at least.
+pub const STEPS_PER_CYCLE: f64 = 48.0;
+/// Corners within one half step: more than these are chatter.
+const MOST_CORNERS: usize = 16;
+
+/// Even grid of instants at which the reading is wanted, time from the release.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    pub start_s: f64,
+    pub step_s: f64,
+    pub count: usize,
+    /// Width over which a reading is averaged; 0 for a point sample.
+    pub mean_width_s: f64,
+}
+
+impl Grid {
+    pub fn time_s(&self, k: usize) -> f64 {
+        self.start_s + k as f64 * self.step_s
+    }
+}
+
+/// A motion: the plain model, the effects, and the state at the grid's first instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    pub natural_frequency_rad_s: f64,
+    pub damping_ratio: f64,
+    pub yaw_rad: f64,
+    pub rate_rad_s: f64,
+    pub terms: Terms,
+}
+
+/// b and r after some time as a linear function of them now, about the equilibrium.
+#[derive(Clone, Copy)]
+pub(crate) struct Flow(pub [f64; 4]);
+
+impl Motion {
+    pub(crate) fn flow(&self, time_s: f64) -> Flow {
+        let wn = self.natural_frequency_rad_s;
+        let decay = self.damping_ratio * wn;
+        let damped = (wn * wn - decay * decay).max(1e-12 * wn * wn).sqrt();
+        let e = (-decay * time_s).exp();
+        let (s, c) = (damped * time_s).sin_cos();
+        let (ec, es) = (e * c, e * s / damped);
+        Flow([ec + decay * es, es, -wn * wn * es, ec - decay * es])
+    }
+
+    /// Angle and rate `time_s` after the first instant (before it where negative), effects apart.
+    pub fn linear_state(&self, time_s: f64) -> (f64, f64) {
+        let Flow([p, q, u, v]) = self.flow(time_s);
+        let middle = self.terms.static_offset / self.natural_frequency_rad_s.powi(2);
+        let x = self.yaw_rad - middle;
+        (middle + p * x + q * self.rate_rad_s, u * x + v * self.rate_rad_s)
+    }
+
+    /// The reading at every instant of `grid`, rad, into `out` (as long as the grid).
+    pub fn readings(&self, grid: &Grid, out: &mut [f64]) {
+        self.run(grid, |k, y, _| out[k] = y);
+    }
+
+    /// Reading, and yaw rate beside it.
+    pub fn readings_and_rates(&self, grid: &Grid) -> (Vec<f64>, Vec<f64>) {
+        let (mut y, mut r) = (vec![0.0; grid.count], vec![0.0; grid.count]);
+        self.run(grid, |k, reading, rate| (y[k], r[k]) = (reading, rate));
+        (y, r)
+    }
+
+    /// Whether it has neither corners nor a user's own effects.
+    fn is_smooth(&self) -> bool {
+        self.terms.coulomb == 0.0
+            && self.terms.free_play == 0.0
+            && self.terms.own().next().is_none()
+    }
+
+    fn run(&self, grid: &Grid, store: impl FnMut(usize, f64, f64)) {
+        let wn = self.natural_frequency_rad_s;
+        let terms = &self.terms;
+        let substeps =
+            (grid.step_s * wn * STEPS_PER_CYCLE / std::f64::consts::TAU).ceil().clamp(1.0, 1e4);
+        let h = grid.step_s / substeps;
+        if terms.own().next().is_some() {
+            let steps = (substeps as u64).saturating_mul(grid.count as u64);
+            let mut walker = own_motion::Walker::new(self, h, steps);
+            return self.follow(grid, substeps, |b, r, t| walker.advance(b, r, t), store);
+        }
+        let mut walker = Walker::new(self, 0.5 * h);
+        // cos and sin of the forcing at the middle of the step, turned on by one step each time.
+        let (mut sin, mut cos) = (terms.forcing_rad_s * (grid.start_s + 0.5 * h)).sin_cos();
+        let (turn_sin, turn_cos) = (terms.forcing_rad_s * h).sin_cos();
+        let advance = |b: f64, r: f64, t: f64| {
+            let middle = t + 0.5 * h;
+            let drive = terms.forcing[0] * cos + terms.forcing[1] * sin;
+            (sin, cos) = (sin * turn_cos + cos * turn_sin, cos * turn_cos - sin * turn_sin);
+            let (b, r) = walker.half_step(b, r, middle, drive);
+            let r = walker.kick(b, r, h, middle, drive);
+            walker.half_step(b, r, middle, drive)
+        };
+        self.follow(grid, substeps, advance, store);
+    }
+
+    /// Stores reading and rate at every instant of `grid`; `advance` takes b, r and t one of `substeps` on.
+    fn follow(
+        &self,
+        grid: &Grid,
+        substeps: f64,
+        mut advance: impl FnMut(f64, f64, f64) -> (f64, f64),
+        mut store: impl FnMut(usize, f64, f64),
+    ) {
+        // A mean over a width falls short of the middle by b'' width^2 / 24.
+        let mean = 1.0 - (self.natural_frequency_rad_s * grid.mean_width_s).powi(2) / 24.0;
+        let h = grid.step_s / substeps;
+        let (mut b, mut r) = (self.yaw_rad, self.rate_rad_s);
+        for k in 0..grid.count {
+            let t = grid.time_s(k);
+            store(k, self.terms.reading(b * mean, t), r);
+            for i in 0..substeps as usize {
+                (b, r) = advance(b, r, t + i as f64 * h);
+            }
+            if !b.is_finite() || b.abs() > 1e3 {
+                for later in k + 1..grid.count {
+                    store(later, f64::NAN, f64::NAN);
+                }
+                return;
+            }
+        }
+    }
+}
+
+/// Motions followed together: a step of one waits for the last, those of four need not wait for each other.
+const TOGETHER: usize = 4;
+
+/// The readings of all `motions` on one `grid`, an `out` each.
+pub fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f64>]) {
+    for (motions, out) in motions.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
+        match <&[Motion; TOGETHER]>::try_from(motions) {
+            Ok(four) if four.iter().all(Motion::is_smooth) => smooth_readings(four, grid, out),
+            _ => motions.iter().zip(out).for_each(|(m, out)| m.readings(grid, out)),
+        }
+    }
+}
+
+/// [`Motion::readings`] of four motions without corners.
+fn smooth_readings(motions: &[Motion; TOGETHER], grid: &Grid, out: &mut [Vec<f64>]) {
+    let each =
+        |f: &dyn Fn(&Motion) -> f64| -> [f64; TOGETHER] { std::array::from_fn(|l| f(&motions[l])) };
+    let fastest = motions.iter().map(|m| m.natural_frequency_rad_s).fold(0.0, f64::max);
+    let substeps =
+        (grid.step_s * fastest * STEPS_PER_CYCLE / std::f64::consts::TAU).ceil().clamp(1.0, 1e4);
+    let h = grid.step_s / substeps;
+    let flows: [Flow; TOGETHER] = std::array::from_fn(|l| motions[l].flow(0.5 * h));
+    let stiffness = each(&|m| m.natural_frequency_rad_s.powi(2));
+    let middle = each(&|m| m.terms.static_offset / m.natural_frequency_rad_s.powi(2));
+    let mean = each(&|m| 1.0 - (m.natural_frequency_rad_s * grid.mean_width_s).powi(2) / 24.0);
+    let (mut sin, mut cos) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+    let (mut turn_sin, mut turn_cos) = ([0.0; TOGETHER], [0.0; TOGETHER]);
+    for (l, motion) in motions.iter().enumerate() {
+        let w = motion.terms.forcing_rad_s;
+        (sin[l], cos[l]) = (w * (grid.start_s + 0.5 * h)).sin_cos();
+        (turn_sin[l], turn_cos[l]) = (w * h).sin_cos();
+    }
+    let (mut b, mut r) = (each(&|m| m.yaw_rad), each(&|m| m.rate_rad_s));
+    for k in 0..grid.count {
+        let t = grid.time_s(k);
+        for (l, out) in out.iter_mut().enumerate() {
+            out[k] = motions[l].terms.reading(b[l] * mean[l], t);
+        }
+        for i in 0..substeps as usize {
+            let at = t + (i as f64 + 0.5) * h;
+            for l in 0..TOGETHER {
+                let Flow([p, q, u, v]) = flows[l];
+                let terms = &motions[l].terms;
+                let drive = terms.forcing[0] * cos[l] + terms.forcing[1] * sin[l];
+                (sin[l], cos[l]) = (
+                    sin[l] * turn_cos[l] + cos[l] * turn_sin[l],
+                    cos[l] * turn_cos[l] - sin[l] * turn_sin[l],
+                );
+                let x = b[l] - middle[l];
+                let (angle, rate) = (middle[l] + p * x + q * r[l], u * x + v * r[l]);
+                let spring = -stiffness[l] * angle;
+                let half = rate + 0.5 * h * terms.smooth_moment(angle, rate, spring, drive, at);
+                let rate = rate + h * terms.smooth_moment(angle, half, spring, drive, at);
+                let x = angle - middle[l];
+                (b[l], r[l]) = (middle[l] + p * x + q * rate, u * x + v * rate);
+            }
+        }
+    }
+    // What has run away is no number, as where one motion is followed.
+    for out in out {
+        if let Some(first) = out.iter().position(|y| !y.is_finite() || y.abs() > 1e3) {
+            out[first..].fill(f64::NAN);
+        }
+    }
+}
+
+/// The motion with the regime it is in.
+struct Walker<'a> {
+    motion: &'a Motion,
+    half: f64,
+    flow: Flow,
+    stiffness: f64,
+    decay: f64,
+    corners: bool,
+    /// Sign of the rate; 0: stuck, or to be decided.
+    direction: f64,
+    /// Side of the dead zone, 0 inside; always 1 without one.
+    side: f64,
+}
+
+impl<'a> Walker<'a> {
+    fn new(motion: &'a Motion, half: f64) -> Self {
+        let play = motion.terms.free_play;
+        let b = motion.yaw_rad;
+        Self {
+            motion,
+            half,
+            flow: motion.flow(half),
+            stiffness: motion.natural_frequency_rad_s.powi(2),
+            decay: motion.damping_ratio * motion.natural_frequency_rad_s,
+            corners: motion.terms.coulomb > 0.0 || motion.terms.free_play > 0.0,
+            direction: if motion.rate_rad_s == 0.0 { 0.0 } else { motion.rate_rad_s.signum() },
+            side: if play > 0.0 && b.abs() < play { 0.0 } else { b.signum() },
+        }
+    }
+
+    fn spring_moment(&self, b: f64) -> f64 {
+        let g = self.motion.terms.free_play;
+        let deflection = if g > 0.0 { b - b.clamp(-g, g) } else { b };
+        -self.stiffness * deflection
+    }
+
+    fn smooth(&self, b: f64, r: f64, t: f64, drive: f64) -> f64 {
+        self.motion.terms.smooth_moment(b, r, self.spring_moment(b), drive, t)
+    }
+
+    fn kick(&mut self, b: f64, r: f64, h: f64, t: f64, drive: f64) -> f64 {
+        let friction = self.motion.terms.coulomb > 0.0;
+        if friction && self.direction == 0.0 {
+            return 0.0;
+        }
+        let middle = r + 0.5 * h * self.smooth(b, r, t, drive);
+        let r = r + h * self.smooth(b, middle, t, drive);
+        if friction && r != 0.0 {
+            self.direction = r.signum();
+        }
+        r
+    }
+
+    fn half_step(&mut self, b: f64, r: f64, t: f64, drive: f64) -> (f64, f64) {
+        let constant = self.motion.terms.static_offset;
+        if !self.corners {
+            let middle = constant / self.stiffness;
+            let Flow([p, q, u, v]) = self.flow;
+            let x = b - middle;
+            return (middle + p * x + q * r, u * x + v * r);
+        }
+        self.with_corners(b, r, t, drive)
+    }
+
+    fn with_corners(&mut self, mut b: f64, mut r: f64, t: f64, drive: f64) -> (f64, f64) {
+        let c = self.motion.terms.coulomb;
+        let g = self.motion.terms.free_play;
+        let constant = self.motion.terms.static_offset;
+        let mut left = self.half;
+        for _ in 0..MOST_CORNERS {
+            if c > 0.0 && self.direction == 0.0 {
+                let moment = self.spring_moment(b) + constant + self.smooth(b, 0.0, t, drive);
+                if moment.abs() <= c {
+                    return (b, 0.0);
+                }
+                self.direction = moment.signum();
+            }
+            let moment = constant - c * self.direction;
+            let (b1, r1) = self.travel(b, r, moment, left);
+            let turned = c > 0.0 && r1 * self.direction < 0.0;
+            let edge = if g == 0.0 {
+                None
+            } else if self.side == 0.0 {
+                (b1.abs() > g).then(|| g.copysign(b1))
+            } else {
+                (b1 * self.side < g).then_some(g * self.side)
+            };
+            if !turned && edge.is_none() {
+                return (b1, r1);
+            }
+            let at_turn = if turned {
+                root(left, |tau| self.travel(b, r, moment, tau).1 * self.direction)
+            } else {
+                f64::INFINITY
+            };
+            let at_edge = edge.map_or(f64::INFINITY, |edge| {
+                let from = (self.travel(b, r, moment, left).0 - edge).signum();
+                root(left, |tau| -from * (self.travel(b, r, moment, tau).0 - edge))
+            });
+            let first = at_turn.min(at_edge);
+            (b, r) = self.travel(b, r, moment, first);
+            left -= first;
+            if at_edge <= at_turn {
+                b = edge.unwrap_or(b);
+                self.side = if self.side == 0.0 { b.signum() } else { 0.0 };
+            } else {
+                r = 0.0;
+                self.direction = 0.0;
+            }
+            if left <= 0.0 {
+                break;
+            }
+        }
+        (b, r)
+    }
+
+    /// b and r after `tau` under the constant `moment` and the spring of this side.
+    fn travel(&self, b: f64, r: f64, moment: f64, tau: f64) -> (f64, f64) {
+        let g = self.motion.terms.free_play;
+        if g > 0.0 && self.side == 0.0 {
+            let rate = 2.0 * self.decay;
+            let x = rate * tau;
+            let (run, fall) = if x.abs() < 1e-4 {
+                (tau * (1.0 - 0.5 * x), tau * tau * (0.5 - x / 6.0))
+            } else {
+                let run = -(-x).exp_m1() / rate;
+                (run, (tau - run) / rate)
+            };
+            return (b + r * run + moment * fall, r * (-x).exp() + moment * run);
+        }
+        let Flow([p, q, u, v]) = if tau == self.half { self.flow } else { self.motion.flow(tau) };
+        let middle = if g > 0.0 { g * self.side } else { 0.0 } + moment / self.stiffness;
+        let x = b - middle;
+        (middle + p * x + q * r, u * x + v * r)
+    }
+}
+
+/// Where a function that is positive at first and negative at `end` is nought: regula falsi (Illinois).
+pub(crate) fn root(end: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let (mut a, mut b) = (0.0, end);
+    let (mut fa, mut fb) = (f(a), f(b));
+    if fa <= 0.0 {
+        return 0.0;
+    }
+    let mut last = 0.0;
+    for _ in 0..40 {
+        let x = (a * fb - b * fa) / (fb - fa);
+        let fx = f(x);
+        if (x - last).abs() < 1e-13 * end || fx == 0.0 {
+            return x;
+        }
+        last = x;
+        if fx > 0.0 {
+            (a, fa) = (x, fx);
+            fb *= 0.5;
+        } else {
+            (b, fb) = (x, fx);
+            fa *= 0.5;
+        }
+    }
+    last
+}
+
+#[cfg(test)]
+#[path = "simulate_tests.rs"]
+mod tests;

@@ -1,0 +1,314 @@
+//! Levenberg-Marquardt with Nielsen's damping, bounds by projection.
+
+use super::{Fit, NoCovariance, Normal, Problem, Stop};
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// Step, as a share of the parameters in the scaling of J, that is lost in rounding.
+const ROUNDING: f64 = 1e-13;
+
+/// When to stop.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Evaluations of the model allowed.
+    pub max_evaluations: usize,
+    /// Distance to the minimum, in standard errors of the parameters, that is near enough.
+    pub tolerance: f64,
+    /// First damping, relative to the diagonal of J'J: small for a good start, near 1 for a poor one.
+    pub damping: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { max_evaluations: 100, tolerance: 1e-4, damping: 1e-3 }
+    }
+}
+
+/// Smallest sum of squares reached from `start` (brought inside the bounds first).
+pub fn minimise(problem: &impl Problem, start: &[f64], options: &Options) -> Fit {
+    let n = problem.parameters();
+    assert_eq!(start.len(), n, "a start value for each parameter");
+    let mut p: Vec<f64> = (0..n).map(|i| clamp(problem, i, start[i])).collect();
+    let mut here = Normal::new(n);
+    let mut there = Normal::new(n);
+    problem.evaluate(&p, &mut here);
+    let mut evaluations = 1;
+    let mut damping = options.damping;
+    let mut growth = 2.0;
+    // The largest column norms seen: the scaling of the damping, so that units do not matter.
+    let mut scale = vec![0.0_f64; n];
+
+    let stop = 'fit: loop {
+        if !here.is_finite() {
+            break Stop::NotFinite;
+        }
+        let (jtj, jtr) = (here.matrix(), here.gradient());
+        let free = free_parameters(problem, &p, &jtr);
+        if here.residuals() < free.len() || here.residuals() == 0 {
+            break Stop::TooFewResiduals;
+        }
+        for i in 0..n {
+            scale[i] = scale[i].max(jtj[(i, i)]);
+        }
+        let variance = here.sum_of_squares() / (here.residuals() - free.len()).max(1) as f64;
+        let a = restrict(&jtj, &free);
+        let g = DVector::from_iterator(free.len(), free.iter().map(|&i| jtr[i]));
+        if g.amax() == 0.0 {
+            break Stop::Converged;
+        }
+        if let Some(full) = Cholesky::new(a.clone()) {
+            // g'(J'J)^-1 g / s^2 is the squared distance to the minimum in standard errors.
+            let distance = full.solve(&g).dot(&g);
+            if distance <= options.tolerance.powi(2) * variance {
+                break Stop::Converged;
+            }
+        }
+        loop {
+            if evaluations >= options.max_evaluations {
+                break 'fit Stop::MaxEvaluations;
+            }
+            let mut damped = a.clone();
+            for (k, &i) in free.iter().enumerate() {
+                damped[(k, k)] += damping * scale[i].max(f64::MIN_POSITIVE);
+            }
+            let step = Cholesky::new(damped).map(|c| -c.solve(&g));
+            if let Some(step) = step.filter(|s| s.iter().all(|x| x.is_finite())) {
+                let mut trial = p.clone();
+                for (k, &i) in free.iter().enumerate() {
+                    trial[i] = clamp(problem, i, p[i] + step[k]);
+                }
+                let norm = |v: &dyn Fn(usize) -> f64| {
+                    free.iter().map(|&i| scale[i] * v(i).powi(2)).sum::<f64>().sqrt()
+                };
+                if norm(&|i| trial[i] - p[i]) <= ROUNDING * norm(&|i| p[i]) {
+                    break 'fit Stop::SmallStep;
+                }
+                there.clear();
+                problem.evaluate(&trial, &mut there);
+                evaluations += 1;
+                let gained = here.sum_of_squares() - there.sum_of_squares();
+                if there.is_finite() && gained > 0.0 {
+                    let taken =
+                        DVector::from_iterator(free.len(), free.iter().map(|&i| trial[i] - p[i]));
+                    let promised = -(2.0 * g.dot(&taken) + taken.dot(&(&a * &taken)));
+                    let ratio = if promised > 0.0 { gained / promised } else { 1.0 };
+                    damping *= (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0);
+                    damping = damping.max(1e-15);
+                    growth = 2.0;
+                    p = trial;
+                    std::mem::swap(&mut here, &mut there);
+                    continue 'fit;
+                }
+            }
+            damping *= growth;
+            growth *= 2.0;
+            if damping > 1e16 {
+                break 'fit Stop::NoDescent;
+            }
+        }
+    };
+    finish(problem, p, &here, stop, evaluations)
+}
+
+fn finish(
+    problem: &impl Problem,
+    p: Vec<f64>,
+    normal: &Normal,
+    stop: Stop,
+    evaluations: usize,
+) -> Fit {
+    let gradient = normal.gradient();
+    let free = free_parameters(problem, &p, &gradient);
+    let at_bound = (0..p.len()).map(|i| !free.contains(&i)).collect();
+    let normal_matrix = normal.matrix();
+    let covariance = covariance(&normal_matrix, &free, normal, stop);
+    Fit {
+        parameters: p,
+        sum_of_squares: normal.sum_of_squares(),
+        residuals: normal.residuals(),
+        stop,
+        evaluations,
+        at_bound,
+        normal_matrix,
+        gradient,
+        covariance,
+    }
+}
+
+fn covariance(
+    jtj: &DMatrix<f64>,
+    free: &[usize],
+    normal: &Normal,
+    stop: Stop,
+) -> Result<DMatrix<f64>, NoCovariance> {
+    if !stop.is_minimum() {
+        return Err(NoCovariance::NotAMinimum(stop));
+    }
+    if normal.residuals() <= free.len() {
+        return Err(NoCovariance::NoFreedom);
+    }
+    let inverse = invert(jtj, free)?;
+    Ok(inverse * (normal.sum_of_squares() / (normal.residuals() - free.len()) as f64))
+}
+
+/// (J'J)^-1 over the `free` parameters, the other rows and columns zero.
+fn invert(jtj: &DMatrix<f64>, free: &[usize]) -> Result<DMatrix<f64>, NoCovariance> {
+    // Scaled to a unit diagonal, so that a singular matrix is told from small units.
+    let root: Vec<f64> = free.iter().map(|&i| jtj[(i, i)].sqrt()).collect();
+    if let Some(k) = root.iter().position(|&r| r == 0.0 || !r.is_finite()) {
+        return Err(NoCovariance::Undetermined { parameter: free[k] });
+    }
+    let m = free.len();
+    let scaled = DMatrix::from_fn(m, m, |a, b| jtj[(free[a], free[b])] / (root[a] * root[b]));
+    let eigen = scaled.symmetric_eigen();
+    let (weakest, smallest) = eigen.eigenvalues.argmin();
+    if m > 0 && smallest < 1e-13 {
+        let direction = eigen.eigenvectors.column(weakest);
+        return Err(NoCovariance::Undetermined { parameter: free[direction.iamax()] });
+    }
+    let mut inverse = DMatrix::zeros(jtj.nrows(), jtj.nrows());
+    for a in 0..m {
+        for b in 0..m {
+            let sum: f64 = (0..m)
+                .map(|e| {
+                    eigen.eigenvectors[(a, e)] * eigen.eigenvectors[(b, e)] / eigen.eigenvalues[e]
+                })
+                .sum();
+            inverse[(free[a], free[b])] = sum / (root[a] * root[b]);
+        }
+    }
+    Ok(inverse)
+}
+
+fn clamp(problem: &impl Problem, i: usize, value: f64) -> f64 {
+    let (low, high) = problem.bounds(i);
+    value.max(low).min(high)
+}
+
+/// Those that are not pressed against a bound by the gradient.
+fn free_parameters(problem: &impl Problem, p: &[f64], gradient: &DVector<f64>) -> Vec<usize> {
+    (0..p.len())
+        .filter(|&i| {
+            let (low, high) = problem.bounds(i);
+            !(p[i] <= low && gradient[i] > 0.0 || p[i] >= high && gradient[i] < 0.0 || low == high)
+        })
+        .collect()
+}
+
+fn restrict(m: &DMatrix<f64>, keep: &[usize]) -> DMatrix<f64> {
+    DMatrix::from_fn(keep.len(), keep.len(), |a, b| m[(keep[a], keep[b])])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solver::{check, Rows};
+
+    /// Rosenbrock's valley as two residuals.
+    struct Valley;
+    impl Problem for Valley {
+        fn parameters(&self) -> usize {
+            2
+        }
+        fn evaluate(&self, p: &[f64], rows: &mut dyn Rows) {
+            rows.row(10.0 * (p[1] - p[0] * p[0]), &[-20.0 * p[0], 10.0]);
+            rows.row(1.0 - p[0], &[-1.0, 0.0]);
+        }
+    }
+
+    /// y = a exp(-b x) on given data.
+    struct Decay {
+        data: Vec<(f64, f64)>,
+        lowest_b: f64,
+    }
+    impl Problem for Decay {
+        fn parameters(&self) -> usize {
+            2
+        }
+        fn evaluate(&self, p: &[f64], rows: &mut dyn Rows) {
+            for &(x, y) in &self.data {
+                let e = (-p[1] * x).exp();
+                rows.row(p[0] * e - y, &[e, -p[0] * x * e]);
+            }
+        }
+        fn bounds(&self, index: usize) -> (f64, f64) {
+            (if index == 1 { self.lowest_b } else { f64::NEG_INFINITY }, f64::INFINITY)
+        }
+    }
+
+    fn decay(lowest_b: f64) -> Decay {
+        // Alternating disturbance: known residual, no random numbers.
+        let data = (0..40)
+            .map(|k| {
+                let x = k as f64 * 0.1;
+                (x, 3.0 * (-0.7 * x).exp() + if k % 2 == 0 { 0.01 } else { -0.01 })
+            })
+            .collect();
+        Decay { data, lowest_b }
+    }
+
+    #[test]
+    fn the_valley_is_followed_to_its_end() {
+        let fit = minimise(&Valley, &[-1.2, 1.0], &Options::default());
+        assert!(fit.stop.is_minimum(), "{}", fit.stop);
+        assert!((fit.parameters[0] - 1.0).abs() < 1e-8 && (fit.parameters[1] - 1.0).abs() < 1e-8);
+        assert_eq!(fit.covariance.unwrap_err(), NoCovariance::NoFreedom);
+    }
+
+    #[test]
+    fn covariance_is_that_of_linear_regression_at_the_minimum() {
+        let problem = decay(f64::NEG_INFINITY);
+        let fit = minimise(&problem, &[1.0, 0.1], &Options::default());
+        assert_eq!(fit.stop, Stop::Converged);
+        assert!((fit.parameters[1] - 0.7).abs() < 0.01, "{:?}", fit.parameters);
+        let covariance = fit.covariance.clone().unwrap();
+        let product = covariance * &fit.normal_matrix / fit.variance();
+        assert!((product - DMatrix::identity(2, 2)).amax() < 1e-9);
+        assert!((fit.residual_rms() - 0.01).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_parameter_pressed_against_its_bound_is_reported_and_the_other_still_fitted() {
+        let fit = minimise(&decay(1.0), &[1.0, 3.0], &Options::default());
+        assert!(fit.stop.is_minimum());
+        assert_eq!(fit.at_bound, [false, true]);
+        assert_eq!(fit.parameters[1], 1.0);
+        let covariance = fit.covariance.unwrap();
+        assert!(covariance[(0, 0)] > 0.0 && covariance[(1, 1)] == 0.0);
+    }
+
+    #[test]
+    fn a_parameter_the_data_does_not_see_is_named() {
+        struct Blind;
+        impl Problem for Blind {
+            fn parameters(&self) -> usize {
+                2
+            }
+            fn evaluate(&self, p: &[f64], rows: &mut dyn Rows) {
+                for y in [1.0, 2.0, 4.0] {
+                    rows.row(p[0] + p[1] - y, &[1.0, 1.0]);
+                }
+            }
+        }
+        let fit = minimise(&Blind, &[0.0, 0.0], &Options::default());
+        assert!(matches!(fit.covariance, Err(NoCovariance::Undetermined { .. })));
+    }
+
+    #[test]
+    fn a_start_that_is_not_finite_is_said_so() {
+        let fit = minimise(&decay(f64::NEG_INFINITY), &[f64::NAN, 0.1], &Options::default());
+        assert_eq!(fit.stop, Stop::NotFinite);
+        assert_eq!(fit.covariance.unwrap_err(), NoCovariance::NotAMinimum(Stop::NotFinite));
+    }
+
+    #[test]
+    fn running_out_of_evaluations_is_said_so() {
+        let options = Options { max_evaluations: 3, ..Options::default() };
+        assert_eq!(minimise(&Valley, &[-1.2, 1.0], &options).stop, Stop::MaxEvaluations);
+    }
+
+    #[test]
+    fn jacobians_agree_with_differences() {
+        assert!(check::jacobian_error(&Valley, &[-1.2, 1.0]) < 1e-8);
+        assert!(check::jacobian_error(&decay(0.0), &[2.0, 0.4]) < 1e-8);
+    }
+}

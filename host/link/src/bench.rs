@@ -1,0 +1,138 @@
+//! A device and what turns its potentiometer: the emulated ones, or one on a port.
+
+use crate::client::Client;
+use crate::emulated;
+use crate::hub::Hub;
+use crate::port::{self, PortInfo, UsbId};
+use crate::qemu;
+use std::convert::Infallible;
+use std::str::FromStr;
+use yawrig_expression::error::{Error, Result};
+
+/// What `--device` names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// The firmware's logic in this process.
+    Emulated,
+    /// The ARM image on an emulated Cortex-M4F.
+    Qemu,
+    /// A serial port.
+    Port(String),
+}
+
+impl FromStr for Target {
+    type Err = Infallible;
+
+    fn from_str(name: &str) -> std::result::Result<Self, Infallible> {
+        Ok(match name {
+            "emulated" => Self::Emulated,
+            "qemu" => Self::Qemu,
+            path => Self::Port(path.to_owned()),
+        })
+    }
+}
+
+impl std::fmt::Display for Target {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Emulated => "emulated",
+            Self::Qemu => "qemu",
+            Self::Port(path) => path,
+        })
+    }
+}
+
+/// Something that can play samples into a device.
+pub trait Potentiometer: Send {
+    /// The converter's next counts, 1 ms apart. Waits while the device has enough.
+    fn send(&mut self, counts: &[u16]) -> Result<()>;
+}
+
+/// Tells the serial ports there are.
+pub type ListPorts = Box<dyn Fn() -> Result<Vec<PortInfo>> + Send>;
+
+/// A device ready to be talked to.
+pub struct Bench {
+    pub client: Client,
+    /// What the device on a USB port says of itself.
+    usb: Option<UsbId>,
+    list: ListPorts,
+    potentiometer: Option<Box<dyn Potentiometer>>,
+    // Dropped last: the client's port is one end of it.
+    hub: Option<Hub>,
+}
+
+impl Bench {
+    /// Starts or opens a device.
+    pub fn open(target: &Target) -> Result<Self> {
+        let (hub, potentiometer): (_, Box<dyn Potentiometer>) = match target {
+            Target::Port(path) => {
+                return Self::on_port(path, Box::new(port::list));
+            }
+            Target::Emulated => {
+                let (device, potentiometer) = emulated::start();
+                (Hub::start(device)?, Box::new(potentiometer))
+            }
+            Target::Qemu => {
+                let (board, potentiometer) = qemu::start()?;
+                (Hub::start(board)?, Box::new(potentiometer))
+            }
+        };
+        let client = Client::open(hub.own_path())?;
+        let list = Box::new(port::list);
+        Ok(Self { client, usb: None, list, potentiometer: Some(potentiometer), hub: Some(hub) })
+    }
+
+    /// Opens the device on a port; `list` is asked for the ports there are, then and when it was unplugged.
+    ///
+    /// # Errors
+    /// As [`Client::open`].
+    pub fn on_port(path: &str, list: ListPorts) -> Result<Self> {
+        let client = Client::open(path)?;
+        // Where the system does not tell, it is as any other port.
+        let usb = list().ok().and_then(|ports| port::usb_at(path, &ports));
+        Ok(Self { client, usb, list, potentiometer: None, hub: None })
+    }
+
+    /// Opens the port again after the device was unplugged, on USB wherever it is plugged in now; its potentiometer is
+    /// its own. The path it had before, where it has another one.
+    ///
+    /// # Errors
+    /// Exit 4 while it is not there; as [`Client::open`].
+    pub fn reopen(&mut self) -> Result<Option<String>> {
+        let old = self.client.path().to_owned();
+        // No question where there is nothing to be told apart.
+        let ports = if self.usb.is_some() { (self.list)()? } else { Vec::new() };
+        let at_path = port::usb_at(&old, &ports);
+        let path = port::returned(&old, self.usb.as_ref(), at_path.as_ref(), &ports)
+            .ok_or_else(|| Error::device(format!("the device that was on {old} is not there")))?;
+        self.client = Client::open(path)?;
+        Ok((self.client.path() != old).then_some(old))
+    }
+
+    /// Whether the device may be plugged in again: not one of this program, nor of another, whose
+    /// pseudo-terminal goes with it.
+    pub fn may_come_back(&self) -> bool {
+        self.hub.is_none() && !self.client.path().starts_with("/dev/pts/")
+    }
+
+    /// The terminal by which another shell can follow this device.
+    pub fn shared_path(&self) -> &str {
+        self.hub.as_ref().map_or_else(|| self.client.path(), Hub::shared_path)
+    }
+
+    /// Plays samples into the device as its potentiometer.
+    ///
+    /// # Errors
+    /// Exit 2 for a device on a port: that one has a potentiometer of its own.
+    pub fn play(&mut self, counts: &[u16]) -> Result<()> {
+        match &mut self.potentiometer {
+            Some(potentiometer) => potentiometer.send(counts),
+            None => Err(Error::usage(format!(
+                "the device on {} has a potentiometer of its own; nothing can be played into it",
+                self.client.path()
+            ))
+            .help("use --device emulated or --device qemu")),
+        }
+    }
+}

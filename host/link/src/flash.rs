@@ -1,0 +1,198 @@
+//! Writing a network to a device.
+
+use crate::client::{Client, LinkError};
+use crate::key::{hex, sign_network};
+use ed25519_compact::KeyPair;
+use yawrig_expression::error::{Error, Exit, Result};
+use yawrig_shared::blob::{self, BlobError, Envelope, Payload};
+use yawrig_shared::network::NetworkError;
+use yawrig_shared::wire::{Refusal, Request, SlotState, CHUNK};
+
+/// Told how far a transfer is.
+pub trait Progress {
+    fn written(&mut self, _bytes: usize, _of: usize) {}
+}
+
+/// Says nothing.
+pub struct Silent;
+
+impl Progress for Silent {}
+
+/// A network file that has passed every check the device will make, too.
+///
+/// # Errors
+/// Exit 5, naming the file and what is wrong with it.
+pub fn read(path: &std::path::Path) -> Result<(Vec<u8>, Payload)> {
+    let bytes = std::fs::read(path).map_err(|e| {
+        Error::data(format!("cannot read {}: {e}", path.display()))
+            .help("make a network with `yawrig train --out network.yrn`")
+    })?;
+    match blob::decode(&bytes) {
+        Ok((envelope, payload)) if envelope.blob_length() == bytes.len() => Ok((bytes, payload)),
+        Ok((envelope, _)) => Err(refuse(
+            path,
+            &format!("{} bytes follow the network", bytes.len() - envelope.blob_length()),
+        )),
+        Err(e) => Err(refuse(path, &say(&e))),
+    }
+}
+
+fn refuse(path: &std::path::Path, why: &str) -> Error {
+    Error::new(Exit::Flash, format!("{} is not a network to write: {why}", path.display()))
+        .help("make one with `yawrig train --out network.yrn`")
+}
+
+/// Writes a blob, has it verified and run; the generation it was given.
+///
+/// # Errors
+/// Exit 5. Whatever happens, the device runs its old network until the new one is whole.
+pub fn write(client: &mut Client, blob: &[u8], progress: &mut dyn Progress) -> Result<u32> {
+    write_signed(client, blob, None, progress)
+}
+
+/// The same with a signature, which a locked device wants.
+///
+/// # Errors
+/// Exit 5, as [`write()`]; and where the device is locked with another key, or with any and there is none.
+pub fn write_signed(
+    client: &mut Client,
+    blob: &[u8],
+    key: Option<&KeyPair>,
+    progress: &mut dyn Progress,
+) -> Result<u32> {
+    let status = client.status()?;
+    if let Some(lock) = status.lock {
+        may_write(client, &lock, key)?;
+    }
+    let newest = status.slots.iter().filter_map(|slot| match slot {
+        SlotState::Valid { generation, .. } => Some(*generation),
+        _ => None,
+    });
+    let generation = newest.fold(status.network.generation, u32::max).saturating_add(1);
+    let mut blob = blob.to_vec();
+    blob::set_generation(&mut blob, generation).map_err(|e| failed(client, &say(&e)))?;
+    let id = Envelope::read(&blob).map_err(|e| failed(client, &say(&e)))?.payload_crc;
+    let length = blob.len() as u32;
+    step(client, &Request::FlashBegin { length })?;
+    for (index, chunk) in blob.chunks(CHUNK).enumerate() {
+        let bytes = heapless::Vec::from_slice(chunk)
+            .map_err(|_| Error::internal("a chunk is longer than the wire's"))?;
+        step(client, &Request::FlashChunk { offset: (index * CHUNK) as u32, bytes })?;
+        progress.written((index * CHUNK) + chunk.len(), blob.len());
+    }
+    if let Some(key) = key {
+        step(client, &Request::FlashSignature { signature: sign_network(key, &blob) })?;
+    }
+    step(client, &Request::FlashTrial)?;
+    runs(client, generation, id, true)?;
+    if let Err(error) = client.request(&Request::FlashCommit) {
+        return Err(match error {
+            LinkError::Refused(_) => why(client, error),
+            // The device may have heard, and its answer been lost.
+            _ => why(client, error).help(UNKNOWN),
+        });
+    }
+    // It has said yes; where it cannot be asked again, that is not known here.
+    runs(client, generation, id, false).map_err(|error| error.help(UNKNOWN))?;
+    Ok(generation)
+}
+
+/// That this key opens this lock, asked before anything is written.
+fn may_write(client: &Client, lock: &[u8; 32], key: Option<&KeyPair>) -> Result<()> {
+    let have = match key {
+        Some(key) if *key.pk == *lock => return Ok(()),
+        Some(key) => format!("; the given one is {}", hex(&*key.pk)),
+        None => String::new(),
+    };
+    let path = client.path();
+    let why = format!("the device on {path} is locked with key {}{have}", hex(lock));
+    Err(Error::new(Exit::Flash, why).help("sign with --sign KEY, the file of that private key"))
+}
+
+/// What helps where the last answer of an update is missing.
+const UNKNOWN: &str =
+    "whether it took the new network is not known: `yawrig device` shows which of the two it runs";
+
+/// That the device runs this network, on trial or for good.
+fn runs(client: &mut Client, generation: u32, id: u32, on_trial: bool) -> Result<()> {
+    let network = client.status().map_err(|e| failed(client, &e.message))?.network;
+    if (network.generation, network.id, network.on_trial) == (generation, id, on_trial) {
+        return Ok(());
+    }
+    Err(failed(client, &format!("it runs network {:08x}, not {id:08x}", network.id)))
+}
+
+fn step(client: &mut Client, request: &Request) -> Result<()> {
+    client.request(request).map(|_| ()).map_err(|error| why(client, error))
+}
+
+fn why(client: &Client, error: LinkError) -> Error {
+    match error {
+        LinkError::Interrupted => Error::interrupted(),
+        LinkError::Refused(refusal) => failed(client, &say_refusal(&refusal)),
+        LinkError::Gone(why) => failed(client, &format!("it is gone: {why}")),
+        LinkError::Silent { .. } => failed(client, "it does not answer any more"),
+    }
+}
+
+fn failed(client: &Client, why: &str) -> Error {
+    Error::new(Exit::Flash, format!("writing to the device on {} failed: {why}", client.path()))
+        .help("the device keeps its old network; check the cable and run `yawrig flash` again")
+}
+
+fn say_refusal(refusal: &Refusal) -> String {
+    match refusal {
+        Refusal::Blob(e) => format!("it refused the network: {}", say(e)),
+        Refusal::Stale { newest } => format!("it already runs generation {newest}"),
+        Refusal::FlashOrder { expected_offset } => {
+            format!(
+                "it expected bytes from {expected_offset} on; was it written to from elsewhere?"
+            )
+        }
+        Refusal::FlashWrite => "its flash did not take what was written".to_owned(),
+        Refusal::NoTrial => {
+            "it has given the network up: the confirmation came too late".to_owned()
+        }
+        Refusal::NotKept { .. } => "it was asked for an event that it does not keep".to_owned(),
+        Refusal::Settings => "it refused its settings".to_owned(),
+        Refusal::Unsigned => "it is locked, and the network is not signed".to_owned(),
+        Refusal::WrongSignature => "it is locked, and the signature is not its key's".to_owned(),
+        Refusal::CannotLock | Refusal::LockedAlready | Refusal::NotLocked | Refusal::NotAKey => {
+            "it was asked about its lock".to_owned()
+        }
+    }
+}
+
+/// A blob's fault in words.
+pub fn say(error: &BlobError) -> String {
+    match error {
+        BlobError::Truncated => "it is cut short".to_owned(),
+        BlobError::NotABlob => "it is another kind of file".to_owned(),
+        BlobError::Format { theirs } => {
+            let age = if *theirs < blob::FORMAT { "an earlier" } else { "a later" };
+            format!(
+                "it is of format {theirs}, this version knows {}: {age} yawrig wrote it",
+                blob::FORMAT
+            )
+        }
+        BlobError::TooLong => format!("it is longer than a slot ({} bytes)", blob::LONGEST),
+        BlobError::EnvelopeCorrupt => "its envelope's checksum is wrong".to_owned(),
+        BlobError::PayloadCorrupt => "its checksum is wrong".to_owned(),
+        BlobError::Malformed => "its contents do not decode".to_owned(),
+        BlobError::Network(NetworkError::Topology) => {
+            "its topology is not one that runs here (41 inputs, 42 with the amplitude; 2 outputs)"
+                .to_owned()
+        }
+        BlobError::Network(NetworkError::WeightCount) => {
+            "its number of weights does not fit its topology".to_owned()
+        }
+        BlobError::Network(NetworkError::NotFinite) => {
+            "a weight or scale is not a finite number".to_owned()
+        }
+        BlobError::GoldenMissing => "its golden vectors are missing".to_owned(),
+        BlobError::GoldenDiffers { vector } => {
+            format!("its golden vector {vector} does not come out")
+        }
+        BlobError::NoRoom => "it finds no room".to_owned(),
+    }
+}

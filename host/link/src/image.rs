@@ -1,0 +1,76 @@
+//! The ARM image: found, or built from the sources it stands beside.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use yawrig_core::interrupt;
+use yawrig_expression::error::{Error, Result};
+
+/// The boards' workspaces, where this program was built.
+const SOURCES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/boards");
+const BOARD: &str = "mps2-an386";
+const NAME: &str = "yawrig-mps2-an386";
+/// What builds it, from the root of the sources.
+const BUILD: &str = "firmware/boards/build mps2-an386";
+
+/// The image's path. With the sources at hand they are built first, so that the image is never an
+/// older firmware than this program; without them it lies beside this program.
+///
+/// # Errors
+/// Exit 4: no image and no sources, or the sources do not build.
+pub fn find() -> Result<PathBuf> {
+    let script = Path::new(SOURCES).join("build");
+    if script.exists() {
+        return build(&script);
+    }
+    let beside = std::env::current_exe()
+        .ok()
+        .map(|program| program.with_file_name(NAME))
+        .filter(|image| image.exists());
+    beside.ok_or_else(|| {
+        Error::device(format!(
+            "there is no ARM image: neither {SOURCES}/{BOARD} nor {NAME} beside this program"
+        ))
+        .help(format!(
+            "in yawrig's sources run {BUILD}, and put what it builds beside this program"
+        ))
+    })
+}
+
+fn build(script: &Path) -> Result<PathBuf> {
+    let fail = |why: &str| {
+        Error::device(format!("cannot build the ARM image with {}: {why}", script.display()))
+            .help(format!("run {BUILD} and see what it says, or use --device emulated"))
+    };
+    // Nothing to build takes a moment and is not worth a word; the first time takes a minute.
+    if !script.with_file_name(BOARD).join("target").exists() {
+        yawrig_expression::say!("building the ARM image (the first time takes a minute)");
+    }
+    let mut child = Command::new(script)
+        .arg(BOARD)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|e| fail(&e.to_string()))?;
+    // Both pipes are read at once, lest one fills while the other is waited for.
+    let mut messages = child.stderr.take();
+    let reading = std::thread::spawn(move || {
+        let mut text = String::new();
+        if let Some(pipe) = &mut messages {
+            let _ = pipe.read_to_string(&mut text);
+        }
+        text
+    });
+    let output = child.wait_with_output().map_err(|e| fail(&e.to_string()))?;
+    let messages = reading.join().unwrap_or_default();
+    interrupt::check()?;
+    if !output.status.success() {
+        return Err(fail(&format!("it said\n{}", messages.trim_end())));
+    }
+    let path = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+    match Path::new(&path).is_file() {
+        true => Ok(PathBuf::from(path)),
+        false => Err(fail(&format!("it names '{path}', which is not there"))),
+    }
+}

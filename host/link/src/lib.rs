@@ -1,0 +1,19 @@
+//! From the host to a device: a serial port, frames, and the emulated devices behind one.
+
+#![forbid(unsafe_code)]
+
+pub mod amplitude_trend;
+pub mod bench;
+pub mod client;
+pub mod emulated;
+pub mod events;
+pub mod flash;
+pub mod follow;
+pub mod hub;
+pub mod image;
+pub mod key;
+pub mod live;
+pub mod port;
+pub mod qemu;
+pub mod replay;
+pub mod terminal;

@@ -1,0 +1,302 @@
+//! A session written to files as it comes.
+//!
+//! `NAME.csv` is the trace, `NAME.jsonl` everything else, `NAME-release-001.csv` and so on one release
+//! each. The trace is `NAME.csv.partial` until the recording is ended: what a power cut leaves can be
+//! read.
+
+use super::item::{time_s, Item};
+use serde_json::{json, Value};
+use std::collections::VecDeque;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+use yawrig_base::files;
+use yawrig_expression::error::{Error, Result};
+use yawrig_records as record;
+use yawrig_shared::wire::Event;
+
+/// A release's record begins so many samples before it is let go.
+const BEFORE: u64 = 1000;
+/// Samples that are kept for the release that is going on: ten minutes.
+const KEPT: usize = 600_000;
+
+/// A session that is being written.
+#[derive(Debug)]
+pub struct Recording {
+    stem: PathBuf,
+    trace: File,
+    log: File,
+    /// Known before, and to be said with the time of what comes first.
+    device: Option<Item>,
+    /// The last samples, for the release's record.
+    kept: VecDeque<(u64, f64)>,
+    /// Releases that are over and whose last samples have not come yet.
+    ended: Vec<Ended>,
+    /// Number after the last sample that came, or is known to be missing.
+    next: u64,
+    first: Option<u64>,
+    /// Where the last release's record ended.
+    cut_at: u64,
+    releases: u32,
+    samples: u64,
+    missing: u64,
+}
+
+/// Where a release was let go and where it ended.
+#[derive(Clone, Copy, Debug)]
+struct Ended {
+    release: u32,
+    from: u64,
+    to: u64,
+}
+
+/// What a recording has come to.
+#[derive(Clone, Debug)]
+pub struct Finished {
+    pub trace: PathBuf,
+    pub log: PathBuf,
+    pub samples: u64,
+    pub missing_samples: u64,
+    pub releases: u32,
+}
+
+fn with(stem: &Path, end: &str) -> PathBuf {
+    let mut name = stem.as_os_str().to_owned();
+    name.push(end);
+    name.into()
+}
+
+fn partial(stem: &Path) -> PathBuf {
+    with(stem, ".csv.partial")
+}
+
+fn taken(stem: &Path) -> Option<PathBuf> {
+    let files = [with(stem, ".csv"), partial(stem), with(stem, ".jsonl")];
+    files.into_iter().find(|file| file.exists())
+}
+
+/// The name of a recording at `place`: a CSV file that is not there, or a folder for any number of them.
+fn stem(place: &Path) -> Result<PathBuf> {
+    if place.extension().is_some_and(|e| e == "csv") {
+        let stem = place.with_extension("");
+        return match taken(&stem) {
+            None => Ok(stem),
+            Some(file) => Err(Error::data(format!("{} is there already", file.display()))
+                .help("give the recording another name: none is ever written over")),
+        };
+    }
+    files::make_folder(place)?;
+    let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string().replace(':', "-");
+    let numbered = |n: u32| match n {
+        1 => place.join(&now),
+        n => place.join(format!("{now}-{n}")),
+    };
+    (1..1000)
+        .map(numbered)
+        .find(|stem| taken(stem).is_none())
+        .ok_or_else(|| files::cannot_write(place, &"too many recordings begin in this second"))
+}
+
+fn create(file: &Path) -> Result<File> {
+    let new = File::options().append(true).create_new(true).open(file);
+    new.map_err(|e| files::cannot_write(file, &e))
+}
+
+impl Recording {
+    /// Whether a recording could begin there.
+    ///
+    /// # Errors
+    /// As [`Self::begin`]; nothing but a folder is left.
+    pub fn check(place: &Path) -> Result<()> {
+        files::check_writable(&partial(&stem(place)?))
+    }
+
+    /// Begins a recording: in a folder, which is made, under the time of day, or in a CSV file that is not
+    /// there yet. `device` is what is known of the device.
+    ///
+    /// # Errors
+    /// Exit 3 where it cannot be written, or is there already.
+    pub fn begin(place: &Path, device: Option<&Item>) -> Result<Self> {
+        let stem = stem(place)?;
+        let mut trace = create(&partial(&stem))?;
+        let log = create(&with(&stem, ".jsonl"))?;
+        trace
+            .write_all(b"time_s,yaw_deg\n")
+            .map_err(|e| files::cannot_write(&partial(&stem), &e))?;
+        let mut recording = Self {
+            stem,
+            trace,
+            log,
+            device: None,
+            kept: VecDeque::new(),
+            ended: Vec::new(),
+            next: 0,
+            first: None,
+            cut_at: 0,
+            releases: 0,
+            samples: 0,
+            missing: 0,
+        };
+        recording.write_log(&json!({
+            "schema_version": 1,
+            "event": "session",
+            "started": humantime::format_rfc3339_millis(SystemTime::now()).to_string(),
+            "program": concat!("yawrig ", env!("CARGO_PKG_VERSION")),
+            "rate_hz": yawrig_shared::window::SAMPLE_RATE_HZ,
+        }))?;
+        recording.device = device.cloned();
+        Ok(recording)
+    }
+
+    /// Where the trace is while the recording goes on.
+    pub fn trace(&self) -> PathBuf {
+        partial(&self.stem)
+    }
+
+    /// Samples written so far.
+    pub fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    /// Whether a release that is over waits for its last samples.
+    pub fn waits(&self) -> bool {
+        !self.ended.is_empty()
+    }
+
+    /// Writes what happened; the records of releases that are whole by that.
+    ///
+    /// # Errors
+    /// Exit 3 where it cannot be written; what was written before stays.
+    pub fn put(&mut self, item: &Item) -> Result<Vec<Item>> {
+        if let Some(Item::Device { port, device, .. }) = self.device.take() {
+            self.write_log(&Item::Device { at: item.at(), port, device }.to_json())?;
+        }
+        match item {
+            Item::Samples { first, yaw_deg } => self.put_samples(*first, yaw_deg)?,
+            _ => self.write_log(&item.to_json())?,
+        }
+        match item {
+            Item::Gap { first, count } if self.first.is_some() => {
+                self.missing += count;
+                self.next = self.next.max(first + count);
+            }
+            Item::Event { at, event: Event::Release(result), .. } => {
+                let lasted = result.finished_sample.wrapping_sub(result.release_sample);
+                let from = at.saturating_sub(u64::from(lasted));
+                self.ended.push(Ended { release: result.release, from, to: *at });
+            }
+            // No more of them will come.
+            Item::Disconnected { .. } | Item::Restarted { .. } => return self.cut(true),
+            _ => {}
+        }
+        self.cut(false)
+    }
+
+    fn put_samples(&mut self, first: u64, yaw_deg: &[f64]) -> Result<()> {
+        let mut text = String::with_capacity(20 * yaw_deg.len());
+        for (number, yaw_deg) in (first..).zip(yaw_deg) {
+            // Into a string: cannot fail.
+            let _ = writeln!(text, "{:.3},{yaw_deg:.6}", time_s(number));
+            if self.kept.len() == KEPT {
+                self.kept.pop_front();
+            }
+            self.kept.push_back((number, *yaw_deg));
+        }
+        // Whole lines at a time, so that the file can be read at any moment.
+        self.trace
+            .write_all(text.as_bytes())
+            .map_err(|e| files::cannot_write(&self.trace(), &e))?;
+        self.first.get_or_insert(first);
+        self.samples += yaw_deg.len() as u64;
+        self.next = first + yaw_deg.len() as u64;
+        Ok(())
+    }
+
+    /// Writes the records of the releases whose samples have come; of all where `last`.
+    fn cut(&mut self, last: bool) -> Result<Vec<Item>> {
+        let (due, wait) =
+            std::mem::take(&mut self.ended).into_iter().partition(|e| last || e.to < self.next);
+        self.ended = wait;
+        let mut records = Vec::new();
+        let due: Vec<Ended> = due;
+        for Ended { release, from, to } in due {
+            let oldest = self.kept.front().map_or(u64::MAX, |(number, _)| *number);
+            // Not into the release before, nor before the recording.
+            let begun = from.saturating_sub(BEFORE).max(self.cut_at).max(oldest);
+            let rows: Vec<(f64, f64)> = (self.kept.iter())
+                .filter(|(number, _)| (begun..=to).contains(number))
+                .map(|(number, yaw_deg)| (time_s(*number), *yaw_deg))
+                .collect();
+            self.cut_at = to + 1;
+            if rows.is_empty() {
+                continue;
+            }
+            self.releases += 1;
+            let file = self.release_file(release);
+            let missing_samples = (to + 1).saturating_sub(begun.min(from)) - rows.len() as u64;
+            record::write_samples(&file, rows.into_iter())?;
+            let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let item = Item::Record { at: to, release, file: name, missing_samples };
+            self.write_log(&item.to_json())?;
+            // A release is what the session is for: it survives a power cut from here on.
+            let synced = self.trace.sync_data().and_then(|()| self.log.sync_data());
+            synced.map_err(|e| files::cannot_write(&self.trace(), &e))?;
+            records.push(item);
+        }
+        let keep_from = (self.next.saturating_sub(BEFORE)).min(self.cut_at);
+        while self.kept.front().is_some_and(|(number, _)| *number < keep_from) {
+            self.kept.pop_front();
+        }
+        Ok(records)
+    }
+
+    /// By the device's number, which begins anew where that is restarted.
+    fn release_file(&self, release: u32) -> PathBuf {
+        let again = |n: u32| if n == 1 { String::new() } else { format!("-{n}") };
+        (1..)
+            .map(|n| with(&self.stem, &format!("-release-{release:03}{}.csv", again(n))))
+            .find(|file| !file.exists())
+            .unwrap_or_else(|| with(&self.stem, "-release.csv"))
+    }
+
+    fn write_log(&mut self, object: &Value) -> Result<()> {
+        let line = format!("{object}\n");
+        let done = self.log.write_all(line.as_bytes());
+        done.map_err(|e| files::cannot_write(&with(&self.stem, ".jsonl"), &e))
+    }
+
+    /// Ends the recording: the trace gets its name.
+    ///
+    /// # Errors
+    /// Exit 3; the trace stays where it is.
+    pub fn finish(mut self) -> Result<(Finished, Vec<Item>)> {
+        let records = self.cut(true)?;
+        self.write_log(&json!({
+            "schema_version": 1,
+            "event": "end",
+            "time_s": time_s(self.next),
+            "samples": self.samples,
+            "missing_samples": self.missing,
+        }))?;
+        let (from, to) = (self.trace(), with(&self.stem, ".csv"));
+        let fail = |e: std::io::Error| files::cannot_write(&to, &e);
+        self.trace.sync_all().and_then(|()| self.log.sync_all()).map_err(fail)?;
+        // A link does not take the place of a file that has come there meanwhile.
+        match std::fs::hard_link(&from, &to) {
+            Ok(()) => std::fs::remove_file(&from).map_err(fail)?,
+            Err(e) if e.kind() == ErrorKind::AlreadyExists => return Err(fail(e)),
+            // A file system without links.
+            Err(_) => std::fs::rename(&from, &to).map_err(fail)?,
+        }
+        let finished = Finished {
+            trace: to,
+            log: with(&self.stem, ".jsonl"),
+            samples: self.samples,
+            missing_samples: self.missing,
+            releases: self.releases,
+        };
+        Ok((finished, records))
+    }
+}

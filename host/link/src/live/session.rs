@@ -1,0 +1,339 @@
+//! A device followed: what it says in order, with what was lost, over unplugging and restarts.
+
+use super::item::{Item, Windows};
+use crate::bench::Bench;
+use crate::client::LinkError;
+use crate::follow::device_json;
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+use yawrig_core::interrupt;
+use yawrig_expression::error::{Error, Result};
+use yawrig_shared::window::SAMPLE_RATE_HZ;
+use yawrig_shared::wire::{Event, Reply, Request, Samples, Status};
+
+/// Samples asked for at a time, and how often: many questions may be lost before the stream ends.
+/// Where a simulated rig swings faster than life, they are asked for when half are left.
+const LEASE: u32 = 60_000;
+const RENEWAL: Duration = Duration::from_secs(1);
+/// Between two attempts to open the port of a device that was unplugged.
+const RETRY: Duration = Duration::from_millis(250);
+
+/// What is to be followed of a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Follow {
+    /// Its results.
+    Results,
+    /// Its potentiometer's trace, too.
+    Trace,
+}
+
+/// A device that is followed.
+pub struct Session {
+    bench: Bench,
+    follow: Follow,
+    items: VecDeque<Item>,
+    windows: Windows,
+    clock: Clock,
+    /// The port is gone.
+    gone: bool,
+    /// Where it was, if it is there again under another path and that has not been told.
+    moved_from: Option<String>,
+    /// When to ask next: for the stream and the state, or for the port.
+    ask_at: Instant,
+    /// Half of the samples that were asked for have come.
+    leased_to: u64,
+    /// The first samples have come.
+    streams: bool,
+    silent: bool,
+    device: serde_json::Value,
+    /// Results lost for good, told of already; on this connection and on those before.
+    missed: u64,
+    /// Resets on this connection, told of already, and what this run of the device is called.
+    resets: u64,
+    run: u32,
+}
+
+/// From the device's numbers of samples to the session's.
+#[derive(Clone, Copy, Debug)]
+struct Clock {
+    /// A sample's number on the device, and in the session.
+    device: u32,
+    session: u64,
+    /// When it was known.
+    known: Instant,
+}
+
+impl Clock {
+    fn of(&self, sample: u32) -> u64 {
+        self.session.saturating_add_signed(self.since(sample))
+    }
+
+    fn since(&self, sample: u32) -> i64 {
+        i64::from(sample.wrapping_sub(self.device) as i32)
+    }
+
+    /// Samples that went by since then if the device goes on at its rate.
+    fn due(&self) -> u64 {
+        (self.known.elapsed().as_secs_f64() * f64::from(SAMPLE_RATE_HZ)) as u64
+    }
+}
+
+impl Session {
+    /// Follows a device from now on.
+    ///
+    /// # Errors
+    /// Exit 7 where it does not answer, 4 where it is gone.
+    pub fn new(mut bench: Bench, follow: Follow) -> Result<Self> {
+        let status = bench.client.status()?;
+        let clock = Clock { device: status.samples, session: 0, known: Instant::now() };
+        let mut session = Self {
+            bench,
+            follow,
+            items: VecDeque::new(),
+            windows: Windows::default(),
+            clock,
+            gone: false,
+            moved_from: None,
+            ask_at: Instant::now(),
+            leased_to: 0,
+            streams: false,
+            silent: false,
+            device: serde_json::Value::Null,
+            missed: 0,
+            resets: 0,
+            run: status.session,
+        };
+        session.tell_device(&status);
+        Ok(session)
+    }
+
+    /// The device and what is before its potentiometer.
+    pub fn bench(&mut self) -> &mut Bench {
+        &mut self.bench
+    }
+
+    /// Number of the session's next sample.
+    pub fn now(&self) -> u64 {
+        self.clock.session
+    }
+
+    /// A user's note of this moment.
+    pub fn mark(&mut self, text: &str) {
+        self.items.push_back(Item::Mark { at: self.now(), text: text.to_owned() });
+    }
+
+    /// What happened next, waiting for it at most so long.
+    ///
+    /// # Errors
+    /// Exit 4 where the device is gone and cannot come back, 130 where the user wants to stop.
+    pub fn next(&mut self, patience: Duration) -> Result<Option<Item>> {
+        if self.items.is_empty() {
+            if self.gone {
+                self.try_again(patience)?;
+                return Ok(self.items.pop_front());
+            }
+            match self.listen(patience) {
+                Ok(()) => {}
+                Err(LinkError::Interrupted) => return Err(Error::interrupted()),
+                Err(LinkError::Gone(why)) if self.bench.may_come_back() => self.unplugged(why),
+                Err(error) => return Err(self.bench.client.explain(error, "its events")),
+            }
+        }
+        Ok(self.items.pop_front())
+    }
+
+    fn listen(&mut self, patience: Duration) -> std::result::Result<(), LinkError> {
+        if Instant::now() >= self.ask_at || self.now() > self.leased_to {
+            self.ask_at = Instant::now() + RENEWAL;
+            self.renew()?;
+        }
+        let found = self.bench.client.next_event(patience)?;
+        // What came before the event stands before it.
+        self.drain();
+        let missed = self.bench.client.missed_events();
+        if missed > self.missed {
+            let count = missed - self.missed;
+            self.missed = missed;
+            self.items.push_back(Item::EventsLost { at: self.now(), count });
+        }
+        if self.bench.client.resets() > self.resets {
+            let status = self.status()?;
+            self.notice_reset(&status);
+            // It has forgotten that the stream was asked for.
+            self.ask_at = Instant::now();
+        }
+        if let Some(numbered) = found {
+            self.take_event(numbered.event);
+        }
+        Ok(())
+    }
+
+    /// Asks whether the device is the one it was, and for more of the stream.
+    fn renew(&mut self) -> std::result::Result<(), LinkError> {
+        let asked = self.status();
+        self.drain();
+        let asked = asked.and_then(|status| {
+            self.notice_reset(&status);
+            self.silent = false;
+            self.tell_device(&status);
+            match self.follow {
+                Follow::Trace => self.bench.client.stream(LEASE)?,
+                Follow::Results => {}
+            }
+            self.leased_to = self.now() + u64::from(LEASE) / 2;
+            Ok(())
+        });
+        match asked {
+            Ok(()) => Ok(()),
+            Err(error @ (LinkError::Gone(_) | LinkError::Interrupted)) => Err(error),
+            Err(_) => {
+                if !std::mem::replace(&mut self.silent, true) {
+                    self.items.push_back(Item::Silent { at: self.now() });
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// Takes the samples that have come.
+    fn drain(&mut self) {
+        while let Some(samples) = self.bench.client.next_samples() {
+            self.take_samples(&samples);
+        }
+    }
+
+    fn status(&mut self) -> std::result::Result<Status, LinkError> {
+        match self.bench.client.request(&Request::Status)? {
+            Reply::Status(status) => Ok(status),
+            _ => Err(LinkError::Silent { bytes: 0, frames: 0 }),
+        }
+    }
+
+    fn tell_device(&mut self, status: &Status) {
+        let device = device_json(&self.bench.client.identity, status);
+        if device != self.device {
+            self.device = device.clone();
+            let port = self.bench.shared_path().to_owned();
+            self.items.push_back(Item::Device { at: self.now(), port, device });
+        }
+    }
+
+    /// Whether the device has begun anew while the port was open.
+    fn notice_reset(&mut self, status: &Status) {
+        self.run = status.session;
+        let resets = self.bench.client.resets();
+        if resets > self.resets {
+            self.resets = resets;
+            self.restarted(status);
+        }
+    }
+
+    /// The device's clock begins anew.
+    fn restarted(&mut self, status: &Status) {
+        let session = self.clock.session + self.clock.due();
+        self.clock = Clock { device: status.samples, session, known: Instant::now() };
+        self.windows = Windows::default();
+        self.items.push_back(Item::Restarted { at: session });
+    }
+
+    fn take_samples(&mut self, samples: &Samples) {
+        let ahead = self.clock.since(samples.first_sample);
+        if ahead < 0 {
+            // A message that came twice: what a restarted device sends comes after its state.
+            return;
+        }
+        // Before the first ones nobody had asked for any.
+        if std::mem::replace(&mut self.streams, true) && ahead > 0 {
+            self.items.push_back(Item::Gap { first: self.clock.session, count: ahead as u64 });
+        }
+        let first = self.clock.of(samples.first_sample);
+        let degrees = decimal(samples.degrees_per_count);
+        let yaw_deg = samples
+            .counts
+            .iter()
+            .map(|counts| f64::from(i32::from(*counts) - i32::from(samples.zero_counts)) * degrees);
+        self.items.push_back(Item::Samples { first, yaw_deg: yaw_deg.collect() });
+        let count = samples.counts.len();
+        self.clock = Clock {
+            device: samples.first_sample.wrapping_add(count as u32),
+            session: first + count as u64,
+            known: Instant::now(),
+        };
+    }
+
+    fn take_event(&mut self, event: Event) {
+        let sample = match &event {
+            Event::Phase { at_sample, .. } => *at_sample,
+            Event::Window(window) => window.sent_sample,
+            Event::Release(result) => result.finished_sample,
+            // Of a release that was over before.
+            Event::Refined(_) => {
+                self.items.push_back(Item::Event { at: self.now(), event, trends: Vec::new() });
+                return;
+            }
+        };
+        if self.follow == Follow::Results && self.clock.since(sample) > 0 {
+            let session = self.clock.of(sample);
+            self.clock = Clock { device: sample, session, known: Instant::now() };
+        }
+        let at = self.clock.of(sample);
+        let trends = self.windows.take(&event);
+        self.items.push_back(Item::Event { at, event, trends });
+    }
+
+    fn unplugged(&mut self, why: String) {
+        // What had come before is not lost.
+        self.drain();
+        self.items.push_back(Item::Disconnected { at: self.now(), why });
+        self.gone = true;
+        self.ask_at = Instant::now() + RETRY;
+    }
+
+    /// Opens the port where it is there again.
+    fn try_again(&mut self, patience: Duration) -> Result<()> {
+        let due = self.ask_at.saturating_duration_since(Instant::now());
+        std::thread::sleep(due.min(patience));
+        interrupt::check()?;
+        if due > patience {
+            return Ok(());
+        }
+        self.ask_at = Instant::now() + RETRY;
+        let expected = self.bench.client.expected_event();
+        // Whatever is wrong with the port, it is tried again: it may not have settled.
+        let Ok(moved_from) = self.bench.reopen() else { return Ok(()) };
+        self.moved_from = self.moved_from.take().or(moved_from);
+        let Ok(status) = self.status() else { return Ok(()) };
+        self.gone = false;
+        self.missed = 0;
+        self.device = serde_json::Value::Null;
+        self.resets = 0;
+        if self.began_anew(&status) {
+            self.restarted(&status);
+            self.bench.client.resume(0, status.next_event);
+        } else if let Some(expected) = expected {
+            self.bench.client.resume(expected, status.next_event);
+        }
+        self.run = status.session;
+        let port = self.bench.client.path().to_owned();
+        if let Some(was) = self.moved_from.take().filter(|was| *was != port) {
+            self.items.push_back(Item::Back { at: self.now(), port, was });
+        }
+        self.tell_device(&status);
+        self.ask_at = Instant::now();
+        Ok(())
+    }
+
+    /// Whether the device that is there again lost its power meanwhile: its run has another name, or
+    /// it had none yet and its clock is behind.
+    fn began_anew(&self, status: &Status) -> bool {
+        match self.run {
+            0 => self.clock.since(status.samples) < 0,
+            run => status.session != run,
+        }
+    }
+}
+
+/// A device's `f32` as the shortest decimal that means it: 0.005 and not 0.004999999888.
+fn decimal(x: f32) -> f64 {
+    x.to_string().parse().unwrap_or(f64::from(x))
+}

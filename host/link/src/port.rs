@@ -1,0 +1,239 @@
+//! Opening a serial port, and saying what is wrong with one that does not open.
+
+use nix::fcntl::OFlag;
+use nix::sys::termios::{tcgetattr, tcsetattr, ControlFlags, SetArg};
+use serialport::{ClearBuffer, ErrorKind, SerialPort, SerialPortType, TTYPort, UsbPortInfo};
+use std::fs::OpenOptions;
+use std::io;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
+use std::time::Duration;
+use yawrig_expression::error::{Error, Exit, Result};
+use yawrig_expression::nearest;
+
+/// Speed of the link; pseudo-terminals ignore it.
+pub const BAUD: u32 = 115_200;
+/// How long one read waits before it looks whether it should stop.
+pub const READ_SLICE: Duration = Duration::from_millis(20);
+
+/// Opens `path` for this program alone and drops what was waiting in it.
+///
+/// # Errors
+/// Exit code 4, saying whether the port is absent, busy, forbidden or no port at all.
+pub fn open(path: &str) -> Result<TTYPort> {
+    keep_lines_up(path);
+    let port = TTYPort::open(&serialport::new(path, BAUD).timeout(READ_SLICE))
+        .map_err(|e| explain(path, &e))?;
+    port.clear(ClearBuffer::Input).map_err(|e| explain(path, &e))?;
+    Ok(port)
+}
+
+/// Has the system leave DTR and RTS as they are when the port is closed. Boards that take a falling
+/// DTR for a reset are then left running, and find no edge when the port is opened again. What does
+/// not open here will not open a moment later, and is explained there.
+fn keep_lines_up(path: &str) {
+    let flags = OFlag::O_NOCTTY | OFlag::O_NONBLOCK;
+    let port = OpenOptions::new().read(true).write(true).custom_flags(flags.bits()).open(path);
+    if let Ok(port) = port {
+        if let Ok(mut settings) = tcgetattr(&port) {
+            settings.control_flags.remove(ControlFlags::HUPCL);
+            // Where it cannot be set, the board may be reset at the end, as by any other program.
+            let _ = tcsetattr(&port, SetArg::TCSANOW, &settings);
+        }
+    }
+}
+
+fn explain(path: &str, error: &serialport::Error) -> Error {
+    let no_port =
+        ("it is not a serial port".to_owned(), "list the ports there are with `yawrig ports`");
+    let (why, help) = match error.kind() {
+        ErrorKind::Io(io::ErrorKind::NotFound) => {
+            ("there is no such port".to_owned(), "list the ports there are with `yawrig ports`")
+        }
+        ErrorKind::Io(io::ErrorKind::PermissionDenied) => (
+            "you may not open it".to_owned(),
+            "join the group that owns it (mostly `sudo usermod -aG dialout $USER`) and log in anew",
+        ),
+        ErrorKind::NoDevice => (
+            "another program has it open".to_owned(),
+            "close that program (`fuser -v` with the port's path names it)",
+        ),
+        _ if error.description == nix::errno::Errno::ENOTTY.desc() => no_port,
+        _ if Path::new(path).is_dir() => no_port,
+        _ => (error.to_string(), "unplug the device, plug it in again, and try once more"),
+    };
+    let near = match error.kind() {
+        ErrorKind::Io(io::ErrorKind::NotFound) => nearest(path, ["emulated", "qemu"]),
+        _ => None,
+    };
+    let help = near.map_or(help.to_owned(), |near| format!("did you mean {near}?"));
+    Error::new(Exit::Device, format!("cannot open port {path}: {why}")).help(help)
+}
+
+/// A serial port of this machine.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct PortInfo {
+    pub path: String,
+    /// What the system knows of it: USB product, or its kind.
+    pub description: String,
+    /// By which it is known again under another path; none where it is not on USB.
+    #[serde(skip)]
+    pub usb: Option<UsbId>,
+}
+
+/// What a port on USB says of itself wherever it is plugged in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UsbId {
+    pub vid: u16,
+    pub pid: u16,
+    pub serial_number: Option<String>,
+    /// Of the ports that one device has.
+    pub interface: Option<u8>,
+}
+
+impl UsbId {
+    /// Whether no other device says the same of itself.
+    fn is_unique(&self) -> bool {
+        self.serial_number.as_ref().is_some_and(|number| !number.trim().is_empty())
+    }
+}
+
+/// The serial ports of this machine.
+///
+/// # Errors
+/// Exit 4 where the system does not tell.
+pub fn list() -> Result<Vec<PortInfo>> {
+    // Where there is none, asking for the ports would end the program.
+    if cfg!(target_os = "linux") && !Path::new("/sys/class/tty").is_dir() {
+        return Ok(Vec::new());
+    }
+    let ports = serialport::available_ports()
+        .map_err(|e| Error::device(format!("cannot list the serial ports: {e}")))?;
+    let describe = |kind: &SerialPortType| match kind {
+        SerialPortType::UsbPort(usb) => {
+            let names = [&usb.manufacturer, &usb.product];
+            let names: Vec<&str> = names.into_iter().flatten().map(String::as_str).collect();
+            format!("USB {:04x}:{:04x} {}", usb.vid, usb.pid, names.join(" ")).trim().to_owned()
+        }
+        SerialPortType::BluetoothPort => "Bluetooth".to_owned(),
+        SerialPortType::PciPort => "on board".to_owned(),
+        SerialPortType::Unknown => "unknown kind".to_owned(),
+    };
+    let usb = |kind: SerialPortType| match kind {
+        SerialPortType::UsbPort(UsbPortInfo { vid, pid, serial_number, interface, .. }) => {
+            Some(UsbId { vid, pid, serial_number, interface })
+        }
+        _ => None,
+    };
+    Ok(ports
+        .into_iter()
+        .map(|port| PortInfo {
+            path: port.port_name,
+            description: describe(&port.port_type),
+            usb: usb(port.port_type),
+        })
+        .collect())
+}
+
+/// Whose the port at `path` is, which may be a link to one of `ports`; none where it is not on USB.
+pub fn usb_at(path: &str, ports: &[PortInfo]) -> Option<UsbId> {
+    let real = |path: &str| Path::new(path).canonicalize().unwrap_or_else(|_| path.into());
+    let wanted = real(path);
+    ports.iter().find(|port| real(&port.path) == wanted)?.usb.clone()
+}
+
+/// Where the device that was on `path` is now, `usb` being what it said of itself there: at its old path, or at another
+/// one where exactly one port says the same and no other device can. None while it is not there. `at_path` is what is
+/// at the old path now. A device that is not on USB is looked for at its old path only.
+pub fn returned<'a>(
+    path: &'a str,
+    usb: Option<&UsbId>,
+    at_path: Option<&UsbId>,
+    ports: &'a [PortInfo],
+) -> Option<&'a str> {
+    let Some(usb) = usb else { return Some(path) };
+    if at_path == Some(usb) {
+        return Some(path);
+    }
+    let mut same = ports.iter().filter(|port| port.usb.as_ref() == Some(usb) && usb.is_unique());
+    match (same.next(), same.next()) {
+        (Some(one), None) => Some(&one.path),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn board(serial_number: Option<&str>, interface: u8) -> UsbId {
+        let serial_number = serial_number.map(str::to_owned);
+        UsbId { vid: 0x0483, pid: 0x374b, serial_number, interface: Some(interface) }
+    }
+
+    fn port(path: &str, usb: Option<UsbId>) -> PortInfo {
+        PortInfo { path: path.to_owned(), description: String::new(), usb }
+    }
+
+    /// Where it is found that was `usb` on ttyACM0.
+    fn found<'a>(usb: Option<&UsbId>, ports: &'a [PortInfo]) -> Option<&'a str> {
+        returned("/dev/ttyACM0", usb, usb_at("/dev/ttyACM0", ports).as_ref(), ports)
+    }
+
+    #[test]
+    fn a_device_is_found_at_its_path_or_at_another() {
+        let (ours, theirs) = (board(Some("A1"), 2), board(Some("B2"), 2));
+        let usb = Some(&ours);
+        assert_eq!(found(usb, &[]), None, "not there");
+        let old = [port("/dev/ttyS0", None), port("/dev/ttyACM0", Some(ours.clone()))];
+        assert_eq!(found(usb, &old), Some("/dev/ttyACM0"));
+        let moved = [port("/dev/ttyACM1", Some(ours.clone())), port("/dev/ttyS0", None)];
+        assert_eq!(found(usb, &moved), Some("/dev/ttyACM1"));
+        // Another board has taken its path, or the two have changed places.
+        let taken = [port("/dev/ttyACM0", Some(theirs.clone()))];
+        assert_eq!(found(usb, &taken), None);
+        let swapped =
+            [port("/dev/ttyACM0", Some(theirs)), port("/dev/ttyACM1", Some(ours.clone()))];
+        assert_eq!(found(usb, &swapped), Some("/dev/ttyACM1"));
+    }
+
+    #[test]
+    fn no_port_is_taken_that_may_be_another() {
+        let ours = board(Some("A1"), 2);
+        let at = |usb: UsbId| [port("/dev/ttyACM1", Some(usb))];
+        assert_eq!(found(Some(&ours), &at(board(Some("A2"), 2))), None, "another serial number");
+        assert_eq!(found(Some(&ours), &at(board(None, 2))), None);
+        assert_eq!(found(Some(&ours), &at(board(Some("A1"), 0))), None, "its other port");
+        assert_eq!(found(Some(&ours), &at(UsbId { pid: 1, ..ours.clone() })), None);
+        assert_eq!(found(Some(&ours), &at(UsbId { vid: 1, ..ours.clone() })), None);
+        let twice = ["/dev/ttyACM1", "/dev/ttyACM2"].map(|path| port(path, Some(ours.clone())));
+        assert_eq!(found(Some(&ours), &twice), None, "two say the same");
+        // Without a serial number one board is as the other: only where it was.
+        for number in [None, Some(""), Some(" ")] {
+            let plain = board(number, 2);
+            assert_eq!(found(Some(&plain), &at(plain.clone())), None);
+            let back = [port("/dev/ttyACM0", Some(plain.clone()))];
+            assert_eq!(found(Some(&plain), &back), Some("/dev/ttyACM0"));
+        }
+    }
+
+    #[test]
+    fn what_is_not_on_usb_is_looked_for_where_it_was() {
+        for ports in [vec![], vec![port("/dev/ttyACM1", Some(board(Some("A1"), 2)))]] {
+            assert_eq!(found(None, &ports), Some("/dev/ttyACM0"));
+        }
+    }
+
+    #[test]
+    fn a_link_to_a_port_is_that_port() {
+        let folder = tempfile::tempdir().unwrap();
+        let (real, link) = (folder.path().join("ttyACM3"), folder.path().join("by-id"));
+        std::fs::write(&real, "").unwrap();
+        std::os::unix::fs::symlink(&real, &link).unwrap();
+        let real = real.canonicalize().unwrap().display().to_string();
+        let ports = [port(&real, Some(board(Some("A1"), 2)))];
+        let found = usb_at(&link.display().to_string(), &ports);
+        assert_eq!(found, Some(board(Some("A1"), 2)));
+        assert_eq!(usb_at("/dev/ttyACM9", &ports), None);
+    }
+}

@@ -1,0 +1,210 @@
+//! Records as CSV files.
+
+use super::table::Channel;
+use csv::ByteRecord;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use yawrig_base::files;
+use yawrig_core::interrupt;
+use yawrig_core::record::Record;
+use yawrig_expression::error::{Error, Result};
+use yawrig_shared::units::deg_from_rad;
+
+/// The first lines a record may have.
+pub const ACCEPTED_COLUMNS: &str = "time_s,yaw_deg or time_s,yaw_rad";
+
+/// Fewer samples than this hold no three cycles at any rate: the fastest mode (4.2 Hz) at 20 Hz has 14.
+pub(super) const FEWEST_SAMPLES: usize = 10;
+
+/// Longest record, s.
+pub(super) const LONGEST_S: f64 = 86_400.0;
+
+/// A first line is looked for in so many bytes.
+const LONGEST_HEADER: u64 = 65_536;
+
+/// Rows between two looks at Ctrl-C.
+const ROWS_PER_CHECK: usize = 100_000;
+
+/// The size of one unit of the second column in degrees, from the first line.
+fn unit_deg(file: &Path, header: &ByteRecord) -> Result<f64> {
+    let names: Vec<String> = header
+        .iter()
+        .map(|name| String::from_utf8_lossy(name).trim_start_matches('\u{feff}').trim().to_owned())
+        .collect();
+    let fail = |what: &str| {
+        Error::data(format!("{}, line 1: {what}", file.display())).help(format!(
+            "make the first line {ACCEPTED_COLUMNS}, or name its columns: \
+                 yawrig convert {} record.csv --time NAME --yaw NAME --unit deg",
+            file.display()
+        ))
+    };
+    match names.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+        ["time_s", "yaw_deg"] => Ok(1.0),
+        ["time_s", "yaw_rad"] => Ok(deg_from_rad(1.0)),
+        ["time_s", other] => {
+            Err(fail(&format!("the second column is {other:?}, not yaw_deg or yaw_rad")))
+        }
+        [other, _] => Err(fail(&format!("the first column is {other:?}, not time_s"))),
+        [_] => Err(fail("one column instead of two")),
+        _ => Err(fail(&format!("{} columns instead of two", names.len()))),
+    }
+}
+
+/// What parts the columns: a comma, or where the first line has none a semicolon or a tabulator, as programs write it
+/// where the comma is the decimal sign.
+fn separator(file: &Path) -> std::io::Result<u8> {
+    let mut line = Vec::new();
+    let mut reader = BufReader::new(File::open(file)?.take(LONGEST_HEADER));
+    // Empty lines at the beginning are passed over when the file is read, too.
+    while reader.read_until(b'\n', &mut line)? > 0 && line.trim_ascii().is_empty() {}
+    let others = [b';', b'\t'].into_iter().filter(|other| line.contains(other));
+    Ok(others.take_while(|_| !line.contains(&b',')).next().unwrap_or(b','))
+}
+
+/// A finite number, or why it is none. A comma is its decimal sign where it does not part the columns.
+fn number(field: &[u8], separator: u8) -> std::result::Result<f64, String> {
+    let text = String::from_utf8_lossy(field);
+    let is_decimal = separator != b',' && !text.contains('.') && text.matches(',').count() == 1;
+    let parsed = match is_decimal {
+        true => text.replace(',', ".").parse::<f64>(),
+        false => text.parse(),
+    };
+    match parsed {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(_) => Err(format!("{text:?} is not a finite number")),
+        Err(_) => Err(format!("{text:?} is not a number")),
+    }
+}
+
+pub(super) fn read(file: &Path) -> Result<Record> {
+    let named = file.display();
+    let unreadable = |e: &dyn std::fmt::Display| {
+        Error::data(format!("cannot read {named}: {e}")).help("give the path of a CSV record")
+    };
+    if file.is_dir() {
+        return Err(unreadable(&"it is a folder"));
+    }
+    let separator = separator(file).map_err(|e| unreadable(&e))?;
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(separator)
+        .has_headers(false)
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_path(file)
+        .map_err(|e| unreadable(&e))?;
+    let mut row = ByteRecord::new();
+    if !reader.read_byte_record(&mut row).map_err(|e| unreadable(&e))? {
+        return Err(Error::data(format!("{named}, line 1: the file is empty"))
+            .help(format!("a record starts with {ACCEPTED_COLUMNS}")));
+    }
+    let unit_deg = unit_deg(file, &row)?;
+    let mut record = Record { file: file.to_owned(), time_s: Vec::new(), yaw_deg: Vec::new() };
+    let mut line = 1;
+    while reader.read_byte_record(&mut row).map_err(|e| unreadable(&e))? {
+        line = row.position().map_or(line + 1, csv::Position::line);
+        let fail = |what: String, help: &str| {
+            Error::data(format!("{named}, line {line}: {what}")).help(help)
+        };
+        if row.len() != 2 {
+            let what = match row.len() {
+                1 => "one field instead of two".to_owned(),
+                more => format!("{more} fields instead of two"),
+            };
+            return Err(fail(what, "each line holds a time and an angle, with a decimal point"));
+        }
+        let repair = "correct this line or leave it out";
+        let time_s =
+            number(&row[0], separator).map_err(|why| fail(format!("time_s: {why}"), repair))?;
+        let yaw =
+            number(&row[1], separator).map_err(|why| fail(format!("yaw angle: {why}"), repair))?;
+        if let Some(&before) = record.time_s.last() {
+            if time_s <= before {
+                let how = if time_s < before { "runs backwards" } else { "stands still" };
+                let what = format!("time {how}, from {before} s to {time_s} s");
+                return Err(fail(what, "sort the record by time, or cut it here"));
+            }
+        }
+        // A clock set anew in mid-record, or seconds since 1970 after seconds since the start: to fill
+        // such a gap at the device's rate would take more memory than there is.
+        if record.time_s.first().is_some_and(|first| time_s - first > LONGEST_S) {
+            let what =
+                format!("time runs on to {time_s} s, more than a day after the first sample");
+            return Err(fail(what, "cut the record here, or give time_s in seconds"));
+        }
+        let yaw_deg = yaw * unit_deg;
+        if !yaw_deg.is_finite() {
+            return Err(fail(format!("yaw angle: {yaw} is too large"), repair));
+        }
+        record.time_s.push(time_s);
+        record.yaw_deg.push(yaw_deg);
+        if record.len().is_multiple_of(ROWS_PER_CHECK) {
+            interrupt::check()?;
+        }
+    }
+    if record.len() < FEWEST_SAMPLES {
+        return Err(Error::data(format!(
+            "{named}, line {line}: the record ends after {} samples, too short for three cycles",
+            record.len()
+        ))
+        .help("record at least three cycles of the swing"));
+    }
+    Ok(record)
+}
+
+/// The columns of a CSV file with any names in its first line.
+pub(super) fn channels(file: &Path) -> Result<Vec<Channel>> {
+    let named = file.display();
+    let fail = |what: String| {
+        Error::data(format!("{named}{what}"))
+            .help("give a CSV file with the names of its columns in the first line")
+    };
+    let separator = separator(file).map_err(|e| fail(format!(": {e}")))?;
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(separator)
+        .trim(csv::Trim::All)
+        .from_path(file)
+        .map_err(|e| fail(format!(": {e}")))?;
+    let header = reader.byte_headers().map_err(|e| fail(format!(", line 1: {e}")))?;
+    let name =
+        |name: &[u8]| String::from_utf8_lossy(name).trim_start_matches('\u{feff}').to_owned();
+    let mut channels: Vec<Channel> = (header.iter())
+        .map(|field| Channel {
+            name: name(field),
+            unit: None,
+            step_s: None,
+            values: Ok(Vec::new()),
+        })
+        .collect();
+    for row in reader.byte_records() {
+        let row = row.map_err(|e| fail(format!(": {e}")))?;
+        let line = row.position().map_or(0, csv::Position::line);
+        for (channel, field) in channels.iter_mut().zip(&row) {
+            let Ok(values) = &mut channel.values else { continue };
+            match number(field, separator) {
+                Ok(value) => values.push(value),
+                // Of no account where another column is the record.
+                Err(why) => channel.values = Err(format!("line {line}: {why}")),
+            }
+        }
+    }
+    Ok(channels)
+}
+
+/// Writes (time in s, yaw angle in deg) as they come, whole or not at all.
+///
+/// # Errors
+/// Exit 3 where the file cannot be written, 130 where the user stops it.
+pub fn write_samples(file: &Path, samples: impl Iterator<Item = (f64, f64)>) -> Result<()> {
+    files::write_atomically_with(file, |out| {
+        let fail = |e: std::io::Error| files::cannot_write(file, &e);
+        writeln!(out, "time_s,yaw_deg").map_err(fail)?;
+        for (row, (time_s, yaw_deg)) in samples.enumerate() {
+            writeln!(out, "{time_s:.6},{yaw_deg:.6}").map_err(fail)?;
+            if row % ROWS_PER_CHECK == 0 {
+                interrupt::check()?;
+            }
+        }
+        Ok(())
+    })
+}

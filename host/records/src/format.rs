@@ -1,0 +1,130 @@
+//! Which format a file has, by what stands in it, and what is written under which name.
+
+use super::table::Channel;
+use super::{hdf5, mat, parquet_file, tdms};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+use yawrig_base::files;
+use yawrig_core::record::Record;
+use yawrig_expression::error::{Error, Result};
+
+/// A format that records are read from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    Csv,
+    /// MATLAB's own until version 7; from 7.3 on its files are HDF5.
+    Mat,
+    Hdf5,
+    Tdms,
+    Parquet,
+}
+
+/// Whether a file's name ends as those of records do.
+pub fn is_named_so(file: &Path) -> bool {
+    const ENDINGS: [&str; 6] = ["csv", "mat", "h5", "hdf5", "tdms", "parquet"];
+    let ending = file.extension();
+    ending.is_some_and(|e| ENDINGS.iter().any(|ending| e.eq_ignore_ascii_case(ending)))
+}
+
+/// A file's format; what is nothing else is taken for CSV.
+///
+/// # Errors
+/// Exit 3 for a file that is not readable, or of a relative of these formats that is not read.
+pub(super) fn of(file: &Path) -> Result<Format> {
+    let named = file.display();
+    let fail = |e: &dyn std::fmt::Display| {
+        Error::data(format!("cannot read {named}: {e}")).help("give the path of a record")
+    };
+    if file.is_dir() {
+        let error = fail(&"it is a folder");
+        let campaign = file.join("campaign.toml");
+        return Err(match campaign.exists() {
+            true => error.help(format!("give the campaign in it: {}", campaign.display())),
+            false => error,
+        });
+    }
+    let mut head = Vec::new();
+    let opened = File::open(file).map_err(|e| fail(&e))?;
+    opened.take(4096).read_to_end(&mut head).map_err(|e| fail(&e))?;
+    const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
+    // It may stand after a block for others, as MATLAB's.
+    if [0, 512, 1024, 2048]
+        .into_iter()
+        .any(|at| head.get(at..).is_some_and(|b| b.starts_with(HDF5)))
+    {
+        return Ok(Format::Hdf5);
+    }
+    if head.starts_with(b"MATLAB 5.0 MAT-file") {
+        return Ok(Format::Mat);
+    }
+    if head.starts_with(b"PAR1") {
+        return Ok(Format::Parquet);
+    }
+    if head.starts_with(b"TDSm") {
+        return Ok(Format::Tdms);
+    }
+    if head.starts_with(b"TDSh") {
+        return Err(Error::data(format!("{named} is a TDMS index, without the samples"))
+            .help("give the .tdms file beside it"));
+    }
+    if file.extension().is_some_and(|e| e.eq_ignore_ascii_case("mat")) {
+        return Err(Error::data(format!("{named} is not a MAT-file of version 5 or 7.3"))
+            .help("save it again in MATLAB with -v7 or -v7.3"));
+    }
+    if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") {
+        return Err(Error::data(format!("{named} is text in UTF-16"))
+            .help("save it again in UTF-8, as CSV with time_s,yaw_deg"));
+    }
+    if head.contains(&0) {
+        return Err(Error::data(format!("{named} is neither text nor of a format that is read"))
+            .help("give a record: CSV with time_s,yaw_deg, MATLAB, HDF5, TDMS or Parquet"));
+    }
+    Ok(Format::Csv)
+}
+
+/// Whether a text is a record in CSV, to be told from a file of another kind.
+pub fn is_record(text: &str) -> bool {
+    text.trim_start_matches('\u{feff}').trim_start().starts_with("time_s")
+}
+
+/// The channels of a file that is not CSV.
+pub(super) fn channels(file: &Path, format: Format) -> Result<Vec<Channel>> {
+    let read = match format {
+        Format::Csv => return super::csv_file::channels(file),
+        Format::Mat => mat::read(file),
+        Format::Hdf5 => hdf5::read(file),
+        Format::Tdms => tdms::read(file),
+        Format::Parquet => parquet_file::read(file),
+    };
+    read.map_err(|why| {
+        Error::data(format!("cannot read {}: {why}", file.display()))
+            .help("export the record anew, or as CSV with time_s,yaw_deg")
+    })
+}
+
+/// Writes a record under a name whose ending says the format.
+///
+/// # Errors
+/// Exit 2 for another ending, exit 3 where the file cannot be written.
+pub(super) fn write(record: &Record, file: &Path) -> Result<()> {
+    let ending = file.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let bytes = match ending.as_str() {
+        "csv" => return super::write(record, file),
+        "parquet" => parquet_file::bytes(record),
+        "h5" | "hdf5" => hdf5::bytes(record),
+        "mat" => hdf5::mat_bytes(record),
+        "tdms" => {
+            return Err(Error::usage("TDMS is read and not written")
+                .help("give the record a name that ends in .csv, .parquet, .h5 or .mat"))
+        }
+        _ => {
+            return Err(Error::usage(format!(
+                "the name of {} does not say which format to write",
+                file.display()
+            ))
+            .help("give it a name that ends in .csv, .parquet, .h5 or .mat"))
+        }
+    };
+    files::write_atomically(file, &bytes.map_err(|e| files::cannot_write(file, &e))?)
+}

@@ -1,0 +1,113 @@
+use std::path::PathBuf;
+use yawrig_core::record::Record;
+use yawrig_expression::error::Exit;
+
+fn file_with(bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("release.csv");
+    std::fs::write(&file, bytes).unwrap();
+    (folder, file)
+}
+
+/// A good record of `rows` rows at 100 Hz with `line` (counted from 1) replaced.
+fn with_line(rows: usize, line: usize, text: &str) -> String {
+    let mut lines = vec!["time_s,yaw_deg".to_owned()];
+    lines.extend((0..rows).map(|i| format!("{:.2},{}", i as f64 * 0.01, i % 7)));
+    lines[line - 1] = text.to_owned();
+    lines.join("\n") + "\n"
+}
+
+fn refused(content: impl AsRef<[u8]>, line: Option<usize>, words: &str) {
+    let (_folder, file) = file_with(content.as_ref());
+    let error = crate::read(&file).unwrap_err();
+    assert_eq!(error.exit, Exit::Data);
+    assert!(error.message.contains("release.csv"), "{error}");
+    if let Some(line) = line {
+        assert!(error.message.contains(&format!("line {line}:")), "{error}");
+    }
+    assert!(error.message.contains(words), "{error} does not say {words:?}");
+    assert!(!error.help.is_empty());
+}
+
+#[test]
+fn bad_files_are_refused_by_file_and_line() {
+    refused("", Some(1), "empty");
+    refused("\n\n", Some(1), "empty");
+    refused("time_s,yaw_deg\n", Some(1), "too short");
+    refused(with_line(5, 1, "time_s,yaw_deg"), Some(6), "too short");
+    refused(with_line(50, 1, "time_s,yaw_mrad"), Some(1), "yaw_mrad");
+    refused(with_line(50, 1, "time,yaw_deg"), Some(1), "\"time\"");
+    refused(with_line(50, 1, "0.00,1.0"), Some(1), "time_s");
+    refused(with_line(50, 1, "time_s,yaw_deg,extra"), Some(1), "3 columns");
+    refused(with_line(50, 7, "0.05,abc"), Some(7), "\"abc\" is not a number");
+    refused(with_line(50, 7, "0.05,NaN"), Some(7), "finite");
+    refused(with_line(50, 7, "0.05,-inf"), Some(7), "finite");
+    refused(with_line(50, 7, "0.05,1e999"), Some(7), "finite");
+    refused(with_line(50, 7, "0.05,"), Some(7), "not a number");
+    refused(with_line(50, 7, "0,05,1,2"), Some(7), "4 fields");
+    refused(with_line(50, 7, "0.03,1.0"), Some(7), "backwards");
+    refused(with_line(50, 7, "0.04,1.0"), Some(7), "stands still");
+    refused(
+        [b"time_s,yaw_deg\n0.0,1\n0.01,\xff\xfe\n".as_slice(), b"0.02,1\n"].concat(),
+        Some(3),
+        "number",
+    );
+    refused(vec![0u8, 159, 146, 150, 10, 7, 0, 0], None, "neither text nor of a format");
+    refused(vec![1u8, 159, 146, 150, 10, 7], Some(1), "one column");
+}
+
+#[test]
+fn a_rate_no_rig_has_is_refused() {
+    let milliseconds: String = (0..50)
+        .map(|i| format!("{i},{}\n", i % 7))
+        .fold("time_s,yaw_deg\n".to_owned(), |a, b| a + &b);
+    refused(milliseconds, None, "20 Hz to 10 kHz");
+}
+
+#[test]
+fn a_missing_file_and_a_folder_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for file in [folder.path().to_owned(), folder.path().join("absent.csv")] {
+        let error = crate::read(&file).unwrap_err();
+        assert_eq!(error.exit, Exit::Data);
+        assert!(error.message.contains(&file.display().to_string()));
+    }
+}
+
+#[test]
+fn radians_byte_order_mark_spaces_and_crlf_are_understood() {
+    let mut text = "\u{feff}time_s, yaw_rad\r\n".to_owned();
+    for i in 0..20 {
+        text += &format!(" {:.3} , 0.1\r\n", f64::from(i) * 0.001);
+    }
+    let (_folder, file) = file_with(text.as_bytes());
+    let record = crate::read(&file).unwrap();
+    assert_eq!(record.len(), 20);
+    assert!((record.yaw_deg[3] - 5.729_577_951).abs() < 1e-8);
+}
+
+#[test]
+fn irregular_time_stamps_are_accepted() {
+    let (_folder, file) = file_with(with_line(50, 7, "0.0567,1.0").as_bytes());
+    let record = crate::read(&file).unwrap();
+    assert!((record.time_s[5] - 0.0567).abs() < 1e-12);
+    assert!(!record.timing().is_regular());
+}
+
+#[test]
+fn what_is_written_is_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("release.csv");
+    let record = Record {
+        file: file.clone(),
+        time_s: (0..100).map(|i| f64::from(i) * 1e-3).collect(),
+        yaw_deg: (0..100).map(|i| (f64::from(i) * 0.1).sin() - 3.25).collect(),
+    };
+    crate::write(&record, &file).unwrap();
+    let again = crate::read(&file).unwrap();
+    for (a, b) in record.yaw_deg.iter().zip(&again.yaw_deg) {
+        assert!((a - b).abs() <= 0.5e-6);
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary file stays");
+    assert!(crate::write(&record, &folder.path().join("absent/release.csv")).is_err());
+}

@@ -1,0 +1,320 @@
+//! The effects a virtual rig can hide in its records: identifiers, parameters, and what is refused.
+//!
+//! Terms of the yaw acceleration (all torques divided by Izz, angles in rad) are computed in `moments`; the
+//! last three effects change the reading and leave the motion alone. Time runs from the release. A user's own effect is
+//! taken from its file; the formula compiled there is the one that fits use too.
+
+use std::fmt;
+use std::path::Path;
+use std::str::FromStr;
+use yawrig_expression::error::{Error, Result};
+use yawrig_expression::{OwnEffect, OwnTerm, MOST_OWN, MOST_PARAMETERS};
+use yawrig_shared::modal::Modal;
+
+/// One parameter of an effect and the values it may have, ends included.
+#[derive(Debug, PartialEq)]
+pub struct Parameter {
+    pub name: &'static str,
+    pub unit: &'static str,
+    least: f64,
+    most: f64,
+}
+
+/// One effect of the library.
+#[derive(Debug, PartialEq)]
+pub struct Kind {
+    pub id: &'static str,
+    /// Added to b'' = -2 zeta wn r - wn^2 b, or the reading where it says so.
+    pub term: &'static str,
+    pub parameters: &'static [Parameter],
+}
+
+const fn any(name: &'static str, unit: &'static str) -> Parameter {
+    Parameter { name, unit, least: f64::MIN, most: f64::MAX }
+}
+
+const fn positive(name: &'static str, unit: &'static str) -> Parameter {
+    Parameter { name, unit, least: f64::MIN_POSITIVE, most: f64::MAX }
+}
+
+const fn within(name: &'static str, unit: &'static str, least: f64, most: f64) -> Parameter {
+    Parameter { name, unit, least, most }
+}
+
+const fn kind(id: &'static str, term: &'static str, parameters: &'static [Parameter]) -> Kind {
+    Kind { id, term, parameters }
+}
+
+/// Fastest forcing, rad/s: beyond it the integration's steps no longer resolve a cycle.
+const FASTEST_FORCING_RAD_S: f64 = 1000.0;
+
+/// Every effect there is.
+///
+/// Friction and drag only take energy out, so that their coefficients are positive; a negative
+/// `cubic_damping` is allowed, since damping that falls with amplitude is seen on such rigs.
+pub static LIBRARY: [Kind; 13] = [
+    kind(
+        "coulomb_friction",
+        "- c sign(r); sticks while r = 0 and the other torque is at most c",
+        &[positive("c", "rad/s2")],
+    ),
+    kind("quadratic_damping", "- d |r| r", &[positive("d", "1/rad")]),
+    kind("cubic_damping", "- c b^2 r", &[any("c", "1/(rad2 s)")]),
+    kind("cubic_stiffness", "- k3 b^3", &[any("k3", "1/(rad2 s2)")]),
+    kind("quadratic_stiffness", "- k2 b^2", &[any("k2", "1/(rad s2)")]),
+    kind("static_offset", "+ m", &[any("m", "rad/s2")]),
+    kind(
+        "free_play",
+        "the spring term wn^2 b acts on b beyond a dead zone of +-g only",
+        &[within("g", "rad", f64::MIN_POSITIVE, std::f64::consts::PI)],
+    ),
+    kind(
+        "harmonic_forcing",
+        "+ f cos(w t + phi), w at least 10 % of wn away from it",
+        &[
+            positive("f", "rad/s2"),
+            within("w", "rad/s", f64::MIN_POSITIVE, FASTEST_FORCING_RAD_S),
+            any("phi", "rad"),
+        ],
+    ),
+    kind("stiffness_drift", "wn^2 (1 + e t) in place of wn^2", &[any("e", "1/s")]),
+    kind("buffeting", "+ white random moment of intensity q", &[positive("q", "rad2/s3")]),
+    kind(
+        "second_mode",
+        "reading + amplitude exp(-zeta2 w2 t) cos(w2 sqrt(1 - zeta2^2) t + phase)",
+        &[
+            positive("amplitude", "rad"),
+            any("phase", "rad"),
+            positive("w2", "rad/s"),
+            within("zeta2", "1", 0.001, 0.99),
+        ],
+    ),
+    kind("sensor_nonlinearity", "reading = b + s b^2", &[any("s", "1/rad")]),
+    kind("baseline_drift", "reading = b + d t", &[any("d", "rad/s")]),
+];
+
+/// An effect with values for all its parameters, in physical range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Effect {
+    kind: &'static Kind,
+    values: [f64; MOST_PARAMETERS],
+    own: Option<&'static OwnEffect>,
+}
+
+/// A kind made of a user's own effect.
+fn kind_of(own: &'static OwnEffect) -> &'static Kind {
+    let parameters: Vec<Parameter> = own
+        .parameters
+        .iter()
+        .map(|p| within(p.name, p.unit, p.min.max(f64::MIN), p.max.min(f64::MAX)))
+        .collect();
+    Box::leak(Box::new(kind(&own.id, &own.formula, Box::leak(parameters.into_boxed_slice()))))
+}
+
+/// Effect and the rest of `EFFECT:NAME=VALUE,...`; a path may hold colons of its own.
+fn split(text: &str) -> (&str, &str) {
+    const ENDING: &str = ".toml";
+    match text.find(ENDING).map(|at| text.split_at(at + ENDING.len())) {
+        Some((file, "")) => (file, ""),
+        Some((file, rest)) if rest.starts_with(':') => (file, &rest[1..]),
+        _ => text.split_once(':').unwrap_or((text, "")),
+    }
+}
+
+impl Effect {
+    pub fn id(&self) -> &'static str {
+        self.kind.id
+    }
+
+    /// Each parameter with its value, in the library's order and units.
+    pub fn parameters(&self) -> impl Iterator<Item = (&'static Parameter, f64)> {
+        self.kind.parameters.iter().zip(self.values)
+    }
+}
+
+impl fmt::Display for Effect {
+    /// As [`Effect::from_str`] reads it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let values: Vec<String> =
+            self.parameters().map(|(p, value)| format!("{}={value}", p.name)).collect();
+        write!(f, "{}:{}", self.id(), values.join(","))
+    }
+}
+
+impl FromStr for Effect {
+    type Err = Error;
+
+    /// `id:name=value,name=value`, every parameter once, in any order; of a user's own effect, named by the path of
+    /// its file, those left out are as the file starts them.
+    ///
+    /// # Errors
+    /// Exit 2, naming the ids or the parameters there are; exit 3 for a file that cannot be used.
+    fn from_str(text: &str) -> Result<Self> {
+        let (id, given) = split(text);
+        let ids = || LIBRARY.iter().map(|kind| kind.id);
+        let own = match yawrig_expression::is_file(id) {
+            true => Some(yawrig_expression::load(Path::new(id), &ids().collect::<Vec<_>>())?),
+            false => None,
+        };
+        let kind = match own {
+            Some(own) => kind_of(own),
+            None => LIBRARY.iter().find(|kind| kind.id == id.trim()).ok_or_else(|| {
+                let near = yawrig_expression::nearest(id.trim(), ids());
+                let near = near.map_or(String::new(), |near| format!("did you mean {near}? "));
+                let ids = ids().collect::<Vec<_>>().join(", ");
+                Error::usage(format!("--effect {text}: there is no effect \"{}\"", id.trim())).help(
+                    format!(
+                        "{near}the effects are {ids}, or the path of your own effect's .toml file"
+                    ),
+                )
+            })?,
+        };
+        let refuse = |why: String| {
+            let parameters: Vec<String> =
+                kind.parameters.iter().map(|p| format!("{} ({})", p.name, p.unit)).collect();
+            Error::usage(format!("--effect {text}: {why}")).help(format!(
+                "{} takes {}",
+                kind.id,
+                parameters.join(", ")
+            ))
+        };
+        let mut values = [None; MOST_PARAMETERS];
+        for pair in given.split(',').map(str::trim).filter(|pair| !pair.is_empty()) {
+            let (name, value) = pair
+                .split_once('=')
+                .ok_or_else(|| refuse(format!("\"{pair}\" is not name=value")))?;
+            let place = kind
+                .parameters
+                .iter()
+                .position(|p| p.name == name.trim())
+                .ok_or_else(|| refuse(format!("there is no parameter \"{}\"", name.trim())))?;
+            let parameter = &kind.parameters[place];
+            let value: f64 = value
+                .trim()
+                .parse()
+                .map_err(|_| refuse(format!("{} is no number", parameter.name)))?;
+            if !(parameter.least..=parameter.most).contains(&value) {
+                return Err(refuse(parameter.out_of_range(value)));
+            }
+            if values[place].replace(value).is_some() {
+                return Err(refuse(format!("{} is given twice", parameter.name)));
+            }
+        }
+        for (value, start) in values.iter_mut().zip(own.iter().flat_map(|own| &own.starts)) {
+            value.get_or_insert(*start);
+        }
+        if let Some((missing, _)) =
+            kind.parameters.iter().zip(&values).find(|(_, value)| value.is_none())
+        {
+            return Err(refuse(format!("{} is missing", missing.name)));
+        }
+        Ok(Self { kind, values: values.map(Option::unwrap_or_default), own })
+    }
+}
+
+impl Parameter {
+    fn out_of_range(&self, value: f64) -> String {
+        let Self { name, least, most, .. } = self;
+        match (*least == f64::MIN_POSITIVE, *most == f64::MAX) {
+            (true, true) => format!("{name}={value} is not positive and finite"),
+            (true, false) => format!("{name}={value} is not positive and at most {most:.6}"),
+            (false, true) => format!("{name}={value} is not finite"),
+            (false, false) => format!("{name}={value} is not from {least} to {most}"),
+        }
+    }
+}
+
+/// The effects of one rig, each at most once; none by default.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Effects {
+    list: Vec<Effect>,
+    /// For own effects that depend on it.
+    wind_speed_m_s: f64,
+}
+
+impl Effects {
+    /// # Errors
+    /// Exit 2 for an effect given twice, or too many of the user's own.
+    pub fn new(effects: Vec<Effect>) -> Result<Self> {
+        for (place, effect) in effects.iter().enumerate() {
+            if effects[..place].iter().any(|other| other.id() == effect.id()) {
+                return Err(Error::usage(format!("--effect {effect}: {} twice", effect.id()))
+                    .help("give each effect once"));
+            }
+        }
+        if effects.iter().filter(|e| e.own.is_some()).count() > MOST_OWN {
+            return Err(Error::usage(format!(
+                "--effect: more than {MOST_OWN} effects of your own"
+            ))
+            .help("take fewer at a time"));
+        }
+        Ok(Self { list: effects, wind_speed_m_s: 0.0 })
+    }
+
+    /// The same at another wind speed, 0 at first.
+    #[must_use]
+    pub fn in_wind(mut self, speed_m_s: f64) -> Self {
+        self.wind_speed_m_s = speed_m_s;
+        self
+    }
+
+    pub(super) fn wind_speed_m_s(&self) -> f64 {
+        self.wind_speed_m_s
+    }
+
+    /// The user's own, those there are first.
+    pub(super) fn own(&self) -> [Option<OwnTerm>; MOST_OWN] {
+        let mut own = self.iter().filter_map(|e| Some(OwnTerm::new(e.own?, &e.values)));
+        std::array::from_fn(|_| own.next())
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = &Effect> {
+        self.list.iter()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// Whether something keeps the model moving for ever.
+    pub fn drive_the_model(&self) -> bool {
+        let drives = |e: &Effect| matches!(e.id(), "harmonic_forcing" | "buffeting");
+        self.iter().any(|e| drives(e) || e.own.is_some_and(|own| own.keeps_moving))
+    }
+
+    /// Value of a parameter; `None` where the effect is absent.
+    pub(super) fn value(&self, id: &str, name: &str) -> Option<f64> {
+        let effect = self.list.iter().find(|effect| effect.id() == id)?;
+        effect.parameters().find(|(p, _)| p.name == name).map(|(_, value)| value)
+    }
+
+    /// Refuses frequencies that would imitate the yaw mode, a slow drift, or resonance.
+    ///
+    /// # Errors
+    /// Exit 2, naming the effect, its frequency and the mode's.
+    pub(super) fn check_frequencies(&self, modal: &Modal) -> Result<()> {
+        let wn = modal.natural_frequency_rad_s;
+        if let Some(w) = self.value("harmonic_forcing", "w") {
+            if (w - wn).abs() < 0.1 * wn {
+                return Err(Error::usage(format!(
+                    "--effect harmonic_forcing: w = {w} rad/s is within 10 % of a release's natural frequency, {wn:.4} rad/s"
+                ))
+                .help(format!("take w below {:.4} or above {:.4} rad/s", 0.9 * wn, 1.1 * wn)));
+            }
+        }
+        if let Some(w2) = self.value("second_mode", "w2") {
+            if (w2 - wn).abs() < 0.3 * wn || w2 < 0.3 * wn {
+                return Err(Error::usage(format!(
+                    "--effect second_mode: w2 = {w2} rad/s is within 30 % of a release's natural frequency, {wn:.4} rad/s, or of zero"
+                ))
+                .help(format!(
+                    "take w2 from {:.4} to {:.4} or above {:.4} rad/s",
+                    0.3 * wn,
+                    0.7 * wn,
+                    1.3 * wn
+                )));
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,171 @@
+//! What the effects add: torques divided by the inertia (rad/s2), and what the sensor makes of the angle (rad).
+//!
+//! Base equation: Ramli 2008, chapter 3, b'' = -2 zeta wn r - wn^2 b, with the yaw angle b in rad and the
+//! yaw rate r in rad/s. wn^2 and 2 zeta wn are those of the release, the wind's share included.
+
+use super::effects::Effects;
+use yawrig_expression::{OwnTerm, State, MOST_OWN};
+use yawrig_shared::modal::Modal;
+
+/// A piece of the equation of motion within which it is smooth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Piece {
+    /// Sign of the yaw rate; 0: at rest, held by friction or by nothing pulling at it.
+    pub rate: f64,
+    /// -1 below the dead zone of the spring, 0 in it, 1 above. Without play always 1, with an edge at 0.
+    pub side: f64,
+}
+
+/// Coefficients of every torque, nought for an absent effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Moments {
+    /// wn^2, rad2/s2.
+    stiffness_rad2_s2: f64,
+    /// 2 zeta wn, rad/s.
+    damping_rad_s: f64,
+    /// c, rad/s2: Coulomb's friction of the bearing, also the most it holds at rest.
+    pub friction_rad_s2: f64,
+    /// d, 1/rad: drag with the square of the rate.
+    quadratic_damping_per_rad: f64,
+    /// c, 1/(rad2 s): damping that grows with the square of the angle.
+    cubic_damping_per_rad2_s: f64,
+    /// k3, 1/(rad2 s2): hardening where positive.
+    cubic_stiffness_per_rad2_s2: f64,
+    /// k2, 1/(rad s2): stiffer on the positive side where positive.
+    quadratic_stiffness_per_rad_s2: f64,
+    /// m, rad/s2: crooked flow or a bent spring.
+    offset_rad_s2: f64,
+    /// g, rad: half the dead zone.
+    pub play_rad: f64,
+    /// f in rad/s2, w in rad/s, phi in rad of f cos(w t + phi).
+    forcing: [f64; 3],
+    /// e, 1/s.
+    stiffness_drift_per_s: f64,
+    /// q, rad2/s3: over a time h the yaw rate wanders by a normal deviate of variance q h (two-sided: the
+    /// moment's covariance is q delta(t - t')).
+    pub buffeting_rad2_s3: f64,
+    /// The user's own, and what they may depend on.
+    own: [Option<OwnTerm>; MOST_OWN],
+    natural_frequency_rad_s: f64,
+    wind_speed_m_s: f64,
+}
+
+impl Moments {
+    pub fn new(modal: &Modal, effects: &Effects) -> Self {
+        let value = |id, name| effects.value(id, name).unwrap_or(0.0);
+        Self {
+            stiffness_rad2_s2: modal.stiffness_rad2_s2(),
+            damping_rad_s: modal.damping_rad_s(),
+            friction_rad_s2: value("coulomb_friction", "c"),
+            quadratic_damping_per_rad: value("quadratic_damping", "d"),
+            cubic_damping_per_rad2_s: value("cubic_damping", "c"),
+            cubic_stiffness_per_rad2_s2: value("cubic_stiffness", "k3"),
+            quadratic_stiffness_per_rad_s2: value("quadratic_stiffness", "k2"),
+            offset_rad_s2: value("static_offset", "m"),
+            play_rad: value("free_play", "g"),
+            forcing: ["f", "w", "phi"].map(|name| value("harmonic_forcing", name)),
+            stiffness_drift_per_s: value("stiffness_drift", "e"),
+            buffeting_rad2_s3: value("buffeting", "q"),
+            own: effects.own(),
+            natural_frequency_rad_s: modal.natural_frequency_rad_s,
+            wind_speed_m_s: effects.wind_speed_m_s(),
+        }
+    }
+
+    /// b'' in rad/s2, friction left out, at time t (s), angle b, rate r, in one piece of the equation.
+    pub fn without_friction(&self, t: f64, [b, r]: [f64; 2], piece: Piece, random: f64) -> f64 {
+        let stretch = if piece.side == 0.0 { 0.0 } else { b - piece.side * self.play_rad };
+        let [f, w, phi] = self.forcing;
+        let forcing = if f == 0.0 { 0.0 } else { f * (w * t + phi).cos() };
+        -self.stiffness_rad2_s2 * (1.0 + self.stiffness_drift_per_s * t) * stretch
+            - self.damping_rad_s * r
+            - self.quadratic_damping_per_rad * piece.rate * r * r
+            - self.cubic_damping_per_rad2_s * b * b * r
+            - self.cubic_stiffness_per_rad2_s2 * b * b * b
+            - self.quadratic_stiffness_per_rad_s2 * b * b
+            + self.offset_rad_s2
+            + forcing
+            + random
+            + if self.has_own() { self.own_moment(t, [b, r], piece) } else { 0.0 }
+    }
+
+    /// Whether there are moments that may be steep at any place.
+    pub fn has_own(&self) -> bool {
+        self.own[0].is_some()
+    }
+
+    fn own_moment(&self, t: f64, [b, r]: [f64; 2], piece: Piece) -> f64 {
+        let state = State {
+            yaw_rad: b,
+            rate_rad_s: r,
+            time_s: t,
+            natural_frequency_rad_s: self.natural_frequency_rad_s,
+            wind_speed_m_s: self.wind_speed_m_s,
+            rate_sign: piece.rate,
+            yaw_sign: if b < 0.0 { -1.0 } else { 1.0 },
+        };
+        self.own.iter().map_while(Option::as_ref).map(|own| own.moment(&state)).sum()
+    }
+
+    /// Which way the model moves from rest at b, -1 or 1; 0: friction holds it, or nothing pulls at it.
+    pub fn leaves(&self, t: f64, b: f64, piece: Piece, random: f64) -> f64 {
+        let pull = |rate: f64| self.acceleration(t, [b, 0.0], Piece { rate, ..piece }, random);
+        let (up, down) = (pull(1.0), pull(-1.0));
+        if up > 0.0 && up >= -down {
+            1.0
+        } else if down < 0.0 {
+            -1.0
+        } else {
+            0.0
+        }
+    }
+
+    /// b'' in rad/s2 while the model moves.
+    pub fn acceleration(&self, t: f64, state: [f64; 2], piece: Piece, random: f64) -> f64 {
+        self.without_friction(t, state, piece, random) - self.friction_rad_s2 * piece.rate
+    }
+
+    /// Potential energy over the inertia at the release, rad2/s2, forcing left out; nought at b = 0.
+    pub fn potential(&self, b: f64) -> f64 {
+        let stretch = (b.abs() - self.play_rad).max(0.0);
+        0.5 * self.stiffness_rad2_s2 * stretch * stretch
+            + self.quadratic_stiffness_per_rad_s2 * b * b * b / 3.0
+            + self.cubic_stiffness_per_rad2_s2 * b * b * b * b / 4.0
+            - self.offset_rad_s2 * b
+    }
+}
+
+/// How the reading differs from the angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Distortion {
+    /// amplitude (rad), phase (rad), w2 (rad/s), zeta2.
+    second_mode: [f64; 4],
+    /// s, 1/rad.
+    nonlinearity_per_rad: f64,
+    /// d, rad/s.
+    drift_rad_s: f64,
+}
+
+impl Distortion {
+    pub fn new(effects: &Effects) -> Self {
+        let value = |id, name| effects.value(id, name).unwrap_or(0.0);
+        Self {
+            second_mode: ["amplitude", "phase", "w2", "zeta2"]
+                .map(|name| value("second_mode", name)),
+            nonlinearity_per_rad: value("sensor_nonlinearity", "s"),
+            drift_rad_s: value("baseline_drift", "d"),
+        }
+    }
+
+    /// What the sensor sees of the angle b (rad) at t (s), rad. The second mode rings from the release on.
+    pub fn reading(&self, t: f64, b: f64) -> f64 {
+        let [amplitude, phase, w2, zeta2] = self.second_mode;
+        let ringing = if amplitude == 0.0 || t < 0.0 {
+            0.0
+        } else {
+            let wd2 = w2 * (1.0 - zeta2 * zeta2).sqrt();
+            amplitude * (-zeta2 * w2 * t).exp() * (wd2 * t + phase).cos()
+        };
+        b + self.nonlinearity_per_rad * b * b + self.drift_rad_s * t + ringing
+    }
+}

@@ -1,0 +1,35 @@
+//! A campaign's records read and judged as one.
+
+use super::CampaignFile;
+use rayon::prelude::*;
+use yawrig_core::diagnosis::campaign::{self, CampaignDiagnosis, Diagnosed};
+use yawrig_core::diagnosis::diagnose::Options;
+use yawrig_core::fit::swing::Swing;
+use yawrig_core::interrupt;
+use yawrig_expression::error::Result;
+
+/// Judges the campaign in `file`.
+///
+/// # Errors
+/// As [`diagnose_with_fits`].
+pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<CampaignDiagnosis> {
+    Ok(diagnose_with_fits(file, options)?.diagnosis)
+}
+
+/// Judges the campaign in `file`, and keeps what was fitted.
+///
+/// # Errors
+/// Exit 3 where a record cannot be read or has no swing in it, 130 where the user stops it.
+pub fn diagnose_with_fits(file: &CampaignFile, options: &Options) -> Result<Diagnosed> {
+    let read = |index: usize| {
+        interrupt::check()?;
+        let mut swing = Swing::of(&yawrig_records::read(&file.record_path(index))?)?;
+        swing.wind_speed_m_s = file.campaign.release[index].wind_speed_m_s;
+        Ok(swing)
+    };
+    let releases = 0..file.campaign.release.len();
+    let swings: Vec<Result<Swing>> = releases.into_par_iter().map(read).collect();
+    // Collected first, so that of several bad records always the first is named.
+    let swings = swings.into_iter().collect::<Result<Vec<_>>>()?;
+    campaign::diagnose_with_fits(&file.campaign, swings, options)
+}

@@ -1,0 +1,253 @@
+//! `campaign.toml`: which record was made under what, and what is made of it.
+//!
+//! Every `..._u_...` entry is the standard uncertainty of the entry it is named after, in its unit; left out,
+//! it is taken as nought and said to be.
+
+mod diagnose;
+mod evaluate;
+pub mod simulated;
+
+pub use diagnose::{diagnose, diagnose_with_fits};
+pub use evaluate::{evaluate, Identify};
+
+use serde::Deserialize;
+use std::collections::{HashMap, HashSet};
+use std::fmt;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+use yawrig_core::derivatives::campaign::{Campaign, ReleaseEntry, SCHEMA_VERSION};
+use yawrig_expression::error::{Error, Result};
+use yawrig_records::format::is_record;
+
+/// A campaign with the place it was read from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CampaignFile {
+    pub path: PathBuf,
+    pub campaign: Campaign,
+    /// Line of each `[[release]]` in the file, counted from 1.
+    pub release_lines: Vec<usize>,
+}
+
+/// Only the places of the releases.
+#[derive(Deserialize)]
+struct Places {
+    #[serde(default)]
+    release: Vec<Spanned<toml::Table>>,
+}
+
+impl CampaignFile {
+    /// Reads and checks a campaign from which derivatives can be had.
+    ///
+    /// # Errors
+    /// As [`Self::read_releases`]; besides, a wind-on release without its wind-off reference, or none at all.
+    pub fn read(path: &Path) -> Result<Self> {
+        let file = Self::read_releases(path)?;
+        file.check_references()?;
+        Ok(file)
+    }
+
+    /// Reads and checks a campaign, whatever it was made with: wind off alone, or on alone.
+    ///
+    /// # Errors
+    /// Exit 3, naming file and line: not TOML, an entry missing, unknown or out of range, a record that is not
+    /// there or listed twice, one spring with two stiffnesses.
+    pub fn read_releases(path: &Path) -> Result<Self> {
+        let file = Self::read_listed(path)?;
+        (0..file.campaign.release.len()).try_for_each(|index| file.check_record(index))?;
+        Ok(file)
+    }
+
+    /// As [`Self::read_releases`], whether the records are there or not.
+    ///
+    /// # Errors
+    /// As there, but for a record that is not there: see [`Self::check_record`].
+    pub fn read_listed(path: &Path) -> Result<Self> {
+        let named = path.display();
+        let text = std::fs::read_to_string(path).map_err(|e| {
+            Error::data(format!("cannot read {named}: {e}"))
+                .help("give the path of a campaign.toml")
+        })?;
+        if is_record(&text) {
+            return Err(Error::data(format!("{named} is a record, not a campaign")).help(
+                "write a campaign.toml that names it; yawrig simulate --campaign writes an example",
+            ));
+        }
+        let malformed = |e: &toml::de::Error| {
+            let line = e.span().map_or(1, |span| line_of(&text, span.start));
+            Error::data(format!("{named}, line {line}: {}", e.message()))
+                .help("correct the entry; yawrig simulate --campaign writes an example")
+        };
+        let campaign: Campaign = toml::from_str(&text).map_err(|e| malformed(&e))?;
+        let places: Places = toml::from_str(&text).map_err(|e| malformed(&e))?;
+        let release_lines =
+            places.release.iter().map(|release| line_of(&text, release.span().start)).collect();
+        let file = Self { path: path.to_owned(), campaign, release_lines };
+        file.check()?;
+        Ok(file)
+    }
+
+    /// Where the record of release `index` is.
+    pub fn record_path(&self, index: usize) -> PathBuf {
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        folder.join(&self.campaign.release[index].file)
+    }
+
+    /// An error at release `index`.
+    pub fn error_at(&self, index: usize, what: impl fmt::Display) -> Error {
+        Error::data(format!("{}, line {}: {what}", self.path.display(), self.release_lines[index]))
+    }
+
+    fn check(&self) -> Result<()> {
+        let named = self.path.display();
+        let Campaign { schema_version, model, air, rig, inertia, release } = &self.campaign;
+        if *schema_version != SCHEMA_VERSION {
+            return Err(Error::data(format!("{named}: schema_version is {schema_version}"))
+                .help(format!("this program reads schema_version {SCHEMA_VERSION}")));
+        }
+        let inertia = inertia.clone().unwrap_or_default();
+        for (name, value) in [
+            ("model.length_m", Some(model.length_m)),
+            ("model.frontal_area_m2", Some(model.frontal_area_m2)),
+            ("air.density_kg_m3", Some(air.density_kg_m3)),
+            ("rig.spring_arm_m", Some(rig.spring_arm_m)),
+            ("rig.axis_offset_m", Some(rig.axis_offset_m)),
+            ("inertia.mid_kg_m2", inertia.mid_kg_m2),
+            ("inertia.front_kg_m2", inertia.front_kg_m2),
+        ] {
+            if value.is_some_and(|value| !is_positive(value)) {
+                return Err(Error::data(format!("{named}: {name} is not a positive number"))
+                    .help("correct the entry"));
+            }
+        }
+        for (name, u) in [
+            ("model.length_u_m", model.length_u_m),
+            ("model.frontal_area_u_m2", model.frontal_area_u_m2),
+            ("air.density_u_kg_m3", air.density_u_kg_m3),
+            ("rig.spring_arm_u_m", rig.spring_arm_u_m),
+            ("rig.axis_offset_u_m", rig.axis_offset_u_m),
+            ("inertia.mid_u_kg_m2", inertia.mid_u_kg_m2),
+            ("inertia.front_u_kg_m2", inertia.front_u_kg_m2),
+        ] {
+            if u.is_some_and(|u| !is_not_negative(u)) {
+                return Err(Error::data(format!("{named}: {name} is not a standard uncertainty"))
+                    .help("give nought or a positive number"));
+            }
+        }
+        if release.is_empty() {
+            return Err(Error::data(format!("{named}: there is no [[release]] in it"))
+                .help("add one [[release]] for each record"));
+        }
+        let (mut files, mut springs) = (HashMap::new(), HashMap::new());
+        for (index, release) in release.iter().enumerate() {
+            self.check_numbers(index)?;
+            if let Some(earlier) = files.insert(&release.file, index) {
+                let first = self.release_lines[earlier];
+                let what = format!("record {} is listed already, on line {first}", release.file);
+                return Err(self.error_at(index, what).help("list each record once"));
+            }
+            let stiffness = (release.spring_stiffness_n_per_m, release.spring_stiffness_u_n_per_m);
+            let (earlier, other) = *springs.entry(&release.spring).or_insert((index, stiffness));
+            if other != stiffness {
+                let first = self.release_lines[earlier];
+                let what =
+                    format!("spring {} has another stiffness on line {first}", release.spring);
+                return Err(self.error_at(index, what).help("give each spring one stiffness"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the record of release `index` is there.
+    ///
+    /// # Errors
+    /// Exit 3 where it is not, naming file and line.
+    pub fn check_record(&self, index: usize) -> Result<()> {
+        let path = self.record_path(index);
+        if path.is_file() {
+            return Ok(());
+        }
+        Err(self.error_at(index, format!("record {} is not there", path.display())).help(
+            "put it there, or correct its file entry: paths are relative to the campaign's file",
+        ))
+    }
+
+    /// The campaign without the releases that `keep` is not true of.
+    pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
+        let kept = || (0..self.campaign.release.len()).filter(|index| keep(*index));
+        let mut only = self.clone();
+        only.campaign.release = kept().map(|k| self.campaign.release[k].clone()).collect();
+        only.release_lines = kept().map(|k| self.release_lines[k]).collect();
+        only
+    }
+
+    fn check_references(&self) -> Result<()> {
+        let release = &self.campaign.release;
+        let references: HashSet<_> = release
+            .iter()
+            .filter(|release| release.wind_speed_m_s == 0.0)
+            .map(|release| (&release.spring, release.axis))
+            .collect();
+        let missing = |r: &ReleaseEntry| !references.contains(&(&r.spring, r.axis));
+        if let Some(index) = release.iter().position(missing) {
+            return Err(self.no_reference(index));
+        }
+        if release.iter().all(|release| release.wind_speed_m_s == 0.0) {
+            let named = self.path.display();
+            return Err(Error::data(format!("{named}: no release was made with the wind on"))
+                .help("add the wind-on releases, with their wind_speed_m_s"));
+        }
+        Ok(())
+    }
+
+    fn check_numbers(&self, index: usize) -> Result<()> {
+        let release = &self.campaign.release[index];
+        if !is_positive(release.spring_stiffness_n_per_m) {
+            return Err(self
+                .error_at(index, "spring_stiffness_n_per_m is not a positive number")
+                .help("correct the entry"));
+        }
+        if !is_not_negative(release.wind_speed_m_s) {
+            return Err(self
+                .error_at(index, "wind_speed_m_s is negative or not a number")
+                .help("give 0 for wind off"));
+        }
+        for (name, u) in [
+            ("spring_stiffness_u_n_per_m", release.spring_stiffness_u_n_per_m),
+            ("wind_speed_u_m_s", release.wind_speed_u_m_s),
+        ] {
+            if u.is_some_and(|u| !is_not_negative(u)) {
+                return Err(self
+                    .error_at(index, format!("{name} is not a standard uncertainty"))
+                    .help("give nought or a positive number"));
+            }
+        }
+        Ok(())
+    }
+
+    fn no_reference(&self, index: usize) -> Error {
+        let ReleaseEntry { file, spring, axis, .. } = &self.campaign.release[index];
+        let what = format!(
+            "{file} was made with the wind on, but there is no wind-off release of spring {spring} on the {axis} axis"
+        );
+        self.error_at(index, what).help(format!(
+            "add a [[release]] with spring = \"{spring}\", axis = \"{axis}\", wind_speed_m_s = 0.0"
+        ))
+    }
+}
+
+fn is_positive(value: f64) -> bool {
+    value.is_finite() && value > 0.0
+}
+
+fn is_not_negative(value: f64) -> bool {
+    value.is_finite() && value >= 0.0
+}
+
+fn line_of(text: &str, offset: usize) -> usize {
+    text.as_bytes()[..offset.min(text.len())].iter().filter(|byte| **byte == b'\n').count() + 1
+}
+
+#[cfg(test)]
+mod derivatives_tests;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,141 @@
+//! What is said of a model and its records: how far and where it is from them.
+
+use crate::model::document::{is_own, Model};
+use crate::model::journal::Residuals;
+use crate::model::model_fit::{modal_of, Recorded};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use yawrig_core::diagnosis::compare::{self, Where};
+use yawrig_core::diagnosis::diagnose::Modal;
+use yawrig_core::effects::Effect;
+use yawrig_core::fit::fitting::Fitted;
+use yawrig_core::fit::swing::Swing;
+use yawrig_core::identify::WindowEstimate;
+use yawrig_core::quantity::Quantity;
+
+/// A model against its records. Rms in deg, ratios to the noise floor of block means.
+#[derive(Clone, Debug, Serialize)]
+pub struct Appraisal {
+    pub noise_rms_deg: f64,
+    /// Under the condition of the first record.
+    pub modal: Modal,
+    /// Every effect of the model, in the order in which they were added.
+    pub effects: Vec<Effect>,
+    #[serde(flatten)]
+    pub residuals: Residuals,
+    /// `effect.name`, in the effect's unit.
+    pub parameters: BTreeMap<String, Quantity>,
+    pub conditions: Vec<Condition>,
+    pub records: Vec<RecordAppraisal>,
+    /// wn and zeta over three cycles each, of the record of `where`.
+    pub windows: Vec<WindowEstimate>,
+    /// Of the record that the model is farthest from.
+    #[serde(rename = "where")]
+    pub where_: Where,
+    pub where_file: String,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct Condition {
+    pub condition: String,
+    #[serde(flatten)]
+    pub modal: Modal,
+}
+
+/// One record, whether fitted or held out.
+#[derive(Clone, Debug, Serialize)]
+pub struct RecordAppraisal {
+    pub file: String,
+    pub condition: String,
+    pub held_out: bool,
+    pub noise_rms_deg: f64,
+    pub residual_rms_deg: f64,
+    pub residual_over_noise: f64,
+    /// Numbers of effects that belong to this record, where there are several.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, Quantity>,
+}
+
+/// Puts together what is known: `fits` of `recorded`, of which those up to `fitted` make up the model's residual.
+/// `model` names the values that are shown where it has them.
+pub fn appraise(
+    model: &Model,
+    recorded: &[&Recorded],
+    fits: &[Fitted],
+    fitted: usize,
+    residual_over_noise: f64,
+    held_out_over_noise: f64,
+) -> Appraisal {
+    let swing = |k: usize| &recorded[k].swing;
+    let raw = |k: usize| swing(k).raw_rms_deg(fits[k].rms_rad());
+    let (n, sum) = fits[..fitted].iter().enumerate().fold((0.0, 0.0), |(n, sum), (k, fit)| {
+        (n + fit.count as f64, sum + fit.count as f64 * raw(k).powi(2))
+    });
+    let residuals = Residuals {
+        residual_rms_deg: f64::sqrt(sum / n),
+        residual_over_noise,
+        held_out_over_noise,
+    };
+    let mut conditions: Vec<Condition> = Vec::new();
+    for (recorded, fit) in recorded.iter().zip(fits) {
+        let condition = &recorded.entry.condition;
+        if !conditions.iter().any(|c| c.condition == *condition) {
+            let modal = modal(model, condition, fit);
+            conditions.push(Condition { condition: condition.clone(), modal });
+        }
+    }
+    let many = fitted > 1;
+    let records = (0..fits.len())
+        .map(|k| RecordAppraisal {
+            file: recorded[k].path.display().to_string(),
+            condition: recorded[k].entry.condition.clone(),
+            held_out: k >= fitted || recorded[k].entry.held_out,
+            noise_rms_deg: swing(k).sample_noise_rad.to_degrees(),
+            residual_rms_deg: raw(k),
+            residual_over_noise: fits[k].over_noise(swing(k)),
+            parameters: if many { parameters(model, &fits[k], |own| own) } else { BTreeMap::new() },
+        })
+        .collect();
+    let over = |k: &usize| fits[*k].over_noise(swing(*k));
+    let worst = (0..fitted).max_by(|a, b| over(a).total_cmp(&over(b))).expect("a fitted record");
+    let worst_swing: &Swing = swing(worst);
+    Appraisal {
+        noise_rms_deg: swing(0).sample_noise_rad.to_degrees(),
+        modal: conditions[0].modal,
+        effects: model.effects.iter().map(|e| e.effect).collect(),
+        residuals,
+        parameters: parameters(model, &fits[0], |own| !(own && many)),
+        conditions,
+        records,
+        windows: worst_swing.windows.clone(),
+        where_: compare::locate(worst_swing, &fits[worst]),
+        where_file: recorded[worst].path.display().to_string(),
+    }
+}
+
+/// As the model has them, else as fitted.
+fn modal(model: &Model, condition: &str, fit: &Fitted) -> Modal {
+    let known = model.modal.get(condition).and_then(modal_of);
+    let [natural_frequency_rad_s, damping_ratio] =
+        known.unwrap_or_else(|| [fit.natural_frequency_rad_s(), fit.damping_ratio()]);
+    Modal { natural_frequency_rad_s, damping_ratio }
+}
+
+fn parameters(
+    model: &Model,
+    fit: &Fitted,
+    chosen: impl Fn(bool) -> bool,
+) -> BTreeMap<String, Quantity> {
+    let mut found = fit.effect_parameters().into_iter();
+    let mut out = BTreeMap::new();
+    for entry in &model.effects {
+        for (index, parameter) in entry.parameters.iter().enumerate() {
+            let Some((name, fitted)) = found.next() else { break };
+            if chosen(is_own(entry.effect, index)) {
+                let known = parameter.value.map(|v| Quantity::new(v, parameter.u.unwrap_or(0.0)));
+                out.insert(name, known.unwrap_or(fitted));
+            }
+        }
+    }
+    out
+}

@@ -1,0 +1,117 @@
+//! A model held against records, its own or others, with effects tried on top of it. Nothing is written.
+
+use crate::model::appraisal::{appraise, Appraisal};
+use crate::model::document::{Model, RecordEntry};
+use crate::model::limits;
+use crate::model::model_fit::{self, combined, held_against, later_part, Data, Recorded};
+use crate::model::records;
+use crate::model::revise::{added, check_addable, Change, Current, Revision};
+use rayon::prelude::*;
+use std::path::PathBuf;
+use yawrig_core::diagnosis::diagnose::FITTED_SHARE;
+use yawrig_core::effects::Effect;
+use yawrig_core::fit::fitting::{held_out_over_noise, Fitted};
+use yawrig_core::interrupt;
+use yawrig_expression::error::Result;
+
+/// A model as it is against its own records.
+pub(super) fn as_it_is(model: &Model, data: &Data) -> Result<Appraisal> {
+    let recorded: Vec<&Recorded> = data.fitted.iter().chain(&data.held_out).collect();
+    let against = |r: &&Recorded| held_against(model, r, 1.0);
+    let fits: Vec<Fitted> = recorded.par_iter().map(against).collect::<Result<_>>()?;
+    interrupt::check()?;
+    let n = data.fitted.len();
+    let over_noise = combined(&fits[..n], &recorded[..n]);
+    let held_out = if data.held_out.is_empty() {
+        later_part(data, &limits::structure(model)?, &fits)?
+    } else {
+        combined(&fits[n..], &recorded[n..])
+    };
+    Ok(appraise(model, &recorded, &fits, n, over_noise, held_out))
+}
+
+/// A model as it is against other records: held out is the later part of each, what the record has of its own having
+/// been fitted to the earlier.
+fn as_it_is_elsewhere(model: &Model, recorded: &[Recorded]) -> Result<Appraisal> {
+    let both =
+        |r: &Recorded| Ok((held_against(model, r, 1.0)?, held_against(model, r, FITTED_SHARE)?));
+    let both: Vec<(Fitted, Fitted)> = recorded.par_iter().map(both).collect::<Result<_>>()?;
+    interrupt::check()?;
+    let (mut n, mut sum) = (0.0, 0.0);
+    for ((_, part), recorded) in both.iter().zip(recorded) {
+        let later = (recorded.swing.yaw_rad.len() - part.count) as f64;
+        n += later;
+        sum += later * held_out_over_noise(&recorded.swing, part).powi(2);
+    }
+    let fits: Vec<Fitted> = both.into_iter().map(|(whole, _)| whole).collect();
+    let recorded: Vec<&Recorded> = recorded.iter().collect();
+    let over_noise = combined(&fits, &recorded);
+    Ok(appraise(model, &recorded, &fits, fits.len(), over_noise, f64::sqrt(sum / n)))
+}
+
+/// What is compared with what.
+#[derive(Clone, Debug, Default)]
+pub struct Comparison {
+    /// The model's file; None for a second-order model.
+    pub model: Option<PathBuf>,
+    /// Records; none for the model's own.
+    pub files: Vec<PathBuf>,
+    /// Effects to be tried on top of the model, all of which is then fitted.
+    pub effects: Vec<Effect>,
+    pub unknown_zero: bool,
+}
+
+/// Compares a model with records. Nothing is written.
+///
+/// # Errors
+/// Exit 2 where an effect cannot be added, 3 where a file cannot be used, 6 where a fit does not converge.
+pub fn compare(comparison: &Comparison) -> Result<Revision> {
+    let here = PathBuf::from("model.toml");
+    let path = comparison.model.as_deref().unwrap_or(&here);
+    let mut model = match &comparison.model {
+        Some(path) => Model::read(path)?,
+        None => Model { unknown_zero: comparison.unknown_zero, ..Model::default() },
+    };
+    let mut entries = Vec::new();
+    for file in &comparison.files {
+        entries.push(RecordEntry { held_out: false, ..records::known_or_new(&model, path, file)? });
+    }
+    if comparison.model.is_some() && comparison.effects.is_empty() {
+        let appraisal = if entries.is_empty() {
+            as_it_is(&model, &Data::of(&model, path)?)
+        } else {
+            let read = |entry: RecordEntry| {
+                let file = Model::record_path(path, &entry);
+                Recorded::read(entry, file)
+            };
+            let recorded: Vec<Recorded> = entries.into_iter().map(read).collect::<Result<_>>()?;
+            as_it_is_elsewhere(&model, &recorded)
+        }?;
+        return Ok(Revision {
+            step: None,
+            added: None,
+            removed: None,
+            before: None,
+            evidence: None,
+            appraisal,
+        });
+    }
+    if !entries.is_empty() {
+        model.modal.retain(|c, _| entries.iter().any(|e| e.condition == *c));
+        model.records = entries;
+    }
+    let data = Data::of(&model, path)?;
+    let mut current = Current::fitted(&model, &data)?;
+    let mut change = Change::to(&current, &data)?;
+    for &effect in &comparison.effects {
+        check_addable(&current.model, effect)?;
+        let outer = added(&current, &data, effect)?;
+        let mut next = Change::to(&outer, &data)?;
+        next.added = Some(effect);
+        next.before = Some(change.appraisal.residuals);
+        next.evidence = Some(model_fit::evidence(&current.fit, &outer.fit));
+        change = next;
+        current = outer;
+    }
+    Ok(change.into_revision(None))
+}

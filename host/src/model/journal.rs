@@ -1,0 +1,183 @@
+//! The journal of a model: every step that was taken with it, one JSON object a line, nothing ever taken out.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+use yawrig_core::quantity::Quantity;
+use yawrig_expression::error::{Error, Result};
+
+/// The version of a line's layout.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// What a step did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Action {
+    Fit,
+    Add,
+    Remove,
+    /// An effect was considered and not added; the model stayed as it was.
+    Reject,
+    /// An earlier step's model was taken up again.
+    Return,
+    /// The file was found otherwise than the last step left it.
+    Edit,
+}
+
+/// One line of the journal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Step {
+    pub schema_version: u32,
+    /// From 1.
+    pub step: usize,
+    /// RFC 3339, to the second.
+    pub time_utc: String,
+    /// Name and version of the program.
+    pub program: String,
+    /// As it was typed.
+    pub command: String,
+    pub action: Action,
+    pub added: Option<String>,
+    pub removed: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rejected: Option<String>,
+    pub returned_to: Option<usize>,
+    /// The user's reason.
+    pub why: Option<String>,
+    pub before: Option<Residuals>,
+    pub after: Option<Residuals>,
+    /// `effect.name`: value and standard uncertainty, in the effect's unit.
+    pub parameters: BTreeMap<String, Known>,
+    /// wn and zeta under each condition.
+    pub modal: BTreeMap<String, KnownModal>,
+    /// The whole text of the model's file.
+    pub model: String,
+}
+
+/// How far a model is from its records.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Residuals {
+    pub residual_rms_deg: f64,
+    pub residual_over_noise: f64,
+    pub held_out_over_noise: f64,
+}
+
+/// A quantity whose uncertainty may not be known.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Known {
+    pub value: f64,
+    pub u: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct KnownModal {
+    pub natural_frequency_rad_s: Known,
+    pub damping_ratio: Known,
+}
+
+impl From<Quantity> for Known {
+    fn from(quantity: Quantity) -> Self {
+        Self { value: quantity.value, u: Some(quantity.u).filter(|u| u.is_finite()) }
+    }
+}
+
+impl Step {
+    /// A step of now, that left `model` behind.
+    pub fn now(action: Action, command: &str, model: String) -> Self {
+        Self {
+            schema_version: SCHEMA_VERSION,
+            step: 0,
+            time_utc: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+            program: format!("yawrig {}", env!("CARGO_PKG_VERSION")),
+            command: command.to_owned(),
+            action,
+            added: None,
+            removed: None,
+            rejected: None,
+            returned_to: None,
+            why: None,
+            before: None,
+            after: None,
+            parameters: BTreeMap::new(),
+            modal: BTreeMap::new(),
+            model,
+        }
+    }
+
+    pub(super) fn line(&self) -> Result<String> {
+        let mut line = serde_json::to_string(self)
+            .map_err(|e| Error::internal(format!("cannot write the journal: {e}")))?;
+        line.push('\n');
+        Ok(line)
+    }
+}
+
+/// `model.journal.jsonl` beside `model.toml`.
+pub fn path_of(model: &Path) -> PathBuf {
+    model.with_extension("journal.jsonl")
+}
+
+/// What a journal holds.
+#[derive(Clone, Debug, Default)]
+pub struct Journal {
+    pub steps: Vec<Step>,
+    /// Bytes of whole lines: beyond them a power cut has left part of one.
+    pub(super) whole: usize,
+}
+
+impl Journal {
+    /// The journal of `model`; empty where there is none.
+    ///
+    /// # Errors
+    /// Exit 3, naming the line: not readable, or not a journal of this program.
+    pub fn of(model: &Path) -> Result<Self> {
+        let path = path_of(model);
+        match std::fs::read(&path) {
+            Ok(bytes) => Self::parse(&bytes, &path),
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(Self::default()),
+            Err(e) => Err(Error::data(format!("cannot read {}: {e}", path.display()))
+                .help("see to it that you may read it")),
+        }
+    }
+
+    pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Self> {
+        let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
+        let mut steps: Vec<Step> = Vec::new();
+        for (k, line) in bytes[..whole].split_inclusive(|b| *b == b'\n').enumerate() {
+            let wrong = |what: String| {
+                Error::data(format!("{}:{}: {what}", path.display(), k + 1)).help(
+                    "put the line right, or move the journal away: a new one begins with the model as it is",
+                )
+            };
+            let step: Step = serde_json::from_slice(line)
+                .map_err(|e| wrong(format!("not a step of a model: {e}")))?;
+            if step.schema_version != SCHEMA_VERSION {
+                return Err(wrong(format!("schema_version is {}", step.schema_version)));
+            }
+            if step.step != k + 1 {
+                return Err(wrong(format!("step {} where step {} belongs", step.step, k + 1)));
+            }
+            steps.push(step);
+        }
+        Ok(Self { steps, whole })
+    }
+
+    pub fn last(&self) -> Option<&Step> {
+        self.steps.last()
+    }
+
+    /// Step `number`, counted from 1.
+    ///
+    /// # Errors
+    /// Exit 2 where there is no such step.
+    pub fn step(&self, number: usize) -> Result<&Step> {
+        number.checked_sub(1).and_then(|k| self.steps.get(k)).ok_or_else(|| {
+            let count = self.steps.len();
+            Error::usage(format!("there is no step {number}")).help(match count {
+                0 => "the journal is empty; make a model: yawrig fit RECORD.csv".to_owned(),
+                _ => format!("the steps are 1 to {count}: yawrig history"),
+            })
+        })
+    }
+}

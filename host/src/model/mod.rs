@@ -1,0 +1,15 @@
+//! `model.toml`, its journal, and the steps taken with it.
+
+pub mod appraisal;
+pub mod comparison;
+pub mod document;
+pub mod journal;
+pub mod limits;
+pub mod model_fit;
+mod model_reading;
+mod model_text;
+pub mod records;
+pub mod revise;
+pub mod store;
+pub mod training;
+pub mod unfitted;

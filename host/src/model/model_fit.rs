@@ -1,0 +1,342 @@
+//! A model of the file fitted to its records, or held against records as it is.
+
+use crate::model::document::{is_own, EffectEntry, ModalEntry, Model, ParameterEntry, RecordEntry};
+use crate::model::limits::{limits_of, structure};
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use yawrig_core::diagnosis::diagnose::FITTED_SHARE;
+use yawrig_core::effects::Effect;
+use yawrig_core::fit::fitting::{
+    fit_added, fit_from, fit_plain_within, Fitted, Limit, Number, Structure,
+};
+use yawrig_core::fit::joint::{self, JointFit, Release, Sharing};
+use yawrig_core::fit::swing::Swing;
+use yawrig_core::interrupt;
+use yawrig_core::quantity::Quantity;
+use yawrig_expression::error::{Error, Result};
+
+/// How often a fit that has used up its evaluations is taken up again.
+const ROUNDS: usize = 4;
+
+/// A record of the model as the fits see it.
+#[derive(Clone, Debug)]
+pub struct Recorded {
+    pub entry: RecordEntry,
+    pub path: PathBuf,
+    pub swing: Swing,
+}
+
+impl Recorded {
+    /// Reads the record at `path`.
+    ///
+    /// # Errors
+    /// Exit 3 where it cannot be read or there is no swing in it.
+    pub fn read(entry: RecordEntry, path: PathBuf) -> Result<Self> {
+        let mut swing = Swing::of(&yawrig_records::read(&path)?)?;
+        swing.wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
+        Ok(Self { entry, path, swing })
+    }
+}
+
+/// The records of a model.
+#[derive(Clone, Debug)]
+pub struct Data {
+    pub fitted: Vec<Recorded>,
+    pub held_out: Vec<Recorded>,
+}
+
+impl Data {
+    /// Reads the records of `model`, whose file is `path`.
+    ///
+    /// # Errors
+    /// Exit 3 where one cannot be read or used, or none is to be fitted.
+    pub fn of(model: &Model, path: &Path) -> Result<Self> {
+        let read = |entry: &RecordEntry| {
+            interrupt::check()?;
+            let file = Model::record_path(path, entry);
+            if entry.line > 0 && !file.is_file() {
+                let what = format!("record {} is not there", file.display());
+                return Err(Error::data(format!("{}:{}: {what}", path.display(), entry.line))
+                    .help("paths are relative to the model's file; correct it"));
+            }
+            Recorded::read(entry.clone(), file)
+        };
+        let all: Vec<Recorded> = model.records.par_iter().map(read).collect::<Result<_>>()?;
+        let (held_out, fitted): (Vec<_>, Vec<_>) = all.into_iter().partition(|r| r.entry.held_out);
+        if fitted.is_empty() {
+            return Err(Error::data(format!("{}: there is no record to fit", path.display()))
+                .help("a [[record]] with held_out = false is needed"));
+        }
+        Ok(Self { fitted, held_out })
+    }
+
+    fn swings(&self) -> Vec<&Swing> {
+        self.fitted.iter().map(|r| &r.swing).collect()
+    }
+
+    fn releases(&self) -> Vec<Release<'_>> {
+        self.fitted.iter().map(|r| Release::whole(&r.swing)).collect()
+    }
+
+    /// Records of one condition have wn and zeta in common, all of them the effects.
+    fn sharing(&self, effects: usize) -> Sharing {
+        let conditions: Vec<&str> =
+            self.fitted.iter().map(|r| r.entry.condition.as_str()).collect();
+        let modal = conditions
+            .iter()
+            .map(|c| conditions.iter().position(|other| other == c).expect("it is one of them"))
+            .collect();
+        Sharing { modal, effects: vec![vec![Some(0); self.fitted.len()]; effects] }
+    }
+}
+
+/// The numbers of `effect` that a fit varies; nought for those that belong to a release and are not in the file.
+fn varied(entry: &EffectEntry) -> Option<Vec<f64>> {
+    let effect = entry.effect;
+    if let Some(values) = entry.values() {
+        return Some(effect.varied(&values));
+    }
+    let users = |(index, p): (usize, &ParameterEntry)| {
+        p.value.or_else(|| is_own(effect, index).then_some(0.0))
+    };
+    let users: Option<Vec<f64>> = entry.parameters.iter().enumerate().map(users).collect();
+    Some(effect.varied(&users?))
+}
+
+/// The numbers of a fit that begins at the model's values, with the initial state of `like`.
+fn start(model: &Model, condition: &str, like: &Fitted) -> Option<Vec<f64>> {
+    let mut p = like.parameters[..like.structure.own_numbers()].to_vec();
+    if let Some(modal) = model.modal.get(condition) {
+        p[0] = modal.natural_frequency_rad_s.value.unwrap_or(p[0]);
+        p[1] = modal.damping_ratio.value.unwrap_or(p[1]);
+    }
+    for entry in &model.effects {
+        p.extend(varied(entry)?);
+    }
+    Some(p)
+}
+
+fn better(a: &Fitted, b: &Fitted) -> bool {
+    (b.converged, a.sum_of_squares) < (a.converged, b.sum_of_squares)
+}
+
+/// One record's own fit: the effects added one after the other, or from the model's values, whichever comes nearer.
+fn single(model: &Model, structure: &Structure, recorded: &Recorded) -> Result<Fitted> {
+    let swing = &recorded.swing;
+    let count = swing.yaw_rad.len();
+    let plain = fit_plain_within(swing, structure, count);
+    let mut best = plain.clone();
+    for entry in &model.effects {
+        interrupt::check()?;
+        best = fit_added(swing, &best, entry.effect);
+    }
+    if let Some(start) = start(model, &recorded.entry.condition, &plain) {
+        let from = fit_from(swing, structure, &start, count);
+        if better(&from, &best) {
+            best = from;
+        }
+    }
+    Ok(best)
+}
+
+/// Fits `model` to its records: what is free, within its bounds.
+///
+/// # Errors
+/// Exit 3 where bounds on wn or zeta stand beside several conditions, 130 where the user stops it.
+pub fn fit(model: &Model, data: &Data) -> Result<JointFit> {
+    let structure = structure(model)?;
+    let singles: Vec<Fitted> = data
+        .fitted
+        .par_iter()
+        .map(|recorded| single(model, &structure, recorded))
+        .collect::<Result<_>>()?;
+    interrupt::check()?;
+    let at = |(r, s): (&Recorded, &Fitted)| start(model, &r.entry.condition, s);
+    let from_values: Option<Vec<_>> = data.fitted.iter().zip(&singles).map(at).collect();
+    let others: Vec<_> = from_values.into_iter().filter(|_| singles.len() > 1).collect();
+    together(data, &structure, &singles, &others)
+}
+
+fn numbers(fits: &[Fitted]) -> Vec<Vec<f64>> {
+    fits.iter().map(|fit| fit.parameters.clone()).collect()
+}
+
+/// All records at once, from each one's own fit and from `others`.
+fn together(
+    data: &Data,
+    structure: &Structure,
+    singles: &[Fitted],
+    others: &[Vec<Vec<f64>>],
+) -> Result<JointFit> {
+    let (releases, sharing) = (data.releases(), data.sharing(structure.effects.len()));
+    let mut best =
+        joint::fit_from(&releases, structure, &sharing, &singles.iter().collect::<Vec<_>>());
+    for starts in others {
+        interrupt::check()?;
+        let other = joint::fit(&releases, structure, &sharing, starts);
+        if (best.converged, other.sum_of_squares) < (other.converged, best.sum_of_squares) {
+            best = other;
+        }
+    }
+    for _ in 1..ROUNDS {
+        interrupt::check()?;
+        if best.converged {
+            break;
+        }
+        best = joint::fit(&releases, structure, &sharing, &numbers(&best.fits));
+    }
+    interrupt::check()?;
+    Ok(best)
+}
+
+/// `inner` with `effect` added.
+///
+/// # Errors
+/// 130 where the user stops it.
+pub fn add(data: &Data, inner: &JointFit, effect: Effect) -> Result<JointFit> {
+    let structure = inner.structure.with(effect);
+    let singles: Vec<Fitted> = data
+        .fitted
+        .par_iter()
+        .zip(&inner.fits)
+        .map(|(recorded, fit)| {
+            interrupt::check()?;
+            Ok(fit_added(&recorded.swing, fit, effect))
+        })
+        .collect::<Result<_>>()?;
+    // From the inner model as well, the effect at nought: it can then not come out worse.
+    let mut others = Vec::new();
+    if singles.len() > 1 {
+        let without = |(inner, single): (&Fitted, &Fitted)| {
+            let mut numbers = single.varied(effect).expect("it has been added").to_vec();
+            numbers.iter_mut().take(2).for_each(|n| *n = 0.0);
+            [&inner.parameters[..], &numbers].concat()
+        };
+        others.push(inner.fits.iter().zip(&singles).map(without).collect());
+    }
+    let mut fit = together(data, &structure, &singles, &others)?;
+    fit.converged &= fit.sum_of_squares <= inner.sum_of_squares * (1.0 + 1e-9);
+    Ok(fit)
+}
+
+/// Difference of the information criterion in favour of `larger`, on its effective number of residuals.
+pub fn evidence(smaller: &JointFit, larger: &JointFit) -> f64 {
+    let effective = larger.effective_count();
+    let more = larger.parameters.len() as f64 - smaller.parameters.len() as f64;
+    effective * (smaller.sum_of_squares / larger.sum_of_squares).ln() - more * effective.ln()
+}
+
+/// `model` with the values that `fit` has found.
+pub fn updated(model: &Model, data: &Data, fit: &JointFit) -> Model {
+    let known = |entry: &mut ParameterEntry, q: Quantity| {
+        if entry.free {
+            entry.value = Some(q.value);
+            entry.u = Some(q.u).filter(|u| u.is_finite() && *u > 0.0);
+        }
+    };
+    let mut new = model.clone();
+    new.modal.clear();
+    for (recorded, fitted) in data.fitted.iter().zip(&fit.fits) {
+        let condition = &recorded.entry.condition;
+        let mut entry = model.modal.get(condition).copied().unwrap_or_default();
+        known(&mut entry.natural_frequency_rad_s, fitted.natural_frequency_rad_s());
+        known(&mut entry.damping_ratio, fitted.damping_ratio());
+        new.modal.entry(condition.clone()).or_insert(entry);
+    }
+    let mut effects: Vec<EffectEntry> = Vec::new();
+    let mut found = fit.fits[0].effect_parameters().into_iter();
+    for &effect in &fit.structure.effects {
+        let entry = model.effect(effect).cloned();
+        let mut entry = entry.unwrap_or_else(|| EffectEntry::unfitted(effect));
+        for (index, parameter) in entry.parameters.iter_mut().enumerate() {
+            let Some((_, quantity)) = found.next() else { break };
+            known(parameter, quantity);
+            if data.fitted.len() > 1 && is_own(effect, index) && parameter.free {
+                (parameter.value, parameter.u) = (None, None);
+            }
+        }
+        effects.push(entry);
+    }
+    new.effects = effects;
+    new
+}
+
+/// `model` as it is against a record: fitted is what the record has of its own, which is its initial state, its
+/// sensor's nought where unknown, size and phase of a line, a drift; and wn and zeta where the model does not know
+/// them under the record's condition.
+///
+/// # Errors
+/// Exit 3 where the model has no values yet.
+pub fn held_against(model: &Model, recorded: &Recorded, share: f64) -> Result<Fitted> {
+    let swing = &recorded.swing;
+    let count = ((share * swing.yaw_rad.len() as f64) as usize).max(2);
+    let modal = model.modal.get(&recorded.entry.condition).copied().unwrap_or_default();
+    let mut limits: Vec<Limit> = Vec::new();
+    for (number, entry) in [
+        (Number::NaturalFrequency, modal.natural_frequency_rad_s),
+        (Number::DampingRatio, modal.damping_ratio),
+    ] {
+        limits.extend(entry.value.map(|value| Limit { number, low: value, high: value }));
+    }
+    for entry in &model.effects {
+        let effect = entry.effect;
+        let numbers = varied(entry).ok_or_else(|| {
+            Error::data(format!("{effect} has no values yet")).help("run `yawrig fit`")
+        })?;
+        limits.extend(limits_of(entry));
+        for (number, &value) in numbers.iter().enumerate() {
+            if !effect.belongs_to_release(number) {
+                limits.push(Limit { number: Number::Of(effect, number), low: value, high: value });
+            }
+        }
+    }
+    let effects = model.effects.iter().map(|e| e.effect).collect();
+    let structure = Structure { effects, zero_unknown: model.unknown_zero, limits };
+    let plain = fit_plain_within(swing, &structure, count);
+    let start = start(model, &recorded.entry.condition, &plain).expect("values, as seen above");
+    Ok(fit_from(swing, &structure, &start, count))
+}
+
+/// Residual over noise of several records together.
+pub fn combined(fits: &[Fitted], recorded: &[&Recorded]) -> f64 {
+    let (mut n, mut sum) = (0.0, 0.0);
+    for (fit, recorded) in fits.iter().zip(recorded) {
+        n += fit.count as f64;
+        sum += fit.count as f64 * fit.over_noise(&recorded.swing).powi(2);
+    }
+    (sum / f64::max(n, 1.0)).sqrt()
+}
+
+/// What `model`, whose fit is `fit`, does to data that were not fitted: the records held out, or else the later part
+/// of each record, the earlier having been fitted alone.
+///
+/// # Errors
+/// As [`held_against`].
+pub fn held_out(model: &Model, data: &Data, fit: &JointFit) -> Result<f64> {
+    if data.held_out.is_empty() {
+        return later_part(data, &fit.structure, &fit.fits);
+    }
+    let against = |recorded: &Recorded| held_against(model, recorded, 1.0);
+    let fits: Vec<Fitted> = data.held_out.par_iter().map(against).collect::<Result<_>>()?;
+    interrupt::check()?;
+    Ok(combined(&fits, &data.held_out.iter().collect::<Vec<_>>()))
+}
+
+/// Residual over noise on the last part of each record of a model fitted to the first part, from `fits`.
+///
+/// # Errors
+/// 130 where the user stops it.
+pub fn later_part(data: &Data, structure: &Structure, fits: &[Fitted]) -> Result<f64> {
+    let parts: Vec<Release> =
+        data.fitted.iter().map(|r| Release::part(&r.swing, FITTED_SHARE)).collect();
+    let sharing = data.sharing(structure.effects.len());
+    let partial = joint::fit(&parts, structure, &sharing, &numbers(fits));
+    interrupt::check()?;
+    Ok(partial.held_out_over_noise(&data.swings()).unwrap_or(f64::NAN))
+}
+
+/// Natural frequency and damping of `entry`, as far as known.
+pub fn modal_of(entry: &ModalEntry) -> Option<[Quantity; 2]> {
+    let known = |p: &ParameterEntry| Some(Quantity::new(p.value?, p.u.unwrap_or(0.0)));
+    Some([known(&entry.natural_frequency_rad_s)?, known(&entry.damping_ratio)?])
+}

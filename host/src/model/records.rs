@@ -1,0 +1,140 @@
+//! Which records a model is about: files and campaigns to entries of the model's file.
+
+use crate::campaign::CampaignFile;
+use crate::model::document::{of_file, MadeUnder, Model, RecordEntry};
+use std::path::{Component, Path, PathBuf};
+use yawrig_expression::error::{Error, Result};
+
+/// A record that was named, and why it cannot be read where that is seen without opening it.
+#[derive(Clone, Debug)]
+pub struct Listed {
+    pub entry: RecordEntry,
+    pub fault: Option<Error>,
+}
+
+/// Entries for `files`, records or campaigns, of a model whose file is `model`.
+///
+/// # Errors
+/// Exit 3 where one is not there, 2 where one is given twice; those of [`CampaignFile::read_releases`].
+pub fn entries(files: &[PathBuf], model: &Path) -> Result<Vec<RecordEntry>> {
+    let read = |listed: Listed| listed.fault.map_or(Ok(listed.entry), Err);
+    listed(files, model)?.into_iter().map(read).collect()
+}
+
+/// As [`entries`], records that are not there with them.
+///
+/// # Errors
+/// Exit 2 where one is given twice; those of [`CampaignFile::read_listed`].
+pub fn listed(files: &[PathBuf], model: &Path) -> Result<Vec<Listed>> {
+    let mut all: Vec<Listed> = Vec::new();
+    for file in files {
+        if model.exists() && file.canonicalize().ok() == model.canonicalize().ok() {
+            return Err(Error::usage(format!("{} is the model, not a record", file.display()))
+                .help(format!("name it with --model: yawrig fit --model {}", file.display())));
+        }
+        let listed = if file.extension().is_some_and(|e| e == "toml") {
+            of_campaign(file, model)?
+        } else {
+            vec![entry(file, None, model)?]
+        };
+        for listed in listed {
+            if all.iter().any(|other| other.entry.file == listed.entry.file) {
+                return Err(Error::usage(format!("{} is given twice", listed.entry.file))
+                    .help("give each record once"));
+            }
+            all.push(listed);
+        }
+    }
+    Ok(all)
+}
+
+fn of_campaign(file: &Path, model: &Path) -> Result<Vec<Listed>> {
+    let campaign = CampaignFile::read_listed(file)?;
+    let made = |(index, release): (usize, &yawrig_core::derivatives::campaign::ReleaseEntry)| {
+        let made = MadeUnder {
+            spring: release.spring.clone(),
+            axis: release.axis,
+            wind_speed_m_s: release.wind_speed_m_s,
+        };
+        let Listed { entry, fault } = entry(&campaign.record_path(index), Some(made), model)?;
+        // In the campaign's words, with its line.
+        Ok(Listed { entry, fault: campaign.check_record(index).err().or(fault) })
+    };
+    campaign.campaign.release.iter().enumerate().map(made).collect()
+}
+
+fn entry(file: &Path, made_under: Option<MadeUnder>, model: &Path) -> Result<Listed> {
+    let (real, fault) = match file.canonicalize() {
+        Ok(real) => (real, None),
+        Err(e) => (where_it_would_be(file), Some(cannot_read(file, &e))),
+    };
+    let file = relative(&real, &folder(model)?);
+    let condition = made_under.as_ref().map_or_else(|| of_file(&file), MadeUnder::condition);
+    let entry = RecordEntry { file, condition, held_out: false, made_under, line: 0 };
+    Ok(Listed { entry, fault })
+}
+
+/// The entry of `model` (its file being `path`) for `file`, else a new one.
+///
+/// # Errors
+/// Exit 3 where `file` is not there.
+pub fn known_or_new(model: &Model, path: &Path, file: &Path) -> Result<RecordEntry> {
+    let Listed { entry: new, fault } = entry(file, None, path)?;
+    if let Some(fault) = fault {
+        return Err(fault);
+    }
+    Ok(find(model, path, &new).map_or(new, |k| model.records[k].clone()))
+}
+
+/// Which of the model's records is `entry`'s.
+pub fn find(model: &Model, path: &Path, entry: &RecordEntry) -> Option<usize> {
+    let place = |entry: &RecordEntry| Model::record_path(path, entry).canonicalize().ok();
+    let wanted = place(entry)?;
+    model.records.iter().position(|other| place(other).as_ref() == Some(&wanted))
+}
+
+fn cannot_read(file: &Path, why: &std::io::Error) -> Error {
+    Error::data(format!("cannot read {}: {why}", file.display()))
+        .help("give the path of a record (CSV: time_s,yaw_deg) or of a campaign.toml")
+}
+
+/// The real path of a file that is not there.
+fn where_it_would_be(file: &Path) -> PathBuf {
+    let folder = file.parent().and_then(|folder| match folder.as_os_str().is_empty() {
+        true => Path::new(".").canonicalize().ok(),
+        false => folder.canonicalize().ok(),
+    });
+    match (folder, file.file_name()) {
+        (Some(folder), Some(name)) => folder.join(name),
+        _ => std::path::absolute(file).unwrap_or_else(|_| file.to_owned()),
+    }
+}
+
+fn folder(model: &Path) -> Result<PathBuf> {
+    let folder = model.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    folder.canonicalize().map_err(|e| yawrig_base::files::cannot_write(model, &e))
+}
+
+/// `file` as seen from `folder`, both absolute.
+fn relative(file: &Path, folder: &Path) -> String {
+    let (file, folder): (Vec<Component>, Vec<Component>) =
+        (file.components().collect(), folder.components().collect());
+    let common = file.iter().zip(&folder).take_while(|(a, b)| a == b).count();
+    let mut out: PathBuf = vec![Component::ParentDir; folder.len() - common].iter().collect();
+    out.extend(&file[common..]);
+    out.display().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_record_is_named_as_seen_from_the_model() {
+        let seen = |file, folder| relative(Path::new(file), Path::new(folder));
+        assert_eq!(seen("/a/b/r.csv", "/a/b"), "r.csv");
+        assert_eq!(seen("/a/b/r.csv", "/a"), "b/r.csv");
+        assert_eq!(seen("/a/b/r.csv", "/a/c/d"), "../../b/r.csv");
+        assert_eq!(seen("/a/r.csv", "/"), "a/r.csv");
+    }
+}

@@ -1,0 +1,336 @@
+//! A model and its journal on the disk: one process at a time, and whole whenever the power goes.
+//!
+//! A step is written in this order: the new model under a name of its own beside the file, the line in the journal,
+//! then the new model in the old one's place; each is on the disk before the next is begun. The next command finds what
+//! a crash has left: a new model that the journal knows is put in its place, one that it does not know is deleted, and
+//! part of a line is cut off.
+
+use crate::model::document::{read_text, Model};
+use crate::model::journal::{path_of, Action, Journal, Step};
+use nix::errno::Errno;
+use nix::fcntl::{Flock, FlockArg};
+use std::fs::{File, OpenOptions};
+use std::io::{ErrorKind, Read, Seek, Write};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use yawrig_base::files;
+use yawrig_core::interrupt;
+use yawrig_expression::error::Result;
+
+/// How often a lock is asked for.
+const PATIENCE: Duration = Duration::from_millis(50);
+
+/// A model with its journal, kept from other processes.
+#[derive(Debug)]
+pub struct Store {
+    path: PathBuf,
+    journal: Journal,
+    file: Flock<File>,
+    /// The model's file as it was found.
+    text: Option<String>,
+}
+
+impl Store {
+    /// Locks and reads the model at `path` and its journal, either of which may be missing, and clears up after a
+    /// crash. Waits where another process is at work on the model, and says so.
+    ///
+    /// # Errors
+    /// Exit 3 where they cannot be read or written, 130 where the user stops the waiting.
+    pub fn open(path: &Path) -> Result<Self> {
+        files::check_writable(path)?;
+        let journal_path = path_of(path);
+        let mut file = locked(&journal_path)?;
+        let mut bytes = Vec::new();
+        file.rewind()
+            .and_then(|()| file.read_to_end(&mut bytes))
+            .map_err(|e| files::cannot_write(&journal_path, &e))?;
+        let journal = Journal::parse(&bytes, &journal_path)?;
+        let mut store = Self { path: path.to_owned(), journal, file, text: None };
+        store.recover(bytes.len())?;
+        if path.exists() {
+            store.text = Some(read_text(path)?);
+        }
+        Ok(store)
+    }
+
+    fn recover(&mut self, length: usize) -> Result<()> {
+        if length > self.journal.whole {
+            crate::say!(
+                "{}: an unfinished last line, left by a crash, is cut off",
+                path_of(&self.path).display()
+            );
+            self.cut()?;
+        }
+        let next = next_of(&self.path);
+        let Ok(text) = std::fs::read_to_string(&next) else { return Ok(()) };
+        match self.journal.last() {
+            Some(last) if last.model == text => {
+                crate::say!(
+                    "{}: step {}, which a crash had cut short, is completed",
+                    self.path.display(),
+                    last.step
+                );
+                self.put_in_place(&next)
+            }
+            _ => std::fs::remove_file(&next).map_err(|e| files::cannot_write(&next, &e)),
+        }
+    }
+
+    /// Takes off what follows the journal's whole lines.
+    fn cut(&self) -> Result<()> {
+        self.file
+            .set_len(self.journal.whole as u64)
+            .and_then(|()| self.file.sync_all())
+            .map_err(|e| files::cannot_write(&path_of(&self.path), &e))
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub fn journal(&self) -> &Journal {
+        &self.journal
+    }
+
+    /// The text of the model's file; None where there is none.
+    pub fn text(&self) -> Option<&str> {
+        self.text.as_deref()
+    }
+
+    /// The model in the file; None where there is none.
+    ///
+    /// # Errors
+    /// As [`Model::read`].
+    pub fn model(&self) -> Result<Option<Model>> {
+        self.text.as_deref().map(|text| Model::parse(text, &self.path)).transpose()
+    }
+
+    /// Whether the file is otherwise than the last step left it.
+    pub fn is_edited(&self) -> bool {
+        self.text.is_some() && self.text.as_deref() != self.journal.last().map(|s| s.model.as_str())
+    }
+
+    /// Appends `step` to the journal and puts its model in the file. A file that was edited since the last step is
+    /// journaled first. Returns the step's number.
+    ///
+    /// # Errors
+    /// Exit 3 where they cannot be written; then both are as they were.
+    pub fn commit(mut self, mut step: Step) -> Result<usize> {
+        let mut lines = String::new();
+        let mut number = self.journal.steps.len();
+        if self.is_edited() {
+            number += 1;
+            let text = self.text.clone().unwrap_or_default();
+            let edit = Step { step: number, ..Step::now(Action::Edit, "", text) };
+            lines.push_str(&edit.line()?);
+        }
+        step.step = number + 1;
+        lines.push_str(&step.line()?);
+        let next = next_of(&self.path);
+        let done = self.write_next(&next, &step.model).and_then(|()| self.append(&lines));
+        if let Err(error) = done {
+            let _ = std::fs::remove_file(&next);
+            let _ = self.cut();
+            return Err(error);
+        }
+        // From here on the step is taken.
+        self.journal.whole += lines.len();
+        self.put_in_place(&next)?;
+        Ok(step.step)
+    }
+
+    fn write_next(&self, next: &Path, text: &str) -> Result<()> {
+        File::create(next)
+            .and_then(|mut file| file.write_all(text.as_bytes()).and_then(|()| file.sync_all()))
+            .map_err(|e| files::cannot_write(&self.path, &e))
+    }
+
+    fn append(&mut self, lines: &str) -> Result<()> {
+        self.file
+            .write_all(lines.as_bytes())
+            .and_then(|()| self.file.sync_all())
+            .and_then(|()| sync_folder(&self.path))
+            .map_err(|e| files::cannot_write(&path_of(&self.path), &e))
+    }
+
+    fn put_in_place(&self, next: &Path) -> Result<()> {
+        std::fs::rename(next, &self.path)
+            .and_then(|()| sync_folder(&self.path))
+            .map_err(|e| files::cannot_write(&self.path, &e))
+    }
+}
+
+impl Drop for Store {
+    /// A journal that nothing was written to goes again, while it is still ours.
+    fn drop(&mut self) {
+        if self.journal.whole == 0 {
+            let _ = std::fs::remove_file(path_of(&self.path));
+        }
+    }
+}
+
+/// Opens (or makes) the journal and takes its lock.
+fn locked(path: &Path) -> Result<Flock<File>> {
+    let mut told = false;
+    loop {
+        let mut file = OpenOptions::new().read(true).append(true).create(true).open(path).map_err(
+            |e| match e.kind() {
+                ErrorKind::PermissionDenied => {
+                    files::cannot_write(path, &"you may not write there")
+                }
+                _ => files::cannot_write(path, &e),
+            },
+        )?;
+        let lock = loop {
+            match Flock::lock(file, FlockArg::LockExclusiveNonblock) {
+                Ok(lock) => break lock,
+                Err((back, Errno::EWOULDBLOCK | Errno::EINTR)) => file = back,
+                Err((_, e)) => return Err(files::cannot_write(path, &e)),
+            }
+            if !std::mem::replace(&mut told, true) {
+                crate::say!("{}: another yawrig is at work on this model; waiting", path.display());
+            }
+            interrupt::check()?;
+            std::thread::sleep(PATIENCE);
+        };
+        // The one who had it may have deleted an empty journal: then this is a file without a name.
+        let is_same = |there: std::fs::Metadata| {
+            lock.metadata().is_ok_and(|ours| (ours.dev(), ours.ino()) == (there.dev(), there.ino()))
+        };
+        if path.metadata().is_ok_and(is_same) {
+            return Ok(lock);
+        }
+    }
+}
+
+/// Where a new model waits: `.model.toml.next`.
+fn next_of(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!(".{name}.next"))
+}
+
+fn sync_folder(path: &Path) -> std::io::Result<()> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    File::open(folder)?.sync_all()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn take(path: &Path, text: &str) -> usize {
+        Store::open(path).unwrap().commit(Step::now(Action::Fit, "fit", text.into())).unwrap()
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = folder.read_dir().unwrap().flatten();
+        let mut names: Vec<String> =
+            entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    fn models(path: &Path) -> Vec<String> {
+        Journal::of(path).unwrap().steps.into_iter().map(|s| s.model).collect()
+    }
+
+    #[test]
+    fn steps_are_kept_in_order_and_the_last_is_in_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.toml");
+        assert_eq!(take(&path, "a"), 1);
+        assert_eq!(take(&path, "b"), 2);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "b");
+        assert_eq!(models(&path), ["a", "b"]);
+        assert_eq!(names(folder.path()), ["m.journal.jsonl", "m.toml"]);
+    }
+
+    #[test]
+    fn a_store_that_nothing_is_put_in_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.toml");
+        drop(Store::open(&path).unwrap());
+        assert!(names(folder.path()).is_empty());
+    }
+
+    #[test]
+    fn an_edited_file_is_journaled_before_it_is_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.toml");
+        std::fs::write(&path, "from a colleague").unwrap();
+        assert_eq!(take(&path, "a"), 2);
+        std::fs::write(&path, "by hand").unwrap();
+        assert!(Store::open(&path).unwrap().is_edited());
+        assert_eq!(take(&path, "b"), 4);
+        assert_eq!(models(&path), ["from a colleague", "a", "by hand", "b"]);
+        assert_eq!(Journal::of(&path).unwrap().steps[2].action, Action::Edit);
+    }
+
+    /// Every state in which a crash can leave the three files.
+    #[test]
+    fn a_crash_at_any_point_leaves_a_state_that_the_next_command_puts_right() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.toml");
+        take(&path, "a");
+        let old = std::fs::read(path_of(&path)).unwrap();
+        take(&path, "b");
+        let new = std::fs::read(path_of(&path)).unwrap();
+        let next = next_of(&path);
+        // The new model written, in part or whole, and the journal without its line or with a part of it.
+        for waiting in ["", "b"] {
+            for length in old.len()..new.len() {
+                std::fs::write(&path, "a").unwrap();
+                std::fs::write(&next, waiting).unwrap();
+                std::fs::write(path_of(&path), &new[..length]).unwrap();
+                let store = Store::open(&path).unwrap();
+                assert_eq!((store.text(), store.is_edited()), (Some("a"), false));
+                drop(store);
+                assert_eq!(std::fs::read(path_of(&path)).unwrap(), old);
+                assert_eq!(names(folder.path()), ["m.journal.jsonl", "m.toml"]);
+            }
+        }
+        // The line written, the new model not in its place.
+        std::fs::write(&path, "a").unwrap();
+        std::fs::write(&next, "b").unwrap();
+        std::fs::write(path_of(&path), &new).unwrap();
+        let store = Store::open(&path).unwrap();
+        assert_eq!((store.text(), store.is_edited()), (Some("b"), false));
+        drop(store);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "b");
+        assert_eq!(names(folder.path()), ["m.journal.jsonl", "m.toml"]);
+        // A copy of an older model put there by the user is not taken for a crash.
+        std::fs::write(&path, "a").unwrap();
+        let store = Store::open(&path).unwrap();
+        assert_eq!((store.text(), store.is_edited()), (Some("a"), true));
+    }
+
+    #[test]
+    fn two_at_once_take_their_steps_one_after_the_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.toml");
+        std::thread::scope(|scope| {
+            for k in 0..8 {
+                let path = &path;
+                scope.spawn(move || take(path, &k.to_string()));
+            }
+        });
+        let mut all = models(&path);
+        assert_eq!(all.last(), std::fs::read_to_string(&path).ok().as_ref());
+        all.sort();
+        assert_eq!(all, ["0", "1", "2", "3", "4", "5", "6", "7"]);
+    }
+
+    #[test]
+    fn a_journal_of_something_else_is_refused_and_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.toml");
+        take(&path, "a");
+        let mut text = std::fs::read_to_string(path_of(&path)).unwrap();
+        text.push_str("{\"not\": 1}\n");
+        std::fs::write(path_of(&path), &text).unwrap();
+        let error = Store::open(&path).unwrap_err().to_string();
+        assert!(error.contains("m.journal.jsonl:2: not a step"), "{error}");
+        assert_eq!(std::fs::read_to_string(path_of(&path)).unwrap(), text);
+    }
+}

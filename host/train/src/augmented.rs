@@ -1,0 +1,138 @@
+//! A model with effects, as the criticism loop has fitted it, as what training windows are drawn from.
+//!
+//! The motion is that of [`yawrig_core::motion::simulate`], the integrator that fitted the effects. Their coefficients are
+//! the model's; natural frequency, damping ratio, amplitude, phase and noise are drawn, and the targets are the
+//! natural frequency and damping ratio of the second-order part: what would be left if the effects were taken away.
+
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+use std::path::PathBuf;
+use yawrig_core::effects::{Effect, Terms};
+use yawrig_core::motion::simulate::{Grid, Motion};
+use yawrig_expression::error::{Error, Result};
+use yawrig_shared::blob::EffectIds;
+use yawrig_shared::modal::Modal;
+use yawrig_shared::units::{deg_from_rad, rad_from_deg};
+use yawrig_shared::window::{CYCLES, SAMPLE_RATE_HZ};
+
+/// Amplitudes at which a release is drawn, deg: a little beyond what is analysed (10 deg down to 1 deg), as it decays
+/// before its first window and a network is at its worst at the edges.
+const AMPLITUDE_DEG: [f64; 2] = [0.9, 14.0];
+/// Amplitudes of the windows that are kept, deg.
+pub const KEPT_DEG: [f64; 2] = [0.7, 11.0];
+/// Where a release begins, deg, and the longest it is taken to last, s: how long ago it was when a window begins.
+const RELEASED_DEG: f64 = 15.0;
+const LONGEST_S: f64 = 60.0;
+/// Nearer to the natural frequency than this share, forcing is resonance and a second mode is the first.
+const FORCING_GAP: f64 = 0.1;
+const MODE_GAP: f64 = 0.3;
+
+/// The text of a `model.toml` to train on, so that a training can be told again without the file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Source {
+    pub path: PathBuf,
+    pub text: String,
+}
+
+/// The effects of a model with their coefficients.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Augmented {
+    effects: Vec<Effect>,
+    terms: Terms,
+}
+
+/// A release as the sensor shows it, without noise.
+pub struct Swing {
+    /// Amplitude about the mid-line at its beginning, deg.
+    pub amplitude_deg: f64,
+    /// At the device's sampling rate, deg.
+    pub readings_deg: Vec<f64>,
+}
+
+impl Augmented {
+    /// The `effects` with their numbers, in the units and order of [`Effect::parameters`], at a wind speed that the user's
+    /// own may depend on; `None` where there is none and the response is of second order alone.
+    ///
+    /// # Errors
+    /// Exit 2 for what a network cannot be trained on.
+    pub fn new(effects: Vec<(Effect, Vec<f64>)>, wind_speed_m_s: f64) -> Result<Option<Self>> {
+        if effects.is_empty() {
+            return Ok(None);
+        }
+        let mut terms = Terms { wind_speed_m_s, ..Terms::default() };
+        for (effect, values) in &effects {
+            if *effect == Effect::Buffeting {
+                return Err(Error::usage(
+                    "no network can be trained on buffeting, which takes another course every time",
+                )
+                .help("train without it: the device's mean over its windows averages it"));
+            }
+            effect.write(&effect.varied(values), &mut terms);
+        }
+        let effects: Vec<Effect> = effects.into_iter().map(|(effect, _)| effect).collect();
+        let augmented = Self { effects, terms };
+        augmented.ids().ok_or_else(|| {
+            Error::usage("the identifiers of its effects do not fit a network's file")
+                .help("give your own effects shorter ids: all together 96 characters at most")
+        })?;
+        Ok(Some(augmented))
+    }
+
+    /// The effects' identifiers as a network's file has them; `None` where they are too long.
+    pub fn ids(&self) -> Option<EffectIds> {
+        let ids: Vec<&str> = self.effects.iter().map(|effect| effect.id()).collect();
+        EffectIds::try_from(ids.join(" ").as_str()).ok()
+    }
+
+    /// Draws a swing of this natural frequency and damping ratio; `None` where the effects leave none.
+    pub fn swing(&self, modal: &Modal, random: &mut ChaCha8Rng) -> Option<Swing> {
+        let Modal { natural_frequency_rad_s: wn, damping_ratio } = *modal;
+        let mut terms = self.terms;
+        let near = |w: f64, gap: f64| (w - wn).abs() < gap * wn;
+        let mode = terms.mode_rad_s;
+        if near(terms.forcing_rad_s, FORCING_GAP) || (mode > 0.0 && near(mode, MODE_GAP)) {
+            return None;
+        }
+        let [low, high] = AMPLITUDE_DEG.map(f64::ln);
+        let amplitude_deg = (low + (high - low) * random.random::<f64>()).exp();
+        let mut phase = || TAU * random.random::<f64>();
+        let (sin, cos) = phase().sin_cos();
+        // A release comes upon a forcing and rings a second mode at any phase.
+        for line in [&mut terms.forcing, &mut terms.mode] {
+            *line = turned(*line, phase());
+        }
+        let decay_per_s = (damping_ratio * wn).max(f64::MIN_POSITIVE);
+        let since_s = ((RELEASED_DEG / amplitude_deg).ln() / decay_per_s).clamp(0.0, LONGEST_S);
+        let amplitude_rad = rad_from_deg(amplitude_deg);
+        let motion = Motion {
+            natural_frequency_rad_s: wn,
+            damping_ratio,
+            yaw_rad: terms.static_offset / (wn * wn) + amplitude_rad * cos,
+            rate_rad_s: -amplitude_rad * wn * sin,
+            terms,
+        };
+        let step_s = 1.0 / f64::from(SAMPLE_RATE_HZ);
+        let grid = Grid {
+            start_s: since_s,
+            step_s,
+            // Friction makes no cycle longer; play and softening may.
+            count: ((CYCLES as f64 + 4.0) * TAU / wn / step_s) as usize,
+            mean_width_s: 0.0,
+        };
+        let mut readings_deg = vec![0.0; grid.count];
+        motion.readings(&grid, &mut readings_deg);
+        readings_deg.iter_mut().for_each(|reading| *reading = deg_from_rad(*reading));
+        readings_deg
+            .iter()
+            .all(|reading| reading.is_finite())
+            .then_some(Swing { amplitude_deg, readings_deg })
+    }
+}
+
+/// Cosine and sine part of a line, its phase turned by `by` rad.
+fn turned([cosine, sine]: [f64; 2], by: f64) -> [f64; 2] {
+    let (s, c) = by.sin_cos();
+    [cosine * c - sine * s, cosine * s + sine * c]
+}

@@ -1,0 +1,195 @@
+//! From settings to a frozen network: draw windows, train, freeze, test.
+
+use super::augmented::{Augmented, Source};
+use super::draws::{draw, Draw, Ranges};
+use super::errors::Errors;
+use super::freeze::{self, Scaling};
+use super::held_out::{HeldOut, HeldOutEpoch};
+use super::pca::{self, Projection};
+use super::{Checkpoint, Options, Precision, Progress, Samples, Trained};
+use serde::{Deserialize, Serialize};
+use yawrig_expression::error::{Error, Result};
+use yawrig_shared::blob::Provenance;
+use yawrig_shared::features::FeatureKind;
+use yawrig_shared::network::{Network, OUTPUTS};
+
+/// Windows the network is tested on, drawn apart from those it is trained on.
+const TEST_DRAWS: usize = 2000;
+
+/// What `train` is asked for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    pub features: FeatureKind,
+    /// Principal components of the features that the network is given; none: the features themselves.
+    pub components: Option<usize>,
+    pub ranges: Ranges,
+    /// A model whose effects the windows have; none: the second-order response alone.
+    pub model: Option<Source>,
+    /// The window's amplitude is an input, too.
+    pub amplitude: bool,
+    pub samples: usize,
+    pub training: Options,
+}
+
+/// A frozen network and how it came about.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    pub network: Network,
+    pub blob: Vec<u8>,
+    pub trained: Trained,
+    /// Nodes in each layer of what was trained; its inputs are the components where there are any.
+    pub topology: Vec<usize>,
+    pub train: Errors,
+    pub test: Errors,
+    /// Errors on the windows of `test` over the training; not at every epoch.
+    pub test_history: Vec<HeldOutEpoch>,
+}
+
+/// Draws, trains, freezes and tests; `model`: that of the settings, whose effects the windows have.
+///
+/// # Errors
+/// Exit 2 for settings that make no sense, exit 6 for a training that came to nothing.
+pub fn run(
+    settings: &Settings,
+    model: Option<&Augmented>,
+    progress: &mut dyn Progress,
+) -> Result<Outcome> {
+    from(settings, model, None, progress)
+}
+
+/// Goes on with a training that was interrupted at `checkpoint`: the same network to the bit as if it had
+/// not been. Only the start it had come to is gone on with.
+///
+/// # Errors
+/// As [`run`].
+pub fn resume(
+    settings: &Settings,
+    model: Option<&Augmented>,
+    checkpoint: &Checkpoint,
+    progress: &mut dyn Progress,
+) -> Result<Outcome> {
+    from(settings, model, Some(checkpoint), progress)
+}
+
+fn from(
+    settings: &Settings,
+    model: Option<&Augmented>,
+    checkpoint: Option<&Checkpoint>,
+    progress: &mut dyn Progress,
+) -> Result<Outcome> {
+    check(settings)?;
+    let seed = settings.training.seed;
+    let quiet = Ranges { noise: [0.0; 2], ..settings.ranges.clone() };
+    let windows =
+        |ranges: &Ranges, count, seed| draw(ranges, settings.features, model, count, seed);
+    let draws = windows(&settings.ranges, settings.samples, seed)?;
+    let scaling = Scaling::of(&draws, &settings.ranges, settings.amplitude);
+    let projection = match settings.components {
+        None => None,
+        Some(count) => Some(projection(&scaling.inputs(&draws), draws.len(), count)?),
+    };
+    let told = |draws: &[Draw]| {
+        let inputs = scaling.inputs(draws);
+        let inputs = match &projection {
+            Some(projection) => projection.apply(&inputs),
+            None => inputs,
+        };
+        let (n, targets) = (draws.len(), scaling.targets(draws));
+        Samples { d: inputs.len() / n, inputs, targets, n, k: OUTPUTS }
+    };
+    let samples = told(&draws);
+    let topology = settings.training.topology(&samples);
+    // Freezing is tried before training: a network too large for the device is no use.
+    let shape: usize = topology.windows(2).map(|pair| (pair[0] + 1) * pair[1]).sum();
+    let freeze = |weights: &[f64]| {
+        let (layers, weights) = with_projection(&topology, weights, projection.as_ref());
+        let linear = layers.len() - topology.len();
+        freeze::network(&layers, linear, &weights, settings.features, &scaling, &settings.ranges)
+    };
+    freeze(&vec![0.0; shape])?;
+    // Drawn before the training, too: where that is interrupted its network is still tested.
+    let test_draws = windows(&settings.ranges, TEST_DRAWS, !seed)?;
+    let quiet_draws = windows(&quiet, TEST_DRAWS, !seed)?;
+    // Without noise one output can let the other starve; with it a shared precision lets zeta's
+    // noise loosen the fit of wn.
+    let quiet_windows = settings.ranges.noise[1] == 0.0;
+    let precision = if quiet_windows { Precision::Shared } else { Precision::PerOutput };
+    let options = Options { precision, ..settings.training.clone() };
+    let test_samples = told(&test_draws);
+    let mut progress = HeldOut::new(&test_samples, &topology, progress);
+    let trained = match checkpoint {
+        None => super::train(&samples, &options, &mut progress),
+        Some(checkpoint) => super::resume(&samples, &options, checkpoint, &mut progress),
+    }?;
+    let test_history = progress.history(&trained);
+    let mut network = freeze(&trained.weights)?;
+    let test = freeze::errors(&network, &test_draws);
+    let bias = freeze::errors(&network, &quiet_draws);
+    let rms =
+        |e: &Errors| [e.natural_frequency_mse.sqrt() as f32, e.damping_ratio_mse.sqrt() as f32];
+    (network.test_rms, network.bias_rms) = (rms(&test), rms(&bias));
+    let provenance = Provenance {
+        trainer: heapless::String::try_from(env!("CARGO_PKG_VERSION")).unwrap_or_default(),
+        seed,
+        samples: settings.samples as u32,
+        epochs: trained.epochs as u32,
+        noise: settings.ranges.noise.map(|x| x as f32),
+        effects: model.and_then(Augmented::ids).unwrap_or_default(),
+    };
+    let blob = freeze::blob(network.clone(), provenance, &test_draws)?;
+    let train = freeze::errors(&network, &draws);
+    Ok(Outcome { network, blob, trained, topology, train, test, test_history })
+}
+
+/// Components of these row-major inputs.
+fn projection(inputs: &[f64], rows: usize, count: usize) -> Result<Projection> {
+    Projection::of(inputs, inputs.len() / rows, count, pca::Scale::Common).ok_or_else(|| {
+        Error::usage(format!(
+            "--features pca:{count}: the training windows have no {count} components"
+        ))
+        .help("take 1 to 41 components: --features pca:10")
+    })
+}
+
+/// What the device runs: the projection as a layer of its own before the trained ones.
+fn with_projection(
+    topology: &[usize],
+    weights: &[f64],
+    projection: Option<&Projection>,
+) -> (Vec<usize>, Vec<f64>) {
+    let Some(projection) = projection else { return (topology.to_vec(), weights.to_vec()) };
+    let mut all = projection.layer();
+    let mut layers = vec![all.len() / projection.count() - 1];
+    layers.extend(topology);
+    all.extend(weights);
+    (layers, all)
+}
+
+fn check(settings: &Settings) -> Result<()> {
+    let Ranges { natural_frequency_rad_s, damping_ratio, noise } = &settings.ranges;
+    let rising = |[low, high]: &[f64; 2]| low.is_finite() && high.is_finite() && low < high;
+    if !rising(natural_frequency_rad_s) || natural_frequency_rad_s[0] < 2.4 {
+        return Err(Error::usage(
+            "the natural frequency's range must rise and begin at 2.4 rad/s or above",
+        )
+        .help("three cycles slower than that do not fit the device's buffer of 8.2 s"));
+    }
+    if natural_frequency_rad_s[1] > 60.0 {
+        return Err(Error::usage("the natural frequency's range must end at 60 rad/s or below"));
+    }
+    if !rising(damping_ratio) || damping_ratio[0] < -0.1 || damping_ratio[1] > 0.2 {
+        return Err(Error::usage("the damping ratio's range must rise and lie within -0.1 to 0.2"));
+    }
+    let [low, high] = *noise;
+    let sensible = (low == 0.0 && high == 0.0) || (low > 0.0 && low <= high && high <= 0.2);
+    if !sensible {
+        return Err(Error::usage(format!(
+            "noise from {low} to {high} of the peak is not a range within 0 to 0.2"
+        ))
+        .help("--noise 0.02, or a range: --noise 0.002..0.02"));
+    }
+    if settings.samples < 10 {
+        return Err(Error::usage("fewer than 10 training samples teach nothing"));
+    }
+    Ok(())
+}
