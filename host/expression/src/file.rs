@@ -7,6 +7,7 @@ use super::source::{self, Place};
 use super::units::{self, Unit};
 use super::{checks, OwnEffect, Parameter};
 use crate::error::{Error, Result};
+use std::borrow::Cow;
 use std::path::Path;
 use toml::Spanned;
 
@@ -56,7 +57,7 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
     let (mut parameters, mut units, mut starts) = (Vec::new(), Vec::new(), Vec::new());
     for (name, d) in declared {
         let (parameter, unit) = parameter(&place, name, d)?;
-        units.push((parameter.name.to_owned(), unit));
+        units.push((parameter.name.to_string(), unit));
         parameters.push(parameter);
         starts.push(*d.start.get_ref());
     }
@@ -188,7 +189,7 @@ fn parameter(place: &Text, name: &Spanned<String>, d: &Declared) -> Result<(Para
         let help = "give a typical size: the fit takes its steps from it, and tries none as well";
         return Err(place.error(&d.start, &message, help));
     }
-    let leak = |text: &str| -> &'static str { Box::leak(text.to_owned().into_boxed_str()) };
-    let parameter = Parameter { name: leak(called), unit: leak(d.unit.get_ref()), min, max };
+    let owned = |text: &str| Cow::Owned(text.to_owned());
+    let parameter = Parameter { name: owned(called), unit: owned(d.unit.get_ref()), min, max };
     Ok((parameter, unit))
 }

@@ -44,16 +44,17 @@ pub use program::{Program, State, MOST_PARAMETERS};
 pub use source::{nearest, pointed};
 
 use crate::error::{Error, Result};
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Mutex;
 
 /// One number of an effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    pub name: &'static str,
-    pub unit: &'static str,
+    pub name: Cow<'static, str>,
+    pub unit: Cow<'static, str>,
     pub min: f64,
     pub max: f64,
 }

@@ -57,7 +57,7 @@ fn the_example_of_the_documentation_is_read() {
     let effect = read(STRIBECK).unwrap();
     assert_eq!(effect.id, "stribeck_friction");
     assert_eq!(effect.formula, "-c * tanh(r / 0.002) * (1 + s * exp(-abs(r) / v))");
-    let names: Vec<&str> = effect.parameters.iter().map(|p| p.name).collect();
+    let names: Vec<&str> = effect.parameters.iter().map(|p| &*p.name).collect();
     assert_eq!(names, ["c", "s", "v"]);
     assert_eq!(effect.starts, [0.05, 0.5, 0.1]);
     assert_eq!(effect.size_parameter(), Some(0));

@@ -106,7 +106,7 @@ fn kind_of(own: &'static OwnEffect) -> &'static Kind {
     let parameters: Vec<Parameter> = own
         .parameters
         .iter()
-        .map(|p| within(p.name, p.unit, p.min.max(f64::MIN), p.max.min(f64::MAX)))
+        .map(|p| within(&p.name, &p.unit, p.min.max(f64::MIN), p.max.min(f64::MAX)))
         .collect();
     Box::leak(Box::new(kind(&own.id, &own.formula, Box::leak(parameters.into_boxed_slice()))))
 }

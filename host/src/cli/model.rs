@@ -108,10 +108,11 @@ pub fn summary(revision: &Revision) -> String {
 pub fn parameter(name: &str, value: &Quantity) -> String {
     let unit = || {
         let (effect, parameter) = name.split_once('.')?;
-        let known = Effect::from_id(effect)?.parameters();
-        Some(known.iter().find(|p| p.name == parameter)?.unit)
+        let effect = Effect::from_id(effect)?;
+        let known = effect.parameters().iter().find(|p| p.name == parameter)?;
+        Some(known.unit.to_string())
     };
-    match unit().filter(|unit| *unit != "1") {
+    match unit().filter(|unit| unit != "1") {
         Some(unit) => format!("{name} = {value} {unit}"),
         None => format!("{name} = {value}"),
     }

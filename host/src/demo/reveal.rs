@@ -175,7 +175,7 @@ fn compared(seed: u64, hidden: &yawrig_rig::Effect, model: Option<&Model>) -> Hi
     Hidden {
         seed,
         effect: hidden.id().to_owned(),
-        title: effect.map_or("", |e| e.card().title).to_owned(),
+        title: effect.map_or(String::new(), |e| e.card().title.to_owned()),
         parameters: hidden.parameters().enumerate().map(parameter).collect(),
     }
 }

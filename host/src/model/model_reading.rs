@@ -237,15 +237,15 @@ impl Reader<'_> {
         let mut entry = EffectEntry::unfitted(effect);
         for (name, parameter) in &raw.parameters {
             let known = effect.parameters();
-            let Some(at) = known.iter().position(|p| p.name == name.get_ref()) else {
-                let names: Vec<&str> = known.iter().map(|p| p.name).collect();
+            let Some(at) = known.iter().position(|p| p.name == *name.get_ref()) else {
+                let names: Vec<&str> = known.iter().map(|p| &*p.name).collect();
                 let what = format!("{effect} has no parameter \"{}\"", name.get_ref());
                 let help = format!("its parameters: {}", names.join(", "));
                 return Err(self.error(&name.span(), what).help(help));
             };
             let p = &known[at];
             let law =
-                Law { name: format!("{effect}.{}", p.name), unit: p.unit, min: p.min, max: p.max };
+                Law { name: format!("{effect}.{}", p.name), unit: &p.unit, min: p.min, max: p.max };
             entry.parameters[at] = self.parameter(parameter, &law)?;
         }
         let numbers = || entry.parameters.iter().enumerate();
@@ -261,7 +261,7 @@ impl Reader<'_> {
             !p.free || (p.min, p.max) != (known.min, known.max)
         };
         if line().any(kept) && line().any(|(_, p)| p.free) {
-            let names: Vec<&str> = line().map(|(i, _)| effect.parameters()[i].name).collect();
+            let names: Vec<&str> = line().map(|(i, _)| &*effect.parameters()[i].name).collect();
             let what = format!(
                 "{effect}: {} are free within no bounds, or all fixed",
                 names.join(" and ")

@@ -68,7 +68,7 @@ impl Model {
             }
             let parameters = sub_table(table, "parameters", false);
             for (known, value) in entry.effect.parameters().iter().zip(&entry.parameters) {
-                value.write(parameters, known.name, known.unit);
+                value.write(parameters, &known.name, &known.unit);
             }
         }
     }

@@ -38,8 +38,8 @@ fn found(effect: Effect, values: &BTreeMap<String, Quantity>) -> EffectFound {
     let parameters = effect.parameters().iter().filter_map(|p| {
         let quantity = values.get(&format!("{effect}.{}", p.name))?;
         Some(Parameter {
-            name: p.name.to_owned(),
-            unit: p.unit.to_owned(),
+            name: p.name.to_string(),
+            unit: p.unit.to_string(),
             value: quantity.value,
             u: Some(quantity.u).filter(|u| u.is_finite() && *u > 0.0),
         })

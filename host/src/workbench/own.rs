@@ -85,7 +85,7 @@ impl Form {
     }
 
     fn checked(&self) -> Result<OwnEffect> {
-        yawrig_expression::check(&self.file(), &self.written().text, &Effect::ALL.map(Effect::id))
+        yawrig_expression::check(&self.file(), &self.written().text, &Effect::ids())
     }
 
     /// Makes it known.

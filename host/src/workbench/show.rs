@@ -14,7 +14,7 @@ use std::sync::Arc;
 use yawrig_core::diagnosis::amplitude::AmplitudePoint;
 use yawrig_core::diagnosis::compare::{locate_within, Where};
 use yawrig_core::diagnosis::diagnose::{verdict, SECOND_ORDER};
-use yawrig_core::effects::cards::Card;
+use yawrig_core::effects::Card;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::Fitted;
 use yawrig_core::fit::swing::Swing;

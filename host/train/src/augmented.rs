@@ -25,9 +25,6 @@ pub const KEPT_DEG: [f64; 2] = [0.7, 11.0];
 /// Where a release begins, deg, and the longest it is taken to last, s: how long ago it was when a window begins.
 const RELEASED_DEG: f64 = 15.0;
 const LONGEST_S: f64 = 60.0;
-/// Nearer to the natural frequency than this share, forcing is resonance and a second mode is the first.
-const FORCING_GAP: f64 = 0.1;
-const MODE_GAP: f64 = 0.3;
 
 /// The text of a `model.toml` to train on, so that a training can be told again without the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,8 +36,9 @@ pub struct Source {
 /// The effects of a model with their coefficients.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Augmented {
-    effects: Vec<Effect>,
-    terms: Terms,
+    /// Each with what a fit varies.
+    effects: Vec<(Effect, Vec<f64>)>,
+    wind_speed_m_s: f64,
 }
 
 /// A release as the sensor shows it, without noise.
@@ -61,18 +59,17 @@ impl Augmented {
         if effects.is_empty() {
             return Ok(None);
         }
-        let mut terms = Terms { wind_speed_m_s, ..Terms::default() };
-        for (effect, values) in &effects {
-            if *effect == Effect::Buffeting {
+        for (effect, _) in &effects {
+            if effect.is_random() {
                 return Err(Error::usage(
                     "no network can be trained on buffeting, which takes another course every time",
                 )
                 .help("train without it: the device's mean over its windows averages it"));
             }
-            effect.write(&effect.varied(values), &mut terms);
         }
-        let effects: Vec<Effect> = effects.into_iter().map(|(effect, _)| effect).collect();
-        let augmented = Self { effects, terms };
+        let varied = |(effect, users): (Effect, Vec<f64>)| (effect, effect.varied(&users));
+        let effects = effects.into_iter().map(varied).collect();
+        let augmented = Self { effects, wind_speed_m_s };
         augmented.ids().ok_or_else(|| {
             Error::usage("the identifiers of its effects do not fit a network's file")
                 .help("give your own effects shorter ids: all together 96 characters at most")
@@ -82,26 +79,34 @@ impl Augmented {
 
     /// The effects' identifiers as a network's file has them; `None` where they are too long.
     pub fn ids(&self) -> Option<EffectIds> {
-        let ids: Vec<&str> = self.effects.iter().map(|effect| effect.id()).collect();
+        let ids: Vec<&str> = self.effects.iter().map(|(effect, _)| effect.id()).collect();
         EffectIds::try_from(ids.join(" ").as_str()).ok()
     }
 
     /// Draws a swing of this natural frequency and damping ratio; `None` where the effects leave none.
     pub fn swing(&self, modal: &Modal, random: &mut ChaCha8Rng) -> Option<Swing> {
         let Modal { natural_frequency_rad_s: wn, damping_ratio } = *modal;
-        let mut terms = self.terms;
-        let near = |w: f64, gap: f64| (w - wn).abs() < gap * wn;
-        let mode = terms.mode_rad_s;
-        if near(terms.forcing_rad_s, FORCING_GAP) || (mode > 0.0 && near(mode, MODE_GAP)) {
+        // Nearer, a periodic moment is resonance and a second mode is the first.
+        let resonates = |(effect, varied): &(Effect, Vec<f64>)| {
+            effect
+                .line()
+                .zip(effect.line_of(varied))
+                .is_some_and(|(line, (w, _))| (w - wn).abs() < line.nearest * wn)
+        };
+        if self.effects.iter().any(resonates) {
             return None;
         }
         let [low, high] = AMPLITUDE_DEG.map(f64::ln);
         let amplitude_deg = (low + (high - low) * random.random::<f64>()).exp();
         let mut phase = || TAU * random.random::<f64>();
         let (sin, cos) = phase().sin_cos();
-        // A release comes upon a forcing and rings a second mode at any phase.
-        for line in [&mut terms.forcing, &mut terms.mode] {
-            *line = turned(*line, phase());
+        let mut terms = Terms::in_wind(self.wind_speed_m_s);
+        // A release comes upon a periodic moment and rings a second mode at any phase.
+        let lines = Effect::ALL.into_iter().filter(|e| e.line().is_some());
+        let turns: Vec<(Effect, f64)> = lines.map(|line| (line, phase())).collect();
+        for (effect, varied) in &self.effects {
+            let turn = turns.iter().find(|(line, _)| line == effect).map_or(0.0, |t| t.1);
+            effect.write(&effect.turned(varied, turn, 1.0), &mut terms);
         }
         let decay_per_s = (damping_ratio * wn).max(f64::MIN_POSITIVE);
         let since_s = ((RELEASED_DEG / amplitude_deg).ln() / decay_per_s).clamp(0.0, LONGEST_S);
@@ -109,7 +114,7 @@ impl Augmented {
         let motion = Motion {
             natural_frequency_rad_s: wn,
             damping_ratio,
-            yaw_rad: terms.static_offset / (wn * wn) + amplitude_rad * cos,
+            yaw_rad: terms.constant_moment_rad_s2 / (wn * wn) + amplitude_rad * cos,
             rate_rad_s: -amplitude_rad * wn * sin,
             terms,
         };
@@ -129,10 +134,4 @@ impl Augmented {
             .all(|reading| reading.is_finite())
             .then_some(Swing { amplitude_deg, readings_deg })
     }
-}
-
-/// Cosine and sine part of a line, its phase turned by `by` rad.
-fn turned([cosine, sine]: [f64; 2], by: f64) -> [f64; 2] {
-    let (s, c) = by.sin_cos();
-    [cosine * c - sine * s, cosine * s + sine * c]
 }

@@ -73,8 +73,8 @@ pub struct Coefficient {
     pub spring: String,
     pub axis: Axis,
     pub wind_speed_m_s: f64,
-    pub name: &'static str,
-    pub unit: &'static str,
+    pub name: String,
+    pub unit: String,
     #[serde(flatten)]
     pub quantity: Quantity,
 }
@@ -252,7 +252,7 @@ impl Campaign<'_> {
             Some(Quantity::new(q, q * forced[i].deviations[0].min(MOST_LOG_DEVIATION)))
         };
         let seen = self.by_condition(intensity);
-        let (origin, reason) = origin::decide(&seen, effect.parameters()[0].unit);
+        let (origin, reason) = origin::decide(&seen, &effect.parameters()[0].unit);
         let groups = (0..forced.len()).map(Some).collect();
         let plan = Plan { name: OWN, groups };
         let swings = &self.releases.swings;
@@ -309,7 +309,7 @@ impl Campaign<'_> {
 impl CampaignDiagnosis {
     fn tell(&mut self, told: &Told) {
         let id = told.effect.to_string();
-        let parameter = told.effect.parameters()[0];
+        let parameter = &told.effect.parameters()[0];
         self.origin.insert(id.clone(), told.origin);
         self.origin_reason.insert(id.clone(), told.reason.clone());
         self.sharing.insert(id.clone(), told.plan.name);
@@ -317,8 +317,8 @@ impl CampaignDiagnosis {
             spring: seen.spring.clone(),
             axis: seen.axis,
             wind_speed_m_s: seen.wind_speed_m_s,
-            name: parameter.name,
-            unit: parameter.unit,
+            name: parameter.name.to_string(),
+            unit: parameter.unit.to_string(),
             quantity: seen.coefficient,
         });
         self.coefficients.insert(id, rows.collect());

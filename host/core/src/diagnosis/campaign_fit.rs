@@ -113,9 +113,9 @@ impl Campaign<'_> {
     }
 
     fn told(&self, effect: Effect, fits: &[&Fitted], effective: f64) -> Told {
-        let parameter = effect.parameters()[0];
+        let parameter = &effect.parameters()[0];
         let seen = self.by_condition(|i| coefficient(fits[i], effect));
-        let (origin, mut reason) = origin::decide(&seen, parameter.unit);
+        let (origin, mut reason) = origin::decide(&seen, &parameter.unit);
         if effect == Effect::StaticOffset && origin == Origin::Undecided {
             reason.push_str(
                 "; a sensor that was not zeroed shows as a moment that changes with the stiffness: try --unknown-zero",

@@ -45,18 +45,12 @@ pub fn from_release(record: &Record, swing: &Swing, model: &Fitted) -> Option<Fi
 fn shifted(model: &Fitted, earlier_s: f64) -> Vec<f64> {
     let mut p = model.parameters.clone();
     for effect in &model.structure.effects {
+        let varied = model.varied(*effect).expect("an effect of the model");
+        let Some((damped_rad_s, decay_per_s)) = effect.line_of(varied) else { continue };
+        let (turn, growth) = (damped_rad_s * earlier_s, (decay_per_s * earlier_s).exp());
         let at = model.start_of(*effect);
-        let (turn, growth) = match effect {
-            Effect::HarmonicForcing => (p[at + 2] * earlier_s, 1.0),
-            Effect::SecondMode => {
-                let (w, zeta) = (p[at + 2], p[at + 3]);
-                (w * (1.0 - zeta * zeta).sqrt() * earlier_s, (zeta * w * earlier_s).exp())
-            }
-            _ => continue,
-        };
-        let (s, c) = turn.sin_cos();
-        (p[at], p[at + 1]) =
-            (growth * (p[at] * c - p[at + 1] * s), growth * (p[at] * s + p[at + 1] * c));
+        let turned = effect.turned(varied, turn, growth);
+        p[at..at + turned.len()].copy_from_slice(&turned);
     }
     p
 }

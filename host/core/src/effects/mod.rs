@@ -1,78 +1,97 @@
 //! The effect library: what a second-order response may lack, each as a moment or a change of the reading.
 //!
-//! All moments are divided by Izz (rad/s2), angles in rad, time from the release in s. An effect writes its
-//! coefficients into [`Terms`]; integrating, fitting and judging are done elsewhere. A user's own effect stands beside
-//! those of the library as [`Effect::Own`].
+//! All moments are divided by Izz (rad/s2), angles in rad, time from the release in s. All that is an effect's own stands
+//! in its file, as a [`law::Law`]; a user's own effect stands beside those of the library as [`Effect::Own`].
 
-pub mod cards;
-pub mod terms;
+mod law;
+mod lines;
+mod own;
+mod terms;
 
-use crate::effects::cards::Card;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::fmt;
-use std::path::Path;
-use yawrig_expression::error::{Error, Result};
-use yawrig_expression::{OwnEffect, OwnTerm};
-
-pub use crate::effects::terms::{Scale, Terms};
+pub use law::{Card, Line, Scale, Seen};
+pub(crate) use terms::{Moments, LANES};
+pub use terms::{State, Terms};
 pub use yawrig_expression::{Parameter, MOST_OWN};
 
-/// Every effect of the library, and the user's own. In files and JSON it is its identifier.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Effect {
-    CoulombFriction,
-    QuadraticDamping,
-    CubicDamping,
-    CubicStiffness,
-    QuadraticStiffness,
-    StaticOffset,
-    FreePlay,
-    HarmonicForcing,
-    StiffnessDrift,
-    Buffeting,
-    SecondMode,
-    SensorNonlinearity,
-    BaselineDrift,
-    /// A moment from a user's file.
-    Own(&'static OwnEffect),
+use law::Law;
+use serde::{Serialize, Serializer};
+use std::fmt;
+use std::hash::{Hash, Hasher};
+use std::path::Path;
+use yawrig_expression::error::{Error, Result};
+use yawrig_expression::{is_file, nearest, OwnEffect};
+
+/// Highest frequency looked for, in natural frequencies: half a dozen block means a cycle.
+pub const FASTEST: f64 = 8.0;
+
+/// The library: a file and a name each.
+macro_rules! library {
+    ($($module:ident :: $effect:ident),* $(,)?) => {
+        $(mod $module;)*
+
+        /// Every effect of the library, and the user's own. In files and JSON it is its identifier.
+        #[derive(Clone, Copy, Debug)]
+        pub enum Effect {
+            $($effect,)*
+            /// A moment from a user's file.
+            Own(&'static OwnEffect),
+        }
+
+        impl Effect {
+            /// The library, in its order.
+            pub const ALL: [Self; [$(stringify!($effect)),*].len()] = [$(Self::$effect),*];
+
+            fn law(&self) -> &dyn Law {
+                match self {
+                    $(Self::$effect => &$module::$effect,)*
+                    Self::Own(own) => own,
+                }
+            }
+        }
+    };
 }
 
-const FREE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
-const POSITIVE: (f64, f64) = (0.0, f64::INFINITY);
-
-const fn parameter(name: &'static str, unit: &'static str, range: (f64, f64)) -> Parameter {
-    Parameter { name, unit, min: range.0, max: range.1 }
+library! {
+    coulomb_friction::CoulombFriction,
+    quadratic_damping::QuadraticDamping,
+    cubic_damping::CubicDamping,
+    cubic_stiffness::CubicStiffness,
+    quadratic_stiffness::QuadraticStiffness,
+    static_offset::StaticOffset,
+    free_play::FreePlay,
+    harmonic_forcing::HarmonicForcing,
+    stiffness_drift::StiffnessDrift,
+    buffeting::Buffeting,
+    second_mode::SecondMode,
+    sensor_nonlinearity::SensorNonlinearity,
+    baseline_drift::BaselineDrift,
 }
 
 impl Effect {
-    pub const ALL: [Self; 13] = [
-        Self::CoulombFriction,
-        Self::QuadraticDamping,
-        Self::CubicDamping,
-        Self::CubicStiffness,
-        Self::QuadraticStiffness,
-        Self::StaticOffset,
-        Self::FreePlay,
-        Self::HarmonicForcing,
-        Self::StiffnessDrift,
-        Self::Buffeting,
-        Self::SecondMode,
-        Self::SensorNonlinearity,
-        Self::BaselineDrift,
-    ];
+    /// Of the library, or of a file read before.
+    pub fn from_id(id: &str) -> Option<Self> {
+        let own = || yawrig_expression::find(id).map(Self::Own);
+        Self::ALL.into_iter().find(|e| e.id() == id).or_else(own)
+    }
+
+    /// The identifiers of the library.
+    pub fn ids() -> Vec<&'static str> {
+        const ALL: &[Effect] = &Effect::ALL;
+        ALL.iter().map(Self::id).collect()
+    }
 
     /// An effect from the command line or a model file: an identifier, or the path of a file ending in `.toml`.
     ///
     /// # Errors
     /// Exit 2 for an identifier that there is not, with the nearest; exit 3 for a file that cannot be used.
     pub fn named(text: &str) -> Result<Self> {
-        if yawrig_expression::is_file(text) {
+        if is_file(text) {
             return Self::load(Path::new(text));
         }
         Self::from_id(text).ok_or_else(|| {
-            let ids = Self::ALL.map(Self::id);
+            let ids = Self::ids();
             Error::usage(format!("there is no effect \"{text}\"")).help(
-                match yawrig_expression::nearest(text, ids) {
+                match nearest(text, ids.iter().copied()) {
                     Some(near) => format!(
                         "did you mean {near}? Your own is given as the path of its .toml file"
                     ),
@@ -90,7 +109,7 @@ impl Effect {
     /// # Errors
     /// Those of [`yawrig_expression::load`].
     pub fn load(file: &Path) -> Result<Self> {
-        yawrig_expression::load(file, &Self::ALL.map(Self::id)).map(Self::Own)
+        yawrig_expression::load(file, &Self::ids()).map(Self::Own)
     }
 
     /// A user's own effect from the `text` of its definition, which stands in `file`.
@@ -98,249 +117,200 @@ impl Effect {
     /// # Errors
     /// Those of [`yawrig_expression::define`].
     pub fn defined(file: &Path, text: &str) -> Result<Self> {
-        yawrig_expression::define(file, text, &Self::ALL.map(Self::id)).map(Self::Own)
+        yawrig_expression::define(file, text, &Self::ids()).map(Self::Own)
     }
 
     /// Those with a definite course, which a simulation can follow.
     pub fn deterministic() -> impl Iterator<Item = Self> {
-        Self::ALL.into_iter().filter(|e| *e != Self::Buffeting)
+        Self::ALL.into_iter().filter(|e| !e.is_random())
     }
 
     /// As files, JSON and the command line write it.
-    pub fn id(self) -> &'static str {
-        match self {
-            Self::CoulombFriction => "coulomb_friction",
-            Self::QuadraticDamping => "quadratic_damping",
-            Self::CubicDamping => "cubic_damping",
-            Self::CubicStiffness => "cubic_stiffness",
-            Self::QuadraticStiffness => "quadratic_stiffness",
-            Self::StaticOffset => "static_offset",
-            Self::FreePlay => "free_play",
-            Self::HarmonicForcing => "harmonic_forcing",
-            Self::StiffnessDrift => "stiffness_drift",
-            Self::Buffeting => "buffeting",
-            Self::SecondMode => "second_mode",
-            Self::SensorNonlinearity => "sensor_nonlinearity",
-            Self::BaselineDrift => "baseline_drift",
-            Self::Own(own) => &own.id,
-        }
+    pub fn id(&self) -> &str {
+        self.law().id()
     }
 
-    /// Of the library, or of a file read before.
-    pub fn from_id(id: &str) -> Option<Self> {
-        let own = || yawrig_expression::find(id).map(Self::Own);
-        Self::ALL.into_iter().find(|e| e.id() == id).or_else(own)
+    /// Whether it takes another course every time, so that no simulation can follow it.
+    pub fn is_random(&self) -> bool {
+        self.law().is_random()
+    }
+
+    /// Whether it comes from a user's file.
+    pub fn is_own(&self) -> bool {
+        matches!(self, Self::Own(_))
     }
 
     /// As users read and write them. Friction, drag and play have one sign: they take energy out, or are lengths.
-    pub fn parameters(self) -> &'static [Parameter] {
-        const COULOMB: [Parameter; 1] = [parameter("c", "rad/s2", POSITIVE)];
-        const QUADRATIC: [Parameter; 1] = [parameter("d", "1/rad", POSITIVE)];
-        const CUBIC: [Parameter; 1] = [parameter("c", "1/(rad2 s)", FREE)];
-        const K3: [Parameter; 1] = [parameter("k3", "1/(rad2 s2)", FREE)];
-        const K2: [Parameter; 1] = [parameter("k2", "1/(rad s2)", FREE)];
-        const OFFSET: [Parameter; 1] = [parameter("m", "rad/s2", FREE)];
-        const PLAY: [Parameter; 1] = [parameter("g", "rad", POSITIVE)];
-        const FORCING: [Parameter; 3] = [
-            parameter("f", "rad/s2", POSITIVE),
-            parameter("w", "rad/s", POSITIVE),
-            parameter("phi", "rad", FREE),
-        ];
-        const DRIFT: [Parameter; 1] = [parameter("e", "1/s", FREE)];
-        const BUFFETING: [Parameter; 1] = [parameter("q", "rad2/s3", POSITIVE)];
-        const MODE: [Parameter; 4] = [
-            parameter("amplitude", "rad", POSITIVE),
-            parameter("phase", "rad", FREE),
-            parameter("w2", "rad/s", POSITIVE),
-            parameter("zeta2", "1", (LEAST_MODE_DAMPING, MOST_MODE_DAMPING)),
-        ];
-        const SENSOR: [Parameter; 1] = [parameter("s", "1/rad", FREE)];
-        const BASELINE: [Parameter; 1] = [parameter("d", "rad/s", FREE)];
-        match self {
-            Self::CoulombFriction => &COULOMB,
-            Self::QuadraticDamping => &QUADRATIC,
-            Self::CubicDamping => &CUBIC,
-            Self::CubicStiffness => &K3,
-            Self::QuadraticStiffness => &K2,
-            Self::StaticOffset => &OFFSET,
-            Self::FreePlay => &PLAY,
-            Self::HarmonicForcing => &FORCING,
-            Self::StiffnessDrift => &DRIFT,
-            Self::Buffeting => &BUFFETING,
-            Self::SecondMode => &MODE,
-            Self::SensorNonlinearity => &SENSOR,
-            Self::BaselineDrift => &BASELINE,
-            Self::Own(own) => &own.parameters,
-        }
+    pub fn parameters(&self) -> &[Parameter] {
+        self.law().parameters()
     }
 
-    /// Sizes at which the effect rivals the spring, one for each number the fit varies; of a user's own, many times its starts. The
-    /// fit varies forcing and second mode by cosine and sine parts, which have no corner at nought as amplitude and
-    /// phase have.
-    pub fn sizes(self, scale: &Scale) -> Vec<f64> {
-        let (a, wn, t) = (scale.amplitude_rad, scale.natural_frequency_rad_s, scale.duration_s);
-        match self {
-            Self::CoulombFriction | Self::StaticOffset => vec![wn * wn * a],
-            Self::QuadraticDamping | Self::SensorNonlinearity => vec![1.0 / a],
-            Self::CubicDamping => vec![wn / (a * a)],
-            Self::CubicStiffness => vec![wn * wn / (a * a)],
-            Self::QuadraticStiffness => vec![wn * wn / a],
-            Self::FreePlay => vec![a],
-            Self::HarmonicForcing => vec![wn * wn * a, wn * wn * a, 1.0 / t],
-            Self::StiffnessDrift => vec![1.0 / t],
-            Self::Buffeting => vec![wn.powi(3) * a * a],
-            Self::SecondMode => vec![a, a, 1.0 / t, 0.1],
-            Self::BaselineDrift => vec![a / t],
-            Self::Own(own) => own.starts.iter().map(|s| OWN_SIZE * s.abs()).collect(),
-        }
+    /// Sizes at which the effect rivals the spring, one for each number the fit varies; of a user's own, many times its
+    /// starts.
+    pub fn sizes(&self, scale: &Scale) -> Vec<f64> {
+        self.law().sizes(scale)
+    }
+
+    /// Starting values of what the fit varies; the first leaves the motion as it is without the effect.
+    pub fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
+        self.law().starts(seen)
     }
 
     /// Writes what the fit varies into the terms.
-    pub fn write(self, p: &[f64], terms: &mut Terms) {
-        match self {
-            Self::CoulombFriction => terms.coulomb = p[0],
-            Self::QuadraticDamping => terms.quadratic_damping = p[0],
-            Self::CubicDamping => terms.cubic_damping = p[0],
-            Self::CubicStiffness => terms.cubic_stiffness = p[0],
-            Self::QuadraticStiffness => terms.quadratic_stiffness = p[0],
-            Self::StaticOffset => terms.static_offset = p[0],
-            Self::FreePlay => terms.free_play = p[0],
-            Self::HarmonicForcing => {
-                terms.forcing = [p[0], p[1]];
-                terms.forcing_rad_s = p[2];
-            }
-            Self::StiffnessDrift => terms.stiffness_drift = p[0],
-            Self::Buffeting => {}
-            Self::SecondMode => {
-                terms.mode = [p[0], p[1]];
-                terms.mode_rad_s = p[2];
-                terms.mode_damping = p[3];
-            }
-            Self::SensorNonlinearity => terms.sensor_quadratic = p[0],
-            Self::BaselineDrift => terms.baseline_drift = p[0],
-            Self::Own(effect) => {
-                let free = terms.own.iter_mut().find(|o| o.is_none_or(|o| o.effect == effect));
-                *free.expect("at most MOST_OWN own effects in a model") =
-                    Some(OwnTerm::new(effect, p));
-            }
-        }
+    pub fn write(&self, p: &[f64], terms: &mut Terms) {
+        self.law().write(p, terms);
+    }
+
+    /// The line in the spectrum that it is, if it is one.
+    pub fn line(&self) -> Option<Line> {
+        self.law().line()
+    }
+
+    /// Places among the users' parameters of those that the fit varies as they are: all but size and phase of a line,
+    /// which it varies as cosine and sine part, in the first two places.
+    fn plain_places(&self, line: &Line) -> impl Iterator<Item = usize> {
+        let (count, size, phase) = (self.parameters().len(), line.size, line.phase);
+        (0..count).filter(move |&place| place != size && place != phase)
     }
 
     /// The users' numbers from what the fit varies, and the rows of d users'/d varied.
-    pub fn published(self, p: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
-        let polar = matches!(self, Self::HarmonicForcing | Self::SecondMode);
-        let unit = |i: usize| (0..p.len()).map(|j| f64::from(u8::from(i == j))).collect();
-        let mut values = p.to_vec();
-        let mut rows: Vec<Vec<f64>> = (0..p.len()).map(unit).collect();
-        if polar {
-            // a cos(wt + phi) = (a cos phi) cos wt + (-a sin phi) sin wt.
-            let size = p[0].hypot(p[1]).max(f64::MIN_POSITIVE);
-            let phase = (-p[1]).atan2(p[0]);
-            let by_size = [p[0] / size, p[1] / size];
-            let by_phase = [p[1] / (size * size), -p[0] / (size * size)];
-            let at = |i: usize| if self == Self::HarmonicForcing { [0, 2, 1][i] } else { i };
-            let mut out = vec![0.0; p.len()];
-            let mut jacobian = vec![vec![0.0; p.len()]; p.len()];
-            out[at(0)] = size;
-            out[at(1)] = phase;
-            jacobian[at(0)][..2].copy_from_slice(&by_size);
-            jacobian[at(1)][..2].copy_from_slice(&by_phase);
-            for i in 2..p.len() {
-                out[at(i)] = p[i];
-                jacobian[at(i)][i] = 1.0;
-            }
-            (values, rows) = (out, jacobian);
+    pub fn published(&self, p: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let unit = |at: usize| (0..p.len()).map(|j| f64::from(u8::from(at == j))).collect();
+        let Some(line) = self.line() else {
+            return (p.to_vec(), (0..p.len()).map(unit).collect());
+        };
+        // a cos(wt + phi) = (a cos phi) cos wt + (-a sin phi) sin wt.
+        let size = p[0].hypot(p[1]).max(f64::MIN_POSITIVE);
+        let mut values = vec![0.0; p.len()];
+        let mut rows = vec![vec![0.0; p.len()]; p.len()];
+        values[line.size] = size;
+        values[line.phase] = (-p[1]).atan2(p[0]);
+        rows[line.size][..2].copy_from_slice(&[p[0] / size, p[1] / size]);
+        rows[line.phase][..2].copy_from_slice(&[p[1] / (size * size), -p[0] / (size * size)]);
+        for (varied, place) in (2..).zip(self.plain_places(&line)) {
+            values[place] = p[varied];
+            rows[place] = unit(varied);
         }
         (values, rows)
     }
 
     /// What the fit varies from the users' numbers.
-    pub fn varied(self, users: &[f64]) -> Vec<f64> {
-        match self {
-            Self::HarmonicForcing => {
-                let (s, c) = users[2].sin_cos();
-                vec![users[0] * c, -users[0] * s, users[1]]
-            }
-            Self::SecondMode => {
-                let (s, c) = users[1].sin_cos();
-                vec![users[0] * c, -users[0] * s, users[2], users[3]]
-            }
-            _ => users.to_vec(),
-        }
+    pub fn varied(&self, users: &[f64]) -> Vec<f64> {
+        let Some(line) = self.line() else { return users.to_vec() };
+        let (s, c) = users[line.phase].sin_cos();
+        let parts = [users[line.size] * c, -users[line.size] * s];
+        parts.into_iter().chain(self.plain_places(&line).map(|place| users[place])).collect()
     }
 
     /// Which of what the fit varies is the users' parameter `index`; `None` for size and phase of a line, which it
     /// varies as cosine and sine part.
-    pub fn varied_place(self, index: usize) -> Option<usize> {
-        let p: Vec<f64> = (0..self.parameters().len()).map(|i| 0.3 + 0.1 * i as f64).collect();
-        let (_, rows) = self.published(&p);
-        let parts: Vec<usize> = (0..p.len()).filter(|&j| rows[index][j] != 0.0).collect();
-        match parts[..] {
-            [one] => Some(one),
-            _ => None,
+    pub fn varied_place(&self, index: usize) -> Option<usize> {
+        match self.line() {
+            None => Some(index),
+            Some(line) => self.plain_places(&line).position(|place| place == index).map(|k| k + 2),
         }
+    }
+
+    /// What the fit varies of a line whose phase is `by_rad` further on and whose size is `growth` times as large; of
+    /// anything else the same.
+    pub fn turned(&self, varied: &[f64], by_rad: f64, growth: f64) -> Vec<f64> {
+        let mut turned = varied.to_vec();
+        if self.line().is_some() {
+            let (s, c) = by_rad.sin_cos();
+            turned[0] = growth * (varied[0] * c - varied[1] * s);
+            turned[1] = growth * (varied[0] * s + varied[1] * c);
+        }
+        turned
+    }
+
+    /// Damped frequency and decay of a line, rad/s and 1/s, from what the fit varies.
+    pub fn line_of(&self, varied: &[f64]) -> Option<(f64, f64)> {
+        let line = self.line()?;
+        let w = varied[self.varied_place(line.frequency)?];
+        let zeta =
+            line.damping.and_then(|place| self.varied_place(place)).map_or(0.0, |at| varied[at]);
+        Some((w * (1.0 - zeta * zeta).sqrt(), zeta * w))
     }
 
     /// Whether the `number`th of what the fit varies belongs to one release alone: phases and sizes of lines, drifts.
-    pub fn belongs_to_release(self, number: usize) -> bool {
-        match self {
-            Self::StiffnessDrift | Self::BaselineDrift => true,
-            Self::HarmonicForcing | Self::SecondMode => number < 2,
-            _ => false,
-        }
+    pub fn belongs_to_release(&self, number: usize) -> bool {
+        self.law().belongs_to_release(number)
     }
 
     /// Bounds of what the fit varies, with its frequency kept on the side of the yaw mode where `start` is.
-    pub fn bounds(self, start: &[f64], natural_frequency_rad_s: f64) -> Vec<(f64, f64)> {
+    pub fn bounds(&self, start: &[f64], natural_frequency_rad_s: f64) -> Vec<(f64, f64)> {
+        let own = |p: &Parameter| (p.min, p.max);
+        let Some(line) = self.line() else { return self.parameters().iter().map(own).collect() };
         let wn = natural_frequency_rad_s;
-        let beside = |w: f64, least: f64, gap: f64| {
-            if w < wn {
-                (least * wn, (1.0 - gap) * wn)
+        let free = (f64::NEG_INFINITY, f64::INFINITY);
+        let mut bounds = vec![free, free];
+        for (varied, place) in (2..).zip(self.plain_places(&line)) {
+            bounds.push(if place != line.frequency {
+                own(&self.parameters()[place])
+            } else if start[varied] < wn {
+                (line.slowest * wn, (1.0 - line.nearest) * wn)
             } else {
-                ((1.0 + gap) * wn, FASTEST * wn)
-            }
-        };
-        match self {
-            Self::HarmonicForcing => vec![FREE, FREE, beside(start[2], 0.05, FORCING_GAP)],
-            Self::SecondMode => vec![
-                FREE,
-                FREE,
-                beside(start[2], MODE_GAP, MODE_GAP),
-                (LEAST_MODE_DAMPING, MOST_MODE_DAMPING),
-            ],
-            _ => self.parameters().iter().map(|p| (p.min, p.max)).collect(),
+                ((1.0 + line.nearest) * wn, FASTEST * wn)
+            });
         }
+        bounds
     }
 
     /// Formula, cause, fingerprint, confirmation, remedy.
-    pub fn card(self) -> Card {
-        crate::effects::cards::of(self)
+    pub fn card(&self) -> Card<'_> {
+        self.law().card()
     }
 }
 
-/// Of the start of a user's own parameter: its size, so that the fit's differences stand out of what a step size that
-/// adapts itself leaves uncertain.
-const OWN_SIZE: f64 = 30.0;
-/// Forcing nearer to the natural frequency than this share cannot be told from the swing.
-const FORCING_GAP: f64 = 0.1;
-/// A second mode nearer than this share to the yaw mode, or to standing still, imitates whatever varies slowly.
-const MODE_GAP: f64 = 0.3;
-const LEAST_MODE_DAMPING: f64 = 0.001;
-const MOST_MODE_DAMPING: f64 = 0.3;
-/// Highest frequency looked for, in natural frequencies: half a dozen block means a cycle.
-pub const FASTEST: f64 = 8.0;
+impl Terms {
+    /// `effects` with the users' numbers.
+    pub fn of<'a>(effects: impl IntoIterator<Item = (Effect, &'a [f64])>) -> Self {
+        let mut terms = Self::default();
+        for (effect, users) in effects {
+            effect.write(&effect.varied(users), &mut terms);
+        }
+        terms
+    }
+}
+
+/// An effect is the one its identifier says.
+impl PartialEq for Effect {
+    fn eq(&self, other: &Self) -> bool {
+        self.id() == other.id()
+    }
+}
+
+impl Eq for Effect {}
+
+impl Effect {
+    /// The library's in its order, then the user's own by name.
+    fn rank(&self) -> (usize, &str) {
+        let place = Self::ALL.iter().position(|e| e == self);
+        (place.unwrap_or(Self::ALL.len()), self.id())
+    }
+}
+
+impl PartialOrd for Effect {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Effect {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.rank().cmp(&other.rank())
+    }
+}
+
+impl Hash for Effect {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.id().hash(state);
+    }
+}
 
 impl Serialize for Effect {
     fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
         serializer.serialize_str(self.id())
-    }
-}
-
-impl<'de> Deserialize<'de> for Effect {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        let id = String::deserialize(deserializer)?;
-        Self::from_id(&id)
-            .ok_or_else(|| serde::de::Error::custom(format!("there is no effect \"{id}\"")))
     }
 }
 
@@ -384,10 +354,5 @@ mod tests {
                 }
             }
         }
-        // f cos(w t + phi) at t = 0.4.
-        let [p, q, w] = Effect::HarmonicForcing.varied(&[0.3, 5.0, 0.7])[..] else { panic!() };
-        let t = 0.4_f64;
-        let sum = p * (w * t).cos() + q * (w * t).sin();
-        assert!((sum - 0.3 * (5.0 * t + 0.7).cos()).abs() < 1e-12);
     }
 }

@@ -1,66 +1,199 @@
-//! The coefficients of all effects of a motion, and what they do to it.
+//! The effects of a motion with their numbers, as the integration follows them.
 
-use yawrig_expression::{OwnTerm, MOST_OWN};
+use std::any::TypeId;
+use yawrig_expression::OwnTerm;
 
-/// The coefficients of every effect, zero where it is absent. Fields in the units of the library's table.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// Most numbers that a moment or a change of the reading has.
+const MOST_NUMBERS: usize = 4;
+/// Motions that are followed side by side.
+pub(crate) const LANES: usize = 4;
+
+/// Where a moment is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State {
+    pub yaw_rad: f64,
+    pub rate_rad_s: f64,
+    /// From the release.
+    pub time_s: f64,
+    /// Of the linear spring over the inertia, which a dead zone keeps from acting.
+    pub spring_moment_rad_s2: f64,
+}
+
+/// A smooth moment over the inertia, rad/s2.
+pub(crate) trait Moment {
+    fn moment(p: &[f64], state: &State) -> f64;
+}
+
+/// A change of the sensor's reading, rad.
+pub(crate) trait Reading {
+    fn change(p: &[f64], yaw_rad: f64, time_s: f64) -> f64;
+}
+
+/// A smooth moment with its numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SmoothMoment {
+    law: TypeId,
+    one: fn(&[f64], &State) -> f64,
+    lanes: fn(&[[f64; MOST_NUMBERS]; LANES], &[State; LANES], &mut [f64; LANES]),
+    p: [f64; MOST_NUMBERS],
+}
+
+#[derive(Clone, Copy, Debug)]
+struct ReadingChange {
+    change: fn(&[f64], f64, f64) -> f64,
+    p: [f64; MOST_NUMBERS],
+}
+
+fn lanes<M: Moment>(
+    p: &[[f64; MOST_NUMBERS]; LANES],
+    states: &[State; LANES],
+    sums: &mut [f64; LANES],
+) {
+    for lane in 0..LANES {
+        sums[lane] += M::moment(&p[lane], &states[lane]);
+    }
+}
+
+fn padded(p: &[f64]) -> [f64; MOST_NUMBERS] {
+    std::array::from_fn(|i| p.get(i).copied().unwrap_or(0.0))
+}
+
+/// Every effect of a motion: what the closed form solves, corners whose place is known, and the smooth rest.
+#[derive(Clone, Debug, Default)]
 pub struct Terms {
-    pub coulomb: f64,
-    pub quadratic_damping: f64,
-    pub cubic_damping: f64,
-    pub cubic_stiffness: f64,
-    pub quadratic_stiffness: f64,
-    pub static_offset: f64,
-    pub free_play: f64,
-    /// f cos phi and -f sin phi, so that f cos(w t + phi) = `p[0] cos wt + p[1] sin wt`.
-    pub forcing: [f64; 2],
-    pub forcing_rad_s: f64,
-    pub stiffness_drift: f64,
-    /// The second mode's reading at the release, cosine and sine part, rad.
-    pub mode: [f64; 2],
-    pub mode_rad_s: f64,
-    pub mode_damping: f64,
-    pub sensor_quadratic: f64,
-    pub baseline_drift: f64,
-    /// The user's own effects, those there are first.
-    pub own: [Option<OwnTerm>; MOST_OWN],
+    /// Dry friction, rad/s2; the rate sticks at zero while the other moments are below it.
+    pub dry_friction_rad_s2: f64,
+    pub constant_moment_rad_s2: f64,
+    /// Half the width within which the spring does not act.
+    pub dead_zone_rad: f64,
+    /// Cosine and sine part of a periodic moment, rad/s2: `force[0] cos wt + force[1] sin wt`.
+    force_rad_s2: [f64; 2],
+    force_frequency_rad_s: f64,
+    moments: Vec<SmoothMoment>,
+    readings: Vec<ReadingChange>,
+    /// The user's own effects.
+    own: Vec<OwnTerm>,
     /// For own effects that depend on it; 0: off, or not known.
     pub wind_speed_m_s: f64,
 }
 
 impl Terms {
-    pub fn own(&self) -> impl Iterator<Item = &OwnTerm> {
-        self.own.iter().map_while(Option::as_ref)
+    pub(crate) fn add_moment<M: Moment + 'static>(&mut self, p: &[f64]) {
+        let law = TypeId::of::<M>();
+        self.moments.push(SmoothMoment { law, one: M::moment, lanes: lanes::<M>, p: padded(p) });
     }
 
-    /// The smooth moments at yaw angle b, yaw rate r and time t, rad/s2. Friction, the dead zone and the constant
-    /// moment are not among them: they have corners, or are exact in the linear solution.
-    #[inline]
-    pub fn smooth_moment(&self, b: f64, r: f64, spring_moment: f64, drive: f64, t: f64) -> f64 {
-        -self.quadratic_damping * r.abs() * r
-            - b * b * (self.cubic_damping * r + self.cubic_stiffness * b + self.quadratic_stiffness)
-            + self.stiffness_drift * t * spring_moment
-            + drive
+    pub(crate) fn add_reading<R: Reading>(&mut self, p: &[f64]) {
+        self.readings.push(ReadingChange { change: R::change, p: padded(p) });
     }
 
-    /// What the sensor shows of the yaw angle b at time t, rad.
-    #[inline]
-    pub fn reading(&self, b: f64, t: f64) -> f64 {
-        let mut y = b + self.sensor_quadratic * b * b + self.baseline_drift * t;
-        if self.mode_rad_s > 0.0 {
-            let damped = self.mode_rad_s * (1.0 - self.mode_damping * self.mode_damping).sqrt();
-            let (s, c) = (damped * t).sin_cos();
-            y += (-self.mode_damping * self.mode_rad_s * t).exp()
-                * (self.mode[0] * c + self.mode[1] * s);
+    pub(crate) fn add_own(&mut self, own: OwnTerm) {
+        self.own.push(own);
+    }
+
+    /// A periodic moment of this cosine and sine part.
+    pub(crate) fn force(&mut self, parts_rad_s2: [f64; 2], frequency_rad_s: f64) {
+        (self.force_rad_s2, self.force_frequency_rad_s) = (parts_rad_s2, frequency_rad_s);
+    }
+
+    /// No effect, at this wind speed.
+    pub fn in_wind(wind_speed_m_s: f64) -> Self {
+        Self { wind_speed_m_s, ..Self::default() }
+    }
+
+    pub(crate) fn own(&self) -> &[OwnTerm] {
+        &self.own
+    }
+
+    /// Whether there is no effect in it.
+    pub fn is_plain(&self) -> bool {
+        self.is_smooth()
+            && self.constant_moment_rad_s2 == 0.0
+            && self.force_frequency_rad_s == 0.0
+            && self.moments.is_empty()
+            && self.readings.is_empty()
+    }
+
+    /// Whether it has neither corners nor a user's own effects.
+    pub(crate) fn is_smooth(&self) -> bool {
+        self.dry_friction_rad_s2 == 0.0 && self.dead_zone_rad == 0.0 && self.own.is_empty()
+    }
+
+    /// The periodic moment, to be followed in steps of `step_s` from `time_s` on.
+    pub(crate) fn drive(&self, time_s: f64, step_s: f64) -> Drive {
+        let w = self.force_frequency_rad_s;
+        Drive {
+            force: self.force_rad_s2,
+            now: (w * time_s).sin_cos(),
+            turn: (w * step_s).sin_cos(),
         }
-        y
+    }
+
+    /// The periodic moment at one instant, rad/s2.
+    pub(crate) fn drive_at(&self, time_s: f64) -> f64 {
+        if self.force_frequency_rad_s == 0.0 {
+            return 0.0;
+        }
+        let (s, c) = (self.force_frequency_rad_s * time_s).sin_cos();
+        self.force_rad_s2[0] * c + self.force_rad_s2[1] * s
+    }
+
+    /// The smooth moments with the periodic one, rad/s2. Friction, the dead zone and the constant moment are not among
+    /// them: they have corners, or are exact in the linear solution.
+    #[inline]
+    pub(crate) fn smooth_moment(&self, state: &State, drive: f64) -> f64 {
+        self.moments.iter().map(|m| (m.one)(&m.p, state)).sum::<f64>() + drive
+    }
+
+    /// What the sensor shows of the yaw angle at a time, rad.
+    #[inline]
+    pub(crate) fn reading(&self, yaw_rad: f64, time_s: f64) -> f64 {
+        let change = |r: &ReadingChange| (r.change)(&r.p, yaw_rad, time_s);
+        yaw_rad + self.readings.iter().map(change).sum::<f64>()
     }
 }
 
-/// The size of a swing, from which sizes of effects follow.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scale {
-    pub amplitude_rad: f64,
-    pub natural_frequency_rad_s: f64,
-    pub duration_s: f64,
+/// A periodic moment followed step by step, its angle turned on by one step each time.
+#[derive(Clone, Copy)]
+pub(crate) struct Drive {
+    force: [f64; 2],
+    now: (f64, f64),
+    turn: (f64, f64),
+}
+
+impl Drive {
+    /// The moment now, rad/s2, and one step on.
+    #[inline]
+    pub fn step(&mut self) -> f64 {
+        let ((sin, cos), (turn_sin, turn_cos)) = (self.now, self.turn);
+        self.now = (sin * turn_cos + cos * turn_sin, cos * turn_cos - sin * turn_sin);
+        self.force[0] * cos + self.force[1] * sin
+    }
+}
+
+/// The smooth moments of four motions of the same effects.
+pub(crate) struct Moments {
+    each: Vec<(SmoothMoment, [[f64; MOST_NUMBERS]; LANES])>,
+}
+
+impl Moments {
+    /// `None` where the motions have not the same effects.
+    pub fn of(terms: [&Terms; LANES]) -> Option<Self> {
+        let [first, others @ ..] = terms;
+        let laws = |t: &Terms| t.moments.iter().map(|m| m.law).collect::<Vec<_>>();
+        if others.iter().any(|other| laws(other) != laws(first)) {
+            return None;
+        }
+        let lanes = |k: usize| terms.map(|t| t.moments[k].p);
+        let each = first.moments.iter().enumerate().map(|(k, m)| (*m, lanes(k))).collect();
+        Some(Self { each })
+    }
+
+    /// Adds the moments in each of `states` to `sums`, rad/s2.
+    #[inline]
+    pub fn add(&self, states: &[State; LANES], sums: &mut [f64; LANES]) {
+        for (moment, p) in &self.each {
+            (moment.lanes)(p, states, sums);
+        }
+    }
 }

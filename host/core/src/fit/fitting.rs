@@ -167,7 +167,7 @@ pub(crate) fn motion(
     p: &[f64],
     wind_speed_m_s: f64,
 ) -> (Motion, f64) {
-    let mut terms = Terms { wind_speed_m_s, ..Terms::default() };
+    let mut terms = Terms::in_wind(wind_speed_m_s);
     for (effect, &at) in structure.effects.iter().zip(starts) {
         effect.write(&p[at..], &mut terms);
     }

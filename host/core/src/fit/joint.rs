@@ -210,8 +210,10 @@ mod tests {
 
     fn swing(wn: f64, c: f64) -> Swing {
         let grid = Grid { start_s: 0.0, step_s: 0.02, count: 900, mean_width_s: 0.0 };
-        let terms =
-            crate::effects::Terms { cubic_damping: c, static_offset: 0.1, ..Default::default() };
+        let terms = crate::effects::Terms::of([
+            (Effect::CubicDamping, &[c][..]),
+            (Effect::StaticOffset, &[0.1]),
+        ]);
         let motion = crate::motion::simulate::Motion {
             natural_frequency_rad_s: wn,
             damping_ratio: 0.01,

@@ -7,6 +7,7 @@
 //! known, `abs` and `sign` of the yaw rate or angle, dry friction and the dead zone, are located within the step, and a
 //! model whose rate is nought stays there while the moments of both directions hold it.
 
+use crate::effects::State;
 use crate::motion::simulate::{root, Flow, Motion};
 use std::cell::RefCell;
 use yawrig_expression::Prepared;
@@ -103,11 +104,11 @@ impl<'a> Walker<'a> {
     pub fn new(motion: &'a Motion, step_s: f64, steps: u64) -> Self {
         let terms = &motion.terms;
         let corner = |of: fn(&yawrig_expression::Program) -> bool| {
-            terms.own().any(|own| of(&own.effect.program))
+            terms.own().iter().any(|own| of(&own.effect.program))
         };
         let (b, r) = (motion.yaw_rad, motion.rate_rad_s);
-        let play = terms.free_play;
-        let turns = terms.coulomb > 0.0 || corner(|p| p.has_rate_corner);
+        let play = terms.dead_zone_rad;
+        let turns = terms.dry_friction_rad_s2 > 0.0 || corner(|p| p.has_rate_corner);
         let sign = |x: f64| if x == 0.0 { 0.0 } else { x.signum() };
         Self {
             motion,
@@ -122,6 +123,7 @@ impl<'a> Walker<'a> {
             own: RefCell::new(
                 terms
                     .own()
+                    .iter()
                     .map(|own| own.prepared(motion.natural_frequency_rad_s, terms.wind_speed_m_s))
                     .collect(),
             ),
@@ -136,24 +138,19 @@ impl<'a> Walker<'a> {
     /// Everything but the plain model and what is constant in a piece, rad/s2.
     fn moment(&self, b: f64, r: f64, t: f64, piece: Piece) -> f64 {
         let terms = &self.motion.terms;
-        let drive = if terms.forcing_rad_s == 0.0 {
-            0.0
-        } else {
-            let (s, c) = (terms.forcing_rad_s * t).sin_cos();
-            terms.forcing[0] * c + terms.forcing[1] * s
-        };
-        let inside = terms.free_play > 0.0 && piece.side == 0.0;
+        let inside = terms.dead_zone_rad > 0.0 && piece.side == 0.0;
         let spring = -self.stiffness * (b - self.slack(piece));
         // Within the dead zone the flow's spring is taken back.
         let (spring, taken_back) = if inside { (0.0, self.stiffness * b) } else { (spring, 0.0) };
         let mut own = self.own.borrow_mut();
         let own = own.iter_mut().map(|own| own.evaluate(b, r, t, piece.direction, piece.half));
-        terms.smooth_moment(b, r, spring, drive, t) + own.sum::<f64>() + taken_back
+        let state = State { yaw_rad: b, rate_rad_s: r, time_s: t, spring_moment_rad_s2: spring };
+        terms.smooth_moment(&state, terms.drive_at(t)) + own.sum::<f64>() + taken_back
     }
 
     /// Where the spring of this side has no moment.
     fn slack(&self, piece: Piece) -> f64 {
-        let play = self.motion.terms.free_play;
+        let play = self.motion.terms.dead_zone_rad;
         if play > 0.0 {
             play * piece.side
         } else {
@@ -164,7 +161,9 @@ impl<'a> Walker<'a> {
     /// Where the plain model with the piece's constant moments would rest.
     fn middle(&self, piece: Piece) -> f64 {
         let terms = &self.motion.terms;
-        self.slack(piece) + (terms.static_offset - terms.coulomb * piece.direction) / self.stiffness
+        self.slack(piece)
+            + (terms.constant_moment_rad_s2 - terms.dry_friction_rad_s2 * piece.direction)
+                / self.stiffness
     }
 
     /// One attempt over the step of `flows` from b, r at t, the moment there being `first`.
@@ -268,7 +267,7 @@ impl<'a> Walker<'a> {
 
     /// The edge of the dead zone that has been passed.
     fn edge(&self, b: f64) -> Option<f64> {
-        let g = self.motion.terms.free_play;
+        let g = self.motion.terms.dead_zone_rad;
         if g == 0.0 {
             None
         } else if self.piece.side == 0.0 {

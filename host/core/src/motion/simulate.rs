@@ -6,7 +6,7 @@
 //! (wn h)^2 / 24 of the effect, 7e-4 at fifty steps a cycle, and none of the plain model. Turning points and edges
 //! of the dead zone are located within the step. A model with a user's own effects is left to `own_motion`.
 
-use crate::effects::Terms;
+use crate::effects::{Moments, State, Terms, LANES};
 use crate::motion::own_motion;
 
 /// Steps a cycle at least.
@@ -31,7 +31,7 @@ impl Grid {
 }
 
 /// A motion: the plain model, the effects, and the state at the grid's first instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Motion {
     pub natural_frequency_rad_s: f64,
     pub damping_ratio: f64,
@@ -58,7 +58,7 @@ impl Motion {
     /// Angle and rate `time_s` after the first instant (before it where negative), effects apart.
     pub fn linear_state(&self, time_s: f64) -> (f64, f64) {
         let Flow([p, q, u, v]) = self.flow(time_s);
-        let middle = self.terms.static_offset / self.natural_frequency_rad_s.powi(2);
+        let middle = self.terms.constant_moment_rad_s2 / self.natural_frequency_rad_s.powi(2);
         let x = self.yaw_rad - middle;
         (middle + p * x + q * self.rate_rad_s, u * x + v * self.rate_rad_s)
     }
@@ -75,32 +75,22 @@ impl Motion {
         (y, r)
     }
 
-    /// Whether it has neither corners nor a user's own effects.
-    fn is_smooth(&self) -> bool {
-        self.terms.coulomb == 0.0
-            && self.terms.free_play == 0.0
-            && self.terms.own().next().is_none()
-    }
-
     fn run(&self, grid: &Grid, store: impl FnMut(usize, f64, f64)) {
         let wn = self.natural_frequency_rad_s;
         let terms = &self.terms;
         let substeps =
             (grid.step_s * wn * STEPS_PER_CYCLE / std::f64::consts::TAU).ceil().clamp(1.0, 1e4);
         let h = grid.step_s / substeps;
-        if terms.own().next().is_some() {
+        if !terms.own().is_empty() {
             let steps = (substeps as u64).saturating_mul(grid.count as u64);
             let mut walker = own_motion::Walker::new(self, h, steps);
             return self.follow(grid, substeps, |b, r, t| walker.advance(b, r, t), store);
         }
         let mut walker = Walker::new(self, 0.5 * h);
-        // cos and sin of the forcing at the middle of the step, turned on by one step each time.
-        let (mut sin, mut cos) = (terms.forcing_rad_s * (grid.start_s + 0.5 * h)).sin_cos();
-        let (turn_sin, turn_cos) = (terms.forcing_rad_s * h).sin_cos();
+        let mut drive = terms.drive(grid.start_s + 0.5 * h, h);
         let advance = |b: f64, r: f64, t: f64| {
             let middle = t + 0.5 * h;
-            let drive = terms.forcing[0] * cos + terms.forcing[1] * sin;
-            (sin, cos) = (sin * turn_cos + cos * turn_sin, cos * turn_cos - sin * turn_sin);
+            let drive = drive.step();
             let (b, r) = walker.half_step(b, r, middle, drive);
             let r = walker.kick(b, r, h, middle, drive);
             walker.half_step(b, r, middle, drive)
@@ -136,38 +126,35 @@ impl Motion {
     }
 }
 
-/// Motions followed together: a step of one waits for the last, those of four need not wait for each other.
-const TOGETHER: usize = 4;
-
-/// The readings of all `motions` on one `grid`, an `out` each.
+/// The readings of all `motions` on one `grid`, an `out` each. A step of one motion waits for its last; those of four
+/// side by side need not wait for each other.
 pub fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f64>]) {
-    for (motions, out) in motions.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
-        match <&[Motion; TOGETHER]>::try_from(motions) {
-            Ok(four) if four.iter().all(Motion::is_smooth) => smooth_readings(four, grid, out),
+    for (motions, out) in motions.chunks(LANES).zip(out.chunks_mut(LANES)) {
+        match <&[Motion; LANES]>::try_from(motions) {
+            Ok(four) if smooth_readings(four, grid, out).is_some() => {}
             _ => motions.iter().zip(out).for_each(|(m, out)| m.readings(grid, out)),
         }
     }
 }
 
-/// [`Motion::readings`] of four motions without corners.
-fn smooth_readings(motions: &[Motion; TOGETHER], grid: &Grid, out: &mut [Vec<f64>]) {
+/// [`Motion::readings`] of four motions of the same effects without corners; `None` where they are no such four.
+fn smooth_readings(motions: &[Motion; LANES], grid: &Grid, out: &mut [Vec<f64>]) -> Option<()> {
+    if !motions.iter().all(|m| m.terms.is_smooth()) {
+        return None;
+    }
+    let moments = Moments::of(std::array::from_fn(|l| &motions[l].terms))?;
     let each =
-        |f: &dyn Fn(&Motion) -> f64| -> [f64; TOGETHER] { std::array::from_fn(|l| f(&motions[l])) };
+        |f: &dyn Fn(&Motion) -> f64| -> [f64; LANES] { std::array::from_fn(|l| f(&motions[l])) };
     let fastest = motions.iter().map(|m| m.natural_frequency_rad_s).fold(0.0, f64::max);
     let substeps =
         (grid.step_s * fastest * STEPS_PER_CYCLE / std::f64::consts::TAU).ceil().clamp(1.0, 1e4);
     let h = grid.step_s / substeps;
-    let flows: [Flow; TOGETHER] = std::array::from_fn(|l| motions[l].flow(0.5 * h));
+    let flows: [Flow; LANES] = std::array::from_fn(|l| motions[l].flow(0.5 * h));
     let stiffness = each(&|m| m.natural_frequency_rad_s.powi(2));
-    let middle = each(&|m| m.terms.static_offset / m.natural_frequency_rad_s.powi(2));
+    let middle = each(&|m| m.terms.constant_moment_rad_s2 / m.natural_frequency_rad_s.powi(2));
     let mean = each(&|m| 1.0 - (m.natural_frequency_rad_s * grid.mean_width_s).powi(2) / 24.0);
-    let (mut sin, mut cos) = ([0.0; TOGETHER], [0.0; TOGETHER]);
-    let (mut turn_sin, mut turn_cos) = ([0.0; TOGETHER], [0.0; TOGETHER]);
-    for (l, motion) in motions.iter().enumerate() {
-        let w = motion.terms.forcing_rad_s;
-        (sin[l], cos[l]) = (w * (grid.start_s + 0.5 * h)).sin_cos();
-        (turn_sin[l], turn_cos[l]) = (w * h).sin_cos();
-    }
+    let mut drives: [_; LANES] =
+        std::array::from_fn(|l| motions[l].terms.drive(grid.start_s + 0.5 * h, h));
     let (mut b, mut r) = (each(&|m| m.yaw_rad), each(&|m| m.rate_rad_s));
     for k in 0..grid.count {
         let t = grid.time_s(k);
@@ -176,20 +163,31 @@ fn smooth_readings(motions: &[Motion; TOGETHER], grid: &Grid, out: &mut [Vec<f64
         }
         for i in 0..substeps as usize {
             let at = t + (i as f64 + 0.5) * h;
-            for l in 0..TOGETHER {
+            let drive: [f64; LANES] = std::array::from_fn(|l| drives[l].step());
+            let mut states =
+                [State { yaw_rad: 0.0, rate_rad_s: 0.0, time_s: at, spring_moment_rad_s2: 0.0 };
+                    LANES];
+            let mut rate = [0.0; LANES];
+            for l in 0..LANES {
                 let Flow([p, q, u, v]) = flows[l];
-                let terms = &motions[l].terms;
-                let drive = terms.forcing[0] * cos[l] + terms.forcing[1] * sin[l];
-                (sin[l], cos[l]) = (
-                    sin[l] * turn_cos[l] + cos[l] * turn_sin[l],
-                    cos[l] * turn_cos[l] - sin[l] * turn_sin[l],
-                );
                 let x = b[l] - middle[l];
-                let (angle, rate) = (middle[l] + p * x + q * r[l], u * x + v * r[l]);
-                let spring = -stiffness[l] * angle;
-                let half = rate + 0.5 * h * terms.smooth_moment(angle, rate, spring, drive, at);
-                let rate = rate + h * terms.smooth_moment(angle, half, spring, drive, at);
-                let x = angle - middle[l];
+                let angle = middle[l] + p * x + q * r[l];
+                rate[l] = u * x + v * r[l];
+                states[l].yaw_rad = angle;
+                states[l].rate_rad_s = rate[l];
+                states[l].spring_moment_rad_s2 = -stiffness[l] * angle;
+            }
+            let mut first = [0.0; LANES];
+            moments.add(&states, &mut first);
+            for l in 0..LANES {
+                states[l].rate_rad_s = rate[l] + 0.5 * h * (first[l] + drive[l]);
+            }
+            let mut second = [0.0; LANES];
+            moments.add(&states, &mut second);
+            for l in 0..LANES {
+                let Flow([p, q, u, v]) = flows[l];
+                let rate = rate[l] + h * (second[l] + drive[l]);
+                let x = states[l].yaw_rad - middle[l];
                 (b[l], r[l]) = (middle[l] + p * x + q * rate, u * x + v * rate);
             }
         }
@@ -200,6 +198,7 @@ fn smooth_readings(motions: &[Motion; TOGETHER], grid: &Grid, out: &mut [Vec<f64
             out[first..].fill(f64::NAN);
         }
     }
+    Some(())
 }
 
 /// The motion with the regime it is in.
@@ -218,7 +217,7 @@ struct Walker<'a> {
 
 impl<'a> Walker<'a> {
     fn new(motion: &'a Motion, half: f64) -> Self {
-        let play = motion.terms.free_play;
+        let play = motion.terms.dead_zone_rad;
         let b = motion.yaw_rad;
         Self {
             motion,
@@ -226,24 +225,30 @@ impl<'a> Walker<'a> {
             flow: motion.flow(half),
             stiffness: motion.natural_frequency_rad_s.powi(2),
             decay: motion.damping_ratio * motion.natural_frequency_rad_s,
-            corners: motion.terms.coulomb > 0.0 || motion.terms.free_play > 0.0,
+            corners: motion.terms.dry_friction_rad_s2 > 0.0 || motion.terms.dead_zone_rad > 0.0,
             direction: if motion.rate_rad_s == 0.0 { 0.0 } else { motion.rate_rad_s.signum() },
             side: if play > 0.0 && b.abs() < play { 0.0 } else { b.signum() },
         }
     }
 
     fn spring_moment(&self, b: f64) -> f64 {
-        let g = self.motion.terms.free_play;
+        let g = self.motion.terms.dead_zone_rad;
         let deflection = if g > 0.0 { b - b.clamp(-g, g) } else { b };
         -self.stiffness * deflection
     }
 
     fn smooth(&self, b: f64, r: f64, t: f64, drive: f64) -> f64 {
-        self.motion.terms.smooth_moment(b, r, self.spring_moment(b), drive, t)
+        let state = State {
+            yaw_rad: b,
+            rate_rad_s: r,
+            time_s: t,
+            spring_moment_rad_s2: self.spring_moment(b),
+        };
+        self.motion.terms.smooth_moment(&state, drive)
     }
 
     fn kick(&mut self, b: f64, r: f64, h: f64, t: f64, drive: f64) -> f64 {
-        let friction = self.motion.terms.coulomb > 0.0;
+        let friction = self.motion.terms.dry_friction_rad_s2 > 0.0;
         if friction && self.direction == 0.0 {
             return 0.0;
         }
@@ -256,7 +261,7 @@ impl<'a> Walker<'a> {
     }
 
     fn half_step(&mut self, b: f64, r: f64, t: f64, drive: f64) -> (f64, f64) {
-        let constant = self.motion.terms.static_offset;
+        let constant = self.motion.terms.constant_moment_rad_s2;
         if !self.corners {
             let middle = constant / self.stiffness;
             let Flow([p, q, u, v]) = self.flow;
@@ -267,9 +272,9 @@ impl<'a> Walker<'a> {
     }
 
     fn with_corners(&mut self, mut b: f64, mut r: f64, t: f64, drive: f64) -> (f64, f64) {
-        let c = self.motion.terms.coulomb;
-        let g = self.motion.terms.free_play;
-        let constant = self.motion.terms.static_offset;
+        let c = self.motion.terms.dry_friction_rad_s2;
+        let g = self.motion.terms.dead_zone_rad;
+        let constant = self.motion.terms.constant_moment_rad_s2;
         let mut left = self.half;
         for _ in 0..MOST_CORNERS {
             if c > 0.0 && self.direction == 0.0 {
@@ -320,7 +325,7 @@ impl<'a> Walker<'a> {
 
     /// b and r after `tau` under the constant `moment` and the spring of this side.
     fn travel(&self, b: f64, r: f64, moment: f64, tau: f64) -> (f64, f64) {
-        let g = self.motion.terms.free_play;
+        let g = self.motion.terms.dead_zone_rad;
         if g > 0.0 && self.side == 0.0 {
             let rate = 2.0 * self.decay;
             let x = rate * tau;

@@ -1,4 +1,5 @@
 use super::*;
+use crate::effects::Effect;
 use std::f64::consts::TAU;
 
 const WN: f64 = 7.0;
@@ -27,13 +28,12 @@ fn readings(motion: &Motion, grid: &Grid) -> Vec<f64> {
 /// Half the step, a quarter of the error.
 #[test]
 fn the_error_falls_with_the_square_of_the_step() {
-    let terms = Terms {
-        quadratic_damping: 0.3,
-        cubic_stiffness: 80.0,
-        quadratic_stiffness: 20.0,
-        stiffness_drift: 0.01,
-        ..Terms::default()
-    };
+    let terms = Terms::of([
+        (Effect::QuadraticDamping, &[0.3][..]),
+        (Effect::CubicStiffness, &[80.0]),
+        (Effect::QuadraticStiffness, &[20.0]),
+        (Effect::StiffnessDrift, &[0.01]),
+    ]);
     let motion = released(0.01, terms);
     let cycle = TAU / WN;
     let at_end = |per_cycle: usize| {
@@ -53,7 +53,7 @@ fn the_error_falls_with_the_square_of_the_step() {
 #[test]
 fn energy_is_kept_over_a_hundred_cycles() {
     let k3 = 200.0;
-    let motion = released(0.0, Terms { cubic_stiffness: k3, ..Terms::default() });
+    let motion = released(0.0, Terms::of([(Effect::CubicStiffness, &[k3][..])]));
     let (b, r) = motion.readings_and_rates(&grid(TAU / WN / 48.0, 4800));
     let energy = |b: f64, r: f64| 0.5 * (r * r + WN * WN * b * b) + 0.25 * k3 * b.powi(4);
     let first = energy(b[0], r[0]);
@@ -68,7 +68,7 @@ fn energy_is_kept_over_a_hundred_cycles() {
 fn dry_friction_stops_the_swing_where_the_closed_form_does() {
     let c = 0.37;
     let shift = c / (WN * WN);
-    let motion = released(0.0, Terms { coulomb: c, ..Terms::default() });
+    let motion = released(0.0, Terms::of([(Effect::CoulombFriction, &[c][..])]));
     let mut rest = AMPLITUDE;
     let mut halves = 0;
     while rest.abs() > shift {
@@ -86,7 +86,7 @@ fn dry_friction_stops_the_swing_where_the_closed_form_does() {
 #[test]
 fn free_play_has_the_period_of_the_piecewise_solution() {
     let g = 0.03;
-    let motion = released(0.0, Terms { free_play: g, ..Terms::default() });
+    let motion = released(0.0, Terms::of([(Effect::FreePlay, &[g][..])]));
     let period = TAU / WN + 4.0 * g / (WN * (AMPLITUDE - g));
     let y = readings(&motion, &grid(period / 64.0, 64 * 10 + 1));
     for cycle in 0..=10 {
@@ -101,17 +101,14 @@ fn free_play_has_the_period_of_the_piecewise_solution() {
 fn motions_followed_together_are_those_followed_alone() {
     let all: Vec<Motion> = (0..7)
         .map(|i| {
-            let terms = Terms {
-                cubic_damping: 0.5 * f64::from(i),
-                forcing: [0.3, -0.1],
-                forcing_rad_s: 11.0,
-                static_offset: 0.2,
-                mode: [0.01, 0.0],
-                mode_rad_s: 20.0,
-                mode_damping: 0.01,
-                coulomb: if i == 5 { 0.05 } else { 0.0 },
-                ..Terms::default()
-            };
+            let friction = if i == 5 { 0.05 } else { 0.0 };
+            let terms = Terms::of([
+                (Effect::CubicDamping, &[0.5 * f64::from(i)][..]),
+                (Effect::HarmonicForcing, &[0.3, 11.0, 0.4]),
+                (Effect::StaticOffset, &[0.2]),
+                (Effect::SecondMode, &[0.01, 0.0, 20.0, 0.01]),
+                (Effect::CoulombFriction, &[friction]),
+            ]);
             released(0.01, terms)
         })
         .collect();

@@ -1,0 +1,51 @@
+//! A white random moment of intensity q: it has no definite course and is judged by likelihood, not simulated.
+
+use super::law::{not_negative, Card, Law, Parameter, Scale};
+use super::terms::Terms;
+
+pub(super) struct Buffeting;
+
+impl Law for Buffeting {
+    fn id(&self) -> &'static str {
+        "buffeting"
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        static PARAMETERS: [Parameter; 1] = [not_negative("q", "rad2/s3")];
+        &PARAMETERS
+    }
+
+    fn sizes(&self, scale: &Scale) -> Vec<f64> {
+        vec![scale.natural_frequency_rad_s.powi(3) * scale.amplitude_rad * scale.amplitude_rad]
+    }
+
+    fn write(&self, _: &[f64], _: &mut Terms) {}
+
+    fn is_random(&self) -> bool {
+        true
+    }
+
+    fn card(&self) -> Card<'_> {
+        Card {
+            title: "Random moment",
+            formula: "+ white random moment of intensity q",
+            cause: "turbulence of the stream, the wake of something upstream",
+            fingerprint: "phase and amplitude wander; residual grows in time, different on every repeat",
+            confirm: "repeat the release: what is random does not repeat; with the wind off it goes",
+            remove: "screens, another position in the stream; else average repeats",
+            release: "a repeat under the same conditions",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_has_no_course_to_follow() {
+        let mut terms = Terms::default();
+        Buffeting.write(&[0.3], &mut terms);
+        assert!(Buffeting.is_random() && terms.is_plain());
+    }
+}

@@ -1,0 +1,52 @@
+//! Dry friction, - c sign(r), which holds the model at r = 0 while the other moments are below c.
+
+use super::law::{numbers, not_negative, Card, Law, Parameter, Scale};
+use super::terms::Terms;
+
+pub(super) struct CoulombFriction;
+
+impl Law for CoulombFriction {
+    fn id(&self) -> &'static str {
+        "coulomb_friction"
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        static PARAMETERS: [Parameter; 1] = [not_negative("c", "rad/s2")];
+        &PARAMETERS
+    }
+
+    fn sizes(&self, scale: &Scale) -> Vec<f64> {
+        vec![scale.stiffness() * scale.amplitude_rad]
+    }
+
+    fn write(&self, p: &[f64], terms: &mut Terms) {
+        let [c] = numbers(p);
+        terms.dry_friction_rad_s2 += c;
+    }
+
+    fn card(&self) -> Card<'_> {
+        Card {
+            title: "Dry friction",
+            formula: "- c sign(r); sticks at r = 0 while the other moment is below c",
+            cause: "bearing seals, a rubbing cable, the potentiometer's wiper",
+            fingerprint: "damping rises as 1/amplitude; peaks fall along a straight line; stops off centre",
+            confirm: "release with the wind off: it stays the same; it is the same on every spring",
+            remove: "free or replace the bearing, lead the cable along the axis, use a contactless sensor",
+            release: "a smaller amplitude, where friction dominates",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::law::testing::at;
+    use super::*;
+
+    #[test]
+    fn it_is_left_to_the_integration() {
+        let mut terms = Terms::default();
+        CoulombFriction.write(&[0.3], &mut terms);
+        assert_eq!(terms.dry_friction_rad_s2, 0.3);
+        assert_eq!(terms.smooth_moment(&at(0.1, 0.2), 0.0), 0.0);
+    }
+}

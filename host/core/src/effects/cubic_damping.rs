@@ -1,0 +1,57 @@
+//! Damping with the square of the angle, - c b^2 r.
+
+use super::law::{numbers, any, Card, Law, Parameter, Scale};
+use super::terms::{Moment, State, Terms};
+
+pub(super) struct CubicDamping;
+
+impl Law for CubicDamping {
+    fn id(&self) -> &'static str {
+        "cubic_damping"
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        static PARAMETERS: [Parameter; 1] = [any("c", "1/(rad2 s)")];
+        &PARAMETERS
+    }
+
+    fn sizes(&self, scale: &Scale) -> Vec<f64> {
+        vec![scale.natural_frequency_rad_s / scale.amplitude_rad.powi(2)]
+    }
+
+    fn write(&self, p: &[f64], terms: &mut Terms) {
+        terms.add_moment::<Self>(p);
+    }
+
+    fn card(&self) -> Card<'_> {
+        Card {
+            title: "Damping with the square of the angle",
+            formula: "- c b^2 r",
+            cause: "yaw moment derivative that changes with sideslip, stall at large yaw",
+            fingerprint: "damping ratio rises (c > 0) or falls with the square of amplitude",
+            confirm: "compare releases with the wind on and off: with the wind off it goes",
+            remove: "stay at small amplitudes",
+            release: "a larger amplitude, where it parts from damping with the rate's square",
+        }
+    }
+}
+
+impl Moment for CubicDamping {
+    #[inline]
+    fn moment(p: &[f64], s: &State) -> f64 {
+        let [c] = numbers(p);
+        -s.yaw_rad * s.yaw_rad * (c * s.rate_rad_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::law::testing::at;
+    use super::*;
+
+    #[test]
+    fn is_the_rate_times_the_square_of_the_angle() {
+        let (state, moment) = (at(0.1, -0.5), 2.0 * 0.01 * 0.5);
+        assert!((CubicDamping::moment(&[2.0], &state) - moment).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,57 @@
+//! Hardening (k3 > 0) or softening, - k3 b^3.
+
+use super::law::{numbers, any, Card, Law, Parameter, Scale};
+use super::terms::{Moment, State, Terms};
+
+pub(super) struct CubicStiffness;
+
+impl Law for CubicStiffness {
+    fn id(&self) -> &'static str {
+        "cubic_stiffness"
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        static PARAMETERS: [Parameter; 1] = [any("k3", "1/(rad2 s2)")];
+        &PARAMETERS
+    }
+
+    fn sizes(&self, scale: &Scale) -> Vec<f64> {
+        vec![scale.stiffness() / scale.amplitude_rad.powi(2)]
+    }
+
+    fn write(&self, p: &[f64], terms: &mut Terms) {
+        terms.add_moment::<Self>(p);
+    }
+
+    fn card(&self) -> Card<'_> {
+        Card {
+            title: "Hardening or softening restoring moment",
+            formula: "- k3 b^3",
+            cause: "springs pulled out of line at large yaw, stops, a yaw moment that bends with sideslip",
+            fingerprint: "natural frequency changes with the square of amplitude; no mid-line shift",
+            confirm: "static moment against angle; with the wind off it is the springs'",
+            remove: "longer springs, smaller amplitude",
+            release: "a larger amplitude",
+        }
+    }
+}
+
+impl Moment for CubicStiffness {
+    #[inline]
+    fn moment(p: &[f64], s: &State) -> f64 {
+        let [k3] = numbers(p);
+        -s.yaw_rad * s.yaw_rad * (k3 * s.yaw_rad)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::law::testing::at;
+    use super::*;
+
+    #[test]
+    fn is_the_cube_of_the_angle() {
+        let (state, moment) = (at(-0.1, 0.3), 2.0 * 0.001);
+        assert!((CubicStiffness::moment(&[2.0], &state) - moment).abs() < 1e-15);
+    }
+}

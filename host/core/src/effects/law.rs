@@ -1,0 +1,155 @@
+//! What an effect supplies: its names, sizes and starts, how it enters the motion, and what a user is told about it.
+//!
+//! An effect never integrates, fits, judges or plots. One whose size and phase belong to a line in the spectrum says so
+//! with a [`Line`]: the fit varies its cosine and sine part, which have no corner at zero as size and phase have.
+
+use super::lines;
+use super::terms::Terms;
+use std::borrow::Cow;
+pub use yawrig_expression::Parameter;
+
+/// One effect. Moments are divided by Izz (rad/s2), angles in rad, time from the release in s.
+pub(crate) trait Law: Send + Sync {
+    /// As files, JSON and the command line write it.
+    fn id(&self) -> &str;
+
+    /// As users read and write them. What takes energy out, and lengths, have one sign.
+    fn parameters(&self) -> &[Parameter];
+
+    /// Sizes at which the effect rivals the spring, one for each number the fit varies.
+    fn sizes(&self, scale: &Scale) -> Vec<f64>;
+
+    /// Puts the effect with the numbers that the fit varies into the motion.
+    fn write(&self, p: &[f64], terms: &mut Terms);
+
+    /// Formula, cause, fingerprint, confirmation, remedy.
+    fn card(&self) -> Card<'_>;
+
+    /// Where a fit begins; the first leaves the motion as it is without the effect.
+    fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
+        let size = SMALL * self.sizes(&seen.scale)[0];
+        let mut starts = vec![vec![0.0], vec![size]];
+        if self.parameters()[0].min < 0.0 {
+            starts.push(vec![-size]);
+        }
+        starts
+    }
+
+    /// The line in the spectrum that it is, if it is one.
+    fn line(&self) -> Option<Line> {
+        None
+    }
+
+    /// Whether the `number`th of what the fit varies belongs to one release alone, as a drift does.
+    fn belongs_to_release(&self, number: usize) -> bool {
+        self.line().is_some() && number < 2
+    }
+
+    /// Whether it takes another course every time.
+    fn is_random(&self) -> bool {
+        false
+    }
+}
+
+/// Sizes tried, of that at which an effect rivals the spring.
+pub(super) const SMALL: f64 = 0.02;
+
+/// Which of an effect's parameters say what of its line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    pub size: usize,
+    pub phase: usize,
+    pub frequency: usize,
+    /// Of a line that dies out.
+    pub damping: Option<usize>,
+    /// Nearest to the natural frequency, as a share of it.
+    pub nearest: f64,
+    /// Slowest, in natural frequencies.
+    pub slowest: f64,
+}
+
+/// What a start may be had from: what the model without the effect leaves of the record.
+pub struct Seen<'a> {
+    pub scale: Scale,
+    /// Model less record, rad, at every `step_s`.
+    pub residuals_rad: &'a [f64],
+    pub step_s: f64,
+    /// Residuals in a cycle.
+    pub per_cycle: f64,
+    /// Of the model.
+    pub natural_frequency_rad_s: f64,
+}
+
+impl Seen<'_> {
+    /// Frequencies of the strongest lines below and above the natural frequency in each of `parts`, rad/s, none twice:
+    /// from `slowest` natural frequencies on, `nearest` of it away.
+    pub fn lines(&self, parts: &[&[f64]], slowest: f64, nearest: f64) -> Vec<f64> {
+        let wn = self.natural_frequency_rad_s;
+        let all =
+            parts.iter().flat_map(|part| lines::peaks(part, self.step_s, wn, slowest, nearest));
+        lines::distinct(all.collect())
+    }
+}
+
+/// The size of a free decay, from which sizes of effects follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    pub amplitude_rad: f64,
+    pub natural_frequency_rad_s: f64,
+    pub duration_s: f64,
+}
+
+impl Scale {
+    /// Of the spring over the inertia, 1/s2.
+    pub fn stiffness(&self) -> f64 {
+        self.natural_frequency_rad_s * self.natural_frequency_rad_s
+    }
+}
+
+/// Formula, usual cause on a yaw rig, fingerprint, how to confirm it, how to remove it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Card<'a> {
+    pub title: &'a str,
+    pub formula: &'a str,
+    pub cause: &'a str,
+    pub fingerprint: &'a str,
+    pub confirm: &'a str,
+    pub remove: &'a str,
+    /// The release that would tell it from those it resembles.
+    pub release: &'a str,
+}
+
+/// A parameter of any sign.
+pub(super) const fn any(name: &'static str, unit: &'static str) -> Parameter {
+    within(name, unit, f64::NEG_INFINITY, f64::INFINITY)
+}
+
+/// A parameter that takes energy out, or is a length.
+pub(super) const fn not_negative(name: &'static str, unit: &'static str) -> Parameter {
+    within(name, unit, 0.0, f64::INFINITY)
+}
+
+pub(super) const fn within(
+    name: &'static str,
+    unit: &'static str,
+    min: f64,
+    max: f64,
+) -> Parameter {
+    Parameter { name: Cow::Borrowed(name), unit: Cow::Borrowed(unit), min, max }
+}
+
+/// The first `N` numbers, to be named.
+#[inline]
+pub(super) fn numbers<const N: usize>(p: &[f64]) -> [f64; N] {
+    std::array::from_fn(|i| p[i])
+}
+
+#[cfg(test)]
+pub(super) mod testing {
+    use super::super::terms::State;
+
+    /// A state at rest of the spring's own moment.
+    pub fn at(yaw_rad: f64, rate_rad_s: f64) -> State {
+        State { yaw_rad, rate_rad_s, time_s: 0.0, spring_moment_rad_s2: 0.0 }
+    }
+}

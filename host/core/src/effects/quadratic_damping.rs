@@ -1,0 +1,57 @@
+//! Damping with the square of the rate, - d |r| r.
+
+use super::law::{numbers, not_negative, Card, Law, Parameter, Scale};
+use super::terms::{Moment, State, Terms};
+
+pub(super) struct QuadraticDamping;
+
+impl Law for QuadraticDamping {
+    fn id(&self) -> &'static str {
+        "quadratic_damping"
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        static PARAMETERS: [Parameter; 1] = [not_negative("d", "1/rad")];
+        &PARAMETERS
+    }
+
+    fn sizes(&self, scale: &Scale) -> Vec<f64> {
+        vec![1.0 / scale.amplitude_rad]
+    }
+
+    fn write(&self, p: &[f64], terms: &mut Terms) {
+        terms.add_moment::<Self>(p);
+    }
+
+    fn card(&self) -> Card<'_> {
+        Card {
+            title: "Damping with the square of the rate",
+            formula: "- d |r| r",
+            cause: "separated flow, still-air drag of the model's sides",
+            fingerprint: "damping ratio rises in proportion to amplitude; frequency does not change",
+            confirm: "release from twice the amplitude: the added damping doubles",
+            remove: "shield parts of the rig that are not the model; it cannot be had off the model itself",
+            release: "a larger amplitude, where it parts from damping with the square of the angle",
+        }
+    }
+}
+
+impl Moment for QuadraticDamping {
+    #[inline]
+    fn moment(p: &[f64], s: &State) -> f64 {
+        let [d] = numbers(p);
+        -d * s.rate_rad_s.abs() * s.rate_rad_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::law::testing::at;
+    use super::*;
+
+    #[test]
+    fn takes_out_what_the_square_of_the_rate_says() {
+        let (state, moment) = (at(0.1, -0.5), 2.0 * 0.5 * 0.5);
+        assert!((QuadraticDamping::moment(&[2.0], &state) - moment).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,57 @@
+//! A restoring moment stiffer to one side, - k2 b^2.
+
+use super::law::{numbers, any, Card, Law, Parameter, Scale};
+use super::terms::{Moment, State, Terms};
+
+pub(super) struct QuadraticStiffness;
+
+impl Law for QuadraticStiffness {
+    fn id(&self) -> &'static str {
+        "quadratic_stiffness"
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        static PARAMETERS: [Parameter; 1] = [any("k2", "1/(rad s2)")];
+        &PARAMETERS
+    }
+
+    fn sizes(&self, scale: &Scale) -> Vec<f64> {
+        vec![scale.stiffness() / scale.amplitude_rad]
+    }
+
+    fn write(&self, p: &[f64], terms: &mut Terms) {
+        terms.add_moment::<Self>(p);
+    }
+
+    fn card(&self) -> Card<'_> {
+        Card {
+            title: "Lopsided restoring moment",
+            formula: "- k2 b^2",
+            cause: "springs of unlike stiffness or preload, an asymmetric model",
+            fingerprint: "mid-line moves with the square of amplitude; a second harmonic",
+            confirm: "release to the other side: the mid-line moves the same way",
+            remove: "match the springs and their preload",
+            release: "one to the other side, and one with another spring: a bent sensor scale keeps its size",
+        }
+    }
+}
+
+impl Moment for QuadraticStiffness {
+    #[inline]
+    fn moment(p: &[f64], s: &State) -> f64 {
+        let [k2] = numbers(p);
+        -s.yaw_rad * s.yaw_rad * k2
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::law::testing::at;
+    use super::*;
+
+    #[test]
+    fn pulls_to_one_side() {
+        let (state, moment) = (at(-0.1, 0.3), -2.0 * 0.01);
+        assert!((QuadraticStiffness::moment(&[2.0], &state) - moment).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,91 @@
+//! A second decaying mode in the reading: + amplitude exp(-zeta2 w2 t) cos(w2 t + phase), of a support that gives way.
+
+use super::law::{any, not_negative, numbers, within, Card, Law, Line, Parameter, Scale, Seen};
+use super::terms::{Reading, Terms};
+
+pub(super) struct SecondMode;
+
+/// Nearer than this share to the yaw mode, or to standing still, it imitates whatever varies slowly.
+const NEAREST: f64 = 0.3;
+/// Cycles after the release in which it shows best.
+const EARLY_CYCLES: f64 = 6.0;
+/// Damping ratio at which the fit begins.
+const START_DAMPING: f64 = 0.02;
+
+impl Law for SecondMode {
+    fn id(&self) -> &'static str {
+        "second_mode"
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        static PARAMETERS: [Parameter; 4] = [
+            not_negative("amplitude", "rad"),
+            any("phase", "rad"),
+            not_negative("w2", "rad/s"),
+            within("zeta2", "1", 0.001, 0.3),
+        ];
+        &PARAMETERS
+    }
+
+    fn line(&self) -> Option<Line> {
+        Some(Line {
+            size: 0,
+            phase: 1,
+            frequency: 2,
+            damping: Some(3),
+            nearest: NEAREST,
+            slowest: NEAREST,
+        })
+    }
+
+    fn sizes(&self, scale: &Scale) -> Vec<f64> {
+        vec![scale.amplitude_rad, scale.amplitude_rad, 1.0 / scale.duration_s, 0.1]
+    }
+
+    fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
+        let count = (EARLY_CYCLES * seen.per_cycle) as usize;
+        let early = &seen.residuals_rad[..count.min(seen.residuals_rad.len())];
+        let lines = seen.lines(&[early, seen.residuals_rad], NEAREST, NEAREST);
+        lines.into_iter().map(|w| vec![0.0, 0.0, w, START_DAMPING]).collect()
+    }
+
+    fn write(&self, p: &[f64], terms: &mut Terms) {
+        terms.add_reading::<Self>(p);
+    }
+
+    fn card(&self) -> Card<'_> {
+        Card {
+            title: "A second mode in the reading",
+            formula: "reading + a exp(-zeta2 w2 t) cos(w2 t + phase)",
+            cause: "flexible support or shaft, sensor mount shaking",
+            fingerprint: "a line in the residual's spectrum away from the swing, dying out after the release",
+            confirm: "tap the support with the model clamped",
+            remove: "stiffen the support or the sensor's mount",
+            release: "a longer record, in which it dies out and forcing does not",
+        }
+    }
+}
+
+impl Reading for SecondMode {
+    #[inline]
+    fn change(p: &[f64], _yaw_rad: f64, time_s: f64) -> f64 {
+        let [cosine, sine, w2, zeta2] = numbers(p);
+        let damped = w2 * (1.0 - zeta2 * zeta2).sqrt();
+        let (s, c) = (damped * time_s).sin_cos();
+        (-zeta2 * w2 * time_s).exp() * (cosine * c + sine * s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_decays_from_its_amplitude() {
+        let period_s = std::f64::consts::TAU / (20.0 * (1.0 - 0.02f64 * 0.02).sqrt());
+        let p = [0.01, 0.0, 20.0, 0.02];
+        assert!((SecondMode::change(&p, 0.1, 0.0) - 0.01).abs() < 1e-15);
+        let later = 0.01 * (-0.02 * 20.0 * period_s).exp();
+        assert!((SecondMode::change(&p, 0.1, period_s) - later).abs() < 1e-15);
+    }
+}

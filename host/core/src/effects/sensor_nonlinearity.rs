@@ -1,0 +1,55 @@
+//! A sensor whose scale is curved: reading = b + s b^2.
+
+use super::law::{numbers, any, Card, Law, Parameter, Scale};
+use super::terms::{Reading, Terms};
+
+pub(super) struct SensorNonlinearity;
+
+impl Law for SensorNonlinearity {
+    fn id(&self) -> &'static str {
+        "sensor_nonlinearity"
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        static PARAMETERS: [Parameter; 1] = [any("s", "1/rad")];
+        &PARAMETERS
+    }
+
+    fn sizes(&self, scale: &Scale) -> Vec<f64> {
+        vec![1.0 / scale.amplitude_rad]
+    }
+
+    fn write(&self, p: &[f64], terms: &mut Terms) {
+        terms.add_reading::<Self>(p);
+    }
+
+    fn card(&self) -> Card<'_> {
+        Card {
+            title: "Bent sensor scale",
+            formula: "reading = b + s b^2",
+            cause: "potentiometer or linkage off its straight range",
+            fingerprint: "second harmonic and mid-line shift with the square of amplitude, frequency unchanged",
+            confirm: "calibrate the sensor against a protractor",
+            remove: "calibrate, or use the middle of its range",
+            release: "one on another spring: the sensor's coefficient stays, a moment's changes",
+        }
+    }
+}
+
+impl Reading for SensorNonlinearity {
+    #[inline]
+    fn change(p: &[f64], yaw_rad: f64, _time_s: f64) -> f64 {
+        let [s] = numbers(p);
+        s * yaw_rad * yaw_rad
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_reading_departs_by_it() {
+        assert!((SensorNonlinearity::change(&[2.0], -0.1, 3.0) - 2.0 * 0.01).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,52 @@
+//! A constant moment, + m.
+
+use super::law::{numbers, any, Card, Law, Parameter, Scale};
+use super::terms::Terms;
+
+pub(super) struct StaticOffset;
+
+impl Law for StaticOffset {
+    fn id(&self) -> &'static str {
+        "static_offset"
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        static PARAMETERS: [Parameter; 1] = [any("m", "rad/s2")];
+        &PARAMETERS
+    }
+
+    fn sizes(&self, scale: &Scale) -> Vec<f64> {
+        vec![scale.stiffness() * scale.amplitude_rad]
+    }
+
+    fn write(&self, p: &[f64], terms: &mut Terms) {
+        let [m] = numbers(p);
+        terms.constant_moment_rad_s2 += m;
+    }
+
+    fn card(&self) -> Card<'_> {
+        Card {
+            title: "Constant moment",
+            formula: "+ m",
+            cause: "crooked flow, a bent spring, a model that is not symmetric; or a sensor that was not zeroed",
+            fingerprint: "the swing is about another angle than the sensor's nought, the same at every amplitude",
+            confirm: "reading at rest with the wind off and on: a sensor not zeroed shows it in both, on every spring",
+            remove: "zero the sensor with the wind off, align the springs",
+            release: "wind off, and another spring: a moment's offset falls with stiffness, the sensor's stays",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::law::testing::at;
+    use super::*;
+
+    #[test]
+    fn it_is_left_to_the_integration() {
+        let mut terms = Terms::default();
+        StaticOffset.write(&[0.3], &mut terms);
+        assert_eq!(terms.constant_moment_rad_s2, 0.3);
+        assert_eq!(terms.smooth_moment(&at(0.1, 0.2), 0.0), 0.0);
+    }
+}

@@ -1,0 +1,61 @@
+//! Stiffness that drifts, wn^2 (1 + e t).
+
+use super::law::{numbers, any, Card, Law, Parameter, Scale};
+use super::terms::{Moment, State, Terms};
+
+pub(super) struct StiffnessDrift;
+
+impl Law for StiffnessDrift {
+    fn id(&self) -> &'static str {
+        "stiffness_drift"
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        static PARAMETERS: [Parameter; 1] = [any("e", "1/s")];
+        &PARAMETERS
+    }
+
+    fn sizes(&self, scale: &Scale) -> Vec<f64> {
+        vec![1.0 / scale.duration_s]
+    }
+
+    fn write(&self, p: &[f64], terms: &mut Terms) {
+        terms.add_moment::<Self>(p);
+    }
+
+    fn belongs_to_release(&self, _: usize) -> bool {
+        true
+    }
+
+    fn card(&self) -> Card<'_> {
+        Card {
+            title: "Stiffness drifting in time",
+            formula: "wn^2 (1 + e t)",
+            cause: "wind speed drifting, springs warming or creeping",
+            fingerprint: "natural frequency changes with time whatever the amplitude",
+            confirm: "log the wind speed; release twice in a row: the second starts where the first ended",
+            remove: "let the tunnel settle before releasing",
+            release: "one of half the amplitude: a drift keeps its size, a hardening falls to a quarter",
+        }
+    }
+}
+
+impl Moment for StiffnessDrift {
+    #[inline]
+    fn moment(p: &[f64], s: &State) -> f64 {
+        let [e] = numbers(p);
+        e * s.time_s * s.spring_moment_rad_s2
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::law::testing::at;
+    use super::*;
+
+    #[test]
+    fn grows_with_time() {
+        let (state, moment) = (State { spring_moment_rad_s2: -4.9, time_s: 3.0, ..at(0.1, 0.0) }, 2.0 * 3.0 * -4.9);
+        assert!((StiffnessDrift::moment(&[2.0], &state) - moment).abs() < 1e-15);
+    }
+}
