@@ -21,12 +21,25 @@ pub struct Parameter {
 }
 
 /// One effect of the library.
-#[derive(Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Kind {
     pub id: &'static str,
     /// Added to b'' = -2 zeta wn r - wn^2 b, or the reading where it says so.
     pub term: &'static str,
     pub parameters: &'static [Parameter],
+    /// Values that show plainly in a release from some 10 deg at 7 rad/s.
+    pub example: &'static str,
+    /// Of a moment that is smooth while the model moves one way; the others are written out where they act.
+    pub(super) smooth: Option<Smooth>,
+}
+
+/// A moment over the inertia that is smooth while the model moves one way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Smooth {
+    /// rad/s2, from the parameters' values, angle (rad), rate (rad/s) and the sign of the rate.
+    pub moment: fn(&[f64], f64, f64, f64) -> f64,
+    /// Its potential, rad2/s2, zero at no angle; `None` where it takes energy out.
+    pub potential: Option<fn(&[f64], f64) -> f64>,
 }
 
 const fn any(name: &'static str, unit: &'static str) -> Parameter {
@@ -41,8 +54,28 @@ const fn within(name: &'static str, unit: &'static str, least: f64, most: f64) -
     Parameter { name, unit, least, most }
 }
 
-const fn kind(id: &'static str, term: &'static str, parameters: &'static [Parameter]) -> Kind {
-    Kind { id, term, parameters }
+/// An effect that is written out where it acts.
+const fn kind(
+    id: &'static str,
+    term: &'static str,
+    parameters: &'static [Parameter],
+    example: &'static str,
+) -> Kind {
+    Kind { id, term, parameters, example, smooth: None }
+}
+
+/// An effect that takes energy out.
+const fn damping(kind: Kind, moment: fn(&[f64], f64, f64, f64) -> f64) -> Kind {
+    Kind { smooth: Some(Smooth { moment, potential: None }), ..kind }
+}
+
+/// A restoring moment with its potential.
+const fn stiffness(
+    kind: Kind,
+    moment: fn(&[f64], f64, f64, f64) -> f64,
+    potential: fn(&[f64], f64) -> f64,
+) -> Kind {
+    Kind { smooth: Some(Smooth { moment, potential: Some(potential) }), ..kind }
 }
 
 /// Fastest forcing, rad/s: beyond it the integration's steps no longer resolve a cycle.
@@ -52,21 +85,36 @@ const FASTEST_FORCING_RAD_S: f64 = 1000.0;
 ///
 /// Friction and drag only take energy out, so that their coefficients are positive; a negative
 /// `cubic_damping` is allowed, since damping that falls with amplitude is seen on such rigs.
-pub static LIBRARY: [Kind; 13] = [
+pub static LIBRARY: &[Kind] = &[
     kind(
         "coulomb_friction",
         "- c sign(r); sticks while r = 0 and the other torque is at most c",
         &[positive("c", "rad/s2")],
+        "c=0.12",
     ),
-    kind("quadratic_damping", "- d |r| r", &[positive("d", "1/rad")]),
-    kind("cubic_damping", "- c b^2 r", &[any("c", "1/(rad2 s)")]),
-    kind("cubic_stiffness", "- k3 b^3", &[any("k3", "1/(rad2 s2)")]),
-    kind("quadratic_stiffness", "- k2 b^2", &[any("k2", "1/(rad s2)")]),
-    kind("static_offset", "+ m", &[any("m", "rad/s2")]),
+    damping(
+        kind("quadratic_damping", "- d |r| r", &[positive("d", "1/rad")], "d=0.3"),
+        |p, _, r, sign| -p[0] * sign * r * r,
+    ),
+    damping(kind("cubic_damping", "- c b^2 r", &[any("c", "1/(rad2 s)")], "c=2"), |p, b, r, _| {
+        -p[0] * b * b * r
+    }),
+    stiffness(
+        kind("cubic_stiffness", "- k3 b^3", &[any("k3", "1/(rad2 s2)")], "k3=40"),
+        |p, b, _, _| -p[0] * b * b * b,
+        |p, b| p[0] * b * b * b * b / 4.0,
+    ),
+    stiffness(
+        kind("quadratic_stiffness", "- k2 b^2", &[any("k2", "1/(rad s2)")], "k2=20"),
+        |p, b, _, _| -p[0] * b * b,
+        |p, b| p[0] * b * b * b / 3.0,
+    ),
+    kind("static_offset", "+ m", &[any("m", "rad/s2")], "m=0.3"),
     kind(
         "free_play",
         "the spring term wn^2 b acts on b beyond a dead zone of +-g only",
         &[within("g", "rad", f64::MIN_POSITIVE, std::f64::consts::PI)],
+        "g=0.01",
     ),
     kind(
         "harmonic_forcing",
@@ -76,9 +124,15 @@ pub static LIBRARY: [Kind; 13] = [
             within("w", "rad/s", f64::MIN_POSITIVE, FASTEST_FORCING_RAD_S),
             any("phi", "rad"),
         ],
+        "f=0.3,w=11,phi=0.5",
     ),
-    kind("stiffness_drift", "wn^2 (1 + e t) in place of wn^2", &[any("e", "1/s")]),
-    kind("buffeting", "+ white random moment of intensity q", &[positive("q", "rad2/s3")]),
+    kind("stiffness_drift", "wn^2 (1 + e t) in place of wn^2", &[any("e", "1/s")], "e=0.003"),
+    kind(
+        "buffeting",
+        "+ white random moment of intensity q",
+        &[positive("q", "rad2/s3")],
+        "q=0.01",
+    ),
     kind(
         "second_mode",
         "reading + amplitude exp(-zeta2 w2 t) cos(w2 sqrt(1 - zeta2^2) t + phase)",
@@ -88,13 +142,14 @@ pub static LIBRARY: [Kind; 13] = [
             positive("w2", "rad/s"),
             within("zeta2", "1", 0.001, 0.99),
         ],
+        "amplitude=0.01,phase=0.4,w2=19,zeta2=0.01",
     ),
-    kind("sensor_nonlinearity", "reading = b + s b^2", &[any("s", "1/rad")]),
-    kind("baseline_drift", "reading = b + d t", &[any("d", "rad/s")]),
+    kind("sensor_nonlinearity", "reading = b + s b^2", &[any("s", "1/rad")], "s=0.3"),
+    kind("baseline_drift", "reading = b + d t", &[any("d", "rad/s")], "d=0.001"),
 ];
 
 /// An effect with values for all its parameters, in physical range.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Effect {
     kind: &'static Kind,
     values: [f64; MOST_PARAMETERS],
@@ -108,7 +163,8 @@ fn kind_of(own: &'static OwnEffect) -> &'static Kind {
         .iter()
         .map(|p| within(&p.name, &p.unit, p.min.max(f64::MIN), p.max.min(f64::MAX)))
         .collect();
-    Box::leak(Box::new(kind(&own.id, &own.formula, Box::leak(parameters.into_boxed_slice()))))
+    let parameters = Box::leak(parameters.into_boxed_slice());
+    Box::leak(Box::new(kind(&own.id, &own.formula, parameters, "")))
 }
 
 /// Effect and the rest of `EFFECT:NAME=VALUE,...`; a path may hold colons of its own.
@@ -118,6 +174,13 @@ fn split(text: &str) -> (&str, &str) {
         Some((file, "")) => (file, ""),
         Some((file, rest)) if rest.starts_with(':') => (file, &rest[1..]),
         _ => text.split_once(':').unwrap_or((text, "")),
+    }
+}
+
+/// The same effect of the same size.
+impl PartialEq for Effect {
+    fn eq(&self, other: &Self) -> bool {
+        self.id() == other.id() && self.values == other.values
     }
 }
 
@@ -260,6 +323,12 @@ impl Effects {
 
     pub(super) fn wind_speed_m_s(&self) -> f64 {
         self.wind_speed_m_s
+    }
+
+    /// The smooth moments with their values, in the library's order.
+    pub(super) fn smooth(&self) -> Vec<(Smooth, [f64; MOST_PARAMETERS])> {
+        let values = |id| self.list.iter().find(|e| e.id() == id).map(|e| e.values);
+        LIBRARY.iter().filter_map(|kind| Some((kind.smooth?, values(kind.id)?))).collect()
     }
 
     /// The user's own, those there are first.

@@ -3,8 +3,8 @@
 //! Base equation: Ramli 2008, chapter 3, b'' = -2 zeta wn r - wn^2 b, with the yaw angle b in rad and the
 //! yaw rate r in rad/s. wn^2 and 2 zeta wn are those of the release, the wind's share included.
 
-use super::effects::Effects;
-use yawrig_expression::{OwnTerm, State, MOST_OWN};
+use super::effects::{Effects, Smooth};
+use yawrig_expression::{OwnTerm, State, MOST_OWN, MOST_PARAMETERS};
 use yawrig_shared::modal::Modal;
 
 /// A piece of the equation of motion within which it is smooth.
@@ -16,8 +16,8 @@ pub(super) struct Piece {
     pub side: f64,
 }
 
-/// Coefficients of every torque, nought for an absent effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Coefficients of every torque, zero for an absent effect.
+#[derive(Clone, Debug)]
 pub(super) struct Moments {
     /// wn^2, rad2/s2.
     stiffness_rad2_s2: f64,
@@ -25,14 +25,8 @@ pub(super) struct Moments {
     damping_rad_s: f64,
     /// c, rad/s2: Coulomb's friction of the bearing, also the most it holds at rest.
     pub friction_rad_s2: f64,
-    /// d, 1/rad: drag with the square of the rate.
-    quadratic_damping_per_rad: f64,
-    /// c, 1/(rad2 s): damping that grows with the square of the angle.
-    cubic_damping_per_rad2_s: f64,
-    /// k3, 1/(rad2 s2): hardening where positive.
-    cubic_stiffness_per_rad2_s2: f64,
-    /// k2, 1/(rad s2): stiffer on the positive side where positive.
-    quadratic_stiffness_per_rad_s2: f64,
+    /// Moments that are smooth while the model moves one way, with their values.
+    smooth: Vec<(Smooth, [f64; MOST_PARAMETERS])>,
     /// m, rad/s2: crooked flow or a bent spring.
     offset_rad_s2: f64,
     /// g, rad: half the dead zone.
@@ -57,10 +51,7 @@ impl Moments {
             stiffness_rad2_s2: modal.stiffness_rad2_s2(),
             damping_rad_s: modal.damping_rad_s(),
             friction_rad_s2: value("coulomb_friction", "c"),
-            quadratic_damping_per_rad: value("quadratic_damping", "d"),
-            cubic_damping_per_rad2_s: value("cubic_damping", "c"),
-            cubic_stiffness_per_rad2_s2: value("cubic_stiffness", "k3"),
-            quadratic_stiffness_per_rad_s2: value("quadratic_stiffness", "k2"),
+            smooth: effects.smooth(),
             offset_rad_s2: value("static_offset", "m"),
             play_rad: value("free_play", "g"),
             forcing: ["f", "w", "phi"].map(|name| value("harmonic_forcing", name)),
@@ -77,12 +68,12 @@ impl Moments {
         let stretch = if piece.side == 0.0 { 0.0 } else { b - piece.side * self.play_rad };
         let [f, w, phi] = self.forcing;
         let forcing = if f == 0.0 { 0.0 } else { f * (w * t + phi).cos() };
-        -self.stiffness_rad2_s2 * (1.0 + self.stiffness_drift_per_s * t) * stretch
-            - self.damping_rad_s * r
-            - self.quadratic_damping_per_rad * piece.rate * r * r
-            - self.cubic_damping_per_rad2_s * b * b * r
-            - self.cubic_stiffness_per_rad2_s2 * b * b * b
-            - self.quadratic_stiffness_per_rad_s2 * b * b
+        let linear = -self.stiffness_rad2_s2 * (1.0 + self.stiffness_drift_per_s * t) * stretch
+            - self.damping_rad_s * r;
+        let smooth = |sum, (law, p): &(Smooth, [f64; MOST_PARAMETERS])| {
+            sum + (law.moment)(p, b, r, piece.rate)
+        };
+        self.smooth.iter().fold(linear, smooth)
             + self.offset_rad_s2
             + forcing
             + random
@@ -125,12 +116,11 @@ impl Moments {
         self.without_friction(t, state, piece, random) - self.friction_rad_s2 * piece.rate
     }
 
-    /// Potential energy over the inertia at the release, rad2/s2, forcing left out; nought at b = 0.
+    /// Potential energy over the inertia at the release, rad2/s2, forcing left out; zero at b = 0.
     pub fn potential(&self, b: f64) -> f64 {
         let stretch = (b.abs() - self.play_rad).max(0.0);
-        0.5 * self.stiffness_rad2_s2 * stretch * stretch
-            + self.quadratic_stiffness_per_rad_s2 * b * b * b / 3.0
-            + self.cubic_stiffness_per_rad2_s2 * b * b * b * b / 4.0
+        let smooth = self.smooth.iter().map(|(law, p)| law.potential.map_or(0.0, |of| of(p, b)));
+        0.5 * self.stiffness_rad2_s2 * stretch * stretch + smooth.sum::<f64>()
             - self.offset_rad_s2 * b
     }
 }

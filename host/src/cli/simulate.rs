@@ -350,7 +350,7 @@ fn effect_parameters(effects: &Effects) -> Value {
 /// The library as `--help` shows it.
 fn effects_help() -> String {
     let mut text = "Effects, torques over the inertia, b yaw angle (rad), r yaw rate (rad/s), t from the release (s):\n".to_owned();
-    for kind in &LIBRARY {
+    for kind in LIBRARY {
         let parameters: Vec<String> =
             kind.parameters.iter().map(|p| format!("{} ({})", p.name, p.unit)).collect();
         text +=
