@@ -146,6 +146,11 @@ pub static LIBRARY: &[Kind] = &[
     ),
     kind("sensor_nonlinearity", "reading = b + s b^2", &[any("s", "1/rad")], "s=0.3"),
     kind("baseline_drift", "reading = b + d t", &[any("d", "rad/s")], "d=0.001"),
+    stiffness(
+        kind("quintic_stiffness", "- k5 b^5", &[any("k5", "1/(rad4 s2)")], "k5=900"),
+        |p, b, _, _| -p[0] * b * b * b * b * b,
+        |p, b| p[0] * b * b * b * b * b * b / 6.0,
+    ),
 ];
 
 /// An effect with values for all its parameters, in physical range.

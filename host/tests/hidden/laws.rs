@@ -84,6 +84,7 @@ pub fn draw(effect: Effect, setup: &Setup, rng: &mut ChaCha8Rng) -> Vec<f64> {
         }
         Effect::SensorNonlinearity => vec![0.05 * either / a],
         Effect::BaselineDrift => vec![0.08 * either * a / setup.duration],
+        Effect::QuinticStiffness => vec![0.05 * either * wn * wn / a.powi(4)],
         Effect::Own(_) => unreachable!("only the library is hidden"),
     }
 }
@@ -108,6 +109,7 @@ pub fn most(law: &Law, setup: &Setup) -> f64 {
         Effect::SecondMode => 0.5 * a,
         Effect::SensorNonlinearity => 0.3 / a,
         Effect::BaselineDrift => a / setup.duration,
+        Effect::QuinticStiffness => 0.3 * wn * wn / a.powi(4),
         Effect::Own(_) => unreachable!("only the library is hidden"),
     };
     largest / p[0].abs()
@@ -214,6 +216,7 @@ impl Law {
                 Effect::QuadraticDamping => -p[0] * r.abs() * r,
                 Effect::CubicDamping => -p[0] * b * b * r,
                 Effect::CubicStiffness => -p[0] * b * b * b,
+                Effect::QuinticStiffness => -p[0] * b * b * b * b * b,
                 Effect::QuadraticStiffness => -p[0] * b * b,
                 Effect::StaticOffset => p[0],
                 Effect::HarmonicForcing => p[0] * (p[1] * t + p[2]).cos(),

@@ -65,6 +65,7 @@ library! {
     second_mode::SecondMode,
     sensor_nonlinearity::SensorNonlinearity,
     baseline_drift::BaselineDrift,
+    quintic_stiffness::QuinticStiffness,
 }
 
 impl Effect {

@@ -1,0 +1,56 @@
+//! Hardening (k5 > 0) or softening that sets in late, - k5 b^5.
+
+use super::law::{any, numbers, Card, Law, Parameter, Scale};
+use super::terms::{Moment, State, Terms};
+
+pub(super) struct QuinticStiffness;
+
+impl Law for QuinticStiffness {
+    fn id(&self) -> &'static str {
+        "quintic_stiffness"
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        static PARAMETERS: [Parameter; 1] = [any("k5", "1/(rad4 s2)")];
+        &PARAMETERS
+    }
+
+    fn sizes(&self, scale: &Scale) -> Vec<f64> {
+        vec![scale.stiffness() / scale.amplitude_rad.powi(4)]
+    }
+
+    fn write(&self, p: &[f64], terms: &mut Terms) {
+        terms.add_moment::<Self>(p);
+    }
+
+    fn card(&self) -> Card<'_> {
+        Card {
+            title: "Restoring moment that hardens or softens late",
+            formula: "- k5 b^5",
+            cause: "springs pulled far out of line, soft stops, a yaw moment that stalls; beside cubic stiffness, its next term",
+            fingerprint: "natural frequency changes with the fourth power of amplitude; no mid-line shift",
+            confirm: "static moment against angle: straight at first, then steeper than the cube",
+            remove: "longer springs, smaller amplitude",
+            release: "a larger amplitude, where it parts from the cube",
+        }
+    }
+}
+
+impl Moment for QuinticStiffness {
+    #[inline]
+    fn moment(p: &[f64], s: &State) -> f64 {
+        let [k5] = numbers(p);
+        -k5 * s.yaw_rad.powi(5)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::law::testing::at;
+    use super::*;
+
+    #[test]
+    fn is_the_fifth_power_of_the_angle() {
+        assert!((QuinticStiffness::moment(&[2.0], &at(-0.1, 0.3)) - 2.0e-5).abs() < 1e-18);
+    }
+}
