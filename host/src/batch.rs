@@ -7,10 +7,10 @@ use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
+use yawrig_base::interrupt;
 use yawrig_core::identify::{identify, Identification, Method, Settings};
-use yawrig_core::interrupt;
-use yawrig_expression::error::{Error, Result};
 
 /// Version of what is written.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -53,9 +53,9 @@ pub struct Tally {
 /// Reads and identifies one file. A file that cannot be used is an answer; only an interruption is an error.
 fn answer(file: &Path, methods: &[Method], settings: &Settings) -> Result<Answer> {
     interrupt::check()?;
-    match yawrig_records::read(file).and_then(|record| identify(&record, methods, settings)) {
+    match yawrig_records::read(file).and_then(|record| Ok(identify(&record, methods, settings)?)) {
         Ok(found) => Ok(Answer::Identified(Box::new(found))),
-        Err(error) if error.exit == yawrig_expression::error::Exit::Interrupted => Err(error),
+        Err(error) if error.exit == yawrig_base::error::Exit::Interrupted => Err(error),
         Err(error) => Ok(Answer::Refused(Refused {
             file: file.display().to_string(),
             refused: error.to_string(),

@@ -5,7 +5,7 @@ use serde::Serialize;
 use std::fs;
 use std::os::unix::fs::{FileTypeExt, MetadataExt};
 use std::path::{Path, PathBuf};
-use yawrig_expression::error::{Error, Exit};
+use yawrig_base::error::{Error, Exit};
 use yawrig_link::bench::{Bench, Target};
 use yawrig_link::port;
 

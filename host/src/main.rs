@@ -6,7 +6,7 @@ fn main() -> std::process::ExitCode {
     let arguments = yawrig::cli::Cli::parse();
     // Catches SIGINT, SIGTERM and SIGHUP from now on; a second one ends the process at once.
     let _ = ctrlc::set_handler(|| {
-        if yawrig_core::interrupt::request() {
+        if yawrig_base::interrupt::request() {
             std::process::exit(130);
         }
     });

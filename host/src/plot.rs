@@ -2,7 +2,7 @@
 
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 
 /// One set of axes with its curves.
 #[derive(Clone, Debug)]

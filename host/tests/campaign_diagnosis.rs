@@ -195,7 +195,7 @@ fn two_effects_are_both_named_and_hold_in_repeats_left_out() {
     names.sort();
     assert_eq!(names, [Effect::CoulombFriction, Effect::CubicStiffness]);
     for effect in names {
-        assert_eq!(origin(&found, effect), Some(Origin::Mechanical), "{effect}");
+        assert_eq!(origin(&found, effect.clone()), Some(Origin::Mechanical), "{effect}");
     }
     assert_eq!(found.held_out, HeldOut::Releases);
     assert!(found.steps.last().unwrap().held_out_over_noise < 1.10);
@@ -232,7 +232,8 @@ fn it_is_told_whether_an_effect_comes_with_the_wind() {
             let seed = 51 + k as u64;
             let found = diagnosed(&Wanted { hidden: &hidden, seed, ..Wanted::default() });
             let effect = Effect::from_id(text.split(':').next().unwrap()).unwrap();
-            let is_right = found.effects == [effect] && origin(&found, effect) == Some(expected);
+            let is_right =
+                found.effects == [effect.clone()] && origin(&found, effect) == Some(expected);
             println!("  {text} {expected}: {}", if is_right { "right" } else { "WRONG" });
             right += usize::from(is_right);
             told += 1;
@@ -256,7 +257,7 @@ fn one_release_fitted_jointly_is_the_single_fit() {
     let swing = &rubbing(21)[0];
     let count = swing.yaw_rad.len();
     let plain = fit_plain(swing, true, count);
-    let single = fit_added(swing, &plain, Effect::CoulombFriction);
+    let single = fit_added(swing, &plain, &Effect::CoulombFriction);
     let release = [Release::whole(swing)];
     let joint = joint::fit_from(&release, &single.structure, &Sharing::none(1, 1), &[&single]);
     let (a, b) = (single.effect_parameters(), joint.fits[0].effect_parameters());
@@ -281,7 +282,7 @@ fn what_is_shared_is_known_better_and_right() {
             .par_iter()
             .map(|swing| {
                 let plain = fit_plain(swing, false, swing.yaw_rad.len());
-                fit_added(swing, &plain, Effect::CoulombFriction)
+                fit_added(swing, &plain, &Effect::CoulombFriction)
             })
             .collect();
         let sharing = Sharing {
@@ -292,7 +293,7 @@ fn what_is_shared_is_known_better_and_right() {
         let joint =
             joint::fit_from(&releases, structure, &sharing, &singles.iter().collect::<Vec<_>>());
         assert!(joint.converged);
-        let place = |i| joint.place(Effect::CoulombFriction, 0, i);
+        let place = |i| joint.place(&Effect::CoulombFriction, 0, i);
         assert!((0..swings.len()).all(|i| place(i) == place(0)));
         let shared = joint.quantity(place(0).unwrap());
         let best = singles.iter().map(|s| s.effect_parameters()[0].1.u).fold(f64::MAX, f64::min);
@@ -313,11 +314,11 @@ fn a_fixed_number_stays_and_a_narrowed_one_keeps_inside() {
     let swing = &rubbing(41)[0];
     let count = swing.yaw_rad.len();
     let structure = Structure::default()
-        .with(Effect::CoulombFriction)
-        .limited(Effect::CoulombFriction, "c", 0.03, 0.03)
+        .with(&Effect::CoulombFriction)
+        .limited(&Effect::CoulombFriction, "c", 0.03, 0.03)
         .unwrap();
     let plain = yawrig_core::fit::fitting::fit_plain_within(swing, &structure, count);
-    let fixed = fit_added(swing, &plain, Effect::CoulombFriction);
+    let fixed = fit_added(swing, &plain, &Effect::CoulombFriction);
     assert_eq!(fixed.effect_parameters()[0].1.value, 0.03);
     assert_eq!(fixed.effect_parameters()[0].1.u, 0.0);
     let mut narrow = fixed.structure.clone();
@@ -331,8 +332,8 @@ fn a_fixed_number_stays_and_a_narrowed_one_keeps_inside() {
     assert!(
         free.sum_of_squares < kept.sum_of_squares && kept.sum_of_squares < fixed.sum_of_squares
     );
-    assert!(Structure::default().limited(Effect::HarmonicForcing, "phi", 0.0, 1.0).is_none());
-    assert!(Structure::default().limited(Effect::HarmonicForcing, "w", 5.0, 9.0).is_some());
+    assert!(Structure::default().limited(&Effect::HarmonicForcing, "phi", 0.0, 1.0).is_none());
+    assert!(Structure::default().limited(&Effect::HarmonicForcing, "w", 5.0, 9.0).is_some());
 }
 
 /// Prints how long 32 releases of 40 s at 1 kHz take: `YAWRIG_CAMPAIGN_TIME=1 cargo test --release -p yawrig --test

@@ -49,12 +49,13 @@ impl Case {
                 .iter()
                 .filter(|pair| pair.contains(&named))
                 .flatten()
-                .copied()
+                .cloned()
                 .filter(|e| *e != named)
                 .collect();
             named == planted || others == [planted]
         };
-        found.len() == truth.len() && truth.iter().all(|t| found.iter().any(|f| stands_for(*f, *t)))
+        found.len() == truth.len()
+            && truth.iter().all(|t| found.iter().any(|f| stands_for(f.clone(), t.clone())))
     }
 
     fn last_over_true_noise(&self) -> f64 {
@@ -125,7 +126,7 @@ fn coverage(cases: &[Case]) -> [(usize, usize); 2] {
 fn one_hidden_effect_is_named_and_its_size_found() {
     let n = number("YAWRIG_HIDDEN", 13);
     let plan = |i: u64| Plan {
-        effects: vec![Effect::ALL[i as usize % Effect::ALL.len()]],
+        effects: vec![Effect::ALL[i as usize % Effect::ALL.len()].clone()],
         seed: 10_000 + i,
         ..Plan::default()
     };
@@ -165,7 +166,11 @@ fn two_hidden_effects_are_both_named_and_nothing_else() {
         let i = i as usize;
         let (a, b) = (i % 13, (i % 13 + 1 + (i / 13 + 5 * i) % 12) % 13);
         let seed = 50_000 + i as u64;
-        Plan { effects: vec![Effect::ALL[a], Effect::ALL[b]], seed, ..Plan::default() }
+        Plan {
+            effects: vec![Effect::ALL[a].clone(), Effect::ALL[b].clone()],
+            seed,
+            ..Plan::default()
+        }
     };
     let cases = cases((0..n).map(plan).collect());
     let right = cases.iter().filter(|c| c.names_all() && c.found.status == Status::Explained);

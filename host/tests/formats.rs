@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
+use yawrig_base::error::{Error, Exit};
 use yawrig_core::record::Record;
-use yawrig_expression::error::{Error, Exit};
 use yawrig_records::{Selection, Unit};
 
 fn file(name: &str) -> PathBuf {

@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::path::PathBuf;
 use yawrig::model::comparison::{compare, Comparison};
+use yawrig::model::effects;
 use yawrig_core::diagnosis::diagnose::{diagnose, Options, Status};
 use yawrig_core::effects::{Effect, Terms};
 use yawrig_core::motion::simulate::{Grid, Motion};
@@ -31,7 +32,7 @@ fn written(name: &str, text: &str) -> (tempfile::TempDir, PathBuf) {
 }
 
 fn own(name: &str, text: &str) -> Effect {
-    Effect::load(&written(name, text).1).unwrap_or_else(|e| panic!("{e}"))
+    effects::load(&written(name, text).1).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// One moment with one parameter k.
@@ -87,7 +88,8 @@ fn planted_stribeck_friction_is_fitted() {
         let folder = tempfile::tempdir().unwrap();
         let files = vec![folder.path().join("planted.csv")];
         yawrig_records::write(&record, &files[0]).unwrap();
-        let comparison = Comparison { files, effects: vec![effect], ..Comparison::default() };
+        let comparison =
+            Comparison { files, effects: vec![effect.clone()], ..Comparison::default() };
         let found = compare(&comparison).unwrap().appraisal;
         let q = |name: &str| found.parameters[&format!("stribeck_friction.{name}")];
         let all = [
@@ -116,7 +118,7 @@ fn planted_stribeck_friction_is_fitted() {
 fn an_own_effect_is_named_where_it_is_the_one() {
     let effect = own("my_effect.toml", STRIBECK);
     let record = planted(7.0, 0.006, 13.0, 5, stribeck(0.08, 1.5, 0.2));
-    let options = Options { own: vec![effect], ..Options::default() };
+    let options = Options { own: vec![effect.clone()], ..Options::default() };
     let found = diagnose(&record, &options).unwrap();
     println!("{:?} {:?}", found.status, found.effects);
     for c in found.candidates.iter().take(4) {
@@ -134,9 +136,9 @@ fn an_own_effect_is_named_where_it_is_the_one() {
 fn a_copy_of_an_effect_of_the_library_cannot_be_told_from_it() {
     let copy = own("copy.toml", &simple("hardening", "-k * b^3", "1/(rad2 s2)", 50.0));
     let record = planted(7.0, 0.006, 13.0, 6, |b, _| -60.0 * b * b * b);
-    let options = Options { own: vec![copy], ..Options::default() };
+    let options = Options { own: vec![copy.clone()], ..Options::default() };
     let found = diagnose(&record, &options).unwrap();
-    let [first, second] = [0, 1].map(|k| found.candidates[k]);
+    let [first, second] = [0, 1].map(|k| found.candidates[k].clone());
     println!("{:?} {:?} {:?}", found.status, found.effects, found.indistinguishable);
     println!("evidence {:.4} {:.4}", first.evidence, second.evidence);
     let pair = [Effect::CubicStiffness, copy];
@@ -181,7 +183,7 @@ fn effects_written_by_hand_move_as_those_of_the_library() {
     let drag = own("d.toml", &simple("hand_drag", "-k * abs(r) * r", "1", 0.1));
     let hard = own("h.toml", &simple("hand_hard", "-k * b^3", "1/s2", 30.0));
     let plain = readings(&[]);
-    let none = readings(&[(hard, &[0.0])]);
+    let none = readings(&[(hard.clone(), &[0.0])]);
     println!("without: {:.1e} rad", largest_difference(&plain, &none));
     assert!(largest_difference(&plain, &none) < 1e-12);
     for (own, library, number, most) in [
@@ -189,14 +191,15 @@ fn effects_written_by_hand_move_as_those_of_the_library() {
         (drag, Effect::QuadraticDamping, 0.2, 2e-5),
         (hard, Effect::CubicStiffness, 30.0, 2e-3),
     ] {
-        let (a, b) = (readings(&[(own, &[number])]), readings(&[(library, &[number])]));
+        let (a, b) =
+            (readings(&[(own.clone(), &[number])]), readings(&[(library.clone(), &[number])]));
         println!("{own}: {:.1e} rad", largest_difference(&a, &b));
         assert!(largest_difference(&a, &b) < most, "{own}");
         // Together with effects that have corners of their own.
         let others: [(Effect, &[f64]); 2] =
             [(Effect::FreePlay, &[0.01]), (Effect::StaticOffset, &[0.4])];
-        let with = |e: Effect| readings(&[(e, &[number]), others[0], others[1]]);
-        let (a, b) = (with(own), with(library));
+        let with = |e: Effect| readings(&[(e, &[number]), others[0].clone(), others[1].clone()]);
+        let (a, b) = (with(own.clone()), with(library));
         println!("{own} with play and offset: {:.1e} rad", largest_difference(&a, &b));
         assert!(largest_difference(&a, &b) < 2.0 * most, "{own}");
     }
@@ -214,7 +217,7 @@ fn fits_and_rig_move_alike() {
         ("excited", "k * r * (1 - (b / 0.1)^2)", "1/s", 0.5),
     ] {
         let (_folder, path) = written("e.toml", &simple(id, moment, unit, number));
-        let effect = Effect::load(&path).unwrap();
+        let effect = effects::load(&path).unwrap();
         let text = format!("{}:k={number}", path.display());
         let hidden = Effects::new(vec![text.parse().unwrap()]).unwrap();
         let modal = Modal { natural_frequency_rad_s: 7.0, damping_ratio: 0.008 };

@@ -6,7 +6,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::VecDeque;
 use std::time::Duration;
-use yawrig_expression::error::{Error, Exit};
+use yawrig_base::error::{Error, Exit};
 use yawrig_link::client::Client;
 use yawrig_link::flash::{self, Silent};
 use yawrig_rig::{Rig, Sensor, Start};

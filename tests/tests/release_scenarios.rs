@@ -22,8 +22,8 @@ fn found(record: &Record) -> Identification {
 
 fn refusal(record: &Record) -> String {
     let error = identify(record, &[Method::LeastSquares], &Settings::default()).unwrap_err();
-    assert!(error.message.contains("release.csv"), "{error}");
-    error.message
+    assert!(error.to_string().contains("release.csv"), "{error}");
+    error.to_string()
 }
 
 /// Four standard uncertainties: one honest estimate in 16000 lies outside.

@@ -1,9 +1,9 @@
 //! Files written whole or not at all.
 
+use crate::error::{Error, Result};
 use std::io::{BufWriter, ErrorKind, Write};
 use std::path::Path;
 use tempfile::NamedTempFile;
-use yawrig_expression::error::{Error, Result};
 
 /// The error of a file that cannot be written.
 pub fn cannot_write(path: &Path, why: &dyn std::fmt::Display) -> Error {

@@ -1,4 +1,7 @@
-//! What every crate of the host that touches the outside shares.
+//! What every crate of the host that touches the outside shares: an error as the user sees it, files written whole, and
+//! Ctrl-C.
 #![forbid(unsafe_code)]
 
+pub mod error;
 pub mod files;
+pub mod interrupt;

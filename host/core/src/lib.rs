@@ -4,10 +4,11 @@
 pub mod derivatives;
 pub mod diagnosis;
 pub mod effects;
+pub mod error;
 pub mod fit;
 pub mod identify;
-pub mod interrupt;
 pub mod motion;
 pub mod quantity;
 pub mod record;
 pub mod solver;
+pub mod stop;

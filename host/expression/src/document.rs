@@ -1,11 +1,12 @@
 //! The entries of an own effect's file, and what is said where one is not what it has to be.
 
-use super::source::{self, nearest};
+use super::source;
 use crate::error::{Error, Result};
 use std::ops::Range;
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
 use toml::Spanned;
+use yawrig_text::nearest;
 
 const ENTRIES: [&str; 4] = ["id", "title", "moment", "parameters"];
 const OF_PARAMETER: [&str; 4] = ["unit", "start", "min", "max"];

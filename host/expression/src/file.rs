@@ -3,7 +3,7 @@
 use super::document::{Declared, Document, Text};
 use super::expression::{self, Flaw, Node};
 use super::program::{function, Program, FUNCTIONS, INPUTS, MOST_PARAMETERS};
-use super::source::{self, Place};
+use super::source::Place;
 use super::units::{self, Unit};
 use super::{checks, OwnEffect, Parameter};
 use crate::error::{Error, Result};
@@ -20,9 +20,9 @@ const LONGEST_NAME: usize = 40;
 /// # Errors
 /// Exit 3, pointing at the character where there is one.
 pub fn read(file: &Path, taken: &[&str]) -> Result<OwnEffect> {
-    let unreadable = |why: &dyn std::fmt::Display| {
-        Error::data(format!("cannot read {}: {why}", file.display()))
-            .help("give the path of an effect's TOML file")
+    let unreadable = |why: &dyn std::fmt::Display| Error::Unreadable {
+        file: file.display().to_string(),
+        why: why.to_string(),
     };
     let about = std::fs::metadata(file).map_err(|e| unreadable(&e))?;
     if about.is_dir() {
@@ -93,7 +93,7 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
     let warnings = checks::check(&subject, &first_use).map_err(pointed)?;
     let warned = |flaw: &Flaw| {
         let at = quoted.of(&flaw.span);
-        format!("{}\n  help: {}", source::pointed(file, text, at, &flaw.message), flaw.help)
+        format!("{}\n  help: {}", yawrig_text::pointed(file, text, at, &flaw.message), flaw.help)
     };
     Ok(OwnEffect {
         id: document.id.into_inner(),

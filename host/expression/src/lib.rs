@@ -17,18 +17,9 @@
 
 #![forbid(unsafe_code)]
 
-/// A line on stderr. `eprintln!` would panic where nobody reads it any more (`2>&1 | head`).
-#[macro_export]
-macro_rules! say {
-    ($($text:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stderr(), $($text)*);
-    }};
-}
-
 mod checks;
 mod document;
-pub mod error;
+mod error;
 mod expression;
 mod file;
 mod malformed;
@@ -38,17 +29,15 @@ mod program;
 mod source;
 mod units;
 
-pub use file::from_text;
+pub use error::{Error, Result};
+pub use file::{from_text, read};
 pub use prepared::Prepared;
 pub use program::{Program, State, MOST_PARAMETERS};
-pub use source::{nearest, pointed};
 
-use crate::error::{Error, Result};
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::Mutex;
+use std::sync::Arc;
 
 /// One number of an effect.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,18 +99,18 @@ impl OwnEffect {
 pub const MOST_OWN: usize = 4;
 
 /// An own effect with its numbers; those beyond its parameters are nought.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct OwnTerm {
-    pub effect: &'static OwnEffect,
+    pub effect: Arc<OwnEffect>,
     pub values: [f64; MOST_PARAMETERS],
 }
 
 impl OwnTerm {
-    pub fn new(effect: &'static OwnEffect, numbers: &[f64]) -> Self {
+    pub fn new(effect: &Arc<OwnEffect>, numbers: &[f64]) -> Self {
         let n = effect.parameters.len();
         let mut values = [0.0; MOST_PARAMETERS];
         values[..n].copy_from_slice(&numbers[..n]);
-        Self { effect, values }
+        Self { effect: effect.clone(), values }
     }
 
     /// For the many evaluations of one simulation.
@@ -137,109 +126,9 @@ impl OwnTerm {
     }
 }
 
-/// An effect is the one its identifier says.
-impl PartialEq for OwnEffect {
-    fn eq(&self, other: &Self) -> bool {
-        self.id == other.id
-    }
-}
-
-impl Eq for OwnEffect {}
-
-impl PartialOrd for OwnEffect {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for OwnEffect {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.id.cmp(&other.id)
-    }
-}
-
-impl std::hash::Hash for OwnEffect {
-    fn hash<H: std::hash::Hasher>(&self, state: &mut H) {
-        self.id.hash(state);
-    }
-}
-
-/// Every definition of this run of the program; they live as long as it does.
-static KNOWN: Mutex<Vec<&'static OwnEffect>> = Mutex::new(Vec::new());
-
-fn known() -> std::sync::MutexGuard<'static, Vec<&'static OwnEffect>> {
-    KNOWN.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
-}
-
-/// The definition with this identifier, if its file has been read; the last one where it was defined anew.
-pub fn find(id: &str) -> Option<&'static OwnEffect> {
-    known().iter().copied().rev().find(|effect| effect.id == id)
-}
-
-/// Whether an identifier may be given another definition: a program that runs on while its user edits.
-static REDEFINABLE: AtomicBool = AtomicBool::new(false);
-
-/// From now on an identifier that is defined once more means its new definition; models that are in memory keep theirs.
-pub fn allow_redefinition() {
-    REDEFINABLE.store(true, Ordering::Relaxed);
-}
-
-/// The definition in `text`, checked but not made known.
-///
-/// # Errors
-/// Those of [`define`], pointing at the character in `text`.
-pub fn check(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
-    file::from_text(file, text, taken)
-}
-
 /// Whether an argument names a file and not an identifier.
 pub fn is_file(text: &str) -> bool {
     Path::new(text).extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"))
-}
-
-/// Reads and checks a file, once for the whole run; `taken` are the identifiers of the library. Warnings go to stderr.
-///
-/// # Errors
-/// Exit 3: unreadable, or wrong, pointing at the character; another definition with the same identifier.
-pub fn load(file: &Path, taken: &[&str]) -> Result<&'static OwnEffect> {
-    intern(file::read(file, taken)?, file)
-}
-
-/// As [`load`], from a definition's `text`, which stands in `file`.
-///
-/// # Errors
-/// Those of [`load`].
-pub fn define(file: &Path, text: &str, taken: &[&str]) -> Result<&'static OwnEffect> {
-    intern(file::from_text(file, text, taken)?, file)
-}
-
-fn intern(effect: OwnEffect, file: &Path) -> Result<&'static OwnEffect> {
-    let mut known = known();
-    let id = &effect.id;
-    let may_change = REDEFINABLE.load(Ordering::Relaxed);
-    let is_same = |other: &OwnEffect| {
-        other.program == effect.program
-            && other.parameters == effect.parameters
-            && (!may_change || other.text == effect.text)
-    };
-    let mut others = known.iter().filter(|other| other.id == *id).peekable();
-    let is_known = others.peek().is_some();
-    if let Some(&same) = others.find(|other| is_same(other)) {
-        return Ok(same);
-    }
-    if is_known && !may_change {
-        return Err(Error::data(format!(
-            "{}: another effect with the id \"{id}\" has been read already",
-            file.display()
-        ))
-        .help("give each effect its own id"));
-    }
-    for warning in &effect.warnings {
-        crate::say!("yawrig: warning: {warning}");
-    }
-    let effect: &'static OwnEffect = Box::leak(Box::new(effect));
-    known.push(effect);
-    Ok(effect)
 }
 
 #[cfg(test)]

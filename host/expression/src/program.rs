@@ -2,7 +2,7 @@
 
 use super::expression::{Flaw, Kind, Node, Operator};
 use super::number::Number;
-use super::source::nearest;
+use yawrig_text::nearest;
 
 /// Most numbers on the stack at once.
 const STACK: usize = 16;

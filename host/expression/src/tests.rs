@@ -1,7 +1,6 @@
 use super::file::from_text;
 use super::number::Dual;
 use super::*;
-use crate::error::Exit;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -256,8 +255,7 @@ fn errors_in_a_moment_point_at_the_character() {
             " ".repeat(column - 1),
             "^".repeat(width)
         );
-        assert_eq!(error.to_string(), expected);
-        assert_eq!(error.exit, Exit::Data);
+        assert_eq!(format!("{error}\n  help: {}", error.help()), expected);
     }
 }
 
@@ -362,13 +360,13 @@ fn errors_elsewhere_in_the_file_point_at_the_character_too() {
             " ".repeat(column - 1),
             "^".repeat(width)
         );
-        assert_eq!(error.to_string(), expected);
+        assert_eq!(format!("{error}\n  help: {}", error.help()), expected);
     }
     let none = "id = \"mine\"\ntitle = \"Mine\"\nmoment = \"-0.1*b^3\"\n";
-    assert!(read(none).unwrap_err().message.contains("depends on no parameter"));
-    let unknown = read(&file("c*s").replace("title", "titel")).unwrap_err().message;
+    assert!(read(none).unwrap_err().to_string().contains("depends on no parameter"));
+    let unknown = read(&file("c*s").replace("title", "titel")).unwrap_err().to_string();
     assert!(unknown.starts_with("my.toml:2:1: \"titel\" is no entry of an effect"), "{unknown}");
-    let broken = read("id = \"mine").unwrap_err().message;
+    let broken = read("id = \"mine").unwrap_err().to_string();
     assert!(broken.starts_with("my.toml:1:"), "{broken}");
 }
 
@@ -377,7 +375,7 @@ fn a_moment_on_several_lines_is_pointed_into() {
     let text = file("x").replace("\"x\"", "\"\"\"\n  -c * s\n\t* tanhh(r)\"\"\"");
     let error = read(&text).unwrap_err();
     let expected = "my.toml:5:4: there is no function \"tanhh\"\n  5 | \t* tanhh(r)\"\"\"\n    | \t  ^^^^^\n  help: did you mean tanh?";
-    assert_eq!(error.to_string(), expected);
+    assert_eq!(format!("{error}\n  help: {}", error.help()), expected);
 }
 
 #[test]
@@ -401,20 +399,13 @@ fn what_is_doubtful_is_warned_of() {
 }
 
 #[test]
-fn one_identifier_is_one_effect() {
+fn a_file_that_cannot_be_read_says_why() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.toml");
-    std::fs::write(&path, STRIBECK.replace("stribeck_friction", "one_identifier")).unwrap();
-    let first = load(&path, &[]).unwrap();
-    assert!(std::ptr::eq(first, load(&path, &[]).unwrap()));
-    assert!(std::ptr::eq(first, find("one_identifier").unwrap()));
-    let other = STRIBECK.replace("stribeck_friction", "one_identifier").replace("0.002", "0.003");
-    std::fs::write(&path, other).unwrap();
-    let error = load(&path, &[]).unwrap_err();
-    assert!(error.message.contains("another effect with the id \"one_identifier\""), "{error}");
-    let error = load(&folder.path().join("none.toml"), &[]).unwrap_err();
-    assert!(error.exit == Exit::Data && error.message.starts_with("cannot read "), "{error}");
-    assert!(load(folder.path(), &[]).unwrap_err().message.contains("it is a folder"));
+    let error = super::read(&folder.path().join("none.toml"), &[]).unwrap_err();
+    assert!(matches!(error, Error::Unreadable { .. }), "{error}");
+    assert!(error.to_string().starts_with("cannot read "), "{error}");
+    let error = super::read(folder.path(), &[]).unwrap_err();
+    assert!(error.to_string().contains("it is a folder"), "{error}");
 }
 
 /// Time of an evaluation; printed, not asserted.

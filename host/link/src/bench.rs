@@ -7,7 +7,7 @@ use crate::port::{self, PortInfo, UsbId};
 use crate::qemu;
 use std::convert::Infallible;
 use std::str::FromStr;
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 
 /// What `--device` names.
 #[derive(Clone, Debug, PartialEq, Eq)]

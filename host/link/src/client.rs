@@ -18,8 +18,8 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-use yawrig_core::interrupt;
-use yawrig_expression::error::{Error, Exit, Result};
+use yawrig_base::error::{Error, Exit, Result};
+use yawrig_base::interrupt;
 use yawrig_shared::wire::{
     self, Encoded, Event, HelloReply, Message, Refusal, Reply, Request, Samples, Status, HELLO_KEY,
     SAMPLES_KEY,

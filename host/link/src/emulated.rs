@@ -5,7 +5,7 @@ use crate::hub::Side;
 use std::io;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
 use std::time::Duration;
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_shared::wire::STREAM_CHUNK;

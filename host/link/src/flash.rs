@@ -3,7 +3,7 @@
 use crate::client::{Client, LinkError};
 use crate::key::{hex, sign_network};
 use ed25519_compact::KeyPair;
-use yawrig_expression::error::{Error, Exit, Result};
+use yawrig_base::error::{Error, Exit, Result};
 use yawrig_shared::blob::{self, BlobError, Envelope, Payload};
 use yawrig_shared::network::NetworkError;
 use yawrig_shared::wire::{Refusal, Request, SlotState, CHUNK};

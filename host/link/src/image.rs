@@ -3,11 +3,11 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use yawrig_core::interrupt;
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
+use yawrig_base::interrupt;
 
 /// The boards' workspaces, where this program was built.
-const SOURCES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/boards");
+const SOURCES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/boards");
 const BOARD: &str = "mps2-an386";
 const NAME: &str = "yawrig-mps2-an386";
 /// What builds it, from the root of the sources.
@@ -37,15 +37,17 @@ pub fn find() -> Result<PathBuf> {
     })
 }
 
+/// Whether the image is still to be built, which takes a minute the first time; later a moment.
+pub fn takes_a_minute() -> bool {
+    let boards = Path::new(SOURCES);
+    boards.join("build").exists() && !boards.join(BOARD).join("target").exists()
+}
+
 fn build(script: &Path) -> Result<PathBuf> {
     let fail = |why: &str| {
         Error::device(format!("cannot build the ARM image with {}: {why}", script.display()))
             .help(format!("run {BUILD} and see what it says, or use --device emulated"))
     };
-    // Nothing to build takes a moment and is not worth a word; the first time takes a minute.
-    if !script.with_file_name(BOARD).join("target").exists() {
-        yawrig_expression::say!("building the ARM image (the first time takes a minute)");
-    }
     let mut child = Command::new(script)
         .arg(BOARD)
         .stdin(Stdio::null())

@@ -7,7 +7,7 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
-use yawrig_expression::error::{Error, Exit, Result};
+use yawrig_base::error::{Error, Exit, Result};
 use yawrig_shared::wire::{unlock_message, Refusal, Reply, Request, Signature, SIGNED_NETWORK};
 
 /// First line of a private key's file.

@@ -8,8 +8,8 @@ use std::io;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::time::Duration;
-use yawrig_expression::error::{Error, Exit, Result};
-use yawrig_expression::nearest;
+use yawrig_base::error::{Error, Exit, Result};
+use yawrig_text::nearest;
 
 /// Speed of the link; pseudo-terminals ignore it.
 pub const BAUD: u32 = 115_200;

@@ -25,8 +25,8 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
-use yawrig_core::interrupt;
-use yawrig_expression::error::{Error, Exit, Result};
+use yawrig_base::error::{Error, Exit, Result};
+use yawrig_base::interrupt;
 use yawrig_shared::potentiometer::Encoder;
 
 const PROGRAM: &str = "qemu-system-arm";

@@ -3,9 +3,9 @@
 use crate::bench::Bench;
 use crate::follow::is_refined;
 use std::time::Duration;
-use yawrig_core::interrupt;
+use yawrig_base::error::{Error, Exit, Result};
+use yawrig_base::interrupt;
 use yawrig_core::record::Record;
-use yawrig_expression::error::{Error, Exit, Result};
 use yawrig_shared::window::SAMPLE_RATE_HZ;
 use yawrig_shared::wire::{Event, Refined, ReleaseResult, Reply, Request, Settings, WindowResult};
 

@@ -8,7 +8,7 @@ use rustix::termios::ioctl_tiocnxcl;
 use std::fs::File;
 use std::io::{self, Read, Write};
 use std::os::fd::OwnedFd;
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 
 /// The device's end of a pseudo-terminal.
 #[derive(Debug)]

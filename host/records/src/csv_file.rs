@@ -5,10 +5,10 @@ use csv::ByteRecord;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
+use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
-use yawrig_core::interrupt;
+use yawrig_base::interrupt;
 use yawrig_core::record::Record;
-use yawrig_expression::error::{Error, Result};
 use yawrig_shared::units::deg_from_rad;
 
 /// The first lines a record may have.

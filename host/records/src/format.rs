@@ -5,9 +5,9 @@ use super::{hdf5, mat, parquet_file, tdms};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
+use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_core::record::Record;
-use yawrig_expression::error::{Error, Result};
 
 /// A format that records are read from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

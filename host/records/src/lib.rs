@@ -13,8 +13,8 @@ pub use csv_file::{write_samples, ACCEPTED_COLUMNS};
 pub use table::{Selection, Unit};
 
 use std::path::Path;
+use yawrig_base::error::Result;
 use yawrig_core::record::Record;
-use yawrig_expression::error::Result;
 
 /// Reads `time_s` and `yaw_deg` (or `yaw_rad`, converted) from a file: CSV, MATLAB, HDF5, TDMS or
 /// Parquet, whatever it is called.

@@ -2,8 +2,8 @@
 
 use super::csv_file;
 use std::path::Path;
+use yawrig_base::error::{Error, Result};
 use yawrig_core::record::Record;
-use yawrig_expression::error::{Error, Result};
 use yawrig_shared::units::deg_from_rad;
 
 /// What the yaw angle of a file is counted in.

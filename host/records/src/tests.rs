@@ -1,6 +1,6 @@
 use std::path::PathBuf;
+use yawrig_base::error::Exit;
 use yawrig_core::record::Record;
-use yawrig_expression::error::Exit;
 
 fn file_with(bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();

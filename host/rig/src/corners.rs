@@ -9,11 +9,11 @@
 use super::effects::Effects;
 use super::moments::{Moments, Piece};
 use super::motion::runge_kutta;
+use crate::error::{Error, Result};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::PI;
-use yawrig_expression::error::{Error, Result};
 use yawrig_shared::modal::Modal;
 
 /// Halvings that bring any step to the last bit.
@@ -51,12 +51,11 @@ pub(super) fn check(modal: &Modal, effects: &Effects, released_rad: f64) -> Resu
     let torque = swing.moments.without_friction(0.0, swing.state, swing.piece, 0.0);
     let way = swing.moments.leaves(0.0, released_rad, swing.piece, 0.0);
     if way == 0.0 && !effects.drive_the_model() {
-        return Err(Error::usage(format!(
+        return Err(Error::wrong(format!(
             "--effect: nothing moves the model from where it is released: friction holds {} rad/s2, the other torque is {:.4} rad/s2",
             swing.moments.friction_rad_s2,
             torque.abs()
-        ))
-        .help("take less friction or free play, or a larger --amplitude-deg"));
+        ), "take less friction or free play, or a larger --amplitude-deg"));
     }
     let level = swing.moments.potential(released_rad);
     let comes_back = (1..=POTENTIAL_POINTS).any(|point| {
@@ -65,10 +64,8 @@ pub(super) fn check(modal: &Modal, effects: &Effects, released_rad: f64) -> Resu
         swing.moments.potential(b) > level
     });
     if !comes_back {
-        return Err(Error::usage(
-            "--effect: with these effects the model turns right round instead of swinging back",
-        )
-        .help("take smaller cubic_stiffness, quadratic_stiffness or static_offset, or a smaller --amplitude-deg"));
+        return Err(Error::wrong(
+            "--effect: with these effects the model turns right round instead of swinging back", "take smaller cubic_stiffness, quadratic_stiffness or static_offset, or a smaller --amplitude-deg"));
     }
     Ok(())
 }

@@ -197,7 +197,7 @@ fn record(texts: &[&str], amplitude_deg: f64) -> Vec<f64> {
 #[test]
 fn every_effect_shows_and_every_parameter_counts() {
     let plain = record(&[], 12.0);
-    for kind in LIBRARY {
+    for kind in LIBRARY.iter() {
         let text = &format!("{}:{}", kind.id, kind.example);
         let effect: crate::Effect = text.parse().unwrap();
         assert_eq!(effect.id(), kind.id);
@@ -227,7 +227,7 @@ fn a_mirrored_release_is_the_mirrored_record() {
         let reading = ["second_mode", "sensor_nonlinearity", "baseline_drift"];
         sided.contains(&id) || reading.contains(&id)
     };
-    for kind in LIBRARY.iter().filter(|kind| !one_sided(kind.id)) {
+    for kind in LIBRARY.iter().filter(|kind| !one_sided(&kind.id)) {
         let text = format!("{}:{}", kind.id, kind.example);
         let mirrored: Vec<f64> = record(&[&text], -12.0).iter().map(|yaw| -yaw).collect();
         assert_eq!(record(&[&text], 12.0), mirrored, "{text}");
@@ -270,7 +270,7 @@ fn a_release_that_says_nothing_is_refused() {
         (&["second_mode:amplitude=0.01,phase=0,w2=1,zeta2=0.01"], "second_mode"),
     ] {
         let error = check(&modal(0.01), &effects(texts), 0.2).unwrap_err();
-        assert!(error.message.contains(words), "{texts:?}: {error}");
+        assert!(error.to_string().contains(words), "{texts:?}: {error}");
     }
 }
 

@@ -4,29 +4,31 @@
 //! last three effects change the reading and leave the motion alone. Time runs from the release. A user's own effect is
 //! taken from its file; the formula compiled there is the one that fits use too.
 
+use crate::error::{Error, Result};
+use std::borrow::Cow;
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
-use yawrig_expression::error::{Error, Result};
+use std::sync::{Arc, LazyLock};
 use yawrig_expression::{OwnEffect, OwnTerm, MOST_OWN, MOST_PARAMETERS};
 use yawrig_shared::modal::Modal;
 
 /// One parameter of an effect and the values it may have, ends included.
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    pub name: &'static str,
-    pub unit: &'static str,
+    pub name: Cow<'static, str>,
+    pub unit: Cow<'static, str>,
     least: f64,
     most: f64,
 }
 
 /// One effect of the library.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Kind {
-    pub id: &'static str,
+    pub id: Cow<'static, str>,
     /// Added to b'' = -2 zeta wn r - wn^2 b, or the reading where it says so.
-    pub term: &'static str,
-    pub parameters: &'static [Parameter],
+    pub term: Cow<'static, str>,
+    pub parameters: Vec<Parameter>,
     /// Values that show plainly in a release from some 10 deg at 7 rad/s.
     pub example: &'static str,
     /// Of a moment that is smooth while the model moves one way; the others are written out where they act.
@@ -42,40 +44,46 @@ pub(super) struct Smooth {
     pub potential: Option<fn(&[f64], f64) -> f64>,
 }
 
-const fn any(name: &'static str, unit: &'static str) -> Parameter {
-    Parameter { name, unit, least: f64::MIN, most: f64::MAX }
+fn any(name: &'static str, unit: &'static str) -> Parameter {
+    within(name, unit, f64::MIN, f64::MAX)
 }
 
-const fn positive(name: &'static str, unit: &'static str) -> Parameter {
-    Parameter { name, unit, least: f64::MIN_POSITIVE, most: f64::MAX }
+fn positive(name: &'static str, unit: &'static str) -> Parameter {
+    within(name, unit, f64::MIN_POSITIVE, f64::MAX)
 }
 
-const fn within(name: &'static str, unit: &'static str, least: f64, most: f64) -> Parameter {
-    Parameter { name, unit, least, most }
+fn within(name: &'static str, unit: &'static str, least: f64, most: f64) -> Parameter {
+    Parameter { name: Cow::Borrowed(name), unit: Cow::Borrowed(unit), least, most }
 }
 
 /// An effect that is written out where it acts.
-const fn kind(
+fn kind(
     id: &'static str,
     term: &'static str,
-    parameters: &'static [Parameter],
+    parameters: Vec<Parameter>,
     example: &'static str,
 ) -> Kind {
+    let (id, term) = (Cow::Borrowed(id), Cow::Borrowed(term));
     Kind { id, term, parameters, example, smooth: None }
 }
 
+fn smooth(mut kind: Kind, law: Smooth) -> Kind {
+    kind.smooth = Some(law);
+    kind
+}
+
 /// An effect that takes energy out.
-const fn damping(kind: Kind, moment: fn(&[f64], f64, f64, f64) -> f64) -> Kind {
-    Kind { smooth: Some(Smooth { moment, potential: None }), ..kind }
+fn damping(kind: Kind, moment: fn(&[f64], f64, f64, f64) -> f64) -> Kind {
+    smooth(kind, Smooth { moment, potential: None })
 }
 
 /// A restoring moment with its potential.
-const fn stiffness(
+fn stiffness(
     kind: Kind,
     moment: fn(&[f64], f64, f64, f64) -> f64,
     potential: fn(&[f64], f64) -> f64,
 ) -> Kind {
-    Kind { smooth: Some(Smooth { moment, potential: Some(potential) }), ..kind }
+    smooth(kind, Smooth { moment, potential: Some(potential) })
 }
 
 /// Fastest forcing, rad/s: beyond it the integration's steps no longer resolve a cycle.
@@ -85,91 +93,105 @@ const FASTEST_FORCING_RAD_S: f64 = 1000.0;
 ///
 /// Friction and drag only take energy out, so that their coefficients are positive; a negative
 /// `cubic_damping` is allowed, since damping that falls with amplitude is seen on such rigs.
-pub static LIBRARY: &[Kind] = &[
-    kind(
-        "coulomb_friction",
-        "- c sign(r); sticks while r = 0 and the other torque is at most c",
-        &[positive("c", "rad/s2")],
-        "c=0.12",
-    ),
-    damping(
-        kind("quadratic_damping", "- d |r| r", &[positive("d", "1/rad")], "d=0.3"),
-        |p, _, r, sign| -p[0] * sign * r * r,
-    ),
-    damping(kind("cubic_damping", "- c b^2 r", &[any("c", "1/(rad2 s)")], "c=2"), |p, b, r, _| {
-        -p[0] * b * b * r
-    }),
-    stiffness(
-        kind("cubic_stiffness", "- k3 b^3", &[any("k3", "1/(rad2 s2)")], "k3=40"),
-        |p, b, _, _| -p[0] * b * b * b,
-        |p, b| p[0] * b * b * b * b / 4.0,
-    ),
-    stiffness(
-        kind("quadratic_stiffness", "- k2 b^2", &[any("k2", "1/(rad s2)")], "k2=20"),
-        |p, b, _, _| -p[0] * b * b,
-        |p, b| p[0] * b * b * b / 3.0,
-    ),
-    kind("static_offset", "+ m", &[any("m", "rad/s2")], "m=0.3"),
-    kind(
-        "free_play",
-        "the spring term wn^2 b acts on b beyond a dead zone of +-g only",
-        &[within("g", "rad", f64::MIN_POSITIVE, std::f64::consts::PI)],
-        "g=0.01",
-    ),
-    kind(
-        "harmonic_forcing",
-        "+ f cos(w t + phi), w at least 10 % of wn away from it",
-        &[
-            positive("f", "rad/s2"),
-            within("w", "rad/s", f64::MIN_POSITIVE, FASTEST_FORCING_RAD_S),
-            any("phi", "rad"),
-        ],
-        "f=0.3,w=11,phi=0.5",
-    ),
-    kind("stiffness_drift", "wn^2 (1 + e t) in place of wn^2", &[any("e", "1/s")], "e=0.003"),
-    kind(
-        "buffeting",
-        "+ white random moment of intensity q",
-        &[positive("q", "rad2/s3")],
-        "q=0.01",
-    ),
-    kind(
-        "second_mode",
-        "reading + amplitude exp(-zeta2 w2 t) cos(w2 sqrt(1 - zeta2^2) t + phase)",
-        &[
-            positive("amplitude", "rad"),
-            any("phase", "rad"),
-            positive("w2", "rad/s"),
-            within("zeta2", "1", 0.001, 0.99),
-        ],
-        "amplitude=0.01,phase=0.4,w2=19,zeta2=0.01",
-    ),
-    kind("sensor_nonlinearity", "reading = b + s b^2", &[any("s", "1/rad")], "s=0.3"),
-    kind("baseline_drift", "reading = b + d t", &[any("d", "rad/s")], "d=0.001"),
-    stiffness(
-        kind("quintic_stiffness", "- k5 b^5", &[any("k5", "1/(rad4 s2)")], "k5=900"),
-        |p, b, _, _| -p[0] * b * b * b * b * b,
-        |p, b| p[0] * b * b * b * b * b * b / 6.0,
-    ),
-];
+pub static LIBRARY: LazyLock<Vec<Kind>> = LazyLock::new(|| {
+    vec![
+        kind(
+            "coulomb_friction",
+            "- c sign(r); sticks while r = 0 and the other torque is at most c",
+            vec![positive("c", "rad/s2")],
+            "c=0.12",
+        ),
+        damping(
+            kind("quadratic_damping", "- d |r| r", vec![positive("d", "1/rad")], "d=0.3"),
+            |p, _, r, sign| -p[0] * sign * r * r,
+        ),
+        damping(
+            kind("cubic_damping", "- c b^2 r", vec![any("c", "1/(rad2 s)")], "c=2"),
+            |p, b, r, _| -p[0] * b * b * r,
+        ),
+        stiffness(
+            kind("cubic_stiffness", "- k3 b^3", vec![any("k3", "1/(rad2 s2)")], "k3=40"),
+            |p, b, _, _| -p[0] * b * b * b,
+            |p, b| p[0] * b * b * b * b / 4.0,
+        ),
+        stiffness(
+            kind("quadratic_stiffness", "- k2 b^2", vec![any("k2", "1/(rad s2)")], "k2=20"),
+            |p, b, _, _| -p[0] * b * b,
+            |p, b| p[0] * b * b * b / 3.0,
+        ),
+        kind("static_offset", "+ m", vec![any("m", "rad/s2")], "m=0.3"),
+        kind(
+            "free_play",
+            "the spring term wn^2 b acts on b beyond a dead zone of +-g only",
+            vec![within("g", "rad", f64::MIN_POSITIVE, std::f64::consts::PI)],
+            "g=0.01",
+        ),
+        kind(
+            "harmonic_forcing",
+            "+ f cos(w t + phi), w at least 10 % of wn away from it",
+            vec![
+                positive("f", "rad/s2"),
+                within("w", "rad/s", f64::MIN_POSITIVE, FASTEST_FORCING_RAD_S),
+                any("phi", "rad"),
+            ],
+            "f=0.3,w=11,phi=0.5",
+        ),
+        kind(
+            "stiffness_drift",
+            "wn^2 (1 + e t) in place of wn^2",
+            vec![any("e", "1/s")],
+            "e=0.003",
+        ),
+        kind(
+            "buffeting",
+            "+ white random moment of intensity q",
+            vec![positive("q", "rad2/s3")],
+            "q=0.01",
+        ),
+        kind(
+            "second_mode",
+            "reading + amplitude exp(-zeta2 w2 t) cos(w2 sqrt(1 - zeta2^2) t + phase)",
+            vec![
+                positive("amplitude", "rad"),
+                any("phase", "rad"),
+                positive("w2", "rad/s"),
+                within("zeta2", "1", 0.001, 0.99),
+            ],
+            "amplitude=0.01,phase=0.4,w2=19,zeta2=0.01",
+        ),
+        kind("sensor_nonlinearity", "reading = b + s b^2", vec![any("s", "1/rad")], "s=0.3"),
+        kind("baseline_drift", "reading = b + d t", vec![any("d", "rad/s")], "d=0.001"),
+        stiffness(
+            kind("quintic_stiffness", "- k5 b^5", vec![any("k5", "1/(rad4 s2)")], "k5=900"),
+            |p, b, _, _| -p[0] * b * b * b * b * b,
+            |p, b| p[0] * b * b * b * b * b * b / 6.0,
+        ),
+    ]
+});
 
 /// An effect with values for all its parameters, in physical range.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Effect {
-    kind: &'static Kind,
+    kind: Cow<'static, Kind>,
     values: [f64; MOST_PARAMETERS],
-    own: Option<&'static OwnEffect>,
+    own: Option<Arc<OwnEffect>>,
 }
 
 /// A kind made of a user's own effect.
-fn kind_of(own: &'static OwnEffect) -> &'static Kind {
-    let parameters: Vec<Parameter> = own
-        .parameters
-        .iter()
-        .map(|p| within(&p.name, &p.unit, p.min.max(f64::MIN), p.max.min(f64::MAX)))
-        .collect();
-    let parameters = Box::leak(parameters.into_boxed_slice());
-    Box::leak(Box::new(kind(&own.id, &own.formula, parameters, "")))
+fn kind_of(own: &OwnEffect) -> Kind {
+    let parameter = |p: &yawrig_expression::Parameter| Parameter {
+        name: p.name.clone(),
+        unit: p.unit.clone(),
+        least: p.min.max(f64::MIN),
+        most: p.max.min(f64::MAX),
+    };
+    Kind {
+        id: Cow::Owned(own.id.clone()),
+        term: Cow::Owned(own.formula.clone()),
+        parameters: own.parameters.iter().map(parameter).collect(),
+        example: "",
+        smooth: None,
+    }
 }
 
 /// Effect and the rest of `EFFECT:NAME=VALUE,...`; a path may hold colons of its own.
@@ -190,12 +212,12 @@ impl PartialEq for Effect {
 }
 
 impl Effect {
-    pub fn id(&self) -> &'static str {
-        self.kind.id
+    pub fn id(&self) -> &str {
+        &self.kind.id
     }
 
     /// Each parameter with its value, in the library's order and units.
-    pub fn parameters(&self) -> impl Iterator<Item = (&'static Parameter, f64)> {
+    pub fn parameters(&self) -> impl Iterator<Item = (&Parameter, f64)> {
         self.kind.parameters.iter().zip(self.values)
     }
 }
@@ -219,32 +241,39 @@ impl FromStr for Effect {
     /// Exit 2, naming the ids or the parameters there are; exit 3 for a file that cannot be used.
     fn from_str(text: &str) -> Result<Self> {
         let (id, given) = split(text);
-        let ids = || LIBRARY.iter().map(|kind| kind.id);
+        let ids = || LIBRARY.iter().map(|kind| &*kind.id);
         let own = match yawrig_expression::is_file(id) {
-            true => Some(yawrig_expression::load(Path::new(id), &ids().collect::<Vec<_>>())?),
+            true => {
+                let taken: Vec<&str> = ids().collect();
+                Some(Arc::new(yawrig_expression::read(Path::new(id), &taken)?))
+            }
             false => None,
         };
-        let kind = match own {
-            Some(own) => kind_of(own),
-            None => LIBRARY.iter().find(|kind| kind.id == id.trim()).ok_or_else(|| {
-                let near = yawrig_expression::nearest(id.trim(), ids());
-                let near = near.map_or(String::new(), |near| format!("did you mean {near}? "));
-                let ids = ids().collect::<Vec<_>>().join(", ");
-                Error::usage(format!("--effect {text}: there is no effect \"{}\"", id.trim())).help(
-                    format!(
+        let kind = match &own {
+            Some(own) => Cow::Owned(kind_of(own)),
+            None => LIBRARY
+                .iter()
+                .find(|kind| kind.id == id.trim())
+                .map(Cow::Borrowed)
+                .ok_or_else(|| {
+                    let near = yawrig_text::nearest(id.trim(), ids());
+                    let near = near.map_or(String::new(), |near| format!("did you mean {near}? "));
+                    let ids = ids().collect::<Vec<_>>().join(", ");
+                    Error::wrong(
+                        format!("--effect {text}: there is no effect \"{}\"", id.trim()),
+                        format!(
                         "{near}the effects are {ids}, or the path of your own effect's .toml file"
                     ),
-                )
-            })?,
+                    )
+                })?,
         };
         let refuse = |why: String| {
             let parameters: Vec<String> =
                 kind.parameters.iter().map(|p| format!("{} ({})", p.name, p.unit)).collect();
-            Error::usage(format!("--effect {text}: {why}")).help(format!(
-                "{} takes {}",
-                kind.id,
-                parameters.join(", ")
-            ))
+            Error::wrong(
+                format!("--effect {text}: {why}"),
+                format!("{} takes {}", kind.id, parameters.join(", ")),
+            )
         };
         let mut values = [None; MOST_PARAMETERS];
         for pair in given.split(',').map(str::trim).filter(|pair| !pair.is_empty()) {
@@ -306,15 +335,17 @@ impl Effects {
     pub fn new(effects: Vec<Effect>) -> Result<Self> {
         for (place, effect) in effects.iter().enumerate() {
             if effects[..place].iter().any(|other| other.id() == effect.id()) {
-                return Err(Error::usage(format!("--effect {effect}: {} twice", effect.id()))
-                    .help("give each effect once"));
+                return Err(Error::wrong(
+                    format!("--effect {effect}: {} twice", effect.id()),
+                    "give each effect once",
+                ));
             }
         }
         if effects.iter().filter(|e| e.own.is_some()).count() > MOST_OWN {
-            return Err(Error::usage(format!(
-                "--effect: more than {MOST_OWN} effects of your own"
-            ))
-            .help("take fewer at a time"));
+            return Err(Error::wrong(
+                format!("--effect: more than {MOST_OWN} effects of your own"),
+                "take fewer at a time",
+            ));
         }
         Ok(Self { list: effects, wind_speed_m_s: 0.0 })
     }
@@ -333,13 +364,12 @@ impl Effects {
     /// The smooth moments with their values, in the library's order.
     pub(super) fn smooth(&self) -> Vec<(Smooth, [f64; MOST_PARAMETERS])> {
         let values = |id| self.list.iter().find(|e| e.id() == id).map(|e| e.values);
-        LIBRARY.iter().filter_map(|kind| Some((kind.smooth?, values(kind.id)?))).collect()
+        LIBRARY.iter().filter_map(|kind| Some((kind.smooth?, values(&kind.id)?))).collect()
     }
 
-    /// The user's own, those there are first.
-    pub(super) fn own(&self) -> [Option<OwnTerm>; MOST_OWN] {
-        let mut own = self.iter().filter_map(|e| Some(OwnTerm::new(e.own?, &e.values)));
-        std::array::from_fn(|_| own.next())
+    /// The user's own.
+    pub(super) fn own(&self) -> Vec<OwnTerm> {
+        self.iter().filter_map(|e| Some(OwnTerm::new(e.own.as_ref()?, &e.values))).collect()
     }
 
     pub fn iter(&self) -> impl Iterator<Item = &Effect> {
@@ -353,7 +383,7 @@ impl Effects {
     /// Whether something keeps the model moving for ever.
     pub fn drive_the_model(&self) -> bool {
         let drives = |e: &Effect| matches!(e.id(), "harmonic_forcing" | "buffeting");
-        self.iter().any(|e| drives(e) || e.own.is_some_and(|own| own.keeps_moving))
+        self.iter().any(|e| drives(e) || e.own.as_ref().is_some_and(|own| own.keeps_moving))
     }
 
     /// Value of a parameter; `None` where the effect is absent.
@@ -370,18 +400,16 @@ impl Effects {
         let wn = modal.natural_frequency_rad_s;
         if let Some(w) = self.value("harmonic_forcing", "w") {
             if (w - wn).abs() < 0.1 * wn {
-                return Err(Error::usage(format!(
+                return Err(Error::wrong(format!(
                     "--effect harmonic_forcing: w = {w} rad/s is within 10 % of a release's natural frequency, {wn:.4} rad/s"
-                ))
-                .help(format!("take w below {:.4} or above {:.4} rad/s", 0.9 * wn, 1.1 * wn)));
+                ), format!("take w below {:.4} or above {:.4} rad/s", 0.9 * wn, 1.1 * wn)));
             }
         }
         if let Some(w2) = self.value("second_mode", "w2") {
             if (w2 - wn).abs() < 0.3 * wn || w2 < 0.3 * wn {
-                return Err(Error::usage(format!(
+                return Err(Error::wrong(format!(
                     "--effect second_mode: w2 = {w2} rad/s is within 30 % of a release's natural frequency, {wn:.4} rad/s, or of zero"
-                ))
-                .help(format!(
+                ), format!(
                     "take w2 from {:.4} to {:.4} or above {:.4} rad/s",
                     0.3 * wn,
                     0.7 * wn,

@@ -8,18 +8,19 @@
 
 mod corners;
 mod effects;
+mod error;
 mod moments;
 mod motion;
 mod sensor;
 mod springs;
 
 pub use effects::{Effect, Effects, Kind, Parameter, LIBRARY};
+pub use error::{Error, Result};
 pub use motion::{End, Motion, Sample, Samples, Start};
 pub use sensor::Sensor;
 pub use springs::{Spring, SPRINGS};
 
 use serde::Serialize;
-use yawrig_expression::error::{Error, Result};
 use yawrig_shared::axis::Axis;
 use yawrig_shared::derivatives::{side_force, torsional_stiffness_nm, Model, Wind, YawDerivatives};
 use yawrig_shared::modal::Modal;
@@ -145,11 +146,10 @@ impl Rig {
             self.derivatives(spring, *axis).wind_on(&off, inertia_kg_m2, &wind, &self.model)
         })
         .ok_or_else(|| {
-            Error::usage(format!(
+            Error::wrong(format!(
                 "spring {} at {wind_speed_m_s} m/s: the wind overcomes the springs, the model does not oscillate",
                 spring.name
-            ))
-            .help("take a stiffer spring or a lower --wind")
+            ), "take a stiffer spring or a lower --wind")
         })
     }
 

@@ -4,7 +4,7 @@
 //! yaw rate r in rad/s. wn^2 and 2 zeta wn are those of the release, the wind's share included.
 
 use super::effects::{Effects, Smooth};
-use yawrig_expression::{OwnTerm, State, MOST_OWN, MOST_PARAMETERS};
+use yawrig_expression::{OwnTerm, State, MOST_PARAMETERS};
 use yawrig_shared::modal::Modal;
 
 /// A piece of the equation of motion within which it is smooth.
@@ -39,7 +39,7 @@ pub(super) struct Moments {
     /// moment's covariance is q delta(t - t')).
     pub buffeting_rad2_s3: f64,
     /// The user's own, and what they may depend on.
-    own: [Option<OwnTerm>; MOST_OWN],
+    own: Vec<OwnTerm>,
     natural_frequency_rad_s: f64,
     wind_speed_m_s: f64,
 }
@@ -82,7 +82,7 @@ impl Moments {
 
     /// Whether there are moments that may be steep at any place.
     pub fn has_own(&self) -> bool {
-        self.own[0].is_some()
+        !self.own.is_empty()
     }
 
     fn own_moment(&self, t: f64, [b, r]: [f64; 2], piece: Piece) -> f64 {
@@ -95,7 +95,7 @@ impl Moments {
             rate_sign: piece.rate,
             yaw_sign: if b < 0.0 { -1.0 } else { 1.0 },
         };
-        self.own.iter().map_while(Option::as_ref).map(|own| own.moment(&state)).sum()
+        self.own.iter().map(|own| own.moment(&state)).sum()
     }
 
     /// Which way the model moves from rest at b, -1 or 1; 0: friction holds it, or nothing pulls at it.

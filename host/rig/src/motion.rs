@@ -4,8 +4,8 @@ use super::corners::{self, Swing};
 use super::effects::Effects;
 use super::moments::{Distortion, Moments};
 use super::sensor::{Reader, Sensor};
+use crate::error::Result;
 use std::f64::consts::{PI, TAU};
-use yawrig_expression::error::Result;
 use yawrig_shared::modal::Modal;
 use yawrig_shared::units::{deg_from_rad, rad_from_deg};
 

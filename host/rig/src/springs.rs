@@ -1,7 +1,7 @@
 //! The eight springs and the derivatives planted on them.
 
 use super::Axis;
-use yawrig_expression::error::{Error, Result};
+use crate::error::{Error, Result};
 use yawrig_shared::derivatives::{at_front_axis, YawDerivatives};
 
 /// A pair of springs and what the wind does to the model while it swings on them, per radian.
@@ -45,8 +45,10 @@ impl Spring {
     /// Exit 2 for any other name.
     pub fn named(name: &str) -> Result<Self> {
         SPRINGS.into_iter().find(|spring| spring.name.eq_ignore_ascii_case(name)).ok_or_else(|| {
-            Error::usage(format!("--spring {name}: there is no such spring"))
-                .help("the springs are K1 to K8")
+            Error::wrong(
+                format!("--spring {name}: there is no such spring"),
+                "the springs are K1 to K8",
+            )
         })
     }
 

@@ -253,7 +253,7 @@ fn what_was_not_measured_is_left_out_and_said() {
         planned.into_iter().filter(|r| r.condition.axis == Axis::Front).collect();
     let file = campaign(&rig, &front);
     let error = Computed::new(&file, &exact(&front)).err().unwrap();
-    assert!(error.message.contains("middle axis"), "{error}");
+    assert!(error.to_string().contains("middle axis"), "{error}");
 }
 
 #[test]

@@ -2,11 +2,11 @@
 
 use super::CampaignFile;
 use rayon::prelude::*;
+use yawrig_base::error::Result;
+use yawrig_base::interrupt;
 use yawrig_core::diagnosis::campaign::{self, CampaignDiagnosis, Diagnosed};
 use yawrig_core::diagnosis::diagnose::Options;
 use yawrig_core::fit::swing::Swing;
-use yawrig_core::interrupt;
-use yawrig_expression::error::Result;
 
 /// Judges the campaign in `file`.
 ///
@@ -24,6 +24,7 @@ pub fn diagnose_with_fits(file: &CampaignFile, options: &Options) -> Result<Diag
     let read = |index: usize| {
         interrupt::check()?;
         let mut swing = Swing::of(&yawrig_records::read(&file.record_path(index))?)?;
+        swing.stop = options.stop.clone();
         swing.wind_speed_m_s = file.campaign.release[index].wind_speed_m_s;
         Ok(swing)
     };
@@ -31,5 +32,8 @@ pub fn diagnose_with_fits(file: &CampaignFile, options: &Options) -> Result<Diag
     let swings: Vec<Result<Swing>> = releases.into_par_iter().map(read).collect();
     // Collected first, so that of several bad records always the first is named.
     let swings = swings.into_iter().collect::<Result<Vec<_>>>()?;
-    campaign::diagnose_with_fits(&file.campaign, swings, options)
+    for warning in swings.iter().flat_map(|swing| &swing.warnings) {
+        crate::say!("yawrig: warning: {warning}");
+    }
+    Ok(campaign::diagnose_with_fits(&file.campaign, swings, options)?)
 }

@@ -2,13 +2,13 @@
 
 use super::CampaignFile;
 use rayon::prelude::*;
+use yawrig_base::error::{Error, Result};
+use yawrig_base::interrupt;
 use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::table::Table;
 use yawrig_core::derivatives::validation;
 use yawrig_core::derivatives::Computed;
-use yawrig_core::interrupt;
 use yawrig_core::record::Record;
-use yawrig_expression::error::{Error, Result};
 
 /// A way to natural frequency and damping ratio.
 pub type Identify<'a> = dyn Fn(&Record) -> Result<Identified> + Sync + 'a;
@@ -29,8 +29,8 @@ pub fn evaluate(file: &CampaignFile, method: &str, identify: &Identify) -> Resul
     // Collected first, so that of several bad records always the first is named.
     let identified = found.into_iter().collect::<Result<Vec<_>>>()?;
     let computed = Computed::new(&file.campaign, &identified).map_err(|e| {
-        let message = format!("{}: {}", file.path.display(), e.message);
-        Error { message, ..e }
+        let named = Error::from(e);
+        Error { message: format!("{}: {}", file.path.display(), named.message), ..named }
     })?;
     let responses = computed.responses();
     let validate = |index: usize| {

@@ -15,8 +15,8 @@ use std::collections::{HashMap, HashSet};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
+use yawrig_base::error::{Error, Result};
 use yawrig_core::derivatives::campaign::{Campaign, ReleaseEntry, SCHEMA_VERSION};
-use yawrig_expression::error::{Error, Result};
 use yawrig_records::format::is_record;
 
 /// A campaign with the place it was read from.

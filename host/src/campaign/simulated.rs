@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
+use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
+use yawrig_base::interrupt;
 use yawrig_core::derivatives::campaign::{
     AirEntry, Campaign, ModelEntry, ReleaseEntry, RigEntry, SCHEMA_VERSION,
 };
-use yawrig_core::interrupt;
-use yawrig_expression::error::{Error, Result};
 use yawrig_records::write_samples;
 use yawrig_rig::{Condition, Effects, Rig, Samples, Sensor, Start};
 use yawrig_shared::modal::Modal;
@@ -104,8 +104,12 @@ pub fn write(
         }
     }
     for record in planned {
-        Samples::with_effects(&record.truth, &record.effects, start, sensor, record.seed)
-            .map_err(|e| Error { message: format!("{}: {}", record.file, e.message), ..e })?;
+        Samples::with_effects(&record.truth, &record.effects, start, sensor, record.seed).map_err(
+            |e| {
+                let named = Error::from(e);
+                Error { message: format!("{}: {}", record.file, named.message), ..named }
+            },
+        )?;
     }
     files::make_folder(folder)?;
     let written = planned.par_iter().try_for_each(|record| {

@@ -1,6 +1,6 @@
 use super::simulated::{describe, plan};
 use super::{Campaign, CampaignFile};
-use yawrig_expression::error::{Error, Exit};
+use yawrig_base::error::{Error, Exit};
 use yawrig_rig::Rig;
 
 /// A simulated campaign's file with `from` replaced by `to`, its records beside it, and what reading it says.

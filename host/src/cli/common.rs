@@ -1,16 +1,18 @@
 //! What several verbs share: the `--device` option, bars and JSON on stdout.
 
 use super::choices::{Decay, SpectralPeak};
+use crate::model::effects;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::collections::HashSet;
 use std::io::{IsTerminal, Write};
+use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::{Effect, MOST_OWN};
 use yawrig_core::identify::conventional;
 use yawrig_core::identify::Settings;
-use yawrig_expression::error::{Error, Result};
 use yawrig_link::bench::{Bench, Target};
+use yawrig_link::image;
 
 /// Version of every JSON object this program prints.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -26,6 +28,9 @@ pub struct DeviceArg {
 impl DeviceArg {
     /// Starts or opens it; where it is emulated, says where another shell finds it.
     pub fn open(&self) -> Result<Bench> {
+        if self.device == Target::Qemu && image::takes_a_minute() {
+            crate::say!("building the ARM image (the first time takes a minute)");
+        }
         let bench = Bench::open(&self.device)?;
         if !matches!(self.device, Target::Port(_)) {
             crate::say!(
@@ -84,8 +89,8 @@ impl EffectsArg {
     /// # Errors
     /// Exit 2 for an id that there is not, or too many own effects; exit 3 for a file that cannot be used.
     pub fn effects(&self) -> Result<Vec<Effect>> {
-        let effects: Vec<Effect> =
-            self.effects.iter().map(|text| Effect::named(text)).collect::<Result<_>>()?;
+        let named = self.effects.iter().map(|text| effects::named(text));
+        let effects = effects::distinct(named.collect::<Result<_>>()?)?;
         let own: HashSet<&Effect> =
             effects.iter().filter(|e| matches!(e, Effect::Own(_))).collect();
         if own.len() > MOST_OWN {

@@ -8,8 +8,8 @@ use crate::model::revise::Revision;
 use clap::Args;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use yawrig_base::error::{Error, Result};
 use yawrig_core::quantity::Quantity;
-use yawrig_expression::error::{Error, Result};
 
 /// Compare a model with records and show where it fails.
 ///

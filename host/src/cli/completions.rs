@@ -4,7 +4,7 @@ use super::common::print;
 use super::Cli;
 use clap::{Args, CommandFactory};
 use clap_complete::{generate, Shell};
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 
 /// Print the completions of verbs and flags for a shell, to be put where it looks for them
 #[derive(Args, Debug)]

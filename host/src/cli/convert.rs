@@ -6,7 +6,7 @@ use crate::campaign::simulated::refuse_existing;
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 use yawrig_records::Selection;
 
 /// Write a record in another format, or with other channels chosen: CSV, MATLAB, HDF5, TDMS (read

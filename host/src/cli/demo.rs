@@ -10,10 +10,10 @@ use clap::Args;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::files;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::quantity::Quantity;
-use yawrig_expression::error::{Error, Exit, Result};
 use yawrig_link::flash::write;
 use yawrig_link::follow::{flag_names, quantity, refined_json, window_json};
 use yawrig_rig::{Rig, Sensor, Start, Truth, SPRINGS};
@@ -183,7 +183,7 @@ pub(super) fn teach(settings: &Settings) -> Result<Outcome> {
     let mut bar = train::Bar::new(settings.training.epochs as u64);
     let outcome = network_training::run(settings, model.as_ref(), &mut bar)?;
     drop(bar);
-    yawrig_core::interrupt::check()?;
+    yawrig_base::interrupt::check()?;
     crate::say!(
         "trained {} on {} windows; on 2000 others: wn {:.3} % rms, zeta {:.2} % rms",
         yawrig_train::freeze::name(&outcome.topology),

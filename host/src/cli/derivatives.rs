@@ -7,12 +7,12 @@ use crate::campaign::CampaignFile;
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
+use yawrig_base::error::{Error, Result};
 use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::table::{Budget, ByAxis, Table};
 use yawrig_core::identify::{identify, Method};
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Record;
-use yawrig_expression::error::{Error, Result};
 
 /// Aerodynamic derivatives of a campaign, with uncertainties, budget and validation.
 ///

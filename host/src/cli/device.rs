@@ -4,7 +4,7 @@ use super::common::{network_id, print_json, print_line, DeviceArg, SCHEMA_VERSIO
 use clap::{Args, Subcommand};
 use serde_json::{json, Value};
 use std::path::PathBuf;
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 use yawrig_link::client::Identity;
 use yawrig_link::follow::{device_json, topology};
 use yawrig_link::key;

@@ -11,10 +11,13 @@ use clap::Args;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use yawrig_base::error::{Error, Result};
+use yawrig_base::interrupt;
 use yawrig_core::diagnosis::campaign;
-use yawrig_core::diagnosis::diagnose::{diagnose, verdict, Diagnosis, Options, Step, SECOND_ORDER};
+use yawrig_core::diagnosis::diagnose::{
+    diagnose_with_fits, verdict, Diagnosed, Diagnosis, Options, Step, SECOND_ORDER,
+};
 use yawrig_core::effects::Effect;
-use yawrig_expression::error::{Error, Result};
 
 /// Which physical effect a second-order model of a record lacks.
 ///
@@ -52,7 +55,12 @@ struct Object<'a> {
 impl Diagnose {
     pub fn run(&self) -> Result<()> {
         let own = self.effects.effects()?;
-        let options = Options { zero_unknown: self.judge.unknown_zero, own, ..Options::default() };
+        let options = Options {
+            zero_unknown: self.judge.unknown_zero,
+            own,
+            stop: interrupt::stop(),
+            ..Options::default()
+        };
         let is_toml =
             |file: &Path| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
         match (&self.file, &self.model) {
@@ -89,6 +97,7 @@ impl Diagnose {
             }
         };
         let options = Options {
+            stop: interrupt::stop(),
             zero_unknown: options.zero_unknown || model.unknown_zero,
             present: structure(&model)?,
             wind_speed_m_s: entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s),
@@ -98,7 +107,11 @@ impl Diagnose {
     }
 
     fn judge(&self, file: &Path, options: &Options, model: &str) -> Result<()> {
-        let diagnosis = diagnose(&yawrig_records::read(file)?, options)?;
+        let Diagnosed { diagnosis, swing, .. } =
+            diagnose_with_fits(&yawrig_records::read(file)?, options)?;
+        for warning in &swing.warnings {
+            crate::say!("yawrig: warning: {warning}");
+        }
         if self.judge.json {
             return print_json(&Object { schema_version: SCHEMA_VERSION, diagnosis: &diagnosis });
         }
@@ -156,7 +169,7 @@ fn text(file: &str, d: &Diagnosis, model: &str) -> String {
             a.card().release
         );
     }
-    d.effects.iter().for_each(|effect| out.push_str(&card(*effect)));
+    d.effects.iter().for_each(|effect| out.push_str(&card(effect.clone())));
     out.truncate(out.trim_end().len());
     out
 }
@@ -166,7 +179,7 @@ pub(super) fn step_rows(steps: &[Step], model: &str) -> comfy_table::Table {
     let mut rows = bare(&["model", "residual (deg)", "over noise", "held out over noise"]);
     for step in steps {
         rows.add_row([
-            step.added.map_or(first.to_owned(), |e| format!("+ {e}")),
+            step.added.clone().map_or(first.to_owned(), |e| format!("+ {e}")),
             format!("{:.4}", step.residual_rms_deg),
             format!("{:.3}", step.residual_over_noise),
             format!("{:.3}", step.held_out_over_noise),

@@ -62,7 +62,7 @@ pub(super) fn text(file: &str, d: &CampaignDiagnosis) -> String {
         );
         out.push_str("Cn_r is the combined damping derivative Cn_r - Cn_betadot.\n");
     }
-    d.effects.iter().for_each(|effect| out.push_str(&card(*effect)));
+    d.effects.iter().for_each(|effect| out.push_str(&card(effect.clone())));
     out.truncate(out.trim_end().len());
     out
 }

@@ -4,7 +4,7 @@ use super::common::{print_json, print_line, SCHEMA_VERSION};
 use crate::doctor::{self, State};
 use clap::Args;
 use serde_json::json;
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 
 /// Say what is wrong with a port or with this machine, and one command that mends it
 #[derive(Args, Debug)]

@@ -1,10 +1,10 @@
 //! `add` and `remove`: an effect into the model and out of it.
 
 use super::model::{asked, print_revision, ModelArg};
+use crate::model::effects;
 use crate::model::revise;
 use clap::Args;
-use yawrig_core::effects::Effect;
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 
 /// Add an effect to the model and fit it
 #[derive(Args, Debug, Clone)]
@@ -41,7 +41,7 @@ pub struct StepArgs {
 impl Add {
     pub fn run(&self) -> Result<()> {
         let StepArgs { why, model, json } = &self.step;
-        let effect = Effect::named(&self.effect)?;
+        let effect = effects::named(&self.effect)?;
         let revision = revise::add(&model.model, effect, &asked(why.as_deref()))?;
         print_revision(Some(&model.model), &revision, *json)
     }

@@ -4,7 +4,7 @@ use super::model::{asked, print_revision, JudgeArgs, ModelArg};
 use crate::model::revise::{self, Wanted};
 use clap::Args;
 use std::path::PathBuf;
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 
 /// Make a second-order model of records, or fit the model there is to its records again.
 ///

@@ -4,7 +4,7 @@ use super::common::{bar, network_id, print_json, print_line, DeviceArg, SCHEMA_V
 use clap::Args;
 use indicatif::ProgressBar;
 use std::path::PathBuf;
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 use yawrig_link::flash::{self, Progress};
 use yawrig_link::key;
 

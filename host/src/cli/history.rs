@@ -8,7 +8,7 @@ use crate::model::unfitted;
 use clap::Args;
 use serde::Serialize;
 use std::path::Path;
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 
 /// List the steps of the model's journal, or return to one.
 ///

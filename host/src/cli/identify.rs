@@ -5,8 +5,8 @@ use crate::batch::{self, Answer, Refused, Tally, SCHEMA_VERSION};
 use clap::{Args, ValueEnum};
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use yawrig_base::error::{Error, Result};
 use yawrig_core::identify::{Identification, Method, Settings};
-use yawrig_expression::error::{Error, Result};
 use yawrig_records::format;
 
 /// Natural frequency and damping ratio of recorded releases, with their uncertainties.

@@ -3,7 +3,7 @@
 use super::common::print_line;
 use clap::Args;
 use std::path::PathBuf;
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 use yawrig_link::key;
 
 #[derive(Args, Debug)]

@@ -30,7 +30,7 @@ mod train;
 mod workbench;
 
 use clap::{Parser, Subcommand};
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 
 /// Natural frequency, damping and aerodynamic derivatives from a yawing wind-tunnel model.
 #[derive(Parser, Debug)]

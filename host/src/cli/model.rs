@@ -8,9 +8,9 @@ use clap::Args;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use yawrig_base::error::Result;
 use yawrig_core::effects::Effect;
 use yawrig_core::quantity::Quantity;
-use yawrig_expression::error::Result;
 
 pub use crate::model::document::DEFAULT;
 
@@ -56,7 +56,7 @@ pub fn print_revision(model: Option<&Path>, revision: &Revision, json: bool) -> 
         return print_json(&Object { schema_version: SCHEMA_VERSION, model, revision });
     }
     let mut out = String::new();
-    let what = match (revision.added, revision.removed) {
+    let what = match (revision.added.clone(), revision.removed.clone()) {
         (Some(effect), _) => format!("added {effect}"),
         (_, Some(effect)) => format!("removed {effect}"),
         _ => "fitted".to_owned(),
@@ -79,7 +79,9 @@ pub fn summary(revision: &Revision) -> String {
         change(revision.before, &a.residuals, |r| r.held_out_over_noise, 3),
     );
     if let Some(evidence) = revision.evidence {
-        let of = revision.removed.map_or_else(String::new, |effect| format!(" for {effect}"));
+        let of =
+            <std::option::Option<yawrig_core::effects::Effect> as Clone>::clone(&revision.removed)
+                .map_or_else(String::new, |effect| format!(" for {effect}"));
         let _ = write!(out, "; evidence{of} {evidence:.1}");
     }
     out.push('\n');

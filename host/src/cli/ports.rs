@@ -2,7 +2,7 @@
 
 use super::common::{print_json, print_line, SCHEMA_VERSION};
 use clap::Args;
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 use yawrig_link::port;
 
 #[derive(Args, Debug)]

@@ -5,9 +5,9 @@ use super::flash::Bar;
 use clap::Args;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
+use yawrig_base::error::{Error, Exit, Result};
 use yawrig_core::identify::gaps;
 use yawrig_core::record::Record;
-use yawrig_expression::error::{Error, Exit, Result};
 use yawrig_link::amplitude_trend::{trends, Trend};
 use yawrig_link::flash;
 use yawrig_link::follow::{
@@ -50,7 +50,14 @@ pub fn run(arguments: &Replay) -> Result<()> {
     }
     let range = Range { from_deg: arguments.from_deg, to_deg: arguments.to_deg };
     // All are read before a device is started: a wrong name is found at once.
-    let read = |file: &PathBuf| Ok(gaps::without(&yawrig_records::read(file)?).into_owned());
+    let read = |file: &PathBuf| {
+        let record = yawrig_records::read(file)?;
+        let (whole, warnings) = gaps::without(&record);
+        for warning in warnings {
+            crate::say!("yawrig: warning: {warning}");
+        }
+        Ok(whole.into_owned())
+    };
     let records: Vec<Record> = arguments.files.iter().map(read).collect::<Result<_>>()?;
     let network = arguments.network.as_deref().map(flash::read).transpose()?;
     let mut bench = arguments.device.open()?;

@@ -10,9 +10,10 @@ use crate::report::{charts, html, of_campaign, of_model, of_records, Made, Repor
 use clap::Args;
 use serde::de::IgnoredAny;
 use std::path::{Path, PathBuf};
+use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
+use yawrig_base::interrupt;
 use yawrig_core::diagnosis::diagnose::Options;
-use yawrig_expression::error::{Error, Result};
 
 /// Write what is known of records, a campaign, a model or a demo to one HTML file that needs no network.
 ///
@@ -88,7 +89,12 @@ impl ReportArgs {
     fn report(&self) -> Result<Report> {
         let settings = self.analysis.settings()?;
         let own = self.effects.effects()?;
-        let options = Options { zero_unknown: self.unknown_zero, own, ..Options::default() };
+        let options = Options {
+            zero_unknown: self.unknown_zero,
+            own,
+            stop: interrupt::stop(),
+            ..Options::default()
+        };
         let made = Made::now(asked(None).command);
         match self.files.as_slice() {
             [folder] if folder.is_dir() => self.of_folder(folder, &settings, &options, made),

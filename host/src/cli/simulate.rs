@@ -6,7 +6,7 @@ use crate::campaign::simulated::{self, refuse_existing, Planned};
 use clap::Args;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 use yawrig_records::write_samples;
 use yawrig_rig::{Condition, Effect, Effects, End, Rig, Samples, Sensor, Spring, Start, LIBRARY};
 use yawrig_shared::axis::Axis;
@@ -106,7 +106,8 @@ impl Simulate {
     }
 
     fn effects(&self) -> Result<Effects> {
-        Effects::new(self.effects.iter().map(|text| text.parse()).collect::<Result<Vec<Effect>>>()?)
+        let effects = self.effects.iter().map(|text| text.parse());
+        Ok(Effects::new(effects.collect::<yawrig_rig::Result<Vec<Effect>>>()?)?)
     }
 
     fn sensor(&self) -> Result<Sensor> {
@@ -331,7 +332,7 @@ fn campaign_json(rig: &Rig, file: &Path, planned: &[Planned]) -> Value {
     })
 }
 
-fn effect_ids(effects: &Effects) -> Vec<&'static str> {
+fn effect_ids(effects: &Effects) -> Vec<&str> {
     effects.iter().map(Effect::id).collect()
 }
 
@@ -350,7 +351,7 @@ fn effect_parameters(effects: &Effects) -> Value {
 /// The library as `--help` shows it.
 fn effects_help() -> String {
     let mut text = "Effects, torques over the inertia, b yaw angle (rad), r yaw rate (rad/s), t from the release (s):\n".to_owned();
-    for kind in LIBRARY {
+    for kind in LIBRARY.iter() {
         let parameters: Vec<String> =
             kind.parameters.iter().map(|p| format!("{} ({})", p.name, p.unit)).collect();
         text +=

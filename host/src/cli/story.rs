@@ -15,10 +15,11 @@ use crate::model::training;
 use crate::report::{of_model, Made};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use yawrig_base::error::Result;
 use yawrig_base::files;
+use yawrig_base::interrupt;
 use yawrig_core::diagnosis::diagnose::Options;
 use yawrig_core::effects::Effect;
-use yawrig_expression::error::Result;
 use yawrig_shared::features::FeatureKind;
 use yawrig_train::draws::Ranges;
 use yawrig_train::network_training::Settings;
@@ -109,7 +110,10 @@ fn solve(arguments: &Demo, folder: &Path) -> Result<()> {
     let compared = compare(&Comparison { files: vec![first.clone()], ..Comparison::default() })?;
     tell(format!("$ yawrig compare {} --no-model\n{}", first.display(), over_noise(&compared)))?;
     let file = CampaignFile::read_releases(&story::campaign(folder))?;
-    let diagnosis = crate::campaign::diagnose(&file, &Options::default())?;
+    let diagnosis = crate::campaign::diagnose(
+        &file,
+        &Options { stop: interrupt::stop(), ..Options::default() },
+    )?;
     let named: Vec<&str> = diagnosis.effects.iter().map(|e| e.id()).collect();
     tell(format!(
         "$ yawrig diagnose {}\n  {}",
@@ -126,7 +130,7 @@ fn solve(arguments: &Demo, folder: &Path) -> Result<()> {
     tell(format!("$ {command}\n{}", over_noise(&fitted)))?;
     for effect in diagnosis.effects.iter().filter(|e| **e != Effect::Buffeting) {
         let command = format!("yawrig add {effect} --model {}", model.display());
-        let added = revise::add(&model, *effect, &step(command.clone()))?;
+        let added = revise::add(&model, effect.clone(), &step(command.clone()))?;
         tell(format!("$ {command}\n{}", over_noise(&added)))?;
     }
     tell(format!(

@@ -6,9 +6,9 @@ use crate::study::{Report, Setting, Size, Study, STUDIES};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use yawrig_base::error::Result;
 use yawrig_base::files;
-use yawrig_core::interrupt;
-use yawrig_expression::error::Result;
+use yawrig_base::interrupt;
 
 /// Rerun a study of the thesis: its table beside the thesis's numbers, and a plot
 #[derive(Args, Debug)]

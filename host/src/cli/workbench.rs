@@ -8,7 +8,7 @@ use crate::workbench::{self, Options};
 use clap::Args;
 use std::net::IpAddr;
 use std::path::PathBuf;
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 
 /// Criticise a model by hand, on a page that this machine serves to its own browser.
 ///

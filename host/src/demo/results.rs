@@ -3,11 +3,11 @@
 use super::{Made, Plan};
 use crate::report::{self, Epoch, Estimate, HeldOut, Kind, Release, Report, Setting, Training};
 use std::path::{Path, PathBuf};
+use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::diagnosis::amplitude::{AmplitudePicture, AmplitudePoint};
 use yawrig_core::quantity::Quantity;
-use yawrig_expression::error::{Error, Result};
 use yawrig_link::follow::flag_names;
 use yawrig_rig::Truth;
 use yawrig_shared::wire::Measured;

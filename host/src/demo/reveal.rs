@@ -8,11 +8,11 @@ use crate::plot::{Axis, Curve, Plot};
 use crate::report::charts::Chart;
 use serde::Serialize;
 use std::path::Path;
+use yawrig_base::error::{Error, Exit, Result};
+use yawrig_base::interrupt;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{fit_plain, Fitted};
-use yawrig_core::interrupt;
 use yawrig_core::quantity::Quantity;
-use yawrig_expression::error::{Error, Exit, Result};
 use yawrig_link::bench::{Bench, Target};
 use yawrig_link::flash::{self, Progress};
 use yawrig_link::replay::{replay, Range};
@@ -160,13 +160,13 @@ pub fn reveal(folder: &Path, target: &Target, progress: &mut dyn Progress) -> Re
 
 fn compared(seed: u64, hidden: &yawrig_rig::Effect, model: Option<&Model>) -> Hidden {
     let effect = Effect::from_id(hidden.id());
-    let entry = effect.and_then(|effect| model?.effect(effect));
+    let entry = effect.clone().and_then(|effect| model?.effect(effect));
     let parameter = |(index, (p, truth)): (usize, (&yawrig_rig::Parameter, f64))| {
-        let known = entry.filter(|e| !is_own(e.effect, index)).map(|e| e.parameters[index]);
+        let known = entry.filter(|e| !is_own(&e.effect, index)).map(|e| e.parameters[index]);
         let found = known.and_then(|p| Some(Quantity::new(p.value?, p.u.unwrap_or(0.0))));
         HiddenParameter {
-            name: p.name.to_owned(),
-            unit: p.unit.to_owned(),
+            name: p.name.to_string(),
+            unit: p.unit.to_string(),
             truth,
             found,
             within_k2: found.map(|q| q.holds(truth, 2.0)),

@@ -5,8 +5,8 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
+use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
-use yawrig_expression::error::{Error, Result};
 use yawrig_rig::{self, Effects, Rig, Sensor, Spring, Start};
 use yawrig_shared::axis::Axis;
 
@@ -78,7 +78,7 @@ fn chosen(seed: u64, rig: &Rig) -> Result<(Spring, yawrig_rig::Effect)> {
 pub fn hide(folder: &Path, seed: u64, force: bool) -> Result<()> {
     let rig = Rig::default();
     let (spring, effect) = chosen(seed, &rig)?;
-    let effects = Effects::new(vec![effect])?;
+    let effects = Effects::new(vec![effect.clone()])?;
     let planned: Vec<Planned> = simulated::plan(&rig, WIND_M_S, 1, seed)?
         .into_iter()
         .filter(|planned| planned.condition.spring == spring)

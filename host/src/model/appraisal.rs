@@ -102,7 +102,7 @@ pub fn appraise(
     Appraisal {
         noise_rms_deg: swing(0).sample_noise_rad.to_degrees(),
         modal: conditions[0].modal,
-        effects: model.effects.iter().map(|e| e.effect).collect(),
+        effects: model.effects.iter().map(|e| e.effect.clone()).collect(),
         residuals,
         parameters: parameters(model, &fits[0], |own| !(own && many)),
         conditions,
@@ -131,7 +131,7 @@ fn parameters(
     for entry in &model.effects {
         for (index, parameter) in entry.parameters.iter().enumerate() {
             let Some((name, fitted)) = found.next() else { break };
-            if chosen(is_own(entry.effect, index)) {
+            if chosen(is_own(&entry.effect, index)) {
                 let known = parameter.value.map(|v| Quantity::new(v, parameter.u.unwrap_or(0.0)));
                 out.insert(name, known.unwrap_or(fitted));
             }

@@ -8,11 +8,11 @@ use crate::model::records;
 use crate::model::revise::{added, check_addable, Change, Current, Revision};
 use rayon::prelude::*;
 use std::path::PathBuf;
+use yawrig_base::error::Result;
+use yawrig_base::interrupt;
 use yawrig_core::diagnosis::diagnose::FITTED_SHARE;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{held_out_over_noise, Fitted};
-use yawrig_core::interrupt;
-use yawrig_expression::error::Result;
 
 /// A model as it is against its own records.
 pub(super) fn as_it_is(model: &Model, data: &Data) -> Result<Appraisal> {
@@ -103,11 +103,11 @@ pub fn compare(comparison: &Comparison) -> Result<Revision> {
     let data = Data::of(&model, path)?;
     let mut current = Current::fitted(&model, &data)?;
     let mut change = Change::to(&current, &data)?;
-    for &effect in &comparison.effects {
-        check_addable(&current.model, effect)?;
-        let outer = added(&current, &data, effect)?;
+    for effect in &comparison.effects {
+        check_addable(&current.model, effect.clone())?;
+        let outer = added(&current, &data, effect.clone())?;
         let mut next = Change::to(&outer, &data)?;
-        next.added = Some(effect);
+        next.added = Some(effect.clone());
         next.before = Some(change.appraisal.residuals);
         next.evidence = Some(model_fit::evidence(&current.fit, &outer.fit));
         change = next;

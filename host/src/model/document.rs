@@ -6,8 +6,8 @@
 use crate::model::model_reading::Reader;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::Effect;
-use yawrig_expression::error::{Error, Result};
 use yawrig_records::format::is_record;
 use yawrig_shared::axis::Axis;
 
@@ -105,7 +105,7 @@ impl EffectEntry {
     /// Free within the effect's own bounds, not fitted yet.
     pub fn unfitted(effect: Effect) -> Self {
         let entry = |p: &yawrig_core::effects::Parameter| ParameterEntry::unfitted(p.min, p.max);
-        Self { effect, parameters: effect.parameters().iter().map(entry).collect() }
+        Self { effect: effect.clone(), parameters: effect.parameters().iter().map(entry).collect() }
     }
 
     /// Its numbers, in the units and order of [`Effect::parameters`]; None where one is not fitted yet.
@@ -140,7 +140,7 @@ impl Model {
     pub fn effect_values(&self, path: &Path) -> Result<Vec<(Effect, Vec<f64>)>> {
         let known = |entry: &EffectEntry| {
             let value = |(index, p): (usize, &ParameterEntry)| match p.value {
-                None if is_own(entry.effect, index) => Some(0.0),
+                None if is_own(&entry.effect, index) => Some(0.0),
                 value => value,
             };
             let values: Option<Vec<f64>> = entry.parameters.iter().enumerate().map(value).collect();
@@ -148,7 +148,7 @@ impl Model {
                 Error::data(format!("{}: {} has no values yet", path.display(), entry.effect))
                     .help(format!("run `yawrig fit --model {}`", path.display()))
             })?;
-            Ok((entry.effect, values))
+            Ok((entry.effect.clone(), values))
         };
         self.effects.iter().map(known).collect()
     }
@@ -165,7 +165,7 @@ impl Model {
 
 /// Whether parameter `index` of [`Effect::parameters`] belongs to one release: it has as many values as there are
 /// releases.
-pub fn is_own(effect: Effect, index: usize) -> bool {
+pub fn is_own(effect: &Effect, index: usize) -> bool {
     effect.varied_place(index).is_none_or(|number| effect.belongs_to_release(number))
 }
 

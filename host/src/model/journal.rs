@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
+use yawrig_base::error::{Error, Result};
 use yawrig_core::quantity::Quantity;
-use yawrig_expression::error::{Error, Result};
 
 /// The version of a line's layout.
 pub const SCHEMA_VERSION: u32 = 1;

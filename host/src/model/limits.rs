@@ -3,8 +3,8 @@
 use crate::model::document::{
     EffectEntry, Model, ParameterEntry, DAMPING_RATIO, NATURAL_FREQUENCY,
 };
+use yawrig_base::error::{Error, Result};
 use yawrig_core::fit::fitting::{Limit, Number, Structure};
-use yawrig_expression::error::{Error, Result};
 
 /// What the model lets a fit vary, and how far.
 ///
@@ -30,7 +30,7 @@ pub fn structure(model: &Model) -> Result<Structure> {
             limits.push(Limit { number, low, high });
         }
     }
-    let effects = model.effects.iter().map(|e| e.effect).collect();
+    let effects = model.effects.iter().map(|e| e.effect.clone()).collect();
     Ok(Structure { effects, zero_unknown: model.unknown_zero, limits })
 }
 
@@ -43,21 +43,22 @@ fn range(entry: &ParameterEntry) -> [f64; 2] {
 
 /// The limits that the file sets beyond the effect's own.
 pub(super) fn limits_of(entry: &EffectEntry) -> Vec<Limit> {
-    let effect = entry.effect;
+    let effect = entry.effect.clone();
     let mut limits = Vec::new();
-    for (index, (parameter, known)) in entry.parameters.iter().zip(effect.parameters()).enumerate()
+    for (index, (parameter, known)) in
+        entry.parameters.iter().zip(effect.clone().parameters()).enumerate()
     {
         let [low, high] = range(parameter);
         if (low, high) == (known.min, known.max) {
             continue;
         }
         if let Some(number) = effect.varied_place(index) {
-            limits.push(Limit { number: Number::Of(effect, number), low, high });
+            limits.push(Limit { number: Number::Of(effect.clone(), number), low, high });
         } else if let Some(values) = entry.values() {
             // Size and phase of a line, fixed together, are its cosine and sine part.
             let parts = effect.varied(&values);
             let part = |number| Limit {
-                number: Number::Of(effect, number),
+                number: Number::Of(effect.clone(), number),
                 low: parts[number],
                 high: parts[number],
             };

@@ -3,6 +3,7 @@
 pub mod appraisal;
 pub mod comparison;
 pub mod document;
+pub mod effects;
 pub mod journal;
 pub mod limits;
 pub mod model_fit;

@@ -4,6 +4,8 @@ use crate::model::document::{is_own, EffectEntry, ModalEntry, Model, ParameterEn
 use crate::model::limits::{limits_of, structure};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
+use yawrig_base::error::{Error, Result};
+use yawrig_base::interrupt;
 use yawrig_core::diagnosis::diagnose::FITTED_SHARE;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{
@@ -11,9 +13,7 @@ use yawrig_core::fit::fitting::{
 };
 use yawrig_core::fit::joint::{self, JointFit, Release, Sharing};
 use yawrig_core::fit::swing::Swing;
-use yawrig_core::interrupt;
 use yawrig_core::quantity::Quantity;
-use yawrig_expression::error::{Error, Result};
 
 /// How often a fit that has used up its evaluations is taken up again.
 const ROUNDS: usize = 4;
@@ -33,6 +33,10 @@ impl Recorded {
     /// Exit 3 where it cannot be read or there is no swing in it.
     pub fn read(entry: RecordEntry, path: PathBuf) -> Result<Self> {
         let mut swing = Swing::of(&yawrig_records::read(&path)?)?;
+        swing.stop = interrupt::stop();
+        for warning in &swing.warnings {
+            crate::say!("yawrig: warning: {warning}");
+        }
         swing.wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
         Ok(Self { entry, path, swing })
     }
@@ -92,12 +96,12 @@ impl Data {
 
 /// The numbers of `effect` that a fit varies; nought for those that belong to a release and are not in the file.
 fn varied(entry: &EffectEntry) -> Option<Vec<f64>> {
-    let effect = entry.effect;
+    let effect = entry.effect.clone();
     if let Some(values) = entry.values() {
         return Some(effect.varied(&values));
     }
     let users = |(index, p): (usize, &ParameterEntry)| {
-        p.value.or_else(|| is_own(effect, index).then_some(0.0))
+        p.value.or_else(|| is_own(&effect, index).then_some(0.0))
     };
     let users: Option<Vec<f64>> = entry.parameters.iter().enumerate().map(users).collect();
     Some(effect.varied(&users?))
@@ -128,7 +132,7 @@ fn single(model: &Model, structure: &Structure, recorded: &Recorded) -> Result<F
     let mut best = plain.clone();
     for entry in &model.effects {
         interrupt::check()?;
-        best = fit_added(swing, &best, entry.effect);
+        best = fit_added(swing, &best, &entry.effect);
     }
     if let Some(start) = start(model, &recorded.entry.condition, &plain) {
         let from = fit_from(swing, structure, &start, count);
@@ -194,21 +198,21 @@ fn together(
 /// # Errors
 /// 130 where the user stops it.
 pub fn add(data: &Data, inner: &JointFit, effect: Effect) -> Result<JointFit> {
-    let structure = inner.structure.with(effect);
+    let structure = inner.structure.with(&effect);
     let singles: Vec<Fitted> = data
         .fitted
         .par_iter()
         .zip(&inner.fits)
         .map(|(recorded, fit)| {
             interrupt::check()?;
-            Ok(fit_added(&recorded.swing, fit, effect))
+            Ok(fit_added(&recorded.swing, fit, &effect))
         })
         .collect::<Result<_>>()?;
     // From the inner model as well, the effect at nought: it can then not come out worse.
     let mut others = Vec::new();
     if singles.len() > 1 {
         let without = |(inner, single): (&Fitted, &Fitted)| {
-            let mut numbers = single.varied(effect).expect("it has been added").to_vec();
+            let mut numbers = single.varied(&effect).expect("it has been added").to_vec();
             numbers.iter_mut().take(2).for_each(|n| *n = 0.0);
             [&inner.parameters[..], &numbers].concat()
         };
@@ -245,9 +249,9 @@ pub fn updated(model: &Model, data: &Data, fit: &JointFit) -> Model {
     }
     let mut effects: Vec<EffectEntry> = Vec::new();
     let mut found = fit.fits[0].effect_parameters().into_iter();
-    for &effect in &fit.structure.effects {
-        let entry = model.effect(effect).cloned();
-        let mut entry = entry.unwrap_or_else(|| EffectEntry::unfitted(effect));
+    for effect in &fit.structure.effects {
+        let entry = model.effect(effect.clone()).cloned();
+        let mut entry = entry.unwrap_or_else(|| EffectEntry::unfitted(effect.clone()));
         for (index, parameter) in entry.parameters.iter_mut().enumerate() {
             let Some((_, quantity)) = found.next() else { break };
             known(parameter, quantity);
@@ -279,18 +283,22 @@ pub fn held_against(model: &Model, recorded: &Recorded, share: f64) -> Result<Fi
         limits.extend(entry.value.map(|value| Limit { number, low: value, high: value }));
     }
     for entry in &model.effects {
-        let effect = entry.effect;
+        let effect = entry.effect.clone();
         let numbers = varied(entry).ok_or_else(|| {
             Error::data(format!("{effect} has no values yet")).help("run `yawrig fit`")
         })?;
         limits.extend(limits_of(entry));
         for (number, &value) in numbers.iter().enumerate() {
             if !effect.belongs_to_release(number) {
-                limits.push(Limit { number: Number::Of(effect, number), low: value, high: value });
+                limits.push(Limit {
+                    number: Number::Of(effect.clone(), number),
+                    low: value,
+                    high: value,
+                });
             }
         }
     }
-    let effects = model.effects.iter().map(|e| e.effect).collect();
+    let effects = model.effects.iter().map(|e| e.effect.clone()).collect();
     let structure = Structure { effects, zero_unknown: model.unknown_zero, limits };
     let plain = fit_plain_within(swing, &structure, count);
     let start = start(model, &recorded.entry.condition, &plain).expect("values, as seen above");

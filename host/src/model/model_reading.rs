@@ -1,5 +1,6 @@
 //! Reading `model.toml`: every entry checked, errors pointing at the character.
 
+use super::effects;
 use crate::model::document::{
     is_own, of_file, EffectEntry, MadeUnder, ModalEntry, Model, ParameterEntry, RecordEntry,
     DAMPING_RATIO, NATURAL_FREQUENCY, SCHEMA_VERSION,
@@ -9,10 +10,11 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
+use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::{Effect, MOST_OWN};
-use yawrig_expression::error::{Error, Result};
-use yawrig_expression::{is_file, pointed};
+use yawrig_expression::is_file;
 use yawrig_shared::axis::Axis;
+use yawrig_text::pointed;
 
 #[derive(Deserialize)]
 struct Version {
@@ -215,12 +217,12 @@ impl Reader<'_> {
         let effect = match &raw.definition {
             Some(definition) => {
                 let file = self.path.with_file_name(format!("{id} in {}", self.name()));
-                Effect::defined(&file, definition.get_ref())?
+                effects::defined(&file, definition.get_ref())?
             }
             None if is_file(id) => {
-                Effect::load(&self.path.parent().unwrap_or(Path::new("")).join(id))?
+                effects::load(&self.path.parent().unwrap_or(Path::new("")).join(id))?
             }
-            None => Effect::named(id).map_err(|e| {
+            None => effects::named(id).map_err(|e| {
                 self.error(&raw.id.span(), e.message)
                     .help(format!("{}, with its text as definition", e.help))
             })?,
@@ -234,7 +236,7 @@ impl Reader<'_> {
                 .error(&raw.id.span(), "buffeting is random and cannot be simulated")
                 .help("delete the entry; `yawrig diagnose` judges it by a filter"));
         }
-        let mut entry = EffectEntry::unfitted(effect);
+        let mut entry = EffectEntry::unfitted(effect.clone());
         for (name, parameter) in &raw.parameters {
             let known = effect.parameters();
             let Some(at) = known.iter().position(|p| p.name == *name.get_ref()) else {
@@ -249,7 +251,7 @@ impl Reader<'_> {
             entry.parameters[at] = self.parameter(parameter, &law)?;
         }
         let numbers = || entry.parameters.iter().enumerate();
-        let shared = || numbers().filter(|(index, _)| !is_own(effect, *index)).map(|(_, p)| p);
+        let shared = || numbers().filter(|(index, _)| !is_own(&effect, *index)).map(|(_, p)| p);
         if shared().any(|p| p.value.is_some()) && shared().any(|p| p.value.is_none()) {
             let what = format!("{effect} has values for some of its parameters only");
             return Err(self.error(&raw.id.span(), what).help("give all of them, or none"));

@@ -4,8 +4,8 @@ use crate::model::document::{Model, ParameterEntry, RecordEntry, SCHEMA_VERSION}
 use toml_edit::{
     ArrayOfTables, DocumentMut, InlineTable, Item, RawString, Table, TableLike, Value,
 };
+use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::Effect;
-use yawrig_expression::error::{Error, Result};
 
 const HEADER: &str = "\
 # Second-order model of the yaw motion, b'' = -2 zeta wn r - wn^2 b, and the effects added to it; angles in rad,
@@ -63,7 +63,7 @@ impl Model {
         tables.retain(|t| self.effects.iter().any(|e| text_of(t, "id") == Some(e.effect.id())));
         for entry in &self.effects {
             let table = with_text(tables, "id", entry.effect.id());
-            if let Effect::Own(own) = entry.effect {
+            if let Effect::Own(own) = &entry.effect {
                 put(table, "definition", own.text.as_str());
             }
             let parameters = sub_table(table, "parameters", false);

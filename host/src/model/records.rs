@@ -3,7 +3,7 @@
 use crate::campaign::CampaignFile;
 use crate::model::document::{of_file, MadeUnder, Model, RecordEntry};
 use std::path::{Component, Path, PathBuf};
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 
 /// A record that was named, and why it cannot be read where that is seen without opening it.
 #[derive(Clone, Debug)]

@@ -9,11 +9,11 @@ use crate::model::records;
 use crate::model::store::Store;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use yawrig_base::error::{Error, Exit, Result};
+use yawrig_base::interrupt;
 use yawrig_core::effects::{Effect, MOST_OWN};
 use yawrig_core::fit::joint::JointFit;
-use yawrig_core::interrupt;
-use yawrig_expression::error::{Error, Exit, Result};
-use yawrig_expression::nearest;
+use yawrig_text::nearest;
 
 /// A step that has been taken, and the model after it.
 #[derive(Clone, Debug, Serialize)]
@@ -223,7 +223,7 @@ pub fn check_addable(model: &Model, effect: Effect) -> Result<()> {
         return Err(Error::usage("static_offset cannot be told from the sensor's unknown nought")
             .help("leave one of the two out"));
     }
-    if model.effect(effect).is_some() {
+    if model.effect(effect.clone()).is_some() {
         return Err(Error::usage(format!("{effect}: it is in the model already"))
             .help("name each effect once"));
     }
@@ -241,10 +241,10 @@ pub fn check_addable(model: &Model, effect: Effect) -> Result<()> {
 /// Exit 2 where it is in the model already or cannot be simulated; else as [`fit`].
 pub fn add(path: &Path, effect: Effect, asked: &Asked) -> Result<Revision> {
     let (store, model) = opened(path)?;
-    check_addable(&model, effect)?;
+    check_addable(&model, effect.clone())?;
     let data = Data::of(&model, path)?;
     let inner = Current::fitted(&model, &data)?;
-    let outer = added(&inner, &data, effect)?;
+    let outer = added(&inner, &data, effect.clone())?;
     let step =
         Step { added: Some(effect.id().into()), ..Step::now(Action::Add, "", String::new()) };
     finish(
@@ -262,7 +262,7 @@ pub fn add(path: &Path, effect: Effect, asked: &Asked) -> Result<Revision> {
 
 pub(super) fn added(inner: &Current, data: &Data, effect: Effect) -> Result<Current> {
     let mut model = inner.model.clone();
-    model.effects.push(EffectEntry::unfitted(effect));
+    model.effects.push(EffectEntry::unfitted(effect.clone()));
     let fit = model_fit::add(data, &inner.fit, effect)?;
     Current::of(&model, data, fit)
 }
@@ -273,7 +273,7 @@ pub(super) fn added(inner: &Current, data: &Data, effect: Effect) -> Result<Curr
 /// Exit 2 where it is not in the model; else as [`fit`].
 pub fn remove(path: &Path, id: &str, asked: &Asked) -> Result<Revision> {
     let (store, model) = opened(path)?;
-    let Some(effect) = model.effects.iter().map(|e| e.effect).find(|e| e.id() == id) else {
+    let Some(effect) = model.effects.iter().map(|e| e.effect.clone()).find(|e| e.id() == id) else {
         let ids = || model.effects.iter().map(|e| e.effect.id());
         let help = match (nearest(id, ids()), ids().count()) {
             (_, 0) => "the model has no effects".to_owned(),

@@ -14,9 +14,9 @@ use std::io::{ErrorKind, Read, Seek, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use yawrig_base::error::Result;
 use yawrig_base::files;
-use yawrig_core::interrupt;
-use yawrig_expression::error::Result;
+use yawrig_base::interrupt;
 
 /// How often a lock is asked for.
 const PATIENCE: Duration = Duration::from_millis(50);

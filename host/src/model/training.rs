@@ -2,8 +2,8 @@
 
 use super::document::{self, Model};
 use std::path::Path;
+use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::Effect;
-use yawrig_expression::error::{Error, Result};
 use yawrig_train::augmented::{Augmented, Source};
 
 /// The text of the model in `path`.
@@ -33,7 +33,7 @@ fn wind_speed(model: &Model, path: &Path) -> Result<f64> {
     let uses_wind = model
         .effects
         .iter()
-        .find(|e| matches!(e.effect, Effect::Own(own) if own.program.uses_wind()));
+        .find(|e| matches!(&e.effect, Effect::Own(own) if own.program.uses_wind()));
     let mut speeds: Vec<f64> =
         model.records.iter().filter_map(|r| Some(r.made_under.as_ref()?.wind_speed_m_s)).collect();
     speeds.sort_by(f64::total_cmp);

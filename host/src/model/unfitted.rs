@@ -4,8 +4,8 @@ use crate::model::journal::{path_of, Action, Step};
 use crate::model::revise::{opened, Asked};
 use crate::model::store::Store;
 use std::path::Path;
+use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::Effect;
-use yawrig_expression::error::{Error, Result};
 
 /// Writes down that `effect` was considered and is not to be added, with the reason; the model stays as it is.
 ///

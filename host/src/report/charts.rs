@@ -3,9 +3,9 @@
 use super::trace::{self, ModelTrace, Trace};
 use super::{Criticism, Point, Report, Training};
 use crate::plot::{svg, Axis, Curve, Plot, COLOURS};
+use yawrig_base::error::Result;
 use yawrig_core::diagnosis::amplitude::{AmplitudePicture, AmplitudePoint};
 use yawrig_core::quantity::Quantity;
-use yawrig_expression::error::Result;
 
 /// What a drawing shows, and in what it is.
 #[derive(Clone, Debug)]

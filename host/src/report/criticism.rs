@@ -11,7 +11,8 @@ pub const SECOND_ORDER: &str = "second order";
 
 pub fn steps(steps: &[diagnose::Step], first: &str) -> Vec<Step> {
     let step = |s: &diagnose::Step| Step {
-        name: s.added.map_or_else(|| first.to_owned(), |e| format!("+ {e}")),
+        name: <std::option::Option<yawrig_core::effects::Effect> as Clone>::clone(&s.added)
+            .map_or_else(|| first.to_owned(), |e| format!("+ {e}")),
         residual_rms_deg: s.residual_rms_deg,
         residual_over_noise: s.residual_over_noise,
         held_out_over_noise: s.held_out_over_noise,
@@ -31,7 +32,7 @@ pub fn candidates(candidates: &[diagnose::Candidate]) -> Vec<Candidate> {
 
 /// `effects` with their numbers, which stand under `effect.name`.
 pub fn effects(effects: &[Effect], values: &BTreeMap<String, Quantity>) -> Vec<EffectFound> {
-    effects.iter().map(|effect| found(*effect, values)).collect()
+    effects.iter().map(|effect| found(effect.clone(), values)).collect()
 }
 
 fn found(effect: Effect, values: &BTreeMap<String, Quantity>) -> EffectFound {
@@ -59,7 +60,7 @@ fn found(effect: Effect, values: &BTreeMap<String, Quantity>) -> EffectFound {
 }
 
 pub fn pairs(pairs: &[[Effect; 2]]) -> Vec<[String; 2]> {
-    pairs.iter().map(|pair| pair.map(|e| e.id().to_owned())).collect()
+    pairs.iter().map(|pair| pair.each_ref().map(|e| e.id().to_owned())).collect()
 }
 
 /// In a sentence.

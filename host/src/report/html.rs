@@ -2,7 +2,7 @@
 
 use super::sections;
 use super::{Report, MOST_BYTES};
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 
 const UPLOT: &str = include_str!("../../assets/uplot/uplot.min.js");
 const UPLOT_STYLE: &str = include_str!("../../assets/uplot/uplot.min.css");

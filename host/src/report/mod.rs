@@ -18,10 +18,10 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::SystemTime;
 use trace::Trace;
+use yawrig_base::error::{Error, Result};
 use yawrig_core::diagnosis::amplitude::AmplitudePicture;
 use yawrig_core::diagnosis::compare::Where;
 use yawrig_core::quantity::Quantity;
-use yawrig_expression::error::{Error, Result};
 use yawrig_shared::axis::Axis;
 use yawrig_shared::checksum::crc32;
 

@@ -9,15 +9,15 @@ use crate::campaign::diagnose_with_fits;
 use crate::campaign::evaluate;
 use crate::campaign::CampaignFile;
 use std::path::Path;
+use yawrig_base::error::{Error, Result};
+use yawrig_base::interrupt;
 use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::table::Table;
 use yawrig_core::diagnosis::campaign::{Diagnosed, HeldOut};
 use yawrig_core::diagnosis::diagnose::Options;
 use yawrig_core::fit::fitting::Fitted;
 use yawrig_core::identify::{identify, Method, Settings};
-use yawrig_core::interrupt;
 use yawrig_core::record::Record;
-use yawrig_expression::error::{Error, Result};
 use yawrig_shared::axis::Axis;
 
 /// The report of the campaign at `path`.

@@ -10,10 +10,10 @@ use crate::model::document::{read_text, Model};
 use crate::model::journal::{self, Journal};
 use crate::model::model_fit::{held_against, Data, Recorded};
 use std::path::Path;
+use yawrig_base::error::Result;
+use yawrig_base::interrupt;
 use yawrig_core::diagnosis::compare::locate;
 use yawrig_core::fit::fitting::{fit_plain, Fitted};
-use yawrig_core::interrupt;
-use yawrig_expression::error::Result;
 
 /// The report of the model at `path`.
 ///

@@ -6,15 +6,15 @@ use super::criticism::{
 use super::trace::{self, values};
 use super::{Criticism, Estimate, Kind, Made, Release, Report, Setting, Source, TRACE_NUMBERS};
 use std::path::PathBuf;
+use yawrig_base::error::{Error, Result};
+use yawrig_base::interrupt;
 use yawrig_core::diagnosis::amplitude::picture;
 use yawrig_core::diagnosis::compare::locate;
 use yawrig_core::diagnosis::diagnose::{diagnose_with_fits, Diagnosed, Options};
 use yawrig_core::fit::fitting::Fitted;
 use yawrig_core::fit::swing::Swing;
 use yawrig_core::identify::{self, identify, Method};
-use yawrig_core::interrupt;
 use yawrig_core::record::Record;
-use yawrig_expression::error::{Error, Result};
 
 /// Candidates whose foretelling is drawn: the best of those that gain anything.
 const CANDIDATES: usize = 4;
@@ -55,6 +55,9 @@ pub fn of_records(
         let methods = [Method::LeastSquares, Method::Conventional, Method::Network];
         let identified = identify(&record, &methods, settings)?;
         let diagnosed = diagnose_with_fits(&record, options)?;
+        for warning in &diagnosed.swing.warnings {
+            crate::say!("yawrig: warning: {warning}");
+        }
         let estimates = identified.estimates.iter().map(estimate).collect();
         let notes = identified
             .unavailable

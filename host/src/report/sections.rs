@@ -5,8 +5,8 @@ use super::html::escaped;
 use super::{Criticism, EffectFound, Estimate, Point, Release, Report};
 use crate::plot::Plot;
 use std::fmt::Write as _;
+use yawrig_base::error::Result;
 use yawrig_core::quantity::Quantity;
-use yawrig_expression::error::Result;
 
 /// Everything the reader sees.
 pub fn body(report: &Report) -> Result<String> {

@@ -8,10 +8,10 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
+use yawrig_base::error::Result;
+use yawrig_base::interrupt;
 use yawrig_core::identify::{identify, Identification, Method, Settings};
-use yawrig_core::interrupt;
 use yawrig_core::record::Record;
-use yawrig_expression::error::Result;
 
 /// wn in rad/s and zeta of the three responses.
 pub const SAMPLES: [(f64, f64); 3] = [(7.5, 0.012), (15.5, 0.003), (23.5, 0.006)];
@@ -135,7 +135,7 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
                 .map(|seed| {
                     identify(&record((wn, zeta), noise, seed), &methods, &Settings::default())
                 })
-                .collect::<Result<_>>()?;
+                .collect::<yawrig_core::error::Result<_>>()?;
             let pair = |(w, z): Found| format!("{w:.2} {z:.4}");
             let mut row =
                 vec![format!("{noise:.2}"), pair(conventional[which]), pair(network[which])];

@@ -6,7 +6,7 @@ use super::lab::Spec;
 use super::report::{percent, scientific, Report, Table};
 use super::{reported, Setting};
 use crate::plot::{Axis, Curve, Plot};
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 
 const HIDDEN: [usize; 3] = [6, 8, 10];
 /// Noise for which the information limit is shown, share of the peak.

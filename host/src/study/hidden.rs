@@ -5,7 +5,7 @@ use super::lab::Spec;
 use super::report::{percent, scientific, Report, Table};
 use super::{reported, Setting};
 use crate::plot::{Axis, Curve, Plot};
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 
 const HIDDEN: [usize; 7] = [2, 4, 6, 8, 10, 12, 14];
 

@@ -6,7 +6,7 @@ use super::lab::Spec;
 use super::report::{percent, scientific, Report, Table};
 use super::{reported, Setting};
 use crate::plot::{Axis, Curve, Plot};
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 
 const POINTS: [usize; 7] = [40, 50, 60, 70, 80, 90, 100];
 /// Noise for which the information limit is shown, share of the peak.

@@ -2,8 +2,8 @@
 
 use super::report::percent;
 use std::ops::ControlFlow;
-use yawrig_core::interrupt;
-use yawrig_expression::error::{Error, Exit, Result};
+use yawrig_base::error::{Error, Exit, Result};
+use yawrig_base::interrupt;
 use yawrig_shared::features::{FeatureKind, FEATURES};
 use yawrig_train::draws::{self, Ranges};
 use yawrig_train::errors::Errors;

@@ -29,8 +29,8 @@ pub use report::Report;
 use lab::{Draws, Fit, Spec};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use yawrig_core::interrupt;
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
+use yawrig_base::interrupt;
 
 /// Whether a study is run in full or just to see that it runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

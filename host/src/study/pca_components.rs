@@ -6,7 +6,7 @@ use super::pca_samples::thesis_spec;
 use super::report::{percent, scientific, Report, Table, NOT_GIVEN};
 use super::{reported, Setting};
 use crate::plot::{Axis, Curve, Plot};
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 use yawrig_train::pca::{Projection, Scale};
 
 const COUNTS: [usize; 8] = [10, 15, 20, 25, 30, 32, 45, 60];

@@ -6,7 +6,7 @@ use super::pca_samples::{better, better_spec, thesis_spec};
 use super::report::{percent, Report, Table};
 use super::{reported, Setting};
 use crate::plot::{Axis, Curve, Plot};
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 use yawrig_train::errors::Errors;
 use yawrig_train::Precision;
 

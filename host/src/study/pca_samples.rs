@@ -6,7 +6,7 @@ use super::lab::{Draws, Spec};
 use super::report::{percent, scientific, Report, Table, NOT_GIVEN};
 use super::{reported, Setting};
 use crate::plot::{Axis, Curve, Plot};
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 use yawrig_train::errors::Errors;
 use yawrig_train::pca::Scale;
 use yawrig_train::Precision;

@@ -7,7 +7,7 @@ use super::pca_samples::{thesis_spec, times_s};
 use super::report::{percent, Report, Table, NOT_GIVEN};
 use super::{reported, Setting};
 use crate::plot::{Axis, Curve, Plot};
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 use yawrig_train::errors::Errors;
 use yawrig_train::Precision;
 

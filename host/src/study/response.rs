@@ -4,7 +4,7 @@ use super::report::{Report, Table};
 use super::rig_records::{at_amplitude, release, windows};
 use super::{reported, Setting};
 use crate::plot::{Axis as PlotAxis, Curve, Plot};
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 use yawrig_rig::{Condition, Rig, Spring};
 use yawrig_shared::axis::Axis;
 use yawrig_shared::blob;

@@ -2,10 +2,10 @@
 //! them.
 
 use super::decays::{normalised, RECORD_POINTS, RECORD_S};
+use yawrig_base::error::Result;
 use yawrig_core::identify::least_squares;
 use yawrig_core::identify::samples::Samples;
 use yawrig_core::record::Record;
-use yawrig_expression::error::Result;
 use yawrig_rig::{Condition, Effect, Effects, End, Rig, Sensor, Start};
 use yawrig_shared::features::{features, FeatureKind, Features};
 use yawrig_shared::history::History;
@@ -25,7 +25,7 @@ pub fn effects(small: &Modal) -> Result<Effects> {
     let k3 = change * small.stiffness_rad2_s2() / (0.75 * TEN_DEG_RAD * TEN_DEG_RAD);
     let softening: Effect = format!("cubic_stiffness:k3={k3}").parse()?;
     let drag: Effect = format!("quadratic_damping:d={QUADRATIC_DAMPING}").parse()?;
-    Effects::new(vec![softening, drag])
+    Ok(Effects::new(vec![softening, drag])?)
 }
 
 /// Equivalent natural frequency (rad/s) and damping ratio of a swing of this amplitude under [`effects`].

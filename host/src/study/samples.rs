@@ -5,7 +5,7 @@ use super::lab::Spec;
 use super::report::{percent, scientific, Report, Table};
 use super::{reported, Setting};
 use crate::plot::{Axis, Curve, Plot};
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 
 /// Training samples, then MSE of wn and zeta on the training set and on the test set.
 const THESIS: [(usize, [f64; 4]); 6] = [

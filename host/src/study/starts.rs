@@ -5,7 +5,7 @@ use super::lab::Spec;
 use super::report::{percent, scientific, Report, Table};
 use super::{reported, Setting};
 use crate::plot::{Axis, Curve, Plot};
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 
 /// Epochs shown.
 const AT: [usize; 5] = [30, 100, 300, 900, 2400];

@@ -41,7 +41,7 @@ fn the_same_tables_on_any_number_of_threads() {
 #[test]
 fn an_unknown_study_is_refused_with_all_names() {
     let Err(error) = Study::named("start") else { panic!("there is no such study") };
-    assert_eq!(error.exit, yawrig_expression::error::Exit::Usage);
+    assert_eq!(error.exit, yawrig_base::error::Exit::Usage);
     assert!(STUDIES.iter().all(|study| error.help.contains(study.name)));
 }
 

@@ -5,11 +5,11 @@ use super::{reported, rig_records, Setting, Size};
 use crate::campaign::CampaignFile;
 use crate::campaign::{evaluate, simulated};
 use crate::plot::{Axis as PlotAxis, Curve, Plot};
+use yawrig_base::error::{Error, Result};
 use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::table;
 use yawrig_core::identify::{identify, Method, Settings};
 use yawrig_core::record::Record;
-use yawrig_expression::error::{Error, Result};
 use yawrig_rig::{End, Rig, Sensor, Start};
 use yawrig_shared::axis::Axis;
 

@@ -3,7 +3,7 @@
 use axum::http::{header, HeaderMap, Uri};
 use rand::TryRngCore;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 
 /// What a request must show.
 #[derive(Clone, Debug)]

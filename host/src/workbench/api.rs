@@ -14,7 +14,7 @@ use serde::Deserialize;
 use serde_json::{json, Value};
 use std::path::PathBuf;
 use std::sync::Arc;
-use yawrig_expression::error::{Error, Exit};
+use yawrig_base::error::{Error, Exit};
 
 type Answer = std::result::Result<Json<Value>, Refused>;
 
@@ -41,7 +41,7 @@ impl IntoResponse for Refused {
 /// Off the server's own threads: files are read and curves computed.
 async fn aside(
     app: Arc<App>,
-    work: impl FnOnce(&Arc<App>) -> yawrig_expression::error::Result<Value> + Send + 'static,
+    work: impl FnOnce(&Arc<App>) -> yawrig_base::error::Result<Value> + Send + 'static,
 ) -> Answer {
     let done = tokio::task::spawn_blocking(move || work(&app)).await;
     let done =
@@ -50,9 +50,7 @@ async fn aside(
 }
 
 /// That a record is bad data is an answer, too: the page asked what there is to be drawn.
-fn or_fault(
-    drawn: yawrig_expression::error::Result<Value>,
-) -> yawrig_expression::error::Result<Value> {
+fn or_fault(drawn: yawrig_base::error::Result<Value>) -> yawrig_base::error::Result<Value> {
     match drawn {
         Err(e) if e.exit == Exit::Data => {
             Ok(json!({"fault": {"message": e.message, "help": e.help}}))
@@ -225,7 +223,7 @@ pub async fn act(State(app): State<Arc<App>>, Json(act): Json<Act>) -> Answer {
     aside(app, move |app| do_it(app, act)).await
 }
 
-fn do_it(app: &Arc<App>, act: Act) -> yawrig_expression::error::Result<Value> {
+fn do_it(app: &Arc<App>, act: Act) -> yawrig_base::error::Result<Value> {
     let why = |why: Option<String>| why.filter(|w| !w.trim().is_empty());
     let effect = |id: &str| app.session().effect(id);
     let live = |order| app.live.order(order).map(|()| json!({}));
@@ -264,7 +262,7 @@ fn do_it(app: &Arc<App>, act: Act) -> yawrig_expression::error::Result<Value> {
         Act::Jump { time_s } => return live(Order::Jump(time_s)),
         Act::Define { form } => {
             let effect = form.define()?;
-            app.session().take_own(effect);
+            app.session().take_own(effect.clone());
             app.tell_state();
             return Ok(json!({"effect": effect}));
         }

@@ -7,7 +7,7 @@ use super::work::Work;
 use serde_json::json;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::broadcast;
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 
 /// News that a slow page may have waiting before it is told to ask for everything.
 const MOST_NEWS: usize = 256;

@@ -10,10 +10,10 @@ use rayon::prelude::*;
 use serde_json::json;
 use std::path::PathBuf;
 use std::sync::Arc;
+use yawrig_base::error::{Error, Result};
+use yawrig_base::interrupt;
 use yawrig_core::diagnosis::diagnose::{diagnose_with_fits, verdict, Diagnosed, SECOND_ORDER};
 use yawrig_core::effects::Effect;
-use yawrig_core::interrupt;
-use yawrig_expression::error::{Error, Result};
 
 /// What a user can ask for that takes its time.
 #[derive(Clone, Debug)]
@@ -135,7 +135,7 @@ pub fn run(app: &Arc<App>, job: &Job) -> Result<String> {
         Job::Add { effect, why } => {
             taken.begun()?;
             let asked = taken.asked(&format!("add {effect}"), why.as_deref());
-            let revision = revise::add(&taken.path, *effect, &asked)?;
+            let revision = revise::add(&taken.path, effect.clone(), &asked)?;
             Ok(told(&format!("added {effect}"), &revision))
         }
         Job::Remove { id, why } => {
@@ -146,7 +146,7 @@ pub fn run(app: &Arc<App>, job: &Job) -> Result<String> {
         Job::Reject { effect, why } => {
             taken.begun()?;
             let asked = taken.asked(&format!("reject {effect}"), why.as_deref());
-            let step = unfitted::reject(&taken.path, *effect, &asked)?;
+            let step = unfitted::reject(&taken.path, effect.clone(), &asked)?;
             Ok(format!("step {}: {effect} is rejected", step.step))
         }
         Job::Return { step, why } => {
@@ -156,7 +156,7 @@ pub fn run(app: &Arc<App>, job: &Job) -> Result<String> {
         }
         Job::Diagnose { release } => diagnose(app, &taken, *release),
         Job::Judge => judge(app, &taken),
-        Job::Try { release, effect } => try_effect(app, &taken, *release, *effect),
+        Job::Try { release, effect } => try_effect(app, &taken, *release, effect.clone()),
     }
 }
 
@@ -206,7 +206,7 @@ fn diagnose(app: &Arc<App>, taken: &Taken, id: usize) -> Result<String> {
     let mut session = app.session();
     let key = taken.standing.key;
     for ghost in ghosts {
-        session.ghosts.insert((id, key, ghost.effect), Arc::new(ghost));
+        session.ghosts.insert((id, key, ghost.effect.clone()), Arc::new(ghost));
     }
     session.diagnosed.insert((id, key), Arc::new(diagnosed));
     Ok(text)
@@ -217,13 +217,13 @@ const MOST_GHOSTS: usize = 5;
 
 fn ghosts(diagnosed: &Diagnosed) -> Vec<Ghost> {
     let present = &diagnosed.path[0];
-    let best = diagnosed.diagnosis.candidates.iter().map(|c| c.effect).take(MOST_GHOSTS);
+    let best = diagnosed.diagnosis.candidates.iter().map(|c| c.effect.clone()).take(MOST_GHOSTS);
     let best: Vec<Effect> = best.collect();
     best.par_iter()
         .filter_map(|effect| {
             let single =
                 diagnosed.singles.iter().find(|s| s.structure.effects.last() == Some(effect))?;
-            Some(Ghost::of(&diagnosed.swing, present, single.clone(), *effect))
+            Some(Ghost::of(&diagnosed.swing, present, single.clone(), effect.clone()))
         })
         .collect()
 }
@@ -238,6 +238,7 @@ fn judge(app: &Arc<App>, taken: &Taken) -> Result<String> {
             .help("put them back, and start the workbench again"));
     }
     let options = yawrig_core::diagnosis::diagnose::Options {
+        stop: interrupt::stop(),
         zero_unknown: taken.unknown_zero,
         own: taken.own.clone(),
         ..Default::default()
@@ -253,9 +254,9 @@ fn try_effect(app: &Arc<App>, taken: &Taken, id: usize, effect: Effect) -> Resul
     let loaded = source.loaded().map_err(Clone::clone)?;
     let swing = loaded.swing.as_ref().map_err(Clone::clone)?;
     let model = taken.standing.model.as_deref();
-    revise::check_addable(&model.cloned().unwrap_or_default(), effect)?;
+    revise::check_addable(&model.cloned().unwrap_or_default(), effect.clone())?;
     let options = options(model, swing, taken.unknown_zero, &taken.own)?;
-    let ghost = Ghost::fit(swing, &options, effect)?;
+    let ghost = Ghost::fit(swing, &options, effect.clone())?;
     let text = format!(
         "{effect} tried in this release: residual over noise {:.2}, evidence {:.0}",
         ghost.over_noise, ghost.evidence
@@ -277,7 +278,7 @@ pub fn make_view(app: &Arc<App>, id: usize) {
         .map_err(Clone::clone)
         .and_then(|loaded| loaded.recorded(&release.entry))
         .and_then(|recorded| View::of(standing.model.as_deref(), recorded, unknown_zero));
-    if made.as_ref().is_err_and(|e| e.exit == yawrig_expression::error::Exit::Interrupted) {
+    if made.as_ref().is_err_and(|e| e.exit == yawrig_base::error::Exit::Interrupted) {
         return;
     }
     let mut session = app.session();

@@ -24,9 +24,9 @@ mod work;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
 use std::sync::Arc;
+use yawrig_base::error::{Error, Result};
+use yawrig_base::interrupt;
 use yawrig_core::effects::Effect;
-use yawrig_core::interrupt;
-use yawrig_expression::error::{Error, Result};
 
 /// What is served, and to whom.
 #[derive(Clone, Debug)]
@@ -52,7 +52,6 @@ pub struct Options {
 /// # Errors
 /// Exit 2 or 3 where the files cannot be used, 4 where the port cannot be had, 130 on Ctrl-C.
 pub fn serve(options: &Options, ready: impl FnOnce(&str) -> Result<()>) -> Result<()> {
-    yawrig_expression::allow_redefinition();
     let session = session::Session::new(options)?;
     let ip = options.allow_remote.unwrap_or(Ipv4Addr::LOCALHOST.into());
     let listener = server::bound(ip, options.port)?;

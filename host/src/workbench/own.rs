@@ -2,15 +2,16 @@
 
 use super::app::App;
 use super::series::shorts;
+use crate::model::effects;
 use serde::Deserialize;
 use serde_json::{json, Value};
 use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_core::effects::Effect;
-use yawrig_expression::error::{Error, Result};
 use yawrig_expression::{self, OwnEffect, State};
 
 /// As it is typed.
@@ -85,7 +86,7 @@ impl Form {
     }
 
     fn checked(&self) -> Result<OwnEffect> {
-        yawrig_expression::check(&self.file(), &self.written().text, &Effect::ids())
+        Ok(yawrig_expression::from_text(&self.file(), &self.written().text, &Effect::ids())?)
     }
 
     /// Makes it known.
@@ -93,7 +94,7 @@ impl Form {
     /// # Errors
     /// Those of [`own_effect::define`].
     pub fn define(&self) -> Result<Effect> {
-        Effect::defined(&self.file(), &self.written().text)
+        effects::defined(&self.file(), &self.written().text)
     }
 
     /// Writes it beside the model, where `--effect` finds it.
@@ -287,7 +288,7 @@ mod tests {
         let model = folder.path().join("model.toml");
         let path = form("-c * sign(r)").save(&model).unwrap();
         assert_eq!(
-            yawrig_expression::check(&path, &std::fs::read_to_string(&path).unwrap(), &[])
+            yawrig_expression::from_text(&path, &std::fs::read_to_string(&path).unwrap(), &[])
                 .unwrap()
                 .id,
             "mine"

@@ -17,8 +17,8 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio_stream::wrappers::BroadcastStream;
 use tokio_stream::{Stream, StreamExt};
-use yawrig_core::interrupt;
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
+use yawrig_base::interrupt;
 
 /// How often the main thread looks for Ctrl-C.
 const GLANCE: Duration = Duration::from_millis(20);

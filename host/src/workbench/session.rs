@@ -4,6 +4,7 @@ use super::view::{Ghost, Loaded, View};
 use super::Options;
 use crate::campaign::CampaignFile;
 use crate::model::document::{is_model, read_text, Model, RecordEntry, DEFAULT};
+use crate::model::effects;
 use crate::model::journal::{path_of, Journal, Step};
 use crate::model::records::{self, Listed};
 use serde::{Deserialize, Serialize};
@@ -12,10 +13,10 @@ use std::collections::HashMap;
 use std::hash::{Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
+use yawrig_base::error::{Error, Result};
 use yawrig_core::diagnosis::campaign::CampaignDiagnosis;
 use yawrig_core::diagnosis::diagnose::Diagnosed;
 use yawrig_core::effects::Effect;
-use yawrig_expression::error::{Error, Result};
 
 /// Views and trials kept, over all models.
 const MOST_KEPT: usize = 400;
@@ -361,18 +362,19 @@ impl Session {
 
     /// An effect of the library, of the model, or one that was defined on the page or given at the start.
     pub fn effect(&self, id: &str) -> Result<Effect> {
-        let model = self.standing.model.iter().flat_map(|m| m.effects.iter().map(|e| e.effect));
-        let known = self.own.iter().copied().chain(model).find(|e| e.id() == id);
+        let model =
+            self.standing.model.iter().flat_map(|m| m.effects.iter().map(|e| e.effect.clone()));
+        let known = self.own.iter().cloned().chain(model).find(|e| e.id() == id);
         match known {
             Some(effect) => Ok(effect),
-            None => Effect::named(id),
+            None => effects::named(id),
         }
     }
 
     /// Makes a user's own effect one of those that are tried, in place of an earlier one of its name.
     pub fn take_own(&mut self, effect: Effect) {
         self.own.retain(|e| e.id() != effect.id());
-        self.own.push(effect);
+        self.own.push(effect.clone());
         self.ghosts.retain(|k, _| k.2.id() != effect.id());
     }
 }

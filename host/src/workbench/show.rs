@@ -11,6 +11,7 @@ use serde_json::{json, Value};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use yawrig_base::error::{Error, Result};
 use yawrig_core::diagnosis::amplitude::AmplitudePoint;
 use yawrig_core::diagnosis::compare::{locate_within, Where};
 use yawrig_core::diagnosis::diagnose::{verdict, SECOND_ORDER};
@@ -19,7 +20,6 @@ use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::Fitted;
 use yawrig_core::fit::swing::Swing;
 use yawrig_core::quantity::Quantity;
-use yawrig_expression::error::{Error, Result};
 use yawrig_records::format;
 
 /// Most stretches a curve is cut into.
@@ -220,7 +220,7 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
     session.release(id)?;
     let standing = &session.standing;
     let in_model: Vec<Effect> =
-        standing.model.iter().flat_map(|m| m.effects.iter().map(|e| e.effect)).collect();
+        standing.model.iter().flat_map(|m| m.effects.iter().map(|e| e.effect.clone())).collect();
     let diagnosed = session.diagnosed.get(&(id, standing.key));
     let rejected = |effect: Effect| {
         let said = |s: &&Step| {
@@ -230,10 +230,10 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
         last.map(|s| json!({"step": s.step, "why": s.why}))
     };
     let row = |effect: Effect| {
-        let mut out = described(effect);
+        let mut out = described(effect.clone());
         let ranked =
             diagnosed.and_then(|d| d.diagnosis.candidates.iter().find(|c| c.effect == effect));
-        let tried = session.ghosts.get(&(id, standing.key, effect));
+        let tried = session.ghosts.get(&(id, standing.key, effect.clone()));
         let found = ranked
             .map(|c| (c.evidence, c.residual_over_noise, c.converged))
             .or_else(|| tried.map(|g| (g.evidence, g.over_noise, g.fitted.converged)));
@@ -243,22 +243,22 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
             out["converged"] = json!(converged);
         }
         out["is_tried"] = json!(tried.is_some());
-        out["rejected"] = json!(rejected(effect));
+        out["rejected"] = json!(rejected(effect.clone()));
         out["is_suggested"] =
             json!(diagnosed.is_some_and(|d| d.diagnosis.effects.contains(&effect)));
         out
     };
     let mut order: Vec<Effect> = diagnosed
         .iter()
-        .flat_map(|d| d.diagnosis.candidates.iter().map(|c| c.effect))
-        .chain(session.own.iter().copied())
+        .flat_map(|d| d.diagnosis.candidates.iter().map(|c| c.effect.clone()))
+        .chain(session.own.iter().cloned())
         .chain(Effect::ALL)
         .filter(|e| !in_model.contains(e))
         .collect();
     let mut seen = Vec::new();
     order.retain(|e| {
         !seen.contains(e) && {
-            seen.push(*e);
+            seen.push(e.clone());
             true
         }
     });

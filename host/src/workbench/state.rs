@@ -8,8 +8,8 @@ use crate::model::journal::{Action, Step};
 use serde_json::{json, Value};
 use std::path::Path;
 use std::sync::Arc;
+use yawrig_base::error::Error;
 use yawrig_core::diagnosis::diagnose::SECOND_ORDER;
-use yawrig_expression::error::Error;
 
 /// Everything but curves.
 pub fn state(app: &App) -> Value {

@@ -5,6 +5,8 @@ use crate::model::document::{Model, RecordEntry};
 use crate::model::limits::structure;
 use crate::model::model_fit::{held_against, modal_of, Recorded};
 use std::path::Path;
+use yawrig_base::error::{Error, Result};
+use yawrig_base::interrupt;
 use yawrig_core::diagnosis::amplitude::{self, AmplitudePicture};
 use yawrig_core::diagnosis::compare::{locate, Where};
 use yawrig_core::diagnosis::diagnose::Modal;
@@ -15,7 +17,6 @@ use yawrig_core::fit::fitting::{fit_added, fit_plain_within, Fitted, Structure};
 use yawrig_core::fit::swing::Swing;
 use yawrig_core::motion::simulate::Grid;
 use yawrig_core::record::Record;
-use yawrig_expression::error::{Error, Result};
 
 /// Points of a drawn model between two of the fit's.
 const FINER: usize = 4;
@@ -34,11 +35,11 @@ impl Loaded {
     pub fn read(path: &Path, wind_speed_m_s: f64) -> Result<Self> {
         let record = yawrig_records::read(path)?;
         let swing = Swing::of(&record).map(|swing| Swing { wind_speed_m_s, ..swing });
-        Ok(Self { record, swing })
+        Ok(Self { record, swing: swing.map_err(Error::from) })
     }
 
     pub fn recorded(&self, entry: &RecordEntry) -> Result<Recorded> {
-        let swing = self.swing.clone()?;
+        let swing = Swing { stop: interrupt::stop(), ..self.swing.clone()? };
         Ok(Recorded { entry: entry.clone(), path: self.record.file.clone(), swing })
     }
 }
@@ -129,7 +130,7 @@ impl View {
                 (fit_plain_within(&recorded.swing, &structure, count), diagnose::SECOND_ORDER)
             }
         };
-        yawrig_core::interrupt::check()?;
+        yawrig_base::interrupt::check()?;
         let swing = recorded.swing;
         let known = model.and_then(|m| m.modal.get(&recorded.entry.condition)).and_then(modal_of);
         let [natural_frequency_rad_s, damping_ratio] =
@@ -166,7 +167,7 @@ impl Ghost {
     /// `fitted` is the present model with the effect, `without` the present model, both fitted to this swing.
     pub fn of(swing: &Swing, without: &Fitted, fitted: Fitted, effect: Effect) -> Self {
         Self {
-            effect,
+            effect: effect.clone(),
             curves: Curves::of(swing, &fitted),
             picture: amplitude::picture(swing, &[(effect.id(), &fitted)]),
             where_: locate(swing, &fitted),
@@ -182,8 +183,8 @@ impl Ghost {
     /// Exit 6 where the present model cannot be fitted to it, 130 where the work is stopped.
     pub fn fit(swing: &Swing, options: &Options, effect: Effect) -> Result<Self> {
         let without = search::present(swing, options)?;
-        let fitted = fit_added(swing, &without, effect);
-        yawrig_core::interrupt::check()?;
+        let fitted = fit_added(swing, &without, &effect);
+        yawrig_base::interrupt::check()?;
         Ok(Self::of(swing, &without, fitted, effect))
     }
 }
@@ -203,5 +204,6 @@ pub fn options(
         own: own.to_vec(),
         present: model.map(structure).transpose()?.unwrap_or_default(),
         wind_speed_m_s: swing.wind_speed_m_s,
+        stop: interrupt::stop(),
     })
 }

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-use yawrig_core::interrupt::{self, Task};
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
+use yawrig_base::interrupt::{self, Task};
 
 /// How long the thread sleeps where nobody wakes it.
 const NAP: Duration = Duration::from_millis(200);

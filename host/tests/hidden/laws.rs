@@ -125,7 +125,7 @@ impl Law {
 
     pub fn known(&self) -> Option<(Effect, Vec<f64>)> {
         match self {
-            Self::Known(effect, p) => Some((*effect, p.clone())),
+            Self::Known(effect, p) => Some((effect.clone(), p.clone())),
             Self::Outside(..) => None,
         }
     }

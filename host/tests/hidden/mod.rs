@@ -100,8 +100,11 @@ pub fn plant(plan: &Plan) -> Planted {
     let mut rng = ChaCha8Rng::seed_from_u64(plan.seed);
     for _ in 0..200 {
         let setup = Setup::draw(&mut rng);
-        let mut laws: Vec<Law> =
-            plan.effects.iter().map(|e| Law::Known(*e, draw(*e, &setup, &mut rng))).collect();
+        let mut laws: Vec<Law> = plan
+            .effects
+            .iter()
+            .map(|e| Law::Known(e.clone(), draw(e.clone(), &setup, &mut rng)))
+            .collect();
         let shape = rng.random_range(0.0..1.0);
         laws.extend(plan.outside.map(|o| Law::Outside(o, 1.0, shape)));
         let noise_seed = rng.random_range(0..u64::MAX);

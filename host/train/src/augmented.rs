@@ -9,9 +9,9 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::path::PathBuf;
+use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::{Effect, Terms};
 use yawrig_core::motion::simulate::{Grid, Motion};
-use yawrig_expression::error::{Error, Result};
 use yawrig_shared::blob::EffectIds;
 use yawrig_shared::modal::Modal;
 use yawrig_shared::units::{deg_from_rad, rad_from_deg};
@@ -67,7 +67,10 @@ impl Augmented {
                 .help("train without it: the device's mean over its windows averages it"));
             }
         }
-        let varied = |(effect, users): (Effect, Vec<f64>)| (effect, effect.varied(&users));
+        let varied = |(effect, users): (Effect, Vec<f64>)| {
+            let varied = effect.varied(&users);
+            (effect, varied)
+        };
         let effects = effects.into_iter().map(varied).collect();
         let augmented = Self { effects, wind_speed_m_s };
         augmented.ids().ok_or_else(|| {

@@ -4,8 +4,8 @@ use super::network_training::Settings;
 use super::Checkpoint;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
+use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
-use yawrig_expression::error::{Error, Result};
 
 const SCHEMA_VERSION: u32 = 1;
 

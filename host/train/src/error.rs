@@ -1,7 +1,7 @@
 //! Why a network could not be trained.
 
 use std::fmt;
-use yawrig_expression::error::{Error, Exit};
+use yawrig_base::error::{Error, Exit};
 
 /// A training set or a set of options that cannot lead to a network.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use super::draws::{Draw, Ranges};
 use super::errors::Errors;
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 use yawrig_shared::blob::{self, Payload, Provenance};
 use yawrig_shared::features::{AmplitudeScaling, FeatureKind, InputScaling, SHAPE};
 use yawrig_shared::network::{Activation, Network, OutputScaling, TrainedRange};

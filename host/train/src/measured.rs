@@ -8,10 +8,10 @@
 use super::draws::Ranges;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
+use yawrig_base::error::{Error, Result};
+use yawrig_base::interrupt;
 use yawrig_core::identify::{identify, Method, Settings};
-use yawrig_core::interrupt;
 use yawrig_core::record::Record;
-use yawrig_expression::error::{Error, Result};
 
 /// Share of a range it is widened by at either end: a network is at its worst at the edges.
 const MARGIN: f64 = 0.15;
@@ -38,7 +38,7 @@ pub fn ranges(files: &[PathBuf], read: &Read) -> Result<Ranges> {
         .par_iter()
         .map(|file| {
             interrupt::check()?;
-            identify(&read(file)?, &[Method::LeastSquares], &settings)
+            Ok(identify(&read(file)?, &[Method::LeastSquares], &settings)?)
         })
         .collect::<Result<Vec<_>>>()?;
     let windows: Vec<_> =

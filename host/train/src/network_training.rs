@@ -8,7 +8,7 @@ use super::held_out::{HeldOut, HeldOutEpoch};
 use super::pca::{self, Projection};
 use super::{Checkpoint, Options, Precision, Progress, Samples, Trained};
 use serde::{Deserialize, Serialize};
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 use yawrig_shared::blob::Provenance;
 use yawrig_shared::features::FeatureKind;
 use yawrig_shared::network::{Network, OUTPUTS};

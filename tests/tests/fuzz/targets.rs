@@ -211,7 +211,7 @@ pub fn record() -> Target {
             let _ = (record.timing(), record.noise_rms_deg());
             return match record.resampled(1000.0) {
                 Ok(even) => format!("ok, {} ", if even.is_empty() { "empty" } else { "even" }),
-                Err(e) => format!("not resampled: {}", e.message),
+                Err(e) => format!("not resampled: {e}"),
             };
         }
         said(record.map_err(|e| e.message))
@@ -287,14 +287,14 @@ pub fn model() -> Target {
 }
 
 fn effect_answer(text: &str) -> String {
-    let taken: Vec<&str> = LIBRARY.iter().map(|kind| kind.id).collect();
+    let taken: Vec<&str> = LIBRARY.iter().map(|kind| &*kind.id).collect();
     match yawrig_expression::from_text("effect.toml".as_ref(), text, &taken) {
         Ok(effect) => {
             let _ = effect.strength(&effect.starts, 0.1, 7.0);
             format!("ok, {} warnings {:?}", effect.warnings.len(), effect.warnings.first())
         }
         // The message is followed by the place in the text.
-        Err(e) => e.message.lines().next().unwrap_or_default().to_owned(),
+        Err(e) => e.to_string().lines().next().unwrap_or_default().to_owned(),
     }
 }
 

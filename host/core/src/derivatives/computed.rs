@@ -5,9 +5,9 @@ use super::condition::{group, Condition, Identified};
 use super::inputs::{axis_index, uncertain, Inputs, Layout};
 use super::propagation::Propagation;
 use super::table::{ByAxis, InertiaLine, ReleaseRow, Table};
+use crate::error::{Error, Result};
 use crate::quantity::Quantity;
 use std::path::Path;
-use yawrig_expression::error::{Error, Result};
 use yawrig_shared::axis::Axis;
 use yawrig_shared::modal::Modal;
 
@@ -29,10 +29,7 @@ impl<'a> Computed<'a> {
         let conditions = group(campaign, identified);
         let layout = Layout::new(campaign, &conditions);
         if layout.places.is_empty() {
-            return Err(Error::data("no spring was released at the middle axis with the wind on")
-                .help(
-                "add releases with axis = \"mid\": Cn_beta and Cn_r are those of the middle axis",
-            ));
+            return Err(Error::NoMiddleAxis);
         }
         let inputs = Inputs::new(campaign, &conditions, &layout);
         Ok(Self { campaign, identified, conditions, layout, inputs })

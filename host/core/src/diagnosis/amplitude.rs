@@ -131,7 +131,7 @@ mod tests {
         ] {
             let swing = swing(hidden);
             let plain = fit_plain(&swing, false, swing.yaw_rad.len());
-            let with = fit_added(&swing, &plain, effect);
+            let with = fit_added(&swing, &plain, &effect);
             let picture = picture(&swing, &[("second order", &plain), (effect.id(), &with)]);
             assert!(picture.measured.len() > 5, "{}", picture.measured.len());
             let (without, with) = (share_within(&picture, 0, of), share_within(&picture, 1, of));
@@ -152,7 +152,7 @@ mod tests {
     fn a_constant_moment_moves_the_midline() {
         let swing = swing("static_offset:m=1");
         let plain = fit_plain(&swing, false, swing.yaw_rad.len());
-        let with = fit_added(&swing, &plain, Effect::StaticOffset);
+        let with = fit_added(&swing, &plain, &Effect::StaticOffset);
         let picture = picture(&swing, &[("static_offset", &with)]);
         let expected = (1.0 / 7.5_f64.powi(2)).to_degrees();
         for (m, p) in picture.measured.iter().zip(&picture.predictions[0].points) {

@@ -13,14 +13,13 @@ use crate::diagnosis::origin::{self, Origin, Plan};
 use crate::diagnosis::search::is_explained;
 use crate::diagnosis::together::{self, Judged, Releases};
 use crate::effects::Effect;
+use crate::error::Result;
 use crate::fit::fitting::Fitted;
 use crate::fit::swing::Swing;
-use crate::interrupt;
 use crate::quantity::Quantity;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
-use yawrig_expression::error::Result;
 use yawrig_shared::axis::Axis;
 
 /// Standard deviation of ln q beyond which there is no telling.
@@ -164,7 +163,7 @@ impl Campaign<'_> {
         shared: &[Shared],
         forced: Option<Vec<Buffeted>>,
     ) -> Result<CampaignDiagnosis> {
-        let step = |shared| interrupt::check().map(|()| self.step(shared));
+        let step = |shared| self.releases.check().map(|()| self.step(shared));
         let steps: Vec<(HeldOut, Step)> = shared.iter().map(step).collect::<Result<_>>()?;
         let last = shared.last().expect("a model");
         let plain = &judged.path[0].fits;
@@ -203,8 +202,12 @@ impl Campaign<'_> {
         let mut out = CampaignDiagnosis {
             noise_rms_deg: (mean_square / swings.len() as f64).sqrt(),
             status,
-            effects: last.told.iter().map(|t| t.effect).collect(),
-            indistinguishable: judged.indistinguishable.iter().map(|(a, b)| [*a, *b]).collect(),
+            effects: last.told.iter().map(|t| t.effect.clone()).collect(),
+            indistinguishable: judged
+                .indistinguishable
+                .iter()
+                .map(|(a, b)| [a.clone(), b.clone()])
+                .collect(),
             origin: BTreeMap::new(),
             origin_reason: BTreeMap::new(),
             sharing: BTreeMap::new(),
@@ -271,7 +274,7 @@ impl Campaign<'_> {
         );
         out.steps.truncate(1);
         out.steps.push(Step {
-            added: Some(effect),
+            added: Some(effect.clone()),
             residual_rms_deg: mean(&|i| {
                 swings[i].raw_rms_deg(forced[i].over_noise * swings[i].noise_rad)
             }),
@@ -282,7 +285,7 @@ impl Campaign<'_> {
         });
         let explained = forced.iter().all(|b| b.over_noise <= EXPLAINED);
         out.status = if explained { Status::Explained } else { Status::Unexplained };
-        out.effects = vec![effect];
+        out.effects = vec![effect.clone()];
         out.indistinguishable.clear();
         out.tell(&Told { effect, origin, reason, plan, seen });
     }
@@ -327,7 +330,7 @@ impl CampaignDiagnosis {
 
 fn candidates(judged: &Judged) -> Vec<Candidate> {
     let each = judged.singles.iter().map(|single| Candidate {
-        effect: single.effect,
+        effect: single.effect.clone(),
         residual_over_noise: single.residual_over_noise,
         evidence: single.evidence,
         converged: single.converged,

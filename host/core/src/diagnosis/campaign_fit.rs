@@ -9,14 +9,13 @@ use crate::diagnosis::origin::{self, weighted_mean, Origin, Plan, Seen};
 use crate::diagnosis::search::{self, MARGIN};
 use crate::diagnosis::together::{self, coefficient, over_noise, Judged, Model, Releases};
 use crate::effects::Effect;
+use crate::error::Result;
 use crate::fit::fitting::{self, Fitted, Limit, Number, Structure};
 use crate::fit::joint::{self, JointFit, Release, Sharing};
 use crate::fit::swing::Swing;
-use crate::interrupt;
 use crate::quantity::Quantity;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use yawrig_expression::error::Result;
 
 /// Residual over noise up to which random forcing explains a release.
 pub const EXPLAINED: f64 = 1.10;
@@ -84,15 +83,15 @@ impl Campaign<'_> {
                 joint::fit(&[*release], &structure, &single, &[start])
             })
             .collect();
-        interrupt::check()?;
+        self.releases.check()?;
         let fits: Vec<&Fitted> = alone.iter().map(|joint| &joint.fits[0]).collect();
         let effective: f64 = fits.iter().map(|fit| fit.effective_count()).sum();
         let mut told: Vec<Told> =
-            effects.iter().map(|effect| self.told(*effect, &fits, effective)).collect();
+            effects.iter().map(|effect| self.told(effect, &fits, effective)).collect();
         let sharing =
             Sharing { effects: told.iter().map(|t| t.plan.groups.clone()).collect(), ..own };
         let joint = joint::fit_from(&whole, &structure, &sharing, &fits);
-        interrupt::check()?;
+        self.releases.check()?;
         // What is in common is chosen on the coefficients alone; the releases have the last word.
         let squares: f64 = alone.iter().map(|joint| joint.sum_of_squares).sum();
         let numbers: usize = alone.iter().map(|joint| joint.parameters.len()).sum();
@@ -112,11 +111,11 @@ impl Campaign<'_> {
         Ok(Shared { joint, told })
     }
 
-    fn told(&self, effect: Effect, fits: &[&Fitted], effective: f64) -> Told {
+    fn told(&self, effect: &Effect, fits: &[&Fitted], effective: f64) -> Told {
         let parameter = &effect.parameters()[0];
         let seen = self.by_condition(|i| coefficient(fits[i], effect));
         let (origin, mut reason) = origin::decide(&seen, &parameter.unit);
-        if effect == Effect::StaticOffset && origin == Origin::Undecided {
+        if *effect == Effect::StaticOffset && origin == Origin::Undecided {
             reason.push_str(
                 "; a sensor that was not zeroed shows as a moment that changes with the stiffness: try --unknown-zero",
             );
@@ -141,7 +140,7 @@ impl Campaign<'_> {
                 .collect();
             origin::plan(origin, &own, effective)
         };
-        Told { effect, origin, reason, plan, seen }
+        Told { effect: effect.clone(), origin, reason, plan, seen }
     }
 
     /// Residual over noise on what a model was not fitted to.
@@ -184,9 +183,9 @@ impl Campaign<'_> {
                         if effect.belongs_to_release(number) {
                             continue;
                         }
-                        let place = partner.and_then(|j| others.place(*effect, number, j));
+                        let place = partner.and_then(|j| others.place(effect, number, j));
                         let Some(value) = place.map(|at| others.parameters[at]) else { continue };
-                        let number = Number::Of(*effect, number);
+                        let number = Number::Of(effect.clone(), number);
                         structure.limits.push(Limit { number, low: value, high: value });
                     }
                 }
@@ -218,8 +217,9 @@ impl Campaign<'_> {
                     continue;
                 }
                 // Once for each group, whatever releases share it.
-                let mut places: Vec<usize> =
-                    (0..swings.len()).filter_map(|i| joint.place(told.effect, number, i)).collect();
+                let mut places: Vec<usize> = (0..swings.len())
+                    .filter_map(|i| joint.place(&told.effect, number, i))
+                    .collect();
                 places.sort_unstable();
                 places.dedup();
                 let mean = weighted_mean(places.into_iter().map(|at| joint.quantity(at)));
@@ -229,7 +229,7 @@ impl Campaign<'_> {
         }
         let (kind, held_out_over_noise) = self.held_out(shared);
         let step = Step {
-            added: joint.structure.effects.last().copied(),
+            added: joint.structure.effects.last().cloned(),
             residual_rms_deg: (squares / n).sqrt(),
             residual_over_noise: joint.over_noise(),
             held_out_over_noise,

@@ -6,14 +6,15 @@ use crate::diagnosis::forced::{self, Forced};
 use crate::diagnosis::late_release;
 use crate::diagnosis::search::{self, beyond, evidence, Found};
 use crate::effects::Effect;
+use crate::error::Result;
 use crate::fit::fitting::{held_out_over_noise, refit, Fitted, Structure};
 use crate::fit::swing::Swing;
 use crate::quantity::Quantity;
 use crate::record::Record;
+use crate::stop::Stop;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use yawrig_expression::error::Result;
 
 /// Share of the swing that is fitted when the rest is held out.
 pub const FITTED_SHARE: f64 = 0.65;
@@ -33,7 +34,7 @@ const MOST_DEPENDENT: f64 = 4.0;
 const MOST_CORRELATED: f64 = 0.1;
 
 /// How a record is judged.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Options {
     /// The sensor's nought is not known: it is fitted, and a constant moment cannot be told from it.
     pub zero_unknown: bool,
@@ -43,6 +44,8 @@ pub struct Options {
     pub present: Structure,
     /// On which the user's own effects may depend.
     pub wind_speed_m_s: f64,
+    /// The search ends when this asks for it.
+    pub stop: Stop,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -92,7 +95,7 @@ pub struct Step {
     pub parameters: BTreeMap<String, Quantity>,
 }
 
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Candidate {
     pub effect: Effect,
     pub residual_over_noise: f64,
@@ -144,7 +147,8 @@ pub fn diagnose(record: &Record, options: &Options) -> Result<Diagnosis> {
 /// # Errors
 /// Exit 3 where there is no swing in it, 6 where the present model cannot be fitted, 130 where the user stops it.
 pub fn diagnose_with_fits(record: &Record, options: &Options) -> Result<Diagnosed> {
-    let swing = Swing { wind_speed_m_s: options.wind_speed_m_s, ..Swing::of(record)? };
+    let (wind_speed_m_s, stop) = (options.wind_speed_m_s, options.stop.clone());
+    let swing = Swing { wind_speed_m_s, stop, ..Swing::of(record)? };
     let found = search::search(&swing, options)?;
     let swing = &found.swing;
     let last = found.path.last().expect("the plain model");
@@ -176,7 +180,11 @@ pub fn diagnose_with_fits(record: &Record, options: &Options) -> Result<Diagnose
         mean_noise_deg: swing.noise_rad.to_degrees(),
         status,
         effects,
-        indistinguishable: found.indistinguishable.iter().map(|(a, b)| [*a, *b]).collect(),
+        indistinguishable: found
+            .indistinguishable
+            .iter()
+            .map(|(a, b)| [a.clone(), b.clone()])
+            .collect(),
         modal: modal_values,
         steps,
         candidates: candidates(swing, &found),
@@ -199,7 +207,7 @@ fn random_forcing(swing: &Swing, found: &Found) -> Option<(Buffeted, Option<Forc
         return None;
     }
     let candidates: Vec<Effect> =
-        found.singles.iter().map(|single| beyond(&found.plain, single)[0]).collect();
+        found.singles.iter().map(|single| beyond(&found.plain, single)[0].clone()).collect();
     if let Some(forced) = forced::search(swing, &found.plain, &plain, &candidates) {
         let effects = beyond(&found.plain, &forced.model).len();
         if holds(&forced.forcing, effects, deterministic, n) {
@@ -254,11 +262,11 @@ fn buffeted_verdict(
     };
     if let Some(Forced { model, forcing }) = forced {
         modal_values = modal(model);
-        for &effect in beyond(plain, model) {
-            let mut step = random_step(effect, forcing);
+        for effect in beyond(plain, model) {
+            let mut step = random_step(effect.clone(), forcing);
             step.parameters.extend(model.effect_parameters());
             steps.push(step);
-            effects.push(effect);
+            effects.push(effect.clone());
         }
     }
     let mut candidates = candidates(swing, found);
@@ -302,7 +310,7 @@ pub fn step(swing: &Swing, model: &Fitted, effects: usize) -> Step {
     let count = (FITTED_SHARE * swing.yaw_rad.len() as f64) as usize;
     let partial = refit(swing, model, count);
     Step {
-        added: effects.checked_sub(1).map(|k| model.structure.effects[k]),
+        added: effects.checked_sub(1).map(|k| model.structure.effects[k].clone()),
         residual_rms_deg: swing.raw_rms_deg(model.rms_rad()),
         residual_over_noise: model.over_noise(swing),
         held_out_over_noise: held_out_over_noise(swing, &partial),
@@ -318,7 +326,7 @@ fn candidates(swing: &Swing, found: &Found) -> Vec<Candidate> {
         .singles
         .iter()
         .map(|single| Candidate {
-            effect: beyond(&found.plain, single)[0],
+            effect: beyond(&found.plain, single)[0].clone(),
             residual_over_noise: single.over_noise(swing),
             evidence: evidence(&found.plain, single, effective),
             converged: single.converged,

@@ -95,9 +95,9 @@ pub fn search(
             .par_iter()
             .filter(|e| !model.structure.effects.contains(e))
             .flat_map_iter(|e| {
-                let structure = model.structure.with(*e);
+                let structure = model.structure.with(e);
                 let (inner, filter) = (&inner, &filter);
-                crate::fit::starts::of(swing, inner, *e).into_iter().map(move |start| {
+                crate::fit::starts::of(swing, inner, e).into_iter().map(move |start| {
                     let mut p = inner.parameters.clone();
                     p.extend(start);
                     (structure.clone(), solve(swing, &structure, &p, filter))

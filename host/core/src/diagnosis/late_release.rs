@@ -45,10 +45,10 @@ pub fn from_release(record: &Record, swing: &Swing, model: &Fitted) -> Option<Fi
 fn shifted(model: &Fitted, earlier_s: f64) -> Vec<f64> {
     let mut p = model.parameters.clone();
     for effect in &model.structure.effects {
-        let varied = model.varied(*effect).expect("an effect of the model");
+        let varied = model.varied(effect).expect("an effect of the model");
         let Some((damped_rad_s, decay_per_s)) = effect.line_of(varied) else { continue };
         let (turn, growth) = (damped_rad_s * earlier_s, (decay_per_s * earlier_s).exp());
-        let at = model.start_of(*effect);
+        let at = model.start_of(effect);
         let turned = effect.turned(varied, turn, growth);
         p[at..at + turned.len()].copy_from_slice(&turned);
     }

@@ -2,12 +2,11 @@
 
 use crate::diagnosis::diagnose::Options;
 use crate::effects::Effect;
+use crate::error::{Error, Result};
 use crate::fit::fitting::{fit_added, fit_plain_within, fit_removed, reordered, Fitted, Structure};
 use crate::fit::promise::promise;
 use crate::fit::swing::Swing;
-use crate::interrupt;
 use rayon::prelude::*;
-use yawrig_expression::error::{Error, Exit, Result};
 
 /// Gain in the information criterion below which an effect is not believed.
 pub const MARGIN: f64 = 10.0;
@@ -67,13 +66,12 @@ pub fn present(swing: &Swing, options: &Options) -> Result<Fitted> {
     let Options { zero_unknown, present, .. } = options;
     let structure = Structure { zero_unknown: *zero_unknown, ..present.clone() };
     let plain = fit_plain_within(swing, &structure, swing.yaw_rad.len());
-    let model = present.effects.iter().fold(plain, |model, e| fit_added(swing, &model, *e));
-    interrupt::check()?;
+    let model = present.effects.iter().fold(plain, |model, e| fit_added(swing, &model, e));
+    swing.stop.check()?;
     if model.converged || present.effects.is_empty() {
         return Ok(model);
     }
-    Err(Error::new(Exit::Quality, "the model's own effects cannot be fitted to this record")
-        .help("`yawrig compare` shows where it fails; `yawrig remove` takes an effect out"))
+    Err(Error::NotFitted)
 }
 
 /// What `model` holds beyond `plain`, whose effects come first in it.
@@ -93,13 +91,12 @@ pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
         Effect::deterministic().filter(|e| !(zero_unknown && *e == Effect::StaticOffset)).collect();
     for own in options.own.iter().filter(|e| matches!(e, Effect::Own(_))) {
         if !candidates.contains(own) {
-            candidates.push(*own);
+            candidates.push(own.clone());
         }
     }
     candidates.retain(|e| !plain.structure.effects.contains(e));
-    let singles: Vec<Fitted> =
-        candidates.par_iter().map(|e| fit_added(swing, &plain, *e)).collect();
-    interrupt::check()?;
+    let singles: Vec<Fitted> = candidates.par_iter().map(|e| fit_added(swing, &plain, e)).collect();
+    swing.stop.check()?;
     let leading = best(&singles).filter(|s| criterion(s) < criterion(&plain)).unwrap_or(&plain);
     let sharpened = |swing: Swing, leader: &Fitted| {
         // What is far from the noise shows more than noise.
@@ -132,7 +129,7 @@ pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
         } else {
             expanded(&swing, last, &candidates, if rounds.len() < 3 { BEAM } else { 1 })
         };
-        interrupt::check()?;
+        swing.stop.check()?;
         if let Some(better) = best(&next).filter(|n| criterion(n) < criterion(leader)) {
             swing = sharpened(swing, better);
         }
@@ -149,10 +146,10 @@ pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
         }
     }
     let accepted = pruned(&swing, &plain, accepted);
-    interrupt::check()?;
+    swing.stop.check()?;
     let explained = is_explained(&accepted, &swing);
     let indistinguishable = rivals(&swing, &plain, &accepted, &candidates, &rounds);
-    interrupt::check()?;
+    swing.stop.check()?;
     let path = path(&plain, &accepted, &singles, &swing);
     Ok(Found { swing, plain, singles, path, explained, indistinguishable })
 }
@@ -173,10 +170,10 @@ fn beside(swing: &Swing, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
     all.par_iter()
         .filter(|e| !model.structure.effects.contains(e))
         .filter(|e| {
-            let (left, more) = promise(swing, model, **e);
+            let (left, more) = promise(swing, model, e);
             n * (model.sum_of_squares / left).ln() - more as f64 * n.ln() > PROMISING
         })
-        .map(|e| fit_added(swing, model, *e))
+        .map(|e| fit_added(swing, model, e))
         .collect()
 }
 
@@ -191,7 +188,7 @@ fn expanded(swing: &Swing, round: &[Fitted], all: &[Effect], width: usize) -> Ve
             let mut out: Vec<(f64, Effect)> = all
                 .par_iter()
                 .filter(|e| !inner.structure.effects.contains(e))
-                .map(|e| (promise(swing, inner, *e).0, *e))
+                .map(|e| (promise(swing, inner, e).0, e.clone()))
                 .collect();
             out.sort_by(|a, b| a.0.total_cmp(&b.0));
             out
@@ -201,7 +198,7 @@ fn expanded(swing: &Swing, round: &[Fitted], all: &[Effect], width: usize) -> Ve
     let mut jobs = Vec::new();
     for (inner, promised) in order.into_iter().zip(promised) {
         for (_, effect) in promised.into_iter().take(BRANCHES) {
-            let mut set = inner.structure.with(effect).effects;
+            let mut set = inner.structure.with(&effect).effects;
             set.sort_unstable();
             if !seen.contains(&set) {
                 seen.push(set);
@@ -209,7 +206,7 @@ fn expanded(swing: &Swing, round: &[Fitted], all: &[Effect], width: usize) -> Ve
             }
         }
     }
-    jobs.into_par_iter().map(|(inner, effect)| fit_added(swing, inner, effect)).collect()
+    jobs.into_par_iter().map(|(inner, effect)| fit_added(swing, inner, &effect)).collect()
 }
 
 /// Takes out again what the others have made needless.
@@ -218,7 +215,7 @@ fn pruned(swing: &Swing, plain: &Fitted, mut model: Fitted) -> Fitted {
         let effective = model.effective_count();
         let smaller: Vec<Fitted> = beyond(plain, &model)
             .par_iter()
-            .map(|effect| fit_removed(swing, &model, *effect))
+            .map(|effect| fit_removed(swing, &model, effect))
             .collect();
         let needless = smaller
             .into_iter()
@@ -245,19 +242,22 @@ fn rivals(
         other.converged && is_explained(other, swing) && evidence(other, model, effective) < MARGIN
     };
     let outside: Vec<Effect> =
-        candidates.iter().copied().filter(|c| !effects.contains(c)).collect();
+        candidates.iter().filter(|&c| !effects.contains(c)).cloned().collect();
     let in_place_of = |inside: &Effect| -> Vec<(Effect, Effect)> {
         if effects.len() == 1 {
             let others = rounds[0].iter().filter(|m| beyond(plain, m) != effects);
-            return others.filter(|m| as_good(m)).map(|m| (*inside, beyond(plain, m)[0])).collect();
+            return others
+                .filter(|m| as_good(m))
+                .map(|m| (inside.clone(), beyond(plain, m)[0].clone()))
+                .collect();
         }
-        let inner = fit_removed(swing, model, *inside);
-        let gain = |e: Effect| inner.sum_of_squares - promise(swing, &inner, e).0;
-        let least = RIVALLING * gain(*inside);
+        let inner = fit_removed(swing, model, inside);
+        let gain = |e: &Effect| inner.sum_of_squares - promise(swing, &inner, e).0;
+        let least = RIVALLING * gain(inside);
         outside
             .par_iter()
-            .filter(|e| gain(**e) >= least && as_good(&fit_added(swing, &inner, **e)))
-            .map(|e| (*inside, *e))
+            .filter(|e| gain(e) >= least && as_good(&fit_added(swing, &inner, e)))
+            .map(|e| (inside.clone(), e.clone()))
             .collect()
     };
     effects.par_iter().flat_map_iter(in_place_of).collect()
@@ -272,9 +272,9 @@ fn path(plain: &Fitted, model: &Fitted, singles: &[Fitted], swing: &Swing) -> Ve
         let known = |left: &[Effect]| singles.iter().find(|s| s.structure.effects == left).cloned();
         let smaller = beyond(plain, larger)
             .par_iter()
-            .map(|&effect| {
+            .map(|effect| {
                 let left = larger.structure.without(effect).effects;
-                (effect, known(&left).unwrap_or_else(|| fit_removed(swing, larger, effect)))
+                (effect.clone(), known(&left).unwrap_or_else(|| fit_removed(swing, larger, effect)))
             })
             .min_by(|a, b| a.1.sum_of_squares.total_cmp(&b.1.sum_of_squares));
         let Some((effect, smaller)) = smaller else { break };
@@ -315,7 +315,7 @@ mod tests {
         let plain = fit_plain(&swing, false, swing.yaw_rad.len());
         assert!(is_explained(&plain, &swing), "{}", plain.over_noise(&swing));
         for effect in Effect::deterministic() {
-            let larger = fit_added(&swing, &plain, effect);
+            let larger = fit_added(&swing, &plain, &effect);
             assert!(larger.sum_of_squares <= plain.sum_of_squares * (1.0 + 1e-9), "{effect}");
             let gain = evidence(&plain, &larger, 1000.0);
             let more = (larger.parameters.len() - plain.parameters.len()) as f64;
@@ -323,7 +323,7 @@ mod tests {
                 1000.0 * (plain.sum_of_squares / larger.sum_of_squares).ln() - more * 1000f64.ln();
             assert!((gain - by_hand).abs() < 1e-9 && gain < MARGIN, "{effect}: {gain}");
             // A linear step foretells no more than noise either.
-            let (left, _) = promise(&swing, &plain, effect);
+            let (left, _) = promise(&swing, &plain, &effect);
             assert!(left > 0.98 * plain.sum_of_squares, "{effect}");
         }
     }

@@ -4,12 +4,11 @@ use crate::diagnosis::diagnose::{forced_rather_than, Options};
 use crate::diagnosis::origin::weighted_mean;
 use crate::diagnosis::search::{self, LEAST_SHARE_SQUARED, MARGIN};
 use crate::effects::Effect;
+use crate::error::Result;
 use crate::fit::fitting::{fit_added, fit_plain, fit_removed, Fitted};
 use crate::fit::swing::Swing;
-use crate::interrupt;
 use crate::quantity::Quantity;
 use rayon::prelude::*;
-use yawrig_expression::error::Result;
 
 /// Every effect is tried on so many releases, those that are explained worst; the likeliest then on all.
 const SCREENED: usize = 8;
@@ -23,6 +22,12 @@ pub struct Releases<'a> {
 }
 
 impl Releases<'_> {
+    /// # Errors
+    /// [`Error::Interrupted`](crate::error::Error::Interrupted) once somebody has asked for it.
+    pub fn check(&self) -> Result<()> {
+        self.swings.iter().try_for_each(|swing| swing.stop.check())
+    }
+
     fn pick(&self, which: &[usize]) -> Self {
         Self {
             swings: which.iter().map(|&i| self.swings[i]).collect(),
@@ -84,14 +89,19 @@ pub fn over_noise<'a>(fits: impl IntoIterator<Item = &'a Fitted>, swings: &[&Swi
 }
 
 /// The first of an effect's numbers in a release.
-pub fn coefficient(fit: &Fitted, effect: Effect) -> Option<Quantity> {
+pub fn coefficient(fit: &Fitted, effect: &Effect) -> Option<Quantity> {
     let name = format!("{effect}.{}", effect.parameters()[0].name);
     fit.effect_parameters().into_iter().find(|(n, _)| *n == name).map(|(_, q)| q)
 }
 
 /// Gain in the information criterion by `effect`, which `larger` has and `smaller` has not. The best of: a coefficient
 /// of its own in each release that needs one; one coefficient for all releases, for the wind-on or the wind-off ones.
-fn evidence(releases: &Releases<'_>, smaller: &[Fitted], larger: &[Fitted], effect: Effect) -> f64 {
+fn evidence(
+    releases: &Releases<'_>,
+    smaller: &[Fitted],
+    larger: &[Fitted],
+    effect: &Effect,
+) -> f64 {
     let more = effect.parameters().len() as f64;
     let gains: Vec<(f64, f64)> = smaller
         .iter()
@@ -150,7 +160,7 @@ pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
     };
     let library: Vec<Effect> = Effect::deterministic()
         .filter(|e| !(zero && *e == Effect::StaticOffset))
-        .chain(options.own.iter().copied().filter(|e| matches!(e, Effect::Own(_))))
+        .chain(options.own.iter().filter(|&e| matches!(e, Effect::Own(_))).cloned())
         .collect();
     let singles = screened(releases, &plain, &library)?;
     let mut path = vec![plain];
@@ -168,8 +178,8 @@ pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
             .filter(|single| single.evidence > 0.0)
             .take(MOST_PROPOSED)
             .map(|single| {
-                let larger = added(releases, here, single.effect)?;
-                Ok((evidence(releases, &here.fits, &larger.fits, single.effect), larger))
+                let larger = added(releases, here, &single.effect)?;
+                Ok((evidence(releases, &here.fits, &larger.fits, &single.effect), larger))
             })
             .collect::<Result<_>>()?;
         let next = proposed
@@ -193,8 +203,8 @@ pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
     } else {
         // The way there once more, without what was taken out of it.
         path.truncate(1);
-        for &effect in &kept.effects[..kept.effects.len() - 1] {
-            path.push(added(releases, path.last().expect("a model"), effect)?);
+        for effect in &kept.effects[..kept.effects.len() - 1] {
+            path.push(added(releases, path.last().expect("a model"), &effect.clone())?);
         }
     }
     path.push(kept);
@@ -225,10 +235,10 @@ fn screened(releases: &Releases, inner: &Model, library: &[Effect]) -> Result<Ve
     let mut out: Vec<Single> = library
         .par_iter()
         .filter(|e| !inner.effects.contains(e))
-        .map(|&effect| {
+        .map(|effect| {
             let model = added(&releases, &inner, effect)?;
             Ok(Single {
-                effect,
+                effect: effect.clone(),
                 residual_over_noise: over_noise(&model.fits, &releases.swings),
                 evidence: evidence(&releases, &inner.fits, &model.fits, effect),
                 converged: model.fits.iter().all(|fit| fit.converged),
@@ -247,18 +257,18 @@ fn each(
     fit: impl Fn(&Swing, &Fitted) -> Fitted + Sync,
 ) -> Result<Vec<Fitted>> {
     let all = inner.fits.par_iter().zip(&releases.swings);
-    all.map(|(inner, swing)| interrupt::check().map(|()| fit(swing, inner))).collect()
+    all.map(|(inner, swing)| swing.stop.check().map(|()| fit(swing, inner))).collect()
 }
 
-fn added(releases: &Releases, inner: &Model, effect: Effect) -> Result<Model> {
+fn added(releases: &Releases, inner: &Model, effect: &Effect) -> Result<Model> {
     let mut effects = inner.effects.clone();
-    effects.push(effect);
+    effects.push(effect.clone());
     let fits = each(releases, inner, |swing, fit| fit_added(swing, fit, effect))?;
     Ok(Model { effects, fits })
 }
 
-fn removed(releases: &Releases, model: &Model, effect: Effect) -> Result<Model> {
-    let effects = model.effects.iter().copied().filter(|e| *e != effect).collect();
+fn removed(releases: &Releases, model: &Model, effect: &Effect) -> Result<Model> {
+    let effects = model.effects.iter().filter(|&e| *e != *effect).cloned().collect();
     let fits = each(releases, model, |swing, fit| fit_removed(swing, fit, effect))?;
     Ok(Model { effects, fits })
 }
@@ -269,7 +279,7 @@ fn pruned(releases: &Releases, mut model: Model) -> Result<Model> {
         let without: Vec<(f64, Model)> = model
             .effects
             .iter()
-            .map(|&effect| {
+            .map(|effect| {
                 let smaller = removed(releases, &model, effect)?;
                 let worth = evidence(releases, &smaller.fits, &model.fits, effect);
                 let shows = matters(releases, &smaller.fits, &model.fits);
@@ -299,12 +309,12 @@ fn rivals(
     let releases = &releases.pick(&which);
     let model = path.last().expect("a model").pick(&which);
     let mut out = Vec::new();
-    for &inside in &model.effects {
+    for inside in &model.effects {
         let alone = model.effects.len() == 1;
         let inner = if alone { path[0].pick(&which) } else { removed(releases, &model, inside)? };
         let here = evidence(releases, &inner.fits, &model.fits, inside);
-        for &outside in library.iter().filter(|e| !model.effects.contains(e)) {
-            let known = singles.iter().find(|s| alone && s.effect == outside);
+        for outside in library.iter().filter(|e| !model.effects.contains(e)) {
+            let known = singles.iter().find(|s| alone && s.effect == *outside);
             let other = match known {
                 Some(single) => single.model.clone(),
                 None => added(releases, &inner, outside)?,
@@ -312,7 +322,7 @@ fn rivals(
             let there = evidence(releases, &inner.fits, &other.fits, outside);
             let mut each = other.fits.iter().zip(&releases.swings);
             if here - there < MARGIN && each.all(|(fit, swing)| search::is_explained(fit, swing)) {
-                out.push((inside, outside));
+                out.push((inside.clone(), outside.clone()));
             }
         }
     }

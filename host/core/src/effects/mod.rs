@@ -17,9 +17,8 @@ use law::Law;
 use serde::{Serialize, Serializer};
 use std::fmt;
 use std::hash::{Hash, Hasher};
-use std::path::Path;
-use yawrig_expression::error::{Error, Result};
-use yawrig_expression::{is_file, nearest, OwnEffect};
+use std::sync::Arc;
+use yawrig_expression::OwnEffect;
 
 /// Highest frequency looked for, in natural frequencies: half a dozen block means a cycle.
 pub const FASTEST: f64 = 8.0;
@@ -30,11 +29,11 @@ macro_rules! library {
         $(mod $module;)*
 
         /// Every effect of the library, and the user's own. In files and JSON it is its identifier.
-        #[derive(Clone, Copy, Debug)]
+        #[derive(Clone, Debug)]
         pub enum Effect {
             $($effect,)*
             /// A moment from a user's file.
-            Own(&'static OwnEffect),
+            Own(Arc<OwnEffect>),
         }
 
         impl Effect {
@@ -69,56 +68,15 @@ library! {
 }
 
 impl Effect {
-    /// Of the library, or of a file read before.
+    /// Of the library.
     pub fn from_id(id: &str) -> Option<Self> {
-        let own = || yawrig_expression::find(id).map(Self::Own);
-        Self::ALL.into_iter().find(|e| e.id() == id).or_else(own)
+        Self::ALL.into_iter().find(|e| e.id() == id)
     }
 
     /// The identifiers of the library.
     pub fn ids() -> Vec<&'static str> {
-        const ALL: &[Effect] = &Effect::ALL;
+        static ALL: [Effect; Effect::ALL.len()] = Effect::ALL;
         ALL.iter().map(Self::id).collect()
-    }
-
-    /// An effect from the command line or a model file: an identifier, or the path of a file ending in `.toml`.
-    ///
-    /// # Errors
-    /// Exit 2 for an identifier that there is not, with the nearest; exit 3 for a file that cannot be used.
-    pub fn named(text: &str) -> Result<Self> {
-        if is_file(text) {
-            return Self::load(Path::new(text));
-        }
-        Self::from_id(text).ok_or_else(|| {
-            let ids = Self::ids();
-            Error::usage(format!("there is no effect \"{text}\"")).help(
-                match nearest(text, ids.iter().copied()) {
-                    Some(near) => format!(
-                        "did you mean {near}? Your own is given as the path of its .toml file"
-                    ),
-                    None => format!(
-                        "the effects are {}, or the path of your own effect's .toml file",
-                        ids.join(", ")
-                    ),
-                },
-            )
-        })
-    }
-
-    /// Reads a user's own effect.
-    ///
-    /// # Errors
-    /// Those of [`yawrig_expression::load`].
-    pub fn load(file: &Path) -> Result<Self> {
-        yawrig_expression::load(file, &Self::ids()).map(Self::Own)
-    }
-
-    /// A user's own effect from the `text` of its definition, which stands in `file`.
-    ///
-    /// # Errors
-    /// Those of [`yawrig_expression::define`].
-    pub fn defined(file: &Path, text: &str) -> Result<Self> {
-        yawrig_expression::define(file, text, &Self::ids()).map(Self::Own)
     }
 
     /// Those with a definite course, which a simulation can follow.

@@ -2,13 +2,14 @@
 
 use super::law::{Card, Law, Scale, Seen, SMALL};
 use super::terms::Terms;
+use std::sync::Arc;
 use yawrig_expression::{OwnEffect, OwnTerm, Parameter};
 
 /// Of the start of a parameter: its size, so that the fit's differences stand out of what a step size that adapts
 /// itself leaves uncertain.
 const SIZE: f64 = 30.0;
 
-impl Law for &'static OwnEffect {
+impl Law for Arc<OwnEffect> {
     fn id(&self) -> &str {
         &self.id
     }

@@ -105,7 +105,7 @@ impl Fitted {
     pub fn effect_parameters(&self) -> Vec<(String, Quantity)> {
         let mut out = Vec::new();
         for (effect, &at) in self.structure.effects.iter().zip(&self.starts) {
-            let varied = self.of_effect(*effect, at);
+            let varied = self.of_effect(effect, at);
             let (values, rows) = effect.published(varied);
             for (i, parameter) in effect.parameters().iter().enumerate() {
                 let variance = self.covariance.as_ref().map_or(f64::NAN, |c| {
@@ -121,13 +121,13 @@ impl Fitted {
         }
         out
     }
-    fn of_effect(&self, effect: Effect, at: usize) -> &[f64] {
+    fn of_effect(&self, effect: &Effect, at: usize) -> &[f64] {
         let n = effect.parameters().len();
         &self.parameters[at..at + n]
     }
     /// The numbers of `effect`, if it is in the model.
-    pub fn varied(&self, effect: Effect) -> Option<&[f64]> {
-        let k = self.structure.effects.iter().position(|e| *e == effect)?;
+    pub fn varied(&self, effect: &Effect) -> Option<&[f64]> {
+        let k = self.structure.effects.iter().position(|e| e == effect)?;
         Some(self.of_effect(effect, self.starts[k]))
     }
     /// The numbers as `structure` orders them, nought for an effect that is not in the model, each with its variance
@@ -143,8 +143,8 @@ impl Fitted {
         (from.iter().map(value).collect(), from.iter().map(variance).collect())
     }
     /// Where the numbers of `effect`, which is in the model, begin.
-    pub(crate) fn start_of(&self, effect: Effect) -> usize {
-        let k = self.structure.effects.iter().position(|e| *e == effect);
+    pub(crate) fn start_of(&self, effect: &Effect) -> usize {
+        let k = self.structure.effects.iter().position(|e| e == effect);
         self.starts[k.expect("an effect of the model")]
     }
     pub fn motion(&self) -> Motion {
@@ -264,7 +264,7 @@ fn first_state(swing: &Swing) -> (f64, f64) {
 
 /// `inner` with `effect` added, never worse than `inner`: started from it with the effect at nought, over lengthening
 /// horizons, and from small sizes of either sign, until a start explains the swing.
-pub fn fit_added(swing: &Swing, inner: &Fitted, effect: Effect) -> Fitted {
+pub fn fit_added(swing: &Swing, inner: &Fitted, effect: &Effect) -> Fitted {
     let structure = inner.structure.with(effect);
     let count = inner.count;
     // Of a fit, whose residuals count over the noise.
@@ -309,7 +309,7 @@ fn nested(
     inner: &Fitted,
     structure: &Structure,
     fit: Fit,
-    effect: Effect,
+    effect: &Effect,
 ) -> Fitted {
     let mut fitted = finished(swing, structure, fit, inner.count);
     // An effect kept within limits need not be able to vanish.
@@ -332,8 +332,8 @@ fn fit_own(swing: &Swing, inner: &Fitted, structure: &Structure, starts: &[Vec<f
         true => best,
         false => solve_in(swing, structure, &best.parameters, inner.count, OWN_EVALUATIONS),
     };
-    let added = *structure.effects.last().expect("an effect");
-    nested(swing, inner, structure, fit, added)
+    let added = structure.effects.last().expect("an effect").clone();
+    nested(swing, inner, structure, fit, &added)
 }
 
 /// `structure` fitted from given numbers (in the order of [`Fitted::parameters`]), directly and over lengthening
@@ -362,17 +362,17 @@ pub fn reordered(swing: &Swing, model: &Fitted, effects: &[Effect]) -> Fitted {
     let structure = Structure { effects: effects.to_vec(), ..model.structure.clone() };
     let mut p = model.parameters[..PLAIN + usize::from(structure.zero_unknown)].to_vec();
     for effect in effects {
-        p.extend(model.varied(*effect).expect("an effect of the model"));
+        p.extend(model.varied(effect).expect("an effect of the model"));
     }
     finished(swing, &structure, solve(swing, &structure, &p, model.count), model.count)
 }
 
 /// `model` less `effect`, fitted from what is left of its values.
-pub fn fit_removed(swing: &Swing, model: &Fitted, effect: Effect) -> Fitted {
+pub fn fit_removed(swing: &Swing, model: &Fitted, effect: &Effect) -> Fitted {
     let structure = model.structure.without(effect);
     let mut p = model.parameters[..PLAIN + usize::from(structure.zero_unknown)].to_vec();
     for other in &structure.effects {
-        p.extend(model.varied(*other).expect("an effect of the model"));
+        p.extend(model.varied(other).expect("an effect of the model"));
     }
     fit_from(swing, &structure, &p, model.count)
 }

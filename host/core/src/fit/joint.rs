@@ -100,9 +100,9 @@ impl JointFit {
     }
 
     /// Where number `number` (of those the fit varies) of `effect` in `release` is among [`Self::parameters`].
-    pub fn place(&self, effect: Effect, number: usize, release: usize) -> Option<usize> {
+    pub fn place(&self, effect: &Effect, number: usize, release: usize) -> Option<usize> {
         let own = &self.fits[release].structure;
-        let k = own.effects.iter().position(|e| *e == effect)?;
+        let k = own.effects.iter().position(|e| e == effect)?;
         Some(self.places.of[release][own.starts()[k] + number])
     }
 
@@ -224,6 +224,8 @@ mod tests {
         let mut yaw_rad = vec![0.0; grid.count];
         motion.readings(&grid, &mut yaw_rad);
         Swing {
+            warnings: Vec::new(),
+            stop: Default::default(),
             grid,
             yaw_rad,
             block: 1,
@@ -287,8 +289,8 @@ mod tests {
         assert!(jacobian_error(&together, &p) < 1e-4);
         let fitted = fit(&releases, &structure, &sharing, &starts);
         assert!(fitted.converged);
-        let c = fitted.quantity(fitted.place(Effect::CubicDamping, 0, 2).unwrap());
+        let c = fitted.quantity(fitted.place(&Effect::CubicDamping, 0, 2).unwrap());
         assert!((c.value - 2.0).abs() < 1e-6, "{c}");
-        assert_eq!(fitted.place(Effect::CubicDamping, 0, 0), None);
+        assert_eq!(fitted.place(&Effect::CubicDamping, 0, 0), None);
     }
 }

@@ -5,7 +5,6 @@ use crate::fit::fitting::motion;
 use crate::fit::sharing::{Places, Sharing};
 use crate::fit::structure::Structure;
 use crate::fit::swing::Swing;
-use crate::interrupt;
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
 use crate::solver::{minimise, Fit, Options, Problem, Rows};
 use rayon::prelude::*;
@@ -186,7 +185,7 @@ impl Problem for Together<'_> {
     }
 
     fn evaluate(&self, p: &[f64], rows: &mut dyn Rows) {
-        if interrupt::requested() {
+        if self.parts.iter().any(|part| part.release.swing.stop.is_requested()) {
             // Nowhere to be evaluated: the fit ends at once, and whoever asked for it finds out why.
             return rows.row(f64::NAN, &vec![0.0; p.len()]);
         }

@@ -37,7 +37,8 @@ impl Sharing {
     /// What `structure` is for one release.
     pub(crate) fn of_release(&self, structure: &Structure, release: usize) -> Structure {
         let has = |k: &usize| self.effects[*k][release].is_some();
-        let effects = (0..structure.effects.len()).filter(has).map(|k| structure.effects[k]);
+        let effects =
+            (0..structure.effects.len()).filter(has).map(|k| structure.effects[k].clone());
         Structure { effects: effects.collect(), ..structure.clone() }
     }
 }

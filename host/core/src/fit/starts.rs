@@ -5,7 +5,7 @@ use crate::fit::fitting::Fitted;
 use crate::fit::swing::Swing;
 
 /// Starting values of what the fit varies; the first leaves the motion of `inner` as it is.
-pub fn of(swing: &Swing, inner: &Fitted, effect: Effect) -> Vec<Vec<f64>> {
+pub fn of(swing: &Swing, inner: &Fitted, effect: &Effect) -> Vec<Vec<f64>> {
     effect.starts(&Seen {
         scale: swing.scale(),
         residuals_rad: &inner.residuals,

@@ -7,7 +7,7 @@ use crate::fit::swing::Swing;
 pub(crate) const PLAIN: usize = 4;
 
 /// A number that a limit can be set on. Those of an effect are counted as the fit varies them.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Number {
     NaturalFrequency,
     DampingRatio,
@@ -16,7 +16,7 @@ pub enum Number {
 }
 
 /// Narrower bounds than a number's own; `low` = `high`: fixed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Limit {
     pub number: Number,
     pub low: f64,
@@ -32,24 +32,24 @@ pub struct Structure {
 }
 
 impl Structure {
-    pub fn with(&self, effect: Effect) -> Self {
+    pub fn with(&self, effect: &Effect) -> Self {
         let mut effects = self.effects.clone();
-        effects.push(effect);
+        effects.push(effect.clone());
         Self { effects, ..self.clone() }
     }
 
-    pub fn without(&self, effect: Effect) -> Self {
-        let effects = self.effects.iter().copied().filter(|e| *e != effect).collect();
+    pub fn without(&self, effect: &Effect) -> Self {
+        let effects = self.effects.iter().filter(|&e| *e != *effect).cloned().collect();
         Self { effects, ..self.clone() }
     }
 
     /// With parameter `name` of `effect`, in the users' unit, kept from `low` to `high`. `None` where there is no such
     /// parameter, or the fit does not vary it by itself: size and phase of a line, which are fixed together by a
     /// [`Limit`] on each of [`Effect::varied`].
-    pub fn limited(mut self, effect: Effect, name: &str, low: f64, high: f64) -> Option<Self> {
+    pub fn limited(mut self, effect: &Effect, name: &str, low: f64, high: f64) -> Option<Self> {
         let index = effect.parameters().iter().position(|p| p.name == name)?;
         let number = effect.varied_place(index)?;
-        self.limits.push(Limit { number: Number::Of(effect, number), low, high });
+        self.limits.push(Limit { number: Number::Of(effect.clone(), number), low, high });
         Some(self)
     }
 
@@ -89,12 +89,12 @@ impl Structure {
             bounds.extend(effect.bounds(&start[at..], start[0]));
         }
         for limit in &self.limits {
-            let place = match limit.number {
+            let place = match &limit.number {
                 Number::NaturalFrequency => Some(0),
                 Number::DampingRatio => Some(1),
                 Number::SensorZero => self.zero_unknown.then_some(PLAIN),
                 Number::Of(effect, number) => {
-                    let k = self.effects.iter().position(|e| *e == effect);
+                    let k = self.effects.iter().position(|e| e == effect);
                     k.map(|k| starts[k] + number)
                 }
             };
@@ -106,7 +106,7 @@ impl Structure {
         bounds
     }
 
-    pub(crate) fn limits_effect(&self, effect: Effect) -> bool {
-        self.limits.iter().any(|l| matches!(l.number, Number::Of(e, _) if e == effect))
+    pub(crate) fn limits_effect(&self, effect: &Effect) -> bool {
+        self.limits.iter().any(|l| matches!(&l.number, Number::Of(e, _) if e == effect))
     }
 }

@@ -1,13 +1,14 @@
 //! The free swing of a record as the fits see it: block means on an even grid, and their noise floor.
 
 use crate::effects::Scale;
+use crate::error::Result;
 use crate::fit::noise::{self, Colour};
-use crate::identify::gaps;
+use crate::identify::gaps::{self, Warning};
 use crate::identify::{self, Settings, WindowEstimate};
 use crate::motion::simulate::Grid;
 use crate::record::Record;
+use crate::stop::Stop;
 use std::f64::consts::TAU;
-use yawrig_expression::error::Result;
 
 /// Block means per cycle: those on which residual and noise floor are compared.
 const MEANS_PER_CYCLE: f64 = 50.0;
@@ -47,6 +48,10 @@ pub struct Swing {
     pub wind_speed_m_s: f64,
     /// wn and zeta over three cycles each: the amplitude picture.
     pub windows: Vec<WindowEstimate>,
+    /// What was done about samples that are missing.
+    pub warnings: Vec<Warning>,
+    /// Fits to it end when this asks for it.
+    pub stop: Stop,
 }
 
 impl Swing {
@@ -55,7 +60,8 @@ impl Swing {
     /// # Errors
     /// Exit 3, naming the file: no oscillation in it, or fewer than three cycles.
     pub fn of(record: &Record) -> Result<Self> {
-        let record = &*gaps::without(record);
+        let (record, warnings) = gaps::without(record);
+        let record = &*record;
         let timing = record.timing();
         let uniform =
             crate::identify::samples::Samples::new(&record.time_s, &record.yaw_deg).is_uniform();
@@ -66,8 +72,8 @@ impl Swing {
             resampled = record.resampled(timing.rate_hz)?;
             &resampled
         };
-        let prepared = identify::prepare(record, &settings())
-            .map_err(|refusal| refusal.of_file(&record.file))?;
+        let prepared =
+            identify::prepare(record, &settings()).map_err(|refusal| refusal.of(record))?;
         let stretch = prepared.stretch();
         let frequency = prepared.swing.frequency_rad_s;
         let per_cycle = TAU / frequency / stretch.step_s;
@@ -109,6 +115,8 @@ impl Swing {
             amplitude_rad,
             release_time_s,
             wind_speed_m_s: 0.0,
+            warnings,
+            stop: Stop::default(),
             windows: prepared
                 .windows
                 .iter()

@@ -10,6 +10,7 @@ use super::samples::{median, Samples};
 use crate::record::Record;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
+use std::fmt;
 
 /// A longer time between two samples is a gap, where it is longer in median steps (irregular clocks stay below) and in
 /// periods (less does no harm).
@@ -97,32 +98,53 @@ pub fn filled(record: &Record) -> Option<Filled> {
     Some(Filled { record: whole, filled, parting })
 }
 
-/// `record` without its gaps, for who needs an even grid; says on stderr what is missing.
-pub fn without(record: &Record) -> Cow<'_, Record> {
-    let Some(filled) = filled(record) else { return Cow::Borrowed(record) };
-    tell(&filled);
-    Cow::Owned(filled.record)
+/// `record` without its gaps, for who needs an even grid, and what was done about them.
+pub fn without(record: &Record) -> (Cow<'_, Record>, Vec<Warning>) {
+    let Some(filled) = filled(record) else { return (Cow::Borrowed(record), Vec::new()) };
+    let longest = filled.filled.iter().max_by(|a, b| a.length_s().total_cmp(&b.length_s()));
+    let (whole, file) = (&filled.record, filled.record.file.display().to_string());
+    let fill = longest.map(|&longest| Warning::Filled {
+        record: file.clone(),
+        longest,
+        others: filled.filled.len() - 1,
+    });
+    let part = filled.parting.first().map(|&gap| Warning::Parted {
+        record: file.clone(),
+        gap,
+        from_s: whole.time_s[0],
+        to_s: whole.time_s[whole.len() - 1],
+    });
+    let warnings = fill.into_iter().chain(part).collect();
+    (Cow::Owned(filled.record), warnings)
 }
 
-fn tell(filled: &Filled) {
-    let file = filled.record.file.display();
-    let longest = filled.filled.iter().max_by(|a, b| a.length_s().total_cmp(&b.length_s()));
-    if let Some(gap) = longest {
-        let others = match filled.filled.len() - 1 {
-            0 => String::new(),
-            1 => " and in a shorter gap".to_owned(),
-            more => format!(" and in {more} shorter gaps"),
-        };
-        yawrig_expression::say!(
-            "yawrig: warning: {file}: {gap}{others}; filled by fits to the cycles about them"
-        );
-    }
-    if let Some(gap) = filled.parting.first() {
-        let (from_s, to_s) =
-            (filled.record.time_s[0], filled.record.time_s[filled.record.len() - 1]);
-        yawrig_expression::say!(
-            "yawrig: warning: {file}: {gap}; used is what lies between {from_s:.3} s and {to_s:.3} s"
-        );
+/// What was done about samples that are missing.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Warning {
+    /// Short gaps are filled by fits to the cycles about them.
+    Filled { record: String, longest: Gap, others: usize },
+    /// A gap too long for that: the part between these times is used.
+    Parted { record: String, gap: Gap, from_s: f64, to_s: f64 },
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Filled { record, longest, others } => {
+                let others = match others {
+                    0 => String::new(),
+                    1 => " and in a shorter gap".to_owned(),
+                    more => format!(" and in {more} shorter gaps"),
+                };
+                write!(f, "{record}: {longest}{others}; filled by fits to the cycles about them")
+            }
+            Self::Parted { record, gap, from_s, to_s } => {
+                write!(
+                    f,
+                    "{record}: {gap}; used is what lies between {from_s:.3} s and {to_s:.3} s"
+                )
+            }
+        }
     }
 }
 

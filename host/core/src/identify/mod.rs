@@ -21,12 +21,11 @@ mod trend;
 pub mod uncertainty;
 pub mod windows;
 
+use crate::error::{Error, Result};
 use crate::quantity::Quantity;
 use crate::record::Record;
 use flag::Flag;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
-use yawrig_expression::error::{Error, Result};
 
 pub use prepared::{prepare, Prepared, Values};
 
@@ -66,16 +65,14 @@ pub enum Refusal {
 }
 
 impl Refusal {
-    /// The error for a file.
-    pub fn of_file(self, file: &Path) -> Error {
-        let file = file.display();
+    /// The error for `record`.
+    pub fn of(self, record: &Record) -> Error {
+        let record = record.file.display().to_string();
         match self {
-            Refusal::NoOscillation => Error::data(format!("{file}: no oscillation found"))
-                .help("check that the record holds a released swing in its second column"),
-            Refusal::TooFewCycles { cycles } => Error::data(format!(
-                "{file}: {cycles:.1} cycles of free oscillation, at least {FEWEST_CYCLES:.0} are needed"
-            ))
-            .help("record a longer swing, or widen the amplitude window with --from-deg and --to-deg"),
+            Refusal::NoOscillation => Error::NoOscillation { record },
+            Refusal::TooFewCycles { cycles } => {
+                Error::TooFewCycles { record, cycles, fewest: FEWEST_CYCLES }
+            }
         }
     }
 }
@@ -153,7 +150,7 @@ pub fn identify(
     methods: &[Method],
     settings: &Settings,
 ) -> Result<Identification> {
-    let prepared = prepare(record, settings).map_err(|refusal| refusal.of_file(&record.file))?;
+    let prepared = prepare(record, settings).map_err(|refusal| refusal.of(record))?;
     let mut estimates = Vec::new();
     let mut unavailable = Vec::new();
     for &method in methods {
@@ -168,8 +165,8 @@ pub fn identify(
         }
     }
     if let (true, Some(first)) = (estimates.is_empty(), unavailable.first()) {
-        return Err(Error::data(format!("{}: {}", record.file.display(), first.reason))
-            .help("try another --method"));
+        let record = record.file.display().to_string();
+        return Err(Error::NoEstimate { record, reason: first.reason.to_string() });
     }
     Ok(Identification {
         file: record.file.display().to_string(),

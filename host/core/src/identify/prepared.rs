@@ -112,7 +112,7 @@ impl Prepared<'_> {
                 record
             }
         };
-        kept.resampled(rate_hz).map_err(|e| e.message)
+        kept.resampled(rate_hz).map_err(|e| e.to_string())
     }
 
     /// Standard deviation of the noise; see [`super::Identification::noise_rms_deg`].

@@ -6,8 +6,8 @@ mod timing;
 
 pub use timing::Timing;
 
+use crate::error::{Error, Result};
 use std::path::PathBuf;
-use yawrig_expression::error::{Error, Result};
 
 /// One recorded release.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,11 +48,8 @@ impl Record {
     /// Exit 3 for fewer than four samples.
     pub fn resampled(&self, rate_hz: f64) -> Result<Self> {
         if self.len() < 4 {
-            return Err(Error::data(format!(
-                "{}: {} samples are too few to interpolate",
-                self.file.display(),
-                self.len()
-            )));
+            let record = self.file.display().to_string();
+            return Err(Error::TooFewSamples { record, samples: self.len() });
         }
         let (time_s, yaw_deg) = resample::uniform(&self.time_s, &self.yaw_deg, rate_hz);
         Ok(Self { file: self.file.clone(), time_s, yaw_deg })

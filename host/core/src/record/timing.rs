@@ -1,7 +1,7 @@
 //! Sampling rate and jitter from time stamps.
 
 use super::Record;
-use yawrig_expression::error::{Error, Result};
+use crate::error::{Error, Result};
 
 /// Rates a record may have, Hz, with room for a clock that is 5 % out.
 const RATE_HZ: std::ops::RangeInclusive<f64> = 19.0..=10_500.0;
@@ -52,13 +52,7 @@ impl Record {
         if RATE_HZ.contains(&rate_hz) {
             return Ok(());
         }
-        Err(Error::data(format!(
-            "{}: sampled at {rate_hz:.4} Hz, outside 20 Hz to 10 kHz",
-            self.file.display()
-        ))
-        .help(
-            "see that time_s is in seconds; thin a faster record out, measure a slower one again",
-        ))
+        Err(Error::Rate { record: self.file.display().to_string(), rate_hz })
     }
 }
 

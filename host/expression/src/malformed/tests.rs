@@ -7,11 +7,11 @@ fn said(from: &str, to: &str) -> (String, String, String) {
     let text = GOOD.replacen(from, to, 1);
     assert_ne!(text, GOOD, "{from}");
     let error = Document::read("my.toml".as_ref(), &text).err().unwrap_or_else(|| panic!("{text}"));
-    let first = error.message.lines().next().unwrap_or_default().to_owned();
+    let first = error.to_string().lines().next().unwrap_or_default().to_owned();
     assert!(first.starts_with("my.toml:"), "{error}");
-    assert!(!error.help.is_empty(), "{error}");
-    let at = error.span.clone().expect("a place");
-    (first, text[at].to_owned(), error.help)
+    assert!(!error.help().is_empty(), "{error}");
+    let at = error.span().expect("a place");
+    (first, text[at].to_owned(), error.help().to_owned())
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::{Client, LinkError};
 use crate::events::Numbered;
 use std::time::{Duration, Instant};
-use yawrig_core::interrupt;
+use yawrig_base::interrupt;
 use yawrig_shared::wire::{Refusal, Reply, Request, Samples};
 
 /// How often a question is repeated for an event before it counts as lost.

@@ -12,8 +12,8 @@ use std::fs::File;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
+use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
-use yawrig_expression::error::{Error, Result};
 use yawrig_records as record;
 use yawrig_shared::wire::Event;
 

@@ -6,8 +6,8 @@ use crate::client::LinkError;
 use crate::follow::device_json;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
-use yawrig_core::interrupt;
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
+use yawrig_base::interrupt;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
 use yawrig_shared::wire::{Event, Reply, Request, Samples, Status};
 

@@ -4,7 +4,7 @@ use super::item::{is_time_s, Item, Windows};
 use super::sessions::files;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use yawrig_expression::error::{Error, Result};
+use yawrig_base::error::{Error, Result};
 use yawrig_shared::window::SAMPLE_RATE_HZ;
 use yawrig_shared::wire::STREAM_CHUNK;
 

@@ -2,7 +2,7 @@
 
 use crate::bench::Bench;
 use std::time::Instant;
-use yawrig_expression::error::Result;
+use yawrig_base::error::Result;
 use yawrig_rig::{Rig, Samples, Sensor, Start};
 use yawrig_shared::window::SAMPLE_RATE_HZ;
 use yawrig_shared::wire::{self, Request};

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use yawrig_expression::error::Error;
+use yawrig_base::error::Error;
 use yawrig_link::live::item::{time_s, Item};
 
 /// Samples of which the least and the largest are sent: two values every 10 ms.

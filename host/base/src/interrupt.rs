@@ -1,72 +1,66 @@
-//! Ctrl-C as a flag that long loops ask, so that files and child processes are put away on the way out; and tasks
+//! Ctrl-C as a request that long loops heed, so that files and child processes are put away on the way out; and tasks
 //! that can be stopped while the program goes on.
 
+use crate::error::Result;
 use std::cell::RefCell;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::Arc;
-use yawrig_expression::error::{Error, Result};
+use std::sync::LazyLock;
+use yawrig_core::stop::Stop;
 
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+static PROGRAM: LazyLock<Stop> = LazyLock::new(Stop::default);
 
 thread_local! {
-    static TASK: RefCell<Option<Task>> = const { RefCell::new(None) };
+    static TASK: RefCell<Option<Stop>> = const { RefCell::new(None) };
 }
 
 /// Work that can be stopped by itself. The threads that do it say so with [`Task::is_done_here`].
-#[derive(Clone, Debug, Default)]
-pub struct Task(Arc<State>);
+#[derive(Clone, Debug)]
+pub struct Task(Stop);
 
-#[derive(Debug, Default)]
-struct State {
-    stopped: AtomicBool,
-    looks: AtomicU64,
+impl Default for Task {
+    fn default() -> Self {
+        Self(PROGRAM.child())
+    }
 }
 
 impl Task {
-    /// From now on [`requested`] and [`check`] in this thread also heed this task.
+    /// From now on [`requested`], [`check`] and [`stop`] in this thread also heed this task.
     pub fn is_done_here(&self) {
-        TASK.set(Some(self.clone()));
+        TASK.set(Some(self.0.clone()));
     }
 
     pub fn stop(&self) {
-        self.0.stopped.store(true, Ordering::SeqCst);
+        self.0.request();
     }
 
     /// Ready for the next piece of work.
     pub fn begin(&self) {
-        self.0.looks.store(0, Ordering::Relaxed);
-        self.0.stopped.store(false, Ordering::SeqCst);
+        self.0.renew();
     }
 
     /// How often its threads have asked since it began: it grows as long as the work goes on.
     pub fn looks(&self) -> u64 {
-        self.0.looks.load(Ordering::Relaxed)
-    }
-
-    fn is_stopped(&self) -> bool {
-        self.0.looks.fetch_add(1, Ordering::Relaxed);
-        self.0.stopped.load(Ordering::SeqCst)
+        self.0.looks()
     }
 }
 
 /// From now on everything is asked to stop; whether it was already.
 pub fn request() -> bool {
-    INTERRUPTED.swap(true, Ordering::SeqCst)
+    PROGRAM.request()
+}
+
+/// What work begun in this thread heeds, wherever it is done.
+pub fn stop() -> Stop {
+    TASK.with_borrow(|task| task.clone()).unwrap_or_else(|| PROGRAM.clone())
 }
 
 /// Whether the user has asked to stop.
 pub fn requested() -> bool {
-    INTERRUPTED.load(Ordering::SeqCst)
-        || TASK.with_borrow(|task| task.as_ref().is_some_and(Task::is_stopped))
+    TASK.with_borrow(|task| task.as_ref().unwrap_or(&PROGRAM).is_requested())
 }
 
 /// `Err` with exit code 130 once the user has asked to stop.
 pub fn check() -> Result<()> {
-    if requested() {
-        Err(Error::interrupted())
-    } else {
-        Ok(())
-    }
+    Ok(stop().check()?)
 }
 
 #[cfg(test)]
