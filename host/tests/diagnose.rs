@@ -42,20 +42,12 @@ impl Case {
     /// Every planted effect named, or one declared indistinguishable from it; nothing else.
     fn names_all(&self) -> bool {
         let (found, truth) = (&self.found.effects, &self.plan.effects);
-        let stands_for = |named: Effect, planted: Effect| {
-            let others: Vec<Effect> = self
-                .found
-                .indistinguishable
-                .iter()
-                .filter(|pair| pair.contains(&named))
-                .flatten()
-                .cloned()
-                .filter(|e| *e != named)
-                .collect();
+        let stands_for = |named: &Effect, planted: &Effect| {
+            let pairs = self.found.indistinguishable.iter().filter(|pair| pair.contains(named));
+            let others: Vec<&Effect> = pairs.flatten().filter(|e| *e != named).collect();
             named == planted || others == [planted]
         };
-        found.len() == truth.len()
-            && truth.iter().all(|t| found.iter().any(|f| stands_for(f.clone(), t.clone())))
+        found.len() == truth.len() && truth.iter().all(|t| found.iter().any(|f| stands_for(f, t)))
     }
 
     fn last_over_true_noise(&self) -> f64 {

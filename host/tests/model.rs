@@ -6,6 +6,7 @@ mod hidden;
 
 use hidden::{plant, Plan, Planted};
 use std::path::Path;
+use std::slice::from_ref;
 use yawrig::model::comparison::{compare, Comparison};
 use yawrig::model::revise::{self, Asked, Revision, Wanted};
 use yawrig_core::diagnosis::diagnose::{diagnose, Options};
@@ -27,7 +28,7 @@ fn planted(effect: Effect, seed: u64, rate_hz: f64) -> Planted {
 
 fn written(record: &Record, folder: &Path) -> std::path::PathBuf {
     let file = folder.join("r.csv");
-    yawrig_records::write(&record, &file).expect("room for it");
+    yawrig_records::write(record, &file).expect("room for it");
     file
 }
 
@@ -110,7 +111,7 @@ fn a_mirrored_record_gives_the_mirrored_answer() {
             (found.status, found.effects, found.indistinguishable)
         };
         assert_eq!(names(&record), names(&flipped), "{effect}");
-        let (a, b) = (compared(&record, &[effect.clone()]), compared(&flipped, &[effect.clone()]));
+        let (a, b) = (compared(&record, from_ref(&effect)), compared(&flipped, from_ref(&effect)));
         assert!((over_noise(&a) / over_noise(&b) - 1.0).abs() < 1e-6, "{effect}");
         for (name, value) in &a.appraisal.parameters {
             let other = b.appraisal.parameters[name];
@@ -129,8 +130,8 @@ fn another_sampling_rate_gives_the_same_effects() {
             let planted = planted(effect.clone(), seed, rate_hz);
             let found = diagnose(&planted.record, &Options::default()).expect("a swing");
             println!("{effect} at {rate_hz} Hz: {:?} {:?}", found.status, found.effects);
-            assert_eq!(found.effects, [effect.clone()], "{effect} at {rate_hz} Hz");
-            let revision = compared(&planted.record, &[effect.clone()]);
+            assert_eq!(found.effects, *from_ref(&effect), "{effect} at {rate_hz} Hz");
+            let revision = compared(&planted.record, from_ref(&effect));
             let (name, value) = revision.appraisal.parameters.first_key_value().expect("one");
             values.push((rate_hz, name.clone(), *value));
         }
