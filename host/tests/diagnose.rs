@@ -4,7 +4,7 @@
 
 mod hidden;
 
-use hidden::{plant, Outside, Plan, Planted};
+use hidden::{plant, Outside, Plan, Planted, HIDDEN};
 use rayon::prelude::*;
 use yawrig::criticism::diagnose::{diagnose, Diagnosis, Options, Status};
 use yawrig::criticism::effects::Effect;
@@ -125,7 +125,7 @@ fn coverage(cases: &[Case]) -> [(usize, usize); 2] {
 fn one_hidden_effect_is_named_and_its_size_found() {
     let n = number("YAWRIG_HIDDEN", 13);
     let plan = |i: u64| Plan {
-        effects: vec![Effect::ALL[i as usize % Effect::ALL.len()]],
+        effects: vec![HIDDEN[i as usize % HIDDEN.len()]],
         seed: 10_000 + i,
         ..Plan::default()
     };
@@ -165,7 +165,7 @@ fn two_hidden_effects_are_both_named_and_nothing_else() {
         let i = i as usize;
         let (a, b) = (i % 13, (i % 13 + 1 + (i / 13 + 5 * i) % 12) % 13);
         let seed = 50_000 + i as u64;
-        Plan { effects: vec![Effect::ALL[a], Effect::ALL[b]], seed, ..Plan::default() }
+        Plan { effects: vec![HIDDEN[a], HIDDEN[b]], seed, ..Plan::default() }
     };
     let cases = cases((0..n).map(plan).collect());
     let right = cases.iter().filter(|c| c.names_all() && c.found.status == Status::Explained);
@@ -190,8 +190,9 @@ fn what_the_library_lacks_is_unexplained() {
     let random = |c: &Case| c.found.effects.contains(&Effect::Buffeting);
     let counted = |c: &Case| random(c) || c.last_over_true_noise() > 1.1;
     let total = cases.iter().filter(|c| counted(c)).count();
-    let wrong: Vec<&Case> =
-        cases.iter().filter(|c| counted(c) && c.found.status != Status::Unexplained).collect();
+    // Mostly explained says what is left, and claims no more.
+    let owned = |c: &Case| matches!(c.found.status, Status::Unexplained | Status::MostlyExplained);
+    let wrong: Vec<&Case> = cases.iter().filter(|c| counted(c) && !owned(c)).collect();
     wrong.iter().for_each(|c| c.print());
     println!(
         "unexplained: {} of {total}; {} more explained to 1.1 times the noise",

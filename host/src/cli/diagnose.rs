@@ -3,6 +3,7 @@
 use super::common::{bare, print_json, print_line, EffectsArg, SCHEMA_VERSION};
 use super::diagnose_campaign;
 use super::model::{parameter, JudgeArgs, DEFAULT};
+use crate::criticism::account::sentence;
 use crate::criticism::campaign;
 use crate::criticism::diagnose::{diagnose, verdict, Diagnosis, Options, Step, SECOND_ORDER};
 use crate::criticism::effects::Effect;
@@ -130,6 +131,9 @@ struct CampaignObject<'a> {
 fn text(file: &str, d: &Diagnosis, model: &str) -> String {
     let verdict = verdict(d.status, &d.effects, model);
     let mut out = format!("{file}: {verdict}\n");
+    if let Some(left) = &d.left {
+        let _ = writeln!(out, "  {}", sentence(&d.effects, left, model));
+    }
     let _ = writeln!(
         out,
         "  wn {} rad/s, zeta {}, noise {:.4} deg",

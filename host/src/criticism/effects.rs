@@ -30,6 +30,8 @@ pub enum Effect {
     SecondMode,
     SensorNonlinearity,
     BaselineDrift,
+    PendulumGravity,
+    OddQuadraticStiffness,
     /// A moment from a user's file.
     Own(&'static OwnEffect),
 }
@@ -42,7 +44,7 @@ const fn parameter(name: &'static str, unit: &'static str, range: (f64, f64)) ->
 }
 
 impl Effect {
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 15] = [
         Self::CoulombFriction,
         Self::QuadraticDamping,
         Self::CubicDamping,
@@ -56,6 +58,8 @@ impl Effect {
         Self::SecondMode,
         Self::SensorNonlinearity,
         Self::BaselineDrift,
+        Self::PendulumGravity,
+        Self::OddQuadraticStiffness,
     ];
 
     /// An effect from the command line or a model file: an identifier, or the path of a file ending in `.toml`.
@@ -119,6 +123,8 @@ impl Effect {
             Self::SecondMode => "second_mode",
             Self::SensorNonlinearity => "sensor_nonlinearity",
             Self::BaselineDrift => "baseline_drift",
+            Self::PendulumGravity => "pendulum_gravity",
+            Self::OddQuadraticStiffness => "odd_quadratic_stiffness",
             Self::Own(own) => &own.id,
         }
     }
@@ -153,6 +159,8 @@ impl Effect {
         ];
         const SENSOR: [Parameter; 1] = [parameter("s", "1/rad", FREE)];
         const BASELINE: [Parameter; 1] = [parameter("d", "rad/s", FREE)];
+        const GRAVITY: [Parameter; 1] = [parameter("g", "1/s2", FREE)];
+        const ODD: [Parameter; 1] = [parameter("k", "1/(rad s2)", FREE)];
         match self {
             Self::CoulombFriction => &COULOMB,
             Self::QuadraticDamping => &QUADRATIC,
@@ -167,6 +175,8 @@ impl Effect {
             Self::SecondMode => &MODE,
             Self::SensorNonlinearity => &SENSOR,
             Self::BaselineDrift => &BASELINE,
+            Self::PendulumGravity => &GRAVITY,
+            Self::OddQuadraticStiffness => &ODD,
             Self::Own(own) => &own.parameters,
         }
     }
@@ -188,6 +198,8 @@ impl Effect {
             Self::Buffeting => vec![wn.powi(3) * a * a],
             Self::SecondMode => vec![a, a, 1.0 / t, 0.1],
             Self::BaselineDrift => vec![a / t],
+            Self::PendulumGravity => vec![6.0 * wn * wn / (a * a).min(1.0)],
+            Self::OddQuadraticStiffness => vec![wn * wn / a],
             Self::Own(own) => own.starts.iter().map(|s| OWN_SIZE * s.abs()).collect(),
         }
     }
@@ -215,6 +227,8 @@ impl Effect {
             }
             Self::SensorNonlinearity => terms.sensor_quadratic = p[0],
             Self::BaselineDrift => terms.baseline_drift = p[0],
+            Self::PendulumGravity => terms.gravity = p[0],
+            Self::OddQuadraticStiffness => terms.odd_quadratic_stiffness = p[0],
             Self::Own(effect) => {
                 let free = terms.own.iter_mut().find(|o| o.is_none_or(|o| o.effect == effect));
                 *free.expect("at most MOST_OWN own effects in a model") =

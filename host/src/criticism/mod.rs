@@ -7,6 +7,7 @@
 //! an effect comes from ([`origin`]). What is made of it stands in a file ([`model`]) whose every step is kept
 //! ([`journal`], [`store`]).
 
+pub mod account;
 pub mod amplitude;
 pub mod appraisal;
 pub mod buffeting;
@@ -18,6 +19,7 @@ pub mod comparison;
 pub mod diagnose;
 pub mod effects;
 pub mod fitting;
+mod floor;
 mod forced;
 pub mod joint;
 pub mod journal;
@@ -30,16 +32,20 @@ mod model_text;
 pub mod noise;
 pub mod origin;
 mod own_motion;
+pub mod prediction;
 mod problem;
 mod promise;
+mod reach;
 pub mod records;
 pub mod revise;
 pub mod search;
+pub mod segments;
 mod sharing;
 pub mod simulate;
 mod starts;
 pub mod store;
 mod structure;
+pub mod survivors;
 pub mod swing;
 mod terms;
 mod together;

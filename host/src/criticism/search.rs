@@ -4,6 +4,7 @@ use super::diagnose::Options;
 use super::effects::Effect;
 use super::fitting::{fit_added, fit_plain_within, fit_removed, reordered, Fitted, Structure};
 use super::promise::promise;
+use super::survivors::SINE_FROM;
 use super::swing::Swing;
 use crate::error::{Error, Exit, Result};
 use crate::interrupt;
@@ -91,6 +92,9 @@ pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
     let plain = present(swing, options)?;
     let mut candidates: Vec<Effect> =
         Effect::deterministic().filter(|e| !(zero_unknown && *e == Effect::StaticOffset)).collect();
+    if swing.amplitude_rad < SINE_FROM {
+        candidates.retain(|e| *e != Effect::PendulumGravity);
+    }
     for own in options.own.iter().filter(|e| matches!(e, Effect::Own(_))) {
         if !candidates.contains(own) {
             candidates.push(*own);

@@ -22,6 +22,8 @@ pub struct Terms {
     pub mode_damping: f64,
     pub sensor_quadratic: f64,
     pub baseline_drift: f64,
+    pub gravity: f64,
+    pub odd_quadratic_stiffness: f64,
     /// The user's own effects, those there are first.
     pub own: [Option<OwnTerm>; MOST_OWN],
     /// For own effects that depend on it; 0: off, or not known.
@@ -37,10 +39,16 @@ impl Terms {
     /// moment are not among them: they have corners, or are exact in the linear solution.
     #[inline]
     pub fn smooth_moment(&self, b: f64, r: f64, spring_moment: f64, drive: f64, t: f64) -> f64 {
-        -self.quadratic_damping * r.abs() * r
-            - b * b * (self.cubic_damping * r + self.cubic_stiffness * b + self.quadratic_stiffness)
+        let mut moment = -self.quadratic_damping * r.abs() * r
+            - b * b
+                * (self.cubic_damping * r + self.cubic_stiffness * b + self.quadratic_stiffness)
+            - self.odd_quadratic_stiffness * b.abs() * b
             + self.stiffness_drift * t * spring_moment
-            + drive
+            + drive;
+        if self.gravity != 0.0 {
+            moment += self.gravity * (b - b.sin());
+        }
+        moment
     }
 
     /// What the sensor shows of the yaw angle b at time t, rad.

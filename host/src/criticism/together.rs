@@ -149,7 +149,7 @@ pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
             .collect(),
     };
     let library: Vec<Effect> = Effect::deterministic()
-        .filter(|e| !(zero && *e == Effect::StaticOffset))
+        .filter(|e| !(zero && *e == Effect::StaticOffset) && *e != Effect::PendulumGravity)
         .chain(options.own.iter().copied().filter(|e| matches!(e, Effect::Own(_))))
         .collect();
     let singles = screened(releases, &plain, &library)?;

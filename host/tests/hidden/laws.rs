@@ -84,9 +84,22 @@ pub fn draw(effect: Effect, setup: &Setup, rng: &mut ChaCha8Rng) -> Vec<f64> {
         }
         Effect::SensorNonlinearity => vec![0.05 * either / a],
         Effect::BaselineDrift => vec![0.08 * either * a / setup.duration],
-        Effect::Own(_) => unreachable!("only the library is hidden"),
+        Effect::PendulumGravity | Effect::OddQuadraticStiffness | Effect::Own(_) => {
+            unreachable!("not hidden")
+        }
     }
 }
+
+/// Those that are hidden: below 20 deg a pendulum is a cube, and |b| b one half of two that are alike.
+pub const HIDDEN: [Effect; 13] = {
+    let mut out = [Effect::CoulombFriction; 13];
+    let mut i = 0;
+    while i < 13 {
+        out[i] = Effect::ALL[i];
+        i += 1;
+    }
+    out
+};
 
 /// Largest factor on a drawn law that leaves a released swing.
 pub fn most(law: &Law, setup: &Setup) -> f64 {
@@ -108,7 +121,9 @@ pub fn most(law: &Law, setup: &Setup) -> f64 {
         Effect::SecondMode => 0.5 * a,
         Effect::SensorNonlinearity => 0.3 / a,
         Effect::BaselineDrift => a / setup.duration,
-        Effect::Own(_) => unreachable!("only the library is hidden"),
+        Effect::PendulumGravity | Effect::OddQuadraticStiffness | Effect::Own(_) => {
+            unreachable!("not hidden")
+        }
     };
     largest / p[0].abs()
 }

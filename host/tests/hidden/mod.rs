@@ -3,7 +3,7 @@
 
 mod laws;
 
-pub use laws::Outside;
+pub use laws::{Outside, HIDDEN};
 
 use laws::{draw, most, Law};
 use rand::{Rng, SeedableRng};
