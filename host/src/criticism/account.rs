@@ -1,6 +1,7 @@
 //! How much of what a plain model misses the surviving effects account for, and what is left.
 
 use super::compare::{self, Where};
+use super::diagnose::Candidate;
 use super::effects::Effect;
 use super::fitting::{refitted, Fitted, Limit, Number};
 use super::structure::PLAIN;
@@ -8,6 +9,7 @@ use super::survivors::{self, Judged, Survivors};
 use super::swing::Swing;
 use crate::error::Result;
 use crate::quantity::Quantity;
+use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -15,6 +17,8 @@ use std::f64::consts::TAU;
 /// Uncertainties by which the rest angle is off the sensor's zero for it to be named, and the share of the amplitude.
 const OFF_ZERO: f64 = 3.0;
 const LEAST_OFFSET: f64 = 0.005;
+/// Uncertainties that a number is away from nought at least.
+const SIGNIFICANT: f64 = 3.0;
 /// Residual of a part of the amplitudes, over that of all, from which on it is named.
 const STANDS_OUT: f64 = 1.3;
 
@@ -48,6 +52,26 @@ pub struct Account {
     pub rest_angle: Quantity,
     /// The plain model whose rest angle is fitted: its place among the steps.
     plain: usize,
+    /// Every effect alone, best first.
+    pub candidates: Vec<Candidate>,
+}
+
+/// Every effect alone on long pieces. What they leave follows the motion: an independent residual each half cycle.
+fn candidates(swing: &Swing, survivors: &Survivors) -> Vec<Candidate> {
+    let count = swing.yaw_rad.len() as f64;
+    let independent = 2.0 * count / swing.per_cycle();
+    let plain = survivors.path[0].model.fit.sum();
+    let candidate = |single: &survivors::Model| {
+        let effect = *single.fit.structure.effects.last().expect("an effect");
+        let more = effect.parameters().len() as f64;
+        Candidate {
+            effect,
+            residual_over_noise: (single.fit.sum() / count).sqrt() / swing.noise_rad,
+            evidence: independent * (plain / single.fit.sum()).ln() - more * independent.ln(),
+            converged: single.fit.converged,
+        }
+    };
+    survivors.singles.iter().map(candidate).collect()
 }
 
 fn of_judged(swing: &Swing, survivors: &Survivors, judged: &Judged) -> Fitted {
@@ -61,14 +85,37 @@ fn rest_angle(model: &Fitted) -> Quantity {
     Quantity::new(model.parameters[PLAIN], (variance * model.inflation).max(0.0).sqrt())
 }
 
+/// A number of the final model that is not known to be other than nought, or nought at its bound.
+fn insignificant(model: &Fitted) -> Option<Effect> {
+    let known = |effect: &&Effect| {
+        let prefix = format!("{effect}.");
+        model
+            .effect_parameters()
+            .iter()
+            .filter(|(name, _)| name.starts_with(&prefix))
+            .any(|(_, q)| q.u > 0.0 && q.value.abs() > SIGNIFICANT * q.u)
+    };
+    model.structure.effects.iter().find(|e| !known(e)).copied()
+}
+
 /// Fits what survived to the whole of `swing`. With `zero_unknown` a rest off the sensor's zero is not named.
 ///
 /// # Errors
 /// 130 where the user stops it.
-pub fn account(swing: &Swing, survivors: &Survivors, zero_unknown: bool) -> Result<Account> {
-    use rayon::prelude::*;
-    let fits: Vec<Fitted> =
-        survivors.path.par_iter().map(|judged| of_judged(swing, survivors, judged)).collect();
+pub fn account(swing: &Swing, mut survivors: Survivors, zero_unknown: bool) -> Result<Account> {
+    let last = loop {
+        let last = of_judged(swing, &survivors, survivors.path.last().expect("the plain model"));
+        crate::interrupt::check()?;
+        match insignificant(&last) {
+            Some(effect) => survivors = survivors.without(effect)?,
+            None => break last,
+        }
+    };
+    let survivors = &survivors;
+    let smaller = &survivors.path[..survivors.path.len() - 1];
+    let mut fits: Vec<Fitted> =
+        smaller.par_iter().map(|judged| of_judged(swing, survivors, judged)).collect();
+    fits.push(last);
     crate::interrupt::check()?;
     let rest = rest_angle(fits.last().expect("the plain model"));
     let offset = !zero_unknown
@@ -101,10 +148,16 @@ pub fn account(swing: &Swing, survivors: &Survivors, zero_unknown: bool) -> Resu
         let held_out_rad = judged.prediction.rms_rad();
         steps.push(Step { added, model, held_out_rad, parameters });
     }
-    Ok(Account { steps, effects, rest_angle: rest, plain })
+    let candidates = candidates(swing, survivors);
+    Ok(Account { steps, effects, rest_angle: rest, plain, candidates })
 }
 
 impl Account {
+    /// What the plain model leaves, rad.
+    pub fn plain_rad(&self) -> f64 {
+        self.steps[self.plain].model.rms_rad()
+    }
+
     pub fn last(&self) -> &Step {
         self.steps.last().expect("the plain model")
     }

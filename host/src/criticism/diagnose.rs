@@ -23,7 +23,9 @@ use std::collections::BTreeMap;
 pub(super) const FITTED_SHARE: f64 = 0.65;
 /// Residual over noise, of what all effects together would leave in one linear step, up to which a model down to the
 /// noise is looked for.
-const WITHIN_REACH: f64 = 4.0;
+const WITHIN_REACH: f64 = 3.0;
+/// Residual of the plain model over the noise beyond which likelihood is not asked.
+const NEAR: f64 = 40.0;
 /// Share of the amplitude that may be left where a model mostly explains a swing, and share of the plain model's mean
 /// square.
 const SMALL: f64 = 0.01;
@@ -179,35 +181,43 @@ fn judged(record: &Record, swing: Swing, options: &Options) -> Result<Diagnosed>
         return Ok(by_likelihood(record, &swing, options)?.0);
     }
     let survivors = survivors::search(&swing)?;
-    let account = account::account(&swing, &survivors, options.zero_unknown)?;
+    let account = account::account(&swing, survivors, options.zero_unknown)?;
     let best = &account.last().model;
     let plain = search::present(&swing, options)?;
-    let candidates: Vec<Effect> = Effect::deterministic().collect();
-    let reached = [best, &plain]
-        .into_iter()
-        .map(|model| reach::reach(&swing, model, &candidates))
-        .fold(f64::INFINITY, f64::min);
-    if std::env::var("YAWRIG_DEBUG").is_ok() {
-        eprintln!("reach {reached:.2} best {:.2} {:?}", best.over_noise(&swing), account.effects);
-    }
-    if reached < WITHIN_REACH {
-        let (diagnosed, good) = by_likelihood(record, &swing, options)?;
-        if good {
-            return Ok(diagnosed);
+    let lowest = plain.rms_rad().min(account.plain_rad());
+    if lowest < NEAR * swing.noise_rad {
+        let candidates: Vec<Effect> = Effect::deterministic().collect();
+        let reached = [best, &plain]
+            .into_iter()
+            .map(|model| reach::reach(&swing, model, &candidates))
+            .fold(f64::INFINITY, f64::min);
+        if std::env::var("YAWRIG_DEBUG").is_ok() {
+            eprintln!(
+                "reach {reached:.2} best {:.2} lowest {:.2} {:?}",
+                best.over_noise(&swing),
+                lowest / swing.noise_rad,
+                account.effects
+            );
         }
-    } else if let Some(b) = buffeting::fit(&swing, &plain) {
-        let (deterministic, n) = buffeting::definite_criterion(&swing, best);
-        if holds(&b, 0, deterministic, n) {
-            let found = Found {
-                swing: swing.clone(),
-                plain: plain.clone(),
-                singles: Vec::new(),
-                path: vec![plain.clone()],
-                explained: false,
-                indistinguishable: Vec::new(),
-            };
-            let diagnosis = buffeted_verdict(&swing, &found, &b, None);
-            return Ok(Diagnosed { diagnosis, path: vec![plain], swing, singles: Vec::new() });
+        if reached < WITHIN_REACH {
+            let (diagnosed, good) = by_likelihood(record, &swing, options)?;
+            if good {
+                return Ok(diagnosed);
+            }
+        } else if let Some(b) = buffeting::fit(&swing, &plain) {
+            let (deterministic, n) = buffeting::definite_criterion(&swing, best);
+            if holds(&b, 0, deterministic, n) {
+                let found = Found {
+                    swing: swing.clone(),
+                    plain: plain.clone(),
+                    singles: Vec::new(),
+                    path: vec![plain.clone()],
+                    explained: false,
+                    indistinguishable: Vec::new(),
+                };
+                let diagnosis = buffeted_verdict(&swing, &found, &b, None);
+                return Ok(Diagnosed { diagnosis, path: vec![plain], swing, singles: Vec::new() });
+            }
         }
     }
     Ok(by_prediction(record, swing, account))
@@ -242,7 +252,7 @@ fn by_prediction(record: &Record, swing: Swing, account: Account) -> Diagnosed {
         indistinguishable: Vec::new(),
         modal: modal(last),
         steps: account.steps.iter().map(step).collect(),
-        candidates: Vec::new(),
+        candidates: account.candidates.clone(),
         where_,
         left: Some(left),
         rest_angle_deg: Some(Quantity::new(

@@ -2,7 +2,7 @@
 //!
 //! Where the misfit is deterministic, likelihood buys any effect that bends; what counts then is prediction.
 
-use super::segments::{fit_pieces, fit_state, PieceFit, Pieces, ROUGH};
+use super::segments::{first_state, fit_pieces, fit_state, PieceFit, Pieces, ROUGH};
 use super::swing::Swing;
 
 /// Steps of a fit to a part of the pieces, from the fit to all.
@@ -14,60 +14,69 @@ const LOST: f64 = 1.0;
 #[derive(Clone, Debug)]
 pub struct Prediction {
     /// Sum of squares (rad2) and number of means.
-    errors: Vec<(f64, usize)>,
-    /// What is common, as fitted in each split.
-    pub common: Vec<Vec<f64>>,
+    errors: Vec<(f64, f64)>,
 }
 
-/// Which pieces are fitted and which are predicted: alternately, and the later part from the earlier.
-fn splits(count: usize) -> Vec<(Vec<usize>, Vec<usize>)> {
-    let split =
-        |fitted: &dyn Fn(usize) -> bool| (0..count).partition::<Vec<usize>, _>(|k| fitted(*k));
-    let later = (0.65 * count as f64).round() as usize;
-    vec![split(&|k| k % 2 == 0), split(&|k| k % 2 == 1), split(&|k| k < later)]
-}
-
-/// Predicts each split of `pieces` from `model`, which was fitted to all of them.
-pub fn predict(pieces: &Pieces, model: &PieceFit) -> Prediction {
-    let mut out = Prediction { errors: Vec::new(), common: Vec::new() };
-    let lost = (LOST * pieces.swings[0].amplitude_rad).powi(2);
-    for (fitted, predicted) in splits(pieces.len()) {
-        let those: Vec<&Swing> = fitted.iter().map(|&k| &pieces.swings[k]).collect();
-        let states: Vec<[f64; 2]> = fitted.iter().map(|&k| model.states[k]).collect();
-        let fit = fit_pieces(&those, &model.structure, &model.common, &states, ROUGH, STEPS);
-        for k in predicted {
-            let piece = &pieces.swings[k];
-            let (_, squares) = fit_state(piece, &fit.structure, &fit.common, model.states[k]);
-            let n = piece.yaw_rad.len();
-            out.errors.push((squares.min(n as f64 * lost), n));
-        }
-        out.common.push(fit.common);
+/// Predicts with `model`, which was fitted to all of the swing: `short` pieces alternately, where frequency and shape
+/// show, and of the `long` ones the last and the middle one from the others, where damping shows.
+pub fn predict(short: &Pieces, long: &Pieces, model: &PieceFit) -> Prediction {
+    let mut out = Prediction { errors: Vec::new() };
+    let start = |piece: &Swing| {
+        let zero = if model.structure.zero_unknown { model.common[2] } else { 0.0 };
+        fit_state(piece, &model.structure, &model.common, first_state(piece, zero)).0
+    };
+    let states: Vec<[f64; 2]> = short.swings.iter().map(start).collect();
+    for odd in [1, 0] {
+        out.split(short, model, &states, &|k| k % 2 == odd);
+    }
+    let last = long.len() - 1;
+    for left_out in [last, last / 2].into_iter().take(last) {
+        out.split(long, model, &model.states, &|k| k == left_out);
     }
     out
 }
 
 impl Prediction {
+    /// Fits all pieces that are not `predicted`, and predicts those.
+    fn split(
+        &mut self,
+        pieces: &Pieces,
+        model: &PieceFit,
+        states: &[[f64; 2]],
+        predicted: &dyn Fn(usize) -> bool,
+    ) {
+        let (those, others): (Vec<usize>, Vec<usize>) =
+            (0..pieces.len()).partition(|k| predicted(*k));
+        let fitted: Vec<&Swing> = others.iter().map(|&k| &pieces.swings[k]).collect();
+        let begin: Vec<[f64; 2]> = others.iter().map(|&k| states[k]).collect();
+        let fit = fit_pieces(&fitted, &model.structure, &model.common, &begin, ROUGH, STEPS);
+        for k in those {
+            let piece = &pieces.swings[k];
+            let (_, squares) = fit_state(piece, &fit.structure, &fit.common, states[k]);
+            let n = piece.yaw_rad.len() as f64;
+            self.errors.push((squares.min(n * (LOST * piece.amplitude_rad).powi(2)), n));
+        }
+    }
+
     pub fn rms_rad(&self) -> f64 {
-        let (sum, n) = self.errors.iter().fold((0.0, 0.0), |s, e| (s.0 + e.0, s.1 + e.1 as f64));
+        let (sum, n) = self.errors.iter().fold((0.0, 0.0), |s, e| (s.0 + e.0, s.1 + e.1));
         f64::sqrt(sum / f64::max(n, 1.0))
     }
 
     /// How much smaller the errors are than those of `other`, in standard errors over the pieces: the mean of
-    /// the logarithm of their ratio.
+    /// the logarithm of their ratio, longer pieces weighing more.
     pub fn gain_over(&self, other: &Self) -> f64 {
         let floor = 1e-6 * other.rms_rad().powi(2);
-        let gains: Vec<f64> = self
+        let mean = |e: &(f64, f64)| e.0 / e.1 + floor;
+        let gains: Vec<(f64, f64)> = self
             .errors
             .iter()
             .zip(&other.errors)
-            .map(|(a, b)| {
-                let mean = |e: &(f64, usize)| e.0 / e.1 as f64 + floor;
-                (mean(b) / mean(a)).ln()
-            })
+            .map(|(a, b)| ((mean(b) / mean(a)).ln(), a.1))
             .collect();
-        let n = gains.len() as f64;
-        let mean = gains.iter().sum::<f64>() / n;
-        let variance = gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (n - 1.0);
-        mean / (variance / n).sqrt().max(1e-12)
+        let weight: f64 = gains.iter().map(|g| g.1).sum();
+        let average = gains.iter().map(|g| g.0 * g.1).sum::<f64>() / weight;
+        let scatter: f64 = gains.iter().map(|g| (g.1 * (g.0 - average)).powi(2)).sum();
+        average / (scatter.sqrt() / weight).max(1e-12)
     }
 }

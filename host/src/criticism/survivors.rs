@@ -16,9 +16,14 @@ use rayon::prelude::*;
 /// Cycles of the pieces of the first, shortest fit, and of the next.
 const SHORT_CYCLES: f64 = 3.0;
 const LONGER_CYCLES: f64 = 9.0;
-/// Pieces that are predicted, and the cycles in one at least.
+/// Long pieces, on which models are compared, and shorter ones that are predicted; the cycles in one at least.
+const LONG_PIECES: f64 = 3.0;
 const MOST_PIECES: f64 = 8.0;
 const LEAST_CYCLES: f64 = 1.5;
+/// Gain at which a fit to long pieces has settled.
+const SETTLED: f64 = 1e-4;
+/// Effects up to which a set is fitted from short pieces on: beyond, a smaller set's numbers are near.
+const FROM_SHORT: usize = 2;
 /// Standard errors by which the larger model has to predict better.
 const BETTER: f64 = 1.0;
 /// Share by which it has to predict better, too.
@@ -27,7 +32,7 @@ const LEAST_GAIN: f64 = 0.10;
 const LEAST_ROUND: f64 = 0.05;
 const MOST_EFFECTS: usize = 6;
 /// Models of a round, best fits first, from which the next is made, and whose prediction is tried.
-const BEAM: usize = 4;
+const BEAM: usize = 3;
 const TRIED: usize = 3;
 /// Amplitude below which a sine is told from a cube by nobody, rad.
 pub const SINE_FROM: f64 = 0.4;
@@ -50,34 +55,42 @@ pub struct Judged {
 pub struct Lengths {
     short: Pieces,
     longer: Pieces,
-    pub predicted: Pieces,
+    pub long: Pieces,
+    predicted: Pieces,
 }
 
 impl Lengths {
     pub fn of(swing: &Swing) -> Self {
         let cycles = swing.yaw_rad.len() as f64 / swing.per_cycle();
-        let count = (cycles / LEAST_CYCLES).clamp(2.0, MOST_PIECES) as usize;
+        let count = |most: f64| (cycles / LEAST_CYCLES).clamp(2.0, most) as usize;
+        let long = count(LONG_PIECES);
         Self {
-            short: Pieces::of_cycles(swing, SHORT_CYCLES.min(cycles / count as f64)),
-            longer: Pieces::of_cycles(swing, LONGER_CYCLES.min(cycles / count as f64)),
-            predicted: Pieces::of(swing, count),
+            short: Pieces::of_cycles(swing, SHORT_CYCLES.min(cycles / long as f64)),
+            longer: Pieces::of_cycles(swing, LONGER_CYCLES.min(cycles / long as f64)),
+            long: Pieces::of(swing, long),
+            predicted: Pieces::of(swing, count(MOST_PIECES)),
         }
     }
 }
 
-/// Fits `structure` from numbers for short pieces, and from `near` those of a smaller model where there is one.
+/// Fits `structure` from numbers for short pieces over ever longer ones, and from `near` those of a smaller model
+/// where there is one.
 fn fitted(lengths: &Lengths, structure: &Structure, short: &[f64], near: Option<&[f64]>) -> Model {
+    let near = near.map(|near| fit_from(&lengths.long, structure, near, SETTLED));
+    if let Some(fit) = near.as_ref().filter(|_| structure.effects.len() > FROM_SHORT) {
+        return Model {
+            short: PieceFit { common: short.to_vec(), ..fit.clone() },
+            fit: fit.clone(),
+        };
+    }
     let first = fit_from(&lengths.short, structure, short, ROUGH);
     let mut common = first.common.clone();
     if lengths.longer.len() < lengths.short.len() {
         common = fit_from(&lengths.longer, structure, &common, ROUGH).common;
     }
-    let mut fit = fit_from(&lengths.predicted, structure, &common, 1e-4);
-    if let Some(near) = near {
-        let other = fit_from(&lengths.predicted, structure, near, 1e-4);
-        if other.sum() < fit.sum() {
-            fit = other;
-        }
+    let mut fit = fit_from(&lengths.long, structure, &common, SETTLED);
+    if let Some(near) = near.filter(|near| near.sum() < fit.sum()) {
+        fit = near;
     }
     Model { short: first, fit }
 }
@@ -109,7 +122,7 @@ fn without(lengths: &Lengths, model: &Model, effect: Effect) -> Model {
 }
 
 fn judged(lengths: &Lengths, model: Model) -> Judged {
-    let prediction = predict(&lengths.predicted, &model.fit);
+    let prediction = predict(&lengths.predicted, &lengths.long, &model.fit);
     Judged { model, prediction }
 }
 
@@ -120,13 +133,10 @@ impl Judged {
     }
 }
 
-/// Two that stand for each other as long as the angle is not very large: one of them at a time.
+/// A sine is a law of its own: a power of the angle beside it bends against it.
 fn excludes(a: Effect, b: Effect) -> bool {
-    matches!(
-        (a, b),
-        (Effect::CubicStiffness, Effect::PendulumGravity)
-            | (Effect::PendulumGravity, Effect::CubicStiffness)
-    )
+    let power = |e| matches!(e, Effect::CubicStiffness | Effect::OddQuadraticStiffness);
+    a == Effect::PendulumGravity && power(b) || b == Effect::PendulumGravity && power(a)
 }
 
 /// Every set with an effect more than one of `models`, fitted, best first.
@@ -170,6 +180,8 @@ pub struct Survivors {
     pub lengths: Lengths,
     /// From the plain model on, an effect more each.
     pub path: Vec<Judged>,
+    /// Every effect alone, best first.
+    pub singles: Vec<Model>,
 }
 
 /// Searches for the effects that survive prediction.
@@ -203,7 +215,8 @@ pub fn search(swing: &Swing) -> Result<Survivors> {
         let last = rounds.last().expect("a round");
         let next = expanded(&lengths, &last[..last.len().min(BEAM)], &all);
         let Some(best) = next.first() else { break };
-        let gains = best.fit.sum() < (1.0 - LEAST_ROUND).powi(2) * last[0].fit.sum();
+        let gains =
+            rounds.len() == 1 || best.fit.sum() < (1.0 - LEAST_ROUND).powi(2) * last[0].fit.sum();
         if !gains {
             break;
         }
@@ -229,13 +242,18 @@ pub fn search(swing: &Swing) -> Result<Survivors> {
         }
     }
     here = pruned(&lengths, here);
-    let mut path = vec![here.clone()];
+    Ok(Survivors { path: path(&lengths, &plain, here)?, singles: rounds.swap_remove(1), lengths })
+}
+
+/// From `plain` to `last`, what is missed least taken out first.
+fn path(lengths: &Lengths, plain: &Judged, last: Judged) -> Result<Vec<Judged>> {
+    let mut path = vec![last];
     while let Some(larger) = path.last().filter(|j| j.model.fit.structure.effects.len() > 1) {
         interrupt::check()?;
         let effects = &larger.model.fit.structure.effects;
         let smaller: Vec<Judged> = effects
             .par_iter()
-            .map(|e| judged(&lengths, without(&lengths, &larger.model, *e)))
+            .map(|e| judged(lengths, without(lengths, &larger.model, *e)))
             .collect();
         let best = smaller
             .into_iter()
@@ -243,10 +261,27 @@ pub fn search(swing: &Swing) -> Result<Survivors> {
         path.push(best.expect("an effect"));
     }
     if path.last().is_some_and(|j| !j.model.fit.structure.effects.is_empty()) {
-        path.push(plain);
+        path.push(plain.clone());
     }
     path.reverse();
-    Ok(Survivors { lengths, path })
+    Ok(path)
+}
+
+impl Survivors {
+    /// The same without `effect`.
+    ///
+    /// # Errors
+    /// 130 where the user stops it.
+    pub fn without(mut self, effect: Effect) -> Result<Self> {
+        let last = self.path.pop().expect("a model");
+        let plain = self.path.first().cloned().unwrap_or_else(|| last.clone());
+        let less = judged(&self.lengths, without(&self.lengths, &last.model, effect));
+        self.path = match less.model.fit.structure.effects.is_empty() {
+            true => vec![plain],
+            false => path(&self.lengths, &plain, less)?,
+        };
+        Ok(self)
+    }
 }
 
 /// `like` fitted again with another structure of the same numbers, and judged.
@@ -273,7 +308,7 @@ fn pruned(lengths: &Lengths, mut here: Judged) -> Judged {
 
 /// The whole of the swing from one state, begun at `fit`'s numbers: over ever longer pieces.
 pub fn whole(swing: &Swing, lengths: &Lengths, fit: &PieceFit) -> PieceFit {
-    let mut count = lengths.predicted.len();
+    let mut count = lengths.long.len();
     let mut best = fit.clone();
     while count > 1 {
         count = count.div_ceil(2);
@@ -281,7 +316,7 @@ pub fn whole(swing: &Swing, lengths: &Lengths, fit: &PieceFit) -> PieceFit {
         let states: Vec<[f64; 2]> = (0..count)
             .map(|k| {
                 let piece = &pieces.swings[k];
-                let zero = best.common[2];
+                let zero = if best.structure.zero_unknown { best.common[2] } else { 0.0 };
                 let start = super::segments::first_state(piece, zero);
                 super::segments::fit_state(piece, &best.structure, &best.common, start).0
             })
