@@ -3,7 +3,6 @@
 use super::common::{bare, print_json, print_line, EffectsArg, SCHEMA_VERSION};
 use super::diagnose_campaign;
 use super::model::{parameter, JudgeArgs, DEFAULT};
-use crate::criticism::account::sentence;
 use crate::criticism::campaign;
 use crate::criticism::diagnose::{diagnose, verdict, Diagnosis, Options, Step, SECOND_ORDER};
 use crate::criticism::effects::Effect;
@@ -20,8 +19,8 @@ use std::path::{Path, PathBuf};
 
 /// Which physical effect a second-order model of a record lacks.
 ///
-/// Every effect of the library is fitted, alone and together with others, and judged by evidence, by the later part of
-/// the record and by its size. A reading at rest that is not nought counts as a constant moment unless --unknown-zero
+/// Every effect of the library is fitted, alone and together with others. Near the noise it is judged by evidence; where
+/// more than noise is left, by the prediction of parts of the record that were not fitted, and what is left is said. A reading at rest that is not nought counts as a constant moment unless --unknown-zero
 /// says that the sensor was not zeroed. Your own effect, a moment written as an expression in a file, competes with them
 /// when --effect names it.
 ///
@@ -131,8 +130,8 @@ struct CampaignObject<'a> {
 fn text(file: &str, d: &Diagnosis, model: &str) -> String {
     let verdict = verdict(d.status, &d.effects, model);
     let mut out = format!("{file}: {verdict}\n");
-    if let Some(left) = &d.left {
-        let _ = writeln!(out, "  {}", sentence(&d.effects, left, model));
+    if let Some(sentence) = &d.sentence {
+        let _ = writeln!(out, "  {sentence}");
     }
     let _ = writeln!(
         out,

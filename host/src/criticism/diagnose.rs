@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 pub(super) const FITTED_SHARE: f64 = 0.65;
 /// Residual over noise, of what all effects together would leave in one linear step, up to which a model down to the
 /// noise is looked for.
-const WITHIN_REACH: f64 = 3.0;
+const WITHIN_REACH: f64 = 8.0;
 /// Residual of the plain model over the noise beyond which likelihood is not asked.
 const NEAR: f64 = 40.0;
 /// Share of the amplitude that may be left where a model mostly explains a swing, and share of the plain model's mean
@@ -91,6 +91,9 @@ pub struct Diagnosis {
     /// What the model leaves, where it was chosen by prediction.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub left: Option<Left>,
+    /// The answer in one sentence, where it was chosen by prediction.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sentence: Option<String>,
     /// Angle of rest on the sensor's scale, about which the effects of such a model act.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rest_angle_deg: Option<Quantity>,
@@ -191,14 +194,6 @@ fn judged(record: &Record, swing: Swing, options: &Options) -> Result<Diagnosed>
             .into_iter()
             .map(|model| reach::reach(&swing, model, &candidates))
             .fold(f64::INFINITY, f64::min);
-        if std::env::var("YAWRIG_DEBUG").is_ok() {
-            eprintln!(
-                "reach {reached:.2} best {:.2} lowest {:.2} {:?}",
-                best.over_noise(&swing),
-                lowest / swing.noise_rad,
-                account.effects
-            );
-        }
         if reached < WITHIN_REACH {
             let (diagnosed, good) = by_likelihood(record, &swing, options)?;
             if good {
@@ -254,6 +249,7 @@ fn by_prediction(record: &Record, swing: Swing, account: Account) -> Diagnosed {
         steps: account.steps.iter().map(step).collect(),
         candidates: account.candidates.clone(),
         where_,
+        sentence: Some(account::sentence(&account.effects, &left, SECOND_ORDER)),
         left: Some(left),
         rest_angle_deg: Some(Quantity::new(
             account.rest_angle.value.to_degrees(),
@@ -273,7 +269,8 @@ fn by_likelihood(record: &Record, swing: &Swing, options: &Options) -> Result<(D
     if let Some((buffeted, forced)) = random_forcing(swing, &found) {
         let diagnosis = buffeted_verdict(swing, &found, &buffeted, forced.as_ref());
         let path = vec![found.plain.clone()];
-        let good = diagnosis.status == Status::Explained;
+        // Random forcing and an effect are named though not believed: no definite law stands for them.
+        let good = true;
         return Ok((
             Diagnosed { diagnosis, path, swing: found.swing, singles: found.singles },
             good,
@@ -308,6 +305,7 @@ fn by_likelihood(record: &Record, swing: &Swing, options: &Options) -> Result<(D
         candidates: candidates(swing, &found),
         where_: compare::locate(swing, last),
         left: None,
+        sentence: None,
         rest_angle_deg: None,
         seconds: 0.0,
     };
@@ -416,6 +414,7 @@ fn buffeted_verdict(
         candidates,
         where_: compare::locate(swing, forced.map_or(plain, |f| &f.model)),
         left: None,
+        sentence: None,
         rest_angle_deg: None,
         seconds: 0.0,
     }

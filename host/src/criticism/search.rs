@@ -4,6 +4,7 @@ use super::diagnose::Options;
 use super::effects::Effect;
 use super::fitting::{fit_added, fit_plain_within, fit_removed, reordered, Fitted, Structure};
 use super::promise::promise;
+use super::reach::reach;
 use super::survivors::SINE_FROM;
 use super::swing::Swing;
 use crate::error::{Error, Exit, Result};
@@ -18,6 +19,8 @@ const EXPLAINED: f64 = 1.10;
 pub const LEAST_SHARE_SQUARED: f64 = 0.03;
 /// Residual over noise up to which what a model leaves may sharpen the floor of coloured noise.
 const NEAR_NOISE: f64 = 1.6;
+/// Residual over noise that all effects together would leave a pair in one linear step, beyond which no more are tried.
+const HOPELESS: f64 = 2.5;
 /// Models carried on to the next round.
 const BEAM: usize = 4;
 const MOST_EFFECTS: usize = 4;
@@ -129,6 +132,9 @@ pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
         };
         // The round gained nothing even on the kindest count of residuals: no further one will.
         if !is_worth(&smaller, leader, &swing, count as f64) {
+            break;
+        }
+        if rounds.len() > 1 && reach(&swing, leader, &candidates) > HOPELESS {
             break;
         }
         let next = if is_explained(leader, &swing) {

@@ -27,9 +27,7 @@ const FROM_SHORT: usize = 2;
 /// Standard errors by which the larger model has to predict better.
 const BETTER: f64 = 1.0;
 /// Share by which it has to predict better, too.
-const LEAST_GAIN: f64 = 0.10;
-/// Share by which a round of more effects has to fit better for there to be another.
-const LEAST_ROUND: f64 = 0.05;
+const LEAST_GAIN: f64 = 0.05;
 const MOST_EFFECTS: usize = 6;
 /// Models of a round, best fits first, from which the next is made, and whose prediction is tried.
 const BEAM: usize = 3;
@@ -216,7 +214,7 @@ pub fn search(swing: &Swing) -> Result<Survivors> {
         let next = expanded(&lengths, &last[..last.len().min(BEAM)], &all);
         let Some(best) = next.first() else { break };
         let gains =
-            rounds.len() == 1 || best.fit.sum() < (1.0 - LEAST_ROUND).powi(2) * last[0].fit.sum();
+            rounds.len() == 1 || best.fit.sum() < (1.0 - LEAST_GAIN).powi(2) * last[0].fit.sum();
         if !gains {
             break;
         }
