@@ -4,10 +4,21 @@
 
 mod hidden;
 
-use hidden::{plant, Outside, Plan, Planted, HIDDEN};
+use hidden::{plant, Outside, Plan, Planted};
 use rayon::prelude::*;
 use yawrig::criticism::diagnose::{diagnose, Diagnosis, Options, Status};
 use yawrig::criticism::effects::Effect;
+
+/// Those that are hidden: below 20 deg a pendulum is a cube, and |b| b is as near to both.
+const HIDDEN: [Effect; 13] = {
+    let mut out = [Effect::CoulombFriction; 13];
+    let mut i = 0;
+    while i < out.len() {
+        out[i] = Effect::ALL[i];
+        i += 1;
+    }
+    out
+};
 
 fn number(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().and_then(|n| n.parse().ok()).unwrap_or(default)

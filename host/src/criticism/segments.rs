@@ -8,7 +8,6 @@
 use super::fitting::{motion, Structure};
 use super::problem::{problem_of_one, Release, Together};
 use super::simulate::readings_of_all;
-use super::structure::PLAIN;
 use super::swing::Swing;
 use crate::fit::{Normal, Rows};
 use crate::interrupt;
@@ -30,7 +29,6 @@ const DIFFERENCE: f64 = 1e-6;
 /// Consecutive pieces of a swing.
 pub struct Pieces {
     pub swings: Vec<Swing>,
-    pub ranges: Vec<Range<usize>>,
 }
 
 impl Pieces {
@@ -59,7 +57,7 @@ impl Pieces {
             colour: swing.colour,
             ..*swing
         };
-        Self { swings: ranges.iter().map(piece).collect(), ranges }
+        Self { swings: ranges.iter().map(piece).collect() }
     }
 
     pub fn len(&self) -> usize {
@@ -77,8 +75,6 @@ pub struct PieceFit {
     /// Sum of squares of each piece, rad2.
     pub squares: Vec<f64>,
     pub converged: bool,
-    /// Of what is common; zero rows where a number is at its bound.
-    pub covariance: Option<DMatrix<f64>>,
 }
 
 impl PieceFit {
@@ -305,7 +301,6 @@ pub fn fit_pieces(
         states: states.clone(),
         squares: vec![f64::INFINITY; pieces.len()],
         converged: false,
-        covariance: None,
     };
     let Some(mut here) = fit.sums(&common, &states) else { return out };
     let total = |sums: &[Sums]| sums.iter().map(|s| s.squares).sum::<f64>();
@@ -386,47 +381,9 @@ pub fn fit_pieces(
             }
         }
     }
-    let (a, g) = fit.reduced(&here, 0.0);
-    out.covariance = covariance(&fit, &common, &a, &g, total(&here), pieces);
     out.squares = here.iter().map(|s| s.squares * noise).collect();
     (out.common, out.states, out.converged) = (common, states, converged);
     out
-}
-
-/// For white residuals, of the common numbers.
-fn covariance(
-    fit: &Fit,
-    common: &[f64],
-    a: &DMatrix<f64>,
-    g: &DVector<f64>,
-    squares: f64,
-    pieces: &[&Swing],
-) -> Option<DMatrix<f64>> {
-    let open: Vec<usize> = (0..fit.free.len())
-        .filter(|&k| {
-            let (low, high) = fit.bounds[fit.free[k]];
-            let x = common[fit.free[k]];
-            !(x <= low && g[k] > 0.0 || x >= high && g[k] < 0.0)
-        })
-        .collect();
-    let root: Vec<f64> = open.iter().map(|&k| a[(k, k)].sqrt()).collect();
-    if root.iter().any(|r| *r <= 0.0 || !r.is_finite()) {
-        return None;
-    }
-    let scaled = DMatrix::from_fn(open.len(), open.len(), |i, j| {
-        a[(open[i], open[j])] / (root[i] * root[j])
-    });
-    let inverse = Cholesky::new(scaled)?.inverse();
-    let count: usize = pieces.iter().map(|p| p.yaw_rad.len()).sum();
-    let freedom = count.saturating_sub(open.len() + 2 * pieces.len()).max(1) as f64;
-    let mut out = DMatrix::zeros(common.len(), common.len());
-    for (i, &k) in open.iter().enumerate() {
-        for (j, &l) in open.iter().enumerate() {
-            out[(fit.free[k], fit.free[l])] =
-                inverse[(i, j)] / (root[i] * root[j]) * squares / freedom;
-        }
-    }
-    Some(out)
 }
 
 /// Fits to `pieces` from common numbers alone: the states from the record's own beginnings.
@@ -439,10 +396,4 @@ pub fn fit_from(pieces: &Pieces, structure: &Structure, common: &[f64], settled:
         .collect();
     let all: Vec<&Swing> = pieces.swings.iter().collect();
     fit_pieces(&all, structure, common, &states, settled, STEPS)
-}
-
-/// Of `structure`, what is common in the order of [`PieceFit::common`], out of a fit's numbers.
-pub fn common_of(p: &[f64]) -> Vec<f64> {
-    debug_assert!(p.len() >= PLAIN);
-    p[..2].iter().chain(&p[PLAIN..]).copied().collect()
 }

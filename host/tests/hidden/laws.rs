@@ -90,17 +90,6 @@ pub fn draw(effect: Effect, setup: &Setup, rng: &mut ChaCha8Rng) -> Vec<f64> {
     }
 }
 
-/// Those that are hidden: below 20 deg a pendulum is a cube, and |b| b one half of two that are alike.
-pub const HIDDEN: [Effect; 13] = {
-    let mut out = [Effect::CoulombFriction; 13];
-    let mut i = 0;
-    while i < 13 {
-        out[i] = Effect::ALL[i];
-        i += 1;
-    }
-    out
-};
-
 /// Largest factor on a drawn law that leaves a released swing.
 pub fn most(law: &Law, setup: &Setup) -> f64 {
     let (wn, a) = (setup.wn, setup.amplitude.abs());

@@ -3,7 +3,7 @@
 
 mod laws;
 
-pub use laws::{Outside, HIDDEN};
+pub use laws::Outside;
 
 use laws::{draw, most, Law};
 use rand::{Rng, SeedableRng};
