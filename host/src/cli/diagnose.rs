@@ -48,6 +48,7 @@ struct Object<'a> {
     schema_version: u32,
     #[serde(flatten)]
     diagnosis: &'a Diagnosis,
+    seconds: f64,
 }
 
 impl Diagnose {
@@ -99,9 +100,12 @@ impl Diagnose {
     }
 
     fn judge(&self, file: &Path, options: &Options, model: &str) -> Result<()> {
+        let begin = std::time::Instant::now();
         let diagnosis = diagnose(&Record::read(file)?, options)?;
+        let seconds = begin.elapsed().as_secs_f64();
         if self.judge.json {
-            return print_json(&Object { schema_version: SCHEMA_VERSION, diagnosis: &diagnosis });
+            let schema_version = SCHEMA_VERSION;
+            return print_json(&Object { schema_version, diagnosis: &diagnosis, seconds });
         }
         print_line(&text(&file.display().to_string(), &diagnosis, model))
     }

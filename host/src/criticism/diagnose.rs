@@ -97,7 +97,6 @@ pub struct Diagnosis {
     /// Angle of rest on the sensor's scale, about which the effects of such a model act.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rest_angle_deg: Option<Quantity>,
-    pub seconds: f64,
 }
 
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -172,10 +171,7 @@ pub fn diagnose(record: &Record, options: &Options) -> Result<Diagnosis> {
 /// Exit 3 where there is no swing in it, 6 where the present model cannot be fitted, 130 where the user stops it.
 pub fn diagnose_with_fits(record: &Record, options: &Options) -> Result<Diagnosed> {
     let swing = Swing { wind_speed_m_s: options.wind_speed_m_s, ..Swing::of(record)? };
-    let begin = std::time::Instant::now();
-    let mut diagnosed = judged(record, swing, options)?;
-    diagnosed.diagnosis.seconds = begin.elapsed().as_secs_f64();
-    Ok(diagnosed)
+    judged(record, swing, options)
 }
 
 fn judged(record: &Record, swing: Swing, options: &Options) -> Result<Diagnosed> {
@@ -255,7 +251,6 @@ fn by_prediction(record: &Record, swing: Swing, account: Account) -> Diagnosed {
             account.rest_angle.value.to_degrees(),
             account.rest_angle.u.to_degrees(),
         )),
-        seconds: 0.0,
     };
     let path = account.steps.into_iter().map(|s| s.model).collect();
     Diagnosed { diagnosis, swing, singles: Vec::new(), path }
@@ -307,7 +302,6 @@ fn by_likelihood(record: &Record, swing: &Swing, options: &Options) -> Result<(D
         left: None,
         sentence: None,
         rest_angle_deg: None,
-        seconds: 0.0,
     };
     let good = status != Status::Unexplained;
     Ok((
@@ -416,7 +410,6 @@ fn buffeted_verdict(
         left: None,
         sentence: None,
         rest_angle_deg: None,
-        seconds: 0.0,
     }
 }
 
