@@ -21,8 +21,8 @@ use yawrig_core::effects::Effect;
 
 /// Which physical effect a second-order model of a record lacks.
 ///
-/// Every effect of the library is fitted, alone and together with others, and judged by evidence, by the later part of
-/// the record and by its size. A reading at rest that is not nought counts as a constant moment unless --unknown-zero
+/// Every effect of the library is fitted, alone and together with others. Near the noise it is judged by evidence; where
+/// more than noise is left, by the prediction of parts of the record that were not fitted, and what is left is said. A reading at rest that is not nought counts as a constant moment unless --unknown-zero
 /// says that the sensor was not zeroed. Your own effect, a moment written as an expression in a file, competes with them
 /// when --effect names it.
 ///
@@ -50,6 +50,7 @@ struct Object<'a> {
     schema_version: u32,
     #[serde(flatten)]
     diagnosis: &'a Diagnosis,
+    seconds: f64,
 }
 
 impl Diagnose {
@@ -107,13 +108,16 @@ impl Diagnose {
     }
 
     fn judge(&self, file: &Path, options: &Options, model: &str) -> Result<()> {
+        let begin = std::time::Instant::now();
         let Diagnosed { diagnosis, swing, .. } =
             diagnose_with_fits(&yawrig_records::read(file)?, options)?;
         for warning in &swing.warnings {
             crate::say!("yawrig: warning: {warning}");
         }
+        let seconds = begin.elapsed().as_secs_f64();
         if self.judge.json {
-            return print_json(&Object { schema_version: SCHEMA_VERSION, diagnosis: &diagnosis });
+            let schema_version = SCHEMA_VERSION;
+            return print_json(&Object { schema_version, diagnosis: &diagnosis, seconds });
         }
         print_line(&text(&file.display().to_string(), &diagnosis, model))
     }
@@ -142,6 +146,9 @@ struct CampaignObject<'a> {
 fn text(file: &str, d: &Diagnosis, model: &str) -> String {
     let verdict = verdict(d.status, &d.effects, model);
     let mut out = format!("{file}: {verdict}\n");
+    if let Some(sentence) = &d.sentence {
+        let _ = writeln!(out, "  {sentence}");
+    }
     let _ = writeln!(
         out,
         "  wn {} rad/s, zeta {}, noise {:.4} deg",

@@ -75,6 +75,7 @@ pub fn status(status: diagnose::Status) -> String {
     match status {
         diagnose::Status::Adequate => "adequate",
         diagnose::Status::Explained => "explained",
+        diagnose::Status::MostlyExplained => "mostly_explained",
         diagnose::Status::Unexplained => "unexplained",
     }
     .to_owned()

@@ -85,7 +85,9 @@ pub fn draw(effect: Effect, setup: &Setup, rng: &mut ChaCha8Rng) -> Vec<f64> {
         Effect::SensorNonlinearity => vec![0.05 * either / a],
         Effect::BaselineDrift => vec![0.08 * either * a / setup.duration],
         Effect::QuinticStiffness => vec![0.05 * either * wn * wn / a.powi(4)],
-        Effect::Own(_) => unreachable!("only the library is hidden"),
+        Effect::PendulumGravity | Effect::OddQuadraticStiffness | Effect::Own(_) => {
+            unreachable!("not hidden")
+        }
     }
 }
 
@@ -110,7 +112,9 @@ pub fn most(law: &Law, setup: &Setup) -> f64 {
         Effect::SensorNonlinearity => 0.3 / a,
         Effect::BaselineDrift => a / setup.duration,
         Effect::QuinticStiffness => 0.3 * wn * wn / a.powi(4),
-        Effect::Own(_) => unreachable!("only the library is hidden"),
+        Effect::PendulumGravity | Effect::OddQuadraticStiffness | Effect::Own(_) => {
+            unreachable!("not hidden")
+        }
     };
     largest / p[0].abs()
 }

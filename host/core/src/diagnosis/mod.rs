@@ -1,5 +1,6 @@
 //! Where a model fails and which effect it lacks, in one record or a campaign.
 
+pub mod account;
 pub mod amplitude;
 pub mod buffeting;
 pub mod campaign;
@@ -9,5 +10,8 @@ pub mod diagnose;
 pub mod forced;
 pub mod late_release;
 pub mod origin;
+mod prediction;
+mod reach;
 pub mod search;
+pub mod survivors;
 pub mod together;

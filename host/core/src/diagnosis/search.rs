@@ -1,6 +1,8 @@
 //! Which effects a swing needs: each alone, the best together, the needless taken out again.
 
 use crate::diagnosis::diagnose::Options;
+use crate::diagnosis::reach::reach;
+use crate::diagnosis::survivors::SINE_FROM;
 use crate::effects::Effect;
 use crate::error::{Error, Result};
 use crate::fit::fitting::{fit_added, fit_plain_within, fit_removed, reordered, Fitted, Structure};
@@ -16,6 +18,8 @@ const EXPLAINED: f64 = 1.10;
 pub const LEAST_SHARE_SQUARED: f64 = 0.03;
 /// Residual over noise up to which what a model leaves may sharpen the floor of coloured noise.
 const NEAR_NOISE: f64 = 1.6;
+/// Residual over noise that all effects together would leave a pair in one linear step, beyond which no more are tried.
+const HOPELESS: f64 = 2.5;
 /// Models carried on to the next round.
 const BEAM: usize = 4;
 const MOST_EFFECTS: usize = 4;
@@ -89,6 +93,9 @@ pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
     let plain = present(swing, options)?;
     let mut candidates: Vec<Effect> =
         Effect::deterministic().filter(|e| !(zero_unknown && *e == Effect::StaticOffset)).collect();
+    if swing.amplitude_rad < SINE_FROM {
+        candidates.retain(|e| *e != Effect::PendulumGravity);
+    }
     for own in options.own.iter().filter(|e| matches!(e, Effect::Own(_))) {
         if !candidates.contains(own) {
             candidates.push(own.clone());
@@ -122,6 +129,9 @@ pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
         };
         // The round gained nothing even on the kindest count of residuals: no further one will.
         if !is_worth(&smaller, leader, &swing, count as f64) {
+            break;
+        }
+        if rounds.len() > 1 && reach(&swing, leader, &candidates) > HOPELESS {
             break;
         }
         let next = if is_explained(leader, &swing) {

@@ -159,7 +159,7 @@ pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
             .collect(),
     };
     let library: Vec<Effect> = Effect::deterministic()
-        .filter(|e| !(zero && *e == Effect::StaticOffset))
+        .filter(|e| !(zero && *e == Effect::StaticOffset) && *e != Effect::PendulumGravity)
         .chain(options.own.iter().filter(|&e| matches!(e, Effect::Own(_))).cloned())
         .collect();
     let singles = screened(releases, &plain, &library)?;

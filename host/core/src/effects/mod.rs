@@ -65,6 +65,8 @@ library! {
     sensor_nonlinearity::SensorNonlinearity,
     baseline_drift::BaselineDrift,
     quintic_stiffness::QuinticStiffness,
+    pendulum_gravity::PendulumGravity,
+    odd_quadratic_stiffness::OddQuadraticStiffness,
 }
 
 impl Effect {

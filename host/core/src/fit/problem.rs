@@ -40,8 +40,8 @@ pub(crate) struct Part<'a> {
     /// Of each number of the release: its place among all.
     pub places: Vec<usize>,
     /// Numbers that are not fixed, in the order of their places.
-    free: Vec<usize>,
-    bounds: Vec<(f64, f64)>,
+    pub free: Vec<usize>,
+    pub bounds: Vec<(f64, f64)>,
     steps: Vec<f64>,
 }
 
@@ -61,7 +61,7 @@ impl Part<'_> {
     }
 
     /// Residuals and their derivatives by the free numbers, over the noise, at the parameters `all`.
-    fn linearised(&self, all: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
+    pub fn linearised(&self, all: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
         let swing = self.release.swing;
         let weight = swing.noise_rad.recip();
         let p: Vec<f64> = self.places.iter().map(|&at| all[at]).collect();

@@ -1,0 +1,236 @@
+//! How much of what a plain model misses the surviving effects account for, and what is left.
+
+use crate::diagnosis::compare::{self, Where};
+use crate::diagnosis::diagnose::Candidate;
+use crate::diagnosis::survivors::{self, Judged, Survivors};
+use crate::effects::Effect;
+use crate::error::Result;
+use crate::fit::fitting::{refitted, Fitted, Limit, Number};
+use crate::fit::structure::PLAIN;
+use crate::fit::swing::Swing;
+use crate::quantity::Quantity;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+/// Uncertainties by which the rest angle is off the sensor's zero for it to be named, and the share of the amplitude.
+const OFF_ZERO: f64 = 3.0;
+const LEAST_OFFSET: f64 = 0.005;
+/// Uncertainties that a number is away from nought at least.
+const SIGNIFICANT: f64 = 3.0;
+/// Residual of a part of the amplitudes, over that of all, from which on it is named.
+const STANDS_OUT: f64 = 1.3;
+
+/// What a model leaves. Rms of block means.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Left {
+    pub rms_deg: f64,
+    /// Of the largest amplitude.
+    pub share_of_amplitude: f64,
+    /// Of the mean square that the plain model, its rest angle fitted, leaves.
+    pub share_of_misfit: f64,
+    /// Kind and amplitudes, in words.
+    #[serde(rename = "where")]
+    pub where_: String,
+}
+
+/// One model on the way from plain to final.
+pub struct Step {
+    pub added: Option<Effect>,
+    pub model: Fitted,
+    /// Rms of what was predicted, rad.
+    pub held_out_rad: f64,
+    pub parameters: BTreeMap<String, Quantity>,
+}
+
+/// What survives prediction, fitted to the whole swing.
+pub struct Account {
+    pub steps: Vec<Step>,
+    /// In the order in which they help; a constant moment among them where the zero is known.
+    pub effects: Vec<Effect>,
+    pub rest_angle: Quantity,
+    /// The plain model whose rest angle is fitted: its place among the steps.
+    plain: usize,
+    /// Every effect alone, best first.
+    pub candidates: Vec<Candidate>,
+}
+
+/// Every effect alone on long pieces. What they leave follows the motion: an independent residual each half cycle.
+fn candidates(swing: &Swing, survivors: &Survivors) -> Vec<Candidate> {
+    let count = swing.yaw_rad.len() as f64;
+    let independent = 2.0 * count / swing.per_cycle();
+    let plain = survivors.path[0].model.fit.sum();
+    let candidate = |single: &survivors::Model| {
+        let effect = single.fit.structure.effects.last().expect("an effect").clone();
+        let more = effect.parameters().len() as f64;
+        Candidate {
+            effect,
+            residual_over_noise: (single.fit.sum() / count).sqrt() / swing.noise_rad,
+            evidence: independent * (plain / single.fit.sum()).ln() - more * independent.ln(),
+            converged: single.fit.converged,
+        }
+    };
+    survivors.singles.iter().map(candidate).collect()
+}
+
+fn of_judged(swing: &Swing, survivors: &Survivors, judged: &Judged) -> Fitted {
+    let whole = survivors::whole(swing, &survivors.lengths, &judged.model.fit);
+    refitted(swing, &whole.structure, &whole.numbers(0))
+}
+
+/// Angle of rest on the sensor's scale, rad.
+fn rest_angle(model: &Fitted) -> Quantity {
+    let variance = model.covariance.as_ref().map_or(f64::NAN, |c| c[(PLAIN, PLAIN)]);
+    Quantity::new(model.parameters[PLAIN], (variance * model.inflation).max(0.0).sqrt())
+}
+
+/// A number of the final model that is not known to be other than nought, or nought at its bound.
+fn insignificant(model: &Fitted) -> Option<Effect> {
+    let known = |effect: &&Effect| {
+        let prefix = format!("{effect}.");
+        model
+            .effect_parameters()
+            .iter()
+            .filter(|(name, _)| name.starts_with(&prefix))
+            .any(|(_, q)| q.u > 0.0 && q.value.abs() > SIGNIFICANT * q.u)
+    };
+    model.structure.effects.iter().find(|e| !known(e)).cloned()
+}
+
+/// Fits what survived to the whole of `swing`. With `zero_unknown` a rest off the sensor's zero is not named.
+///
+/// # Errors
+/// 130 where the user stops it.
+pub fn account(swing: &Swing, mut survivors: Survivors, zero_unknown: bool) -> Result<Account> {
+    let last = loop {
+        let last = of_judged(swing, &survivors, survivors.path.last().expect("the plain model"));
+        swing.stop.check()?;
+        match insignificant(&last) {
+            Some(effect) => survivors = survivors.without(effect)?,
+            None => break last,
+        }
+    };
+    let survivors = &survivors;
+    let smaller = &survivors.path[..survivors.path.len() - 1];
+    let mut fits: Vec<Fitted> =
+        smaller.par_iter().map(|judged| of_judged(swing, survivors, judged)).collect();
+    fits.push(last);
+    swing.stop.check()?;
+    let rest = rest_angle(fits.last().expect("the plain model"));
+    let offset = !zero_unknown
+        && rest.value.abs() > OFF_ZERO * rest.u
+        && rest.value.abs() > LEAST_OFFSET * swing.amplitude_rad;
+    let mut steps = Vec::new();
+    let mut effects = Vec::new();
+    if offset {
+        let mut structure = survivors.path[0].model.fit.structure.clone();
+        structure.limits.push(Limit { number: Number::SensorZero, low: 0.0, high: 0.0 });
+        let judged = survivors::refit(&survivors.lengths, &structure, &survivors.path[0]);
+        let model = of_judged(swing, survivors, &judged);
+        let held_out_rad = judged.prediction.rms_rad();
+        steps.push(Step { added: None, model, held_out_rad, parameters: BTreeMap::new() });
+        effects.push(Effect::StaticOffset);
+    }
+    let plain = steps.len();
+    for (model, judged) in fits.into_iter().zip(&survivors.path) {
+        let new = model.structure.effects.iter().find(|e| !effects.contains(e)).cloned();
+        effects.extend(new.clone());
+        let mut parameters: BTreeMap<String, Quantity> =
+            model.effect_parameters().into_iter().collect();
+        if offset {
+            let stiffness = model.parameters[0].powi(2);
+            let rest = rest_angle(&model);
+            let moment = Quantity::new(stiffness * rest.value, stiffness * rest.u);
+            parameters.insert("static_offset.m".into(), moment);
+        }
+        let added = new.or((offset && steps.len() == plain).then_some(Effect::StaticOffset));
+        let held_out_rad = judged.prediction.rms_rad();
+        steps.push(Step { added, model, held_out_rad, parameters });
+    }
+    let candidates = candidates(swing, survivors);
+    Ok(Account { steps, effects, rest_angle: rest, plain, candidates })
+}
+
+impl Account {
+    /// What the plain model leaves, rad.
+    pub fn plain_rad(&self) -> f64 {
+        self.steps[self.plain].model.rms_rad()
+    }
+
+    pub fn last(&self) -> &Step {
+        self.steps.last().expect("the plain model")
+    }
+
+    pub fn left(&self, swing: &Swing, where_: &Where) -> Left {
+        let last = &self.last().model;
+        let plain = &self.steps[self.plain].model;
+        Left {
+            rms_deg: last.rms_rad().to_degrees(),
+            share_of_amplitude: last.rms_rad() / swing.amplitude_rad,
+            share_of_misfit: (last.sum_of_squares / plain.sum_of_squares).min(1.0),
+            where_: in_words(swing, where_),
+        }
+    }
+}
+
+/// Of which kind what is left is, and at which amplitudes.
+fn in_words(swing: &Swing, where_: &Where) -> String {
+    let hz = swing.frequency_rad_s / TAU;
+    let share = |from: f64, to: f64| {
+        let inside = where_.frequency.iter().filter(|f| f.hz >= from * hz && f.hz < to * hz);
+        inside.map(|f| f.share).sum::<f64>()
+    };
+    let kinds = [
+        (share(0.0, 0.6), "slow"),
+        (share(0.6, 1.5), "at the fundamental"),
+        (share(1.5, 2.5), "at the second harmonic"),
+        (share(2.5, 3.5), "at the third harmonic"),
+        (share(3.5, f64::INFINITY), "at high harmonics"),
+    ];
+    let kind = kinds.iter().max_by(|a, b| a.0.total_cmp(&b.0)).map_or("", |k| k.1);
+    let bins = &where_.amplitude;
+    let all = {
+        let sum: f64 = bins.iter().map(|b| b.rms_deg.powi(2)).sum();
+        (sum / bins.len().max(1) as f64).sqrt()
+    };
+    let out = |b: &compare::AmplitudeBin| b.rms_deg > STANDS_OUT * all;
+    let above = bins.iter().rev().take_while(|b| out(b)).last();
+    let below = bins.iter().take_while(|b| out(b)).last();
+    match (above, below) {
+        (Some(bin), _) => format!("{kind}, above {:.3} deg", Rounded(bin.from_deg)),
+        (None, Some(bin)) => format!("{kind}, below {:.3} deg", Rounded(bin.to_deg)),
+        (None, None) => format!("{kind}, at all amplitudes"),
+    }
+}
+
+/// To two figures.
+struct Rounded(f64);
+
+impl std::fmt::Display for Rounded {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let digits = (1.0 - self.0.abs().max(1e-9).log10().floor()).max(0.0) as usize;
+        write!(f, "{:.*}", digits, self.0)
+    }
+}
+
+/// The sentence that stands for the answer.
+pub fn sentence(effects: &[Effect], left: &Left, model: &str) -> String {
+    let names: Vec<String> = effects.iter().map(|e| e.card().title.to_lowercase()).collect();
+    let rest = format!(
+        "{} deg ({} %) is left, {}",
+        Rounded(left.rms_deg),
+        Rounded(100.0 * left.share_of_amplitude),
+        left.where_
+    );
+    let Some((last, others)) = names.split_last() else {
+        return format!("no effect of the library predicts better than {model}; {rest}");
+    };
+    let (list, verb) = match others {
+        [] => (last.clone(), "accounts"),
+        _ => (format!("{} and {last}", others.join(", ")), "account"),
+    };
+    let accounted = 100.0 * (1.0 - left.share_of_misfit);
+    let digits = if accounted > 99.0 { 2 } else { 1 };
+    format!("{list} {verb} for {accounted:.digits$} % of what {model} misses; {rest}")
+}

@@ -1,0 +1,82 @@
+//! What a model predicts of pieces of the swing that it was not fitted to, their states alone estimated anew.
+//!
+//! Where the misfit is deterministic, likelihood buys any effect that bends; what counts then is prediction.
+
+use crate::fit::segments::{first_state, fit_pieces, fit_state, PieceFit, Pieces, ROUGH};
+use crate::fit::swing::Swing;
+
+/// Steps of a fit to a part of the pieces, from the fit to all.
+const STEPS: usize = 8;
+/// Error at which a prediction counts as lost, as a share of the amplitude.
+const LOST: f64 = 1.0;
+
+/// Errors of prediction, an item for each piece predicted in each split.
+#[derive(Clone, Debug)]
+pub struct Prediction {
+    /// Sum of squares (rad2) and number of means.
+    errors: Vec<(f64, f64)>,
+}
+
+/// Predicts with `model`, which was fitted to all of the swing: `short` pieces alternately, where frequency and shape
+/// show, and of the `long` ones the last and the middle one from the others, where damping shows.
+pub fn predict(short: &Pieces, long: &Pieces, model: &PieceFit) -> Prediction {
+    let mut out = Prediction { errors: Vec::new() };
+    let start = |piece: &Swing| {
+        let zero = if model.structure.zero_unknown { model.common[2] } else { 0.0 };
+        fit_state(piece, &model.structure, &model.common, first_state(piece, zero)).0
+    };
+    let states: Vec<[f64; 2]> = short.swings.iter().map(start).collect();
+    for odd in [1, 0] {
+        out.split(short, model, &states, &|k| k % 2 == odd);
+    }
+    let last = long.len() - 1;
+    for left_out in [last, last / 2].into_iter().take(last) {
+        out.split(long, model, &model.states, &|k| k == left_out);
+    }
+    out
+}
+
+impl Prediction {
+    /// Fits all pieces that are not `predicted`, and predicts those.
+    fn split(
+        &mut self,
+        pieces: &Pieces,
+        model: &PieceFit,
+        states: &[[f64; 2]],
+        predicted: &dyn Fn(usize) -> bool,
+    ) {
+        let (those, others): (Vec<usize>, Vec<usize>) =
+            (0..pieces.len()).partition(|k| predicted(*k));
+        let fitted: Vec<&Swing> = others.iter().map(|&k| &pieces.swings[k]).collect();
+        let begin: Vec<[f64; 2]> = others.iter().map(|&k| states[k]).collect();
+        let fit = fit_pieces(&fitted, &model.structure, &model.common, &begin, ROUGH, STEPS);
+        for k in those {
+            let piece = &pieces.swings[k];
+            let (_, squares) = fit_state(piece, &fit.structure, &fit.common, states[k]);
+            let n = piece.yaw_rad.len() as f64;
+            self.errors.push((squares.min(n * (LOST * piece.amplitude_rad).powi(2)), n));
+        }
+    }
+
+    pub fn rms_rad(&self) -> f64 {
+        let (sum, n) = self.errors.iter().fold((0.0, 0.0), |s, e| (s.0 + e.0, s.1 + e.1));
+        f64::sqrt(sum / f64::max(n, 1.0))
+    }
+
+    /// How much smaller the errors are than those of `other`, in standard errors over the pieces: the mean of
+    /// the logarithm of their ratio, longer pieces weighing more.
+    pub fn gain_over(&self, other: &Self) -> f64 {
+        let floor = 1e-6 * other.rms_rad().powi(2);
+        let mean = |e: &(f64, f64)| e.0 / e.1 + floor;
+        let gains: Vec<(f64, f64)> = self
+            .errors
+            .iter()
+            .zip(&other.errors)
+            .map(|(a, b)| ((mean(b) / mean(a)).ln(), a.1))
+            .collect();
+        let weight: f64 = gains.iter().map(|g| g.1).sum();
+        let average = gains.iter().map(|g| g.0 * g.1).sum::<f64>() / weight;
+        let scatter: f64 = gains.iter().map(|g| (g.1 * (g.0 - average)).powi(2)).sum();
+        average / (scatter.sqrt() / weight).max(1e-12)
+    }
+}

@@ -1,0 +1,333 @@
+//! The effects that survive prediction, where the misfit is above the noise and likelihood means nothing.
+//!
+//! Rest angle, natural frequency and damping ratio are in every model, and what depends on the angle acts about the
+//! rest. Effects are added one at a time, the one whose addition predicts best first, as long as the prediction of
+//! what was not fitted gains by it; what others have made needless is taken out again.
+
+use crate::diagnosis::prediction::{predict, Prediction};
+use crate::effects::Effect;
+use crate::error::Result;
+use crate::fit::fitting::{Limit, Number, Structure};
+use crate::fit::segments::{fit_from, fit_pieces, PieceFit, Pieces, ROUGH, STEPS};
+use crate::fit::swing::Swing;
+use crate::stop::Stop;
+use rayon::prelude::*;
+
+/// Cycles of the pieces of the first, shortest fit, and of the next.
+const SHORT_CYCLES: f64 = 3.0;
+const LONGER_CYCLES: f64 = 9.0;
+/// Long pieces, on which models are compared, and shorter ones that are predicted; the cycles in one at least.
+const LONG_PIECES: f64 = 3.0;
+const MOST_PIECES: f64 = 8.0;
+const LEAST_CYCLES: f64 = 1.5;
+/// Gain at which a fit to long pieces has settled.
+const SETTLED: f64 = 1e-4;
+/// Effects up to which a set is fitted from short pieces on: beyond, a smaller set's numbers are near.
+const FROM_SHORT: usize = 2;
+/// Standard errors by which the larger model has to predict better.
+const BETTER: f64 = 1.0;
+/// Share by which it has to predict better, too.
+const LEAST_GAIN: f64 = 0.05;
+const MOST_EFFECTS: usize = 6;
+/// Models of a round, best fits first, from which the next is made, and whose prediction is tried.
+const BEAM: usize = 3;
+const TRIED: usize = 3;
+/// Amplitude below which a sine is told from a cube by nobody, rad.
+pub const SINE_FROM: f64 = 0.4;
+
+/// A set of effects on short pieces and on those that are predicted.
+#[derive(Clone, Debug)]
+pub struct Model {
+    short: PieceFit,
+    pub fit: PieceFit,
+}
+
+/// A model with what it predicts.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    pub model: Model,
+    pub prediction: Prediction,
+}
+
+/// Pieces of every length.
+pub struct Lengths {
+    short: Pieces,
+    longer: Pieces,
+    pub long: Pieces,
+    predicted: Pieces,
+    stop: Stop,
+}
+
+impl Lengths {
+    pub fn of(swing: &Swing) -> Self {
+        let cycles = swing.yaw_rad.len() as f64 / swing.per_cycle();
+        let count = |most: f64| (cycles / LEAST_CYCLES).clamp(2.0, most) as usize;
+        let long = count(LONG_PIECES);
+        Self {
+            short: Pieces::of_cycles(swing, SHORT_CYCLES.min(cycles / long as f64)),
+            longer: Pieces::of_cycles(swing, LONGER_CYCLES.min(cycles / long as f64)),
+            long: Pieces::of(swing, long),
+            predicted: Pieces::of(swing, count(MOST_PIECES)),
+            stop: swing.stop.clone(),
+        }
+    }
+}
+
+/// Fits `structure` from numbers for short pieces over ever longer ones, and from `near` those of a smaller model
+/// where there is one.
+fn fitted(lengths: &Lengths, structure: &Structure, short: &[f64], near: Option<&[f64]>) -> Model {
+    let near = near.map(|near| fit_from(&lengths.long, structure, near, SETTLED));
+    if let Some(fit) = near.as_ref().filter(|_| structure.effects.len() > FROM_SHORT) {
+        return Model {
+            short: PieceFit { common: short.to_vec(), ..fit.clone() },
+            fit: fit.clone(),
+        };
+    }
+    let first = fit_from(&lengths.short, structure, short, ROUGH);
+    let mut common = first.common.clone();
+    if lengths.longer.len() < lengths.short.len() {
+        common = fit_from(&lengths.longer, structure, &common, ROUGH).common;
+    }
+    let mut fit = fit_from(&lengths.long, structure, &common, SETTLED);
+    if let Some(near) = near.filter(|near| near.sum() < fit.sum()) {
+        fit = near;
+    }
+    Model { short: first, fit }
+}
+
+fn extended(common: &[f64], effect: &Effect, size: f64) -> Vec<f64> {
+    let mut p = common.to_vec();
+    p.extend(vec![size; effect.parameters().len()]);
+    p
+}
+
+fn with(lengths: &Lengths, inner: &Model, effect: &Effect) -> Model {
+    let structure = inner.fit.structure.with(&effect);
+    fitted(
+        lengths,
+        &structure,
+        &extended(&inner.short.common, &effect.clone(), 0.0),
+        Some(&extended(&inner.fit.common, effect, 0.0)),
+    )
+}
+
+fn without(lengths: &Lengths, model: &Model, effect: &Effect) -> Model {
+    let fit = &model.fit;
+    let k = fit.structure.effects.iter().position(|e| e == effect).expect("an effect of the model");
+    let (from, n) = (fit.start_of(k), effect.parameters().len());
+    let less = |common: &[f64]| [&common[..from], &common[from + n..]].concat();
+    let structure = fit.structure.without(&effect);
+    fitted(lengths, &structure, &less(&model.short.common), Some(&less(&fit.common)))
+}
+
+fn judged(lengths: &Lengths, model: Model) -> Judged {
+    let prediction = predict(&lengths.predicted, &lengths.long, &model.fit);
+    Judged { model, prediction }
+}
+
+impl Judged {
+    fn predicts_better_than(&self, other: &Self) -> bool {
+        self.prediction.gain_over(&other.prediction) > BETTER
+            && self.prediction.rms_rad() < (1.0 - LEAST_GAIN) * other.prediction.rms_rad()
+    }
+}
+
+/// A sine is a law of its own: a power of the angle beside it bends against it.
+fn excludes(a: &Effect, b: &Effect) -> bool {
+    let power = |e: &Effect| {
+        matches!(
+            e,
+            Effect::CubicStiffness | Effect::QuinticStiffness | Effect::OddQuadraticStiffness
+        )
+    };
+    let sine = |e: &Effect| *e == Effect::PendulumGravity;
+    sine(a) && power(b) || sine(b) && power(a)
+}
+
+/// Every set with an effect more than one of `models`, fitted, best first.
+fn expanded(lengths: &Lengths, models: &[Model], all: &[Effect]) -> Vec<Model> {
+    let mut seen: Vec<Vec<Effect>> = Vec::new();
+    let mut jobs = Vec::new();
+    for model in models {
+        let there = &model.fit.structure.effects;
+        for effect in all.iter().filter(|e| there.iter().all(|t| t != *e && !excludes(t, e))) {
+            let mut set = [&there[..], &[effect.clone()]].concat();
+            set.sort_unstable();
+            if !seen.contains(&set) {
+                seen.push(set);
+                jobs.push((model, effect));
+            }
+        }
+    }
+    let mut out: Vec<Model> = jobs.into_par_iter().map(|(m, e)| with(lengths, m, e)).collect();
+    out.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
+    out
+}
+
+/// Effects of the state: what follows time alone, or adds a line, is tried last, elsewhere.
+fn candidates(swing: &Swing) -> Vec<Effect> {
+    let mut out = vec![
+        Effect::CoulombFriction,
+        Effect::QuadraticDamping,
+        Effect::CubicDamping,
+        Effect::CubicStiffness,
+        Effect::QuadraticStiffness,
+        Effect::OddQuadraticStiffness,
+    ];
+    if swing.amplitude_rad > SINE_FROM {
+        out.push(Effect::PendulumGravity);
+    }
+    out
+}
+
+/// What was found.
+pub struct Survivors {
+    pub lengths: Lengths,
+    /// From the plain model on, an effect more each.
+    pub path: Vec<Judged>,
+    /// Every effect alone, best first.
+    pub singles: Vec<Model>,
+}
+
+/// Searches for the effects that survive prediction.
+///
+/// # Errors
+/// 130 where the user stops it.
+pub fn search(swing: &Swing) -> Result<Survivors> {
+    let lengths = Lengths::of(swing);
+    let windows = &swing.windows;
+    let mean = |f: &dyn Fn(&crate::identify::WindowEstimate) -> f64| {
+        windows.iter().map(f).sum::<f64>() / windows.len().max(1) as f64
+    };
+    let middle = swing.yaw_rad.iter().sum::<f64>() / swing.yaw_rad.len() as f64;
+    let zeta = mean(&|w| w.damping_ratio);
+    let mut structure = Structure { zero_unknown: true, ..Structure::default() };
+    if zeta > 0.0 {
+        structure.limits.push(Limit { number: Number::DampingRatio, low: 0.0, high: 0.7 });
+    }
+    structure.limits.push(Limit {
+        number: Number::Of(Effect::CubicDamping, 0),
+        low: 0.0,
+        high: f64::INFINITY,
+    });
+    let start = [mean(&|w| w.natural_frequency_rad_s), zeta, middle];
+    let plain = judged(&lengths, fitted(&lengths, &structure, &start, None));
+    let all = candidates(swing);
+    // Sets of one more effect each, the best fits carried on.
+    let mut rounds: Vec<Vec<Model>> = vec![vec![plain.model.clone()]];
+    while rounds.len() <= MOST_EFFECTS {
+        swing.stop.check()?;
+        let last = rounds.last().expect("a round");
+        let next = expanded(&lengths, &last[..last.len().min(BEAM)], &all);
+        let Some(best) = next.first() else { break };
+        let gains =
+            rounds.len() == 1 || best.fit.sum() < (1.0 - LEAST_GAIN).powi(2) * last[0].fit.sum();
+        if !gains {
+            break;
+        }
+        rounds.push(next);
+    }
+    swing.stop.check()?;
+    let tried: Vec<Vec<Judged>> = rounds[1..]
+        .par_iter()
+        .map(|round| {
+            let round = &round[..round.len().min(TRIED)];
+            round.par_iter().map(|m| judged(&lengths, m.clone())).collect()
+        })
+        .collect();
+    let mut here = plain.clone();
+    for round in tried {
+        swing.stop.check()?;
+        let best = round
+            .into_iter()
+            .filter(|l| l.predicts_better_than(&here))
+            .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
+        if let Some(best) = best {
+            here = best;
+        }
+    }
+    here = pruned(&lengths, here);
+    Ok(Survivors { path: path(&lengths, &plain, here)?, singles: rounds.swap_remove(1), lengths })
+}
+
+/// From `plain` to `last`, what is missed least taken out first.
+fn path(lengths: &Lengths, plain: &Judged, last: Judged) -> Result<Vec<Judged>> {
+    let mut path = vec![last];
+    while let Some(larger) = path.last().filter(|j| j.model.fit.structure.effects.len() > 1) {
+        lengths.stop.check()?;
+        let effects = &larger.model.fit.structure.effects;
+        let smaller: Vec<Judged> = effects
+            .par_iter()
+            .map(|e| judged(lengths, without(lengths, &larger.model, e)))
+            .collect();
+        let best = smaller
+            .into_iter()
+            .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
+        path.push(best.expect("an effect"));
+    }
+    if path.last().is_some_and(|j| !j.model.fit.structure.effects.is_empty()) {
+        path.push(plain.clone());
+    }
+    path.reverse();
+    Ok(path)
+}
+
+impl Survivors {
+    /// The same without `effect`.
+    ///
+    /// # Errors
+    /// 130 where the user stops it.
+    pub fn without(mut self, effect: Effect) -> Result<Self> {
+        let last = self.path.pop().expect("a model");
+        let plain = self.path.first().cloned().unwrap_or_else(|| last.clone());
+        let less = judged(&self.lengths, without(&self.lengths, &last.model, &effect));
+        self.path = match less.model.fit.structure.effects.is_empty() {
+            true => vec![plain],
+            false => path(&self.lengths, &plain, less)?,
+        };
+        Ok(self)
+    }
+}
+
+/// `like` fitted again with another structure of the same numbers, and judged.
+pub fn refit(lengths: &Lengths, structure: &Structure, like: &Judged) -> Judged {
+    let model = fitted(lengths, structure, &like.model.short.common, Some(&like.model.fit.common));
+    judged(lengths, model)
+}
+
+/// Takes out again what the others have made needless.
+fn pruned(lengths: &Lengths, mut here: Judged) -> Judged {
+    loop {
+        let effects = here.model.fit.structure.effects.clone();
+        let needless = effects
+            .par_iter()
+            .map(|e| judged(lengths, without(lengths, &here.model, e)))
+            .filter(|smaller| !here.predicts_better_than(smaller))
+            .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
+        match needless {
+            Some(smaller) => here = smaller,
+            None => return here,
+        }
+    }
+}
+
+/// The whole of the swing from one state, begun at `fit`'s numbers: over ever longer pieces.
+pub fn whole(swing: &Swing, lengths: &Lengths, fit: &PieceFit) -> PieceFit {
+    let mut count = lengths.long.len();
+    let mut best = fit.clone();
+    while count > 1 {
+        count = count.div_ceil(2);
+        let pieces = Pieces::of(swing, count);
+        let states: Vec<[f64; 2]> = (0..count)
+            .map(|k| {
+                let piece = &pieces.swings[k];
+                let zero = if best.structure.zero_unknown { best.common[2] } else { 0.0 };
+                let start = crate::fit::segments::first_state(piece, zero);
+                crate::fit::segments::fit_state(piece, &best.structure, &best.common, start).0
+            })
+            .collect();
+        let all: Vec<&Swing> = pieces.swings.iter().collect();
+        best = fit_pieces(&all, &best.structure, &best.common, &states, 1e-5, STEPS);
+    }
+    best
+}

@@ -1,0 +1,57 @@
+//! Stiffness that changes in a straight line with amplitude, - k |b| b, as micro-slip in joints has it (k < 0).
+
+use super::law::{any, numbers, Card, Law, Parameter, Scale};
+use super::terms::{Moment, State, Terms};
+
+pub(super) struct OddQuadraticStiffness;
+
+impl Law for OddQuadraticStiffness {
+    fn id(&self) -> &'static str {
+        "odd_quadratic_stiffness"
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        static PARAMETERS: [Parameter; 1] = [any("k", "1/(rad s2)")];
+        &PARAMETERS
+    }
+
+    fn sizes(&self, scale: &Scale) -> Vec<f64> {
+        vec![scale.stiffness() / scale.amplitude_rad]
+    }
+
+    fn write(&self, p: &[f64], terms: &mut Terms) {
+        terms.add_moment::<Self>(p);
+    }
+
+    fn card(&self) -> Card<'_> {
+        Card {
+            title: "Stiffness that falls in a straight line with amplitude",
+            formula: "- k |b| b",
+            cause: "micro-slip in joints and clamps, a spring with play in its ends",
+            fingerprint: "frequency changes in proportion to amplitude; no even harmonics",
+            confirm: "tighten the clamps: it becomes smaller",
+            remove: "glue or preload the joints of the springs",
+            release: "a smaller amplitude, where it parts from a cube",
+        }
+    }
+}
+
+impl Moment for OddQuadraticStiffness {
+    #[inline]
+    fn moment(p: &[f64], s: &State) -> f64 {
+        let [k] = numbers(p);
+        -k * s.yaw_rad.abs() * s.yaw_rad
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::law::testing::at;
+    use super::*;
+
+    #[test]
+    fn pulls_back_to_either_side() {
+        let moment = OddQuadraticStiffness::moment(&[2.0], &at(-0.1, 0.3));
+        assert!((moment - 2.0 * 0.01).abs() < 1e-15);
+    }
+}

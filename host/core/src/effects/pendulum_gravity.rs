@@ -1,0 +1,57 @@
+//! Weight about an axis that is not vertical, + g (b - sin b); g = wn^2 for a pendulum and nothing else.
+
+use super::law::{any, numbers, Card, Law, Parameter, Scale};
+use super::terms::{Moment, State, Terms};
+
+pub(super) struct PendulumGravity;
+
+impl Law for PendulumGravity {
+    fn id(&self) -> &'static str {
+        "pendulum_gravity"
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        static PARAMETERS: [Parameter; 1] = [any("g", "1/s2")];
+        &PARAMETERS
+    }
+
+    fn sizes(&self, scale: &Scale) -> Vec<f64> {
+        vec![6.0 * scale.stiffness() / scale.amplitude_rad.powi(2).min(1.0)]
+    }
+
+    fn write(&self, p: &[f64], terms: &mut Terms) {
+        terms.add_moment::<Self>(p);
+    }
+
+    fn card(&self) -> Card<'_> {
+        Card {
+            title: "Pendulum",
+            formula: "+ g (b - sin b)",
+            cause: "an axis that is not vertical, so that weight swings as on a pendulum",
+            fingerprint: "frequency falls with amplitude as a pendulum's does; no even harmonics",
+            confirm: "level the axis, or turn the rig: it changes with the axis's tilt",
+            remove: "make the axis vertical, or balance the model about it",
+            release: "a larger amplitude, where a sine parts from a cube",
+        }
+    }
+}
+
+impl Moment for PendulumGravity {
+    #[inline]
+    fn moment(p: &[f64], s: &State) -> f64 {
+        let [g] = numbers(p);
+        g * (s.yaw_rad - s.yaw_rad.sin())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::law::testing::at;
+    use super::*;
+
+    #[test]
+    fn takes_the_weights_moment_from_the_angle_to_its_sine() {
+        let moment = PendulumGravity::moment(&[2.0], &at(0.5, 0.3));
+        assert!((moment - 2.0 * (0.5 - 0.5f64.sin())).abs() < 1e-15);
+    }
+}

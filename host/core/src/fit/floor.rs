@@ -1,0 +1,38 @@
+//! The least that any model can leave of a reading: noise, or the step of a quantised sensor.
+
+use crate::fit::swing::Swing;
+use crate::record::Record;
+
+/// Readings for each value that is taken, from which on they come in steps.
+const READINGS_PER_VALUE: usize = 4;
+/// Noise in steps below which it does not blur them: means are then no better than single readings.
+const BLURRED: f64 = 0.5;
+
+/// The step of a quantised sensor, deg; none where readings hardly ever repeat.
+pub fn step_deg(record: &Record) -> Option<f64> {
+    let mut values = record.yaw_deg.clone();
+    values.sort_unstable_by(f64::total_cmp);
+    let mut gaps: Vec<f64> = Vec::new();
+    let mut taken = 1;
+    for pair in values.windows(2) {
+        let gap = pair[1] - pair[0];
+        if gap > 1e-6 {
+            taken += 1;
+            gaps.push(gap);
+        }
+    }
+    if gaps.is_empty() || values.len() < READINGS_PER_VALUE * taken {
+        return None;
+    }
+    Some(crate::identify::samples::median(&mut gaps))
+}
+
+/// `swing` with its noise floor at least a step's rms, where the noise does not blur the steps.
+pub fn with_steps(mut swing: Swing, record: &Record) -> Swing {
+    if let Some(step) = step_deg(record).map(f64::to_radians) {
+        if swing.sample_noise_rad < BLURRED * step {
+            swing.noise_rad = swing.noise_rad.max(step / 12f64.sqrt());
+        }
+    }
+    swing
+}
