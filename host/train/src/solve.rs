@@ -23,7 +23,11 @@ pub(super) struct NotPositive;
 
 impl Factor {
     pub fn new(n: usize) -> Self {
-        Self { l: Matrix::zeros(n, n), inverse_l: Matrix::zeros(n, n), inverse: Matrix::zeros(n, n) }
+        Self {
+            l: Matrix::zeros(n, n),
+            inverse_l: Matrix::zeros(n, n),
+            inverse: Matrix::zeros(n, n),
+        }
     }
 
     /// Factors `h + ridge I`; only the lower triangle of `h` is read.
