@@ -1,8 +1,8 @@
 //! Cholesky factor of the curvature and what is asked of it: the step, the trace of the inverse,
 //! the determinant.
 //!
-//! Of our own because nalgebra's goes column by column: at 266 parameters several times the time of
-//! these halves of halves, whose work is matrix products.
+//! Of our own because nalgebra's goes column by column, without matrix products; here a few hundred
+//! columns are halved and halved again, so that most of the work is products.
 
 use super::matrix::{col, col_mut, Matrix};
 
