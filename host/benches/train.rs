@@ -7,9 +7,7 @@
 mod damped_sinusoid;
 
 use damped_sinusoid::{draw, scaled_mse, Draws, Scaling, BINS};
-use faer::linalg::matmul::matmul;
-use faer::linalg::matmul::triangular::{self, BlockStructure};
-use faer::{Accum, Mat, Par};
+use nalgebra::{DMatrix, DVector};
 use nix::sys::resource::{getrusage, UsageWho};
 use nix::sys::time::{TimeVal, TimeValLike};
 use std::hint::black_box;
@@ -42,8 +40,8 @@ fn set(draws: &Draws, scaling: &Scaling, d: usize) -> Samples {
 struct Dense {
     shape: Shape,
     topology: Vec<usize>,
-    jacobian: Mat<f64>,
-    h: Mat<f64>,
+    jacobian: DMatrix<f64>,
+    h: DMatrix<f64>,
 }
 
 impl Dense {
@@ -85,27 +83,14 @@ impl Dense {
                 }
             }
         }
-        let (lower, full) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
         let j = &self.jacobian;
-        triangular::matmul(
-            &mut self.h,
-            lower,
-            Accum::Replace,
-            j,
-            full,
-            j.transpose(),
-            full,
-            1.0,
-            Par::Seq,
-        );
+        self.h.gemm(1.0, j, &j.transpose(), 0.0);
         for i in 0..self.h.nrows() {
             self.h[(i, i)] += 1.0;
         }
-        let step = self.h.llt(faer::Side::Lower).expect("positive");
-        let prior = self.h.llt(faer::Side::Lower).expect("positive");
-        let identity = Mat::<f64>::identity(self.h.nrows(), self.h.nrows());
-        use faer::linalg::solvers::Solve;
-        black_box((step.solve(Mat::<f64>::zeros(self.h.nrows(), 1)), prior.solve(identity)));
+        let step = self.h.clone().cholesky().expect("positive");
+        let prior = self.h.clone().cholesky().expect("positive");
+        black_box((step.solve(&DVector::zeros(self.h.nrows())), prior.inverse()));
     }
 }
 
@@ -135,18 +120,18 @@ fn compare(hidden: &[usize], set: &Samples, epochs: usize, repeats: usize) {
     let mut dense = Dense {
         shape: shape.clone(),
         topology,
-        jacobian: Mat::zeros(p, set.n * set.k),
-        h: Mat::zeros(p, p),
+        jacobian: DMatrix::zeros(p, set.n * set.k),
+        h: DMatrix::zeros(p, p),
     };
     let seconds = best_of(10, || dense.epoch(set, &weights));
     row("dense: whole Jacobian, J'J, two factors, an inverse", seconds * 1e3);
     let pairs = |n: usize| n * (n + 1) / 2;
-    let inputs = Mat::from_fn(set.n, pairs(set.d + 1), |s, i| ((s * 7 + i) as f64).sin());
-    let nodes = Mat::from_fn(set.n, pairs(hidden[0]), |s, i| ((s * 5 + i) as f64).cos());
-    let mut product = Mat::zeros(nodes.ncols(), inputs.ncols());
+    let inputs = DMatrix::from_fn(set.n, pairs(set.d + 1), |s, i| ((s * 7 + i) as f64).sin());
+    let nodes = DMatrix::from_fn(set.n, pairs(hidden[0]), |s, i| ((s * 5 + i) as f64).cos());
+    let mut product = DMatrix::zeros(nodes.ncols(), inputs.ncols());
     let seconds = best_of(20, || {
         for _ in 0..20 {
-            matmul(&mut product, Accum::Replace, nodes.transpose(), &inputs, 1.0, Par::Seq);
+            product.gemm(1.0, &nodes.transpose(), &inputs, 0.0);
             black_box(&product);
         }
     });

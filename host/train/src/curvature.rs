@@ -6,9 +6,8 @@
 //! of two tables of column products, in which both halves of a symmetric block are computed once, the
 //! outputs are summed before the product, and the first layer's input products never change.
 
+use super::matrix::{col, col_mut, row_major_transposed, Matrix};
 use super::network::{Pass, Shape};
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par};
 
 /// Largest table of first-layer input products that is kept between epochs.
 const KEPT_PRODUCTS_BYTES: usize = 64 << 20;
@@ -18,12 +17,12 @@ const CHUNK: usize = 256;
 /// Tables and scratch of one training set and topology.
 pub(super) struct Curvature {
     /// Sensitivities per hidden layer and output, samples x nodes.
-    delta: Vec<Vec<Mat<f64>>>,
+    delta: Vec<Vec<Matrix>>,
     /// The products x_i x_i' of the first layer's inputs, i <= i', samples x pairs.
-    input_products: Option<Mat<f64>>,
-    left: Mat<f64>,
-    right: Mat<f64>,
-    block: Mat<f64>,
+    input_products: Option<Matrix>,
+    left: Matrix,
+    right: Matrix,
+    block: Matrix,
 }
 
 fn pairs(n: usize) -> usize {
@@ -36,9 +35,9 @@ fn each_pair(n: usize) -> impl Iterator<Item = (usize, usize)> + Clone {
 }
 
 /// Makes `table` at least `rows` x `columns`; scratch, so what it held is lost.
-fn room(table: &mut Mat<f64>, rows: usize, columns: usize) {
+fn room(table: &mut Matrix, rows: usize, columns: usize) {
     if table.nrows() < rows || table.ncols() < columns {
-        *table = Mat::zeros(table.nrows().max(rows), table.ncols().max(columns));
+        *table = Matrix::zeros(table.nrows().max(rows), table.ncols().max(columns));
     }
 }
 
@@ -56,21 +55,21 @@ impl Curvature {
         let columns = pairs(shape.rows(0));
         let keep = hidden > 0 && n * columns * size_of::<f64>() <= KEPT_PRODUCTS_BYTES;
         let input_products = keep.then(|| {
-            let mut table = Mat::zeros(n, columns);
+            let mut table = Matrix::zeros(n, columns);
             for (column, (a, b)) in each_pair(shape.rows(0)).enumerate() {
-                let (x, y) = (pass.z[0].col_as_slice(a), pass.z[0].col_as_slice(b));
-                multiply(table.col_as_slice_mut(column), x, y);
+                let (x, y) = (col(&pass.z[0], a), col(&pass.z[0], b));
+                multiply(col_mut(&mut table, column), x, y);
             }
             table
         });
         Self {
             delta: (0..hidden)
-                .map(|layer| vec![Mat::zeros(n, shape.nodes(layer)); shape.outputs()])
+                .map(|layer| vec![Matrix::zeros(n, shape.nodes(layer)); shape.outputs()])
                 .collect(),
             input_products,
-            left: Mat::new(),
-            right: Mat::new(),
-            block: Mat::new(),
+            left: Matrix::zeros(0, 0),
+            right: Matrix::zeros(0, 0),
+            block: Matrix::zeros(0, 0),
         }
     }
 
@@ -81,12 +80,12 @@ impl Curvature {
             let weights = shape.weights(w, layer + 1);
             for (o, delta) in here[layer].iter_mut().enumerate() {
                 if let Some(above) = above.first() {
-                    let weights = weights.subrows(1, shape.nodes(layer)).transpose();
-                    matmul(&mut *delta, Accum::Replace, &above[o], weights, 1.0, Par::Seq);
+                    let back = shape.weights_back(w, layer + 1);
+                    delta.gemm(1.0, &above[o], &back, 0.0);
                 }
                 for j in 0..shape.nodes(layer) {
-                    let z = pass.z[layer + 1].col_as_slice(1 + j);
-                    let column = delta.col_as_slice_mut(j).iter_mut().zip(z);
+                    let z = col(&pass.z[layer + 1], 1 + j);
+                    let column = col_mut(delta, j).iter_mut().zip(z);
                     if above.is_empty() {
                         let v = weights[(1 + j, o)];
                         column.for_each(|(d, z)| *d = v * (1.0 - z * z));
@@ -103,7 +102,7 @@ impl Curvature {
         &mut self,
         shape: &Shape,
         pass: &Pass,
-        v: MatRef<f64>,
+        v: &Matrix,
         beta: &[f64],
         gradient: &mut [f64],
     ) {
@@ -113,31 +112,26 @@ impl Curvature {
             let nodes = shape.nodes(layer);
             room(&mut self.right, n, nodes);
             for j in 0..nodes {
-                let sum = &mut self.right.col_as_slice_mut(j)[..n];
+                let sum = &mut col_mut(&mut self.right, j)[..n];
                 sum.fill(0.0);
                 for (o, &beta) in beta.iter().enumerate() {
-                    let v = v.col(o).iter();
+                    let v = col(v, o).iter();
                     if layer < last {
-                        let delta = self.delta[layer][o].col_as_slice(j);
+                        let delta = col(&self.delta[layer][o], j);
                         sum.iter_mut().zip(v).zip(delta).for_each(|((s, v), d)| *s += beta * v * d);
                     } else if o == j {
                         sum.iter_mut().zip(v).for_each(|(s, v)| *s = beta * v);
                     }
                 }
             }
-            let rows = shape.rows(layer);
-            let into = faer::MatMut::from_row_major_slice_mut(
-                &mut gradient[shape.block(layer)],
-                rows,
-                nodes,
-            );
-            let right = self.right.submatrix(0, 0, n, nodes);
-            matmul(into, Accum::Replace, pass.z[layer].transpose(), right, 1.0, Par::Seq);
+            let mut into = row_major_transposed(&mut gradient[shape.block(layer)], nodes);
+            let right = self.right.view((0, 0), (n, nodes)).transpose();
+            into.gemm(1.0, &right, &pass.z[layer], 0.0);
         }
     }
 
     /// The lower triangle of `sum_o beta_o J_o'J_o` into `h`.
-    pub fn assemble(&mut self, shape: &Shape, pass: &Pass, beta: &[f64], h: &mut Mat<f64>) {
+    pub fn assemble(&mut self, shape: &Shape, pass: &Pass, beta: &[f64], h: &mut Matrix) {
         let last = shape.layers() - 1;
         for b in 0..=last {
             for a in 0..b {
@@ -153,7 +147,7 @@ impl Curvature {
 
     /// Trace of J_o'J_o of one output.
     pub fn trace(&self, shape: &Shape, pass: &Pass, o: usize) -> f64 {
-        let norms = |table: &Mat<f64>, columns: usize, s: usize| -> f64 {
+        let norms = |table: &Matrix, columns: usize, s: usize| -> f64 {
             (0..columns).map(|c| table[(s, c)] * table[(s, c)]).sum()
         };
         let sample = |s: usize| -> f64 {
@@ -168,22 +162,21 @@ impl Curvature {
     }
 
     /// A hidden layer with itself.
-    fn within(&mut self, shape: &Shape, pass: &Pass, beta: &[f64], layer: usize, h: &mut Mat<f64>) {
+    fn within(&mut self, shape: &Shape, pass: &Pass, beta: &[f64], layer: usize, h: &mut Matrix) {
         let (rows, nodes) = (shape.rows(layer), shape.nodes(layer));
         let n = pass.z[layer].nrows();
         let (np, nq) = (pairs(rows), pairs(nodes));
         room(&mut self.left, n, nq);
         for (column, (j, l)) in each_pair(nodes).enumerate() {
-            let (delta, into) = (&self.delta[layer], self.left.col_as_slice_mut(column));
+            let (delta, into) = (&self.delta[layer], col_mut(&mut self.left, column));
             weighted_products(delta, delta, beta, (j, l), into);
         }
         let z = &pass.z[layer];
         match &self.input_products {
             Some(table) if layer == 0 => {
                 room(&mut self.block, nq, np);
-                let left = self.left.submatrix(0, 0, n, nq).transpose();
-                let block = self.block.submatrix_mut(0, 0, nq, np);
-                matmul(block, Accum::Replace, left, table, 1.0, Par::Seq);
+                let left = self.left.view((0, 0), (n, nq)).transpose();
+                self.block.view_mut((0, 0), (nq, np)).gemm(1.0, &left, table, 0.0);
             }
             _ => self.product(z, z, each_pair(rows), (nq, np)),
         }
@@ -195,9 +188,9 @@ impl Curvature {
         for m in 0..rows {
             for (l, places) in places.chunks_exact(nodes).enumerate() {
                 // From the block diagonal down.
-                let into = &mut h.col_as_slice_mut(start + m * nodes + l)[start + m * nodes..];
+                let into = &mut col_mut(h, start + m * nodes + l)[start + m * nodes..];
                 for (i, into) in (m..rows).zip(into.chunks_exact_mut(nodes)) {
-                    let values = &self.block.col_as_slice(pairs(i) + m)[..nq];
+                    let values = &col(&self.block, pairs(i) + m)[..nq];
                     into.iter_mut().zip(places).for_each(|(into, at)| *into = values[*at]);
                 }
             }
@@ -211,7 +204,7 @@ impl Curvature {
         pass: &Pass,
         beta: &[f64],
         (a, b): (usize, usize),
-        h: &mut Mat<f64>,
+        h: &mut Matrix,
     ) {
         let n = pass.error.nrows();
         let (nodes_a, nodes_b) = (shape.nodes(a), shape.nodes(b));
@@ -219,11 +212,11 @@ impl Curvature {
         room(&mut self.left, n, nq);
         for j in 0..nodes_a {
             for l in 0..nodes_b {
-                let into = self.left.col_as_slice_mut(j * nodes_b + l);
+                let into = col_mut(&mut self.left, j * nodes_b + l);
                 match self.delta.get(b) {
                     Some(above) => weighted_products(&self.delta[a], above, beta, (j, l), into),
                     None => {
-                        let delta = self.delta[a][l].col_as_slice(j).iter();
+                        let delta = col(&self.delta[a][l], j).iter();
                         into.iter_mut().zip(delta).for_each(|(c, d)| *c = beta[l] * d);
                     }
                 }
@@ -236,21 +229,21 @@ impl Curvature {
             room(&mut self.right, n, nq * rows_b);
             for j in 0..nodes_a {
                 for (m, l) in (0..rows_b).flat_map(|m| (0..nodes_b).map(move |l| (m, l))) {
-                    let q = self.left.col_as_slice(j * nodes_b + l);
-                    let into = self.right.col_as_slice_mut((j * rows_b + m) * nodes_b + l);
-                    multiply(&mut into[..n], q, pass.z[b].col_as_slice(m));
+                    let q = col(&self.left, j * nodes_b + l);
+                    let into = col_mut(&mut self.right, (j * rows_b + m) * nodes_b + l);
+                    multiply(&mut into[..n], q, col(&pass.z[b], m));
                 }
             }
             room(&mut self.block, nq * rows_b, rows_a);
-            let right = self.right.submatrix(0, 0, n, nq * rows_b).transpose();
-            let block = self.block.submatrix_mut(0, 0, nq * rows_b, rows_a);
-            matmul(block, Accum::Replace, right, &pass.z[a], 1.0, Par::Seq);
+            let right = self.right.view((0, 0), (n, nq * rows_b)).transpose();
+            let mut block = self.block.view_mut((0, 0), (nq * rows_b, rows_a));
+            block.gemm(1.0, &right, &pass.z[a], 0.0);
             for i in 0..rows_a {
                 let run = rows_b * nodes_b;
                 for (j, values) in
-                    self.block.col_as_slice(i)[..nodes_a * run].chunks_exact(run).enumerate()
+                    col(&self.block, i)[..nodes_a * run].chunks_exact(run).enumerate()
                 {
-                    let into = h.col_as_slice_mut(start_a + i * nodes_a + j);
+                    let into = col_mut(h, start_a + i * nodes_a + j);
                     into[start_b..][..run].copy_from_slice(values);
                 }
             }
@@ -259,9 +252,9 @@ impl Curvature {
         let columns = (0..rows_a).flat_map(|i| (0..rows_b).map(move |m| (i, m)));
         self.product(&pass.z[a], &pass.z[b], columns.clone(), (nq, rows_a * rows_b));
         for (column, (i, m)) in columns.enumerate() {
-            let values = self.block.col_as_slice(column)[..nq].chunks_exact(nodes_b);
+            let values = col(&self.block, column)[..nq].chunks_exact(nodes_b);
             for (j, values) in values.enumerate() {
-                let into = h.col_as_slice_mut(start_a + i * nodes_a + j);
+                let into = col_mut(h, start_a + i * nodes_a + j);
                 into[start_b + m * nodes_b..][..nodes_b].copy_from_slice(values);
             }
         }
@@ -271,36 +264,35 @@ impl Curvature {
     /// (i, m) of `x` and `y`, formed a chunk of samples at a time.
     fn product(
         &mut self,
-        x: &Mat<f64>,
-        y: &Mat<f64>,
+        x: &Matrix,
+        y: &Matrix,
         columns: impl Iterator<Item = (usize, usize)> + Clone,
         (nq, np): (usize, usize),
     ) {
         room(&mut self.block, nq, np);
         room(&mut self.right, CHUNK.min(x.nrows()), np);
-        let mut block = self.block.submatrix_mut(0, 0, nq, np);
+        let mut block = self.block.view_mut((0, 0), (nq, np));
         for start in (0..x.nrows()).step_by(CHUNK) {
             let len = CHUNK.min(x.nrows() - start);
             for (column, (i, m)) in columns.clone().enumerate() {
-                let (x, y) = (&x.col_as_slice(i)[start..], &y.col_as_slice(m)[start..]);
-                multiply(&mut self.right.col_as_slice_mut(column)[..len], x, y);
+                let (x, y) = (&col(x, i)[start..], &col(y, m)[start..]);
+                multiply(&mut col_mut(&mut self.right, column)[..len], x, y);
             }
-            let left = self.left.submatrix(start, 0, len, nq).transpose();
-            let right = self.right.submatrix(0, 0, len, np);
-            let how = if start == 0 { Accum::Replace } else { Accum::Add };
-            matmul(block.as_mut(), how, left, right, 1.0, Par::Seq);
+            let left = self.left.view((start, 0), (len, nq)).transpose();
+            let right = self.right.view((0, 0), (len, np));
+            block.gemm(1.0, &left, &right, if start == 0 { 0.0 } else { 1.0 });
         }
     }
 
     /// The output layer with itself: each output sees only its own weights.
-    fn output_layer(&mut self, shape: &Shape, pass: &Pass, beta: &[f64], h: &mut Mat<f64>) {
+    fn output_layer(&mut self, shape: &Shape, pass: &Pass, beta: &[f64], h: &mut Matrix) {
         let last = shape.layers() - 1;
         let (rows, nodes, start) = (shape.rows(last), shape.nodes(last), shape.block(last).start);
         let z = &pass.z[last];
-        let gram = z.transpose() * z;
+        let gram = z.tr_mul(z);
         for m in 0..rows {
             for o in 0..nodes {
-                let into = &mut h.col_as_slice_mut(start + m * nodes + o)[start..];
+                let into = &mut col_mut(h, start + m * nodes + o)[start..];
                 into.fill(0.0);
                 (0..rows).for_each(|i| into[i * nodes + o] = beta[o] * gram[(i, m)]);
             }
@@ -310,14 +302,14 @@ impl Curvature {
 
 /// `sum_o beta_o a[o][j] b[o][l]` for every sample.
 fn weighted_products(
-    a: &[Mat<f64>],
-    b: &[Mat<f64>],
+    a: &[Matrix],
+    b: &[Matrix],
     beta: &[f64],
     (j, l): (usize, usize),
     into: &mut [f64],
 ) {
     for (o, ((a, b), beta)) in a.iter().zip(b).zip(beta).enumerate() {
-        let products = a.col_as_slice(j).iter().zip(b.col_as_slice(l)).map(|(a, b)| beta * (a * b));
+        let products = col(a, j).iter().zip(col(b, l)).map(|(a, b)| beta * (a * b));
         if o == 0 {
             into.iter_mut().zip(products).for_each(|(c, p)| *c = p);
         } else {

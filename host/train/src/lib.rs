@@ -15,6 +15,7 @@ pub mod errors;
 pub mod freeze;
 mod held_out;
 mod marquardt;
+mod matrix;
 pub mod measured;
 mod network;
 pub mod network_training;

@@ -6,11 +6,11 @@
 //! (Transtrum & Sethna 2012): one more solve with the same factor, for several times fewer epochs.
 
 use super::curvature::Curvature;
+use super::matrix::{col, Matrix};
 use super::network::{Pass, Shape};
 use super::precision::{log_evidence, update, Guards, Measured};
 use super::solve::Factor;
 use super::{Checkpoint, Epoch, Options, Precision, Samples, Stop, Trained};
-use faer::Mat;
 use std::ops::ControlFlow;
 
 /// First damping, as a share of the largest curvature.
@@ -45,8 +45,8 @@ pub(super) struct Training<'a> {
     trial_errors: Vec<f64>,
     curvature: Curvature,
     /// The lower triangle of beta J'J.
-    h: Mat<f64>,
-    h_output: Mat<f64>,
+    h: Matrix,
+    h_output: Matrix,
     /// Half the negative gradient of the objective.
     descent: Vec<f64>,
     factor: Factor,
@@ -96,8 +96,8 @@ impl<'a> Training<'a> {
             errors,
             trial: pass.clone(),
             curvature: Curvature::new(&shape, &pass),
-            h: Mat::zeros(n, n),
-            h_output: Mat::zeros(n, n),
+            h: Matrix::zeros(n, n),
+            h_output: Matrix::zeros(n, n),
             descent: vec![0.0; n],
             factor: Factor::new(n),
             pass,
@@ -158,7 +158,7 @@ impl<'a> Training<'a> {
         let (shape, pass, now) = (&self.shape, &self.pass, &self.now);
         self.curvature.sensitivities(shape, pass, &now.weights);
         self.curvature.assemble(shape, pass, &now.beta, &mut self.h);
-        self.curvature.gradient(shape, pass, pass.error.as_ref(), &now.beta, &mut self.descent);
+        self.curvature.gradient(shape, pass, &pass.error, &now.beta, &mut self.descent);
         for (g, w) in self.descent.iter_mut().zip(&now.weights) {
             *g -= now.alpha * w;
         }
@@ -212,7 +212,7 @@ impl<'a> Training<'a> {
             self.curvature.assemble(&self.shape, &self.pass, &alone, &mut self.h_output);
             shares[o] = (0..n)
                 .map(|j| {
-                    let (a, b) = (self.h_output.col_as_slice(j), inverse.col_as_slice(j));
+                    let (a, b) = (col(&self.h_output, j), col(inverse, j));
                     a[j] * b[j] + 2.0 * dot(&a[j + 1..], &b[j + 1..])
                 })
                 .sum();
@@ -276,7 +276,7 @@ impl<'a> Training<'a> {
         let (shape, pass) = (&self.shape, &self.pass);
         let second = pass.second_derivative(shape, &self.now.weights, &step);
         let mut bend = vec![0.0; step.len()];
-        self.curvature.gradient(shape, pass, second.as_ref(), &self.now.beta, &mut bend);
+        self.curvature.gradient(shape, pass, &second, &self.now.beta, &mut bend);
         self.factor.solve(&mut bend);
         let longest = LONGEST_BEND * length_sq.sqrt() / dot(&bend, &bend).sqrt();
         let bent = if longest.is_nan() { 0.0 } else { longest.min(1.0) };

@@ -3,8 +3,8 @@
 //! Weights, here and on the device: layer after layer a row-major block of (inputs + 1) rows and one
 //! column per node. Row 0 holds the biases, row 1 + i the weights of input i.
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par};
+use super::matrix::{col, col_mut, row_major, Matrix, Strided};
+use nalgebra::DMatrixView;
 use std::ops::Range;
 
 /// Node counts of a network, and where each layer's weights lie.
@@ -48,8 +48,13 @@ impl Shape {
         self.starts[self.starts.len() - 1]
     }
     /// A layer's weights as a (inputs + 1) x nodes matrix.
-    pub(super) fn weights<'a>(&self, w: &'a [f64], layer: usize) -> MatRef<'a, f64> {
-        MatRef::from_row_major_slice(&w[self.block(layer)], self.rows(layer), self.nodes(layer))
+    pub(super) fn weights<'a>(&self, w: &'a [f64], layer: usize) -> Strided<'a> {
+        row_major(&w[self.block(layer)], self.rows(layer), self.nodes(layer))
+    }
+    /// The same without the biases, transposed: nodes x inputs.
+    pub(super) fn weights_back<'a>(&self, w: &'a [f64], layer: usize) -> DMatrixView<'a, f64> {
+        let nodes = self.nodes(layer);
+        DMatrixView::from_slice(&w[self.block(layer)][nodes..], nodes, self.rows(layer) - 1)
     }
 }
 
@@ -88,9 +93,9 @@ fn tanh(a: f64) -> f64 {
 #[derive(Clone)]
 pub(super) struct Pass {
     /// Per layer its inputs, samples x (inputs + 1); column 0 is the ones the biases multiply.
-    pub z: Vec<Mat<f64>>,
+    pub z: Vec<Matrix>,
     /// Target minus output, samples x outputs.
-    pub error: Mat<f64>,
+    pub error: Matrix,
 }
 
 impl Pass {
@@ -99,14 +104,14 @@ impl Pass {
         let d = shape.rows(0) - 1;
         let z = (0..shape.layers())
             .map(|layer| {
-                Mat::from_fn(n, shape.rows(layer), |s, i| match (layer, i) {
+                Matrix::from_fn(n, shape.rows(layer), |s, i| match (layer, i) {
                     (_, 0) => 1.0,
                     (0, i) => inputs[s * d + i - 1],
                     _ => 0.0,
                 })
             })
             .collect();
-        Self { z, error: Mat::zeros(n, shape.outputs()) }
+        Self { z, error: Matrix::zeros(n, shape.outputs()) }
     }
 
     /// Runs the batch with weights `w`; `targets` row-major. Returns the sum of squared errors per output.
@@ -115,19 +120,18 @@ impl Pass {
             let (before, after) = self.z.split_at_mut(layer + 1);
             let weights = shape.weights(w, layer);
             let Some(next) = after.first_mut() else {
-                matmul(&mut self.error, Accum::Replace, &before[layer], weights, 1.0, Par::Seq);
+                self.error.gemm(1.0, &before[layer], &weights, 0.0);
                 break;
             };
-            let hidden = next.subcols_mut(1, shape.nodes(layer));
-            matmul(hidden, Accum::Replace, &before[layer], weights, 1.0, Par::Seq);
+            next.columns_mut(1, shape.nodes(layer)).gemm(1.0, &before[layer], &weights, 0.0);
             for j in 1..=shape.nodes(layer) {
-                next.col_as_slice_mut(j).iter_mut().for_each(|a| *a = tanh(*a));
+                col_mut(next, j).iter_mut().for_each(|a| *a = tanh(*a));
             }
         }
         let k = shape.outputs();
         (0..k)
             .map(|o| {
-                let errors = self.error.col_as_slice_mut(o).iter_mut();
+                let errors = col_mut(&mut self.error, o).iter_mut();
                 errors.zip(targets[o..].iter().step_by(k)).fold(0.0, |sum, (e, t)| {
                     *e = t - *e;
                     sum + *e * *e
@@ -137,32 +141,31 @@ impl Pass {
     }
 
     /// Second derivative of the outputs along `step`, samples x outputs, at the pass last run with `w`.
-    pub fn second_derivative(&self, shape: &Shape, w: &[f64], step: &[f64]) -> Mat<f64> {
+    pub fn second_derivative(&self, shape: &Shape, w: &[f64], step: &[f64]) -> Matrix {
         let n = self.error.nrows();
         // First and second derivative of what the layer sees; the training inputs have none.
-        let mut below: Option<(Mat<f64>, Mat<f64>)> = None;
+        let mut below: Option<(Matrix, Matrix)> = None;
         let mut layer = 0;
         loop {
             let nodes = shape.nodes(layer);
             let (weights, change) = (shape.weights(w, layer), shape.weights(step, layer));
-            let mut first = Mat::<f64>::zeros(n, nodes);
-            let mut second = Mat::<f64>::zeros(n, nodes);
-            matmul(&mut first, Accum::Replace, &self.z[layer], change, 1.0, Par::Seq);
+            let mut first = Matrix::zeros(n, nodes);
+            let mut second = Matrix::zeros(n, nodes);
+            first.gemm(1.0, &self.z[layer], &change, 0.0);
             if let Some((z1, z2)) = &below {
                 // The biases' row multiplies a constant.
-                let past_bias = (1, shape.rows(layer) - 1);
-                let weights = weights.subrows(past_bias.0, past_bias.1);
-                let change = change.subrows(past_bias.0, past_bias.1);
-                matmul(&mut first, Accum::Add, z1, weights, 1.0, Par::Seq);
-                matmul(&mut second, Accum::Replace, z2, weights, 1.0, Par::Seq);
-                matmul(&mut second, Accum::Add, z1, change, 2.0, Par::Seq);
+                let inputs = shape.rows(layer) - 1;
+                let (weights, change) = (weights.rows(1, inputs), change.rows(1, inputs));
+                first.gemm(1.0, z1, &weights, 1.0);
+                second.gemm(1.0, z2, &weights, 0.0);
+                second.gemm(2.0, z1, &change, 1.0);
             }
             if layer + 1 == shape.layers() {
                 return second;
             }
             for j in 0..nodes {
-                let z = self.z[layer + 1].col_as_slice(1 + j);
-                let columns = first.col_as_slice_mut(j).iter_mut().zip(second.col_as_slice_mut(j));
+                let z = col(&self.z[layer + 1], 1 + j);
+                let columns = col_mut(&mut first, j).iter_mut().zip(col_mut(&mut second, j));
                 for ((a1, a2), z) in columns.zip(z) {
                     let slope = 1.0 - z * z;
                     *a2 = slope * (*a2 - 2.0 * z * *a1 * *a1);

@@ -2,11 +2,11 @@ use super::*;
 use crate::network::tests::problem;
 
 /// The derivative of every output of every sample, one row each, by central differences.
-fn jacobian(shape: &Shape, inputs: &[f64], n: usize, w: &[f64], o: usize) -> Mat<f64> {
+fn jacobian(shape: &Shape, inputs: &[f64], n: usize, w: &[f64], o: usize) -> Matrix {
     let step = 1e-5;
     let targets = vec![0.0; n * shape.outputs()];
     let mut pass = Pass::new(shape, inputs, n);
-    let mut jacobian = Mat::zeros(n, w.len());
+    let mut jacobian = Matrix::zeros(n, w.len());
     for p in 0..w.len() {
         let mut column = |sign: f64| {
             let mut w = w.to_vec();
@@ -33,20 +33,20 @@ fn agrees(topology: &[usize], n: usize, keep: bool) {
         curvature.input_products = None;
     }
     let p = shape.parameters();
-    let (mut h, mut gradient) = (Mat::zeros(p, p), vec![0.0; p]);
+    let (mut h, mut gradient) = (Matrix::zeros(p, p), vec![0.0; p]);
     curvature.sensitivities(&shape, &pass, &w);
     // Twice: scratch left from a first use must not show.
     for _ in 0..2 {
         curvature.assemble(&shape, &pass, &beta, &mut h);
-        curvature.gradient(&shape, &pass, pass.error.as_ref(), &beta, &mut gradient);
+        curvature.gradient(&shape, &pass, &pass.error, &beta, &mut gradient);
     }
-    let (mut dense, mut slope) = (Mat::<f64>::zeros(p, p), vec![0.0; p]);
+    let (mut dense, mut slope) = (Matrix::zeros(p, p), vec![0.0; p]);
     for (o, &beta) in beta.iter().enumerate() {
         let j = jacobian(&shape, &inputs, n, &w, o);
-        let own = j.transpose() * &j;
+        let own = j.tr_mul(&j);
         let trace: f64 = (0..p).map(|i| own[(i, i)]).sum();
         assert!((curvature.trace(&shape, &pass, o) - trace).abs() < 1e-8 * trace);
-        dense += faer::Scale(beta) * &own;
+        dense += beta * &own;
         for (i, slope) in slope.iter_mut().enumerate() {
             *slope += (0..n).map(|s| beta * j[(s, i)] * pass.error[(s, o)]).sum::<f64>();
         }
