@@ -1,19 +1,17 @@
 //! `diagnose`: which physical effect a second-order model of a record, or of a campaign's, lacks.
 
-use super::common::{bare, print_json, print_line, EffectsArg, SCHEMA_VERSION};
-use super::diagnose_campaign;
-use super::model::{parameter, JudgeArgs, DEFAULT};
+use super::common::{print_json, print_line, EffectsArg, SCHEMA_VERSION};
+use super::diagnosis_text;
+use super::model::{JudgeArgs, DEFAULT};
 use crate::campaign::CampaignFile;
 use crate::model::document::{is_model, Model, RecordEntry};
 use crate::model::limits::structure;
 use crate::model::records;
 use clap::Args;
 use serde::Serialize;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use yawrig_core::diagnosis::campaign;
-use yawrig_core::diagnosis::diagnose::{diagnose, verdict, Diagnosis, Options, Step, SECOND_ORDER};
-use yawrig_core::effects::Effect;
+use yawrig_core::diagnosis::diagnose::{diagnose, Diagnosis, Options, SECOND_ORDER};
 use yawrig_expression::error::{Error, Result};
 
 /// Which physical effect a second-order model of a record lacks.
@@ -102,7 +100,7 @@ impl Diagnose {
         if self.judge.json {
             return print_json(&Object { schema_version: SCHEMA_VERSION, diagnosis: &diagnosis });
         }
-        print_line(&text(&file.display().to_string(), &diagnosis, model))
+        print_line(&diagnosis_text::of_record(&file.display().to_string(), &diagnosis, model))
     }
 
     fn run_campaign(&self, path: &Path, options: &Options) -> Result<()> {
@@ -113,7 +111,7 @@ impl Diagnose {
             let (schema_version, campaign) = (SCHEMA_VERSION, path);
             return print_json(&CampaignObject { schema_version, campaign, diagnosis });
         }
-        print_line(&diagnose_campaign::text(&path.display().to_string(), diagnosis))
+        print_line(&diagnosis_text::of_campaign(&path.display().to_string(), diagnosis))
     }
 }
 
@@ -123,63 +121,4 @@ struct CampaignObject<'a> {
     campaign: &'a Path,
     #[serde(flatten)]
     diagnosis: &'a campaign::CampaignDiagnosis,
-}
-
-/// The verdict, to be read.
-fn text(file: &str, d: &Diagnosis, model: &str) -> String {
-    let verdict = verdict(d.status, &d.effects, model);
-    let mut out = format!("{file}: {verdict}\n");
-    let _ = writeln!(
-        out,
-        "  wn {} rad/s, zeta {}, noise {:.4} deg",
-        d.modal.natural_frequency_rad_s, d.modal.damping_ratio, d.noise_rms_deg
-    );
-    let _ = writeln!(out, "{}", step_rows(&d.steps, model));
-    for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
-        let _ = writeln!(out, "  {}", parameter(name, value));
-    }
-    let mut candidates = bare(&["effect alone", "over noise", "evidence"]);
-    for c in d.candidates.iter().take(5) {
-        let evidence =
-            if c.converged { format!("{:.1}", c.evidence) } else { "not converged".to_string() };
-        candidates.add_row([
-            c.effect.to_string(),
-            format!("{:.3}", c.residual_over_noise),
-            evidence,
-        ]);
-    }
-    let _ = writeln!(out, "\n{candidates}");
-    for [a, b] in &d.indistinguishable {
-        let _ = writeln!(
-            out,
-            "\n  {a} and {b} cannot be told apart in this record; what would: {}",
-            a.card().release
-        );
-    }
-    d.effects.iter().for_each(|effect| out.push_str(&card(*effect)));
-    out.truncate(out.trim_end().len());
-    out
-}
-
-pub(super) fn step_rows(steps: &[Step], model: &str) -> comfy_table::Table {
-    let first = model.trim_start_matches("the ");
-    let mut rows = bare(&["model", "residual (deg)", "over noise", "held out over noise"]);
-    for step in steps {
-        rows.add_row([
-            step.added.map_or(first.to_owned(), |e| format!("+ {e}")),
-            format!("{:.4}", step.residual_rms_deg),
-            format!("{:.3}", step.residual_over_noise),
-            format!("{:.3}", step.held_out_over_noise),
-        ]);
-    }
-    rows
-}
-
-/// An effect's card, to be read.
-pub(super) fn card(effect: Effect) -> String {
-    let card = effect.card();
-    format!(
-        "\n{}: {}\n  usual cause: {}\n  fingerprint: {}\n  to confirm: {}\n  to remove: {}\n",
-        card.title, card.formula, card.cause, card.fingerprint, card.confirm, card.remove
-    )
 }

@@ -9,7 +9,7 @@ mod demo;
 mod derivatives;
 mod device;
 mod diagnose;
-mod diagnose_campaign;
+mod diagnosis_text;
 mod doctor;
 mod effects;
 mod fit;
@@ -29,7 +29,7 @@ mod study;
 mod train;
 mod workbench;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use yawrig_expression::error::Result;
 
 /// Natural frequency, damping and aerodynamic derivatives from a yawing wind-tunnel model.
@@ -75,12 +75,6 @@ pub enum Verb {
 
 /// Runs one verb: results on stdout, progress and messages on stderr.
 pub fn run(cli: Cli) -> Result<()> {
-    verb(cli)?;
-    story::say_next();
-    Ok(())
-}
-
-fn verb(cli: Cli) -> Result<()> {
     match cli.verb {
         Verb::Derivatives(verb) => verb.run(),
         Verb::Demo(arguments) => demo::run(&arguments),
@@ -104,6 +98,6 @@ fn verb(cli: Cli) -> Result<()> {
         Verb::Workbench(verb) => verb.run(),
         Verb::Ports(arguments) => ports::run(&arguments),
         Verb::Doctor(verb) => verb.run(),
-        Verb::Completions(verb) => verb.run(),
+        Verb::Completions(verb) => verb.run(Cli::command()),
     }
 }

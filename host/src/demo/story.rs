@@ -127,18 +127,6 @@ pub fn unsealed(folder: &Path) -> Result<Truth> {
     serde_json::from_slice(&bytes).map_err(|_| wrong(&"the seal is broken"))
 }
 
-/// The riddle's folder among the arguments of a command: the one that holds a sealed truth.
-pub fn folder_of(arguments: impl IntoIterator<Item = PathBuf>) -> Option<PathBuf> {
-    let holds = |folder: &Path| folder.join(SEALED_FILE).is_file();
-    arguments.into_iter().find_map(|argument| {
-        if holds(&argument) && !argument.as_os_str().is_empty() {
-            return Some(argument);
-        }
-        let parent = argument.parent()?.to_owned();
-        (!parent.as_os_str().is_empty() && argument.exists() && holds(&parent)).then_some(parent)
-    })
-}
-
 /// The release a model is made of: about the middle axis with the wind off.
 pub fn first_release(truth: &Truth) -> &str {
     truth.releases.first().map_or("", |r| r.file.as_str())

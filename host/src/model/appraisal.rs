@@ -2,7 +2,9 @@
 
 use crate::model::document::{is_own, Model};
 use crate::model::journal::Residuals;
-use crate::model::model_fit::{modal_of, Recorded};
+use crate::model::limits;
+use crate::model::model_fit::{combined, held_against, later_part, modal_of, Data, Recorded};
+use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use yawrig_core::diagnosis::compare::{self, Where};
@@ -11,7 +13,9 @@ use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::Fitted;
 use yawrig_core::fit::swing::Swing;
 use yawrig_core::identify::WindowEstimate;
+use yawrig_core::interrupt;
 use yawrig_core::quantity::Quantity;
+use yawrig_expression::error::Result;
 
 /// A model against its records. Rms in deg, ratios to the noise floor of block means.
 #[derive(Clone, Debug, Serialize)]
@@ -138,4 +142,20 @@ fn parameters(
         }
     }
     out
+}
+
+/// A model as it is against its own records.
+pub(super) fn as_it_is(model: &Model, data: &Data) -> Result<Appraisal> {
+    let recorded: Vec<&Recorded> = data.fitted.iter().chain(&data.held_out).collect();
+    let against = |r: &&Recorded| held_against(model, r, 1.0);
+    let fits: Vec<Fitted> = recorded.par_iter().map(against).collect::<Result<_>>()?;
+    interrupt::check()?;
+    let n = data.fitted.len();
+    let over_noise = combined(&fits[..n], &recorded[..n]);
+    let held_out = if data.held_out.is_empty() {
+        later_part(data, &limits::structure(model)?, &fits)?
+    } else {
+        combined(&fits[n..], &recorded[n..])
+    };
+    Ok(appraise(model, &recorded, &fits, n, over_noise, held_out))
 }

@@ -3,7 +3,6 @@
 //! The file is written by the program and may be edited by hand: an entry with `free = false` keeps its value in the
 //! next fit, `min` and `max` bound it.
 
-use crate::model::model_reading::Reader;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use yawrig_core::effects::Effect;
@@ -115,23 +114,6 @@ impl EffectEntry {
 }
 
 impl Model {
-    /// Reads and checks `path`.
-    ///
-    /// # Errors
-    /// Exit 3, naming file and line: not there, not TOML, an entry missing, unknown or out of range, an effect that
-    /// the library does not hold.
-    pub fn read(path: &Path) -> Result<Self> {
-        Self::parse(&read_text(path)?, path)
-    }
-
-    /// The model in `text`, which was read from `path`.
-    ///
-    /// # Errors
-    /// As [`Model::read`].
-    pub fn parse(text: &str, path: &Path) -> Result<Self> {
-        Reader { text, path }.model()
-    }
-
     /// Every effect with its numbers, in the units and order of [`Effect::parameters`]. Numbers that belong to one
     /// release (size and phase of a line, a drift) are nought where the model is about several.
     ///

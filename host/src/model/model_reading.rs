@@ -1,7 +1,7 @@
 //! Reading `model.toml`: every entry checked, errors pointing at the character.
 
 use crate::model::document::{
-    is_own, of_file, EffectEntry, MadeUnder, ModalEntry, Model, ParameterEntry, RecordEntry,
+    is_own, of_file, read_text, EffectEntry, MadeUnder, ModalEntry, Model, ParameterEntry, RecordEntry,
     DAMPING_RATIO, NATURAL_FREQUENCY, SCHEMA_VERSION,
 };
 use serde::Deserialize;
@@ -81,10 +81,29 @@ struct Law<'a> {
     max: f64,
 }
 
+impl Model {
+    /// Reads and checks `path`.
+    ///
+    /// # Errors
+    /// Exit 3, naming file and line: not there, not TOML, an entry missing, unknown or out of range, an effect that
+    /// the library does not hold.
+    pub fn read(path: &Path) -> Result<Self> {
+        Self::parse(&read_text(path)?, path)
+    }
+
+    /// The model in `text`, which was read from `path`.
+    ///
+    /// # Errors
+    /// As [`Model::read`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self> {
+        Reader { text, path }.model()
+    }
+}
+
 /// Reads the `text` of the model's file `path`.
-pub(super) struct Reader<'a> {
-    pub text: &'a str,
-    pub path: &'a Path,
+struct Reader<'a> {
+    text: &'a str,
+    path: &'a Path,
 }
 
 impl Reader<'_> {
@@ -106,7 +125,7 @@ impl Reader<'_> {
             .help("correct the entry; `yawrig history --return N` goes back to any step")
     }
 
-    pub fn model(&self) -> Result<Model> {
+    fn model(&self) -> Result<Model> {
         let version: Version = toml::from_str(self.text).map_err(|e| self.malformed(&e))?;
         if *version.schema_version.get_ref() != SCHEMA_VERSION {
             let what = format!("schema_version is {}", version.schema_version.get_ref());

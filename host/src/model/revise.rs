@@ -1,7 +1,6 @@
 //! The steps of the loop: fit, add, remove, return; and the comparison that shows what they did.
 
-use crate::model::appraisal::{appraise, Appraisal, Condition};
-use crate::model::comparison::as_it_is;
+use crate::model::appraisal::{appraise, as_it_is, Appraisal, Condition};
 use crate::model::document::{read_text, EffectEntry, Model, RecordEntry};
 use crate::model::journal::{path_of, Action, Known, KnownModal, Residuals, Step};
 use crate::model::model_fit::{self, held_against, Data, Recorded};

@@ -1,8 +1,8 @@
 //! A stored session shown again: played, paused, faster than life, from any time on.
 
-use super::super::app::App;
-use super::seen::{Replay, Teller};
-use super::Order;
+use super::seen::Replay;
+use super::shown::{Order, Shown};
+use super::teller::Teller;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -66,7 +66,7 @@ fn place(item: &Item) -> Option<(f64, String)> {
 }
 
 struct Playing<'a> {
-    app: &'a Arc<App>,
+    shown: &'a Arc<Shown>,
     stored: &'a Stored,
     teller: Teller,
     /// Of the items, that to be shown next.
@@ -79,12 +79,12 @@ struct Playing<'a> {
 /// # Errors
 /// 130 where the user stops the program.
 pub fn play(
-    app: &Arc<App>,
+    shown: &Arc<Shown>,
     stored: &Stored,
     replay: Replay,
     orders: &Receiver<Order>,
 ) -> Result<()> {
-    let mut playing = Playing { app, stored, teller: Teller::new(app), next: 0, replay };
+    let mut playing = Playing { shown, stored, teller: Teller::new(shown), next: 0, replay };
     playing.teller.tell();
     let mut since = Instant::now();
     loop {
@@ -156,7 +156,7 @@ impl Playing<'_> {
     }
 
     fn tell_place(&self) {
-        self.app.live.seen(|seen| seen.replay = Some(self.replay.clone()));
+        self.shown.seen(|seen| seen.replay = Some(self.replay.clone()));
     }
 }
 

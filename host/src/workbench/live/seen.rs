@@ -1,19 +1,14 @@
 //! What a device or a stored session has shown so far: its trace thinned to what is drawn, its results, its marks.
 
-use super::super::app::App;
 use super::super::series::short;
 use serde_json::{json, Value};
 use std::collections::VecDeque;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::time::{Duration, Instant};
 use yawrig_expression::error::Error;
 use yawrig_link::live::item::{time_s, Item};
 
 /// Samples of which the least and the largest are sent: two values every 10 ms.
 const STRETCH: u64 = 10;
-/// How often the page is told.
-const TELL: Duration = Duration::from_millis(100);
 /// Stretches that a page opened later is given: a minute.
 const KEPT: usize = 6000;
 /// Lines of the log that are kept.
@@ -59,7 +54,7 @@ pub struct Replay {
 
 /// The least and the largest of ten samples, by the number of the stretch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Stretch {
+pub struct Stretch {
     number: u64,
     low: f64,
     high: f64,
@@ -73,7 +68,7 @@ impl Seen {
     }
 
     /// Takes what happened; its line of the log, if it has one, and the stretches that are whole by it.
-    fn take(&mut self, item: &Item) -> (Option<Value>, Vec<Stretch>) {
+    pub fn take(&mut self, item: &Item) -> (Option<Value>, Vec<Stretch>) {
         if let Some(effects) = item.effects() {
             self.effects = effects;
         }
@@ -155,7 +150,7 @@ impl Seen {
     }
 }
 
-fn trace_json<'a>(stretches: impl Iterator<Item = &'a Stretch>) -> Value {
+pub fn trace_json<'a>(stretches: impl Iterator<Item = &'a Stretch>) -> Value {
     let mut out = (Vec::new(), Vec::new(), Vec::new());
     for s in stretches {
         out.0.push(time_s(s.number * STRETCH));
@@ -163,63 +158,6 @@ fn trace_json<'a>(stretches: impl Iterator<Item = &'a Stretch>) -> Value {
         out.2.push(short(s.high));
     }
     json!({"time_s": out.0, "low_deg": out.1, "high_deg": out.2})
-}
-
-/// Shows what happens to the pages that are open and keeps it for those to come.
-pub struct Teller {
-    app: Arc<App>,
-    /// Not told of yet.
-    fresh: Vec<Stretch>,
-    lines: Vec<Value>,
-    told: Instant,
-}
-
-impl Teller {
-    pub fn new(app: &Arc<App>) -> Self {
-        Self { app: app.clone(), fresh: Vec::new(), lines: Vec::new(), told: Instant::now() }
-    }
-
-    pub fn show(&mut self, item: &Item) {
-        let (line, fresh) = self.app.live.seen(|seen| seen.take(item));
-        self.fresh.extend(fresh);
-        self.lines.extend(line);
-    }
-
-    /// A line of the log that no item is.
-    pub fn log(&mut self, line: Value, text: &str) {
-        let line = self.app.live.seen(|seen| seen.log(line, text));
-        self.lines.push(line);
-    }
-
-    /// Begins anew with what had happened by then.
-    pub fn begin_anew<'a>(&mut self, items: impl Iterator<Item = &'a Item>) {
-        self.fresh.clear();
-        self.lines.clear();
-        self.app.live.seen(|seen| {
-            let (device, replay) = (std::mem::take(&mut seen.device), seen.replay.take());
-            seen.begin(&device, replay);
-            for item in items {
-                seen.take(item);
-            }
-        });
-        self.tell();
-    }
-
-    pub fn is_due(&self) -> bool {
-        self.told.elapsed() >= TELL
-    }
-
-    pub fn tell(&mut self) {
-        self.told = Instant::now();
-        let fresh = std::mem::take(&mut self.fresh);
-        let lines = std::mem::take(&mut self.lines);
-        self.app.tell(&json!({
-            "kind": "live",
-            "state": self.app.live.to_json(),
-            "trace": trace_json(fresh.iter()),
-            "lines": lines,
-        }));
-    }
 }
 
 #[cfg(test)]
