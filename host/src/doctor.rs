@@ -1,4 +1,4 @@
-//! What is wrong with a port, or with this machine, and one command that mends it.
+//! What is wrong with a port, or with this machine, and one command that puts it right.
 
 use nix::unistd::{access, AccessFlags};
 use serde::Serialize;
@@ -8,6 +8,9 @@ use std::path::{Path, PathBuf};
 use yawrig_expression::error::{Error, Exit};
 use yawrig_link::bench::{Bench, Target};
 use yawrig_link::port;
+
+/// A folder for each board that an image can be built for, where this program was built.
+const BOARDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/boards");
 
 /// How a check came out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -25,7 +28,7 @@ pub struct Check {
     pub check: String,
     pub state: State,
     pub found: String,
-    /// A command that mends it.
+    /// A command that puts it right.
     pub command: Option<String>,
     #[serde(skip)]
     pub exit: Option<Exit>,
@@ -145,11 +148,10 @@ pub fn device(path: &str) -> Vec<Check> {
                 return vec![Check::well(path, found)];
             }
             let found = format!("{found}; this program is {ours}");
-            let command = match identity.board.as_str() {
-                board @ ("mps2-an386" | "nucleo-f446re") => {
-                    format!("firmware/boards/build {board}")
-                }
-                _ => "yawrig --version".to_owned(),
+            let board = identity.board.as_str();
+            let command = match !board.is_empty() && Path::new(BOARDS).join(board).is_dir() {
+                true => format!("firmware/boards/build {board}"),
+                false => "yawrig --version".to_owned(),
             };
             return vec![Check::missing(path, found, &command)];
         }

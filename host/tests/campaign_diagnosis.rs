@@ -390,8 +390,7 @@ fn the_command_tells_origin_and_derivatives_as_one_json_object() {
         ]);
         assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     }
-    std::fs::write(folder.path().join("campaign.toml"), toml::to_string(&file).unwrap())
-        .unwrap();
+    std::fs::write(folder.path().join("campaign.toml"), toml::to_string(&file).unwrap()).unwrap();
     let out = yawrig(&["diagnose", "campaign.toml", "--json"]);
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     let json: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();

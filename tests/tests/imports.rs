@@ -110,7 +110,33 @@ const ROOMS: [Room; 10] = [
 ];
 
 /// Circles that are still there, each with all its files. Delete a line when its circle is gone.
-const KNOWN: &[(&str, &[&str])] = &[];
+const KNOWN: &[(&str, &[&str])] = &[
+    ("yawrig_shared", &["crossing.rs", "window.rs"]),
+    ("yawrig_firmware", &["lock.rs", "slots.rs"]),
+    ("yawrig_expression", &["file.rs", "lib.rs"]),
+    ("yawrig_core", &["diagnosis/campaign.rs", "diagnosis/campaign_fit.rs"]),
+    ("yawrig_core", &["diagnosis/diagnose.rs", "diagnosis/search.rs"]),
+    ("yawrig_core", &["effects/cards.rs", "effects/mod.rs"]),
+    ("yawrig_core", &["fit/fitting.rs", "fit/problem.rs", "fit/starts.rs"]),
+    (
+        "yawrig_core",
+        &[
+            "identify/conventional.rs",
+            "identify/mod.rs",
+            "identify/network.rs",
+            "identify/prepared.rs",
+            "identify/release.rs",
+        ],
+    ),
+    ("yawrig_core", &["identify/least_squares.rs", "identify/uncertainty.rs"]),
+    ("yawrig_core", &["motion/own_motion.rs", "motion/simulate.rs"]),
+    ("yawrig_core", &["record/mod.rs", "record/timing.rs"]),
+    ("yawrig_rig", &["corners.rs", "motion.rs"]),
+    ("yawrig_records", &["csv_file.rs", "table.rs"]),
+    ("yawrig_records", &["format.rs", "lib.rs"]),
+    ("yawrig_link", &["bench.rs", "emulated.rs", "qemu.rs"]),
+    ("yawrig_link", &["live/sessions.rs", "live/stored.rs"]),
+];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a folder above").to_owned()

@@ -7,7 +7,9 @@ use super::train::teach;
 use crate::campaign::simulated::CAMPAIGN_FILE;
 use crate::campaign::CampaignFile;
 use crate::demo::reveal::{self, Errors, Revealed};
-use crate::demo::story::{self, Truth, MODEL_FILE, NETWORK_FILE, PICTURE_FILE, REPORT_FILE, SEALED_FILE};
+use crate::demo::story::{
+    self, Truth, MODEL_FILE, NETWORK_FILE, PICTURE_FILE, REPORT_FILE, SEALED_FILE,
+};
 use crate::model::comparison::{compare, Comparison};
 use crate::model::revise::{self, Asked, Revision, Wanted};
 use crate::model::training;
@@ -105,8 +107,13 @@ impl<'a> Riddle<'a> {
             true => Ok(()),
             false => print_line(&line),
         };
-        let compared = compare(&Comparison { files: vec![first.clone()], ..Comparison::default() })?;
-        show(format!("$ yawrig compare {} --no-model\n{}", first.display(), over_noise(&compared)))?;
+        let compared =
+            compare(&Comparison { files: vec![first.clone()], ..Comparison::default() })?;
+        show(format!(
+            "$ yawrig compare {} --no-model\n{}",
+            first.display(),
+            over_noise(&compared)
+        ))?;
         let file = CampaignFile::read_releases(&story::campaign(&self.folder))?;
         let diagnosis = crate::campaign::diagnose(&file, &Options::default())?;
         let named: Vec<&str> = diagnosis.effects.iter().map(|e| e.id()).collect();

@@ -1,8 +1,8 @@
 //! Reading `model.toml`: every entry checked, errors pointing at the character.
 
 use crate::model::document::{
-    is_own, of_file, read_text, EffectEntry, MadeUnder, ModalEntry, Model, ParameterEntry, RecordEntry,
-    DAMPING_RATIO, NATURAL_FREQUENCY, SCHEMA_VERSION,
+    is_own, of_file, read_text, EffectEntry, MadeUnder, ModalEntry, Model, ParameterEntry,
+    RecordEntry, DAMPING_RATIO, NATURAL_FREQUENCY, SCHEMA_VERSION,
 };
 use serde::Deserialize;
 use std::collections::BTreeMap;

@@ -10,9 +10,13 @@ use yawrig_expression::error::{Error, Result};
 /// Writes down that `effect` was considered and is not to be added, with the reason; the model stays as it is.
 ///
 /// # Errors
-/// Exit 3 where there is no model, or the files cannot be written.
+/// Exit 2 where the effect is in the model, 3 where there is no model, or the files cannot be written.
 pub fn reject(path: &Path, effect: Effect, asked: &Asked) -> Result<Step> {
     let (store, model) = opened(path)?;
+    if model.effect(effect).is_some() {
+        return Err(Error::usage(format!("{effect} is in the model"))
+            .help(format!("take it out: yawrig remove {effect}")));
+    }
     let last = store.journal().last().filter(|_| !store.is_edited());
     let standing = last.and_then(|last| last.after);
     let mut step = Step {

@@ -1,5 +1,6 @@
 //! The drawings of a report that need no script: SVG that takes its colours from the page, or stands alone.
 
+use super::escape::escaped;
 use super::trace::{self, ModelTrace, Trace};
 use super::{Criticism, Point, Report, Training};
 use crate::plot::{svg, Axis, Curve, Plot, COLOURS};
@@ -50,7 +51,7 @@ impl Chart {
         let (width, height) = (attribute(head, "width"), attribute(head, "height"));
         Ok(format!(
             "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\">{rest}",
-            super::html::escaped(&self.caption)
+            escaped(&self.caption)
         ))
     }
 }

@@ -3,6 +3,7 @@
 
 pub mod charts;
 mod criticism;
+mod escape;
 pub mod html;
 mod of_campaign;
 mod of_model;

@@ -1,7 +1,7 @@
 //! The sections of a report's page.
 
 use super::charts::{self, Chart};
-use super::html::escaped;
+use super::escape::escaped;
 use super::{Criticism, EffectFound, Estimate, Point, Release, Report};
 use crate::plot::Plot;
 use std::fmt::Write as _;

@@ -1,7 +1,7 @@
 //! What the page is about: releases with their ticks, the model as it stands on the disk, and what has been computed.
 
-use super::view::{Ghost, Loaded, View};
 use super::options::Options;
+use super::view::{Ghost, Loaded, View};
 use crate::campaign::CampaignFile;
 use crate::model::document::{is_model, read_text, Model, RecordEntry, DEFAULT};
 use crate::model::journal::{path_of, Journal, Step};
