@@ -12,17 +12,17 @@ use yawrig_link::port;
 /// A folder for each board that an image can be built for, where this program was built.
 const BOARDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/boards");
 
-/// How a check came out.
+/// Result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
     Well,
-    /// Of account for some ports or verbs only.
+    /// Matters for some ports or verbs only.
     Missing,
     Wrong,
 }
 
-/// One thing that was looked at.
+/// One check.
 #[derive(Clone, Debug, Serialize)]
 pub struct Check {
     pub check: String,
@@ -75,7 +75,7 @@ pub fn holders(path: &Path) -> Vec<Holder> {
     };
     let found = numbers.filter(|process| *process != own).filter(holds).map(named);
     let mut found: Vec<Holder> = found.collect();
-    // Who made a pseudo-terminal has it open, too; who keeps others off it has locked it.
+    // The maker of a pseudo-terminal has it open, too; its user has locked it: lockers come first.
     let lockers = lockers(&path);
     found.sort_by_key(|holder| !lockers.contains(&holder.process));
     found
@@ -203,7 +203,7 @@ pub fn machine() -> Vec<Check> {
     checks.push(tool("qemu-system-arm", "--device qemu", "sudo apt-get install qemu-system-arm"));
     checks.push(toolchain());
     checks.push(tool("chromium", "the tests of the web page", "sudo apt-get install chromium"));
-    // Which of the ports the user means, and whether any, is not known.
+    // No port was named: a blocked one is no error.
     for check in checks.iter_mut().filter(|check| check.state == State::Wrong) {
         check.state = State::Missing;
     }

@@ -50,7 +50,7 @@ pub struct Demo {
     /// Overwrite what is in the folder
     #[arg(long)]
     force: bool,
-    /// Hide an effect in four releases, chosen by this number, to be found out [default folder: yawrig-hidden]
+    /// Hide an effect in four releases, chosen by this number [default folder: yawrig-hidden]
     #[arg(long, value_name = "SEED", conflicts_with_all = ["noise_deg", "wind", "seed"])]
     hidden: Option<u64>,
     /// With --hidden: take every step at once, as a user would
@@ -64,11 +64,11 @@ pub struct Demo {
     json: bool,
 }
 
-/// The demo's folder where none is named.
+/// The demo's default folder.
 const FOLDER: &str = "yawrig-demo";
 const HIDDEN_FOLDER: &str = "yawrig-hidden";
 
-/// Where the results go; none: nowhere. Looked at before the work.
+/// Where the results go; none: nowhere. Checked before the work.
 fn folder(arguments: &Demo) -> Result<Option<PathBuf>> {
     if arguments.no_report {
         return Ok(None);
@@ -92,7 +92,7 @@ pub fn run(arguments: &Demo) -> Result<()> {
     within("--wind", arguments.wind, 0.1, 300.0)?;
     let rig = Rig::default();
     for condition in rig.conditions(arguments.wind) {
-        // Said before the training and not after it.
+        // Refused before the training rather than after it.
         rig.modal(&condition)?;
     }
     let folder = folder(arguments)?;
@@ -115,7 +115,7 @@ pub fn run(arguments: &Demo) -> Result<()> {
     };
     let made = releases(&mut bench, &plan, &mut show)?;
     let unusable: Vec<&Made> = made.iter().filter(|made| !made.usable()).collect();
-    // Every release goes into the table, by the inertia: one without an estimate spoils it all.
+    // Every release goes into the table, because the inertia is common to all: one without an estimate leaves no table.
     let table = |by| if unusable.is_empty() { table(&plan, &made, by) } else { Ok(Vec::new()) };
     let (points, by_network) = (table(By::Refined)?, table(By::Network)?);
     let seconds = begun.elapsed().as_secs_f64();

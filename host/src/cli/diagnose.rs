@@ -16,15 +16,15 @@ use yawrig_expression::error::{Error, Result};
 
 /// Which physical effect a second-order model of a record lacks.
 ///
-/// Every effect of the library is fitted, alone and together with others, and judged by evidence, by the later part of
-/// the record and by its size. A reading at rest that is not nought counts as a constant moment unless --unknown-zero
+/// Every effect of the library is fitted, alone and in combination, and judged by evidence, by the later part of
+/// the record and by its size. A reading at rest that is not zero counts as a constant moment unless --unknown-zero
 /// says that the sensor was not zeroed. Your own effect, a moment written as an expression in a file, competes with them
 /// when --effect names it.
 ///
 /// With --model the present model's effects stay, and what it lacks beside them is looked for; without a FILE in the
 /// model's own record.
 ///
-/// A campaign.toml has all its releases judged together: which effects they need, whether each is there with the wind
+/// A campaign.toml has all its releases judged by one joint fit: which effects they need, whether each is there with the wind
 /// off (mechanical) or only with it on (aerodynamic), and what it does to the derivatives.
 #[derive(Args, Debug, Clone)]
 pub struct Diagnose {

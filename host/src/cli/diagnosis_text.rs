@@ -1,4 +1,4 @@
-//! A diagnosis, of a record or of a campaign, to be read.
+//! A diagnosis, of a record or of a campaign, as text.
 
 use super::common::bare;
 use super::model::parameter;
@@ -36,7 +36,7 @@ pub fn of_record(file: &str, d: &Diagnosis, model: &str) -> String {
     for [a, b] in &d.indistinguishable {
         let _ = writeln!(
             out,
-            "\n  {a} and {b} cannot be told apart in this record; what would: {}",
+            "\n  {a} and {b} cannot be distinguished in this record; what would: {}",
             a.card().release
         );
     }
@@ -77,7 +77,7 @@ pub fn of_campaign(file: &str, d: &CampaignDiagnosis) -> String {
     for [a, b] in &d.indistinguishable {
         let _ = writeln!(
             out,
-            "\n  {a} and {b} cannot be told apart in these releases; what would: {}",
+            "\n  {a} and {b} cannot be distinguished in these releases; what would: {}",
             a.card().release
         );
     }

@@ -1,4 +1,4 @@
-//! `history`: the steps a model has come by, and the way back to any of them.
+//! `history`: the steps taken with a model, and the return to any of them.
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
 use super::model::{asked, ModelArg};
@@ -33,7 +33,7 @@ struct Object<'a> {
     schema_version: u32,
     model: &'a Path,
     journal: &'a Path,
-    /// Whether the file is otherwise than the last step left it.
+    /// Whether the file differs from what the last step wrote.
     edited: bool,
     steps: &'a [Step],
 }

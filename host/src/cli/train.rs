@@ -31,7 +31,7 @@ pub struct Train {
     /// and damping ratio without them
     #[arg(long, value_name = "MODEL")]
     model: Option<PathBuf>,
-    /// How a window is told to the network: `bins` (means over forty bins), `thesis` (forty
+    /// How a window is represented: `bins` (means over forty bins), `thesis` (forty
     /// point samples) or `pca:N` (N principal components of `bins`)
     #[arg(long, default_value = "bins", value_parser = parse_features)]
     features: Features,
@@ -77,7 +77,7 @@ pub struct Train {
 /// Epochs where nothing is said.
 const EPOCHS: u32 = 500;
 
-/// `--features`: how a window is told, and how many components of that.
+/// `--features`: how a window is represented, and by how many components.
 #[derive(Clone, Copy, Debug)]
 struct Features {
     kind: FeatureKind,

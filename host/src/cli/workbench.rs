@@ -24,7 +24,7 @@ pub struct Workbench {
     pub model: Option<PathBuf>,
     #[command(flatten)]
     pub effects: EffectsArg,
-    /// The sensor was not zeroed: fit its nought, and leave out the constant moment
+    /// The sensor was not zeroed: fit its zero, and leave out the constant moment
     #[arg(long)]
     pub unknown_zero: bool,
     /// Port of the page [default: a free one]

@@ -98,7 +98,7 @@ pub struct Plan {
 }
 
 /// Makes every release, in an order that gives the device its wind-off reference first.
-/// `seen` is told of each as soon as the device has spoken.
+/// `seen` is called with each as soon as the device has answered.
 ///
 /// # Errors
 /// Those of the link, and 130.

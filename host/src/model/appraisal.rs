@@ -1,4 +1,4 @@
-//! What is said of a model and its records: how far and where it is from them.
+//! How far a model is from its records, and where.
 
 use crate::model::document::{is_own, Model};
 use crate::model::journal::Residuals;
@@ -33,7 +33,7 @@ pub struct Appraisal {
     pub records: Vec<RecordAppraisal>,
     /// wn and zeta over three cycles each, of the record of `where`.
     pub windows: Vec<WindowEstimate>,
-    /// Of the record that the model is farthest from.
+    /// Of the record with the largest residual over noise.
     #[serde(rename = "where")]
     pub where_: Where,
     pub where_file: String,
@@ -60,8 +60,8 @@ pub struct RecordAppraisal {
     pub parameters: BTreeMap<String, Quantity>,
 }
 
-/// Puts together what is known: `fits` of `recorded`, of which those up to `fitted` make up the model's residual.
-/// `model` names the values that are shown where it has them.
+/// Gathers what is known: `fits` of `recorded`, of which those up to `fitted` make up the model's residual.
+/// Values that `model` holds are shown in place of fitted ones.
 pub fn appraise(
     model: &Model,
     recorded: &[&Recorded],

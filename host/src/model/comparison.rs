@@ -1,4 +1,4 @@
-//! A model held against records, its own or others, with effects tried on top of it. Nothing is written.
+//! A model compared with records, its own or others, with effects tried on top of it. Nothing is written.
 
 use crate::model::appraisal::{appraise, as_it_is, Appraisal};
 use crate::model::document::{Model, RecordEntry, DEFAULT};
@@ -13,8 +13,8 @@ use yawrig_core::fit::fitting::{held_out_over_noise, Fitted};
 use yawrig_core::interrupt;
 use yawrig_expression::error::Result;
 
-/// A model as it is against other records: held out is the later part of each, what the record has of its own having
-/// been fitted to the earlier.
+/// A model as it is against other records; the later part of each is held out, the record's own numbers having been
+/// fitted to the earlier part.
 fn as_it_is_elsewhere(model: &Model, recorded: &[Recorded]) -> Result<Appraisal> {
     let both =
         |r: &Recorded| Ok((held_against(model, r, 1.0)?, held_against(model, r, FITTED_SHARE)?));

@@ -1,4 +1,4 @@
-//! The journal of a model: every step that was taken with it, one JSON object a line, nothing ever taken out.
+//! The journal of a model: every step that was taken with it, one JSON object a line, never shortened.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -21,7 +21,7 @@ pub enum Action {
     Reject,
     /// An earlier step's model was taken up again.
     Return,
-    /// The file was found otherwise than the last step left it.
+    /// The file had been changed since the last step.
     Edit,
 }
 
@@ -83,7 +83,7 @@ impl From<Quantity> for Known {
 }
 
 impl Step {
-    /// A step of now, that left `model` behind.
+    /// A step taken now, after which the file holds `model`.
     pub fn now(action: Action, command: &str, model: String) -> Self {
         Self {
             schema_version: SCHEMA_VERSION,

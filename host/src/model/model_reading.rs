@@ -73,7 +73,7 @@ struct RawParameter {
     free: Option<bool>,
 }
 
-/// What an entry of a number must keep to.
+/// What a number must satisfy.
 struct Law<'a> {
     name: String,
     unit: &'a str,
@@ -169,7 +169,7 @@ impl Reader<'_> {
             let effect = self.effect(entry)?;
             if raw.unknown_zero && effect.effect == Effect::StaticOffset {
                 let what =
-                    "static_offset beside unknown_zero: a constant moment cannot be told from it";
+                    "static_offset beside unknown_zero: a constant moment cannot be distinguished from it";
                 return Err(self.error(&entry.id.span(), what).help("delete one of the two"));
             }
             effects.push(effect);
@@ -191,14 +191,12 @@ impl Reader<'_> {
             {
                 Some(MadeUnder { spring: spring.clone(), axis, wind_speed_m_s })
             }
-            _ => {
-                return Err(self
-                    .error(
-                        &entry.span(),
-                        "spring, axis and wind_speed_m_s (0 or more) belong together",
-                    )
-                    .help("give all three, or none"))
-            }
+            _ => return Err(self
+                .error(
+                    &entry.span(),
+                    "spring, axis and wind_speed_m_s (0 or more) are given all three or not at all",
+                )
+                .help("give all three, or none")),
         };
         let condition = match (&raw.condition, &made_under) {
             (Some(condition), _) => condition.clone(),

@@ -30,7 +30,7 @@ pub struct Revision {
     pub appraisal: Appraisal,
 }
 
-/// Who asks for a step.
+/// The request for a step, as the journal keeps it.
 #[derive(Clone, Debug, Default)]
 pub struct Asked {
     /// The command as it was typed.
@@ -114,7 +114,7 @@ pub fn fit(path: &Path, wanted: &Wanted, asked: &Asked) -> Result<Revision> {
     fit_in(store, old, &model, asked)
 }
 
-/// Fits the model at `path`, made where there is none, to these records: whatever it was about before, its effects stay.
+/// Fits the model at `path`, made where there is none, to these records: its effects stay, whatever its records were before.
 ///
 /// # Errors
 /// As [`fit`].
@@ -198,7 +198,7 @@ fn with_held_out(mut model: Model, path: &Path, wanted: &Wanted) -> Result<Model
     if wanted.unknown_zero && !model.unknown_zero {
         if model.effect(Effect::StaticOffset).is_some() {
             return Err(Error::usage("--unknown-zero beside static_offset in the model")
-                .help("a constant moment cannot be told from the sensor's nought: yawrig remove static_offset"));
+                .help("a constant moment cannot be distinguished from the sensor's zero: yawrig remove static_offset"));
         }
         model.unknown_zero = true;
     }
@@ -219,8 +219,10 @@ pub fn check_addable(model: &Model, effect: Effect) -> Result<()> {
             .help("run `yawrig diagnose`, which judges it by a filter"));
     }
     if model.unknown_zero && effect == Effect::StaticOffset {
-        return Err(Error::usage("static_offset cannot be told from the sensor's unknown nought")
-            .help("leave one of the two out"));
+        return Err(Error::usage(
+            "static_offset cannot be distinguished from the sensor's unknown zero",
+        )
+        .help("leave one of the two out"));
     }
     if model.effect(effect).is_some() {
         return Err(Error::usage(format!("{effect}: it is in the model already"))
@@ -304,7 +306,7 @@ pub fn remove(path: &Path, id: &str, asked: &Asked) -> Result<Revision> {
 /// The model at `path`, which must be there.
 pub(super) fn opened(path: &Path) -> Result<(Store, Model)> {
     if !path.exists() && !path_of(path).exists() {
-        // Said before a journal is made.
+        // Refused before a journal is made.
         read_text(path)?;
     }
     let store = Store::open(path)?;
@@ -349,7 +351,7 @@ impl Change {
     }
 }
 
-/// Writes the step down.
+/// Writes the step to model and journal.
 fn finish(store: Store, asked: &Asked, step: Step, change: Change) -> Result<Revision> {
     interrupt::check()?;
     let appraisal = &change.appraisal;

@@ -1,4 +1,4 @@
-//! A model of the file as what training windows are drawn from.
+//! The model of a file as the source of training windows.
 
 use super::document::{self, Model};
 use std::path::Path;

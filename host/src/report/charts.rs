@@ -8,10 +8,10 @@ use yawrig_core::diagnosis::amplitude::{AmplitudePicture, AmplitudePoint};
 use yawrig_core::quantity::Quantity;
 use yawrig_expression::error::Result;
 
-/// What a drawing shows, and in what it is.
+/// A drawing: its name, caption and plots.
 #[derive(Clone, Debug)]
 pub struct Chart {
-    /// Of its file, where it is written to one.
+    /// File name without extension.
     pub name: &'static str,
     pub caption: String,
     pub plots: Vec<Plot>,
@@ -21,7 +21,7 @@ impl Chart {
     /// As a file of its own.
     ///
     /// # Errors
-    /// None that a user could bring about.
+    /// Exit 1, for a defect of this program only.
     pub fn file(&self) -> Result<String> {
         svg(&self.plots)
     }
@@ -42,7 +42,7 @@ impl Chart {
         text = text
             .replace("\"#000000\"", "\"var(--ink)\"")
             .replace("\"#FFFFFF\"", "\"var(--paper)\"");
-        // What is so anyway, or said by the page's style.
+        // Defaults, and what the page's style sheet sets.
         for idle in [" opacity=\"1\"", " stroke-width=\"1\"", " font-family=\"sans-serif\""] {
             text = text.replace(idle, "");
         }
@@ -180,7 +180,7 @@ pub fn residual(trace: &Trace) -> Chart {
     }
 }
 
-/// Natural frequency, damping ratio and mid-line against amplitude, with what each model foretells.
+/// Natural frequency, damping ratio and mid-line against amplitude, with what each model predicts.
 pub fn amplitude(picture: &AmplitudePicture, truth: Option<[f64; 2]>) -> Chart {
     type Of = fn(&AmplitudePoint) -> Quantity;
     let all: [(&str, &str, Of); 3] = [
@@ -201,7 +201,7 @@ pub fn amplitude(picture: &AmplitudePicture, truth: Option<[f64; 2]>) -> Chart {
             let (low, high) = ends.fold((f64::MAX, 0.0_f64), |(l, h), a| (l.min(a), h.max(a)));
             curves.push(Curve::dashed("planted", vec![(low, truth[k]), (high, truth[k])]));
         }
-        // A candidate that has nothing to do with this record would else make a line of the measurement.
+        // The axis keeps to the measurement: a candidate far from it would flatten everything else.
         let about = picture.measured.iter();
         let second_order = picture.predictions.first().into_iter().flat_map(|p| p.points.iter());
         let ends = about.clone().map(|p| p.amplitude_deg);

@@ -62,14 +62,14 @@ pub fn pairs(pairs: &[[Effect; 2]]) -> Vec<[String; 2]> {
     pairs.iter().map(|pair| pair.map(|e| e.id().to_owned())).collect()
 }
 
-/// In a sentence.
+/// One sentence.
 pub fn verdict(status: diagnose::Status, effects: &[Effect]) -> String {
     let text = diagnose::verdict(status, effects, diagnose::SECOND_ORDER);
     let (first, rest) = text.split_at(1);
     format!("{}{rest}.", first.to_uppercase())
 }
 
-/// As JSON has it.
+/// As in JSON.
 pub fn status(status: diagnose::Status) -> String {
     match status {
         diagnose::Status::Adequate => "adequate",

@@ -29,7 +29,7 @@ use yawrig_shared::checksum::crc32;
 pub const SCHEMA_VERSION: u32 = 1;
 /// Largest page, bytes.
 pub const MOST_BYTES: usize = 5_000_000;
-/// Numbers of all traces together: two megabytes.
+/// Numbers of all traces: two megabytes.
 pub const TRACE_NUMBERS: usize = 250_000;
 
 /// What a report is about.
@@ -51,7 +51,7 @@ pub struct Report {
     pub made: Made,
     pub settings: Vec<Setting>,
     pub sources: Vec<Source>,
-    /// In a sentence.
+    /// One sentence.
     pub verdict: String,
     pub inertia_kg_m2: Vec<(Axis, Quantity)>,
     pub points: Vec<Point>,
@@ -99,7 +99,7 @@ impl Setting {
     }
 }
 
-/// A file that was read, so that it can be known again.
+/// A file that was read, with its checksum.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Source {
     pub file: String,
@@ -166,7 +166,7 @@ pub struct Release {
     pub truth: Option<[f64; 2]>,
     pub trace: Option<Trace>,
     pub amplitude: Option<AmplitudePicture>,
-    /// Where it was judged by itself.
+    /// Its own diagnosis, where one was made.
     pub criticism: Option<Criticism>,
 }
 
@@ -177,7 +177,7 @@ pub struct Estimate {
     pub natural_frequency_rad_s: Quantity,
     pub damping_ratio: Quantity,
     pub residual_rms_deg: Option<f64>,
-    /// What a reader must know besides.
+    /// Remarks.
     pub remarks: Vec<String>,
 }
 
@@ -187,7 +187,7 @@ pub struct Criticism {
     /// `adequate`, `explained` or `unexplained`; none for a model's journal.
     pub status: Option<String>,
     pub steps: Vec<Step>,
-    /// What `held_out_over_noise` was held out.
+    /// What was held out for `held_out_over_noise`.
     pub held_out: String,
     pub candidates: Vec<Candidate>,
     pub effects: Vec<EffectFound>,
@@ -235,7 +235,7 @@ pub struct Parameter {
     pub name: String,
     pub unit: String,
     pub value: f64,
-    /// None: taken as known, or not to be had.
+    /// None: taken as known, or not computable.
     pub u: Option<f64>,
 }
 
@@ -261,7 +261,7 @@ pub struct Training {
     /// Of natural frequency and damping ratio, percent, on windows that were not trained on.
     pub test_rms_percent: [f64; 2],
     pub history: Vec<Epoch>,
-    /// Not of every epoch; none in findings that were kept before there were any.
+    /// Not of every epoch; empty in files of earlier versions.
     #[serde(default)]
     pub held_out: Vec<HeldOut>,
 }
@@ -309,7 +309,7 @@ impl Report {
     /// As `--json` prints it and the page holds it.
     ///
     /// # Errors
-    /// None that a user could bring about.
+    /// Exit 1, for a defect of this program only.
     pub fn json(&self) -> Result<String> {
         serde_json::to_string(self)
             .map_err(|e| Error::internal(format!("cannot write the report's data: {e}")))

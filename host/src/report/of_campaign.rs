@@ -1,4 +1,4 @@
-//! The report of a campaign: its derivatives, and what all its releases lack together.
+//! The report of a campaign: its derivatives, and what the joint fit of its releases lacks.
 
 use super::criticism::{candidates, effects, pairs, status, steps, verdict, SECOND_ORDER};
 use super::of_records::{analysis, blank, drawn_release, method_name, with_effects};
@@ -62,7 +62,7 @@ pub fn of_campaign(
     }
     if !table.assumed_zero.is_empty() {
         let list = table.assumed_zero.join(", ");
-        report.notes.push(format!("Uncertainties assumed nought: {list}."));
+        report.notes.push(format!("Uncertainties assumed zero: {list}."));
     }
     report.notes.extend(table.notes.iter().cloned());
     report.criticism = Some(criticism(&diagnosed));

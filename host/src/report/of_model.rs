@@ -27,7 +27,7 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
         compare(&Comparison { model: Some(path.to_owned()), ..Comparison::default() })?.appraisal;
     let mut report = Report::new(Kind::Model, path.display().to_string(), made);
     let zero = if model.unknown_zero { "unknown, fitted" } else { "known" };
-    report.settings.push(Setting::new("sensor's nought", zero, ""));
+    report.settings.push(Setting::new("sensor's zero", zero, ""));
     report.sources.push(Source::of(path)?);
     let names = appraisal.effects.iter().map(|e| e.id()).collect::<Vec<_>>().join(", ");
     let r = appraisal.residuals;

@@ -16,7 +16,7 @@ use yawrig_core::interrupt;
 use yawrig_core::record::Record;
 use yawrig_expression::error::{Error, Result};
 
-/// Candidates whose foretelling is drawn: the best of those that gain anything.
+/// Candidates whose prediction is drawn: the best of those that improve the fit.
 const CANDIDATES: usize = 4;
 
 /// The report of `files`.
@@ -40,7 +40,7 @@ pub fn of_records(
     let mut report = Report::new(Kind::Records, title, made);
     report.settings = analysis(settings);
     report.settings.push(Setting::new(
-        "sensor's nought",
+        "sensor's zero",
         if options.zero_unknown { "unknown, fitted" } else { "known" },
         "",
     ));
@@ -180,12 +180,12 @@ pub(super) fn blank(name: String) -> Release {
     }
 }
 
-/// `release` with what can be drawn of it: `models` over the record, `foretold` over amplitude.
+/// `release` with its drawings: `models` over the record, `predicted` over amplitude.
 pub(super) fn drawn_release(
     record: &Record,
     swing: &Swing,
     models: &[(&str, &Fitted)],
-    foretold: &[(&str, &Fitted)],
+    predicted: &[(&str, &Fitted)],
     numbers: usize,
     release: Release,
 ) -> Release {
@@ -195,7 +195,7 @@ pub(super) fn drawn_release(
         noise_rms_deg: Some(swing.sample_noise_rad.to_degrees()),
         residual_over_noise: models.iter().map(|(_, m)| m.over_noise(swing)).collect(),
         trace: Some(trace::of(swing, models, values(numbers, 2 + 2 * models.len()))),
-        amplitude: Some(picture(swing, foretold)),
+        amplitude: Some(picture(swing, predicted)),
         ..release
     }
 }

@@ -159,7 +159,7 @@ fn points(points: &[Point], caption: &str) -> String {
 fn lacking(c: &Criticism) -> Result<String> {
     let mut out = String::new();
     if let Some(chart) = charts::staircase(c) {
-        // One step is no staircase.
+        // A staircase needs two steps.
         if c.steps.len() > 1 {
             out.push_str(&figure(&chart)?);
         }
@@ -180,7 +180,7 @@ fn lacking(c: &Criticism) -> Result<String> {
     for [a, b] in &c.indistinguishable {
         let _ = writeln!(
             out,
-            "<p class=\"note\">{} and {} cannot be told apart in these data.</p>",
+            "<p class=\"note\">{} and {} cannot be distinguished in these data.</p>",
             escaped(a),
             escaped(b)
         );
@@ -238,7 +238,7 @@ fn card(e: &EffectFound) -> String {
     out
 }
 
-/// Of the table of releases.
+/// Header of the table of releases.
 const HEADER: [&str; 9] = [
     "release",
     "method",
@@ -277,7 +277,7 @@ fn releases(report: &Report) -> Result<String> {
     if !remarks.is_empty() {
         let _ = writeln!(out, "<ul class=\"note\">{}</ul>", remarks.concat());
     }
-    // The one that is explained worst is open.
+    // The release with the largest residual over noise is unfolded.
     let over = |r: &Release| r.residual_over_noise.last().copied().unwrap_or(0.0);
     let worst = (0..all.len()).max_by(|&a, &b| over(&all[a]).total_cmp(&over(&all[b])));
     let mut room = DRAWINGS;

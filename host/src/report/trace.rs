@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use yawrig_core::fit::fitting::Fitted;
 use yawrig_core::fit::swing::Swing;
 
-/// A free swing with what models make of it. Times from the release.
+/// A free decay with what models make of it. Times from the release.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trace {
     pub time_s: Vec<f64>,
@@ -25,7 +25,7 @@ pub struct ModelTrace {
 /// Fewest values of a curve.
 const FEWEST: usize = 200;
 
-/// Values a curve may have where `numbers` are to be had for `curves` of them.
+/// Values per curve where `numbers` are shared by `curves` of them.
 pub fn values(numbers: usize, curves: usize) -> usize {
     (numbers / curves.max(1)).max(FEWEST)
 }
@@ -86,7 +86,7 @@ pub fn decimated(values: &[f64], most: usize) -> Vec<f64> {
     values.chunks(width).flat_map(extremes).collect()
 }
 
-/// The times to go with [`decimated`]: a quarter and three quarters through each stretch.
+/// The times that belong to [`decimated`]: a quarter and three quarters through each stretch.
 pub fn times(time_s: &[f64], most: usize) -> Vec<f64> {
     let width = width(time_s.len(), most);
     if width == 1 {

@@ -1,5 +1,5 @@
 //! Tables 5.3 and 5.4: components of the whole record and of three cycles on releases of the virtual rig whose
-//! frequency and damping vary with amplitude; and what makes the whole record hold.
+//! frequency and damping vary with amplitude; and which change to the training improves the whole record most.
 
 use super::decays::{Begin, Noise, WholeRecord};
 use super::lab::{Draws, Fit, Spec};
@@ -43,7 +43,7 @@ struct Way {
     cut: Cut,
 }
 
-/// From the thesis's to what holds, one step after the other.
+/// From the thesis's way on, one change after the other.
 fn ways(setting: &Setting<'_>) -> Vec<Way> {
     let thesis = WholeRecord::thesis(Noise::OfImpulseResponse([0.02, 0.2]));
     let spec = Spec { precision: Precision::PerOutput, ..thesis_spec(setting.epochs(100)) };
@@ -168,7 +168,7 @@ fn three_cycles(setting: &Setting<'_>) -> Result<Vec<Fit>> {
     setting.fit_all("pca-rig, three cycles", &[(&set, plain), (&set, components)])
 }
 
-/// Means over the windows of a release, each by the square of its amplitude: what noise leaves of it.
+/// Means over the windows of a release, weighted by the square of the amplitude, as noise is the same in all.
 fn over_windows(fit: &Fit, record: &Record) -> Option<Modal> {
     let mut sums = [0.0; 3];
     for (_, features) in windows(record, FeatureKind::BinMeans) {
@@ -264,7 +264,7 @@ fn derivatives(
         misses
             .push(format!("{name} off what was planted, % median (largest): {}.", said.join("; ")));
         tables.push(table);
-        // The thesis's way is off by so much that nothing else could be seen beside it.
+        // Left out of the plot: its scale would hide the other curves.
         curves.remove(0);
         curves.push(Curve::dashed("planted", truth_curve));
         curves.push(Curve::points("thesis, whole record", thesis_curve));

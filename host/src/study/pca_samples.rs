@@ -1,4 +1,4 @@
-//! Fig 5.4: 500 to 2000 whole records for 32-20-5-2; then as many and as drawn as it needs.
+//! Fig 5.4: 500 to 2000 whole records for 32-20-5-2; then more records, drawn differently.
 
 use super::decays::{Noise, WholeRecord, RECORD_POINTS, RECORD_S};
 use super::information;
@@ -20,7 +20,7 @@ pub(super) fn thesis_spec(epochs: usize) -> Spec {
     Spec { components: Some((32, Scale::Each)), own_last: false, ..Spec::new(&[20, 5], epochs) }
 }
 
-/// Moments of the points of a whole record, s.
+/// Times of the points of a whole record, s.
 pub(super) fn times_s(_: [f64; 2]) -> Vec<f64> {
     (0..RECORD_POINTS).map(|i| RECORD_S * i as f64 / RECORD_POINTS as f64).collect()
 }

@@ -17,7 +17,7 @@ pub enum Size {
 /// How a study is run.
 pub struct Setting<'a> {
     pub size: Size,
-    /// Told of each step.
+    /// Called with each step.
     pub progress: &'a (dyn Fn(&str) + Sync),
 }
 

@@ -1,4 +1,4 @@
-//! What the page asks, and what it is answered.
+//! The page's requests and their answers.
 
 use super::app::App;
 use super::live::{self, Order};
@@ -49,7 +49,7 @@ async fn aside(
     Ok(Json(done?))
 }
 
-/// That a record is bad data is an answer, too: the page asked what there is to be drawn.
+/// Bad data is an answer, not an error: the page asked what can be drawn.
 fn or_fault(
     drawn: yawrig_expression::error::Result<Value>,
 ) -> yawrig_expression::error::Result<Value> {
@@ -97,7 +97,7 @@ pub struct ViewAsked {
     ghost: Option<String>,
 }
 
-/// What is said of a release, and where the model fails in a stretch of time.
+/// Verdict on a release, and where the model fails in a stretch of time.
 pub async fn view(State(app): State<Arc<App>>, Query(asked): Query<ViewAsked>) -> Answer {
     aside(app, move |app| {
         app.work.want(asked.release);
@@ -126,7 +126,7 @@ pub async fn files(State(app): State<Arc<App>>) -> Answer {
     aside(app, |app| show::files(app)).await
 }
 
-/// What a page that has just been opened has missed of a device.
+/// History of a device for a page that has just been opened.
 pub async fn live_history(State(app): State<Arc<App>>) -> Answer {
     aside(app, |app| Ok(app.live.history())).await
 }
@@ -147,7 +147,7 @@ pub struct PreviewAsked {
     form: Form,
 }
 
-/// An own effect as far as it is written.
+/// A user's own effect as far as it is typed.
 pub async fn preview(State(app): State<Arc<App>>, Json(asked): Json<PreviewAsked>) -> Answer {
     aside(app, move |app| Ok(super::own::preview(app, asked.release, &asked.form))).await
 }

@@ -31,7 +31,7 @@ impl App {
         })
     }
 
-    /// Held for moments only: nothing is read or fitted under it.
+    /// Locked for moments only: nothing is read or fitted meanwhile.
     pub fn session(&self) -> MutexGuard<'_, Session> {
         self.session.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -16,7 +16,7 @@ use yawrig_core::effects::Effect;
 use yawrig_core::interrupt;
 use yawrig_expression::error::{Error, Result};
 
-/// What a job needs of the session, so that it is not held meanwhile.
+/// A copy of what a job needs of the session, which stays unlocked meanwhile.
 struct Taken {
     path: PathBuf,
     standing: Standing,
@@ -118,7 +118,7 @@ fn make_ready(app: &Arc<App>) -> bool {
     true
 }
 
-/// Does it; a sentence about what came of it.
+/// Does a job; returns a sentence about the outcome.
 ///
 /// # Errors
 /// Those of the library's steps; 130 where it is stopped, and then nothing is changed.
@@ -158,7 +158,7 @@ fn run(app: &Arc<App>, job: &Job) -> Result<String> {
     }
 }
 
-/// Reads what is not read yet, and takes the ticks away from what is bad data.
+/// Reads records not read yet, and unticks those that are bad data.
 fn leave_out_bad(app: &Arc<App>) -> Result<()> {
     let sources: Vec<_> = app.session().releases.iter().map(|r| r.source.clone()).collect();
     sources.par_iter().try_for_each(|source| {
@@ -183,7 +183,7 @@ fn said(what: &str, revision: &Revision) -> String {
     )
 }
 
-/// Its name for a user.
+/// The model's name for a user.
 fn presented(standing: &Standing) -> &'static str {
     match &standing.model {
         Some(model) if !model.effects.is_empty() => "the present model",
@@ -210,7 +210,7 @@ fn diagnose(app: &Arc<App>, taken: &Taken, id: usize) -> Result<String> {
     Ok(text)
 }
 
-/// Of the candidates that come nearest.
+/// Candidates whose curves are kept, best first.
 const MOST_GHOSTS: usize = 5;
 
 fn ghosts(diagnosed: &Diagnosed) -> Vec<Ghost> {

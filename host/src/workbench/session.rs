@@ -63,11 +63,11 @@ pub struct Release {
 pub struct Standing {
     pub model: Option<Arc<Model>>,
     pub steps: Arc<Vec<Step>>,
-    /// The file is otherwise than the last step left it.
+    /// The file was changed since the last step.
     pub is_edited: bool,
     /// Why it cannot be used.
     pub fault: Option<Error>,
-    /// Of the model's text; 0 without one.
+    /// Hash of the model's text; 0 without one.
     pub key: u64,
 }
 
@@ -101,7 +101,7 @@ impl Standing {
     }
 }
 
-/// What can be told apart of two states of the files, without reading them.
+/// Fingerprint of the files' state, without reading them.
 type Stamp = [Option<(std::time::SystemTime, u64)>; 2];
 
 fn stamp(path: &Path) -> Stamp {
@@ -290,7 +290,7 @@ impl Session {
         self.leave_out_bad();
     }
 
-    /// Reads a release that is bad data again: it may have been mended.
+    /// Reads a release that is bad data again: it may have been corrected.
     pub fn read_again(&mut self, id: usize) {
         let release = &mut self.releases[id];
         if release.source.fault().is_some() {
@@ -333,7 +333,7 @@ impl Session {
         true
     }
 
-    /// Whether the ticks are otherwise than the model has them.
+    /// Whether the ticks differ from the model's.
     pub fn are_ticks_changed(&self) -> bool {
         let Some(model) = &self.standing.model else { return false };
         let of_model = |release: &Release| {

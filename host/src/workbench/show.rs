@@ -1,4 +1,4 @@
-//! Curves, views, candidates: what is known of a release, as the page is told it.
+//! Curves, views, candidates: what is known of a release, for the page.
 
 use super::app::App;
 use super::series::{short, shorts, Stretches};
@@ -262,13 +262,13 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
             true
         }
     });
-    let told = diagnosed.map(|d| {
+    let verdict = diagnosed.map(|d| {
         let model = if in_model.is_empty() { SECOND_ORDER } else { "the present model" };
         verdict(d.diagnosis.status, &d.diagnosis.effects, model)
     });
     let alike = diagnosed.iter().flat_map(|d| &d.diagnosis.indistinguishable).map(|[a, b]| {
         format!(
-            "{} and {} cannot be told apart in this release; what would: {}",
+            "{} and {} cannot be distinguished in this release; what would: {}",
             a.card().title,
             b.card().title,
             a.card().release
@@ -276,7 +276,7 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
     });
     Ok(json!({
         "release": id,
-        "verdict": told,
+        "verdict": verdict,
         "status": diagnosed.map(|d| d.diagnosis.status),
         "alike": alike.collect::<Vec<_>>(),
         "candidates": order.into_iter().map(row).collect::<Vec<_>>(),
@@ -310,7 +310,7 @@ pub fn derivatives(app: &App) -> Value {
 /// # Errors
 /// Exit 3 where the folder cannot be read.
 pub fn files(app: &App) -> Result<Value> {
-    // What is bad data may have been mended, and be opened again.
+    // What is bad data may have been corrected, and be opened again.
     let known: Vec<Option<PathBuf>> = (app.session().releases.iter())
         .filter(|r| r.source.fault().is_none())
         .map(|r| r.source.path.canonicalize().ok())

@@ -1,4 +1,4 @@
-//! Releases, model, steps and the verdict, as the page is told them.
+//! Releases, model, steps and the verdict, for the page.
 
 use super::app::App;
 use super::series::short;

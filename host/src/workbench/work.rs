@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use yawrig_core::interrupt::Task;
 use yawrig_expression::error::{Error, Result};
 
-/// How long the thread sleeps where nobody wakes it.
+/// Longest sleep of the worker's thread.
 const NAP: Duration = Duration::from_millis(200);
 
 /// How long a page may take to be opened after the start.
@@ -71,12 +71,12 @@ impl Job {
     }
 }
 
-/// What the worker is at.
+/// What the worker is doing.
 #[derive(Clone, Debug, Serialize)]
 pub struct Progress {
     pub what: String,
     pub seconds: f64,
-    /// Grows as long as it gets on.
+    /// Grows while the work makes progress.
     pub looks: u64,
     pub is_stopping: bool,
 }
@@ -190,7 +190,7 @@ impl Work {
         self.queue().ended.clone()
     }
 
-    /// The next piece that was asked for, from here on the one that Cancel is about.
+    /// Takes the next job; from here on Cancel refers to it.
     pub fn next(&self) -> Option<Job> {
         let mut queue = self.queue();
         let job = queue.waiting.take()?;

@@ -327,7 +327,7 @@ fn a_users_own_effect_goes_into_the_model_with_its_definition() {
 fn ctrl_c_during_add_leaves_the_model_and_its_journal_as_they_were() {
     let bench = Bench::new();
     bench.json("fit r.csv");
-    // Twenty minutes of a swing that hardly decays.
+    // Twenty minutes of an oscillation that hardly decays.
     bench
         .of("simulate --natural-frequency 7.5 --damping 0.00002 --seconds 3600 --out long.csv")
         .run();

@@ -13,14 +13,14 @@ use yawrig_link::live::stored::Stored;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
 use yawrig_shared::wire::Event;
 
-/// Between two looks at what is due.
+/// Interval between checks of what is due.
 const SLICE: Duration = Duration::from_millis(20);
 /// How far before a release a jump to it goes, s.
 const BEFORE_S: f64 = 1.0;
-/// Speeds that can be asked for, times life's.
+/// Allowed speeds, times real time.
 const SPEEDS: [f64; 2] = [0.01, 1000.0];
 
-/// What pages are told of `stored` at its beginning.
+/// What pages show of `stored` at its beginning.
 ///
 /// # Errors
 /// Exit 3 where nothing is in it.
@@ -44,7 +44,7 @@ pub fn replay_of(stored: &Stored) -> Result<Replay> {
     })
 }
 
-/// Number after its last sample.
+/// Sample number after its last.
 fn end_of(item: &Item) -> u64 {
     match item {
         Item::Samples { first, yaw_deg } => first + yaw_deg.len() as u64,
@@ -69,7 +69,7 @@ struct Playing<'a> {
     shown: &'a Arc<Shown>,
     stored: &'a Stored,
     teller: Teller,
-    /// Of the items, that to be shown next.
+    /// Index of the item to be shown next.
     next: usize,
     replay: Replay,
 }
@@ -103,7 +103,7 @@ pub fn play(
 impl Playing<'_> {
     fn obey(&mut self, order: &Order) {
         match order {
-            // At the end there is nothing left but to see it again.
+            // At the end, play starts again from the beginning.
             Order::Play if self.replay.at_s >= self.replay.to_s => {
                 self.replay.is_playing = true;
                 self.jump(self.replay.from_s);
@@ -119,7 +119,7 @@ impl Playing<'_> {
         self.teller.tell();
     }
 
-    /// To where `time_s` has just gone by.
+    /// Continues from `time_s`.
     fn jump(&mut self, time_s: f64) {
         self.replay.at_s = time_s.clamp(self.replay.from_s, self.replay.to_s);
         self.next = 0;

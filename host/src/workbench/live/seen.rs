@@ -14,7 +14,7 @@ const KEPT: usize = 6000;
 /// Lines of the log that are kept.
 const MOST_LINES: usize = 500;
 
-/// What is known, for pages.
+/// State shown on the pages.
 #[derive(Default)]
 pub struct Seen {
     pub device: String,
@@ -23,9 +23,9 @@ pub struct Seen {
     pub recording: Option<PathBuf>,
     /// Where a stored session is shown instead of a device.
     pub replay: Option<Replay>,
-    /// Another number with each beginning and each jump: a page that knows an earlier one asks for everything.
+    /// Changes with each beginning and each jump: a page that knows an earlier number asks for everything.
     pub epoch: u64,
-    /// Those of the device's network.
+    /// Effects that the device's network knows.
     effects: String,
     trace: VecDeque<Stretch>,
     open: Option<Stretch>,
@@ -46,9 +46,9 @@ pub struct Replay {
     pub to_s: f64,
     pub at_s: f64,
     pub is_playing: bool,
-    /// Times as fast as life.
+    /// Times real time.
     pub speed: f64,
-    /// What one may want to go to.
+    /// Marks and releases to jump to.
     pub places: Vec<(f64, String)>,
 }
 
@@ -61,7 +61,7 @@ pub struct Stretch {
 }
 
 impl Seen {
-    /// Nothing yet, of something else than before.
+    /// Starts anew, for another device or session.
     pub fn begin(&mut self, device: &str, replay: Option<Replay>) {
         let epoch = self.epoch + 1;
         *self = Self { device: device.to_owned(), replay, epoch, ..Self::default() };
@@ -167,10 +167,10 @@ mod tests {
     #[test]
     fn of_ten_samples_the_least_and_the_largest_are_kept() {
         let mut seen = Seen::default();
-        let told: Vec<Stretch> = (0..35_u64)
+        let said: Vec<Stretch> = (0..35_u64)
             .filter_map(|n| seen.add(n / STRETCH, if n == 13 { -4.0 } else { n as f64 }))
             .collect();
-        let bounds: Vec<(u64, f64, f64)> = told.iter().map(|s| (s.number, s.low, s.high)).collect();
+        let bounds: Vec<(u64, f64, f64)> = said.iter().map(|s| (s.number, s.low, s.high)).collect();
         assert_eq!(bounds, [(0, 0.0, 9.0), (1, -4.0, 19.0), (2, 20.0, 29.0)]);
         // After a gap a new stretch begins where the samples do.
         assert_eq!(seen.add(9, 1.0).map(|s| s.number), Some(3));

@@ -14,12 +14,12 @@ pub enum Order {
     Record,
     StopRecording,
     Mark(String),
-    /// From here on a stored session's: go on, stand still, so many times as fast as life, to this time.
+    /// For stored sessions: play, pause, speed (times real time), jump to this time.
     Play,
     Pause,
     Speed(f64),
     Jump(f64),
-    /// Of either.
+    /// For both: stop showing it.
     Leave,
 }
 
@@ -51,12 +51,12 @@ impl Shown {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Held for moments only.
+    /// Locked for moments only.
     pub fn seen<T>(&self, with: impl FnOnce(&mut Seen) -> T) -> T {
         with(&mut self.inner().seen)
     }
 
-    /// What is shown, and how far.
+    /// State for the pages.
     pub fn to_json(&self) -> Value {
         let inner = self.inner();
         inner.seen.to_json(inner.orders.is_some())

@@ -30,13 +30,13 @@ impl Teller {
         self.lines.extend(line);
     }
 
-    /// A line of the log that no item is.
+    /// A line of the log that belongs to no item.
     pub fn log(&mut self, line: Value, text: &str) {
         let line = self.shown.seen(|seen| seen.log(line, text));
         self.lines.push(line);
     }
 
-    /// Begins anew with what had happened by then.
+    /// Starts the pages anew with the items so far.
     pub fn begin_anew<'a>(&mut self, items: impl Iterator<Item = &'a Item>) {
         self.fresh.clear();
         self.lines.clear();
