@@ -4,7 +4,7 @@ use super::common::{print_line, EffectsArg};
 use super::identify::expanded;
 use crate::campaign::simulated::CAMPAIGN_FILE;
 use crate::model::document::DEFAULT;
-use crate::workbench::{self, Options};
+use crate::workbench::{self, ServeOptions};
 use clap::Args;
 use std::net::IpAddr;
 use std::path::PathBuf;
@@ -56,7 +56,7 @@ fn opened(files: &[PathBuf]) -> Result<Vec<PathBuf>> {
 
 impl Workbench {
     pub fn run(&self) -> Result<()> {
-        let options = Options {
+        let options = ServeOptions {
             files: opened(&self.files)?,
             model: self.model.clone(),
             own: self.effects.effects()?,

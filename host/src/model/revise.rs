@@ -2,7 +2,7 @@
 
 use crate::model::appraisal::{appraise, as_it_is, Appraisal, Condition};
 use crate::model::document::{read_text, EffectEntry, Model, RecordEntry};
-use crate::model::journal::{path_of, Action, Known, KnownModal, Residuals, Step};
+use crate::model::journal::{path_of, Action, JournalStep, Known, KnownModal, Residuals};
 use crate::model::model_fit::{self, held_against, Data, Recorded};
 use crate::model::records;
 use crate::model::store::Store;
@@ -143,7 +143,7 @@ fn fit_in(store: Store, old: Option<Model>, model: &Model, asked: &Asked) -> Res
     finish(
         store,
         asked,
-        Step::now(Action::Fit, "", String::new()),
+        JournalStep::now(Action::Fit, "", String::new()),
         Change { before, ..Change::to(&current, &data)? },
     )
 }
@@ -246,8 +246,10 @@ pub fn add(path: &Path, effect: Effect, asked: &Asked) -> Result<Revision> {
     let data = Data::of(&model, path)?;
     let inner = Current::fitted(&model, &data)?;
     let outer = added(&inner, &data, effect)?;
-    let step =
-        Step { added: Some(effect.id().into()), ..Step::now(Action::Add, "", String::new()) };
+    let step = JournalStep {
+        added: Some(effect.id().into()),
+        ..JournalStep::now(Action::Add, "", String::new())
+    };
     finish(
         store,
         asked,
@@ -288,8 +290,10 @@ pub fn remove(path: &Path, id: &str, asked: &Asked) -> Result<Revision> {
     let mut smaller = outer.model.clone();
     smaller.effects.retain(|e| e.effect != effect);
     let inner = Current::fitted(&smaller, &data)?;
-    let step =
-        Step { removed: Some(effect.id().into()), ..Step::now(Action::Remove, "", String::new()) };
+    let step = JournalStep {
+        removed: Some(effect.id().into()),
+        ..JournalStep::now(Action::Remove, "", String::new())
+    };
     finish(
         store,
         asked,
@@ -352,7 +356,7 @@ impl Change {
 }
 
 /// Writes the step to model and journal.
-fn finish(store: Store, asked: &Asked, step: Step, change: Change) -> Result<Revision> {
+fn finish(store: Store, asked: &Asked, step: JournalStep, change: Change) -> Result<Revision> {
     interrupt::check()?;
     let appraisal = &change.appraisal;
     let known = |c: &Condition| {
@@ -362,7 +366,7 @@ fn finish(store: Store, asked: &Asked, step: Step, change: Change) -> Result<Rev
         };
         (c.condition.clone(), modal)
     };
-    let step = Step {
+    let step = JournalStep {
         command: asked.command.clone(),
         why: asked.why.clone(),
         before: change.before,

@@ -6,7 +6,7 @@
 //! part of a line is cut off.
 
 use crate::model::document::{read_text, Model};
-use crate::model::journal::{path_of, Action, Journal, Step};
+use crate::model::journal::{path_of, Action, Journal, JournalStep};
 use nix::errno::Errno;
 use nix::fcntl::{Flock, FlockArg};
 use std::fs::{File, OpenOptions};
@@ -116,13 +116,13 @@ impl Store {
     ///
     /// # Errors
     /// Exit 3 where they cannot be written; then both are as they were.
-    pub fn commit(mut self, mut step: Step) -> Result<usize> {
+    pub fn commit(mut self, mut step: JournalStep) -> Result<usize> {
         let mut lines = String::new();
         let mut number = self.journal.steps.len();
         if self.is_edited() {
             number += 1;
             let text = self.text.clone().unwrap_or_default();
-            let edit = Step { step: number, ..Step::now(Action::Edit, "", text) };
+            let edit = JournalStep { step: number, ..JournalStep::now(Action::Edit, "", text) };
             lines.push_str(&edit.line()?);
         }
         step.step = number + 1;
@@ -220,7 +220,10 @@ mod tests {
     use super::*;
 
     fn take(path: &Path, text: &str) -> usize {
-        Store::open(path).unwrap().commit(Step::now(Action::Fit, "fit", text.into())).unwrap()
+        Store::open(path)
+            .unwrap()
+            .commit(JournalStep::now(Action::Fit, "fit", text.into()))
+            .unwrap()
     }
 
     fn names(folder: &Path) -> Vec<String> {

@@ -2,7 +2,7 @@
 
 use super::escape::escaped;
 use super::trace::{self, ModelTrace, Trace};
-use super::{Criticism, Point, Report, Training};
+use super::{Criticism, PointReport, Report, TrainingReport};
 use crate::plot::{svg, Axis, Curve, Plot, COLOURS};
 use yawrig_core::diagnosis::amplitude::{AmplitudePicture, AmplitudePoint};
 use yawrig_core::quantity::Quantity;
@@ -86,9 +86,10 @@ pub fn staircase(criticism: &Criticism) -> Option<Chart> {
     if criticism.steps.is_empty() {
         return None;
     }
-    let stairs = |of: fn(&super::Step) -> f64| {
-        let step =
-            |(k, s): (usize, &super::Step)| [(k as f64 - 0.5, of(s)), (k as f64 + 0.5, of(s))];
+    let stairs = |of: fn(&super::StaircaseStep) -> f64| {
+        let step = |(k, s): (usize, &super::StaircaseStep)| {
+            [(k as f64 - 0.5, of(s)), (k as f64 + 0.5, of(s))]
+        };
         criticism.steps.iter().enumerate().flat_map(step).collect::<Vec<_>>()
     };
     let n = criticism.steps.len() as f64;
@@ -114,7 +115,7 @@ pub fn staircase(criticism: &Criticism) -> Option<Chart> {
 
 /// The derivatives against reduced frequency with bars of two standard uncertainties.
 pub fn derivatives(report: &Report) -> Chart {
-    type Of = fn(&Point) -> Option<Quantity>;
+    type Of = fn(&PointReport) -> Option<Quantity>;
     let all: [(&str, Of); 4] = [
         ("Cn_beta", |p| Some(p.cn_beta)),
         ("Cn_r", |p| Some(p.cn_r)),
@@ -122,8 +123,8 @@ pub fn derivatives(report: &Report) -> Chart {
         ("Cy_r", |p| p.cy_r),
     ];
     let plot = |(k, (name, of)): (usize, (&str, Of))| {
-        let bars = |points: &[Point]| {
-            let bar = |p: &Point| of(p).map(|q| (p.reduced_frequency, q.value, 2.0 * q.u));
+        let bars = |points: &[PointReport]| {
+            let bar = |p: &PointReport| of(p).map(|q| (p.reduced_frequency, q.value, 2.0 * q.u));
             points.iter().filter_map(bar).collect::<Vec<_>>()
         };
         let measured = bars(&report.points);
@@ -266,7 +267,7 @@ pub fn laws(criticism: &Criticism) -> Option<Chart> {
 }
 
 /// Errors and effective parameters over the epochs.
-pub fn training(training: &Training) -> Chart {
+pub fn training(training: &TrainingReport) -> Chart {
     let over = |of: fn(&super::Epoch) -> f64| {
         training.history.iter().map(|e| (e.epoch as f64, of(e))).collect::<Vec<_>>()
     };

@@ -1,6 +1,6 @@
 //! What the criticism loop has found, as a report has it.
 
-use super::{Candidate, EffectFound, Parameter, Step};
+use super::{CandidateRow, EffectFound, ParameterRow, StaircaseStep};
 use std::collections::BTreeMap;
 use yawrig_core::diagnosis::diagnose;
 use yawrig_core::effects::Effect;
@@ -9,8 +9,8 @@ use yawrig_core::quantity::Quantity;
 /// The name of the model that a diagnosis begins with.
 pub const SECOND_ORDER: &str = "second order";
 
-pub fn steps(steps: &[diagnose::Step], first: &str) -> Vec<Step> {
-    let step = |s: &diagnose::Step| Step {
+pub fn steps(steps: &[diagnose::Step], first: &str) -> Vec<StaircaseStep> {
+    let step = |s: &diagnose::Step| StaircaseStep {
         name: s.added.map_or_else(|| first.to_owned(), |e| format!("+ {e}")),
         residual_rms_deg: s.residual_rms_deg,
         residual_over_noise: s.residual_over_noise,
@@ -19,8 +19,8 @@ pub fn steps(steps: &[diagnose::Step], first: &str) -> Vec<Step> {
     steps.iter().map(step).collect()
 }
 
-pub fn candidates(candidates: &[diagnose::Candidate]) -> Vec<Candidate> {
-    let row = |c: &diagnose::Candidate| Candidate {
+pub fn candidates(candidates: &[diagnose::Candidate]) -> Vec<CandidateRow> {
+    let row = |c: &diagnose::Candidate| CandidateRow {
         effect: c.effect.id().to_owned(),
         residual_over_noise: c.residual_over_noise,
         evidence: c.evidence,
@@ -37,7 +37,7 @@ pub fn effects(effects: &[Effect], values: &BTreeMap<String, Quantity>) -> Vec<E
 fn found(effect: Effect, values: &BTreeMap<String, Quantity>) -> EffectFound {
     let parameters = effect.parameters().iter().filter_map(|p| {
         let quantity = values.get(&format!("{effect}.{}", p.name))?;
-        Some(Parameter {
+        Some(ParameterRow {
             name: p.name.to_owned(),
             unit: p.unit.to_owned(),
             value: quantity.value,

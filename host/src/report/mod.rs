@@ -49,18 +49,18 @@ pub struct Report {
     pub kind: Kind,
     pub title: String,
     pub made: Made,
-    pub settings: Vec<Setting>,
-    pub sources: Vec<Source>,
+    pub settings: Vec<SettingRow>,
+    pub sources: Vec<SourceFile>,
     /// One sentence.
     pub verdict: String,
     pub inertia_kg_m2: Vec<(Axis, Quantity)>,
-    pub points: Vec<Point>,
+    pub points: Vec<PointReport>,
     /// The same points before effects were added, where there are any.
-    pub points_before: Vec<Point>,
+    pub points_before: Vec<PointReport>,
     pub criticism: Option<Criticism>,
     pub journal: Vec<JournalRow>,
-    pub releases: Vec<Release>,
-    pub training: Option<Training>,
+    pub releases: Vec<ReleaseReport>,
+    pub training: Option<TrainingReport>,
     pub notes: Vec<String>,
 }
 
@@ -87,13 +87,13 @@ impl Made {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Setting {
+pub struct SettingRow {
     pub name: String,
     pub value: String,
     pub unit: String,
 }
 
-impl Setting {
+impl SettingRow {
     pub fn new(name: &str, value: impl ToString, unit: &str) -> Self {
         Self { name: name.to_owned(), value: value.to_string(), unit: unit.to_owned() }
     }
@@ -101,13 +101,13 @@ impl Setting {
 
 /// A file that was read, with its checksum.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Source {
+pub struct SourceFile {
     pub file: String,
     pub bytes: usize,
     pub crc32: String,
 }
 
-impl Source {
+impl SourceFile {
     /// # Errors
     /// Exit 3 where it cannot be read.
     pub fn of(file: &Path) -> Result<Self> {
@@ -122,7 +122,7 @@ impl Source {
 
 /// The derivatives on one spring at one wind speed, per radian, `cn_*` at the middle axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Point {
+pub struct PointReport {
     pub spring: String,
     pub wind_speed_m_s: f64,
     pub reduced_frequency: f64,
@@ -135,7 +135,7 @@ pub struct Point {
     pub truth: Option<[f64; 4]>,
 }
 
-impl From<&yawrig_core::derivatives::table::Point> for Point {
+impl From<&yawrig_core::derivatives::table::Point> for PointReport {
     fn from(p: &yawrig_core::derivatives::table::Point) -> Self {
         Self {
             spring: p.spring.clone(),
@@ -152,7 +152,7 @@ impl From<&yawrig_core::derivatives::table::Point> for Point {
 
 /// One release, recorded or made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Release {
+pub struct ReleaseReport {
     /// The record's file, or what the release was made under.
     pub name: String,
     pub held_out: bool,
@@ -186,10 +186,10 @@ pub struct Estimate {
 pub struct Criticism {
     /// `adequate`, `explained` or `unexplained`; none for a model's journal.
     pub status: Option<String>,
-    pub steps: Vec<Step>,
+    pub steps: Vec<StaircaseStep>,
     /// What was held out for `held_out_over_noise`.
     pub held_out: String,
-    pub candidates: Vec<Candidate>,
+    pub candidates: Vec<CandidateRow>,
     pub effects: Vec<EffectFound>,
     pub indistinguishable: Vec<[String; 2]>,
     /// Where the models named fail, on the record named.
@@ -199,7 +199,7 @@ pub struct Criticism {
 
 /// One step of the staircase.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Step {
+pub struct StaircaseStep {
     /// `second order`, `+ coulomb_friction`, `- free_play`.
     pub name: String,
     pub residual_rms_deg: f64,
@@ -208,7 +208,7 @@ pub struct Step {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Candidate {
+pub struct CandidateRow {
     pub effect: String,
     pub residual_over_noise: f64,
     pub evidence: f64,
@@ -221,7 +221,7 @@ pub struct EffectFound {
     pub id: String,
     pub title: String,
     pub formula: String,
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<ParameterRow>,
     /// `mechanical`, `aerodynamic` or `undecided`, and why; of a campaign only.
     pub origin: Option<[String; 2]>,
     pub cause: String,
@@ -231,7 +231,7 @@ pub struct EffectFound {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Parameter {
+pub struct ParameterRow {
     pub name: String,
     pub unit: String,
     pub value: f64,
@@ -253,7 +253,7 @@ pub struct JournalRow {
 
 /// How a network was trained.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Training {
+pub struct TrainingReport {
     pub topology: String,
     pub samples: usize,
     pub epochs: usize,

@@ -4,7 +4,9 @@ use super::criticism::{
     candidates, effects, pairs, status, steps, verdict, LATER_PART, SECOND_ORDER,
 };
 use super::trace::{self, values};
-use super::{Criticism, Estimate, Kind, Made, Release, Report, Setting, Source, TRACE_NUMBERS};
+use super::{
+    Criticism, Estimate, Kind, Made, ReleaseReport, Report, SettingRow, SourceFile, TRACE_NUMBERS,
+};
 use std::path::PathBuf;
 use yawrig_core::diagnosis::amplitude::picture;
 use yawrig_core::diagnosis::compare::locate;
@@ -39,19 +41,19 @@ pub fn of_records(
     };
     let mut report = Report::new(Kind::Records, title, made);
     report.settings = analysis(settings);
-    report.settings.push(Setting::new(
+    report.settings.push(SettingRow::new(
         "sensor's zero",
         if options.zero_unknown { "unknown, fitted" } else { "known" },
         "",
     ));
     for effect in &options.own {
-        report.settings.push(Setting::new("effect of the user's own", effect.id(), ""));
+        report.settings.push(SettingRow::new("effect of the user's own", effect.id(), ""));
     }
     for file in files {
         interrupt::check()?;
         crate::say!("judging {}", file.display());
         let record = yawrig_records::read(file)?;
-        report.sources.push(Source::of(file)?);
+        report.sources.push(SourceFile::of(file)?);
         let methods = [Method::LeastSquares, Method::Conventional, Method::Network];
         let identified = identify(&record, &methods, settings)?;
         let diagnosed = diagnose_with_fits(&record, options)?;
@@ -84,10 +86,10 @@ pub fn of_records(
 }
 
 /// How releases are analysed.
-pub(super) fn analysis(settings: &identify::Settings) -> Vec<Setting> {
+pub(super) fn analysis(settings: &identify::Settings) -> Vec<SettingRow> {
     vec![
-        Setting::new("analysed from", settings.from_deg, "deg"),
-        Setting::new("analysed down to", settings.to_deg, "deg"),
+        SettingRow::new("analysed from", settings.from_deg, "deg"),
+        SettingRow::new("analysed down to", settings.to_deg, "deg"),
     ]
 }
 
@@ -115,7 +117,7 @@ fn release(
     estimates: Vec<Estimate>,
     numbers: usize,
     sentence: &mut String,
-) -> Release {
+) -> ReleaseReport {
     let Diagnosed { diagnosis: d, swing, singles, path } = diagnosed;
     *sentence = verdict(d.status, &d.effects);
     let (plain, last) = (&path[0], path.last().expect("a model"));
@@ -150,7 +152,7 @@ fn release(
         &models,
         &drawn,
         numbers,
-        Release {
+        ReleaseReport {
             estimates,
             criticism: Some(criticism),
             ..blank(record.file.display().to_string())
@@ -164,8 +166,8 @@ pub(super) fn with_effects(model: &Fitted) -> String {
     format!("{SECOND_ORDER}{}", ids.collect::<String>())
 }
 
-pub(super) fn blank(name: String) -> Release {
-    Release {
+pub(super) fn blank(name: String) -> ReleaseReport {
+    ReleaseReport {
         name,
         held_out: false,
         samples: 0,
@@ -187,9 +189,9 @@ pub(super) fn drawn_release(
     models: &[(&str, &Fitted)],
     predicted: &[(&str, &Fitted)],
     numbers: usize,
-    release: Release,
-) -> Release {
-    Release {
+    release: ReleaseReport,
+) -> ReleaseReport {
+    ReleaseReport {
         samples: record.len(),
         rate_hz: record.timing().rate_hz,
         noise_rms_deg: Some(swing.sample_noise_rad.to_degrees()),

@@ -2,7 +2,7 @@
 
 use super::decays::impulse_response;
 use super::report::{extremes, percent, Outcome, Table};
-use super::setting::Setting;
+use super::setting::StudySetting;
 use crate::plot::{Axis, Curve, Plot};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -99,7 +99,7 @@ fn value(found: &Identification, method: Method) -> Option<[f64; 2]> {
     Some([estimate.natural_frequency_rad_s.value, estimate.damping_ratio.value])
 }
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Outcome> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let seeds = setting.of(20, 2) as u64;
     let methods = METHODS.map(|(method, _)| method);
     let mut tables = Vec::new();

@@ -4,7 +4,7 @@ use super::decays::{Cycles, Noise};
 use super::information;
 use super::lab::Spec;
 use super::report::{course, percent, scientific, Outcome, Table};
-use super::setting::Setting;
+use super::setting::StudySetting;
 use crate::plot::{Axis, Curve, Plot};
 use yawrig_expression::error::Result;
 
@@ -12,7 +12,7 @@ const HIDDEN: [usize; 3] = [6, 8, 10];
 /// Noise for which the information limit is shown, share of the peak.
 const NOISE: f64 = 0.02;
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Outcome> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let kind = |cycles| Cycles { cycles, points: 30 * cycles, ..Cycles::thesis(Noise::None) };
     let sets: Vec<_> = (1..=4).map(|c| kind(c).draw(setting.draws(250), 11)).collect();
     let epochs = setting.epochs(300);

@@ -3,13 +3,13 @@
 use super::decays::{Cycles, Noise};
 use super::lab::Spec;
 use super::report::{course, percent, scientific, Outcome, Table};
-use super::setting::Setting;
+use super::setting::StudySetting;
 use crate::plot::{Axis, Curve, Plot};
 use yawrig_expression::error::Result;
 
 const HIDDEN: [usize; 7] = [2, 4, 6, 8, 10, 12, 14];
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Outcome> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let kind = Cycles::thesis(Noise::None);
     let train = kind.draw(setting.draws(250), 11);
     let test = kind.draw(setting.tests(), 12);

@@ -4,7 +4,7 @@ use super::decays::{Cycles, Noise};
 use super::information;
 use super::lab::Spec;
 use super::report::{course, percent, scientific, times, Outcome, Table};
-use super::setting::Setting;
+use super::setting::StudySetting;
 use crate::plot::{Axis, Curve, Plot};
 use yawrig_expression::error::Result;
 
@@ -12,7 +12,7 @@ const POINTS: [usize; 7] = [40, 50, 60, 70, 80, 90, 100];
 /// Noise for which the information limit is shown, share of the peak.
 const NOISE: f64 = 0.02;
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Outcome> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let kind = |points| Cycles { points, ..Cycles::thesis(Noise::None) };
     let sets: Vec<_> = POINTS.map(|p| kind(p).draw(setting.draws(250), 11)).into();
     let epochs = setting.epochs(1000);

@@ -26,7 +26,7 @@ mod validation;
 
 pub use conventional::{SAMPLES as TABLE_4_7_SAMPLES, THESIS as TABLE_4_7};
 pub use report::Report;
-pub use setting::{Setting, Size};
+pub use setting::{Size, StudySetting};
 
 use report::Outcome;
 use yawrig_expression::error::{Error, Result};
@@ -36,13 +36,13 @@ pub struct Study {
     pub name: &'static str,
     /// Where the thesis has it.
     pub reruns: &'static str,
-    run: fn(&Setting<'_>) -> Result<Outcome>,
+    run: fn(&StudySetting<'_>) -> Result<Outcome>,
 }
 
 const fn study(
     name: &'static str,
     reruns: &'static str,
-    run: fn(&Setting<'_>) -> Result<Outcome>,
+    run: fn(&StudySetting<'_>) -> Result<Outcome>,
 ) -> Study {
     Study { name, reruns, run }
 }
@@ -83,7 +83,7 @@ impl Study {
     ///
     /// # Errors
     /// 130 where the user stops it, 6 where a training comes to nothing.
-    pub fn run(&self, setting: &Setting<'_>) -> Result<Report> {
+    pub fn run(&self, setting: &StudySetting<'_>) -> Result<Report> {
         let Outcome { tables, findings, plots } = (self.run)(setting)?;
         let (study, title) = (self.name.to_owned(), self.reruns.to_owned());
         Ok(Report { study, title, tables, findings, plots })

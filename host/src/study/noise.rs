@@ -4,7 +4,7 @@ use super::decays::{Cycles, Noise};
 use super::information::{self, Limit};
 use super::lab::{Draws, Fit, Spec};
 use super::report::{extremes, percent, scientific, times, Outcome, Table, NOT_GIVEN};
-use super::setting::Setting;
+use super::setting::StudySetting;
 use crate::plot::{Axis, Curve, Plot};
 use yawrig_expression::error::Result;
 use yawrig_train::errors::Errors;
@@ -40,7 +40,7 @@ const TABLE_4_5: [(&str, f64, usize); 3] =
 const OF_PEAK: f64 = 0.02;
 const ENSEMBLE: usize = 4;
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Outcome> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let (mut tables, curves, said) = structures(setting)?;
     let (own, finding) = own_features(setting)?;
     tables.push(own);
@@ -82,7 +82,7 @@ const PARTS: [Part; 2] = [
     Part { samples: 2500, precision: Precision::PerOutput, structures: &STRUCTURES, epochs: 100 },
 ];
 
-fn structures(setting: &Setting<'_>) -> Result<(Vec<Table>, Vec<Curve>, String)> {
+fn structures(setting: &StudySetting<'_>) -> Result<(Vec<Table>, Vec<Curve>, String)> {
     let points = [40, 50, 60];
     let tests: Vec<Vec<Draws>> = points
         .iter()
@@ -232,7 +232,7 @@ fn table_4_5(fits: &[Fit]) -> Table {
 }
 
 /// The device's bins with the duration it estimates itself.
-fn own_features(setting: &Setting<'_>) -> Result<(Table, String)> {
+fn own_features(setting: &StudySetting<'_>) -> Result<(Table, String)> {
     let windows = |count, seed| Draws::of_windows([OF_PEAK; 2], count, seed);
     let test = windows(setting.tests(), 12)?;
     let sets: Vec<Draws> = (0..ENSEMBLE as u64)

@@ -4,7 +4,7 @@ use super::decays::{Noise, WholeRecord};
 use super::lab::Spec;
 use super::pca_samples::thesis_spec;
 use super::report::{percent, scientific, times, Outcome, Table, NOT_GIVEN};
-use super::setting::Setting;
+use super::setting::StudySetting;
 use crate::plot::{Axis, Curve, Plot};
 use yawrig_expression::error::{Error, Result};
 use yawrig_train::pca::{Projection, Scale};
@@ -14,7 +14,7 @@ const COUNTS: [usize; 8] = [10, 15, 20, 25, 30, 32, 45, 60];
 const THESIS_SSE_AT_TEN: f64 = 0.4;
 const THESIS_SHARE_AT_32: f64 = 80.2;
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Outcome> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let kind = WholeRecord::thesis(Noise::None);
     let train = kind.draw(setting.draws(1000), 21);
     let test = kind.draw(setting.tests(), 22);

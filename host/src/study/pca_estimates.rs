@@ -4,7 +4,7 @@ use super::decays::{rows, Noise, WholeRecord};
 use super::lab::{Draws, Spec};
 use super::pca_samples::{better, better_spec, thesis_spec};
 use super::report::{extremes, percent, Outcome, Table};
-use super::setting::Setting;
+use super::setting::StudySetting;
 use crate::plot::{Axis, Curve, Plot};
 use yawrig_expression::error::Result;
 use yawrig_train::errors::Errors;
@@ -15,7 +15,7 @@ const WN_RAD_S: [f64; 3] = [3.5, 15.5, 23.5];
 /// Rms on the impulse response.
 const LEVELS: [f64; 3] = [0.02, 0.1, 0.2];
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Outcome> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let noise = Noise::OfImpulseResponse([0.02, 0.2]);
     let thesis = WholeRecord::thesis(noise);
     let ours = better(noise);

@@ -6,7 +6,7 @@ use super::lab::{Draws, Fit, Spec};
 use super::pca_samples::{better_spec, thesis_spec};
 use super::report::{percent, times, Outcome, Table};
 use super::rig_records::{release, windows, Cut, EightSeconds};
-use super::setting::Setting;
+use super::setting::StudySetting;
 use crate::plot::{Axis as PlotAxis, Curve, Plot};
 use rayon::prelude::*;
 use yawrig_core::interrupt;
@@ -44,7 +44,7 @@ struct Way {
 }
 
 /// From the thesis's way on, one change after the other.
-fn ways(setting: &Setting<'_>) -> Vec<Way> {
+fn ways(setting: &StudySetting<'_>) -> Vec<Way> {
     let thesis = WholeRecord::thesis(Noise::OfImpulseResponse([0.02, 0.2]));
     let spec = Spec { precision: Precision::PerOutput, ..thesis_spec(setting.epochs(100)) };
     let scaled = WholeRecord {
@@ -75,7 +75,7 @@ struct Releases {
     records: [Record; 2],
 }
 
-fn releases(setting: &Setting<'_>, rig: &Rig) -> Result<Vec<Releases>> {
+fn releases(setting: &StudySetting<'_>, rig: &Rig) -> Result<Vec<Releases>> {
     let springs: &[Spring] = &SPRINGS[..setting.of(8, 2)];
     let conditions: Vec<Condition> = springs
         .iter()
@@ -102,7 +102,7 @@ fn releases(setting: &Setting<'_>, rig: &Rig) -> Result<Vec<Releases>> {
         .collect()
 }
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Outcome> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let rig = Rig::default();
     (setting.progress)("pca-rig: releases");
     let releases = releases(setting, &rig)?;
@@ -161,7 +161,7 @@ fn against_least_squares(way: &Way, fit: &Fit, r: &Releases, which: usize) -> Op
 }
 
 /// 41-6-2 and 10-6-2 on ten components, on the device's windows.
-fn three_cycles(setting: &Setting<'_>) -> Result<Vec<Fit>> {
+fn three_cycles(setting: &StudySetting<'_>) -> Result<Vec<Fit>> {
     let set = Draws::of_windows([0.002, 0.02], setting.draws(4000), 41)?;
     let plain = Spec { precision: Precision::PerOutput, ..Spec::new(&[6], setting.epochs(200)) };
     let components = Spec { components: Some((10, Scale::Common)), ..plain.clone() };

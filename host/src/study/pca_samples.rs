@@ -4,7 +4,7 @@ use super::decays::{Noise, WholeRecord, RECORD_POINTS, RECORD_S};
 use super::information;
 use super::lab::{Draws, Spec};
 use super::report::{course, percent, scientific, Outcome, Table, NOT_GIVEN};
-use super::setting::Setting;
+use super::setting::StudySetting;
 use crate::plot::{Axis, Curve, Plot};
 use yawrig_expression::error::Result;
 use yawrig_train::errors::Errors;
@@ -36,7 +36,7 @@ pub(super) fn better_spec(noise: f64, epochs: usize) -> Spec {
     Spec { components: Some((32, Scale::Common)), precision, ..thesis_spec(epochs) }
 }
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Outcome> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let kind = WholeRecord::thesis(Noise::None);
     let all = kind.draw(setting.draws(2000), 21);
     let test = kind.draw(setting.tests(), 22);
@@ -104,7 +104,7 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Outcome> {
     Ok(Outcome { tables: vec![table, needed], findings, plots })
 }
 
-fn as_many_as_it_needs(setting: &Setting<'_>) -> Result<(Table, String)> {
+fn as_many_as_it_needs(setting: &StudySetting<'_>) -> Result<(Table, String)> {
     let cases = [(0.0, 4000), (0.01, 8000)];
     let noise = |level: f64| match level {
         0.0 => Noise::None,

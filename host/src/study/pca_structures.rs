@@ -5,7 +5,7 @@ use super::information;
 use super::lab::{Draws, Spec};
 use super::pca_samples::{thesis_spec, times_s};
 use super::report::{extremes, percent, times, Outcome, Table, NOT_GIVEN};
-use super::setting::Setting;
+use super::setting::StudySetting;
 use crate::plot::{Axis, Curve, Plot};
 use yawrig_expression::error::Result;
 use yawrig_train::errors::Errors;
@@ -16,7 +16,7 @@ const SECOND: [usize; 3] = [0, 5, 10];
 /// Rms on the impulse response.
 const LEVELS: [f64; 4] = [0.02, 0.05, 0.1, 0.2];
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Outcome> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let kind = |range| WholeRecord::thesis(Noise::OfImpulseResponse(range));
     let train = kind([0.02, 0.2]).draw(setting.draws(1000), 21);
     let structures: Vec<Vec<usize>> = SECOND

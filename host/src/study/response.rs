@@ -2,7 +2,7 @@
 
 use super::report::{extremes, percent, Outcome, Table};
 use super::rig_records::{at_amplitude, release, windows};
-use super::setting::Setting;
+use super::setting::StudySetting;
 use crate::plot::{Axis as PlotAxis, Curve, Plot};
 use yawrig_expression::error::{Error, Result};
 use yawrig_rig::{Condition, Rig, Spring};
@@ -13,7 +13,7 @@ use yawrig_shared::blob;
 const THESIS_WN_RAD_S: [f64; 2] = [12.72, 12.92];
 const THESIS_ZETA: [f64; 2] = [0.0055, 0.0068];
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Outcome> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let rig = Rig::default();
     let condition =
         Condition { spring: Spring::named("K4")?, axis: Axis::Mid, wind_speed_m_s: 10.0 };

@@ -4,7 +4,7 @@ use super::decays::{Cycles, Noise};
 use super::lab::Spec;
 use super::report::{percent, scientific, times, Outcome, Table};
 use super::second_layer::THESIS as SECOND_LAYER;
-use super::setting::Setting;
+use super::setting::StudySetting;
 use crate::plot::{Axis, Curve, Plot};
 use yawrig_expression::error::Result;
 
@@ -18,7 +18,7 @@ const THESIS: [(usize, [f64; 4]); 6] = [
     (300, [1.9e-3, 7.2328e-9, 0.0033, 1.3569e-8]),
 ];
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Outcome> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let epochs = setting.epochs(1000);
     let mut tables = Vec::new();
     let mut curves =

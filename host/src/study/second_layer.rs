@@ -3,7 +3,7 @@
 use super::decays::{Cycles, Noise};
 use super::lab::Spec;
 use super::report::{extremes, percent, scientific, times, Outcome, Table};
-use super::setting::Setting;
+use super::setting::StudySetting;
 use crate::plot::{Axis, Curve, Plot};
 use yawrig_expression::error::Result;
 
@@ -16,7 +16,7 @@ pub(super) const THESIS: [(usize, [f64; 4]); 5] = [
     (8, [3.55e-9, 1.22e-13, 9.92e-5, 4.04e-9]),
 ];
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Outcome> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let kind = Cycles::thesis(Noise::None);
     let train = kind.draw(setting.draws(250), 11);
     let test = kind.draw(setting.tests(), 12);

@@ -15,13 +15,13 @@ pub enum Size {
 }
 
 /// How a study is run.
-pub struct Setting<'a> {
+pub struct StudySetting<'a> {
     pub size: Size,
     /// Called with each step.
     pub progress: &'a (dyn Fn(&str) + Sync),
 }
 
-impl Setting<'_> {
+impl StudySetting<'_> {
     pub fn of(&self, full: usize, quick: usize) -> usize {
         match self.size {
             Size::Full => full,

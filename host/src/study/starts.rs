@@ -3,14 +3,14 @@
 use super::decays::{Cycles, Noise};
 use super::lab::Spec;
 use super::report::{extremes, percent, scientific, times, Outcome, Table};
-use super::setting::Setting;
+use super::setting::StudySetting;
 use crate::plot::{Axis, Curve, Plot};
 use yawrig_expression::error::Result;
 
 /// Epochs shown.
 const AT: [usize; 5] = [30, 100, 300, 900, 2400];
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Outcome> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let kind = Cycles::thesis(Noise::None);
     let train = kind.draw(setting.draws(250), 11);
     let test = kind.draw(setting.tests(), 12);

@@ -2,7 +2,7 @@
 
 use super::report::{times, Outcome, Table};
 use super::rig_records;
-use super::setting::{Setting, Size};
+use super::setting::{Size, StudySetting};
 use crate::campaign::CampaignFile;
 use crate::campaign::{evaluate, simulated};
 use crate::plot::{Axis as PlotAxis, Curve, Plot};
@@ -21,7 +21,7 @@ const METHODS: [(Method, &str); 3] = [
 ];
 const WIND_SPEED_M_S: f64 = 10.0;
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Outcome> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let rig = Rig::default();
     let mut tables = Vec::new();
     let mut plots = Vec::new();

@@ -114,8 +114,8 @@ impl Access {
             && given.bytes().zip(self.token.bytes()).fold(0, |sum, (a, b)| sum | (a ^ b)) == 0
     }
 
-    /// Whether `host` (with its port) is this page's own. Only an address in figures is: no name can be made to point
-    /// at one.
+    /// Whether `host` (with its port) is this page's own. Only a numeric address is: a name may be
+    /// made to resolve to this machine.
     fn is_here(&self, host: &str) -> bool {
         let port = self.address.port();
         if host == format!("localhost:{port}") {

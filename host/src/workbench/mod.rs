@@ -23,7 +23,7 @@ mod state;
 mod view;
 mod work;
 
-pub use options::Options;
+pub use options::ServeOptions;
 
 use std::net::Ipv4Addr;
 use std::sync::Arc;
@@ -34,7 +34,7 @@ use yawrig_expression::error::{Error, Result};
 ///
 /// # Errors
 /// Exit 2 or 3 where the files cannot be used, 4 where the port cannot be had, 130 on Ctrl-C.
-pub fn serve(options: &Options, ready: impl FnOnce(&str) -> Result<()>) -> Result<()> {
+pub fn serve(options: &ServeOptions, ready: impl FnOnce(&str) -> Result<()>) -> Result<()> {
     yawrig_expression::allow_redefinition();
     let session = session::Session::new(options)?;
     let ip = options.allow_remote.unwrap_or(Ipv4Addr::LOCALHOST.into());

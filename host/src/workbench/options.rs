@@ -6,7 +6,7 @@ use yawrig_core::effects::Effect;
 
 /// As the command line has it.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct ServeOptions {
     /// Records, a campaign or a model.
     pub files: Vec<PathBuf>,
     pub model: Option<PathBuf>,

@@ -5,7 +5,7 @@ use super::series::{short, shorts, Stretches};
 use super::session::Session;
 use super::view::Ghost;
 use crate::model::document::RecordEntry;
-use crate::model::journal::{Action, Step};
+use crate::model::journal::{Action, JournalStep};
 use crate::model::records;
 use serde_json::{json, Value};
 use std::ops::Range;
@@ -223,7 +223,7 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
         standing.model.iter().flat_map(|m| m.effects.iter().map(|e| e.effect)).collect();
     let diagnosed = session.diagnosed.get(&(id, standing.key));
     let rejected = |effect: Effect| {
-        let said = |s: &&Step| {
+        let said = |s: &&JournalStep| {
             s.rejected.as_deref() == Some(effect.id()) || s.added.as_deref() == Some(effect.id())
         };
         let last = standing.steps.iter().rev().find(said).filter(|s| s.action == Action::Reject);
