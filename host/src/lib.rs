@@ -15,6 +15,7 @@ pub mod campaign;
 pub mod cli;
 pub mod demo;
 pub mod doctor;
+mod drawn;
 pub mod model;
 pub mod plot;
 pub mod report;

@@ -27,7 +27,7 @@ fn planted(effect: Effect, seed: u64, rate_hz: f64) -> Planted {
 
 fn written(record: &Record, folder: &Path) -> std::path::PathBuf {
     let file = folder.join("r.csv");
-    yawrig_records::write(&record, &file).expect("room for it");
+    yawrig_records::write(record, &file).expect("room for it");
     file
 }
 

@@ -106,9 +106,9 @@ fn varied(entry: &EffectEntry) -> Option<Vec<f64>> {
 /// The numbers of a fit that begins at the model's values, with the initial state of `like`.
 fn start(model: &Model, condition: &str, like: &Fitted) -> Option<Vec<f64>> {
     let mut p = like.parameters[..like.structure.own_numbers()].to_vec();
-    if let Some(modal) = model.modal.get(condition) {
-        p[0] = modal.natural_frequency_rad_s.value.unwrap_or(p[0]);
-        p[1] = modal.damping_ratio.value.unwrap_or(p[1]);
+    if let (Some(modal), [wn, zeta, ..]) = (model.modal.get(condition), p.as_mut_slice()) {
+        *wn = modal.natural_frequency_rad_s.value.unwrap_or(*wn);
+        *zeta = modal.damping_ratio.value.unwrap_or(*zeta);
     }
     for entry in &model.effects {
         p.extend(varied(entry)?);

@@ -1,8 +1,9 @@
 //! The drawings of a report that need no script: SVG that takes its colours from the page, or stands alone.
 
 use super::escape::escaped;
-use super::trace::{self, ModelTrace, Trace};
+use super::trace::{ModelTrace, Trace};
 use super::{Criticism, PointReport, Report, TrainingReport};
+use crate::drawn;
 use crate::plot::{svg, Axis, Curve, Plot, COLOURS};
 use yawrig_core::diagnosis::amplitude::{AmplitudePicture, AmplitudePoint};
 use yawrig_core::quantity::Quantity;
@@ -164,9 +165,9 @@ const RESIDUAL_VALUES: usize = 800;
 
 /// What each model leaves of a record, for a file: the page itself draws this to be zoomed.
 pub fn residual(trace: &Trace) -> Chart {
-    let time_s = trace::times(&trace.time_s, RESIDUAL_VALUES);
+    let time_s = drawn::times(&trace.time_s, RESIDUAL_VALUES);
     let curve = |m: &ModelTrace| {
-        let residual = trace::decimated(&m.residual_deg, RESIDUAL_VALUES);
+        let residual = drawn::decimated(&m.residual_deg, RESIDUAL_VALUES);
         Curve::plain(&m.name, time_s.iter().copied().zip(residual).collect())
     };
     Chart {

@@ -15,7 +15,6 @@ mod live;
 mod news;
 mod options;
 mod own;
-mod series;
 mod server;
 mod session;
 mod show;

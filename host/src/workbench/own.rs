@@ -1,7 +1,7 @@
 //! The form for a user's own effect: its text as a file, errors under the character, and what the moment looks like.
 
 use super::app::App;
-use super::series::shorts;
+use crate::drawn::shorts;
 use serde::Deserialize;
 use serde_json::{json, Value};
 use std::fmt::Write as _;

@@ -1,9 +1,9 @@
 //! Curves, views, candidates: what is known of a release, for the page.
 
 use super::app::App;
-use super::series::{short, shorts, Stretches};
 use super::session::Session;
 use super::view::Ghost;
+use crate::drawn::{short, shorts, Stretches};
 use crate::model::document::RecordEntry;
 use crate::model::journal::{Action, JournalStep};
 use crate::model::records;
@@ -68,7 +68,7 @@ pub fn curves(
         let view = session.view(id).and_then(|v| v.as_ref().ok()).cloned();
         (view, ghost.and_then(|g| find_ghost(&session, id, g)))
     };
-    let measured = super::series::Series::new(record.time_s.clone(), record.yaw_deg.clone());
+    let measured = crate::drawn::Series::new(record.time_s.clone(), record.yaw_deg.clone());
     let mut out = json!({
         "release": id,
         "whole_s": [first, last],

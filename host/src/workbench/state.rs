@@ -1,9 +1,9 @@
 //! Releases, model, steps and the verdict, for the page.
 
 use super::app::App;
-use super::series::short;
 use super::session::{ListedRelease, Session, Standing, Use};
 use super::view::View;
+use crate::drawn::short;
 use crate::model::journal::{Action, JournalStep};
 use serde_json::{json, Value};
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! What is seen of one release: the record, a model fitted to it or held against it, and where they part.
 
-use super::series::Series;
+use crate::drawn::Series;
 use crate::model::document::{Model, RecordEntry};
 use crate::model::limits::structure;
 use crate::model::model_fit::{held_against, modal_of, Recorded};

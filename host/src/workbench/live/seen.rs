@@ -1,6 +1,6 @@
 //! What a device or a stored session has shown so far: its trace thinned to what is drawn, its results, its marks.
 
-use super::super::series::short;
+use crate::drawn::short;
 use serde_json::{json, Value};
 use std::collections::VecDeque;
 use std::path::PathBuf;
