@@ -183,7 +183,7 @@ pub fn blob() -> Target {
         }
         said(read)
     };
-    let remedy = |input: &mut Vec<u8>| {
+    let repair = |input: &mut Vec<u8>| {
         if let (Some(payload), true) = (input.get(ENVELOPE..), input.len() > ENVELOPE) {
             let (length, crc) = (payload.len() as u32, crc32(payload));
             input[8..12].copy_from_slice(&length.to_le_bytes());
