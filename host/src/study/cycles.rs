@@ -71,7 +71,7 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
             course(&least_sse, scientific)
         ),
         format!(
-            "Noise, which the thesis's study leaves out: the information limit of zeta at 2 % noise by cycles: {} %.",
+            "Noise, which the thesis's study leaves out: the information limit of zeta at 2 % noise in %, by cycles: {}.",
             course(&limits, percent)
         ),
     ];

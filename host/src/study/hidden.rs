@@ -51,8 +51,8 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     }
     let findings = vec![format!(
         "Thesis: SSE falls from about 1 at two nodes to 1e-8, and beyond ten nodes only 65 % of the parameters are \
-         effective; six are enough. Here SSE by nodes: {}; rms error of zeta on the test set: {} %; share of effective \
-         parameters: {} %.",
+         effective; six are enough. Here SSE by nodes: {}; rms error of zeta on the test set in %: {}; share of effective \
+         parameters in %: {}.",
         course(&curve, scientific),
         course(&tested, percent),
         course(&shares, percent)
