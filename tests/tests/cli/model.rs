@@ -172,7 +172,8 @@ fn a_rejected_effect_stands_in_the_journal_with_its_reason_and_changes_nothing()
     assert!(text.contains("reject cubic_damping") && text.contains("the wind was off"), "{text}");
 
     bench.of("reject free_play --why small").run().exits(0);
-    bench.refuses("reject cubic_damping", 2).says("--why");
+    bench.of("reject cubic_damping").run().exits(2).says("--why");
+    bench.refuses("reject cubic_damping --why=", 2).says("--why is empty");
     bench.refuses("reject cubic_dampin --why no", 2).says("did you mean cubic_damping");
     bench.of("add coulomb_friction").run().exits(0);
     bench.refuses("reject coulomb_friction --why no", 2).says("is in the model");
