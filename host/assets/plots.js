@@ -43,7 +43,7 @@ const Plots = (() => {
 
   /**
    * Lines and points over x.
-   * options: x, y: {label, log, range(min, max)}; zoomed(min, max), pointed(x or null); band(): half height about nought
+   * options: x, y: {label, log, range(min, max)}; zoomed(min, max), pointed(x or null); band(): half height about zero
    * or null; marks(): [{x, y, u, colour}] with bars of two standard uncertainties; cursor: false for none.
    */
   function lines(host, options) {

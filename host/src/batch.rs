@@ -16,7 +16,7 @@ use yawrig_core::identify::{identify, Identification, Method, Settings};
 pub const SCHEMA_VERSION: u32 = 1;
 /// How every line begins.
 const LINE_START: &[u8] = br#"{"schema_version":"#;
-/// Files in flight before their answers are handed on in order.
+/// Files identified at the same time before their answers are passed on in order.
 const CHUNK: usize = 64;
 
 /// One file's answer, a line of `--jsonl`.
@@ -34,7 +34,7 @@ pub enum Answer {
     Refused(Refused),
 }
 
-/// A file that gave nothing, and why.
+/// A file that was refused, and why.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Refused {
     pub file: String,
@@ -46,7 +46,7 @@ pub struct Refused {
 pub struct Tally {
     pub identified: usize,
     pub refused: usize,
-    /// Had an answer before and were left alone.
+    /// Had an answer already and were skipped.
     pub kept: usize,
 }
 
@@ -135,7 +135,7 @@ fn finished(out: &Path) -> Result<HashSet<u64>> {
         file: String,
     }
     let mut done = HashSet::new();
-    // A device may be read without end.
+    // A device file may never end.
     if out.exists() && !out.is_file() {
         return Err(files::cannot_write(out, &"it is not a file"));
     }

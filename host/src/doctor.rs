@@ -1,4 +1,4 @@
-//! What is wrong with a port, or with this machine, and one command that mends it.
+//! What is wrong with a port, or with this machine, and one command that puts it right.
 
 use nix::unistd::{access, AccessFlags};
 use serde::Serialize;
@@ -9,23 +9,26 @@ use yawrig_base::error::{Error, Exit};
 use yawrig_link::bench::{Bench, Target};
 use yawrig_link::port;
 
-/// How a check came out.
+/// A folder for each board that an image can be built for, where this program was built.
+const BOARDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/boards");
+
+/// Result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
     Well,
-    /// Of account for some ports or verbs only.
+    /// Matters for some ports or verbs only.
     Missing,
     Wrong,
 }
 
-/// One thing that was looked at.
+/// One check.
 #[derive(Clone, Debug, Serialize)]
 pub struct Check {
     pub check: String,
     pub state: State,
     pub found: String,
-    /// A command that mends it.
+    /// A command that puts it right.
     pub command: Option<String>,
     #[serde(skip)]
     pub exit: Option<Exit>,
@@ -72,7 +75,7 @@ pub fn holders(path: &Path) -> Vec<Holder> {
     };
     let found = numbers.filter(|process| *process != own).filter(holds).map(named);
     let mut found: Vec<Holder> = found.collect();
-    // Who made a pseudo-terminal has it open, too; who keeps others off it has locked it.
+    // The maker of a pseudo-terminal has it open, too; its user has locked it: lockers come first.
     let lockers = lockers(&path);
     found.sort_by_key(|holder| !lockers.contains(&holder.process));
     found
@@ -145,11 +148,10 @@ pub fn device(path: &str) -> Vec<Check> {
                 return vec![Check::well(path, found)];
             }
             let found = format!("{found}; this program is {ours}");
-            let command = match identity.board.as_str() {
-                board @ ("mps2-an386" | "nucleo-f446re") => {
-                    format!("firmware/boards/build {board}")
-                }
-                _ => "yawrig --version".to_owned(),
+            let board = identity.board.as_str();
+            let command = match !board.is_empty() && Path::new(BOARDS).join(board).is_dir() {
+                true => format!("firmware/boards/build {board}"),
+                false => "yawrig --version".to_owned(),
             };
             return vec![Check::missing(path, found, &command)];
         }
@@ -201,7 +203,7 @@ pub fn machine() -> Vec<Check> {
     checks.push(tool("qemu-system-arm", "--device qemu", "sudo apt-get install qemu-system-arm"));
     checks.push(toolchain());
     checks.push(tool("chromium", "the tests of the web page", "sudo apt-get install chromium"));
-    // Which of the ports the user means, and whether any, is not known.
+    // No port was named: a blocked one is no error.
     for check in checks.iter_mut().filter(|check| check.state == State::Wrong) {
         check.state = State::Missing;
     }

@@ -10,13 +10,14 @@ macro_rules! say {
     }};
 }
 
-pub mod batch;
+mod batch;
 pub mod campaign;
 pub mod cli;
-pub mod demo;
-pub mod doctor;
+mod demo;
+mod doctor;
+mod drawn;
 pub mod model;
-pub mod plot;
-pub mod report;
+mod plot;
+mod report;
 pub mod study;
-pub mod workbench;
+mod workbench;

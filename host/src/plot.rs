@@ -14,7 +14,7 @@ pub struct Plot {
 }
 
 impl Plot {
-    /// What of the curves lies inside, where an axis does not show everything.
+    /// The parts of the curves inside the frame, where an axis is limited.
     fn within(&self, x: &std::ops::Range<f64>, y: &std::ops::Range<f64>) -> Self {
         let mut plot = self.clone();
         if self.x.shown.is_some() || self.y.shown.is_some() {
@@ -30,7 +30,7 @@ pub struct Axis {
     pub logarithmic: bool,
     /// Names of 0, 1, 2 ..., in place of the numbers.
     pub names: Vec<String>,
-    /// What is shown, where that is not all there is: curves end at the frame.
+    /// Limits of what is shown; curves end at the frame.
     pub shown: Option<(f64, f64)>,
 }
 
@@ -43,12 +43,12 @@ impl Axis {
         Self { logarithmic: true, ..Self::linear(label) }
     }
 
-    /// Of things at 0, 1, 2 ...
+    /// Named categories at 0, 1, 2 ...
     pub fn named(label: impl Into<String>, names: Vec<String>) -> Self {
         Self { names, ..Self::linear(label) }
     }
 
-    /// Shows what these values reach over and no more; without values, everything.
+    /// Limits the axis to the range of these values; without values, unlimited.
     pub fn over(mut self, values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = values
             .filter(|v| v.is_finite())
@@ -76,7 +76,7 @@ impl Axis {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
-    /// Ours.
+    /// Computed here.
     Line,
     /// The thesis's numbers, a truth or a limit.
     Dashed,
@@ -119,7 +119,7 @@ impl Curve {
         Self { name: name.into(), points, style: Style::Points, bars }
     }
 
-    /// What of it lies inside; a line that leaves and comes back is parted by a point that is none.
+    /// The part inside the frame; where a line leaves and comes back a NaN point breaks it.
     fn within(&self, x: &std::ops::Range<f64>, y: &std::ops::Range<f64>) -> Self {
         let mut inside = Self { points: Vec::new(), bars: Vec::new(), ..self.clone() };
         if self.style == Style::Points {
@@ -141,7 +141,7 @@ impl Curve {
         inside
     }
 
-    /// Where the drawing reaches up and down.
+    /// The drawing's range in y.
     fn extent(&self) -> impl Iterator<Item = f64> + '_ {
         let bar = |k: usize| self.bars.get(k).copied().filter(|b| b.is_finite()).unwrap_or(0.0);
         self.points.iter().enumerate().flat_map(move |(k, p)| [p.1 - bar(k), p.1 + bar(k)])
@@ -180,7 +180,7 @@ fn inside_part(
     (first <= last).then(|| (at(first), at(last)))
 }
 
-/// Okabe and Ito's, which the colour-blind can tell apart too, but for yellow.
+/// Okabe and Ito's, distinguishable for the colour-blind; without yellow.
 pub const COLOURS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -226,7 +226,7 @@ fn range(values: impl Iterator<Item = f64>, logarithmic: bool) -> std::ops::Rang
         return low / margin..high * margin;
     }
     let margin = (0.06 * (high - low)).max(1e-9 + 1e-3 * high.abs());
-    // An axis of errors or counts begins at nought where that costs little room.
+    // An axis of errors or counts begins at zero where that costs little room.
     let low = if low >= 0.0 && low < 0.5 * high { 0.0 } else { low - margin };
     low..high + margin
 }
@@ -323,7 +323,7 @@ fn legend(area: &Area<'_>, line: usize, curve: &Curve, colour: RGBColor) -> Draw
 /// A tick's number: plain where that is short.
 fn tick(v: f64) -> String {
     match v.abs() {
-        // What is left of nought after steps that are no binary fractions.
+        // Rounding residue at zero.
         a if a < 1e-14 => "0".to_owned(),
         a if !(1e-3..1e5).contains(&a) => format!("{v:.0e}"),
         _ => {

@@ -203,7 +203,7 @@ fn two_effects_are_both_named_and_hold_in_repeats_left_out() {
     assert!(found.steps[1].held_out_over_noise > 2.0);
 }
 
-/// Each effect once in every release and once with the wind on only: named alone, its origin told. The few by default;
+/// Each effect once in every release and once with the wind on only: named alone, its origin named. The few by default;
 /// all twelve and buffeting: `YAWRIG_ORIGIN=1 cargo test --release -p yawrig --test campaign_diagnosis -- --nocapture
 /// comes`.
 #[test]
@@ -224,7 +224,7 @@ fn it_is_told_whether_an_effect_comes_with_the_wind() {
         "buffeting:q=0.0005",
     ];
     let count = if std::env::var_os("YAWRIG_ORIGIN").is_some() { all.len() } else { 1 };
-    let (mut right, mut told) = (0, 0);
+    let (mut right, mut judged) = (0, 0);
     for (k, text) in all[..count].iter().enumerate() {
         for (always, expected) in [(true, Origin::Mechanical), (false, Origin::Aerodynamic)] {
             let hidden =
@@ -236,11 +236,11 @@ fn it_is_told_whether_an_effect_comes_with_the_wind() {
                 found.effects == [effect.clone()] && origin(&found, effect) == Some(expected);
             println!("  {text} {expected}: {}", if is_right { "right" } else { "WRONG" });
             right += usize::from(is_right);
-            told += 1;
+            judged += 1;
         }
     }
-    println!("named alone, with its origin: {right} of {told}");
-    assert!(10 * right >= 9 * told);
+    println!("named alone, with its origin: {right} of {judged}");
+    assert!(10 * right >= 9 * judged);
 }
 
 /// Four releases with the same friction.

@@ -28,12 +28,12 @@ fn json_is_what_the_contract_says() {
     let name = campaign.to_str().unwrap();
     let output = yawrig(&["derivatives", name, "--method", "least-squares,conventional", "--json"]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let told: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(told["schema_version"], 1);
+    let said: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(said["schema_version"], 1);
     assert!(
-        is_quantity(&told["inertia_kg_m2"]["mid"]) && is_quantity(&told["inertia_kg_m2"]["front"])
+        is_quantity(&said["inertia_kg_m2"]["mid"]) && is_quantity(&said["inertia_kg_m2"]["front"])
     );
-    let points = told["points"].as_array().unwrap();
+    let points = said["points"].as_array().unwrap();
     assert_eq!(points.len(), 8);
     let mut last = 0.0;
     for point in points {
@@ -48,7 +48,7 @@ fn json_is_what_the_contract_says() {
     }
     assert_eq!(points[7]["spring"], "K8");
     assert!((points[7]["cn_beta"]["value"].as_f64().unwrap() - 0.4426).abs() < 0.002);
-    let releases = told["releases"].as_array().unwrap();
+    let releases = said["releases"].as_array().unwrap();
     assert_eq!(releases.len(), 64);
     for release in releases {
         let error = &release["validation_mse_deg2"];
@@ -59,9 +59,9 @@ fn json_is_what_the_contract_says() {
             "{release}"
         );
     }
-    assert!(told["assumed_zero"].as_array().unwrap().contains(&"air.density_u_kg_m3".into()));
-    assert_eq!(told["others"][0]["method"], "conventional");
-    assert_eq!(told["others"][0]["points"].as_array().unwrap().len(), 8);
+    assert!(said["assumed_zero"].as_array().unwrap().contains(&"air.density_u_kg_m3".into()));
+    assert_eq!(said["others"][0]["method"], "conventional");
+    assert_eq!(said["others"][0]["points"].as_array().unwrap().len(), 8);
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn the_table_says_what_its_damping_is_and_what_it_assumes() {
     for words in [
         "Cn_r - Cn_betadot",
         "intercept",
-        "assumed nought: air.density_u_kg_m3",
+        "assumed zero: air.density_u_kg_m3",
         "repeatability is not",
     ] {
         assert!(text.contains(words), "{words:?} is not in\n{text}");

@@ -34,7 +34,7 @@ fn cases(plans: Vec<Plan>) -> Vec<Case> {
             plan.seed += 1_000_000 * shift;
             let planted = plant(&plan);
             let begin = std::time::Instant::now();
-            let found = diagnose(&planted.record, &Options::default()).expect("a swing");
+            let found = diagnose(&planted.record, &Options::default()).expect("a free decay");
             Case { plan, planted, found, seconds: begin.elapsed().as_secs_f64() }
         })
         .collect()

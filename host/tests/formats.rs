@@ -15,7 +15,7 @@ fn selection(time: &str, yaw: &str, unit: Option<Unit>) -> Selection {
     Selection { time: named(time), yaw: named(yaw), unit, rate_hz: None }
 }
 
-/// The swing that `make.py` writes, by its formula.
+/// The free decay that `make.py` writes, by its formula.
 fn is_the_swing(record: &Record, sign: f64, offset_s: f64, error_deg: f64) {
     assert_eq!(record.len(), 300);
     for (index, (time_s, yaw_deg)) in record.time_s.iter().zip(&record.yaw_deg).enumerate() {

@@ -36,9 +36,9 @@ fn json_has_what_scripts_rely_on() {
     let file = record(folder.path(), "k.csv");
     let out = yawrig("identify", &[file.to_str().unwrap(), "--json"]);
     assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
-    let told = parsed(&text(&out.stdout));
-    assert_eq!(told["schema_version"], 1);
-    let record = &told["records"][0];
+    let said = parsed(&text(&out.stdout));
+    assert_eq!(said["schema_version"], 1);
+    let record = &said["records"][0];
     assert_eq!(record["file"], file.to_str().unwrap());
     assert!((record["release_time_s"].as_f64().unwrap() - 2.0).abs() < 0.01);
     assert!((record["rate_hz"].as_f64().unwrap() - 200.0).abs() < 1e-6);
@@ -96,9 +96,9 @@ fn a_bad_file_is_named_and_the_good_ones_are_still_done() {
 
     let out = yawrig("identify", &[&as_text(&[bad, good, still])[..], &["--json"]].concat());
     assert_eq!(out.status.code(), Some(3));
-    let told = parsed(&text(&out.stdout));
-    assert_eq!(told["records"].as_array().unwrap().len(), 1);
-    assert_eq!(told["refused"].as_array().unwrap().len(), 2);
+    let said = parsed(&text(&out.stdout));
+    assert_eq!(said["records"].as_array().unwrap().len(), 1);
+    assert_eq!(said["refused"].as_array().unwrap().len(), 2);
 
     assert_eq!(yawrig("identify", &["absent.csv"]).status.code(), Some(3));
     assert_eq!(
@@ -131,8 +131,8 @@ fn a_log_goes_on_where_it_stopped_and_does_not_depend_on_the_order() {
     // A power cut in mid-line.
     let half = std::fs::read_to_string(&log).unwrap();
     std::fs::write(&log, &half[..half.len() - 20]).unwrap();
-    let told = run(&files, &log);
-    assert!(told.contains("4 identified, 0 refused, 2 already there"), "{told}");
+    let said = run(&files, &log);
+    assert!(said.contains("4 identified, 0 refused, 2 already there"), "{said}");
     let all: BTreeSet<String> = names(&log).into_iter().collect();
     assert_eq!((all.len(), names(&log).len()), (6, 6));
 
@@ -191,9 +191,9 @@ fn lines_come_in_the_order_of_the_files() {
     let files: Vec<PathBuf> =
         (0..4).map(|k| record(folder.path(), &format!("{}.csv", 9 - k))).collect();
     let out = yawrig("identify", &[&as_text(&files)[..], &["--jsonl"]].concat());
-    let told: Vec<String> = text(&out.stdout)
+    let said: Vec<String> = text(&out.stdout)
         .lines()
         .map(|line| parsed(line)["file"].as_str().unwrap().to_owned())
         .collect();
-    assert_eq!(told, as_text(&files));
+    assert_eq!(said, as_text(&files));
 }

@@ -195,7 +195,7 @@ fn effects_written_by_hand_move_as_those_of_the_library() {
             (readings(&[(own.clone(), &[number])]), readings(&[(library.clone(), &[number])]));
         println!("{own}: {:.1e} rad", largest_difference(&a, &b));
         assert!(largest_difference(&a, &b) < most, "{own}");
-        // Together with effects that have corners of their own.
+        // Beside effects that have corners of their own.
         let others: [(Effect, &[f64]); 2] =
             [(Effect::FreePlay, &[0.01]), (Effect::StaticOffset, &[0.4])];
         let with = |e: Effect| readings(&[(e, &[number]), others[0].clone(), others[1].clone()]);

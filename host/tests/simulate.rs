@@ -20,11 +20,11 @@ fn one_record_with_its_truth() {
     let name = file.to_str().unwrap();
     let arguments =
         ["--spring", "K4", "--wind", "10", "--axis", "mid", "--offset-deg", "3", "--json"];
-    let told = json(&yawrig(&[&arguments[..], &["--out", name]].concat()));
-    assert_eq!(told["schema_version"], 1);
-    assert_eq!(told["truth"]["cn_beta"], 0.5462);
+    let said = json(&yawrig(&[&arguments[..], &["--out", name]].concat()));
+    assert_eq!(said["schema_version"], 1);
+    assert_eq!(said["truth"]["cn_beta"], 0.5462);
     let record = yawrig_records::read(&file).unwrap();
-    assert_eq!(record.len() as u64, told["samples"].as_u64().unwrap());
+    assert_eq!(record.len() as u64, said["samples"].as_u64().unwrap());
     assert!((record.timing().rate_hz - 1000.0).abs() < 1e-6);
     let held = record.yaw_deg[..2000].iter().sum::<f64>() / 2000.0;
     assert!((held - 18.0).abs() < 0.01, "{held}");
@@ -43,9 +43,9 @@ fn a_campaign_with_repeats() {
     let campaign = folder.path().join("c");
     let arguments =
         ["--campaign", campaign.to_str().unwrap(), "--repeats", "2", "--rate-hz", "100", "--json"];
-    let told = json(&yawrig(&arguments));
-    assert_eq!(told["points"].as_array().unwrap().len(), 8);
-    assert_eq!(told["releases"].as_array().unwrap().len(), 64);
+    let said = json(&yawrig(&arguments));
+    assert_eq!(said["points"].as_array().unwrap().len(), 8);
+    assert_eq!(said["releases"].as_array().unwrap().len(), 64);
     let first = yawrig_records::read(&campaign.join("K1-mid-off.csv")).unwrap();
     let second = yawrig_records::read(&campaign.join("K1-mid-off-2.csv")).unwrap();
     assert_ne!(first.yaw_deg, second.yaw_deg, "repeats have noise of their own");
@@ -88,7 +88,7 @@ fn checksum(bytes: &[u8]) -> u64 {
 fn a_record_without_effects_is_what_it_always_was() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("x.csv");
-    let told = json(&yawrig(&[
+    let said = json(&yawrig(&[
         "--natural-frequency",
         "7.5",
         "--damping",
@@ -102,7 +102,7 @@ fn a_record_without_effects_is_what_it_always_was() {
         file.to_str().unwrap(),
     ]));
     assert_eq!(checksum(&std::fs::read(&file).unwrap()), 0xc038_ab40_d46c_1ba8);
-    assert_eq!(told["truth"]["effects"], serde_json::json!([]));
+    assert_eq!(said["truth"]["effects"], serde_json::json!([]));
 }
 
 #[test]
@@ -123,16 +123,16 @@ fn hidden_effects_are_told_as_truth() {
         "--effect",
         "harmonic_forcing:f=0.02,w=11,phi=-0.5",
     ];
-    let told = json(&yawrig(&arguments));
+    let said = json(&yawrig(&arguments));
     let parameters = serde_json::json!({
         "coulomb_friction.c": 0.12,
         "harmonic_forcing.f": 0.02, "harmonic_forcing.w": 11.0, "harmonic_forcing.phi": -0.5,
     });
     assert_eq!(
-        told["truth"]["effects"],
+        said["truth"]["effects"],
         serde_json::json!(["coulomb_friction", "harmonic_forcing"])
     );
-    assert_eq!(told["truth"]["parameters"], parameters);
+    assert_eq!(said["truth"]["parameters"], parameters);
     let first = std::fs::read(&file).unwrap();
     json(&yawrig(&arguments));
     assert_eq!(std::fs::read(&file).unwrap(), first, "one seed, one record");
@@ -148,8 +148,8 @@ fn a_campaign_with_effects() {
         yawrig(&[&common[..], effects].concat())
     };
     json(&write("plain", &[]));
-    let told = json(&write("rough", &["--effect", "coulomb_friction:c=0.1"]));
-    let releases = told["releases"].as_array().unwrap();
+    let said = json(&write("rough", &["--effect", "coulomb_friction:c=0.1"]));
+    let releases = said["releases"].as_array().unwrap();
     assert_eq!(releases.len(), 32);
     for release in releases {
         assert_eq!(release["truth"]["parameters"]["coulomb_friction.c"], 0.1);
@@ -158,8 +158,8 @@ fn a_campaign_with_effects() {
             |name| yawrig_records::read(&folder.path().join(name).join(file)).unwrap().len();
         assert!(length("rough") < length("plain"), "{file}");
     }
-    let told = json(&write("windy", &["--effect", "coulomb_friction:c=0.1", "--aerodynamic"]));
-    for release in told["releases"].as_array().unwrap() {
+    let said = json(&write("windy", &["--effect", "coulomb_friction:c=0.1", "--aerodynamic"]));
+    for release in said["releases"].as_array().unwrap() {
         let wind = release["wind_speed_m_s"].as_f64().unwrap() > 0.0;
         assert_eq!(release["truth"]["effects"].as_array().unwrap().len(), usize::from(wind));
         let file = release["file"].as_str().unwrap();

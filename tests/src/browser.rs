@@ -272,7 +272,7 @@ impl Browser {
     /// Where that is not so.
     #[track_caller]
     pub fn is_clean(&mut self, origin: &str) {
-        // What has happened by now has been told before this is answered.
+        // What has happened by now has been reported before this is answered.
         self.value("1");
         assert!(self.complaints.is_empty(), "{:#?}", self.complaints);
         let strange: Vec<&String> = self

@@ -9,7 +9,7 @@ pub fn sound() -> Vec<u8> {
     BUILT_IN.to_vec()
 }
 
-/// Another sound network, so that the two can be told apart.
+/// Another sound network, so that the two can be distinguished.
 pub fn another() -> Vec<u8> {
     let mut payload = payload();
     payload.network.weights[0] += 0.001;
@@ -88,7 +88,7 @@ pub fn spoilt() -> Vec<Spoilt> {
     changed("a weight that is no number", not_finite, &|p| p.network.weights[100] = f32::NAN);
     changed("an endless weight", not_finite, &|p| p.network.weights[265] = f32::INFINITY);
     changed("an endless input scale", not_finite, &|p| p.network.inputs.shape_gain = f32::INFINITY);
-    changed("an output scale of nought", not_finite, &|p| p.network.outputs[1].gain = 0.0);
+    changed("an output scale of zero", not_finite, &|p| p.network.outputs[1].gain = 0.0);
     changed("three outputs", "topology", &|p| p.network.topology[2] = 3);
     changed("forty inputs", "topology", &|p| p.network.topology[0] = 40);
     changed("an empty layer", "topology", &|p| p.network.topology[1] = 0);

@@ -328,7 +328,7 @@ impl Drop for Running {
 /// A command that has ended.
 #[derive(Debug)]
 pub struct Ended {
-    /// Exit code; a signal's number below nought where one ended it.
+    /// Exit code; a signal's number below zero where one ended it.
     pub code: i32,
     pub stdout: String,
     pub stderr: String,

@@ -85,7 +85,7 @@ fn white_noise() {
             covered += (f.coverage[0] + f.coverage[1]) / 8.0;
         }
         println!("noise {noise}: {:.1} % inside", 100.0 * covered);
-        // 1600 intervals together scatter by 1.2 %.
+        // 1600 intervals in all scatter by 1.2 %.
         assert!((0.64..=0.73).contains(&covered), "{noise}: {covered}");
     }
 }

@@ -251,7 +251,7 @@ fn unplugged_and_plugged_in_again_it_says_what_was_lost() {
     assert!(windows.len() > 3, "{windows:?}");
     assert_eq!(windows, (0..windows.len() as u16).collect::<Vec<_>>());
 
-    // Pulled out and without power: it counts from nought.
+    // Pulled out and without power: it counts from zero.
     drop(line.take());
     board.restart();
     let _line = socket.plug(board.plug());

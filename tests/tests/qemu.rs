@@ -229,7 +229,7 @@ fn a_board_whose_main_loop_hangs_is_reset_and_the_host_says_so() {
     }
     let status = client.status().expect("its state");
     assert!(status.samples < 3000, "it has begun anew");
-    // What it says now is told from what it said before, though the numbers are the same.
+    // What it says now is known from what it said before, though the numbers are the same.
     potentiometer.send(&vec![32_768 + 2000; 2500]).expect("a board that takes samples");
     let again = client.next_event(Duration::from_secs(20)).expect("a line").expect("an event");
     assert!(matches!(again.event, Event::Phase { phase: Phase::Held, .. }), "{again:?}");

@@ -256,7 +256,7 @@ fn baseline(samples: &[Sample]) -> f64 {
         time_s: samples.iter().map(|s| s.time_s).collect(),
         yaw_deg: samples.iter().map(|s| s.yaw_deg).collect(),
     };
-    let swing = Swing::of(&record).expect("a swing");
+    let swing = Swing::of(&record).expect("a free decay");
     fit_plain(&swing, true, swing.grid.count).over_noise(&swing)
 }
 
@@ -282,18 +282,19 @@ fn what_is_missing_is_said() {
                 release(truth, &effects, &sensor(*noise_deg, 0.0), *seed).collect();
             let (_, refined) = played(samples.iter().copied());
             // Where nothing can be fitted, that is said, too.
-            let told = |r: &Refined| r.flags.has(Flags::MISFIT) || r.flags.has(Flags::NOT_REFINED);
-            (*effect, baseline(&samples), refined.iter().any(told))
+            let reported =
+                |r: &Refined| r.flags.has(Flags::MISFIT) || r.flags.has(Flags::NOT_REFINED);
+            (*effect, baseline(&samples), refined.iter().any(reported))
         })
         .collect();
     let mut table: BTreeMap<&str, [usize; 4]> = BTreeMap::new();
-    for (effect, over_noise, told) in &found {
+    for (effect, over_noise, reported) in &found {
         let row = table.entry(effect).or_default();
         let strong = usize::from(*over_noise >= 1.5);
         row[2 * strong] += 1;
-        row[2 * strong + 1] += usize::from(*told);
+        row[2 * strong + 1] += usize::from(*reported);
     }
-    println!("effect               | from 1.5 times the noise: told of | below it: told of");
+    println!("effect               | from 1.5 times the noise: reported | below it: reported");
     let mut all = [0; 4];
     for (effect, row) in &table {
         println!("{effect:20} | {:25} {:7} | {:8} {:8}", row[2], row[3], row[0], row[1]);

@@ -1,4 +1,4 @@
-//! The swing is found without being told: holds, rests, offsets, wild samples, pushes, catches, odd clocks.
+//! The free decay is found without a hint: holds, rests, offsets, wild samples, pushes, catches, odd clocks.
 
 mod common;
 
@@ -146,7 +146,7 @@ fn a_start_in_mid_swing_is_said() {
 #[test]
 fn what_is_still_pushed_is_left_out_and_said() {
     let (wn, zeta, rate) = (9.0, 0.02, 1000.0);
-    // A hand carries the model in an arc of its own for half a second, then the swing from rest.
+    // A hand carries the model in an arc of its own for half a second, then the free decay from rest.
     let mut yaw: Vec<f64> = (0..500)
         .map(|k| 12.0 - 22.0 * (1.0 - k as f64 / 500.0).powi(2) * (6.0 * k as f64 / 500.0).cos())
         .collect();
@@ -248,7 +248,7 @@ fn what_is_no_swing_is_refused() {
     for seed in 0..20 {
         let white = common::with_noise(&zeros, 0.2, 0.0, seed);
         assert!(refusal(&even(white, 1000.0)).contains("no oscillation"), "white {seed}");
-        // Neither a wandering zero nor a slow drift is a swing.
+        // Neither a wandering zero nor a slow drift is a free decay.
         let wander = common::with_noise(&zeros, 2.0, 0.9999, seed);
         let words = refusal(&even(wander, 1000.0));
         assert!(

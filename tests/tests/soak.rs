@@ -14,10 +14,10 @@ use yawrig_tests::desk::Desk;
 
 const DIFFERENT: usize = 50;
 const HOLD_S: f64 = 1.6;
-/// Blocks, and four of them where it is told whether the model is held.
+/// Blocks, and four of them where it is decided whether the model is held.
 const ALIKE: usize = 4 * BLOCK;
 
-/// Short releases, no two alike; each a multiple of the samples it looks at together, so that all rounds lie alike.
+/// Short releases, no two alike; each a multiple of the samples it looks at at once, so that all rounds lie alike.
 fn releases() -> Vec<Vec<u16>> {
     (0..DIFFERENT as u64)
         .into_par_iter()

@@ -18,7 +18,7 @@ export async function refresh(state, act) {
   const rows = both.before || both.after || [];
   const parts = [make("div", { className: "row" }, make("button", {
     type: "button", id: "judge-button", textContent: "Judge the whole campaign", disabled: !!state.job, onclick: () => act({ do: "judge" }),
-    title: "Every effect in all releases together: which are needed, and whether they come from the rig or the air. Takes its time; it can be cancelled.",
+    title: "Every effect in a joint fit of all releases: which are needed, and whether they come from the rig or the air. Takes its time; it can be cancelled.",
   }))];
   if (judged) {
     parts.push(make("p", { textContent: `The campaign: ${judged.verdict}.` }),

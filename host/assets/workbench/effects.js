@@ -34,7 +34,7 @@ function drawModel(state, act) {
     make("button", { type: "button", textContent: "Remove", "data-remove": e.effect, disabled: !!state.job, onclick: () => act({ do: "remove", effect: e.effect }) }),
     make("span", { className: "values", textContent: e.parameters.map((p) => `${p.name} = ${p.value === null ? "each release its own" : `${digits(p.value, 4)}${p.u ? ` ± ${digits(p.u, 2)}` : ""}`} ${p.unit === "1" || p.value === null ? "" : p.unit}`).join(",  ") }));
   by("in-model").replaceChildren(
-    make("p", { className: "caption", textContent: model.fault ? `${model.file} cannot be used: mend it, or return to one of the steps below` : !model.exists ? `No model yet: the first step makes ${model.file}` : model.effects.length ? "In the model, beside the second-order response:" : "The model is a second-order response, no effects." }),
+    make("p", { className: "caption", textContent: model.fault ? `${model.file} cannot be used: correct it, or return to one of the steps below` : !model.exists ? `No model yet: the first step makes ${model.file}` : model.effects.length ? "In the model, beside the second-order response:" : "The model is a second-order response, no effects." }),
     ...model.effects.map(chip));
 }
 

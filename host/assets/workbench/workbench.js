@@ -19,8 +19,8 @@ function say(text, isError = false) {
 }
 /** A message without the lines of the file that it points at: there is one line for it. */
 const brief = (text) => text.split("\n")[0];
-const told = ({ message, help }) => (help ? `${brief(message)} — ${help}` : brief(message));
-const failed = (error) => say(told(error), true);
+const inWords = ({ message, help }) => (help ? `${brief(message)} — ${help}` : brief(message));
+const failed = (error) => say(inWords(error), true);
 
 /** Does what the user asks for. */
 async function act(what) {
@@ -50,7 +50,7 @@ function take(now) {
   modelKey = key;
   if (state.ended && state.ended.number !== ended) {
     ended = state.ended.number;
-    if (state.ended.message) say(told(state.ended), state.ended.is_error);
+    if (state.ended.message) say(inWords(state.ended), state.ended.is_error);
     if (changed && !state.ended.what.startsWith("trying")) seen.ghost = null;
     if (state.ended.what.startsWith("trying") && state.ended.is_error) seen.ghost = null;
     panels.refresh();

@@ -127,7 +127,7 @@ fn coverage(planted: Planted, repeats: u32) -> (f64, f64) {
     (f64::from(inside) / f64::from(count), squares / f64::from(count))
 }
 
-/// Each source alone, and all together: 95.4 % of truths inside k = 2 and a mean squared error of one u squared.
+/// Each source alone, and all at once: 95.4 % of truths inside k = 2 and a mean squared error of one u squared.
 /// Values of one campaign share their errors, so the spread over 200 campaigns is wide.
 #[test]
 fn stated_uncertainties_are_true() {

@@ -1,4 +1,4 @@
-//! A campaign's records read and judged as one.
+//! A campaign's records read and diagnosed in one joint fit.
 
 use super::CampaignFile;
 use rayon::prelude::*;
@@ -19,7 +19,7 @@ pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<CampaignDiagno
 /// Judges the campaign in `file`, and keeps what was fitted.
 ///
 /// # Errors
-/// Exit 3 where a record cannot be read or has no swing in it, 130 where the user stops it.
+/// Exit 3 where a record cannot be read or has no free decay in it, 130 where the user stops it.
 pub fn diagnose_with_fits(file: &CampaignFile, options: &Options) -> Result<Diagnosed> {
     let read = |index: usize| {
         interrupt::check()?;

@@ -10,11 +10,11 @@ use yawrig_core::derivatives::validation;
 use yawrig_core::derivatives::Computed;
 use yawrig_core::record::Record;
 
-/// A way to natural frequency and damping ratio.
+/// A method: from a record to natural frequency and damping ratio.
 pub type Identify<'a> = dyn Fn(&Record) -> Result<Identified> + Sync + 'a;
 
 /// Identifies every record, computes the table and validates it against the wind-on records. `method` is the name
-/// to print. One record a core is in memory at a time.
+/// to print. At most one record per core is in memory.
 ///
 /// # Errors
 /// Exit 3 for a record that cannot be read or in which nothing is found, or where there is no point to compute;

@@ -1,7 +1,7 @@
-//! `campaign.toml`: which record was made under what, and what is made of it.
+//! `campaign.toml`: the conditions each record was made under, and what is computed from them.
 //!
 //! Every `..._u_...` entry is the standard uncertainty of the entry it is named after, in its unit; left out,
-//! it is taken as nought and said to be.
+//! it is taken as zero, and listed as assumed.
 
 mod diagnose;
 mod evaluate;
@@ -19,7 +19,7 @@ use yawrig_base::error::{Error, Result};
 use yawrig_core::derivatives::campaign::{Campaign, ReleaseEntry, SCHEMA_VERSION};
 use yawrig_records::format::is_record;
 
-/// A campaign with the place it was read from.
+/// A campaign with the path it was read from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CampaignFile {
     pub path: PathBuf,
@@ -28,7 +28,7 @@ pub struct CampaignFile {
     pub release_lines: Vec<usize>,
 }
 
-/// Only the places of the releases.
+/// Only the positions of the releases in the text.
 #[derive(Deserialize)]
 struct Places {
     #[serde(default)]
@@ -36,7 +36,7 @@ struct Places {
 }
 
 impl CampaignFile {
-    /// Reads and checks a campaign from which derivatives can be had.
+    /// Reads and checks a campaign from which derivatives can be computed.
     ///
     /// # Errors
     /// As [`Self::read_releases`]; besides, a wind-on release without its wind-off reference, or none at all.
@@ -46,7 +46,7 @@ impl CampaignFile {
         Ok(file)
     }
 
-    /// Reads and checks a campaign, whatever it was made with: wind off alone, or on alone.
+    /// Reads and checks a campaign, with the wind off alone, or on alone, too.
     ///
     /// # Errors
     /// Exit 3, naming file and line: not TOML, an entry missing, unknown or out of range, a record that is not
@@ -60,7 +60,7 @@ impl CampaignFile {
     /// As [`Self::read_releases`], whether the records are there or not.
     ///
     /// # Errors
-    /// As there, but for a record that is not there: see [`Self::check_record`].
+    /// As there, except for a record that is missing: see [`Self::check_record`].
     pub fn read_listed(path: &Path) -> Result<Self> {
         let named = path.display();
         let text = std::fs::read_to_string(path).map_err(|e| {
@@ -130,7 +130,7 @@ impl CampaignFile {
         ] {
             if u.is_some_and(|u| !is_not_negative(u)) {
                 return Err(Error::data(format!("{named}: {name} is not a standard uncertainty"))
-                    .help("give nought or a positive number"));
+                    .help("give zero or a positive number"));
             }
         }
         if release.is_empty() {
@@ -171,7 +171,7 @@ impl CampaignFile {
         ))
     }
 
-    /// The campaign without the releases that `keep` is not true of.
+    /// The campaign without the releases for which `keep` is false.
     pub fn only(&self, keep: impl Fn(usize) -> bool) -> Self {
         let kept = || (0..self.campaign.release.len()).filter(|index| keep(*index));
         let mut only = self.clone();
@@ -218,7 +218,7 @@ impl CampaignFile {
             if u.is_some_and(|u| !is_not_negative(u)) {
                 return Err(self
                     .error_at(index, format!("{name} is not a standard uncertainty"))
-                    .help("give nought or a positive number"));
+                    .help("give zero or a positive number"));
             }
         }
         Ok(())

@@ -22,9 +22,9 @@ pub struct Planned {
     /// In the campaign's folder, such as `K1-mid-off.csv`.
     pub file: String,
     pub truth: Modal,
-    /// Hidden in it; none as planned.
+    /// Effects hidden in it; empty as planned.
     pub effects: Effects,
-    /// Of its noise.
+    /// Seed of its noise.
     pub seed: u64,
 }
 
@@ -86,7 +86,7 @@ pub fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
 ///
 /// # Errors
 /// Exit 2 where a file is there already and `force` is not set, or effects do not suit their release, 3 where one cannot be written, 130 where the
-/// user stops it; the records written by then go again, unless `force` had them written over others.
+/// user stops it; the records written by then are deleted, unless `force` overwrote others.
 pub fn write(
     folder: &Path,
     rig: &Rig,
@@ -122,7 +122,7 @@ pub fn write(
         )
     });
     if let Err(error) = written {
-        // Half a campaign is none. Those that were there before stay.
+        // No half-written campaign is left; files that were there before stay.
         if !force {
             for record in planned {
                 let _ = std::fs::remove_file(folder.join(&record.file));

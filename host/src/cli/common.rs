@@ -1,13 +1,16 @@
 //! What several verbs share: the `--device` option, bars and JSON on stdout.
 
 use super::choices::{Decay, SpectralPeak};
+use crate::campaign::simulated::refuse_existing;
 use crate::model::effects;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::collections::HashSet;
 use std::io::{IsTerminal, Write};
+use std::path::Path;
 use yawrig_base::error::{Error, Result};
+use yawrig_base::files;
 use yawrig_core::effects::{Effect, MOST_OWN};
 use yawrig_core::identify::conventional;
 use yawrig_core::identify::Settings;
@@ -174,4 +177,24 @@ pub fn within(flag: &str, value: f64, least: f64, most: f64) -> Result<()> {
     }
     Err(Error::usage(format!("{flag} {value} is not between {least} and {most}"))
         .help(format!("give {flag} a value in that range")))
+}
+
+/// Whether these files can be written in `folder`, which may not be there yet.
+///
+/// # Errors
+/// Exit 2 where one is there and `force` is not set, 3 where there is no room.
+pub fn writable(folder: &Path, force: bool, files: &[&str]) -> Result<()> {
+    if folder.exists() && !folder.is_dir() {
+        return Err(files::cannot_write(folder, &"it is a file, and a folder is wanted"));
+    }
+    if !folder.is_dir() {
+        return files::check_writable(folder);
+    }
+    for file in files.iter().map(|name| folder.join(name)) {
+        if !force {
+            refuse_existing(&file)?;
+        }
+        files::check_writable(&file)?;
+    }
+    Ok(())
 }

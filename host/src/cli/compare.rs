@@ -13,7 +13,7 @@ use yawrig_core::quantity::Quantity;
 
 /// Compare a model with records and show where it fails.
 ///
-/// The free swing is simulated from the release. Where there is a model.toml (or --model names one) its values are
+/// The free decay is simulated from the release. Where there is a model.toml (or --model names one) its values are
 /// held against its records, or those given; only what a record has of its own is fitted, as its initial state. With
 /// --effect the effect is tried on top, and all is fitted. Without a model a second-order one is fitted. Nothing is
 /// written.

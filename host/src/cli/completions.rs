@@ -1,8 +1,7 @@
 //! `yawrig completions`: what a shell needs to complete verbs and flags.
 
 use super::common::print;
-use super::Cli;
-use clap::{Args, CommandFactory};
+use clap::{Args, Command};
 use clap_complete::{generate, Shell};
 use yawrig_base::error::{Error, Result};
 
@@ -13,9 +12,10 @@ pub struct Completions {
 }
 
 impl Completions {
-    pub fn run(&self) -> Result<()> {
+    /// Those of `program`.
+    pub fn run(&self, mut program: Command) -> Result<()> {
         let mut script = Vec::new();
-        generate(self.shell, &mut Cli::command(), "yawrig", &mut script);
+        generate(self.shell, &mut program, "yawrig", &mut script);
         let script = String::from_utf8(script)
             .map_err(|e| Error::internal(format!("completions are no text: {e}")))?;
         print(&script)

@@ -1,9 +1,10 @@
 //! `yawrig demo`: the main job from training to the table of derivatives.
 
-use super::common::{bare, print_json, print_line, within, DeviceArg, SCHEMA_VERSION};
+use super::common::{bare, print_json, print_line, within, writable, DeviceArg, SCHEMA_VERSION};
 use super::model::asked;
-use super::{flash, report, story, train};
-use crate::campaign::simulated::refuse_existing;
+use super::story::Riddle;
+use super::train::teach;
+use super::{flash, report};
 use crate::demo::{misses, releases, results, table, By, Made, Miss, Plan};
 use crate::model::training;
 use clap::Args;
@@ -11,15 +12,13 @@ use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use yawrig_base::error::{Error, Exit, Result};
-use yawrig_base::files;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::quantity::Quantity;
 use yawrig_link::flash::write;
 use yawrig_link::follow::{flag_names, quantity, refined_json, window_json};
 use yawrig_rig::{Rig, Sensor, Start, Truth, SPRINGS};
 use yawrig_shared::features::FeatureKind;
-use yawrig_train::draws::Ranges;
-use yawrig_train::network_training::{self, Outcome, Settings};
+use yawrig_train::network_training::Settings;
 use yawrig_train::Options;
 
 /// What the answer must keep to: median and worst miss of Cn_beta and Cn_r.
@@ -28,11 +27,11 @@ const GATE: [Miss; 2] = [Miss { median: 0.02, worst: 0.06 }, Miss { median: 0.04
 /// Train, flash, release on eight springs and tabulate the derivatives; or solve a riddle.
 ///
 /// The demo ends with a report in its folder. With --hidden it writes releases instead that hide an effect of the
-/// library, and says what to type next; with --reveal it opens what was hidden and judges the model that was made.
+/// library, and says what to type to find it; with --reveal it opens what was hidden and judges the model that was made.
 #[derive(Args, Debug)]
 pub struct Demo {
     #[command(flatten)]
-    pub(super) device: DeviceArg,
+    device: DeviceArg,
     /// Rms of the potentiometer's noise, degrees
     #[arg(long, default_value_t = 0.05, allow_negative_numbers = true)]
     noise_deg: f64,
@@ -44,31 +43,32 @@ pub struct Demo {
     seed: u64,
     /// Folder for network, findings and report [default: yawrig-demo, or yawrig-demo-2 and so on where it is there]
     #[arg(long, value_name = "FOLDER")]
-    pub(super) out: Option<PathBuf>,
+    out: Option<PathBuf>,
     /// Write nothing
     #[arg(long, conflicts_with_all = ["out", "hidden", "reveal"])]
     no_report: bool,
     /// Overwrite what is in the folder
     #[arg(long)]
-    pub(super) force: bool,
-    /// Hide an effect in four releases, chosen by this number, to be found out [default folder: yawrig-hidden]
+    force: bool,
+    /// Hide an effect in four releases, chosen by this number [default folder: yawrig-hidden]
     #[arg(long, value_name = "SEED", conflicts_with_all = ["noise_deg", "wind", "seed"])]
-    pub(super) hidden: Option<u64>,
+    hidden: Option<u64>,
     /// With --hidden: take every step at once, as a user would
     #[arg(long, requires = "hidden")]
-    pub(super) yes: bool,
+    yes: bool,
     /// Show what was hidden in this folder's releases, and how near the model and the network there come
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["noise_deg", "wind", "seed", "hidden", "out", "force"])]
     reveal: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
-    pub(super) json: bool,
+    json: bool,
 }
 
-/// The demo's folder where none is named.
+/// The demo's default folder.
 const FOLDER: &str = "yawrig-demo";
+const HIDDEN_FOLDER: &str = "yawrig-hidden";
 
-/// Where the results go; none: nowhere. Looked at before the work.
+/// Where the results go; none: nowhere. Checked before the work.
 fn folder(arguments: &Demo) -> Result<Option<PathBuf>> {
     if arguments.no_report {
         return Ok(None);
@@ -78,39 +78,21 @@ fn folder(arguments: &Demo) -> Result<Option<PathBuf>> {
     Ok(Some(folder))
 }
 
-/// Whether these files can be written in `folder`, which may not be there yet.
-///
-/// # Errors
-/// Exit 2 where one is there and `force` is not set, 3 where there is no room.
-pub(super) fn writable(folder: &Path, force: bool, files: &[&str]) -> Result<()> {
-    if folder.exists() && !folder.is_dir() {
-        return Err(files::cannot_write(folder, &"it is a file, and a folder is wanted"));
-    }
-    if !folder.is_dir() {
-        return files::check_writable(folder);
-    }
-    for file in files.iter().map(|name| folder.join(name)) {
-        if !force {
-            refuse_existing(&file)?;
-        }
-        files::check_writable(&file)?;
-    }
-    Ok(())
-}
-
 pub fn run(arguments: &Demo) -> Result<()> {
+    let Demo { device, force, json, .. } = arguments;
     if let Some(folder) = &arguments.reveal {
-        return story::reveal(arguments, folder);
+        return Riddle::at(folder.clone(), device, *json).reveal();
     }
     if let Some(seed) = arguments.hidden {
-        return story::hide(arguments, seed);
+        let folder = arguments.out.clone().unwrap_or_else(|| results::free_folder(HIDDEN_FOLDER));
+        return Riddle::at(folder, device, *json).hide(seed, *force, arguments.yes);
     }
     within("--noise-deg", arguments.noise_deg, 0.0, 1.0)?;
     // Without wind there is nothing to make derivatives of.
     within("--wind", arguments.wind, 0.1, 300.0)?;
     let rig = Rig::default();
     for condition in rig.conditions(arguments.wind) {
-        // Said before the training and not after it.
+        // Refused before the training rather than after it.
         rig.modal(&condition)?;
     }
     let folder = folder(arguments)?;
@@ -133,7 +115,7 @@ pub fn run(arguments: &Demo) -> Result<()> {
     };
     let made = releases(&mut bench, &plan, &mut show)?;
     let unusable: Vec<&Made> = made.iter().filter(|made| !made.usable()).collect();
-    // Every release goes into the table, by the inertia: one without an estimate spoils it all.
+    // Every release goes into the table, because the inertia is common to all: one without an estimate leaves no table.
     let table = |by| if unusable.is_empty() { table(&plan, &made, by) } else { Ok(Vec::new()) };
     let (points, by_network) = (table(By::Refined)?, table(By::Network)?);
     let seconds = begun.elapsed().as_secs_f64();
@@ -165,33 +147,12 @@ fn lesson(seed: u64) -> Settings {
     Settings {
         components: None,
         features: FeatureKind::BinMeans,
-        // A little wider than the rig's range: a network is at its worst at the edges.
         model: None,
         amplitude: false,
-        ranges: Ranges {
-            natural_frequency_rad_s: [2.4, 28.0],
-            damping_ratio: [0.0005, 0.105],
-            noise: [0.002, 0.01],
-        },
+        ranges: training::RANGES,
         samples: 8000,
         training: Options { epochs: 300, seed, ..Options::default() },
     }
-}
-
-pub(super) fn teach(settings: &Settings) -> Result<Outcome> {
-    let model = settings.model.as_ref().map_or(Ok(None), training::augmented)?;
-    let mut bar = train::Bar::new(settings.training.epochs as u64);
-    let outcome = network_training::run(settings, model.as_ref(), &mut bar)?;
-    drop(bar);
-    yawrig_base::interrupt::check()?;
-    crate::say!(
-        "trained {} on {} windows; on 2000 others: wn {:.3} % rms, zeta {:.2} % rms",
-        yawrig_train::freeze::name(&outcome.topology),
-        settings.samples,
-        outcome.test.natural_frequency_rms_percent,
-        outcome.test.damping_ratio_rms_percent,
-    );
-    Ok(outcome)
 }
 
 /// `K1 mid   wind on `.

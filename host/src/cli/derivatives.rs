@@ -16,14 +16,14 @@ use yawrig_core::record::Record;
 
 /// Aerodynamic derivatives of a campaign, with uncertainties, budget and validation.
 ///
-/// The campaign's file says under what each record was made. Uncertainties it does not give are taken as nought and
+/// The campaign's file says under what each record was made. Uncertainties it does not give are taken as zero and
 /// listed. Each wind-on record is compared with the response computed back from the derivatives.
 #[derive(Args, Debug, Clone)]
 pub struct Derivatives {
     /// The campaign's file
     #[arg(value_name = "campaign.toml")]
     pub campaign: PathBuf,
-    /// How natural frequency and damping are had from a record; several, separated by commas, to compare them
+    /// How natural frequency and damping are identified in a record; several, separated by commas, to compare them
     #[arg(long, value_delimiter = ',', value_enum, default_value = "least-squares")]
     pub method: Vec<MethodChoice>,
     #[command(flatten)]
@@ -85,7 +85,7 @@ fn text(table: &Table) -> String {
         budget_rows(table).trim_fmt(),
     ];
     if !table.assumed_zero.is_empty() {
-        text.push(format!("Uncertainties assumed nought: {}", table.assumed_zero.join(", ")));
+        text.push(format!("Uncertainties assumed zero: {}", table.assumed_zero.join(", ")));
     }
     text.extend(table.notes.iter().map(|note| format!("Note: {note}")));
     for release in &table.releases {

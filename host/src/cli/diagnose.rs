@@ -1,35 +1,34 @@
 //! `diagnose`: which physical effect a second-order model of a record, or of a campaign's, lacks.
 
-use super::common::{bare, print_json, print_line, EffectsArg, SCHEMA_VERSION};
-use super::diagnose_campaign;
-use super::model::{parameter, JudgeArgs, DEFAULT};
+use super::common::{print_json, print_line, EffectsArg, SCHEMA_VERSION};
+use super::diagnosis_text;
+use super::model::{JudgeArgs, DEFAULT};
 use crate::campaign::CampaignFile;
 use crate::model::document::{is_model, Model, RecordEntry};
 use crate::model::limits::structure;
 use crate::model::records;
 use clap::Args;
 use serde::Serialize;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_core::diagnosis::campaign;
 use yawrig_core::diagnosis::diagnose::{
-    diagnose_with_fits, verdict, Diagnosed, Diagnosis, Options, Step, SECOND_ORDER,
+    diagnose_with_fits, Diagnosed, Diagnosis, Options, SECOND_ORDER,
 };
-use yawrig_core::effects::Effect;
 
 /// Which physical effect a second-order model of a record lacks.
 ///
-/// Every effect of the library is fitted, alone and together with others. Near the noise it is judged by evidence; where
-/// more than noise is left, by the prediction of parts of the record that were not fitted, and what is left is said. A reading at rest that is not nought counts as a constant moment unless --unknown-zero
+/// Every effect of the library is fitted, alone and in combination. Near the noise it is judged by evidence; where more
+/// than noise is left, by the prediction of parts of the record that were not fitted, and what is left is said. A reading
+/// at rest that is not zero counts as a constant moment unless --unknown-zero
 /// says that the sensor was not zeroed. Your own effect, a moment written as an expression in a file, competes with them
 /// when --effect names it.
 ///
 /// With --model the present model's effects stay, and what it lacks beside them is looked for; without a FILE in the
 /// model's own record.
 ///
-/// A campaign.toml has all its releases judged together: which effects they need, whether each is there with the wind
+/// A campaign.toml has all its releases judged by one joint fit: which effects they need, whether each is there with the wind
 /// off (mechanical) or only with it on (aerodynamic), and what it does to the derivatives.
 #[derive(Args, Debug, Clone)]
 pub struct Diagnose {
@@ -119,7 +118,7 @@ impl Diagnose {
             let schema_version = SCHEMA_VERSION;
             return print_json(&Object { schema_version, diagnosis: &diagnosis, seconds });
         }
-        print_line(&text(&file.display().to_string(), &diagnosis, model))
+        print_line(&diagnosis_text::of_record(&file.display().to_string(), &diagnosis, model))
     }
 
     fn run_campaign(&self, path: &Path, options: &Options) -> Result<()> {
@@ -130,7 +129,7 @@ impl Diagnose {
             let (schema_version, campaign) = (SCHEMA_VERSION, path);
             return print_json(&CampaignObject { schema_version, campaign, diagnosis });
         }
-        print_line(&diagnose_campaign::text(&path.display().to_string(), diagnosis))
+        print_line(&diagnosis_text::of_campaign(&path.display().to_string(), diagnosis))
     }
 }
 
@@ -140,66 +139,4 @@ struct CampaignObject<'a> {
     campaign: &'a Path,
     #[serde(flatten)]
     diagnosis: &'a campaign::CampaignDiagnosis,
-}
-
-/// The verdict, to be read.
-fn text(file: &str, d: &Diagnosis, model: &str) -> String {
-    let verdict = verdict(d.status, &d.effects, model);
-    let mut out = format!("{file}: {verdict}\n");
-    if let Some(sentence) = &d.sentence {
-        let _ = writeln!(out, "  {sentence}");
-    }
-    let _ = writeln!(
-        out,
-        "  wn {} rad/s, zeta {}, noise {:.4} deg",
-        d.modal.natural_frequency_rad_s, d.modal.damping_ratio, d.noise_rms_deg
-    );
-    let _ = writeln!(out, "{}", step_rows(&d.steps, model));
-    for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
-        let _ = writeln!(out, "  {}", parameter(name, value));
-    }
-    let mut candidates = bare(&["effect alone", "over noise", "evidence"]);
-    for c in d.candidates.iter().take(5) {
-        let evidence =
-            if c.converged { format!("{:.1}", c.evidence) } else { "not converged".to_string() };
-        candidates.add_row([
-            c.effect.to_string(),
-            format!("{:.3}", c.residual_over_noise),
-            evidence,
-        ]);
-    }
-    let _ = writeln!(out, "\n{candidates}");
-    for [a, b] in &d.indistinguishable {
-        let _ = writeln!(
-            out,
-            "\n  {a} and {b} cannot be told apart in this record; what would: {}",
-            a.card().release
-        );
-    }
-    d.effects.iter().for_each(|effect| out.push_str(&card(effect.clone())));
-    out.truncate(out.trim_end().len());
-    out
-}
-
-pub(super) fn step_rows(steps: &[Step], model: &str) -> comfy_table::Table {
-    let first = model.trim_start_matches("the ");
-    let mut rows = bare(&["model", "residual (deg)", "over noise", "held out over noise"]);
-    for step in steps {
-        rows.add_row([
-            step.added.clone().map_or(first.to_owned(), |e| format!("+ {e}")),
-            format!("{:.4}", step.residual_rms_deg),
-            format!("{:.3}", step.residual_over_noise),
-            format!("{:.3}", step.held_out_over_noise),
-        ]);
-    }
-    rows
-}
-
-/// An effect's card, to be read.
-pub(super) fn card(effect: Effect) -> String {
-    let card = effect.card();
-    format!(
-        "\n{}: {}\n  usual cause: {}\n  fingerprint: {}\n  to confirm: {}\n  to remove: {}\n",
-        card.title, card.formula, card.cause, card.fingerprint, card.confirm, card.remove
-    )
 }

@@ -1,4 +1,4 @@
-//! `yawrig doctor`: what is wrong, and what mends it.
+//! `yawrig doctor`: what is wrong, and what puts it right.
 
 use super::common::{print_json, print_line, SCHEMA_VERSION};
 use crate::doctor::{self, State};
@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::json;
 use yawrig_base::error::Result;
 
-/// Say what is wrong with a port or with this machine, and one command that mends it
+/// Say what is wrong with a port or with this machine, and one command that puts it right
 #[derive(Args, Debug)]
 pub struct Doctor {
     /// The serial port to look at, and the device behind it; without it no port is opened
@@ -32,9 +32,9 @@ impl Doctor {
                     State::Missing => "missing",
                     State::Wrong => "WRONG",
                 };
-                let mend =
+                let remedy =
                     check.command.as_ref().map_or(String::new(), |c| format!("\n          {c}"));
-                print_line(&format!("{state:8}  {}: {}{mend}", check.check, check.found))?;
+                print_line(&format!("{state:8}  {}: {}{remedy}", check.check, check.found))?;
             }
         }
         doctor::verdict(&checks).map_or(Ok(()), Err)

@@ -1,10 +1,12 @@
-//! `add` and `remove`: an effect into the model and out of it.
+//! `add`, `remove` and `reject`: an effect into the model, out of it, or not to be taken into it.
 
+use super::common::{print_json, print_line, SCHEMA_VERSION};
 use super::model::{asked, print_revision, ModelArg};
 use crate::model::effects;
-use crate::model::revise;
+use crate::model::{revise, unfitted};
 use clap::Args;
-use yawrig_base::error::Result;
+use serde_json::json;
+use yawrig_base::error::{Error, Result};
 
 /// Add an effect to the model and fit it
 #[derive(Args, Debug, Clone)]
@@ -24,6 +26,24 @@ pub struct Remove {
     pub effect: String,
     #[command(flatten)]
     pub step: StepArgs,
+}
+
+/// Write down, with the reason, that an effect is not to be added; the model stays as it is
+///
+/// The journal has it as a step: `history` lists it, and the workbench strikes the candidate through.
+#[derive(Args, Debug, Clone)]
+pub struct Reject {
+    /// An effect of the library by its id, or your own from a file ending in .toml
+    #[arg(value_name = "EFFECT")]
+    pub effect: String,
+    /// The reason, for the journal
+    #[arg(long, value_name = "TEXT")]
+    pub why: String,
+    #[command(flatten)]
+    pub model: ModelArg,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Args, Debug, Clone)]
@@ -52,5 +72,23 @@ impl Remove {
         let StepArgs { why, model, json } = &self.step;
         let revision = revise::remove(&model.model, &self.effect, &asked(why.as_deref()))?;
         print_revision(Some(&model.model), &revision, *json)
+    }
+}
+
+impl Reject {
+    pub fn run(&self) -> Result<()> {
+        let (path, why) = (&self.model.model, self.why.trim());
+        if why.is_empty() {
+            return Err(Error::usage("--why is empty")
+                .help("give the reason: a rejection without one helps nobody"));
+        }
+        let effect = effects::named(&self.effect)?;
+        let step = unfitted::reject(path, effect.clone(), &asked(Some(why)))?;
+        if self.json {
+            return print_json(&json!({
+                "schema_version": SCHEMA_VERSION, "model": path, "step": step.step, "rejected": effect, "why": why,
+            }));
+        }
+        print_line(&format!("{}, step {}: {effect} is rejected: {why}", path.display(), step.step))
     }
 }

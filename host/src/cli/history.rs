@@ -1,9 +1,9 @@
-//! `history`: the steps a model has come by, and the way back to any of them.
+//! `history`: the steps taken with a model, and the return to any of them.
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
 use super::model::{asked, ModelArg};
 use crate::model::document::read_text;
-use crate::model::journal::{path_of, Action, Journal, Step};
+use crate::model::journal::{path_of, Action, Journal, JournalStep};
 use crate::model::unfitted;
 use clap::Args;
 use serde::Serialize;
@@ -33,9 +33,9 @@ struct Object<'a> {
     schema_version: u32,
     model: &'a Path,
     journal: &'a Path,
-    /// Whether the file is otherwise than the last step left it.
+    /// Whether the file differs from what the last step wrote.
     edited: bool,
-    steps: &'a [Step],
+    steps: &'a [JournalStep],
 }
 
 impl History {
@@ -72,7 +72,7 @@ impl History {
     }
 }
 
-fn text(steps: &[Step]) -> String {
+fn text(steps: &[JournalStep]) -> String {
     let mut rows =
         bare(&["step", "time (UTC)", "what", "over noise", "held out over noise", "why"]);
     for column in [1, 2, 5] {
@@ -96,7 +96,7 @@ fn text(steps: &[Step]) -> String {
     rows.trim_fmt()
 }
 
-fn what(step: &Step) -> String {
+fn what(step: &JournalStep) -> String {
     let named = |id: &Option<String>| id.clone().unwrap_or_default();
     match step.action {
         Action::Fit => "fit".to_owned(),

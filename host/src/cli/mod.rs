@@ -9,7 +9,7 @@ mod demo;
 mod derivatives;
 mod device;
 mod diagnose;
-mod diagnose_campaign;
+mod diagnosis_text;
 mod doctor;
 mod effects;
 mod fit;
@@ -29,7 +29,7 @@ mod study;
 mod train;
 mod workbench;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use yawrig_base::error::Result;
 
 /// Natural frequency, damping and aerodynamic derivatives from a yawing wind-tunnel model.
@@ -50,6 +50,7 @@ pub enum Verb {
     Fit(fit::Fit),
     Add(effects::Add),
     Remove(effects::Remove),
+    Reject(effects::Reject),
     History(history::History),
     Simulate(simulate::Simulate),
     Convert(convert::Convert),
@@ -75,12 +76,6 @@ pub enum Verb {
 
 /// Runs one verb: results on stdout, progress and messages on stderr.
 pub fn run(cli: Cli) -> Result<()> {
-    verb(cli)?;
-    story::say_next();
-    Ok(())
-}
-
-fn verb(cli: Cli) -> Result<()> {
     match cli.verb {
         Verb::Derivatives(verb) => verb.run(),
         Verb::Demo(arguments) => demo::run(&arguments),
@@ -90,6 +85,7 @@ fn verb(cli: Cli) -> Result<()> {
         Verb::Fit(verb) => verb.run(),
         Verb::Add(verb) => verb.run(),
         Verb::Remove(verb) => verb.run(),
+        Verb::Reject(verb) => verb.run(),
         Verb::History(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
         Verb::Convert(verb) => verb.run(),
@@ -104,6 +100,6 @@ fn verb(cli: Cli) -> Result<()> {
         Verb::Workbench(verb) => verb.run(),
         Verb::Ports(arguments) => ports::run(&arguments),
         Verb::Doctor(verb) => verb.run(),
-        Verb::Completions(verb) => verb.run(),
+        Verb::Completions(verb) => verb.run(Cli::command()),
     }
 }

@@ -21,10 +21,10 @@ pub struct ModelArg {
     pub model: PathBuf,
 }
 
-/// How the reading is taken, and how the result is printed.
+/// Whether the sensor's zero is known, and how the result is printed.
 #[derive(Args, Debug, Clone)]
 pub struct JudgeArgs {
-    /// The sensor was not zeroed: fit its nought, and leave out the constant moment
+    /// The sensor was not zeroed: fit its zero, and leave out the constant moment
     #[arg(long)]
     pub unknown_zero: bool,
     /// Print one JSON object
@@ -47,7 +47,7 @@ struct Object<'a> {
     revision: &'a Revision,
 }
 
-/// Prints what a step has done, as JSON or to be read.
+/// Prints what a step has done, as JSON or as text.
 ///
 /// # Errors
 /// Where stdout cannot be written.

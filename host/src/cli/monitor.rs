@@ -33,7 +33,7 @@ pub struct Monitor {
     /// End after so many seconds; exit code 7 if --releases were not reached by then
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     seconds: Option<f64>,
-    /// How many times faster than life the built-in rig swings (emulated devices only), or a stored
+    /// How many times faster than real time the built-in rig swings (emulated devices only), or a stored
     /// session is shown
     #[arg(long, value_name = "X", default_value_t = 1.0, allow_negative_numbers = true)]
     speed: f64,

@@ -38,7 +38,7 @@ pub struct ReportArgs {
     pub analysis: AnalysisArgs,
     #[command(flatten)]
     pub effects: EffectsArg,
-    /// The sensor was not zeroed: fit its nought, and leave out the constant moment
+    /// The sensor was not zeroed: fit its zero, and leave out the constant moment
     #[arg(long)]
     pub unknown_zero: bool,
     /// Print the report's data as one JSON object
@@ -104,7 +104,7 @@ impl ReportArgs {
                 if let Some(other) = files.iter().find(|f| is_toml(f) || f.is_dir()) {
                     return Err(Error::usage(format!("{} beside other files", other.display()))
                         .help(
-                        "report on records together, and on a campaign, a model or a folder alone",
+                        "report on several records at once, but on a campaign, a model or a folder alone",
                     ));
                 }
                 of_records(files, &settings, &options, made)

@@ -37,7 +37,7 @@ pub struct Simulate {
     /// Natural frequency of one record, rad/s
     #[arg(long, value_name = "RAD_S", requires = "damping", conflicts_with_all = ["spring", "wind", "axis"], allow_negative_numbers = true)]
     pub natural_frequency: Option<f64>,
-    /// Damping ratio of one record; nought or negative: self-excited
+    /// Damping ratio of one record; zero or negative: self-excited
     #[arg(
         long,
         value_name = "ZETA",
@@ -81,7 +81,7 @@ pub struct Simulate {
     /// Effects act with the wind on only, as aerodynamic ones do [default: in every release]
     #[arg(long, requires_all = ["campaign", "effects"])]
     pub aerodynamic: bool,
-    /// Length of the record [default: until the swing is below 0.8 deg]
+    /// Length of the record [default: until the oscillation is below 0.8 deg]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub seconds: Option<f64>,
     /// Seed of the noise

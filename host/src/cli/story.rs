@@ -1,14 +1,15 @@
-//! The riddle of `demo --hidden`: its steps as commands, each of which says what to type next.
+//! The riddle of `demo --hidden`: its steps as commands, and all of them taken at once.
 
-use super::common::{bare, print_json, print_line};
-use super::demo::{teach, writable, Demo};
+use super::common::{bare, print_json, print_line, writable, DeviceArg};
 use super::flash;
 use super::model::asked;
+use super::train::teach;
 use crate::campaign::simulated::CAMPAIGN_FILE;
 use crate::campaign::CampaignFile;
-use crate::demo::results::free_folder;
 use crate::demo::reveal::{self, Errors, Revealed};
-use crate::demo::story::{self, MODEL_FILE, NETWORK_FILE, PICTURE_FILE, REPORT_FILE, SEALED_FILE};
+use crate::demo::story::{
+    self, Truth, MODEL_FILE, NETWORK_FILE, PICTURE_FILE, REPORT_FILE, SEALED_FILE,
+};
 use crate::model::comparison::{compare, Comparison};
 use crate::model::revise::{self, Asked, Revision, Wanted};
 use crate::model::training;
@@ -21,133 +22,157 @@ use yawrig_base::interrupt;
 use yawrig_core::diagnosis::diagnose::Options;
 use yawrig_core::effects::Effect;
 use yawrig_shared::features::FeatureKind;
-use yawrig_train::draws::Ranges;
 use yawrig_train::network_training::Settings;
 use yawrig_train::Options as Training;
 
-const FOLDER: &str = "yawrig-hidden";
 /// What is typed and what is done: enough for a network of 42-6-2.
 const SAMPLES: usize = 3000;
 const EPOCHS: usize = 200;
 
-/// `demo --hidden`.
-pub fn hide(arguments: &Demo, seed: u64) -> Result<()> {
-    let folder = arguments.out.clone().unwrap_or_else(|| free_folder(FOLDER));
-    writable(&folder, arguments.force, &[SEALED_FILE, CAMPAIGN_FILE, MODEL_FILE, NETWORK_FILE])?;
-    if arguments.force {
-        // An earlier riddle's model would stand in the way.
-        for name in [MODEL_FILE, "model.journal.jsonl", NETWORK_FILE, REPORT_FILE] {
-            let _ = std::fs::remove_file(folder.join(name));
-        }
-    }
-    crate::say!("writing four releases to {}", folder.display());
-    story::hide(&folder, seed, arguments.force)?;
-    if arguments.yes || arguments.json {
-        return solve(arguments, &folder);
-    }
-    let truth = story::unsealed(&folder)?;
-    print_line(&format!(
-        "{} holds four releases of a model on one spring, about its middle and its front axis, with the wind off\n\
-         and on. Something hidden in them is not in the second-order model. Find it: each command says the next.\n\n  \
-         yawrig compare {} --no-model",
-        folder.display(),
-        folder.join(story::first_release(&truth)).display()
-    ))
+/// A riddle in its folder, and how its answer is given.
+pub struct Riddle<'a> {
+    folder: PathBuf,
+    device: &'a DeviceArg,
+    json: bool,
 }
 
-/// What to type after this command, if it was about a riddle. Said on stderr.
-pub fn say_next() {
-    let words: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
-    let given = |word: &str| words.iter().any(|w| w.as_os_str() == word);
-    let Some(verb) = words.first().and_then(|w| w.to_str()) else { return };
-    if given("--json") || given("--jsonl") {
-        return;
+impl<'a> Riddle<'a> {
+    pub fn at(folder: PathBuf, device: &'a DeviceArg, json: bool) -> Self {
+        Self { folder, device, json }
     }
-    let Some(folder) = story::folder_of(words.iter().skip(1).cloned()) else { return };
-    let Ok(truth) = story::unsealed(&folder) else { return };
-    let at = |name: &str| folder.join(name).display().to_string();
-    let (model, network) = (at(MODEL_FILE), at(NETWORK_FILE));
-    let (first, other) = (at(story::first_release(&truth)), at(story::other_release(&truth)));
-    let next = match verb {
-        "compare" if !folder.join(MODEL_FILE).exists() => {
-            format!("which effect is it?\n  yawrig diagnose {}", at(CAMPAIGN_FILE))
-        }
-        "diagnose" => format!(
-            "make a model of a release, to which the effect can be added:\n  yawrig fit {first} --model {model}"
-        ),
-        "fit" => format!(
-            "add the effect that diagnose has named, in the place of EFFECT:\n  yawrig add EFFECT --model {model}"
-        ),
-        "add" | "remove" | "compare" | "history" => format!(
-            "residual over noise is 1 where nothing is left. Teach the device the effect:\n  yawrig train --model \
-             {model} --samples {SAMPLES} --epochs {EPOCHS} --out {network}"
-        ),
-        "train" => format!(
-            "measure a release that the model has not seen, with the network the device comes with and with the new \
-             one:\n  yawrig replay {other}\n  yawrig replay {other} --network {network}"
-        ),
-        "replay" if !given("--network") => {
-            format!("now with the new network:\n  yawrig replay {other} --network {network}")
-        }
-        "replay" | "flash" => {
-            format!("open the seal:\n  yawrig demo --reveal {}", folder.display())
-        }
-        _ => return,
-    };
-    crate::say!("\nnext: {next}");
-}
 
-/// Every step at once.
-fn solve(arguments: &Demo, folder: &Path) -> Result<()> {
-    let truth = story::unsealed(folder)?;
-    let at = |name: &str| folder.join(name);
-    let (model, network) = (at(MODEL_FILE), at(NETWORK_FILE));
-    let first = at(story::first_release(&truth));
-    let tell = |line: String| match arguments.json {
-        true => Ok(()),
-        false => print_line(&line),
-    };
-    let compared = compare(&Comparison { files: vec![first.clone()], ..Comparison::default() })?;
-    tell(format!("$ yawrig compare {} --no-model\n{}", first.display(), over_noise(&compared)))?;
-    let file = CampaignFile::read_releases(&story::campaign(folder))?;
-    let diagnosis = crate::campaign::diagnose(
-        &file,
-        &Options { stop: interrupt::stop(), ..Options::default() },
-    )?;
-    let named: Vec<&str> = diagnosis.effects.iter().map(|e| e.id()).collect();
-    tell(format!(
-        "$ yawrig diagnose {}\n  {}",
-        file.path.display(),
-        match named.is_empty() {
-            true => "nothing of the library is found in it".to_owned(),
-            false => format!("explained by {}", named.join(", ")),
+    fn file(&self, name: &str) -> PathBuf {
+        self.folder.join(name)
+    }
+
+    /// `demo --hidden`: with `yes` or as JSON every step is taken, else each is printed.
+    ///
+    /// # Errors
+    /// Exit 2 where a riddle is there already; else those of the steps.
+    pub fn hide(&self, seed: u64, force: bool, yes: bool) -> Result<()> {
+        writable(&self.folder, force, &[SEALED_FILE, CAMPAIGN_FILE, MODEL_FILE, NETWORK_FILE])?;
+        if force {
+            // An earlier riddle's model would stand in the way.
+            for name in [MODEL_FILE, "model.journal.jsonl", NETWORK_FILE, REPORT_FILE] {
+                let _ = std::fs::remove_file(self.file(name));
+            }
         }
-    ))?;
-    let step = |command: String| Asked { command, why: None };
-    let command = format!("yawrig fit {} --model {}", first.display(), model.display());
-    let wanted = Wanted { files: vec![first], ..Wanted::default() };
-    let fitted = revise::fit(&model, &wanted, &step(command.clone()))?;
-    tell(format!("$ {command}\n{}", over_noise(&fitted)))?;
-    for effect in diagnosis.effects.iter().filter(|e| **e != Effect::Buffeting) {
-        let command = format!("yawrig add {effect} --model {}", model.display());
-        let added = revise::add(&model, effect.clone(), &step(command.clone()))?;
-        tell(format!("$ {command}\n{}", over_noise(&added)))?;
+        crate::say!("writing four releases to {}", self.folder.display());
+        story::hide(&self.folder, seed, force)?;
+        if yes || self.json {
+            return self.solve();
+        }
+        print_line(&self.steps(&story::unsealed(&self.folder)?))
     }
-    tell(format!(
-        "$ yawrig train --model {} --samples {SAMPLES} --epochs {EPOCHS} --out {}",
-        model.display(),
-        network.display()
-    ))?;
-    let outcome = teach(&lesson(&model)?)?;
-    files::write_atomically(&network, &outcome.blob)?;
-    tell(format!("$ yawrig demo --reveal {}", folder.display()))?;
-    let revealed = reveal::reveal(folder, &arguments.device.device, &mut flash::Bar::new())?;
-    if let Some(chart) = reveal::device_chart(&revealed) {
-        files::write_atomically(&at(PICTURE_FILE), chart.file()?.as_bytes())?;
+
+    /// What to type, from the records to what was hidden in them.
+    fn steps(&self, truth: &Truth) -> String {
+        let at = |name: &str| self.file(name).display().to_string();
+        let folder = self.folder.display();
+        let (campaign, model, network) = (at(CAMPAIGN_FILE), at(MODEL_FILE), at(NETWORK_FILE));
+        let (first, other) = (at(story::first_release(truth)), at(story::other_release(truth)));
+        format!(
+            "{folder} holds four releases of a model on one spring, about its middle and its front axis, with the wind \
+             off\nand on. Something hidden in them is not in the second-order model. Find it:\n\n  \
+             # residual over noise is 1 where nothing is left\n  \
+             yawrig compare {first} --no-model\n  \
+             # which effect is it?\n  \
+             yawrig diagnose {campaign}\n  \
+             # a model of a release, and in it the effect that diagnose has named, in the place of EFFECT\n  \
+             yawrig fit {first} --model {model}\n  \
+             yawrig add EFFECT --model {model}\n  \
+             # a network that knows the effect, and a release that the model has not seen, measured without and with it\n  \
+             {}\n  \
+             yawrig replay {other}\n  \
+             yawrig replay {other} --network {network}\n  \
+             # what was hidden, and how near you have come\n  \
+             yawrig demo --reveal {folder}",
+            self.train_command()
+        )
     }
-    let page = at(REPORT_FILE);
-    super::report::write(&of_model(&model, Made::now(asked(None).command))?, &page)?;
-    shown(arguments, folder, &revealed, Some(&page))
+
+    fn train_command(&self) -> String {
+        let (model, network) = (self.file(MODEL_FILE), self.file(NETWORK_FILE));
+        let (model, network) = (model.display(), network.display());
+        format!(
+            "yawrig train --model {model} --samples {SAMPLES} --epochs {EPOCHS} --out {network}"
+        )
+    }
+
+    /// Every step at once.
+    fn solve(&self) -> Result<()> {
+        let truth = story::unsealed(&self.folder)?;
+        let (model, network) = (self.file(MODEL_FILE), self.file(NETWORK_FILE));
+        let first = self.file(story::first_release(&truth));
+        let show = |line: String| match self.json {
+            true => Ok(()),
+            false => print_line(&line),
+        };
+        let compared =
+            compare(&Comparison { files: vec![first.clone()], ..Comparison::default() })?;
+        show(format!(
+            "$ yawrig compare {} --no-model\n{}",
+            first.display(),
+            over_noise(&compared)
+        ))?;
+        let file = CampaignFile::read_releases(&story::campaign(&self.folder))?;
+        let diagnosis = crate::campaign::diagnose(
+            &file,
+            &Options { stop: interrupt::stop(), ..Options::default() },
+        )?;
+        let named: Vec<&str> = diagnosis.effects.iter().map(|e| e.id()).collect();
+        show(format!(
+            "$ yawrig diagnose {}\n  {}",
+            file.path.display(),
+            match named.is_empty() {
+                true => "nothing of the library is found in it".to_owned(),
+                false => format!("explained by {}", named.join(", ")),
+            }
+        ))?;
+        let step = |command: String| Asked { command, why: None };
+        let command = format!("yawrig fit {} --model {}", first.display(), model.display());
+        let wanted = Wanted { files: vec![first], ..Wanted::default() };
+        let fitted = revise::fit(&model, &wanted, &step(command.clone()))?;
+        show(format!("$ {command}\n{}", over_noise(&fitted)))?;
+        for effect in diagnosis.effects.iter().filter(|e| **e != Effect::Buffeting) {
+            let command = format!("yawrig add {effect} --model {}", model.display());
+            let added = revise::add(&model, effect.clone(), &step(command.clone()))?;
+            show(format!("$ {command}\n{}", over_noise(&added)))?;
+        }
+        show(format!("$ {}", self.train_command()))?;
+        let outcome = teach(&lesson(&model)?)?;
+        files::write_atomically(&network, &outcome.blob)?;
+        show(format!("$ yawrig demo --reveal {}", self.folder.display()))?;
+        let revealed = self.revealed()?;
+        if let Some(chart) = reveal::device_chart(&revealed) {
+            files::write_atomically(&self.file(PICTURE_FILE), chart.file()?.as_bytes())?;
+        }
+        let page = self.file(REPORT_FILE);
+        super::report::write(&of_model(&model, Made::now(asked(None).command))?, &page)?;
+        self.show(&revealed, Some(&page))
+    }
+
+    /// `demo --reveal`.
+    ///
+    /// # Errors
+    /// Exit 3 where there is no riddle; those of the device.
+    pub fn reveal(&self) -> Result<()> {
+        self.show(&self.revealed()?, None)
+    }
+
+    fn revealed(&self) -> Result<Revealed> {
+        reveal::reveal(&self.folder, &self.device.device, &mut flash::Bar::new())
+    }
+
+    fn show(&self, revealed: &Revealed, report: Option<&Path>) -> Result<()> {
+        let folder = self.folder.as_path();
+        if self.json {
+            let device_kind = self.device.device.to_string();
+            return print_json(&Object { folder, device_kind, revealed, report });
+        }
+        print_line(&text(folder, revealed))?;
+        report.map_or(Ok(()), |page| print_line(&format!("report: {}", page.display())))
+    }
 }
 
 fn over_noise(revision: &Revision) -> String {
@@ -165,22 +190,12 @@ fn lesson(model: &Path) -> Result<Settings> {
     Ok(Settings {
         features: FeatureKind::BinMeans,
         components: None,
-        ranges: Ranges {
-            natural_frequency_rad_s: [2.4, 28.0],
-            damping_ratio: [0.0005, 0.105],
-            noise: [0.002, 0.01],
-        },
+        ranges: training::RANGES,
         model: Some(source),
         amplitude,
         samples: SAMPLES,
         training: Training { epochs: EPOCHS, ..Training::default() },
     })
-}
-
-/// `demo --reveal`.
-pub fn reveal(arguments: &Demo, folder: &Path) -> Result<()> {
-    let revealed = reveal::reveal(folder, &arguments.device.device, &mut flash::Bar::new())?;
-    shown(arguments, folder, &revealed, None)
 }
 
 #[derive(Serialize)]
@@ -190,20 +205,6 @@ struct Object<'a> {
     #[serde(flatten)]
     revealed: &'a Revealed,
     report: Option<&'a Path>,
-}
-
-fn shown(
-    arguments: &Demo,
-    folder: &Path,
-    revealed: &Revealed,
-    report: Option<&Path>,
-) -> Result<()> {
-    if arguments.json {
-        let device_kind = arguments.device.device.to_string();
-        return print_json(&Object { folder, device_kind, revealed, report });
-    }
-    print_line(&text(folder, revealed))?;
-    report.map_or(Ok(()), |page| print_line(&format!("report: {}", page.display())))
 }
 
 fn text(folder: &Path, r: &Revealed) -> String {

@@ -2,7 +2,7 @@
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
 use crate::plot;
-use crate::study::{Report, Setting, Size, Study, STUDIES};
+use crate::study::{Report, Size, Study, StudySetting, STUDIES};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -43,7 +43,7 @@ impl StudyArgs {
             files::check_writable(&self.plot(study.name))?;
         }
         let size = if self.quick { Size::Quick } else { Size::Full };
-        let setting = Setting { size, progress: &|step| crate::say!("{step}") };
+        let setting = StudySetting { size, progress: &|step| crate::say!("{step}") };
         let mut all = Vec::new();
         for study in studies {
             interrupt::check()?;

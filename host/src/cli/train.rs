@@ -31,7 +31,7 @@ pub struct Train {
     /// and damping ratio without them
     #[arg(long, value_name = "MODEL")]
     model: Option<PathBuf>,
-    /// How a window is told to the network: `bins` (means over forty bins), `thesis` (forty
+    /// How a window is represented: `bins` (means over forty bins), `thesis` (forty
     /// point samples) or `pca:N` (N principal components of `bins`)
     #[arg(long, default_value = "bins", value_parser = parse_features)]
     features: Features,
@@ -39,15 +39,15 @@ pub struct Train {
     #[arg(long, default_value_t = 8000, value_parser = clap::value_parser!(u32).range(10..=100_000))]
     samples: u32,
     /// Noise of the training windows, rms as a share of the peak: a number, or LOW..HIGH
-    #[arg(long, default_value = "0.002..0.01", value_parser = parse_noise)]
-    noise: [f64; 2],
+    #[arg(long, default_value_t = Span(training::RANGES.noise), value_parser = parse_noise)]
+    noise: Span,
     /// Natural frequencies to train on, rad/s: LOW..HIGH; a little wider than the rig's range, as a
     /// network is at its worst at the edges
-    #[arg(long, default_value = "2.4..28", value_parser = parse_range)]
-    natural_frequency: [f64; 2],
+    #[arg(long, default_value_t = Span(training::RANGES.natural_frequency_rad_s), value_parser = parse_range)]
+    natural_frequency: Span,
     /// Damping ratios to train on: LOW..HIGH
-    #[arg(long, default_value = "0.0005..0.105", value_parser = parse_range)]
-    damping: [f64; 2],
+    #[arg(long, default_value_t = Span(training::RANGES.damping_ratio), value_parser = parse_range)]
+    damping: Span,
     /// Take noise, natural frequencies and damping ratios to train on from measured records
     #[arg(long, num_args = 1.., value_name = "FILE",
           conflicts_with_all = ["noise", "natural_frequency", "damping"])]
@@ -77,7 +77,7 @@ pub struct Train {
 /// Epochs where nothing is said.
 const EPOCHS: u32 = 500;
 
-/// `--features`: how a window is told, and how many components of that.
+/// `--features`: how a window is represented, and by how many components.
 #[derive(Clone, Copy, Debug)]
 struct Features {
     kind: FeatureKind,
@@ -111,18 +111,28 @@ fn features_name(settings: &Settings) -> String {
     }
 }
 
-fn parse_range(text: &str) -> std::result::Result<[f64; 2], String> {
-    let (low, high) = text.split_once("..").ok_or("a range is written LOW..HIGH")?;
-    let number = |t: &str| t.trim().parse::<f64>().map_err(|_| format!("`{t}` is not a number"));
-    Ok([number(low)?, number(high)?])
+/// From the first to the second.
+#[derive(Clone, Copy, Debug)]
+struct Span([f64; 2]);
+
+impl std::fmt::Display for Span {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}..{}", self.0[0], self.0[1])
+    }
 }
 
-fn parse_noise(text: &str) -> std::result::Result<[f64; 2], String> {
+fn parse_range(text: &str) -> std::result::Result<Span, String> {
+    let (low, high) = text.split_once("..").ok_or("a range is written LOW..HIGH")?;
+    let number = |t: &str| t.trim().parse::<f64>().map_err(|_| format!("`{t}` is not a number"));
+    Ok(Span([number(low)?, number(high)?]))
+}
+
+fn parse_noise(text: &str) -> std::result::Result<Span, String> {
     if text.contains("..") {
         return parse_range(text);
     }
     let level = text.parse::<f64>().map_err(|_| format!("`{text}` is not a number"))?;
-    Ok([level, level])
+    Ok(Span([level, level]))
 }
 
 /// Whether the amplitude is an input, and the hidden layers. `with_effects`: the windows are of a
@@ -229,9 +239,9 @@ fn job(arguments: &Train) -> Result<Job> {
     let (amplitude, hidden) = parse_topology(topology, components, !effects.is_empty())?;
     let ranges = if arguments.records.is_empty() {
         Ranges {
-            natural_frequency_rad_s: arguments.natural_frequency,
-            damping_ratio: arguments.damping,
-            noise: arguments.noise,
+            natural_frequency_rad_s: arguments.natural_frequency.0,
+            damping_ratio: arguments.damping.0,
+            noise: arguments.noise.0,
         }
     } else {
         let ranges = measured::ranges(&arguments.records, &yawrig_records::read)?;
@@ -307,6 +317,26 @@ pub fn run(arguments: &Train) -> Result<()> {
         return Err(Error::interrupted());
     }
     Ok(())
+}
+
+/// Trains for another verb, with a bar and a line about what came of it.
+///
+/// # Errors
+/// Those of the training; 130 where the user stops it.
+pub fn teach(settings: &Settings) -> Result<Outcome> {
+    let model = augmented(settings.model.as_ref())?;
+    let mut bar = Bar::new(settings.training.epochs as u64);
+    let outcome = network_training::run(settings, model.as_ref(), &mut bar)?;
+    drop(bar);
+    interrupt::check()?;
+    crate::say!(
+        "trained {} on {} windows; on 2000 others: wn {:.3} % rms, zeta {:.2} % rms",
+        freeze::name(&outcome.topology),
+        settings.samples,
+        outcome.test.natural_frequency_rms_percent,
+        outcome.test.damping_ratio_rms_percent,
+    );
+    Ok(outcome)
 }
 
 /// Where an interrupted training leaves its network: a finished one that is there already stays.

@@ -4,7 +4,7 @@ use super::common::{print_line, EffectsArg};
 use super::identify::expanded;
 use crate::campaign::simulated::CAMPAIGN_FILE;
 use crate::model::document::DEFAULT;
-use crate::workbench::{self, Options};
+use crate::workbench::{self, ServeOptions};
 use clap::Args;
 use std::net::IpAddr;
 use std::path::PathBuf;
@@ -24,7 +24,7 @@ pub struct Workbench {
     pub model: Option<PathBuf>,
     #[command(flatten)]
     pub effects: EffectsArg,
-    /// The sensor was not zeroed: fit its nought, and leave out the constant moment
+    /// The sensor was not zeroed: fit its zero, and leave out the constant moment
     #[arg(long)]
     pub unknown_zero: bool,
     /// Port of the page [default: a free one]
@@ -56,7 +56,7 @@ fn opened(files: &[PathBuf]) -> Result<Vec<PathBuf>> {
 
 impl Workbench {
     pub fn run(&self) -> Result<()> {
-        let options = Options {
+        let options = ServeOptions {
             files: opened(&self.files)?,
             model: self.model.clone(),
             own: self.effects.effects()?,

@@ -5,7 +5,8 @@ pub mod reveal;
 pub mod story;
 
 use crate::campaign::simulated;
-use crate::report::trace::{self, ModelTrace, Trace};
+use crate::drawn;
+use crate::report::trace::{ModelTrace, Trace};
 use std::path::Path;
 use std::time::Duration;
 use yawrig_base::error::{Error, Exit, Result};
@@ -98,7 +99,7 @@ pub struct Plan {
 }
 
 /// Makes every release, in an order that gives the device its wind-off reference first.
-/// `seen` is told of each as soon as the device has spoken.
+/// `seen` is called with each as soon as the device has answered.
 ///
 /// # Errors
 /// Those of the link, and 130.
@@ -182,12 +183,12 @@ fn trace_of(time_s: &[f64], yaw_deg: &[f64], first_sample: u32, made: &Made) -> 
     let response: Vec<f64> = yaw_deg.iter().zip(&residual).map(|(y, r)| y - r).collect();
     let from_release: Vec<f64> = time_s.iter().map(|t| t - released_s).collect();
     Some(Trace {
-        time_s: trace::times(&from_release, TRACE_VALUES),
-        measured_deg: trace::decimated(yaw_deg, TRACE_VALUES),
+        time_s: drawn::times(&from_release, TRACE_VALUES),
+        measured_deg: drawn::decimated(yaw_deg, TRACE_VALUES),
         models: vec![ModelTrace {
             name: "the device's answer".to_owned(),
-            yaw_deg: trace::decimated(&response, TRACE_VALUES),
-            residual_deg: trace::decimated(&residual, TRACE_VALUES),
+            yaw_deg: drawn::decimated(&response, TRACE_VALUES),
+            residual_deg: drawn::decimated(&residual, TRACE_VALUES),
         }],
         of: time_s.len(),
     })

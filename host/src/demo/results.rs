@@ -1,7 +1,9 @@
 //! What a demo keeps: its network, its findings as a report's data, and the report.
 
 use super::{Made, Plan};
-use crate::report::{self, Epoch, Estimate, HeldOut, Kind, Release, Report, Setting, Training};
+use crate::report::{
+    self, Epoch, Estimate, HeldOut, Kind, ReleaseReport, Report, SettingRow, TrainingReport,
+};
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
@@ -57,28 +59,28 @@ pub fn report(
     device: &str,
     made: &[Made],
     points: &[(Point, Truth)],
-    training: Training,
+    training: TrainingReport,
     by: report::Made,
 ) -> Report {
     let mut report = Report::new(Kind::Demo, "Demo on the built-in rig".to_owned(), by);
     let rig = &plan.rig;
     report.settings = vec![
-        Setting::new("device", device, ""),
-        Setting::new("seed", plan.seed, ""),
-        Setting::new("wind speed", plan.wind_speed_m_s, "m/s"),
-        Setting::new("sensor noise, rms", plan.sensor.noise_deg, "deg"),
-        Setting::new("released from", plan.start.amplitude_deg, "deg"),
-        Setting::new("length", rig.model.length_m, "m"),
-        Setting::new("frontal area", rig.model.frontal_area_m2, "m²"),
-        Setting::new("air density", rig.air_density_kg_m3, "kg/m³"),
-        Setting::new("spring arm", rig.spring_arm_m, "m"),
-        Setting::new("axis offset", rig.axis_offset_m, "m"),
+        SettingRow::new("device", device, ""),
+        SettingRow::new("seed", plan.seed, ""),
+        SettingRow::new("wind speed", plan.wind_speed_m_s, "m/s"),
+        SettingRow::new("sensor noise, rms", plan.sensor.noise_deg, "deg"),
+        SettingRow::new("released from", plan.start.amplitude_deg, "deg"),
+        SettingRow::new("length", rig.model.length_m, "m"),
+        SettingRow::new("frontal area", rig.model.frontal_area_m2, "m²"),
+        SettingRow::new("air density", rig.air_density_kg_m3, "kg/m³"),
+        SettingRow::new("spring arm", rig.spring_arm_m, "m"),
+        SettingRow::new("axis offset", rig.axis_offset_m, "m"),
     ];
     report.points = points
         .iter()
-        .map(|(point, t)| report::Point {
+        .map(|(point, t)| report::PointReport {
             truth: Some([t.cn_beta, t.cn_r, t.cy_beta, t.cy_r]),
-            ..report::Point::from(point)
+            ..report::PointReport::from(point)
         })
         .collect();
     let [beta, r] = super::misses(points);
@@ -97,7 +99,7 @@ pub fn report(
     report
 }
 
-fn release(made: &Made) -> Release {
+fn release(made: &Made) -> ReleaseReport {
     let quantity = |m: Measured| Quantity::new(f64::from(m.value), f64::from(m.u));
     let estimate = Estimate {
         method: "device".to_owned(),
@@ -117,7 +119,7 @@ fn release(made: &Made) -> Release {
     };
     let measured: Vec<AmplitudePoint> = made.windows.iter().map(point).collect();
     let wind = made.condition.wind_speed_m_s;
-    Release {
+    ReleaseReport {
         name: format!("{} {} axis, {wind} m/s", made.condition.spring.name, made.condition.axis),
         held_out: false,
         samples: made.trace.as_ref().map_or(0, |t| t.of),
@@ -134,7 +136,7 @@ fn release(made: &Made) -> Release {
 }
 
 /// How the network came about.
-pub fn training(settings: &Settings, outcome: &Outcome) -> Training {
+pub fn training(settings: &Settings, outcome: &Outcome) -> TrainingReport {
     let trained = &outcome.trained;
     let rms = |sum: f64| (sum / settings.samples as f64).sqrt();
     let epoch = |e: &yawrig_train::Epoch| Epoch {
@@ -148,7 +150,7 @@ pub fn training(settings: &Settings, outcome: &Outcome) -> Training {
         natural_frequency_rms: e.rms[0],
         damping_ratio_rms: e.rms[1],
     };
-    Training {
+    TrainingReport {
         topology: freeze::name(&outcome.topology),
         samples: settings.samples,
         epochs: trained.epochs,

@@ -129,7 +129,7 @@ pub fn reveal(folder: &Path, target: &Target, progress: &mut dyn Progress) -> Re
         let recorded = Recorded::read(entry, file)?;
         let plain = fit_plain(&recorded.swing, false, recorded.swing.yaw_rad.len());
         let with = model.as_ref().map(|model| held_against(model, &recorded, 1.0)).transpose()?;
-        let pair = |fit: &Fitted| [fit.parameters[0], fit.parameters[1]];
+        let pair = |fit: &Fitted| [fit.natural_frequency_rad_s().value, fit.damping_ratio().value];
         releases.push(JudgedRelease {
             file: release.file.clone(),
             truth: [release.natural_frequency_rad_s, release.damping_ratio],

@@ -1,4 +1,4 @@
-//! A riddle: an effect of the library hidden in the releases of one spring, to be found out by whoever reads them.
+//! A riddle: an effect of the library hidden in the releases of one spring, to be identified.
 
 use crate::campaign::simulated::{self, Planned, CAMPAIGN_FILE};
 use rand::{Rng, SeedableRng};
@@ -19,7 +19,7 @@ pub(super) const SCHEMA_VERSION: u32 = 1;
 const WIND_M_S: f64 = 10.0;
 /// Springs whose windows are many enough to see something change, and whose releases end within a minute and a half.
 const SPRINGS: [&str; 4] = ["K2", "K3", "K4", "K5"];
-/// Amplitude at which an effect's size is told, rad.
+/// Amplitude to which an effect's size refers, rad.
 const AMPLITUDE_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
 /// What is hidden, and what an identification should find.
@@ -41,8 +41,8 @@ pub struct TrueRelease {
 }
 
 /// The effect that `seed` chooses and its size: large enough to be seen, small enough to go unnoticed on a rig. Those
-/// of the library that leave the device's answers as they are (a constant moment, a drifting nought) or that nobody can
-/// foretell (buffeting) make no riddle.
+/// of the library that leave the device's answers as they are (a constant moment, a drifting zero) or that is random
+/// (buffeting) are not used.
 fn chosen(seed: u64, rig: &Rig) -> Result<(Spring, yawrig_rig::Effect)> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let spring = Spring::named(SPRINGS[random.random_range(0..SPRINGS.len())])?;
@@ -125,18 +125,6 @@ pub fn unsealed(folder: &Path) -> Result<Truth> {
     let bytes =
         bytes.filter(|_| text.starts_with(SEAL)).ok_or_else(|| wrong(&"the seal is broken"))?;
     serde_json::from_slice(&bytes).map_err(|_| wrong(&"the seal is broken"))
-}
-
-/// The riddle's folder among the arguments of a command: the one that holds a sealed truth.
-pub fn folder_of(arguments: impl IntoIterator<Item = PathBuf>) -> Option<PathBuf> {
-    let holds = |folder: &Path| folder.join(SEALED_FILE).is_file();
-    arguments.into_iter().find_map(|argument| {
-        if holds(&argument) && !argument.as_os_str().is_empty() {
-            return Some(argument);
-        }
-        let parent = argument.parent()?.to_owned();
-        (!parent.as_os_str().is_empty() && argument.exists() && holds(&parent)).then_some(parent)
-    })
 }
 
 /// The release a model is made of: about the middle axis with the wind off.

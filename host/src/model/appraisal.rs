@@ -1,10 +1,14 @@
-//! What is said of a model and its records: how far and where it is from them.
+//! How far a model is from its records, and where.
 
 use crate::model::document::{is_own, Model};
 use crate::model::journal::Residuals;
-use crate::model::model_fit::{modal_of, Recorded};
+use crate::model::limits;
+use crate::model::model_fit::{combined, held_against, later_part, modal_of, Data, Recorded};
+use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use yawrig_base::error::Result;
+use yawrig_base::interrupt;
 use yawrig_core::diagnosis::compare::{self, Where};
 use yawrig_core::diagnosis::diagnose::Modal;
 use yawrig_core::effects::Effect;
@@ -29,7 +33,7 @@ pub struct Appraisal {
     pub records: Vec<RecordAppraisal>,
     /// wn and zeta over three cycles each, of the record of `where`.
     pub windows: Vec<WindowEstimate>,
-    /// Of the record that the model is farthest from.
+    /// Of the record with the largest residual over noise.
     #[serde(rename = "where")]
     pub where_: Where,
     pub where_file: String,
@@ -56,8 +60,8 @@ pub struct RecordAppraisal {
     pub parameters: BTreeMap<String, Quantity>,
 }
 
-/// Puts together what is known: `fits` of `recorded`, of which those up to `fitted` make up the model's residual.
-/// `model` names the values that are shown where it has them.
+/// Gathers what is known: `fits` of `recorded`, of which those up to `fitted` make up the model's residual.
+/// Values that `model` holds are shown in place of fitted ones.
 pub fn appraise(
     model: &Model,
     recorded: &[&Recorded],
@@ -138,4 +142,20 @@ fn parameters(
         }
     }
     out
+}
+
+/// A model as it is against its own records.
+pub(super) fn as_it_is(model: &Model, data: &Data) -> Result<Appraisal> {
+    let recorded: Vec<&Recorded> = data.fitted.iter().chain(&data.held_out).collect();
+    let against = |r: &&Recorded| held_against(model, r, 1.0);
+    let fits: Vec<Fitted> = recorded.par_iter().map(against).collect::<Result<_>>()?;
+    interrupt::check()?;
+    let n = data.fitted.len();
+    let over_noise = combined(&fits[..n], &recorded[..n]);
+    let held_out = if data.held_out.is_empty() {
+        later_part(data, &limits::structure(model)?, &fits)?
+    } else {
+        combined(&fits[n..], &recorded[n..])
+    };
+    Ok(appraise(model, &recorded, &fits, n, over_noise, held_out))
 }

@@ -1,9 +1,8 @@
-//! A model held against records, its own or others, with effects tried on top of it. Nothing is written.
+//! A model compared with records, its own or others, with effects tried on top of it. Nothing is written.
 
-use crate::model::appraisal::{appraise, Appraisal};
-use crate::model::document::{Model, RecordEntry};
-use crate::model::limits;
-use crate::model::model_fit::{self, combined, held_against, later_part, Data, Recorded};
+use crate::model::appraisal::{appraise, as_it_is, Appraisal};
+use crate::model::document::{Model, RecordEntry, DEFAULT};
+use crate::model::model_fit::{self, combined, held_against, Data, Recorded};
 use crate::model::records;
 use crate::model::revise::{added, check_addable, Change, Current, Revision};
 use rayon::prelude::*;
@@ -14,24 +13,8 @@ use yawrig_core::diagnosis::diagnose::FITTED_SHARE;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{held_out_over_noise, Fitted};
 
-/// A model as it is against its own records.
-pub(super) fn as_it_is(model: &Model, data: &Data) -> Result<Appraisal> {
-    let recorded: Vec<&Recorded> = data.fitted.iter().chain(&data.held_out).collect();
-    let against = |r: &&Recorded| held_against(model, r, 1.0);
-    let fits: Vec<Fitted> = recorded.par_iter().map(against).collect::<Result<_>>()?;
-    interrupt::check()?;
-    let n = data.fitted.len();
-    let over_noise = combined(&fits[..n], &recorded[..n]);
-    let held_out = if data.held_out.is_empty() {
-        later_part(data, &limits::structure(model)?, &fits)?
-    } else {
-        combined(&fits[n..], &recorded[n..])
-    };
-    Ok(appraise(model, &recorded, &fits, n, over_noise, held_out))
-}
-
-/// A model as it is against other records: held out is the later part of each, what the record has of its own having
-/// been fitted to the earlier.
+/// A model as it is against other records; the later part of each is held out, the record's own numbers having been
+/// fitted to the earlier part.
 fn as_it_is_elsewhere(model: &Model, recorded: &[Recorded]) -> Result<Appraisal> {
     let both =
         |r: &Recorded| Ok((held_against(model, r, 1.0)?, held_against(model, r, FITTED_SHARE)?));
@@ -66,7 +49,7 @@ pub struct Comparison {
 /// # Errors
 /// Exit 2 where an effect cannot be added, 3 where a file cannot be used, 6 where a fit does not converge.
 pub fn compare(comparison: &Comparison) -> Result<Revision> {
-    let here = PathBuf::from("model.toml");
+    let here = PathBuf::from(DEFAULT);
     let path = comparison.model.as_deref().unwrap_or(&here);
     let mut model = match &comparison.model {
         Some(path) => Model::read(path)?,

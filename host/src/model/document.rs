@@ -3,7 +3,6 @@
 //! The file is written by the program and may be edited by hand: an entry with `free = false` keeps its value in the
 //! next fit, `min` and `max` bound it.
 
-use crate::model::model_reading::Reader;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
@@ -19,7 +18,7 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// A model as it stands in its file. Angles in rad, moments divided by Izz.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Model {
-    /// The sensor's nought is not known and is fitted, to each record its own.
+    /// The sensor's zero is not known and is fitted, to each record its own.
     pub unknown_zero: bool,
     pub records: Vec<RecordEntry>,
     /// Natural frequency and damping under each condition that a fitted record was made under.
@@ -70,7 +69,7 @@ pub struct EffectEntry {
 pub struct ParameterEntry {
     /// None: not fitted yet.
     pub value: Option<f64>,
-    /// Standard uncertainty; None: taken as known, or not to be had from the record.
+    /// Standard uncertainty; None: taken as known, or not to be obtained from the record.
     pub u: Option<f64>,
     pub min: f64,
     pub max: f64,
@@ -87,7 +86,7 @@ impl ParameterEntry {
 
 /// Bounds of a natural frequency, rad/s.
 pub const NATURAL_FREQUENCY: [f64; 2] = [0.0, f64::INFINITY];
-/// Bounds of a damping ratio: a self-excited swing has a negative one.
+/// Bounds of a damping ratio: a self-excited oscillation has a negative one.
 pub const DAMPING_RATIO: [f64; 2] = [-0.5, 0.7];
 
 impl Default for ModalEntry {
@@ -115,25 +114,8 @@ impl EffectEntry {
 }
 
 impl Model {
-    /// Reads and checks `path`.
-    ///
-    /// # Errors
-    /// Exit 3, naming file and line: not there, not TOML, an entry missing, unknown or out of range, an effect that
-    /// the library does not hold.
-    pub fn read(path: &Path) -> Result<Self> {
-        Self::parse(&read_text(path)?, path)
-    }
-
-    /// The model in `text`, which was read from `path`.
-    ///
-    /// # Errors
-    /// As [`Model::read`].
-    pub fn parse(text: &str, path: &Path) -> Result<Self> {
-        Reader { text, path }.model()
-    }
-
     /// Every effect with its numbers, in the units and order of [`Effect::parameters`]. Numbers that belong to one
-    /// release (size and phase of a line, a drift) are nought where the model is about several.
+    /// release (size and phase of a line, a drift) are zero where the model is about several.
     ///
     /// # Errors
     /// Exit 3 where one is not fitted yet.

@@ -1,4 +1,4 @@
-//! The journal of a model: every step that was taken with it, one JSON object a line, nothing ever taken out.
+//! The journal of a model: every step that was taken with it, one JSON object a line, never shortened.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -21,13 +21,13 @@ pub enum Action {
     Reject,
     /// An earlier step's model was taken up again.
     Return,
-    /// The file was found otherwise than the last step left it.
+    /// The file had been changed since the last step.
     Edit,
 }
 
 /// One line of the journal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Step {
+pub struct JournalStep {
     pub schema_version: u32,
     /// From 1.
     pub step: usize,
@@ -82,8 +82,8 @@ impl From<Quantity> for Known {
     }
 }
 
-impl Step {
-    /// A step of now, that left `model` behind.
+impl JournalStep {
+    /// A step taken now, after which the file holds `model`.
     pub fn now(action: Action, command: &str, model: String) -> Self {
         Self {
             schema_version: SCHEMA_VERSION,
@@ -121,7 +121,7 @@ pub fn path_of(model: &Path) -> PathBuf {
 /// What a journal holds.
 #[derive(Clone, Debug, Default)]
 pub struct Journal {
-    pub steps: Vec<Step>,
+    pub steps: Vec<JournalStep>,
     /// Bytes of whole lines: beyond them a power cut has left part of one.
     pub(super) whole: usize,
 }
@@ -143,14 +143,14 @@ impl Journal {
 
     pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Self> {
         let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
-        let mut steps: Vec<Step> = Vec::new();
+        let mut steps: Vec<JournalStep> = Vec::new();
         for (k, line) in bytes[..whole].split_inclusive(|b| *b == b'\n').enumerate() {
             let wrong = |what: String| {
                 Error::data(format!("{}:{}: {what}", path.display(), k + 1)).help(
                     "put the line right, or move the journal away: a new one begins with the model as it is",
                 )
             };
-            let step: Step = serde_json::from_slice(line)
+            let step: JournalStep = serde_json::from_slice(line)
                 .map_err(|e| wrong(format!("not a step of a model: {e}")))?;
             if step.schema_version != SCHEMA_VERSION {
                 return Err(wrong(format!("schema_version is {}", step.schema_version)));
@@ -163,7 +163,7 @@ impl Journal {
         Ok(Self { steps, whole })
     }
 
-    pub fn last(&self) -> Option<&Step> {
+    pub fn last(&self) -> Option<&JournalStep> {
         self.steps.last()
     }
 
@@ -171,7 +171,7 @@ impl Journal {
     ///
     /// # Errors
     /// Exit 2 where there is no such step.
-    pub fn step(&self, number: usize) -> Result<&Step> {
+    pub fn step(&self, number: usize) -> Result<&JournalStep> {
         number.checked_sub(1).and_then(|k| self.steps.get(k)).ok_or_else(|| {
             let count = self.steps.len();
             Error::usage(format!("there is no step {number}")).help(match count {

@@ -55,7 +55,7 @@ pub(super) fn limits_of(entry: &EffectEntry) -> Vec<Limit> {
         if let Some(number) = effect.varied_place(index) {
             limits.push(Limit { number: Number::Of(effect.clone(), number), low, high });
         } else if let Some(values) = entry.values() {
-            // Size and phase of a line, fixed together, are its cosine and sine part.
+            // Size and phase of a line, both fixed, are its cosine and sine part.
             let parts = effect.varied(&values);
             let part = |number| Limit {
                 number: Number::Of(effect.clone(), number),

@@ -1,4 +1,4 @@
-//! A model of the file fitted to its records, or held against records as it is.
+//! A model of the file fitted to its records, or compared with records as it is.
 
 use crate::model::document::{is_own, EffectEntry, ModalEntry, Model, ParameterEntry, RecordEntry};
 use crate::model::limits::{limits_of, structure};
@@ -15,7 +15,7 @@ use yawrig_core::fit::joint::{self, JointFit, Release, Sharing};
 use yawrig_core::fit::swing::Swing;
 use yawrig_core::quantity::Quantity;
 
-/// How often a fit that has used up its evaluations is taken up again.
+/// How often a fit that has used up its evaluations is continued.
 const ROUNDS: usize = 4;
 
 /// A record of the model as the fits see it.
@@ -30,7 +30,7 @@ impl Recorded {
     /// Reads the record at `path`.
     ///
     /// # Errors
-    /// Exit 3 where it cannot be read or there is no swing in it.
+    /// Exit 3 where it cannot be read or there is no free decay in it.
     pub fn read(entry: RecordEntry, path: PathBuf) -> Result<Self> {
         let mut swing = Swing::of(&yawrig_records::read(&path)?)?;
         swing.stop = interrupt::stop();
@@ -82,7 +82,7 @@ impl Data {
         self.fitted.iter().map(|r| Release::whole(&r.swing)).collect()
     }
 
-    /// Records of one condition have wn and zeta in common, all of them the effects.
+    /// Records of one condition share wn and zeta; all records share the effects.
     fn sharing(&self, effects: usize) -> Sharing {
         let conditions: Vec<&str> =
             self.fitted.iter().map(|r| r.entry.condition.as_str()).collect();
@@ -94,7 +94,7 @@ impl Data {
     }
 }
 
-/// The numbers of `effect` that a fit varies; nought for those that belong to a release and are not in the file.
+/// The numbers of `effect` that a fit varies; zero for those that belong to a release and are not in the file.
 fn varied(entry: &EffectEntry) -> Option<Vec<f64>> {
     let effect = entry.effect.clone();
     if let Some(values) = entry.values() {
@@ -110,9 +110,9 @@ fn varied(entry: &EffectEntry) -> Option<Vec<f64>> {
 /// The numbers of a fit that begins at the model's values, with the initial state of `like`.
 fn start(model: &Model, condition: &str, like: &Fitted) -> Option<Vec<f64>> {
     let mut p = like.parameters[..like.structure.own_numbers()].to_vec();
-    if let Some(modal) = model.modal.get(condition) {
-        p[0] = modal.natural_frequency_rad_s.value.unwrap_or(p[0]);
-        p[1] = modal.damping_ratio.value.unwrap_or(p[1]);
+    if let (Some(modal), [wn, zeta, ..]) = (model.modal.get(condition), p.as_mut_slice()) {
+        *wn = modal.natural_frequency_rad_s.value.unwrap_or(*wn);
+        *zeta = modal.damping_ratio.value.unwrap_or(*zeta);
     }
     for entry in &model.effects {
         p.extend(varied(entry)?);
@@ -124,7 +124,7 @@ fn better(a: &Fitted, b: &Fitted) -> bool {
     (b.converged, a.sum_of_squares) < (a.converged, b.sum_of_squares)
 }
 
-/// One record's own fit: the effects added one after the other, or from the model's values, whichever comes nearer.
+/// One record's own fit: the effects added one after the other, or from the model's values, whichever has the smaller residual.
 fn single(model: &Model, structure: &Structure, recorded: &Recorded) -> Result<Fitted> {
     let swing = &recorded.swing;
     let count = swing.yaw_rad.len();
@@ -158,7 +158,7 @@ pub fn fit(model: &Model, data: &Data) -> Result<JointFit> {
     let at = |(r, s): (&Recorded, &Fitted)| start(model, &r.entry.condition, s);
     let from_values: Option<Vec<_>> = data.fitted.iter().zip(&singles).map(at).collect();
     let others: Vec<_> = from_values.into_iter().filter(|_| singles.len() > 1).collect();
-    together(data, &structure, &singles, &others)
+    fit_jointly(data, &structure, &singles, &others)
 }
 
 fn numbers(fits: &[Fitted]) -> Vec<Vec<f64>> {
@@ -166,7 +166,7 @@ fn numbers(fits: &[Fitted]) -> Vec<Vec<f64>> {
 }
 
 /// All records at once, from each one's own fit and from `others`.
-fn together(
+fn fit_jointly(
     data: &Data,
     structure: &Structure,
     singles: &[Fitted],
@@ -208,7 +208,7 @@ pub fn add(data: &Data, inner: &JointFit, effect: Effect) -> Result<JointFit> {
             Ok(fit_added(&recorded.swing, fit, &effect))
         })
         .collect::<Result<_>>()?;
-    // From the inner model as well, the effect at nought: it can then not come out worse.
+    // From the inner model as well, the effect at zero: so that it cannot fit worse than the inner model.
     let mut others = Vec::new();
     if singles.len() > 1 {
         let without = |(inner, single): (&Fitted, &Fitted)| {
@@ -218,7 +218,7 @@ pub fn add(data: &Data, inner: &JointFit, effect: Effect) -> Result<JointFit> {
         };
         others.push(inner.fits.iter().zip(&singles).map(without).collect());
     }
-    let mut fit = together(data, &structure, &singles, &others)?;
+    let mut fit = fit_jointly(data, &structure, &singles, &others)?;
     fit.converged &= fit.sum_of_squares <= inner.sum_of_squares * (1.0 + 1e-9);
     Ok(fit)
 }
@@ -265,8 +265,8 @@ pub fn updated(model: &Model, data: &Data, fit: &JointFit) -> Model {
     new
 }
 
-/// `model` as it is against a record: fitted is what the record has of its own, which is its initial state, its
-/// sensor's nought where unknown, size and phase of a line, a drift; and wn and zeta where the model does not know
+/// `model` compared with a record: only the record's own numbers are fitted, which are its initial state, the
+/// sensor's zero where unknown, size and phase of a line, a drift; and wn and zeta where the model does not know
 /// them under the record's condition.
 ///
 /// # Errors
@@ -305,7 +305,7 @@ pub fn held_against(model: &Model, recorded: &Recorded, share: f64) -> Result<Fi
     Ok(fit_from(swing, &structure, &start, count))
 }
 
-/// Residual over noise of several records together.
+/// Residual over noise of several records, jointly.
 pub fn combined(fits: &[Fitted], recorded: &[&Recorded]) -> f64 {
     let (mut n, mut sum) = (0.0, 0.0);
     for (fit, recorded) in fits.iter().zip(recorded) {

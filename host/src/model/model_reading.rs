@@ -2,8 +2,8 @@
 
 use super::effects;
 use crate::model::document::{
-    is_own, of_file, EffectEntry, MadeUnder, ModalEntry, Model, ParameterEntry, RecordEntry,
-    DAMPING_RATIO, NATURAL_FREQUENCY, SCHEMA_VERSION,
+    is_own, of_file, read_text, EffectEntry, MadeUnder, ModalEntry, Model, ParameterEntry,
+    RecordEntry, DAMPING_RATIO, NATURAL_FREQUENCY, SCHEMA_VERSION,
 };
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -75,7 +75,7 @@ struct RawParameter {
     free: Option<bool>,
 }
 
-/// What an entry of a number must keep to.
+/// What a number must satisfy.
 struct Law<'a> {
     name: String,
     unit: &'a str,
@@ -83,10 +83,29 @@ struct Law<'a> {
     max: f64,
 }
 
+impl Model {
+    /// Reads and checks `path`.
+    ///
+    /// # Errors
+    /// Exit 3, naming file and line: not there, not TOML, an entry missing, unknown or out of range, an effect that
+    /// the library does not hold.
+    pub fn read(path: &Path) -> Result<Self> {
+        Self::parse(&read_text(path)?, path)
+    }
+
+    /// The model in `text`, which was read from `path`.
+    ///
+    /// # Errors
+    /// As [`Model::read`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self> {
+        Reader { text, path }.model()
+    }
+}
+
 /// Reads the `text` of the model's file `path`.
-pub(super) struct Reader<'a> {
-    pub text: &'a str,
-    pub path: &'a Path,
+struct Reader<'a> {
+    text: &'a str,
+    path: &'a Path,
 }
 
 impl Reader<'_> {
@@ -108,7 +127,7 @@ impl Reader<'_> {
             .help("correct the entry; `yawrig history --return N` goes back to any step")
     }
 
-    pub fn model(&self) -> Result<Model> {
+    fn model(&self) -> Result<Model> {
         let version: Version = toml::from_str(self.text).map_err(|e| self.malformed(&e))?;
         if *version.schema_version.get_ref() != SCHEMA_VERSION {
             let what = format!("schema_version is {}", version.schema_version.get_ref());
@@ -152,7 +171,7 @@ impl Reader<'_> {
             let effect = self.effect(entry)?;
             if raw.unknown_zero && effect.effect == Effect::StaticOffset {
                 let what =
-                    "static_offset beside unknown_zero: a constant moment cannot be told from it";
+                    "static_offset beside unknown_zero: a constant moment cannot be distinguished from it";
                 return Err(self.error(&entry.id.span(), what).help("delete one of the two"));
             }
             effects.push(effect);
@@ -174,14 +193,12 @@ impl Reader<'_> {
             {
                 Some(MadeUnder { spring: spring.clone(), axis, wind_speed_m_s })
             }
-            _ => {
-                return Err(self
-                    .error(
-                        &entry.span(),
-                        "spring, axis and wind_speed_m_s (0 or more) belong together",
-                    )
-                    .help("give all three, or none"))
-            }
+            _ => return Err(self
+                .error(
+                    &entry.span(),
+                    "spring, axis and wind_speed_m_s (0 or more) are given all three or not at all",
+                )
+                .help("give all three, or none")),
         };
         let condition = match (&raw.condition, &made_under) {
             (Some(condition), _) => condition.clone(),

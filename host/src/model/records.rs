@@ -5,7 +5,7 @@ use crate::model::document::{of_file, MadeUnder, Model, RecordEntry};
 use std::path::{Component, Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 
-/// A record that was named, and why it cannot be read where that is seen without opening it.
+/// A record, and what is wrong with it as far as that is known without reading it.
 #[derive(Clone, Debug)]
 pub struct Listed {
     pub entry: RecordEntry,
@@ -21,7 +21,7 @@ pub fn entries(files: &[PathBuf], model: &Path) -> Result<Vec<RecordEntry>> {
     listed(files, model)?.into_iter().map(read).collect()
 }
 
-/// As [`entries`], records that are not there with them.
+/// As [`entries`], including records that are missing.
 ///
 /// # Errors
 /// Exit 2 where one is given twice; those of [`CampaignFile::read_listed`].

@@ -1,9 +1,8 @@
 //! The steps of the loop: fit, add, remove, return; and the comparison that shows what they did.
 
-use crate::model::appraisal::{appraise, Appraisal, Condition};
-use crate::model::comparison::as_it_is;
+use crate::model::appraisal::{appraise, as_it_is, Appraisal, Condition};
 use crate::model::document::{read_text, EffectEntry, Model, RecordEntry};
-use crate::model::journal::{path_of, Action, Known, KnownModal, Residuals, Step};
+use crate::model::journal::{path_of, Action, JournalStep, Known, KnownModal, Residuals};
 use crate::model::model_fit::{self, held_against, Data, Recorded};
 use crate::model::records;
 use crate::model::store::Store;
@@ -31,7 +30,7 @@ pub struct Revision {
     pub appraisal: Appraisal,
 }
 
-/// Who asks for a step.
+/// The request for a step, as the journal keeps it.
 #[derive(Clone, Debug, Default)]
 pub struct Asked {
     /// The command as it was typed.
@@ -115,7 +114,7 @@ pub fn fit(path: &Path, wanted: &Wanted, asked: &Asked) -> Result<Revision> {
     fit_in(store, old, &model, asked)
 }
 
-/// Fits the model at `path`, made where there is none, to these records: whatever it was about before, its effects stay.
+/// Fits the model at `path`, made where there is none, to these records: its effects stay, whatever its records were before.
 ///
 /// # Errors
 /// As [`fit`].
@@ -144,7 +143,7 @@ fn fit_in(store: Store, old: Option<Model>, model: &Model, asked: &Asked) -> Res
     finish(
         store,
         asked,
-        Step::now(Action::Fit, "", String::new()),
+        JournalStep::now(Action::Fit, "", String::new()),
         Change { before, ..Change::to(&current, &data)? },
     )
 }
@@ -199,7 +198,7 @@ fn with_held_out(mut model: Model, path: &Path, wanted: &Wanted) -> Result<Model
     if wanted.unknown_zero && !model.unknown_zero {
         if model.effect(Effect::StaticOffset).is_some() {
             return Err(Error::usage("--unknown-zero beside static_offset in the model")
-                .help("a constant moment cannot be told from the sensor's nought: yawrig remove static_offset"));
+                .help("a constant moment cannot be distinguished from the sensor's zero: yawrig remove static_offset"));
         }
         model.unknown_zero = true;
     }
@@ -220,8 +219,10 @@ pub fn check_addable(model: &Model, effect: Effect) -> Result<()> {
             .help("run `yawrig diagnose`, which judges it by a filter"));
     }
     if model.unknown_zero && effect == Effect::StaticOffset {
-        return Err(Error::usage("static_offset cannot be told from the sensor's unknown nought")
-            .help("leave one of the two out"));
+        return Err(Error::usage(
+            "static_offset cannot be distinguished from the sensor's unknown zero",
+        )
+        .help("leave one of the two out"));
     }
     if model.effect(effect.clone()).is_some() {
         return Err(Error::usage(format!("{effect}: it is in the model already"))
@@ -245,8 +246,10 @@ pub fn add(path: &Path, effect: Effect, asked: &Asked) -> Result<Revision> {
     let data = Data::of(&model, path)?;
     let inner = Current::fitted(&model, &data)?;
     let outer = added(&inner, &data, effect.clone())?;
-    let step =
-        Step { added: Some(effect.id().into()), ..Step::now(Action::Add, "", String::new()) };
+    let step = JournalStep {
+        added: Some(effect.id().into()),
+        ..JournalStep::now(Action::Add, "", String::new())
+    };
     finish(
         store,
         asked,
@@ -287,8 +290,10 @@ pub fn remove(path: &Path, id: &str, asked: &Asked) -> Result<Revision> {
     let mut smaller = outer.model.clone();
     smaller.effects.retain(|e| e.effect != effect);
     let inner = Current::fitted(&smaller, &data)?;
-    let step =
-        Step { removed: Some(effect.id().into()), ..Step::now(Action::Remove, "", String::new()) };
+    let step = JournalStep {
+        removed: Some(effect.id().into()),
+        ..JournalStep::now(Action::Remove, "", String::new())
+    };
     finish(
         store,
         asked,
@@ -305,7 +310,7 @@ pub fn remove(path: &Path, id: &str, asked: &Asked) -> Result<Revision> {
 /// The model at `path`, which must be there.
 pub(super) fn opened(path: &Path) -> Result<(Store, Model)> {
     if !path.exists() && !path_of(path).exists() {
-        // Said before a journal is made.
+        // Refused before a journal is made.
         read_text(path)?;
     }
     let store = Store::open(path)?;
@@ -350,8 +355,8 @@ impl Change {
     }
 }
 
-/// Writes the step down.
-fn finish(store: Store, asked: &Asked, step: Step, change: Change) -> Result<Revision> {
+/// Writes the step to model and journal.
+fn finish(store: Store, asked: &Asked, step: JournalStep, change: Change) -> Result<Revision> {
     interrupt::check()?;
     let appraisal = &change.appraisal;
     let known = |c: &Condition| {
@@ -361,7 +366,7 @@ fn finish(store: Store, asked: &Asked, step: Step, change: Change) -> Result<Rev
         };
         (c.condition.clone(), modal)
     };
-    let step = Step {
+    let step = JournalStep {
         command: asked.command.clone(),
         why: asked.why.clone(),
         before: change.before,

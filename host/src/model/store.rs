@@ -1,4 +1,4 @@
-//! A model and its journal on the disk: one process at a time, and whole whenever the power goes.
+//! A model and its journal on the disk: one process at a time, and consistent after a power cut.
 //!
 //! A step is written in this order: the new model under a name of its own beside the file, the line in the journal,
 //! then the new model in the old one's place; each is on the disk before the next is begun. The next command finds what
@@ -6,7 +6,7 @@
 //! part of a line is cut off.
 
 use crate::model::document::{read_text, Model};
-use crate::model::journal::{path_of, Action, Journal, Step};
+use crate::model::journal::{path_of, Action, Journal, JournalStep};
 use nix::errno::Errno;
 use nix::fcntl::{Flock, FlockArg};
 use std::fs::{File, OpenOptions};
@@ -21,7 +21,7 @@ use yawrig_base::interrupt;
 /// How often a lock is asked for.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// A model with its journal, kept from other processes.
+/// A model with its journal, locked against other processes.
 #[derive(Debug)]
 pub struct Store {
     path: PathBuf,
@@ -106,7 +106,7 @@ impl Store {
         self.text.as_deref().map(|text| Model::parse(text, &self.path)).transpose()
     }
 
-    /// Whether the file is otherwise than the last step left it.
+    /// Whether the file was changed since the last step.
     pub fn is_edited(&self) -> bool {
         self.text.is_some() && self.text.as_deref() != self.journal.last().map(|s| s.model.as_str())
     }
@@ -116,13 +116,13 @@ impl Store {
     ///
     /// # Errors
     /// Exit 3 where they cannot be written; then both are as they were.
-    pub fn commit(mut self, mut step: Step) -> Result<usize> {
+    pub fn commit(mut self, mut step: JournalStep) -> Result<usize> {
         let mut lines = String::new();
         let mut number = self.journal.steps.len();
         if self.is_edited() {
             number += 1;
             let text = self.text.clone().unwrap_or_default();
-            let edit = Step { step: number, ..Step::now(Action::Edit, "", text) };
+            let edit = JournalStep { step: number, ..JournalStep::now(Action::Edit, "", text) };
             lines.push_str(&edit.line()?);
         }
         step.step = number + 1;
@@ -134,7 +134,7 @@ impl Store {
             let _ = self.cut();
             return Err(error);
         }
-        // From here on the step is taken.
+        // From here on the step counts.
         self.journal.whole += lines.len();
         self.put_in_place(&next)?;
         Ok(step.step)
@@ -162,7 +162,7 @@ impl Store {
 }
 
 impl Drop for Store {
-    /// A journal that nothing was written to goes again, while it is still ours.
+    /// Deletes a journal to which nothing was written, while its lock is held.
     fn drop(&mut self) {
         if self.journal.whole == 0 {
             let _ = std::fs::remove_file(path_of(&self.path));
@@ -172,7 +172,7 @@ impl Drop for Store {
 
 /// Opens (or makes) the journal and takes its lock.
 fn locked(path: &Path) -> Result<Flock<File>> {
-    let mut told = false;
+    let mut warned = false;
     loop {
         let mut file = OpenOptions::new().read(true).append(true).create(true).open(path).map_err(
             |e| match e.kind() {
@@ -188,7 +188,7 @@ fn locked(path: &Path) -> Result<Flock<File>> {
                 Err((back, Errno::EWOULDBLOCK | Errno::EINTR)) => file = back,
                 Err((_, e)) => return Err(files::cannot_write(path, &e)),
             }
-            if !std::mem::replace(&mut told, true) {
+            if !std::mem::replace(&mut warned, true) {
                 crate::say!("{}: another yawrig is at work on this model; waiting", path.display());
             }
             interrupt::check()?;
@@ -204,7 +204,7 @@ fn locked(path: &Path) -> Result<Flock<File>> {
     }
 }
 
-/// Where a new model waits: `.model.toml.next`.
+/// Temporary name of a new model: `.model.toml.next`.
 fn next_of(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{name}.next"))
@@ -220,7 +220,10 @@ mod tests {
     use super::*;
 
     fn take(path: &Path, text: &str) -> usize {
-        Store::open(path).unwrap().commit(Step::now(Action::Fit, "fit", text.into())).unwrap()
+        Store::open(path)
+            .unwrap()
+            .commit(JournalStep::now(Action::Fit, "fit", text.into()))
+            .unwrap()
     }
 
     fn names(folder: &Path) -> Vec<String> {

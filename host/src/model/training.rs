@@ -1,10 +1,19 @@
-//! A model of the file as what training windows are drawn from.
+//! The model of a file as the source of training windows.
 
 use super::document::{self, Model};
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::Effect;
 use yawrig_train::augmented::{Augmented, Source};
+use yawrig_train::draws::Ranges;
+
+/// What a network is trained on where nothing else is asked for: a little wider than the rig's range, as a network is at
+/// its worst at the edges.
+pub const RANGES: Ranges = Ranges {
+    natural_frequency_rad_s: [2.4, 28.0],
+    damping_ratio: [0.0005, 0.105],
+    noise: [0.002, 0.01],
+};
 
 /// The text of the model in `path`.
 ///

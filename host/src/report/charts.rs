@@ -1,16 +1,18 @@
 //! The drawings of a report that need no script: SVG that takes its colours from the page, or stands alone.
 
-use super::trace::{self, ModelTrace, Trace};
-use super::{Criticism, Point, Report, Training};
+use super::escape::escaped;
+use super::trace::{ModelTrace, Trace};
+use super::{Criticism, PointReport, Report, TrainingReport};
+use crate::drawn;
 use crate::plot::{svg, Axis, Curve, Plot, COLOURS};
 use yawrig_base::error::Result;
 use yawrig_core::diagnosis::amplitude::{AmplitudePicture, AmplitudePoint};
 use yawrig_core::quantity::Quantity;
 
-/// What a drawing shows, and in what it is.
+/// A drawing: its name, caption and plots.
 #[derive(Clone, Debug)]
 pub struct Chart {
-    /// Of its file, where it is written to one.
+    /// File name without extension.
     pub name: &'static str,
     pub caption: String,
     pub plots: Vec<Plot>,
@@ -20,7 +22,7 @@ impl Chart {
     /// As a file of its own.
     ///
     /// # Errors
-    /// None that a user could bring about.
+    /// Exit 1, for a defect of this program only.
     pub fn file(&self) -> Result<String> {
         svg(&self.plots)
     }
@@ -41,7 +43,7 @@ impl Chart {
         text = text
             .replace("\"#000000\"", "\"var(--ink)\"")
             .replace("\"#FFFFFF\"", "\"var(--paper)\"");
-        // What is so anyway, or said by the page's style.
+        // Defaults, and what the page's style sheet sets.
         for idle in [" opacity=\"1\"", " stroke-width=\"1\"", " font-family=\"sans-serif\""] {
             text = text.replace(idle, "");
         }
@@ -50,7 +52,7 @@ impl Chart {
         let (width, height) = (attribute(head, "width"), attribute(head, "height"));
         Ok(format!(
             "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\">{rest}",
-            super::html::escaped(&self.caption)
+            escaped(&self.caption)
         ))
     }
 }
@@ -85,9 +87,10 @@ pub fn staircase(criticism: &Criticism) -> Option<Chart> {
     if criticism.steps.is_empty() {
         return None;
     }
-    let stairs = |of: fn(&super::Step) -> f64| {
-        let step =
-            |(k, s): (usize, &super::Step)| [(k as f64 - 0.5, of(s)), (k as f64 + 0.5, of(s))];
+    let stairs = |of: fn(&super::StaircaseStep) -> f64| {
+        let step = |(k, s): (usize, &super::StaircaseStep)| {
+            [(k as f64 - 0.5, of(s)), (k as f64 + 0.5, of(s))]
+        };
         criticism.steps.iter().enumerate().flat_map(step).collect::<Vec<_>>()
     };
     let n = criticism.steps.len() as f64;
@@ -113,7 +116,7 @@ pub fn staircase(criticism: &Criticism) -> Option<Chart> {
 
 /// The derivatives against reduced frequency with bars of two standard uncertainties.
 pub fn derivatives(report: &Report) -> Chart {
-    type Of = fn(&Point) -> Option<Quantity>;
+    type Of = fn(&PointReport) -> Option<Quantity>;
     let all: [(&str, Of); 4] = [
         ("Cn_beta", |p| Some(p.cn_beta)),
         ("Cn_r", |p| Some(p.cn_r)),
@@ -121,8 +124,8 @@ pub fn derivatives(report: &Report) -> Chart {
         ("Cy_r", |p| p.cy_r),
     ];
     let plot = |(k, (name, of)): (usize, (&str, Of))| {
-        let bars = |points: &[Point]| {
-            let bar = |p: &Point| of(p).map(|q| (p.reduced_frequency, q.value, 2.0 * q.u));
+        let bars = |points: &[PointReport]| {
+            let bar = |p: &PointReport| of(p).map(|q| (p.reduced_frequency, q.value, 2.0 * q.u));
             points.iter().filter_map(bar).collect::<Vec<_>>()
         };
         let measured = bars(&report.points);
@@ -162,9 +165,9 @@ const RESIDUAL_VALUES: usize = 800;
 
 /// What each model leaves of a record, for a file: the page itself draws this to be zoomed.
 pub fn residual(trace: &Trace) -> Chart {
-    let time_s = trace::times(&trace.time_s, RESIDUAL_VALUES);
+    let time_s = drawn::times(&trace.time_s, RESIDUAL_VALUES);
     let curve = |m: &ModelTrace| {
-        let residual = trace::decimated(&m.residual_deg, RESIDUAL_VALUES);
+        let residual = drawn::decimated(&m.residual_deg, RESIDUAL_VALUES);
         Curve::plain(&m.name, time_s.iter().copied().zip(residual).collect())
     };
     Chart {
@@ -179,7 +182,7 @@ pub fn residual(trace: &Trace) -> Chart {
     }
 }
 
-/// Natural frequency, damping ratio and mid-line against amplitude, with what each model foretells.
+/// Natural frequency, damping ratio and mid-line against amplitude, with what each model predicts.
 pub fn amplitude(picture: &AmplitudePicture, truth: Option<[f64; 2]>) -> Chart {
     type Of = fn(&AmplitudePoint) -> Quantity;
     let all: [(&str, &str, Of); 3] = [
@@ -200,7 +203,7 @@ pub fn amplitude(picture: &AmplitudePicture, truth: Option<[f64; 2]>) -> Chart {
             let (low, high) = ends.fold((f64::MAX, 0.0_f64), |(l, h), a| (l.min(a), h.max(a)));
             curves.push(Curve::dashed("planted", vec![(low, truth[k]), (high, truth[k])]));
         }
-        // A candidate that has nothing to do with this record would else make a line of the measurement.
+        // The axis keeps to the measurement: a candidate far from it would flatten everything else.
         let about = picture.measured.iter();
         let second_order = picture.predictions.first().into_iter().flat_map(|p| p.points.iter());
         let ends = about.clone().map(|p| p.amplitude_deg);
@@ -265,7 +268,7 @@ pub fn laws(criticism: &Criticism) -> Option<Chart> {
 }
 
 /// Errors and effective parameters over the epochs.
-pub fn training(training: &Training) -> Chart {
+pub fn training(training: &TrainingReport) -> Chart {
     let over = |of: fn(&super::Epoch) -> f64| {
         training.history.iter().map(|e| (e.epoch as f64, of(e))).collect::<Vec<_>>()
     };

@@ -1,6 +1,6 @@
 //! What the criticism loop has found, as a report has it.
 
-use super::{Candidate, EffectFound, Parameter, Step};
+use super::{CandidateRow, EffectFound, ParameterRow, StaircaseStep};
 use std::collections::BTreeMap;
 use yawrig_core::diagnosis::diagnose;
 use yawrig_core::effects::Effect;
@@ -9,8 +9,8 @@ use yawrig_core::quantity::Quantity;
 /// The name of the model that a diagnosis begins with.
 pub const SECOND_ORDER: &str = "second order";
 
-pub fn steps(steps: &[diagnose::Step], first: &str) -> Vec<Step> {
-    let step = |s: &diagnose::Step| Step {
+pub fn steps(steps: &[diagnose::Step], first: &str) -> Vec<StaircaseStep> {
+    let step = |s: &diagnose::Step| StaircaseStep {
         name: <std::option::Option<yawrig_core::effects::Effect> as Clone>::clone(&s.added)
             .map_or_else(|| first.to_owned(), |e| format!("+ {e}")),
         residual_rms_deg: s.residual_rms_deg,
@@ -20,8 +20,8 @@ pub fn steps(steps: &[diagnose::Step], first: &str) -> Vec<Step> {
     steps.iter().map(step).collect()
 }
 
-pub fn candidates(candidates: &[diagnose::Candidate]) -> Vec<Candidate> {
-    let row = |c: &diagnose::Candidate| Candidate {
+pub fn candidates(candidates: &[diagnose::Candidate]) -> Vec<CandidateRow> {
+    let row = |c: &diagnose::Candidate| CandidateRow {
         effect: c.effect.id().to_owned(),
         residual_over_noise: c.residual_over_noise,
         evidence: c.evidence,
@@ -38,7 +38,7 @@ pub fn effects(effects: &[Effect], values: &BTreeMap<String, Quantity>) -> Vec<E
 fn found(effect: Effect, values: &BTreeMap<String, Quantity>) -> EffectFound {
     let parameters = effect.parameters().iter().filter_map(|p| {
         let quantity = values.get(&format!("{effect}.{}", p.name))?;
-        Some(Parameter {
+        Some(ParameterRow {
             name: p.name.to_string(),
             unit: p.unit.to_string(),
             value: quantity.value,
@@ -63,14 +63,14 @@ pub fn pairs(pairs: &[[Effect; 2]]) -> Vec<[String; 2]> {
     pairs.iter().map(|pair| pair.each_ref().map(|e| e.id().to_owned())).collect()
 }
 
-/// In a sentence.
+/// One sentence.
 pub fn verdict(status: diagnose::Status, effects: &[Effect]) -> String {
     let text = diagnose::verdict(status, effects, diagnose::SECOND_ORDER);
     let (first, rest) = text.split_at(1);
     format!("{}{rest}.", first.to_uppercase())
 }
 
-/// As JSON has it.
+/// As in JSON.
 pub fn status(status: diagnose::Status) -> String {
     match status {
         diagnose::Status::Adequate => "adequate",

@@ -3,6 +3,7 @@
 
 pub mod charts;
 mod criticism;
+mod escape;
 pub mod html;
 mod of_campaign;
 mod of_model;
@@ -28,7 +29,7 @@ use yawrig_shared::checksum::crc32;
 pub const SCHEMA_VERSION: u32 = 1;
 /// Largest page, bytes.
 pub const MOST_BYTES: usize = 5_000_000;
-/// Numbers of all traces together: two megabytes.
+/// Numbers of all traces: two megabytes.
 pub const TRACE_NUMBERS: usize = 250_000;
 
 /// What a report is about.
@@ -48,18 +49,18 @@ pub struct Report {
     pub kind: Kind,
     pub title: String,
     pub made: Made,
-    pub settings: Vec<Setting>,
-    pub sources: Vec<Source>,
-    /// In a sentence.
+    pub settings: Vec<SettingRow>,
+    pub sources: Vec<SourceFile>,
+    /// One sentence.
     pub verdict: String,
     pub inertia_kg_m2: Vec<(Axis, Quantity)>,
-    pub points: Vec<Point>,
+    pub points: Vec<PointReport>,
     /// The same points before effects were added, where there are any.
-    pub points_before: Vec<Point>,
+    pub points_before: Vec<PointReport>,
     pub criticism: Option<Criticism>,
     pub journal: Vec<JournalRow>,
-    pub releases: Vec<Release>,
-    pub training: Option<Training>,
+    pub releases: Vec<ReleaseReport>,
+    pub training: Option<TrainingReport>,
     pub notes: Vec<String>,
 }
 
@@ -86,27 +87,27 @@ impl Made {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Setting {
+pub struct SettingRow {
     pub name: String,
     pub value: String,
     pub unit: String,
 }
 
-impl Setting {
+impl SettingRow {
     pub fn new(name: &str, value: impl ToString, unit: &str) -> Self {
         Self { name: name.to_owned(), value: value.to_string(), unit: unit.to_owned() }
     }
 }
 
-/// A file that was read, so that it can be known again.
+/// A file that was read, with its checksum.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Source {
+pub struct SourceFile {
     pub file: String,
     pub bytes: usize,
     pub crc32: String,
 }
 
-impl Source {
+impl SourceFile {
     /// # Errors
     /// Exit 3 where it cannot be read.
     pub fn of(file: &Path) -> Result<Self> {
@@ -121,7 +122,7 @@ impl Source {
 
 /// The derivatives on one spring at one wind speed, per radian, `cn_*` at the middle axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Point {
+pub struct PointReport {
     pub spring: String,
     pub wind_speed_m_s: f64,
     pub reduced_frequency: f64,
@@ -134,7 +135,7 @@ pub struct Point {
     pub truth: Option<[f64; 4]>,
 }
 
-impl From<&yawrig_core::derivatives::table::Point> for Point {
+impl From<&yawrig_core::derivatives::table::Point> for PointReport {
     fn from(p: &yawrig_core::derivatives::table::Point) -> Self {
         Self {
             spring: p.spring.clone(),
@@ -151,7 +152,7 @@ impl From<&yawrig_core::derivatives::table::Point> for Point {
 
 /// One release, recorded or made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Release {
+pub struct ReleaseReport {
     /// The record's file, or what the release was made under.
     pub name: String,
     pub held_out: bool,
@@ -165,7 +166,7 @@ pub struct Release {
     pub truth: Option<[f64; 2]>,
     pub trace: Option<Trace>,
     pub amplitude: Option<AmplitudePicture>,
-    /// Where it was judged by itself.
+    /// Its own diagnosis, where one was made.
     pub criticism: Option<Criticism>,
 }
 
@@ -176,7 +177,7 @@ pub struct Estimate {
     pub natural_frequency_rad_s: Quantity,
     pub damping_ratio: Quantity,
     pub residual_rms_deg: Option<f64>,
-    /// What a reader must know besides.
+    /// Remarks.
     pub remarks: Vec<String>,
 }
 
@@ -185,10 +186,10 @@ pub struct Estimate {
 pub struct Criticism {
     /// `adequate`, `explained` or `unexplained`; none for a model's journal.
     pub status: Option<String>,
-    pub steps: Vec<Step>,
-    /// What `held_out_over_noise` was held out.
+    pub steps: Vec<StaircaseStep>,
+    /// What was held out for `held_out_over_noise`.
     pub held_out: String,
-    pub candidates: Vec<Candidate>,
+    pub candidates: Vec<CandidateRow>,
     pub effects: Vec<EffectFound>,
     pub indistinguishable: Vec<[String; 2]>,
     /// Where the models named fail, on the record named.
@@ -198,7 +199,7 @@ pub struct Criticism {
 
 /// One step of the staircase.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Step {
+pub struct StaircaseStep {
     /// `second order`, `+ coulomb_friction`, `- free_play`.
     pub name: String,
     pub residual_rms_deg: f64,
@@ -207,7 +208,7 @@ pub struct Step {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Candidate {
+pub struct CandidateRow {
     pub effect: String,
     pub residual_over_noise: f64,
     pub evidence: f64,
@@ -220,7 +221,7 @@ pub struct EffectFound {
     pub id: String,
     pub title: String,
     pub formula: String,
-    pub parameters: Vec<Parameter>,
+    pub parameters: Vec<ParameterRow>,
     /// `mechanical`, `aerodynamic` or `undecided`, and why; of a campaign only.
     pub origin: Option<[String; 2]>,
     pub cause: String,
@@ -230,11 +231,11 @@ pub struct EffectFound {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Parameter {
+pub struct ParameterRow {
     pub name: String,
     pub unit: String,
     pub value: f64,
-    /// None: taken as known, or not to be had.
+    /// None: taken as known, or not computable.
     pub u: Option<f64>,
 }
 
@@ -252,7 +253,7 @@ pub struct JournalRow {
 
 /// How a network was trained.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Training {
+pub struct TrainingReport {
     pub topology: String,
     pub samples: usize,
     pub epochs: usize,
@@ -260,7 +261,7 @@ pub struct Training {
     /// Of natural frequency and damping ratio, percent, on windows that were not trained on.
     pub test_rms_percent: [f64; 2],
     pub history: Vec<Epoch>,
-    /// Not of every epoch; none in findings that were kept before there were any.
+    /// Not of every epoch; empty in files of earlier versions.
     #[serde(default)]
     pub held_out: Vec<HeldOut>,
 }
@@ -308,7 +309,7 @@ impl Report {
     /// As `--json` prints it and the page holds it.
     ///
     /// # Errors
-    /// None that a user could bring about.
+    /// Exit 1, for a defect of this program only.
     pub fn json(&self) -> Result<String> {
         serde_json::to_string(self)
             .map_err(|e| Error::internal(format!("cannot write the report's data: {e}")))

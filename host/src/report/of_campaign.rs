@@ -1,9 +1,10 @@
-//! The report of a campaign: its derivatives, and what all its releases lack together.
+//! The report of a campaign: its derivatives, and what the joint fit of its releases lacks.
 
 use super::criticism::{candidates, effects, pairs, status, steps, verdict, SECOND_ORDER};
 use super::of_records::{analysis, blank, drawn_release, method_name, with_effects};
 use super::{
-    Criticism, Estimate, Kind, Made, Point, Release, Report, Setting, Source, TRACE_NUMBERS,
+    Criticism, Estimate, Kind, Made, PointReport, ReleaseReport, Report, SettingRow, SourceFile,
+    TRACE_NUMBERS,
 };
 use crate::campaign::diagnose_with_fits;
 use crate::campaign::evaluate;
@@ -43,32 +44,32 @@ pub fn of_campaign(
     report.settings = analysis(settings);
     let campaign = &file.campaign;
     report.settings.extend([
-        Setting::new("model", &campaign.model.name, ""),
-        Setting::new("length", campaign.model.length_m, "m"),
-        Setting::new("frontal area", campaign.model.frontal_area_m2, "m²"),
-        Setting::new("air density", campaign.air.density_kg_m3, "kg/m³"),
-        Setting::new("spring arm", campaign.rig.spring_arm_m, "m"),
-        Setting::new("axis offset", campaign.rig.axis_offset_m, "m"),
+        SettingRow::new("model", &campaign.model.name, ""),
+        SettingRow::new("length", campaign.model.length_m, "m"),
+        SettingRow::new("frontal area", campaign.model.frontal_area_m2, "m²"),
+        SettingRow::new("air density", campaign.air.density_kg_m3, "kg/m³"),
+        SettingRow::new("spring arm", campaign.rig.spring_arm_m, "m"),
+        SettingRow::new("axis offset", campaign.rig.axis_offset_m, "m"),
     ]);
-    report.sources.push(Source::of(path)?);
+    report.sources.push(SourceFile::of(path)?);
     let inertia = [(Axis::Mid, table.inertia_kg_m2.mid), (Axis::Front, table.inertia_kg_m2.front)];
     report.inertia_kg_m2 = inertia.into_iter().filter_map(|(a, q)| Some((a, q?))).collect();
-    report.points = table.points.iter().map(Point::from).collect();
+    report.points = table.points.iter().map(PointReport::from).collect();
     let d = &diagnosed.diagnosis;
     report.verdict = verdict(d.status, &d.effects);
     if let (Some(derivatives), false) = (&d.derivatives, d.effects.is_empty()) {
-        report.points_before = derivatives.before.iter().map(Point::from).collect();
-        report.points = derivatives.after.iter().map(Point::from).collect();
+        report.points_before = derivatives.before.iter().map(PointReport::from).collect();
+        report.points = derivatives.after.iter().map(PointReport::from).collect();
     }
     if !table.assumed_zero.is_empty() {
         let list = table.assumed_zero.join(", ");
-        report.notes.push(format!("Uncertainties assumed nought: {list}."));
+        report.notes.push(format!("Uncertainties assumed zero: {list}."));
     }
     report.notes.extend(table.notes.iter().cloned());
     report.criticism = Some(criticism(&diagnosed));
     for index in 0..count {
         interrupt::check()?;
-        report.sources.push(Source::of(&file.record_path(index))?);
+        report.sources.push(SourceFile::of(&file.record_path(index))?);
         report.releases.push(release(&file, &diagnosed, &table, index)?);
     }
     Ok(report)
@@ -105,7 +106,7 @@ fn release(
     diagnosed: &Diagnosed,
     table: &Table,
     index: usize,
-) -> Result<Release> {
+) -> Result<ReleaseReport> {
     let entry = &file.campaign.release[index];
     let record = yawrig_records::read(&file.record_path(index))?;
     let (swing, plain, last) =
@@ -138,6 +139,6 @@ fn release(
         entry.file, entry.spring, entry.axis, entry.wind_speed_m_s
     );
     let numbers = TRACE_NUMBERS / diagnosed.swings.len();
-    let release = Release { estimates, ..blank(name) };
+    let release = ReleaseReport { estimates, ..blank(name) };
     Ok(drawn_release(&record, swing, &models, &models, numbers, release))
 }

@@ -3,7 +3,8 @@
 use super::criticism::{effects, LATER_PART, SECOND_ORDER};
 use super::of_records::{blank, drawn_release, with_effects};
 use super::{
-    Criticism, Estimate, JournalRow, Kind, Made, Report, Setting, Source, Step, TRACE_NUMBERS,
+    Criticism, Estimate, JournalRow, Kind, Made, Report, SettingRow, SourceFile, StaircaseStep,
+    TRACE_NUMBERS,
 };
 use crate::model::comparison::{compare, Comparison};
 use crate::model::document::{read_text, Model};
@@ -27,8 +28,8 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
         compare(&Comparison { model: Some(path.to_owned()), ..Comparison::default() })?.appraisal;
     let mut report = Report::new(Kind::Model, path.display().to_string(), made);
     let zero = if model.unknown_zero { "unknown, fitted" } else { "known" };
-    report.settings.push(Setting::new("sensor's nought", zero, ""));
-    report.sources.push(Source::of(path)?);
+    report.settings.push(SettingRow::new("sensor's zero", zero, ""));
+    report.sources.push(SourceFile::of(path)?);
     let names = appraisal.effects.iter().map(|e| e.id()).collect::<Vec<_>>().join(", ");
     let r = appraisal.residuals;
     report.verdict = format!(
@@ -48,7 +49,7 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
         interrupt::check()?;
         let swing = &recorded.swing;
         let record = yawrig_records::read(&recorded.path)?;
-        report.sources.push(Source::of(&recorded.path)?);
+        report.sources.push(SourceFile::of(&recorded.path)?);
         let fit = held_against(&model, recorded, 1.0)?;
         let plain = fit_plain(swing, model.unknown_zero, swing.yaw_rad.len());
         let with = with_effects(&fit);
@@ -70,8 +71,11 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
             remarks: Vec::new(),
         });
         let held_out = recorded.entry.held_out;
-        let release =
-            super::Release { held_out, estimates: estimates.into_iter().collect(), ..blank(name) };
+        let release = super::ReleaseReport {
+            held_out,
+            estimates: estimates.into_iter().collect(),
+            ..blank(name)
+        };
         report.releases.push(drawn_release(&record, swing, &models, &models, numbers, release));
     }
     report.criticism = Some(Criticism {
@@ -90,7 +94,7 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
     Ok(report)
 }
 
-fn what(step: &journal::Step) -> String {
+fn what(step: &journal::JournalStep) -> String {
     let named = |id: &Option<String>| id.clone().unwrap_or_default();
     match step.action {
         journal::Action::Fit => "fit".to_owned(),
@@ -104,7 +108,7 @@ fn what(step: &journal::Step) -> String {
     }
 }
 
-fn row(step: &journal::Step) -> JournalRow {
+fn row(step: &journal::JournalStep) -> JournalRow {
     JournalRow {
         step: step.step,
         time_utc: step.time_utc.clone(),
@@ -117,9 +121,9 @@ fn row(step: &journal::Step) -> JournalRow {
 }
 
 /// A rejection changes nothing and is no step of the staircase.
-fn step(step: &journal::Step) -> Option<Step> {
+fn step(step: &journal::JournalStep) -> Option<StaircaseStep> {
     let after = step.after.filter(|_| step.action != journal::Action::Reject)?;
-    Some(Step {
+    Some(StaircaseStep {
         name: format!("{}. {}", step.step, what(step)),
         residual_rms_deg: after.residual_rms_deg,
         residual_over_noise: after.residual_over_noise,

@@ -4,7 +4,9 @@ use super::criticism::{
     candidates, effects, pairs, status, steps, verdict, LATER_PART, SECOND_ORDER,
 };
 use super::trace::{self, values};
-use super::{Criticism, Estimate, Kind, Made, Release, Report, Setting, Source, TRACE_NUMBERS};
+use super::{
+    Criticism, Estimate, Kind, Made, ReleaseReport, Report, SettingRow, SourceFile, TRACE_NUMBERS,
+};
 use std::path::PathBuf;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
@@ -16,7 +18,7 @@ use yawrig_core::fit::swing::Swing;
 use yawrig_core::identify::{self, identify, Method};
 use yawrig_core::record::Record;
 
-/// Candidates whose foretelling is drawn: the best of those that gain anything.
+/// Candidates whose prediction is drawn: the best of those that improve the fit.
 const CANDIDATES: usize = 4;
 
 /// The report of `files`.
@@ -39,19 +41,19 @@ pub fn of_records(
     };
     let mut report = Report::new(Kind::Records, title, made);
     report.settings = analysis(settings);
-    report.settings.push(Setting::new(
-        "sensor's nought",
+    report.settings.push(SettingRow::new(
+        "sensor's zero",
         if options.zero_unknown { "unknown, fitted" } else { "known" },
         "",
     ));
     for effect in &options.own {
-        report.settings.push(Setting::new("effect of the user's own", effect.id(), ""));
+        report.settings.push(SettingRow::new("effect of the user's own", effect.id(), ""));
     }
     for file in files {
         interrupt::check()?;
         crate::say!("judging {}", file.display());
         let record = yawrig_records::read(file)?;
-        report.sources.push(Source::of(file)?);
+        report.sources.push(SourceFile::of(file)?);
         let methods = [Method::LeastSquares, Method::Conventional, Method::Network];
         let identified = identify(&record, &methods, settings)?;
         let diagnosed = diagnose_with_fits(&record, options)?;
@@ -87,10 +89,10 @@ pub fn of_records(
 }
 
 /// How releases are analysed.
-pub(super) fn analysis(settings: &identify::Settings) -> Vec<Setting> {
+pub(super) fn analysis(settings: &identify::Settings) -> Vec<SettingRow> {
     vec![
-        Setting::new("analysed from", settings.from_deg, "deg"),
-        Setting::new("analysed down to", settings.to_deg, "deg"),
+        SettingRow::new("analysed from", settings.from_deg, "deg"),
+        SettingRow::new("analysed down to", settings.to_deg, "deg"),
     ]
 }
 
@@ -118,7 +120,7 @@ fn release(
     estimates: Vec<Estimate>,
     numbers: usize,
     sentence: &mut String,
-) -> Release {
+) -> ReleaseReport {
     let Diagnosed { diagnosis: d, swing, singles, path } = diagnosed;
     *sentence = verdict(d.status, &d.effects);
     let (plain, last) = (&path[0], path.last().expect("a model"));
@@ -153,7 +155,7 @@ fn release(
         &models,
         &drawn,
         numbers,
-        Release {
+        ReleaseReport {
             estimates,
             criticism: Some(criticism),
             ..blank(record.file.display().to_string())
@@ -167,8 +169,8 @@ pub(super) fn with_effects(model: &Fitted) -> String {
     format!("{SECOND_ORDER}{}", ids.collect::<String>())
 }
 
-pub(super) fn blank(name: String) -> Release {
-    Release {
+pub(super) fn blank(name: String) -> ReleaseReport {
+    ReleaseReport {
         name,
         held_out: false,
         samples: 0,
@@ -183,22 +185,22 @@ pub(super) fn blank(name: String) -> Release {
     }
 }
 
-/// `release` with what can be drawn of it: `models` over the record, `foretold` over amplitude.
+/// `release` with its drawings: `models` over the record, `predicted` over amplitude.
 pub(super) fn drawn_release(
     record: &Record,
     swing: &Swing,
     models: &[(&str, &Fitted)],
-    foretold: &[(&str, &Fitted)],
+    predicted: &[(&str, &Fitted)],
     numbers: usize,
-    release: Release,
-) -> Release {
-    Release {
+    release: ReleaseReport,
+) -> ReleaseReport {
+    ReleaseReport {
         samples: record.len(),
         rate_hz: record.timing().rate_hz,
         noise_rms_deg: Some(swing.sample_noise_rad.to_degrees()),
         residual_over_noise: models.iter().map(|(_, m)| m.over_noise(swing)).collect(),
         trace: Some(trace::of(swing, models, values(numbers, 2 + 2 * models.len()))),
-        amplitude: Some(picture(swing, foretold)),
+        amplitude: Some(picture(swing, predicted)),
         ..release
     }
 }

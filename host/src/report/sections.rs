@@ -1,8 +1,8 @@
 //! The sections of a report's page.
 
 use super::charts::{self, Chart};
-use super::html::escaped;
-use super::{Criticism, EffectFound, Estimate, Point, Release, Report};
+use super::escape::escaped;
+use super::{Criticism, EffectFound, Estimate, PointReport, ReleaseReport, Report};
 use crate::plot::Plot;
 use std::fmt::Write as _;
 use yawrig_base::error::Result;
@@ -130,14 +130,14 @@ fn derivatives(report: &Report) -> Result<String> {
     Ok(out)
 }
 
-fn points(points: &[Point], caption: &str) -> String {
+fn points(points: &[PointReport], caption: &str) -> String {
     let mut header =
         vec!["spring", "V (m/s)", "km", "Cn_beta", "Cn_r - Cn_betadot", "Cy_beta", "Cy_r"];
     let planted = points.iter().any(|p| p.truth.is_some());
     if planted {
         header.extend(["Cn_beta planted", "Cn_r planted", "Cy_beta planted", "Cy_r planted"]);
     }
-    let row = |p: &Point| {
+    let row = |p: &PointReport| {
         let mut row = vec![
             escaped(&p.spring),
             format!("{}", p.wind_speed_m_s),
@@ -159,11 +159,11 @@ fn points(points: &[Point], caption: &str) -> String {
 fn lacking(c: &Criticism) -> Result<String> {
     let mut out = String::new();
     if let Some(chart) = charts::staircase(c) {
-        // One step is no staircase.
+        // A staircase needs two steps.
         if c.steps.len() > 1 {
             out.push_str(&figure(&chart)?);
         }
-        let row = |s: &super::Step| {
+        let row = |s: &super::StaircaseStep| {
             [
                 escaped(&s.name),
                 format!("{:.5}", s.residual_rms_deg),
@@ -180,13 +180,13 @@ fn lacking(c: &Criticism) -> Result<String> {
     for [a, b] in &c.indistinguishable {
         let _ = writeln!(
             out,
-            "<p class=\"note\">{} and {} cannot be told apart in these data.</p>",
+            "<p class=\"note\">{} and {} cannot be distinguished in these data.</p>",
             escaped(a),
             escaped(b)
         );
     }
     if !c.candidates.is_empty() {
-        let row = |c: &super::Candidate| {
+        let row = |c: &super::CandidateRow| {
             let evidence = match c.converged {
                 true => format!("{:.1}", c.evidence),
                 false => "not converged".to_owned(),
@@ -212,7 +212,7 @@ fn card(e: &EffectFound) -> String {
         escaped(&e.formula)
     );
     if !e.parameters.is_empty() {
-        let row = |p: &super::Parameter| {
+        let row = |p: &super::ParameterRow| {
             let value = quantity(Quantity::new(p.value, p.u.unwrap_or(f64::NAN)));
             [escaped(&p.name), value, escaped(&p.unit)]
         };
@@ -238,7 +238,7 @@ fn card(e: &EffectFound) -> String {
     out
 }
 
-/// Of the table of releases.
+/// Header of the table of releases.
 const HEADER: [&str; 9] = [
     "release",
     "method",
@@ -277,8 +277,8 @@ fn releases(report: &Report) -> Result<String> {
     if !remarks.is_empty() {
         let _ = writeln!(out, "<ul class=\"note\">{}</ul>", remarks.concat());
     }
-    // The one that is explained worst is open.
-    let over = |r: &Release| r.residual_over_noise.last().copied().unwrap_or(0.0);
+    // The release with the largest residual over noise is unfolded.
+    let over = |r: &ReleaseReport| r.residual_over_noise.last().copied().unwrap_or(0.0);
     let worst = (0..all.len()).max_by(|&a, &b| over(&all[a]).total_cmp(&over(&all[b])));
     let mut room = DRAWINGS;
     for (k, release) in all.iter().enumerate() {
@@ -295,7 +295,7 @@ fn releases(report: &Report) -> Result<String> {
 const DRAWINGS: usize = 2_200_000;
 
 /// A row for each estimate; those without any have one all the same.
-fn rows(release: &Release) -> Vec<[String; HEADER.len()]> {
+fn rows(release: &ReleaseReport) -> Vec<[String; HEADER.len()]> {
     let dash = || "-".to_owned();
     let name = match release.held_out {
         true => format!("{} (held out)", escaped(&release.name)),
@@ -322,7 +322,7 @@ fn rows(release: &Release) -> Vec<[String; HEADER.len()]> {
 }
 
 /// `room`: most bytes for its drawings.
-fn drawn(release: &Release, index: usize, open: bool, room: usize) -> Result<String> {
+fn drawn(release: &ReleaseReport, index: usize, open: bool, room: usize) -> Result<String> {
     let open = if open { " open" } else { "" };
     let mut out = format!("<details{open}>\n<summary>{}</summary>\n", escaped(&release.name));
     if let Some(trace) = &release.trace {
@@ -391,11 +391,11 @@ fn made(report: &Report) -> String {
         escaped(&made.command)
     );
     if !report.settings.is_empty() {
-        let row = |s: &super::Setting| [escaped(&s.name), escaped(&s.value), escaped(&s.unit)];
+        let row = |s: &super::SettingRow| [escaped(&s.name), escaped(&s.value), escaped(&s.unit)];
         out.push_str(&table(&["setting", "value", "unit"], 3, report.settings.iter().map(row)));
     }
     if !report.sources.is_empty() {
-        let row = |s: &super::Source| [escaped(&s.file), s.bytes.to_string(), s.crc32.clone()];
+        let row = |s: &super::SourceFile| [escaped(&s.file), s.bytes.to_string(), s.crc32.clone()];
         out.push_str(&table(&["file read", "bytes", "CRC-32"], 1, report.sources.iter().map(row)));
     }
     for note in &report.notes {

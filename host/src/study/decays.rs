@@ -1,4 +1,4 @@
-//! Decays in closed form, told to a network the thesis's way: three cycles (or other counts) as points and
+//! Decays in closed form, represented as in the thesis: three cycles (or other counts) as points and
 //! their duration (4.5), or the whole record of eight seconds at 20 Hz (5.4).
 
 use super::lab::Draws;
@@ -60,18 +60,18 @@ pub fn rows(
     Draws { rows: drawn.into_iter().flat_map(|(row, _)| row).collect(), d, truth }
 }
 
-/// Impulse response over its peak-to-be, at `time_s`: exp(-zeta wn t) sin(wd t).
+/// Impulse response, normalised, at `time_s`: exp(-zeta wn t) sin(wd t).
 pub fn impulse_response([wn, zeta]: [f64; 2], time_s: f64) -> f64 {
     (-zeta * wn * time_s).exp() * (wn * (1.0 - zeta * zeta).sqrt() * time_s).sin()
 }
 
-/// How cycles are told: so many points over so many cycles, over their largest, and the cycles' duration.
+/// How cycles are represented: so many points over so many cycles, over their largest, and the cycles' duration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cycles {
     pub cycles: usize,
     pub points: usize,
     pub noise: Noise,
-    /// Over their root mean square and with the reciprocal of the duration: better than the thesis's.
+    /// Points over their root mean square, and the reciprocal of the duration as last input.
     pub reciprocal: bool,
 }
 
@@ -115,13 +115,13 @@ impl Cycles {
 pub enum Begin {
     /// At the zero crossing of an impulse response, known exactly.
     Impulse,
-    /// At a zero crossing known to this rms, rad of the swing.
+    /// At a zero crossing known to this rms, rad of the oscillation.
     Crossing { jitter_rad: f64 },
     /// Anywhere in a cycle.
     Anywhere,
 }
 
-/// How a record of eight seconds is told: 160 points above their mean, over their largest or rms.
+/// How a record of eight seconds is represented: 160 points above their mean, over their largest or rms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WholeRecord {
     pub begin: Begin,
@@ -130,7 +130,7 @@ pub struct WholeRecord {
     pub by_rms: bool,
     /// Means over 50 ms instead of points: what the 1 kHz record allows.
     pub means: bool,
-    /// Damping ratio at the first amplitude over that of small swings, less one: drawn within plus and
+    /// Damping ratio at the first amplitude over that of small oscillations, less one: drawn within plus and
     /// minus this.
     pub damping_change: f64,
     /// The same of the natural frequency, with the square of the amplitude.
@@ -167,7 +167,7 @@ impl WholeRecord {
         };
         let damping_change = share(random, self.damping_change);
         let frequency_change = share(random, self.frequency_change);
-        let (mut row, truth) = swing(truth, phase_rad, [damping_change, frequency_change]);
+        let (mut row, truth) = decay(truth, phase_rad, [damping_change, frequency_change]);
         // A point mean over 50 samples of the 1 kHz record.
         let (smoothing, noise) = match self.means {
             true => (half_sine(truth[0] * 0.025), noise / 50.0_f64.sqrt()),
@@ -214,9 +214,9 @@ fn unit(row: &[f64], by_rms: bool) -> f64 {
     unit.max(f64::MIN_POSITIVE)
 }
 
-/// A swing whose damping ratio is `zeta (1 + c a)` and natural frequency `wn (1 + f a^2)` at amplitude a,
+/// A free decay whose damping ratio is `zeta (1 + c a)` and natural frequency `wn (1 + f a^2)` at amplitude a,
 /// from 1 on, by averaging over a cycle; and the means over its energy.
-fn swing(
+fn decay(
     [wn, zeta]: [f64; 2],
     phase_rad: f64,
     [damping_change, frequency_change]: [f64; 2],

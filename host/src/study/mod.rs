@@ -20,81 +20,29 @@ mod response;
 mod rig_records;
 mod samples;
 mod second_layer;
+mod setting;
 mod starts;
 mod validation;
 
 pub use conventional::{SAMPLES as TABLE_4_7_SAMPLES, THESIS as TABLE_4_7};
 pub use report::Report;
+pub use setting::{Size, StudySetting};
 
-use lab::{Draws, Fit, Spec};
-use rayon::prelude::*;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use report::Outcome;
 use yawrig_base::error::{Error, Result};
-use yawrig_base::interrupt;
-
-/// Whether a study is run in full or just to see that it runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Size {
-    Full,
-    /// Few epochs and draws: its numbers mean nothing.
-    Quick,
-}
-
-/// How a study is run.
-pub struct Setting<'a> {
-    pub size: Size,
-    /// Told of each step.
-    pub progress: &'a (dyn Fn(&str) + Sync),
-}
-
-impl Setting<'_> {
-    fn of(&self, full: usize, quick: usize) -> usize {
-        match self.size {
-            Size::Full => full,
-            Size::Quick => quick,
-        }
-    }
-
-    /// Draws of a test set.
-    fn tests(&self) -> usize {
-        self.of(2000, 60)
-    }
-
-    fn epochs(&self, full: usize) -> usize {
-        self.of(full, full.min(6))
-    }
-
-    fn draws(&self, full: usize) -> usize {
-        self.of(full, full.min(150))
-    }
-
-    /// Trains each on its set, on all cores.
-    fn fit_all(&self, what: &str, jobs: &[(&Draws, Spec)]) -> Result<Vec<Fit>> {
-        let done = AtomicUsize::new(0);
-        jobs.par_iter()
-            .map(|(draws, spec)| {
-                interrupt::check()?;
-                let fit = lab::fit(draws, spec)?;
-                let count = done.fetch_add(1, Ordering::Relaxed) + 1;
-                (self.progress)(&format!("{what}: {count} of {} networks trained", jobs.len()));
-                Ok(fit)
-            })
-            .collect()
-    }
-}
 
 /// One study of the thesis.
 pub struct Study {
     pub name: &'static str,
     /// Where the thesis has it.
     pub reruns: &'static str,
-    run: fn(&Setting<'_>) -> Result<Report>,
+    run: fn(&StudySetting<'_>) -> Result<Outcome>,
 }
 
 const fn study(
     name: &'static str,
     reruns: &'static str,
-    run: fn(&Setting<'_>) -> Result<Report>,
+    run: fn(&StudySetting<'_>) -> Result<Outcome>,
 ) -> Study {
     Study { name, reruns, run }
 }
@@ -135,29 +83,11 @@ impl Study {
     ///
     /// # Errors
     /// 130 where the user stops it, 6 where a training comes to nothing.
-    pub fn run(&self, setting: &Setting<'_>) -> Result<Report> {
-        (self.run)(setting)
-    }
-
-    fn report(
-        &self,
-        tables: Vec<report::Table>,
-        findings: Vec<String>,
-        plots: Vec<crate::plot::Plot>,
-    ) -> Report {
+    pub fn run(&self, setting: &StudySetting<'_>) -> Result<Report> {
+        let Outcome { tables, findings, plots } = (self.run)(setting)?;
         let (study, title) = (self.name.to_owned(), self.reruns.to_owned());
-        Report { study, title, tables, findings, plots }
+        Ok(Report { study, title, tables, findings, plots })
     }
-}
-
-/// The report of the study of this name.
-fn reported(
-    name: &str,
-    tables: Vec<report::Table>,
-    findings: Vec<String>,
-    plots: Vec<crate::plot::Plot>,
-) -> Result<Report> {
-    Ok(Study::named(name)?.report(tables, findings, plots))
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 use super::decays::{Cycles, Noise};
 use super::information::{self, Limit};
 use super::lab::{Draws, Fit, Spec};
-use super::report::{percent, scientific, Report, Table, NOT_GIVEN};
-use super::{reported, Setting};
+use super::report::{extremes, percent, scientific, times, Outcome, Table, NOT_GIVEN};
+use super::setting::StudySetting;
 use crate::plot::{Axis, Curve, Plot};
 use yawrig_base::error::Result;
 use yawrig_train::errors::Errors;
@@ -40,24 +40,18 @@ const TABLE_4_5: [(&str, f64, usize); 3] =
 const OF_PEAK: f64 = 0.02;
 const ENSEMBLE: usize = 4;
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
-    let (mut tables, curves) = structures(setting)?;
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
+    let (mut tables, curves, said) = structures(setting)?;
     let (own, finding) = own_features(setting)?;
     tables.push(own);
     let findings = vec![
         "Thesis: at 0.2 rms below 0.35 % for wn and about 9 % for zeta with 41-6-2; a second layer and more inputs do \
          not help; larger networks overfit; 254 of 266 parameters effective. It says neither how its percentages are \
-         averaged nor how many noisy responses it trained on. 250 in all cannot have been it: the SSE is then far below \
-         Table 4.5's, and every structure overfits. With 250 at each of its ten levels SSE and effective parameters \
-         come out near Table 4.5's for all three sizes, and so does the error of zeta."
+         averaged nor how many noisy responses it trained on: hence 250 in all, and 250 at each of its ten levels."
             .into(),
-        "Then size and a second layer make little difference to the median error of zeta, and the largest network does \
-         worst in the rms: overfitting, as the thesis says. A second layer does help wn, whose error is the bending of \
-         a known duration into a frequency; and more points lower the median, contrary to the thesis, as the limit says \
-         they must. The limit of wn does not hold here, since the thesis's duration is known exactly."
-            .into(),
+        said,
         "The limit is that of unbiased estimates; a network knows the range that the draws come from and may do a \
-         little better."
+         little better. The limit of wn does not hold here, since the thesis's duration is known exactly."
             .into(),
         finding,
     ];
@@ -67,7 +61,7 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
         y: Axis::linear("rms error of zeta, %"),
         curves,
     }];
-    reported("noise", tables, findings, plots)
+    Ok(Outcome { tables, findings, plots })
 }
 
 fn kind(points: usize, noise: [f64; 2]) -> Cycles {
@@ -88,7 +82,7 @@ const PARTS: [Part; 2] = [
     Part { samples: 2500, precision: Precision::PerOutput, structures: &STRUCTURES, epochs: 100 },
 ];
 
-fn structures(setting: &Setting<'_>) -> Result<(Vec<Table>, Vec<Curve>)> {
+fn structures(setting: &StudySetting<'_>) -> Result<(Vec<Table>, Vec<Curve>, String)> {
     let points = [40, 50, 60];
     let tests: Vec<Vec<Draws>> = points
         .iter()
@@ -96,6 +90,7 @@ fn structures(setting: &Setting<'_>) -> Result<(Vec<Table>, Vec<Curve>)> {
         .collect();
     let mut tables = Vec::new();
     let mut curves = Vec::new();
+    let mut said = String::new();
     for part in &PARTS {
         let sets = points.map(|p| kind(p, [0.02, 0.2]).draw(setting.draws(part.samples), 11));
         let at = |p: usize| points.iter().position(|q| *q == p).unwrap_or(0);
@@ -124,10 +119,12 @@ fn structures(setting: &Setting<'_>) -> Result<(Vec<Table>, Vec<Curve>)> {
             header,
             rows: Vec::new(),
         };
+        let mut at_worst = Vec::new();
         for ((p, hidden), fit) in part.structures.iter().zip(&fits) {
             let errors: Vec<Errors> = tests[at(*p)].iter().map(|test| fit.errors(test)).collect();
             let name = yawrig_train::freeze::name(&fit.topology);
             table.row(fit.row_by_noise(&errors));
+            at_worst.push((*p, *hidden, errors[LEVELS.len() - 1]));
             if hidden.len() == 1 && *p == 40 {
                 let points = LEVELS.iter().zip(&errors);
                 let points = points.map(|(l, e)| (*l, e.damping_ratio_rms_percent)).collect();
@@ -135,6 +132,7 @@ fn structures(setting: &Setting<'_>) -> Result<(Vec<Table>, Vec<Curve>)> {
             }
         }
         tables.push(table);
+        said += &compared(part, &fits, &at_worst);
         if part.structures.len() == STRUCTURES.len() {
             tables.push(table_4_5(&fits));
         }
@@ -161,7 +159,54 @@ fn structures(setting: &Setting<'_>) -> Result<(Vec<Table>, Vec<Curve>)> {
         }
     }
     curves.push(Curve::points("thesis, 41-6-2", vec![(0.2, 9.0)]));
-    Ok((tables, curves))
+    Ok((tables, curves, said))
+}
+
+/// What a table says at the most noise: against Table 4.5, of one layer and two, of more points.
+fn compared(part: &Part, fits: &[Fit], at_worst: &[(usize, &[usize], Errors)]) -> String {
+    let mut out = format!("{} responses at {} rms. ", part.samples, LEVELS[LEVELS.len() - 1]);
+    for (name, sse, effective) in TABLE_4_5 {
+        if let Some(fit) = fits.iter().find(|f| yawrig_train::freeze::name(&f.topology) == name) {
+            out += &format!(
+                "{name}: SSE {} Table 4.5's, effective parameters {}. ",
+                times(fit.sse(), sse),
+                times(fit.trained.gamma, effective as f64)
+            );
+        }
+    }
+    let least = |points: Option<usize>, layers: usize, of: fn(&Errors) -> f64| {
+        let chosen = at_worst.iter().filter(|(p, hidden, _)| {
+            hidden.len() == layers && points.is_none_or(|points| points == *p)
+        });
+        percent(extremes(chosen.map(|(_, _, errors)| of(errors)))[0])
+    };
+    let median = |e: &Errors| e.damping_ratio_median_percent;
+    out += &format!(
+        "Least error with one layer and with two, at 40 points: wn {} and {} % rms, zeta {} and {} % rms, {} and {} % median. ",
+        least(Some(40), 1, |e| e.natural_frequency_rms_percent),
+        least(Some(40), 2, |e| e.natural_frequency_rms_percent),
+        least(Some(40), 1, |e| e.damping_ratio_rms_percent),
+        least(Some(40), 2, |e| e.damping_ratio_rms_percent),
+        least(Some(40), 1, median),
+        least(Some(40), 2, median),
+    );
+    let worst = at_worst.iter().zip(fits).max_by(|a, b| {
+        a.0 .2.damping_ratio_rms_percent.total_cmp(&b.0 .2.damping_ratio_rms_percent)
+    });
+    if let Some(((_, _, errors), fit)) = worst {
+        out += &format!(
+            "Worst in the rms of zeta is {} with {} %. ",
+            yawrig_train::freeze::name(&fit.topology),
+            percent(errors.damping_ratio_rms_percent)
+        );
+    }
+    out += &format!(
+        "Least median of zeta by points: {} % with 40, {} % with 50, {} % with 60. ",
+        least(Some(40), 1, median),
+        least(Some(50), 1, median),
+        least(Some(60), 1, median)
+    );
+    out
 }
 
 fn table_4_5(fits: &[Fit]) -> Table {
@@ -187,7 +232,7 @@ fn table_4_5(fits: &[Fit]) -> Table {
 }
 
 /// The device's bins with the duration it estimates itself.
-fn own_features(setting: &Setting<'_>) -> Result<(Table, String)> {
+fn own_features(setting: &StudySetting<'_>) -> Result<(Table, String)> {
     let windows = |count, seed| Draws::of_windows([OF_PEAK; 2], count, seed);
     let test = windows(setting.tests(), 12)?;
     let sets: Vec<Draws> = (0..ENSEMBLE as u64)
@@ -205,7 +250,7 @@ fn own_features(setting: &Setting<'_>) -> Result<(Table, String)> {
         let sum = sums.fold([0.0; 2], |s, e| [s[0] + e[0], s[1] + e[1]]);
         sum.map(|s| s / fits.len() as f64)
     };
-    let together: Vec<_> = test.each().map(|(row, truth)| (mean(row), truth)).collect();
+    let of_mean: Vec<_> = test.each().map(|(row, truth)| (mean(row), truth)).collect();
     let whole = information::over(&test.truth, information::every_millisecond, |_| OF_PEAK);
     let forty =
         information::over(&test.truth, |t| Cycles::thesis(Noise::None).times_s(t), |_| OF_PEAK);
@@ -234,7 +279,7 @@ fn own_features(setting: &Setting<'_>) -> Result<(Table, String)> {
         let gamma = format!("{:.0}", fit.trained.gamma);
         row(format!("41-6-2, set {}", i + 1), &fit.errors(&test), gamma);
     }
-    let ensemble = Errors::of(&together);
+    let ensemble = Errors::of(&of_mean);
     row(format!("mean of these {ENSEMBLE}"), &ensemble, NOT_GIVEN.into());
     for (name, limit) in [("limit of the whole record", whole), ("limit of 40 points", forty)] {
         table.row([

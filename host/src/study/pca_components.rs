@@ -3,8 +3,8 @@
 use super::decays::{Noise, WholeRecord};
 use super::lab::Spec;
 use super::pca_samples::thesis_spec;
-use super::report::{percent, scientific, Report, Table, NOT_GIVEN};
-use super::{reported, Setting};
+use super::report::{percent, scientific, times, Outcome, Table, NOT_GIVEN};
+use super::setting::StudySetting;
 use crate::plot::{Axis, Curve, Plot};
 use yawrig_base::error::{Error, Result};
 use yawrig_train::pca::{Projection, Scale};
@@ -14,7 +14,7 @@ const COUNTS: [usize; 8] = [10, 15, 20, 25, 30, 32, 45, 60];
 const THESIS_SSE_AT_TEN: f64 = 0.4;
 const THESIS_SHARE_AT_32: f64 = 80.2;
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let kind = WholeRecord::thesis(Noise::None);
     let train = kind.draw(setting.draws(1000), 21);
     let test = kind.draw(setting.tests(), 22);
@@ -62,6 +62,7 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
     let best = (0..COUNTS.len())
         .min_by(|a, b| f64::total_cmp(&tested[*a].1, &tested[*b].1))
         .unwrap_or_default();
+    let last = COUNTS.len() - 1;
     // Kaiser's criterion is meant for inputs of variance one.
     let mean = projection.variances.iter().sum::<f64>() / projection.variances.len() as f64;
     let kaiser = projection.variances.iter().filter(|v| **v >= mean).count();
@@ -72,18 +73,22 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
         .ok_or_else(|| Error::internal("the records have no 32 components"))?;
     let findings = vec![
         format!(
-            "Thesis: SSE from {THESIS_SSE_AT_TEN} (its axis) at ten components levels off at twenty; 32 hold 80.2 % of \
+            "Thesis: SSE from {THESIS_SSE_AT_TEN} (its axis) at ten components levels off at twenty; 32 hold {THESIS_SHARE_AT_32} % of \
              the variance. Here 80 % takes {to_80}, 32 hold {:.1} %, and {kaiser} have more than the average variance \
              (Kaiser). It depends on the draws: with half of the records drawn evenly in the logarithm of zeta, 32 hold \
-             {:.1} %, for what is lightly damped rings on and fills the space.",
+             {:.1} %.",
             100.0 * projection.explained(32),
             100.0 * lighter.explained(32)
         ),
         format!(
-            "Beyond {n} components the error on the training set keeps falling while that on the test set rises: appendix \
-             D scales each component by its own range, which makes the last, of hardly any variance, as large as the \
-             first, and a thousand records cannot say what they mean.",
-            n = COUNTS[best]
+            "Least test error of zeta with {} components, {} % rms; with {} the SSE on the training set is {} as large, the \
+             test error {}. Appendix D scales each component by its own range, which makes the last, of hardly any \
+             variance, as large as the first.",
+            COUNTS[best],
+            percent(tested[best].1),
+            COUNTS[last],
+            times(sse[last].1, sse[best].1),
+            times(tested[last].1, tested[best].1)
         ),
     ];
     let cumulative = (1..=60).map(|n| (n as f64, 100.0 * projection.explained(n))).collect();
@@ -108,5 +113,5 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
             ],
         },
     ];
-    reported("pca-components", vec![table], findings, plots)
+    Ok(Outcome { tables: vec![table], findings, plots })
 }

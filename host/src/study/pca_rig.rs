@@ -1,12 +1,12 @@
 //! Tables 5.3 and 5.4: components of the whole record and of three cycles on releases of the virtual rig whose
-//! frequency and damping vary with amplitude; and what makes the whole record hold.
+//! frequency and damping vary with amplitude; and which change to the training improves the whole record most.
 
 use super::decays::{Begin, Noise, WholeRecord};
 use super::lab::{Draws, Fit, Spec};
 use super::pca_samples::{better_spec, thesis_spec};
-use super::report::{percent, Report, Table};
+use super::report::{percent, times, Outcome, Table};
 use super::rig_records::{release, windows, Cut, EightSeconds};
-use super::{reported, Setting};
+use super::setting::StudySetting;
 use crate::plot::{Axis as PlotAxis, Curve, Plot};
 use rayon::prelude::*;
 use yawrig_base::error::Result;
@@ -43,8 +43,8 @@ struct Way {
     cut: Cut,
 }
 
-/// From the thesis's to what holds, one step after the other.
-fn ways(setting: &Setting<'_>) -> Vec<Way> {
+/// From the thesis's way on, one change after the other.
+fn ways(setting: &StudySetting<'_>) -> Vec<Way> {
     let thesis = WholeRecord::thesis(Noise::OfImpulseResponse([0.02, 0.2]));
     let spec = Spec { precision: Precision::PerOutput, ..thesis_spec(setting.epochs(100)) };
     let scaled = WholeRecord {
@@ -75,7 +75,7 @@ struct Releases {
     records: [Record; 2],
 }
 
-fn releases(setting: &Setting<'_>, rig: &Rig) -> Result<Vec<Releases>> {
+fn releases(setting: &StudySetting<'_>, rig: &Rig) -> Result<Vec<Releases>> {
     let springs: &[Spring] = &SPRINGS[..setting.of(8, 2)];
     let conditions: Vec<Condition> = springs
         .iter()
@@ -102,7 +102,7 @@ fn releases(setting: &Setting<'_>, rig: &Rig) -> Result<Vec<Releases>> {
         .collect()
 }
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let rig = Rig::default();
     (setting.progress)("pca-rig: releases");
     let releases = releases(setting, &rig)?;
@@ -144,11 +144,11 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
         }
     }
     let (derivatives, misses, plots) = derivatives(&rig, &releases, &ways, &whole, &three);
-    let mut findings = findings(&bars);
+    let mut findings = findings(&ways, &bars);
     findings.extend(misses);
     let mut tables = vec![holds];
     tables.extend(derivatives);
-    reported("pca-rig", tables, findings, plots)
+    Ok(Outcome { tables, findings, plots })
 }
 
 /// Errors of wn and zeta in percent.
@@ -161,14 +161,14 @@ fn against_least_squares(way: &Way, fit: &Fit, r: &Releases, which: usize) -> Op
 }
 
 /// 41-6-2 and 10-6-2 on ten components, on the device's windows.
-fn three_cycles(setting: &Setting<'_>) -> Result<Vec<Fit>> {
+fn three_cycles(setting: &StudySetting<'_>) -> Result<Vec<Fit>> {
     let set = Draws::of_windows([0.002, 0.02], setting.draws(4000), 41)?;
     let plain = Spec { precision: Precision::PerOutput, ..Spec::new(&[6], setting.epochs(200)) };
     let components = Spec { components: Some((10, Scale::Common)), ..plain.clone() };
     setting.fit_all("pca-rig, three cycles", &[(&set, plain), (&set, components)])
 }
 
-/// Means over the windows of a release, each by the square of its amplitude: what noise leaves of it.
+/// Means over the windows of a release, weighted by the square of the amplitude, as noise is the same in all.
 fn over_windows(fit: &Fit, record: &Record) -> Option<Modal> {
     let mut sums = [0.0; 3];
     for (_, features) in windows(record, FeatureKind::BinMeans) {
@@ -264,7 +264,7 @@ fn derivatives(
         misses
             .push(format!("{name} off what was planted, % median (largest): {}.", said.join("; ")));
         tables.push(table);
-        // The thesis's way is off by so much that nothing else could be seen beside it.
+        // Left out of the plot: its scale would hide the other curves.
         curves.remove(0);
         curves.push(Curve::dashed("planted", truth_curve));
         curves.push(Curve::points("thesis, whole record", thesis_curve));
@@ -278,32 +278,28 @@ fn derivatives(
     (tables, misses, plots)
 }
 
-fn findings(medians: &[(f64, f64)]) -> Vec<String> {
-    let said =
-        |i: usize| format!("wn {} %, zeta {} %", percent(medians[i].0), percent(medians[i].1));
-    vec![
+/// `medians`: of wn and zeta on the varying rig, by way.
+fn findings(ways: &[Way], medians: &[(f64, f64)]) -> Vec<String> {
+    let said = ways.iter().zip(medians).map(|(way, (wn, zeta))| {
+        format!("{}, wn {} %, zeta {} %", way.name, percent(*wn), percent(*zeta))
+    });
+    let gain = |k: &usize| {
+        let (before, after) = (medians[k - 1], medians[*k]);
+        f64::sqrt((before.0 / after.0) * (before.1 / after.1))
+    };
+    let best = (1..medians.len()).max_by(|a, b| gain(a).total_cmp(&gain(b)));
+    let best = best.map_or(String::new(), |k| {
         format!(
-            "Thesis: the whole record fails on the rig (Table 5.3), it says because of noise and of frequency and damping \
-             that vary. Median errors on the varying rig: its network, given the record from the release on, {}; the \
-             same network, given the record from a zero crossing on, {}; with means over 50 ms, division by the rms, one \
-             scale for all components and 6000 records, {}; with the crossing jittered, {}; with damping and frequency \
-             that vary along the training records, {}.",
-            said(0),
-            said(1),
-            said(2),
-            said(3),
-            said(4)
-        ),
-        "So what breaks it is the phase: the network has seen impulse responses, which begin at zero, and a release \
-         begins at its largest angle. Errors as large as Table 5.3's and larger come from that alone, on a linear rig \
-         with little noise as well; where the thesis cut its records it does not say. Next come scaling and number of \
-         the training records. Jitter of the crossing gains nothing, for the crossing is found well enough; varying \
-         damping and frequency in training gain in wn where the rig varies, and cost in zeta and on a linear rig."
-            .into(),
-        "Even least squares over eight seconds is off where the rig varies: with the wind on the swing is smaller by \
-         then than with the wind off, and the difference in frequency that belongs to the amplitude is taken for the \
-         wind's. Windows of three cycles between the same amplitudes do not have that, and ten components tell the \
-         network of them what 41 inputs do, as in Table 5.4."
-            .into(),
-    ]
+            " The step that gains most is \"{}\": wn {} and zeta {} what they were.",
+            ways[k].name,
+            times(medians[k].0, medians[k - 1].0),
+            times(medians[k].1, medians[k - 1].1)
+        )
+    });
+    vec![format!(
+        "Thesis: the whole record fails on the rig (Table 5.3), it says because of noise and of frequency and damping that \
+         vary; where it cut its records it does not say. Median errors on the varying rig, one step after the other: \
+         {}.{best}",
+        said.collect::<Vec<_>>().join("; ")
+    )]
 }

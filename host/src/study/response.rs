@@ -1,8 +1,8 @@
 //! Fig 4.20: natural frequency and damping ratio window by window through one response of spring K4.
 
-use super::report::{Report, Table};
+use super::report::{extremes, percent, Outcome, Table};
 use super::rig_records::{at_amplitude, release, windows};
-use super::{reported, Setting};
+use super::setting::StudySetting;
 use crate::plot::{Axis as PlotAxis, Curve, Plot};
 use yawrig_base::error::{Error, Result};
 use yawrig_rig::{Condition, Rig, Spring};
@@ -13,7 +13,7 @@ use yawrig_shared::blob;
 const THESIS_WN_RAD_S: [f64; 2] = [12.72, 12.92];
 const THESIS_ZETA: [f64; 2] = [0.0055, 0.0068];
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let rig = Rig::default();
     let condition =
         Condition { spring: Spring::named("K4")?, axis: Axis::Mid, wind_speed_m_s: 10.0 };
@@ -23,7 +23,7 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
     let network = payload.network;
     let mut tables = Vec::new();
     let (mut wn_curves, mut zeta_curves) = (Vec::new(), Vec::new());
-    let mut spans = Vec::new();
+    let mut found = Vec::new();
     for (name, vary) in [("linear rig", false), ("softening springs and drag", true)] {
         (setting.progress)(&format!("response: {name}"));
         let record = release(&rig, &condition, vary, 7)?;
@@ -54,10 +54,7 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
             wn_true.push((amplitude_deg, planted[0]));
             zeta_true.push((amplitude_deg, planted[1]));
         }
-        let span = |points: &[(f64, f64)]| {
-            points.iter().fold([f64::MAX, f64::MIN], |[l, h], p| [l.min(p.1), h.max(p.1)])
-        };
-        spans.push((name, span(&wn), span(&zeta)));
+        found.push((name, [wn.clone(), wn_true.clone()], [zeta.clone(), zeta_true.clone()]));
         wn_curves.push(Curve::points(name, wn));
         wn_curves.push(Curve::dashed(format!("{name}, planted"), wn_true));
         zeta_curves.push(Curve::points(name, zeta));
@@ -65,22 +62,30 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
         tables.push(table);
     }
     let mut findings = vec![format!(
-        "Thesis, ten windows: wn {} to {} rad/s, zeta {} to {}, averaged before derivatives are computed. Nobody knows \
-         the truth of that response; here it is planted.",
-        THESIS_WN_RAD_S[0], THESIS_WN_RAD_S[1], THESIS_ZETA[0], THESIS_ZETA[1]
+        "Thesis, ten windows: wn {} to {} rad/s, a spread of {} %, zeta {} to {}, averaged before derivatives are computed. \
+         Nobody knows the truth of that response; here it is planted.",
+        THESIS_WN_RAD_S[0],
+        THESIS_WN_RAD_S[1],
+        percent(spread(THESIS_WN_RAD_S)),
+        THESIS_ZETA[0],
+        THESIS_ZETA[1]
     )];
-    for (name, wn, zeta) in spans {
+    for (name, [wn, wn_true], [zeta, zeta_true]) in &found {
+        let [of_wn, planted] = [wn, wn_true].map(|points| extremes(points.iter().map(|p| p.1)));
+        let of_zeta = extremes(zeta.iter().map(|p| p.1));
         findings.push(format!(
-            "{name}: wn {:.3} to {:.3} rad/s, zeta {:.5} to {:.5}",
-            wn[0], wn[1], zeta[0], zeta[1]
+            "{name}: wn {:.3} to {:.3} rad/s, a spread of {} % where {} % were planted, off the planted curve {} % rms; \
+             zeta {:.5} to {:.5}, off {} % rms",
+            of_wn[0],
+            of_wn[1],
+            percent(spread(of_wn)),
+            percent(spread(planted)),
+            percent(off(wn, wn_true)),
+            of_zeta[0],
+            of_zeta[1],
+            percent(off(zeta, zeta_true))
         ));
     }
-    findings.push(
-        "A linear rig's windows scatter by the sensor's noise alone, more the smaller the swing. A spread of 1.6 % in \
-         wn, as in the thesis, is far beyond that: its rig was not linear, and a mean over windows is a mean over \
-         amplitudes. The windows follow the planted curve, so the variation is physics and not the network's scatter."
-            .into(),
-    );
     let plot = |title: &str, unit: &str, curves| Plot {
         title: title.into(),
         x: PlotAxis::linear("amplitude, deg"),
@@ -91,5 +96,16 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
         plot("Natural frequency through a response of K4 (Fig 4.20)", "wn, rad/s", wn_curves),
         plot("Damping ratio through a response of K4 (Fig 4.20)", "zeta", zeta_curves),
     ];
-    reported("response", tables, findings, plots)
+    Ok(Outcome { tables, findings, plots })
+}
+
+/// Percent of the mean of both.
+fn spread([low, high]: [f64; 2]) -> f64 {
+    100.0 * (high - low) / (0.5 * (high + low))
+}
+
+/// Rms of the difference from what was planted, percent of it.
+fn off(found: &[(f64, f64)], planted: &[(f64, f64)]) -> f64 {
+    let squares = found.iter().zip(planted).map(|(f, p)| (f.1 / p.1 - 1.0).powi(2));
+    100.0 * (squares.sum::<f64>() / found.len() as f64).sqrt()
 }

@@ -1,4 +1,4 @@
-//! Releases of the virtual rig whose frequency and damping vary with amplitude, and what networks are told of
+//! Releases of the virtual rig whose frequency and damping vary with amplitude, and the inputs of networks from
 //! them.
 
 use super::decays::{normalised, RECORD_POINTS, RECORD_S};
@@ -12,7 +12,7 @@ use yawrig_shared::history::History;
 use yawrig_shared::modal::Modal;
 use yawrig_shared::window::{Finding, Limits, Tracker, Window, SAMPLE_RATE_HZ};
 
-/// Softening: natural frequency at 10 deg over that of small swings, less one.
+/// Softening: natural frequency at 10 deg over that of small oscillations, less one.
 const FREQUENCY_CHANGE: f64 = -0.004;
 /// Drag on the model, 1/rad: at 10 deg a fifth of the damping of spring K4 in the wind.
 const QUADRATIC_DAMPING: f64 = 0.018;
@@ -28,7 +28,7 @@ pub fn effects(small: &Modal) -> Result<Effects> {
     Ok(Effects::new(vec![softening, drag])?)
 }
 
-/// Equivalent natural frequency (rad/s) and damping ratio of a swing of this amplitude under [`effects`].
+/// Equivalent natural frequency (rad/s) and damping ratio of an oscillation of this amplitude under [`effects`].
 pub fn at_amplitude(small: &Modal, amplitude_rad: f64) -> [f64; 2] {
     let change = (1.0 + FREQUENCY_CHANGE).powi(2) - 1.0;
     let stiffness =

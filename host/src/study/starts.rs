@@ -2,15 +2,15 @@
 
 use super::decays::{Cycles, Noise};
 use super::lab::Spec;
-use super::report::{percent, scientific, Report, Table};
-use super::{reported, Setting};
+use super::report::{extremes, percent, scientific, times, Outcome, Table};
+use super::setting::StudySetting;
 use crate::plot::{Axis, Curve, Plot};
 use yawrig_base::error::Result;
 
 /// Epochs shown.
 const AT: [usize; 5] = [30, 100, 300, 900, 2400];
 
-pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
+pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let kind = Cycles::thesis(Noise::None);
     let train = kind.draw(setting.draws(250), 11);
     let test = kind.draw(setting.tests(), 12);
@@ -27,7 +27,7 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
         rows: Vec::new(),
     };
     let mut curves = Vec::new();
-    let mut at_900 = Vec::new();
+    let (mut at_900, mut ended_sse, mut wn_percent) = (Vec::new(), Vec::new(), Vec::new());
     for (i, fit) in fits.iter().enumerate() {
         let history = &fit.trained.history;
         let sse = |at: usize| -> f64 {
@@ -43,26 +43,33 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
         row.push(percent(errors.damping_ratio_rms_percent));
         table.row(row);
         at_900.push(sse(900));
+        ended_sse.push(fit.sse());
+        wn_percent.push(errors.natural_frequency_rms_percent);
         let points = history.iter().map(|e| (e.epoch as f64, e.errors.iter().sum())).collect();
         curves.push(Curve::line(format!("start {}", i + 1), points));
     }
-    let gammas: Vec<f64> = fits.iter().map(|f| f.trained.gamma).collect();
-    let (low, high) = extremes(&gammas);
-    let (sse_low, sse_high) = extremes(&at_900);
-    let ended: Vec<f64> = fits.iter().map(|f| f.trained.epochs as f64).collect();
-    let (first, last) = extremes(&ended);
+    let [low, high] = extremes(fits.iter().map(|f| f.trained.gamma));
+    let [sse_low, sse_high] = extremes(at_900);
+    let [first, last] = extremes(fits.iter().map(|f| f.trained.epochs as f64));
+    let [sse_best, sse_worst] = extremes(ended_sse.iter().copied());
+    let [wn_best, wn_worst] = extremes(wn_percent.iter().copied());
     let findings = vec![
         format!(
             "Thesis: the five starts merge at about 900 epochs and end with about the same number of effective \
-             parameters. Here: they end by themselves after {first:.0} to {last:.0} epochs, SSE {} to {}, effective \
+             parameters. Here: they end by themselves after {first:.0} to {last:.0} epochs, SSE at 900 {} to {}, effective \
              parameters {low:.0} to {high:.0}.",
             scientific(sse_low),
             scientific(sse_high)
         ),
-        "They merge earlier, since each step is bent along the valley (a second solve with the same factor), and not \
-         into one minimum: the duration has to be bent into a frequency, which a network can do in better and worse \
-         ways. Several starts, chosen by evidence, are worth their time, as the thesis advises."
-            .into(),
+        format!(
+            "Where they end, the worst start's SSE is {} the best one's, and its test error of wn {}: {}.",
+            times(sse_worst, sse_best),
+            times(wn_worst, wn_best),
+            match sse_worst < 1.1 * sse_best {
+                true => "one minimum",
+                false => "not one minimum, so several starts are worth their time, as the thesis advises",
+            }
+        ),
     ];
     let plot = Plot {
         title: "Five starts of 41-6-2 (Fig 4.5)".into(),
@@ -70,9 +77,5 @@ pub(super) fn run(setting: &Setting<'_>) -> Result<Report> {
         y: Axis::logarithmic("SSE, scaled"),
         curves,
     };
-    reported("starts", vec![table], findings, vec![plot])
-}
-
-fn extremes(values: &[f64]) -> (f64, f64) {
-    values.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)))
+    Ok(Outcome { tables: vec![table], findings, plots: vec![plot] })
 }

@@ -1,7 +1,7 @@
 use super::*;
 
 fn quick(name: &str) -> Report {
-    let setting = Setting { size: Size::Quick, progress: &|_| {} };
+    let setting = StudySetting { size: Size::Quick, progress: &|_| {} };
     let report = Study::named(name).unwrap().run(&setting).unwrap();
     assert_eq!(report.study, name);
     assert!(!report.tables.is_empty() && !report.findings.is_empty() && !report.plots.is_empty());
@@ -49,7 +49,7 @@ fn an_unknown_study_is_refused_with_all_names() {
 #[test]
 #[ignore = "takes minutes: cargo test --release -p yawrig --lib figures_at_full_size -- --ignored"]
 fn figures_at_full_size() {
-    let setting = Setting { size: Size::Full, progress: &|_| {} };
+    let setting = StudySetting { size: Size::Full, progress: &|_| {} };
     let report = |name: &str| Study::named(name).unwrap().run(&setting).unwrap();
     let cell = |table: &report::Table, row: &str, column: &str| -> f64 {
         let at = table.header.iter().position(|h| h == column).unwrap();

@@ -16,7 +16,7 @@ pub struct Access {
 /// Why a request is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// Another name than that of this page: a foreign site that had its name point here.
+    /// Another name than that of this page: a foreign site whose name resolves to this machine (DNS rebinding).
     Host,
     /// Sent by the page of another site.
     Origin,
@@ -108,14 +108,14 @@ impl Access {
         }
     }
 
-    /// In a time that does not tell how much of it is right.
+    /// Constant time, so that timing reveals nothing of the token.
     fn is_token(&self, given: &str) -> bool {
         given.len() == self.token.len()
             && given.bytes().zip(self.token.bytes()).fold(0, |sum, (a, b)| sum | (a ^ b)) == 0
     }
 
-    /// Whether `host` (with its port) is this page's own. Only an address in figures is: no name can be made to point
-    /// at one.
+    /// Whether `host` (with its port) is this page's own. Only a numeric address is: a name may be
+    /// made to resolve to this machine.
     fn is_here(&self, host: &str) -> bool {
         let port = self.address.port();
         if host == format!("localhost:{port}") {

@@ -1,10 +1,10 @@
-//! What the page asks, and what it is answered.
+//! The page's requests and their answers.
 
 use super::app::App;
-use super::jobs::Job;
-use super::live::Order;
+use super::live::{self, Order};
 use super::own::Form;
 use super::session::Use;
+use super::work::Job;
 use super::{show, state};
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
@@ -49,7 +49,7 @@ async fn aside(
     Ok(Json(done?))
 }
 
-/// That a record is bad data is an answer, too: the page asked what there is to be drawn.
+/// Bad data is an answer, not an error: the page asked what can be drawn.
 fn or_fault(drawn: yawrig_base::error::Result<Value>) -> yawrig_base::error::Result<Value> {
     match drawn {
         Err(e) if e.exit == Exit::Data => {
@@ -95,7 +95,7 @@ pub struct ViewAsked {
     ghost: Option<String>,
 }
 
-/// What is said of a release, and where the model fails in a stretch of time.
+/// Verdict on a release, and where the model fails in a stretch of time.
 pub async fn view(State(app): State<Arc<App>>, Query(asked): Query<ViewAsked>) -> Answer {
     aside(app, move |app| {
         app.work.want(asked.release);
@@ -124,19 +124,19 @@ pub async fn files(State(app): State<Arc<App>>) -> Answer {
     aside(app, |app| show::files(app)).await
 }
 
-/// What a page that has just been opened has missed of a device.
-pub async fn live(State(app): State<Arc<App>>) -> Answer {
+/// History of a device for a page that has just been opened.
+pub async fn live_history(State(app): State<Arc<App>>) -> Answer {
     aside(app, |app| Ok(app.live.history())).await
 }
 
 /// Devices that could be followed.
 pub async fn devices(State(app): State<Arc<App>>) -> Answer {
-    aside(app, |_| super::live::devices()).await
+    aside(app, |_| live::devices()).await
 }
 
 /// Stored sessions that could be shown again.
 pub async fn sessions(State(app): State<Arc<App>>) -> Answer {
-    aside(app, |app| Ok(super::live::stored(&app.session().model_path.clone()))).await
+    aside(app, |app| Ok(live::stored(&app.session().model_path.clone()))).await
 }
 
 #[derive(Deserialize)]
@@ -145,40 +145,15 @@ pub struct PreviewAsked {
     form: Form,
 }
 
-/// An own effect as far as it is written.
+/// A user's own effect as far as it is typed.
 pub async fn preview(State(app): State<Arc<App>>, Json(asked): Json<PreviewAsked>) -> Answer {
     aside(app, move |app| Ok(super::own::preview(app, asked.release, &asked.form))).await
 }
 
-/// What a user does.
+/// What a user does: at once, or as a job of the worker's.
 #[derive(Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case")]
 pub enum Act {
-    Fit,
-    Add {
-        effect: String,
-        why: Option<String>,
-    },
-    Remove {
-        effect: String,
-        why: Option<String>,
-    },
-    Reject {
-        effect: String,
-        why: Option<String>,
-    },
-    Return {
-        step: usize,
-        why: Option<String>,
-    },
-    Diagnose {
-        release: usize,
-    },
-    Judge,
-    Try {
-        release: usize,
-        effect: String,
-    },
     Cancel,
     Tick {
         releases: Vec<usize>,
@@ -217,6 +192,8 @@ pub enum Act {
     Save {
         form: Form,
     },
+    #[serde(untagged)]
+    Begin(Job),
 }
 
 pub async fn act(State(app): State<Arc<App>>, Json(act): Json<Act>) -> Answer {
@@ -224,14 +201,15 @@ pub async fn act(State(app): State<Arc<App>>, Json(act): Json<Act>) -> Answer {
 }
 
 fn do_it(app: &Arc<App>, act: Act) -> yawrig_base::error::Result<Value> {
-    let why = |why: Option<String>| why.filter(|w| !w.trim().is_empty());
-    let effect = |id: &str| app.session().effect(id);
-    let live = |order| app.live.order(order).map(|()| json!({}));
-    let job = match act {
-        Act::Cancel => {
-            app.work.cancel();
-            return Ok(json!({}));
+    let order = |order| app.live.order(order);
+    match act {
+        Act::Begin(job) => {
+            if let Some(id) = job.needs() {
+                app.session().effect(id)?;
+            }
+            app.work.begin(job)?;
         }
+        Act::Cancel => app.work.cancel(),
         Act::Tick { releases, used } => {
             let mut session = app.session();
             for id in releases {
@@ -242,43 +220,34 @@ fn do_it(app: &Arc<App>, act: Act) -> yawrig_base::error::Result<Value> {
                 session.releases[id].used = used;
             }
             drop(session);
-            app.tell_state();
+            app.news.all_may_differ();
             return Ok(state::state(app));
         }
         Act::Open { file } => {
             let id = show::open(app, &file)?;
-            app.tell_state();
+            app.news.all_may_differ();
             return Ok(json!({"release": id}));
         }
-        Act::Connect { device } => return app.live.connect(app, &device).map(|()| json!({})),
-        Act::Replay { session } => return app.live.replay(app, &session).map(|()| json!({})),
-        Act::Disconnect => return live(Order::Leave),
-        Act::Record => return live(Order::Record),
-        Act::StopRecording => return live(Order::StopRecording),
-        Act::Mark { text } => return live(Order::Mark(text)),
-        Act::Play => return live(Order::Play),
-        Act::Pause => return live(Order::Pause),
-        Act::Speed { times } => return live(Order::Speed(times)),
-        Act::Jump { time_s } => return live(Order::Jump(time_s)),
+        Act::Connect { device } => app.follow(&device)?,
+        Act::Replay { session } => live::replay(&app.live, &session)?,
+        Act::Disconnect => order(Order::Leave)?,
+        Act::Record => order(Order::Record)?,
+        Act::StopRecording => order(Order::StopRecording)?,
+        Act::Mark { text } => order(Order::Mark(text))?,
+        Act::Play => order(Order::Play)?,
+        Act::Pause => order(Order::Pause)?,
+        Act::Speed { times } => order(Order::Speed(times))?,
+        Act::Jump { time_s } => order(Order::Jump(time_s))?,
         Act::Define { form } => {
             let effect = form.define()?;
             app.session().take_own(effect.clone());
-            app.tell_state();
+            app.news.all_may_differ();
             return Ok(json!({"effect": effect}));
         }
         Act::Save { form } => {
             let file = form.save(&app.session().model_path)?;
             return Ok(json!({"file": file.display().to_string()}));
         }
-        Act::Fit => Job::Fit,
-        Act::Add { effect: id, why: w } => Job::Add { effect: effect(&id)?, why: why(w) },
-        Act::Remove { effect: id, why: w } => Job::Remove { id, why: why(w) },
-        Act::Reject { effect: id, why: w } => Job::Reject { effect: effect(&id)?, why: why(w) },
-        Act::Return { step, why: w } => Job::Return { step, why: why(w) },
-        Act::Diagnose { release } => Job::Diagnose { release },
-        Act::Judge => Job::Judge,
-        Act::Try { release, effect: id } => Job::Try { release, effect: effect(&id)? },
-    };
-    app.work.begin(job)?;
+    }
     Ok(json!({}))
 }

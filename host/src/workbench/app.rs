@@ -1,58 +1,70 @@
-//! The session, who works on it and who is told.
+//! The session and those who work on it.
 
 use super::access::Access;
-use super::live::Live;
+use super::live::{self, Shown};
+use super::news::News;
 use super::session::Session;
 use super::work::Work;
+use crate::model::records;
 use serde_json::json;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use tokio::sync::broadcast;
 use yawrig_base::error::Result;
-
-/// News that a slow page may have waiting before it is told to ask for everything.
-const MOST_NEWS: usize = 256;
 
 pub struct App {
     pub access: Arc<Access>,
-    pub news: broadcast::Sender<String>,
+    pub news: News,
     session: Mutex<Session>,
     pub work: Work,
-    pub live: Live,
+    pub live: Arc<Shown>,
 }
 
 impl App {
     pub fn new(access: Access, session: Session) -> Result<Self> {
+        let news = News::default();
         Ok(Self {
             access: Arc::new(access),
-            news: broadcast::channel(MOST_NEWS).0,
             session: Mutex::new(session),
             work: Work::new()?,
-            live: Live::default(),
+            live: Arc::new(Shown::new(news.clone())),
+            news,
         })
     }
 
-    /// Held for moments only: nothing is read or fitted under it.
+    /// Locked for moments only: nothing is read or fitted meanwhile.
     pub fn session(&self) -> MutexGuard<'_, Session> {
         self.session.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    pub fn tell(&self, news: &serde_json::Value) {
-        // Fails where no page is open.
-        let _ = self.news.send(news.to_string());
-    }
-
-    /// Everything may be different.
-    pub fn tell_state(&self) {
-        self.tell(&json!({"kind": "state"}));
     }
 
     /// Sees what another program or the user's editor has made of the model, and says how the work gets on.
     pub fn look_at_files(&self) {
         if let Some(progress) = self.work.progress() {
-            self.tell(&json!({"kind": "job", "job": progress}));
+            self.news.send(&json!({"kind": "job", "job": progress}));
         } else if self.session().refresh() {
-            self.tell_state();
+            self.news.all_may_differ();
             self.work.wake();
         }
+    }
+
+    /// Follows a device; each release that is recorded of it joins the list.
+    ///
+    /// # Errors
+    /// Those of [`live::follow`].
+    pub fn follow(self: &Arc<Self>, device: &str) -> Result<()> {
+        let app = self.clone();
+        live::follow(&self.live, device, move |record| app.take_in(record))
+    }
+
+    fn take_in(&self, record: &Path) {
+        let model_path = self.session().model_path.clone();
+        let Ok(entries) = records::entries(&[PathBuf::from(record)], &model_path) else { return };
+        let mut session = self.session();
+        for entry in entries {
+            let used = session.used_when_new();
+            session.include(entry, None, used);
+        }
+        drop(session);
+        self.news.all_may_differ();
+        self.work.wake();
     }
 }

@@ -1,8 +1,9 @@
-//! The steps of the loop as the page asks for them: each is the library's own, as on the command line.
+//! The worker's thread: the steps of the loop as the page asks for them, each the one of the command line.
 
 use super::app::App;
 use super::session::{Session, Standing};
 use super::view::{options, Ghost, View};
+use super::work::Job;
 use crate::model::document::RecordEntry;
 use crate::model::revise::{self, quoted, Asked, Revision};
 use crate::model::unfitted;
@@ -15,55 +16,7 @@ use yawrig_base::interrupt;
 use yawrig_core::diagnosis::diagnose::{diagnose_with_fits, verdict, Diagnosed, SECOND_ORDER};
 use yawrig_core::effects::Effect;
 
-/// What a user can ask for that takes its time.
-#[derive(Clone, Debug)]
-pub enum Job {
-    Fit,
-    Add {
-        effect: Effect,
-        why: Option<String>,
-    },
-    Remove {
-        id: String,
-        why: Option<String>,
-    },
-    Reject {
-        effect: Effect,
-        why: Option<String>,
-    },
-    Return {
-        step: usize,
-        why: Option<String>,
-    },
-    /// Which effect the present model lacks in a release.
-    Diagnose {
-        release: usize,
-    },
-    /// Which effects a campaign needs, and from where.
-    Judge,
-    /// What an effect would do in a release.
-    Try {
-        release: usize,
-        effect: Effect,
-    },
-}
-
-impl Job {
-    pub fn what(&self) -> String {
-        match self {
-            Self::Fit => "fitting the model".to_owned(),
-            Self::Add { effect, .. } => format!("adding {effect}"),
-            Self::Remove { id, .. } => format!("removing {id}"),
-            Self::Reject { effect, .. } => format!("rejecting {effect}"),
-            Self::Return { step, .. } => format!("returning to step {step}"),
-            Self::Diagnose { .. } => "looking for what is missing".to_owned(),
-            Self::Judge => "judging the whole campaign".to_owned(),
-            Self::Try { effect, .. } => format!("trying {effect}"),
-        }
-    }
-}
-
-/// What a job needs of the session, so that it is not held meanwhile.
+/// A copy of what a job needs of the session, which stays unlocked meanwhile.
 struct Taken {
     path: PathBuf,
     standing: Standing,
@@ -87,6 +40,7 @@ impl Taken {
 
     /// The command that would do the same, for the journal.
     fn asked(&self, words: &str, why: Option<&str>) -> Asked {
+        let why = why.filter(|why| !why.trim().is_empty());
         let model = match self.path.to_str() {
             Some(crate::model::document::DEFAULT) => String::new(),
             _ => format!(" --model {}", quoted(&self.path.display().to_string())),
@@ -121,32 +75,76 @@ impl Taken {
     }
 }
 
-/// Does it; a sentence about what came of it.
+/// Works until the user stops the program: what was asked for first, then what is made ready in the background.
+pub fn work(app: &Arc<App>) {
+    while !interrupt::requested() {
+        match app.work.next() {
+            Some(job) => {
+                app.news.send(&json!({"kind": "job", "job": app.work.progress()}));
+                let done = app.work.on_all_cores(|| run(app, &job));
+                app.work.end(&job, done);
+                app.session().refresh();
+                app.news.all_may_differ();
+            }
+            None if make_ready(app) => {}
+            None => app.work.nap(),
+        }
+    }
+}
+
+/// Makes views of the next releases ready, those that are looked at first, then the most recent. Whether there was one
+/// to be made.
+fn make_ready(app: &Arc<App>) -> bool {
+    let Some(wanted) = app.work.wanted() else { return false };
+    let next: Vec<usize> = {
+        let session = app.session();
+        let others = (0..session.releases.len()).rev();
+        let mut next: Vec<usize> = Vec::new();
+        for id in wanted.into_iter().chain(others) {
+            let is_missing = id < session.releases.len() && session.view(id).is_none();
+            if is_missing && !next.contains(&id) {
+                next.push(id);
+            }
+        }
+        next
+    };
+    if next.is_empty() {
+        return false;
+    }
+    app.work.in_background(|| {
+        let at_once = rayon::current_num_threads();
+        next.par_iter().take(at_once).for_each(|id| make_view(app, *id));
+    });
+    true
+}
+
+/// Does a job; returns a sentence about the outcome.
 ///
 /// # Errors
 /// Those of the library's steps; 130 where it is stopped, and then nothing is changed.
-pub fn run(app: &Arc<App>, job: &Job) -> Result<String> {
+fn run(app: &Arc<App>, job: &Job) -> Result<String> {
     if matches!(job, Job::Fit | Job::Add { .. } | Job::Reject { .. } | Job::Judge) {
         leave_out_bad(app)?;
     }
     let taken = Taken::of(&app.session());
+    let named = |id: &str| app.session().effect(id);
     match job {
-        Job::Fit => taken.fit().map(|r| told("fitted", &r)),
+        Job::Fit => taken.fit().map(|r| said("fitted", &r)),
         Job::Add { effect, why } => {
             taken.begun()?;
             let asked = taken.asked(&format!("add {effect}"), why.as_deref());
-            let revision = revise::add(&taken.path, effect.clone(), &asked)?;
-            Ok(told(&format!("added {effect}"), &revision))
+            let revision = revise::add(&taken.path, named(effect)?, &asked)?;
+            Ok(said(&format!("added {effect}"), &revision))
         }
-        Job::Remove { id, why } => {
-            let asked = taken.asked(&format!("remove {id}"), why.as_deref());
-            let revision = revise::remove(&taken.path, id, &asked)?;
-            Ok(told(&format!("removed {id}"), &revision))
+        Job::Remove { effect, why } => {
+            let asked = taken.asked(&format!("remove {effect}"), why.as_deref());
+            let revision = revise::remove(&taken.path, effect, &asked)?;
+            Ok(said(&format!("removed {effect}"), &revision))
         }
         Job::Reject { effect, why } => {
             taken.begun()?;
             let asked = taken.asked(&format!("reject {effect}"), why.as_deref());
-            let step = unfitted::reject(&taken.path, effect.clone(), &asked)?;
+            let step = unfitted::reject(&taken.path, named(effect)?, &asked)?;
             Ok(format!("step {}: {effect} is rejected", step.step))
         }
         Job::Return { step, why } => {
@@ -156,11 +154,11 @@ pub fn run(app: &Arc<App>, job: &Job) -> Result<String> {
         }
         Job::Diagnose { release } => diagnose(app, &taken, *release),
         Job::Judge => judge(app, &taken),
-        Job::Try { release, effect } => try_effect(app, &taken, *release, effect.clone()),
+        Job::Try { release, effect } => try_effect(app, &taken, *release, named(effect)?),
     }
 }
 
-/// Reads what is not read yet, and takes the ticks away from what is bad data.
+/// Reads records not read yet, and unticks those that are bad data.
 fn leave_out_bad(app: &Arc<App>) -> Result<()> {
     let sources: Vec<_> = app.session().releases.iter().map(|r| r.source.clone()).collect();
     sources.par_iter().try_for_each(|source| {
@@ -171,7 +169,7 @@ fn leave_out_bad(app: &Arc<App>) -> Result<()> {
     Ok(())
 }
 
-fn told(what: &str, revision: &Revision) -> String {
+fn said(what: &str, revision: &Revision) -> String {
     let after = &revision.appraisal.residuals;
     let change = |before: Option<f64>, after: f64| match before {
         Some(before) => format!("{before:.2} → {after:.2}"),
@@ -185,7 +183,7 @@ fn told(what: &str, revision: &Revision) -> String {
     )
 }
 
-/// Its name for a user.
+/// The model's name for a user.
 fn presented(standing: &Standing) -> &'static str {
     match &standing.model {
         Some(model) if !model.effects.is_empty() => "the present model",
@@ -212,7 +210,7 @@ fn diagnose(app: &Arc<App>, taken: &Taken, id: usize) -> Result<String> {
     Ok(text)
 }
 
-/// Of the candidates that come nearest.
+/// Candidates whose curves are kept, best first.
 const MOST_GHOSTS: usize = 5;
 
 fn ghosts(diagnosed: &Diagnosed) -> Vec<Ghost> {
@@ -266,7 +264,7 @@ fn try_effect(app: &Arc<App>, taken: &Taken, id: usize, effect: Effect) -> Resul
 }
 
 /// The view of a release with the model as it is.
-pub fn make_view(app: &Arc<App>, id: usize) {
+fn make_view(app: &Arc<App>, id: usize) {
     let (release, standing, unknown_zero) = {
         let session = app.session();
         let Ok(release) = session.release(id) else { return };
@@ -285,5 +283,5 @@ pub fn make_view(app: &Arc<App>, id: usize) {
     session.views.insert((id, standing.key), made.map(Arc::new));
     session.leave_out_bad();
     drop(session);
-    app.tell(&json!({"kind": "view", "release": id}));
+    app.news.send(&json!({"kind": "view", "release": id}));
 }

@@ -1,7 +1,7 @@
 //! The loop of criticism by hand, on a page in the browser.
 //!
-//! A request is answered from what is known (`api`, `show`, `state`); what takes longer is done by one thread (`work`,
-//! `jobs`), which tells the pages when it is ready. The steps are those of [`crate::model::revise`], so that the
+//! A request is answered from what is known (`api`, `show`, `state`); what takes longer is queued (`work`) and done by
+//! one thread (`jobs`), which tells the pages when it is ready (`news`). The steps are those of [`crate::model::revise`], so that the
 //! model and its journal are the same whether made here or on the command line. The page asks no other host for
 //! anything, and this server answers no other page (`access`).
 
@@ -12,8 +12,9 @@ mod assets;
 mod derived;
 mod jobs;
 mod live;
+mod news;
+mod options;
 mod own;
-mod series;
 mod server;
 mod session;
 mod show;
@@ -21,37 +22,18 @@ mod state;
 mod view;
 mod work;
 
-use std::net::{IpAddr, Ipv4Addr};
-use std::path::PathBuf;
+pub use options::ServeOptions;
+
+use std::net::Ipv4Addr;
 use std::sync::Arc;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
-use yawrig_core::effects::Effect;
-
-/// What is served, and to whom.
-#[derive(Clone, Debug)]
-pub struct Options {
-    /// Records, a campaign or a model.
-    pub files: Vec<PathBuf>,
-    pub model: Option<PathBuf>,
-    /// The user's own effects.
-    pub own: Vec<Effect>,
-    pub unknown_zero: bool,
-    /// 0: a free one.
-    pub port: u16,
-    /// Another address than this machine's own.
-    pub allow_remote: Option<IpAddr>,
-    /// A device to follow from the beginning.
-    pub device: Option<String>,
-    /// In the browser, at once.
-    pub open: bool,
-}
 
 /// Serves the page until the user stops it; `ready` is given its address.
 ///
 /// # Errors
 /// Exit 2 or 3 where the files cannot be used, 4 where the port cannot be had, 130 on Ctrl-C.
-pub fn serve(options: &Options, ready: impl FnOnce(&str) -> Result<()>) -> Result<()> {
+pub fn serve(options: &ServeOptions, ready: impl FnOnce(&str) -> Result<()>) -> Result<()> {
     let session = session::Session::new(options)?;
     let ip = options.allow_remote.unwrap_or(Ipv4Addr::LOCALHOST.into());
     let listener = server::bound(ip, options.port)?;
@@ -69,11 +51,11 @@ pub fn serve(options: &Options, ready: impl FnOnce(&str) -> Result<()>) -> Resul
     let app = Arc::new(app::App::new(access, session)?);
     let worker = {
         let app = app.clone();
-        std::thread::spawn(move || app.work.run(&app))
+        std::thread::spawn(move || jobs::work(&app))
     };
     ready(&url)?;
     if let Some(device) = &options.device {
-        app.live.connect(&app, device)?;
+        app.follow(device)?;
     }
     crate::say!("the page is at that address for as long as this runs; Ctrl-C ends it");
     if options.open {

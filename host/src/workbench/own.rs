@@ -1,7 +1,7 @@
 //! The form for a user's own effect: its text as a file, errors under the character, and what the moment looks like.
 
 use super::app::App;
-use super::series::shorts;
+use crate::drawn::shorts;
 use crate::model::effects;
 use serde::Deserialize;
 use serde_json::{json, Value};
@@ -14,7 +14,7 @@ use yawrig_base::files;
 use yawrig_core::effects::Effect;
 use yawrig_expression::{self, OwnEffect, State};
 
-/// As it is typed.
+/// Form fields as typed.
 #[derive(Clone, Debug, Default, Deserialize)]
 pub struct Form {
     pub id: String,
@@ -45,7 +45,7 @@ impl Written {
     /// `before`, the value as TOML, and its place as that of `field`.
     fn put(&mut self, before: &str, value: &str, is_text: bool, field: String) {
         self.text.push_str(before);
-        // A line of its own is all that a field may be.
+        // A field stays on one line.
         let value = value.replace(['\n', '\r'], " ");
         let shown = match is_text {
             true if value.contains(['"', '\\']) => toml::Value::String(value).to_string(),
@@ -89,10 +89,10 @@ impl Form {
         Ok(yawrig_expression::from_text(&self.file(), &self.written().text, &Effect::ids())?)
     }
 
-    /// Makes it known.
+    /// Registers the effect.
     ///
     /// # Errors
-    /// Those of [`own_effect::define`].
+    /// Those of [`Effect::defined`].
     pub fn define(&self) -> Result<Effect> {
         effects::defined(&self.file(), &self.written().text)
     }
@@ -100,7 +100,7 @@ impl Form {
     /// Writes it beside the model, where `--effect` finds it.
     ///
     /// # Errors
-    /// Those of [`own_effect::define`]; exit 3 where another file has its name, or it cannot be written.
+    /// Those of [`Effect::defined`]; exit 3 where another file has its name, or it cannot be written.
     pub fn save(&self, model: &Path) -> Result<PathBuf> {
         self.checked()?;
         let path = model.with_file_name(self.file());
@@ -125,7 +125,7 @@ impl Form {
         let text = &written.text;
         let mut first_line = error.message.lines().next().unwrap_or("").to_owned();
         if let Some((_, message)) = first_line.split_once(".toml:") {
-            // Line and column of a file that nobody has seen.
+            // Drops line and column: the user has seen no file.
             let message = message.splitn(3, ':').nth(2).unwrap_or(message);
             first_line = message.trim().to_owned();
         }
@@ -244,7 +244,7 @@ mod tests {
 
     #[test]
     fn errors_point_at_the_character_of_the_field() {
-        // The bracket that is never closed.
+        // The unclosed bracket.
         assert_eq!(at(&form("-c * tanh(r / 0.002")), ("moment".into(), 9, 1));
         assert_eq!(at(&form("-c * tahn(r)")), ("moment".into(), 5, 4));
         assert_eq!(at(&form("-c * b * §")).0, "moment");

@@ -97,7 +97,7 @@ fn router(app: &Arc<App>) -> Router {
         .route("/api/candidates", get(api::candidates))
         .route("/api/derivatives", get(api::derivatives))
         .route("/api/files", get(api::files))
-        .route("/api/live", get(api::live))
+        .route("/api/live", get(api::live_history))
         .route("/api/devices", get(api::devices))
         .route("/api/sessions", get(api::sessions))
         .route("/api/news", get(news))

@@ -1,11 +1,11 @@
 //! What the page is about: releases with their ticks, the model as it stands on the disk, and what has been computed.
 
+use super::options::ServeOptions;
 use super::view::{Ghost, Loaded, View};
-use super::Options;
 use crate::campaign::CampaignFile;
 use crate::model::document::{is_model, read_text, Model, RecordEntry, DEFAULT};
 use crate::model::effects;
-use crate::model::journal::{path_of, Journal, Step};
+use crate::model::journal::{path_of, Journal, JournalStep};
 use crate::model::records::{self, Listed};
 use serde::{Deserialize, Serialize};
 use std::collections::hash_map::DefaultHasher;
@@ -32,13 +32,13 @@ pub enum Use {
 
 /// A record, read once and when it is first wanted.
 #[derive(Debug)]
-pub struct Source {
+pub struct RecordSource {
     pub path: PathBuf,
     pub wind_speed_m_s: f64,
     loaded: OnceLock<std::result::Result<Loaded, Error>>,
 }
 
-impl Source {
+impl RecordSource {
     pub fn loaded(&self) -> std::result::Result<&Loaded, &Error> {
         self.loaded.get_or_init(|| Loaded::read(&self.path, self.wind_speed_m_s)).as_ref()
     }
@@ -53,22 +53,22 @@ impl Source {
 }
 
 #[derive(Clone, Debug)]
-pub struct Release {
+pub struct ListedRelease {
     pub entry: RecordEntry,
     pub used: Use,
-    pub source: Arc<Source>,
+    pub source: Arc<RecordSource>,
 }
 
 /// The model and its journal as they are on the disk.
 #[derive(Clone, Debug, Default)]
 pub struct Standing {
     pub model: Option<Arc<Model>>,
-    pub steps: Arc<Vec<Step>>,
-    /// The file is otherwise than the last step left it.
+    pub steps: Arc<Vec<JournalStep>>,
+    /// The file was changed since the last step.
     pub is_edited: bool,
     /// Why it cannot be used.
     pub fault: Option<Error>,
-    /// Of the model's text; 0 without one.
+    /// Hash of the model's text; 0 without one.
     pub key: u64,
 }
 
@@ -102,7 +102,7 @@ impl Standing {
     }
 }
 
-/// What can be told apart of two states of the files, without reading them.
+/// Fingerprint of the files' state, without reading them.
 type Stamp = [Option<(std::time::SystemTime, u64)>; 2];
 
 fn stamp(path: &Path) -> Stamp {
@@ -116,7 +116,7 @@ fn stamp(path: &Path) -> Stamp {
 pub struct Session {
     pub model_path: PathBuf,
     pub unknown_zero: bool,
-    pub releases: Vec<Release>,
+    pub releases: Vec<ListedRelease>,
     pub campaign: Option<Arc<CampaignFile>>,
     pub own: Vec<Effect>,
     pub standing: Standing,
@@ -131,7 +131,7 @@ impl Session {
     /// # Errors
     /// Exit 3 where a file is not there or the model or campaign cannot be read, 2 where files are given twice or
     /// several models.
-    pub fn new(options: &Options) -> Result<Self> {
+    pub fn new(options: &ServeOptions) -> Result<Self> {
         let is_toml = |f: &&PathBuf| f.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
         let (models, files): (Vec<&PathBuf>, Vec<&PathBuf>) =
             options.files.iter().partition(|f| is_toml(f) && is_model(f));
@@ -267,8 +267,8 @@ impl Session {
         }
         let wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
         let loaded = fault.map_or_else(OnceLock::new, |fault| OnceLock::from(Err(fault)));
-        let source = Arc::new(Source { path, wind_speed_m_s, loaded });
-        self.releases.push(Release { entry, used, source });
+        let source = Arc::new(RecordSource { path, wind_speed_m_s, loaded });
+        self.releases.push(ListedRelease { entry, used, source });
         self.releases.len() - 1
     }
 
@@ -291,13 +291,14 @@ impl Session {
         self.leave_out_bad();
     }
 
-    /// Reads a release that is bad data again: it may have been mended.
+    /// Reads a release that is bad data again: it may have been corrected.
     pub fn read_again(&mut self, id: usize) {
         let release = &mut self.releases[id];
         if release.source.fault().is_some() {
-            let Source { path, wind_speed_m_s, .. } = &*release.source;
+            let RecordSource { path, wind_speed_m_s, .. } = &*release.source;
             let (path, wind_speed_m_s) = (path.clone(), *wind_speed_m_s);
-            release.source = Arc::new(Source { path, wind_speed_m_s, loaded: OnceLock::new() });
+            release.source =
+                Arc::new(RecordSource { path, wind_speed_m_s, loaded: OnceLock::new() });
             self.views.retain(|(other, _), _| *other != id);
         }
     }
@@ -334,10 +335,10 @@ impl Session {
         true
     }
 
-    /// Whether the ticks are otherwise than the model has them.
+    /// Whether the ticks differ from the model's.
     pub fn are_ticks_changed(&self) -> bool {
         let Some(model) = &self.standing.model else { return false };
-        let of_model = |release: &Release| {
+        let of_model = |release: &ListedRelease| {
             let entry = model.records.iter().find(|e| e.file == release.entry.file);
             entry.map_or(Use::Out, |e| if e.held_out { Use::HoldOut } else { Use::Fit })
         };
@@ -352,7 +353,7 @@ impl Session {
             .collect()
     }
 
-    pub fn release(&self, id: usize) -> Result<&Release> {
+    pub fn release(&self, id: usize) -> Result<&ListedRelease> {
         self.releases.get(id).ok_or_else(|| Error::usage(format!("there is no release {id}")))
     }
 

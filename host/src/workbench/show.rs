@@ -1,11 +1,11 @@
-//! Curves, views, candidates: what is known of a release, as the page is told it.
+//! Curves, views, candidates: what is known of a release, for the page.
 
 use super::app::App;
-use super::series::{short, shorts, Stretches};
 use super::session::Session;
 use super::view::Ghost;
+use crate::drawn::{short, shorts, Stretches};
 use crate::model::document::RecordEntry;
-use crate::model::journal::{Action, Step};
+use crate::model::journal::{Action, JournalStep};
 use crate::model::records;
 use serde_json::{json, Value};
 use std::ops::Range;
@@ -68,7 +68,7 @@ pub fn curves(
         let view = session.view(id).and_then(|v| v.as_ref().ok()).cloned();
         (view, ghost.and_then(|g| find_ghost(&session, id, g)))
     };
-    let measured = super::series::Series::new(record.time_s.clone(), record.yaw_deg.clone());
+    let measured = crate::drawn::Series::new(record.time_s.clone(), record.yaw_deg.clone());
     let mut out = json!({
         "release": id,
         "whole_s": [first, last],
@@ -223,7 +223,7 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
         standing.model.iter().flat_map(|m| m.effects.iter().map(|e| e.effect.clone())).collect();
     let diagnosed = session.diagnosed.get(&(id, standing.key));
     let rejected = |effect: Effect| {
-        let said = |s: &&Step| {
+        let said = |s: &&JournalStep| {
             s.rejected.as_deref() == Some(effect.id()) || s.added.as_deref() == Some(effect.id())
         };
         let last = standing.steps.iter().rev().find(said).filter(|s| s.action == Action::Reject);
@@ -262,13 +262,13 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
             true
         }
     });
-    let told = diagnosed.map(|d| {
+    let verdict = diagnosed.map(|d| {
         let model = if in_model.is_empty() { SECOND_ORDER } else { "the present model" };
         verdict(d.diagnosis.status, &d.diagnosis.effects, model)
     });
     let alike = diagnosed.iter().flat_map(|d| &d.diagnosis.indistinguishable).map(|[a, b]| {
         format!(
-            "{} and {} cannot be told apart in this release; what would: {}",
+            "{} and {} cannot be distinguished in this release; what would: {}",
             a.card().title,
             b.card().title,
             a.card().release
@@ -276,7 +276,7 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
     });
     Ok(json!({
         "release": id,
-        "verdict": told,
+        "verdict": verdict,
         "status": diagnosed.map(|d| d.diagnosis.status),
         "alike": alike.collect::<Vec<_>>(),
         "candidates": order.into_iter().map(row).collect::<Vec<_>>(),
@@ -310,7 +310,7 @@ pub fn derivatives(app: &App) -> Value {
 /// # Errors
 /// Exit 3 where the folder cannot be read.
 pub fn files(app: &App) -> Result<Value> {
-    // What is bad data may have been mended, and be opened again.
+    // What is bad data may have been corrected, and be opened again.
     let known: Vec<Option<PathBuf>> = (app.session().releases.iter())
         .filter(|r| r.source.fault().is_none())
         .map(|r| r.source.path.canonicalize().ok())

@@ -1,10 +1,10 @@
-//! Releases, model, steps and the verdict, as the page is told them.
+//! Releases, model, steps and the verdict, for the page.
 
 use super::app::App;
-use super::series::short;
-use super::session::{Release, Session, Standing, Use};
+use super::session::{ListedRelease, Session, Standing, Use};
 use super::view::View;
-use crate::model::journal::{Action, Step};
+use crate::drawn::short;
+use crate::model::journal::{Action, JournalStep};
 use serde_json::{json, Value};
 use std::path::Path;
 use std::sync::Arc;
@@ -129,7 +129,7 @@ fn overall(session: &Session) -> Value {
 
 /// A sentence about releases that are bad data, where there are any.
 fn left_out(session: &Session) -> Option<String> {
-    let is_bad = |r: &&Release| r.source.fault().is_some();
+    let is_bad = |r: &&ListedRelease| r.source.fault().is_some();
     let bad: Vec<String> = session.releases.iter().filter(is_bad).map(name).collect();
     match &bad[..] {
         [] => None,
@@ -141,7 +141,7 @@ fn left_out(session: &Session) -> Option<String> {
 }
 
 /// What a release is called on the page.
-fn name(release: &Release) -> String {
+fn name(release: &ListedRelease) -> String {
     match &release.entry.made_under {
         Some(m) if m.wind_speed_m_s == 0.0 => format!("{} {} wind off", m.spring, m.axis),
         Some(m) => format!("{} {} {} m/s", m.spring, m.axis, m.wind_speed_m_s),
@@ -179,7 +179,7 @@ fn release(session: &Session, id: usize) -> Value {
     })
 }
 
-fn step(step: &Step) -> Value {
+fn step(step: &JournalStep) -> Value {
     let what = match step.action {
         Action::Fit => "fit".to_owned(),
         Action::Add => format!("add {}", step.added.as_deref().unwrap_or("")),

@@ -1,6 +1,6 @@
 //! What is seen of one release: the record, a model fitted to it or held against it, and where they part.
 
-use super::series::Series;
+use crate::drawn::Series;
 use crate::model::document::{Model, RecordEntry};
 use crate::model::limits::structure;
 use crate::model::model_fit::{held_against, modal_of, Recorded};
@@ -25,7 +25,7 @@ const FINER: usize = 4;
 #[derive(Debug)]
 pub struct Loaded {
     pub record: Record,
-    /// Its free swing, or why there is none.
+    /// Its free decay, or why there is none.
     pub swing: std::result::Result<Swing, Error>,
 }
 
@@ -164,7 +164,7 @@ pub struct Ghost {
 }
 
 impl Ghost {
-    /// `fitted` is the present model with the effect, `without` the present model, both fitted to this swing.
+    /// `fitted` is the present model with the effect, `without` the present model, both fitted to this free decay.
     pub fn of(swing: &Swing, without: &Fitted, fitted: Fitted, effect: Effect) -> Self {
         Self {
             effect: effect.clone(),
@@ -177,7 +177,7 @@ impl Ghost {
         }
     }
 
-    /// Fits the present model to the swing, and with `effect` again.
+    /// Fits the present model to the free decay, and with `effect` again.
     ///
     /// # Errors
     /// Exit 6 where the present model cannot be fitted to it, 130 where the work is stopped.

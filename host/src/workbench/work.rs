@@ -1,27 +1,82 @@
-//! What takes longer than a click: one piece at a time in a thread of its own, what the user asked for before what is
-//! made ready in the background.
+//! What takes longer than a click: a queue of one, and how its piece gets on.
 
-use super::app::App;
-use super::jobs::{self, Job};
-use rayon::prelude::*;
-use serde::Serialize;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use serde::{Deserialize, Serialize};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Result};
-use yawrig_base::interrupt::{self, Task};
+use yawrig_base::interrupt::Task;
 
-/// How long the thread sleeps where nobody wakes it.
+/// Longest sleep of the worker's thread.
 const NAP: Duration = Duration::from_millis(200);
 
 /// How long a page may take to be opened after the start.
 const FIRST_PAGE: Duration = Duration::from_secs(3);
 
-/// What the worker is at.
+/// What a user can ask for that takes its time. Effects are named by their ids.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case")]
+pub enum Job {
+    Fit,
+    Add {
+        effect: String,
+        why: Option<String>,
+    },
+    Remove {
+        effect: String,
+        why: Option<String>,
+    },
+    Reject {
+        effect: String,
+        why: Option<String>,
+    },
+    Return {
+        step: usize,
+        why: Option<String>,
+    },
+    /// Which effect the present model lacks in a release.
+    Diagnose {
+        release: usize,
+    },
+    /// Which effects a campaign needs, and from where.
+    Judge,
+    /// What an effect would do in a release.
+    Try {
+        release: usize,
+        effect: String,
+    },
+}
+
+impl Job {
+    fn what(&self) -> String {
+        match self {
+            Self::Fit => "fitting the model".to_owned(),
+            Self::Add { effect, .. } => format!("adding {effect}"),
+            Self::Remove { effect, .. } => format!("removing {effect}"),
+            Self::Reject { effect, .. } => format!("rejecting {effect}"),
+            Self::Return { step, .. } => format!("returning to step {step}"),
+            Self::Diagnose { .. } => "looking for what is missing".to_owned(),
+            Self::Judge => "judging the whole campaign".to_owned(),
+            Self::Try { effect, .. } => format!("trying {effect}"),
+        }
+    }
+
+    /// The effect of the library, or the user's own, that it needs to know.
+    pub fn needs(&self) -> Option<&str> {
+        match self {
+            Self::Add { effect, .. } | Self::Reject { effect, .. } | Self::Try { effect, .. } => {
+                Some(effect)
+            }
+            _ => None,
+        }
+    }
+}
+
+/// What the worker is doing.
 #[derive(Clone, Debug, Serialize)]
 pub struct Progress {
     pub what: String,
     pub seconds: f64,
-    /// Grows as long as it gets on.
+    /// Grows while the work makes progress.
     pub looks: u64,
     pub is_stopping: bool,
 }
@@ -135,24 +190,8 @@ impl Work {
         self.queue().ended.clone()
     }
 
-    /// Works until the user stops the program.
-    pub fn run(&self, app: &Arc<App>) {
-        while !interrupt::requested() {
-            match self.taken() {
-                Some(job) => self.run_job(app, &job),
-                None if self.make_ready(app) => {}
-                None => {
-                    let queue = self.queue();
-                    if queue.waiting.is_none() {
-                        let _ = self.bell.wait_timeout(queue, NAP);
-                    }
-                }
-            }
-        }
-    }
-
-    /// The next piece that was asked for, from here on the one that Cancel is about.
-    fn taken(&self) -> Option<Job> {
+    /// Takes the next job; from here on Cancel refers to it.
+    pub fn next(&self) -> Option<Job> {
         let mut queue = self.queue();
         let job = queue.waiting.take()?;
         self.task.begin();
@@ -161,9 +200,8 @@ impl Work {
         Some(job)
     }
 
-    fn run_job(&self, app: &Arc<App>, job: &Job) {
-        app.tell(&serde_json::json!({"kind": "job", "job": self.progress()}));
-        let done = self.pool.install(|| jobs::run(app, job));
+    /// How a piece ended.
+    pub fn end(&self, job: &Job, done: Result<String>) {
         let mut queue = self.queue();
         let was_stopped = std::mem::take(&mut queue.is_stopping);
         queue.running = None;
@@ -179,36 +217,31 @@ impl Work {
             Some(Ended { what: job.what(), message, help, is_error, number: queue.count });
         drop(queue);
         self.task.begin();
-        app.session().refresh();
-        app.tell_state();
     }
 
-    /// Makes views of the next releases ready, those that are looked at first, then the most recent. Whether there was
-    /// one to be made. Nothing is made while the first page is still to come: its first picture has the machine to
-    /// itself.
-    fn make_ready(&self, app: &Arc<App>) -> bool {
-        if self.begun.elapsed() < FIRST_PAGE && self.queue().wanted.is_empty() {
-            return false;
+    /// The releases that pages look at, the latest first; none while the first page is still to come, whose first
+    /// picture is to have the machine to itself.
+    pub fn wanted(&self) -> Option<Vec<usize>> {
+        let wanted: Vec<usize> = self.queue().wanted.iter().rev().copied().collect();
+        (self.begun.elapsed() >= FIRST_PAGE || !wanted.is_empty()).then_some(wanted)
+    }
+
+    /// Until there is something new to do, or for a moment.
+    pub fn nap(&self) {
+        let queue = self.queue();
+        if queue.waiting.is_none() {
+            let _ = self.bell.wait_timeout(queue, NAP);
         }
-        let next: Vec<usize> = {
-            let session = app.session();
-            let wanted = self.queue().wanted.clone();
-            let others = (0..session.releases.len()).rev();
-            let mut next: Vec<usize> = Vec::new();
-            for id in wanted.into_iter().rev().chain(others) {
-                let is_missing = id < session.releases.len() && session.view(id).is_none();
-                if is_missing && !next.contains(&id) {
-                    next.push(id);
-                }
-            }
-            next.truncate(self.pool.current_num_threads());
-            next
-        };
-        if next.is_empty() {
-            return false;
-        }
+    }
+
+    /// On all cores, where Cancel reaches it.
+    pub fn on_all_cores<T: Send>(&self, what: impl FnOnce() -> T + Send) -> T {
+        self.pool.install(what)
+    }
+
+    /// The same for what nobody has asked for.
+    pub fn in_background(&self, what: impl FnOnce() + Send) {
         self.task.begin();
-        self.pool.install(|| next.par_iter().for_each(|id| jobs::make_view(app, *id)));
-        true
+        self.pool.install(what);
     }
 }

@@ -91,7 +91,7 @@ pub fn draw(effect: Effect, setup: &Setup, rng: &mut ChaCha8Rng) -> Vec<f64> {
     }
 }
 
-/// Largest factor on a drawn law that leaves a released swing.
+/// Largest factor on a drawn law that leaves a free decay.
 pub fn most(law: &Law, setup: &Setup) -> f64 {
     let (wn, a) = (setup.wn, setup.amplitude.abs());
     let Law::Known(effect, p) = law else { return 30.0 };

@@ -118,7 +118,7 @@ pub fn plant(plan: &Plan) -> Planted {
         let Some(laws) = sized else { continue };
         let sampled = Setup { rate_hz: plan.rate_hz.unwrap_or(setup.rate_hz), ..setup };
         let planted = simulate(&sampled, &laws, noise_seed);
-        // What a sum of two does together can still be no swing.
+        // The sum of two may still give no oscillation.
         if is_swing(&planted.record) && Swing::of(&planted.record).is_ok() {
             return planted;
         }

@@ -148,6 +148,39 @@ fn the_whole_loop() {
 }
 
 #[test]
+fn a_rejected_effect_stands_in_the_journal_with_its_reason_and_changes_nothing() {
+    let bench = Bench::new();
+    bench.json("fit r.csv");
+    let model = bench.text("model.toml");
+    let rejected = bench.of("reject cubic_damping --json --why").and("the wind was off").run();
+    let rejected = rejected.exits(0).json();
+    assert_eq!(
+        (&rejected["step"], &rejected["rejected"], &rejected["why"]),
+        (&2.into(), &"cubic_damping".into(), &"the wind was off".into())
+    );
+    assert_eq!(bench.text("model.toml"), model);
+    let history = bench.json("history");
+    let step = &history["steps"][1];
+    assert_eq!((&step["action"], &step["rejected"]), (&"reject".into(), &"cubic_damping".into()));
+    assert_eq!(step["command"], "yawrig reject cubic_damping --json --why \"the wind was off\"");
+    assert_eq!(
+        (&step["why"], &step["after"]),
+        (&"the wind was off".into(), &history["steps"][0]["after"])
+    );
+    assert_eq!(history["edited"], false);
+    let text = bench.of("history").run().exits(0).stdout;
+    assert!(text.contains("reject cubic_damping") && text.contains("the wind was off"), "{text}");
+
+    bench.of("reject free_play --why small").run().exits(0);
+    bench.of("reject cubic_damping").run().exits(2).says("--why");
+    bench.refuses("reject cubic_damping --why=", 2).says("--why is empty");
+    bench.refuses("reject cubic_dampin --why no", 2).says("did you mean cubic_damping");
+    bench.of("add coulomb_friction").run().exits(0);
+    bench.refuses("reject coulomb_friction --why no", 2).says("is in the model");
+    bench.refuses("reject free_play --why no --model absent.toml", 3).says("absent.toml");
+}
+
+#[test]
 fn what_a_user_reads() {
     let bench = Bench::new();
     let fit = bench.of("fit r.csv").run().exits(0);
@@ -295,7 +328,7 @@ fn a_users_own_effect_goes_into_the_model_with_its_definition() {
 fn ctrl_c_during_add_leaves_the_model_and_its_journal_as_they_were() {
     let bench = Bench::new();
     bench.json("fit r.csv");
-    // Twenty minutes of a swing that hardly decays.
+    // Twenty minutes of an oscillation that hardly decays.
     bench
         .of("simulate --natural-frequency 7.5 --damping 0.00002 --seconds 3600 --out long.csv")
         .run();

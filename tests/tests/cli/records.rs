@@ -102,7 +102,7 @@ fn a_simulated_record_gives_its_truth() {
     }
 }
 
-/// A damped swing from this test's own hand, so that nothing of the program vouches for itself.
+/// A free decay from this test's own hand, so that nothing of the program vouches for itself.
 fn swing(from_s: f64, to_s: f64) -> String {
     let (wn, zeta) = (9.0_f64, 0.015_f64);
     let wd = wn * (1.0 - zeta * zeta).sqrt();
@@ -121,7 +121,7 @@ fn a_record_that_starts_in_mid_swing_is_taken_and_flagged() {
     let folder = tempfile::tempdir().expect("a folder");
     // At a turning point, on the way down, near the mid-line, on the way up.
     for from_s in [0.0, 0.11, 0.17, 0.52] {
-        let file = folder.path().join("mid-swing.csv");
+        let file = folder.path().join("mid-decay.csv");
         std::fs::write(&file, swing(from_s, 20.0)).expect("room for it");
         let object = replay(&[&file]);
         let record = &object["records"][0];
@@ -259,7 +259,7 @@ fn the_bicycle_fork() {
     let object = replay(&[&file]);
     let record = &object["records"][0];
     near(value(record, "natural_frequency_rad_s"), 3.95, 0.005);
-    // The damping rises between these as the swing decays.
+    // The damping rises between these as the oscillation decays.
     let zeta = value(record, "damping_ratio");
     assert!((0.0069..=0.0133).contains(&zeta), "{zeta}");
     let offset = record["offset_deg"].as_f64().expect("an offset");

@@ -1,4 +1,4 @@
-//! `demo --hidden`: an effect hidden in releases, found by typing what each command says, and revealed.
+//! `demo --hidden`: an effect hidden in releases, found by typing the commands that it prints, and revealed.
 
 use serde_json::Value;
 use std::path::Path;
@@ -12,7 +12,7 @@ fn rms(errors: &Value, of: &str) -> f64 {
     errors[of].as_f64().unwrap_or_else(|| panic!("{of} of {errors}"))
 }
 
-/// What is promised of a riddle solved.
+/// What must hold of a riddle solved.
 fn solved(revealed: &Value) {
     assert_eq!(revealed["model"]["named_right"], true, "{revealed}");
     for parameter in revealed["hidden"]["parameters"].as_array().expect("parameters") {
@@ -45,35 +45,30 @@ fn every_step_at_once() {
     }
 }
 
-/// Types what stands in the first line that begins with `  yawrig `, until the seal is opened.
+/// Types every command that `demo --hidden` prints, in their order.
 #[test]
-fn step_by_step_as_each_command_says() {
+fn step_by_step_as_it_is_printed() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let begun = run(folder, "demo --hidden 1 --out riddle").exits(0);
     let sealed = std::fs::read_to_string(folder.join("riddle/sealed-truth.txt")).expect("a seal");
     assert!(sealed.contains("sealed") && !sealed.contains("effect:"), "{sealed}");
-    let said = |text: &str| {
-        let line = text.lines().rfind(|line| line.starts_with("  yawrig ")).map(str::trim);
-        line.unwrap_or_else(|| panic!("no next command in {text}")).replacen("yawrig ", "", 1)
-    };
-    let mut command = said(&begun.stdout);
+    let commands: Vec<&str> =
+        begun.stdout.lines().filter_map(|line| line.strip_prefix("  yawrig ")).collect();
+    let verbs: Vec<&str> = commands.iter().filter_map(|c| c.split(' ').next()).collect();
+    assert_eq!(verbs, ["compare", "diagnose", "fit", "add", "train", "replay", "replay", "demo"]);
     let mut effect = String::new();
-    let mut typed = Vec::new();
-    while !command.starts_with("demo --reveal") {
-        typed.push(command.split(' ').next().unwrap_or_default().to_owned());
-        assert!(typed.len() < 12, "{typed:?}");
+    let [steps @ .., reveal] = commands.as_slice() else { panic!("no commands") };
+    for command in steps {
         let ended = run(folder, &command.replace("EFFECT", &effect)).exits(0);
         if command.starts_with("diagnose") {
             let found = ended.stdout.split("explained by ").nth(1).expect("an effect");
             effect = found.split_whitespace().next().expect("a word").to_owned();
         }
-        command = said(&ended.stderr);
     }
-    assert_eq!(typed, ["compare", "diagnose", "fit", "add", "train", "replay"]);
-    solved(&run(folder, &format!("{command} --json")).exits(0).json());
-    let told = run(folder, &command).exits(0).stdout;
-    assert!(told.contains("named right") && told.contains("times less"), "{told}");
+    solved(&run(folder, &format!("{reveal} --json")).exits(0).json());
+    let said = run(folder, reveal).exits(0).stdout;
+    assert!(said.contains("named right") && said.contains("times less"), "{said}");
 }
 
 #[test]
@@ -82,8 +77,8 @@ fn a_riddle_not_solved_and_one_that_is_not_there() {
     let folder = folder.path();
     run(folder, "demo --hidden 3 --out riddle").exits(0);
     run(folder, "demo --hidden 3 --out riddle").exits(2).says("is there already").helps();
-    let told = run(folder, "demo --reveal riddle").exits(0).stdout;
-    assert!(told.contains("hidden: ") && told.contains("there is no model.toml"), "{told}");
+    let said = run(folder, "demo --reveal riddle").exits(0).stdout;
+    assert!(said.contains("hidden: ") && said.contains("there is no model.toml"), "{said}");
     run(folder, "demo --reveal .").exits(3).says("sealed-truth.txt").helps();
     std::fs::write(folder.join("riddle/sealed-truth.txt"), "sealed: x\n00").expect("room for it");
     run(folder, "demo --reveal riddle").exits(3).says("the seal is broken").helps();

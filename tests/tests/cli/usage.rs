@@ -83,7 +83,7 @@ fn numbers_that_make_no_sense_are_usage_errors() {
     ] {
         let ended = yawrig(command).run().exits(2);
         assert_eq!(ended.stdout, "", "{}", ended.report());
-        // A number below nought is a number.
+        // A number below zero is a number.
         assert!(!ended.stderr.contains("unexpected argument"), "{}", ended.report());
     }
 }

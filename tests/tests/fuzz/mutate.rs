@@ -42,9 +42,9 @@ pub fn mutate(inputs: &[Vec<u8>], target: &Target, random: &mut ChaCha8Rng) -> V
         change(&mut input, inputs, target, random);
     }
     input.truncate(target.longest);
-    if let Some(mend) = target.mend {
+    if let Some(repair) = target.repair {
         if random.random_bool(0.7) {
-            mend(&mut input);
+            repair(&mut input);
         }
     }
     input

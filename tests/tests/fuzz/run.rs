@@ -24,7 +24,7 @@ pub struct Target {
     /// Text: numbers in it are replaced by others.
     pub text: bool,
     /// Makes an input's checksums right again.
-    pub mend: Option<fn(&mut Vec<u8>)>,
+    pub repair: Option<fn(&mut Vec<u8>)>,
     pub longest: usize,
     /// Inputs of a short run.
     pub executions: u64,

@@ -16,7 +16,7 @@ use yawrig_shared::wire::{
 };
 
 fn binary(read: impl Fn(&[u8]) -> String + 'static, longest: usize, executions: u64) -> Target {
-    Target { read: Box::new(read), words: &[], text: false, mend: None, longest, executions }
+    Target { read: Box::new(read), words: &[], text: false, repair: None, longest, executions }
 }
 
 fn text(
@@ -24,7 +24,7 @@ fn text(
     words: &'static [&'static str],
     executions: u64,
 ) -> Target {
-    Target { read: Box::new(read), words, text: true, mend: None, longest: 4096, executions }
+    Target { read: Box::new(read), words, text: true, repair: None, longest: 4096, executions }
 }
 
 fn said<T, E: std::fmt::Debug>(result: Result<T, E>) -> String {
@@ -151,7 +151,11 @@ pub fn samples() -> Target {
             if let Some(sample) = decoder.decode(byte) {
                 if let Some(last) = index {
                     if sample.lost == 0 {
-                        assert_eq!(sample.index, last.wrapping_add(1), "a gap that is not told");
+                        assert_eq!(
+                            sample.index,
+                            last.wrapping_add(1),
+                            "a gap that is not reported"
+                        );
                     } else {
                         runs += 1;
                     }
@@ -179,7 +183,7 @@ pub fn blob() -> Target {
         }
         said(read)
     };
-    let mend = |input: &mut Vec<u8>| {
+    let repair = |input: &mut Vec<u8>| {
         if let (Some(payload), true) = (input.get(ENVELOPE..), input.len() > ENVELOPE) {
             let (length, crc) = (payload.len() as u32, crc32(payload));
             input[8..12].copy_from_slice(&length.to_le_bytes());
@@ -188,7 +192,7 @@ pub fn blob() -> Target {
             input[20..24].copy_from_slice(&crc.to_le_bytes());
         }
     };
-    Target { mend: Some(mend), ..binary(read, blob::LONGEST + 64, 20_000) }
+    Target { repair: Some(repair), ..binary(read, blob::LONGEST + 64, 20_000) }
 }
 
 /// A folder with an empty file for each of these names.
@@ -259,12 +263,12 @@ pub fn model() -> Target {
             let written = model.text(Some(text)).expect("what was read can be written");
             let again = Model::parse(&written, &file).expect("what was written can be read");
             // But for the lines it stands on.
-            let told = |model: &Model| {
+            let without_lines = |model: &Model| {
                 let mut model = model.clone();
                 model.records.iter_mut().for_each(|record| record.line = 0);
                 format!("{model:?}")
             };
-            assert_eq!(told(&again), told(model), "{written}");
+            assert_eq!(without_lines(&again), without_lines(model), "{written}");
         }
         said(model.map_err(|e| e.message))
     };

@@ -142,14 +142,14 @@ fn sensor(all: &mut Vec<Case>) {
         |truth, seed, at_deg| yaw(clipped(truth, seed, at_deg)),
     ));
     all.push(case(
-        "stuck in mid-swing",
+        "stuck in mid-decay",
         Must::Either,
         &[Flags::STUCK, Flags::DISTURBED],
         &[("for 20 ms", 20.0), ("for 100 ms", 100.0), ("for 300 ms", 300.0)],
         stuck,
     ));
     all.push(case(
-        "stuck in mid-swing",
+        "stuck in mid-decay",
         Must::Flag,
         &[Flags::STUCK, Flags::DISTURBED],
         &[("for 0.6 s", 600.0), ("for 2 s", 2000.0), ("for good", 1e9)],
@@ -232,7 +232,7 @@ fn sensor(all: &mut Vec<Case>) {
         "loose contact",
         Must::Either,
         &[Flags::SATURATED, Flags::DISTURBED, Flags::STUCK, Flags::SPIKES],
-        &[("2 ms at nought", 2.0), ("10 ms", 10.0), ("100 ms", 100.0), ("1 s", 1000.0)],
+        &[("2 ms at zero", 2.0), ("10 ms", 10.0), ("100 ms", 100.0), ("1 s", 1000.0)],
         |truth, seed, ms| {
             let mut signal = Signal::new(truth, seed);
             let mut given = signal.given();
@@ -297,7 +297,7 @@ fn disconnected(all: &mut Vec<Case>) {
         },
     ));
     all.push(case(
-        "disconnected in mid-swing",
+        "disconnected in mid-decay",
         Must::Flag,
         &[Flags::NO_SENSOR, Flags::SATURATED, Flags::STUCK, Flags::DISTURBED],
         &kinds,
@@ -396,26 +396,26 @@ fn missing(truth: Modal, seed: u64, count: usize, counted: bool) -> Vec<Given> {
     let at = signal.moment(share);
     let mut given = signal.given();
     let end = (at + count).min(given.len());
-    let told = counted.then_some(Given::Lost((end - at) as u32));
-    given.splice(at..end, told);
+    let said = counted.then_some(Given::Lost((end - at) as u32));
+    given.splice(at..end, said);
     given
 }
 
 fn model(all: &mut Vec<Case>) {
     all.push(case(
-        "touched in mid-swing",
+        "touched in mid-decay",
         Must::Either,
         &[Flags::DISTURBED],
         &[
-            ("2 % of the swing", 0.02),
-            ("10 % of the swing", 0.1),
-            ("50 % of the swing", 0.5),
-            ("200 % of the swing", 2.0),
+            ("2 % of the amplitude", 0.02),
+            ("10 % of the amplitude", 0.1),
+            ("50 % of the amplitude", 0.5),
+            ("200 % of the amplitude", 2.0),
         ],
         |truth, seed, share| {
             let mut signal = Signal::new(truth, seed);
             let at = signal.any_moment();
-            // A push of 30 ms that leaves a swing of this share.
+            // A push of 30 ms that leaves an oscillation of this share.
             let side = if seed % 2 == 0 { 1.0 } else { -1.0 };
             let height = share * signal.amplitude_deg(at) / (0.02 * truth.natural_frequency_rad_s);
             signal.push(at, |k| {

@@ -22,7 +22,7 @@ pub enum Given {
     Yaw(f64),
     /// Counts of the converter.
     Counts(u16),
-    /// So many samples lost, and the device told.
+    /// So many samples lost, and reported to the device.
     Lost(u32),
 }
 
@@ -47,7 +47,7 @@ fn motion_at(truth: &Modal, amplitude_deg: f64, hold_s: f64, end: End, rate_hz: 
     Samples::new(Motion::new(truth), &start, &sensor, 0).map(|s| s.yaw_deg).collect()
 }
 
-/// Until the swing is below the device's range for good.
+/// Until the oscillation is below the device's range for good.
 const DOWN: End = End::Below { amplitude_deg: 0.3, at_most_s: 1800.0 };
 
 impl Signal {

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use yawrig_tests::process::{yawrig, Running};
 
-/// A swing with dry friction at 1 kHz, and a folder for it.
+/// A free decay with dry friction at 1 kHz, and a folder for it.
 pub const RUBBING: &str =
     "simulate --natural-frequency 7.5 --damping 0.008 --effect coulomb_friction:c=0.05 --out rubbing.csv";
 

@@ -143,7 +143,7 @@ fn a_step_on_the_command_line_shows_on_the_page() {
     let says =
         |words: &str| format!("document.querySelector('#message').textContent.includes('{words}')");
     browser.wait(&says("step 2, taken outside this page: add coulomb_friction"));
-    // A file that is broken by hand is said to be, and mended again.
+    // A file that is broken by hand is said to be, and corrected again.
     let good = bench.text("model.toml");
     std::fs::write(bench.path("model.toml"), good.replace("schema_version", "version"))
         .expect("room");

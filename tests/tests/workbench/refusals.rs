@@ -233,7 +233,7 @@ fn a_list_opens_with_what_there_is_and_not_with_nothing() {
     assert_eq!(state["overall"]["left_out"], said);
     assert_eq!(bench.act(&json!({"do": "fit"})).0, 200);
     bench.wait("a step", |state| state["steps"].as_array().is_some_and(|s| s.len() == 1));
-    // Mended, it is opened again.
+    // Corrected, it is opened again.
     std::fs::copy(bench.path("rubbing.csv"), bench.path("nothing.csv")).expect("room");
     assert_eq!(bench.act(&json!({"do": "open", "file": "nothing.csv"})).1["release"], 0);
     bench.wait("it is good", |state| state["releases"][0]["badge"] == "structured");

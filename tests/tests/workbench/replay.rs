@@ -246,7 +246,7 @@ fn a_session_is_shown_again_on_the_page() {
     );
     browser.picture(&pictures().join("replay-damaged.png"));
     std::fs::write(bench.path("session.jsonl"), log).expect("room");
-    browser.complaints.retain(|told| !told.contains("409"));
+    browser.complaints.retain(|complaint| !complaint.contains("409"));
     browser.click("#live-connect");
     browser.wait("!document.querySelector('#live-replay').hidden");
     // Back to devices.

@@ -1,9 +1,7 @@
 //! A device that is followed: shown, recorded, its releases added to the list.
 
-use super::super::app::App;
-use super::seen::Teller;
-use super::{Order, FOLDER};
-use crate::model::records;
+use super::shown::{Order, Shown};
+use super::teller::Teller;
 use serde_json::json;
 use std::path::Path;
 use std::sync::mpsc::Receiver;
@@ -17,31 +15,41 @@ use yawrig_link::live::recording::Recording;
 use yawrig_link::live::session::{Follow, Session};
 use yawrig_link::live::swing::Swing;
 
+/// Folder of recordings made from the page.
+pub const FOLDER: &str = "recordings";
+
 /// The device and where it is written to.
 struct Following<'a> {
-    app: &'a Arc<App>,
+    shown: &'a Arc<Shown>,
+    keep: &'a dyn Fn(&Path),
     session: Session,
     recording: Option<Recording>,
     device: Option<Item>,
     teller: Teller,
 }
 
-/// Until the user leaves it.
+/// Until the user leaves it; `keep` is given the file of each release that is recorded.
 ///
 /// # Errors
 /// Those of the device and of the recording, which is ended however that ends.
-pub fn follow(app: &Arc<App>, target: &Target, orders: &Receiver<Order>) -> Result<()> {
+pub fn follow(
+    shown: &Arc<Shown>,
+    target: &Target,
+    orders: &Receiver<Order>,
+    keep: &dyn Fn(&Path),
+) -> Result<()> {
     let bench = Bench::open(target)?;
     let mut swing = match target {
         Target::Port(_) => None,
         _ => Some(Swing::new(1.0)),
     };
     let mut following = Following {
-        app,
+        shown,
+        keep,
         session: Session::new(bench, Follow::Trace)?,
         recording: None,
         device: None,
-        teller: Teller::new(app),
+        teller: Teller::new(shown),
     };
     let done = following.run(&mut swing, orders);
     // However it ended: what was recorded is kept.
@@ -91,23 +99,12 @@ impl Following<'_> {
         Ok(())
     }
 
-    /// A release that is whole joins the list of releases.
     fn keep(&mut self, record: &Item) {
         self.teller.show(record);
         let Item::Record { file, .. } = record else { return };
-        let folder = self.app.live.seen(|seen| seen.recording.clone());
-        let path = folder.as_deref().and_then(Path::parent).unwrap_or(Path::new("")).join(file);
-        let model_path = self.app.session().model_path.clone();
-        if let Ok(entries) = records::entries(&[path], &model_path) {
-            let mut session = self.app.session();
-            for entry in entries {
-                let used = session.used_when_new();
-                session.include(entry, None, used);
-            }
-            drop(session);
-            self.app.tell_state();
-            self.app.work.wake();
-        }
+        let folder = self.shown.seen(|seen| seen.recording.clone());
+        let folder = folder.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+        (self.keep)(&folder.join(file));
     }
 
     fn start(&mut self) -> Result<()> {
@@ -115,7 +112,7 @@ impl Following<'_> {
             return Ok(());
         }
         let recording = Recording::begin(Path::new(FOLDER), self.device.as_ref())?;
-        self.app.live.seen(|seen| seen.recording = Some(recording.trace()));
+        self.shown.seen(|seen| seen.recording = Some(recording.trace()));
         self.recording = Some(recording);
         Ok(())
     }
@@ -124,7 +121,7 @@ impl Following<'_> {
         let Some(recording) = self.recording.take() else { return Ok(()) };
         let (finished, records) = recording.finish()?;
         records.iter().for_each(|record| self.keep(record));
-        self.app.live.seen(|seen| seen.recording = None);
+        self.shown.seen(|seen| seen.recording = None);
         let missing = match finished.missing_samples {
             0 => "none missing".to_owned(),
             count => format!("{count} missing"),

@@ -1,8 +1,8 @@
 //! A stored session shown again: played, paused, faster than life, from any time on.
 
-use super::super::app::App;
-use super::seen::{Replay, Teller};
-use super::Order;
+use super::seen::Replay;
+use super::shown::{Order, Shown};
+use super::teller::Teller;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -13,14 +13,14 @@ use yawrig_link::live::stored::Stored;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
 use yawrig_shared::wire::Event;
 
-/// Between two looks at what is due.
+/// Interval between checks of what is due.
 const SLICE: Duration = Duration::from_millis(20);
 /// How far before a release a jump to it goes, s.
 const BEFORE_S: f64 = 1.0;
-/// Speeds that can be asked for, times life's.
+/// Allowed speeds, times real time.
 const SPEEDS: [f64; 2] = [0.01, 1000.0];
 
-/// What pages are told of `stored` at its beginning.
+/// What pages show of `stored` at its beginning.
 ///
 /// # Errors
 /// Exit 3 where nothing is in it.
@@ -44,7 +44,7 @@ pub fn replay_of(stored: &Stored) -> Result<Replay> {
     })
 }
 
-/// Number after its last sample.
+/// Sample number after its last.
 fn end_of(item: &Item) -> u64 {
     match item {
         Item::Samples { first, yaw_deg } => first + yaw_deg.len() as u64,
@@ -66,10 +66,10 @@ fn place(item: &Item) -> Option<(f64, String)> {
 }
 
 struct Playing<'a> {
-    app: &'a Arc<App>,
+    shown: &'a Arc<Shown>,
     stored: &'a Stored,
     teller: Teller,
-    /// Of the items, that to be shown next.
+    /// Index of the item to be shown next.
     next: usize,
     replay: Replay,
 }
@@ -79,12 +79,12 @@ struct Playing<'a> {
 /// # Errors
 /// 130 where the user stops the program.
 pub fn play(
-    app: &Arc<App>,
+    shown: &Arc<Shown>,
     stored: &Stored,
     replay: Replay,
     orders: &Receiver<Order>,
 ) -> Result<()> {
-    let mut playing = Playing { app, stored, teller: Teller::new(app), next: 0, replay };
+    let mut playing = Playing { shown, stored, teller: Teller::new(shown), next: 0, replay };
     playing.teller.tell();
     let mut since = Instant::now();
     loop {
@@ -103,7 +103,7 @@ pub fn play(
 impl Playing<'_> {
     fn obey(&mut self, order: &Order) {
         match order {
-            // At the end there is nothing left but to see it again.
+            // At the end, play starts again from the beginning.
             Order::Play if self.replay.at_s >= self.replay.to_s => {
                 self.replay.is_playing = true;
                 self.jump(self.replay.from_s);
@@ -119,7 +119,7 @@ impl Playing<'_> {
         self.teller.tell();
     }
 
-    /// To where `time_s` has just gone by.
+    /// Continues from `time_s`.
     fn jump(&mut self, time_s: f64) {
         self.replay.at_s = time_s.clamp(self.replay.from_s, self.replay.to_s);
         self.next = 0;
@@ -156,7 +156,7 @@ impl Playing<'_> {
     }
 
     fn tell_place(&self) {
-        self.app.live.seen(|seen| seen.replay = Some(self.replay.clone()));
+        self.shown.seen(|seen| seen.replay = Some(self.replay.clone()));
     }
 }
 

@@ -1,25 +1,20 @@
 //! What a device or a stored session has shown so far: its trace thinned to what is drawn, its results, its marks.
 
-use super::super::app::App;
-use super::super::series::short;
+use crate::drawn::short;
 use serde_json::{json, Value};
 use std::collections::VecDeque;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::time::{Duration, Instant};
 use yawrig_base::error::Error;
 use yawrig_link::live::item::{time_s, Item};
 
 /// Samples of which the least and the largest are sent: two values every 10 ms.
 const STRETCH: u64 = 10;
-/// How often the page is told.
-const TELL: Duration = Duration::from_millis(100);
 /// Stretches that a page opened later is given: a minute.
 const KEPT: usize = 6000;
 /// Lines of the log that are kept.
 const MOST_LINES: usize = 500;
 
-/// What is known, for pages.
+/// State shown on the pages.
 #[derive(Default)]
 pub struct Seen {
     pub device: String,
@@ -28,9 +23,9 @@ pub struct Seen {
     pub recording: Option<PathBuf>,
     /// Where a stored session is shown instead of a device.
     pub replay: Option<Replay>,
-    /// Another number with each beginning and each jump: a page that knows an earlier one asks for everything.
+    /// Changes with each beginning and each jump: a page that knows an earlier number asks for everything.
     pub epoch: u64,
-    /// Those of the device's network.
+    /// Effects that the device's network knows.
     effects: String,
     trace: VecDeque<Stretch>,
     open: Option<Stretch>,
@@ -51,29 +46,29 @@ pub struct Replay {
     pub to_s: f64,
     pub at_s: f64,
     pub is_playing: bool,
-    /// Times as fast as life.
+    /// Times real time.
     pub speed: f64,
-    /// What one may want to go to.
+    /// Marks and releases to jump to.
     pub places: Vec<(f64, String)>,
 }
 
 /// The least and the largest of ten samples, by the number of the stretch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Stretch {
+pub struct Stretch {
     number: u64,
     low: f64,
     high: f64,
 }
 
 impl Seen {
-    /// Nothing yet, of something else than before.
+    /// Starts anew, for another device or session.
     pub fn begin(&mut self, device: &str, replay: Option<Replay>) {
         let epoch = self.epoch + 1;
         *self = Self { device: device.to_owned(), replay, epoch, ..Self::default() };
     }
 
     /// Takes what happened; its line of the log, if it has one, and the stretches that are whole by it.
-    fn take(&mut self, item: &Item) -> (Option<Value>, Vec<Stretch>) {
+    pub fn take(&mut self, item: &Item) -> (Option<Value>, Vec<Stretch>) {
         if let Some(effects) = item.effects() {
             self.effects = effects;
         }
@@ -155,7 +150,7 @@ impl Seen {
     }
 }
 
-fn trace_json<'a>(stretches: impl Iterator<Item = &'a Stretch>) -> Value {
+pub fn trace_json<'a>(stretches: impl Iterator<Item = &'a Stretch>) -> Value {
     let mut out = (Vec::new(), Vec::new(), Vec::new());
     for s in stretches {
         out.0.push(time_s(s.number * STRETCH));
@@ -165,63 +160,6 @@ fn trace_json<'a>(stretches: impl Iterator<Item = &'a Stretch>) -> Value {
     json!({"time_s": out.0, "low_deg": out.1, "high_deg": out.2})
 }
 
-/// Shows what happens to the pages that are open and keeps it for those to come.
-pub struct Teller {
-    app: Arc<App>,
-    /// Not told of yet.
-    fresh: Vec<Stretch>,
-    lines: Vec<Value>,
-    told: Instant,
-}
-
-impl Teller {
-    pub fn new(app: &Arc<App>) -> Self {
-        Self { app: app.clone(), fresh: Vec::new(), lines: Vec::new(), told: Instant::now() }
-    }
-
-    pub fn show(&mut self, item: &Item) {
-        let (line, fresh) = self.app.live.seen(|seen| seen.take(item));
-        self.fresh.extend(fresh);
-        self.lines.extend(line);
-    }
-
-    /// A line of the log that no item is.
-    pub fn log(&mut self, line: Value, text: &str) {
-        let line = self.app.live.seen(|seen| seen.log(line, text));
-        self.lines.push(line);
-    }
-
-    /// Begins anew with what had happened by then.
-    pub fn begin_anew<'a>(&mut self, items: impl Iterator<Item = &'a Item>) {
-        self.fresh.clear();
-        self.lines.clear();
-        self.app.live.seen(|seen| {
-            let (device, replay) = (std::mem::take(&mut seen.device), seen.replay.take());
-            seen.begin(&device, replay);
-            for item in items {
-                seen.take(item);
-            }
-        });
-        self.tell();
-    }
-
-    pub fn is_due(&self) -> bool {
-        self.told.elapsed() >= TELL
-    }
-
-    pub fn tell(&mut self) {
-        self.told = Instant::now();
-        let fresh = std::mem::take(&mut self.fresh);
-        let lines = std::mem::take(&mut self.lines);
-        self.app.tell(&json!({
-            "kind": "live",
-            "state": self.app.live.to_json(),
-            "trace": trace_json(fresh.iter()),
-            "lines": lines,
-        }));
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -229,10 +167,10 @@ mod tests {
     #[test]
     fn of_ten_samples_the_least_and_the_largest_are_kept() {
         let mut seen = Seen::default();
-        let told: Vec<Stretch> = (0..35_u64)
+        let said: Vec<Stretch> = (0..35_u64)
             .filter_map(|n| seen.add(n / STRETCH, if n == 13 { -4.0 } else { n as f64 }))
             .collect();
-        let bounds: Vec<(u64, f64, f64)> = told.iter().map(|s| (s.number, s.low, s.high)).collect();
+        let bounds: Vec<(u64, f64, f64)> = said.iter().map(|s| (s.number, s.low, s.high)).collect();
         assert_eq!(bounds, [(0, 0.0, 9.0), (1, -4.0, 19.0), (2, 20.0, 29.0)]);
         // After a gap a new stretch begins where the samples do.
         assert_eq!(seen.add(9, 1.0).map(|s| s.number), Some(3));

@@ -1,16 +1,55 @@
-//! A campaign's diagnosis, to be read.
+//! A diagnosis, of a record or of a campaign, as text.
 
 use super::common::bare;
-use super::diagnose::{card, step_rows};
 use super::model::parameter;
 use std::fmt::Write as _;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::diagnosis::campaign::{BeforeAndAfter, CampaignDiagnosis, HeldOut};
-use yawrig_core::diagnosis::diagnose::{verdict, SECOND_ORDER};
+use yawrig_core::diagnosis::diagnose::{verdict, Diagnosis, Step, SECOND_ORDER};
+use yawrig_core::effects::Effect;
 use yawrig_core::quantity::Quantity;
 
+/// The verdict on a record. `model`: what its effects were looked for beside.
+pub fn of_record(file: &str, d: &Diagnosis, model: &str) -> String {
+    let verdict = verdict(d.status, &d.effects, model);
+    let mut out = format!("{file}: {verdict}\n");
+    if let Some(sentence) = &d.sentence {
+        let _ = writeln!(out, "  {sentence}");
+    }
+    let _ = writeln!(
+        out,
+        "  wn {} rad/s, zeta {}, noise {:.4} deg",
+        d.modal.natural_frequency_rad_s, d.modal.damping_ratio, d.noise_rms_deg
+    );
+    let _ = writeln!(out, "{}", step_rows(&d.steps, model));
+    for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
+        let _ = writeln!(out, "  {}", parameter(name, value));
+    }
+    let mut candidates = bare(&["effect alone", "over noise", "evidence"]);
+    for c in d.candidates.iter().take(5) {
+        let evidence =
+            if c.converged { format!("{:.1}", c.evidence) } else { "not converged".to_string() };
+        candidates.add_row([
+            c.effect.to_string(),
+            format!("{:.3}", c.residual_over_noise),
+            evidence,
+        ]);
+    }
+    let _ = writeln!(out, "\n{candidates}");
+    for [a, b] in &d.indistinguishable {
+        let _ = writeln!(
+            out,
+            "\n  {a} and {b} cannot be distinguished in this record; what would: {}",
+            a.card().release
+        );
+    }
+    d.effects.iter().for_each(|effect| out.push_str(&card(effect.clone())));
+    out.truncate(out.trim_end().len());
+    out
+}
+
 /// The verdict and what it rests on.
-pub(super) fn text(file: &str, d: &CampaignDiagnosis) -> String {
+pub fn of_campaign(file: &str, d: &CampaignDiagnosis) -> String {
     let mut out = format!(
         "{file}, {} releases: {}\n  noise {:.4} deg\n",
         d.releases.len(),
@@ -41,7 +80,7 @@ pub(super) fn text(file: &str, d: &CampaignDiagnosis) -> String {
     for [a, b] in &d.indistinguishable {
         let _ = writeln!(
             out,
-            "\n  {a} and {b} cannot be told apart in these releases; what would: {}",
+            "\n  {a} and {b} cannot be distinguished in these releases; what would: {}",
             a.card().release
         );
     }
@@ -110,4 +149,27 @@ fn derivative_rows(derivatives: &BeforeAndAfter) -> comfy_table::Table {
         }
     }
     rows
+}
+
+fn step_rows(steps: &[Step], model: &str) -> comfy_table::Table {
+    let first = model.trim_start_matches("the ");
+    let mut rows = bare(&["model", "residual (deg)", "over noise", "held out over noise"]);
+    for step in steps {
+        rows.add_row([
+            step.added.clone().map_or(first.to_owned(), |e| format!("+ {e}")),
+            format!("{:.4}", step.residual_rms_deg),
+            format!("{:.3}", step.residual_over_noise),
+            format!("{:.3}", step.held_out_over_noise),
+        ]);
+    }
+    rows
+}
+
+/// An effect's card, to be read.
+fn card(effect: Effect) -> String {
+    let card = effect.card();
+    format!(
+        "\n{}: {}\n  usual cause: {}\n  fingerprint: {}\n  to confirm: {}\n  to remove: {}\n",
+        card.title, card.formula, card.cause, card.fingerprint, card.confirm, card.remove
+    )
 }

@@ -1,4 +1,4 @@
-//! A curve and what is drawn of it.
+//! What is drawn of a curve: few enough numbers, short enough, with every extreme kept.
 
 use serde::Serialize;
 
@@ -46,31 +46,12 @@ impl Series {
             while end < self.time_s.len() && self.time_s[end] < until {
                 end += 1;
             }
-            out.extend(match self.extremes(begin, end) {
+            out.extend(match extremes(&self.values[begin..end]) {
                 Some(both) => both.map(Some),
                 None => [0.75, 0.25].map(|back| self.between(end, until - back * width)),
             });
         }
         out
-    }
-
-    /// Of two values and more.
-    fn extremes(&self, begin: usize, end: usize) -> Option<[f64; 2]> {
-        let finite = (begin..end).filter(|&k| self.values[k].is_finite());
-        let mut bounds: Option<(usize, usize)> = None;
-        let mut count = 0;
-        for k in finite {
-            count += 1;
-            let (low, high) = bounds.get_or_insert((k, k));
-            if self.values[k] < self.values[*low] {
-                *low = k;
-            }
-            if self.values[k] > self.values[*high] {
-                *high = k;
-            }
-        }
-        let (low, high) = bounds.filter(|_| count > 1)?;
-        Some([self.values[low.min(high)], self.values[low.max(high)]])
     }
 
     /// On the straight line between the neighbours of `time_s`; `near` is an index about there.
@@ -85,6 +66,52 @@ impl Series {
         let value = self.values[before] + share * (self.values[after] - self.values[before]);
         value.is_finite().then_some(value)
     }
+}
+
+/// The least and the largest in the order in which they come; none where fewer than two values are finite.
+fn extremes(values: &[f64]) -> Option<[f64; 2]> {
+    let finite = || (0..values.len()).filter(|&k| values[k].is_finite());
+    let first = finite().next()?;
+    let low = finite().fold(first, |best, k| if values[k] < values[best] { k } else { best });
+    let high = finite().fold(first, |best, k| if values[k] > values[best] { k } else { best });
+    (finite().count() > 1).then(|| [values[low.min(high)], values[low.max(high)]])
+}
+
+/// The width of a stretch; 1: nothing is left out.
+fn width(count: usize, most: usize) -> usize {
+    if count <= most {
+        1
+    } else {
+        (2 * count).div_ceil(most)
+    }
+}
+
+/// Two values of each stretch: the least and the largest, the earlier first.
+pub fn decimated(values: &[f64], most: usize) -> Vec<f64> {
+    let width = width(values.len(), most);
+    if width == 1 {
+        return values.iter().copied().map(rounded).collect();
+    }
+    let extremes = |stretch: &[f64]| extremes(stretch).unwrap_or([stretch[0]; 2]).map(rounded);
+    values.chunks(width).flat_map(extremes).collect()
+}
+
+/// The times that belong to [`decimated`]: a quarter and three quarters through each stretch.
+pub fn times(time_s: &[f64], most: usize) -> Vec<f64> {
+    let width = width(time_s.len(), most);
+    if width == 1 {
+        return time_s.iter().copied().map(rounded).collect();
+    }
+    let quarters = |stretch: &[f64]| {
+        let (first, last) = (stretch[0], stretch[stretch.len() - 1]);
+        [0.25, 0.75].map(|share| rounded(first + share * (last - first)))
+    };
+    time_s.chunks(width).flat_map(quarters).collect()
+}
+
+/// To a tenth of a millidegree or millisecond: below what a drawing shows.
+fn rounded(x: f64) -> f64 {
+    (x * 1e4).round() / 1e4
 }
 
 /// Five digits: more than a drawing shows.
@@ -166,5 +193,20 @@ mod tests {
             shorts([1.234_567_8, -0.001_234_567, 0.0, 123_456.7]),
             [1.2346, -0.001_234_6, 0.0, 123_460.0]
         );
+    }
+
+    #[test]
+    fn extremes_stay_and_their_order_too() {
+        let mut values: Vec<f64> = (0..1000).map(|k| f64::from(k % 10) * 0.125).collect();
+        values[437] = 9.0;
+        values[439] = -7.0;
+        let few = decimated(&values, 100);
+        assert_eq!(few.len(), 100);
+        let (up, down) = (few.iter().position(|v| *v == 9.0), few.iter().position(|v| *v == -7.0));
+        assert!(up.unwrap() < down.unwrap());
+        let times = times(&(0..1000).map(f64::from).collect::<Vec<_>>(), 100);
+        assert_eq!(times.len(), few.len());
+        assert!(times.windows(2).all(|t| t[0] < t[1]));
+        assert_eq!(decimated(&values, 1000), values);
     }
 }
