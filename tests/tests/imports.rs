@@ -33,7 +33,7 @@ const PURE: &[&str] = &[
 /// The library that programs are made of does not parse arguments and serves no page.
 const NO_PROGRAM: &[&str] = &["clap", "axum", "tokio", "indicatif", "comfy_table"];
 
-const ROOMS: [Room; 10] = [
+const ROOMS: [Room; 11] = [
     Room { name: "yawrig_shared", sources: "shared/src", imports: &[], never: PURE },
     Room {
         name: "yawrig_firmware",
@@ -41,16 +41,17 @@ const ROOMS: [Room; 10] = [
         imports: &["yawrig_shared"],
         never: PURE,
     },
+    Room { name: "yawrig_text", sources: "host/text/src", imports: &[], never: PURE },
     Room {
         name: "yawrig_expression",
         sources: "host/expression/src",
-        imports: &[],
+        imports: &["yawrig_text"],
         never: NO_PROGRAM,
     },
     Room {
         name: "yawrig_base",
         sources: "host/base/src",
-        imports: &["yawrig_expression"],
+        imports: &["yawrig_core", "yawrig_expression", "yawrig_rig"],
         never: NO_PROGRAM,
     },
     Room {
@@ -62,19 +63,19 @@ const ROOMS: [Room; 10] = [
     Room {
         name: "yawrig_rig",
         sources: "host/rig/src",
-        imports: &["yawrig_expression", "yawrig_shared"],
+        imports: &["yawrig_expression", "yawrig_shared", "yawrig_text"],
         never: PURE,
     },
     Room {
         name: "yawrig_records",
         sources: "host/records/src",
-        imports: &["yawrig_base", "yawrig_core", "yawrig_expression", "yawrig_shared"],
+        imports: &["yawrig_base", "yawrig_core", "yawrig_shared"],
         never: NO_PROGRAM,
     },
     Room {
         name: "yawrig_train",
         sources: "host/train/src",
-        imports: &["yawrig_base", "yawrig_core", "yawrig_expression", "yawrig_shared"],
+        imports: &["yawrig_base", "yawrig_core", "yawrig_shared"],
         never: NO_PROGRAM,
     },
     Room {
@@ -83,11 +84,11 @@ const ROOMS: [Room; 10] = [
         imports: &[
             "yawrig_base",
             "yawrig_core",
-            "yawrig_expression",
             "yawrig_firmware",
             "yawrig_records",
             "yawrig_rig",
             "yawrig_shared",
+            "yawrig_text",
         ],
         never: NO_PROGRAM,
     },
@@ -103,6 +104,7 @@ const ROOMS: [Room; 10] = [
             "yawrig_records",
             "yawrig_rig",
             "yawrig_shared",
+            "yawrig_text",
             "yawrig_train",
         ],
         never: &[],

@@ -29,7 +29,7 @@ pub fn predict(short: &Pieces, long: &Pieces, model: &PieceFit) -> Prediction {
     for odd in [1, 0] {
         out.split(short, model, &states, &|k| k % 2 == odd);
     }
-    let last = long.len() - 1;
+    let last = long.count() - 1;
     for left_out in [last, last / 2].into_iter().take(last) {
         out.split(long, model, &model.states, &|k| k == left_out);
     }
@@ -46,7 +46,7 @@ impl Prediction {
         predicted: &dyn Fn(usize) -> bool,
     ) {
         let (those, others): (Vec<usize>, Vec<usize>) =
-            (0..pieces.len()).partition(|k| predicted(*k));
+            (0..pieces.count()).partition(|k| predicted(*k));
         let fitted: Vec<&Swing> = others.iter().map(|&k| &pieces.swings[k]).collect();
         let begin: Vec<[f64; 2]> = others.iter().map(|&k| states[k]).collect();
         let fit = fit_pieces(&fitted, &model.structure, &model.common, &begin, ROUGH, STEPS);

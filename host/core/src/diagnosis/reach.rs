@@ -32,7 +32,7 @@ pub fn reach(swing: &Swing, model: &Fitted, candidates: &[Effect]) -> f64 {
     add(None, &[]);
     for effect in candidates.iter().filter(|e| !model.structure.effects.contains(e)) {
         for start in
-            crate::fit::starts::of(swing, model, &effect).into_iter().filter(|s| s[0] == 0.0)
+            crate::fit::starts::of(swing, model, effect).into_iter().filter(|s| s[0] == 0.0)
         {
             if *effect == Effect::SecondMode {
                 for zeta in MODE_DAMPING {

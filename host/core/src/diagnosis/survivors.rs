@@ -85,7 +85,7 @@ fn fitted(lengths: &Lengths, structure: &Structure, short: &[f64], near: Option<
     }
     let first = fit_from(&lengths.short, structure, short, ROUGH);
     let mut common = first.common.clone();
-    if lengths.longer.len() < lengths.short.len() {
+    if lengths.longer.count() < lengths.short.count() {
         common = fit_from(&lengths.longer, structure, &common, ROUGH).common;
     }
     let mut fit = fit_from(&lengths.long, structure, &common, SETTLED);
@@ -102,7 +102,7 @@ fn extended(common: &[f64], effect: &Effect, size: f64) -> Vec<f64> {
 }
 
 fn with(lengths: &Lengths, inner: &Model, effect: &Effect) -> Model {
-    let structure = inner.fit.structure.with(&effect);
+    let structure = inner.fit.structure.with(effect);
     fitted(
         lengths,
         &structure,
@@ -116,7 +116,7 @@ fn without(lengths: &Lengths, model: &Model, effect: &Effect) -> Model {
     let k = fit.structure.effects.iter().position(|e| e == effect).expect("an effect of the model");
     let (from, n) = (fit.start_of(k), effect.parameters().len());
     let less = |common: &[f64]| [&common[..from], &common[from + n..]].concat();
-    let structure = fit.structure.without(&effect);
+    let structure = fit.structure.without(effect);
     fitted(lengths, &structure, &less(&model.short.common), Some(&less(&fit.common)))
 }
 
@@ -151,7 +151,7 @@ fn expanded(lengths: &Lengths, models: &[Model], all: &[Effect]) -> Vec<Model> {
     for model in models {
         let there = &model.fit.structure.effects;
         for effect in all.iter().filter(|e| there.iter().all(|t| t != *e && !excludes(t, e))) {
-            let mut set = [&there[..], &[effect.clone()]].concat();
+            let mut set = [&there[..], std::slice::from_ref(effect)].concat();
             set.sort_unstable();
             if !seen.contains(&set) {
                 seen.push(set);
@@ -313,7 +313,7 @@ fn pruned(lengths: &Lengths, mut here: Judged) -> Judged {
 
 /// The whole of the swing from one state, begun at `fit`'s numbers: over ever longer pieces.
 pub fn whole(swing: &Swing, lengths: &Lengths, fit: &PieceFit) -> PieceFit {
-    let mut count = lengths.long.len();
+    let mut count = lengths.long.count();
     let mut best = fit.clone();
     while count > 1 {
         count = count.div_ceil(2);

@@ -59,7 +59,7 @@ impl Pieces {
         Self { swings: ranges.iter().map(piece).collect() }
     }
 
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.swings.len()
     }
 }
