@@ -1,6 +1,51 @@
 //! Free decays in memory: identified, simulated with effects, fitted, diagnosed, and turned into derivatives.
+//!
+//! Nothing here reads a file, prints, exits or asks a global: records come in as numbers, answers go out as plain
+//! structs, warnings are returned, errors are [`error::Error`], and long work heeds a [`stop::Stop`].
+//!
+//! ```
+//! use yawrig_core::diagnosis::diagnose::{diagnose, Options, Status};
+//! use yawrig_core::identify::{identify, Method, Settings};
+//! use yawrig_core::record::Record;
+//!
+//! // A damped oscillation of 7 rad/s, sampled at 200 Hz, with a trace of noise.
+//! let noise = |k: u64| ((k.wrapping_mul(2_654_435_761) >> 7) % 1000) as f64 * 1e-4 - 0.05;
+//! let (time_s, yaw_deg) = (0..4000u64)
+//!     .map(|k| {
+//!         let t = k as f64 / 200.0;
+//!         (t, 12.0 * (-0.07 * t).exp() * (7.0 * t).cos() + noise(k))
+//!     })
+//!     .unzip();
+//! let record = Record { file: "example".into(), time_s, yaw_deg };
+//!
+//! let found = identify(&record, &[Method::LeastSquares], &Settings::default())?;
+//! let wn = found.estimates[0].natural_frequency_rad_s;
+//! assert!(wn.holds(7.0f64.hypot(0.07), 4.0), "{wn}");
+//!
+//! // The second-order model explains it: no effect is missing.
+//! assert_eq!(diagnose(&record, &Options::default())?.status, Status::Adequate);
+//! # Ok::<(), yawrig_core::error::Error>(())
+//! ```
+//!
+//! # Words
+//!
+//! | word | meaning |
+//! |---|---|
+//! | free decay | what a record shows between the release and rest |
+//! | zero | the sensor's reading at no yaw; the *rest angle* is where the model comes to rest |
+//! | initial condition, state | yaw angle and yaw rate at the first instant |
+//! | natural frequency wn, damping ratio zeta | of the linear part, b'' = -2 zeta wn r - wn^2 b, at rest |
+//! | effect | a moment over the inertia, or a change of the reading, that a second-order response lacks |
+//! | residual | model less record; *over noise*: its rms on block means over the noise of such a mean |
+//! | held out | data that a model was not fitted to, with the state estimated anew, on which it is tried |
+//! | joint fit, shared parameters | one fit to several releases that have some numbers in common |
+//! | evidence | a difference of BIC ([`bic`]) |
+//!
+//! Signs: yaw angle b and rate r positive to one side, moments divided by Izz; damping ratio negative where the
+//! oscillation grows; Cn_beta > 0 lowers the stiffness, Cn_r < 0 adds damping (the thesis's convention).
 #![forbid(unsafe_code)]
 
+pub mod bic;
 pub mod derivatives;
 pub mod diagnosis;
 pub mod effects;

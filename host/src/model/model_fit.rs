@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
+use yawrig_core::bic;
 use yawrig_core::diagnosis::diagnose::FITTED_SHARE;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{
@@ -223,11 +224,11 @@ pub fn add(data: &Data, inner: &JointFit, effect: Effect) -> Result<JointFit> {
     Ok(fit)
 }
 
-/// Difference of the information criterion in favour of `larger`, on its effective number of residuals.
+/// Difference of BIC in favour of `larger`, on its effective number of residuals.
 pub fn evidence(smaller: &JointFit, larger: &JointFit) -> f64 {
     let effective = larger.effective_count();
     let more = larger.parameters.len() as f64 - smaller.parameters.len() as f64;
-    effective * (smaller.sum_of_squares / larger.sum_of_squares).ln() - more * effective.ln()
+    bic::gain(smaller.sum_of_squares, larger.sum_of_squares, effective, more)
 }
 
 /// `model` with the values that `fit` has found.

@@ -1,5 +1,6 @@
 //! How much of what a plain model misses the surviving effects account for, and what is left.
 
+use crate::bic;
 use crate::diagnosis::compare::{self, Where};
 use crate::diagnosis::diagnose::Candidate;
 use crate::diagnosis::survivors::{self, Judged, Survivors};
@@ -67,7 +68,7 @@ fn candidates(swing: &Swing, survivors: &Survivors) -> Vec<Candidate> {
         Candidate {
             effect,
             residual_over_noise: (single.fit.sum() / count).sqrt() / swing.noise_rad,
-            evidence: independent * (plain / single.fit.sum()).ln() - more * independent.ln(),
+            evidence: bic::gain(plain, single.fit.sum(), independent, more),
             converged: single.fit.converged,
         }
     };

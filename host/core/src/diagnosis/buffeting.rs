@@ -5,6 +5,7 @@
 //! A deterministic effect that is missing also raises q; it is told by forcing, frequency or damping that are not the same
 //! in every quarter of the record, by innovations that are not white, know the state, or stand out.
 
+use crate::bic;
 use crate::fit::fitting::Fitted;
 use crate::fit::swing::Swing;
 use crate::motion::simulate::Grid;
@@ -154,7 +155,7 @@ pub fn definite_criterion(swing: &Swing, model: &Fitted) -> (f64, f64) {
     let left = reduced(&model.residuals, together(swing));
     let n = left.len() as f64;
     let sum: f64 = left.iter().map(|r| r * r).sum();
-    (n * (sum / n).ln() + model.parameters.len() as f64 * n.ln(), n)
+    (bic::of_squares(sum, n, model.parameters.len()), n)
 }
 
 /// The likeliest random forcing of a swing, from the plain model's fit.

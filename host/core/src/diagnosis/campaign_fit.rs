@@ -1,12 +1,13 @@
 //! A campaign's releases fitted with what their coefficients allow in common, and tried on what was held out.
 
+use crate::bic::{self, MARGIN};
 use crate::derivatives::campaign::Campaign as Made;
 use crate::derivatives::condition::Setting;
 use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::campaign::HeldOut;
 use crate::diagnosis::diagnose::{Step, FITTED_SHARE};
 use crate::diagnosis::origin::{self, weighted_mean, Origin, Plan, Seen};
-use crate::diagnosis::search::{self, MARGIN};
+use crate::diagnosis::search;
 use crate::diagnosis::together::{self, coefficient, over_noise, Judged, Model, Releases};
 use crate::effects::Effect;
 use crate::error::Result;
@@ -17,9 +18,7 @@ use crate::quantity::Quantity;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Residual over noise up to which random forcing explains a release.
-pub const EXPLAINED: f64 = 1.10;
-/// How it is told that nothing is in common.
+/// What is said where no two releases share a coefficient.
 pub const OWN: &str = "each release its own";
 
 /// A model with the origin of its effects, and all releases fitted with the numbers they share.
@@ -96,7 +95,7 @@ impl Campaign<'_> {
         let squares: f64 = alone.iter().map(|joint| joint.sum_of_squares).sum();
         let numbers: usize = alone.iter().map(|joint| joint.parameters.len()).sum();
         let fewer = numbers.saturating_sub(joint.parameters.len()) as f64;
-        let lost = effective * (joint.sum_of_squares / squares).ln() - fewer * effective.ln();
+        let lost = bic::gain(joint.sum_of_squares, squares, effective, fewer);
         if joint.converged && lost < MARGIN {
             return Ok(Shared { joint, told });
         }

@@ -1,5 +1,6 @@
 //! The verdict on a record: adequate, explained by these effects, or unexplained.
 
+use crate::bic;
 use crate::diagnosis::account::{self, Account, Left};
 use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::compare::{self, Where};
@@ -201,7 +202,7 @@ fn judged(record: &Record, swing: Swing, options: &Options) -> Result<Diagnosed>
             }
         } else if let Some(b) = buffeting::fit(&swing, &plain) {
             let (deterministic, n) = buffeting::definite_criterion(&swing, best);
-            if holds(&b, 0, deterministic, n) {
+            if holds(&b, plain.parameters.len(), deterministic, n) {
                 let found = Found {
                     swing: swing.clone(),
                     plain: plain.clone(),
@@ -328,36 +329,35 @@ fn random_forcing(swing: &Swing, found: &Found) -> Option<(Buffeted, Option<Forc
     }
     let (deterministic, n) = buffeting::definite_criterion(swing, best);
     let plain = buffeting::fit(swing, &found.plain)?;
-    if deterministic - plain.deviance < search::MARGIN {
+    if deterministic - plain.deviance < bic::MARGIN {
         return None;
     }
     let candidates: Vec<Effect> =
         found.singles.iter().map(|single| beyond(&found.plain, single)[0].clone()).collect();
     if let Some(forced) = forced::search(swing, &found.plain, &plain, &candidates) {
-        let effects = beyond(&found.plain, &forced.model).len();
-        if holds(&forced.forcing, effects, deterministic, n) {
+        if holds(&forced.forcing, forced.model.parameters.len(), deterministic, n) {
             return Some((plain, Some(forced)));
         }
     }
-    holds(&plain, 0, deterministic, n).then_some((plain, None))
+    holds(&plain, found.plain.parameters.len(), deterministic, n).then_some((plain, None))
 }
 
 /// The random forcing of the `plain` model, if it is one and far likelier than `best`.
 pub(crate) fn forced_rather_than(swing: &Swing, plain: &Fitted, best: &Fitted) -> Option<Buffeted> {
     let (deterministic, n) = buffeting::definite_criterion(swing, best);
-    buffeting::fit(swing, plain).filter(|b| holds(b, 0, deterministic, n))
+    buffeting::fit(swing, plain).filter(|b| holds(b, plain.parameters.len(), deterministic, n))
 }
 
-/// Whether what is left over `effects` is random forcing, given the criterion of the best definite model.
-fn holds(b: &Buffeted, effects: usize, deterministic: f64, n: f64) -> bool {
-    let random = b.deviance + (5.0 + effects as f64) * n.ln();
-    deterministic - random > search::MARGIN
+/// Whether what a model of so many `numbers` leaves is random forcing, given the criterion of the best definite model.
+fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) -> bool {
+    let random = bic::of_deviance(b.deviance, n, numbers + 1);
+    deterministic - random > bic::MARGIN
         && b.unsteadiness < MOST_UNSTEADY
         && b.correlation_off.abs() < MOST_CORRELATED.max(4.0 / n.sqrt())
         && b.state_dependence < MOST_DEPENDENT
         && b.largest < LARGEST
         && b.line < (0.5 * n).ln() + STRONGEST_LINE
-        && (LEAST_INNOVATIONS..=1.10).contains(&b.over_noise)
+        && (LEAST_INNOVATIONS..=search::EXPLAINED).contains(&b.over_noise)
 }
 
 fn buffeted_verdict(
@@ -396,7 +396,7 @@ fn buffeted_verdict(
     }
     let mut candidates = candidates(swing, found);
     let (definite, n) = buffeting::definite_criterion(swing, plain);
-    let evidence = definite - 4.0 * n.ln() - b.deviance - n.ln();
+    let evidence = definite - bic::of_deviance(b.deviance, n, plain.parameters.len() + 1);
     let random = Candidate {
         effect: Effect::Buffeting,
         residual_over_noise: b.over_noise,

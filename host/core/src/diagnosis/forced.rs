@@ -1,6 +1,7 @@
 //! Definite effects of a swing that is forced at random besides: generalised least squares, residuals and
 //! sensitivities whitened by the Kalman filter of [`crate::diagnosis::buffeting`].
 
+use crate::bic;
 use crate::diagnosis::buffeting::{self, Buffeted, Whitener};
 use crate::effects::Effect;
 use crate::fit::fitting::{finished, Fitted, Structure};
@@ -106,7 +107,7 @@ pub fn search(
             .filter(|(_, fit)| fit.stop.is_minimum())
             .map(|(structure, fit)| {
                 let more = (fit.parameters.len() - smaller.parameters.len()) as f64;
-                let gain = n * (smaller.sum_of_squares / fit.sum_of_squares).ln() - more * n.ln();
+                let gain = bic::gain(smaller.sum_of_squares, fit.sum_of_squares, n, more);
                 (gain, structure, fit)
             })
             .max_by(|a, b| a.0.total_cmp(&b.0));

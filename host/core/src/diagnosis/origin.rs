@@ -223,7 +223,7 @@ pub fn plan(origin: Origin, seen: &[Seen], effective: f64) -> Plan {
                 .map(|(s, _)| ((s.coefficient.value - mean) / s.coefficient.u).powi(2))
                 .sum::<f64>()
         });
-        misfit.sum::<f64>() + count as f64 * effective.ln()
+        crate::bic::of_deviance(misfit.sum(), effective, count)
     };
     let plans = levels.into_iter().map(|(name, on_name, same)| {
         let mut firsts: Vec<&Seen> = Vec::new();

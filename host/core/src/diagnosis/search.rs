@@ -1,5 +1,6 @@
 //! Which effects a swing needs: each alone, the best together, the needless taken out again.
 
+use crate::bic::{self, MARGIN};
 use crate::diagnosis::diagnose::Options;
 use crate::diagnosis::reach::reach;
 use crate::diagnosis::survivors::SINE_FROM;
@@ -10,10 +11,8 @@ use crate::fit::promise::promise;
 use crate::fit::swing::Swing;
 use rayon::prelude::*;
 
-/// Gain in the information criterion below which an effect is not believed.
-pub const MARGIN: f64 = 10.0;
 /// Residual over noise up to which a record counts as explained.
-const EXPLAINED: f64 = 1.10;
+pub const EXPLAINED: f64 = 1.10;
 /// An effect whose course is less than this share of the noise floor does not matter, squared.
 pub const LEAST_SHARE_SQUARED: f64 = 0.03;
 /// Residual over noise up to which what a model leaves may sharpen the floor of coloured noise.
@@ -44,10 +43,10 @@ pub struct Found {
     pub indistinguishable: Vec<(Effect, Effect)>,
 }
 
-/// Difference of the Bayesian information criterion in favour of `larger`, on `effective` independent residuals.
+/// Difference of BIC in favour of `larger`, on `effective` independent residuals.
 pub fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64 {
     let more = larger.parameters.len() as f64 - smaller.parameters.len() as f64;
-    effective * (smaller.sum_of_squares / larger.sum_of_squares).ln() - more * effective.ln()
+    bic::gain(smaller.sum_of_squares, larger.sum_of_squares, effective, more)
 }
 
 /// Whether residual and noise floor agree; in few means their ratio scatters more.
@@ -170,8 +169,7 @@ fn best(models: &[Fitted]) -> Option<&Fitted> {
 }
 
 fn criterion(model: &Fitted) -> f64 {
-    let n = model.count as f64;
-    n * (model.sum_of_squares / n).ln() + model.parameters.len() as f64 * n.ln()
+    bic::of_squares(model.sum_of_squares, model.count as f64, model.parameters.len())
 }
 
 /// `model`, which explains the swing, with every other effect that promises evidence beside it.
@@ -181,7 +179,7 @@ fn beside(swing: &Swing, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
         .filter(|e| !model.structure.effects.contains(e))
         .filter(|e| {
             let (left, more) = promise(swing, model, e);
-            n * (model.sum_of_squares / left).ln() - more as f64 * n.ln() > PROMISING
+            bic::gain(model.sum_of_squares, left, n, more as f64) > PROMISING
         })
         .map(|e| fit_added(swing, model, e))
         .collect()

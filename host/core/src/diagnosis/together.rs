@@ -1,8 +1,9 @@
 //! Which effects the releases of a campaign need: each has coefficients of its own, and all are judged as one.
 
+use crate::bic::{self, MARGIN};
 use crate::diagnosis::diagnose::{forced_rather_than, Options};
 use crate::diagnosis::origin::weighted_mean;
-use crate::diagnosis::search::{self, LEAST_SHARE_SQUARED, MARGIN};
+use crate::diagnosis::search::{self, LEAST_SHARE_SQUARED};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{fit_added, fit_plain, fit_removed, Fitted};
@@ -108,11 +109,11 @@ fn evidence(
         .zip(larger)
         .map(|(small, large)| {
             let n = large.effective_count();
-            let gain = n * (small.sum_of_squares / large.sum_of_squares).ln();
+            let gain = bic::gain(small.sum_of_squares, large.sum_of_squares, n, 0.0);
             (if large.converged { gain.max(0.0) } else { 0.0 }, n)
         })
         .collect();
-    let own: f64 = gains.iter().map(|(gain, n)| (gain - more * n.ln()).max(0.0)).sum();
+    let own: f64 = gains.iter().map(|(gain, n)| (gain - bic::cost(more, *n)).max(0.0)).sum();
     if more > 1.0 || effect.belongs_to_release(0) {
         return own;
     }
@@ -129,7 +130,7 @@ fn evidence(
             .sum();
         let (gain, n) =
             inside.iter().fold((0.0, 0.0), |s, &i| (s.0 + gains[i].0, s.1 + gains[i].1));
-        gain - misfit - f64::max(n, 2.0).ln()
+        gain - misfit - bic::cost(1.0, f64::max(n, 2.0))
     };
     own.max(one(&|_| true)).max(one(&|v| v > 0.0)).max(one(&|v| v == 0.0))
 }
