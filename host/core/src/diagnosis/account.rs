@@ -130,7 +130,10 @@ pub fn account(swing: &Swing, mut survivors: Survivors, zero_unknown: bool) -> R
         let judged = survivors::refit(&survivors.lengths, &structure, &survivors.path[0]);
         let model = of_judged(swing, survivors, &judged);
         let held_out_rad = judged.prediction.rms_rad();
-        steps.push(Step { added: None, model, held_out_rad, parameters: BTreeMap::new() });
+        // Where the model is far off, a rest angle need not help it to predict: then it is no step of its own.
+        if held_out_rad >= survivors.path[0].prediction.rms_rad() {
+            steps.push(Step { added: None, model, held_out_rad, parameters: BTreeMap::new() });
+        }
         effects.push(Effect::StaticOffset);
     }
     let plain = steps.len();
@@ -145,7 +148,7 @@ pub fn account(swing: &Swing, mut survivors: Survivors, zero_unknown: bool) -> R
             let moment = Quantity::new(stiffness * rest.value, stiffness * rest.u);
             parameters.insert("static_offset.m".into(), moment);
         }
-        let added = new.or((offset && steps.len() == plain).then_some(Effect::StaticOffset));
+        let added = new.or((plain > 0 && steps.len() == plain).then_some(Effect::StaticOffset));
         let held_out_rad = judged.prediction.rms_rad();
         steps.push(Step { added, model, held_out_rad, parameters });
     }
