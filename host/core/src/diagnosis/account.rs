@@ -40,7 +40,7 @@ pub struct Left {
 pub struct Step {
     pub added: Option<Effect>,
     pub model: Fitted,
-    /// Rms of what was predicted, rad.
+    /// Rms of what was predicted, by this model or a smaller one on the way that predicts better, rad.
     pub held_out_rad: f64,
     pub parameters: BTreeMap<String, Quantity>,
 }
@@ -149,7 +149,9 @@ pub fn account(swing: &Swing, mut survivors: Survivors, zero_unknown: bool) -> R
             parameters.insert("static_offset.m".into(), moment);
         }
         let added = new.or((plain > 0 && steps.len() == plain).then_some(Effect::StaticOffset));
-        let held_out_rad = judged.prediction.rms_rad();
+        // Two effects may be needed before either helps: until then a smaller model of the path predicts better.
+        let smaller = steps.last().map_or(f64::INFINITY, |step: &Step| step.held_out_rad);
+        let held_out_rad = judged.prediction.rms_rad().min(smaller);
         steps.push(Step { added, model, held_out_rad, parameters });
     }
     let candidates = candidates(swing, survivors);

@@ -115,6 +115,7 @@ pub struct Step {
     pub added: Option<Effect>,
     pub residual_rms_deg: f64,
     pub residual_over_noise: f64,
+    /// On parts of the record that were not fitted; by a smaller model on the way where that predicts better.
     pub held_out_over_noise: f64,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, Quantity>,
