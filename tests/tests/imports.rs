@@ -115,10 +115,7 @@ const ROOMS: [Room; 11] = [
 const KNOWN: &[(&str, &[&str])] = &[
     ("yawrig_shared", &["crossing.rs", "window.rs"]),
     ("yawrig_firmware", &["lock.rs", "slots.rs"]),
-    ("yawrig_expression", &["file.rs", "lib.rs"]),
     ("yawrig_core", &["diagnosis/campaign.rs", "diagnosis/campaign_fit.rs"]),
-    ("yawrig_core", &["diagnosis/diagnose.rs", "diagnosis/search.rs"]),
-    ("yawrig_core", &["effects/cards.rs", "effects/mod.rs"]),
     ("yawrig_core", &["fit/fitting.rs", "fit/problem.rs", "fit/starts.rs"]),
     (
         "yawrig_core",

@@ -1,8 +1,8 @@
 //! How much of what a plain model misses the surviving effects account for, and what is left.
 
 use crate::bic;
+use crate::diagnosis::answer::Candidate;
 use crate::diagnosis::compare::{self, Where};
-use crate::diagnosis::diagnose::Candidate;
 use crate::diagnosis::survivors::{self, Judged, Survivors};
 use crate::effects::Effect;
 use crate::error::Result;

@@ -1,6 +1,8 @@
 //! The verdict on a record: adequate, explained by these effects, or unexplained.
 
 use crate::bic;
+pub use crate::diagnosis::answer::{Candidate, Options};
+
 use crate::diagnosis::account::{self, Account, Left};
 use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::compare::{self, Where};
@@ -16,7 +18,6 @@ use crate::fit::floor;
 use crate::fit::swing::Swing;
 use crate::quantity::Quantity;
 use crate::record::Record;
-use crate::stop::Stop;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -46,21 +47,6 @@ const STRONGEST_LINE: f64 = 9.0;
 const MOST_DEPENDENT: f64 = 4.0;
 /// Lag-one correlation of the innovations up to which they are white.
 const MOST_CORRELATED: f64 = 0.1;
-
-/// How a record is judged.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// The sensor's nought is not known: it is fitted, and a constant moment cannot be told from it.
-    pub zero_unknown: bool,
-    /// The user's own effects, to compete with those of the library, which take part anyway.
-    pub own: Vec<Effect>,
-    /// Effects and limits of the model that is there: they stay, and what it lacks is looked for.
-    pub present: Structure,
-    /// On which the user's own effects may depend.
-    pub wind_speed_m_s: f64,
-    /// The search ends when this asks for it.
-    pub stop: Stop,
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -119,14 +105,6 @@ pub struct Step {
     pub held_out_over_noise: f64,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, Quantity>,
-}
-
-#[derive(Clone, Debug, Serialize)]
-pub struct Candidate {
-    pub effect: Effect,
-    pub residual_over_noise: f64,
-    pub evidence: f64,
-    pub converged: bool,
 }
 
 /// What a diagnosis begins with where no model is there.

@@ -2,6 +2,7 @@
 
 pub mod account;
 pub mod amplitude;
+pub mod answer;
 pub mod buffeting;
 pub mod campaign;
 mod campaign_fit;

@@ -1,7 +1,7 @@
 //! Which effects a swing needs: each alone, the best together, the needless taken out again.
 
 use crate::bic::{self, MARGIN};
-use crate::diagnosis::diagnose::Options;
+use crate::diagnosis::answer::Options;
 use crate::diagnosis::reach::reach;
 use crate::diagnosis::survivors::SINE_FROM;
 use crate::effects::Effect;

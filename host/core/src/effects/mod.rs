@@ -9,6 +9,7 @@ mod own;
 mod terms;
 
 pub use law::{Card, Line, Scale, Seen};
+pub use lines::FASTEST;
 pub(crate) use terms::{Moments, LANES};
 pub use terms::{State, Terms};
 pub use yawrig_expression::{Parameter, MOST_OWN};
@@ -19,9 +20,6 @@ use std::fmt;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use yawrig_expression::OwnEffect;
-
-/// Highest frequency looked for, in natural frequencies: half a dozen block means a cycle.
-pub const FASTEST: f64 = 8.0;
 
 /// The library: a file and a name each.
 macro_rules! library {
