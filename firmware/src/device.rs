@@ -203,6 +203,7 @@ impl<F: Flash> Core<F> {
     /// The newest network of the flash, or the one compiled in.
     #[inline(never)]
     fn take_up_kept(&mut self) {
+        self.measuring.network_changed();
         self.running = match self.store.newest(&mut self.network) {
             Some((slot, envelope, provenance)) => {
                 Some(Running::new(envelope, provenance, Some(slot)))
@@ -221,6 +222,7 @@ impl<F: Flash> Core<F> {
         let newest = self.running.as_ref().map_or(0, |running| running.generation);
         match self.store.verify(newest, &mut self.network, self.signature.as_ref()) {
             Ok((slot, envelope, provenance)) => {
+                self.measuring.network_changed();
                 self.running = Some(Running::new(envelope, provenance, Some(slot)));
                 self.trial = Some(TRIAL_SAMPLES);
                 Ok(())
@@ -266,8 +268,14 @@ impl<F: Flash> Core<F> {
                     .map(|event| Reply::Event(*event))
                     .map_err(|oldest| Refusal::NotKept { oldest });
             }
-            Request::Configure(settings) => self.measuring.configure(settings)?,
-            Request::Condition(condition) => self.measuring.set_condition(condition),
+            Request::Configure(settings) => {
+                let (measuring, mut context) = self.split();
+                measuring.configure(settings, &mut context)?;
+            }
+            Request::Condition(condition) => {
+                let (measuring, mut context) = self.split();
+                measuring.set_condition(condition, &mut context)?;
+            }
             Request::FlashBegin { length } => {
                 self.roll_back();
                 self.signature = None;
@@ -332,7 +340,9 @@ impl<F: Flash> Core<F> {
             lost_bytes: self.lost_bytes,
             session: self.session,
             next_event: self.line.next_event(),
-            has_reference: self.measuring.has_reference(),
+            condition: self.measuring.condition(),
+            reference: self.measuring.reference(),
+            refined_reference: self.refining.reference(),
         }
     }
 }

@@ -4,7 +4,7 @@ mod windows;
 
 use crate::estimator::Collector;
 use crate::line::Line;
-use crate::reference::Reference;
+use crate::reference::{Known, Reference};
 use crate::refining::Refining;
 use crate::release::{Step, Watch};
 use crate::sampler::Sampler;
@@ -60,6 +60,7 @@ pub struct Measuring {
     end_at: Option<u32>,
     is_over: bool,
     condition: Option<Condition>,
+    next_condition: Option<Condition>,
     reference: Reference,
 }
 
@@ -78,6 +79,7 @@ impl Measuring {
             end_at: None,
             is_over: false,
             condition: None,
+            next_condition: None,
             reference: Reference::new(),
             tracker: Tracker::new(0, settings.degrees_per_count, limits(&settings)),
         }
@@ -148,8 +150,19 @@ impl Measuring {
         self.lost_samples
     }
 
-    pub fn has_reference(&self) -> bool {
-        self.reference.is_known()
+    /// What the next release will be made under, as far as announced.
+    pub fn condition(&self) -> Option<Condition> {
+        self.next_condition.or(self.condition)
+    }
+
+    /// The wind-off release that results are held against.
+    pub fn reference(&self) -> Option<u32> {
+        self.reference.release()
+    }
+
+    /// Another network runs: what the one before made of a wind-off release is none of its results.
+    pub fn network_changed(&mut self) {
+        self.reference = Reference::new();
     }
 
     /// Index of the next sample: the device's clock.
@@ -182,7 +195,7 @@ impl Measuring {
             let noise = self.signal.block_noise_deg();
             match self.watch.block(at, mean, noise, self.tracker.midline_deg(), to_deg) {
                 Some(Step::LetGo(held)) => {
-                    self.prepare();
+                    self.prepare(context);
                     context.refining.abandon();
                     self.current.begun_sample = held.at;
                     self.restart(Some(held));
@@ -192,7 +205,7 @@ impl Measuring {
                     self.at_rest(watching, context);
                 }
                 Some(Step::Stirred) => {
-                    self.prepare();
+                    self.prepare(context);
                     self.restart(None);
                     self.announce(at, context);
                 }
@@ -241,8 +254,9 @@ impl Measuring {
         }
     }
 
-    /// A new release may begin: settings that were waiting for it take effect.
-    fn prepare(&mut self) {
+    /// A new release may begin: settings and condition that were waiting for it take effect.
+    fn prepare(&mut self, context: &mut Context) {
+        self.take_condition(context);
         if let Some(settings) = self.next_settings.take() {
             self.sampler = Sampler::new(settings);
             self.tracker.configure(settings.degrees_per_count, limits(&settings));
@@ -257,7 +271,7 @@ impl Measuring {
             self.finish(Flags::CUT_SHORT, self.current.windows_end, context);
             self.watch.set_phase(Phase::Held);
         }
-        self.prepare();
+        self.prepare(context);
         self.announce(self.now(), context);
     }
 
@@ -270,7 +284,7 @@ impl Measuring {
     fn extreme(&mut self, at: u32, amplitude_deg: f32, context: &mut Context) {
         if self.watch.phase() != Phase::Ringing {
             if self.watch.phase() == Phase::Waiting {
-                self.prepare();
+                self.prepare(context);
                 self.current.flags.set(Flags::MID_SWING);
                 self.current.begun_sample = at;
             }
@@ -327,13 +341,18 @@ impl Measuring {
         if outside && current.windows.count() > 0 {
             flags.set(Flags::OUT_OF_RANGE);
         }
-        let usable = !flags.unusable();
-        let modal = Modal {
-            natural_frequency_rad_s: f64::from(natural_frequency_rad_s.value),
-            damping_ratio: f64::from(damping_ratio.value),
+        let known = Known {
+            modal: Modal {
+                natural_frequency_rad_s: f64::from(natural_frequency_rad_s.value),
+                damping_ratio: f64::from(damping_ratio.value),
+            },
+            natural_frequency_u: f64::from(natural_frequency_rad_s.u),
+            damping_ratio_u: f64::from(damping_ratio.u),
         };
-        let condition = self.condition.filter(|_| usable);
-        let derivatives = self.reference.derivatives(&modal, condition.as_ref());
+        // What its refined estimate is held against is another matter.
+        let of_release = flags;
+        let derivatives =
+            self.reference.judge(self.releases, Some(known), &mut flags, self.condition.as_ref());
         let result = ReleaseResult {
             release: self.releases,
             release_sample: current.begun_sample,
@@ -346,28 +365,50 @@ impl Measuring {
         };
         context.line.event(&Event::Release(result));
         let estimate = Some(mean).filter(|_| result.windows > 0 && context.second_order);
-        context.refining.finish(self.releases, flags, estimate, condition, end);
+        context.refining.finish(self.releases, of_release, estimate, self.condition, end);
         self.releases = self.releases.wrapping_add(1);
         self.announce(self.now(), context);
     }
 
     /// New settings, from the next release on; at once where none is running.
-    pub fn configure(&mut self, settings: Settings) -> Result<(), Refusal> {
+    pub fn configure(&mut self, settings: Settings, context: &mut Context) -> Result<(), Refusal> {
         if !Sampler::check(&settings) {
             return Err(Refusal::Settings);
         }
         self.next_settings = Some(settings);
-        if !matches!(self.watch.phase(), Phase::Ringing | Phase::Released) {
-            self.prepare();
+        if !self.is_releasing() {
+            self.prepare(context);
             self.tracker.restart(None);
             self.watch = Watch::new();
         }
         Ok(())
     }
 
-    /// What the coming releases are made under.
-    pub fn set_condition(&mut self, condition: Condition) {
-        self.condition = Some(condition);
+    /// What the coming releases are made under: a release that is going on ends under the condition it began with.
+    pub fn set_condition(
+        &mut self,
+        condition: Condition,
+        context: &mut Context,
+    ) -> Result<(), Refusal> {
+        condition.check().map_err(Refusal::Condition)?;
+        self.next_condition = Some(condition);
+        if !self.is_releasing() {
+            self.take_condition(context);
+        }
+        Ok(())
+    }
+
+    /// The model has been let go, and the release is not over yet.
+    pub fn is_releasing(&self) -> bool {
+        matches!(self.watch.phase(), Phase::Ringing | Phase::Released)
+    }
+
+    fn take_condition(&mut self, context: &mut Context) {
+        if let Some(condition) = self.next_condition.take() {
+            self.condition = Some(condition);
+            self.reference.mount(&condition);
+            context.refining.mount(&condition);
+        }
     }
 
     /// Ends the running release once this many samples have come.

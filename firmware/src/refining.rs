@@ -1,7 +1,7 @@
 //! The refined estimate of a release: its record while it swings, the fit after it, a piece at a time.
 
 use crate::decimated::Decimated;
-use crate::reference::Reference;
+use crate::reference::{Known, Reference};
 use crate::refine::{Fit, Progress, FEWEST_POINTS};
 use crate::residual::Residual;
 use yawrig_shared::history::{History, BLOCK};
@@ -86,6 +86,16 @@ impl Refining {
         self.stage = Stage::Recording { next: first };
     }
 
+    /// The coming releases are made under this condition.
+    pub fn mount(&mut self, condition: &Condition) {
+        self.reference.mount(condition);
+    }
+
+    /// The wind-off release that refined results are held against.
+    pub fn reference(&self) -> Option<u32> {
+        self.reference.release()
+    }
+
     /// What was recorded is spoilt.
     pub fn abandon(&mut self) {
         if self.is_recording() {
@@ -119,6 +129,12 @@ impl Refining {
         condition: Option<Condition>,
         end: u32,
     ) {
+        // Without a refined result the last wind-off release is no reference; with one it will be.
+        let mut unrefined = flags;
+        unrefined.set(Flags::NOT_REFINED);
+        if condition.is_some_and(|condition| condition.wind.speed_m_s == 0.0) {
+            self.reference.judge(number, None, &mut unrefined, condition.as_ref());
+        }
         if !self.is_recording() {
             return;
         }
@@ -210,10 +226,17 @@ impl Refining {
             ..self.empty()
         };
         let modal = Modal { natural_frequency_rad_s: wn, damping_ratio: zeta };
-        refined.derivatives = self.reference.derivatives(&modal, self.release.condition.as_ref());
         if judged.misfit {
             refined.flags.set(Flags::MISFIT);
         }
+        let known =
+            Known { modal, natural_frequency_u: wn_u.into(), damping_ratio_u: zeta_u.into() };
+        refined.derivatives = self.reference.judge(
+            refined.release,
+            Some(known),
+            &mut refined.flags,
+            self.release.condition.as_ref(),
+        );
         refined
     }
 }

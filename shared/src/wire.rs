@@ -3,6 +3,7 @@
 //! How they become frames stands in [`crate::frame`].
 
 use crate::blob::{BlobError, EffectIds};
+use crate::checksum::crc32_of;
 use crate::derivatives::{Model, Wind};
 pub use crate::flags::Flags;
 pub use crate::frame::*;
@@ -101,7 +102,7 @@ pub enum Request {
     Status,
     /// Takes effect with the next release.
     Configure(Settings),
-    /// What the coming releases are made under.
+    /// What the coming releases are made under. Takes effect with the next release.
     Condition(Condition),
     /// Announces a blob of this many bytes; the idle slot is erased.
     FlashBegin {
@@ -164,6 +165,8 @@ pub enum Reply {
 pub enum Refusal {
     /// A setting out of its range.
     Settings,
+    /// A quantity of the condition that cannot be.
+    Condition(ConditionFault),
     /// A chunk without a begin, or not at the expected offset.
     FlashOrder {
         expected_offset: u32,
@@ -223,11 +226,55 @@ impl Default for Settings {
 /// What a release is made under, so that the device can give derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Condition {
+    /// Which spring and axis ([`rig_id`]): a wind-off release is a reference for those of the same rig and model alone.
+    pub rig: u32,
     /// Wind off: its result becomes the reference of the releases after it.
     pub wind: Wind,
     pub model: Model,
-    /// Moment of inertia about the yaw axis; nought: the device gives no derivatives.
+    /// Moment of inertia about the yaw axis; zero: the device gives no derivatives.
     pub inertia_kg_m2: f64,
+}
+
+/// A number for a spring and an axis, by their names.
+pub fn rig_id(spring: &str, axis: &str) -> u32 {
+    crc32_of(&[spring.as_bytes(), &[0], axis.as_bytes()])
+}
+
+/// The quantity of a [`Condition`] that is no number, negative, or beyond what any tunnel and model have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum ConditionFault {
+    /// Outside 0.01 to 100 kg/m3.
+    Density,
+    /// Outside 0 to 340 m/s.
+    WindSpeed,
+    /// Outside 0.01 to 20 m.
+    Length,
+    /// Outside 1e-5 to 100 m2.
+    FrontalArea,
+    /// Neither zero nor 1e-8 to 1e5 kg m2.
+    Inertia,
+}
+
+impl Condition {
+    /// Whether it can be.
+    ///
+    /// # Errors
+    /// The first quantity that cannot.
+    pub fn check(&self) -> Result<(), ConditionFault> {
+        let Self { wind, model, inertia_kg_m2, .. } = self;
+        // None of these holds for what is no number.
+        let faults = [
+            ((0.01..=100.0).contains(&wind.density_kg_m3), ConditionFault::Density),
+            ((0.0..=340.0).contains(&wind.speed_m_s), ConditionFault::WindSpeed),
+            ((0.01..=20.0).contains(&model.length_m), ConditionFault::Length),
+            ((1e-5..=100.0).contains(&model.frontal_area_m2), ConditionFault::FrontalArea),
+            (
+                *inertia_kg_m2 == 0.0 || (1e-8..=1e5).contains(inertia_kg_m2),
+                ConditionFault::Inertia,
+            ),
+        ];
+        faults.into_iter().find(|(can_be, _)| !can_be).map_or(Ok(()), |(_, fault)| Err(fault))
+    }
 }
 
 /// State of one slot of the network store.
@@ -264,7 +311,11 @@ pub struct Status {
     pub refining: bool,
     /// Number of the next event: all before it were sent.
     pub next_event: u16,
-    pub has_reference: bool,
+    /// What the coming releases are made under; none since the device started, or none yet.
+    pub condition: Option<Condition>,
+    /// The wind-off release that the windows' results are held against, and the refined ones.
+    pub reference: Option<u32>,
+    pub refined_reference: Option<u32>,
 }
 
 /// The network that runs.
@@ -422,10 +473,13 @@ pub struct ReleaseResult {
     pub flags: Flags,
 }
 
-/// Yaw derivatives about this axis, per radian.
+/// Yaw derivatives about this axis, per radian, with the standard uncertainties that natural frequencies and damping
+/// ratios give them: those of density, speed, inertia and the model's measures come on top.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Derivatives {
-    pub cn_beta: f32,
-    pub cn_r: f32,
+    pub cn_beta: Measured,
+    pub cn_r: Measured,
     pub reduced_frequency: f32,
+    /// The wind-off release they are held against.
+    pub reference_release: u32,
 }

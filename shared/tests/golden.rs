@@ -109,7 +109,7 @@ fn wire_bytes() {
     let requests = [
         ("status", Request::Status),
         ("configure", Request::Configure(Settings::default())),
-        ("condition", Request::Condition(Condition { wind, model, inertia_kg_m2: 0.125 })),
+        ("condition", Request::Condition(Condition { rig: 7, wind, model, inertia_kg_m2: 0.125 })),
         ("flash_begin", Request::FlashBegin { length: 2032 }),
         (
             "flash_chunk",

@@ -155,6 +155,7 @@ fn say_refusal(refusal: &Refusal) -> String {
         }
         Refusal::NotKept { .. } => "it was asked for an event that it does not keep".to_owned(),
         Refusal::Settings => "it refused its settings".to_owned(),
+        Refusal::Condition(_) => "it refused the condition".to_owned(),
         Refusal::Unsigned => "it is locked, and the network is not signed".to_owned(),
         Refusal::WrongSignature => "it is locked, and the signature is not its key's".to_owned(),
         Refusal::CannotLock | Refusal::LockedAlready | Refusal::NotLocked | Refusal::NotAKey => {
