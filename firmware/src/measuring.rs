@@ -258,8 +258,12 @@ impl Measuring {
     fn prepare(&mut self, context: &mut Context) {
         self.take_condition(context);
         if let Some(settings) = self.next_settings.take() {
+            let was = self.sampler.settings().degrees_per_count;
+            let times = settings.degrees_per_count / was;
             self.sampler = Sampler::new(settings);
             self.tracker.configure(settings.degrees_per_count, limits(&settings));
+            self.signal.rescale(settings.degrees_per_count, times);
+            self.watch.rescale(times);
         }
         self.current = Current::default();
     }

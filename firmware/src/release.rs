@@ -82,6 +82,14 @@ impl Watch {
         self.phase = phase;
     }
 
+    /// The block means come on another scale from now on, `times` as large as before.
+    pub fn rescale(&mut self, times: f32) {
+        let ends = [self.still_low * times, self.still_high * times];
+        (self.still_low, self.still_high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+        self.smooth_sum *= times;
+        self.rest_deg *= times;
+    }
+
     /// Takes the next block mean and its noise's rms; `at` is the block's middle, `midline_deg` the last known one.
     pub fn block(
         &mut self,
