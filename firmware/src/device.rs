@@ -181,9 +181,29 @@ impl<F: Flash> Core<F> {
         if let Some(left) = self.trial {
             match left.checked_sub(samples) {
                 Some(left) => self.trial = Some(left),
-                None => self.roll_back(),
+                None => self.give_up_trial(),
             }
         }
+    }
+
+    /// The network on trial cannot be confirmed any more. It goes at once, or with the end of the release.
+    fn give_up_trial(&mut self) {
+        if self.trial.is_some() {
+            self.store.abandon();
+            self.trial = Some(0);
+            // Else asked again with the next sample.
+            if !self.measuring.is_releasing() {
+                self.roll_back();
+            }
+        }
+    }
+
+    /// All windows of a release are one network's.
+    fn may_swap(&self) -> Result<(), Refusal> {
+        if self.measuring.is_releasing() {
+            return Err(Refusal::Releasing);
+        }
+        Ok(())
     }
 
     /// The sample goes to the host where that listens.
@@ -219,6 +239,7 @@ impl<F: Flash> Core<F> {
         if self.trial.is_some() {
             return Err(Refusal::FlashOrder { expected_offset: 0 });
         }
+        self.may_swap()?;
         let newest = self.running.as_ref().map_or(0, |running| running.generation);
         match self.store.verify(newest, &mut self.network, self.signature.as_ref()) {
             Ok((slot, envelope, provenance)) => {
@@ -277,7 +298,10 @@ impl<F: Flash> Core<F> {
                 measuring.set_condition(condition, &mut context)?;
             }
             Request::FlashBegin { length } => {
-                self.roll_back();
+                if self.trial.is_some() {
+                    self.may_swap()?;
+                    self.roll_back();
+                }
                 self.signature = None;
                 let running = self.running.as_ref().and_then(|running| running.slot);
                 self.store.begin(length, running)?;
@@ -287,10 +311,10 @@ impl<F: Flash> Core<F> {
             Request::FlashTrial => self.try_out()?,
             Request::FlashCommit => {
                 let committed = self.store.commit();
-                if committed.is_err() {
-                    self.roll_back();
+                match committed {
+                    Ok(()) => self.trial = None,
+                    Err(_) => self.give_up_trial(),
                 }
-                self.trial = None;
                 committed?;
             }
             Request::Lock { key } => lock::lock(self.store.flash_mut(), &key)?,

@@ -116,7 +116,7 @@ pub enum Request {
     FlashSignature {
         signature: Signature,
     },
-    /// Verifies what was written and runs it on trial.
+    /// Verifies what was written and runs it on trial. Not in mid-release.
     FlashTrial,
     /// Commits the network on trial. Without it the old one is back after [`TRIAL_SAMPLES`].
     FlashCommit,
@@ -181,6 +181,8 @@ pub enum Refusal {
     FlashWrite,
     /// No network is on trial; it may have run out of time.
     NoTrial,
+    /// Not while a release is going on, all of whose windows are to be one network's: ask again when it is over.
+    Releasing,
     /// Locked, and the network came without a signature.
     Unsigned,
     /// Of another key, or of something else.
