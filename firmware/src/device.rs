@@ -10,8 +10,8 @@ use crate::BUILT_IN;
 use yawrig_shared::blob::{self, EffectIds, Envelope, Provenance};
 use yawrig_shared::network::Network;
 use yawrig_shared::wire::{
-    self, Decoder, Event, Frame, HelloReply, Message, NetworkStatus, Phase, Refusal, Reply,
-    Request, Settings, Signature, Status, HELLO_KEY, TRIAL_SAMPLES,
+    self, Decoder, Event, Frame, HelloReply, NetworkStatus, Phase, Refusal, Reply, Request,
+    Settings, Signature, Status, HELLO_KEY, TRIAL_SAMPLES,
 };
 
 /// What is known of the network that runs.
@@ -259,8 +259,8 @@ impl<F: Flash> Core<F> {
         let Frame { key, sequence, .. } = *frame;
         if key == HELLO_KEY {
             let hello = HelloReply {
-                protocol: u16::from(wire::VERSION),
-                request_key: Request::KEY,
+                protocol: wire::REVISION,
+                messages_key: wire::MESSAGES_KEY,
                 firmware: HelloReply::text(concat!("yawrig ", env!("CARGO_PKG_VERSION"))),
                 board: HelloReply::text(self.board),
             };

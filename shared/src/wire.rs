@@ -24,6 +24,22 @@ pub const HELLO_KEY: u32 = u32::from_le_bytes(*b"HELO");
 /// Key of [`Samples`]: "SMPL".
 pub const SAMPLES_KEY: u32 = u32::from_le_bytes(*b"SMPL");
 
+/// Number of this set of messages, one more for each that is given to others: by it two programs tell which is older.
+pub const REVISION: u16 = 1;
+/// Key of all messages together: equal keys, equal messages.
+pub const MESSAGES_KEY: u32 = joined([Request::KEY, Reply::KEY, Event::KEY, SAMPLES_KEY]);
+
+/// Numbers as one (FNV-1a, 32 bits).
+pub const fn joined(keys: [u32; 4]) -> u32 {
+    let mut hash = 0x811c_9dc5_u32;
+    let mut at = 0;
+    while at < 4 * keys.len() {
+        hash = (hash ^ (keys[at / 4] >> (8 * (at % 4)) & 0xff)).wrapping_mul(0x0100_0193);
+        at += 1;
+    }
+    hash
+}
+
 impl Message for Request {
     const NAME: &'static str = "yawrig/request";
 }
@@ -35,13 +51,14 @@ impl Message for Event {
 }
 
 /// Who the device is. Never changes its encoding, which is fixed and not postcard's:
-/// protocol u16, request key u32, then 24 bytes of text each for firmware and board, padded with
+/// revision u16, key of all messages u32, then 24 bytes of text each for firmware and board, padded with
 /// zeros.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HelloReply {
+    /// [`REVISION`] of the device's messages.
     pub protocol: u16,
-    /// Key of this device's [`Request`]: equal keys, equal messages.
-    pub request_key: u32,
+    /// Its [`MESSAGES_KEY`].
+    pub messages_key: u32,
     pub firmware: [u8; 24],
     pub board: [u8; 24],
 }
@@ -56,7 +73,7 @@ impl HelloReply {
     pub fn write(&self) -> [u8; Self::LENGTH] {
         let mut bytes = [0; Self::LENGTH];
         bytes[..2].copy_from_slice(&self.protocol.to_le_bytes());
-        bytes[2..6].copy_from_slice(&self.request_key.to_le_bytes());
+        bytes[2..6].copy_from_slice(&self.messages_key.to_le_bytes());
         bytes[6..30].copy_from_slice(&self.firmware);
         bytes[30..].copy_from_slice(&self.board);
         bytes
@@ -66,7 +83,7 @@ impl HelloReply {
         let bytes: &[u8; Self::LENGTH] = bytes.try_into().ok()?;
         Some(Self {
             protocol: u16::from_le_bytes([bytes[0], bytes[1]]),
-            request_key: u32::from_le_bytes([bytes[2], bytes[3], bytes[4], bytes[5]]),
+            messages_key: u32::from_le_bytes([bytes[2], bytes[3], bytes[4], bytes[5]]),
             firmware: bytes[6..30].try_into().ok()?,
             board: bytes[30..].try_into().ok()?,
         })
@@ -152,6 +169,7 @@ pub enum Request {
 
 /// The device's answer to a [`Request`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[allow(clippy::large_enum_variant)] // no heap to put the status on
 pub enum Reply {
     Done,
     Status(Status),
