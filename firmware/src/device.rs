@@ -1,7 +1,7 @@
 //! The device: samples and bytes in, bytes out.
 
 use crate::line::Line;
-use crate::lock;
+use crate::lock::{self, Challenge};
 use crate::measuring::{Context, Measuring};
 use crate::refining::Refining;
 use crate::slots::{Flash, Slot, Store};
@@ -51,8 +51,14 @@ struct Core<F> {
     trial: Option<u32>,
     /// Of the network that is being written.
     signature: Option<Signature>,
-    /// The last challenge, good for one answer.
-    nonce: Option<u32>,
+    /// The last challenge, good for one answer; the permit it was good for, with its length; the challenge of the
+    /// update that is under way.
+    challenge: Option<Challenge>,
+    permit: Option<(Challenge, u32)>,
+    update: Option<Challenge>,
+    /// Number of the lock as this start has raised it, and how many challenges it has given.
+    raised: Option<u32>,
+    challenges: u32,
     session: u32,
     lost_bytes: u32,
     line: Line,
@@ -81,7 +87,11 @@ impl<F: Flash> Device<F> {
                 running: None,
                 trial: None,
                 signature: None,
-                nonce: None,
+                challenge: None,
+                permit: None,
+                update: None,
+                raised: None,
+                challenges: 0,
                 session: 0,
                 lost_bytes: 0,
                 line: Line::new(),
@@ -241,7 +251,8 @@ impl<F: Flash> Core<F> {
         }
         self.may_swap()?;
         let newest = self.running.as_ref().map_or(0, |running| running.generation);
-        match self.store.verify(newest, &mut self.network, self.signature.as_ref()) {
+        let signature = self.signature.as_ref();
+        match self.store.verify(newest, &mut self.network, self.update, signature) {
             Ok((slot, envelope, provenance)) => {
                 self.measuring.network_changed();
                 self.running = Some(Running::new(envelope, provenance, Some(slot)));
@@ -303,8 +314,14 @@ impl<F: Flash> Core<F> {
                     self.roll_back();
                 }
                 self.signature = None;
+                self.update = self.permitted(length)?;
                 let running = self.running.as_ref().and_then(|running| running.slot);
                 self.store.begin(length, running)?;
+            }
+            Request::FlashPermit { length, signature } => {
+                let challenge = self.challenge.take().ok_or(Refusal::WrongSignature)?;
+                lock::check_update(self.store.flash(), challenge, length, &signature)?;
+                self.permit = Some((challenge, length));
             }
             Request::FlashChunk { offset, bytes } => self.store.chunk(offset, &bytes)?,
             Request::FlashSignature { signature } => self.signature = Some(signature),
@@ -317,16 +334,16 @@ impl<F: Flash> Core<F> {
                 }
                 committed?;
             }
-            Request::Lock { key } => lock::lock(self.store.flash_mut(), &key)?,
+            Request::Lock { key } => self.lock(&key)?,
             Request::Challenge => {
-                let number = lock::read(self.store.flash()).ok_or(Refusal::NotLocked)?.number;
-                let nonce = self.measuring.now();
-                self.nonce = Some(nonce);
+                let challenge = self.challenge()?;
+                self.challenge = Some(challenge);
+                let Challenge { number, nonce } = challenge;
                 return Ok(Reply::Challenge { number, nonce });
             }
             Request::Unlock { signature } => {
-                let nonce = self.nonce.take().ok_or(Refusal::WrongSignature)?;
-                lock::unlock(self.store.flash_mut(), nonce, &signature)?;
+                let challenge = self.challenge.take().ok_or(Refusal::WrongSignature)?;
+                lock::unlock(self.store.flash_mut(), challenge, &signature)?;
             }
             Request::Session { number } => {
                 if self.session == 0 {
@@ -340,6 +357,40 @@ impl<F: Flash> Core<F> {
             Request::Stream { samples } => self.stream.extend(samples),
         }
         Ok(Reply::Done)
+    }
+
+    /// The challenge upon which this update was permitted; none on a device without a lock.
+    fn permitted(&mut self, length: u32) -> Result<Option<Challenge>, Refusal> {
+        let permit = self.permit.take();
+        if lock::read(self.store.flash()).is_none() {
+            return Ok(None);
+        }
+        match permit {
+            Some((challenge, permitted)) if permitted == length => Ok(Some(challenge)),
+            _ => Err(Refusal::Unsigned),
+        }
+    }
+
+    /// Locks it. A network on trial, or half written, was not signed.
+    fn lock(&mut self, key: &[u8; 32]) -> Result<(), Refusal> {
+        if self.trial.is_some() {
+            self.may_swap()?;
+        }
+        lock::lock(self.store.flash_mut(), key)?;
+        self.roll_back();
+        self.store.abandon();
+        Ok(())
+    }
+
+    /// A challenge that was never given before.
+    fn challenge(&mut self) -> Result<Challenge, Refusal> {
+        let lock = lock::read(self.store.flash()).ok_or(Refusal::NotLocked)?;
+        // Before this start the nonces of this number may have been given, too.
+        if self.raised != Some(lock.number) {
+            self.raised = Some(lock::renew(self.store.flash_mut())?);
+        }
+        self.challenges = self.challenges.wrapping_add(1);
+        Ok(Challenge { number: self.raised.unwrap_or(lock.number), nonce: self.challenges })
     }
 
     fn status(&self) -> Status {

@@ -9,7 +9,7 @@
 //! slot: 0 commit word   4 length of the blob   8 blob
 //! ```
 
-use crate::lock;
+use crate::lock::{self, Challenge};
 use yawrig_shared::blob::{self, BlobError, Envelope, Provenance};
 use yawrig_shared::network::Network;
 use yawrig_shared::wire::{Refusal, Signature, SlotState};
@@ -38,16 +38,17 @@ impl Slot {
     }
 }
 
-/// What is erased as one: a slot, or the place of the lock ([`crate::lock`]).
+/// What is erased as one: a slot, or one of the lock's two places ([`crate::lock`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sector {
     First,
     Second,
     Lock,
+    OtherLock,
 }
 
 impl Sector {
-    pub const ALL: [Self; 3] = [Self::First, Self::Second, Self::Lock];
+    pub const ALL: [Self; 4] = [Self::First, Self::Second, Self::Lock, Self::OtherLock];
 }
 
 impl From<Slot> for Sector {
@@ -63,7 +64,7 @@ impl From<Slot> for Sector {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FlashFault;
 
-/// NOR flash of three sectors: erasing sets all bits, programming can only clear them.
+/// NOR flash of four sectors: erasing sets all bits, programming can only clear them.
 pub trait Flash {
     /// Whether this device can be [locked](crate::lock). Checking signatures takes 14 kB of code.
     const LOCKABLE: bool = true;
@@ -78,7 +79,7 @@ pub trait Flash {
 /// NOR flash in memory, for the emulated devices and the tests.
 #[derive(Clone, Debug)]
 pub struct MemoryFlash {
-    sectors: [[u8; SLOT_BYTES]; 3],
+    sectors: [[u8; SLOT_BYTES]; 4],
 }
 
 impl Default for MemoryFlash {
@@ -89,7 +90,7 @@ impl Default for MemoryFlash {
 
 impl MemoryFlash {
     pub const fn new() -> Self {
-        Self { sectors: [[ERASED; SLOT_BYTES]; 3] }
+        Self { sectors: [[ERASED; SLOT_BYTES]; 4] }
     }
 }
 
@@ -239,6 +240,7 @@ impl<F: Flash> Store<F> {
         &mut self,
         newest: u32,
         network: &mut Network,
+        challenge: Option<Challenge>,
         signature: Option<&Signature>,
     ) -> Result<(Slot, Envelope, Provenance), Refusal> {
         let update = self.running_update()?;
@@ -247,7 +249,7 @@ impl<F: Flash> Store<F> {
         }
         self.update = None;
         let bytes = &self.flash.read(update.slot.into())[BLOB_AT..BLOB_AT + update.length];
-        lock::check_network(&self.flash, bytes, signature)?;
+        lock::check_network(&self.flash, bytes, challenge, signature)?;
         let (envelope, provenance) =
             blob::decode_into(bytes, network, |_| ()).map_err(Refusal::Blob)?;
         if envelope.blob_length() != update.length {

@@ -33,7 +33,7 @@ const SR_PROTECTION_ERROR: u32 = 1 << 4;
 impl Chip {
     fn new() -> Self {
         Self {
-            sectors: vec![[0x5a; SLOT_BYTES]; 4],
+            sectors: vec![[0x5a; SLOT_BYTES]; 8],
             control: CR_LOCK,
             // Left over from before: it must not be taken for the next operation's.
             status: Cell::new(SR_SEQUENCE_ERROR),
@@ -142,8 +142,10 @@ fn a_slot_is_erased_and_written_and_nothing_beside_it() {
         assert_eq!(slots.program(slot, 10, [0; 4]), Err(FlashFault));
     }
     // The vector table's sector is as it was, as is the code from sector 4 on, and the door is shut.
-    assert_eq!(Sector::ALL.map(flash::number), [1, 2, 3]);
-    assert!(chip.sectors[0].iter().all(|byte| *byte == 0x5a));
+    assert_eq!(Sector::ALL.map(flash::number), [1, 2, 3, 7]);
+    for of_code in [0, 4, 5, 6] {
+        assert!(chip.sectors[of_code].iter().all(|byte| *byte == 0x5a));
+    }
     assert_eq!(chip.control, CR_LOCK);
 }
 

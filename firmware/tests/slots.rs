@@ -22,7 +22,7 @@ fn update<F: Flash>(
     for (index, chunk) in bytes.chunks(256).enumerate() {
         store.chunk(256 * index as u32, chunk)?;
     }
-    let (slot, ..) = store.verify(newest, &mut Network::empty(), None)?;
+    let (slot, ..) = store.verify(newest, &mut Network::empty(), None, None)?;
     store.commit()?;
     Ok(slot)
 }
@@ -92,7 +92,7 @@ fn chunks_out_of_order_are_refused_and_the_right_one_is_named() {
     store.chunk(0, &[0; 256]).unwrap();
     let again = store.chunk(0, &[0; 256]);
     assert_eq!(again, Err(Refusal::FlashOrder { expected_offset: 256 }));
-    let short = store.verify(0, &mut Network::empty(), None).map(|_| ());
+    let short = store.verify(0, &mut Network::empty(), None, None).map(|_| ());
     assert_eq!(short, Err(Refusal::FlashOrder { expected_offset: 256 }));
     let odd = store.chunk(256, &[0; 3]);
     assert_eq!(odd, Err(Refusal::FlashOrder { expected_offset: 256 }));

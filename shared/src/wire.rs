@@ -101,15 +101,33 @@ impl HelloReply {
 
 /// An ed25519 signature: 64 bytes, or none that holds.
 pub type Signature = Vec<u8, 64>;
-/// What stands before a blob when it is signed, so that a signature of one kind is none of another.
-pub const SIGNED_NETWORK: &[u8] = b"yawrig network 1";
 
-/// What is signed to open a lock: its number and the device's nonce, so that it opens no other.
-pub fn unlock_message(number: u32, nonce: u32) -> [u8; 23] {
-    let mut message = *b"yawrig unlock 1--------";
-    message[15..19].copy_from_slice(&number.to_le_bytes());
-    message[19..].copy_from_slice(&nonce.to_le_bytes());
+/// What is signed: 16 bytes that say what for, so that a signature of one kind is none of another, then the number and
+/// the nonce of a challenge, so that it is good once.
+fn signed(kind: &[u8; 16], number: u32, nonce: u32) -> [u8; 24] {
+    let mut message = [0; 24];
+    message[..16].copy_from_slice(kind);
+    message[16..20].copy_from_slice(&number.to_le_bytes());
+    message[20..].copy_from_slice(&nonce.to_le_bytes());
     message
+}
+
+/// What is signed to open a lock.
+pub fn unlock_message(number: u32, nonce: u32) -> [u8; 24] {
+    signed(b"yawrig unlock 2.", number, nonce)
+}
+
+/// What is signed to begin an update of a locked device, which erases its idle slot.
+pub fn update_message(number: u32, nonce: u32, length: u32) -> [u8; 28] {
+    let mut message = [0; 28];
+    message[..24].copy_from_slice(&signed(b"yawrig update 1.", number, nonce));
+    message[24..].copy_from_slice(&length.to_le_bytes());
+    message
+}
+
+/// What stands before the blob when a network is signed; of the challenge its update began with.
+pub fn network_message(number: u32, nonce: u32) -> [u8; 24] {
+    signed(b"yawrig network 2", number, nonce)
 }
 
 /// What the host asks.
@@ -121,6 +139,11 @@ pub enum Request {
     Configure(Settings),
     /// What the coming releases are made under. Takes effect with the next release.
     Condition(Condition),
+    /// Signs the [`update_message`] of the last challenge; a locked device wants it before the update begins.
+    FlashPermit {
+        length: u32,
+        signature: Signature,
+    },
     /// Announces a blob of this many bytes; the idle slot is erased.
     FlashBegin {
         length: u32,
@@ -129,7 +152,8 @@ pub enum Request {
         offset: u32,
         bytes: Vec<u8, CHUNK>,
     },
-    /// Signs [`SIGNED_NETWORK`] and the blob that was begun; a locked device wants it before the trial.
+    /// Signs the [`network_message`] of the challenge of the permit and the blob that was begun; a locked device wants it
+    /// before the trial.
     FlashSignature {
         signature: Signature,
     },
@@ -145,7 +169,7 @@ pub enum Request {
     Lock {
         key: [u8; 32],
     },
-    /// Asks for the lock's number and a nonce.
+    /// Asks for the lock's number and a nonce, which never come again and are good for one answer.
     Challenge,
     /// Opens the lock: signs the [`unlock_message`] of the last challenge.
     Unlock {

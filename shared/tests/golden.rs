@@ -119,6 +119,7 @@ fn wire_bytes() {
             },
         ),
         ("flash_signature", Request::FlashSignature { signature: (0..64).collect() }),
+        ("flash_permit", Request::FlashPermit { length: 2032, signature: (0..64).collect() }),
         ("flash_trial", Request::FlashTrial),
         ("flash_commit", Request::FlashCommit),
         ("lock", Request::Lock { key: [0x5a; 32] }),

@@ -3,7 +3,7 @@
 use crate::error::{Error, Exit, Result};
 use crate::interrupt;
 use crate::link::client::{Client, LinkError};
-use crate::link::key::{hex, sign_network};
+use crate::link::key::{challenge, hex, sign_update};
 use ed25519_compact::KeyPair;
 use std::time::{Duration, Instant};
 use yawrig_shared::blob::{self, BlobError, Envelope, Payload};
@@ -77,6 +77,14 @@ pub fn write_signed(
     blob::set_generation(&mut blob, generation).map_err(|e| failed(client, &say(&e)))?;
     let id = Envelope::read(&blob).map_err(|e| failed(client, &say(&e)))?.payload_crc;
     let length = blob.len() as u32;
+    // On a device without a lock nothing is signed.
+    let mut signature = None;
+    if let (Some(key), true) = (key, status.lock.is_some()) {
+        let challenge = challenge(client).map_err(|error| why(client, error))?;
+        let [permit, network] = sign_update(key, challenge, &blob);
+        step(client, &Request::FlashPermit { length, signature: permit })?;
+        signature = Some(network);
+    }
     between_releases(client, &Request::FlashBegin { length }, progress)?;
     for (index, chunk) in blob.chunks(CHUNK).enumerate() {
         let bytes = heapless::Vec::from_slice(chunk)
@@ -84,8 +92,8 @@ pub fn write_signed(
         step(client, &Request::FlashChunk { offset: (index * CHUNK) as u32, bytes })?;
         progress.written((index * CHUNK) + chunk.len(), blob.len());
     }
-    if let Some(key) = key {
-        step(client, &Request::FlashSignature { signature: sign_network(key, &blob) })?;
+    if let Some(signature) = signature {
+        step(client, &Request::FlashSignature { signature })?;
     }
     between_releases(client, &Request::FlashTrial, progress)?;
     runs(client, generation, id, true)?;

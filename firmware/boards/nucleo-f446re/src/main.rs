@@ -27,7 +27,7 @@ use stm32f4xx_hal::watchdog::IndependentWatchdog;
 use yawrig_firmware::device::Device;
 use yawrig_shared::wire::Phase;
 
-/// Longer than a sector takes to erase (0.8 s), even where the watchdog's own clock is fast by half.
+/// Longer than a sector takes to erase (2 s), even where the watchdog's own clock is fast by half.
 const WATCHDOG_MS: u32 = 4000;
 /// Bytes of the line between two looks at the potentiometer.
 const BYTES_AT_ONCE: u32 = 64;
