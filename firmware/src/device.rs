@@ -238,7 +238,7 @@ impl<F: Flash> Core<F> {
             Some((slot, envelope, provenance)) => {
                 Some(Running::new(envelope, provenance, Some(slot)))
             }
-            None => blob::decode_into(BUILT_IN, &mut self.network, |_| ())
+            None => blob::decode_into(BUILT_IN, &mut self.network)
                 .ok()
                 .map(|(envelope, provenance)| Running::new(envelope, provenance, None)),
         };

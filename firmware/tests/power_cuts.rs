@@ -161,7 +161,7 @@ impl Flash for Watched<'_> {
 type Runs = Option<(Slot, u32, u32)>;
 
 fn starts(chip: &Chip) -> Runs {
-    let store = Store::new(chip.clone());
+    let mut store = Store::new(chip.clone());
     store
         .newest(&mut Network::empty())
         .map(|(slot, envelope, _)| (slot, envelope.generation, envelope.payload_crc))

@@ -54,6 +54,7 @@ fn another(generation: u32) -> Vec<u8> {
         let inputs: Vec<f32> = golden.inputs.iter().map(|bits| f32::from_bits(*bits)).collect();
         *golden = blob::golden(&payload.network, &inputs);
     }
+    payload.from_counts = Some(blob::from_counts(&payload.network));
     let mut bytes = vec![0; blob::LONGEST];
     let length = blob::encode(&payload, generation, &mut bytes).expect("a blob");
     bytes.truncate(length);

@@ -76,9 +76,9 @@ pub struct Features {
 }
 
 /// Features of a window that [`crate::window::Tracker`] has closed; not yet scaled.
-pub fn features<S: Copy + Default + Into<f32>>(
+pub fn features<S: Copy + Default + Into<f32>, const N: usize, const B: usize>(
     kind: FeatureKind,
-    history: &History<S>,
+    history: &History<S, N, B>,
     window: &Window,
 ) -> Features {
     let sign = if window.rising { 1.0 } else { -1.0 };

@@ -38,31 +38,24 @@ impl Moment {
     }
 }
 
-/// Ring of the last [`LENGTH`] samples. `S` is `i16` on the device and `f32` where the host
+/// Ring of the last `N` samples in `B` blocks of [`BLOCK`]; [`LENGTH`] if not said otherwise. `S` is `i16` on the device and `f32` where the host
 /// wants no quantisation; `scale` turns either into degrees.
 #[derive(Clone, Debug)]
-pub struct History<S> {
-    samples: [S; LENGTH],
-    block_sums: [f32; BLOCKS],
+pub struct History<S, const N: usize = LENGTH, const B: usize = BLOCKS> {
+    samples: [S; N],
+    block_sums: [f32; B],
     running: f32,
     next: u32,
     filled: u32,
     scale: f32,
 }
 
-impl<S: Copy + Default + Into<f32>> History<S> {
+impl<S: Copy + Default + Into<f32>, const N: usize, const B: usize> History<S, N, B> {
     /// An empty history; `scale` in degrees per unit of `S`.
     // Or else it would be made on the stack and then copied.
     #[inline(always)]
     pub const fn new(zero: S, scale: f32) -> Self {
-        Self {
-            samples: [zero; LENGTH],
-            block_sums: [0.0; BLOCKS],
-            running: 0.0,
-            next: 0,
-            filled: 0,
-            scale,
-        }
+        Self { samples: [zero; N], block_sums: [0.0; B], running: 0.0, next: 0, filled: 0, scale }
     }
 
     /// Sets the degrees per unit for all samples, those already there too.
@@ -89,11 +82,11 @@ impl<S: Copy + Default + Into<f32>> History<S> {
     /// Appends a sample; the mean of its block in degrees where it completes one.
     #[inline]
     pub fn push(&mut self, sample: S) -> Option<f32> {
-        let at = self.next as usize % LENGTH;
+        let at = self.next as usize % N;
         self.samples[at] = sample;
         self.running += sample.into();
         self.next = self.next.wrapping_add(1);
-        self.filled = (self.filled + 1).min(LENGTH as u32);
+        self.filled = (self.filled + 1).min(N as u32);
         if at % BLOCK != BLOCK - 1 {
             return None;
         }
@@ -111,13 +104,13 @@ impl<S: Copy + Default + Into<f32>> History<S> {
 
     #[inline]
     fn raw(&self, index: u32) -> f32 {
-        self.samples[index as usize % LENGTH].into()
+        self.samples[index as usize % N].into()
     }
 
     /// Mean of one completed block in degrees, by the index of any sample in it.
     #[inline]
     pub fn block_mean(&self, index: u32) -> f32 {
-        self.block_sums[index as usize % LENGTH / BLOCK] * (self.scale / BLOCK as f32)
+        self.block_sums[index as usize % N / BLOCK] * (self.scale / BLOCK as f32)
     }
 
     /// Value in degrees at a moment, interpolated linearly between samples.
@@ -163,7 +156,7 @@ impl<S: Copy + Default + Into<f32>> History<S> {
         }
         // A block whose last sample is not there yet has no sum.
         while end.wrapping_sub(at) >= BLOCK as u32 {
-            total += self.block_sums[at as usize % LENGTH / BLOCK];
+            total += self.block_sums[at as usize % N / BLOCK];
             at = at.wrapping_add(BLOCK as u32);
         }
         while at != end {

@@ -72,7 +72,8 @@ fn payload() -> Payload {
         noise: [0.0, 0.03125],
         effects: heapless::String::try_from("coulomb_friction static_offset").unwrap(),
     };
-    Payload { network, provenance, golden }
+    let from_counts = Some(blob::from_counts(&network));
+    Payload { network, provenance, golden, from_counts }
 }
 
 fn encoded(payload: &Payload, generation: u32) -> Vec<u8> {
@@ -88,6 +89,22 @@ fn blob_bytes() {
     compare("blob.hex", &format!("{}\n", hex(&bytes)));
     let (envelope, back) = blob::decode(&bytes).unwrap();
     assert_eq!((envelope.generation, back), (5, payload()));
+}
+
+/// As they were before networks were held against counts.
+#[test]
+fn a_blob_that_ends_before_the_counts_is_read() {
+    let none = Payload { from_counts: None, ..payload() };
+    let mut bytes = encoded(&none, 5);
+    // Its last byte says that there are none.
+    let payload_length = bytes.len() - blob::ENVELOPE - 1;
+    bytes.pop();
+    bytes[8..12].copy_from_slice(&(payload_length as u32).to_le_bytes());
+    let crc = yawrig_shared::checksum::crc32(&bytes[blob::ENVELOPE..]);
+    bytes[16..20].copy_from_slice(&crc.to_le_bytes());
+    let crc = yawrig_shared::checksum::crc32(&bytes[..20]);
+    bytes[20..24].copy_from_slice(&crc.to_le_bytes());
+    assert_eq!(blob::decode(&bytes).unwrap().1, none);
 }
 
 #[test]
@@ -265,6 +282,9 @@ fn wrong_networks_are_refused_for_what_is_wrong() {
     assert_eq!(refused(&|p| p.network.outputs[1].gain = 0.0), Network(NetworkError::NotFinite));
     assert_eq!(refused(&|p| p.golden.truncate(1)), GoldenMissing);
     assert_eq!(refused(&|p| p.golden[1].outputs[0] ^= 1), GoldenDiffers { vector: 1 });
+    // Right from its inputs on, and not from the counts on: features or logarithm of another kind.
+    let features = |p: &mut Payload| p.from_counts.as_mut().unwrap()[1] ^= 1;
+    assert_eq!(refused(&features), GoldenDiffers { vector: 2 });
     for theirs in [1, 3] {
         let mut other = encoded(&payload(), 1);
         other[4] = theirs;
