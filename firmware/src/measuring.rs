@@ -350,8 +350,8 @@ impl Measuring {
                 natural_frequency_rad_s: f64::from(natural_frequency_rad_s.value),
                 damping_ratio: f64::from(damping_ratio.value),
             },
-            natural_frequency_u: f64::from(natural_frequency_rad_s.u),
-            damping_ratio_u: f64::from(damping_ratio.u),
+            natural_frequency_u: natural_frequency_rad_s.u,
+            damping_ratio_u: damping_ratio.u,
         };
         // What its refined estimate is held against is another matter.
         let of_release = flags;

@@ -12,8 +12,8 @@ use yawrig_shared::wire::{Condition, Derivatives, Flags, Measured};
 #[derive(Clone, Copy, Debug)]
 pub struct Known {
     pub modal: Modal,
-    pub natural_frequency_u: f64,
-    pub damping_ratio_u: f64,
+    pub natural_frequency_u: f32,
+    pub damping_ratio_u: f32,
 }
 
 /// Wind-off result of the rig at hand, once there is one.
@@ -83,21 +83,21 @@ fn derivatives(
     let Condition { wind, model, inertia_kg_m2, .. } = condition;
     let YawDerivatives { cn_beta, cn_r } =
         YawDerivatives::from_releases(&on.modal, &off.modal, *inertia_kg_m2, wind, model);
-    // wn^2 and 2 zeta wn of both releases, which know nothing of each other.
-    let stiffness_u =
-        |known: &Known| 2.0 * known.modal.natural_frequency_rad_s * known.natural_frequency_u;
-    let damping_u = |known: &Known| {
-        let Modal { natural_frequency_rad_s, damping_ratio } = known.modal;
-        2.0 * libm::hypot(
-            damping_ratio * known.natural_frequency_u,
-            natural_frequency_rad_s * known.damping_ratio_u,
-        )
+    // wn^2 and 2 zeta wn of both releases, which know nothing of each other. In single precision: it is an uncertainty.
+    let mut variance = [0.0_f32; 2];
+    for Known { modal, natural_frequency_u, damping_ratio_u } in [on, off] {
+        let (wn, zeta) = (modal.natural_frequency_rad_s as f32, modal.damping_ratio as f32);
+        let (by_wn, by_zeta) = (zeta * natural_frequency_u, wn * damping_ratio_u);
+        variance[0] += wn * wn * natural_frequency_u * natural_frequency_u;
+        variance[1] += by_wn * by_wn + by_zeta * by_zeta;
+    }
+    let measured = |value: f64, variance: f32, scale: f64| {
+        let u = 2.0 * libm::sqrtf(variance) * (*inertia_kg_m2 / scale) as f32;
+        Measured { value: value as f32, u }
     };
-    let both = |u: &dyn Fn(&Known) -> f64| inertia_kg_m2 * libm::hypot(u(on), u(off));
-    let measured = |value: f64, u: f64| Measured { value: value as f32, u: u as f32 };
     Derivatives {
-        cn_beta: measured(cn_beta, both(&stiffness_u) / wind.stiffness_scale_nm(model)),
-        cn_r: measured(cn_r, both(&damping_u) / wind.damping_scale_nm_s(model)),
+        cn_beta: measured(cn_beta, variance[0], wind.stiffness_scale_nm(model)),
+        cn_r: measured(cn_r, variance[1], wind.damping_scale_nm_s(model)),
         reduced_frequency: reduced_frequency(&on.modal, wind, model) as f32,
         reference_release,
     }

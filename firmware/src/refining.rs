@@ -229,8 +229,7 @@ impl Refining {
         if judged.misfit {
             refined.flags.set(Flags::MISFIT);
         }
-        let known =
-            Known { modal, natural_frequency_u: wn_u.into(), damping_ratio_u: zeta_u.into() };
+        let known = Known { modal, natural_frequency_u: wn_u, damping_ratio_u: zeta_u };
         refined.derivatives = self.reference.judge(
             refined.release,
             Some(known),
