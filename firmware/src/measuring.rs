@@ -19,7 +19,9 @@ use yawrig_shared::wire::{Condition, Event, Flags, Phase, Refusal, ReleaseResult
 const BRIDGED: u32 = 20;
 
 /// A turn is one of the model's where the block means come back by this many times their noise.
-const LEAST_SWING_NOISE: f32 = 5.0;
+const LEAST_SWING_NOISE: f32 = 7.0;
+/// The same where no release is known of, and noise alone may go on for hours: its range in thousands of means.
+const LEAST_TURN_NOISE: f32 = 8.0;
 
 /// The release that is going on.
 #[derive(Clone, Copy, Debug, Default)]
@@ -189,6 +191,10 @@ impl Measuring {
         if let Some(mean) = block {
             self.signal.block(mean);
             self.judge();
+            if watching == Phase::Waiting {
+                // The noise is only just being known.
+                self.set_limits(LEAST_TURN_NOISE);
+            }
             context.refining.follow(self.tracker.history());
             let at = self.now().wrapping_sub(BLOCK as u32 / 2 + 1);
             let to_deg = self.sampler.settings().to_deg;
@@ -232,14 +238,18 @@ impl Measuring {
         }
     }
 
-    /// Tracks anew, and takes no turn for one that may be noise.
+    /// Tracks anew.
     fn restart(&mut self, held: Option<Extreme>) {
+        self.set_limits(LEAST_SWING_NOISE);
+        self.tracker.restart(held);
+    }
+
+    /// Takes no turn for one that may be noise.
+    fn set_limits(&mut self, times: f32) {
         let settings = self.sampler.settings();
         let mut limits = limits(settings);
-        limits.least_swing_deg =
-            limits.least_swing_deg.max(LEAST_SWING_NOISE * self.signal.block_noise_deg());
+        limits.least_swing_deg = limits.least_swing_deg.max(times * self.signal.block_noise_deg());
         self.tracker.configure(settings.degrees_per_count, limits);
-        self.tracker.restart(held);
     }
 
     /// The record for the refined estimate begins where the windows do.

@@ -111,7 +111,7 @@ pub fn spoilt() -> Vec<Spoilt> {
     });
 
     // The golden vectors are of other weights: arithmetic that differs looks like this.
-    let mut payload = payload();
+    let mut payload = self::payload();
     payload.network.weights[7] += 0.5;
     let mut bytes = vec![0; LONGEST];
     let length = blob::encode(&payload, 0, &mut bytes).expect("a blob");
