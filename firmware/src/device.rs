@@ -105,6 +105,12 @@ impl<F: Flash> Device<F> {
         self.core.take_up_kept();
     }
 
+    /// Says how well the board knows its sampling clock, as a relative standard uncertainty in millionths; exact, if
+    /// not said. The host's settings may say better.
+    pub fn set_clock(&mut self, u_ppm: f32) {
+        self.core.measuring.set_board_clock(u_ppm);
+    }
+
     /// Where in a release it is.
     pub fn phase(&self) -> Phase {
         self.core.measuring.phase()
@@ -407,6 +413,7 @@ impl<F: Flash> Core<F> {
             slots: Slot::BOTH.map(|slot| self.store.state(slot)),
             lock: lock::read(self.store.flash()).map(|lock| lock.key),
             settings: *self.measuring.settings(),
+            clock_u_ppm: self.measuring.clock_u_ppm(),
             phase: self.measuring.phase(),
             samples: self.measuring.now(),
             lost_samples: self.measuring.lost_samples(),

@@ -63,6 +63,7 @@ pub struct Measuring {
     is_over: bool,
     condition: Option<Condition>,
     next_condition: Option<Condition>,
+    board_clock_u_ppm: f32,
     reference: Reference,
 }
 
@@ -82,6 +83,7 @@ impl Measuring {
             is_over: false,
             condition: None,
             next_condition: None,
+            board_clock_u_ppm: 0.0,
             reference: Reference::new(),
             tracker: Tracker::new(0, settings.degrees_per_count, limits(&settings)),
         }
@@ -150,6 +152,19 @@ impl Measuring {
 
     pub fn lost_samples(&self) -> u32 {
         self.lost_samples
+    }
+
+    /// Says how well the board knows its clock.
+    pub fn set_board_clock(&mut self, u_ppm: f32) {
+        self.board_clock_u_ppm = u_ppm;
+    }
+
+    pub fn clock_u_ppm(&self) -> f32 {
+        self.sampler.settings().clock_u_ppm.unwrap_or(self.board_clock_u_ppm)
+    }
+
+    fn clock_u(&self) -> f32 {
+        1e-6 * self.clock_u_ppm()
     }
 
     /// What the next release will be made under, as far as announced.
@@ -362,6 +377,7 @@ impl Measuring {
             },
             natural_frequency_u: natural_frequency_rad_s.u,
             damping_ratio_u: damping_ratio.u,
+            clock_u: self.clock_u(),
         };
         // What its refined estimate is held against is another matter.
         let of_release = flags;
@@ -379,7 +395,8 @@ impl Measuring {
         };
         context.line.event(&Event::Release(result));
         let estimate = Some(mean).filter(|_| result.windows > 0 && context.second_order);
-        context.refining.finish(self.releases, of_release, estimate, self.condition, end);
+        let clock_u = self.clock_u();
+        context.refining.finish(self.releases, of_release, estimate, self.condition, clock_u, end);
         self.releases = self.releases.wrapping_add(1);
         self.announce(self.now(), context);
     }

@@ -14,6 +14,8 @@ pub struct Known {
     pub modal: Modal,
     pub natural_frequency_u: f32,
     pub damping_ratio_u: f32,
+    /// Of the clock, relative, and not part of the two: it is one clock for all releases.
+    pub clock_u: f32,
 }
 
 /// Wind-off result of the rig at hand, once there is one.
@@ -85,19 +87,22 @@ fn derivatives(
         YawDerivatives::from_releases(&on.modal, &off.modal, *inertia_kg_m2, wind, model);
     // wn^2 and 2 zeta wn of both releases, which know nothing of each other. In single precision: it is an uncertainty.
     let mut variance = [0.0_f32; 2];
-    for Known { modal, natural_frequency_u, damping_ratio_u } in [on, off] {
+    for Known { modal, natural_frequency_u, damping_ratio_u, .. } in [on, off] {
         let (wn, zeta) = (modal.natural_frequency_rad_s as f32, modal.damping_ratio as f32);
         let (by_wn, by_zeta) = (zeta * natural_frequency_u, wn * damping_ratio_u);
         variance[0] += wn * wn * natural_frequency_u * natural_frequency_u;
         variance[1] += by_wn * by_wn + by_zeta * by_zeta;
     }
-    let measured = |value: f64, variance: f32, scale: f64| {
-        let u = 2.0 * libm::sqrtf(variance) * (*inertia_kg_m2 / scale) as f32;
+    // Cn_beta goes with the square of the clock's rate, Cn_r with the rate.
+    let measured = |value: f64, variance: f32, scale: f64, power: f32| {
+        let by_clock = power * on.clock_u * value as f32;
+        let per = 2.0 * (*inertia_kg_m2 / scale) as f32;
+        let u = libm::sqrtf(variance * per * per + by_clock * by_clock);
         Measured { value: value as f32, u }
     };
     Derivatives {
-        cn_beta: measured(cn_beta, variance[0], wind.stiffness_scale_nm(model)),
-        cn_r: measured(cn_r, variance[1], wind.damping_scale_nm_s(model)),
+        cn_beta: measured(cn_beta, variance[0], wind.stiffness_scale_nm(model), 2.0),
+        cn_r: measured(cn_r, variance[1], wind.damping_scale_nm_s(model), 1.0),
         reduced_frequency: reduced_frequency(&on.modal, wind, model) as f32,
         reference_release,
     }

@@ -19,6 +19,7 @@ struct Release {
     number: u32,
     flags: Flags,
     condition: Option<Condition>,
+    clock_u: f32,
 }
 
 /// What is going on.
@@ -59,7 +60,7 @@ impl Refining {
         Self {
             record: Decimated::new(),
             stage: Stage::Idle,
-            release: Release { number: 0, flags: Flags(0), condition: None },
+            release: Release { number: 0, flags: Flags(0), condition: None, clock_u: 0.0 },
             fit: Fit::NONE,
             residual: Residual::NONE,
             reference: Reference::new(),
@@ -127,6 +128,7 @@ impl Refining {
         flags: Flags,
         estimate: Option<Estimate>,
         condition: Option<Condition>,
+        clock_u: f32,
         end: u32,
     ) {
         // Without a refined result the last wind-off release is no reference; with one it will be.
@@ -148,7 +150,7 @@ impl Refining {
         // A network far from its range may say anything.
         if count >= FEWEST_POINTS && frequency > 0.0 && decay.abs() < frequency {
             self.fit = Fit::new(count, decay * per_point, frequency * per_point);
-            self.release = Release { number, flags, condition };
+            self.release = Release { number, flags, condition, clock_u };
             self.stage = Stage::Fitting;
         }
     }
@@ -218,8 +220,13 @@ impl Refining {
         };
         let wn_u = along(sin, cos) / seconds as f32;
         let zeta_u = along(cos * cos, -sin * cos) / (wn * seconds) as f32;
+        let clock_u = self.release.clock_u;
+        let by_clock = clock_u * wn as f32;
         let mut refined = Refined {
-            natural_frequency_rad_s: Precise { value: wn, u: wn_u },
+            natural_frequency_rad_s: Precise {
+                value: wn,
+                u: libm::sqrtf(wn_u * wn_u + by_clock * by_clock),
+            },
             damping_ratio: Measured { value: zeta as f32, u: zeta_u },
             noise_rms_deg: libm::sqrtf(noise.variance_deg2),
             residual_over_noise: judged.over_noise,
@@ -229,7 +236,7 @@ impl Refining {
         if judged.misfit {
             refined.flags.set(Flags::MISFIT);
         }
-        let known = Known { modal, natural_frequency_u: wn_u, damping_ratio_u: zeta_u };
+        let known = Known { modal, natural_frequency_u: wn_u, damping_ratio_u: zeta_u, clock_u };
         refined.derivatives = self.reference.judge(
             refined.release,
             Some(known),

@@ -252,6 +252,8 @@ pub struct Settings {
     /// Windows begin below this amplitude and end above the other.
     pub from_deg: f32,
     pub to_deg: f32,
+    /// Relative standard uncertainty of the sampling clock, millionths; none: the board's own.
+    pub clock_u_ppm: Option<f32>,
 }
 
 impl Default for Settings {
@@ -263,6 +265,7 @@ impl Default for Settings {
             full_scale_counts: 65535,
             from_deg: 10.0,
             to_deg: 1.0,
+            clock_u_ppm: None,
         }
     }
 }
@@ -341,6 +344,8 @@ pub struct Status {
     /// Public key it is locked with.
     pub lock: Option<[u8; 32]>,
     pub settings: Settings,
+    /// The clock's standard uncertainty, by the settings or the board.
+    pub clock_u_ppm: f32,
     pub phase: Phase,
     /// Samples since it started, and how many were lost on the way.
     pub samples: u32,
@@ -490,7 +495,8 @@ pub struct Refined {
     /// The record: where it begins, and how many samples.
     pub from_sample: u32,
     pub samples: u32,
-    /// Standard uncertainties hold for noise of any colour. Meaningless with [`Flags::NOT_REFINED`].
+    /// Standard uncertainties hold for noise of any colour, and with the clock's in that of the natural frequency.
+    /// Meaningless with [`Flags::NOT_REFINED`].
     pub natural_frequency_rad_s: Precise,
     pub damping_ratio: Measured,
     /// Rms of the noise of single samples.
@@ -517,8 +523,8 @@ pub struct ReleaseResult {
     pub flags: Flags,
 }
 
-/// Yaw derivatives about this axis, per radian, with the standard uncertainties that natural frequencies and damping
-/// ratios give them: those of density, speed, inertia and the model's measures come on top.
+/// Yaw derivatives about this axis, per radian, with the standard uncertainties that natural frequencies, damping
+/// ratios and the clock give them: those of density, speed, inertia and the model's measures come on top.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Derivatives {
     pub cn_beta: Measured,

@@ -61,6 +61,9 @@ pub struct RigEntry {
     pub axis_offset_m: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis_offset_u_m: Option<f64>,
+    /// Relative standard uncertainty of the clock that the records were sampled by, millionths.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clock_u_ppm: Option<f64>,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -199,6 +202,7 @@ impl CampaignFile {
             ("air.density_u_kg_m3", air.density_u_kg_m3),
             ("rig.spring_arm_u_m", rig.spring_arm_u_m),
             ("rig.axis_offset_u_m", rig.axis_offset_u_m),
+            ("rig.clock_u_ppm", rig.clock_u_ppm),
             ("inertia.mid_u_kg_m2", inertia.mid_u_kg_m2),
             ("inertia.front_u_kg_m2", inertia.front_u_kg_m2),
         ] {

@@ -29,6 +29,8 @@ use yawrig_shared::wire::Phase;
 
 /// Longer than a sector takes to erase (2 s), even where the watchdog's own clock is fast by half.
 const WATCHDOG_MS: u32 = 4000;
+/// The ST-Link's 8 MHz come from a crystal that keeps to 50 ppm: as a standard uncertainty, over the root of three.
+const CLOCK_U_PPM: f32 = 29.0;
 /// Bytes of the line between two looks at the potentiometer.
 const BYTES_AT_ONCE: u32 = 64;
 
@@ -47,6 +49,7 @@ fn main() -> ! {
     let mut device =
         Device::stopped(Slots::new(Registers::new(peripherals.FLASH)), "nucleo-f446re");
     device.start();
+    device.set_clock(CLOCK_U_PPM);
     let mut sampling = Sampling::begin(
         peripherals.ADC1,
         peripherals.ADC_COMMON,
