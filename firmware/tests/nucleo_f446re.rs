@@ -241,6 +241,32 @@ fn bytes_are_read_up_to_where_dma_writes() {
     assert_eq!(read(16), (2..16).collect::<Vec<_>>());
 }
 
+/// A ring that DMA has gone round unread is noticed, and nothing of it is taken for new; the end of the ring alone is
+/// nothing.
+#[test]
+fn a_ring_that_is_overtaken_is_noticed() {
+    let mut reader = Reader::<16>::new();
+    let mut take = |reader: &mut Reader<16>, position| {
+        let mut found = Vec::new();
+        while let Some(at) = reader.next_before(position) {
+            found.push(at);
+        }
+        found
+    };
+    assert!(!reader.overtaken(false, 10));
+    assert_eq!(take(&mut reader, 10).len(), 10);
+    // Round the end and not past the reader.
+    assert!(reader.is_behind(4) && !reader.overtaken(true, 4));
+    assert_eq!(take(&mut reader, 4), [10, 11, 12, 13, 14, 15, 0, 1, 2, 3]);
+    // The flag of a wrap that came after it was looked at, cleared by the position: no second time.
+    assert!(!reader.is_behind(4) && !reader.overtaken(false, 5));
+    assert_eq!(take(&mut reader, 5), [4]);
+    // Eighteen bytes since: the two that are left are of a frame whose beginning is gone.
+    assert!(reader.overtaken(true, 7));
+    assert_eq!(take(&mut reader, 7), []);
+    assert_eq!(take(&mut reader, 9), [7, 8]);
+}
+
 #[test]
 fn twelve_bits_reach_both_ends_of_sixteen() {
     assert_eq!((widened(0), widened(0x0fff)), (0, 0xffff));
