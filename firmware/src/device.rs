@@ -1,6 +1,6 @@
 //! The device: samples and bytes in, bytes out.
 
-use crate::line::Line;
+use crate::line::{Asked, Line};
 use crate::lock::{self, Challenge};
 use crate::measuring::{Context, Measuring};
 use crate::refining::Refining;
@@ -274,6 +274,7 @@ impl<F: Flash> Core<F> {
 
     fn obey(&mut self, frame: &Frame<'_>) {
         let Frame { key, sequence, .. } = *frame;
+        let asked = Asked::of(frame);
         if key == HELLO_KEY {
             let hello = HelloReply {
                 protocol: wire::REVISION,
@@ -282,11 +283,11 @@ impl<F: Flash> Core<F> {
                 board: HelloReply::text(self.board),
             };
             if let Ok(reply) = wire::encode_raw(HELLO_KEY, sequence, &hello.write()) {
-                self.line.reply_raw(key, sequence, reply);
+                self.line.reply_raw(asked, reply);
             }
             return;
         }
-        if self.line.repeat(key, sequence) {
+        if self.line.repeat(asked) {
             return;
         }
         let Some(Ok(request)) = frame.message::<Request>() else { return };
@@ -294,7 +295,7 @@ impl<F: Flash> Core<F> {
             Ok(reply) => reply,
             Err(refusal) => Reply::Refused(refusal),
         };
-        self.line.reply(key, sequence, &reply);
+        self.line.reply(asked, &reply);
     }
 
     fn answer(&mut self, request: Request) -> Result<Reply, Refusal> {
