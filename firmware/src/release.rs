@@ -106,7 +106,7 @@ impl Watch {
         to_deg: f32,
     ) -> Option<Step> {
         // A mean of four blocks has half the noise of one.
-        let band_deg = (0.5 * STILL_BAND_NOISE * noise_deg).min(MOST_BAND_DEG).max(STILL_BAND_DEG);
+        let band_deg = (0.5 * STILL_BAND_NOISE * noise_deg).clamp(STILL_BAND_DEG, MOST_BAND_DEG);
         let still = self.still(mean_deg, band_deg);
         match self.phase {
             Phase::Held => {

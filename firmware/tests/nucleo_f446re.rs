@@ -246,7 +246,7 @@ fn bytes_are_read_up_to_where_dma_writes() {
 #[test]
 fn a_ring_that_is_overtaken_is_noticed() {
     let mut reader = Reader::<16>::new();
-    let mut take = |reader: &mut Reader<16>, position| {
+    let take = |reader: &mut Reader<16>, position| {
         let mut found = Vec::new();
         while let Some(at) = reader.next_before(position) {
             found.push(at);

@@ -136,7 +136,7 @@ impl<S: Copy + Default + Into<f32>> View<'_, S> {
 
     #[inline]
     fn block_sum(&self, index: u32) -> f32 {
-        let at = index as usize / BLOCK & (self.block_sums.len() - 1);
+        let at = (index as usize / BLOCK) & (self.block_sums.len() - 1);
         self.block_sums.get(at).copied().unwrap_or_default()
     }
 
