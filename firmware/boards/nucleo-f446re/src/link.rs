@@ -59,7 +59,7 @@ impl Link {
     /// The status register. Once it has been read, DMA's next read of the data clears the overrun in it (RM0390,
     /// 25.6.1), so whoever reads it keeps that.
     fn status(&mut self) -> u16 {
-        let status = self.usart.sr().read().bits() as u16;
+        let status = self.usart.sr().read().bits();
         if status & SR_ORE != 0 {
             self.lost = true;
             // Reading the data after the status clears it.
