@@ -413,7 +413,7 @@ impl<F: Flash> Core<F> {
             },
             slots: Slot::BOTH.map(|slot| self.store.state(slot)),
             lock: lock::read(self.store.flash()).map(|lock| lock.key),
-            settings: *self.measuring.settings(),
+            settings: *self.measuring.next_settings(),
             clock_u_ppm: self.measuring.clock_u_ppm(),
             phase: self.measuring.phase(),
             samples: self.measuring.now(),

@@ -167,6 +167,11 @@ impl Measuring {
         1e-6 * self.clock_u_ppm()
     }
 
+    /// What the next release will be measured with: what came last, also while a release goes on without it.
+    pub fn next_settings(&self) -> &Settings {
+        self.next_settings.as_ref().unwrap_or(self.sampler.settings())
+    }
+
     /// What the next release will be made under, as far as announced.
     pub fn condition(&self) -> Option<Condition> {
         self.next_condition.or(self.condition)

@@ -81,6 +81,8 @@ fn a_scale_that_comes_in_mid_release_takes_effect_with_the_next() {
     let (first, rest) = counts.split_at(5000);
     desk.play(first.iter().copied());
     assert_eq!(desk.ask(&Request::Configure(settings)), Reply::Done);
+    // A program that puts back what a reset took away reads here that it is there again.
+    assert_eq!(desk.status().settings, settings);
     desk.play(rest.iter().copied());
     // Comes to rest, is turned by hand and released again, on the finer potentiometer.
     let fine = Swing { degrees_per_count: 20.0 / 65_536.0, wn: 24.0, ..swing };

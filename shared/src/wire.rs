@@ -343,6 +343,7 @@ pub struct Status {
     pub slots: [SlotState; 2],
     /// Public key it is locked with.
     pub lock: Option<[u8; 32]>,
+    /// What the coming releases are measured with; one that is going on may have been begun with others.
     pub settings: Settings,
     /// The clock's standard uncertainty, by the settings or the board.
     pub clock_u_ppm: f32,

@@ -337,5 +337,5 @@ fn gate(unusable: &[&Made], points: &[(Point, Truth)]) -> Result<()> {
         "the derivatives miss the rig's truth by more than 2 % (Cn_beta) or 4 % (Cn_r) in the \
          median, or three times that at worst",
     )
-    .help("lower --noise-deg"))
+    .help("lower --noise-deg or raise --wind"))
 }
