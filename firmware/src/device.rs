@@ -1,7 +1,7 @@
 //! The device: samples and bytes in, bytes out.
 
-use crate::line::Line;
-use crate::lock;
+use crate::line::{Asked, Line};
+use crate::lock::{self, Challenge};
 use crate::measuring::{Context, Measuring};
 use crate::refining::Refining;
 use crate::slots::{Flash, Slot, Store};
@@ -10,8 +10,8 @@ use crate::BUILT_IN;
 use yawrig_shared::blob::{self, EffectIds, Envelope, Provenance};
 use yawrig_shared::network::Network;
 use yawrig_shared::wire::{
-    self, Decoder, Event, Frame, HelloReply, Message, NetworkStatus, Phase, Refusal, Reply,
-    Request, Settings, Signature, Status, HELLO_KEY, TRIAL_SAMPLES,
+    self, Decoder, Event, Frame, HelloReply, NetworkStatus, Phase, Refusal, Reply, Request,
+    Settings, Signature, Status, HELLO_KEY, TRIAL_SAMPLES,
 };
 
 /// What is known of the network that runs.
@@ -51,8 +51,14 @@ struct Core<F> {
     trial: Option<u32>,
     /// Of the network that is being written.
     signature: Option<Signature>,
-    /// The last challenge, good for one answer.
-    nonce: Option<u32>,
+    /// The last challenge, good for one answer; the permit it was good for, with its length; the challenge of the
+    /// update that is under way.
+    challenge: Option<Challenge>,
+    permit: Option<(Challenge, u32)>,
+    update: Option<Challenge>,
+    /// Number of the lock as this start has raised it, and how many challenges it has given.
+    raised: Option<u32>,
+    challenges: u32,
     session: u32,
     lost_bytes: u32,
     line: Line,
@@ -81,7 +87,11 @@ impl<F: Flash> Device<F> {
                 running: None,
                 trial: None,
                 signature: None,
-                nonce: None,
+                challenge: None,
+                permit: None,
+                update: None,
+                raised: None,
+                challenges: 0,
                 session: 0,
                 lost_bytes: 0,
                 line: Line::new(),
@@ -93,6 +103,12 @@ impl<F: Flash> Device<F> {
     /// Takes up the newest network of the flash, or the one compiled in.
     pub fn start(&mut self) {
         self.core.take_up_kept();
+    }
+
+    /// Says how well the board knows its sampling clock, as a relative standard uncertainty in millionths; exact, if
+    /// not said. The host's settings may say better.
+    pub fn set_clock(&mut self, u_ppm: f32) {
+        self.core.measuring.set_board_clock(u_ppm);
     }
 
     /// Where in a release it is.
@@ -181,9 +197,29 @@ impl<F: Flash> Core<F> {
         if let Some(left) = self.trial {
             match left.checked_sub(samples) {
                 Some(left) => self.trial = Some(left),
-                None => self.roll_back(),
+                None => self.give_up_trial(),
             }
         }
+    }
+
+    /// The network on trial cannot be confirmed any more. It goes at once, or with the end of the release.
+    fn give_up_trial(&mut self) {
+        if self.trial.is_some() {
+            self.store.abandon();
+            self.trial = Some(0);
+            // Else asked again with the next sample.
+            if !self.measuring.is_releasing() {
+                self.roll_back();
+            }
+        }
+    }
+
+    /// All windows of a release are one network's.
+    fn may_swap(&self) -> Result<(), Refusal> {
+        if self.measuring.is_releasing() {
+            return Err(Refusal::Releasing);
+        }
+        Ok(())
     }
 
     /// The sample goes to the host where that listens.
@@ -203,11 +239,12 @@ impl<F: Flash> Core<F> {
     /// The newest network of the flash, or the one compiled in.
     #[inline(never)]
     fn take_up_kept(&mut self) {
+        self.measuring.network_changed();
         self.running = match self.store.newest(&mut self.network) {
             Some((slot, envelope, provenance)) => {
                 Some(Running::new(envelope, provenance, Some(slot)))
             }
-            None => blob::decode_into(BUILT_IN, &mut self.network, |_| ())
+            None => blob::decode_into(BUILT_IN, &mut self.network)
                 .ok()
                 .map(|(envelope, provenance)| Running::new(envelope, provenance, None)),
         };
@@ -218,9 +255,12 @@ impl<F: Flash> Core<F> {
         if self.trial.is_some() {
             return Err(Refusal::FlashOrder { expected_offset: 0 });
         }
+        self.may_swap()?;
         let newest = self.running.as_ref().map_or(0, |running| running.generation);
-        match self.store.verify(newest, &mut self.network, self.signature.as_ref()) {
+        let signature = self.signature.as_ref();
+        match self.store.verify(newest, &mut self.network, self.update, signature) {
             Ok((slot, envelope, provenance)) => {
+                self.measuring.network_changed();
                 self.running = Some(Running::new(envelope, provenance, Some(slot)));
                 self.trial = Some(TRIAL_SAMPLES);
                 Ok(())
@@ -234,19 +274,20 @@ impl<F: Flash> Core<F> {
 
     fn obey(&mut self, frame: &Frame<'_>) {
         let Frame { key, sequence, .. } = *frame;
+        let asked = Asked::of(frame);
         if key == HELLO_KEY {
             let hello = HelloReply {
-                protocol: u16::from(wire::VERSION),
-                request_key: Request::KEY,
+                protocol: wire::REVISION,
+                messages_key: wire::MESSAGES_KEY,
                 firmware: HelloReply::text(concat!("yawrig ", env!("CARGO_PKG_VERSION"))),
                 board: HelloReply::text(self.board),
             };
             if let Ok(reply) = wire::encode_raw(HELLO_KEY, sequence, &hello.write()) {
-                self.line.reply_raw(key, sequence, reply);
+                self.line.reply_raw(asked, reply);
             }
             return;
         }
-        if self.line.repeat(key, sequence) {
+        if self.line.repeat(asked) {
             return;
         }
         let Some(Ok(request)) = frame.message::<Request>() else { return };
@@ -254,7 +295,7 @@ impl<F: Flash> Core<F> {
             Ok(reply) => reply,
             Err(refusal) => Reply::Refused(refusal),
         };
-        self.line.reply(key, sequence, &reply);
+        self.line.reply(asked, &reply);
     }
 
     fn answer(&mut self, request: Request) -> Result<Reply, Refusal> {
@@ -266,35 +307,50 @@ impl<F: Flash> Core<F> {
                     .map(|event| Reply::Event(*event))
                     .map_err(|oldest| Refusal::NotKept { oldest });
             }
-            Request::Configure(settings) => self.measuring.configure(settings)?,
-            Request::Condition(condition) => self.measuring.set_condition(condition),
+            Request::Configure(settings) => {
+                let (measuring, mut context) = self.split();
+                measuring.configure(settings, &mut context)?;
+            }
+            Request::Condition(condition) => {
+                let (measuring, mut context) = self.split();
+                measuring.set_condition(condition, &mut context)?;
+            }
             Request::FlashBegin { length } => {
-                self.roll_back();
+                if self.trial.is_some() {
+                    self.may_swap()?;
+                    self.roll_back();
+                }
                 self.signature = None;
+                self.update = self.permitted(length)?;
                 let running = self.running.as_ref().and_then(|running| running.slot);
                 self.store.begin(length, running)?;
+            }
+            Request::FlashPermit { length, signature } => {
+                let challenge = self.challenge.take().ok_or(Refusal::WrongSignature)?;
+                lock::check_update(self.store.flash(), challenge, length, &signature)?;
+                self.permit = Some((challenge, length));
             }
             Request::FlashChunk { offset, bytes } => self.store.chunk(offset, &bytes)?,
             Request::FlashSignature { signature } => self.signature = Some(signature),
             Request::FlashTrial => self.try_out()?,
             Request::FlashCommit => {
                 let committed = self.store.commit();
-                if committed.is_err() {
-                    self.roll_back();
+                match committed {
+                    Ok(()) => self.trial = None,
+                    Err(_) => self.give_up_trial(),
                 }
-                self.trial = None;
                 committed?;
             }
-            Request::Lock { key } => lock::lock(self.store.flash_mut(), &key)?,
+            Request::Lock { key } => self.lock(&key)?,
             Request::Challenge => {
-                let number = lock::read(self.store.flash()).ok_or(Refusal::NotLocked)?.number;
-                let nonce = self.measuring.now();
-                self.nonce = Some(nonce);
+                let challenge = self.challenge()?;
+                self.challenge = Some(challenge);
+                let Challenge { number, nonce } = challenge;
                 return Ok(Reply::Challenge { number, nonce });
             }
             Request::Unlock { signature } => {
-                let nonce = self.nonce.take().ok_or(Refusal::WrongSignature)?;
-                lock::unlock(self.store.flash_mut(), nonce, &signature)?;
+                let challenge = self.challenge.take().ok_or(Refusal::WrongSignature)?;
+                lock::unlock(self.store.flash_mut(), challenge, &signature)?;
             }
             Request::Session { number } => {
                 if self.session == 0 {
@@ -310,6 +366,40 @@ impl<F: Flash> Core<F> {
         Ok(Reply::Done)
     }
 
+    /// The challenge upon which this update was permitted; none on a device without a lock.
+    fn permitted(&mut self, length: u32) -> Result<Option<Challenge>, Refusal> {
+        let permit = self.permit.take();
+        if lock::read(self.store.flash()).is_none() {
+            return Ok(None);
+        }
+        match permit {
+            Some((challenge, permitted)) if permitted == length => Ok(Some(challenge)),
+            _ => Err(Refusal::Unsigned),
+        }
+    }
+
+    /// Locks it. A network on trial, or half written, was not signed.
+    fn lock(&mut self, key: &[u8; 32]) -> Result<(), Refusal> {
+        if self.trial.is_some() {
+            self.may_swap()?;
+        }
+        lock::lock(self.store.flash_mut(), key)?;
+        self.roll_back();
+        self.store.abandon();
+        Ok(())
+    }
+
+    /// A challenge that was never given before.
+    fn challenge(&mut self) -> Result<Challenge, Refusal> {
+        let lock = lock::read(self.store.flash()).ok_or(Refusal::NotLocked)?;
+        // Before this start the nonces of this number may have been given, too.
+        if self.raised != Some(lock.number) {
+            self.raised = Some(lock::renew(self.store.flash_mut())?);
+        }
+        self.challenges = self.challenges.wrapping_add(1);
+        Ok(Challenge { number: self.raised.unwrap_or(lock.number), nonce: self.challenges })
+    }
+
     fn status(&self) -> Status {
         let running = self.running.as_ref();
         Status {
@@ -323,7 +413,8 @@ impl<F: Flash> Core<F> {
             },
             slots: Slot::BOTH.map(|slot| self.store.state(slot)),
             lock: lock::read(self.store.flash()).map(|lock| lock.key),
-            settings: *self.measuring.settings(),
+            settings: *self.measuring.next_settings(),
+            clock_u_ppm: self.measuring.clock_u_ppm(),
             phase: self.measuring.phase(),
             samples: self.measuring.now(),
             lost_samples: self.measuring.lost_samples(),
@@ -332,7 +423,9 @@ impl<F: Flash> Core<F> {
             lost_bytes: self.lost_bytes,
             session: self.session,
             next_event: self.line.next_event(),
-            has_reference: self.measuring.has_reference(),
+            condition: self.measuring.condition(),
+            reference: self.measuring.reference(),
+            refined_reference: self.refining.reference(),
         }
     }
 }

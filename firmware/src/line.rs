@@ -1,7 +1,10 @@
 //! The serial line as the device sees it: a decoder, a queue of bytes to send, and the last reply.
 
-use heapless::Deque;
-use yawrig_shared::wire::{self, Encoded, Event, Message, Samples, KEPT_EVENTS, SAMPLES_KEY};
+use heapless::{Deque, Vec};
+use yawrig_shared::checksum::crc32;
+use yawrig_shared::wire::{
+    self, Encoded, Event, Frame, Message, Samples, KEPT_EVENTS, SAMPLES_KEY,
+};
 
 /// Bytes waiting for the line: about forty events.
 const QUEUE: usize = 2048;
@@ -10,11 +13,31 @@ const RESERVE: usize = 256;
 /// Room that samples leave for events and replies.
 const RESERVE_FROM_SAMPLES: usize = QUEUE / 2;
 
+/// Answers kept beside the last one, for who asks again when others have asked in between: those that are as short as
+/// the answer to whatever changes something.
+const ANSWERS: usize = 4;
+const SHORT: usize = 40;
+
+/// A request as it is known again: not by its number alone, which two programs may both use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Asked {
+    key: u32,
+    sequence: u16,
+    body: u32,
+}
+
+impl Asked {
+    pub fn of(frame: &Frame<'_>) -> Self {
+        Self { key: frame.key, sequence: frame.sequence, body: crc32(frame.body) }
+    }
+}
+
 /// Outgoing bytes, and what was answered last.
 #[derive(Debug)]
 pub struct Line {
     queue: Deque<u8, QUEUE>,
-    last_reply: Option<(u32, u16, Encoded)>,
+    last_reply: Option<(Asked, Encoded)>,
+    answers: Deque<(Asked, Vec<u8, SHORT>), ANSWERS>,
     /// The last events, so that a host can ask for those it missed.
     kept: Deque<Event, KEPT_EVENTS>,
     next_event: u16,
@@ -34,6 +57,7 @@ impl Line {
         Self {
             queue: Deque::new(),
             last_reply: None,
+            answers: Deque::new(),
             kept: Deque::new(),
             next_event: 0,
             lost_events: 0,
@@ -86,33 +110,48 @@ impl Line {
     }
 
     /// Answers a request, and keeps the answer for when it is asked for again.
-    pub fn reply<M: Message>(&mut self, key: u32, sequence: u16, reply: &M) {
-        if let Ok(frame) = wire::encode(sequence, reply) {
-            self.reply_raw(key, sequence, frame);
+    pub fn reply<M: Message>(&mut self, asked: Asked, reply: &M) {
+        if let Ok(frame) = wire::encode(asked.sequence, reply) {
+            self.reply_raw(asked, frame);
         }
     }
 
     /// Answers with a frame that is encoded already.
-    pub fn reply_raw(&mut self, key: u32, sequence: u16, frame: Encoded) {
+    pub fn reply_raw(&mut self, asked: Asked, frame: Encoded) {
         self.send(&frame, 0);
-        self.last_reply = Some((key, sequence, frame));
+        if let Some((before, answer)) = &self.last_reply {
+            if let Ok(answer) = Vec::from_slice(answer) {
+                if self.answers.is_full() {
+                    self.answers.pop_front();
+                }
+                // There is room: just made.
+                let _ = self.answers.push_back((*before, answer));
+            }
+        }
+        self.last_reply = Some((asked, frame));
     }
 
-    /// Sends the last reply again if it was to this very request.
-    pub fn repeat(&mut self, key: u32, sequence: u16) -> bool {
-        let Some((k, s, frame)) = self.last_reply.take() else { return false };
-        let same = (k, s) == (key, sequence);
-        if same {
-            self.send(&frame, 0);
+    /// Sends a reply again if it was to this very request.
+    pub fn repeat(&mut self, asked: Asked) -> bool {
+        if let Some((before, frame)) = self.last_reply.take() {
+            if before == asked {
+                self.send(&frame, 0);
+            }
+            self.last_reply = Some((before, frame));
+            if before == asked {
+                return true;
+            }
         }
-        self.last_reply = Some((k, s, frame));
-        same
+        let known = self.answers.iter().find(|(before, _)| *before == asked);
+        let Some(answer) = known.map(|(_, answer)| answer.clone()) else { return false };
+        self.send(&answer, 0);
+        true
     }
 
     /// Whether the frame found room beside what is reserved for others.
     // One copy: into each caller it would cost the image 2 KB.
     #[inline(never)]
-    fn send(&mut self, frame: &Encoded, reserve: usize) -> bool {
+    fn send(&mut self, frame: &[u8], reserve: usize) -> bool {
         let fits = self.queue.len() + frame.len() + reserve <= QUEUE;
         if fits {
             for &byte in frame {

@@ -4,7 +4,7 @@ mod windows;
 
 use crate::estimator::Collector;
 use crate::line::Line;
-use crate::reference::Reference;
+use crate::reference::{Known, Reference};
 use crate::refining::Refining;
 use crate::release::{Step, Watch};
 use crate::sampler::Sampler;
@@ -19,7 +19,9 @@ use yawrig_shared::wire::{Condition, Event, Flags, Phase, Refusal, ReleaseResult
 const BRIDGED: u32 = 20;
 
 /// A turn is one of the model's where the block means come back by this many times their noise.
-const LEAST_SWING_NOISE: f32 = 5.0;
+const LEAST_SWING_NOISE: f32 = 7.0;
+/// The same where no release is known of, and noise alone may go on for hours: its range in thousands of means.
+const LEAST_TURN_NOISE: f32 = 8.0;
 
 /// The release that is going on.
 #[derive(Clone, Copy, Debug, Default)]
@@ -60,6 +62,8 @@ pub struct Measuring {
     end_at: Option<u32>,
     is_over: bool,
     condition: Option<Condition>,
+    next_condition: Option<Condition>,
+    board_clock_u_ppm: f32,
     reference: Reference,
 }
 
@@ -78,6 +82,8 @@ impl Measuring {
             end_at: None,
             is_over: false,
             condition: None,
+            next_condition: None,
+            board_clock_u_ppm: 0.0,
             reference: Reference::new(),
             tracker: Tracker::new(0, settings.degrees_per_count, limits(&settings)),
         }
@@ -148,8 +154,37 @@ impl Measuring {
         self.lost_samples
     }
 
-    pub fn has_reference(&self) -> bool {
-        self.reference.is_known()
+    /// Says how well the board knows its clock.
+    pub fn set_board_clock(&mut self, u_ppm: f32) {
+        self.board_clock_u_ppm = u_ppm;
+    }
+
+    pub fn clock_u_ppm(&self) -> f32 {
+        self.sampler.settings().clock_u_ppm.unwrap_or(self.board_clock_u_ppm)
+    }
+
+    fn clock_u(&self) -> f32 {
+        1e-6 * self.clock_u_ppm()
+    }
+
+    /// What the next release will be measured with: what came last, also while a release goes on without it.
+    pub fn next_settings(&self) -> &Settings {
+        self.next_settings.as_ref().unwrap_or(self.sampler.settings())
+    }
+
+    /// What the next release will be made under, as far as announced.
+    pub fn condition(&self) -> Option<Condition> {
+        self.next_condition.or(self.condition)
+    }
+
+    /// The wind-off release that results are held against.
+    pub fn reference(&self) -> Option<u32> {
+        self.reference.release()
+    }
+
+    /// Another network runs: what the one before made of a wind-off release is none of its results.
+    pub fn network_changed(&mut self) {
+        self.reference = Reference::new();
     }
 
     /// Index of the next sample: the device's clock.
@@ -176,13 +211,17 @@ impl Measuring {
         if let Some(mean) = block {
             self.signal.block(mean);
             self.judge();
+            if watching == Phase::Waiting {
+                // The noise is only just being known.
+                self.set_limits(LEAST_TURN_NOISE);
+            }
             context.refining.follow(self.tracker.history());
             let at = self.now().wrapping_sub(BLOCK as u32 / 2 + 1);
             let to_deg = self.sampler.settings().to_deg;
             let noise = self.signal.block_noise_deg();
             match self.watch.block(at, mean, noise, self.tracker.midline_deg(), to_deg) {
                 Some(Step::LetGo(held)) => {
-                    self.prepare();
+                    self.prepare(context);
                     context.refining.abandon();
                     self.current.begun_sample = held.at;
                     self.restart(Some(held));
@@ -192,7 +231,7 @@ impl Measuring {
                     self.at_rest(watching, context);
                 }
                 Some(Step::Stirred) => {
-                    self.prepare();
+                    self.prepare(context);
                     self.restart(None);
                     self.announce(at, context);
                 }
@@ -219,14 +258,18 @@ impl Measuring {
         }
     }
 
-    /// Tracks anew, and takes no turn for one that may be noise.
+    /// Tracks anew.
     fn restart(&mut self, held: Option<Extreme>) {
+        self.set_limits(LEAST_SWING_NOISE);
+        self.tracker.restart(held);
+    }
+
+    /// Takes no turn for one that may be noise.
+    fn set_limits(&mut self, times: f32) {
         let settings = self.sampler.settings();
         let mut limits = limits(settings);
-        limits.least_swing_deg =
-            limits.least_swing_deg.max(LEAST_SWING_NOISE * self.signal.block_noise_deg());
+        limits.least_swing_deg = limits.least_swing_deg.max(times * self.signal.block_noise_deg());
         self.tracker.configure(settings.degrees_per_count, limits);
-        self.tracker.restart(held);
     }
 
     /// The record for the refined estimate begins where the windows do.
@@ -241,11 +284,16 @@ impl Measuring {
         }
     }
 
-    /// A new release may begin: settings that were waiting for it take effect.
-    fn prepare(&mut self) {
+    /// A new release may begin: settings and condition that were waiting for it take effect.
+    fn prepare(&mut self, context: &mut Context) {
+        self.take_condition(context);
         if let Some(settings) = self.next_settings.take() {
+            let was = self.sampler.settings().degrees_per_count;
+            let times = settings.degrees_per_count / was;
             self.sampler = Sampler::new(settings);
             self.tracker.configure(settings.degrees_per_count, limits(&settings));
+            self.signal.rescale(settings.degrees_per_count, times);
+            self.watch.rescale(times);
         }
         self.current = Current::default();
     }
@@ -257,7 +305,7 @@ impl Measuring {
             self.finish(Flags::CUT_SHORT, self.current.windows_end, context);
             self.watch.set_phase(Phase::Held);
         }
-        self.prepare();
+        self.prepare(context);
         self.announce(self.now(), context);
     }
 
@@ -270,7 +318,7 @@ impl Measuring {
     fn extreme(&mut self, at: u32, amplitude_deg: f32, context: &mut Context) {
         if self.watch.phase() != Phase::Ringing {
             if self.watch.phase() == Phase::Waiting {
-                self.prepare();
+                self.prepare(context);
                 self.current.flags.set(Flags::MID_SWING);
                 self.current.begun_sample = at;
             }
@@ -327,13 +375,19 @@ impl Measuring {
         if outside && current.windows.count() > 0 {
             flags.set(Flags::OUT_OF_RANGE);
         }
-        let usable = !flags.unusable();
-        let modal = Modal {
-            natural_frequency_rad_s: f64::from(natural_frequency_rad_s.value),
-            damping_ratio: f64::from(damping_ratio.value),
+        let known = Known {
+            modal: Modal {
+                natural_frequency_rad_s: f64::from(natural_frequency_rad_s.value),
+                damping_ratio: f64::from(damping_ratio.value),
+            },
+            natural_frequency_u: natural_frequency_rad_s.u,
+            damping_ratio_u: damping_ratio.u,
+            clock_u: self.clock_u(),
         };
-        let condition = self.condition.filter(|_| usable);
-        let derivatives = self.reference.derivatives(&modal, condition.as_ref());
+        // What its refined estimate is held against is another matter.
+        let of_release = flags;
+        let derivatives =
+            self.reference.judge(self.releases, Some(known), &mut flags, self.condition.as_ref());
         let result = ReleaseResult {
             release: self.releases,
             release_sample: current.begun_sample,
@@ -346,28 +400,51 @@ impl Measuring {
         };
         context.line.event(&Event::Release(result));
         let estimate = Some(mean).filter(|_| result.windows > 0 && context.second_order);
-        context.refining.finish(self.releases, flags, estimate, condition, end);
+        let clock_u = self.clock_u();
+        context.refining.finish(self.releases, of_release, estimate, self.condition, clock_u, end);
         self.releases = self.releases.wrapping_add(1);
         self.announce(self.now(), context);
     }
 
     /// New settings, from the next release on; at once where none is running.
-    pub fn configure(&mut self, settings: Settings) -> Result<(), Refusal> {
+    pub fn configure(&mut self, settings: Settings, context: &mut Context) -> Result<(), Refusal> {
         if !Sampler::check(&settings) {
             return Err(Refusal::Settings);
         }
         self.next_settings = Some(settings);
-        if !matches!(self.watch.phase(), Phase::Ringing | Phase::Released) {
-            self.prepare();
+        if !self.is_releasing() {
+            self.prepare(context);
             self.tracker.restart(None);
             self.watch = Watch::new();
         }
         Ok(())
     }
 
-    /// What the coming releases are made under.
-    pub fn set_condition(&mut self, condition: Condition) {
-        self.condition = Some(condition);
+    /// What the coming releases are made under: a release that is going on ends under the condition it began with.
+    pub fn set_condition(
+        &mut self,
+        condition: Condition,
+        context: &mut Context,
+    ) -> Result<(), Refusal> {
+        condition.check().map_err(Refusal::Condition)?;
+        self.next_condition = Some(condition);
+        if !self.is_releasing() {
+            self.take_condition(context);
+        }
+        Ok(())
+    }
+
+    /// The model has been let go, and the release is not over yet.
+    pub fn is_releasing(&self) -> bool {
+        matches!(self.watch.phase(), Phase::Ringing | Phase::Released)
+    }
+
+    fn take_condition(&mut self, context: &mut Context) {
+        if let Some(condition) = self.next_condition.take() {
+            self.condition = Some(condition);
+            self.reference.mount(&condition);
+            context.refining.mount(&condition);
+        }
     }
 
     /// Ends the running release once this many samples have come.

@@ -1,7 +1,7 @@
 //! The refined estimate of a release: its record while it swings, the fit after it, a piece at a time.
 
 use crate::decimated::Decimated;
-use crate::reference::Reference;
+use crate::reference::{Known, Reference};
 use crate::refine::{Fit, Progress, FEWEST_POINTS};
 use crate::residual::Residual;
 use yawrig_shared::history::{History, BLOCK};
@@ -19,6 +19,7 @@ struct Release {
     number: u32,
     flags: Flags,
     condition: Option<Condition>,
+    clock_u: f32,
 }
 
 /// What is going on.
@@ -59,7 +60,7 @@ impl Refining {
         Self {
             record: Decimated::new(),
             stage: Stage::Idle,
-            release: Release { number: 0, flags: Flags(0), condition: None },
+            release: Release { number: 0, flags: Flags(0), condition: None, clock_u: 0.0 },
             fit: Fit::NONE,
             residual: Residual::NONE,
             reference: Reference::new(),
@@ -84,6 +85,16 @@ impl Refining {
         let first = from_sample.wrapping_add(BLOCK as u32 - 1) & !(BLOCK as u32 - 1);
         self.record.begin(first, amplitude_deg, midline_deg);
         self.stage = Stage::Recording { next: first };
+    }
+
+    /// The coming releases are made under this condition.
+    pub fn mount(&mut self, condition: &Condition) {
+        self.reference.mount(condition);
+    }
+
+    /// The wind-off release that refined results are held against.
+    pub fn reference(&self) -> Option<u32> {
+        self.reference.release()
     }
 
     /// What was recorded is spoilt.
@@ -117,8 +128,15 @@ impl Refining {
         flags: Flags,
         estimate: Option<Estimate>,
         condition: Option<Condition>,
+        clock_u: f32,
         end: u32,
     ) {
+        // Without a refined result the last wind-off release is no reference; with one it will be.
+        let mut unrefined = flags;
+        unrefined.set(Flags::NOT_REFINED);
+        if condition.is_some_and(|condition| condition.wind.speed_m_s == 0.0) {
+            self.reference.judge(number, None, &mut unrefined, condition.as_ref());
+        }
         if !self.is_recording() {
             return;
         }
@@ -132,7 +150,7 @@ impl Refining {
         // A network far from its range may say anything.
         if count >= FEWEST_POINTS && frequency > 0.0 && decay.abs() < frequency {
             self.fit = Fit::new(count, decay * per_point, frequency * per_point);
-            self.release = Release { number, flags, condition };
+            self.release = Release { number, flags, condition, clock_u };
             self.stage = Stage::Fitting;
         }
     }
@@ -202,18 +220,29 @@ impl Refining {
         };
         let wn_u = along(sin, cos) / seconds as f32;
         let zeta_u = along(cos * cos, -sin * cos) / (wn * seconds) as f32;
+        let clock_u = self.release.clock_u;
+        let by_clock = clock_u * wn as f32;
         let mut refined = Refined {
-            natural_frequency_rad_s: Precise { value: wn, u: wn_u },
+            natural_frequency_rad_s: Precise {
+                value: wn,
+                u: libm::sqrtf(wn_u * wn_u + by_clock * by_clock),
+            },
             damping_ratio: Measured { value: zeta as f32, u: zeta_u },
             noise_rms_deg: libm::sqrtf(noise.variance_deg2),
             residual_over_noise: judged.over_noise,
             ..self.empty()
         };
         let modal = Modal { natural_frequency_rad_s: wn, damping_ratio: zeta };
-        refined.derivatives = self.reference.derivatives(&modal, self.release.condition.as_ref());
         if judged.misfit {
             refined.flags.set(Flags::MISFIT);
         }
+        let known = Known { modal, natural_frequency_u: wn_u, damping_ratio_u: zeta_u, clock_u };
+        refined.derivatives = self.reference.judge(
+            refined.release,
+            Some(known),
+            &mut refined.flags,
+            self.release.condition.as_ref(),
+        );
         refined
     }
 }

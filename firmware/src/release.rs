@@ -15,6 +15,10 @@ const STILL_SAMPLES: u32 = 1304;
 const DIED_DOWN_SAMPLES: u32 = 1800;
 /// Peak to peak, degrees: above the noise of the means it is held against, far below any release.
 const STILL_BAND_DEG: f32 = 0.35;
+/// The same where the noise of the means is more: so many times it holds all of some forty normal deviates but once in
+/// ten thousand; up to 1 deg of a sample's noise, or a swing would be taken for noise.
+const STILL_BAND_NOISE: f32 = 6.5;
+const MOST_BAND_DEG: f32 = 1.15;
 /// Blocks whose mean that is: 32 ms take little from the fastest swing and most from noise and hum.
 const SMOOTHED: u32 = 4;
 /// How far from its rest a held model must be to have been let go: beyond the band, and beyond
@@ -22,11 +26,13 @@ const SMOOTHED: u32 = 4;
 const LET_GO_DEG: f32 = 0.5;
 const LET_GO_SHARE: f32 = 0.6;
 /// And beyond this many times the noise of a block's mean.
-const LET_GO_NOISE: f32 = 5.0;
+const LET_GO_NOISE: f32 = 6.0;
 /// Time constant of the rest's drift, blocks: 1 s.
 const DRIFT_BLOCKS: f32 = 128.0;
 /// A model that has rung down and moves this many times the lower end of the range is moved anew.
 const STIRRED: f32 = 2.0;
+/// And by more than noise alone comes to in an hour.
+const STIRRED_NOISE: f32 = 8.0;
 
 /// What the release logic wants done.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,6 +88,14 @@ impl Watch {
         self.phase = phase;
     }
 
+    /// The block means come on another scale from now on, `times` as large as before.
+    pub fn rescale(&mut self, times: f32) {
+        let ends = [self.still_low * times, self.still_high * times];
+        (self.still_low, self.still_high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+        self.smooth_sum *= times;
+        self.rest_deg *= times;
+    }
+
     /// Takes the next block mean and its noise's rms; `at` is the block's middle, `midline_deg` the last known one.
     pub fn block(
         &mut self,
@@ -91,7 +105,9 @@ impl Watch {
         midline_deg: Option<f32>,
         to_deg: f32,
     ) -> Option<Step> {
-        let still = self.still(mean_deg);
+        // A mean of four blocks has half the noise of one.
+        let band_deg = (0.5 * STILL_BAND_NOISE * noise_deg).clamp(STILL_BAND_DEG, MOST_BAND_DEG);
+        let still = self.still(mean_deg, band_deg);
         match self.phase {
             Phase::Held => {
                 let rest_deg = self.rest_deg;
@@ -112,7 +128,7 @@ impl Watch {
             }
             Phase::Finished => {
                 let away = midline_deg.map_or(0.0, |c| (mean_deg - c).abs());
-                (away > STIRRED * to_deg).then(|| {
+                (away > (STIRRED * to_deg).max(STIRRED_NOISE * noise_deg)).then(|| {
                     self.phase = Phase::Waiting;
                     Step::Stirred
                 })
@@ -122,7 +138,7 @@ impl Watch {
     }
 
     /// Whether the model has kept to the band for long enough.
-    fn still(&mut self, mean_deg: f32) -> bool {
+    fn still(&mut self, mean_deg: f32, band_deg: f32) -> bool {
         self.smooth_sum += mean_deg;
         self.smooth_blocks += 1;
         if self.smooth_blocks < SMOOTHED {
@@ -131,7 +147,7 @@ impl Watch {
         let mean_deg = self.smooth_sum / SMOOTHED as f32;
         (self.smooth_sum, self.smooth_blocks) = (0.0, 0);
         let (low, high) = (self.still_low.min(mean_deg), self.still_high.max(mean_deg));
-        if self.still_blocks > 0 && high - low <= STILL_BAND_DEG {
+        if self.still_blocks > 0 && high - low <= band_deg {
             (self.still_low, self.still_high) = (low, high);
             self.still_blocks = self.still_blocks.saturating_add(SMOOTHED);
         } else {

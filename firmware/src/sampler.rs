@@ -28,6 +28,7 @@ impl Sampler {
             && settings.from_deg.is_finite()
             && settings.to_deg > 0.0
             && settings.from_deg > settings.to_deg
+            && settings.clock_u_ppm.is_none_or(|ppm| (0.0..=1e5).contains(&ppm))
     }
 
     /// A sample as the tracker keeps it.

@@ -23,6 +23,10 @@ const GAIN: f32 = 6.676;
 const NOISY_DEG: f32 = 0.25;
 const SENSELESS_DEG: f32 = 2.5;
 
+fn wild_counts(degrees_per_count: f32) -> u32 {
+    (WILD_DEG / libm::fabsf(degrees_per_count)) as u32
+}
+
 /// Follows the readings.
 #[derive(Clone, Copy, Debug)]
 pub struct Signal {
@@ -45,7 +49,7 @@ pub struct Signal {
 impl Signal {
     pub fn new(degrees_per_count: f32) -> Self {
         Self {
-            wild_counts: (WILD_DEG / libm::fabsf(degrees_per_count)) as u32,
+            wild_counts: wild_counts(degrees_per_count),
             last: 0,
             wild: ANYTHING,
             same: 0,
@@ -55,6 +59,13 @@ impl Signal {
             averaged: 0,
             fourth: 0.0,
         }
+    }
+
+    /// Counts mean other degrees from now on, `times` as many as before; what is known of the noise stays known.
+    pub fn rescale(&mut self, degrees_per_count: f32, times: f32) {
+        self.wild_counts = wild_counts(degrees_per_count);
+        self.means = self.means.map(|mean| mean * times);
+        self.fourth *= libm::fabsf(times);
     }
 
     /// The last good reading.

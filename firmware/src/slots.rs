@@ -3,13 +3,14 @@
 //! An update erases the idle slot, writes the blob, reads it back and verifies everything; the
 //! network then runs on trial, from memory. Only once the host has confirmed it is the commit word
 //! programmed. Until that word stands the slot does not count, so whenever the power goes, or no
-//! confirmation comes, the old network is there. The newest valid slot runs.
+//! confirmation comes, the old network is there. The newest valid slot runs. Generations go round (RFC 1982), so there
+//! is one after the last.
 //!
 //! ```text
 //! slot: 0 commit word   4 length of the blob   8 blob
 //! ```
 
-use crate::lock;
+use crate::lock::{self, Challenge};
 use yawrig_shared::blob::{self, BlobError, Envelope, Provenance};
 use yawrig_shared::network::Network;
 use yawrig_shared::wire::{Refusal, Signature, SlotState};
@@ -38,16 +39,17 @@ impl Slot {
     }
 }
 
-/// What is erased as one: a slot, or the place of the lock ([`crate::lock`]).
+/// What is erased as one: a slot, or one of the lock's two places ([`crate::lock`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sector {
     First,
     Second,
     Lock,
+    OtherLock,
 }
 
 impl Sector {
-    pub const ALL: [Self; 3] = [Self::First, Self::Second, Self::Lock];
+    pub const ALL: [Self; 4] = [Self::First, Self::Second, Self::Lock, Self::OtherLock];
 }
 
 impl From<Slot> for Sector {
@@ -63,7 +65,7 @@ impl From<Slot> for Sector {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FlashFault;
 
-/// NOR flash of three sectors: erasing sets all bits, programming can only clear them.
+/// NOR flash of four sectors: erasing sets all bits, programming can only clear them.
 pub trait Flash {
     /// Whether this device can be [locked](crate::lock). Checking signatures takes 14 kB of code.
     const LOCKABLE: bool = true;
@@ -78,7 +80,7 @@ pub trait Flash {
 /// NOR flash in memory, for the emulated devices and the tests.
 #[derive(Clone, Debug)]
 pub struct MemoryFlash {
-    sectors: [[u8; SLOT_BYTES]; 3],
+    sectors: [[u8; SLOT_BYTES]; 4],
 }
 
 impl Default for MemoryFlash {
@@ -89,7 +91,7 @@ impl Default for MemoryFlash {
 
 impl MemoryFlash {
     pub const fn new() -> Self {
-        Self { sectors: [[ERASED; SLOT_BYTES]; 3] }
+        Self { sectors: [[ERASED; SLOT_BYTES]; 4] }
     }
 }
 
@@ -143,11 +145,13 @@ struct Update {
 pub struct Store<F> {
     flash: F,
     update: Option<Update>,
+    /// Slots whose networks have passed every check.
+    sound: [bool; 2],
 }
 
 impl<F: Flash> Store<F> {
     pub const fn new(flash: F) -> Self {
-        Self { flash, update: None }
+        Self { flash, update: None, sound: [false; 2] }
     }
 
     /// The flash itself.
@@ -165,23 +169,35 @@ impl<F: Flash> Store<F> {
         self.flash
     }
 
-    /// The newest valid network, read into `network`, and where it stands.
-    pub fn newest(&self, network: &mut Network) -> Option<(Slot, Envelope, Provenance)> {
-        let mut order = Slot::BOTH;
-        let generation =
-            |slot: Slot| committed(self.flash.read(slot.into())).map_or(0, |e| e.generation);
-        if generation(Slot::Second) > generation(Slot::First) {
-            order.reverse();
-        }
-        order.into_iter().find_map(|slot| {
-            let bytes = self.flash.read(slot.into());
-            committed(bytes)?;
-            let (envelope, provenance) =
-                blob::decode_into(&bytes[BLOB_AT..], network, |_| ()).ok()?;
-            Some((slot, envelope, provenance))
-        })
+    /// The newest valid network, read into `network`, and where it stands. Both slots are looked at to the last golden
+    /// vector, by which [`Store::state`] goes.
+    pub fn newest(&mut self, network: &mut Network) -> Option<(Slot, Envelope, Provenance)> {
+        let generation = |slot: Slot| committed(self.flash.read(slot.into())).map(|e| e.generation);
+        let last = match (generation(Slot::First), generation(Slot::Second)) {
+            (Some(first), Some(second)) if is_newer(second, first) => Slot::Second,
+            (None, Some(_)) => Slot::Second,
+            _ => Slot::First,
+        };
+        // The newest is read last: it stays in `network`.
+        let other = self.decode(last.other(), network);
+        let newest = self.decode(last, network);
+        // Where it does not pass, the other one once more.
+        newest.or_else(|| other.and_then(|_| self.decode(last.other(), network)))
     }
 
+    fn decode(
+        &mut self,
+        slot: Slot,
+        network: &mut Network,
+    ) -> Option<(Slot, Envelope, Provenance)> {
+        let bytes = self.flash.read(slot.into());
+        let decoded =
+            committed(bytes).and_then(|_| blob::decode_into(&bytes[BLOB_AT..], network).ok());
+        self.sound[slot as usize] = decoded.is_some();
+        decoded.map(|(envelope, provenance)| (slot, envelope, provenance))
+    }
+
+    /// What a slot holds; valid is what has passed every check ([`Store::newest`]) and is still as it was.
     pub fn state(&self, slot: Slot) -> SlotState {
         let bytes = self.flash.read(slot.into());
         if bytes.iter().all(|&byte| byte == ERASED) {
@@ -189,7 +205,7 @@ impl<F: Flash> Store<F> {
         }
         match committed(bytes) {
             Some(Envelope { generation, payload_crc: id, .. })
-                if blob::intact(&bytes[BLOB_AT..]).is_ok() =>
+                if self.sound[slot as usize] && blob::intact(&bytes[BLOB_AT..]).is_ok() =>
             {
                 SlotState::Valid { generation, id }
             }
@@ -208,6 +224,7 @@ impl<F: Flash> Store<F> {
             return Err(Refusal::Blob(BlobError::TooLong));
         }
         let slot = running.map_or(Slot::First, Slot::other);
+        self.sound[slot as usize] = false;
         erase(&mut self.flash, slot.into())?;
         self.update = Some(Update { slot, length, written: 0, verified: false });
         Ok(())
@@ -239,6 +256,7 @@ impl<F: Flash> Store<F> {
         &mut self,
         newest: u32,
         network: &mut Network,
+        challenge: Option<Challenge>,
         signature: Option<&Signature>,
     ) -> Result<(Slot, Envelope, Provenance), Refusal> {
         let update = self.running_update()?;
@@ -247,13 +265,12 @@ impl<F: Flash> Store<F> {
         }
         self.update = None;
         let bytes = &self.flash.read(update.slot.into())[BLOB_AT..BLOB_AT + update.length];
-        lock::check_network(&self.flash, bytes, signature)?;
-        let (envelope, provenance) =
-            blob::decode_into(bytes, network, |_| ()).map_err(Refusal::Blob)?;
+        lock::check_network(&self.flash, bytes, challenge, signature)?;
+        let (envelope, provenance) = blob::decode_into(bytes, network).map_err(Refusal::Blob)?;
         if envelope.blob_length() != update.length {
             return Err(Refusal::Blob(BlobError::Malformed));
         }
-        if envelope.generation <= newest {
+        if !is_newer(envelope.generation, newest) {
             return Err(Refusal::Stale { newest });
         }
         self.update = Some(Update { verified: true, ..update });
@@ -266,7 +283,9 @@ impl<F: Flash> Store<F> {
             return Err(Refusal::NoTrial);
         };
         self.program(update.slot, 4, (update.length as u32).to_le_bytes())?;
-        self.program(update.slot, 0, COMMITTED.to_le_bytes())
+        self.program(update.slot, 0, COMMITTED.to_le_bytes())?;
+        self.sound[update.slot as usize] = true;
+        Ok(())
     }
 
     /// Forgets the update; what it wrote stays uncommitted.
@@ -283,6 +302,11 @@ impl<F: Flash> Store<F> {
     fn program(&mut self, slot: Slot, offset: usize, word: [u8; 4]) -> Result<(), Refusal> {
         program(&mut self.flash, slot.into(), offset, word)
     }
+}
+
+/// In numbers that go round.
+pub fn is_newer(generation: u32, than: u32) -> bool {
+    generation.wrapping_sub(than) as i32 > 0
 }
 
 /// Programs a word and reads it back.

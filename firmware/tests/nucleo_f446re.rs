@@ -33,7 +33,7 @@ const SR_PROTECTION_ERROR: u32 = 1 << 4;
 impl Chip {
     fn new() -> Self {
         Self {
-            sectors: vec![[0x5a; SLOT_BYTES]; 4],
+            sectors: vec![[0x5a; SLOT_BYTES]; 8],
             control: CR_LOCK,
             // Left over from before: it must not be taken for the next operation's.
             status: Cell::new(SR_SEQUENCE_ERROR),
@@ -142,8 +142,10 @@ fn a_slot_is_erased_and_written_and_nothing_beside_it() {
         assert_eq!(slots.program(slot, 10, [0; 4]), Err(FlashFault));
     }
     // The vector table's sector is as it was, as is the code from sector 4 on, and the door is shut.
-    assert_eq!(Sector::ALL.map(flash::number), [1, 2, 3]);
-    assert!(chip.sectors[0].iter().all(|byte| *byte == 0x5a));
+    assert_eq!(Sector::ALL.map(flash::number), [1, 2, 3, 7]);
+    for of_code in [0, 4, 5, 6] {
+        assert!(chip.sectors[of_code].iter().all(|byte| *byte == 0x5a));
+    }
     assert_eq!(chip.control, CR_LOCK);
 }
 
@@ -237,6 +239,32 @@ fn bytes_are_read_up_to_where_dma_writes() {
     // Around the end; DMA's counter shows 16 as 0.
     assert_eq!(read(2), [14, 15, 0, 1]);
     assert_eq!(read(16), (2..16).collect::<Vec<_>>());
+}
+
+/// A ring that DMA has gone round unread is noticed, and nothing of it is taken for new; the end of the ring alone is
+/// nothing.
+#[test]
+fn a_ring_that_is_overtaken_is_noticed() {
+    let mut reader = Reader::<16>::new();
+    let take = |reader: &mut Reader<16>, position| {
+        let mut found = Vec::new();
+        while let Some(at) = reader.next_before(position) {
+            found.push(at);
+        }
+        found
+    };
+    assert!(!reader.overtaken(false, 10));
+    assert_eq!(take(&mut reader, 10).len(), 10);
+    // Round the end and not past the reader.
+    assert!(reader.is_behind(4) && !reader.overtaken(true, 4));
+    assert_eq!(take(&mut reader, 4), [10, 11, 12, 13, 14, 15, 0, 1, 2, 3]);
+    // The flag of a wrap that came after it was looked at, cleared by the position: no second time.
+    assert!(!reader.is_behind(4) && !reader.overtaken(false, 5));
+    assert_eq!(take(&mut reader, 5), [4]);
+    // Eighteen bytes since: the two that are left are of a frame whose beginning is gone.
+    assert!(reader.overtaken(true, 7));
+    assert_eq!(take(&mut reader, 7), []);
+    assert_eq!(take(&mut reader, 9), [7, 8]);
 }
 
 #[test]

@@ -6,7 +6,7 @@
 
 use ed25519_compact::{KeyPair, Seed};
 use std::collections::HashSet;
-use yawrig_firmware::lock;
+use yawrig_firmware::lock::{self, Challenge};
 use yawrig_firmware::slots::{Flash, FlashFault, Sector, Slot, Store, SLOT_BYTES};
 use yawrig_firmware::BUILT_IN;
 use yawrig_shared::blob;
@@ -58,16 +58,16 @@ fn torn_erase(old: u32, index: usize, tear: u32, seed: u64) -> u32 {
     old | reached
 }
 
-/// Three sectors, and a sum over their words that tells one state from another.
+/// Four sectors, and a sum over their words that tells one state from another.
 #[derive(Clone)]
 struct Chip {
-    sectors: [Box<[u8; SLOT_BYTES]>; 3],
+    sectors: [Box<[u8; SLOT_BYTES]>; 4],
     sum: u64,
 }
 
 impl Chip {
     fn erased() -> Self {
-        let mut chip = Self { sectors: [(); 3].map(|()| Box::new([0xff; SLOT_BYTES])), sum: 0 };
+        let mut chip = Self { sectors: [(); 4].map(|()| Box::new([0xff; SLOT_BYTES])), sum: 0 };
         chip.sum_up();
         chip
     }
@@ -161,7 +161,7 @@ impl Flash for Watched<'_> {
 type Runs = Option<(Slot, u32, u32)>;
 
 fn starts(chip: &Chip) -> Runs {
-    let store = Store::new(chip.clone());
+    let mut store = Store::new(chip.clone());
     store
         .newest(&mut Network::empty())
         .map(|(slot, envelope, _)| (slot, envelope.generation, envelope.payload_crc))
@@ -184,7 +184,7 @@ fn update<F: Flash>(flash: F, runs: Runs) -> (F, Runs) {
         store.chunk(256 * index as u32, chunk).expect("in order");
     }
     let (slot, envelope, _) =
-        store.verify(newest, &mut Network::empty(), None).expect("a sound network");
+        store.verify(newest, &mut Network::empty(), None, None).expect("a sound network");
     store.commit().expect("verified");
     (store.into_flash(), Some((slot, envelope.generation, envelope.payload_crc)))
 }
@@ -275,26 +275,32 @@ fn key(chip: &Chip) -> Option<[u8; 32]> {
     lock::read(chip).map(|lock| lock.key)
 }
 
-fn lock_it<F: Flash>(flash: &mut F) {
+fn lock_it<F: Flash>(flash: &mut F) -> u32 {
     lock::lock(flash, &pair().pk).expect("it can be locked");
+    lock::read(flash).expect("locked").number
 }
 
-fn open_it<F: Flash>(flash: &mut F) {
+fn renew_it<F: Flash>(flash: &mut F) -> u32 {
+    lock::renew(flash).expect("it is locked")
+}
+
+fn open_it<F: Flash>(flash: &mut F) -> u32 {
     let number = lock::read(flash).expect("locked").number;
-    lock::unlock(flash, 5, &answer(number)).expect("it can be opened");
+    let challenge = Challenge { number, nonce: 5 };
+    lock::unlock(flash, challenge, &answer(number)).expect("it can be opened");
+    number + 1
 }
 
-/// Cuts at every operation of locking or opening `chip`, which becomes what that makes of it: the lock is as before or
-/// as wanted, the network stays, and lock and update work on. Returns how many cuts.
-fn cut_the_lock(chip: &mut Chip, act: impl Fn(&mut Watched)) -> usize {
+/// Cuts at every operation of locking, challenging or opening `chip`, which becomes what that makes of it: the lock is
+/// as before or as wanted, no number comes again, the network stays, and lock and update work on. Returns how many.
+fn cut_the_lock(chip: &mut Chip, number: u32, act: impl Fn(&mut Watched) -> u32) -> usize {
     let (before, runs) = (key(chip), starts(chip));
     let mut torn = Vec::new();
     let mut seen = |chip: &Chip, _| torn.push(chip.clone());
     let mut watched = Watched { chip: chip.clone(), seed: 7, seen: &mut seen };
-    act(&mut watched);
+    assert_eq!(act(&mut watched), number + 1);
     *chip = watched.chip;
     let after = key(chip);
-    assert_ne!(before, after, "it does something");
     for mut torn in torn.iter().cloned() {
         let held = key(&torn);
         assert!(
@@ -305,7 +311,9 @@ fn cut_the_lock(chip: &mut Chip, act: impl Fn(&mut Watched)) -> usize {
         if held.is_none() {
             let (mended, newest) = update(torn.clone(), runs);
             assert_eq!(starts(&mended), newest);
-            lock_it(&mut torn);
+            assert!(lock_it(&mut torn) > number, "a number comes again");
+        } else {
+            assert!(renew_it(&mut torn) > number, "a number comes again");
         }
         open_it(&mut torn);
         assert_eq!(key(&torn), None);
@@ -315,27 +323,27 @@ fn cut_the_lock(chip: &mut Chip, act: impl Fn(&mut Watched)) -> usize {
 
 #[test]
 fn no_power_cut_leaves_a_lock_that_was_not_wanted() {
+    const RECORDS: usize = SLOT_BYTES / 48;
     let (mut chip, _) = update(Chip::erased(), None);
-    let mut tried = 0;
-    // New, used, and full, where the sector has to be erased first.
-    for round in 0..3 {
-        tried += cut_the_lock(&mut chip, |chip| lock_it(chip));
-        tried += cut_the_lock(&mut chip, |chip| open_it(chip));
-        if round == 1 {
-            let number = loop {
-                lock_it(&mut chip);
-                let number = lock::read(&chip).expect("locked").number;
-                open_it(&mut chip);
-                if number as usize == SLOT_BYTES / 48 {
-                    break number;
-                }
-            };
-            assert_eq!(number, 341);
+    let (mut tried, mut number) = (0, 0);
+    // New, used, and full, where the other sector is begun: erased as it comes, then with old records in it.
+    for round in 0..4 {
+        let acts: [fn(&mut Watched) -> u32; 3] = [|c| lock_it(c), |c| renew_it(c), |c| open_it(c)];
+        for act in acts {
+            tried += cut_the_lock(&mut chip, number, act);
+            number += 1;
+        }
+        if round > 0 {
+            lock_it(&mut chip);
+            let up_to = (round * RECORDS) as u32 - 2;
+            while renew_it(&mut chip) < up_to {}
+            number = open_it(&mut chip);
+            assert_eq!(number, up_to + 1);
         }
     }
-    // The number goes on over the erase.
-    lock_it(&mut chip);
-    assert_eq!(lock::read(&chip).expect("locked").number, 343);
-    println!("cut points in locking and opening: {tried}, each as before or as wanted");
-    assert_eq!(tried, (3 * 12 + 1 + 3) * TEARS as usize);
+    println!(
+        "cut points in locking, challenging and opening: {tried}, each as before or as wanted"
+    );
+    // Two of the rounds begin another sector.
+    assert_eq!(tried, (4 * 3 * 12 + 2) * TEARS as usize);
 }

@@ -22,12 +22,12 @@ fn update<F: Flash>(
     for (index, chunk) in bytes.chunks(256).enumerate() {
         store.chunk(256 * index as u32, chunk)?;
     }
-    let (slot, ..) = store.verify(newest, &mut Network::empty(), None)?;
+    let (slot, ..) = store.verify(newest, &mut Network::empty(), None, None)?;
     store.commit()?;
     Ok(slot)
 }
 
-fn newest<F: Flash>(store: &Store<F>) -> Option<(Slot, u32)> {
+fn newest<F: Flash>(store: &mut Store<F>) -> Option<(Slot, u32)> {
     store.newest(&mut Network::empty()).map(|(slot, envelope, _)| (slot, envelope.generation))
 }
 
@@ -41,12 +41,12 @@ fn the_network_compiled_in_is_sound() {
 #[test]
 fn updates_go_to_the_slot_that_does_not_run() {
     let mut store = Store::new(MemoryFlash::new());
-    assert_eq!(newest(&store), None);
+    assert_eq!(newest(&mut store), None);
     assert_eq!(store.state(Slot::First), SlotState::Empty);
     assert_eq!(update(&mut store, &blob(1), None, 0), Ok(Slot::First));
     assert_eq!(update(&mut store, &blob(2), Some(Slot::First), 1), Ok(Slot::Second));
     assert_eq!(update(&mut store, &blob(3), Some(Slot::Second), 2), Ok(Slot::First));
-    assert_eq!(newest(&store), Some((Slot::First, 3)));
+    assert_eq!(newest(&mut store), Some((Slot::First, 3)));
     assert!(matches!(store.state(Slot::Second), SlotState::Valid { generation: 2, .. }));
 }
 
@@ -61,8 +61,8 @@ fn an_update_that_stops_anywhere_leaves_the_old_network() {
             store.chunk(256 * index as u32, chunk).unwrap();
         }
         // The power goes; what the flash holds is all there is.
-        let store = Store::new(store.into_flash());
-        assert_eq!(newest(&store), Some((Slot::First, 1)), "after {stop} chunks");
+        let mut store = Store::new(store.into_flash());
+        assert_eq!(newest(&mut store), Some((Slot::First, 1)), "after {stop} chunks");
         if stop > 0 {
             assert_eq!(store.state(Slot::Second), SlotState::Invalid);
         }
@@ -81,7 +81,7 @@ fn a_broken_or_stale_blob_is_refused() {
     assert_eq!(stale, Err(Refusal::Stale { newest: 5 }));
     let too_long = store.begin(blob::LONGEST as u32 + 1, Some(Slot::First));
     assert_eq!(too_long, Err(Refusal::Blob(BlobError::TooLong)));
-    assert_eq!(newest(&store), Some((Slot::First, 5)));
+    assert_eq!(newest(&mut store), Some((Slot::First, 5)));
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn chunks_out_of_order_are_refused_and_the_right_one_is_named() {
     store.chunk(0, &[0; 256]).unwrap();
     let again = store.chunk(0, &[0; 256]);
     assert_eq!(again, Err(Refusal::FlashOrder { expected_offset: 256 }));
-    let short = store.verify(0, &mut Network::empty(), None).map(|_| ());
+    let short = store.verify(0, &mut Network::empty(), None, None).map(|_| ());
     assert_eq!(short, Err(Refusal::FlashOrder { expected_offset: 256 }));
     let odd = store.chunk(256, &[0; 3]);
     assert_eq!(odd, Err(Refusal::FlashOrder { expected_offset: 256 }));
@@ -137,7 +137,55 @@ fn the_older_network_runs_where_the_newer_one_is_damaged() {
     update(&mut store, &blob(2), Some(Slot::First), 1).unwrap();
     let mut flash = store.into_flash();
     flash.program(Sector::Second, 600, [0; 4]).unwrap();
-    let store = Store::new(flash);
+    let mut store = Store::new(flash);
     assert_eq!(store.state(Slot::Second), SlotState::Invalid);
-    assert_eq!(newest(&store), Some((Slot::First, 1)));
+    assert_eq!(newest(&mut store), Some((Slot::First, 1)));
+}
+
+/// There is one after the last: updates never end.
+#[test]
+fn generations_go_round() {
+    let mut store = Store::new(MemoryFlash::new());
+    let mut running = None;
+    let mut last = 0;
+    for generation in [0x7fff_ffff, 0xffff_fffe, u32::MAX, 0, 1] {
+        let slot = update(&mut store, &blob(generation), running, last);
+        running = Some(slot.expect("a newer one"));
+        last = generation;
+        assert_eq!(newest(&mut store), Some((running.expect("just written"), generation)));
+    }
+    let older = update(&mut store, &blob(u32::MAX), running, last);
+    assert_eq!(older, Err(Refusal::Stale { newest: 1 }));
+}
+
+/// As a slot is that was written by a machine with another arithmetic, or another firmware.
+#[test]
+fn a_slot_whose_golden_vectors_fail_is_not_called_valid() {
+    let (_, sound) = blob::decode(BUILT_IN).expect("a blob");
+    let mut weights = sound.clone();
+    weights.network.weights[0] += 0.5;
+    let mut features = sound;
+    features.from_counts = features.from_counts.map(|[wn, zeta]| [wn, zeta ^ 1]);
+    for (payload, vector) in [(weights, 0), (features, 4)] {
+        let mut bytes = vec![0; blob::LONGEST];
+        let length = blob::encode(&payload, 7, &mut bytes).expect("a blob");
+        let differs = BlobError::GoldenDiffers { vector };
+        let mut store = Store::new(MemoryFlash::new());
+        let refused = update(&mut store, &bytes[..length], None, 0);
+        assert_eq!(refused, Err(Refusal::Blob(differs)));
+        let mut flash = MemoryFlash::new();
+        let mut put = |at: usize, bytes: &[u8]| {
+            for (index, four) in bytes.chunks(4).enumerate() {
+                let mut word = [0xff; 4];
+                word[..four.len()].copy_from_slice(four);
+                flash.program(Sector::First, at + 4 * index, word).expect("written");
+            }
+        };
+        put(8, &bytes[..length]);
+        put(4, &(length as u32).to_le_bytes());
+        put(0, b"LIVE");
+        let mut store = Store::new(flash);
+        assert_eq!(newest(&mut store), None);
+        assert_eq!(store.state(Slot::First), SlotState::Invalid);
+    }
 }

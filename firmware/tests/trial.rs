@@ -2,11 +2,11 @@
 
 mod desk;
 
-use desk::Desk;
+use desk::{Desk, Swing};
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_firmware::BUILT_IN;
 use yawrig_shared::blob::{self, BlobError};
-use yawrig_shared::wire::{Decoder, Event, Refusal, Reply, Request, SlotState, TRIAL_SAMPLES};
+use yawrig_shared::wire::{Refusal, Reply, Request, SlotState, TRIAL_SAMPLES};
 
 impl Desk {
     /// Generation that runs, and whether on trial.
@@ -30,23 +30,35 @@ impl Desk {
 
     /// What it makes of a release at 9 deg: natural frequency and damping ratio of each window.
     fn estimates(&mut self) -> Vec<(f32, f32)> {
-        let mut found = Vec::new();
-        for index in 0..12_000_u32 {
-            let time = f64::from(index.saturating_sub(2000)) * 1e-3;
-            let yaw_deg = 9.0 * (-0.01 * 8.0 * time).exp() * (8.0 * time).cos();
-            self.device.sample((32_768.0 + yaw_deg / 0.005) as u16);
-        }
-        let mut decoder = Decoder::new();
-        while let Some(byte) = self.device.transmit() {
-            if let Some(Ok(frame)) = decoder.push(byte) {
-                if let Some(Ok(Event::Window(window))) = frame.message::<Event>() {
-                    found.push((window.natural_frequency_rad_s, window.damping_ratio));
-                }
-            }
-        }
+        let before = self.windows.len();
+        self.play(release());
+        let found = self.windows[before..]
+            .iter()
+            .map(|window| (window.natural_frequency_rad_s, window.damping_ratio))
+            .collect::<Vec<_>>();
         assert!(!found.is_empty(), "windows");
         found
     }
+}
+
+fn release() -> Vec<u16> {
+    let swing = Swing { from_deg: 9.0, noise_deg: 0.0, seconds: 40.0, ..Swing::new(8.0, 0.01) };
+    swing.counts(1)
+}
+
+/// A network that says something else, and passes every check.
+fn another(generation: u32) -> Vec<u8> {
+    let (_, mut payload) = blob::decode(BUILT_IN).expect("a blob");
+    payload.network.outputs[0].offset += 0.5;
+    for golden in &mut payload.golden {
+        let inputs: Vec<f32> = golden.inputs.iter().map(|bits| f32::from_bits(*bits)).collect();
+        *golden = blob::golden(&payload.network, &inputs);
+    }
+    payload.from_counts = Some(blob::from_counts(&payload.network));
+    let mut bytes = vec![0; blob::LONGEST];
+    let length = blob::encode(&payload, generation, &mut bytes).expect("a blob");
+    bytes.truncate(length);
+    bytes
 }
 
 const TOO_LATE: Reply = Reply::Refused(Refusal::NoTrial);
@@ -122,4 +134,56 @@ fn a_network_that_is_refused_leaves_the_one_that_ran_at_work() {
         let mut fresh = Desk::new(MemoryFlash::new());
         fresh.estimates()
     });
+}
+
+const RELEASING: Reply = Reply::Refused(Refusal::Releasing);
+
+/// All windows of a release are one network's.
+#[test]
+fn a_network_is_not_taken_up_in_mid_release() {
+    let alone = Desk::new(MemoryFlash::new()).estimates();
+    let mut desk = Desk::new(MemoryFlash::new());
+    let counts = release();
+    let (first, rest) = counts.split_at(14_000);
+    desk.play(first.iter().copied());
+    assert!(desk.windows.len() > 2);
+    desk.write(&another(1));
+    assert_eq!(desk.ask(&Request::FlashTrial), RELEASING);
+    assert_eq!(desk.runs(), (0, false));
+    desk.play(rest.iter().copied());
+    let made: Vec<_> =
+        desk.windows.iter().map(|w| (w.natural_frequency_rad_s, w.damping_ratio)).collect();
+    assert_eq!(made, alone);
+    // What was written is still there.
+    assert_eq!(desk.ask(&Request::FlashTrial), Reply::Done);
+    assert_eq!(desk.runs(), (1, true));
+    assert_eq!(desk.ask(&Request::FlashCommit), Reply::Done);
+}
+
+/// Nor is one given up in mid-release, be its time over or another update begun.
+#[test]
+fn a_network_on_trial_ends_the_release_it_has_begun() {
+    let mut confirmed = Desk::new(MemoryFlash::new());
+    confirmed.write(&another(1));
+    assert_eq!(confirmed.ask(&Request::FlashTrial), Reply::Done);
+    assert_eq!(confirmed.ask(&Request::FlashCommit), Reply::Done);
+    let alone = confirmed.estimates();
+    assert_ne!(alone, Desk::new(MemoryFlash::new()).estimates());
+
+    let mut desk = Desk::new(MemoryFlash::new());
+    desk.write(&another(1));
+    assert_eq!(desk.ask(&Request::FlashTrial), Reply::Done);
+    let counts = release();
+    assert!(counts.len() > 2 * TRIAL_SAMPLES as usize);
+    let (first, rest) = counts.split_at(14_000);
+    desk.play(first.iter().copied());
+    assert_eq!(desk.ask(&Request::FlashCommit), TOO_LATE, "its time is over");
+    assert_eq!(desk.ask(&Request::FlashBegin { length: 1000 }), RELEASING);
+    assert_eq!(desk.runs(), (1, true), "and the release is not");
+    desk.play(rest.iter().copied());
+    let made: Vec<_> =
+        desk.windows.iter().map(|w| (w.natural_frequency_rad_s, w.damping_ratio)).collect();
+    assert_eq!(made, alone);
+    assert_eq!(desk.runs(), (0, false));
+    assert_eq!(desk.power_cut().runs(), (0, false));
 }

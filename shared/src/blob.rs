@@ -3,14 +3,16 @@
 //! ```text
 //! 0  magic "YRN1"      4  format version u16   6  envelope length u16 (24)
 //! 8  payload length    12 generation           16 payload CRC-32   20 CRC-32 of bytes 0..20
-//! 24 payload: postcard of [`Payload`]
+//! 24 payload: postcard of [`Payload`]; one without `from_counts` may end before it
 //! ```
 //! Numbers are little-endian. The envelope never changes, so a device can always tell a blob it
 //! is too old for from a broken one.
 
 use crate::checksum::crc32;
-use crate::features::{Inputs, MOST_INPUTS};
+use crate::features::{features, Inputs, MOST_INPUTS};
+use crate::history::{History, Moment};
 use crate::network::{Network, NetworkError, OUTPUTS};
+use crate::window::Window;
 use heapless::{String, Vec};
 use postcard::de_flavors::Slice;
 use postcard::Deserializer;
@@ -58,6 +60,8 @@ pub struct Payload {
     pub network: Network,
     pub provenance: Provenance,
     pub golden: Vec<Golden, 4>,
+    /// Bits that the network must make of [`from_counts`]' window, by the features and the logarithm before it, too.
+    pub from_counts: Option<[u32; OUTPUTS]>,
 }
 
 /// Why a blob was refused.
@@ -80,7 +84,8 @@ pub enum BlobError {
     Network(NetworkError),
     /// Fewer than two golden vectors, or not of the topology's inputs.
     GoldenMissing,
-    /// This machine's arithmetic does not reproduce this golden vector.
+    /// This machine's arithmetic does not reproduce this golden vector; one behind the last: its features do not come
+    /// out of counts.
     GoldenDiffers {
         vector: u8,
     },
@@ -174,20 +179,29 @@ pub fn intact(bytes: &[u8]) -> Result<(Envelope, &[u8]), BlobError> {
 pub fn decode(bytes: &[u8]) -> Result<(Envelope, Payload), BlobError> {
     let mut network = Network::empty();
     let mut golden = Vec::new();
-    let (envelope, provenance) = decode_into(bytes, &mut network, |vector| {
+    let (envelope, provenance, from_counts) = decode_all(bytes, &mut network, |vector| {
         // Room is there: they have been counted.
         let _ = golden.push(vector);
     })?;
-    Ok((envelope, Payload { network, provenance, golden }))
+    Ok((envelope, Payload { network, provenance, golden, from_counts }))
 }
 
-/// The same into a network that is there already; `golden` is given each golden vector. Where it fails the network
-/// is not to be used.
+/// The same into a network that is there already. Where it fails the network is not to be used.
 pub fn decode_into(
     bytes: &[u8],
     network: &mut Network,
-    mut golden: impl FnMut(Golden),
 ) -> Result<(Envelope, Provenance), BlobError> {
+    decode_all(bytes, network, |_| ()).map(|(envelope, provenance, _)| (envelope, provenance))
+}
+
+type Decoded = (Envelope, Provenance, Option<[u32; OUTPUTS]>);
+
+/// `golden` is given each golden vector.
+fn decode_all(
+    bytes: &[u8],
+    network: &mut Network,
+    mut golden: impl FnMut(Golden),
+) -> Result<Decoded, BlobError> {
     let (envelope, payload) = intact(bytes)?;
     let mut payload = Deserializer::from_bytes(payload);
     network.read(&mut payload).map_err(|_| BlobError::Malformed)?;
@@ -209,7 +223,16 @@ pub fn decode_into(
         }
         golden(expected);
     }
-    Ok((envelope, provenance))
+    let rest = payload.finalize().map_err(|_| BlobError::Malformed)?;
+    let expected: Option<[u32; OUTPUTS]> = match rest {
+        // Trained before there was one.
+        [] => None,
+        rest => postcard::from_bytes(rest).map_err(|_| BlobError::Malformed)?,
+    };
+    if expected.is_some_and(|expected| from_counts(network) != expected) {
+        return Err(BlobError::GoldenDiffers { vector: vectors as u8 });
+    }
+    Ok((envelope, provenance, expected))
 }
 
 fn next<'a, T: Deserialize<'a>>(payload: &mut Deserializer<'a, Slice<'a>>) -> Result<T, BlobError> {
@@ -219,6 +242,34 @@ fn next<'a, T: Deserialize<'a>>(payload: &mut Deserializer<'a, Slice<'a>>) -> Re
 fn estimate_bits(network: &Network, inputs: &[f32]) -> [u32; OUTPUTS] {
     let made = network.estimate_inputs(inputs);
     [made.natural_frequency_rad_s.to_bits(), made.damping_ratio.to_bits()]
+}
+
+/// Samples of the window below: three cycles, and some before and after.
+const WINDOW: usize = 1024;
+
+/// What a network makes of one window of counts, the same on every machine: three cycles of 900 samples with a damping
+/// ratio of 0.01 from 10 deg on, by a recurrence in whole numbers. All that stands between counts and estimate takes
+/// part: block sums, bins that begin between samples, features, logarithm, scaling and network.
+#[inline(never)]
+pub fn from_counts(network: &Network) -> [u32; OUTPUTS] {
+    // 2 exp(-0.01 x) cos x and exp(-0.02 x) for x = 6 pi / 900, times 2^30; 2000 exp(-0.01 x) sin x, times 2^16.
+    const TURN: [i64; 2] = [2_146_563_047, 1_073_292_150];
+    const SECOND: i64 = 2_744_390;
+    let mut history = History::<i16, WINDOW, { WINDOW / 8 }>::new(0, 0.005);
+    let (mut before, mut now) = (0_i64, SECOND);
+    for _ in 0..WINDOW {
+        history.push((before >> 16) as i16);
+        (before, now) = (now, (TURN[0] * now - TURN[1] * before) >> 30);
+    }
+    let window = Window {
+        start: Moment { sample: 10, fraction: 0.375 },
+        length: 903.25,
+        midline_deg: 0.03125,
+        rising: true,
+        end: 914,
+    };
+    let features = features(network.features, &history, &window);
+    estimate_bits(network, &network.inputs.apply(&features))
 }
 
 /// The golden vector of these scaled inputs.

@@ -1,6 +1,6 @@
 //! What a window is told to the network by: forty-one numbers, or forty-two with its amplitude.
 
-use crate::history::History;
+use crate::history::{History, View};
 use crate::window::{Window, SAMPLE_RATE_HZ};
 use heapless::Vec;
 use postcard_schema::Schema;
@@ -76,9 +76,19 @@ pub struct Features {
 }
 
 /// Features of a window that [`crate::window::Tracker`] has closed; not yet scaled.
-pub fn features<S: Copy + Default + Into<f32>>(
+#[inline]
+pub fn features<S: Copy + Default + Into<f32>, const N: usize, const B: usize>(
     kind: FeatureKind,
-    history: &History<S>,
+    history: &History<S, N, B>,
+    window: &Window,
+) -> Features {
+    of_view(kind, history.view(), window)
+}
+
+#[inline(never)]
+fn of_view<S: Copy + Default + Into<f32>>(
+    kind: FeatureKind,
+    history: View<'_, S>,
     window: &Window,
 ) -> Features {
     let sign = if window.rising { 1.0 } else { -1.0 };

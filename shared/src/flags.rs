@@ -37,9 +37,11 @@ impl Flags {
     pub const NO_SENSOR: Self = Self(4096);
     /// A window is not one damped oscillation: a touch, a gust, a drift.
     pub const DISTURBED: Self = Self(8192);
+    /// Wind on, and there is no wind-off release of this spring and axis to hold it against: no derivatives.
+    pub const NO_REFERENCE: Self = Self(32768);
 
     /// Every flag with its name in files and on screen.
-    pub const NAMES: [(Self, &'static str); 15] = [
+    pub const NAMES: [(Self, &'static str); 16] = [
         (Self::TOO_SMALL, "too_small"),
         (Self::TOO_FEW_CYCLES, "too_few_cycles"),
         (Self::SATURATED, "saturated"),
@@ -55,6 +57,7 @@ impl Flags {
         (Self::DISTURBED, "disturbed"),
         (Self::MISFIT, "misfit"),
         (Self::NOT_REFINED, "not_refined"),
+        (Self::NO_REFERENCE, "no_reference"),
     ];
 
     pub fn set(&mut self, flag: Self) {
@@ -63,6 +66,12 @@ impl Flags {
 
     pub fn has(self, flag: Self) -> bool {
         self.0 & flag.0 != 0
+    }
+
+    /// Whether a wind-off release is no reference for others: anything is the matter with it but that little of it was
+    /// seen.
+    pub fn unfit_as_reference(self) -> bool {
+        self.0 & !(Self::CUT_SHORT.0 | Self::MID_SWING.0) != 0
     }
 
     /// Whether the release gives no result to rely on.

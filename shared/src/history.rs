@@ -38,31 +38,24 @@ impl Moment {
     }
 }
 
-/// Ring of the last [`LENGTH`] samples. `S` is `i16` on the device and `f32` where the host
+/// Ring of the last `N` samples in `B` blocks of [`BLOCK`]; [`LENGTH`] if not said otherwise. `S` is `i16` on the device and `f32` where the host
 /// wants no quantisation; `scale` turns either into degrees.
 #[derive(Clone, Debug)]
-pub struct History<S> {
-    samples: [S; LENGTH],
-    block_sums: [f32; BLOCKS],
+pub struct History<S, const N: usize = LENGTH, const B: usize = BLOCKS> {
+    samples: [S; N],
+    block_sums: [f32; B],
     running: f32,
     next: u32,
     filled: u32,
     scale: f32,
 }
 
-impl<S: Copy + Default + Into<f32>> History<S> {
+impl<S: Copy + Default + Into<f32>, const N: usize, const B: usize> History<S, N, B> {
     /// An empty history; `scale` in degrees per unit of `S`.
     // Or else it would be made on the stack and then copied.
     #[inline(always)]
     pub const fn new(zero: S, scale: f32) -> Self {
-        Self {
-            samples: [zero; LENGTH],
-            block_sums: [0.0; BLOCKS],
-            running: 0.0,
-            next: 0,
-            filled: 0,
-            scale,
-        }
+        Self { samples: [zero; N], block_sums: [0.0; B], running: 0.0, next: 0, filled: 0, scale }
     }
 
     /// Sets the degrees per unit for all samples, those already there too.
@@ -89,11 +82,11 @@ impl<S: Copy + Default + Into<f32>> History<S> {
     /// Appends a sample; the mean of its block in degrees where it completes one.
     #[inline]
     pub fn push(&mut self, sample: S) -> Option<f32> {
-        let at = self.next as usize % LENGTH;
+        let at = self.next as usize % N;
         self.samples[at] = sample;
         self.running += sample.into();
         self.next = self.next.wrapping_add(1);
-        self.filled = (self.filled + 1).min(LENGTH as u32);
+        self.filled = (self.filled + 1).min(N as u32);
         if at % BLOCK != BLOCK - 1 {
             return None;
         }
@@ -111,13 +104,40 @@ impl<S: Copy + Default + Into<f32>> History<S> {
 
     #[inline]
     fn raw(&self, index: u32) -> f32 {
-        self.samples[index as usize % LENGTH].into()
+        self.samples[index as usize % N].into()
     }
 
     /// Mean of one completed block in degrees, by the index of any sample in it.
     #[inline]
     pub fn block_mean(&self, index: u32) -> f32 {
-        self.block_sums[index as usize % LENGTH / BLOCK] * (self.scale / BLOCK as f32)
+        self.block_sums[index as usize % N / BLOCK] * (self.scale / BLOCK as f32)
+    }
+
+    /// What features are made of, whatever the ring's length.
+    pub fn view(&self) -> View<'_, S> {
+        View { samples: &self.samples, block_sums: &self.block_sums, scale: self.scale }
+    }
+}
+
+/// A ring's samples and block sums. One code for rings of all lengths, which are powers of two.
+#[derive(Clone, Copy, Debug)]
+pub struct View<'a, S> {
+    samples: &'a [S],
+    block_sums: &'a [f32],
+    scale: f32,
+}
+
+impl<S: Copy + Default + Into<f32>> View<'_, S> {
+    #[inline]
+    fn raw(&self, index: u32) -> f32 {
+        let at = index as usize & (self.samples.len() - 1);
+        self.samples.get(at).copied().unwrap_or_default().into()
+    }
+
+    #[inline]
+    fn block_sum(&self, index: u32) -> f32 {
+        let at = (index as usize / BLOCK) & (self.block_sums.len() - 1);
+        self.block_sums.get(at).copied().unwrap_or_default()
     }
 
     /// Value in degrees at a moment, interpolated linearly between samples.
@@ -163,7 +183,7 @@ impl<S: Copy + Default + Into<f32>> History<S> {
         }
         // A block whose last sample is not there yet has no sum.
         while end.wrapping_sub(at) >= BLOCK as u32 {
-            total += self.block_sums[at as usize % LENGTH / BLOCK];
+            total += self.block_sum(at);
             at = at.wrapping_add(BLOCK as u32);
         }
         while at != end {
@@ -189,7 +209,7 @@ mod tests {
         {
             let (a, b) = (Moment::after(0, from), Moment::after(0, to));
             let expected = 0.5 * 0.5 * (from + to);
-            assert!((history.mean(a, b) - expected).abs() < 1e-5, "{from}..{to}");
+            assert!((history.view().mean(a, b) - expected).abs() < 1e-5, "{from}..{to}");
         }
     }
 
@@ -203,7 +223,7 @@ mod tests {
         let end = history.next_index();
         let from = Moment { sample: end.wrapping_sub(4000), fraction: 0.0 };
         let to = Moment { sample: end.wrapping_sub(1), fraction: 0.0 };
-        assert!((history.mean(from, to) - 49.5).abs() < 0.05);
+        assert!((history.view().mean(from, to) - 49.5).abs() < 0.05);
         assert_eq!(history.oldest(), end.wrapping_sub(LENGTH as u32));
     }
 }

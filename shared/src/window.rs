@@ -314,7 +314,7 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         let mut from = window.start;
         for (i, mean) in means.iter_mut().enumerate() {
             let to = window.moment((i + 1) as f32 / HALF_CYCLES as f32);
-            *mean = self.history.mean(from, to);
+            *mean = self.history.view().mean(from, to);
             from = to;
         }
         let (mut product, mut square) = (0.0_f32, 0.0_f32);

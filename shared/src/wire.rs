@@ -3,6 +3,7 @@
 //! How they become frames stands in [`crate::frame`].
 
 use crate::blob::{BlobError, EffectIds};
+use crate::checksum::crc32_of;
 use crate::derivatives::{Model, Wind};
 pub use crate::flags::Flags;
 pub use crate::frame::*;
@@ -23,6 +24,22 @@ pub const HELLO_KEY: u32 = u32::from_le_bytes(*b"HELO");
 /// Key of [`Samples`]: "SMPL".
 pub const SAMPLES_KEY: u32 = u32::from_le_bytes(*b"SMPL");
 
+/// Number of this set of messages, one more for each that is given to others: by it two programs tell which is older.
+pub const REVISION: u16 = 1;
+/// Key of all messages together: equal keys, equal messages.
+pub const MESSAGES_KEY: u32 = joined([Request::KEY, Reply::KEY, Event::KEY, SAMPLES_KEY]);
+
+/// Numbers as one (FNV-1a, 32 bits).
+pub const fn joined(keys: [u32; 4]) -> u32 {
+    let mut hash = 0x811c_9dc5_u32;
+    let mut at = 0;
+    while at < 4 * keys.len() {
+        hash = (hash ^ (keys[at / 4] >> (8 * (at % 4)) & 0xff)).wrapping_mul(0x0100_0193);
+        at += 1;
+    }
+    hash
+}
+
 impl Message for Request {
     const NAME: &'static str = "yawrig/request";
 }
@@ -34,13 +51,14 @@ impl Message for Event {
 }
 
 /// Who the device is. Never changes its encoding, which is fixed and not postcard's:
-/// protocol u16, request key u32, then 24 bytes of text each for firmware and board, padded with
+/// revision u16, key of all messages u32, then 24 bytes of text each for firmware and board, padded with
 /// zeros.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HelloReply {
+    /// [`REVISION`] of the device's messages.
     pub protocol: u16,
-    /// Key of this device's [`Request`]: equal keys, equal messages.
-    pub request_key: u32,
+    /// Its [`MESSAGES_KEY`].
+    pub messages_key: u32,
     pub firmware: [u8; 24],
     pub board: [u8; 24],
 }
@@ -55,7 +73,7 @@ impl HelloReply {
     pub fn write(&self) -> [u8; Self::LENGTH] {
         let mut bytes = [0; Self::LENGTH];
         bytes[..2].copy_from_slice(&self.protocol.to_le_bytes());
-        bytes[2..6].copy_from_slice(&self.request_key.to_le_bytes());
+        bytes[2..6].copy_from_slice(&self.messages_key.to_le_bytes());
         bytes[6..30].copy_from_slice(&self.firmware);
         bytes[30..].copy_from_slice(&self.board);
         bytes
@@ -65,7 +83,7 @@ impl HelloReply {
         let bytes: &[u8; Self::LENGTH] = bytes.try_into().ok()?;
         Some(Self {
             protocol: u16::from_le_bytes([bytes[0], bytes[1]]),
-            request_key: u32::from_le_bytes([bytes[2], bytes[3], bytes[4], bytes[5]]),
+            messages_key: u32::from_le_bytes([bytes[2], bytes[3], bytes[4], bytes[5]]),
             firmware: bytes[6..30].try_into().ok()?,
             board: bytes[30..].try_into().ok()?,
         })
@@ -83,15 +101,33 @@ impl HelloReply {
 
 /// An ed25519 signature: 64 bytes, or none that holds.
 pub type Signature = Vec<u8, 64>;
-/// What stands before a blob when it is signed, so that a signature of one kind is none of another.
-pub const SIGNED_NETWORK: &[u8] = b"yawrig network 1";
 
-/// What is signed to open a lock: its number and the device's nonce, so that it opens no other.
-pub fn unlock_message(number: u32, nonce: u32) -> [u8; 23] {
-    let mut message = *b"yawrig unlock 1--------";
-    message[15..19].copy_from_slice(&number.to_le_bytes());
-    message[19..].copy_from_slice(&nonce.to_le_bytes());
+/// What is signed: 16 bytes that say what for, so that a signature of one kind is none of another, then the number and
+/// the nonce of a challenge, so that it is good once.
+fn signed(kind: &[u8; 16], number: u32, nonce: u32) -> [u8; 24] {
+    let mut message = [0; 24];
+    message[..16].copy_from_slice(kind);
+    message[16..20].copy_from_slice(&number.to_le_bytes());
+    message[20..].copy_from_slice(&nonce.to_le_bytes());
     message
+}
+
+/// What is signed to open a lock.
+pub fn unlock_message(number: u32, nonce: u32) -> [u8; 24] {
+    signed(b"yawrig unlock 2.", number, nonce)
+}
+
+/// What is signed to begin an update of a locked device, which erases its idle slot.
+pub fn update_message(number: u32, nonce: u32, length: u32) -> [u8; 28] {
+    let mut message = [0; 28];
+    message[..24].copy_from_slice(&signed(b"yawrig update 1.", number, nonce));
+    message[24..].copy_from_slice(&length.to_le_bytes());
+    message
+}
+
+/// What stands before the blob when a network is signed; of the challenge its update began with.
+pub fn network_message(number: u32, nonce: u32) -> [u8; 24] {
+    signed(b"yawrig network 2", number, nonce)
 }
 
 /// What the host asks.
@@ -101,8 +137,13 @@ pub enum Request {
     Status,
     /// Takes effect with the next release.
     Configure(Settings),
-    /// What the coming releases are made under.
+    /// What the coming releases are made under. Takes effect with the next release.
     Condition(Condition),
+    /// Signs the [`update_message`] of the last challenge; a locked device wants it before the update begins.
+    FlashPermit {
+        length: u32,
+        signature: Signature,
+    },
     /// Announces a blob of this many bytes; the idle slot is erased.
     FlashBegin {
         length: u32,
@@ -111,11 +152,12 @@ pub enum Request {
         offset: u32,
         bytes: Vec<u8, CHUNK>,
     },
-    /// Signs [`SIGNED_NETWORK`] and the blob that was begun; a locked device wants it before the trial.
+    /// Signs the [`network_message`] of the challenge of the permit and the blob that was begun; a locked device wants it
+    /// before the trial.
     FlashSignature {
         signature: Signature,
     },
-    /// Verifies what was written and runs it on trial.
+    /// Verifies what was written and runs it on trial. Not in mid-release.
     FlashTrial,
     /// Commits the network on trial. Without it the old one is back after [`TRIAL_SAMPLES`].
     FlashCommit,
@@ -127,7 +169,7 @@ pub enum Request {
     Lock {
         key: [u8; 32],
     },
-    /// Asks for the lock's number and a nonce.
+    /// Asks for the lock's number and a nonce, which never come again and are good for one answer.
     Challenge,
     /// Opens the lock: signs the [`unlock_message`] of the last challenge.
     Unlock {
@@ -151,6 +193,7 @@ pub enum Request {
 
 /// The device's answer to a [`Request`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[allow(clippy::large_enum_variant)] // no heap to put the status on
 pub enum Reply {
     Done,
     Status(Status),
@@ -164,6 +207,8 @@ pub enum Reply {
 pub enum Refusal {
     /// A setting out of its range.
     Settings,
+    /// A quantity of the condition that cannot be.
+    Condition(ConditionFault),
     /// A chunk without a begin, or not at the expected offset.
     FlashOrder {
         expected_offset: u32,
@@ -178,6 +223,8 @@ pub enum Refusal {
     FlashWrite,
     /// No network is on trial; it may have run out of time.
     NoTrial,
+    /// Not while a release is going on, all of whose windows are to be one network's: ask again when it is over.
+    Releasing,
     /// Locked, and the network came without a signature.
     Unsigned,
     /// Of another key, or of something else.
@@ -205,6 +252,8 @@ pub struct Settings {
     /// Windows begin below this amplitude and end above the other.
     pub from_deg: f32,
     pub to_deg: f32,
+    /// Relative standard uncertainty of the sampling clock, millionths; none: the board's own.
+    pub clock_u_ppm: Option<f32>,
 }
 
 impl Default for Settings {
@@ -216,6 +265,7 @@ impl Default for Settings {
             full_scale_counts: 65535,
             from_deg: 10.0,
             to_deg: 1.0,
+            clock_u_ppm: None,
         }
     }
 }
@@ -223,11 +273,55 @@ impl Default for Settings {
 /// What a release is made under, so that the device can give derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Condition {
+    /// Which spring and axis ([`rig_id`]): a wind-off release is a reference for those of the same rig and model alone.
+    pub rig: u32,
     /// Wind off: its result becomes the reference of the releases after it.
     pub wind: Wind,
     pub model: Model,
-    /// Moment of inertia about the yaw axis; nought: the device gives no derivatives.
+    /// Moment of inertia about the yaw axis; zero: the device gives no derivatives.
     pub inertia_kg_m2: f64,
+}
+
+/// A number for a spring and an axis, by their names.
+pub fn rig_id(spring: &str, axis: &str) -> u32 {
+    crc32_of(&[spring.as_bytes(), &[0], axis.as_bytes()])
+}
+
+/// The quantity of a [`Condition`] that is no number, negative, or beyond what any tunnel and model have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum ConditionFault {
+    /// Outside 0.01 to 100 kg/m3.
+    Density,
+    /// Outside 0 to 340 m/s.
+    WindSpeed,
+    /// Outside 0.01 to 20 m.
+    Length,
+    /// Outside 1e-5 to 100 m2.
+    FrontalArea,
+    /// Neither zero nor 1e-8 to 1e5 kg m2.
+    Inertia,
+}
+
+impl Condition {
+    /// Whether it can be.
+    ///
+    /// # Errors
+    /// The first quantity that cannot.
+    pub fn check(&self) -> Result<(), ConditionFault> {
+        let Self { wind, model, inertia_kg_m2, .. } = self;
+        // None of these holds for what is no number.
+        let faults = [
+            ((0.01..=100.0).contains(&wind.density_kg_m3), ConditionFault::Density),
+            ((0.0..=340.0).contains(&wind.speed_m_s), ConditionFault::WindSpeed),
+            ((0.01..=20.0).contains(&model.length_m), ConditionFault::Length),
+            ((1e-5..=100.0).contains(&model.frontal_area_m2), ConditionFault::FrontalArea),
+            (
+                *inertia_kg_m2 == 0.0 || (1e-8..=1e5).contains(inertia_kg_m2),
+                ConditionFault::Inertia,
+            ),
+        ];
+        faults.into_iter().find(|(can_be, _)| !can_be).map_or(Ok(()), |(_, fault)| Err(fault))
+    }
 }
 
 /// State of one slot of the network store.
@@ -249,7 +343,10 @@ pub struct Status {
     pub slots: [SlotState; 2],
     /// Public key it is locked with.
     pub lock: Option<[u8; 32]>,
+    /// What the coming releases are measured with; one that is going on may have been begun with others.
     pub settings: Settings,
+    /// The clock's standard uncertainty, by the settings or the board.
+    pub clock_u_ppm: f32,
     pub phase: Phase,
     /// Samples since it started, and how many were lost on the way.
     pub samples: u32,
@@ -264,7 +361,11 @@ pub struct Status {
     pub refining: bool,
     /// Number of the next event: all before it were sent.
     pub next_event: u16,
-    pub has_reference: bool,
+    /// What the coming releases are made under; none since the device started, or none yet.
+    pub condition: Option<Condition>,
+    /// The wind-off release that the windows' results are held against, and the refined ones.
+    pub reference: Option<u32>,
+    pub refined_reference: Option<u32>,
 }
 
 /// The network that runs.
@@ -395,7 +496,8 @@ pub struct Refined {
     /// The record: where it begins, and how many samples.
     pub from_sample: u32,
     pub samples: u32,
-    /// Standard uncertainties hold for noise of any colour. Meaningless with [`Flags::NOT_REFINED`].
+    /// Standard uncertainties hold for noise of any colour, and with the clock's in that of the natural frequency.
+    /// Meaningless with [`Flags::NOT_REFINED`].
     pub natural_frequency_rad_s: Precise,
     pub damping_ratio: Measured,
     /// Rms of the noise of single samples.
@@ -422,10 +524,13 @@ pub struct ReleaseResult {
     pub flags: Flags,
 }
 
-/// Yaw derivatives about this axis, per radian.
+/// Yaw derivatives about this axis, per radian, with the standard uncertainties that natural frequencies, damping
+/// ratios and the clock give them: those of density, speed, inertia and the model's measures come on top.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Derivatives {
-    pub cn_beta: f32,
-    pub cn_r: f32,
+    pub cn_beta: Measured,
+    pub cn_r: Measured,
     pub reduced_frequency: f32,
+    /// The wind-off release they are held against.
+    pub reference_release: u32,
 }

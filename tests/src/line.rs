@@ -120,6 +120,12 @@ impl Board {
         }
     }
 
+    /// Asked without a line, as by another program.
+    pub fn tell(&self, request: &yawrig_shared::wire::Request) {
+        self.exchange(&[0]);
+        self.exchange(&yawrig_shared::wire::encode(0xBEEE, request).expect("a request"));
+    }
+
     /// Plugs it into an honest line.
     pub fn plug(&self) -> Line {
         let board = self.clone();

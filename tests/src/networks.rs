@@ -33,6 +33,9 @@ fn remake(mut payload: Payload) -> Vec<u8> {
             *golden = blob::golden(&payload.network, &inputs);
         }
     }
+    if payload.network.check().is_ok() {
+        payload.from_counts = Some(blob::from_counts(&payload.network));
+    }
     let mut bytes = vec![0; LONGEST];
     let length = blob::encode(&payload, 0, &mut bytes).expect("a blob");
     bytes.truncate(length);
@@ -95,8 +98,20 @@ pub fn spoilt() -> Vec<Spoilt> {
     changed("too few weights", "number of weights", &|p| p.network.topology[1] = 7);
     changed("no golden vectors", "golden vectors are missing", &|p| p.golden.clear());
 
+    // Its features were others: made by another version's.
+    let mut payload = self::payload();
+    payload.from_counts = payload.from_counts.map(|[wn, zeta]| [wn ^ 1, zeta]);
+    let mut bytes = vec![0; LONGEST];
+    let length = blob::encode(&payload, 0, &mut bytes).expect("a blob");
+    bytes.truncate(length);
+    all.push(Spoilt {
+        what: "features it was not trained on".to_owned(),
+        bytes,
+        said: "golden vector 4 does not come out",
+    });
+
     // The golden vectors are of other weights: arithmetic that differs looks like this.
-    let mut payload = payload();
+    let mut payload = self::payload();
     payload.network.weights[7] += 0.5;
     let mut bytes = vec![0; LONGEST];
     let length = blob::encode(&payload, 0, &mut bytes).expect("a blob");

@@ -13,7 +13,8 @@ use yawrig_link::live::session::{Follow, Session};
 use yawrig_link::live::stored::Stored;
 use yawrig_link::port::{PortInfo, UsbId};
 use yawrig_rig::{Rig, Sensor, Start};
-use yawrig_shared::wire::{Event, Settings};
+use yawrig_shared::derivatives::{Model, Wind};
+use yawrig_shared::wire::{Condition, Event, Request, Settings};
 use yawrig_tests::line::{Board, Line, Way};
 
 /// Held, let go and swinging: what the potentiometer shows in so many seconds of releases.
@@ -343,10 +344,21 @@ fn a_board_that_comes_back_under_another_path_is_followed_there_and_no_other_is(
     pull(line, "ttyACM0");
 }
 
+/// And its settings and the condition of its releases are what they were.
 #[test]
 fn a_reset_on_the_line_begins_the_stream_anew() {
     let sent = counts(8);
     let board = Board::default();
+    let settings = Settings { degrees_per_count: 0.0025, ..Settings::default() };
+    let condition = Condition {
+        rig: 7,
+        wind: Wind { density_kg_m3: 1.2, speed_m_s: 10.0 },
+        model: Model { length_m: 0.625, frontal_area_m2: 0.036 },
+        inertia_kg_m2: 0.101,
+    };
+    board.tell(&Request::Configure(settings));
+    board.tell(&Request::Condition(condition));
+    assert_eq!(board.status().condition, Some(condition));
     let line = board.plug_with(|_: Way, _| true);
     let mut session = session(line.path());
     let mut items = Vec::new();
@@ -365,4 +377,10 @@ fn a_reset_on_the_line_begins_the_stream_anew() {
         let samples = items.iter().filter(|item| matches!(item, Item::Samples { .. }));
         assert!(samples.count() > 20);
     }
+    let restored = items.iter().position(|item| matches!(item, Item::Restored { .. }));
+    assert!(restored > at, "it is said: {restored:?} {at:?}");
+    let item = &items[restored.expect("said")];
+    assert_eq!(Item::from_json(&item.to_json()).as_ref(), Some(item));
+    let status = board.status();
+    assert_eq!((status.settings, status.condition), (settings, Some(condition)));
 }

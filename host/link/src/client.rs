@@ -11,9 +11,10 @@ use crate::events::Events;
 use crate::port;
 use reading::{passing, read, Incoming};
 use serialport::TTYPort;
+use std::cmp::Ordering;
 use std::collections::VecDeque;
 use std::io::Write;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{self, AtomicBool};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -156,21 +157,36 @@ impl Client {
             board: text(hello.board),
             protocol: hello.protocol,
         };
-        if hello.protocol != u16::from(wire::VERSION) || hello.request_key != Request::KEY {
-            return Err(Error::device(format!(
-                "the device on {} ({}) speaks protocol {} ({:08x}), this program {} ({:08x})",
-                self.path,
-                self.identity.firmware,
-                hello.protocol,
-                hello.request_key,
-                wire::VERSION,
-                Request::KEY
-            ))
-            .help(
-                "write this version's firmware to the board, or use the program that came with it",
-            ));
+        self.understands(&hello)
+    }
+
+    /// Whether both sides know the same messages; if not, which of them is older.
+    fn understands(&self, hello: &HelloReply) -> Result<()> {
+        let (theirs, ours) = (hello.protocol, wire::REVISION);
+        if (theirs, hello.messages_key) == (ours, wire::MESSAGES_KEY) {
+            return Ok(());
         }
-        Ok(())
+        let (which, help) = match theirs.cmp(&ours) {
+            Ordering::Less => {
+                ("the device is the older one", "write this version's firmware to the board")
+            }
+            Ordering::Greater => (
+                "this program is the older one",
+                "use the program that came with the firmware, or a newer one",
+            ),
+            Ordering::Equal => (
+                "they are of the same number and differ all the same, as between two releases",
+                "build firmware and program from the same sources and write that firmware to the board",
+            ),
+        };
+        Err(Error::device(format!(
+            "the device on {} ({}) speaks protocol {theirs} ({:08x}), this program {ours} ({:08x}): {which}",
+            self.path,
+            self.identity.firmware,
+            hello.messages_key,
+            wire::MESSAGES_KEY
+        ))
+        .help(help))
     }
 
     /// Sends a request and waits for its reply.
@@ -260,7 +276,7 @@ impl Client {
     }
 
     fn bytes(&self) -> u64 {
-        self.bytes.load(Ordering::Relaxed)
+        self.bytes.load(atomic::Ordering::Relaxed)
     }
 
     fn exchange(
@@ -350,7 +366,7 @@ impl Client {
 
 impl Drop for Client {
     fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
+        self.stop.store(true, atomic::Ordering::Relaxed);
         if let Some(reader) = self.reader.take() {
             let _ = reader.join();
         }

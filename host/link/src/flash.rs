@@ -1,9 +1,11 @@
 //! Writing a network to a device.
 
 use crate::client::{Client, LinkError};
-use crate::key::{hex, sign_network};
+use crate::key::{challenge, hex, sign_update};
 use ed25519_compact::KeyPair;
+use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Exit, Result};
+use yawrig_base::interrupt;
 use yawrig_shared::blob::{self, BlobError, Envelope, Payload};
 use yawrig_shared::network::NetworkError;
 use yawrig_shared::wire::{Refusal, Request, SlotState, CHUNK};
@@ -11,6 +13,8 @@ use yawrig_shared::wire::{Refusal, Request, SlotState, CHUNK};
 /// Told how far a transfer is.
 pub trait Progress {
     fn written(&mut self, _bytes: usize, _of: usize) {}
+    /// A release is going on; the device takes the network when it is over.
+    fn waiting(&mut self) {}
 }
 
 /// Says nothing.
@@ -73,17 +77,25 @@ pub fn write_signed(
     blob::set_generation(&mut blob, generation).map_err(|e| failed(client, &say(&e)))?;
     let id = Envelope::read(&blob).map_err(|e| failed(client, &say(&e)))?.payload_crc;
     let length = blob.len() as u32;
-    step(client, &Request::FlashBegin { length })?;
+    // On a device without a lock nothing is signed.
+    let mut signature = None;
+    if let (Some(key), true) = (key, status.lock.is_some()) {
+        let challenge = challenge(client).map_err(|error| why(client, error))?;
+        let [permit, network] = sign_update(key, challenge, &blob);
+        step(client, &Request::FlashPermit { length, signature: permit })?;
+        signature = Some(network);
+    }
+    between_releases(client, &Request::FlashBegin { length }, progress)?;
     for (index, chunk) in blob.chunks(CHUNK).enumerate() {
         let bytes = heapless::Vec::from_slice(chunk)
             .map_err(|_| Error::internal("a chunk is longer than the wire's"))?;
         step(client, &Request::FlashChunk { offset: (index * CHUNK) as u32, bytes })?;
         progress.written((index * CHUNK) + chunk.len(), blob.len());
     }
-    if let Some(key) = key {
-        step(client, &Request::FlashSignature { signature: sign_network(key, &blob) })?;
+    if let Some(signature) = signature {
+        step(client, &Request::FlashSignature { signature })?;
     }
-    step(client, &Request::FlashTrial)?;
+    between_releases(client, &Request::FlashTrial, progress)?;
     runs(client, generation, id, true)?;
     if let Err(error) = client.request(&Request::FlashCommit) {
         return Err(match error {
@@ -122,6 +134,32 @@ fn runs(client: &mut Client, generation: u32, id: u32, on_trial: bool) -> Result
     Err(failed(client, &format!("it runs network {:08x}, not {id:08x}", network.id)))
 }
 
+/// How long a release may be waited for.
+const RELEASE: Duration = Duration::from_secs(1800);
+const ASK_AGAIN: Duration = Duration::from_millis(200);
+
+/// A step that the device puts off while a release is going on.
+fn between_releases(
+    client: &mut Client,
+    request: &Request,
+    progress: &mut dyn Progress,
+) -> Result<()> {
+    let begun = Instant::now();
+    let mut said = false;
+    loop {
+        match client.request(request) {
+            Err(LinkError::Refused(Refusal::Releasing)) if begun.elapsed() < RELEASE => {
+                if !std::mem::replace(&mut said, true) {
+                    progress.waiting();
+                }
+                interrupt::check()?;
+                std::thread::sleep(ASK_AGAIN);
+            }
+            answer => return answer.map(|_| ()).map_err(|error| why(client, error)),
+        }
+    }
+}
+
 fn step(client: &mut Client, request: &Request) -> Result<()> {
     client.request(request).map(|_| ()).map_err(|error| why(client, error))
 }
@@ -155,6 +193,8 @@ fn say_refusal(refusal: &Refusal) -> String {
         }
         Refusal::NotKept { .. } => "it was asked for an event that it does not keep".to_owned(),
         Refusal::Settings => "it refused its settings".to_owned(),
+        Refusal::Releasing => "a release is going on that does not end".to_owned(),
+        Refusal::Condition(_) => "it refused the condition".to_owned(),
         Refusal::Unsigned => "it is locked, and the network is not signed".to_owned(),
         Refusal::WrongSignature => "it is locked, and the signature is not its key's".to_owned(),
         Refusal::CannotLock | Refusal::LockedAlready | Refusal::NotLocked | Refusal::NotAKey => {

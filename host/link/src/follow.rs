@@ -65,6 +65,10 @@ const ADVICE: [(Flags, &str); Flags::NAMES.len()] = [
         Flags::NOT_REFINED,
         "not_refined: no damped oscillation fits the whole record; the estimate from its windows stands",
     ),
+    (
+        Flags::NO_REFERENCE,
+        "no_reference: there is no good wind-off release of this spring and axis; make one, then this one again",
+    ),
     (Flags::NO_SENSOR, "no_sensor: this is no potentiometer's signal; check that it is connected"),
     (
         Flags::DISTURBED,
@@ -134,9 +138,12 @@ pub fn release_json(result: &ReleaseResult) -> Value {
 
 fn derivatives_json(d: &Derivatives) -> Value {
     json!({
-        "cn_beta": number(d.cn_beta),
-        "cn_r": number(d.cn_r),
+        "cn_beta": number(d.cn_beta.value),
+        "cn_beta_u": number(d.cn_beta.u),
+        "cn_r": number(d.cn_r.value),
+        "cn_r_u": number(d.cn_r.u),
         "reduced_frequency": number(d.reduced_frequency),
+        "reference_release": d.reference_release,
     })
 }
 
@@ -215,9 +222,17 @@ pub fn event_from_json(object: &Value) -> Option<Event> {
     let derivatives = || match &object["derivatives"] {
         Value::Null => Some(None),
         d => Some(Some(Derivatives {
-            cn_beta: real(d, "cn_beta")?,
-            cn_r: real(d, "cn_r")?,
+            // Stored before they had an uncertainty and a reference: without.
+            cn_beta: Measured {
+                value: real(d, "cn_beta")?,
+                u: real(d, "cn_beta_u").unwrap_or(f32::NAN),
+            },
+            cn_r: Measured { value: real(d, "cn_r")?, u: real(d, "cn_r_u").unwrap_or(f32::NAN) },
             reduced_frequency: real(d, "reduced_frequency")?,
+            reference_release: d["reference_release"]
+                .as_u64()
+                .and_then(|number| u32::try_from(number).ok())
+                .unwrap_or(u32::MAX),
         })),
     };
     let release = sample("release")?;
@@ -336,10 +351,17 @@ fn shown(measured: Measured) -> Quantity {
 
 fn derivatives_text(derivatives: Option<&Derivatives>) -> String {
     derivatives.map_or(String::new(), |d| {
-        format!(
-            "\n  Cn_beta {:.4}, Cn_r {:.4} per rad at reduced frequency {:.3}",
-            d.cn_beta, d.cn_r, d.reduced_frequency
-        )
+        let text = format!(
+            "\n  Cn_beta {}, Cn_r {} per rad at reduced frequency {:.3}",
+            shown(d.cn_beta),
+            shown(d.cn_r),
+            d.reduced_frequency,
+        );
+        // An old stored session says neither.
+        match d.cn_beta.u.is_nan() {
+            true => text,
+            false => format!("{text}, against wind-off release {}", d.reference_release),
+        }
     })
 }
 

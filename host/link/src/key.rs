@@ -8,7 +8,9 @@ use std::io::{ErrorKind, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use yawrig_base::error::{Error, Exit, Result};
-use yawrig_shared::wire::{unlock_message, Refusal, Reply, Request, Signature, SIGNED_NETWORK};
+use yawrig_shared::wire::{
+    network_message, unlock_message, update_message, Refusal, Reply, Request, Signature,
+};
 
 /// First line of a private key's file.
 const KIND: &str = "yawrig private key 1";
@@ -87,9 +89,19 @@ pub fn public(key: &str) -> Result<[u8; 32]> {
     }
 }
 
-/// The signature a locked device wants of this blob.
-pub fn sign_network(key: &KeyPair, blob: &[u8]) -> Signature {
-    sign(key, &[SIGNED_NETWORK, blob].concat())
+/// What a locked device wants of this blob, upon its challenge: a permit to begin, and a signature before the trial.
+pub fn sign_update(key: &KeyPair, (number, nonce): (u32, u32), blob: &[u8]) -> [Signature; 2] {
+    let permit = update_message(number, nonce, blob.len() as u32);
+    let network = [&network_message(number, nonce)[..], blob].concat();
+    [sign(key, &permit), sign(key, &network)]
+}
+
+/// A challenge of a locked device.
+pub fn challenge(client: &mut Client) -> std::result::Result<(u32, u32), LinkError> {
+    match client.request(&Request::Challenge)? {
+        Reply::Challenge { number, nonce } => Ok((number, nonce)),
+        other => Err(LinkError::Gone(format!("it answered a challenge with {other:?}"))),
+    }
 }
 
 fn sign(key: &KeyPair, message: &[u8]) -> Signature {
@@ -112,13 +124,7 @@ pub fn lock(client: &mut Client, key: &[u8; 32]) -> Result<()> {
 /// # Errors
 /// Exit 5 where it refuses: it is locked with another key, or not locked.
 pub fn unlock(client: &mut Client, key: &KeyPair) -> Result<()> {
-    let (number, nonce) = match client.request(&Request::Challenge) {
-        Ok(Reply::Challenge { number, nonce }) => (number, nonce),
-        Ok(other) => {
-            return Err(Error::device(format!("the device answered a challenge with {other:?}")))
-        }
-        Err(e) => return Err(why(client, e)),
-    };
+    let (number, nonce) = challenge(client).map_err(|e| why(client, e))?;
     let signature = sign(key, &unlock_message(number, nonce));
     client.request(&Request::Unlock { signature }).map(drop).map_err(|e| why(client, e))
 }

@@ -24,6 +24,7 @@ struct Planted {
     axis_offset: f64,
     arm: f64,
     stiffness: f64,
+    clock: f64,
 }
 
 struct Random(ChaCha8Rng);
@@ -55,6 +56,7 @@ fn measured(planted: Planted, repeats: u32, seed: u64) -> Table {
     enter(&mut c.model.frontal_area_m2, &mut c.model.frontal_area_u_m2, planted.area);
     enter(&mut c.rig.axis_offset_m, &mut c.rig.axis_offset_u_m, planted.axis_offset);
     enter(&mut c.rig.spring_arm_m, &mut c.rig.spring_arm_u_m, planted.arm);
+    c.rig.clock_u_ppm = Some(1e6 * planted.clock);
     let mut springs = std::collections::BTreeMap::new();
     let mut speeds = std::collections::BTreeMap::new();
     for release in &mut c.release {
@@ -170,7 +172,7 @@ fn stated_uncertainties_are_true() {
 fn a_budget_names_its_source_and_adds_up() {
     let none = Planted::default();
     let total = |b: &Budget| {
-        [b.repeatability, b.fit, b.inertia, b.air_density, b.wind_speed, b.geometry]
+        [b.repeatability, b.fit, b.inertia, b.air_density, b.wind_speed, b.geometry, b.clock]
             .iter()
             .map(|u| u * u)
             .sum::<f64>()
@@ -191,6 +193,10 @@ fn a_budget_names_its_source_and_adds_up() {
             assert!(source(&budget) > 0.99 * point.cn_beta.u, "{budget:?}");
         }
     }
+    // With the inertia from the springs a clock's rate cancels in Cn_beta, and Cn_r goes with its reciprocal.
+    let point = &measured(Planted { clock: 1e-3, ..none }, 1, 3).points[0];
+    assert!((point.budget.cn_r.clock / point.cn_r.value.abs() - 1e-3).abs() < 1e-5);
+    assert!(point.budget.cn_beta.clock / point.cn_beta.value.abs() < 1e-6);
     // Cn_beta goes with 1 / rho, 1 / V^2, and the arm squared.
     let point = &measured(Planted { arm: 0.01, ..none }, 1, 3).points[0];
     assert!((point.cn_beta.u / point.cn_beta.value - 0.02).abs() < 1e-3);

@@ -125,6 +125,7 @@ impl CampaignFile {
             ("air.density_u_kg_m3", air.density_u_kg_m3),
             ("rig.spring_arm_u_m", rig.spring_arm_u_m),
             ("rig.axis_offset_u_m", rig.axis_offset_u_m),
+            ("rig.clock_u_ppm", rig.clock_u_ppm),
             ("inertia.mid_u_kg_m2", inertia.mid_u_kg_m2),
             ("inertia.front_u_kg_m2", inertia.front_u_kg_m2),
         ] {

@@ -76,6 +76,8 @@ pub fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
             spring_arm_u_m: None,
             axis_offset_m: rig.axis_offset_m,
             axis_offset_u_m: None,
+            // The virtual rig's clock is exact.
+            clock_u_ppm: Some(0.0),
         },
         inertia: None,
         release: release.collect(),

@@ -171,9 +171,9 @@ fn release_line(made: &Made) -> String {
         return format!("{}  not usable: {}", name(made), flags(made));
     }
     let refined = made.refined.and_then(|refined| refined.derivatives);
-    let derivatives = refined
-        .or(made.result.derivatives)
-        .map_or(String::new(), |d| format!("   Cn_beta {:7.4}  Cn_r {:7.4}", d.cn_beta, d.cn_r));
+    let derivatives = refined.or(made.result.derivatives).map_or(String::new(), |d| {
+        format!("   Cn_beta {:7.4}  Cn_r {:7.4}", d.cn_beta.value, d.cn_r.value)
+    });
     let [wn, zeta] = made.estimate(By::Refined);
     format!(
         "{}  {:3} windows  wn {wn:>22} rad/s  zeta {zeta:>24}{derivatives}   {}",
@@ -298,5 +298,5 @@ fn gate(unusable: &[&Made], points: &[(Point, Truth)]) -> Result<()> {
         "the derivatives miss the rig's truth by more than 2 % (Cn_beta) or 4 % (Cn_r) in the \
          median, or three times that at worst",
     )
-    .help("lower --noise-deg"))
+    .help("lower --noise-deg or raise --wind"))
 }

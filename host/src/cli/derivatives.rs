@@ -168,6 +168,7 @@ fn budget_rows(table: &Table) -> comfy_table::Table {
         "air density",
         "wind speed",
         "geometry",
+        "clock",
     ]);
     for point in &table.points {
         let budget = &point.budget;
@@ -184,9 +185,10 @@ fn budget_rows(table: &Table) -> comfy_table::Table {
                 share if share < 0.0005 => "<0.001".to_owned(),
                 share => format!("{share:.3}"),
             };
-            let Budget { repeatability, fit, inertia, air_density, wind_speed, geometry } = budget;
+            let Budget { repeatability, fit, inertia, air_density, wind_speed, geometry, clock } =
+                budget;
             let mut row = vec![point.spring.clone(), name.to_owned(), percent(quantity.u)];
-            let sources = [fit, repeatability, inertia, air_density, wind_speed, geometry];
+            let sources = [fit, repeatability, inertia, air_density, wind_speed, geometry, clock];
             row.extend(sources.into_iter().map(percent));
             rows.add_row(row);
         }

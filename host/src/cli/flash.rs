@@ -39,6 +39,10 @@ impl Progress for Bar {
             self.0.finish_and_clear();
         }
     }
+
+    fn waiting(&mut self) {
+        crate::say!("a release is going on; the network is taken up when it is over");
+    }
 }
 
 pub fn run(arguments: &Flash) -> Result<()> {

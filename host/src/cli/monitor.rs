@@ -48,6 +48,10 @@ pub struct Monitor {
     /// Angle between the ends of the potentiometer's track; devices on a port only, which else take it for 328
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     travel_deg: Option<f64>,
+    /// Standard uncertainty of the device's clock in millionths, where it is known better than the board says; devices
+    /// on a port only
+    #[arg(long, value_name = "PPM", allow_negative_numbers = true)]
+    clock_u_ppm: Option<f64>,
 }
 
 pub fn run(arguments: &Monitor) -> Result<()> {
@@ -73,10 +77,23 @@ pub fn run(arguments: &Monitor) -> Result<()> {
             .help("leave it out, or name the port with --device"));
         }
     }
+    if let Some(clock_u_ppm) = arguments.clock_u_ppm {
+        within("--clock-u-ppm", clock_u_ppm, 0.0, 1e5)?;
+        if !on_a_port {
+            return Err(Error::usage(
+                "--clock-u-ppm is for a device on a port: the built-in rig's clock is exact",
+            )
+            .help("leave it out, or name the port with --device"));
+        }
+    }
     let mut bench = arguments.device.open()?;
-    if let Some(travel_deg) = arguments.travel_deg {
-        let degrees_per_count = (travel_deg / 65_536.0) as f32;
-        let settings = Settings { degrees_per_count, ..Settings::default() };
+    if arguments.travel_deg.is_some() || arguments.clock_u_ppm.is_some() {
+        let usual = Settings::default();
+        let degrees_per_count = arguments
+            .travel_deg
+            .map_or(usual.degrees_per_count, |travel_deg| (travel_deg / 65_536.0) as f32);
+        let clock_u_ppm = arguments.clock_u_ppm.map(|ppm| ppm as f32);
+        let settings = Settings { degrees_per_count, clock_u_ppm, ..usual };
         bench.client.tell(&Request::Configure(settings), "the settings")?;
     }
     let swing = match arguments.device.device {

@@ -123,6 +123,7 @@ pub fn releases(
 fn release(bench: &mut Bench, plan: &Plan, condition: &Condition, seed: u64) -> Result<Made> {
     let rig = &plan.rig;
     let announced = wire::Condition {
+        rig: wire::rig_id(condition.spring.name, &condition.axis.to_string()),
         wind: rig.wind(condition.wind_speed_m_s),
         model: rig.model,
         inertia_kg_m2: rig.inertia_kg_m2(condition.axis),

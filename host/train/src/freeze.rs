@@ -128,7 +128,8 @@ pub fn blob(network: Network, provenance: Provenance, golden_from: &[Draw]) -> R
         .map(|draw| blob::golden(&network, &network.inputs.apply(&draw.features)))
         .collect();
     let mut bytes = vec![0; blob::LONGEST];
-    let payload = Payload { network, provenance, golden };
+    let from_counts = Some(blob::from_counts(&network));
+    let payload = Payload { network, provenance, golden, from_counts };
     let length = blob::encode(&payload, 0, &mut bytes)
         .map_err(|e| Error::internal(format!("the network does not fit a blob: {e:?}")))?;
     bytes.truncate(length);

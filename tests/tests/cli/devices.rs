@@ -1,6 +1,6 @@
 //! What may be at the other end of a line: nothing, anything, another firmware, a bad cable.
 
-use yawrig_shared::wire::{self, HelloReply, Message, Request, Status, HELLO_KEY};
+use yawrig_shared::wire::{self, HelloReply, Status, HELLO_KEY};
 use yawrig_tests::line::{Board, Line, Way};
 use yawrig_tests::networks;
 use yawrig_tests::process::{yawrig, Ended};
@@ -113,24 +113,28 @@ fn of_version(frame: &[u8], version: u8) -> Vec<u8> {
 #[test]
 fn another_protocol_is_named_beside_ours() {
     let ours = HelloReply {
-        protocol: u16::from(wire::VERSION),
-        request_key: Request::KEY,
+        protocol: wire::REVISION,
+        messages_key: wire::MESSAGES_KEY,
         firmware: HelloReply::text("yawrig 9.9"),
         board: HelloReply::text("tomorrow's"),
     };
-    let key = format!("{:08x}", Request::KEY);
+    let (key, program) =
+        (format!("{:08x}", wire::MESSAGES_KEY), format!("this program {}", wire::REVISION));
 
-    let line = says_hello(HelloReply { protocol: 2, ..ours }, wire::VERSION);
+    let line = says_hello(HelloReply { protocol: 99, ..ours }, wire::VERSION);
     let ended = device(&line).exits(4).helps();
-    ended.says("yawrig 9.9").says("protocol 2").says("this program 1");
+    ended.says("yawrig 9.9").says("protocol 99").says(&program).says("this program is the older");
 
-    // The same numbers, other messages: a firmware from between two releases.
-    let line = says_hello(HelloReply { request_key: 0xABCD_0123, ..ours }, wire::VERSION);
-    device(&line).exits(4).says("abcd0123").says(&key).helps();
+    let line = says_hello(HelloReply { protocol: 0, ..ours }, wire::VERSION);
+    device(&line).exits(4).says("protocol 0").says("the device is the older one").helps();
+
+    // The same numbers, other messages, replies and events among them: a firmware from between two releases.
+    let line = says_hello(HelloReply { messages_key: 0xABCD_0123, ..ours }, wire::VERSION);
+    device(&line).exits(4).says("abcd0123").says(&key).says("of the same number").helps();
 
     // Hello is understood whatever the version of the frame around it.
     let line = says_hello(HelloReply { protocol: 7, ..ours }, 7);
-    device(&line).exits(4).says("protocol 7").says("this program 1").helps();
+    device(&line).exits(4).says("protocol 7").says(&program).helps();
 
     // Nothing is written to such a device.
     flash(&line, &networks::sound()).exits(4).says("protocol 7").helps();

@@ -92,8 +92,8 @@ fn what_answers_wrongly_or_not_at_all() {
     assert_eq!(command, "yawrig ports");
 
     let hello = HelloReply {
-        protocol: u16::from(wire::VERSION),
-        request_key: 0xABCD_0123,
+        protocol: wire::REVISION,
+        messages_key: 0xABCD_0123,
         firmware: HelloReply::text("yawrig 9.9"),
         board: HelloReply::text("tomorrow's"),
     };

@@ -42,6 +42,20 @@ impl Case {
         self.noise.map_or(0.05, |noise| noise(size))
     }
 
+    /// The same potentiometer on a converter with other counts.
+    pub fn settings_at(&self, degrees_per_count: f64) -> Settings {
+        let usual = Settings::default();
+        let full = self.settings.full_scale_counts;
+        let full_scale_counts = if full == usual.full_scale_counts {
+            full
+        } else {
+            let ends_deg = f64::from(full - usual.zero_counts) * 0.005;
+            usual.zero_counts + (ends_deg / degrees_per_count) as u16
+        };
+        let degrees_per_count = degrees_per_count as f32;
+        Settings { degrees_per_count, full_scale_counts, ..self.settings }
+    }
+
     pub fn must_text(&self) -> String {
         let names = yawrig_link::follow::flag_names(self.excuses).join("|");
         match self.must {

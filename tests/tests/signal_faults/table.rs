@@ -13,6 +13,8 @@ use yawrig_tests::desk::Desk;
 const TRUTHS: [(f64, f64); 5] =
     [(3.5, 0.03), (7.5, 0.008), (12.0, 0.03), (16.0, 0.005), (24.0, 0.01)];
 const SEEDS: u64 = 4;
+/// Degrees a count, and on how many seeds: +-164 deg as usual, +-98 deg, and +-1800 deg.
+const SCALES: [(f64, u64); 3] = [(0.005, SEEDS), (0.003, 1), (0.055, 1)];
 
 /// What an answer may be off, per cent: the network's own error, which `device_in_memory` shows over the whole range,
 /// and four times the Cramer-Rao bound of the windows behind it. Of three cycles with an amplitude `a` and `n` samples
@@ -74,12 +76,13 @@ struct Row {
     complaints: Vec<String>,
 }
 
-fn judge(case: &Case, severity: &str, size: f64) -> Row {
+fn judge(case: &Case, severity: &str, size: f64, (scale, seeds): (f64, u64)) -> Row {
     let mut row = Row::default();
+    let settings = case.settings_at(scale);
     for (wn, zeta) in TRUTHS {
-        for seed in 0..SEEDS {
+        for seed in 0..seeds {
             let truth = Modal { natural_frequency_rad_s: wn, damping_ratio: zeta };
-            let played = play(&(case.make)(truth, seed, size), case.settings);
+            let played = play(&(case.make)(truth, seed, size), settings);
             row.signals += 1;
             let mut complain = |what: String| {
                 let what =
@@ -148,17 +151,25 @@ fn every_fault_is_named_or_the_answer_is_right() {
     let rows: Vec<_> = cases
         .iter()
         .flat_map(|case| case.severities.iter().map(move |severity| (case, severity)))
+        .flat_map(|(case, severity)| SCALES.map(|scale| (case, severity, scale)))
         .collect::<Vec<_>>()
         .into_par_iter()
-        .map(|(case, &(name, size))| (case, name, judge(case, name, size)))
+        .map(|(case, &(name, size), scale)| {
+            let name = match scale.0 == SCALES[0].0 {
+                true => name.to_owned(),
+                false => format!("{name} ({} deg a count)", scale.0),
+            };
+            let row = judge(case, &name, size, scale);
+            (case, name, row)
+        })
         .collect();
     println!(
-        "{:28} {:26} {:26} {:>7} {:>7}  {:>8} {:>8}  said",
+        "{:28} {:46} {:26} {:>7} {:>7}  {:>8} {:>8}  said",
         "fault", "severity", "must", "flagged", "right", "wn %", "zeta %"
     );
     for (case, severity, row) in &rows {
         println!(
-            "{:28} {severity:26} {:26} {:3}/{:3} {:3}/{:3}  {:8.3} {:8.2}  {}",
+            "{:28} {severity:46} {:26} {:3}/{:3} {:3}/{:3}  {:8.3} {:8.2}  {}",
             case.name,
             case.must_text(),
             row.flagged,

@@ -1,6 +1,6 @@
 //! The network's slots in the microcontroller's own flash (RM0390, chapter 3).
 //!
-//! There is one bank: while a sector is erased (0.25 s, at most 0.8 s) or a word programmed (16 us) the processor
+//! There is one bank: while a sector is erased (0.25 s, at most 0.8 s; the large one 1 s, at most 2 s) or a word programmed (16 us) the processor
 //! waits at its next instruction. DMA does not: samples and bytes of the line go on into RAM.
 
 use yawrig_firmware::slots::{Flash, FlashFault, Sector, SLOT_BYTES};
@@ -35,7 +35,7 @@ pub trait Controller {
     fn write_word(&mut self, number: u32, offset: usize, word: u32);
 }
 
-/// Two slots and the lock, each a sector of 16 KiB.
+/// Two slots and the lock's two places: sectors of 16 KiB, and the first 16 KiB of a large one.
 pub struct Slots<C> {
     controller: C,
 }
@@ -46,6 +46,7 @@ pub fn number(sector: Sector) -> u32 {
         Sector::First => 1,
         Sector::Second => 2,
         Sector::Lock => 3,
+        Sector::OtherLock => 7,
     }
 }
 

@@ -19,6 +19,8 @@ static mut RECEIVED: [u8; RING] = [0; RING];
 // Fields of registers, by the names and the tables of RM0390.
 const SR_ORE: u16 = 1 << 3;
 const SR_TXE: u16 = 1 << 7;
+/// Stream 5 has come to the ring's end; the same bit clears it.
+const DMA_HISR_COMPLETE_5: u32 = 1 << 11;
 const DMA_CR_EN: u32 = 1;
 const DMA_CR_CIRC: u32 = 1 << 8;
 const DMA_CR_MINC: u32 = 1 << 10;
@@ -30,6 +32,7 @@ pub struct Link {
     usart: USART2,
     dma: DMA1,
     reader: Reader<RING>,
+    lost: bool,
 }
 
 impl Link {
@@ -50,29 +53,49 @@ impl Link {
             stream.cr().write(|w| w.bits(how));
             stream.cr().write(|w| w.bits(how | DMA_CR_EN));
         }
-        Self { usart, dma, reader: Reader::new() }
+        Self { usart, dma, reader: Reader::new(), lost: false }
     }
 
-    /// Whether a byte was lost since this was last asked: it came before DMA had taken the one before.
-    pub fn overrun(&mut self) -> bool {
-        let lost = self.usart.sr().read().bits() & SR_ORE != 0;
-        if lost {
+    /// The status register. Once it has been read, DMA's next read of the data clears the overrun in it (RM0390,
+    /// 25.6.1), so whoever reads it keeps that.
+    fn status(&mut self) -> u16 {
+        let status = self.usart.sr().read().bits();
+        if status & SR_ORE != 0 {
+            self.lost = true;
             // Reading the data after the status clears it.
             let _ = self.usart.dr().read();
         }
-        lost
+        status
+    }
+
+    /// Whether a byte was lost since this was last asked: it came before DMA had taken the one before, or DMA has gone
+    /// round the ring before it was read.
+    pub fn overrun(&mut self) -> bool {
+        self.status();
+        let wrapped = self.dma.hisr().read().bits() & DMA_HISR_COMPLETE_5 != 0;
+        let position = self.position();
+        if wrapped || self.reader.is_behind(position) {
+            // SAFETY: clears by writing ones.
+            self.dma.hifcr().write(|w| unsafe { w.bits(DMA_HISR_COMPLETE_5) });
+        }
+        let overtaken = self.reader.overtaken(wrapped, position);
+        core::mem::take(&mut self.lost) || overtaken
+    }
+
+    /// Where in the ring DMA writes next.
+    fn position(&self) -> u32 {
+        (RING as u32).wrapping_sub(self.dma.st(STREAM).ndtr().read().bits()) % RING as u32
     }
 
     /// The next byte that came.
     pub fn receive(&mut self) -> Option<u8> {
-        let left = self.dma.st(STREAM).ndtr().read().bits();
-        let at = self.reader.next_before((RING as u32).wrapping_sub(left))?;
+        let at = self.reader.next_before(self.position())?;
         // SAFETY: in the ring, written by DMA only, and complete.
         Some(unsafe { addr_of!(RECEIVED[at]).read_volatile() })
     }
 
-    pub fn can_send(&self) -> bool {
-        self.usart.sr().read().bits() & SR_TXE != 0
+    pub fn can_send(&mut self) -> bool {
+        self.status() & SR_TXE != 0
     }
 
     /// Sends a byte; only where [`Link::can_send`].

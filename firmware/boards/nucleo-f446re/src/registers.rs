@@ -7,7 +7,7 @@ use yawrig_firmware::slots::SLOT_BYTES;
 
 const FLASH_AT: usize = 0x0800_0000;
 
-/// The microcontroller's flash: its registers, and the sectors 1 to 3.
+/// The microcontroller's flash: its registers, and the sectors 1 to 3 and 7.
 pub struct Registers {
     flash: FLASH,
 }
@@ -18,10 +18,13 @@ impl Registers {
     }
 }
 
-/// Where one of the sectors lies that are 16 KiB long and hold no code.
+/// Where one of the sectors lies that hold no code: 1 to 3 are 16 KiB long, 7 is the last 128 KiB.
 fn address(number: u32) -> usize {
-    assert!((1..=3).contains(&number));
-    FLASH_AT + number as usize * SLOT_BYTES
+    match number {
+        1..=3 => FLASH_AT + number as usize * SLOT_BYTES,
+        7 => FLASH_AT + 384 * 1024,
+        _ => panic!("code"),
+    }
 }
 
 impl Controller for Registers {

@@ -46,6 +46,22 @@ impl<const N: usize> Reader<N> {
         self.next(self.taken.wrapping_add(ahead))
     }
 
+    /// Whether such a writer has overtaken the reader, who then goes on where it writes. `wrapped`: it has begun anew at
+    /// the ring's start since this was last asked. Twice round between two looks cannot be told from once.
+    pub fn overtaken(&mut self, wrapped: bool, position: u32) -> bool {
+        let at = self.taken % N as u32;
+        let overtaken = wrapped && position % N as u32 >= at;
+        if overtaken {
+            self.taken = self.taken.wrapping_add((position % N as u32) - at);
+        }
+        overtaken
+    }
+
+    /// Whether the writer stands before where the reader is: it has wrapped.
+    pub fn is_behind(&self, position: u32) -> bool {
+        position % (N as u32) < self.taken % N as u32
+    }
+
     /// Samples that were never taken when everything begins anew after `triggers`.
     pub fn begin_anew(&mut self, triggers: u32) -> u32 {
         triggers.wrapping_sub(core::mem::take(&mut self.taken))

@@ -55,6 +55,9 @@ pub struct RigEntry {
     pub axis_offset_m: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis_offset_u_m: Option<f64>,
+    /// Relative standard uncertainty of the clock that the records were sampled by, millionths.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clock_u_ppm: Option<f64>,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -156,6 +156,7 @@ fn assumed_zero(campaign: &Campaign) -> Vec<String> {
         ("model.length_u_m", model.length_u_m.is_none()),
         ("model.frontal_area_u_m2", model.frontal_area_u_m2.is_none()),
         ("rig.axis_offset_u_m", rig.axis_offset_u_m.is_none()),
+        ("rig.clock_u_ppm", rig.clock_u_ppm.is_none()),
         ("rig.spring_arm_u_m", from_line && rig.spring_arm_u_m.is_none()),
         (
             "release.spring_stiffness_u_n_per_m",

@@ -22,6 +22,7 @@ pub(super) enum Source {
     AirDensity,
     WindSpeed,
     Geometry,
+    Clock,
 }
 
 /// What is computed for each point: per radian, NaN where the front axis was not measured.
@@ -301,5 +302,11 @@ pub(super) fn uncertain(
         Box::new(|x, d| x.model.frontal_area_m2 += d),
     );
     add(Source::Geometry, given(rig.axis_offset_u_m), Box::new(|x, d| x.axis_offset_m += d));
+    // One clock for all releases: every frequency and every damping goes with it.
+    let clock = |x: &mut Inputs, d: f64| {
+        let rates = x.natural_frequency_rad_s.iter_mut().chain(&mut x.damping_rad_s);
+        rates.for_each(|rate| *rate *= 1.0 + d);
+    };
+    add(Source::Clock, 1e-6 * given(rig.clock_u_ppm), Box::new(clock));
     all
 }

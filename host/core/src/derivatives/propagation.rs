@@ -55,11 +55,14 @@ impl<'a> Propagation<'a> {
                 Source::AirDensity => &mut squares.air_density,
                 Source::WindSpeed => &mut squares.wind_speed,
                 Source::Geometry => &mut squares.geometry,
+                Source::Clock => &mut squares.clock,
             };
             *place += (0.5 * (of(up) - of(down))).powi(2);
         }
-        let Budget { repeatability, fit, inertia, air_density, wind_speed, geometry } = squares;
-        let u = (repeatability + fit + inertia + air_density + wind_speed + geometry).sqrt();
+        let Budget { repeatability, fit, inertia, air_density, wind_speed, geometry, clock } =
+            squares;
+        let u =
+            (repeatability + fit + inertia + air_density + wind_speed + geometry + clock).sqrt();
         let budget = Budget {
             repeatability: repeatability.sqrt(),
             fit: fit.sqrt(),
@@ -67,6 +70,7 @@ impl<'a> Propagation<'a> {
             air_density: air_density.sqrt(),
             wind_speed: wind_speed.sqrt(),
             geometry: geometry.sqrt(),
+            clock: clock.sqrt(),
         };
         value.is_finite().then_some((Quantity::new(value, u), budget))
     }

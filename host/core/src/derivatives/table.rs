@@ -18,6 +18,8 @@ pub struct Budget {
     pub wind_speed: f64,
     /// Length, frontal area, axis offset.
     pub geometry: f64,
+    /// The clock of the samples, where it says how well it is known (`rig.clock_u_ppm`).
+    pub clock: f64,
 }
 
 /// The budgets of one point.

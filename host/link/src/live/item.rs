@@ -22,6 +22,8 @@ pub enum Item {
     /// The device began anew: its clock and its releases count from nought, and how long it was away
     /// is taken from this program's clock.
     Restarted { at: u64 },
+    /// It had forgotten its settings and the condition of its releases, and has been sent them again.
+    Restored { at: u64 },
     /// The port is there and the device does not answer.
     Silent { at: u64 },
     /// The device was unplugged.
@@ -53,6 +55,7 @@ impl Item {
             | Self::Event { at, .. }
             | Self::EventsLost { at, .. }
             | Self::Restarted { at }
+            | Self::Restored { at }
             | Self::Silent { at }
             | Self::Disconnected { at, .. }
             | Self::Back { at, .. }
@@ -79,6 +82,7 @@ impl Item {
             }
             Self::EventsLost { count, .. } => ("events_lost", json!({"count": count})),
             Self::Restarted { .. } => ("restarted", json!({})),
+            Self::Restored { .. } => ("restored", json!({})),
             Self::Silent { .. } => ("silent", json!({})),
             Self::Disconnected { why, .. } => ("disconnected", json!({"why": why})),
             Self::Back { port, was, .. } => ("back", json!({"port": port, "was": was})),
@@ -109,6 +113,7 @@ impl Item {
             "gap" => Self::Gap { first: at, count: number("missing_samples")? },
             "events_lost" => Self::EventsLost { at, count: number("count")? },
             "restarted" => Self::Restarted { at },
+            "restored" => Self::Restored { at },
             "silent" => Self::Silent { at },
             "disconnected" => Self::Disconnected { at, why: text("why")? },
             "back" => Self::Back { at, port: text("port")?, was: text("was")? },
@@ -146,6 +151,10 @@ impl Item {
             Self::EventsLost { count, .. } => format!("{count} results were lost on the line"),
             Self::Restarted { .. } => {
                 "the device began anew; how long it was away is known by this program's clock only"
+                    .to_owned()
+            }
+            Self::Restored { .. } => {
+                "it had forgotten its settings and its releases' condition; they were sent again"
                     .to_owned()
             }
             Self::Silent { .. } => "the device does not answer; asking on".to_owned(),

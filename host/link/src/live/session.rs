@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
-use yawrig_shared::wire::{Event, Reply, Request, Samples, Status};
+use yawrig_shared::wire::{Condition, Event, Reply, Request, Samples, Settings, Status};
 
 /// Samples asked for at a time, and how often: many questions may be lost before the stream ends.
 /// Where a simulated rig swings faster than life, they are asked for when half are left.
@@ -51,6 +51,9 @@ pub struct Session {
     /// Resets on this connection, told of already, and what this run of the device is called.
     resets: u64,
     run: u32,
+    /// What a reset makes the device forget, as it last had it; and that it has.
+    known: (Settings, Option<Condition>),
+    forgotten: bool,
 }
 
 /// From the device's numbers of samples to the session's.
@@ -102,6 +105,8 @@ impl Session {
             missed: 0,
             resets: 0,
             run: status.session,
+            known: (status.settings, status.condition),
+            forgotten: false,
         };
         session.tell_device(&status);
         Ok(session)
@@ -176,6 +181,11 @@ impl Session {
             self.notice_reset(&status);
             self.silent = false;
             self.tell_device(&status);
+            if self.forgotten {
+                self.remind(&status)?;
+            } else {
+                self.known = (status.settings, status.condition);
+            }
             match self.follow {
                 Follow::Trace => self.bench.client.stream(LEASE)?,
                 Follow::Results => {}
@@ -228,11 +238,29 @@ impl Session {
         }
     }
 
+    /// A device that has begun anew is told its settings and the condition of its releases again.
+    fn remind(&mut self, status: &Status) -> std::result::Result<(), LinkError> {
+        let (settings, condition) = self.known;
+        let condition = condition.filter(|_| status.condition.is_none());
+        if status.settings != settings {
+            self.bench.client.request(&Request::Configure(settings))?;
+        }
+        if let Some(condition) = condition {
+            self.bench.client.request(&Request::Condition(condition))?;
+        }
+        if status.settings != settings || condition.is_some() {
+            self.items.push_back(Item::Restored { at: self.now() });
+        }
+        self.forgotten = false;
+        Ok(())
+    }
+
     /// The device's clock begins anew.
     fn restarted(&mut self, status: &Status) {
         let session = self.clock.session + self.clock.due();
         self.clock = Clock { device: status.samples, session, known: Instant::now() };
         self.windows = Windows::default();
+        self.forgotten = true;
         self.items.push_back(Item::Restarted { at: session });
     }
 

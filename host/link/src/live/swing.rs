@@ -56,6 +56,7 @@ impl Swing {
         let conditions: Vec<_> = self.rig.conditions(10.0).collect();
         let condition = conditions[self.release as usize % conditions.len()];
         let announced = wire::Condition {
+            rig: wire::rig_id(condition.spring.name, &condition.axis.to_string()),
             wind: self.rig.wind(condition.wind_speed_m_s),
             model: self.rig.model,
             inertia_kg_m2: self.rig.inertia_kg_m2(condition.axis),

@@ -6,7 +6,7 @@ use core::ptr::addr_of_mut;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug;
 use yawrig_firmware::device::Device;
-use yawrig_firmware::lock;
+use yawrig_firmware::lock::{self, Challenge};
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_firmware::BUILT_IN;
 use yawrig_mps2_an386::flash::StandIn;
@@ -92,7 +92,8 @@ fn check_signature() {
     lock::lock(flash, &POINT).expect("a key");
     let mut signature = Signature::from_slice(&POINT).expect("half of it");
     signature.resize(64, 1).expect("64 bytes");
-    let checked = lock::check_network(flash, BUILT_IN, Some(&signature));
+    let challenge = Challenge { number: 1, nonce: 1 };
+    let checked = lock::check_network(flash, BUILT_IN, Some(challenge), Some(&signature));
     assert!(checked == Err(Refusal::WrongSignature));
 }
 
