@@ -13,7 +13,7 @@ use crate::diagnosis::search::{self, beyond, evidence, Found};
 use crate::diagnosis::survivors;
 use crate::effects::Effect;
 use crate::error::Result;
-use crate::fit::fitting::{held_out_over_noise, refit, Fitted, Structure};
+use crate::fit::fitting::{fit_added, held_out_over_noise, refit, Fitted, Structure};
 use crate::fit::floor;
 use crate::fit::swing::Swing;
 use crate::quantity::Quantity;
@@ -168,34 +168,43 @@ fn judged(record: &Record, swing: Swing, options: &Options) -> Result<Diagnosed>
     let best = &account.last().model;
     let plain = search::present(&swing, options)?;
     let lowest = plain.rms_rad().min(account.plain_rad());
-    if lowest < NEAR * swing.noise_rad {
-        let candidates: Vec<Effect> = Effect::deterministic().collect();
-        let reached = [best, &plain]
-            .into_iter()
-            .map(|model| reach::reach(&swing, model, &candidates))
-            .fold(f64::INFINITY, f64::min);
-        if reached < WITHIN_REACH {
-            let (diagnosed, good) = by_likelihood(record, &swing, options)?;
-            if good {
-                return Ok(diagnosed);
-            }
-        } else if let Some(b) = buffeting::fit(&swing, &plain) {
-            let (deterministic, n) = buffeting::definite_criterion(&swing, best);
-            if holds(&b, plain.parameters.len(), deterministic, n) {
-                let found = Found {
-                    swing: swing.clone(),
-                    plain: plain.clone(),
-                    singles: Vec::new(),
-                    path: vec![plain.clone()],
-                    explained: false,
-                    indistinguishable: Vec::new(),
-                };
-                let diagnosis = buffeted_verdict(&swing, &found, &b, None);
-                return Ok(Diagnosed { diagnosis, path: vec![plain], swing, singles: Vec::new() });
-            }
+    let candidates: Vec<Effect> = Effect::deterministic().collect();
+    let reached = (lowest < NEAR * swing.noise_rad).then(|| {
+        let from = |model| reach::reach(&swing, model, &candidates);
+        from(best).min(from(&plain))
+    });
+    let within = reached.is_some_and(|reached| reached < WITHIN_REACH);
+    if within || one_explains(&swing, &plain, &candidates) {
+        let (diagnosed, good) = by_likelihood(record, &swing, options)?;
+        if good {
+            return Ok(diagnosed);
+        }
+    } else if let Some(b) = reached.and_then(|_| buffeting::fit(&swing, &plain)) {
+        let (deterministic, n) = buffeting::definite_criterion(&swing, best);
+        if holds(&b, plain.parameters.len(), deterministic, n) {
+            let found = Found {
+                swing: swing.clone(),
+                plain: plain.clone(),
+                singles: Vec::new(),
+                path: vec![plain.clone()],
+                explained: false,
+                indistinguishable: Vec::new(),
+            };
+            let diagnosis = buffeted_verdict(&swing, &found, &b, None);
+            return Ok(Diagnosed { diagnosis, path: vec![plain], swing, singles: Vec::new() });
         }
     }
+    swing.stop.check()?;
     Ok(by_prediction(record, swing, account))
+}
+
+/// Whether a single effect brings the plain model down to the noise, however strong it is: a linear step does not see as
+/// far, and what follows time alone or has corners is not among what is predicted with.
+fn one_explains(swing: &Swing, plain: &Fitted, candidates: &[Effect]) -> bool {
+    candidates.par_iter().any(|effect| {
+        let with = fit_added(swing, plain, effect);
+        with.converged && search::is_explained(&with, swing)
+    })
 }
 
 /// The answer that survives prediction.
