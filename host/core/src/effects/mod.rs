@@ -1,7 +1,7 @@
 //! The effect library: what a second-order response may lack, each as a moment or a change of the reading.
 //!
 //! All moments are divided by Izz (rad/s2), angles in rad, time from the release in s. All that is an effect's own stands
-//! in its file, as a [`law::Law`]; a user's own effect stands beside those of the library as [`Effect::Own`].
+//! in its file, as a `Law`; a user's own effect stands beside those of the library as [`Effect::Own`].
 
 mod law;
 mod lines;
