@@ -57,7 +57,7 @@ pub struct OwnEffect {
     pub formula: String,
     /// In the order of the file.
     pub parameters: Vec<Parameter>,
-    /// A typical size of each, not nought.
+    /// A typical size of each, not zero.
     pub starts: Vec<f64>,
     /// It depends on time, or puts energy in: a release may never end by itself.
     pub keeps_moving: bool,
@@ -70,7 +70,7 @@ pub struct OwnEffect {
 }
 
 impl OwnEffect {
-    /// The parameter to which the whole moment is in proportion, so that there is none where it is nought.
+    /// The parameter to which the whole moment is in proportion, so that there is none where it is zero.
     pub fn size_parameter(&self) -> Option<usize> {
         self.size_parameter
     }
@@ -98,7 +98,7 @@ impl OwnEffect {
 /// Most own effects in one model.
 pub const MOST_OWN: usize = 4;
 
-/// An own effect with its numbers; those beyond its parameters are nought.
+/// An own effect with its numbers; those beyond its parameters are zero.
 #[derive(Clone, Debug)]
 pub struct OwnTerm {
     pub effect: Arc<OwnEffect>,

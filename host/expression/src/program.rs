@@ -17,7 +17,7 @@ pub enum Input {
     Time,
     NaturalFrequency,
     Wind,
-    /// Sign of the yaw rate, kept by the integrator so that it is definite where the rate is nought.
+    /// Sign of the yaw rate, kept by the integrator so that it is definite where the rate is zero.
     RateSign,
     /// Sign of the yaw angle, likewise.
     YawSign,

@@ -34,7 +34,7 @@ const TRIES: u32 = 3;
 /// What went wrong between a request and its reply.
 #[derive(Clone, Debug)]
 pub enum LinkError {
-    /// No answer; `bytes` came in the meantime, none of them a frame of ours if `frames` is nought.
+    /// No answer; `bytes` came in the meantime, none of them a frame of ours if `frames` is zero.
     Silent {
         bytes: u64,
         frames: u64,
@@ -62,7 +62,7 @@ pub struct Client {
     events: Events,
     /// Of the stream, where this client has asked for it.
     samples: Option<VecDeque<Samples>>,
-    /// What this run of the device is called; nought: not known yet.
+    /// What this run of the device is called; zero: not known yet.
     session: u32,
     /// When that was asked for in vain.
     asked: Option<Instant>,

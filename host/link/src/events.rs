@@ -63,7 +63,7 @@ impl Events {
         self.doubtful.clear();
     }
 
-    /// It has, and counts from nought.
+    /// It has, and counts from zero.
     pub fn began_anew(&mut self) {
         let doubtful = std::mem::take(&mut self.doubtful);
         self.begin(Some(0));

@@ -119,7 +119,7 @@ pub struct Sample {
     pub time_s: f64,
     /// Offset, noise and converter included.
     pub yaw_deg: f64,
-    /// The converter's counts, 32768 at nought degrees; `None` without a converter.
+    /// The converter's counts, 32768 at zero degrees; `None` without a converter.
     pub counts: Option<u16>,
 }
 

@@ -4,7 +4,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Counts at nought degrees: the middle of a 16-bit converter.
+/// Counts at zero degrees: the middle of a 16-bit converter.
 const ZERO_COUNTS: f64 = 32768.0;
 
 /// How the yaw angle is read.

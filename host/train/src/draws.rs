@@ -20,7 +20,7 @@ pub struct Ranges {
     pub natural_frequency_rad_s: [f64; 2],
     pub damping_ratio: [f64; 2],
     /// Rms of white noise as a share of the window's peak; drawn evenly in its logarithm.
-    /// Both nought: no noise.
+    /// Both zero: no noise.
     pub noise: [f64; 2],
 }
 

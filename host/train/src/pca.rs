@@ -37,7 +37,7 @@ pub struct Projection {
 impl Projection {
     /// The first `count` components of `inputs`, row-major with `d` columns.
     ///
-    /// `None` where there are fewer than two rows, `count` is nought or more than `d`, or a component does
+    /// `None` where there are fewer than two rows, `count` is zero or more than `d`, or a component does
     /// not vary.
     pub fn of(inputs: &[f64], d: usize, count: usize, scale: Scale) -> Option<Self> {
         let n = inputs.len() / d;

@@ -142,7 +142,7 @@ impl<'a> Computed<'a> {
     }
 }
 
-/// The campaign file's entries left out, whose uncertainty is taken as nought.
+/// The campaign file's entries left out, whose uncertainty is taken as zero.
 fn assumed_zero(campaign: &Campaign) -> Vec<String> {
     let Campaign { model, air, rig, inertia, release, .. } = campaign;
     let known = inertia.clone().unwrap_or_default();

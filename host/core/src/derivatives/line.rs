@@ -7,7 +7,7 @@
 /// Iterations after which the slope has settled to rounding for any sensible data.
 const ITERATIONS: usize = 50;
 
-/// A point with the standard uncertainties of its coordinates, not both nought.
+/// A point with the standard uncertainties of its coordinates, not both zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     pub x: f64,

@@ -58,7 +58,7 @@ pub struct ByAxis<T> {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct InertiaLine {
     pub springs: usize,
-    /// Kr at wn_off^2 = 0, N m/rad: nought where 2 Ks b^2 is all the stiffness there is. Widened for scatter.
+    /// Kr at wn_off^2 = 0, N m/rad: zero where 2 Ks b^2 is all the stiffness there is. Widened for scatter.
     pub intercept_nm: Quantity,
     /// About 1 where the stated uncertainties are true; `null` for two springs.
     pub chi_squared_per_degree: Option<f64>,
@@ -89,7 +89,7 @@ pub struct Table {
     pub inertia_line: ByAxis<InertiaLine>,
     pub points: Vec<Point>,
     pub releases: Vec<ReleaseRow>,
-    /// Entries of the campaign file left out, whose uncertainty is taken as nought.
+    /// Entries of the campaign file left out, whose uncertainty is taken as zero.
     pub assumed_zero: Vec<String>,
     pub notes: Vec<String>,
 }

@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 /// Uncertainties by which the rest angle is off the sensor's zero for it to be named, and the share of the amplitude.
 const OFF_ZERO: f64 = 3.0;
 const LEAST_OFFSET: f64 = 0.005;
-/// Uncertainties that a number is away from nought at least.
+/// Uncertainties that a number is away from zero at least.
 const SIGNIFICANT: f64 = 3.0;
 /// Residual of a part of the amplitudes, over that of all, from which on it is named.
 const STANDS_OUT: f64 = 1.3;
@@ -86,7 +86,7 @@ fn rest_angle(model: &Fitted) -> Quantity {
     Quantity::new(model.parameters[PLAIN], (variance * model.inflation).max(0.0).sqrt())
 }
 
-/// A number of the final model that is not known to be other than nought, or nought at its bound.
+/// A number of the final model that is not known to be other than zero, or zero at its bound.
 fn insignificant(model: &Fitted) -> Option<Effect> {
     let known = |effect: &&Effect| {
         let prefix = format!("{effect}.");

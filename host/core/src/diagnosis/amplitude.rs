@@ -1,5 +1,5 @@
 //! The amplitude picture: natural frequency, damping ratio and mid-line of every three cycles against amplitude, as
-//! measured and as each model foretells them.
+//! measured and as each model predicts them.
 //!
 //! A model's values are those of its simulated reading, cut into windows and fitted exactly as the measured swing is:
 //! whatever the windows do to one they do to the other.
@@ -18,7 +18,7 @@ pub struct AmplitudePoint {
     pub time_s: f64,
     /// Envelope there.
     pub amplitude_deg: f64,
-    /// Uncertainties are those of the measurement; nought where a model foretells it.
+    /// Uncertainties are those of the measurement; zero where a model predicts it.
     pub natural_frequency_rad_s: Quantity,
     pub damping_ratio: Quantity,
     /// What the swing is about.
@@ -39,7 +39,7 @@ pub struct AmplitudePicture {
     pub predictions: Vec<Prediction>,
 }
 
-/// The picture of `swing` with what each of `models`, fitted to it, foretells. A model whose simulation has run away
+/// The picture of `swing` with what each of `models`, fitted to it, predicts. A model whose simulation has run away
 /// has no points.
 pub fn picture(swing: &Swing, models: &[(&str, &Fitted)]) -> AmplitudePicture {
     let predictions = models.iter().map(|(name, model)| {

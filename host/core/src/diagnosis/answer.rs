@@ -8,7 +8,7 @@ use serde::Serialize;
 /// How a record is judged.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// The sensor's nought is not known: it is fitted, and a constant moment cannot be told from it.
+    /// The sensor's zero is not known: it is fitted, and a constant moment cannot be told from it.
     pub zero_unknown: bool,
     /// The user's own effects, to compete with those of the library, which take part anyway.
     pub own: Vec<Effect>,

@@ -25,7 +25,7 @@ pub struct Buffeted {
     pub deviance: f64,
     /// Rms of the innovations over their expected one at the noise floor: 1 if explained.
     pub over_noise: f64,
-    /// Lag-one correlation of the innovations outside the range from nought to that of the noise.
+    /// Lag-one correlation of the innovations outside the range from zero to that of the noise.
     pub correlation_off: f64,
     /// What intensity, frequency and damping of each quarter's own would gain in deviance: 12 by chance.
     pub unsteadiness: f64,
@@ -47,7 +47,7 @@ struct Run {
     deviance: f64,
     noise_variance: f64,
     innovations: Vec<f64>,
-    /// The state foretold for each innovation.
+    /// The state predicted for each innovation.
     states: Vec<[f64; 2]>,
 }
 
@@ -121,7 +121,7 @@ fn filter(
 /// Cells of yaw angle on which innovations are averaged, for either direction of motion.
 const CELLS: usize = 15;
 
-/// How far the innovations' means over yaw angle and direction are from nought, in standard deviations of their sum of
+/// How far the innovations' means over yaw angle and direction are from zero, in standard deviations of their sum of
 /// squares: a random moment does not know the state, a missing law does.
 fn state_dependence(run: &Run) -> f64 {
     let largest = run.states.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x[0].abs()));

@@ -72,7 +72,7 @@ impl Campaign<'_> {
         let effects = &model.effects;
         let structure = Structure { effects: effects.clone(), ..model.fits[0].structure.clone() };
         let own = Sharing::none(whole.len(), effects.len());
-        // Each release once more, for the uncertainties of coefficients that ended at nought.
+        // Each release once more, for the uncertainties of coefficients that ended at zero.
         let single = Sharing::none(1, effects.len());
         let alone: Vec<JointFit> = whole
             .par_iter()

@@ -9,9 +9,9 @@ use std::ops::Range;
 
 const TIME_BINS: usize = 20;
 const AMPLITUDE_BINS: usize = 8;
-/// Cells of the phase plane on each side of nought.
+/// Cells of the phase plane on each side of zero.
 const PHASE_CELLS: i32 = 4;
-/// Cells of a cut on each side of nought, and how far from it a state may be: tangent of the angle in the plane.
+/// Cells of a cut on each side of zero, and how far from it a state may be: tangent of the angle in the plane.
 const CUT_CELLS: i32 = 8;
 const CUT_WIDTH: f64 = 0.25;
 const FREQUENCY_BINS: usize = 24;
@@ -230,12 +230,12 @@ fn phase(states: &[Missing], b_max: f64, r_max: f64) -> Vec<PhaseCell> {
         .collect()
 }
 
-/// Which of `cells` on each side of nought `x` falls in, -most to most being all of them.
+/// Which of `cells` on each side of zero `x` falls in, -most to most being all of them.
 fn cell(x: f64, most: f64, cells: i32) -> i32 {
     ((x / most * (f64::from(cells) + 0.5)).round() as i32).clamp(-cells, cells)
 }
 
-/// Moment along a line through the plane, where the first coordinate of `split` is about nought, against the second:
+/// Moment along a line through the plane, where the first coordinate of `split` is about zero, against the second:
 /// means over the passages through the line, and their standard uncertainties from the passages' scatter.
 fn cut(
     states: &[Missing],

@@ -266,7 +266,7 @@ fn by_likelihood(record: &Record, swing: &Swing, options: &Options) -> Result<(D
     }
     let effects = beyond(&found.plain, last).to_vec();
     let mut steps = steps(swing, &found.path);
-    // Three effects or more can be bent to a short record; then they have to foretell the rest of it too.
+    // Three effects or more can be bent to a short record; then they have to predict the rest of it too.
     let foretold =
         effects.len() < 3 || steps.last().is_some_and(|s| s.held_out_over_noise < MOST_HELD_OUT);
     let status = match (found.explained && foretold, effects.is_empty()) {
@@ -356,7 +356,7 @@ fn buffeted_verdict(
 ) -> Diagnosis {
     let plain = &found.plain;
     let [_, u_wn, u_zeta] = b.deviations;
-    // What is random cannot be foretold; the filter's innovations are one step ahead throughout.
+    // What is random cannot be predicted; the filter's innovations are one step ahead throughout.
     let random_step = |added: Effect, b: &Buffeted| {
         let intensity = Quantity::new(b.intensity, b.intensity * b.deviations[0]);
         Step {

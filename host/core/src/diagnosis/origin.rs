@@ -6,7 +6,7 @@ use serde::Serialize;
 use std::fmt;
 use yawrig_shared::axis::Axis;
 
-/// A coefficient this many standard uncertainties from nought is there.
+/// A coefficient this many standard uncertainties from zero is there.
 const THERE: f64 = 5.0;
 /// Differences of so many standard uncertainties are chance.
 const CHANCE: f64 = 3.0;

@@ -330,7 +330,7 @@ mod tests {
             let by_hand =
                 1000.0 * (plain.sum_of_squares / larger.sum_of_squares).ln() - more * 1000f64.ln();
             assert!((gain - by_hand).abs() < 1e-9 && gain < MARGIN, "{effect}: {gain}");
-            // A linear step foretells no more than noise either.
+            // A linear step predicts no more than noise either.
             let (left, _) = promise(&swing, &plain, &effect);
             assert!(left > 0.98 * plain.sum_of_squares, "{effect}");
         }

@@ -30,7 +30,7 @@ impl Law for FreePlay {
             formula: "the spring acts on b beyond a dead zone of +-g",
             cause: "slack spring hooks, a loose joint between model and shaft",
             fingerprint: "natural frequency falls as amplitude falls towards g",
-            confirm: "rock the model by hand about nought; preload the springs and release again",
+            confirm: "rock the model by hand about its rest; preload the springs and release again",
             remove: "preload the springs, shim the joint",
             release: "a smaller amplitude, down to a few g",
         }

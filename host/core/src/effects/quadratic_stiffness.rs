@@ -25,13 +25,13 @@ impl Law for QuadraticStiffness {
 
     fn card(&self) -> Card<'_> {
         Card {
-            title: "Lopsided restoring moment",
+            title: "Restoring moment stiffer to one side",
             formula: "- k2 b^2",
             cause: "springs of unlike stiffness or preload, an asymmetric model",
             fingerprint: "mid-line moves with the square of amplitude; a second harmonic",
             confirm: "release to the other side: the mid-line moves the same way",
             remove: "match the springs and their preload",
-            release: "one to the other side, and one with another spring: a bent sensor scale keeps its size",
+            release: "one to the other side, and one with another spring: a curved sensor scale keeps its size",
         }
     }
 }

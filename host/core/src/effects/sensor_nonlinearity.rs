@@ -25,7 +25,7 @@ impl Law for SensorNonlinearity {
 
     fn card(&self) -> Card<'_> {
         Card {
-            title: "Bent sensor scale",
+            title: "Curved sensor scale",
             formula: "reading = b + s b^2",
             cause: "potentiometer or linkage off its straight range",
             fingerprint: "second harmonic and mid-line shift with the square of amplitude, frequency unchanged",

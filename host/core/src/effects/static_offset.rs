@@ -29,7 +29,7 @@ impl Law for StaticOffset {
             title: "Constant moment",
             formula: "+ m",
             cause: "crooked flow, a bent spring, a model that is not symmetric; or a sensor that was not zeroed",
-            fingerprint: "the swing is about another angle than the sensor's nought, the same at every amplitude",
+            fingerprint: "the model swings about another angle than the sensor's zero, the same at every amplitude",
             confirm: "reading at rest with the wind off and on: a sensor not zeroed shows it in both, on every spring",
             remove: "zero the sensor with the wind off, align the springs",
             release: "wind off, and another spring: a moment's offset falls with stiffness, the sensor's stays",

@@ -26,7 +26,7 @@ const OWN_EVALUATIONS: usize = 50;
 #[derive(Clone, Debug)]
 pub struct Fitted {
     pub structure: Structure,
-    /// wn, zeta, yaw, rate, sensor's nought where unknown, then each effect's.
+    /// wn, zeta, yaw, rate, sensor's zero where unknown, then each effect's.
     pub parameters: Vec<f64>,
     pub sum_of_squares: f64,
     pub count: usize,
@@ -130,7 +130,7 @@ impl Fitted {
         let k = self.structure.effects.iter().position(|e| e == effect)?;
         Some(self.of_effect(effect, self.starts[k]))
     }
-    /// The numbers as `structure` orders them, nought for an effect that is not in the model, each with its variance
+    /// The numbers as `structure` orders them, zero for an effect that is not in the model, each with its variance
     /// where it is known.
     pub(crate) fn in_order_of(&self, structure: &Structure) -> (Vec<f64>, Vec<Option<f64>>) {
         let mut from: Vec<Option<usize>> = (0..structure.own_numbers()).map(Some).collect();
@@ -226,7 +226,7 @@ pub(crate) fn finished(swing: &Swing, structure: &Structure, fit: Fit, count: us
     Fitted::new(structure.clone(), fit.parameters, residuals, converged, covariance, wind_speed_m_s)
 }
 
-/// The plain model (with a free nought of the sensor if `zero_unknown`).
+/// The plain model (with a free zero of the sensor if `zero_unknown`).
 pub fn fit_plain(swing: &Swing, zero_unknown: bool, count: usize) -> Fitted {
     fit_plain_within(swing, &Structure { zero_unknown, ..Structure::default() }, count)
 }
@@ -262,7 +262,7 @@ fn first_state(swing: &Swing) -> (f64, f64) {
     (y[0], (y[n - 1] - y[0]) / ((n - 1) as f64 * swing.grid.step_s) * 0.5)
 }
 
-/// `inner` with `effect` added, never worse than `inner`: started from it with the effect at nought, over lengthening
+/// `inner` with `effect` added, never worse than `inner`: started from it with the effect at zero, over lengthening
 /// horizons, and from small sizes of either sign, until a start explains the swing.
 pub fn fit_added(swing: &Swing, inner: &Fitted, effect: &Effect) -> Fitted {
     let structure = inner.structure.with(effect);

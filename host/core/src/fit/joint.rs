@@ -1,6 +1,6 @@
 //! Releases fitted together: some numbers are each release's own, others they have in common.
 //!
-//! A release has its own initial state and, where unknown, its own nought of the sensor. Natural frequency and damping
+//! A release has its own initial state and, where unknown, its own zero of the sensor. Natural frequency and damping
 //! ratio are shared by the repeats of one condition, the coefficients of an effect as a [`Sharing`] says; a line's size
 //! and phase and a drift belong to their release whatever it says ([`Effect::belongs_to_release`]). Residuals count
 //! over each release's noise floor. One release is the case that [`crate::fit::fitting`] builds on.
@@ -152,7 +152,7 @@ fn widening(releases: &[Release], sharing: &Sharing, fits: &[Fitted], common: f6
 }
 
 /// The covariance with a variance for numbers that ended on a bound without being fixed: what it would be off it. A
-/// friction of nought is known no better than one that is there.
+/// friction of zero is known no better than one that is there.
 fn with_pressed(fit: &Fit, bounds: &[(f64, f64)]) -> Option<DMatrix<f64>> {
     let covariance = fit.covariance.as_ref().ok()?;
     let (n, variance) = (&fit.normal_matrix, fit.variance());

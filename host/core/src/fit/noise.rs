@@ -180,7 +180,7 @@ fn clipped_mean(mut values: Vec<f64>) -> f64 {
     mean
 }
 
-/// Modified Bessel function of order nought, scaled to 1 at the window's middle.
+/// Modified Bessel function of order zero, scaled to 1 at the window's middle.
 fn bessel(x: f64) -> f64 {
     let q = 0.25 * x * x;
     let (mut term, mut sum) = (1.0, 1.0);

@@ -18,7 +18,7 @@ pub fn promise(swing: &Swing, inner: &Fitted, effect: &Effect) -> (f64, usize) {
     }
     let mut best = (inner.sum_of_squares, 1);
     for start in crate::fit::starts::of(swing, inner, effect) {
-        // From nought, where the model is that of `inner`; a frequency is tried where the residual has its lines.
+        // From zero, where the model is that of `inner`; a frequency is tried where the residual has its lines.
         if start[0] != 0.0 {
             continue;
         }

@@ -1,4 +1,4 @@
-//! What a model holds: effects, an unknown nought of the sensor, and limits on its numbers.
+//! What a model holds: effects, an unknown zero of the sensor, and limits on its numbers.
 
 use crate::effects::Effect;
 use crate::fit::swing::Swing;
@@ -23,7 +23,7 @@ pub struct Limit {
     pub high: f64,
 }
 
-/// Which effects a model holds, whether the sensor's nought is unknown, and what is fixed or kept within limits.
+/// Which effects a model holds, whether the sensor's zero is unknown, and what is fixed or kept within limits.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Structure {
     pub effects: Vec<Effect>,
@@ -53,7 +53,7 @@ impl Structure {
         Some(self)
     }
 
-    /// wn, zeta, yaw, rate, and the sensor's nought where unknown.
+    /// wn, zeta, yaw, rate, and the sensor's zero where unknown.
     pub fn own_numbers(&self) -> usize {
         PLAIN + usize::from(self.zero_unknown)
     }

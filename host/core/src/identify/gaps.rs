@@ -155,7 +155,7 @@ fn longest_swing(samples: &Samples<'_>, parting: &[Gap], frequency: f64) -> (f64
     let begins = std::iter::once(all.time_s[0]).chain(parting.iter().map(|gap| gap.to_s));
     let ends = parting.iter().map(|gap| gap.from_s).chain([last_s]);
     let half_s = 0.5 * TAU / frequency;
-    // Twice the amplitude, whatever the offset, and nought where the model is held.
+    // Twice the amplitude, whatever the offset, and zero where the model is held.
     let swing = |&(from_s, to_s): &(f64, f64)| {
         let part = all.between(from_s, to_s);
         let mut ahead = 0;

@@ -5,7 +5,7 @@
 //! SIAM J. Numer. Anal. 4, 1967), so that the error is one of the effects only and none of the plain model. Steps are
 //! halved where the pair disagrees: at a friction of `tanh(r / 0.002)` each time the model turns. Corners whose place is
 //! known, `abs` and `sign` of the yaw rate or angle, dry friction and the dead zone, are located within the step, and a
-//! model whose rate is nought stays there while the moments of both directions hold it.
+//! model whose rate is zero stays there while the moments of both directions hold it.
 
 use crate::effects::State;
 use crate::motion::simulate::{root, Flow, Motion};

@@ -344,7 +344,7 @@ impl<'a> Walker<'a> {
     }
 }
 
-/// Where a function that is positive at first and negative at `end` is nought: regula falsi (Illinois).
+/// Where a function that is positive at first and negative at `end` is zero: regula falsi (Illinois).
 pub(crate) fn root(end: f64, f: impl Fn(f64) -> f64) -> f64 {
     let (mut a, mut b) = (0.0, end);
     let (mut fa, mut fb) = (f(a), f(b));

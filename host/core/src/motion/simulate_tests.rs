@@ -63,7 +63,7 @@ fn energy_is_kept_over_a_hundred_cycles() {
 }
 
 /// Between two turning points friction shifts the middle by c/wn2: each half cycle takes 2 c/wn2, until a turning point
-/// lies within c/wn2 of nought.
+/// lies within c/wn2 of zero.
 #[test]
 fn dry_friction_stops_the_swing_where_the_closed_form_does() {
     let c = 0.37;

@@ -25,7 +25,7 @@ pub trait Rows {
         self.part(residuals, &every, columns);
     }
     /// As [`Rows::block`] where only the parameters `which`, ascending, touch these residuals: `columns[i]` is of
-    /// parameter `which[i]`, and what is not named is nought.
+    /// parameter `which[i]`, and what is not named is zero.
     fn part(&mut self, residuals: &[f64], which: &[usize], columns: &[&[f64]]);
 }
 

@@ -19,7 +19,7 @@ pub enum Item {
     Event { at: u64, event: Event, trends: Vec<Trend> },
     /// Results that the device does not keep any more.
     EventsLost { at: u64, count: u64 },
-    /// The device began anew: its clock and its releases count from nought, and how long it was away
+    /// The device began anew: its clock and its releases count from zero, and how long it was away
     /// is taken from this program's clock.
     Restarted { at: u64 },
     /// It had forgotten its settings and the condition of its releases, and has been sent them again.
