@@ -4,6 +4,14 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// A value and its standard uncertainty u (k = 1), both in the unit the field's name states.
+///
+/// ```
+/// use yawrig_core::quantity::Quantity;
+///
+/// let cn_beta = Quantity::new(0.53214, 0.0017);
+/// assert_eq!(cn_beta.to_string(), "0.5321 ± 0.0017");
+/// assert!(cn_beta.holds(0.535, 2.0) && !cn_beta.holds(0.54, 2.0));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Quantity {
     pub value: f64,

@@ -58,7 +58,7 @@ struct Entries<'a> {
 
 impl Document {
     /// # Errors
-    /// Exit 3, pointing at the character: not TOML, an entry that is unknown, missing or of another kind.
+    /// Pointing at the character: not TOML, an entry that is unknown, missing or of another kind.
     pub fn read(file: &Path, text: &str) -> Result<Self> {
         let place = &Text { file, text };
         let parsed = DeTable::parse(text).map_err(|e| {

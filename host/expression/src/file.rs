@@ -18,7 +18,7 @@ const LONGEST_NAME: usize = 40;
 /// Reads and checks `file`; `taken` are the identifiers of the library.
 ///
 /// # Errors
-/// Exit 3, pointing at the character where there is one.
+/// Pointing at the character where there is one.
 pub fn read(file: &Path, taken: &[&str]) -> Result<OwnEffect> {
     let unreadable = |why: &dyn std::fmt::Display| Error::Unreadable {
         file: file.display().to_string(),

@@ -44,7 +44,7 @@ pub(super) struct Swing {
 /// Refuses a release that says nothing: held by friction where it is, or never coming back.
 ///
 /// # Errors
-/// Exit 2 for either, and those of the effects' frequencies.
+/// For either, and those of the effects' frequencies.
 pub(super) fn check(modal: &Modal, effects: &Effects, released_rad: f64) -> Result<()> {
     effects.check_frequencies(modal)?;
     let swing = Swing::new(Moments::new(modal, effects), released_rad, 0);

@@ -238,7 +238,7 @@ impl FromStr for Effect {
     /// its file, those left out are as the file starts them.
     ///
     /// # Errors
-    /// Exit 2, naming the ids or the parameters there are; exit 3 for a file that cannot be used.
+    /// Naming the ids or the parameters there are; for a file that cannot be used.
     fn from_str(text: &str) -> Result<Self> {
         let (id, given) = split(text);
         let ids = || LIBRARY.iter().map(|kind| &*kind.id);
@@ -331,7 +331,7 @@ pub struct Effects {
 
 impl Effects {
     /// # Errors
-    /// Exit 2 for an effect given twice, or too many of the user's own.
+    /// For an effect given twice, or too many of the user's own.
     pub fn new(effects: Vec<Effect>) -> Result<Self> {
         for (place, effect) in effects.iter().enumerate() {
             if effects[..place].iter().any(|other| other.id() == effect.id()) {
@@ -395,7 +395,7 @@ impl Effects {
     /// Refuses frequencies that would imitate the yaw mode, a slow drift, or resonance.
     ///
     /// # Errors
-    /// Exit 2, naming the effect, its frequency and the mode's.
+    /// Naming the effect, its frequency and the mode's.
     pub(super) fn check_frequencies(&self, modal: &Modal) -> Result<()> {
         let wn = modal.natural_frequency_rad_s;
         if let Some(w) = self.value("harmonic_forcing", "w") {

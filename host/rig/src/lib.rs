@@ -132,7 +132,7 @@ impl Rig {
     /// Natural frequency and damping ratio under `condition`.
     ///
     /// # Errors
-    /// Exit 2 where the wind overcomes the springs, so that the model diverges instead of oscillating.
+    /// Where the wind overcomes the springs, so that the model diverges instead of oscillating.
     pub fn modal(&self, condition: &Condition) -> Result<Modal> {
         let Condition { spring, axis, wind_speed_m_s } = condition;
         let inertia_kg_m2 = self.inertia_kg_m2(*axis);

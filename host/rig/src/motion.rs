@@ -174,7 +174,7 @@ impl Samples {
     /// it turns past 180 deg. One seed gives one noise and one buffeting.
     ///
     /// # Errors
-    /// Exit 2 for a frequency that imitates another, a release that friction or play holds, or one that does
+    /// For a frequency that imitates another, a release that friction or play holds, or one that does
     /// not come back.
     pub fn with_effects(
         modal: &Modal,

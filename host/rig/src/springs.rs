@@ -42,7 +42,7 @@ impl Spring {
     /// The spring of this name, K1 to K8.
     ///
     /// # Errors
-    /// Exit 2 for any other name.
+    /// For any other name.
     pub fn named(name: &str) -> Result<Self> {
         SPRINGS.into_iter().find(|spring| spring.name.eq_ignore_ascii_case(name)).ok_or_else(|| {
             Error::wrong(

@@ -24,7 +24,7 @@ impl<'a> Computed<'a> {
     /// `identified` holds one entry for each release of the campaign, in its order.
     ///
     /// # Errors
-    /// Exit 3 where no spring was released at the middle axis with the wind on.
+    /// Where no spring was released at the middle axis with the wind on.
     pub fn new(campaign: &'a Campaign, identified: &'a [Identified]) -> Result<Self> {
         let conditions = group(campaign, identified);
         let layout = Layout::new(campaign, &conditions);

@@ -102,7 +102,7 @@ fn insignificant(model: &Fitted) -> Option<Effect> {
 /// Fits what survived to the whole of `swing`. With `zero_unknown` a rest off the sensor's zero is not named.
 ///
 /// # Errors
-/// 130 where the user stops it.
+/// Interrupted, once somebody asked for it.
 pub fn account(swing: &Swing, mut survivors: Survivors, zero_unknown: bool) -> Result<Account> {
     let last = loop {
         let last = of_judged(swing, &survivors, survivors.path.last().expect("the plain model"));

@@ -117,7 +117,7 @@ pub struct Diagnosed {
 /// Judges swings, one for each release of `made` in its order.
 ///
 /// # Errors
-/// 130 where the user stops it.
+/// Interrupted, once somebody asked for it.
 pub fn diagnose_swings(
     made: &Made,
     swings: &[Swing],
@@ -129,7 +129,7 @@ pub fn diagnose_swings(
 /// Judges swings, one for each release of `made` in its order, and keeps what was fitted.
 ///
 /// # Errors
-/// 130 where the user stops it.
+/// Interrupted, once somebody asked for it.
 pub fn diagnose_with_fits(made: &Made, swings: Vec<Swing>, options: &Options) -> Result<Diagnosed> {
     let (diagnosis, plain, last) = judged(made, &swings, options)?;
     Ok(Diagnosed { diagnosis, swings, plain, last })

@@ -151,7 +151,7 @@ pub fn diagnose(record: &Record, options: &Options) -> Result<Diagnosis> {
 /// Judges `record`, and keeps what was fitted.
 ///
 /// # Errors
-/// Exit 3 where there is no swing in it, 6 where the present model cannot be fitted, 130 where the user stops it.
+/// No free decay in it, a present model that cannot be fitted, or interrupted.
 pub fn diagnose_with_fits(record: &Record, options: &Options) -> Result<Diagnosed> {
     let (wind_speed_m_s, stop) = (options.wind_speed_m_s, options.stop.clone());
     let swing = Swing { wind_speed_m_s, stop, ..Swing::of(record)? };

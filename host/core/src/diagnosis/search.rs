@@ -64,7 +64,7 @@ fn is_worth(smaller: &Fitted, larger: &Fitted, swing: &Swing, effective: f64) ->
 /// The model that is there already.
 ///
 /// # Errors
-/// 6 where it cannot be fitted, 130 where the user stops it.
+/// Where it cannot be fitted, or interrupted.
 pub fn present(swing: &Swing, options: &Options) -> Result<Fitted> {
     let Options { zero_unknown, present, .. } = options;
     let structure = Structure { zero_unknown: *zero_unknown, ..present.clone() };
@@ -85,7 +85,7 @@ pub fn beyond<'a>(plain: &Fitted, model: &'a Fitted) -> &'a [Effect] {
 /// Searches for what the present model lacks.
 ///
 /// # Errors
-/// 6 where the present model cannot be fitted, 130 where the user stops it.
+/// Where the present model cannot be fitted, or interrupted.
 pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
     let zero_unknown = options.zero_unknown;
     let count = swing.yaw_rad.len();

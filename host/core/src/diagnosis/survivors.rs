@@ -192,7 +192,7 @@ pub struct Survivors {
 /// Searches for the effects that survive prediction.
 ///
 /// # Errors
-/// 130 where the user stops it.
+/// Interrupted, once somebody asked for it.
 pub fn search(swing: &Swing) -> Result<Survivors> {
     let lengths = Lengths::of(swing);
     let windows = &swing.windows;
@@ -276,7 +276,7 @@ impl Survivors {
     /// The same without `effect`.
     ///
     /// # Errors
-    /// 130 where the user stops it.
+    /// Interrupted, once somebody asked for it.
     pub fn without(mut self, effect: Effect) -> Result<Self> {
         let last = self.path.pop().expect("a model");
         let plain = self.path.first().cloned().unwrap_or_else(|| last.clone());

@@ -148,7 +148,7 @@ fn matters(releases: &Releases, smaller: &[Fitted], larger: &[Fitted]) -> bool {
 /// Judges all releases as one.
 ///
 /// # Errors
-/// 130 where the user stops it.
+/// Interrupted, once somebody asked for it.
 pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
     let zero = options.zero_unknown;
     let plain = Model {

@@ -27,6 +27,16 @@ macro_rules! library {
         $(mod $module;)*
 
         /// Every effect of the library, and the user's own. In files and JSON it is its identifier.
+        ///
+        /// ```
+        /// use yawrig_core::effects::Effect;
+        ///
+        /// let friction = Effect::from_id("coulomb_friction").expect("an effect of the library");
+        /// assert_eq!(friction, Effect::CoulombFriction);
+        /// let c = &friction.parameters()[0];
+        /// assert_eq!((&*c.name, &*c.unit, c.min), ("c", "rad/s2", 0.0));
+        /// println!("{}: {}", friction.card().title, friction.card().cause);
+        /// ```
         #[derive(Clone, Debug)]
         pub enum Effect {
             $($effect,)*

@@ -264,6 +264,30 @@ fn first_state(swing: &Swing) -> (f64, f64) {
 
 /// `inner` with `effect` added, never worse than `inner`: started from it with the effect at zero, over lengthening
 /// horizons, and from small sizes of either sign, until a start explains the swing.
+///
+/// ```
+/// use yawrig_core::effects::Effect;
+/// use yawrig_core::fit::fitting::{fit_added, fit_plain};
+/// use yawrig_core::fit::swing::Swing;
+/// use yawrig_core::record::Record;
+///
+/// // A zero that drifts by 0.1 deg/s, and a trace of noise.
+/// let noise = |k: u64| ((k.wrapping_mul(2_654_435_761) >> 7) % 1000) as f64 * 1e-4 - 0.05;
+/// let (time_s, yaw_deg) = (0..6000u64)
+///     .map(|k| {
+///         let t = k as f64 / 300.0;
+///         (t, 12.0 * (-0.06 * t).exp() * (6.0 * t).cos() + 0.1 * t + noise(k))
+///     })
+///     .unzip();
+/// let decay = Swing::of(&Record { file: "mine".into(), time_s, yaw_deg })?;
+/// let plain = fit_plain(&decay, false, decay.yaw_rad.len());
+/// let with = fit_added(&decay, &plain, &Effect::BaselineDrift);
+/// assert!(5.0 * with.rms_rad() < plain.rms_rad());
+/// let (name, drift_rad_s) = &with.effect_parameters()[0];
+/// assert_eq!(name, "baseline_drift.d");
+/// assert!((drift_rad_s.value.to_degrees() / 0.1 - 1.0).abs() < 0.05);
+/// # Ok::<(), yawrig_core::error::Error>(())
+/// ```
 pub fn fit_added(swing: &Swing, inner: &Fitted, effect: &Effect) -> Fitted {
     let structure = inner.structure.with(effect);
     let count = inner.count;

@@ -58,7 +58,7 @@ impl Swing {
     /// Everything between release and rest.
     ///
     /// # Errors
-    /// Exit 3, naming the file: no oscillation in it, or fewer than three cycles.
+    /// Naming the file: no oscillation in it, or fewer than three cycles.
     pub fn of(record: &Record) -> Result<Self> {
         let (record, warnings) = gaps::without(record);
         let record = &*record;

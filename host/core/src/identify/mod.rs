@@ -141,10 +141,29 @@ pub struct Unavailable {
     pub reason: String,
 }
 
-/// Applies `methods` to a record.
+/// Applies `methods` to a record: release, hold, end and offset are found in it. See the example of the crate.
+///
+/// ```
+/// use yawrig_core::error::Error;
+/// use yawrig_core::identify::{identify, Method, Settings};
+/// use yawrig_core::record::Record;
+///
+/// let time_s: Vec<f64> = (0..3000).map(|k| f64::from(k) / 300.0).collect();
+/// let yaw_deg = time_s.iter().map(|t| 11.0 * (-0.2 * t).exp() * (8.0 * t).cos()).collect();
+/// let record = Record { file: "mine".into(), time_s, yaw_deg };
+/// let methods = [Method::LeastSquares, Method::Conventional];
+/// let found = identify(&record, &methods, &Settings::default())?;
+/// let zeta = found.estimates[0].damping_ratio.value;
+/// assert!((zeta / 0.025 - 1.0).abs() < 1e-3, "{zeta}");
+///
+/// let flat = Record { yaw_deg: vec![1.0; 3000], ..record };
+/// let refused = identify(&flat, &methods, &Settings::default());
+/// assert!(matches!(refused, Err(Error::NoOscillation { .. })));
+/// # Ok::<(), Error>(())
+/// ```
 ///
 /// # Errors
-/// Exit 3, naming the file: no oscillation in it, fewer than three cycles, or no method with an answer.
+/// No oscillation in it, fewer than three cycles, or no method with an answer.
 pub fn identify(
     record: &Record,
     methods: &[Method],

@@ -64,6 +64,26 @@ impl Motion {
     }
 
     /// The reading at every instant of `grid`, rad, into `out` (as long as the grid).
+    ///
+    /// ```
+    /// use yawrig_core::effects::{Effect, Terms};
+    /// use yawrig_core::motion::simulate::{Grid, Motion};
+    ///
+    /// // Dry friction takes 2 c / wn^2 off the amplitude in half a cycle.
+    /// let (wn, c) = (7.0, 0.3);
+    /// let motion = Motion {
+    ///     natural_frequency_rad_s: wn,
+    ///     damping_ratio: 0.0,
+    ///     yaw_rad: 0.2,
+    ///     rate_rad_s: 0.0,
+    ///     terms: Terms::of([(Effect::CoulombFriction, &[c][..])]),
+    /// };
+    /// let step_s = std::f64::consts::PI / wn / 50.0;
+    /// let grid = Grid { start_s: 0.0, step_s, count: 51, mean_width_s: 0.0 };
+    /// let mut yaw_rad = vec![0.0; grid.count];
+    /// motion.readings(&grid, &mut yaw_rad);
+    /// assert!((yaw_rad[50] + 0.2 - 2.0 * c / (wn * wn)).abs() < 1e-9);
+    /// ```
     pub fn readings(&self, grid: &Grid, out: &mut [f64]) {
         self.run(grid, |k, y, _| out[k] = y);
     }

@@ -10,6 +10,18 @@ use crate::error::{Error, Result};
 use std::path::PathBuf;
 
 /// One recorded release.
+///
+/// ```
+/// use yawrig_core::record::Record;
+///
+/// let time_s: Vec<f64> = (0..2000).map(|k| f64::from(k) / 250.0).collect();
+/// let yaw_deg = time_s.iter().map(|t| 9.0 * (-0.1 * t).exp() * (6.0 * t).cos()).collect();
+/// let record = Record { file: "mine".into(), time_s, yaw_deg };
+/// assert!((record.timing().rate_hz - 250.0).abs() < 1e-6);
+/// // The device's own rate, by a spline through every sample.
+/// assert_eq!(record.resampled(1000.0)?.len(), 7997);
+/// # Ok::<(), yawrig_core::error::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
     /// Where it was read from, for messages.
@@ -45,7 +57,7 @@ impl Record {
     /// 160 Hz. A record faster than `rate_hz` is sampled at points, as the device's converter would.
     ///
     /// # Errors
-    /// Exit 3 for fewer than four samples.
+    /// For fewer than four samples.
     pub fn resampled(&self, rate_hz: f64) -> Result<Self> {
         if self.len() < 4 {
             let record = self.file.display().to_string();

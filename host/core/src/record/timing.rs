@@ -46,7 +46,7 @@ impl Record {
     /// Whether its sampling rate is one that can be analysed.
     ///
     /// # Errors
-    /// Exit 3 for a rate outside 20 Hz to 10 kHz.
+    /// For a rate outside 20 Hz to 10 kHz.
     pub fn check_rate(&self) -> Result<()> {
         let rate_hz = self.timing().rate_hz;
         if RATE_HZ.contains(&rate_hz) {
