@@ -1,10 +1,10 @@
-//! A record of any length in a fixed buffer: means of the swing, and what the noise is.
+//! A record of any length in a fixed buffer: means of the samples, and what the noise is.
 //!
 //! Where the buffer is full, neighbouring means become one. The mean of a damped sinusoid over a stretch is that
 //! sinusoid at the stretch's middle times one complex constant, which amplitude and phase take up; so natural frequency
 //! and damping ratio are those of the samples, and at five means a cycle their information is lost to 7 %.
 //!
-//! The noise is told from what no swing has: third differences of neighbouring samples, and sixth differences of means
+//! The noise is measured by what no oscillation has: third differences of neighbouring samples, and sixth differences of means
 //! over 8, 16, ... samples, each scale of which sees the noise at about nine tenths of its highest frequency.
 
 use yawrig_shared::history::{History, BLOCK};
@@ -23,7 +23,7 @@ const ORDER: usize = 6;
 /// Mean squares of a third difference and of a sixth of white noise of variance one: sums of squared binomials.
 const THIRD: f32 = 20.0;
 const SIXTH: f32 = 924.0;
-/// Longest mean for which sixth differences leave next to nothing of the swing, rad: (2 sin(x / 2))^12 / 924 of its
+/// Longest mean for which sixth differences leave next to nothing of the oscillation, rad: (2 sin(x / 2))^12 / 924 of its
 /// power, 6e-10.
 const SMOOTH_RAD: f32 = 0.3;
 /// Overlapping sixth differences that are as good as an independent one: sum of their squared correlations.
@@ -76,7 +76,7 @@ impl Scale {
     }
 }
 
-/// Means of a swing.
+/// Means of a free decay.
 #[derive(Clone, Debug)]
 pub struct Decimated {
     points: [i16; POINTS],
@@ -86,7 +86,7 @@ pub struct Decimated {
     /// Of the mean that is coming.
     sum_deg: f32,
     summed: u32,
-    /// The whole buffer is taken, and longer means would tell too little of the swing.
+    /// The whole buffer is taken, and longer means would resolve too little of the oscillation.
     full: bool,
     unit_deg: f32,
     /// What the means count from.
@@ -129,7 +129,7 @@ impl Decimated {
         }
     }
 
-    /// Empties it for a swing of this amplitude about this mid-line, from this sample on.
+    /// Empties it for a free decay of this amplitude about this mid-line, from this sample on.
     pub fn begin(&mut self, from_sample: u32, amplitude_deg: f32, midline_deg: f32) {
         self.count = 0;
         self.blocks = 1;
@@ -208,7 +208,7 @@ impl Decimated {
         let mean_deg = self.sum_deg / self.summed as f32;
         (self.sum_deg, self.summed) = (0.0, 0);
         while (mean_deg / self.unit_deg).abs() > f32::from(i16::MAX) {
-            // A swing that grows.
+            // An oscillation that grows.
             self.unit_deg *= 2.0;
             self.points[..self.count].iter_mut().for_each(|point| *point /= 2);
         }

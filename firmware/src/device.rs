@@ -10,8 +10,8 @@ use crate::BUILT_IN;
 use yawrig_shared::blob::{self, EffectIds, Envelope, Provenance};
 use yawrig_shared::network::Network;
 use yawrig_shared::wire::{
-    self, Decoder, Event, Frame, HelloReply, NetworkStatus, Phase, Refusal, Reply, Request,
-    Settings, Signature, Status, HELLO_KEY, TRIAL_SAMPLES,
+    self, Cause, Decoder, Event, Frame, HelloReply, NetworkStatus, Phase, Refusal, Reply, Request,
+    Settings, Signature, Start, Status, HELLO_KEY, TRIAL_SAMPLES,
 };
 
 /// What is known of the network that runs.
@@ -60,6 +60,7 @@ struct Core<F> {
     raised: Option<u32>,
     challenges: u32,
     session: u32,
+    start: Start,
     lost_bytes: u32,
     line: Line,
     stream: Stream,
@@ -93,6 +94,7 @@ impl<F: Flash> Device<F> {
                 raised: None,
                 challenges: 0,
                 session: 0,
+                start: Start { cause: Cause::Unknown, crash: None },
                 lost_bytes: 0,
                 line: Line::new(),
                 stream: Stream::new(),
@@ -109,6 +111,11 @@ impl<F: Flash> Device<F> {
     /// not said. The host's settings may say better.
     pub fn set_clock(&mut self, u_ppm: f32) {
         self.core.measuring.set_board_clock(u_ppm);
+    }
+
+    /// Says how this run began, where the board knows.
+    pub fn set_start(&mut self, start: Start) {
+        self.core.start = start;
     }
 
     /// Where in a release it is.
@@ -426,6 +433,7 @@ impl<F: Flash> Core<F> {
             condition: self.measuring.condition(),
             reference: self.measuring.reference(),
             refined_reference: self.refining.reference(),
+            start: self.start.clone(),
         }
     }
 }

@@ -9,6 +9,7 @@
 pub mod decimated;
 pub mod device;
 pub mod estimator;
+mod flash;
 pub mod line;
 pub mod lock;
 pub mod measuring;

@@ -19,7 +19,7 @@
 //! record: 0 number   4 LOCK or OPEN   8 public key   40 unused   44 CRC-32 of bytes 0..44
 //! ```
 
-use crate::slots::{erase, program, Flash, Sector, ERASED, SLOT_BYTES};
+use crate::flash::{erase, program, Flash, Sector, ERASED, SLOT_BYTES};
 use ed25519_compact::{PublicKey, Signature as Ed25519};
 use yawrig_shared::checksum::crc32;
 use yawrig_shared::wire::{network_message, unlock_message, update_message, Refusal, Signature};

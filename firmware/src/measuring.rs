@@ -338,7 +338,7 @@ impl Measuring {
         match self.watch.phase() {
             Phase::Ringing => self.finish(Flags::CUT_SHORT, self.now(), context),
             Phase::Finished => {}
-            // The host waits for a result; there is none to be had from what came.
+            // The host waits for a result; what came gives none.
             _ => {
                 if self.signal.is_stuck() {
                     self.current.flags.set(Flags::STUCK);

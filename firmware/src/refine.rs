@@ -153,7 +153,7 @@ impl Sums {
     }
 }
 
-/// Solves L L' x = `right` in its first `n` places; the others are nought.
+/// Solves L L' x = `right` in its first `n` places; the others are zero.
 #[inline(never)]
 fn solved(l: &[[f64; N]; N], mut right: [f64; N], n: usize) -> [f64; N] {
     right[n..].fill(0.0);
@@ -325,7 +325,7 @@ impl Fit {
 
     /// What is next, after a look at the whole horizon.
     fn decide(&mut self) -> Option<Next> {
-        // Without a swing there is nothing that s and w could change: first a, b and c alone.
+        // Without an oscillation s and w change nothing: first a, b and c alone.
         let first = self.best_squares == f64::INFINITY && self.best.cosine == 0.0;
         self.steps += 1;
         if self.sums.squares() > self.best_squares + self.variance {

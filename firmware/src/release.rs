@@ -1,4 +1,4 @@
-//! Where in a release the model is, told from the potentiometer alone.
+//! Where in a release the model is, from the potentiometer alone.
 //!
 //! Held: block means stay within a band for longer than half the slowest period, which no
 //! oscillation of interest does. Released: they leave their rest. Ringing: three turning points,
@@ -16,7 +16,7 @@ const DIED_DOWN_SAMPLES: u32 = 1800;
 /// Peak to peak, degrees: above the noise of the means it is held against, far below any release.
 const STILL_BAND_DEG: f32 = 0.35;
 /// The same where the noise of the means is more: so many times it holds all of some forty normal deviates but once in
-/// ten thousand; up to 1 deg of a sample's noise, or a swing would be taken for noise.
+/// ten thousand; up to 1 deg of a sample's noise, or an oscillation would be taken for noise.
 const STILL_BAND_NOISE: f32 = 6.5;
 const MOST_BAND_DEG: f32 = 1.15;
 /// Blocks whose mean that is: 32 ms take little from the fastest swing and most from noise and hum.
@@ -112,7 +112,7 @@ impl Watch {
             Phase::Held => {
                 let rest_deg = self.rest_deg;
                 self.rest_deg += (mean_deg - rest_deg) / DRIFT_BLOCKS;
-                // The last of a decay swings about its rest, too, but not so far.
+                // The last of a decay oscillates about its rest, too, but not so far.
                 let least = LET_GO_DEG.max(LET_GO_SHARE * to_deg).max(LET_GO_NOISE * noise_deg);
                 let let_go = (mean_deg - rest_deg).abs() > least;
                 let_go.then(|| {

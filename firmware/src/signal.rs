@@ -12,7 +12,7 @@ const WILD_DEG: f32 = 3.0;
 const BRIDGED: u8 = 5;
 /// Whatever comes next is taken.
 const ANYTHING: u8 = u8::MAX;
-/// So many equal readings no swing gives: at the slowest turning point, 1 deg and 2.5 rad/s, a converter of 12 bits
+/// No oscillation gives so many equal readings: at the slowest turning point, 1 deg and 2.5 rad/s, a converter of 12 bits
 /// over a full turn stays at one count for 340.
 const STUCK_SAMPLES: u16 = 500;
 /// Blocks over which the noise is averaged: 4 s.
@@ -120,7 +120,7 @@ impl Signal {
         let [a, b, c, d] = self.means;
         self.means = [b, c, d, mean_deg];
         let fourth = libm::fabsf(a + mean_deg - 4.0 * (b + d) + 6.0 * c);
-        // The first ones begin at nought degrees, wherever the model is.
+        // The first ones begin at zero degrees, wherever the model is.
         self.averaged = (self.averaged + 1).min(AVERAGED);
         if self.averaged <= 4 {
             return;

@@ -10,17 +10,15 @@
 //! slot: 0 commit word   4 length of the blob   8 blob
 //! ```
 
+use crate::flash::{erase, program};
+pub use crate::flash::{Flash, FlashFault, MemoryFlash, Sector, ERASED, SLOT_BYTES};
 use crate::lock::{self, Challenge};
 use yawrig_shared::blob::{self, BlobError, Envelope, Provenance};
 use yawrig_shared::network::Network;
 use yawrig_shared::wire::{Refusal, Signature, SlotState};
 
-/// Bytes of a slot: a sector or more that is erased as one.
-pub const SLOT_BYTES: usize = 16 * 1024;
 const COMMITTED: u32 = u32::from_le_bytes(*b"LIVE");
 const BLOB_AT: usize = 8;
-pub const ERASED: u8 = 0xFF;
-
 /// One of the two slots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slot {
@@ -39,94 +37,12 @@ impl Slot {
     }
 }
 
-/// What is erased as one: a slot, or one of the lock's two places ([`crate::lock`]).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sector {
-    First,
-    Second,
-    Lock,
-    OtherLock,
-}
-
-impl Sector {
-    pub const ALL: [Self; 4] = [Self::First, Self::Second, Self::Lock, Self::OtherLock];
-}
-
 impl From<Slot> for Sector {
     fn from(slot: Slot) -> Self {
         match slot {
             Slot::First => Self::First,
             Slot::Second => Self::Second,
         }
-    }
-}
-
-/// The flash did not do what it was told.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FlashFault;
-
-/// NOR flash of four sectors: erasing sets all bits, programming can only clear them.
-pub trait Flash {
-    /// Whether this device can be [locked](crate::lock). Checking signatures takes 14 kB of code.
-    const LOCKABLE: bool = true;
-    /// All bytes of a sector.
-    fn read(&self, sector: Sector) -> &[u8; SLOT_BYTES];
-    /// Sets every byte of the sector to 0xFF.
-    fn erase(&mut self, sector: Sector) -> Result<(), FlashFault>;
-    /// Programs the word at a multiple of four.
-    fn program(&mut self, sector: Sector, offset: usize, word: [u8; 4]) -> Result<(), FlashFault>;
-}
-
-/// NOR flash in memory, for the emulated devices and the tests.
-#[derive(Clone, Debug)]
-pub struct MemoryFlash {
-    sectors: [[u8; SLOT_BYTES]; 4],
-}
-
-impl Default for MemoryFlash {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl MemoryFlash {
-    pub const fn new() -> Self {
-        Self { sectors: [[ERASED; SLOT_BYTES]; 4] }
-    }
-}
-
-impl Flash for MemoryFlash {
-    fn read(&self, sector: Sector) -> &[u8; SLOT_BYTES] {
-        &self.sectors[sector as usize]
-    }
-
-    fn erase(&mut self, sector: Sector) -> Result<(), FlashFault> {
-        self.sectors[sector as usize].fill(ERASED);
-        Ok(())
-    }
-
-    fn program(&mut self, sector: Sector, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
-        let place = self.sectors[sector as usize].get_mut(offset..offset + 4).ok_or(FlashFault)?;
-        for (byte, new) in place.iter_mut().zip(word) {
-            *byte &= new;
-        }
-        Ok(())
-    }
-}
-
-impl<F: Flash> Flash for &mut F {
-    const LOCKABLE: bool = F::LOCKABLE;
-
-    fn read(&self, sector: Sector) -> &[u8; SLOT_BYTES] {
-        (**self).read(sector)
-    }
-
-    fn erase(&mut self, sector: Sector) -> Result<(), FlashFault> {
-        (**self).erase(sector)
-    }
-
-    fn program(&mut self, sector: Sector, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
-        (**self).program(sector, offset, word)
     }
 }
 
@@ -307,29 +223,6 @@ impl<F: Flash> Store<F> {
 /// In numbers that go round.
 pub fn is_newer(generation: u32, than: u32) -> bool {
     generation.wrapping_sub(than) as i32 > 0
-}
-
-/// Programs a word and reads it back.
-pub(crate) fn program(
-    flash: &mut impl Flash,
-    sector: Sector,
-    offset: usize,
-    word: [u8; 4],
-) -> Result<(), Refusal> {
-    flash.program(sector, offset, word).map_err(|_| Refusal::FlashWrite)?;
-    if flash.read(sector)[offset..offset + 4] != word {
-        return Err(Refusal::FlashWrite);
-    }
-    Ok(())
-}
-
-/// Erases a sector and looks whether it is.
-pub(crate) fn erase(flash: &mut impl Flash, sector: Sector) -> Result<(), Refusal> {
-    flash.erase(sector).map_err(|_| Refusal::FlashWrite)?;
-    if flash.read(sector).iter().any(|&byte| byte != ERASED) {
-        return Err(Refusal::FlashWrite);
-    }
-    Ok(())
 }
 
 /// The envelope of a slot whose commit word stands.

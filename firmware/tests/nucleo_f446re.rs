@@ -1,6 +1,8 @@
 //! What of the board nucleo-f446re can be tried without one: its sources, compiled for this machine, on simulated
 //! registers. The image itself has not been run on hardware by us.
 
+#[path = "../boards/nucleo-f446re/src/crash.rs"]
+mod crash;
 #[path = "../boards/nucleo-f446re/src/flash.rs"]
 mod flash;
 #[path = "../boards/nucleo-f446re/src/ring.rs"]
@@ -9,9 +11,9 @@ mod ring;
 mod timing;
 
 use flash::*;
-use ring::{widened, Reader};
+use ring::{widened, Reader, CONVERSIONS};
 use std::cell::Cell;
-use timing::{divide, Division, RATE_HZ};
+use timing::{period, CONVERSIONS_HZ, RATE_HZ};
 use yawrig_firmware::slots::{Flash, FlashFault, Sector, SLOT_BYTES};
 
 /// The flash interface as RM0390 describes it: locked until both keys came in order, one kind of operation at a time,
@@ -165,17 +167,17 @@ fn a_flash_that_refuses_is_a_fault_and_is_shut_again() {
 
 #[test]
 fn the_sampling_rate_is_exact_or_refused() {
-    assert_eq!(divide(84_000_000, RATE_HZ), Some(Division { prescaler: 83, period: 999 }));
-    for clock_mhz in 1..=180 {
+    assert_eq!((RATE_HZ, CONVERSIONS_HZ), (1000, 16_000));
+    assert_eq!(period(84_000_000, CONVERSIONS_HZ), Some(5249));
+    for clock_mhz in (2..=180).step_by(2) {
         let clock_hz = clock_mhz * 1_000_000;
-        let Division { prescaler, period } = divide(clock_hz, RATE_HZ).expect("exact");
-        assert_eq!((u32::from(prescaler) + 1) * (period + 1) * RATE_HZ, clock_hz);
+        let period = period(clock_hz, CONVERSIONS_HZ).expect("exact");
+        assert_eq!((period + 1) * CONVERSIONS_HZ, clock_hz);
     }
     for inexact in [0, 999_999, 84_000_001, 32_768] {
-        assert_eq!(divide(inexact, RATE_HZ), None);
+        assert_eq!(period(inexact, CONVERSIONS_HZ), None);
     }
-    assert_eq!(divide(84_000_000, 3), None);
-    assert_eq!(divide(84_000_000, 0), None);
+    assert_eq!(period(84_000_000, 0), None);
 }
 
 #[test]
@@ -185,7 +187,7 @@ fn every_reading_is_taken_once_or_counted_as_lost() {
     // The count wraps on the way.
     let begun = u32::MAX - 5000;
     let mut reader = Reader::<RING>::new();
-    while reader.overwritten(begun) != 0 {}
+    while reader.overwritten(begun, 1) != 0 {}
     while reader.next(begun).is_some() {}
     let (mut written, mut expected, mut lost_in_all) = (begun, begun, 0);
     let mut state = 1_u32;
@@ -205,7 +207,7 @@ fn every_reading_is_taken_once_or_counted_as_lost() {
         };
         let made = Reader::<RING>::made(triggers, written % RING as u32).expect("they agree");
         assert_eq!(made, written);
-        let lost = reader.overwritten(made);
+        let lost = reader.overwritten(made, 1);
         assert!(lost == 0 || count > RING as u32 / 2);
         lost_in_all += lost;
         expected = expected.wrapping_add(lost);
@@ -267,14 +269,99 @@ fn a_ring_that_is_overtaken_is_noticed() {
     assert_eq!(take(&mut reader, 9), [7, 8]);
 }
 
+/// What is overwritten is left out by whole samples: those after it are of sixteen conversions of their own.
 #[test]
-fn twelve_bits_reach_both_ends_of_sixteen() {
-    assert_eq!((widened(0), widened(0x0fff)), (0, 0xffff));
-    for reading in 1..0x0fff {
-        let (low, here) = (widened(reading - 1), widened(reading));
-        assert!(here - low == 16 || here - low == 17);
-        // Within half a step of its place: straight to 0.4 % of a reading's own step.
-        let place = f64::from(reading) * 65_535.0 / 4095.0;
-        assert!((f64::from(here) - place).abs() <= 1.0);
+fn samples_stay_whole_where_conversions_were_overwritten() {
+    let mut reader = Reader::<64>::new();
+    assert_eq!((reader.overwritten(16, 16), reader.waiting(16)), (0, 16));
+    while reader.next(16).is_some() {}
+    for (made, lost) in [(72, 0), (73, 16), (90, 32), (106, 48)] {
+        let mut reader = reader;
+        assert_eq!(reader.overwritten(made, 16), lost, "{made}");
+        let first = reader.next(made).expect("one is left");
+        assert_eq!(first, (16 + lost as usize) % 64, "{made}");
+    }
+}
+
+#[test]
+fn sixteen_readings_of_twelve_bits_reach_both_ends_of_sixteen() {
+    assert_eq!((widened(0), widened(CONVERSIONS * 0x0fff)), (0, 0xffff));
+    for sum in 1..=CONVERSIONS * 0x0fff {
+        let step = widened(sum) - widened(sum - 1);
+        assert!(step == 1 || step == 2);
+        // Straight to one count.
+        let place = f64::from(sum) * 65_535.0 / f64::from(CONVERSIONS * 4095);
+        assert!((f64::from(widened(sum)) - place).abs() <= 1.0);
+    }
+}
+
+/// The error of a sample against that of one conversion, 340 deg over 12 bits, the model moving slowly: a quarter where
+/// the potentiometer's noise is half a step or more, and next to nothing gained where there is none to blur the steps.
+#[test]
+fn sixteen_conversions_lower_the_noise_floor_to_a_quarter() {
+    const STEP_DEG: f64 = 340.0 / 4096.0;
+    let mut state = 1_u64;
+    let mut even = || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    println!("noise deg   one conversion deg rms   sixteen deg rms   ratio");
+    for (noise_steps, most) in [(0.0, 1.01), (0.25, 0.45), (0.5, 0.28), (1.0, 0.26), (2.0, 0.26)] {
+        let (mut single, mut summed) = (0.0, 0.0);
+        let count = 20_000;
+        for k in 0..count {
+            // Over some hundred steps, each place between two of them as often as any other.
+            let at = 1000.0 + 100.0 * f64::from(k) / f64::from(count);
+            let mut read = || {
+                let noise: f64 = (0..12).map(|_| even()).sum::<f64>() - 6.0;
+                (at + noise_steps * noise).round().clamp(0.0, 4095.0) as u32
+            };
+            let readings: [u32; CONVERSIONS as usize] = std::array::from_fn(|_| read());
+            let sample = f64::from(widened(readings.iter().sum())) * 4095.0 / 65_535.0;
+            single += (f64::from(readings[0]) - at).powi(2);
+            summed += (sample - at).powi(2);
+        }
+        let [single, summed] =
+            [single, summed].map(|sum| STEP_DEG * (sum / f64::from(count)).sqrt());
+        let ratio = summed / single;
+        println!("{:9.4}   {single:22.4}   {summed:15.4}   {ratio:5.3}", noise_steps * STEP_DEG);
+        assert!(ratio < most, "{noise_steps}: {ratio}");
+    }
+}
+
+#[test]
+fn what_ended_the_run_before_is_read_back_and_nothing_else_is() {
+    use crash::{cause, Note, BYTES};
+    use yawrig_shared::wire::{Cause, CRASH_FILE};
+    let note = Note::new("firmware/src/device.rs", 123);
+    let crash = note.read().expect("a crash");
+    assert_eq!((crash.file.as_str(), crash.line), ("firmware/src/device.rs", 123));
+    // Of a long path the end; a letter that was cut in two is left out.
+    let long = format!("{}é{}", "x".repeat(10), "y".repeat(CRASH_FILE - 1));
+    assert_eq!(
+        Note::new(&long, 1).read().expect("a crash").file.as_str(),
+        "y".repeat(CRASH_FILE - 1)
+    );
+    assert_eq!(Note::new("", 0x0801_2345).read().expect("a fault").line, 0x0801_2345);
+    assert_eq!(Note::NONE.read(), None);
+    // What RAM holds when power comes, and a note of which a bit is another.
+    for fill in [0x00_u8, 0xff, 0x5a] {
+        assert_eq!(Note([fill; BYTES]).read(), None);
+    }
+    for bit in 0..8 * BYTES {
+        let mut other = note;
+        other.0[bit / 8] ^= 1 << (bit % 8);
+        assert_eq!(other.read(), None, "bit {bit}");
+    }
+    for (csr, wanted) in [
+        (0x0e00_0000, Cause::Power),
+        (0x0600_0000, Cause::Power),
+        (0x2400_0000, Cause::Watchdog),
+        (0x1400_0000, Cause::Software),
+        (0x0400_0000, Cause::Pin),
+        (0, Cause::Unknown),
+    ] {
+        assert_eq!(cause(csr), wanted, "{csr:#010x}");
     }
 }

@@ -82,6 +82,8 @@ pub enum Style {
     Dashed,
     /// Points alone.
     Points,
+    /// A truth at each point: what lies between says nothing.
+    Crosses,
     /// A line without points.
     Plain,
 }
@@ -108,6 +110,10 @@ impl Curve {
         Self { name: name.into(), points, style: Style::Points, bars: Vec::new() }
     }
 
+    pub fn crosses(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self { style: Style::Crosses, ..Self::points(name, points) }
+    }
+
     pub fn plain(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
         Self { name: name.into(), points, style: Style::Plain, bars: Vec::new() }
     }
@@ -122,7 +128,7 @@ impl Curve {
     /// The part inside the frame; where a line leaves and comes back a NaN point breaks it.
     fn within(&self, x: &std::ops::Range<f64>, y: &std::ops::Range<f64>) -> Self {
         let mut inside = Self { points: Vec::new(), bars: Vec::new(), ..self.clone() };
-        if self.style == Style::Points {
+        if matches!(self.style, Style::Points | Style::Crosses) {
             let seen =
                 |p: &(f64, f64)| x.start <= p.0 && p.0 <= x.end && y.start <= p.1 && p.1 <= y.end;
             for (k, point) in self.points.iter().enumerate().filter(|(_, p)| seen(p)) {
@@ -192,18 +198,28 @@ pub const COLOURS: [RGBColor; 8] = [
     BLACK,
 ];
 const SIZE: (u32, u32) = (980, 460);
-/// Of each plot's width.
-const LEGEND_WIDTH: u32 = 250;
+/// Where the legend begins, and what one row and one letter of it take, in pixels.
+const LEGEND_LEFT: i32 = 80;
+const LEGEND_TOP: i32 = 44;
+const LEGEND_ROW: i32 = 20;
+const LEGEND_LETTER: i32 = 7;
 
 /// All plots of a study, one below the other.
 pub fn svg(plots: &[Plot]) -> Result<String> {
+    svg_in_columns(plots, 1)
+}
+
+/// All plots, row by row.
+pub fn svg_in_columns(plots: &[Plot], columns: usize) -> Result<String> {
+    let rows = plots.len().div_ceil(columns).max(1);
     let mut text = String::new();
     let failed = |e: &dyn std::fmt::Display| Error::internal(format!("cannot draw a plot: {e}"));
     {
-        let size = (SIZE.0, SIZE.1 * plots.len().max(1) as u32);
+        let height = if columns > 1 { SIZE.1 * 3 / 4 } else { SIZE.1 };
+        let size = (SIZE.0, height * rows as u32);
         let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
         root.fill(&WHITE).map_err(|e| failed(&e))?;
-        for (area, plot) in root.split_evenly((plots.len().max(1), 1)).iter().zip(plots) {
+        for (area, plot) in root.split_evenly((rows, columns)).iter().zip(plots) {
             draw(area, plot).map_err(|e| failed(&e))?;
         }
         root.present().map_err(|e| failed(&e))?;
@@ -251,9 +267,11 @@ where
     X::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
     Y::CoordDescType: ValueFormatter<f64> + Ranged<ValueType = f64>,
 {
-    let (left, right) = area.split_horizontally(SIZE.0 - LEGEND_WIDTH);
-    let mut chart = ChartBuilder::on(&left)
-        .caption(&plot.title, ("sans-serif", 17))
+    let places = legend_places(&plot.curves, area.dim_in_pixel().0 as i32);
+    let rows = places.last().map_or(0, |(_, row)| row + 1);
+    area.draw(&Text::new(plot.title.clone(), (LEGEND_LEFT, 10), ("sans-serif", 17)))?;
+    let (_, below) = area.split_vertically(LEGEND_TOP + LEGEND_ROW * rows - 8);
+    let mut chart = ChartBuilder::on(&below)
         .margin(12)
         .x_label_area_size(42)
         .y_label_area_size(68)
@@ -282,6 +300,7 @@ where
                 Style::Line | Style::Plain => chart.draw_series(LineSeries::new(run, stroke))?,
                 Style::Dashed => chart.draw_series(DashedLineSeries::new(run, 6, 4, stroke))?,
                 Style::Points => chart.draw_series(run.map(|p| dot(p, colour)))?,
+                Style::Crosses => chart.draw_series(run.map(|p| cross(p, colour)))?,
             };
         }
         let bars = curve.points.iter().zip(&curve.bars).filter(|(p, b)| {
@@ -294,7 +313,9 @@ where
         if curve.points.len() <= 30 && curve.style == Style::Line {
             chart.draw_series(points.map(|p| dot(p, colour)))?;
         }
-        legend(&right, i, curve, colour)?;
+        if let Some(&(left, row)) = places.get(i) {
+            legend(area, (left, LEGEND_TOP + LEGEND_ROW * row), curve, colour)?;
+        }
     }
     Ok(())
 }
@@ -303,20 +324,41 @@ fn dot<C>(at: C, colour: RGBColor) -> Circle<C, i32> {
     Circle::new(at, 3, colour.filled())
 }
 
-/// One line of the legend, beside the axes, where it hides nothing.
-fn legend(area: &Area<'_>, line: usize, curve: &Curve, colour: RGBColor) -> Drawn {
-    let y = 44 + 22 * line as i32;
+fn cross<C>(at: C, colour: RGBColor) -> Cross<C, i32> {
+    Cross::new(at, 5, colour.stroke_width(2))
+}
+
+/// Left edge and row of each entry of the legend, one beside the other above the axes.
+fn legend_places(curves: &[Curve], width: i32) -> Vec<(i32, i32)> {
+    let (mut left, mut row) = (LEGEND_LEFT, 0);
+    let place = |curve: &Curve| {
+        let wide = 30 + LEGEND_LETTER * curve.name.chars().count() as i32 + 18;
+        if left > LEGEND_LEFT && left + wide > width {
+            (left, row) = (LEGEND_LEFT, row + 1);
+        }
+        let here = (left, row);
+        left += wide;
+        here
+    };
+    curves.iter().map(place).collect()
+}
+
+/// One entry of the legend.
+fn legend(area: &Area<'_>, (left, y): (i32, i32), curve: &Curve, colour: RGBColor) -> Drawn {
     let stroke = colour.stroke_width(2);
     match curve.style {
-        Style::Line | Style::Plain => area.draw(&PathElement::new([(0, y), (24, y)], stroke))?,
+        Style::Line | Style::Plain => {
+            area.draw(&PathElement::new([(left, y), (left + 24, y)], stroke))?;
+        }
         Style::Dashed => {
             for from in [0, 10, 20] {
-                area.draw(&PathElement::new([(from, y), (from + 6, y)], stroke))?;
+                area.draw(&PathElement::new([(left + from, y), (left + from + 6, y)], stroke))?;
             }
         }
-        Style::Points => area.draw(&dot((12, y), colour))?,
+        Style::Points => area.draw(&dot((left + 12, y), colour))?,
+        Style::Crosses => area.draw(&cross((left + 12, y), colour))?,
     }
-    area.draw(&Text::new(curve.name.clone(), (30, y - 6), ("sans-serif", 13)))?;
+    area.draw(&Text::new(curve.name.clone(), (left + 30, y - 6), ("sans-serif", 13)))?;
     Ok(())
 }
 
@@ -325,7 +367,7 @@ fn tick(v: f64) -> String {
     match v.abs() {
         // Rounding residue at zero.
         a if a < 1e-14 => "0".to_owned(),
-        a if !(1e-3..1e5).contains(&a) => format!("{v:.0e}"),
+        a if !(1e-3..1e5).contains(&a) => format!("{v:.1e}").replace(".0e", "e"),
         _ => {
             let text = format!("{v:.4}");
             text.trim_end_matches('0').trim_end_matches('.').to_owned()

@@ -7,13 +7,13 @@ use std::time::Instant;
 use yawrig::campaign::simulated::{describe, plan, Planned};
 use yawrig_core::derivatives::campaign::Campaign;
 use yawrig_core::derivatives::table::Point;
-use yawrig_core::diagnosis::campaign::{diagnose_swings, CampaignDiagnosis, HeldOut};
+use yawrig_core::diagnosis::campaign::{diagnose_decays, CampaignDiagnosis, HeldOut};
 use yawrig_core::diagnosis::diagnose::{Options, Status};
 use yawrig_core::diagnosis::origin::Origin;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{fit_added, fit_plain, Limit, Number, Structure};
+use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::fit::joint::{self, Release, Sharing};
-use yawrig_core::fit::swing::Swing;
 use yawrig_core::record::Record;
 use yawrig_rig::{Effects, End, Rig, Sensor, Spring, Start};
 
@@ -48,7 +48,7 @@ impl Default for Wanted<'_> {
 }
 
 /// The records, held a second and released from 12 deg on both axes, noise 0.05 deg.
-fn planted(wanted: &Wanted) -> (Campaign, Vec<Swing>) {
+fn planted(wanted: &Wanted) -> (Campaign, Vec<FreeDecay>) {
     let rig = Rig::default();
     let mut planned: Vec<Planned> = Vec::new();
     for &speed in wanted.speeds_m_s {
@@ -66,21 +66,21 @@ fn planted(wanted: &Wanted) -> (Campaign, Vec<Swing>) {
     }
     let start = Start { amplitude_deg: 12.0, hold_s: 1.0, end: End::After(wanted.seconds) };
     let sensor = Sensor { noise_deg: 0.05, rate_hz: wanted.rate_hz, ..Sensor::default() };
-    let swings = planned
+    let decays = planned
         .par_iter()
         .map(|p| {
             let release = rig.release_with(&p.condition, &p.effects, &start, &sensor, p.seed);
             let samples = release.unwrap().samples;
             let (time_s, yaw_deg) = samples.map(|sample| (sample.time_s, sample.yaw_deg)).unzip();
-            Swing::of(&Record { file: p.file.clone().into(), time_s, yaw_deg }).unwrap()
+            FreeDecay::of(&Record { file: p.file.clone().into(), time_s, yaw_deg }).unwrap()
         })
         .collect();
-    (describe(&rig, &planned), swings)
+    (describe(&rig, &planned), decays)
 }
 
 fn diagnosed(wanted: &Wanted) -> CampaignDiagnosis {
-    let (file, swings) = planted(wanted);
-    let found = diagnose_swings(&file, &swings, &Options::default()).unwrap();
+    let (file, decays) = planted(wanted);
+    let found = diagnose_decays(&file, &decays, &Options::default()).unwrap();
     let last = found.steps.last().unwrap();
     println!(
         "{:?} {:?}: {:.3} -> {:.3} times the noise, held out {:.3}; {:?} {:?}",
@@ -244,7 +244,7 @@ fn it_is_told_whether_an_effect_comes_with_the_wind() {
 }
 
 /// Four releases with the same friction.
-fn rubbing(seed: u64) -> Vec<Swing> {
+fn rubbing(seed: u64) -> Vec<FreeDecay> {
     let hidden = |_| vec!["coulomb_friction:c=0.04".to_owned()];
     let springs = &["K3"];
     let wanted =
@@ -254,11 +254,11 @@ fn rubbing(seed: u64) -> Vec<Swing> {
 
 #[test]
 fn one_release_fitted_jointly_is_the_single_fit() {
-    let swing = &rubbing(21)[0];
-    let count = swing.yaw_rad.len();
-    let plain = fit_plain(swing, true, count);
-    let single = fit_added(swing, &plain, &Effect::CoulombFriction);
-    let release = [Release::whole(swing)];
+    let decay = &rubbing(21)[0];
+    let count = decay.yaw_rad.len();
+    let plain = fit_plain(decay, true, count);
+    let single = fit_added(decay, &plain, &Effect::CoulombFriction);
+    let release = [Release::whole(decay)];
     let joint = joint::fit_from(&release, &single.structure, &Sharing::none(1, 1), &[&single]);
     let (a, b) = (single.effect_parameters(), joint.fits[0].effect_parameters());
     println!("single {} joint {}", a[0].1, b[0].1);
@@ -267,7 +267,7 @@ fn one_release_fitted_jointly_is_the_single_fit() {
     assert!((a[0].1.u / b[0].1.u - 1.0).abs() < 0.01);
     let (a, b) = (single.natural_frequency_rad_s(), joint.fits[0].natural_frequency_rad_s());
     assert!((a.value - b.value).abs() < 0.02 * a.u && (a.u / b.u - 1.0).abs() < 0.01);
-    assert!((single.over_noise(swing) / joint.over_noise() - 1.0).abs() < 1e-4);
+    assert!((single.over_noise(decay) / joint.over_noise() - 1.0).abs() < 1e-4);
 }
 
 /// One coefficient for eight releases, one wn and zeta for two repeats each. Of 6 independent fits of the shared
@@ -276,25 +276,25 @@ fn one_release_fitted_jointly_is_the_single_fit() {
 fn what_is_shared_is_known_better_and_right() {
     let (mut holds, seeds) = (0, 31..37u64);
     for seed in seeds.clone() {
-        let swings = rubbing(seed);
-        let releases: Vec<Release> = swings.iter().map(Release::whole).collect();
-        let singles: Vec<_> = swings
+        let decays = rubbing(seed);
+        let releases: Vec<Release> = decays.iter().map(Release::whole).collect();
+        let singles: Vec<_> = decays
             .par_iter()
-            .map(|swing| {
-                let plain = fit_plain(swing, false, swing.yaw_rad.len());
-                fit_added(swing, &plain, &Effect::CoulombFriction)
+            .map(|decay| {
+                let plain = fit_plain(decay, false, decay.yaw_rad.len());
+                fit_added(decay, &plain, &Effect::CoulombFriction)
             })
             .collect();
         let sharing = Sharing {
-            modal: (0..swings.len()).map(|i| i / 2).collect(),
-            effects: vec![vec![Some(0); swings.len()]],
+            modal: (0..decays.len()).map(|i| i / 2).collect(),
+            effects: vec![vec![Some(0); decays.len()]],
         };
         let structure = &singles[0].structure;
         let joint =
             joint::fit_from(&releases, structure, &sharing, &singles.iter().collect::<Vec<_>>());
         assert!(joint.converged);
         let place = |i| joint.place(&Effect::CoulombFriction, 0, i);
-        assert!((0..swings.len()).all(|i| place(i) == place(0)));
+        assert!((0..decays.len()).all(|i| place(i) == place(0)));
         let shared = joint.quantity(place(0).unwrap());
         let best = singles.iter().map(|s| s.effect_parameters()[0].1.u).fold(f64::MAX, f64::min);
         println!("c {shared}, best single u {best:.6}, {:.3} times the noise", joint.over_noise());
@@ -311,23 +311,23 @@ fn what_is_shared_is_known_better_and_right() {
 
 #[test]
 fn a_fixed_number_stays_and_a_narrowed_one_keeps_inside() {
-    let swing = &rubbing(41)[0];
-    let count = swing.yaw_rad.len();
+    let decay = &rubbing(41)[0];
+    let count = decay.yaw_rad.len();
     let structure = Structure::default()
         .with(&Effect::CoulombFriction)
         .limited(&Effect::CoulombFriction, "c", 0.03, 0.03)
         .unwrap();
-    let plain = yawrig_core::fit::fitting::fit_plain_within(swing, &structure, count);
-    let fixed = fit_added(swing, &plain, &Effect::CoulombFriction);
+    let plain = yawrig_core::fit::fitting::fit_plain_within(decay, &structure, count);
+    let fixed = fit_added(decay, &plain, &Effect::CoulombFriction);
     assert_eq!(fixed.effect_parameters()[0].1.value, 0.03);
     assert_eq!(fixed.effect_parameters()[0].1.u, 0.0);
     let mut narrow = fixed.structure.clone();
     narrow.limits =
         vec![Limit { number: Number::Of(Effect::CoulombFriction, 0), low: 0.0, high: 0.035 }];
-    let kept = yawrig_core::fit::fitting::fit_from(swing, &narrow, &fixed.parameters, count);
+    let kept = yawrig_core::fit::fitting::fit_from(decay, &narrow, &fixed.parameters, count);
     assert_eq!(kept.effect_parameters()[0].1.value, 0.035);
     narrow.limits.clear();
-    let free = yawrig_core::fit::fitting::fit_from(swing, &narrow, &fixed.parameters, count);
+    let free = yawrig_core::fit::fitting::fit_from(decay, &narrow, &fixed.parameters, count);
     assert!(free.effect_parameters()[0].1.holds(0.04, 3.0));
     assert!(
         free.sum_of_squares < kept.sum_of_squares && kept.sum_of_squares < fixed.sum_of_squares
@@ -348,12 +348,12 @@ fn a_full_campaign_takes() {
     for hidden in [NOTHING, &coulomb] {
         let wanted =
             Wanted { springs, seconds: 40.0, rate_hz: 1000.0, hidden, ..Wanted::default() };
-        let (file, swings) = planted(&wanted);
+        let (file, decays) = planted(&wanted);
         let begun = Instant::now();
-        let found = diagnose_swings(&file, &swings, &Options::default()).unwrap();
+        let found = diagnose_decays(&file, &decays, &Options::default()).unwrap();
         let seconds = begun.elapsed().as_secs_f64();
-        println!("{} releases, {:?}: {seconds:.1} s", swings.len(), found.effects);
-        assert_eq!(swings.len(), 32);
+        println!("{} releases, {:?}: {seconds:.1} s", decays.len(), found.effects);
+        assert_eq!(decays.len(), 32);
     }
 }
 

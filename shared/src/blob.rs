@@ -20,7 +20,7 @@ use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 pub const MAGIC: [u8; 4] = *b"YRN1";
-/// 2: the number of inputs is the network's own, layers may be linear, the model it learnt is told.
+/// 2: the number of inputs is the network's own, layers may be linear, the model it was trained on is named.
 pub const FORMAT: u16 = 2;
 pub const ENVELOPE: usize = 24;
 /// Longest blob: weights of 4 KiB, golden vectors and the rest.

@@ -2,8 +2,11 @@
 //! of its own.
 
 use crate::history::{History, Moment, BLOCK};
-use crate::window::{Extreme, HALF_CYCLES};
 use heapless::Deque;
+
+/// Cycles in a window (thesis 4.5.2).
+pub const CYCLES: usize = 3;
+pub(crate) const HALF_CYCLES: usize = 2 * CYCLES;
 
 /// Fewest crossings that may fix a window: two cycles and the alternating term's degree of freedom.
 const FEWEST_CROSSINGS: usize = 5;
@@ -12,6 +15,13 @@ const FEWEST_CROSSINGS: usize = 5;
 /// does so symmetrically.
 const LINE_SHARE: f32 = 1.0 / 6.0;
 const LINE_SAMPLES: core::ops::RangeInclusive<i32> = 3..=200;
+
+/// A turning point of the block means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extreme {
+    pub at: u32,
+    pub yaw_deg: f32,
+}
 
 /// A passage through the mid-line.
 #[derive(Clone, Copy, Debug)]

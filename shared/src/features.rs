@@ -1,4 +1,4 @@
-//! What a window is told to the network by: forty-one numbers, or forty-two with its amplitude.
+//! A window as the network's inputs: forty-one numbers, or forty-two with its amplitude.
 
 use crate::history::{History, View};
 use crate::window::{Window, SAMPLE_RATE_HZ};
@@ -16,7 +16,7 @@ pub const MOST_INPUTS: usize = FEATURES + 1;
 /// What a network is given, as many numbers as its topology says first.
 pub type Inputs = Vec<f32, MOST_INPUTS>;
 
-/// How the shape of the window is told.
+/// How the shape of the window is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum FeatureKind {
     /// Means over forty equal bins, divided by their root mean square: all samples count, so
@@ -33,7 +33,7 @@ pub enum FeatureKind {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct InputScaling {
     pub shape_gain: f32,
-    /// Reciprocal duration that maps to nought, 1/s.
+    /// Reciprocal duration that maps to zero, 1/s.
     pub reciprocal_offset_hz: f32,
     /// Gain on the reciprocal duration less its offset, s.
     pub reciprocal_gain_s: f32,
@@ -42,7 +42,7 @@ pub struct InputScaling {
 }
 
 /// The window's amplitude, which its features have lost, as an input: `gain (ln(amplitude / deg) - offset)`.
-/// Where natural frequency and damping change with amplitude nothing else tells which they belong to.
+/// Where natural frequency and damping change with amplitude, only the amplitude says which they belong to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct AmplitudeScaling {
     pub log_offset: f32,

@@ -1,4 +1,6 @@
 //! What is the matter with a result.
+//!
+//! Not by a crate: the bits on the wire and the names in files are given, and beside them two methods are all there is.
 
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};

@@ -3,7 +3,7 @@
 use crate::features::{FEATURES, SHAPE};
 use crate::window::CYCLES;
 
-/// Neighbouring bins are taken together: half the work, and what disturbs a swing is slower still.
+/// Neighbouring bins are averaged: half the work, and what disturbs an oscillation is slower still.
 const PAIRS: usize = SHAPE / 2;
 /// Phase that passes in a pair, and its cosine and sine: a window is three cycles by its crossings.
 const PHASE: f32 = 0.942_477_8;

@@ -60,7 +60,7 @@ pub struct Estimate {
 pub struct Network {
     /// Nodes in each layer, inputs first: 41, 6, 2; or 42, 6, 2 with the amplitude.
     pub topology: Vec<u8, MOST_LAYERS>,
-    /// Layers after the inputs whose nodes do not bend: 1 for a projection on principal
+    /// Layers after the inputs whose nodes are linear: 1 for a projection on principal
     /// components, else none. Their weights stand with the others.
     pub linear_layers: u8,
     pub activation: Activation,
@@ -86,7 +86,7 @@ pub enum NetworkError {
     Topology,
     /// The number of weights is not what the topology needs.
     WeightCount,
-    /// A weight or scale is not a finite number, or a scale is nought.
+    /// A weight or scale is not a finite number, or a scale is zero.
     NotFinite,
 }
 

@@ -6,16 +6,13 @@
 //! of the mid-line's error) then says where the third cycle *will* end, so that the window is
 //! closed by the first sample at or after its end and not when later samples have confirmed it.
 
-use crate::crossing::{line_through, regress, Crossing, Fit};
+use crate::crossing::{line_through, regress, Crossing, Fit, HALF_CYCLES};
+pub use crate::crossing::{Extreme, CYCLES};
 use crate::history::{History, Moment, BLOCK};
 use heapless::Deque;
 
-/// Cycles in a window (thesis 4.5.2).
-pub const CYCLES: usize = 3;
 /// Rate of the device's samples.
 pub const SAMPLE_RATE_HZ: f32 = 1000.0;
-
-pub(crate) const HALF_CYCLES: usize = 2 * CYCLES;
 
 /// What the tracker looks for. All in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,13 +29,6 @@ impl Default for Limits {
     fn default() -> Self {
         Self { from_deg: 10.0, to_deg: 1.0, least_swing_deg: 0.4 }
     }
-}
-
-/// A turning point of the block means.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extreme {
-    pub at: u32,
-    pub yaw_deg: f32,
 }
 
 /// Three consecutive cycles, from a zero crossing to the sixth after it.
@@ -110,7 +100,7 @@ impl Midline {
 }
 
 impl<S: Copy + Default + Into<f32>> Tracker<S> {
-    /// A tracker without samples; `scale` in degrees per unit of `S`, `zero` an `S` of nought.
+    /// A tracker without samples; `scale` in degrees per unit of `S`, `zero` the zero of `S`.
     // Or else it would be made on the stack and then copied.
     #[inline(always)]
     pub const fn new(zero: S, scale: f32, limits: Limits) -> Self {

@@ -17,6 +17,8 @@ pub const CHUNK: usize = 256;
 pub const TRIAL_SAMPLES: u32 = 10_000;
 /// Events a device keeps for a host that missed them.
 pub const KEPT_EVENTS: usize = 32;
+/// Bytes of a source file's path that a crash is told by: its end.
+pub const CRASH_FILE: usize = 24;
 /// Samples in one message of the stream: 50 ms.
 pub const STREAM_CHUNK: usize = 50;
 /// Key of [`Hello`] and [`HelloReply`]: "HELO".
@@ -99,7 +101,7 @@ impl HelloReply {
     }
 }
 
-/// An ed25519 signature: 64 bytes, or none that holds.
+/// An ed25519 signature. One that has not 64 bytes is not valid.
 pub type Signature = Vec<u8, 64>;
 
 /// What is signed: 16 bytes that say what for, so that a signature of one kind is none of another, then the number and
@@ -184,7 +186,7 @@ pub enum Request {
     Stream {
         samples: u32,
     },
-    /// Names this run of the device, if it has no name yet: not nought. After a reset it has none again, by which
+    /// Names this run of the device, if it has no name yet: not zero. After a reset it has none again, by which
     /// hosts tell that it began anew.
     Session {
         number: u32,
@@ -245,7 +247,7 @@ pub enum Refusal {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Settings {
     pub degrees_per_count: f32,
-    /// Counts at nought degrees.
+    /// Counts at zero degrees.
     pub zero_counts: u16,
     /// Highest count the converter gives.
     pub full_scale_counts: u16,
@@ -355,7 +357,7 @@ pub struct Status {
     pub lost_events: u32,
     /// Bytes from the host that came too fast.
     pub lost_bytes: u32,
-    /// What [`Request::Session`] has named this run; nought: nothing yet.
+    /// What [`Request::Session`] has named this run; zero: nothing yet.
     pub session: u32,
     /// A refined estimate is being worked on.
     pub refining: bool,
@@ -366,6 +368,40 @@ pub struct Status {
     /// The wind-off release that the windows' results are held against, and the refined ones.
     pub reference: Option<u32>,
     pub refined_reference: Option<u32>,
+    pub start: Start,
+}
+
+/// How this run of the device began.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Start {
+    pub cause: Cause,
+    /// What ended the run before, where the firmware itself did.
+    pub crash: Option<Crash>,
+}
+
+/// What began it, by the processor's own account.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum Cause {
+    /// The board does not say.
+    #[default]
+    Unknown,
+    /// Power came, or came back.
+    Power,
+    /// The reset button, or a debugger.
+    Pin,
+    /// The firmware hung.
+    Watchdog,
+    /// The firmware asked for it.
+    Software,
+}
+
+/// Where the firmware gave up.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Crash {
+    /// The end of the source file's path; empty: the processor refused an instruction.
+    pub file: heapless::String<CRASH_FILE>,
+    /// Line of the file, or the instruction's address.
+    pub line: u32,
 }
 
 /// The network that runs.
@@ -513,11 +549,11 @@ pub struct Refined {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct ReleaseResult {
     pub release: u32,
-    /// Where it was let go, or where the device first saw it swing.
+    /// Where it was let go, or where the device first saw it move.
     pub release_sample: u32,
     pub finished_sample: u32,
     pub windows: u16,
-    /// Weighted by the square of the amplitude; meaningless where `windows` is nought.
+    /// Weighted by the square of the amplitude; meaningless where `windows` is zero.
     pub natural_frequency_rad_s: Measured,
     pub damping_ratio: Measured,
     pub derivatives: Option<Derivatives>,

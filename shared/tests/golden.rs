@@ -178,7 +178,7 @@ fn wire_bytes() {
     compare("wire.txt", &text);
 }
 
-/// Messages that have changed have another number, or the older side could not be told.
+/// Messages that have changed have another number, or the older side could not be recognised.
 #[test]
 fn changed_messages_have_another_revision() {
     let path = format!("{}/tests/golden/messages.txt", env!("CARGO_MANIFEST_DIR"));

@@ -94,6 +94,44 @@ fn commands_of_the_readme() {
     run(&commands);
 }
 
+/// The page of Python, with pandas where it is installed, else with as much of it as it takes.
+#[test]
+fn python_of_the_readme() {
+    let script = lines_of("```python").join("\n");
+    assert!(script.contains("json_normalize"), "{script}");
+    let folder = tempfile::tempdir().unwrap();
+    let program = yawrig_tests::process::binary();
+    let python = |text: &str| {
+        let path =
+            format!("{}:{}", program.parent().unwrap().display(), std::env::var("PATH").unwrap());
+        let run = Command::new("python3")
+            .args(["-c", text])
+            .env("PATH", path)
+            .current_dir(folder.path())
+            .output();
+        run.expect("python3")
+    };
+    let rubbing = "simulate --natural-frequency 7.5 --damping 0.008 --effect coulomb_friction:c=0.05 --seconds 30 --out rubbing.csv";
+    for command in [
+        "simulate --spring K4 --wind 10 --out release.csv",
+        "simulate --campaign campaign",
+        rubbing,
+        "fit rubbing.csv",
+    ] {
+        yawrig_tests::process::yawrig(command).in_folder(folder.path()).run().exits(0);
+    }
+    if !python("import pandas").status.success() {
+        let flat = "def json_normalize(data, record_path=None, meta=()):\n    \
+            if record_path is None:\n        return list(data)\n    \
+            return [{**row, **{name: of[name] for name in meta}} for of in data for row in of[record_path]]\n";
+        std::fs::write(folder.path().join("pandas.py"), flat).unwrap();
+    }
+    let shown = format!("{script}\nprint(len(estimates), len(points), len(steps), len(history))");
+    let ran = python(&shown);
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    assert_eq!(String::from_utf8_lossy(&ran.stdout).trim(), "3 8 2 1");
+}
+
 /// Where a board is needed, each verb and flag must at least be there.
 #[test]
 fn commands_of_the_readme_that_need_hardware_parse() {

@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use yawrig_core::fit::fitting::fit_plain;
-use yawrig_core::fit::swing::Swing;
+use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::identify::damped_sinusoid::Mode;
 use yawrig_core::identify::samples::Samples as Readings;
 use yawrig_core::identify::uncertainty::{cramer_rao, Bound};
@@ -256,8 +256,8 @@ fn baseline(samples: &[Sample]) -> f64 {
         time_s: samples.iter().map(|s| s.time_s).collect(),
         yaw_deg: samples.iter().map(|s| s.yaw_deg).collect(),
     };
-    let swing = Swing::of(&record).expect("a free decay");
-    fit_plain(&swing, true, swing.grid.count).over_noise(&swing)
+    let decay = FreeDecay::of(&record).expect("a free decay");
+    fit_plain(&decay, true, decay.grid.count).over_noise(&decay)
 }
 
 #[test]

@@ -72,8 +72,12 @@ fn resident_kib() -> u64 {
     line.split_whitespace().nth(1).and_then(|kib| kib.parse().ok()).expect("a number")
 }
 
+/// Memory is that of the process: one test at a time.
+static ALONE: std::sync::Mutex<()> = std::sync::Mutex::new(());
+
 #[test]
 fn ten_thousand_releases_without_a_miss() {
+    let _alone = ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     const ROUNDS: usize = 200;
     let releases = releases();
     let mut desk = Desk::default();
@@ -123,6 +127,7 @@ fn ten_thousand_releases_without_a_miss() {
 #[test]
 #[ignore = "needs QEMU: tests/run runs it"]
 fn two_hundred_releases_on_qemu() {
+    let _alone = ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     const ROUNDS: usize = 4;
     let releases = releases();
     let mut bench = Bench::open(&Target::Qemu).expect("a board");

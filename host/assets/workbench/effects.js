@@ -30,7 +30,7 @@ const found = () => [list, verdict && verdict.verdict, seen.release];
 function drawModel(state, act) {
   const { model } = state;
   const chip = (e) => make("div", { className: "chip" },
-    make("strong", { textContent: e.title, title: e.effect }),
+    make("strong", { textContent: `${e.title} (${e.effect})` }),
     make("button", { type: "button", textContent: "Remove", "data-remove": e.effect, disabled: !!state.job, onclick: () => act({ do: "remove", effect: e.effect }) }),
     make("span", { className: "values", textContent: e.parameters.map((p) => `${p.name} = ${p.value === null ? "each release its own" : `${digits(p.value, 4)}${p.u ? ` ± ${digits(p.u, 2)}` : ""}`} ${p.unit === "1" || p.value === null ? "" : p.unit}`).join(",  ") }));
   by("in-model").replaceChildren(
@@ -71,7 +71,7 @@ function candidate(c, state, act) {
   const trials = seen.view ? seen.view.trials.map((t) => t.effect) : [], k = trials.indexOf(id);
   const trial = make("span", { className: "trial", title: k < 0 ? "" : "its line in the panels against amplitude" });
   if (k >= 0 && k < 5) trial.style.borderTopColor = `var(--${trialColour(k)})`;
-  const found = c.over_noise === undefined ? "" : c.converged ? `ratio ${ratio(c.over_noise)} · evidence ${digits(c.evidence, 3)}` : "not converged";
+  const found = c.over_noise === undefined ? "" : c.converged ? `ratio ${ratio(c.over_noise)} · difference of BIC ${digits(c.evidence, 3)}` : "not converged";
   const why = () => notes.get(id) || null;
   const is_shown = seen.ghost === id;
   const item = make("li", {

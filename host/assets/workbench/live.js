@@ -1,4 +1,5 @@
 // A device followed, or a stored session shown again: its trace, each window's estimate, the log, recording and marks.
+import * as measure from "./measure.js";
 import * as replay from "./replay.js";
 import { by, get, make, post } from "./talk.js";
 
@@ -21,8 +22,9 @@ export function build(say, failed) {
   by("live-connect").onclick = () => {
     if (state.is_followed || state.replay) act({ do: "disconnect" });
     else if (by("live-source").value === "session") act({ do: "replay", session: by("live-session").value });
-    else act({ do: "connect", device: by("live-device").value });
+    else act({ do: "connect", device: by("live-device").value, speed: Number(by("live-speed").value) });
   };
+  by("live-device").onchange = drawHead;
   by("live-source").onchange = () => { refused = ""; offer(); drawHead(); draw(); };
   by("live-record").onclick = () => act({ do: state.recording ? "stop_recording" : "record" });
   const mark = () => { const note = by("live-note"); act({ do: "mark", text: note.value.trim() || "mark" }); note.value = ""; };
@@ -30,6 +32,7 @@ export function build(say, failed) {
   by("live-note").onkeydown = (e) => { if (e.key === "Enter") mark(); };
   by("live-close").onclick = toggle;
   replay.build(act);
+  measure.build(act, fail);
 }
 
 /** Takes up what a page has missed; shows itself where something is shown from the beginning. */
@@ -40,6 +43,7 @@ export async function open() {
     const now = await get("/api/live");
     for (const name of Object.keys(trace)) trace[name] = [];
     windows = []; last = 0; epoch = now.epoch;
+    measure.forget();
     by("live-log").replaceChildren();
     replay.places(now.places);
     take(now);
@@ -103,8 +107,9 @@ function take(now) {
   for (const line of now.lines || []) {
     if (line.number <= last) continue;
     last = line.number;
+    measure.heard(line);
     if (line.event === "window") { windows.push(line); if (windows.length > RESULTS) windows.shift(); }
-    const lost = ["gap", "events_lost", "restarted", "silent", "disconnected"].includes(line.event);
+    const lost = ["gap", "events_lost", "restarted", "silent", "disconnected", "refused"].includes(line.event);
     by("live-log").prepend(make("li", { className: lost ? "lost" : "", textContent: line.text, "data-event": line.event }));
     if (line.event === "recorded") offer();
   }
@@ -124,6 +129,8 @@ function drawHead() {
   connect.disabled = !isOn && isSession && !by("live-session").options.length;
   for (const id of ["live-source", "live-device", "live-session"]) by(id).disabled = isOn;
   by("live-device").hidden = isSession;
+  by("live-speed").hidden = isSession || !["emulated", "qemu"].includes(by("live-device").value);
+  by("live-speed").disabled = isOn;
   by("live-session").hidden = !isSession;
   for (const id of ["live-record", "live-mark", "live-note"]) { by(id).hidden = isSession; by(id).disabled = !state.is_followed; }
   by("live-record").textContent = state.recording ? "Stop recording" : "Record";
@@ -133,6 +140,7 @@ function drawHead() {
   count.title = state.recording || "";
   Object.assign(count.dataset, { samples: state.samples, missing: state.missing_samples });
   replay.draw(state.replay);
+  measure.draw(state);
 }
 
 /** Why there is no trace to be seen. */
@@ -140,7 +148,7 @@ function why() {
   if (state.is_followed) return "waiting for the device's samples …";
   if (state.replay) return "no sample was stored by this time";
   if (refused) return refused;
-  if (by("live-source").value !== "session") return "Choose a device and connect. It is read only: nothing is written to it and it is not reset.";
+  if (by("live-source").value !== "session") return "Choose a device and connect. It is not reset, and nothing is written to it but the condition you set.";
   return by("live-session").options.length ? "Choose a stored session and show it. It is read only."
     : "No session is stored in the folder recordings, beside the model, or in the folders there.\nRecord one of a device, here or by yawrig monitor --record FOLDER.";
 }

@@ -29,13 +29,25 @@ async function answer(response) {
   return json;
 }
 
-/** Calls `heard` with each piece of news; `lost` while the server does not answer. */
+/** Calls `heard` with each piece of news; `lost` while the server does not answer. One tab holds the stream and tells
+ * the others: a browser has six connections to a server, and a stream keeps one for itself. */
 export function listen(heard, lost) {
-  const source = new EventSource("/api/news");
-  source.onmessage = (event) => heard(JSON.parse(event.data));
-  source.onopen = () => lost(false);
-  source.onerror = () => lost(true);
-  return source;
+  const take = (told) => (told.news ? heard(told.news) : lost(told.lost));
+  const open = (tell) => {
+    const source = new EventSource("/api/news");
+    source.onmessage = (event) => tell({ news: JSON.parse(event.data) });
+    source.onopen = () => tell({ lost: false });
+    source.onerror = () => tell({ lost: true });
+  };
+  // Without a secure context (--allow-remote) there are no locks.
+  if (!navigator.locks) { open(take); return; }
+  const tabs = new BroadcastChannel("yawrig news");
+  tabs.onmessage = (event) => take(event.data);
+  navigator.locks.request("yawrig news", () => {
+    open((told) => { take(told); tabs.postMessage(told); });
+    // Held until this tab is closed; then another has it.
+    return new Promise(() => {});
+  });
 }
 
 /** An element: tag, properties, children. */

@@ -84,7 +84,7 @@ function drawHead() {
   leftOut.hidden = !overall.left_out;
   leftOut.textContent = leftOut.title = overall.left_out || "";
   const figures = panels.figures();
-  const edited = model.edited && model.exists ? "edited by hand since the last step; " : "";
+  const edited = (model.read_only ? "to look at only, its folder cannot be written; " : "") + (model.edited && model.exists ? "edited by hand since the last step; " : "");
   by("subtitle").textContent = `${model.file}${model.exists || model.fault ? "" : " (not made yet)"} · ${edited}${release ? [release.name, figures].filter(Boolean).join(" · ") : "no record is open"}`;
   by("subtitle").title = by("subtitle").textContent;
   const set = (id, x) => { const e = by(id); e.textContent = ratio(x); e.className = x === null || x === undefined ? "" : x <= 1.1 ? "good" : "warn"; };
@@ -124,7 +124,7 @@ function heard(news) {
     return;
   }
   if (news.kind === "live") return live.heard(news);
-  if (news.kind === "view" && news.release === seen.release) panels.refresh();
+  if (news.kind === "view" ? news.release === seen.release : !seen.view) panels.refresh();
   // Thirty releases become ready one after the other: not a request for each.
   if (news.kind === "view") { soon = soon || setTimeout(() => { soon = null; fetchState(); }, 120); } else fetchState();
 }
@@ -214,7 +214,8 @@ function start() {
   by("diagnose-button").onclick = diagnose;
   by("cancel-button").onclick = cancel;
   for (const name of TABS) by(`tab-${name}`).onclick = () => tab(name);
-  listen(heard, (lost) => { if (lost) failed(GONE); else { fetchState(); live.open(); } });
+  // What became known before the stream was open has been told to nobody: ask for all of it.
+  listen(heard, (lost) => { if (lost) failed(GONE); else { fetchState(); panels.refresh(); live.open(); } });
   fetchState();
 }
 

@@ -82,8 +82,19 @@ impl From<yawrig_core::error::Error> for Error {
                 Exit::Data,
                 "record a longer free decay, or widen the amplitude window with --from-deg and --to-deg",
             ),
+            Core::BeyondHalfTurn { .. } => (
+                Exit::Data,
+                "name the column yaw_deg if it is in degrees (`yawrig convert --unit deg` does); if that angle is meant, \
+                 say so with a --from-deg above it",
+            ),
+            Core::Elsewhere { .. } => {
+                (Exit::Data, "choose --from-deg and --to-deg between those of the record")
+            }
             Core::NoEstimate { .. } => (Exit::Data, "try another --method"),
             Core::TooFewSamples { .. } => (Exit::Data, ""),
+            Core::Gaps { .. } => {
+                (Exit::Data, "correct the time stamps, or cut the record where they jump")
+            }
             Core::Rate { .. } => (
                 Exit::Data,
                 "see that time_s is in seconds; thin a faster record out, measure a slower one again",
@@ -96,6 +107,7 @@ impl From<yawrig_core::error::Error> for Error {
                 Exit::Data,
                 "add releases with axis = \"mid\": Cn_beta and Cn_r are those of the middle axis",
             ),
+            Core::NoLaw => (Exit::Quality, "measure it from a longer release, or one from a larger amplitude"),
             Core::Interrupted => (Exit::Interrupted, ""),
         };
         Self::new(exit, error.to_string()).help(help)
@@ -104,9 +116,17 @@ impl From<yawrig_core::error::Error> for Error {
 
 impl From<yawrig_rig::Error> for Error {
     fn from(error: yawrig_rig::Error) -> Self {
+        use yawrig_rig::{Error as Rig, Quantity};
         match error {
-            yawrig_rig::Error::OwnEffect(error) => error.into(),
-            yawrig_rig::Error::Wrong { .. } => Self::usage(error.to_string()).help(error.help()),
+            Rig::OwnEffect(error) => error.into(),
+            Rig::Wrong { quantity, message, help } => {
+                let flag = match quantity {
+                    Quantity::Effect => "--effect",
+                    Quantity::Spring => "--spring",
+                    Quantity::WindSpeed => "--wind",
+                };
+                Self::usage(format!("{flag}: {message}")).help(help)
+            }
         }
     }
 }

@@ -42,7 +42,7 @@ fn temporary(path: &Path) -> Result<NamedTempFile> {
         _ => Path::new("."),
     };
     tempfile::Builder::new().prefix(".yawrig-").tempfile_in(folder).map_err(|e| match e.kind() {
-        // Its own words name the temporary file, which nobody has heard of.
+        // Its own message names the temporary file, which the user does not know.
         ErrorKind::NotFound => cannot_write(path, &"there is no such folder"),
         ErrorKind::NotADirectory => cannot_write(path, &"a part of its path is a file"),
         ErrorKind::PermissionDenied => cannot_write(path, &"you may not write there"),

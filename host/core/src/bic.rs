@@ -14,12 +14,12 @@ pub fn cost(numbers: f64, independent: f64) -> f64 {
 }
 
 /// BIC of a fit by least squares, from the sum of squares of `independent` residuals.
-pub fn of_squares(sum_of_squares: f64, independent: f64, numbers: usize) -> f64 {
+pub(crate) fn of_squares(sum_of_squares: f64, independent: f64, numbers: usize) -> f64 {
     of_deviance(independent * (sum_of_squares / independent).ln(), independent, numbers)
 }
 
 /// BIC of a fit of this deviance (minus twice the logarithm of the likelihood).
-pub fn of_deviance(deviance: f64, independent: f64, numbers: usize) -> f64 {
+pub(crate) fn of_deviance(deviance: f64, independent: f64, numbers: usize) -> f64 {
     deviance + cost(numbers as f64, independent)
 }
 

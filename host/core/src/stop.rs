@@ -1,4 +1,4 @@
-//! Long work that is asked to stop.
+//! Interruption of long work.
 
 use crate::error::{Error, Result};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

@@ -281,7 +281,9 @@ fn told_apart(
         let name = &subject.names[k];
         Flaw::new(
             span(k),
-            format!("in one release {name} cannot be told from natural frequency and damping"),
+            format!(
+                "in one release {name} cannot be distinguished from natural frequency and damping"
+            ),
             "they hold every moment in proportion to b and r already",
         )
     }))

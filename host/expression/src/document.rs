@@ -1,6 +1,6 @@
 //! The entries of an own effect's file, and what is said where one is not what it has to be.
 
-use super::source;
+use super::{malformed, source};
 use crate::error::{Error, Result};
 use std::ops::Range;
 use std::path::Path;
@@ -11,6 +11,8 @@ use yawrig_text::nearest;
 const ENTRIES: [&str; 4] = ["id", "title", "moment", "parameters"];
 const OF_PARAMETER: [&str; 4] = ["unit", "start", "min", "max"];
 const EXAMPLE: &str = "c = { unit = \"rad/s2\", start = 0.05, min = 0.0 }";
+const ENTRY: &str =
+    "an entry is NAME = VALUE, such as title = \"My effect\"; a remark begins with #";
 
 /// As it is written; nothing but the kind of each entry has been looked at.
 pub struct Document {
@@ -63,7 +65,8 @@ impl Document {
         let place = &Text { file, text };
         let parsed = DeTable::parse(text).map_err(|e| {
             let span = e.span().unwrap_or(0..0);
-            let (at, message, help) = super::malformed::explained(text, &span, e.message());
+            let (at, message, help) = malformed::value(text, span.start)
+                .unwrap_or_else(|| (span, e.message().to_owned(), ENTRY.to_owned()));
             place.error_at(at, &message, &help)
         })?;
         let top = Entries { place, table: parsed.get_ref(), of: String::new(), span: 0..0 };
@@ -223,3 +226,7 @@ fn kind(value: &Value) -> String {
         DeValue::Table(_) => "a table".to_owned(),
     }
 }
+
+#[cfg(test)]
+#[path = "document_tests.rs"]
+mod tests;

@@ -148,6 +148,7 @@ fn parameter(place: &Text, name: &Spanned<String>, d: &Declared) -> Result<(Para
     }
     if !is_name(called) && !called.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
         || called.starts_with(|c: char| c.is_ascii_digit())
+        || called.is_empty()
         || called.len() > LONGEST_NAME
     {
         let message = format!("\"{called}\" is no name of a parameter");
@@ -185,7 +186,7 @@ fn parameter(place: &Text, name: &Spanned<String>, d: &Declared) -> Result<(Para
         return Err(place.error(&d.start, &message, "start within min and max"));
     }
     if start == 0.0 {
-        let message = format!("start of {called} is nought");
+        let message = format!("start of {called} is zero");
         let help = "give a typical size: the fit takes its steps from it, and tries none as well";
         return Err(place.error(&d.start, &message, help));
     }

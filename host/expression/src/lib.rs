@@ -27,12 +27,14 @@ mod number;
 mod prepared;
 mod program;
 mod source;
+mod translate;
 mod units;
 
 pub use error::{Error, Result};
 pub use file::{from_text, read};
 pub use prepared::Prepared;
 pub use program::{Program, State, MOST_PARAMETERS};
+pub use translate::{translate, Language};
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;

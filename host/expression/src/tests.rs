@@ -321,7 +321,7 @@ fn errors_elsewhere_in_the_file_point_at_the_character_too() {
             5,
             32,
             3,
-            "start of c is nought",
+            "start of c is zero",
             "give a typical size: the fit takes its steps from it, and tries none as well",
         ),
         (
@@ -385,7 +385,7 @@ fn what_is_doubtful_is_warned_of() {
             "c*(2 + s)*sign(r) - s*c*b",
             "puts energy into a swing of 14.3 deg at 10 rad/s, wind 0 m/s",
         ),
-        ("-c*b^3 - s*r*1.0", "s cannot be told from natural frequency and damping"),
+        ("-c*b^3 - s*r*1.0", "s cannot be distinguished from natural frequency and damping"),
         ("-c*sin(1e9*b)*(1 + s*b)", "the derivative and a difference disagree"),
         ("-c*tanh(r / 1e-7)*(1 + s*abs(b))", "very steep by the yaw rate (5.0e5/s"),
     ] {

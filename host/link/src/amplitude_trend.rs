@@ -4,9 +4,10 @@
 use serde_json::{json, Value};
 use yawrig_shared::wire::WindowResult;
 
-/// Two-sided 99.5 % points of Student's t for 1 to 10 degrees of freedom; for more the last is on the safe side.
+/// Two-sided 99.5 % points of Student's t for 1 to 10 degrees of freedom; for more the last is on the safe side. A table:
+/// a crate of distributions would be compiled for these ten numbers.
 const STUDENT: [f64; 10] = [127.3, 14.09, 7.453, 5.598, 4.773, 4.317, 4.029, 3.833, 3.690, 3.581];
-/// Smallest changes told of, as a share: twice and more what a network's own errors make between windows.
+/// Smallest changes reported, as a share: twice and more what a network's own errors make between windows.
 const LEAST_DAMPING: f64 = 0.1;
 const LEAST_FREQUENCY: f64 = 0.002;
 
@@ -163,7 +164,7 @@ mod tests {
         assert!(drag[0].text("").contains("falls"), "{drag:?}");
     }
 
-    /// At 99.5 % of either law at most ten sets in a thousand are told of, give or take three.
+    /// At 99.5 % of either law at most ten sets in a thousand are reported, give or take three.
     #[test]
     fn what_scatters_only_is_not_told_of() {
         let told = |seed| !trends(&windows(6, seed, 0.005, |_| 0.012)).is_empty();

@@ -3,6 +3,7 @@
 use crate::client::Client;
 use crate::emulated;
 use crate::hub::Hub;
+pub use crate::hub::Potentiometer;
 use crate::port::{self, PortInfo, UsbId};
 use crate::qemu;
 use std::convert::Infallible;
@@ -40,12 +41,6 @@ impl std::fmt::Display for Target {
             Self::Port(path) => path,
         })
     }
-}
-
-/// Something that can play samples into a device.
-pub trait Potentiometer: Send {
-    /// The converter's next counts, 1 ms apart. Waits while the device has enough.
-    fn send(&mut self, counts: &[u16]) -> Result<()>;
 }
 
 /// Tells the serial ports there are.
@@ -89,7 +84,7 @@ impl Bench {
     /// As [`Client::open`].
     pub fn on_port(path: &str, list: ListPorts) -> Result<Self> {
         let client = Client::open(path)?;
-        // Where the system does not tell, it is as any other port.
+        // Where the system does not list its ports, it is treated as one without USB.
         let usb = list().ok().and_then(|ports| port::usb_at(path, &ports));
         Ok(Self { client, usb, list, potentiometer: None, hub: None })
     }
@@ -101,7 +96,7 @@ impl Bench {
     /// Exit 4 while it is not there; as [`Client::open`].
     pub fn reopen(&mut self) -> Result<Option<String>> {
         let old = self.client.path().to_owned();
-        // No question where there is nothing to be told apart.
+        // The ports are listed only for a device on USB: others have nothing that identifies them.
         let ports = if self.usb.is_some() { (self.list)()? } else { Vec::new() };
         let at_path = port::usb_at(&old, &ports);
         let path = port::returned(&old, self.usb.as_ref(), at_path.as_ref(), &ports)

@@ -130,7 +130,7 @@ impl Client {
             .map_err(|e| Error::internal(format!("hello does not fit a frame: {e:?}")))?;
         let body = self.exchange(HELLO_KEY, sequence, &frame, ANSWER).map_err(|e| match e {
             LinkError::Silent { bytes, frames: 0 } if bytes > 0 => Error::device(format!(
-                "what is on {} is not a yawrig device: it sent {bytes} bytes and no frame of ours",
+                "what is on {} is not a yawrig device: it sent {bytes} bytes and no frame that yawrig knows",
                 self.path
             ))
             .help("choose another port (`yawrig ports`) or write yawrig's firmware to the board"),

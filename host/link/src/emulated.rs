@@ -1,7 +1,6 @@
 //! The firmware's own logic on a thread of this program, behind a real pseudo-terminal.
 
-use crate::bench::Potentiometer;
-use crate::hub::Side;
+use crate::hub::{Potentiometer, Side};
 use std::io;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
 use std::time::Duration;

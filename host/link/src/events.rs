@@ -98,7 +98,7 @@ impl Events {
         (!here && is_before(next, end)).then_some(next)
     }
 
-    /// The missing one cannot be had any more: the oldest that can is this one.
+    /// The missing one is not kept any more; the oldest that is kept is this one.
     pub fn give_up(&mut self, oldest: u16) {
         let (Some(next), Some(end)) = (self.next, self.end) else { return };
         let to = match self.waiting.front() {

@@ -4,8 +4,8 @@ use crate::client::Identity;
 use serde_json::{json, Value};
 use yawrig_core::quantity::Quantity;
 use yawrig_shared::wire::{
-    Derivatives, Event, Flags, Measured, Phase, Precise, Refined, ReleaseResult, Status,
-    WindowResult,
+    Cause, Crash, Derivatives, Event, Flags, Measured, Phase, Precise, Refined, ReleaseResult,
+    Start, Status, WindowResult,
 };
 
 /// Names of the flags that are set.
@@ -21,7 +21,7 @@ pub fn flag_advice(flags: Flags) -> impl Iterator<Item = &'static str> {
 }
 
 const ADVICE: [(Flags, &str); Flags::NAMES.len()] = [
-    (Flags::TOO_SMALL, "too_small: the swing never rose above the lower end of the range; release it from further out"),
+    (Flags::TOO_SMALL, "too_small: the oscillation never rose above the lower end of the range; release it from further out"),
     (
         Flags::TOO_FEW_CYCLES,
         "too_few_cycles: no three clean cycles lay within the range; widen it or release from further out",
@@ -41,11 +41,11 @@ const ADVICE: [(Flags, &str); Flags::NAMES.len()] = [
     ),
     (
         Flags::MID_SWING,
-        "started_in_mid_swing: it swung already when first seen; hold it still for two seconds before letting go",
+        "started_in_mid_swing: it was oscillating already when first seen; hold it still for two seconds before letting go",
     ),
     (
         Flags::CUT_SHORT,
-        "cut_short: the release ended before the lower end of the range; let it swing until it has died down",
+        "cut_short: the release ended before the lower end of the range; wait until the oscillation has died down",
     ),
     (Flags::NO_NETWORK, "no_network: no network passed its checks; write one with `yawrig flash`"),
     (
@@ -56,7 +56,7 @@ const ADVICE: [(Flags, &str); Flags::NAMES.len()] = [
         Flags::NOISY,
         "noisy: more noise or hum than 0.25 deg rms; check shielding, ground and supply of the potentiometer",
     ),
-    (Flags::SPIKES, "spikes: single wild readings were left out; look for a loose contact or a worn potentiometer track"),
+    (Flags::SPIKES, "spikes: single outlying readings were left out; look for a loose contact or a worn potentiometer track"),
     (
         Flags::MISFIT,
         "misfit: the second-order model does not explain the record; look at it on the host with `yawrig diagnose`",
@@ -207,6 +207,39 @@ pub fn device_json(identity: &Identity, status: &Status) -> Value {
             "effects": status.network.effects.split_whitespace().collect::<Vec<_>>(),
         },
     })
+}
+
+/// How this run of the device began, and what ended the one before.
+pub fn start_text(start: &Start) -> String {
+    let cause = match start.cause {
+        Cause::Unknown => "the board does not say why",
+        Cause::Power => "power came",
+        Cause::Pin => "the reset button, or a debugger",
+        Cause::Watchdog => "its watchdog: the firmware hung, or no sample came for seconds",
+        Cause::Software => "the firmware began anew",
+    };
+    match &start.crash {
+        None => cause.to_owned(),
+        Some(Crash { file, line }) if file.is_empty() => {
+            format!("{cause} after a fault of the processor at {line:#010x}; please report it")
+        }
+        Some(Crash { file, line }) => {
+            format!("{cause} after a panic at {file}:{line}; please report it")
+        }
+    }
+}
+
+/// The same as JSON.
+pub fn start_json(start: &Start) -> Value {
+    let cause = match start.cause {
+        Cause::Unknown => "unknown",
+        Cause::Power => "power",
+        Cause::Pin => "pin",
+        Cause::Watchdog => "watchdog",
+        Cause::Software => "software",
+    };
+    let crash = start.crash.as_ref();
+    json!({"cause": cause, "crash": crash.map(|c| json!({"file": c.file.as_str(), "line": c.line}))})
 }
 
 /// The event of such an object; none where it is no such object.

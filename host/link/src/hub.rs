@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use yawrig_base::error::{Error, Result};
 
-/// Bytes that may wait on the terminal nobody need be reading.
+/// Bytes that may wait on the second terminal, which may have no reader.
 const UNREAD: usize = 4096;
 
 /// The device's side of the link.
@@ -20,6 +20,12 @@ pub trait Side: Send + 'static {
     fn receive(&mut self, bytes: &[u8]) -> io::Result<()>;
     /// Bytes for the host.
     fn transmit(&mut self, out: &mut Vec<u8>) -> io::Result<()>;
+}
+
+/// Something that can play samples into a device.
+pub trait Potentiometer: Send {
+    /// The converter's next counts, 1 ms apart. Waits while the device has enough.
+    fn send(&mut self, counts: &[u16]) -> Result<()>;
 }
 
 /// The thread that carries bytes between a device and its terminals.

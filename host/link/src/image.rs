@@ -55,7 +55,7 @@ fn build(script: &Path) -> Result<PathBuf> {
         .stderr(Stdio::piped())
         .spawn()
         .map_err(|e| fail(&e.to_string()))?;
-    // Both pipes are read at once, lest one fills while the other is waited for.
+    // Both pipes are read at once, so that neither fills while the other is waited for.
     let mut messages = child.stderr.take();
     let reading = std::thread::spawn(move || {
         let mut text = String::new();

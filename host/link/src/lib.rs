@@ -5,6 +5,7 @@
 pub mod amplitude_trend;
 pub mod bench;
 pub mod client;
+pub mod condition;
 pub mod emulated;
 pub mod events;
 pub mod flash;

@@ -101,7 +101,7 @@ impl UsbId {
 /// The serial ports of this machine.
 ///
 /// # Errors
-/// Exit 4 where the system does not tell.
+/// Exit 4 where the system does not list them.
 pub fn list() -> Result<Vec<PortInfo>> {
     // Where there is none, asking for the ports would end the program.
     if cfg!(target_os = "linux") && !Path::new("/sys/class/tty").is_dir() {

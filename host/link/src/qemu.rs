@@ -6,8 +6,7 @@
 //! QEMU's standard input through a multiplexer, which keeps 32 bytes at hand for the UART: four
 //! times the samples a second that a socket or a pipe alone brings.
 
-use crate::bench::Potentiometer;
-use crate::hub::Side;
+use crate::hub::{Potentiometer, Side};
 use crate::image;
 use nix::errno::Errno;
 use nix::fcntl::OFlag;

@@ -6,6 +6,7 @@ use std::time::Duration;
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
 use yawrig_core::record::Record;
+use yawrig_core::solver::linear_fit;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
 use yawrig_shared::wire::{Event, Refined, ReleaseResult, Reply, Request, Settings, WindowResult};
 
@@ -25,7 +26,7 @@ pub struct Replayed {
 pub struct Release {
     pub windows: Vec<WindowResult>,
     pub result: Option<ReleaseResult>,
-    /// Its last word, where it had one to add.
+    /// Its refined estimate, where it sent one.
     pub refined: Option<Refined>,
 }
 
@@ -73,7 +74,7 @@ pub fn counts(record: &Record, range: Range) -> Result<(Vec<u16>, Settings, f64)
     Ok((counts, settings, shift_deg))
 }
 
-/// Plays a record into a device and collects what it says. `seen` is told each event at once.
+/// Plays a record into a device and collects what it says. `seen` is called with each event at once.
 ///
 /// # Errors
 /// Exit 7 where the device does not take the samples.
@@ -231,16 +232,9 @@ fn rms_deg(
                 ([envelope * (wd * t).cos(), envelope * (wd * t).sin(), 1.0], *yaw_deg)
             })
             .collect();
-        let mut normal = nalgebra::Matrix3::zeros();
-        let mut right = nalgebra::Vector3::zeros();
-        for (row, y) in &rows {
-            let row = nalgebra::Vector3::from(*row);
-            normal += row * row.transpose();
-            right += row * *y;
-        }
-        let fit = normal.cholesky()?.solve(&right);
-        for (row, y) in &rows {
-            square += (y - nalgebra::Vector3::from(*row).dot(&fit)).powi(2);
+        let [a, b, zero] = linear_fit(rows.iter().copied())?;
+        for ([c, s, _], y) in &rows {
+            square += (y - (a * c + b * s + zero)).powi(2);
         }
         count += rows.len();
     }

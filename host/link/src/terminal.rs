@@ -95,7 +95,7 @@ impl Terminal {
         self.backlog.len()
     }
 
-    /// Drops what nobody is there to read, as a serial line does.
+    /// Drops what has no reader, as a serial line does.
     pub fn forget(&mut self) {
         self.backlog.clear();
     }

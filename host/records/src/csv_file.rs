@@ -1,6 +1,6 @@
 //! Records as CSV files.
 
-use super::table::Channel;
+use super::table::{FEWEST_SAMPLES, LONGEST_S};
 use csv::ByteRecord;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -13,12 +13,6 @@ use yawrig_shared::units::deg_from_rad;
 
 /// The first lines a record may have.
 pub const ACCEPTED_COLUMNS: &str = "time_s,yaw_deg or time_s,yaw_rad";
-
-/// Fewer samples than this hold no three cycles at any rate: the fastest mode (4.2 Hz) at 20 Hz has 14.
-pub(super) const FEWEST_SAMPLES: usize = 10;
-
-/// Longest record, s.
-pub(super) const LONGEST_S: f64 = 86_400.0;
 
 /// A first line is looked for in so many bytes.
 const LONGEST_HEADER: u64 = 65_536;
@@ -116,12 +110,19 @@ pub(super) fn read(file: &Path) -> Result<Record> {
         let repair = "correct this line or leave it out";
         let time_s =
             number(&row[0], separator).map_err(|why| fail(format!("time_s: {why}"), repair))?;
+        // An empty cell is a gap.
+        if row[1].is_empty() {
+            continue;
+        }
         let yaw =
             number(&row[1], separator).map_err(|why| fail(format!("yaw angle: {why}"), repair))?;
         if let Some(&before) = record.time_s.last() {
-            if time_s <= before {
-                let how = if time_s < before { "runs backwards" } else { "stands still" };
-                let what = format!("time {how}, from {before} s to {time_s} s");
+            // The first of two with one time stamp stands for both.
+            if time_s == before {
+                continue;
+            }
+            if time_s < before {
+                let what = format!("time runs backwards, from {before} s to {time_s} s");
                 return Err(fail(what, "sort the record by time, or cut it here"));
             }
         }
@@ -147,48 +148,36 @@ pub(super) fn read(file: &Path) -> Result<Record> {
             "{named}, line {line}: the record ends after {} samples, too short for three cycles",
             record.len()
         ))
-        .help("record at least three cycles of the swing"));
+        .help("record at least three cycles of the free decay"));
     }
     Ok(record)
 }
 
-/// The columns of a CSV file with any names in its first line.
-pub(super) fn channels(file: &Path) -> Result<Vec<Channel>> {
-    let named = file.display();
-    let fail = |what: String| {
-        Error::data(format!("{named}{what}"))
-            .help("give a CSV file with the names of its columns in the first line")
+/// Whether the first line is that of a record of ours, or there is none.
+pub(super) fn is_ours(file: &Path) -> Result<bool> {
+    let unreadable = |e: std::io::Error| {
+        Error::data(format!("cannot read {}: {e}", file.display()))
+            .help("give the path of a CSV record")
     };
-    let separator = separator(file).map_err(|e| fail(format!(": {e}")))?;
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(separator)
-        .trim(csv::Trim::All)
-        .from_path(file)
-        .map_err(|e| fail(format!(": {e}")))?;
-    let header = reader.byte_headers().map_err(|e| fail(format!(", line 1: {e}")))?;
-    let name =
-        |name: &[u8]| String::from_utf8_lossy(name).trim_start_matches('\u{feff}').to_owned();
-    let mut channels: Vec<Channel> = (header.iter())
-        .map(|field| Channel {
-            name: name(field),
-            unit: None,
-            step_s: None,
-            values: Ok(Vec::new()),
-        })
-        .collect();
-    for row in reader.byte_records() {
-        let row = row.map_err(|e| fail(format!(": {e}")))?;
-        let line = row.position().map_or(0, csv::Position::line);
-        for (channel, field) in channels.iter_mut().zip(&row) {
-            let Ok(values) = &mut channel.values else { continue };
-            match number(field, separator) {
-                Ok(value) => values.push(value),
-                // Of no account where another column is the record.
-                Err(why) => channel.values = Err(format!("line {line}: {why}")),
-            }
+    let mut line = Vec::new();
+    let mut reader = BufReader::new(File::open(file).map_err(unreadable)?.take(LONGEST_HEADER));
+    while line.trim_ascii().is_empty() {
+        line.clear();
+        if reader.read_until(b'\n', &mut line).map_err(unreadable)? == 0 {
+            return Ok(true);
         }
     }
-    Ok(channels)
+    let text = String::from_utf8_lossy(&line);
+    let names: Vec<&str> = text.trim_start_matches('\u{feff}').split([',', ';', '\t']).collect();
+    Ok(names[0].trim() == "time_s" && names.len() <= 2)
+}
+
+/// Writes `time_s,yaw_deg` with microdegrees and microseconds, whole or not at all.
+///
+/// # Errors
+/// Exit 3 where the file cannot be written, 130 where the user stops it.
+pub fn write(record: &Record, file: &Path) -> Result<()> {
+    write_samples(file, record.time_s.iter().copied().zip(record.yaw_deg.iter().copied()))
 }
 
 /// Writes (time in s, yaw angle in deg) as they come, whole or not at all.

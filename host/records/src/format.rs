@@ -1,7 +1,7 @@
 //! Which format a file has, by what stands in it, and what is written under which name.
 
 use super::table::Channel;
-use super::{hdf5, mat, parquet_file, tdms};
+use super::{csv_file, grid, hdf5, mat, parquet_file, tdms, text, xlsx};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -18,11 +18,13 @@ pub enum Format {
     Hdf5,
     Tdms,
     Parquet,
+    Xlsx,
 }
 
 /// Whether a file's name ends as those of records do.
 pub fn is_named_so(file: &Path) -> bool {
-    const ENDINGS: [&str; 6] = ["csv", "mat", "h5", "hdf5", "tdms", "parquet"];
+    const ENDINGS: [&str; 12] =
+        ["csv", "tsv", "txt", "dat", "asc", "lvm", "xlsx", "mat", "h5", "hdf5", "tdms", "parquet"];
     let ending = file.extension();
     ending.is_some_and(|e| ENDINGS.iter().any(|ending| e.eq_ignore_ascii_case(ending)))
 }
@@ -58,6 +60,13 @@ pub(super) fn of(file: &Path) -> Result<Format> {
     if head.starts_with(b"MATLAB 5.0 MAT-file") {
         return Ok(Format::Mat);
     }
+    if head.starts_with(b"PK\x03\x04") {
+        return Ok(Format::Xlsx);
+    }
+    if head.starts_with(b"\xd0\xcf\x11\xe0") {
+        return Err(Error::data(format!("{named} is a workbook of Excel until 2003"))
+            .help("save it again as .xlsx, or as CSV"));
+    }
     if head.starts_with(b"PAR1") {
         return Ok(Format::Parquet);
     }
@@ -72,35 +81,45 @@ pub(super) fn of(file: &Path) -> Result<Format> {
         return Err(Error::data(format!("{named} is not a MAT-file of version 5 or 7.3"))
             .help("save it again in MATLAB with -v7 or -v7.3"));
     }
-    if head.starts_with(b"\xff\xfe") || head.starts_with(b"\xfe\xff") {
-        return Err(Error::data(format!("{named} is text in UTF-16"))
-            .help("save it again in UTF-8, as CSV with time_s,yaw_deg"));
-    }
-    if head.contains(&0) {
+    let is_wide = matches!(
+        head.as_slice(),
+        [0xff, 0xfe, ..]
+            | [0xfe, 0xff, ..]
+            | [1..=255, 0, 1..=255, 0, ..]
+            | [0, 1..=255, 0, 1..=255, ..]
+    );
+    if head.contains(&0) && !is_wide {
         return Err(Error::data(format!("{named} is neither text nor of a format that is read"))
             .help("give a record: CSV with time_s,yaw_deg, MATLAB, HDF5, TDMS or Parquet"));
     }
     Ok(Format::Csv)
 }
 
-/// Whether a text is a record in CSV, to be told from a file of another kind.
+/// Whether a text is a record in CSV and not a file of another kind.
 pub fn is_record(text: &str) -> bool {
     text.trim_start_matches('\u{feff}').trim_start().starts_with("time_s")
 }
 
-/// The channels of a file that is not CSV.
+/// The channels of a file.
 pub(super) fn channels(file: &Path, format: Format) -> Result<Vec<Channel>> {
     let read = match format {
-        Format::Csv => return super::csv_file::channels(file),
+        Format::Csv => text_channels(file),
         Format::Mat => mat::read(file),
         Format::Hdf5 => hdf5::read(file),
         Format::Tdms => tdms::read(file),
         Format::Parquet => parquet_file::read(file),
+        Format::Xlsx => xlsx::read(file),
     };
     read.map_err(|why| {
         Error::data(format!("cannot read {}: {why}", file.display()))
             .help("export the record anew, or as CSV with time_s,yaw_deg")
     })
+}
+
+/// The channels of a text, whatever parts its columns.
+fn text_channels(file: &Path) -> std::result::Result<Vec<Channel>, String> {
+    let bytes = std::fs::read(file).map_err(|e| e.to_string())?;
+    grid::of_text(&text::decoded(&bytes))
 }
 
 /// Writes a record under a name whose ending says the format.
@@ -110,7 +129,7 @@ pub(super) fn channels(file: &Path, format: Format) -> Result<Vec<Channel>> {
 pub(super) fn write(record: &Record, file: &Path) -> Result<()> {
     let ending = file.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let bytes = match ending.as_str() {
-        "csv" => return super::write(record, file),
+        "csv" => return csv_file::write(record, file),
         "parquet" => parquet_file::bytes(record),
         "h5" | "hdf5" => hdf5::bytes(record),
         "mat" => hdf5::mat_bytes(record),

@@ -1,5 +1,6 @@
 //! HDF5, with MATLAB's files from version 7.3 on.
 
+use super::mat;
 use super::table::Channel;
 use hdf5_pure::mat::{MatBuilder, Options};
 use hdf5_pure::{AttrValue, DType, Dataset, File, FileBuilder, Group};
@@ -24,6 +25,13 @@ fn gather(
 ) -> std::result::Result<(), String> {
     for name in group.datasets().map_err(|e| e.to_string())? {
         let dataset = group.dataset(&name).map_err(|e| e.to_string())?;
+        if let Some(columns) = columns_of(&dataset) {
+            for (k, column) in columns.into_iter().enumerate() {
+                let name = format!("{prefix}{}", mat::column_name(&name, k));
+                channels.push(Channel { name, unit: None, step_s: None, values: Ok(column) });
+            }
+            continue;
+        }
         channels.push(Channel {
             name: format!("{prefix}{name}"),
             unit: unit(&dataset),
@@ -43,6 +51,26 @@ fn gather(
         gather(&inner, &format!("{prefix}{name}/"), deep - 1, channels)?;
     }
     Ok(())
+}
+
+/// The columns of a matrix, along its longer side; MATLAB's stand there as rows.
+fn columns_of(dataset: &Dataset) -> Option<Vec<Vec<f64>>> {
+    let shape = dataset.shape().ok()?;
+    let &[rows, columns] = shape.as_slice() else { return None };
+    let (rows, columns) = (rows as usize, columns as usize);
+    let least = rows.min(columns);
+    if !(2..=mat::MOST_COLUMNS).contains(&least) || rows == columns {
+        return None;
+    }
+    let values = dataset.read_f64().ok().filter(|v| v.len() == rows * columns)?;
+    let at = |k: usize, i: usize| {
+        if rows < columns {
+            values[k * columns + i]
+        } else {
+            values[i * columns + k]
+        }
+    };
+    Some((0..least).map(|k| (0..rows.max(columns)).map(|i| at(k, i)).collect()).collect())
 }
 
 fn unit(dataset: &Dataset) -> Option<String> {

@@ -1,22 +1,31 @@
-//! Records as files: CSV, MATLAB, HDF5, TDMS and Parquet.
+//! Records as files: text, workbooks, MATLAB, HDF5, TDMS and Parquet.
 #![forbid(unsafe_code)]
 
+mod asked;
 mod csv_file;
 pub mod format;
+mod grid;
 mod hdf5;
+mod kept;
 mod mat;
+mod names;
 mod parquet_file;
+pub mod place;
 mod table;
 mod tdms;
+mod text;
+mod xlsx;
 
-pub use csv_file::{write_samples, ACCEPTED_COLUMNS};
-pub use table::{Selection, Unit};
+pub use csv_file::{write, write_samples, ACCEPTED_COLUMNS};
+pub use kept::keep;
+pub use table::{Selection, TimeUnit, Unit};
 
 use std::path::Path;
-use yawrig_base::error::Result;
+use yawrig_base::error::{Error, Result};
+use yawrig_core::identify::several;
 use yawrig_core::record::Record;
 
-/// Reads `time_s` and `yaw_deg` (or `yaw_rad`, converted) from a file: CSV, MATLAB, HDF5, TDMS or
+/// Reads one release of `r.csv#2`, or all of `r.csv`: `time_s` and `yaw_deg` (or `yaw_rad`, converted) from a file: CSV, MATLAB, HDF5, TDMS or
 /// Parquet, whatever it is called.
 ///
 /// # Errors
@@ -30,15 +39,46 @@ pub fn read(file: &Path) -> Result<Record> {
 ///
 /// # Errors
 /// As [`read`]; with the channels there are where it is not clear which are meant.
-pub fn read_selected(file: &Path, selection: &Selection) -> Result<Record> {
+pub fn read_selected(named: &Path, selection: &Selection) -> Result<Record> {
+    let (file, release) = place::parted(named);
+    let file = file.as_path();
     let format = format::of(file)?;
-    let record = if format == format::Format::Csv && *selection == Selection::default() {
+    let is_text = matches!(format, format::Format::Csv | format::Format::Xlsx);
+    let nothing_said = *selection == Selection::default();
+    let mut record = if format == format::Format::Csv && nothing_said && csv_file::is_ours(file)? {
         csv_file::read(file)?
     } else {
-        table::record(file, &format::channels(file, format)?, selection)?
+        let table = format::channels(file, format)?;
+        let with = |selection: &Selection| asked::record(file, &table, selection, is_text);
+        match with(selection) {
+            // What the file does not say may have been said for its folder.
+            Err(unclear) if nothing_said => match kept::for_record(file)? {
+                kept if kept == Selection::default() => return Err(unclear),
+                kept => with(&kept)?,
+            },
+            record => record?,
+        }
     };
     record.check_rate()?;
+    if let Some(number) = release {
+        let parts = several::releases(&record);
+        let Some(part) = parts.get(number - 1) else {
+            let what = format!("{} holds {} of them", file.display(), parts.len());
+            return Err(Error::data(format!("there is no release {number}: {what}"))
+                .help(format!("choose one from 1 to {}", parts.len())));
+        };
+        record = several::sliced(&record, part);
+        record.file = named.to_owned();
+    }
     Ok(record)
+}
+
+/// How many releases a file holds.
+///
+/// # Errors
+/// As [`read`].
+pub fn releases(file: &Path) -> Result<usize> {
+    Ok(several::releases(&read(file)?).len())
 }
 
 /// Writes the record in the format that the name's ending says: csv, parquet, h5, hdf5 or mat (7.3).
@@ -47,14 +87,6 @@ pub fn read_selected(file: &Path, selection: &Selection) -> Result<Record> {
 /// Exit 2 for another ending, exit 3 where the file cannot be written.
 pub fn write_as(record: &Record, file: &Path) -> Result<()> {
     format::write(record, file)
-}
-
-/// Writes `time_s,yaw_deg` with microdegrees and microseconds, whole or not at all.
-///
-/// # Errors
-/// Exit 3 where the file cannot be written, 130 where the user stops it.
-pub fn write(record: &Record, file: &Path) -> Result<()> {
-    write_samples(file, record.time_s.iter().copied().zip(record.yaw_deg.iter().copied()))
 }
 
 #[cfg(test)]

@@ -8,13 +8,32 @@ use std::path::Path;
 pub(super) fn read(file: &Path) -> std::result::Result<Vec<Channel>, String> {
     let opened = File::open(file).map_err(|e| e.to_string())?;
     let parsed = MatFile::parse(opened).map_err(|e| e.to_string())?;
-    let channels = parsed.arrays().iter().map(|array| Channel {
-        name: array.name().to_owned(),
-        unit: None,
-        step_s: None,
-        values: vector(array.size()).and_then(|()| numbers(array.data())),
-    });
-    Ok(channels.collect())
+    let mut channels = Vec::new();
+    for array in parsed.arrays() {
+        let one = |name: String, values| Channel { name, unit: None, step_s: None, values };
+        let values = numbers(array.data());
+        match (array.size().as_slice(), values) {
+            // Column by column.
+            (&[rows, 2..=MOST_COLUMNS], Ok(values)) if rows > 1 && values.len() % rows == 0 => {
+                for (k, column) in values.chunks(rows).enumerate() {
+                    channels.push(one(column_name(array.name(), k), Ok(column.to_vec())));
+                }
+            }
+            (size, values) => {
+                let values = vector(size).and(values);
+                channels.push(one(array.name().to_owned(), values));
+            }
+        }
+    }
+    Ok(channels)
+}
+
+/// Columns of a matrix that are channels of their own, at most.
+pub(super) const MOST_COLUMNS: usize = 32;
+
+/// As MATLAB writes a column: `data(:,2)`.
+pub(super) fn column_name(matrix: &str, index: usize) -> String {
+    format!("{matrix}(:,{})", index + 1)
 }
 
 /// That a variable is a row or a column.

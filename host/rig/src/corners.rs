@@ -8,8 +8,8 @@
 
 use super::effects::Effects;
 use super::moments::{Moments, Piece};
-use super::motion::runge_kutta;
-use crate::error::{Error, Result};
+use super::runge_kutta::runge_kutta;
+use crate::error::{Error, Quantity, Result};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -27,12 +27,12 @@ const POTENTIAL_POINTS: u32 = 4000;
 
 /// A model swinging with effects.
 #[derive(Clone, Debug)]
-pub(super) struct Swing {
+pub(super) struct Trajectory {
     moments: Moments,
     /// From the release, s.
     pub time_s: f64,
-    /// Yaw angle in rad and yaw rate in rad/s.
-    pub state: [f64; 2],
+    /// Yaw angle in rad, yaw rate in rad/s, and deflection of the spring that yields, rad.
+    pub state: [f64; 3],
     piece: Piece,
     /// Where it last turned, rad.
     turned_at: Option<f64>,
@@ -47,39 +47,39 @@ pub(super) struct Swing {
 /// For either, and those of the effects' frequencies.
 pub(super) fn check(modal: &Modal, effects: &Effects, released_rad: f64) -> Result<()> {
     effects.check_frequencies(modal)?;
-    let swing = Swing::new(Moments::new(modal, effects), released_rad, 0);
-    let torque = swing.moments.without_friction(0.0, swing.state, swing.piece, 0.0);
-    let way = swing.moments.leaves(0.0, released_rad, swing.piece, 0.0);
+    let trajectory = Trajectory::new(Moments::new(modal, effects), released_rad, 0);
+    let torque = trajectory.moments.without_friction(0.0, trajectory.state, trajectory.piece, 0.0);
+    let way = trajectory.moments.leaves(0.0, trajectory.state, trajectory.piece, 0.0);
     if way == 0.0 && !effects.drive_the_model() {
-        return Err(Error::wrong(format!(
-            "--effect: nothing moves the model from where it is released: friction holds {} rad/s2, the other torque is {:.4} rad/s2",
-            swing.moments.friction_rad_s2,
+        return Err(Error::wrong(Quantity::Effect, format!(
+            "nothing moves the model from where it is released: friction holds {} rad/s2, the other torque is {:.4} rad/s2",
+            trajectory.moments.friction_rad_s2,
             torque.abs()
-        ), "take less friction or free play, or a larger --amplitude-deg"));
+        ), "take less friction or free play, or release the model from a larger angle"));
     }
-    let level = swing.moments.potential(released_rad);
+    let level = trajectory.moments.potential(released_rad);
     let comes_back = (1..=POTENTIAL_POINTS).any(|point| {
         let share = f64::from(point) / f64::from(POTENTIAL_POINTS);
         let b = released_rad + share * (PI.copysign(torque) - released_rad);
-        swing.moments.potential(b) > level
+        trajectory.moments.potential(b) > level
     });
     if !comes_back {
-        return Err(Error::wrong(
-            "--effect: with these effects the model turns right round instead of swinging back", "take smaller cubic_stiffness, quadratic_stiffness or static_offset, or a smaller --amplitude-deg"));
+        return Err(Error::wrong(Quantity::Effect,
+            "with these effects the model turns right round instead of oscillating", "take smaller cubic_stiffness, quadratic_stiffness or static_offset, or release the model from a smaller angle"));
     }
     Ok(())
 }
 
-impl Swing {
+impl Trajectory {
     /// Let go at `b_rad`. Buffeting's random numbers are those of `seed` and none of the sensor's.
     pub fn new(moments: Moments, b_rad: f64, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(1);
         let side = if b_rad.abs() > moments.play_rad { b_rad.signum() } else { 0.0 };
         Self {
+            state: [b_rad, 0.0, moments.yielded(b_rad)],
             moments,
             time_s: 0.0,
-            state: [b_rad, 0.0],
             piece: Piece { rate: 0.0, side },
             turned_at: None,
             swing_rad: f64::INFINITY,
@@ -130,13 +130,13 @@ impl Swing {
     }
 
     /// The state `h` s on if the present piece holds till then, and whether that lies beyond the piece.
-    fn attempt(&self, h: f64, random: f64) -> ([f64; 2], bool) {
+    fn attempt(&self, h: f64, random: f64) -> ([f64; 3], bool) {
         if self.piece.rate == 0.0 {
-            let way = self.moments.leaves(self.time_s + h, self.state[0], self.piece, random);
+            let way = self.moments.leaves(self.time_s + h, self.state, self.piece, random);
             return (self.state, way != 0.0);
         }
         let next = runge_kutta(self.state, h, |dt, state| {
-            self.moments.acceleration(self.time_s + dt, state, self.piece, random)
+            self.moments.slope(self.time_s + dt, state, self.piece, random)
         });
         (next, self.has_turned(next[1]) || self.has_changed_side(next[0]))
     }
@@ -148,7 +148,7 @@ impl Swing {
         }
         let step = |state, from: f64, h| {
             runge_kutta(state, h, |dt, state| {
-                self.moments.acceleration(self.time_s + from + dt, state, self.piece, random)
+                self.moments.slope(self.time_s + from + dt, state, self.piece, random)
             })
         };
         let whole = step(self.state, 0.0, h);
@@ -186,7 +186,7 @@ impl Swing {
                 self.swing_rad = 0.5 * (self.state[0] - before).abs();
             }
             self.turned_at = Some(self.state[0]);
-            self.piece.rate = self.moments.leaves(self.time_s, self.state[0], self.piece, random);
+            self.piece.rate = self.moments.leaves(self.time_s, self.state, self.piece, random);
         }
     }
 }

@@ -14,20 +14,20 @@ fn effects(texts: &[&str]) -> Effects {
     Effects::new(texts.iter().map(|text| text.parse().unwrap()).collect()).unwrap()
 }
 
-fn swing(damping_ratio: f64, texts: &[&str], released_rad: f64) -> Swing {
-    Swing::new(Moments::new(&modal(damping_ratio), &effects(texts)), released_rad, 1)
+fn trajectory(damping_ratio: f64, texts: &[&str], released_rad: f64) -> Trajectory {
+    Trajectory::new(Moments::new(&modal(damping_ratio), &effects(texts)), released_rad, 1)
 }
 
 /// Steps of `h` until it has turned `count` times more or ten minutes have passed: the turning points, rad.
-fn turning_points(swing: &mut Swing, h: f64, count: usize) -> Vec<f64> {
+fn turning_points(trajectory: &mut Trajectory, h: f64, count: usize) -> Vec<f64> {
     let mut found = Vec::new();
-    let mut last = swing.turned_at;
-    while found.len() < count && swing.time_s < 600.0 {
-        swing.advance(h);
-        if last.is_some() && swing.turned_at != last {
-            found.extend(swing.turned_at);
+    let mut last = trajectory.turned_at;
+    while found.len() < count && trajectory.time_s < 600.0 {
+        trajectory.advance(h);
+        if last.is_some() && trajectory.turned_at != last {
+            found.extend(trajectory.turned_at);
         }
-        last = swing.turned_at;
+        last = trajectory.turned_at;
     }
     found
 }
@@ -38,26 +38,26 @@ fn turning_points(swing: &mut Swing, h: f64, count: usize) -> Vec<f64> {
 fn friction_alone_takes_4_c_over_wn2_a_cycle_and_sticks_in_its_band() {
     for (c, released) in [(0.12, 0.2), (0.5, 0.2), (0.3, -0.15), (0.7, 0.3)] {
         let band = c / (WN * WN);
-        let mut swing = swing(0.0, &[&format!("coulomb_friction:c={c}")], released);
+        let mut trajectory = trajectory(0.0, &[&format!("coulomb_friction:c={c}")], released);
         let mut expected = vec![];
         let mut turn: f64 = released;
         while turn.abs() > band {
             turn = -turn.signum() * (turn.abs() - 2.0 * band);
             expected.push(turn);
         }
-        let found = turning_points(&mut swing, 1e-3, expected.len());
+        let found = turning_points(&mut trajectory, 1e-3, expected.len());
         for (found, expected) in found.iter().zip(&expected) {
             assert!((found - expected).abs() < 1e-9, "{c}: {found} is not {expected}");
         }
         assert_eq!(found.len(), expected.len());
-        let stopped = swing.state;
+        let stopped = trajectory.state;
         assert_eq!(stopped[1], 0.0, "at rest, not slow");
         assert!(stopped[0].abs() <= band);
         // It stays there for good.
         for _ in 0..10_000 {
-            swing.advance(1e-3);
+            trajectory.advance(1e-3);
         }
-        assert_eq!(swing.state, stopped);
+        assert_eq!(trajectory.state, stopped);
     }
 }
 
@@ -65,19 +65,23 @@ fn friction_alone_takes_4_c_over_wn2_a_cycle_and_sticks_in_its_band() {
 fn what_the_friction_lets_go_again_starts_when_the_forcing_exceeds_it() {
     // Held at 0 by 0.2 against 0.5 sin(3 t): free at asin(0.4) / 3.
     let texts = ["coulomb_friction:c=0.2", "harmonic_forcing:f=0.5,w=3,phi=-1.5707963267948966"];
-    let mut swing = swing(0.01, &texts, 0.0);
+    let mut trajectory = trajectory(0.01, &texts, 0.0);
     let freed_s = 0.4f64.asin() / 3.0;
-    while swing.time_s < freed_s - 1e-3 {
-        swing.advance(1e-3);
-        assert_eq!(swing.state, [0.0, 0.0]);
+    while trajectory.time_s < freed_s - 1e-3 {
+        trajectory.advance(1e-3);
+        assert_eq!(trajectory.state, [0.0; 3]);
     }
     for _ in 0..2 {
-        swing.advance(1e-3);
+        trajectory.advance(1e-3);
     }
     // From there b'' = 0.5 * 3 cos(3 t) (t - t0) to first order: r = 0.75 cos(3 t0) (t - t0)^2.
-    let after_s = swing.time_s - freed_s;
+    let after_s = trajectory.time_s - freed_s;
     let expected = 0.75 * (3.0 * freed_s).cos() * after_s * after_s;
-    assert!((swing.state[1] / expected - 1.0).abs() < 0.01, "{} {expected}", swing.state[1]);
+    assert!(
+        (trajectory.state[1] / expected - 1.0).abs() < 0.01,
+        "{} {expected}",
+        trajectory.state[1]
+    );
 }
 
 /// Whatever only takes energy out: never a step that gains any, at coarse and fine steps.
@@ -91,16 +95,20 @@ fn friction_drag_and_play_never_gain_energy() {
         &["coulomb_friction:c=0.05", "static_offset:m=0.4", "quadratic_stiffness:k2=30"],
     ] {
         for h in [1e-3, 0.25e-3] {
-            let mut swing = swing(0.002, texts, 0.25);
+            let mut trajectory = trajectory(0.002, texts, 0.25);
             let energy =
-                |s: &Swing| 0.5 * s.state[1] * s.state[1] + s.moments.potential(s.state[0]);
-            let first = energy(&swing);
+                |s: &Trajectory| 0.5 * s.state[1] * s.state[1] + s.moments.potential(s.state[0]);
+            let first = energy(&trajectory);
             let mut last = first;
-            while swing.time_s < 30.0 {
-                swing.advance(h);
+            while trajectory.time_s < 30.0 {
+                trajectory.advance(h);
                 // 1e-13 of the energy at the release: rounding, and the method's own gain of (wn h)^6 / 72.
-                assert!(energy(&swing) <= last + 1e-13 * first.abs(), "{texts:?} {}", swing.time_s);
-                last = energy(&swing);
+                assert!(
+                    energy(&trajectory) <= last + 1e-13 * first.abs(),
+                    "{texts:?} {}",
+                    trajectory.time_s
+                );
+                last = energy(&trajectory);
             }
             assert!(last < 0.9 * first, "{texts:?}");
         }
@@ -112,8 +120,8 @@ fn friction_drag_and_play_never_gain_energy() {
 #[test]
 fn drag_obeys_its_amplitude_law() {
     let d = 0.8;
-    let mut swing = swing(0.0, &["quadratic_damping:d=0.8"], 0.3);
-    let found = turning_points(&mut swing, 1e-3, 20);
+    let mut trajectory = trajectory(0.0, &["quadratic_damping:d=0.8"], 0.3);
+    let found = turning_points(&mut trajectory, 1e-3, 20);
     let mut before = 0.3f64;
     for (turn, found) in found.iter().enumerate() {
         let after = found.abs();
@@ -130,14 +138,14 @@ fn drag_obeys_its_amplitude_law() {
 #[test]
 fn free_play_lengthens_the_period() {
     let (a, g) = (0.2, 0.03);
-    let mut swing = swing(0.0, &["free_play:g=0.03"], a);
+    let mut trajectory = trajectory(0.0, &["free_play:g=0.03"], a);
     let expected_s = (2.0 * PI + 4.0 * g / (a - g)) / WN;
     let cycles = 20;
     let mut last = (0.0, a);
     let mut crossings = Vec::new();
     while crossings.len() <= cycles {
-        swing.advance(1e-3);
-        let now = (swing.time_s, swing.state[0]);
+        trajectory.advance(1e-3);
+        let now = (trajectory.time_s, trajectory.state[0]);
         if last.1 < 0.0 && now.1 >= 0.0 {
             // In the dead zone the rate is constant: the interpolation is exact.
             crossings.push(last.0 - last.1 * (now.0 - last.0) / (now.1 - last.1));
@@ -157,12 +165,12 @@ fn buffeting_has_its_variance_at_every_step() {
     let expected = q / (4.0 * zeta * WN.powi(3));
     let spread = (1.0 / (zeta * WN * seconds)).sqrt();
     for h in [4e-3, 1e-3] {
-        let mut swing = swing(zeta, &["buffeting:q=0.02"], 0.01);
+        let mut trajectory = trajectory(zeta, &["buffeting:q=0.02"], 0.01);
         let (mut sum, mut count) = (0.0, 0.0);
-        while swing.time_s < seconds {
-            swing.advance(h);
-            if swing.time_s > 50.0 {
-                sum += swing.state[0] * swing.state[0];
+        while trajectory.time_s < seconds {
+            trajectory.advance(h);
+            if trajectory.time_s > 50.0 {
+                sum += trajectory.state[0] * trajectory.state[0];
                 count += 1.0;
             }
         }
@@ -176,13 +184,13 @@ fn buffeting_has_its_variance_at_every_step() {
 #[test]
 fn forcing_leaves_its_steady_response() {
     let (f, w, phi, zeta) = (0.4, 11.0, 0.7, 0.05);
-    let mut swing = swing(zeta, &["harmonic_forcing:f=0.4,w=11,phi=0.7"], 0.1);
-    while swing.time_s < 120.0 {
-        swing.advance(0.25e-3);
+    let mut trajectory = trajectory(zeta, &["harmonic_forcing:f=0.4,w=11,phi=0.7"], 0.1);
+    while trajectory.time_s < 120.0 {
+        trajectory.advance(0.25e-3);
     }
     let (stiff, damp) = (WN * WN - w * w, 2.0 * zeta * WN * w);
-    let expected = f / stiff.hypot(damp) * (w * swing.time_s + phi - damp.atan2(stiff)).cos();
-    assert!((swing.state[0] - expected).abs() < 1e-9, "{} {expected}", swing.state[0]);
+    let expected = f / stiff.hypot(damp) * (w * trajectory.time_s + phi - damp.atan2(stiff)).cos();
+    assert!((trajectory.state[0] - expected).abs() < 1e-9, "{} {expected}", trajectory.state[0]);
 }
 
 fn record(texts: &[&str], amplitude_deg: f64) -> Vec<f64> {
@@ -244,11 +252,11 @@ fn halving_the_step_divides_the_error_by_sixteen() {
         "harmonic_forcing:f=0.2,w=11,phi=0.5",
     ];
     let end = |steps: u32| {
-        let mut swing = swing(0.01, &texts, 0.3);
+        let mut trajectory = trajectory(0.01, &texts, 0.3);
         for _ in 0..steps {
-            swing.advance(4.0 / f64::from(steps));
+            trajectory.advance(4.0 / f64::from(steps));
         }
-        swing.state[0]
+        trajectory.state[0]
     };
     let exact = end(400 * 32);
     let [coarse, fine, finer] = [400, 800, 1600].map(|steps| (end(steps) - exact).abs());

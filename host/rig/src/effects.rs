@@ -4,7 +4,7 @@
 //! last three effects change the reading and leave the motion alone. Time runs from the release. A user's own effect is
 //! taken from its file; the formula compiled there is the one that fits use too.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Quantity, Result};
 use std::borrow::Cow;
 use std::fmt;
 use std::path::Path;
@@ -166,6 +166,42 @@ pub static LIBRARY: LazyLock<Vec<Kind>> = LazyLock::new(|| {
             |p, b, _, _| -p[0] * b * b * b * b * b,
             |p, b| p[0] * b * b * b * b * b * b / 6.0,
         ),
+        stiffness(
+            kind("pendulum_gravity", "+ g (b - sin b)", vec![any("g", "1/s2")], "g=49"),
+            |p, b, _, _| p[0] * (b - b.sin()),
+            |p, b| p[0] * (1.0 - b.cos() - b * b / 2.0),
+        ),
+        stiffness(
+            kind("odd_quadratic_stiffness", "- k |b| b", vec![any("k", "1/(rad s2)")], "k=10"),
+            |p, b, _, _| -p[0] * b.abs() * b,
+            |p, b| p[0] * b.abs() * b * b / 3.0,
+        ),
+        damping(
+            kind(
+                "power_damping",
+                "- c |r|^n sign(r), 0 < n < 3",
+                vec![positive("c", "(rad/s2)/(rad/s)^n"), within("n", "1", f64::MIN_POSITIVE, 3.0)],
+                "c=0.1,n=1.5",
+            ),
+            // Beyond the turning point, which ends a step, the rate counts as none.
+            |p, _, r, sign| -p[0] * sign * (sign * r).max(0.0).powf(p[1]),
+        ),
+        stiffness(
+            kind(
+                "end_stop",
+                "- k (|b| - g) sign(b) beyond |b| > g",
+                vec![positive("k", "1/s2"), positive("g", "rad")],
+                "k=20,g=0.1",
+            ),
+            |p, b, _, _| -p[0] * (b.abs() - p[1]).max(0.0).copysign(b),
+            |p, b| 0.5 * p[0] * (b.abs() - p[1]).max(0.0).powi(2),
+        ),
+        kind(
+            "hysteresis",
+            "- h z, z' = r - |r| z / y",
+            vec![positive("h", "1/s2"), positive("y", "rad")],
+            "h=2,y=0.05",
+        ),
     ]
 });
 
@@ -260,7 +296,8 @@ impl FromStr for Effect {
                     let near = near.map_or(String::new(), |near| format!("did you mean {near}? "));
                     let ids = ids().collect::<Vec<_>>().join(", ");
                     Error::wrong(
-                        format!("--effect {text}: there is no effect \"{}\"", id.trim()),
+                        Quantity::Effect,
+                        format!("{text}: there is no effect \"{}\"", id.trim()),
                         format!(
                         "{near}the effects are {ids}, or the path of your own effect's .toml file"
                     ),
@@ -271,7 +308,8 @@ impl FromStr for Effect {
             let parameters: Vec<String> =
                 kind.parameters.iter().map(|p| format!("{} ({})", p.name, p.unit)).collect();
             Error::wrong(
-                format!("--effect {text}: {why}"),
+                Quantity::Effect,
+                format!("{text}: {why}"),
                 format!("{} takes {}", kind.id, parameters.join(", ")),
             )
         };
@@ -336,14 +374,16 @@ impl Effects {
         for (place, effect) in effects.iter().enumerate() {
             if effects[..place].iter().any(|other| other.id() == effect.id()) {
                 return Err(Error::wrong(
-                    format!("--effect {effect}: {} twice", effect.id()),
+                    Quantity::Effect,
+                    format!("{effect}: {} twice", effect.id()),
                     "give each effect once",
                 ));
             }
         }
         if effects.iter().filter(|e| e.own.is_some()).count() > MOST_OWN {
             return Err(Error::wrong(
-                format!("--effect: more than {MOST_OWN} effects of your own"),
+                Quantity::Effect,
+                format!("more than {MOST_OWN} effects of your own"),
                 "take fewer at a time",
             ));
         }
@@ -400,15 +440,15 @@ impl Effects {
         let wn = modal.natural_frequency_rad_s;
         if let Some(w) = self.value("harmonic_forcing", "w") {
             if (w - wn).abs() < 0.1 * wn {
-                return Err(Error::wrong(format!(
-                    "--effect harmonic_forcing: w = {w} rad/s is within 10 % of a release's natural frequency, {wn:.4} rad/s"
+                return Err(Error::wrong(Quantity::Effect, format!(
+                    "harmonic_forcing: w = {w} rad/s is within 10 % of a release's natural frequency, {wn:.4} rad/s"
                 ), format!("take w below {:.4} or above {:.4} rad/s", 0.9 * wn, 1.1 * wn)));
             }
         }
         if let Some(w2) = self.value("second_mode", "w2") {
             if (w2 - wn).abs() < 0.3 * wn || w2 < 0.3 * wn {
-                return Err(Error::wrong(format!(
-                    "--effect second_mode: w2 = {w2} rad/s is within 30 % of a release's natural frequency, {wn:.4} rad/s, or of zero"
+                return Err(Error::wrong(Quantity::Effect, format!(
+                    "second_mode: w2 = {w2} rad/s is within 30 % of a release's natural frequency, {wn:.4} rad/s, or of zero"
                 ), format!(
                     "take w2 from {:.4} to {:.4} or above {:.4} rad/s",
                     0.3 * wn,

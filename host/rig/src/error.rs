@@ -6,6 +6,7 @@ pub enum Error {
     /// There is no such spring or effect, or it leaves no free decay.
     #[error("{message}")]
     Wrong {
+        quantity: Quantity,
         message: String,
         /// One thing to do about it.
         help: String,
@@ -14,11 +15,23 @@ pub enum Error {
     OwnEffect(#[from] yawrig_expression::Error),
 }
 
+/// What a refusal is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    Effect,
+    Spring,
+    WindSpeed,
+}
+
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    pub(crate) fn wrong(message: impl Into<String>, help: impl Into<String>) -> Self {
-        Self::Wrong { message: message.into(), help: help.into() }
+    pub(crate) fn wrong(
+        quantity: Quantity,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Self {
+        Self::Wrong { quantity, message: message.into(), help: help.into() }
     }
 
     /// One thing to do about it.

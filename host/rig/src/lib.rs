@@ -11,11 +11,12 @@ mod effects;
 mod error;
 mod moments;
 mod motion;
+mod runge_kutta;
 mod sensor;
 mod springs;
 
 pub use effects::{Effect, Effects, Kind, Parameter, LIBRARY};
-pub use error::{Error, Result};
+pub use error::{Error, Quantity, Result};
 pub use motion::{End, Motion, Sample, Samples, Start};
 pub use sensor::Sensor;
 pub use springs::{Spring, SPRINGS};
@@ -146,10 +147,10 @@ impl Rig {
             self.derivatives(spring, *axis).wind_on(&off, inertia_kg_m2, &wind, &self.model)
         })
         .ok_or_else(|| {
-            Error::wrong(format!(
+            Error::wrong(Quantity::WindSpeed, format!(
                 "spring {} at {wind_speed_m_s} m/s: the wind overcomes the springs, the model does not oscillate",
                 spring.name
-            ), "take a stiffer spring or a lower --wind")
+            ), "take a stiffer spring or a lower wind speed")
         })
     }
 

@@ -38,6 +38,8 @@ pub(super) struct Moments {
     /// q, rad2/s3: over a time h the yaw rate wanders by a normal deviate of variance q h (two-sided: the
     /// moment's covariance is q delta(t - t')).
     pub buffeting_rad2_s3: f64,
+    /// h in 1/s2 and y in rad of the spring that yields.
+    hysteresis: [f64; 2],
     /// The user's own, and what they may depend on.
     own: Vec<OwnTerm>,
     natural_frequency_rad_s: f64,
@@ -57,14 +59,34 @@ impl Moments {
             forcing: ["f", "w", "phi"].map(|name| value("harmonic_forcing", name)),
             stiffness_drift_per_s: value("stiffness_drift", "e"),
             buffeting_rad2_s3: value("buffeting", "q"),
+            hysteresis: ["h", "y"].map(|name| value("hysteresis", name)),
             own: effects.own(),
             natural_frequency_rad_s: modal.natural_frequency_rad_s,
             wind_speed_m_s: effects.wind_speed_m_s(),
         }
     }
 
-    /// b'' in rad/s2, friction left out, at time t (s), angle b, rate r, in one piece of the equation.
-    pub fn without_friction(&self, t: f64, [b, r]: [f64; 2], piece: Piece, random: f64) -> f64 {
+    /// The yielding spring's deflection once it has been pulled from no angle to b, rad.
+    pub fn yielded(&self, b: f64) -> f64 {
+        let [h, y] = self.hysteresis;
+        if h == 0.0 {
+            0.0
+        } else {
+            -(y * (-b.abs() / y).exp_m1()).copysign(-b)
+        }
+    }
+
+    /// Rates of change of angle, rate and the yielding spring's deflection while the model moves.
+    pub fn slope(&self, t: f64, state: [f64; 3], piece: Piece, random: f64) -> [f64; 3] {
+        let [_, r, z] = state;
+        let [h, y] = self.hysteresis;
+        let yielding = if h == 0.0 { 0.0 } else { r - piece.rate * r * z / y };
+        [r, self.acceleration(t, state, piece, random), yielding]
+    }
+
+    /// b'' in rad/s2, friction left out, at time t (s), angle b, rate r, in one piece of the equation; the yielding
+    /// spring is deflected by z.
+    pub fn without_friction(&self, t: f64, [b, r, z]: [f64; 3], piece: Piece, random: f64) -> f64 {
         let stretch = if piece.side == 0.0 { 0.0 } else { b - piece.side * self.play_rad };
         let [f, w, phi] = self.forcing;
         let forcing = if f == 0.0 { 0.0 } else { f * (w * t + phi).cos() };
@@ -73,10 +95,8 @@ impl Moments {
         let smooth = |sum, (law, p): &(Smooth, [f64; MOST_PARAMETERS])| {
             sum + (law.moment)(p, b, r, piece.rate)
         };
-        self.smooth.iter().fold(linear, smooth)
-            + self.offset_rad_s2
-            + forcing
-            + random
+        self.smooth.iter().fold(linear, smooth) + self.offset_rad_s2 + forcing + random
+            - self.hysteresis[0] * z
             + if self.has_own() { self.own_moment(t, [b, r], piece) } else { 0.0 }
     }
 
@@ -98,9 +118,9 @@ impl Moments {
         self.own.iter().map(|own| own.moment(&state)).sum()
     }
 
-    /// Which way the model moves from rest at b, -1 or 1; 0: friction holds it, or nothing pulls at it.
-    pub fn leaves(&self, t: f64, b: f64, piece: Piece, random: f64) -> f64 {
-        let pull = |rate: f64| self.acceleration(t, [b, 0.0], Piece { rate, ..piece }, random);
+    /// Which way the model moves from rest in a state, -1 or 1; 0: friction holds it, or nothing pulls at it.
+    pub fn leaves(&self, t: f64, [b, _, z]: [f64; 3], piece: Piece, random: f64) -> f64 {
+        let pull = |rate: f64| self.acceleration(t, [b, 0.0, z], Piece { rate, ..piece }, random);
         let (up, down) = (pull(1.0), pull(-1.0));
         if up > 0.0 && up >= -down {
             1.0
@@ -112,7 +132,7 @@ impl Moments {
     }
 
     /// b'' in rad/s2 while the model moves.
-    pub fn acceleration(&self, t: f64, state: [f64; 2], piece: Piece, random: f64) -> f64 {
+    pub fn acceleration(&self, t: f64, state: [f64; 3], piece: Piece, random: f64) -> f64 {
         self.without_friction(t, state, piece, random) - self.friction_rad_s2 * piece.rate
     }
 

@@ -1,8 +1,9 @@
 //! The equation of motion, integrated.
 
-use super::corners::{self, Swing};
+use super::corners::{self, Trajectory};
 use super::effects::Effects;
 use super::moments::{Distortion, Moments};
+use super::runge_kutta::runge_kutta;
 use super::sensor::{Reader, Sensor};
 use crate::error::Result;
 use std::f64::consts::{PI, TAU};
@@ -13,24 +14,8 @@ use yawrig_shared::units::{deg_from_rad, rad_from_deg};
 const LONGEST_STEP_S: f64 = 0.25e-3;
 /// An oscillation that does not die is watched this long, s.
 const ENDLESS_S: f64 = 60.0;
-/// A model whose rate stays below this share of what the smallest swing watched has, for a whole cycle, rests.
+/// A model rests whose rate stays, for a whole cycle, below this share of the rate at the smallest amplitude watched.
 const RESTING: f64 = 0.05;
-
-/// One step of the classical fourth-order Runge-Kutta method from `[b, r]` over `h` s; `acceleration` gives
-/// b'' in rad/s2 at a time from the step's beginning, s, and a state.
-pub(super) fn runge_kutta(
-    [b, r]: [f64; 2],
-    h: f64,
-    acceleration: impl Fn(f64, [f64; 2]) -> f64,
-) -> [f64; 2] {
-    let slope = |t, b, r| [r, acceleration(t, [b, r])];
-    let k1 = slope(0.0, b, r);
-    let k2 = slope(0.5 * h, b + 0.5 * h * k1[0], r + 0.5 * h * k1[1]);
-    let k3 = slope(0.5 * h, b + 0.5 * h * k2[0], r + 0.5 * h * k2[1]);
-    let k4 = slope(h, b + h * k3[0], r + h * k3[1]);
-    let advance = |i: usize| h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]);
-    [b + advance(0), r + advance(1)]
-}
 
 /// b'' as a function of the state: the equation of motion divided by the inertia.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,10 +37,10 @@ impl Motion {
     }
 
     fn step(&self, state: [f64; 2], h: f64) -> [f64; 2] {
-        runge_kutta(state, h, |_, [b, r]| self.acceleration(b, r))
+        runge_kutta(state, h, |_, [b, r]| [r, self.acceleration(b, r)])
     }
 
-    /// Amplitude of the swing through this state, rad: what remains of it at the next turning point.
+    /// Amplitude of the oscillation through this state, rad: what remains of it at the next turning point.
     fn amplitude(&self, [b, r]: [f64; 2]) -> f64 {
         (b * b + r * r / self.stiffness_rad2_s2).sqrt()
     }
@@ -66,7 +51,7 @@ impl Motion {
 pub enum End {
     /// This long after the first sample, s.
     After(f64),
-    /// Once the swing is smaller than `amplitude_deg`, or `at_most_s` after the first sample.
+    /// Once the amplitude is smaller than `amplitude_deg`, or `at_most_s` after the first sample.
     Below { amplitude_deg: f64, at_most_s: f64 },
 }
 
@@ -90,7 +75,7 @@ impl Default for Start {
 
 impl Start {
     /// This start with an end for what may never end by itself: without damping, a minute after the release;
-    /// driven by forcing or buffeting, when the swing would have died down without them.
+    /// driven by forcing or buffeting, when the oscillation would have died down without them.
     #[must_use]
     pub fn limited(self, modal: &Modal, effects: &Effects) -> Self {
         let End::Below { amplitude_deg, at_most_s } = self.end else { return self };
@@ -142,7 +127,7 @@ pub struct Samples {
 /// What takes the plain motion's place where there are effects.
 #[derive(Clone, Debug)]
 struct WithEffects {
-    swing: Swing,
+    trajectory: Trajectory,
     distortion: Distortion,
     /// How long the model has hardly moved, s.
     resting_s: f64,
@@ -188,7 +173,7 @@ impl Samples {
             let released_rad = rad_from_deg(start.amplitude_deg);
             corners::check(modal, effects, released_rad)?;
             samples.effects = Some(WithEffects {
-                swing: Swing::new(Moments::new(modal, effects), released_rad, seed),
+                trajectory: Trajectory::new(Moments::new(modal, effects), released_rad, seed),
                 distortion: Distortion::new(effects),
                 resting_s: 0.0,
                 cycle_s: TAU / modal.natural_frequency_rad_s,
@@ -201,7 +186,7 @@ impl Samples {
         match &self.effects {
             None => self.motion.amplitude(self.state),
             Some(with) if with.resting_s > with.cycle_s => 0.0,
-            Some(with) => with.swing.swing_rad,
+            Some(with) => with.trajectory.swing_rad,
         }
     }
 
@@ -214,9 +199,10 @@ impl Samples {
             return;
         };
         for _ in 0..self.steps_per_sample {
-            with.swing.advance(self.step_s);
+            with.trajectory.advance(self.step_s);
         }
-        self.state = with.swing.state;
+        let [b, r, _] = with.trajectory.state;
+        self.state = [b, r];
         if let End::Below { amplitude_deg, .. } = self.end {
             let least_rad_s = RESTING * rad_from_deg(amplitude_deg) * TAU / with.cycle_s;
             let rests = self.state[1].abs() < least_rad_s;

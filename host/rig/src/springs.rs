@@ -1,10 +1,10 @@
 //! The eight springs and the derivatives planted on them.
 
 use super::Axis;
-use crate::error::{Error, Result};
+use crate::error::{Error, Quantity, Result};
 use yawrig_shared::derivatives::{at_front_axis, YawDerivatives};
 
-/// A pair of springs and what the wind does to the model while it swings on them, per radian.
+/// A pair of springs and what the wind does to the model while it oscillates on them, per radian.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spring {
     pub name: &'static str,
@@ -46,7 +46,8 @@ impl Spring {
     pub fn named(name: &str) -> Result<Self> {
         SPRINGS.into_iter().find(|spring| spring.name.eq_ignore_ascii_case(name)).ok_or_else(|| {
             Error::wrong(
-                format!("--spring {name}: there is no such spring"),
+                Quantity::Spring,
+                format!("there is no spring {name}"),
                 "the springs are K1 to K8",
             )
         })

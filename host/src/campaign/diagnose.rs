@@ -6,7 +6,7 @@ use yawrig_base::error::Result;
 use yawrig_base::interrupt;
 use yawrig_core::diagnosis::campaign::{self, CampaignDiagnosis, Diagnosed};
 use yawrig_core::diagnosis::diagnose::Options;
-use yawrig_core::fit::swing::Swing;
+use yawrig_core::fit::free_decay::FreeDecay;
 
 /// Judges the campaign in `file`.
 ///
@@ -23,17 +23,17 @@ pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<CampaignDiagno
 pub fn diagnose_with_fits(file: &CampaignFile, options: &Options) -> Result<Diagnosed> {
     let read = |index: usize| {
         interrupt::check()?;
-        let mut swing = Swing::of(&yawrig_records::read(&file.record_path(index))?)?;
-        swing.stop = options.stop.clone();
-        swing.wind_speed_m_s = file.campaign.release[index].wind_speed_m_s;
-        Ok(swing)
+        let mut decay = FreeDecay::of(&yawrig_records::read(&file.record_path(index))?)?;
+        decay.stop = options.stop.clone();
+        decay.wind_speed_m_s = file.campaign.release[index].wind_speed_m_s;
+        Ok(decay)
     };
     let releases = 0..file.campaign.release.len();
-    let swings: Vec<Result<Swing>> = releases.into_par_iter().map(read).collect();
+    let decays: Vec<Result<FreeDecay>> = releases.into_par_iter().map(read).collect();
     // Collected first, so that of several bad records always the first is named.
-    let swings = swings.into_iter().collect::<Result<Vec<_>>>()?;
-    for warning in swings.iter().flat_map(|swing| &swing.warnings) {
+    let decays = decays.into_iter().collect::<Result<Vec<_>>>()?;
+    for warning in decays.iter().flat_map(|decay| &decay.warnings) {
         crate::say!("yawrig: warning: {warning}");
     }
-    Ok(campaign::diagnose_with_fits(&file.campaign, swings, options)?)
+    Ok(campaign::diagnose_with_fits(&file.campaign, decays, options)?)
 }

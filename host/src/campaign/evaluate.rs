@@ -7,7 +7,7 @@ use yawrig_base::interrupt;
 use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::table::Table;
 use yawrig_core::derivatives::validation;
-use yawrig_core::derivatives::Computed;
+use yawrig_core::derivatives::{Computed, Doubt};
 use yawrig_core::record::Record;
 
 /// A method: from a record to natural frequency and damping ratio.
@@ -32,6 +32,14 @@ pub fn evaluate(file: &CampaignFile, method: &str, identify: &Identify) -> Resul
         let named = Error::from(e);
         Error { message: format!("{}: {}", file.path.display(), named.message), ..named }
     })?;
+    let doubts = computed.doubts();
+    let at = |doubt: &Doubt| match doubt.release {
+        Some(index) => file.error_at(index, &doubt.what),
+        None => Error::data(format!("{}: {}", file.path.display(), doubt.what)),
+    };
+    if let Some(impossible) = doubts.iter().find(|doubt| doubt.is_impossible) {
+        return Err(at(impossible).help("correct the entry: lengths in m, stiffness in N/m"));
+    }
     let responses = computed.responses();
     let validate = |index: usize| {
         interrupt::check()?;
@@ -45,5 +53,6 @@ pub fn evaluate(file: &CampaignFile, method: &str, identify: &Identify) -> Resul
     for (release, error) in table.releases.iter_mut().zip(errors) {
         release.validation_mse_deg2 = error;
     }
+    table.notes.splice(..0, doubts.iter().map(|doubt| at(doubt).message));
     Ok(table)
 }

@@ -3,8 +3,14 @@
 //! Every `..._u_...` entry is the standard uncertainty of the entry it is named after, in its unit; left out,
 //! it is taken as zero, and listed as assumed.
 
+pub mod answers;
+pub mod check;
 mod diagnose;
 mod evaluate;
+pub mod init;
+pub mod measuring;
+pub mod pattern;
+pub mod plan;
 pub mod simulated;
 
 pub use diagnose::{diagnose, diagnose_with_fits};
@@ -18,6 +24,7 @@ use toml::Spanned;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::derivatives::campaign::{Campaign, ReleaseEntry, SCHEMA_VERSION};
 use yawrig_records::format::is_record;
+use yawrig_records::place;
 
 /// A campaign with the path it was read from.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,22 +75,33 @@ impl CampaignFile {
                 .help("give the path of a campaign.toml")
         })?;
         if is_record(&text) {
-            return Err(Error::data(format!("{named} is a record, not a campaign")).help(
-                "write a campaign.toml that names it; yawrig simulate --campaign writes an example",
-            ));
+            return Err(Error::data(format!("{named} is a record, not a campaign"))
+                .help("write a campaign.toml that names it: `yawrig campaign init` does"));
         }
-        let malformed = |e: &toml::de::Error| {
-            let line = e.span().map_or(1, |span| line_of(&text, span.start));
-            Error::data(format!("{named}, line {line}: {}", e.message()))
-                .help("correct the entry; yawrig simulate --campaign writes an example")
-        };
-        let campaign: Campaign = toml::from_str(&text).map_err(|e| malformed(&e))?;
-        let places: Places = toml::from_str(&text).map_err(|e| malformed(&e))?;
-        let release_lines =
-            places.release.iter().map(|release| line_of(&text, release.span().start)).collect();
-        let file = Self { path: path.to_owned(), campaign, release_lines };
+        let file = Self::parsed(&text, path)?;
         file.check()?;
         Ok(file)
+    }
+
+    /// The campaign in `text`, which was read from `path`; its numbers are not checked.
+    fn parsed(text: &str, path: &Path) -> Result<Self> {
+        let named = path.display();
+        let malformed = |e: &toml::de::Error| {
+            let line = e.span().map_or(1, |span| line_of(text, span.start));
+            Error::data(format!("{named}, line {line}: {}", e.message()))
+                .help("correct the entry; `yawrig campaign --help` shows a whole file")
+        };
+        let mut campaign: Campaign = toml::from_str(text).map_err(|e| malformed(&e))?;
+        let places: Places = toml::from_str(text).map_err(|e| malformed(&e))?;
+        let release_lines =
+            places.release.iter().map(|release| line_of(text, release.span().start)).collect();
+        for release in &mut campaign.release {
+            if release.spring_stiffness_n_per_m.is_nan() {
+                let of_spring = campaign.stiffness_n_per_m.get(&release.spring);
+                release.spring_stiffness_n_per_m = of_spring.copied().unwrap_or(f64::NAN);
+            }
+        }
+        Ok(Self { path: path.to_owned(), campaign, release_lines })
     }
 
     /// Where the record of release `index` is.
@@ -98,11 +116,19 @@ impl CampaignFile {
     }
 
     fn check(&self) -> Result<()> {
+        self.faults().into_iter().next().map_or(Ok(()), Err)
+    }
+
+    /// Every entry that cannot be, in the order of the file.
+    fn faults(&self) -> Vec<Error> {
+        let mut faults = Vec::new();
         let named = self.path.display();
-        let Campaign { schema_version, model, air, rig, inertia, release } = &self.campaign;
+        let Campaign { schema_version, model, air, rig, inertia, release, .. } = &self.campaign;
         if *schema_version != SCHEMA_VERSION {
-            return Err(Error::data(format!("{named}: schema_version is {schema_version}"))
-                .help(format!("this program reads schema_version {SCHEMA_VERSION}")));
+            faults.push(
+                Error::data(format!("{named}: schema_version is {schema_version}"))
+                    .help(format!("this program reads schema_version {SCHEMA_VERSION}")),
+            );
         }
         let inertia = inertia.clone().unwrap_or_default();
         for (name, value) in [
@@ -115,8 +141,10 @@ impl CampaignFile {
             ("inertia.front_kg_m2", inertia.front_kg_m2),
         ] {
             if value.is_some_and(|value| !is_positive(value)) {
-                return Err(Error::data(format!("{named}: {name} is not a positive number"))
-                    .help("correct the entry"));
+                faults.push(
+                    Error::data(format!("{named}: {name} is not a positive number"))
+                        .help("correct the entry"),
+                );
             }
         }
         for (name, u) in [
@@ -130,32 +158,38 @@ impl CampaignFile {
             ("inertia.front_u_kg_m2", inertia.front_u_kg_m2),
         ] {
             if u.is_some_and(|u| !is_not_negative(u)) {
-                return Err(Error::data(format!("{named}: {name} is not a standard uncertainty"))
-                    .help("give zero or a positive number"));
+                faults.push(
+                    Error::data(format!("{named}: {name} is not a standard uncertainty"))
+                        .help("give zero or a positive number"),
+                );
             }
         }
         if release.is_empty() {
-            return Err(Error::data(format!("{named}: there is no [[release]] in it"))
-                .help("add one [[release]] for each record"));
+            faults.push(
+                Error::data(format!("{named}: there is no [[release]] in it"))
+                    .help("add one [[release]] for each record"),
+            );
         }
         let (mut files, mut springs) = (HashMap::new(), HashMap::new());
         for (index, release) in release.iter().enumerate() {
-            self.check_numbers(index)?;
+            faults.extend(self.check_numbers(index).err());
             if let Some(earlier) = files.insert(&release.file, index) {
                 let first = self.release_lines[earlier];
                 let what = format!("record {} is listed already, on line {first}", release.file);
-                return Err(self.error_at(index, what).help("list each record once"));
+                faults.push(self.error_at(index, what).help("list each record once"));
             }
-            let stiffness = (release.spring_stiffness_n_per_m, release.spring_stiffness_u_n_per_m);
+            let said = |x: f64| (!x.is_nan()).then_some(x);
+            let stiffness =
+                (said(release.spring_stiffness_n_per_m), release.spring_stiffness_u_n_per_m);
             let (earlier, other) = *springs.entry(&release.spring).or_insert((index, stiffness));
             if other != stiffness {
                 let first = self.release_lines[earlier];
                 let what =
                     format!("spring {} has another stiffness on line {first}", release.spring);
-                return Err(self.error_at(index, what).help("give each spring one stiffness"));
+                faults.push(self.error_at(index, what).help("give each spring one stiffness"));
             }
         }
-        Ok(())
+        faults
     }
 
     /// Whether the record of release `index` is there.
@@ -164,7 +198,7 @@ impl CampaignFile {
     /// Exit 3 where it is not, naming file and line.
     pub fn check_record(&self, index: usize) -> Result<()> {
         let path = self.record_path(index);
-        if path.is_file() {
+        if place::is_file(&path) {
             return Ok(());
         }
         Err(self.error_at(index, format!("record {} is not there", path.display())).help(
@@ -202,6 +236,13 @@ impl CampaignFile {
 
     fn check_numbers(&self, index: usize) -> Result<()> {
         let release = &self.campaign.release[index];
+        if release.spring_stiffness_n_per_m.is_nan() {
+            let what = format!("the stiffness of spring {} is not said", release.spring);
+            return Err(self.error_at(index, what).help(format!(
+                "give it in N/m, {} = 119.0 say, under [stiffness_n_per_m]",
+                release.spring
+            )));
+        }
         if !is_positive(release.spring_stiffness_n_per_m) {
             return Err(self
                 .error_at(index, "spring_stiffness_n_per_m is not a positive number")

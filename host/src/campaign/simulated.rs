@@ -80,6 +80,8 @@ pub fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
             clock_u_ppm: Some(0.0),
         },
         inertia: None,
+        can: None,
+        stiffness_n_per_m: Default::default(),
         release: release.collect(),
     }
 }

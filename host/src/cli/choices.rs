@@ -1,9 +1,11 @@
 //! What the command line lets one choose from, as the libraries have it.
 
+use crate::export::{Target, What};
+use crate::plan::Of;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::ValueEnum;
 use yawrig_core::identify::conventional;
-use yawrig_records::Unit;
+use yawrig_records::{TimeUnit, Unit};
 use yawrig_shared::axis::Axis;
 
 /// How the damped frequency is read off the spectrum.
@@ -60,8 +62,76 @@ impl From<YawUnit> for Unit {
     }
 }
 
+/// What a file's time is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ClockUnit {
+    S,
+    Ms,
+    Us,
+    /// Numbers of samples; --rate-hz says how many a second.
+    Samples,
+}
+
+impl From<ClockUnit> for TimeUnit {
+    fn from(chosen: ClockUnit) -> Self {
+        match chosen {
+            ClockUnit::S => Self::S,
+            ClockUnit::Ms => Self::Ms,
+            ClockUnit::Us => Self::Us,
+            ClockUnit::Samples => Self::Samples,
+        }
+    }
+}
+
 /// The axis of this name.
 pub fn axis() -> impl TypedValueParser<Value = Axis> {
     PossibleValuesParser::new(Axis::BOTH.map(Axis::name))
         .map(|name| name.parse().expect("one of the names of both"))
+}
+
+/// What a model is written as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ExportTo {
+    /// A module with numpy and scipy.
+    Python,
+    /// A function file for MATLAB and Octave.
+    Matlab,
+    /// A C99 header.
+    C,
+    /// Model, measurement and residual, sample by sample.
+    Csv,
+}
+
+impl From<ExportTo> for What {
+    fn from(chosen: ExportTo) -> Self {
+        match chosen {
+            ExportTo::Python => Self::Code(Target::Python),
+            ExportTo::Matlab => Self::Code(Target::Matlab),
+            ExportTo::C => Self::Code(Target::C),
+            ExportTo::Csv => Self::Table,
+        }
+    }
+}
+
+/// A derivative of the table.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+pub enum Derivative {
+    CnBeta,
+    #[default]
+    CnR,
+    CyBeta,
+    CyR,
+}
+
+impl Derivative {
+    /// Its name, and where it is in a point.
+    pub fn of(self) -> (&'static str, Of) {
+        match self {
+            Self::CnBeta => ("cn_beta", |point| Some(point.cn_beta)),
+            Self::CnR => ("cn_r", |point| Some(point.cn_r)),
+            Self::CyBeta => ("cy_beta", |point| point.cy_beta),
+            Self::CyR => ("cy_r", |point| point.cy_r),
+        }
+    }
 }

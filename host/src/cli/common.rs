@@ -49,12 +49,12 @@ impl DeviceArg {
 /// How releases are analysed.
 #[derive(Args, Debug, Clone)]
 pub struct AnalysisArgs {
-    /// Amplitude at which the analysis starts
-    #[arg(long, value_name = "DEG", default_value_t = Settings::default().from_deg, allow_negative_numbers = true)]
-    pub from_deg: f64,
-    /// Amplitude at which it ends
-    #[arg(long, value_name = "DEG", default_value_t = Settings::default().to_deg, allow_negative_numbers = true)]
-    pub to_deg: f64,
+    /// Amplitude at which the analysis starts [default: 10]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub from_deg: Option<f64>,
+    /// Amplitude at which it ends [default: 1]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    pub to_deg: Option<f64>,
     /// Conventional method: how the damped frequency is read off the spectrum
     #[arg(long, value_enum, default_value_t)]
     pub spectral_peak: SpectralPeak,
@@ -67,19 +67,30 @@ impl AnalysisArgs {
     /// # Errors
     /// Exit 2 for amplitudes between which there is no window.
     pub fn settings(&self) -> Result<Settings> {
-        let Self { from_deg, to_deg, spectral_peak, decay } = *self;
-        let are_ordered = to_deg > 0.0 && from_deg > to_deg && from_deg <= 360.0;
-        if !are_ordered {
+        let usual = Settings::default();
+        let from_deg = self.from_deg.unwrap_or(usual.from_deg);
+        let to_deg = self.to_deg.unwrap_or(usual.to_deg);
+        within("--from-deg", from_deg, 0.0, MOST_DEG)?;
+        if !(to_deg > 0.0 && from_deg > to_deg) {
             return Err(Error::usage(format!(
                 "--from-deg {from_deg} and --to-deg {to_deg}: no amplitude window"
             ))
             .help("give a larger --from-deg than --to-deg, both above 0"));
         }
-        let conventional =
-            conventional::Options { spectral_peak: spectral_peak.into(), decay: decay.into() };
-        Ok(Settings { from_deg, to_deg, conventional })
+        Ok(Settings {
+            from_deg,
+            to_deg,
+            only_between: self.from_deg.is_some() || self.to_deg.is_some(),
+            conventional: conventional::Options {
+                spectral_peak: self.spectral_peak.into(),
+                decay: self.decay.into(),
+            },
+        })
     }
 }
+
+/// Ten turns: what a torsion pendulum is wound up by.
+const MOST_DEG: f64 = 3600.0;
 
 #[derive(Args, Debug, Clone)]
 pub struct EffectsArg {

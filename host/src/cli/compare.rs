@@ -1,11 +1,15 @@
 //! `compare`: a model, with any effects on top, against records.
 
-use super::common::{bare, print_line, EffectsArg};
+use super::common::{bare, print_json, print_line, EffectsArg, SCHEMA_VERSION};
 use super::model::{print_revision, summary, JudgeArgs, DEFAULT};
 use crate::model::appraisal::Appraisal;
 use crate::model::comparison::{compare, Comparison};
+use crate::model::document::is_model;
 use crate::model::revise::Revision;
+use crate::model::side_by_side::{side_by_side, Side};
 use clap::Args;
+use serde_json::json;
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
@@ -24,9 +28,9 @@ pub struct Compare {
     pub files: Vec<PathBuf>,
     #[command(flatten)]
     pub effects: EffectsArg,
-    /// The model's file [default: model.toml where there is one]
+    /// The model's file [default: model.toml where there is one]; several are compared with each other
     #[arg(long, value_name = "MODEL")]
-    pub model: Option<PathBuf>,
+    pub model: Vec<PathBuf>,
     /// Compare a second-order model even where there is a model.toml
     #[arg(long, conflicts_with = "model")]
     pub no_model: bool,
@@ -36,9 +40,17 @@ pub struct Compare {
 
 impl Compare {
     pub fn run(&self) -> Result<()> {
+        let (models, files): (Vec<PathBuf>, Vec<PathBuf>) =
+            self.files.iter().cloned().partition(|file| is_model(file));
+        let mut named = self.model.clone();
+        named.extend(models);
+        if let [_, _, ..] = named.as_slice() {
+            return self.side_by_side(&named, &files);
+        }
+        let named = named.pop();
         let found = || Some(PathBuf::from(DEFAULT)).filter(|path| path.exists() && !self.no_model);
-        let model = self.model.clone().or_else(found);
-        if model.is_none() && self.files.is_empty() {
+        let model = named.clone().or_else(found);
+        if model.is_none() && files.is_empty() {
             return Err(Error::usage("there is neither a record nor a model to compare")
                 .help("name a record: yawrig compare RECORD.csv"));
         }
@@ -47,13 +59,13 @@ impl Compare {
                 return Err(Error::usage("--unknown-zero beside a model, whose file says it")
                     .help("leave it out, or compare a second-order model with --no-model"));
             }
-            if self.model.is_none() {
+            if named.is_none() {
                 crate::say!("comparing {} (a second-order model: --no-model)", path.display());
             }
         }
         let revision = compare(&Comparison {
             model: model.clone(),
-            files: self.files.clone(),
+            files,
             effects: self.effects.effects()?,
             unknown_zero: self.judge.unknown_zero,
         })?;
@@ -62,6 +74,62 @@ impl Compare {
         }
         print_line(&text(model.as_deref(), &revision))
     }
+}
+
+impl Compare {
+    fn side_by_side(&self, models: &[PathBuf], files: &[PathBuf]) -> Result<()> {
+        if !self.effects.effects()?.is_empty() {
+            return Err(Error::usage("--effect beside several models")
+                .help("add it to one of them first: yawrig add EFFECT --model MODEL"));
+        }
+        let sides = side_by_side(models, files)?;
+        if self.judge.json {
+            return print_json(&json!({"schema_version": SCHEMA_VERSION, "models": sides}));
+        }
+        print_line(&columns(&sides))
+    }
+}
+
+/// A column for each model.
+fn columns(sides: &[Side]) -> String {
+    let header: Vec<String> = std::iter::once(String::new())
+        .chain(sides.iter().map(|s| s.model.display().to_string()))
+        .collect();
+    let mut table = bare(&header.iter().map(String::as_str).collect::<Vec<_>>());
+    let mut add = |name: &str, of: &dyn Fn(&Side) -> String| {
+        table.add_row(std::iter::once(name.to_owned()).chain(sides.iter().map(of)));
+    };
+    add("residual (deg)", &|s| format!("{:.4}", s.appraisal.residuals.residual_rms_deg));
+    add("over noise", &|s| format!("{:.3}", s.appraisal.residuals.residual_over_noise));
+    add("held out over noise", &|s| format!("{:.3}", s.appraisal.residuals.held_out_over_noise));
+    add("numbers fitted", &|s| s.numbers.to_string());
+    add("difference of BIC to the first", &|s| format!("{:+.1}", s.bic_gain));
+    let conditions = sides.iter().flat_map(|s| &s.appraisal.conditions).map(|c| &c.condition);
+    for condition in conditions.collect::<BTreeSet<_>>() {
+        let modal = |s: &Side| {
+            s.appraisal.conditions.iter().find(|c| c.condition == *condition).map(|c| c.modal)
+        };
+        let shown = |q: Option<Quantity>| q.map_or("-".to_owned(), |q| q.to_string());
+        add(&format!("wn (rad/s), {condition}"), &|s| {
+            shown(modal(s).map(|m| m.natural_frequency_rad_s))
+        });
+        add(&format!("zeta, {condition}"), &|s| shown(modal(s).map(|m| m.damping_ratio)));
+    }
+    for name in sides.iter().flat_map(|s| s.appraisal.parameters.keys()).collect::<BTreeSet<_>>() {
+        add(name, &|s| s.appraisal.parameters.get(name).map_or("-".to_owned(), |q| q.to_string()));
+    }
+    // Where they differ: the residual over amplitude, in the bins of the first.
+    if let Some(first) = sides.first() {
+        for bin in &first.appraisal.where_.amplitude {
+            let at = 0.5 * (bin.from_deg + bin.to_deg);
+            add(&format!("residual (deg) at {:.2} - {:.2} deg", bin.from_deg, bin.to_deg), &|s| {
+                let bins = &s.appraisal.where_.amplitude;
+                let found = bins.iter().find(|b| b.from_deg <= at && at <= b.to_deg);
+                found.map_or("-".to_owned(), |b| format!("{:.4}", b.rms_deg))
+            });
+        }
+    }
+    format!("{}\nresiduals over amplitude are of means over a fiftieth of a period, of the record that fits worst", table.trim_fmt())
 }
 
 fn text(model: Option<&Path>, revision: &Revision) -> String {

@@ -1,7 +1,8 @@
 //! `yawrig convert`: a record from one format to another.
 
-use super::choices::YawUnit;
+use super::choices::{ClockUnit, YawUnit};
 use super::common::{print_json, print_line, within, SCHEMA_VERSION};
+use super::releases::ReleaseArg;
 use crate::campaign::simulated::refuse_existing;
 use clap::Args;
 use serde_json::json;
@@ -9,7 +10,7 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_records::Selection;
 
-/// Write a record in another format, or with other channels chosen: CSV, MATLAB, HDF5, TDMS (read
+/// Write a record in another format, or with other channels chosen: text, MATLAB, HDF5, TDMS (read
 /// only), Parquet
 #[derive(Args, Debug)]
 pub struct Convert {
@@ -17,18 +18,26 @@ pub struct Convert {
     from: PathBuf,
     /// The file to write: .csv, .parquet, .h5, .hdf5 or .mat (7.3)
     to: PathBuf,
-    /// Channel of the time, in seconds (default: time_s)
+    /// Channel of the time, by its name or number (default: the one whose name says it)
     #[arg(long, value_name = "NAME")]
     time: Option<String>,
-    /// Channel of the yaw angle (default: yaw_deg or yaw_rad)
+    /// Channel of the yaw angle (default: the one whose name says it)
     #[arg(long, value_name = "NAME")]
     yaw: Option<String>,
     /// What the yaw angle is in, where the file does not say it
     #[arg(long, value_enum)]
     unit: Option<YawUnit>,
-    /// Samples a second, where there is no channel of the time
-    #[arg(long, value_name = "HZ", conflicts_with = "time", allow_negative_numbers = true)]
+    /// What the time is in, where the file does not say it
+    #[arg(long, value_enum)]
+    time_unit: Option<ClockUnit>,
+    /// Samples a second, where there is no channel of the time or it counts samples
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     rate_hz: Option<f64>,
+    /// Read all records of this one's folder so from now on (kept in its records.toml)
+    #[arg(long)]
+    keep: bool,
+    #[command(flatten)]
+    release: ReleaseArg,
     /// Overwrite what is there
     #[arg(long)]
     force: bool,
@@ -46,28 +55,40 @@ impl Convert {
             time: self.time.clone(),
             yaw: self.yaw.clone(),
             unit: self.unit.map(Into::into),
+            time_unit: self.time_unit.map(Into::into),
             rate_hz: self.rate_hz,
         };
-        let record = yawrig_records::read_selected(&self.from, &selection)?;
+        let from = self.release.of(std::slice::from_ref(&self.from))?;
+        let many = from.len() > 1;
+        for (index, from) in from.iter().enumerate() {
+            let to = if many { numbered(&self.to, index + 1) } else { self.to.clone() };
+            self.one(from, &to, &selection)?;
+        }
+        if self.keep {
+            let kept = yawrig_records::keep(&self.from, &selection)?;
+            crate::say!("{}: the other records beside it are read so, too", kept.display());
+        }
+        Ok(())
+    }
+
+    fn one(&self, from: &Path, to: &Path, selection: &Selection) -> Result<()> {
+        let record = yawrig_records::read_selected(from, selection)?;
         let same = |a: &Path, b: &Path| {
             a.canonicalize().ok().is_some_and(|a| Some(a) == b.canonicalize().ok())
         };
-        if same(&self.from, &self.to) {
-            return Err(Error::usage(format!(
-                "{} would be written over itself",
-                self.to.display()
-            ))
-            .help("give the record another name"));
+        if same(from, to) {
+            return Err(Error::usage(format!("{} would be written over itself", to.display()))
+                .help("give the record another name"));
         }
         if !self.force {
-            refuse_existing(&self.to)?;
+            refuse_existing(to)?;
         }
-        yawrig_records::write_as(&record, &self.to)?;
+        yawrig_records::write_as(&record, to)?;
         let timing = record.timing();
         if self.json {
             return print_json(&json!({
                 "schema_version": SCHEMA_VERSION,
-                "file": self.to,
+                "file": to,
                 "samples": record.len(),
                 "rate_hz": timing.rate_hz,
                 "duration_s": timing.duration_s,
@@ -75,10 +96,17 @@ impl Convert {
         }
         print_line(&format!(
             "{}: {} samples at {:.4} Hz, {:.3} s",
-            self.to.display(),
+            to.display(),
             record.len(),
             timing.rate_hz,
             timing.duration_s
         ))
     }
+}
+
+/// `out-2.csv` of `out.csv`.
+fn numbered(to: &Path, number: usize) -> PathBuf {
+    let stem = to.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = to.extension().map_or(String::new(), |e| format!(".{}", e.to_string_lossy()));
+    to.with_file_name(format!("{stem}-{number}{ending}"))
 }

@@ -5,7 +5,8 @@ use super::model::asked;
 use super::story::Riddle;
 use super::train::teach;
 use super::{flash, report};
-use crate::demo::{misses, releases, results, table, By, Made, Miss, Plan};
+use crate::campaign::answers::By;
+use crate::demo::{misses, releases, results, table, Made, Miss, Plan};
 use crate::model::training;
 use clap::Args;
 use serde_json::{json, Value};
@@ -174,7 +175,7 @@ fn release_line(made: &Made) -> String {
     let derivatives = refined.or(made.result.derivatives).map_or(String::new(), |d| {
         format!("   Cn_beta {:7.4}  Cn_r {:7.4}", d.cn_beta.value, d.cn_r.value)
     });
-    let [wn, zeta] = made.estimate(By::Refined);
+    let [wn, zeta] = made.answer().estimate(By::Refined);
     format!(
         "{}  {:3} windows  wn {wn:>22} rad/s  zeta {zeta:>24}{derivatives}   {}",
         name(made),

@@ -1,6 +1,7 @@
 //! `derivatives`: a campaign of releases to the table of aerodynamic derivatives.
 
 use super::common::{bare, print_json, print_line, AnalysisArgs};
+use super::csv;
 use super::identify::MethodChoice;
 use crate::campaign::evaluate;
 use crate::campaign::CampaignFile;
@@ -28,6 +29,9 @@ pub struct Derivatives {
     pub method: Vec<MethodChoice>,
     #[command(flatten)]
     pub analysis: AnalysisArgs,
+    /// Print CSV, a row for each point and method, units in the header
+    #[arg(long, conflicts_with = "json")]
+    pub csv: bool,
     /// Print one JSON object; the tables of further methods under "others"
     #[arg(long)]
     pub json: bool,
@@ -53,6 +57,9 @@ impl Derivatives {
                     Error::internal(format!("{}: no estimate", record.file.display()))
                 })
             })?);
+        }
+        if self.csv {
+            return csv::derivatives(&tables);
         }
         if !self.json {
             return print_line(&tables.iter().map(text).collect::<Vec<_>>().join("\n\n"));
@@ -80,14 +87,16 @@ fn text(table: &Table) -> String {
         "per rad, about the middle axis, with standard uncertainties (k = 1).".to_owned(),
         "Cn_r is the combined damping derivative Cn_r - Cn_betadot: in pure yaw the two are one motion.".to_owned(),
         "mse: record less the response computed from the derivatives, mean over both axes' releases.".to_owned(),
+    ];
+    text.extend(table.notes.iter().map(|note| format!("Note: {note}")));
+    text.extend([
         String::new(),
         "Where the uncertainty comes from, in percent of the value:".to_owned(),
         budget_rows(table).trim_fmt(),
-    ];
+    ]);
     if !table.assumed_zero.is_empty() {
         text.push(format!("Uncertainties assumed zero: {}", table.assumed_zero.join(", ")));
     }
-    text.extend(table.notes.iter().map(|note| format!("Note: {note}")));
     for release in &table.releases {
         for flag in &release.identified.flags {
             text.push(format!("{}: {}", release.file, flag.reason()));

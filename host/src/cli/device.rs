@@ -5,8 +5,9 @@ use clap::{Args, Subcommand};
 use serde_json::{json, Value};
 use std::path::PathBuf;
 use yawrig_base::error::{Error, Result};
+use yawrig_link::bench::Target;
 use yawrig_link::client::Identity;
-use yawrig_link::follow::{device_json, topology};
+use yawrig_link::follow::{device_json, start_json, start_text, topology};
 use yawrig_link::key;
 use yawrig_shared::wire::{SlotState, Status};
 
@@ -73,6 +74,12 @@ pub fn run(arguments: &Device) -> Result<()> {
     if arguments.json {
         return print_json(&to_json(identity, &status));
     }
+    if !matches!(arguments.device.device, Target::Port(_)) {
+        crate::say!(
+            "this {} device has just been started: nothing was written to it",
+            arguments.device.device
+        );
+    }
     print_line(&to_text(identity, &status))
 }
 
@@ -98,6 +105,7 @@ fn to_json(identity: &Identity, status: &Status) -> Value {
     object["lost_samples"] = json!(status.lost_samples);
     object["lost_events"] = json!(status.lost_events);
     object["lost_bytes"] = json!(status.lost_bytes);
+    object["start"] = start_json(&status.start);
     object
 }
 
@@ -136,5 +144,6 @@ fn to_text(identity: &Identity, status: &Status) -> String {
     let settings = &status.settings;
     lines.push(format!("analyses  {} deg down to {} deg", settings.from_deg, settings.to_deg));
     lines.push(format!("samples   {} taken, {} lost", status.samples, status.lost_samples));
+    lines.push(format!("started   {}", start_text(&status.start)));
     lines.join("\n")
 }

@@ -1,10 +1,13 @@
 //! `diagnose`: which physical effect a second-order model of a record, or of a campaign's, lacks.
 
 use super::common::{print_json, print_line, EffectsArg, SCHEMA_VERSION};
+use super::csv;
 use super::diagnosis_text;
 use super::model::{JudgeArgs, DEFAULT};
+use super::releases::{warn_of_more, ReleaseArg};
 use crate::campaign::CampaignFile;
 use crate::model::document::{is_model, Model, RecordEntry};
+use crate::model::effects::named;
 use crate::model::limits::structure;
 use crate::model::records;
 use clap::Args;
@@ -16,6 +19,8 @@ use yawrig_core::diagnosis::campaign;
 use yawrig_core::diagnosis::diagnose::{
     diagnose_with_fits, Diagnosed, Diagnosis, Options, SECOND_ORDER,
 };
+use yawrig_core::diagnosis::several::{diagnose_several, Common, SeveralDiagnosis};
+use yawrig_core::effects::Effect;
 
 /// Which physical effect a second-order model of a record lacks.
 ///
@@ -28,20 +33,38 @@ use yawrig_core::diagnosis::diagnose::{
 /// With --model the present model's effects stay, and what it lacks beside them is looked for; without a FILE in the
 /// model's own record.
 ///
+/// Several FILEs are releases of one rig, judged as one: each has its own natural frequency, damping ratio and rest angle
+/// (--same-rig: the first two in common), and one coefficient of each effect is common to all unless --own names it. What
+/// is held out is each release, predicted from the others.
+///
 /// A campaign.toml has all its releases judged by one joint fit: which effects they need, whether each is there with the wind
 /// off (mechanical) or only with it on (aerodynamic), and what it does to the derivatives.
 #[derive(Args, Debug, Clone)]
 pub struct Diagnose {
-    /// Record (CSV: time_s,yaw_deg), or campaign.toml; none: the model's record
+    /// Record (CSV: time_s,yaw_deg), several of one rig, or campaign.toml; none: the model's records
     #[arg(value_name = "FILE|campaign.toml")]
-    pub file: Option<PathBuf>,
+    pub files: Vec<PathBuf>,
     /// The model that is there already [default, without a FILE: model.toml]
     #[arg(long, value_name = "MODEL")]
     pub model: Option<PathBuf>,
+    /// Several records: one natural frequency and one damping ratio for all
+    #[arg(long)]
+    pub same_rig: bool,
+    /// Several records: one coefficient of this effect for all, as is the rule (repeatable)
+    #[arg(long, value_name = "EFFECT")]
+    pub share: Vec<String>,
+    /// Several records: a coefficient of this effect for each (repeatable)
+    #[arg(long, value_name = "EFFECT")]
+    pub own: Vec<String>,
+    #[command(flatten)]
+    pub release: ReleaseArg,
     #[command(flatten)]
     pub effects: EffectsArg,
     #[command(flatten)]
     pub judge: JudgeArgs,
+    /// Print CSV, a row for each model that was gone through, units in the header
+    #[arg(long, conflicts_with = "json")]
+    pub csv: bool,
 }
 
 #[derive(Serialize)]
@@ -63,7 +86,20 @@ impl Diagnose {
         };
         let is_toml =
             |file: &Path| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-        match (&self.file, &self.model) {
+        let files = self.release.of(&self.files)?;
+        if files.len() > 1 {
+            return self.run_several(&files, Vec::new());
+        }
+        let asked = self.same_rig || !self.share.is_empty() || !self.own.is_empty();
+        if let (true, [file]) = (asked, &files[..]) {
+            return Err(Error::usage(format!(
+                "--same-rig, --share or --own with {} alone",
+                file.display()
+            ))
+            .help("name the other releases too: yawrig diagnose A.csv B.csv"));
+        }
+        let file = files.first();
+        match (file, &self.model) {
             (Some(file), None) if is_toml(file) && is_model(file) => {
                 self.run_beside(file, None, options)
             }
@@ -75,7 +111,7 @@ impl Diagnose {
             (Some(file), None) => self.judge(file, &options, SECOND_ORDER),
             (file, model) => {
                 let model = model.as_deref().unwrap_or(Path::new(DEFAULT));
-                self.run_beside(model, file.as_deref(), options)
+                self.run_beside(model, file.map(PathBuf::as_path), options)
             }
         }
     }
@@ -88,12 +124,9 @@ impl Diagnose {
             (Some(file), _) => records::known_or_new(&model, path, file)?,
             (None, [entry]) => (*entry).clone(),
             (None, all) => {
-                return Err(Error::usage(format!(
-                    "{} is about {} fitted records",
-                    path.display(),
-                    all.len()
-                ))
-                .help("name one: yawrig diagnose RECORD.csv --model MODEL"))
+                let files: Vec<PathBuf> =
+                    all.iter().map(|entry| Model::record_path(path, entry)).collect();
+                return self.run_several(&files, structure(&model)?.effects);
             }
         };
         let options = Options {
@@ -107,13 +140,21 @@ impl Diagnose {
     }
 
     fn judge(&self, file: &Path, options: &Options, model: &str) -> Result<()> {
+        warn_of_more(file);
         let begin = std::time::Instant::now();
-        let Diagnosed { diagnosis, swing, .. } =
+        let Diagnosed { diagnosis, decay, .. } =
             diagnose_with_fits(&yawrig_records::read(file)?, options)?;
-        for warning in &swing.warnings {
+        for warning in &decay.warnings {
             crate::say!("yawrig: warning: {warning}");
         }
         let seconds = begin.elapsed().as_secs_f64();
+        if self.csv {
+            return csv::diagnosed(
+                &file.display().to_string(),
+                &diagnosis.status,
+                &diagnosis.steps,
+            );
+        }
         if self.judge.json {
             let schema_version = SCHEMA_VERSION;
             return print_json(&Object { schema_version, diagnosis: &diagnosis, seconds });
@@ -121,10 +162,46 @@ impl Diagnose {
         print_line(&diagnosis_text::of_record(&file.display().to_string(), &diagnosis, model))
     }
 
+    /// What `files`, releases of one rig, lack beside the effects that are `present`.
+    fn run_several(&self, files: &[PathBuf], present: Vec<Effect>) -> Result<()> {
+        if let Some(file) = files.iter().find(|f| f.extension().is_some_and(|e| e == "toml")) {
+            return Err(Error::usage(format!("{} among several records", file.display()))
+                .help("give records only, or one campaign.toml alone"));
+        }
+        let named = |ids: &[String]| ids.iter().map(|id| named(id)).collect::<Result<Vec<_>>>();
+        let (shared, own) = (named(&self.share)?, named(&self.own)?);
+        if let Some(both) = own.iter().find(|e| shared.contains(e)) {
+            return Err(Error::usage(format!("--own {both} and --share {both}"))
+                .help("give one of them: by itself a coefficient is common to all"));
+        }
+        let begin = std::time::Instant::now();
+        let common = Common { same_rig: self.same_rig, own, present, stop: interrupt::stop() };
+        let records = files.iter().map(|file| yawrig_records::read(file));
+        let records: Vec<_> = records.collect::<Result<_>>()?;
+        crate::say!("judging {} releases as one", records.len());
+        let diagnosis = &diagnose_several(&records, &common)?;
+        if self.csv {
+            let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
+            return csv::diagnosed(&names.join(" "), &diagnosis.status, &diagnosis.steps);
+        }
+        if self.judge.json {
+            let (schema_version, seconds) = (SCHEMA_VERSION, begin.elapsed().as_secs_f64());
+            return print_json(&SeveralObject { schema_version, diagnosis, seconds });
+        }
+        print_line(&diagnosis_text::of_several(diagnosis))
+    }
+
     fn run_campaign(&self, path: &Path, options: &Options) -> Result<()> {
         let file = CampaignFile::read_releases(path)?;
         crate::say!("fitting {} releases", file.campaign.release.len());
         let diagnosis = &crate::campaign::diagnose(&file, options)?;
+        if self.csv {
+            return csv::diagnosed(
+                &path.display().to_string(),
+                &diagnosis.status,
+                &diagnosis.steps,
+            );
+        }
         if self.judge.json {
             let (schema_version, campaign) = (SCHEMA_VERSION, path);
             return print_json(&CampaignObject { schema_version, campaign, diagnosis });
@@ -139,4 +216,12 @@ struct CampaignObject<'a> {
     campaign: &'a Path,
     #[serde(flatten)]
     diagnosis: &'a campaign::CampaignDiagnosis,
+}
+
+#[derive(Serialize)]
+struct SeveralObject<'a> {
+    schema_version: u32,
+    #[serde(flatten)]
+    diagnosis: &'a SeveralDiagnosis,
+    seconds: f64,
 }

@@ -5,7 +5,8 @@ use super::model::parameter;
 use std::fmt::Write as _;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::diagnosis::campaign::{BeforeAndAfter, CampaignDiagnosis, HeldOut};
-use yawrig_core::diagnosis::diagnose::{verdict, Diagnosis, Step, SECOND_ORDER};
+use yawrig_core::diagnosis::diagnose::{verdict, Diagnosis, Status, Step, SECOND_ORDER};
+use yawrig_core::diagnosis::several::SeveralDiagnosis;
 use yawrig_core::effects::Effect;
 use yawrig_core::quantity::Quantity;
 
@@ -25,7 +26,7 @@ pub fn of_record(file: &str, d: &Diagnosis, model: &str) -> String {
     for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
         let _ = writeln!(out, "  {}", parameter(name, value));
     }
-    let mut candidates = bare(&["effect alone", "over noise", "evidence"]);
+    let mut candidates = bare(&["effect alone", "over noise", "difference of BIC"]);
     for c in d.candidates.iter().take(5) {
         let evidence =
             if c.converged { format!("{:.1}", c.evidence) } else { "not converged".to_string() };
@@ -35,13 +36,58 @@ pub fn of_record(file: &str, d: &Diagnosis, model: &str) -> String {
             evidence,
         ]);
     }
-    let _ = writeln!(out, "\n{candidates}");
+    let _ = writeln!(
+        out,
+        "\n{candidates}\ndifference of BIC: how much better the model with the effect does, on the independent residuals of the best"
+    );
+    for (effect, why) in d.candidates.iter().filter_map(|c| Some((&c.effect, c.reason.as_ref()?))) {
+        let _ = writeln!(out, "\n  {effect} refused: {why}");
+    }
     for [a, b] in &d.indistinguishable {
         let _ = writeln!(
             out,
             "\n  {a} and {b} cannot be distinguished in this record; what would: {}",
             a.card().release
         );
+    }
+    d.effects.iter().for_each(|effect| out.push_str(&card(effect.clone())));
+    out.truncate(out.trim_end().len());
+    if matches!(d.status, Status::Unexplained | Status::MostlyExplained) {
+        let _ =
+            write!(out, "\n\nwhat is left may be a law that can be measured: yawrig law {file}");
+    }
+    out
+}
+
+/// The verdict on several releases of one rig.
+pub fn of_several(d: &SeveralDiagnosis) -> String {
+    let mut out = format!(
+        "{} releases: {}\n  {}\n",
+        d.records.len(),
+        verdict(d.status, &d.effects, SECOND_ORDER),
+        d.sentence
+    );
+    let _ = writeln!(out, "{}\n  held out: {}", step_rows(&d.steps, SECOND_ORDER), d.held_out);
+    for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
+        let _ = writeln!(out, "  {} for all", parameter(name, value));
+    }
+    let mut rows = bare(&["record", "wn (rad/s)", "zeta", "rest (deg)", "over noise"]);
+    for r in &d.records {
+        rows.add_row([
+            r.file.clone(),
+            r.modal.natural_frequency_rad_s.to_string(),
+            r.modal.damping_ratio.to_string(),
+            r.rest_angle_deg.to_string(),
+            format!("{:.3}", r.residual_over_noise),
+        ]);
+    }
+    let _ = writeln!(out, "\n{rows}");
+    for (effect, _) in d.sharing.iter().filter(|(_, how)| how.starts_with("each")) {
+        for r in &d.records {
+            for (name, value) in r.parameters.iter().filter(|(n, _)| n.starts_with(effect)) {
+                let _ = writeln!(out, "  {}: {}", r.file, parameter(name, value));
+            }
+        }
     }
     d.effects.iter().for_each(|effect| out.push_str(&card(effect.clone())));
     out.truncate(out.trim_end().len());
@@ -76,7 +122,11 @@ pub fn of_campaign(file: &str, d: &CampaignDiagnosis) -> String {
             coefficient_rows(d, id)
         );
     }
-    let _ = writeln!(out, "\n{}", candidate_rows(d));
+    let _ = writeln!(
+        out,
+        "\n{}\nof the eight releases (or fewer) that the second-order model explains worst, and no others",
+        candidate_rows(d)
+    );
     for [a, b] in &d.indistinguishable {
         let _ = writeln!(
             out,
@@ -122,7 +172,7 @@ fn coefficient_rows(d: &CampaignDiagnosis, id: &str) -> comfy_table::Table {
 }
 
 fn candidate_rows(d: &CampaignDiagnosis) -> comfy_table::Table {
-    let mut rows = bare(&["effect alone", "over noise", "evidence"]);
+    let mut rows = bare(&["effect alone in the worst releases", "over noise", "difference of BIC"]);
     for c in d.candidates.iter().take(5) {
         let evidence = format!("{:.1}", c.evidence);
         rows.add_row([c.effect.to_string(), format!("{:.3}", c.residual_over_noise), evidence]);

@@ -2,18 +2,22 @@
 
 use super::common::{print_json, print_line, SCHEMA_VERSION};
 use super::model::{asked, print_revision, ModelArg};
-use crate::model::effects;
-use crate::model::{revise, unfitted};
+use crate::model::{effects, measured, revise, unfitted};
 use clap::Args;
 use serde_json::json;
 use yawrig_base::error::{Error, Result};
+use yawrig_core::effects::MEASURED_LAW;
 
 /// Add an effect to the model and fit it
 #[derive(Args, Debug, Clone)]
 pub struct Add {
-    /// An effect of the library by its id, or your own from a file ending in .toml
+    /// An effect of the library by its id, your own from a file ending in .toml, or measured_law: the law itself,
+    /// estimated from the model's records
     #[arg(value_name = "EFFECT")]
     pub effect: String,
+    /// measured_law: its damping may put energy in
+    #[arg(long)]
+    pub may_drive: bool,
     #[command(flatten)]
     pub step: StepArgs,
 }
@@ -61,8 +65,12 @@ pub struct StepArgs {
 impl Add {
     pub fn run(&self) -> Result<()> {
         let StepArgs { why, model, json } = &self.step;
-        let effect = effects::named(&self.effect)?;
-        let revision = revise::add(&model.model, effect, &asked(why.as_deref()))?;
+        let asked = asked(why.as_deref());
+        let revision = if self.effect == MEASURED_LAW {
+            measured::add(&model.model, !self.may_drive, &asked)?
+        } else {
+            revise::add(&model.model, effects::named(&self.effect)?, &asked)?
+        };
         print_revision(Some(&model.model), &revision, *json)
     }
 }

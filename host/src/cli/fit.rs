@@ -1,6 +1,7 @@
 //! `fit`: makes a model of records, or fits the one there is again.
 
 use super::model::{asked, print_revision, JudgeArgs, ModelArg};
+use super::releases::{warn_of_more, ReleaseArg};
 use crate::model::revise::{self, Wanted};
 use clap::Args;
 use std::path::PathBuf;
@@ -18,6 +19,8 @@ pub struct Fit {
     #[arg(long, value_name = "FILE")]
     pub hold_out: Vec<PathBuf>,
     #[command(flatten)]
+    pub release: ReleaseArg,
+    #[command(flatten)]
     pub model: ModelArg,
     #[command(flatten)]
     pub judge: JudgeArgs,
@@ -25,8 +28,10 @@ pub struct Fit {
 
 impl Fit {
     pub fn run(&self) -> Result<()> {
+        let files = self.release.of(&self.files)?;
+        files.iter().for_each(|file| warn_of_more(file));
         let wanted = Wanted {
-            files: self.files.clone(),
+            files,
             hold_out: self.hold_out.clone(),
             unknown_zero: self.judge.unknown_zero,
         };

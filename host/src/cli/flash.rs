@@ -5,8 +5,10 @@ use clap::Args;
 use indicatif::ProgressBar;
 use std::path::PathBuf;
 use yawrig_base::error::Result;
+use yawrig_link::bench::Target;
 use yawrig_link::flash::{self, Progress};
 use yawrig_link::key;
+use yawrig_text::quoted;
 
 #[derive(Args, Debug)]
 pub struct Flash {
@@ -64,5 +66,14 @@ pub fn run(arguments: &Flash) -> Result<()> {
     print_line(&format!(
         "network {id} written and verified ({} bytes); the device runs it as generation {generation}",
         blob.len()
-    ))
+    ))?;
+    if !matches!(arguments.device.device, Target::Port(_)) {
+        crate::say!(
+            "that device is {} and ends with this command; the next one starts anew with empty slots (to play a record \
+             into a device with this network: yawrig replay --network {})",
+            arguments.device.device,
+            quoted(&arguments.network.to_string_lossy())
+        );
+    }
+    Ok(())
 }

@@ -1,9 +1,10 @@
 //! `history`: the steps taken with a model, and the return to any of them.
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
+use super::csv;
 use super::model::{asked, ModelArg};
 use crate::model::document::read_text;
-use crate::model::journal::{path_of, Action, Journal, JournalStep};
+use crate::model::journal::{path_of, Action, Damage, Journal, JournalStep};
 use crate::model::unfitted;
 use clap::Args;
 use serde::Serialize;
@@ -15,7 +16,7 @@ use yawrig_base::error::{Error, Result};
 /// A return is a step of its own, so that nothing is ever lost.
 #[derive(Args, Debug, Clone)]
 pub struct History {
-    /// Take up the model of step N again
+    /// Return to the model of step N
     #[arg(long = "return", value_name = "N")]
     pub to: Option<usize>,
     /// The reason for the return, for the journal
@@ -23,6 +24,9 @@ pub struct History {
     pub why: Option<String>,
     #[command(flatten)]
     pub model: ModelArg,
+    /// Print CSV, a row for each step, units in the header
+    #[arg(long, conflicts_with = "json")]
+    pub csv: bool,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
@@ -36,6 +40,9 @@ struct Object<'a> {
     /// Whether the file differs from what the last step wrote.
     edited: bool,
     steps: &'a [JournalStep],
+    /// Lines of the journal that cannot be read.
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    damaged: &'a [Damage],
 }
 
 impl History {
@@ -43,13 +50,16 @@ impl History {
         let path = &self.model.model;
         if let Some(number) = self.to {
             let step = unfitted::return_to(path, number, &asked(self.why.as_deref()))?;
-            crate::say!("{}: step {} takes up step {number} again", path.display(), step.step);
+            crate::say!("{}: step {} returns to step {number}", path.display(), step.step);
         }
         let journal = Journal::of(path)?;
         let Some(last) = journal.last() else {
             return Err(Error::data(format!("{} has no journal", path.display()))
                 .help("name the model with --model, or make one: yawrig fit RECORD.csv"));
         };
+        if self.to.is_none() {
+            journal.warn(path);
+        }
         let edited = !path.exists() || read_text(path)? != last.model;
         if self.json {
             return print_json(&Object {
@@ -58,7 +68,11 @@ impl History {
                 journal: &path_of(path),
                 edited,
                 steps: &journal.steps,
+                damaged: &journal.damaged,
             });
+        }
+        if self.csv {
+            return csv::history(&journal.steps);
         }
         print_line(&text(&journal.steps))?;
         if edited {

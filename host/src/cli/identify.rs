@@ -1,11 +1,14 @@
 //! `identify`: natural frequency and damping of records.
 
 use super::common::{bar, print, AnalysisArgs};
+use super::csv;
+use super::releases::ReleaseArg;
 use crate::batch::{self, Answer, Refused, Tally, SCHEMA_VERSION};
 use clap::{Args, ValueEnum};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use yawrig_base::error::{Error, Result};
+use yawrig_core::identify::flag::Flag;
 use yawrig_core::identify::{Identification, Method, Settings};
 use yawrig_records::format;
 
@@ -22,10 +25,15 @@ pub struct Identify {
     #[arg(long, value_enum, default_value_t = MethodChoice::LeastSquares)]
     pub method: MethodChoice,
     #[command(flatten)]
+    pub release: ReleaseArg,
+    #[command(flatten)]
     pub analysis: AnalysisArgs,
     /// Print one JSON object
     #[arg(long, conflicts_with_all = ["jsonl", "out"])]
     pub json: bool,
+    /// Print CSV, a row for each record and method, units in the header
+    #[arg(long, conflicts_with_all = ["json", "jsonl", "out"])]
+    pub csv: bool,
     /// Print a line of JSON for each record
     #[arg(long, conflicts_with = "out")]
     pub jsonl: bool,
@@ -56,7 +64,7 @@ impl MethodChoice {
 impl Identify {
     pub fn run(&self) -> Result<()> {
         let settings = self.analysis.settings()?;
-        let files = expanded(&self.files)?;
+        let files = self.release.of(&expanded(&self.files)?)?;
         let methods = self.method.methods();
         let tally = if let Some(out) = &self.out {
             let bar = bar(files.len() as u64, "identifying");
@@ -72,6 +80,15 @@ impl Identify {
             tally
         } else if self.json {
             json(&files, methods, &settings)?
+        } else if self.csv {
+            print(csv::IDENTIFIED)?;
+            batch::in_order(&files, methods, &settings, |answer| {
+                complain(&answer);
+                match answer {
+                    Answer::Identified(found) => print(&csv::identified(&found)),
+                    Answer::Refused(_) => Ok(()),
+                }
+            })?
         } else if self.jsonl {
             batch::in_order(&files, methods, &settings, |answer| {
                 complain(&answer);
@@ -160,7 +177,7 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
     let w = &found.window;
     let _ = writeln!(
         text,
-        "{}\n  released at {:.3} s, {:.2} to {:.2} deg in {:.1} cycles, {:.2} Hz, noise {:.4} deg, {} wild samples",
+        "{}\n  released at {:.3} s, {:.2} to {:.2} deg in {:.1} cycles, {:.2} Hz, noise {:.4} deg, {} outliers",
         found.file,
         found.release_time_s,
         w.from_deg,
@@ -201,7 +218,11 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
                 true => String::new(),
                 false => format!("{}: ", whose.join(", ")),
             };
-            let _ = writeln!(text, "  note: {whose}{}", flag.reason());
+            let more = match flag {
+                Flag::SeveralReleases => ": --release 1 or --release all",
+                _ => "",
+            };
+            let _ = writeln!(text, "  note: {whose}{}{more}", flag.reason());
         }
     }
     let windows = found.estimates.iter().find(|e| with_windows && !e.windows.is_empty());

@@ -1,10 +1,13 @@
 //! The command line: one file a verb, each from arguments to a library call.
 
+mod campaign;
 mod choices;
 mod common;
 mod compare;
 mod completions;
+mod condition;
 mod convert;
+mod csv;
 mod demo;
 mod derivatives;
 mod device;
@@ -12,15 +15,19 @@ mod diagnose;
 mod diagnosis_text;
 mod doctor;
 mod effects;
+mod export;
 mod fit;
 mod flash;
 mod history;
 mod identify;
 mod keygen;
 mod keys;
+mod law;
 mod model;
 mod monitor;
+mod plan;
 mod ports;
+mod releases;
 mod replay;
 mod report;
 mod simulate;
@@ -45,13 +52,17 @@ pub enum Verb {
     Demo(demo::Demo),
     Identify(identify::Identify),
     Derivatives(derivatives::Derivatives),
+    Campaign(campaign::CampaignArgs),
     Compare(compare::Compare),
     Diagnose(diagnose::Diagnose),
     Fit(fit::Fit),
     Add(effects::Add),
     Remove(effects::Remove),
     Reject(effects::Reject),
+    Law(law::Law),
     History(history::History),
+    Plan(plan::Plan),
+    Export(export::Export),
     Simulate(simulate::Simulate),
     Convert(convert::Convert),
     Report(report::ReportArgs),
@@ -78,6 +89,7 @@ pub enum Verb {
 pub fn run(cli: Cli) -> Result<()> {
     match cli.verb {
         Verb::Derivatives(verb) => verb.run(),
+        Verb::Campaign(arguments) => campaign::run(&arguments),
         Verb::Demo(arguments) => demo::run(&arguments),
         Verb::Identify(verb) => verb.run(),
         Verb::Compare(verb) => verb.run(),
@@ -86,7 +98,10 @@ pub fn run(cli: Cli) -> Result<()> {
         Verb::Add(verb) => verb.run(),
         Verb::Remove(verb) => verb.run(),
         Verb::Reject(verb) => verb.run(),
+        Verb::Law(verb) => verb.run(),
         Verb::History(verb) => verb.run(),
+        Verb::Plan(verb) => verb.run(),
+        Verb::Export(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
         Verb::Convert(verb) => verb.run(),
         Verb::Report(verb) => verb.run(),

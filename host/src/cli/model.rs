@@ -82,7 +82,7 @@ pub fn summary(revision: &Revision) -> String {
         let of =
             <std::option::Option<yawrig_core::effects::Effect> as Clone>::clone(&revision.removed)
                 .map_or_else(String::new, |effect| format!(" for {effect}"));
-        let _ = write!(out, "; evidence{of} {evidence:.1}");
+        let _ = write!(out, "; difference of BIC{of} {evidence:.1}");
     }
     out.push('\n');
     for c in &a.conditions {
@@ -98,7 +98,9 @@ pub fn summary(revision: &Revision) -> String {
         for known in effect.parameters() {
             let name = format!("{effect}.{}", known.name);
             if let Some(value) = a.parameters.get(&name) {
-                let _ = writeln!(out, "  {}", parameter(&name, value));
+                let unit = Some(&*known.unit).filter(|unit| *unit != "1");
+                let unit = unit.map_or_else(String::new, |unit| format!(" {unit}"));
+                let _ = writeln!(out, "  {name} = {value}{unit}");
             }
         }
     }

@@ -1,7 +1,9 @@
 //! `yawrig monitor`: follow a device as it measures, store it, and show again what was stored.
 
 use super::common::{print_json_line, print_line, within, DeviceArg};
+use super::condition::ConditionArgs;
 use super::keys;
+use crate::campaign::measuring::Measuring;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
@@ -9,11 +11,11 @@ use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
 use yawrig_link::bench::Target;
+use yawrig_link::live::built_in_rig::BuiltInRig;
 use yawrig_link::live::item::{time_s, Item};
 use yawrig_link::live::recording::Recording;
 use yawrig_link::live::session::{Follow, Session};
 use yawrig_link::live::stored::Stored;
-use yawrig_link::live::swing::Swing;
 use yawrig_shared::wire::{Event, Request, Settings};
 
 /// How long the last samples of the last release are waited for.
@@ -43,8 +45,10 @@ pub struct Monitor {
     #[arg(long, value_name = "FOLDER|NAME.csv")]
     record: Option<PathBuf>,
     /// Show a stored session again instead of following a device
-    #[arg(long, value_name = "SESSION", conflicts_with_all = ["record", "device"])]
+    #[arg(long, value_name = "SESSION", conflicts_with_all = ["record", "device", "campaign", "condition", "spring"])]
     replay: Option<PathBuf>,
+    #[command(flatten)]
+    condition: ConditionArgs,
     /// Angle between the ends of the potentiometer's track; devices on a port only, which else take it for 328
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     travel_deg: Option<f64>,
@@ -86,6 +90,7 @@ pub fn run(arguments: &Monitor) -> Result<()> {
             .help("leave it out, or name the port with --device"));
         }
     }
+    let measuring = measuring(arguments, !on_a_port)?;
     let mut bench = arguments.device.open()?;
     if arguments.travel_deg.is_some() || arguments.clock_u_ppm.is_some() {
         let usual = Settings::default();
@@ -96,19 +101,27 @@ pub fn run(arguments: &Monitor) -> Result<()> {
         let settings = Settings { degrees_per_count, clock_u_ppm, ..usual };
         bench.client.tell(&Request::Configure(settings), "the settings")?;
     }
-    let swing = match arguments.device.device {
+    let built_in = match arguments.device.device {
         Target::Port(_) => None,
         _ => {
-            crate::say!(
-                "the built-in rig swings: springs K1 to K8, wind off and on; Ctrl-C ends it"
-            );
-            Some(Swing::new(arguments.speed))
+            let mut built_in = BuiltInRig::new(arguments.speed);
+            match &measuring {
+                Some(_) => {
+                    built_in.wait();
+                    crate::say!("the built-in rig is released as it says; Ctrl-C ends it");
+                }
+                None => crate::say!(
+                    "the built-in rig swings: springs K1 to K8, wind off and on; Ctrl-C ends it"
+                ),
+            }
+            Some(built_in)
         }
     };
     let follow = if arguments.record.is_some() { Follow::Trace } else { Follow::Results };
     let mut following = Following {
         session: Session::new(bench, follow)?,
-        swing,
+        built_in,
+        measuring,
         device: None,
         recording: None,
         recordings: 0,
@@ -119,6 +132,17 @@ pub fn run(arguments: &Monitor) -> Result<()> {
     // However it ended: what was recorded is kept.
     let ended = following.stop();
     followed.and(ended)
+}
+
+/// What is to be measured, and where that is kept.
+fn measuring(arguments: &Monitor, is_built_in: bool) -> Result<Option<Measuring>> {
+    let Some(plan) = arguments.condition.wanted().plan(is_built_in)? else { return Ok(None) };
+    if arguments.record.as_ref().is_some_and(|place| place.extension().is_some_and(|e| e == "csv"))
+    {
+        return Err(Error::usage("the records of a condition need a folder")
+            .help("give --record a folder: a campaign.toml comes there, too"));
+    }
+    Measuring::new(plan, arguments.record.as_deref()).map(Some)
 }
 
 /// What is shown of a session, live or stored.
@@ -148,12 +172,16 @@ impl Shown {
         match (item, item.to_text(&self.effects)) {
             (Item::Samples { .. }, _) => Ok(()),
             (_, text) if self.jsonl => {
-                if let (Some(text), false) = (text, matches!(item, Item::Event { .. })) {
+                let is_result = matches!(item, Item::Event { .. } | Item::Derivatives { .. });
+                if let (Some(text), false) = (text, is_result) {
                     crate::say!("{text}");
                 }
                 print_json_line(&item.to_json())
             }
-            (Item::Event { .. }, Some(text)) => print_line(&text),
+            (
+                Item::Event { .. } | Item::Condition { .. } | Item::Derivatives { .. },
+                Some(text),
+            ) => print_line(&text),
             (_, Some(text)) => {
                 crate::say!("{text}");
                 Ok(())
@@ -165,7 +193,8 @@ impl Shown {
 
 struct Following<'a> {
     session: Session,
-    swing: Option<Swing>,
+    built_in: Option<BuiltInRig>,
+    measuring: Option<Measuring>,
     /// What was last said of it.
     device: Option<Item>,
     recording: Option<Recording>,
@@ -176,12 +205,16 @@ struct Following<'a> {
 
 impl Following<'_> {
     fn follow(&mut self) -> Result<()> {
-        let typed = self.arguments.record.is_some().then(keys::lines);
+        let listens = self.arguments.record.is_some() || self.measuring.is_some();
+        let typed = listens.then(keys::lines);
         let deadline = self.arguments.seconds.map(|s| Instant::now() + Duration::from_secs_f64(s));
         let mut enough_at = None;
         loop {
-            if let Some(swing) = &mut self.swing {
-                swing.go_on(self.session.bench())?;
+            if let Some(measuring) = &mut self.measuring {
+                measuring.go_on(&mut self.session, self.built_in.as_mut())?;
+            }
+            if let Some(built_in) = &mut self.built_in {
+                built_in.go_on(self.session.bench())?;
             }
             self.take()?;
             if let Some(typed) = &typed {
@@ -197,6 +230,11 @@ impl Following<'_> {
                         return self.take();
                     }
                 }
+            }
+            // Its last record is written, and its derivatives are shown.
+            let records = self.recording.as_ref().is_some_and(Recording::waits);
+            if self.measuring.as_ref().is_some_and(Measuring::has_ended) && !records {
+                return self.take();
             }
             if deadline.is_some_and(|deadline| Instant::now() >= deadline) {
                 return match self.arguments.releases {
@@ -221,10 +259,12 @@ impl Following<'_> {
         while let Some(item) = self.session.next(patience)? {
             patience = Duration::ZERO;
             self.shown.show(&item)?;
+            if let Some(measuring) = &mut self.measuring {
+                measuring.take(&item, self.recording.as_mut())?;
+            }
             if let Some(recording) = &mut self.recording {
-                for record in recording.put(&item)? {
-                    self.shown.show(&record)?;
-                }
+                let records = recording.put(&item)?;
+                self.show_records(&records)?;
             }
             let enough = self.arguments.releases.is_some_and(|n| self.shown.releases >= n);
             let enough = enough && self.shown.refined;
@@ -238,8 +278,28 @@ impl Following<'_> {
         Ok(())
     }
 
+    fn show_records(&mut self, records: &[Item]) -> Result<()> {
+        for record in records {
+            self.shown.show(record)?;
+            if let Some(measuring) = &mut self.measuring {
+                measuring.take(record, None)?;
+            }
+        }
+        Ok(())
+    }
+
     fn obey(&mut self, typed: &Receiver<String>) -> Result<()> {
         while let Ok(line) = typed.try_recv() {
+            if let Some(measuring) = &mut self.measuring {
+                match line.as_str() {
+                    "/next" => measuring.skip(),
+                    "/back" => measuring.go_back()?,
+                    _ => {}
+                }
+                if matches!(line.as_str(), "/next" | "/back") {
+                    continue;
+                }
+            }
             match (line.as_str(), self.recording.is_some()) {
                 ("", _) => {}
                 ("/start", false) => self.start()?,
@@ -279,10 +339,14 @@ impl Following<'_> {
     fn stop(&mut self) -> Result<()> {
         let Some(recording) = self.recording.take() else { return Ok(()) };
         let (finished, records) = recording.finish()?;
-        records.iter().try_for_each(|record| self.shown.show(record))?;
+        self.show_records(&records)?;
         let missing = match finished.missing_samples {
             0 => "none missing".to_owned(),
             count => format!("{count} missing"),
+        };
+        let missing = match finished.lost_samples {
+            0 => missing,
+            lost => format!("{missing}, the last {lost} lost because they could not be written"),
         };
         crate::say!(
             "{}: {} samples, {missing}, {} releases",

@@ -17,7 +17,7 @@ use yawrig_link::replay::{
     refined_residual_rms_deg, replay, residual_rms_deg, Range, Release, Replayed,
 };
 use yawrig_shared::window::{CYCLES, SAMPLE_RATE_HZ};
-use yawrig_shared::wire::Flags;
+use yawrig_shared::wire::{Flags, WindowResult};
 
 #[derive(Args, Debug)]
 pub struct Replay {
@@ -137,6 +137,12 @@ fn record_json(record: &Record, range: Range, replayed: &Replayed) -> Value {
             "flags": flag_names(refined.flags),
         }))
     });
+    // The device's zero is not the record's.
+    let on_records_scale = |window: &WindowResult| {
+        let mut object = window_json(window);
+        object["midline_deg"] = json!(f64::from(window.midline_deg) + replayed.shift_deg);
+        object
+    };
     let estimates: Vec<Value> = release
         .zip(result)
         .map(|(release, result)| {
@@ -146,7 +152,7 @@ fn record_json(record: &Record, range: Range, replayed: &Replayed) -> Value {
                 "natural_frequency_rad_s": given.then(|| quantity(result.natural_frequency_rad_s)),
                 "damping_ratio": given.then(|| quantity(result.damping_ratio)),
                 "residual_rms_deg": residual_rms_deg(record, replayed, release),
-                "windows": release.windows.iter().map(window_json).collect::<Vec<_>>(),
+                "windows": release.windows.iter().map(on_records_scale).collect::<Vec<_>>(),
                 "trends": trends_of(Some(release)).iter().map(Trend::to_json).collect::<Vec<_>>(),
                 "flags": flag_names(result.flags),
             })

@@ -6,7 +6,7 @@ use super::model::asked;
 use crate::campaign::simulated::{refuse_existing, CAMPAIGN_FILE};
 use crate::demo::results;
 use crate::model::document::{is_model, DEFAULT};
-use crate::report::{charts, html, of_campaign, of_model, of_records, Made, Report};
+use crate::report::{charts, html, of_campaign, of_model, of_models, of_records, Made, Report};
 use clap::Args;
 use serde::de::IgnoredAny;
 use std::path::{Path, PathBuf};
@@ -99,12 +99,15 @@ impl ReportArgs {
         match self.files.as_slice() {
             [folder] if folder.is_dir() => self.of_folder(folder, &settings, &options, made),
             [file] if is_toml(file) && is_model(file) => of_model(file, made),
+            files if files.len() > 1 && files.iter().all(|f| is_toml(f) && is_model(f)) => {
+                of_models(files, made)
+            }
             [file] if is_toml(file) => of_campaign(file, &settings, &options, made),
             files => {
                 if let Some(other) = files.iter().find(|f| is_toml(f) || f.is_dir()) {
                     return Err(Error::usage(format!("{} beside other files", other.display()))
                         .help(
-                        "report on several records at once, but on a campaign, a model or a folder alone",
+                        "report on several records or several models at once, but on a campaign or a folder alone",
                     ));
                 }
                 of_records(files, &settings, &options, made)

@@ -4,6 +4,7 @@ pub mod results;
 pub mod reveal;
 pub mod story;
 
+use crate::campaign::answers::{identified, Answer, By};
 use crate::campaign::simulated;
 use crate::drawn;
 use crate::report::trace::{ModelTrace, Trace};
@@ -11,22 +12,16 @@ use std::path::Path;
 use std::time::Duration;
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
-use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::derivatives::Computed;
 use yawrig_core::identify::damped_sinusoid::DampedSinusoid;
 use yawrig_core::identify::least_squares::linear_start;
 use yawrig_core::identify::samples::Samples;
-use yawrig_core::quantity::Quantity;
 use yawrig_link::bench::Bench;
-use yawrig_link::follow::{is_refined, precise};
 use yawrig_link::replay::{self, collect, main_release, wait_for};
 use yawrig_rig::{Condition, Rig, Sensor, Spring, Start, Truth};
 use yawrig_shared::modal::Modal;
-use yawrig_shared::window::SAMPLE_RATE_HZ;
-use yawrig_shared::wire::{
-    self, Flags, Measured, Refined, ReleaseResult, Request, Settings, WindowResult,
-};
+use yawrig_shared::wire::{self, Flags, Refined, ReleaseResult, Request, Settings, WindowResult};
 
 /// Samples handed to the device at once.
 const CHUNK: usize = 2000;
@@ -45,46 +40,20 @@ pub struct Made {
     pub trace: Option<Trace>,
 }
 
-/// Whose estimates are meant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum By {
-    /// The network, as a mean over the windows.
-    Network,
-    /// The fit to the whole record; the network where there is none.
-    Refined,
-}
-
 impl Made {
     /// Whether the device has an estimate to rely on.
     pub fn usable(&self) -> bool {
-        self.result.windows > 0 && !self.result.flags.unusable()
+        self.answer().is_usable()
     }
 
-    /// Natural frequency (rad/s) and damping ratio.
-    pub fn estimate(&self, by: By) -> [Quantity; 2] {
-        let quantity = |m: Measured| Quantity::new(f64::from(m.value), f64::from(m.u));
-        match self.refined.filter(|refined| by == By::Refined && is_refined(refined)) {
-            Some(r) => [precise(r.natural_frequency_rad_s), quantity(r.damping_ratio)],
-            None => [self.result.natural_frequency_rad_s, self.result.damping_ratio].map(quantity),
-        }
+    /// What the device said of it.
+    pub fn answer(&self) -> Answer {
+        Answer { result: self.result, refined: self.refined }
     }
 
     /// The flags of both.
     pub fn flags(&self) -> Flags {
         Flags(self.result.flags.0 | self.refined.map_or(0, |refined| refined.flags.0))
-    }
-
-    /// The device's estimate as the derivatives are computed from it.
-    fn identified(&self, by: By) -> Identified {
-        let seconds = |sample: u32| f64::from(sample) / f64::from(SAMPLE_RATE_HZ);
-        let [natural_frequency_rad_s, damping_ratio] = self.estimate(by);
-        Identified {
-            natural_frequency_rad_s,
-            damping_ratio,
-            from_s: seconds(self.result.release_sample),
-            to_s: seconds(self.result.finished_sample),
-            flags: Vec::new(),
-        }
     }
 }
 
@@ -123,7 +92,7 @@ pub fn releases(
 fn release(bench: &mut Bench, plan: &Plan, condition: &Condition, seed: u64) -> Result<Made> {
     let rig = &plan.rig;
     let announced = wire::Condition {
-        rig: wire::rig_id(condition.spring.name, &condition.axis.to_string()),
+        rig: wire::rig_id(condition.spring.name, condition.axis.name()),
         wind: rig.wind(condition.wind_speed_m_s),
         model: rig.model,
         inertia_kg_m2: rig.inertia_kg_m2(condition.axis),
@@ -176,7 +145,7 @@ fn trace_of(time_s: &[f64], yaw_deg: &[f64], first_sample: u32, made: &Made) -> 
     let (from, to) = (at(windows.first()?.start_sample), at(windows.last()?.end_sample));
     let released_s = *time_s.get(at(result.release_sample))?;
     let (time_s, yaw_deg) = (time_s.get(from..to)?, &yaw_deg[from..to]);
-    let [wn, zeta] = made.estimate(By::Refined).map(|quantity| quantity.value);
+    let [wn, zeta] = made.answer().estimate(By::Refined).map(|quantity| quantity.value);
     let samples = Samples::new(time_s, yaw_deg);
     let damped = wn * (1.0 - zeta * zeta).max(0.0).sqrt();
     let mode = linear_start(&samples.all(), zeta * wn, damped)?;
@@ -203,7 +172,8 @@ pub fn table(plan: &Plan, made: &[Made], by: By) -> Result<Vec<(Point, Truth)>> 
     let rig = &plan.rig;
     let planned = simulated::plan(rig, plan.wind_speed_m_s, 1, plan.seed)?;
     let campaign = simulated::describe(rig, &planned);
-    let identified: Vec<Identified> = made.iter().map(|made| made.identified(by)).collect();
+    let answers: Vec<Answer> = made.iter().map(Made::answer).collect();
+    let identified = identified(&campaign.release, &answers, by);
     let table =
         Computed::new(&campaign, &identified)?.table(Path::new("the built-in rig"), "device");
     table

@@ -106,6 +106,7 @@ fn release(made: &Made) -> ReleaseReport {
         natural_frequency_rad_s: quantity(made.result.natural_frequency_rad_s),
         damping_ratio: quantity(made.result.damping_ratio),
         residual_rms_deg: None,
+        residual_over_noise: None,
         remarks: flag_names(made.result.flags).iter().map(|f| (*f).to_owned()).collect(),
     };
     let first = made.windows.first().map_or(0, |w| w.start_sample);

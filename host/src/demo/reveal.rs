@@ -127,7 +127,7 @@ pub fn reveal(folder: &Path, target: &Target, progress: &mut dyn Progress) -> Re
         let file = folder.join(&release.file);
         let entry = records::known_or_new(&model.clone().unwrap_or_default(), &path, &file)?;
         let recorded = Recorded::read(entry, file)?;
-        let plain = fit_plain(&recorded.swing, false, recorded.swing.yaw_rad.len());
+        let plain = fit_plain(&recorded.decay, false, recorded.decay.yaw_rad.len());
         let with = model.as_ref().map(|model| held_against(model, &recorded, 1.0)).transpose()?;
         let pair = |fit: &Fitted| [fit.natural_frequency_rad_s().value, fit.damping_ratio().value];
         releases.push(JudgedRelease {

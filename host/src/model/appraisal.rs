@@ -13,7 +13,7 @@ use yawrig_core::diagnosis::compare::{self, Where};
 use yawrig_core::diagnosis::diagnose::Modal;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::Fitted;
-use yawrig_core::fit::swing::Swing;
+use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::identify::WindowEstimate;
 use yawrig_core::quantity::Quantity;
 
@@ -70,8 +70,8 @@ pub fn appraise(
     residual_over_noise: f64,
     held_out_over_noise: f64,
 ) -> Appraisal {
-    let swing = |k: usize| &recorded[k].swing;
-    let raw = |k: usize| swing(k).raw_rms_deg(fits[k].rms_rad());
+    let decay = |k: usize| &recorded[k].decay;
+    let raw = |k: usize| decay(k).raw_rms_deg(fits[k].rms_rad());
     let (n, sum) = fits[..fitted].iter().enumerate().fold((0.0, 0.0), |(n, sum), (k, fit)| {
         (n + fit.count as f64, sum + fit.count as f64 * raw(k).powi(2))
     });
@@ -94,17 +94,17 @@ pub fn appraise(
             file: recorded[k].path.display().to_string(),
             condition: recorded[k].entry.condition.clone(),
             held_out: k >= fitted || recorded[k].entry.held_out,
-            noise_rms_deg: swing(k).sample_noise_rad.to_degrees(),
+            noise_rms_deg: decay(k).sample_noise_rad.to_degrees(),
             residual_rms_deg: raw(k),
-            residual_over_noise: fits[k].over_noise(swing(k)),
+            residual_over_noise: fits[k].over_noise(decay(k)),
             parameters: if many { parameters(model, &fits[k], |own| own) } else { BTreeMap::new() },
         })
         .collect();
-    let over = |k: &usize| fits[*k].over_noise(swing(*k));
+    let over = |k: &usize| fits[*k].over_noise(decay(*k));
     let worst = (0..fitted).max_by(|a, b| over(a).total_cmp(&over(b))).expect("a fitted record");
-    let worst_swing: &Swing = swing(worst);
+    let worst_swing: &FreeDecay = decay(worst);
     Appraisal {
-        noise_rms_deg: swing(0).sample_noise_rad.to_degrees(),
+        noise_rms_deg: decay(0).sample_noise_rad.to_degrees(),
         modal: conditions[0].modal,
         effects: model.effects.iter().map(|e| e.effect.clone()).collect(),
         residuals,

@@ -22,9 +22,9 @@ fn as_it_is_elsewhere(model: &Model, recorded: &[Recorded]) -> Result<Appraisal>
     interrupt::check()?;
     let (mut n, mut sum) = (0.0, 0.0);
     for ((_, part), recorded) in both.iter().zip(recorded) {
-        let later = (recorded.swing.yaw_rad.len() - part.count) as f64;
+        let later = (recorded.decay.yaw_rad.len() - part.count) as f64;
         n += later;
-        sum += later * held_out_over_noise(&recorded.swing, part).powi(2);
+        sum += later * held_out_over_noise(&recorded.decay, part).powi(2);
     }
     let fits: Vec<Fitted> = both.into_iter().map(|(whole, _)| whole).collect();
     let recorded: Vec<&Recorded> = recorded.iter().collect();

@@ -84,8 +84,9 @@ impl ParameterEntry {
     }
 }
 
-/// Bounds of a natural frequency, rad/s.
-pub const NATURAL_FREQUENCY: [f64; 2] = [0.0, f64::INFINITY];
+/// Bounds of a natural frequency, rad/s: three cycles in the longest record, a day, and two samples a cycle at the
+/// highest rate, 10 kHz. Zero and infinity, which earlier files state, are no motion.
+pub const NATURAL_FREQUENCY: [f64; 2] = [2e-4, 31_416.0];
 /// Bounds of a damping ratio: a self-excited oscillation has a negative one.
 pub const DAMPING_RATIO: [f64; 2] = [-0.5, 0.7];
 

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::path::Path;
 use std::sync::{Arc, LazyLock, Mutex};
 use yawrig_base::error::{Error, Result};
-use yawrig_core::effects::Effect;
+use yawrig_core::effects::{Effect, MEASURED_LAW};
 use yawrig_expression::{is_file, OwnEffect};
 use yawrig_text::nearest;
 
@@ -15,6 +15,10 @@ use yawrig_text::nearest;
 pub fn named(text: &str) -> Result<Effect> {
     if is_file(text) {
         return load(Path::new(text));
+    }
+    if text == MEASURED_LAW {
+        return Err(Error::usage("measured_law is estimated from the records of a model")
+            .help("yawrig add measured_law; to look first: yawrig law FILE"));
     }
     Effect::from_id(text).ok_or_else(|| {
         let ids = Effect::ids();

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
-use yawrig_base::error::{Error, Result};
+use yawrig_base::error::{Error, Exit, Result};
 use yawrig_core::quantity::Quantity;
 
 /// The version of a line's layout.
@@ -60,7 +60,15 @@ pub struct JournalStep {
 pub struct Residuals {
     pub residual_rms_deg: f64,
     pub residual_over_noise: f64,
+    /// Not a number, `null` in the file, where too little of a record was left to predict.
+    #[serde(deserialize_with = "number_or_none")]
     pub held_out_over_noise: f64,
+}
+
+fn number_or_none<'de, D: serde::Deserializer<'de>>(
+    reader: D,
+) -> std::result::Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(reader)?.unwrap_or(f64::NAN))
 }
 
 /// A quantity whose uncertainty may not be known.
@@ -108,6 +116,11 @@ impl JournalStep {
     pub(super) fn line(&self) -> Result<String> {
         let mut line = serde_json::to_string(self)
             .map_err(|e| Error::internal(format!("cannot write the journal: {e}")))?;
+        // What is not a number would be written as null and never be read again.
+        serde_json::from_str::<Self>(&line).map_err(|e| {
+            Error::new(Exit::Quality, format!("a result of this step is not a number ({e}); nothing is changed"))
+                .help("look at the values and bounds in the model's file; `yawrig history --return N` goes back")
+        })?;
         line.push('\n');
         Ok(line)
     }
@@ -118,10 +131,20 @@ pub fn path_of(model: &Path) -> PathBuf {
     model.with_extension("journal.jsonl")
 }
 
+/// A line of a journal that cannot be read.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Damage {
+    /// From 1.
+    pub line: usize,
+    pub why: String,
+}
+
 /// What a journal holds.
 #[derive(Clone, Debug, Default)]
 pub struct Journal {
     pub steps: Vec<JournalStep>,
+    /// Lines that are passed over; the steps before and after them are there.
+    pub damaged: Vec<Damage>,
     /// Bytes of whole lines: beyond them a power cut has left part of one.
     pub(super) whole: usize,
 }
@@ -143,24 +166,49 @@ impl Journal {
 
     pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Self> {
         let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
-        let mut steps: Vec<JournalStep> = Vec::new();
+        let mut journal = Self { whole, ..Self::default() };
         for (k, line) in bytes[..whole].split_inclusive(|b| *b == b'\n').enumerate() {
-            let wrong = |what: String| {
-                Error::data(format!("{}:{}: {what}", path.display(), k + 1)).help(
-                    "put the line right, or move the journal away: a new one begins with the model as it is",
-                )
+            let why = match serde_json::from_slice::<JournalStep>(line) {
+                Ok(step) if step.schema_version != SCHEMA_VERSION => {
+                    let what = format!("schema_version is {}", step.schema_version);
+                    return Err(Error::data(format!("{}:{}: {what}", path.display(), k + 1))
+                        .help("update yawrig: a later version wrote this journal"));
+                }
+                Ok(step) if step.step <= journal.count() => {
+                    format!("step {} where step {} belongs", step.step, journal.count() + 1)
+                }
+                Ok(step) => {
+                    journal.steps.push(step);
+                    continue;
+                }
+                Err(e) => format!("not a step of a model: {e}"),
             };
-            let step: JournalStep = serde_json::from_slice(line)
-                .map_err(|e| wrong(format!("not a step of a model: {e}")))?;
-            if step.schema_version != SCHEMA_VERSION {
-                return Err(wrong(format!("schema_version is {}", step.schema_version)));
-            }
-            if step.step != k + 1 {
-                return Err(wrong(format!("step {} where step {} belongs", step.step, k + 1)));
-            }
-            steps.push(step);
+            journal.damaged.push(Damage { line: k + 1, why });
         }
-        Ok(Self { steps, whole })
+        match journal.damaged.first() {
+            Some(Damage { line, why }) if journal.steps.is_empty() => {
+                Err(Error::data(format!("{}:{line}: {why}", path.display()))
+                    .help("move the journal away: a new one begins with the model as it is"))
+            }
+            _ => Ok(journal),
+        }
+    }
+
+    /// Says which lines cannot be read.
+    pub fn warn(&self, model: &Path) {
+        for Damage { line, why } in &self.damaged {
+            let file = path_of(model);
+            crate::say!(
+                "yawrig: warning: {}:{line}: {why}; the other steps are read",
+                file.display()
+            );
+        }
+    }
+
+    /// The number of the last step, damaged lines counted.
+    pub(super) fn count(&self) -> usize {
+        let damaged = self.damaged.last().map_or(0, |d| d.line);
+        self.last().map_or(0, |step| step.step).max(damaged)
     }
 
     pub fn last(&self) -> Option<&JournalStep> {
@@ -172,11 +220,14 @@ impl Journal {
     /// # Errors
     /// Exit 2 where there is no such step.
     pub fn step(&self, number: usize) -> Result<&JournalStep> {
-        number.checked_sub(1).and_then(|k| self.steps.get(k)).ok_or_else(|| {
-            let count = self.steps.len();
-            Error::usage(format!("there is no step {number}")).help(match count {
+        self.steps.iter().find(|step| step.step == number).ok_or_else(|| {
+            if let Some(damage) = self.damaged.iter().find(|d| d.line == number) {
+                return Error::data(format!("step {number} cannot be read: {}", damage.why))
+                    .help("return to another step: yawrig history");
+            }
+            Error::usage(format!("there is no step {number}")).help(match self.count() {
                 0 => "the journal is empty; make a model: yawrig fit RECORD.csv".to_owned(),
-                _ => format!("the steps are 1 to {count}: yawrig history"),
+                count => format!("the steps are 1 to {count}: yawrig history"),
             })
         })
     }

@@ -31,7 +31,7 @@ pub fn structure(model: &Model) -> Result<Structure> {
         }
     }
     let effects = model.effects.iter().map(|e| e.effect.clone()).collect();
-    Ok(Structure { effects, zero_unknown: model.unknown_zero, limits })
+    Ok(Structure { effects, zero_unknown: model.unknown_zero, limits, ..Structure::default() })
 }
 
 fn range(entry: &ParameterEntry) -> [f64; 2] {

@@ -10,11 +10,13 @@ use yawrig_core::bic;
 use yawrig_core::diagnosis::diagnose::FITTED_SHARE;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{
-    fit_added, fit_from, fit_plain_within, Fitted, Limit, Number, Structure,
+    fit_added, fit_from, fit_plain_within, refit, Fitted, Limit, Number, Structure,
 };
+use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::fit::joint::{self, JointFit, Release, Sharing};
-use yawrig_core::fit::swing::Swing;
+use yawrig_core::law::estimate::fit_whole;
 use yawrig_core::quantity::Quantity;
+use yawrig_records::place;
 
 /// How often a fit that has used up its evaluations is continued.
 const ROUNDS: usize = 4;
@@ -24,7 +26,7 @@ const ROUNDS: usize = 4;
 pub struct Recorded {
     pub entry: RecordEntry,
     pub path: PathBuf,
-    pub swing: Swing,
+    pub decay: FreeDecay,
 }
 
 impl Recorded {
@@ -33,13 +35,13 @@ impl Recorded {
     /// # Errors
     /// Exit 3 where it cannot be read or there is no free decay in it.
     pub fn read(entry: RecordEntry, path: PathBuf) -> Result<Self> {
-        let mut swing = Swing::of(&yawrig_records::read(&path)?)?;
-        swing.stop = interrupt::stop();
-        for warning in &swing.warnings {
+        let mut decay = FreeDecay::of(&yawrig_records::read(&path)?)?;
+        decay.stop = interrupt::stop();
+        for warning in &decay.warnings {
             crate::say!("yawrig: warning: {warning}");
         }
-        swing.wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
-        Ok(Self { entry, path, swing })
+        decay.wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
+        Ok(Self { entry, path, decay })
     }
 }
 
@@ -59,7 +61,7 @@ impl Data {
         let read = |entry: &RecordEntry| {
             interrupt::check()?;
             let file = Model::record_path(path, entry);
-            if entry.line > 0 && !file.is_file() {
+            if entry.line > 0 && !place::is_file(&file) {
                 let what = format!("record {} is not there", file.display());
                 return Err(Error::data(format!("{}:{}: {what}", path.display(), entry.line))
                     .help("paths are relative to the model's file; correct it"));
@@ -75,12 +77,12 @@ impl Data {
         Ok(Self { fitted, held_out })
     }
 
-    fn swings(&self) -> Vec<&Swing> {
-        self.fitted.iter().map(|r| &r.swing).collect()
+    fn decays(&self) -> Vec<&FreeDecay> {
+        self.fitted.iter().map(|r| &r.decay).collect()
     }
 
     fn releases(&self) -> Vec<Release<'_>> {
-        self.fitted.iter().map(|r| Release::whole(&r.swing)).collect()
+        self.fitted.iter().map(|r| Release::whole(&r.decay)).collect()
     }
 
     /// Records of one condition share wn and zeta; all records share the effects.
@@ -127,16 +129,20 @@ fn better(a: &Fitted, b: &Fitted) -> bool {
 
 /// One record's own fit: the effects added one after the other, or from the model's values, whichever has the smaller residual.
 fn single(model: &Model, structure: &Structure, recorded: &Recorded) -> Result<Fitted> {
-    let swing = &recorded.swing;
-    let count = swing.yaw_rad.len();
-    let plain = fit_plain_within(swing, structure, count);
+    let decay = &recorded.decay;
+    let count = decay.yaw_rad.len();
+    let plain = fit_plain_within(decay, structure, count);
+    let measured = model.effects.iter().any(|e| matches!(e.effect, Effect::Measured(_)));
+    if let Some(start) = start(model, &recorded.entry.condition, &plain).filter(|_| measured) {
+        return Ok(fit_whole(decay, structure, &start));
+    }
     let mut best = plain.clone();
     for entry in &model.effects {
         interrupt::check()?;
-        best = fit_added(swing, &best, &entry.effect);
+        best = fit_added(decay, &best, &entry.effect);
     }
     if let Some(start) = start(model, &recorded.entry.condition, &plain) {
-        let from = fit_from(swing, structure, &start, count);
+        let from = fit_from(decay, structure, &start, count);
         if better(&from, &best) {
             best = from;
         }
@@ -191,7 +197,22 @@ fn fit_jointly(
         best = joint::fit(&releases, structure, &sharing, &numbers(&best.fits));
     }
     interrupt::check()?;
-    Ok(best)
+    polished(&releases, &sharing, best)
+}
+
+/// `fit` once more by precise simulations: its numbers are then those of the equation, whatever integrates it.
+fn polished(releases: &[Release], sharing: &Sharing, fit: JointFit) -> Result<JointFit> {
+    let structure = fit.structure.precisely();
+    // With a user's own effect they are precise enough.
+    if !structure.precise || !fit.converged || structure.effects.iter().any(Effect::is_own) {
+        return Ok(fit);
+    }
+    let mut polished = joint::fit(releases, &structure, sharing, &numbers(&fit.fits));
+    interrupt::check()?;
+    // What is built upon it is screened by quick simulations again.
+    polished.structure.precise = false;
+    polished.fits.iter_mut().for_each(|fit| fit.structure.precise = false);
+    Ok(if polished.converged { polished } else { fit })
 }
 
 /// `inner` with `effect` added.
@@ -206,7 +227,7 @@ pub fn add(data: &Data, inner: &JointFit, effect: Effect) -> Result<JointFit> {
         .zip(&inner.fits)
         .map(|(recorded, fit)| {
             interrupt::check()?;
-            Ok(fit_added(&recorded.swing, fit, &effect))
+            Ok(fit_added(&recorded.decay, fit, &effect))
         })
         .collect::<Result<_>>()?;
     // From the inner model as well, the effect at zero: so that it cannot fit worse than the inner model.
@@ -273,8 +294,8 @@ pub fn updated(model: &Model, data: &Data, fit: &JointFit) -> Model {
 /// # Errors
 /// Exit 3 where the model has no values yet.
 pub fn held_against(model: &Model, recorded: &Recorded, share: f64) -> Result<Fitted> {
-    let swing = &recorded.swing;
-    let count = ((share * swing.yaw_rad.len() as f64) as usize).max(2);
+    let decay = &recorded.decay;
+    let count = ((share * decay.yaw_rad.len() as f64) as usize).max(2);
     let modal = model.modal.get(&recorded.entry.condition).copied().unwrap_or_default();
     let mut limits: Vec<Limit> = Vec::new();
     for (number, entry) in [
@@ -300,10 +321,13 @@ pub fn held_against(model: &Model, recorded: &Recorded, share: f64) -> Result<Fi
         }
     }
     let effects = model.effects.iter().map(|e| e.effect.clone()).collect();
-    let structure = Structure { effects, zero_unknown: model.unknown_zero, limits };
-    let plain = fit_plain_within(swing, &structure, count);
+    let structure =
+        Structure { effects, zero_unknown: model.unknown_zero, limits, ..Structure::default() };
+    let plain = fit_plain_within(decay, &structure, count);
     let start = start(model, &recorded.entry.condition, &plain).expect("values, as seen above");
-    Ok(fit_from(swing, &structure, &start, count))
+    let mut fit = fit_from(decay, &structure, &start, count);
+    fit.structure = structure.precisely();
+    Ok(if fit.structure.precise { refit(decay, &fit, count) } else { fit })
 }
 
 /// Residual over noise of several records, jointly.
@@ -311,7 +335,7 @@ pub fn combined(fits: &[Fitted], recorded: &[&Recorded]) -> f64 {
     let (mut n, mut sum) = (0.0, 0.0);
     for (fit, recorded) in fits.iter().zip(recorded) {
         n += fit.count as f64;
-        sum += fit.count as f64 * fit.over_noise(&recorded.swing).powi(2);
+        sum += fit.count as f64 * fit.over_noise(&recorded.decay).powi(2);
     }
     (sum / f64::max(n, 1.0)).sqrt()
 }
@@ -337,11 +361,11 @@ pub fn held_out(model: &Model, data: &Data, fit: &JointFit) -> Result<f64> {
 /// 130 where the user stops it.
 pub fn later_part(data: &Data, structure: &Structure, fits: &[Fitted]) -> Result<f64> {
     let parts: Vec<Release> =
-        data.fitted.iter().map(|r| Release::part(&r.swing, FITTED_SHARE)).collect();
+        data.fitted.iter().map(|r| Release::part(&r.decay, FITTED_SHARE)).collect();
     let sharing = data.sharing(structure.effects.len());
     let partial = joint::fit(&parts, structure, &sharing, &numbers(fits));
     interrupt::check()?;
-    Ok(partial.held_out_over_noise(&data.swings()).unwrap_or(f64::NAN))
+    Ok(partial.held_out_over_noise(&data.decays()).unwrap_or(f64::NAN))
 }
 
 /// Natural frequency and damping of `entry`, as far as known.

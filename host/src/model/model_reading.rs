@@ -9,9 +9,11 @@ use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 use toml::Spanned;
 use yawrig_base::error::{Error, Result};
-use yawrig_core::effects::{Effect, MOST_OWN};
+use yawrig_core::effects::{Effect, MeasuredLaw, Part, MEASURED_LAW, MOST_OWN};
+use yawrig_core::plan::Can;
 use yawrig_expression::is_file;
 use yawrig_shared::axis::Axis;
 use yawrig_text::pointed;
@@ -34,6 +36,9 @@ struct RawModel {
     modal: BTreeMap<Spanned<String>, RawModal>,
     #[serde(default)]
     effect: Vec<RawEffect>,
+    /// Read where further releases are planned.
+    #[serde(default, rename = "can")]
+    _can: Option<Can>,
 }
 
 #[derive(Deserialize)]
@@ -60,11 +65,28 @@ struct RawModal {
 struct RawEffect {
     id: Spanned<String>,
     definition: Option<Spanned<String>>,
+    law: Option<Spanned<RawLaw>>,
     #[serde(default)]
     parameters: BTreeMap<Spanned<String>, Spanned<RawParameter>>,
 }
 
-#[derive(Deserialize, Default)]
+/// A measured law: how far it is known, and the weight of each curve's roughness.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawLaw {
+    yaw_deg: f64,
+    rate_deg_s: f64,
+    #[serde(default)]
+    friction: bool,
+    #[serde(default)]
+    dissipative: bool,
+    stiffness: Option<f64>,
+    uneven_stiffness: Option<f64>,
+    damping: Option<f64>,
+    uneven_damping: Option<f64>,
+}
+
+#[derive(Clone, Deserialize, Default)]
 #[serde(deny_unknown_fields)]
 struct RawParameter {
     value: Option<f64>,
@@ -221,7 +243,12 @@ impl Reader<'_> {
         let zeta = law("damping_ratio", "1", DAMPING_RATIO);
         let mut entry = ModalEntry::default();
         if let Some(raw) = &raw.natural_frequency_rad_s {
-            entry.natural_frequency_rad_s = self.parameter(raw, &wn)?;
+            // As earlier versions wrote its bounds.
+            let mut raw = raw.clone();
+            let entries = raw.get_mut();
+            entries.min = entries.min.filter(|min| *min != 0.0);
+            entries.max = entries.max.filter(|max| max.is_finite());
+            entry.natural_frequency_rad_s = self.parameter(&raw, &wn)?;
         }
         if let Some(raw) = &raw.damping_ratio {
             entry.damping_ratio = self.parameter(raw, &zeta)?;
@@ -236,6 +263,7 @@ impl Reader<'_> {
                 let file = self.path.with_file_name(format!("{id} in {}", self.name()));
                 effects::defined(&file, definition.get_ref())?
             }
+            None if id == MEASURED_LAW => self.law(raw)?,
             None if is_file(id) => {
                 effects::load(&self.path.parent().unwrap_or(Path::new("")).join(id))?
             }
@@ -292,6 +320,34 @@ impl Reader<'_> {
         Ok(entry)
     }
 
+    fn law(&self, raw: &RawEffect) -> Result<Effect> {
+        let Some(law) = &raw.law else {
+            return Err(self
+                .error(&raw.id.span(), "measured_law has no [effect.law]")
+                .help("delete the entry and measure it: yawrig add measured_law"));
+        };
+        let at = law.get_ref();
+        let weights = [at.stiffness, at.uneven_stiffness, at.damping, at.uneven_damping];
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        let reach = [at.yaw_deg, at.rate_deg_s];
+        if !weights.iter().flatten().chain(&reach).all(|x| positive(*x)) {
+            return Err(self
+                .error(
+                    &law.span(),
+                    "yaw_deg, rate_deg_s and the weight of each curve are above zero",
+                )
+                .help("delete the entry and measure the law again: yawrig add measured_law"));
+        }
+        let parts = Part::ALL.into_iter().zip(weights).filter_map(|(p, w)| Some((p, w?)));
+        Ok(Effect::Measured(Arc::new(MeasuredLaw::new(
+            at.yaw_deg.to_radians(),
+            at.rate_deg_s.to_radians(),
+            parts.collect(),
+            at.friction,
+            at.dissipative,
+        ))))
+    }
+
     fn parameter(&self, entry: &Spanned<RawParameter>, law: &Law) -> Result<ParameterEntry> {
         let (raw, name) = (entry.get_ref(), &law.name);
         let wrong = |what: String, help: String| Err(self.error(&entry.span(), what).help(help));
@@ -311,7 +367,14 @@ impl Reader<'_> {
             }
             Some(value) if !(value.is_finite() && min <= value && value <= max) => {
                 let what = format!("{name}: value {value} is not between min {min} and max {max}");
-                return wrong(what, "move the value or the bounds".into());
+                let help = match value < law.min || value > law.max {
+                    true => format!(
+                        "give a value from {} to {}, or delete it: a fit finds it",
+                        law.min, law.max
+                    ),
+                    false => "move the value or the bounds".into(),
+                };
+                return wrong(what, help);
             }
             _ => {}
         }

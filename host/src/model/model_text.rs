@@ -5,7 +5,7 @@ use toml_edit::{
     ArrayOfTables, DocumentMut, InlineTable, Item, RawString, Table, TableLike, Value,
 };
 use yawrig_base::error::{Error, Result};
-use yawrig_core::effects::Effect;
+use yawrig_core::effects::{Effect, MeasuredLaw, Part};
 
 const HEADER: &str = "\
 # Second-order model of the yaw motion, b'' = -2 zeta wn r - wn^2 b, and the effects added to it; angles in rad,
@@ -66,11 +66,28 @@ impl Model {
             if let Effect::Own(own) = &entry.effect {
                 put(table, "definition", own.text.as_str());
             }
+            if let Effect::Measured(law) = &entry.effect {
+                write_law(sub_table(table, "law", false), law);
+            }
             let parameters = sub_table(table, "parameters", false);
             for (known, value) in entry.effect.parameters().iter().zip(&entry.parameters) {
                 value.write(parameters, &known.name, &known.unit);
             }
         }
+    }
+}
+
+/// Where a measured law is known, and the weight of each curve's roughness.
+fn write_law(table: &mut Table, law: &MeasuredLaw) {
+    put(table, "yaw_deg", law.yaw_rad.to_degrees());
+    put(table, "rate_deg_s", law.rate_rad_s.to_degrees());
+    put(table, "friction", law.friction);
+    put(table, "dissipative", law.dissipative);
+    table.retain(|key, _| {
+        !Part::ALL.iter().any(|p| p.name() == key) || law.parts.iter().any(|(p, _)| p.name() == key)
+    });
+    for (part, weight) in &law.parts {
+        put(table, part.name(), *weight);
     }
 }
 
@@ -366,7 +383,7 @@ mod tests {
                 "min = -1",
                 "0 <=",
             ),
-            ("value = 0.05", "value = -0.05", "value -0.05 is not between", "move"),
+            ("value = 0.05", "value = -0.05", "value -0.05 is not between", "give a value"),
             ("value = 0.05", "vale = 0.05", "unknown field `vale`", "correct"),
             ("value = 0.05, ", "free = false, ", "duplicate key", "correct"),
             ("held_out = false", "held_out = 0", "invalid type", "correct"),

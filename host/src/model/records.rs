@@ -4,6 +4,7 @@ use crate::campaign::CampaignFile;
 use crate::model::document::{of_file, MadeUnder, Model, RecordEntry};
 use std::path::{Component, Path, PathBuf};
 use yawrig_base::error::{Error, Result};
+use yawrig_records::place::canonical;
 
 /// A record, and what is wrong with it as far as that is known without reading it.
 #[derive(Clone, Debug)]
@@ -64,7 +65,7 @@ fn of_campaign(file: &Path, model: &Path) -> Result<Vec<Listed>> {
 }
 
 fn entry(file: &Path, made_under: Option<MadeUnder>, model: &Path) -> Result<Listed> {
-    let (real, fault) = match file.canonicalize() {
+    let (real, fault) = match canonical(file) {
         Ok(real) => (real, None),
         Err(e) => (where_it_would_be(file), Some(cannot_read(file, &e))),
     };
@@ -88,7 +89,7 @@ pub fn known_or_new(model: &Model, path: &Path, file: &Path) -> Result<RecordEnt
 
 /// Which of the model's records is `entry`'s.
 pub fn find(model: &Model, path: &Path, entry: &RecordEntry) -> Option<usize> {
-    let place = |entry: &RecordEntry| Model::record_path(path, entry).canonicalize().ok();
+    let place = |entry: &RecordEntry| canonical(&Model::record_path(path, entry)).ok();
     let wanted = place(entry)?;
     model.records.iter().position(|other| place(other).as_ref() == Some(&wanted))
 }

@@ -55,7 +55,7 @@ pub(super) struct Current {
 
 impl Current {
     fn of(model: &Model, data: &Data, fit: JointFit) -> Result<Self> {
-        if !fit.converged {
+        if !(fit.converged && fit.sum_of_squares.is_finite()) {
             return Err(not_converged(model));
         }
         let model = model_fit::updated(model, data, &fit);
@@ -323,9 +323,9 @@ pub(super) fn opened(path: &Path) -> Result<(Store, Model)> {
 
 /// What a step changes.
 pub(super) struct Change {
-    model: Model,
+    pub model: Model,
     pub added: Option<Effect>,
-    removed: Option<Effect>,
+    pub removed: Option<Effect>,
     pub before: Option<Residuals>,
     pub evidence: Option<f64>,
     pub appraisal: Appraisal,
@@ -356,7 +356,12 @@ impl Change {
 }
 
 /// Writes the step to model and journal.
-fn finish(store: Store, asked: &Asked, step: JournalStep, change: Change) -> Result<Revision> {
+pub(super) fn finish(
+    store: Store,
+    asked: &Asked,
+    step: JournalStep,
+    change: Change,
+) -> Result<Revision> {
     interrupt::check()?;
     let appraisal = &change.appraisal;
     let known = |c: &Condition| {

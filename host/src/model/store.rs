@@ -46,6 +46,7 @@ impl Store {
             .and_then(|()| file.read_to_end(&mut bytes))
             .map_err(|e| files::cannot_write(&journal_path, &e))?;
         let journal = Journal::parse(&bytes, &journal_path)?;
+        journal.warn(path);
         let mut store = Self { path: path.to_owned(), journal, file, text: None };
         store.recover(bytes.len())?;
         if path.exists() {
@@ -118,7 +119,7 @@ impl Store {
     /// Exit 3 where they cannot be written; then both are as they were.
     pub fn commit(mut self, mut step: JournalStep) -> Result<usize> {
         let mut lines = String::new();
-        let mut number = self.journal.steps.len();
+        let mut number = self.journal.count();
         if self.is_edited() {
             number += 1;
             let text = self.text.clone().unwrap_or_default();
@@ -218,6 +219,7 @@ fn sync_folder(path: &Path) -> std::io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::journal::Residuals;
 
     fn take(path: &Path, text: &str) -> usize {
         Store::open(path)
@@ -328,12 +330,51 @@ mod tests {
     fn a_journal_of_something_else_is_refused_and_left_alone() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("m.toml");
-        take(&path, "a");
-        let mut text = std::fs::read_to_string(path_of(&path)).unwrap();
-        text.push_str("{\"not\": 1}\n");
-        std::fs::write(path_of(&path), &text).unwrap();
+        let text = "{\"not\": 1}\n{\"a\": \"step\"}\n";
+        std::fs::write(path_of(&path), text).unwrap();
         let error = Store::open(&path).unwrap_err().to_string();
-        assert!(error.contains("m.journal.jsonl:2: not a step"), "{error}");
+        assert!(error.contains("m.journal.jsonl:1: not a step"), "{error}");
         assert_eq!(std::fs::read_to_string(path_of(&path)).unwrap(), text);
+    }
+
+    #[test]
+    fn a_damaged_line_hides_its_own_step_and_no_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.toml");
+        for text in ["a", "b", "c"] {
+            take(&path, text);
+        }
+        let text = std::fs::read_to_string(path_of(&path)).unwrap();
+        std::fs::write(path_of(&path), text.replacen("\"step\":2", "\"step\":null", 1)).unwrap();
+        assert_eq!(take(&path, "d"), 4);
+        assert_eq!(models(&path), ["a", "c", "d"]);
+        let journal = Journal::of(&path).unwrap();
+        assert_eq!(journal.damaged[0].line, 2);
+        assert_eq!(journal.step(3).unwrap().model, "c");
+        assert!(journal.step(2).unwrap_err().to_string().contains("cannot be read"));
+        assert!(std::fs::read_to_string(path_of(&path)).unwrap().contains("\"step\":null"));
+    }
+
+    #[test]
+    fn a_step_that_could_not_be_read_again_is_not_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.toml");
+        take(&path, "a");
+        let before = std::fs::read(path_of(&path)).unwrap();
+        let mut step = JournalStep::now(Action::Fit, "fit", "b".into());
+        let residuals = |residual_rms_deg, held_out_over_noise| Residuals {
+            residual_rms_deg,
+            residual_over_noise: 1.0,
+            held_out_over_noise,
+        };
+        step.after = Some(residuals(f64::NAN, 1.0));
+        let refused = Store::open(&path).unwrap().commit(step.clone()).unwrap_err();
+        assert!(refused.to_string().contains("not a number"), "{refused}");
+        assert_eq!(std::fs::read(path_of(&path)).unwrap(), before);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "a");
+        // Too short a record has nothing to predict: that is no fault.
+        step.after = Some(residuals(1.0, f64::NAN));
+        assert_eq!(Store::open(&path).unwrap().commit(step).unwrap(), 2);
+        assert_eq!(models(&path), ["a", "b"]);
     }
 }

@@ -4,7 +4,7 @@ use super::escape::escaped;
 use super::trace::{ModelTrace, Trace};
 use super::{Criticism, PointReport, Report, TrainingReport};
 use crate::drawn;
-use crate::plot::{svg, Axis, Curve, Plot, COLOURS};
+use crate::plot::{svg, svg_in_columns, Axis, Curve, Plot, COLOURS};
 use yawrig_base::error::Result;
 use yawrig_core::diagnosis::amplitude::{AmplitudePicture, AmplitudePoint};
 use yawrig_core::quantity::Quantity;
@@ -24,7 +24,9 @@ impl Chart {
     /// # Errors
     /// Exit 1, for a defect of this program only.
     pub fn file(&self) -> Result<String> {
-        svg(&self.plots)
+        // Values and misses side by side.
+        let has_misses = self.name == "derivatives" && self.plots.len() > 4;
+        svg_in_columns(&self.plots, if has_misses { 2 } else { 1 })
     }
 
     /// As part of a page, which sets `--ink`, `--paper` and `--curve-1` to `--curve-8`.
@@ -142,7 +144,7 @@ pub fn derivatives(report: &Report) -> Chart {
             curves.push(Curve::bars("second order, k = 2", bars(&report.points_before)));
         }
         if !truth.is_empty() {
-            curves.push(Curve::dashed("truth", truth));
+            curves.push(Curve::crosses("truth", truth));
         }
         Some(Plot {
             title: format!("{name} per rad"),
@@ -151,12 +153,30 @@ pub fn derivatives(report: &Report) -> Chart {
             curves,
         })
     };
+    // Beside the values bars are too short to be seen.
+    let miss = |(k, (name, of)): (usize, (&str, Of))| {
+        let off = |p: &PointReport| {
+            let (q, truth) = (of(p)?, p.truth?[k]);
+            Some((p.reduced_frequency, q.value - truth, 2.0 * q.u))
+        };
+        let misses: Vec<(f64, f64, f64)> = report.points.iter().filter_map(off).collect();
+        let ends = [misses.first()?.0, misses.last()?.0];
+        Some(Plot {
+            title: format!("{name}: measured less truth"),
+            x: Axis::linear("reduced frequency km = pi f l / V"),
+            y: Axis::linear("per rad"),
+            curves: vec![
+                Curve::bars("measured less truth, k = 2", misses),
+                Curve::dashed("no miss", ends.map(|x| (x, 0.0)).to_vec()),
+            ],
+        })
+    };
     Chart {
         name: "derivatives",
         caption: "Derivatives against reduced frequency, bars of two standard uncertainties (k = 2). Cn_r is the \
                   combined damping derivative Cn_r - Cn_betadot: in pure yaw the two are one motion."
             .to_owned(),
-        plots: all.into_iter().enumerate().filter_map(plot).collect(),
+        plots: all.into_iter().enumerate().flat_map(|at| [plot(at), miss(at)]).flatten().collect(),
     }
 }
 

@@ -7,12 +7,14 @@ mod escape;
 pub mod html;
 mod of_campaign;
 mod of_model;
+mod of_models;
 mod of_records;
 mod sections;
 pub mod trace;
 
 pub use of_campaign::of_campaign;
 pub use of_model::of_model;
+pub use of_models::of_models;
 pub use of_records::of_records;
 
 use serde::{Deserialize, Serialize};
@@ -61,7 +63,25 @@ pub struct Report {
     pub journal: Vec<JournalRow>,
     pub releases: Vec<ReleaseReport>,
     pub training: Option<TrainingReport>,
+    /// Where it is about several models.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sides: Vec<SideReport>,
     pub notes: Vec<String>,
+}
+
+/// One of several models of the same records.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SideReport {
+    pub model: String,
+    pub effects: Vec<String>,
+    /// Numbers that were fitted.
+    pub numbers: usize,
+    pub residual_rms_deg: f64,
+    pub residual_over_noise: f64,
+    pub held_out_over_noise: Option<f64>,
+    /// Difference of BIC in favour of this model against the first.
+    pub bic_gain: f64,
+    pub parameters: Vec<(String, Quantity)>,
 }
 
 /// Who made it, when and how.
@@ -177,6 +197,9 @@ pub struct Estimate {
     pub natural_frequency_rad_s: Quantity,
     pub damping_ratio: Quantity,
     pub residual_rms_deg: Option<f64>,
+    /// Of a second-order model with these values; none where the release's last model is meant.
+    #[serde(default)]
+    pub residual_over_noise: Option<f64>,
     /// Remarks.
     pub remarks: Vec<String>,
 }
@@ -302,6 +325,7 @@ impl Report {
             journal: Vec::new(),
             releases: Vec::new(),
             training: None,
+            sides: Vec::new(),
             notes: Vec::new(),
         }
     }

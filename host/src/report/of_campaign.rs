@@ -1,7 +1,7 @@
 //! The report of a campaign: its derivatives, and what the joint fit of its releases lacks.
 
 use super::criticism::{candidates, effects, pairs, status, steps, verdict, SECOND_ORDER};
-use super::of_records::{analysis, blank, drawn_release, method_name, with_effects};
+use super::of_records::{analysis, blank, drawn_release, method_name, over_noise, with_effects};
 use super::{
     Criticism, Estimate, Kind, Made, PointReport, ReleaseReport, Report, SettingRow, SourceFile,
     TRACE_NUMBERS,
@@ -70,7 +70,7 @@ pub fn of_campaign(
     for index in 0..count {
         interrupt::check()?;
         report.sources.push(SourceFile::of(&file.record_path(index))?);
-        report.releases.push(release(&file, &diagnosed, &table, index)?);
+        report.releases.push(release(&file, options, &diagnosed, &table, index)?);
     }
     Ok(report)
 }
@@ -103,14 +103,15 @@ fn criticism(diagnosed: &Diagnosed) -> Criticism {
 
 fn release(
     file: &CampaignFile,
+    options: &Options,
     diagnosed: &Diagnosed,
     table: &Table,
     index: usize,
 ) -> Result<ReleaseReport> {
     let entry = &file.campaign.release[index];
     let record = yawrig_records::read(&file.record_path(index))?;
-    let (swing, plain, last) =
-        (&diagnosed.swings[index], &diagnosed.plain[index], &diagnosed.last[index]);
+    let (decay, plain, last) =
+        (&diagnosed.decays[index], &diagnosed.plain[index], &diagnosed.last[index]);
     let with = with_effects(last);
     let mut models: Vec<(&str, &Fitted)> = vec![(SECOND_ORDER, plain)];
     if !last.structure.effects.is_empty() {
@@ -124,6 +125,12 @@ fn release(
             natural_frequency_rad_s: row.natural_frequency_rad_s,
             damping_ratio: row.damping_ratio,
             residual_rms_deg: None,
+            residual_over_noise: Some(over_noise(
+                decay,
+                row.natural_frequency_rad_s.value,
+                row.damping_ratio.value,
+                options.zero_unknown,
+            )),
             remarks: row.flags.iter().map(|f| f.reason().to_owned()).collect(),
         },
         Estimate {
@@ -131,6 +138,7 @@ fn release(
             natural_frequency_rad_s: verdict.natural_frequency_rad_s,
             damping_ratio: verdict.damping_ratio,
             residual_rms_deg: None,
+            residual_over_noise: None,
             remarks: Vec::new(),
         },
     ];
@@ -138,7 +146,7 @@ fn release(
         "{} ({}, {} axis, {} m/s)",
         entry.file, entry.spring, entry.axis, entry.wind_speed_m_s
     );
-    let numbers = TRACE_NUMBERS / diagnosed.swings.len();
+    let numbers = TRACE_NUMBERS / diagnosed.decays.len();
     let release = ReleaseReport { estimates, ..blank(name) };
-    Ok(drawn_release(&record, swing, &models, &models, numbers, release))
+    Ok(drawn_release(&record, decay, &models, &models, numbers, release))
 }

@@ -47,11 +47,11 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
     let mut wheres = Vec::new();
     for recorded in recorded {
         interrupt::check()?;
-        let swing = &recorded.swing;
+        let decay = &recorded.decay;
         let record = yawrig_records::read(&recorded.path)?;
         report.sources.push(SourceFile::of(&recorded.path)?);
         let fit = held_against(&model, recorded, 1.0)?;
-        let plain = fit_plain(swing, model.unknown_zero, swing.yaw_rad.len());
+        let plain = fit_plain(decay, model.unknown_zero, decay.yaw_rad.len());
         let with = with_effects(&fit);
         let mut models: Vec<(&str, &Fitted)> = vec![(SECOND_ORDER, &plain)];
         if !model.effects.is_empty() {
@@ -59,7 +59,7 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
         }
         let name = recorded.path.display().to_string();
         if name == appraisal.where_file {
-            wheres = models.iter().map(|(n, m)| ((*n).to_owned(), locate(swing, m))).collect();
+            wheres = models.iter().map(|(n, m)| ((*n).to_owned(), locate(decay, m))).collect();
         }
         let condition =
             appraisal.conditions.iter().find(|c| c.condition == recorded.entry.condition);
@@ -67,7 +67,8 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
             method: "the model".to_owned(),
             natural_frequency_rad_s: c.modal.natural_frequency_rad_s,
             damping_ratio: c.modal.damping_ratio,
-            residual_rms_deg: Some(swing.raw_rms_deg(fit.rms_rad())),
+            residual_rms_deg: Some(decay.raw_rms_deg(fit.rms_rad())),
+            residual_over_noise: None,
             remarks: Vec::new(),
         });
         let held_out = recorded.entry.held_out;
@@ -76,7 +77,7 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
             estimates: estimates.into_iter().collect(),
             ..blank(name)
         };
-        report.releases.push(drawn_release(&record, swing, &models, &models, numbers, release));
+        report.releases.push(drawn_release(&record, decay, &models, &models, numbers, release));
     }
     report.criticism = Some(Criticism {
         status: None,

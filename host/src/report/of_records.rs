@@ -13,8 +13,8 @@ use yawrig_base::interrupt;
 use yawrig_core::diagnosis::amplitude::picture;
 use yawrig_core::diagnosis::compare::locate;
 use yawrig_core::diagnosis::diagnose::{diagnose_with_fits, Diagnosed, Options};
-use yawrig_core::fit::fitting::Fitted;
-use yawrig_core::fit::swing::Swing;
+use yawrig_core::fit::fitting::{fit_plain_within, Fitted, Limit, Number, Structure};
+use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::identify::{self, identify, Method};
 use yawrig_core::record::Record;
 
@@ -57,10 +57,11 @@ pub fn of_records(
         let methods = [Method::LeastSquares, Method::Conventional, Method::Network];
         let identified = identify(&record, &methods, settings)?;
         let diagnosed = diagnose_with_fits(&record, options)?;
-        for warning in &diagnosed.swing.warnings {
+        for warning in &diagnosed.decay.warnings {
             crate::say!("yawrig: warning: {warning}");
         }
-        let estimates = identified.estimates.iter().map(estimate).collect();
+        let of = |e: &identify::Estimate| estimate(e, &diagnosed.decay, options.zero_unknown);
+        let estimates = identified.estimates.iter().map(of).collect();
         let notes = identified
             .unavailable
             .iter()
@@ -104,12 +105,34 @@ pub(super) fn method_name(method: Method) -> &'static str {
     }
 }
 
-fn estimate(estimate: &identify::Estimate) -> Estimate {
+/// Residual over noise of the second-order model with these values, as everywhere on block means: the release's own
+/// initial state is fitted, and its zero where that is unknown.
+pub(super) fn over_noise(
+    decay: &FreeDecay,
+    natural_frequency_rad_s: f64,
+    damping_ratio: f64,
+    zero_unknown: bool,
+) -> f64 {
+    let fixed = |number, value| Limit { number, low: value, high: value };
+    let structure = Structure {
+        zero_unknown,
+        limits: vec![
+            fixed(Number::NaturalFrequency, natural_frequency_rad_s),
+            fixed(Number::DampingRatio, damping_ratio),
+        ],
+        ..Structure::default()
+    };
+    fit_plain_within(decay, &structure, decay.yaw_rad.len()).over_noise(decay)
+}
+
+fn estimate(estimate: &identify::Estimate, decay: &FreeDecay, zero_unknown: bool) -> Estimate {
+    let (wn, zeta) = (estimate.natural_frequency_rad_s, estimate.damping_ratio);
     Estimate {
         method: method_name(estimate.method).to_owned(),
         natural_frequency_rad_s: estimate.natural_frequency_rad_s,
         damping_ratio: estimate.damping_ratio,
         residual_rms_deg: Some(estimate.residual_rms_deg),
+        residual_over_noise: Some(over_noise(decay, wn.value, zeta.value, zero_unknown)),
         remarks: estimate.flags.iter().map(|f| f.reason().to_owned()).collect(),
     }
 }
@@ -121,7 +144,7 @@ fn release(
     numbers: usize,
     sentence: &mut String,
 ) -> ReleaseReport {
-    let Diagnosed { diagnosis: d, swing, singles, path } = diagnosed;
+    let Diagnosed { diagnosis: d, decay, singles, path } = diagnosed;
     *sentence = verdict(d.status, &d.effects);
     let (plain, last) = (&path[0], path.last().expect("a model"));
     let with = with_effects(last);
@@ -130,7 +153,7 @@ fn release(
         models.push((&with, last));
     }
     let values_of = d.steps.last().map(|s| s.parameters.clone()).unwrap_or_default();
-    let wheres = models.iter().map(|(n, m)| ((*n).to_owned(), locate(swing, m))).collect();
+    let wheres = models.iter().map(|(n, m)| ((*n).to_owned(), locate(decay, m))).collect();
     let criticism = Criticism {
         status: Some(status(d.status)),
         steps: steps(&d.steps, SECOND_ORDER),
@@ -151,7 +174,7 @@ fn release(
     drawn.extend(alone.filter(|(_, m)| !known(&m.structure.effects)).take(CANDIDATES));
     drawn_release(
         record,
-        swing,
+        decay,
         &models,
         &drawn,
         numbers,
@@ -188,7 +211,7 @@ pub(super) fn blank(name: String) -> ReleaseReport {
 /// `release` with its drawings: `models` over the record, `predicted` over amplitude.
 pub(super) fn drawn_release(
     record: &Record,
-    swing: &Swing,
+    decay: &FreeDecay,
     models: &[(&str, &Fitted)],
     predicted: &[(&str, &Fitted)],
     numbers: usize,
@@ -197,10 +220,10 @@ pub(super) fn drawn_release(
     ReleaseReport {
         samples: record.len(),
         rate_hz: record.timing().rate_hz,
-        noise_rms_deg: Some(swing.sample_noise_rad.to_degrees()),
-        residual_over_noise: models.iter().map(|(_, m)| m.over_noise(swing)).collect(),
-        trace: Some(trace::of(swing, models, values(numbers, 2 + 2 * models.len()))),
-        amplitude: Some(picture(swing, predicted)),
+        noise_rms_deg: Some(decay.sample_noise_rad.to_degrees()),
+        residual_over_noise: models.iter().map(|(_, m)| m.over_noise(decay)).collect(),
+        trace: Some(trace::of(decay, models, values(numbers, 2 + 2 * models.len()))),
+        amplitude: Some(picture(decay, predicted)),
         ..release
     }
 }

@@ -20,6 +20,7 @@ pub fn body(report: &Report) -> Result<String> {
     if let Some(criticism) = &report.criticism {
         add("model", "What the second-order model lacks", lacking(criticism)?);
     }
+    add("models", "Models side by side", sides(report));
     add("releases", "Releases", releases(report)?);
     if let Some(training) = &report.training {
         let chart = figure(&charts::training(training))?;
@@ -194,7 +195,7 @@ fn lacking(c: &Criticism) -> Result<String> {
             [escaped(&c.effect), format!("{:.4}", c.residual_over_noise), evidence]
         };
         out.push_str("<h3>Every effect alone</h3>\n");
-        let header = ["effect", "residual / noise", "evidence"];
+        let header = ["effect", "residual / noise", "difference of BIC"];
         out.push_str(&table(&header, 1, c.candidates.iter().map(row)));
     }
     if let Some(chart) = charts::laws(c) {
@@ -310,7 +311,11 @@ fn rows(release: &ReleaseReport) -> Vec<[String; HEADER.len()]> {
             shown(e.map(|e| e.damping_ratio)),
             digits(e.and_then(|e| e.residual_rms_deg), 5),
             digits(release.noise_rms_deg, 4),
-            digits(release.residual_over_noise.last().copied(), 3),
+            digits(
+                e.and_then(|e| e.residual_over_noise)
+                    .or(release.residual_over_noise.last().copied()),
+                3,
+            ),
             digits(release.truth.map(|t| t[0]), 5),
             digits(release.truth.map(|t| t[1]), 6),
         ]
@@ -359,6 +364,44 @@ fn drawn(release: &ReleaseReport, index: usize, open: bool, room: usize) -> Resu
     }
     out.push_str("</details>\n");
     Ok(out)
+}
+
+/// A column for each model.
+fn sides(report: &Report) -> String {
+    let sides = &report.sides;
+    if sides.is_empty() {
+        return String::new();
+    }
+    let header: Vec<&str> =
+        std::iter::once("").chain(sides.iter().map(|s| s.model.as_str())).collect();
+    let row = |name: &str, of: &dyn Fn(&super::SideReport) -> String| {
+        std::iter::once(escaped(name)).chain(sides.iter().map(of)).collect::<Vec<_>>()
+    };
+    let mut rows = vec![
+        row("effects", &|s| match s.effects.is_empty() {
+            true => "none".to_owned(),
+            false => escaped(&s.effects.join(", ")),
+        }),
+        row("numbers fitted", &|s| s.numbers.to_string()),
+        row("residual (deg)", &|s| format!("{:.4}", s.residual_rms_deg)),
+        row("residual / noise", &|s| format!("{:.4}", s.residual_over_noise)),
+        row("held out / noise", &|s| {
+            s.held_out_over_noise.map_or("-".to_owned(), |x| format!("{x:.4}"))
+        }),
+        row("difference of BIC to the first", &|s| format!("{:+.1}", s.bic_gain)),
+    ];
+    let mut names: Vec<&String> = Vec::new();
+    for (name, _) in sides.iter().flat_map(|s| &s.parameters) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    for name in names {
+        rows.push(row(name, &|s| {
+            shown(s.parameters.iter().find(|(n, _)| n == name).map(|(_, q)| *q))
+        }));
+    }
+    table(&header, 1, rows)
 }
 
 fn journal(report: &Report) -> String {

@@ -3,7 +3,7 @@
 use crate::drawn::{decimated, times};
 use serde::{Deserialize, Serialize};
 use yawrig_core::fit::fitting::Fitted;
-use yawrig_core::fit::swing::Swing;
+use yawrig_core::fit::free_decay::FreeDecay;
 
 /// A free decay with what models make of it. Times from the release.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,14 +31,14 @@ pub fn values(numbers: usize, curves: usize) -> usize {
     (numbers / curves.max(1)).max(FEWEST)
 }
 
-/// `swing` and `models` in at most `most` values each: the whole, or the least and the largest value of each of half as
+/// `decay` and `models` in at most `most` values each: the whole, or the least and the largest value of each of half as
 /// many stretches, in the order in which they come.
-pub fn of(swing: &Swing, models: &[(&str, &Fitted)], most: usize) -> Trace {
-    let time_s: Vec<f64> = (0..swing.yaw_rad.len()).map(|k| swing.grid.time_s(k)).collect();
+pub fn of(decay: &FreeDecay, models: &[(&str, &Fitted)], most: usize) -> Trace {
+    let time_s: Vec<f64> = (0..decay.yaw_rad.len()).map(|k| decay.grid.time_s(k)).collect();
     let degrees = |rad: &[f64]| -> Vec<f64> { rad.iter().map(|y| y.to_degrees()).collect() };
-    let measured = degrees(&swing.yaw_rad);
+    let measured = degrees(&decay.yaw_rad);
     let models = models.iter().map(|(name, model)| {
-        let yaw = degrees(&model.readings(&swing.grid));
+        let yaw = degrees(&model.readings(&decay.grid));
         let residual: Vec<f64> = measured.iter().zip(&yaw).map(|(y, m)| y - m).collect();
         ModelTrace {
             name: (*name).to_owned(),

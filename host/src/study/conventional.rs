@@ -12,6 +12,7 @@ use yawrig_base::error::Result;
 use yawrig_base::interrupt;
 use yawrig_core::identify::{identify, Identification, Method, Settings};
 use yawrig_core::record::Record;
+use yawrig_core::statistics::median;
 
 /// wn in rad/s and zeta of the three responses.
 pub const SAMPLES: [(f64, f64); 3] = [(7.5, 0.012), (15.5, 0.003), (23.5, 0.006)];
@@ -148,7 +149,8 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
             for ((method, curve), off) in methods.iter().zip(&mut curves).zip(&mut off) {
                 let values: Vec<[f64; 2]> =
                     all.iter().filter_map(|found| value(found, *method)).collect();
-                let middle = [0, 1].map(|k| median(values.iter().map(|v| v[k]).collect()));
+                let middle =
+                    [0, 1].map(|k| median(&mut values.iter().map(|v| v[k]).collect::<Vec<_>>()));
                 row.push(pair((middle[0], middle[1])));
                 let largest =
                     values.iter().map(|v| 100.0 * (v[1] / zeta - 1.0).abs()).fold(0.0, f64::max);
@@ -189,13 +191,4 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
         });
     }
     Ok(Outcome { tables, findings, plots })
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    match values.len() {
-        0 => f64::NAN,
-        n if n % 2 == 1 => values[n / 2],
-        n => 0.5 * (values[n / 2 - 1] + values[n / 2]),
-    }
 }

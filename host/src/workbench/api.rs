@@ -6,6 +6,7 @@ use super::own::Form;
 use super::session::Use;
 use super::work::Job;
 use super::{show, state};
+use crate::campaign::plan::Wanted;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
@@ -165,6 +166,8 @@ pub enum Act {
     /// Follows a device.
     Connect {
         device: String,
+        /// How many times as fast as a real rig the built-in rig swings before an emulated one.
+        speed: Option<f64>,
     },
     Disconnect,
     Record,
@@ -172,6 +175,13 @@ pub enum Act {
     Mark {
         text: String,
     },
+    /// The coming releases of the device are made under this condition, or through this campaign.
+    Measure {
+        wanted: Box<Wanted>,
+    },
+    /// Leaves out the release that is next in it, or makes the last one again.
+    Skip,
+    Back,
     /// Shows a stored session again.
     Replay {
         session: PathBuf,
@@ -228,12 +238,15 @@ fn do_it(app: &Arc<App>, act: Act) -> yawrig_base::error::Result<Value> {
             app.news.all_may_differ();
             return Ok(json!({"release": id}));
         }
-        Act::Connect { device } => app.follow(&device)?,
+        Act::Connect { device, speed } => app.follow(&device, speed.unwrap_or(1.0))?,
         Act::Replay { session } => live::replay(&app.live, &session)?,
         Act::Disconnect => order(Order::Leave)?,
         Act::Record => order(Order::Record)?,
         Act::StopRecording => order(Order::StopRecording)?,
         Act::Mark { text } => order(Order::Mark(text))?,
+        Act::Measure { wanted } => order(Order::Measure(wanted))?,
+        Act::Skip => order(Order::Skip)?,
+        Act::Back => order(Order::Back)?,
         Act::Play => order(Order::Play)?,
         Act::Pause => order(Order::Pause)?,
         Act::Speed { times } => order(Order::Speed(times))?,

@@ -46,13 +46,14 @@ impl App {
         }
     }
 
-    /// Follows a device; each release that is recorded of it joins the list.
+    /// Follows a device; each release that is recorded of it joins the list. The built-in rig before an emulated one
+    /// swings `speed` times as fast as a real rig.
     ///
     /// # Errors
     /// Those of [`live::follow`].
-    pub fn follow(self: &Arc<Self>, device: &str) -> Result<()> {
+    pub fn follow(self: &Arc<Self>, device: &str, speed: f64) -> Result<()> {
         let app = self.clone();
-        live::follow(&self.live, device, move |record| app.take_in(record))
+        live::follow(&self.live, device, speed, move |record| app.take_in(record))
     }
 
     fn take_in(&self, record: &Path) {

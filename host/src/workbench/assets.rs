@@ -36,6 +36,7 @@ pub fn at(path: &str) -> Option<Asset> {
         "/steps.js" => script!("steps"),
         "/derivatives.js" => script!("derivatives"),
         "/live.js" => script!("live"),
+        "/measure.js" => script!("measure"),
         "/replay.js" => script!("replay"),
         "/icon.svg" => asset!("image/svg+xml", "workbench/icon.svg"),
         _ => return None,

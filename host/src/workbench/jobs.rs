@@ -150,7 +150,7 @@ fn run(app: &Arc<App>, job: &Job) -> Result<String> {
         Job::Return { step, why } => {
             let asked = taken.asked(&format!("history --return {step}"), why.as_deref());
             let taken = unfitted::return_to(&taken.path, *step, &asked)?;
-            Ok(format!("step {} takes up step {step} again", taken.step))
+            Ok(format!("step {} returns to step {step}", taken.step))
         }
         Job::Diagnose { release } => diagnose(app, &taken, *release),
         Job::Judge => judge(app, &taken),
@@ -194,8 +194,8 @@ fn presented(standing: &Standing) -> &'static str {
 fn diagnose(app: &Arc<App>, taken: &Taken, id: usize) -> Result<String> {
     let source = app.session().release(id)?.source.clone();
     let loaded = source.loaded().map_err(Clone::clone)?;
-    let swing = loaded.swing.as_ref().map_err(Clone::clone)?;
-    let options = options(taken.standing.model.as_deref(), swing, taken.unknown_zero, &taken.own)?;
+    let decay = loaded.decay.as_ref().map_err(Clone::clone)?;
+    let options = options(taken.standing.model.as_deref(), decay, taken.unknown_zero, &taken.own)?;
     let diagnosed = diagnose_with_fits(&loaded.record, &options)?;
     interrupt::check()?;
     let ghosts: Vec<Ghost> = ghosts(&diagnosed);
@@ -221,7 +221,7 @@ fn ghosts(diagnosed: &Diagnosed) -> Vec<Ghost> {
         .filter_map(|effect| {
             let single =
                 diagnosed.singles.iter().find(|s| s.structure.effects.last() == Some(effect))?;
-            Some(Ghost::of(&diagnosed.swing, present, single.clone(), effect.clone()))
+            Some(Ghost::of(&diagnosed.decay, present, single.clone(), effect.clone()))
         })
         .collect()
 }
@@ -250,13 +250,13 @@ fn judge(app: &Arc<App>, taken: &Taken) -> Result<String> {
 fn try_effect(app: &Arc<App>, taken: &Taken, id: usize, effect: Effect) -> Result<String> {
     let source = app.session().release(id)?.source.clone();
     let loaded = source.loaded().map_err(Clone::clone)?;
-    let swing = loaded.swing.as_ref().map_err(Clone::clone)?;
+    let decay = loaded.decay.as_ref().map_err(Clone::clone)?;
     let model = taken.standing.model.as_deref();
     revise::check_addable(&model.cloned().unwrap_or_default(), effect.clone())?;
-    let options = options(model, swing, taken.unknown_zero, &taken.own)?;
-    let ghost = Ghost::fit(swing, &options, effect.clone())?;
+    let options = options(model, decay, taken.unknown_zero, &taken.own)?;
+    let ghost = Ghost::fit(decay, &options, effect.clone())?;
     let text = format!(
-        "{effect} tried in this release: residual over noise {:.2}, evidence {:.0}",
+        "{effect} tried in this release: residual over noise {:.2}, difference of BIC {:.0}",
         ghost.over_noise, ghost.evidence
     );
     app.session().ghosts.insert((id, taken.standing.key, effect), Arc::new(ghost));

@@ -17,19 +17,21 @@ use yawrig_link::live::sessions::{self, Listed};
 use yawrig_link::live::stored::Stored;
 use yawrig_link::port;
 
-/// Follows a device: `emulated`, or a port's path. `keep` is given the file of each release that is recorded of it.
+/// Follows a device: `emulated`, or a port's path; before an emulated one the built-in rig swings `speed` (0.01 to 1000)
+/// times as fast as a real rig. `keep` is given the file of each release that is recorded of it.
 ///
 /// # Errors
 /// Exit 2 where something is shown already. What is wrong with the device itself is shown later.
 pub fn follow(
     shown: &Arc<Shown>,
     device: &str,
+    speed: f64,
     keep: impl Fn(&Path) + Send + 'static,
 ) -> Result<()> {
     let Ok(target) = device.parse::<Target>();
     shown.begin(
         |seen| seen.begin(device, None),
-        move |shown, orders| following::follow(shown, &target, orders, &keep),
+        move |shown, orders| following::follow(shown, &target, speed, orders, &keep),
     )
 }
 

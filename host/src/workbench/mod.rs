@@ -55,7 +55,7 @@ pub fn serve(options: &ServeOptions, ready: impl FnOnce(&str) -> Result<()>) -> 
     };
     ready(&url)?;
     if let Some(device) = &options.device {
-        app.follow(device)?;
+        app.follow(device, 1.0)?;
     }
     crate::say!("the page is at that address for as long as this runs; Ctrl-C ends it");
     if options.open {

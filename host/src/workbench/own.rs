@@ -67,7 +67,10 @@ impl Form {
         out.text.push_str("   # rad/s2\n[parameters]\n");
         for (k, p) in self.parameters.iter().enumerate() {
             let field = |name: &str| format!("parameters.{k}.{name}");
-            out.put("", &p.name, false, field("name"));
+            // What is no bare key in quotes, so that it is judged as a name.
+            let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_';
+            let is_quoted = p.name.is_empty() || !p.name.chars().all(is_bare);
+            out.put("", &p.name, is_quoted, field("name"));
             out.put(" = { unit = ", &p.unit, true, field("unit"));
             out.put(", start = ", &p.start, false, field("start"));
             for (name, value) in [("min", &p.min), ("max", &p.max)] {
@@ -159,8 +162,8 @@ pub fn preview(app: &Arc<App>, release: Option<usize>, form: &Form) -> Value {
         match view {
             Some(view) => {
                 let wn = view.modal.natural_frequency_rad_s.value;
-                let yaw = view.swing.amplitude_rad;
-                (wn, view.swing.wind_speed_m_s, yaw, yaw * wn)
+                let yaw = view.decay.amplitude_rad;
+                (wn, view.decay.wind_speed_m_s, yaw, yaw * wn)
             }
             None => (7.5, 0.0, 0.26, 2.0),
         }
@@ -252,7 +255,6 @@ mod tests {
         let mut wrong = form("-c * sign(r)");
         wrong.parameters[0].start = "0".into();
         assert_eq!(at(&wrong), ("parameters.0.start".into(), 0, 1));
-        // In words of its own, not the parser's.
         for (typed, what, width) in [
             ("five", "start is to be a number, and not five", 4),
             ("0,05", "start is to be a number, and not 0,05", 4),

@@ -17,6 +17,7 @@ use yawrig_base::error::{Error, Result};
 use yawrig_core::diagnosis::campaign::CampaignDiagnosis;
 use yawrig_core::diagnosis::diagnose::Diagnosed;
 use yawrig_core::effects::Effect;
+use yawrig_records::place::{canonical, is_file};
 
 /// Views and trials kept, over all models.
 const MOST_KEPT: usize = 400;
@@ -47,7 +48,7 @@ impl RecordSource {
     pub fn fault(&self) -> Option<&Error> {
         match self.loaded.get()? {
             Err(error) => Some(error),
-            Ok(loaded) => loaded.swing.as_ref().err(),
+            Ok(loaded) => loaded.decay.as_ref().err(),
         }
     }
 }
@@ -125,6 +126,8 @@ pub struct Session {
     pub diagnosed: HashMap<(usize, u64), Arc<Diagnosed>>,
     pub ghosts: HashMap<(usize, u64, Effect), Arc<Ghost>>,
     pub judged: Option<Arc<CampaignDiagnosis>>,
+    /// Why no step can be taken.
+    pub read_only: Option<String>,
 }
 
 impl Session {
@@ -144,7 +147,13 @@ impl Session {
                     .help("give one model.toml, or records and --model"))
             }
         };
-        yawrig_base::files::check_writable(&model_path)?;
+        let read_only = yawrig_base::files::check_writable(&model_path).err();
+        if let Some(why) = &read_only {
+            crate::say!(
+                "yawrig: warning: {}; the page opens to look, and no step can be taken",
+                why.message
+            );
+        }
         let files: Vec<PathBuf> = files.into_iter().cloned().collect();
         let mut campaign = None;
         for file in files.iter().filter(is_toml) {
@@ -165,6 +174,7 @@ impl Session {
             diagnosed: HashMap::new(),
             ghosts: HashMap::new(),
             judged: None,
+            read_only: read_only.map(|why| why.message),
             model_path,
         };
         session.standing = Standing::read(&session.model_path);
@@ -226,10 +236,9 @@ impl Session {
             .collect();
         let is_bad = |path: PathBuf| {
             let same = |other: &&PathBuf| {
-                **other == path
-                    || path.exists() && other.canonicalize().ok() == path.canonicalize().ok()
+                **other == path || is_file(&path) && canonical(other).ok() == canonical(&path).ok()
             };
-            !path.is_file() || bad.iter().any(same)
+            !is_file(&path) || bad.iter().any(same)
         };
         Some(campaign.only(|index| !is_bad(campaign.record_path(index))))
     }
@@ -239,10 +248,10 @@ impl Session {
         let first = self.releases.first()?.source.path.parent()?.join("campaign.toml");
         let campaign = CampaignFile::read_listed(&first).ok()?;
         let paths: Vec<Option<PathBuf>> = (0..campaign.campaign.release.len())
-            .map(|k| campaign.record_path(k).canonicalize().ok())
+            .map(|k| canonical(&campaign.record_path(k)).ok())
             .collect();
         let all = self.releases.iter().all(|r| {
-            r.entry.made_under.is_some() && paths.contains(&r.source.path.canonicalize().ok())
+            r.entry.made_under.is_some() && paths.contains(&canonical(&r.source.path).ok())
         });
         all.then(|| Arc::new(campaign))
     }
@@ -259,9 +268,9 @@ impl Session {
     /// Adds a release, unless it is there already; `fault` is what is known to be wrong with it before it is read.
     pub fn include(&mut self, entry: RecordEntry, fault: Option<Error>, used: Use) -> usize {
         let path = Model::record_path(&self.model_path, &entry);
-        let same = path.canonicalize().ok();
+        let same = canonical(&path).ok();
         if let Some(k) = self.releases.iter().position(|r| {
-            r.source.path == path || same.is_some() && r.source.path.canonicalize().ok() == same
+            r.source.path == path || same.is_some() && canonical(&r.source.path).ok() == same
         }) {
             return k;
         }

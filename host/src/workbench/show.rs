@@ -18,7 +18,7 @@ use yawrig_core::diagnosis::diagnose::{verdict, SECOND_ORDER};
 use yawrig_core::effects::Card;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::Fitted;
-use yawrig_core::fit::swing::Swing;
+use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::quantity::Quantity;
 use yawrig_records::format;
 
@@ -78,8 +78,8 @@ pub fn curves(
     if let Some(view) = &view {
         out["model_deg"] = json!(shorts(view.curves.model.drawn(&stretches)));
         out["residual_deg"] = json!(shorts(view.curves.residual.drawn(&stretches)));
-        out["noise_deg"] = json!(short(view.swing.noise_rad.to_degrees()));
-        out["release_s"] = json!(short(view.swing.release_time_s));
+        out["noise_deg"] = json!(short(view.decay.noise_rad.to_degrees()));
+        out["release_s"] = json!(short(view.decay.release_time_s));
     }
     if let Some(ghost) = &ghost {
         out["ghost"] = json!(ghost.effect);
@@ -96,14 +96,14 @@ fn find_ghost(session: &Session, id: usize, effect: &str) -> Option<Arc<Ghost>> 
 }
 
 /// The fit's means between two instants of the record's clock.
-fn part(swing: &Swing, fitted: &Fitted, [from, to]: [Option<f64>; 2]) -> Range<usize> {
+fn part(decay: &FreeDecay, fitted: &Fitted, [from, to]: [Option<f64>; 2]) -> Range<usize> {
     let count = fitted.residuals.len();
     let index = |time_s: f64| {
-        let k = (time_s - swing.release_time_s - swing.grid.start_s) / swing.grid.step_s;
+        let k = (time_s - decay.release_time_s - decay.grid.start_s) / decay.grid.step_s;
         (k.round().max(0.0) as usize).min(count)
     };
     let range = from.map_or(0, index)..to.map_or(count, index);
-    let least = (LEAST_CYCLES * swing.per_cycle()) as usize;
+    let least = (LEAST_CYCLES * decay.per_cycle()) as usize;
     if range.len() < least {
         0..count
     } else {
@@ -156,15 +156,15 @@ pub fn view(app: &App, id: usize, span: [Option<f64>; 2], ghost: Option<&str>) -
             Some(view) => (view.clone()?, ghost.and_then(|g| find_ghost(&session, id, g)), ghosts),
         }
     };
-    let swing = &view.swing;
+    let decay = &view.decay;
     let is_whole = span == [None, None];
     let where_ = match is_whole {
         true => where_json(&view.where_),
-        false => where_json(&locate_within(swing, &view.fitted, part(swing, &view.fitted, span))),
+        false => where_json(&locate_within(decay, &view.fitted, part(decay, &view.fitted, span))),
     };
     let w = &view.where_;
     let is_white = w.correlation.abs() <= w.correlation_of_white;
-    let predicted = |p: &yawrig_core::diagnosis::amplitude::Prediction| json!({"name": p.name, "points": points_json(&p.points, swing.release_time_s)});
+    let predicted = |p: &yawrig_core::diagnosis::amplitude::Prediction| json!({"name": p.name, "points": points_json(&p.points, decay.release_time_s)});
     let trial = |g: &Arc<Ghost>| {
         let points = g.picture.predictions.first().map(predicted);
         json!({"effect": g.effect, "title": g.effect.card().title, "points": points.map(|p| p["points"].clone())})
@@ -176,11 +176,11 @@ pub fn view(app: &App, id: usize, span: [Option<f64>; 2], ghost: Option<&str>) -
         "correlation": short(w.correlation),
         "correlation_of_white": short(w.correlation_of_white),
         "is_white": is_white,
-        "noise_rms_deg": short(swing.sample_noise_rad.to_degrees()),
-        "residual_rms_deg": short(swing.raw_rms_deg(view.fitted.rms_rad())),
+        "noise_rms_deg": short(decay.sample_noise_rad.to_degrees()),
+        "residual_rms_deg": short(decay.raw_rms_deg(view.fitted.rms_rad())),
         "natural_frequency_rad_s": quantity(view.modal.natural_frequency_rad_s),
         "damping_ratio": quantity(view.modal.damping_ratio),
-        "measured": points_json(&view.picture.measured, swing.release_time_s),
+        "measured": points_json(&view.picture.measured, decay.release_time_s),
         "predicted": view.picture.predictions.first().map(predicted),
         "trials": ghosts.iter().map(trial).collect::<Vec<_>>(),
         "where": where_,
@@ -200,7 +200,7 @@ pub fn view(app: &App, id: usize, span: [Option<f64>; 2], ghost: Option<&str>) -
             "evidence": short(ghost.evidence),
             "where": match is_whole {
                 true => where_json(&ghost.where_),
-                false => where_json(&locate_within(swing, &ghost.fitted, part(swing, &ghost.fitted, span))),
+                false => where_json(&locate_within(decay, &ghost.fitted, part(decay, &ghost.fitted, span))),
             },
             "parameters": parameters
                 .filter(|(name, _)| name.starts_with(&own))

@@ -50,6 +50,7 @@ fn model(session: &Session) -> Value {
         "file": session.model_path.display().to_string(),
         "exists": model.is_some(),
         "edited": is_edited,
+        "read_only": session.read_only,
         "fault": wrong.as_ref().map(fault),
         "effects": effects.collect::<Vec<_>>(),
         "ticks_changed": session.are_ticks_changed(),

@@ -14,7 +14,7 @@ use yawrig_core::diagnosis::diagnose::{self, Options};
 use yawrig_core::diagnosis::search;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{fit_added, fit_plain_within, Fitted, Structure};
-use yawrig_core::fit::swing::Swing;
+use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::motion::simulate::Grid;
 use yawrig_core::record::Record;
 
@@ -26,7 +26,7 @@ const FINER: usize = 4;
 pub struct Loaded {
     pub record: Record,
     /// Its free decay, or why there is none.
-    pub swing: std::result::Result<Swing, Error>,
+    pub decay: std::result::Result<FreeDecay, Error>,
 }
 
 impl Loaded {
@@ -34,13 +34,13 @@ impl Loaded {
     /// Those of [`Record::read`].
     pub fn read(path: &Path, wind_speed_m_s: f64) -> Result<Self> {
         let record = yawrig_records::read(path)?;
-        let swing = Swing::of(&record).map(|swing| Swing { wind_speed_m_s, ..swing });
-        Ok(Self { record, swing: swing.map_err(Error::from) })
+        let decay = FreeDecay::of(&record).map(|decay| FreeDecay { wind_speed_m_s, ..decay });
+        Ok(Self { record, decay: decay.map_err(Error::from) })
     }
 
     pub fn recorded(&self, entry: &RecordEntry) -> Result<Recorded> {
-        let swing = Swing { stop: interrupt::stop(), ..self.swing.clone()? };
-        Ok(Recorded { entry: entry.clone(), path: self.record.file.clone(), swing })
+        let decay = FreeDecay { stop: interrupt::stop(), ..self.decay.clone()? };
+        Ok(Recorded { entry: entry.clone(), path: self.record.file.clone(), decay })
     }
 }
 
@@ -53,9 +53,9 @@ pub struct Curves {
 }
 
 impl Curves {
-    fn of(swing: &Swing, fitted: &Fitted) -> Self {
-        let grid = swing.grid;
-        let finer = FINER.min(swing.block.max(1));
+    fn of(decay: &FreeDecay, fitted: &Fitted) -> Self {
+        let grid = decay.grid;
+        let finer = FINER.min(decay.block.max(1));
         let fine = Grid {
             step_s: grid.step_s / finer as f64,
             count: (grid.count.saturating_sub(1)) * finer + 1,
@@ -63,7 +63,7 @@ impl Curves {
             ..grid
         };
         let clock = |grid: &Grid| {
-            (0..grid.count).map(|k| swing.release_time_s + grid.time_s(k)).collect::<Vec<_>>()
+            (0..grid.count).map(|k| decay.release_time_s + grid.time_s(k)).collect::<Vec<_>>()
         };
         let degrees = |values: Vec<f64>| values.into_iter().map(f64::to_degrees).collect();
         let residual = fitted.residuals.iter().map(|r| -r.to_degrees()).collect();
@@ -88,12 +88,12 @@ pub struct States {
 const MOST_STATES: usize = 2000;
 
 impl States {
-    fn of(swing: &Swing, fitted: &Fitted) -> Self {
-        let (yaw, rate) = fitted.motion().readings_and_rates(&swing.grid);
+    fn of(decay: &FreeDecay, fitted: &Fitted) -> Self {
+        let (yaw, rate) = fitted.motion().readings_and_rates(&decay.grid);
         let every = yaw.len().div_ceil(MOST_STATES).max(1);
         let chosen = || (0..yaw.len()).step_by(every);
         Self {
-            time_s: chosen().map(|k| swing.release_time_s + swing.grid.time_s(k)).collect(),
+            time_s: chosen().map(|k| decay.release_time_s + decay.grid.time_s(k)).collect(),
             yaw_deg: chosen().map(|k| yaw[k].to_degrees()).collect(),
             rate_deg_s: chosen().map(|k| rate[k].to_degrees()).collect(),
         }
@@ -103,7 +103,7 @@ impl States {
 /// One release and the present model.
 #[derive(Debug)]
 pub struct View {
-    pub swing: Swing,
+    pub decay: FreeDecay,
     pub fitted: Fitted,
     pub modal: Modal,
     pub curves: Curves,
@@ -126,26 +126,26 @@ impl View {
             Some(model) => (held_against(model, &recorded, 1.0)?, "the model"),
             None => {
                 let structure = Structure { zero_unknown: unknown_zero, ..Structure::default() };
-                let count = recorded.swing.yaw_rad.len();
-                (fit_plain_within(&recorded.swing, &structure, count), diagnose::SECOND_ORDER)
+                let count = recorded.decay.yaw_rad.len();
+                (fit_plain_within(&recorded.decay, &structure, count), diagnose::SECOND_ORDER)
             }
         };
         yawrig_base::interrupt::check()?;
-        let swing = recorded.swing;
+        let decay = recorded.decay;
         let known = model.and_then(|m| m.modal.get(&recorded.entry.condition)).and_then(modal_of);
         let [natural_frequency_rad_s, damping_ratio] =
             known.unwrap_or_else(|| [fitted.natural_frequency_rad_s(), fitted.damping_ratio()]);
-        let later = || diagnose::step(&swing, &fitted, 0).held_out_over_noise;
+        let later = || diagnose::step(&decay, &fitted, 0).held_out_over_noise;
         Ok(Self {
             modal: Modal { natural_frequency_rad_s, damping_ratio },
-            curves: Curves::of(&swing, &fitted),
-            states: States::of(&swing, &fitted),
-            picture: amplitude::picture(&swing, &[(name, &fitted)]),
-            where_: locate(&swing, &fitted),
-            over_noise: fitted.over_noise(&swing),
+            curves: Curves::of(&decay, &fitted),
+            states: States::of(&decay, &fitted),
+            picture: amplitude::picture(&decay, &[(name, &fitted)]),
+            where_: locate(&decay, &fitted),
+            over_noise: fitted.over_noise(&decay),
             later_over_noise: model.is_none().then(later),
-            is_explained: search::is_explained(&fitted, &swing),
-            swing,
+            is_explained: search::is_explained(&fitted, &decay),
+            decay,
             fitted,
         })
     }
@@ -165,13 +165,13 @@ pub struct Ghost {
 
 impl Ghost {
     /// `fitted` is the present model with the effect, `without` the present model, both fitted to this free decay.
-    pub fn of(swing: &Swing, without: &Fitted, fitted: Fitted, effect: Effect) -> Self {
+    pub fn of(decay: &FreeDecay, without: &Fitted, fitted: Fitted, effect: Effect) -> Self {
         Self {
             effect: effect.clone(),
-            curves: Curves::of(swing, &fitted),
-            picture: amplitude::picture(swing, &[(effect.id(), &fitted)]),
-            where_: locate(swing, &fitted),
-            over_noise: fitted.over_noise(swing),
+            curves: Curves::of(decay, &fitted),
+            picture: amplitude::picture(decay, &[(effect.id(), &fitted)]),
+            where_: locate(decay, &fitted),
+            over_noise: fitted.over_noise(decay),
             evidence: search::evidence(without, &fitted, fitted.effective_count()),
             fitted,
         }
@@ -181,11 +181,11 @@ impl Ghost {
     ///
     /// # Errors
     /// Exit 6 where the present model cannot be fitted to it, 130 where the work is stopped.
-    pub fn fit(swing: &Swing, options: &Options, effect: Effect) -> Result<Self> {
-        let without = search::present(swing, options)?;
-        let fitted = fit_added(swing, &without, &effect);
+    pub fn fit(decay: &FreeDecay, options: &Options, effect: Effect) -> Result<Self> {
+        let without = search::present(decay, options)?;
+        let fitted = fit_added(decay, &without, &effect);
         yawrig_base::interrupt::check()?;
-        Ok(Self::of(swing, &without, fitted, effect))
+        Ok(Self::of(decay, &without, fitted, effect))
     }
 }
 
@@ -195,7 +195,7 @@ impl Ghost {
 /// Exit 3 where bounds stand beside several conditions.
 pub fn options(
     model: Option<&Model>,
-    swing: &Swing,
+    decay: &FreeDecay,
     unknown_zero: bool,
     own: &[Effect],
 ) -> Result<Options> {
@@ -203,7 +203,7 @@ pub fn options(
         zero_unknown: unknown_zero || model.is_some_and(|m| m.unknown_zero),
         own: own.to_vec(),
         present: model.map(structure).transpose()?.unwrap_or_default(),
-        wind_speed_m_s: swing.wind_speed_m_s,
+        wind_speed_m_s: decay.wind_speed_m_s,
         stop: interrupt::stop(),
     })
 }

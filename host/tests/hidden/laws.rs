@@ -85,7 +85,16 @@ pub fn draw(effect: Effect, setup: &Setup, rng: &mut ChaCha8Rng) -> Vec<f64> {
         Effect::SensorNonlinearity => vec![0.05 * either / a],
         Effect::BaselineDrift => vec![0.08 * either * a / setup.duration],
         Effect::QuinticStiffness => vec![0.05 * either * wn * wn / a.powi(4)],
-        Effect::PendulumGravity | Effect::OddQuadraticStiffness | Effect::Own(_) => {
+        Effect::PowerDamping => {
+            let n = [0.5, 1.5, 2.6][rng.random_range(0..3)];
+            vec![0.01 * wn * wn * a / (wn * a).powf(n), n]
+        }
+        Effect::EndStop => vec![0.3 * wn * wn, rng.random_range(0.3..0.7) * a],
+        Effect::Hysteresis => vec![0.02 * wn * wn, rng.random_range(0.15..0.6) * a],
+        Effect::PendulumGravity
+        | Effect::OddQuadraticStiffness
+        | Effect::Own(_)
+        | Effect::Measured(_) => {
             unreachable!("not hidden")
         }
     }
@@ -112,7 +121,13 @@ pub fn most(law: &Law, setup: &Setup) -> f64 {
         Effect::SensorNonlinearity => 0.3 / a,
         Effect::BaselineDrift => a / setup.duration,
         Effect::QuinticStiffness => 0.3 * wn * wn / a.powi(4),
-        Effect::PendulumGravity | Effect::OddQuadraticStiffness | Effect::Own(_) => {
+        Effect::PowerDamping => 0.3 * wn * wn * a / (wn * a).powf(p[1]),
+        Effect::EndStop => 20.0 * wn * wn,
+        Effect::Hysteresis => 0.5 * wn * wn,
+        Effect::PendulumGravity
+        | Effect::OddQuadraticStiffness
+        | Effect::Own(_)
+        | Effect::Measured(_) => {
             unreachable!("not hidden")
         }
     };
@@ -198,6 +213,17 @@ impl Law {
                 (r - 0.5 * (r.abs() * z.abs() * z + r * z * z) / (yield_rad * yield_rad))
                     / yield_rad
             }
+            Self::Known(Effect::Hysteresis, p) => r - r.abs() * z / p[1],
+            _ => 0.0,
+        }
+    }
+
+    /// The hysteretic state of a model held at the release.
+    pub fn held(&self, setup: &Setup) -> f64 {
+        match self {
+            Self::Known(Effect::Hysteresis, p) => {
+                p[1] * (1.0 - (-setup.amplitude.abs() / p[1]).exp()) * setup.amplitude.signum()
+            }
             _ => 0.0,
         }
     }
@@ -223,6 +249,9 @@ impl Law {
                 Effect::QuinticStiffness => -p[0] * b * b * b * b * b,
                 Effect::QuadraticStiffness => -p[0] * b * b,
                 Effect::StaticOffset => p[0],
+                Effect::PowerDamping => -p[0] * r.abs().powf(p[1]) * r.signum(),
+                Effect::EndStop => -p[0] * (b.abs() - p[1]).max(0.0) * b.signum(),
+                Effect::Hysteresis => -p[0] * z,
                 Effect::HarmonicForcing => p[0] * (p[1] * t + p[2]).cos(),
                 _ => 0.0,
             },

@@ -12,7 +12,7 @@ use rand_distr::{Distribution, StandardNormal};
 use std::path::PathBuf;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::fit_plain;
-use yawrig_core::fit::swing::Swing;
+use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::record::Record;
 
 /// What was planted.
@@ -119,7 +119,7 @@ pub fn plant(plan: &Plan) -> Planted {
         let sampled = Setup { rate_hz: plan.rate_hz.unwrap_or(setup.rate_hz), ..setup };
         let planted = simulate(&sampled, &laws, noise_seed);
         // The sum of two may still give no oscillation.
-        if is_swing(&planted.record) && Swing::of(&planted.record).is_ok() {
+        if is_swing(&planted.record) && FreeDecay::of(&planted.record).is_ok() {
             return planted;
         }
     }
@@ -136,13 +136,13 @@ fn scaled(setup: &Setup, mut law: Law, target: f64, noise_seed: u64) -> Option<L
         if !is_swing(&planted.record) {
             return None;
         }
-        let swing = Swing::of(&planted.record).ok()?;
-        if (swing.yaw_rad.len() as f64) < 5.0 * swing.per_cycle() {
+        let decay = FreeDecay::of(&planted.record).ok()?;
+        if (decay.yaw_rad.len() as f64) < 5.0 * decay.per_cycle() {
             law.scale(0.3);
             left /= 0.3;
             continue;
         }
-        let plain = fit_plain(&swing, false, swing.yaw_rad.len());
+        let plain = fit_plain(&decay, false, decay.yaw_rad.len());
         let ratio = plain.rms_rad() / planted.noise_rad;
         if ratio > 0.7 * target && ratio < 1.4 * target {
             return Some(law);
@@ -163,7 +163,7 @@ fn scaled(setup: &Setup, mut law: Law, target: f64, noise_seed: u64) -> Option<L
 struct State {
     b: f64,
     r: f64,
-    /// Hysteretic part of a law outside the library.
+    /// State of a law with hysteresis.
     z: f64,
 }
 
@@ -174,7 +174,8 @@ fn simulate(setup: &Setup, laws: &[Law], noise_seed: u64) -> Planted {
     let per_sample = (1.0 / (setup.rate_hz * step_s)).round() as usize;
     let held = (setup.hold_s * setup.rate_hz) as usize;
     let count = held + (setup.duration * setup.rate_hz) as usize;
-    let mut x = State { b: setup.amplitude, r: setup.rate, z: 0.0 };
+    let held_z = laws.iter().map(|l| l.held(setup)).sum();
+    let mut x = State { b: setup.amplitude, r: setup.rate, z: held_z };
     let mut past: Vec<f64> = Vec::new();
     let (mut time_s, mut yaw_deg, mut errors) = (Vec::new(), Vec::new(), Vec::new());
     let mut colour: f64 = StandardNormal.sample(&mut rng);
@@ -240,10 +241,10 @@ fn mean_noise(errors: &[f64], record: &Record) -> f64 {
     if !is_swing(record) {
         return f64::NAN;
     }
-    let Ok(swing) = Swing::of(record) else { return f64::NAN };
-    let blocks = errors.chunks_exact(swing.block);
+    let Ok(decay) = FreeDecay::of(record) else { return f64::NAN };
+    let blocks = errors.chunks_exact(decay.block);
     let n = blocks.len() as f64;
-    let sum: f64 = blocks.map(|b| (b.iter().sum::<f64>() / swing.block as f64).powi(2)).sum();
+    let sum: f64 = blocks.map(|b| (b.iter().sum::<f64>() / decay.block as f64).powi(2)).sum();
     (sum / n).sqrt()
 }
 

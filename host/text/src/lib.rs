@@ -41,6 +41,21 @@ pub fn nearest<'a>(wrong: &str, names: impl IntoIterator<Item = &'a str>) -> Opt
         .map(|(_, name)| name)
 }
 
+/// A word of a command line as a shell takes it.
+///
+/// ```
+/// assert_eq!(yawrig_text::quoted("runs/K1.csv"), "runs/K1.csv");
+/// assert_eq!(yawrig_text::quoted("Yaw (deg)"), "'Yaw (deg)'");
+/// assert_eq!(yawrig_text::quoted("it's"), r"'it'\''s'");
+/// ```
+pub fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "_-./:=+,@%".contains(c);
+    match !word.is_empty() && word.chars().all(plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', r"'\''")),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -26,7 +26,7 @@ pub const KEPT_DEG: [f64; 2] = [0.7, 11.0];
 const RELEASED_DEG: f64 = 15.0;
 const LONGEST_S: f64 = 60.0;
 
-/// The text of a `model.toml` to train on, so that a training can be told again without the file.
+/// The text of a `model.toml` to train on, so that a training can be repeated without the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Source {
     pub path: PathBuf,
@@ -42,7 +42,7 @@ pub struct Augmented {
 }
 
 /// A release as the sensor shows it, without noise.
-pub struct Swing {
+pub struct Response {
     /// Amplitude about the mid-line at its beginning, deg.
     pub amplitude_deg: f64,
     /// At the device's sampling rate, deg.
@@ -86,8 +86,8 @@ impl Augmented {
         EffectIds::try_from(ids.join(" ").as_str()).ok()
     }
 
-    /// Draws a swing of this natural frequency and damping ratio; `None` where the effects leave none.
-    pub fn swing(&self, modal: &Modal, random: &mut ChaCha8Rng) -> Option<Swing> {
+    /// Draws a free decay of this natural frequency and damping ratio; `None` where the effects leave none.
+    pub fn swing(&self, modal: &Modal, random: &mut ChaCha8Rng) -> Option<Response> {
         let Modal { natural_frequency_rad_s: wn, damping_ratio } = *modal;
         // Nearer, a periodic moment is resonance and a second mode is the first.
         let resonates = |(effect, varied): &(Effect, Vec<f64>)| {
@@ -135,6 +135,6 @@ impl Augmented {
         readings_deg
             .iter()
             .all(|reading| reading.is_finite())
-            .then_some(Swing { amplitude_deg, readings_deg })
+            .then_some(Response { amplitude_deg, readings_deg })
     }
 }

@@ -72,7 +72,7 @@ pub fn draw(
             random.set_stream(index);
             match model {
                 None => (0..10).find_map(|_| one(ranges, kind, &mut random)),
-                // Where friction is strong slow swings stop before three cycles are over.
+                // Where friction is strong slow oscillations stop before three cycles are over.
                 Some(model) => (0..200).find_map(|_| augmented(ranges, kind, model, &mut random)),
             }
             .ok_or_else(|| no_windows(ranges, model))

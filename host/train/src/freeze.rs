@@ -63,7 +63,7 @@ impl Scaling {
     }
 }
 
-/// A network frozen from trained weights. The first `linear_layers` after the inputs do not bend.
+/// A network frozen from trained weights. The first `linear_layers` after the inputs are linear.
 ///
 /// # Errors
 /// Where the device could not run it: too wide, too many weights, not finite.

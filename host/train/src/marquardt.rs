@@ -17,7 +17,7 @@ use std::ops::ControlFlow;
 const FIRST_DAMPING: f64 = 1e-3;
 /// Damping beyond this share of the largest curvature is a step of no length.
 const MOST_DAMPING: f64 = 1e10;
-/// A promised decrease below this share of the objective is not worth a factor: rounding eats it.
+/// A predicted decrease below this share of the objective is not worth a factor: rounding eats it.
 const ROUNDING: f64 = 1e-10;
 /// Precisions are re-estimated, which costs as much as a step, at every epoch of the first, then at
 /// every tenth, from the second on at every 25th; and wherever no step was found.
@@ -54,8 +54,8 @@ pub(super) struct Training<'a> {
 
 /// `w + t step + t^2 bend`, t from 0 to 1.
 struct Curve {
-    /// Decrease of the objective that the linearised network promises at the end of the step.
-    promised: f64,
+    /// Decrease of the objective that the linearised network predicts at the end of the step.
+    predicted: f64,
     step: Vec<f64>,
     bend: Vec<f64>,
 }
@@ -64,7 +64,7 @@ enum Step {
     Taken,
     /// The objective cannot be made smaller by more than rounding.
     Minimum,
-    /// It could by the model's promise, but no damping kept it.
+    /// The linearised network predicts a decrease, but no damping gave one.
     Stuck,
 }
 
@@ -105,7 +105,7 @@ impl<'a> Training<'a> {
         })
     }
 
-    /// Runs to the end of `options.epochs`, or until it stops by itself or is told to. `report` gets
+    /// Runs to the end of `options.epochs`, or until it stops by itself or is interrupted. `report` gets
     /// each epoch and the weights after it.
     pub fn run(
         mut self,
@@ -236,14 +236,14 @@ impl<'a> Training<'a> {
         let mut growth = 2.0;
         while mu <= MOST_DAMPING * largest {
             if let Some(curve) = self.curve(mu) {
-                if curve.promised <= ROUNDING * objective {
+                if curve.predicted <= ROUNDING * objective {
                     // Damped to nothing after failures is another matter than nothing to gain.
                     return if mu == first { Step::Minimum } else { Step::Stuck };
                 }
                 for share in SHARES {
                     let decrease = objective - self.walk(&curve, share);
                     if decrease > 0.0 {
-                        let ratio = decrease / curve.promised;
+                        let ratio = decrease / curve.predicted;
                         let relax = match share {
                             1.0 => (1.0 - (2.0 * ratio - 1.0).powi(3)).max(1.0 / 3.0),
                             share => 1.0 / share,
@@ -272,7 +272,7 @@ impl<'a> Training<'a> {
         let mut step = self.descent.clone();
         self.factor.solve(&mut step);
         let length_sq = dot(&step, &step);
-        let promised = dot(&self.descent, &step) + mu * length_sq;
+        let predicted = dot(&self.descent, &step) + mu * length_sq;
         let (shape, pass) = (&self.shape, &self.pass);
         let second = pass.second_derivative(shape, &self.now.weights, &step);
         let mut bend = vec![0.0; step.len()];
@@ -281,7 +281,7 @@ impl<'a> Training<'a> {
         let longest = LONGEST_BEND * length_sq.sqrt() / dot(&bend, &bend).sqrt();
         let bent = if longest.is_nan() { 0.0 } else { longest.min(1.0) };
         bend.iter_mut().for_each(|b| *b *= -0.5 * bent);
-        Some(Curve { promised, step, bend })
+        Some(Curve { predicted, step, bend })
     }
 
     /// Goes a share of the way along the curve, on trial; the objective there.

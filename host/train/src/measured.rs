@@ -24,13 +24,13 @@ const NATURAL_FREQUENCY_RAD_S: [f64; 2] = [2.4, 60.0];
 const DAMPING_RATIO: [f64; 2] = [-0.1, 0.2];
 const NOISE: [f64; 2] = [1e-4, 0.2];
 
-/// How a record is had from its file.
+/// How a record is read from its file.
 pub type Read<'a> = dyn Fn(&Path) -> Result<Record> + Sync + 'a;
 
 /// Ranges from the records in `files`.
 ///
 /// # Errors
-/// Exit 3, naming the file, where one cannot be read or holds no swing, or where they leave nothing that a network
+/// Exit 3, naming the file, where one cannot be read or holds no oscillation, or where they leave nothing that a network
 /// can be trained on; 130 where the user stops it.
 pub fn ranges(files: &[PathBuf], read: &Read) -> Result<Ranges> {
     let settings = Settings::default();

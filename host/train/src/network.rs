@@ -43,7 +43,7 @@ impl Shape {
     pub fn block(&self, layer: usize) -> Range<usize> {
         self.starts[layer]..self.starts[layer + 1]
     }
-    /// Weights and biases together: N of the thesis.
+    /// Weights and biases: N of the thesis.
     pub fn parameters(&self) -> usize {
         self.starts[self.starts.len() - 1]
     }

@@ -16,7 +16,7 @@ use yawrig_shared::network::{Network, OUTPUTS};
 /// Windows the network is tested on, drawn apart from those it is trained on.
 const TEST_DRAWS: usize = 2000;
 
-/// What `train` is asked for.
+/// The settings of a training.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     pub features: FeatureKind,

@@ -35,7 +35,11 @@ fn garbage_is_no_device_of_ours() {
             calls += 1;
             Some(if calls.is_multiple_of(20) { text.to_vec() } else { Vec::new() })
         });
-        device(&line).exits(4).says("is not a yawrig device").says("no frame of ours").helps();
+        device(&line)
+            .exits(4)
+            .says("is not a yawrig device")
+            .says("no frame that yawrig knows")
+            .helps();
     }
 }
 

@@ -28,19 +28,15 @@ fn with_line(line: usize, instead: &str) -> Vec<u8> {
 fn the_line_that_is_wrong_is_named() {
     for (line, instead, said) in [
         (1, "time_s,yaw_grad", "line 1: the second column is \"yaw_grad\", not yaw_deg or yaw_rad"),
-        (1, "t,yaw_deg", "line 1: the first column is \"t\", not time_s"),
         (1, "time_s", "line 1: one column instead of two"),
-        (1, "time_s,yaw_deg,note", "line 1: 3 columns instead of two"),
-        (1, "0.000,10.0", "line 1: "),
+        (1, "0.000,10.0", "its channels: column 1 (3001 numbers), column 2 (3001 numbers)"),
         (17, "0.015,ten", "line 17: yaw angle: \"ten\" is not a number"),
-        (17, "0.015,", "line 17: yaw angle: \"\" is not a number"),
         (17, "zero,1.0", "line 17: time_s: \"zero\" is not a number"),
         (17, "0,015;1,0", "line 17: 3 fields instead of two"),
         (17, "0.015", "line 17: one field instead of two"),
         (23, "0.021,NaN", "line 23: yaw angle: \"NaN\" is not a finite number"),
         (23, "inf,1.0", "line 23: time_s: \"inf\" is not a finite number"),
         (42, "0.012,1.0", "line 42: time runs backwards"),
-        (42, "0.039,1.0", "line 42: time stands still, from 0.039 s to 0.039 s"),
         (2999, "2.997,1.0,", "line 2999: 3 fields instead of two"),
     ] {
         refused(&with_line(line, instead)).says(said);
@@ -53,9 +49,9 @@ fn files_with_nothing_in_them() {
     refused(b"\n\n").says("empty");
     refused(b"time_s,yaw_deg\n").says("line 1").says("too short for three cycles");
     refused(b"time_s,yaw_deg\n0,1\n0.001,2\n").says("line 3").says("after 2 samples, too short");
-    refused(&[0xFF; 300]).says("line 1");
+    refused(&[0xFF; 300]).says("no columns of numbers");
     refused(&[0; 300]).says("neither text nor of a format that is read");
-    refused(b"\xff\xfet\0i\0m\0e\0").says("UTF-16").says("UTF-8");
+    refused(b"\xff\xfet\0i\0m\0e\0").says("no columns of numbers");
 }
 
 #[test]

@@ -54,7 +54,7 @@ fn what_is_unclear_is_refused_with_the_command_that_works() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = data("waveform.tdms");
     let ended = yawrig("identify").and(&file).in_folder(folder.path()).run().exits(3).helps();
-    ended.says("Rig/Yaw").says("yawrig convert").says("--yaw NAME");
+    ended.says("Rig/Yaw").says("yawrig convert").says("--yaw Rig/Yaw");
     let convert = yawrig("convert --yaw Yaw").and(&file).and("r.csv").in_folder(folder.path());
     convert.run().exits(0);
     let again = yawrig("convert --yaw Yaw").and(&file).and("r.csv").in_folder(folder.path());

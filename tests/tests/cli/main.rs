@@ -1,15 +1,23 @@
 //! The command line as a user sees it: the built program, its exit codes, messages and JSON.
 
+mod away;
+mod campaign;
+mod condition;
 mod demo;
 mod devices;
 mod doctor;
+mod export;
 mod files;
+mod foreign;
 mod formats;
 mod interrupts;
+mod law;
 mod lock;
 mod model;
 mod monitor;
 mod networks;
+mod numbers;
+mod plan;
 mod ports;
 mod qemu;
 mod records;

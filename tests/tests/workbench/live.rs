@@ -5,7 +5,10 @@ use crate::looks::CUT_OFF;
 use nix::sys::signal::Signal;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
+use yawrig_rig::{Rig, Spring};
+use yawrig_shared::axis::Axis;
 use yawrig_tests::browser::{Browser, Window};
+use yawrig_tests::process::yawrig;
 
 /// Files of the recordings' folder whose names end so, the releases' apart.
 fn recorded(folder: &Path, end: &str) -> Vec<PathBuf> {
@@ -101,4 +104,77 @@ fn a_device_that_is_not_there_is_said_to_be() {
     let (status, refused) = bench.act(&json!({"do": "record"}));
     assert_eq!(status, 409);
     assert!(refused["error"]["message"].as_str().expect("why").contains("no device"), "{refused}");
+}
+
+/// The plan of a campaign on spring K3, in the page's folder.
+fn plan_of_k3(folder: &Path) {
+    let command = "simulate --campaign whole --rate-hz 20";
+    yawrig(command).in_folder(folder).run().exits(0);
+    let text = std::fs::read_to_string(folder.join("whole/campaign.toml")).expect("a campaign");
+    let mut plan: toml::Table = toml::from_str(&text).expect("TOML");
+    let releases = plan["release"].as_array_mut().expect("releases");
+    releases.retain(|release| release["spring"].as_str() == Some("K3"));
+    std::fs::write(folder.join("plan.toml"), toml::to_string(&plan).expect("TOML")).expect("room");
+}
+
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn a_campaign_is_measured_through_the_page() {
+    let bench = Bench::start(&[], "");
+    plan_of_k3(bench.folder.path());
+    let mut browser = Browser::start(Window { width: 1280, height: 720, is_dark: false });
+    browser.open(&bench.url);
+    browser.wait("document.querySelector('#verdict').textContent === 'No record is open.'");
+    browser.key("l");
+    browser.wait("document.querySelector('#live-device').value === 'emulated'");
+    browser.value("document.querySelector('#live-speed').value = '100'");
+    browser.click("#live-connect");
+    browser.wait("!document.querySelector('#live-measure').hidden");
+    // What cannot be is said, and nothing is begun.
+    browser.fill("#measure-file", "nothing.toml");
+    browser.click("#measure-begin");
+    browser.wait("document.querySelector('#live-log [data-event=refused]')");
+    assert!(browser.text("#live-log [data-event=refused]").contains("nothing.toml"));
+    browser.fill("#measure-file", "plan.toml");
+    browser.click("#measure-begin");
+    browser.wait("document.querySelector('#measure-next').textContent.includes('release 1 of 4')");
+    browser.wait("document.querySelector('#measure-next').textContent.includes('K3 front, wind 10 m/s (release 4 of 4)')");
+    let points = browser.text("#measure-points tbody");
+    assert!(points.contains("10 m/s"), "{points} {}", browser.text("#live-log"));
+    browser.picture(&pictures().join("measure.png"));
+    assert_eq!(browser.value(CUT_OFF), json!([]));
+    browser.wait("document.querySelector('#live-log [data-event=derivatives]')");
+    browser.wait("document.querySelectorAll('#measure-points tbody tr').length === 2");
+    let cells =
+        "[...document.querySelectorAll('#measure-points tbody td')].map((td) => td.textContent)";
+    let cells = browser.value(cells);
+    println!("{cells}");
+    let value = |at: usize| {
+        let text = cells[at].as_str().expect("a cell").replace('−', "-");
+        text.split(' ').next().expect("a value").parse::<f64>().expect("a number")
+    };
+    let truth = Rig::default();
+    let spring = Spring::named("K3").expect("a spring");
+    for (row, axis) in [(0, Axis::Mid), (3, Axis::Front)] {
+        let planted = truth.derivatives(&spring, axis);
+        assert!((value(row + 1) / planted.cn_beta - 1.0).abs() < 1e-3, "{cells}");
+        assert!((value(row + 2) / planted.cn_r - 1.0).abs() < 5e-3, "{cells}");
+    }
+    // One condition by itself, and one that cannot be.
+    browser.value("(() => { const e = document.querySelector('#measure-what'); e.value = 'condition'; e.dispatchEvent(new Event('change')); })()");
+    browser.fill("#measure-file", "");
+    browser.fill("#measure-spring", "K4");
+    browser.fill("#measure-wind", "500");
+    browser.click("#measure-begin");
+    browser.wait("document.querySelector('#live-log').textContent.includes('wind speed 500 m/s')");
+    browser.fill("#measure-wind", "10");
+    browser.click("#measure-begin");
+    browser.wait(
+        "document.querySelector('#measure-next').textContent.includes('K4 mid, wind 10 m/s')",
+    );
+    browser.click("#live-connect");
+    browser.wait("document.querySelector('#live-connect').textContent === 'Connect'");
+    browser.is_clean(&bench.origin);
+    let table = "derivatives recordings/plan/campaign.toml";
+    yawrig(table).in_folder(bench.folder.path()).run().exits(0);
 }

@@ -8,3 +8,4 @@ mod looks;
 mod page;
 mod refusals;
 mod replay;
+mod tabs;

@@ -6,6 +6,7 @@
 #![no_std]
 #![no_main]
 
+mod crash;
 mod flash;
 mod link;
 mod registers;
@@ -13,9 +14,12 @@ mod ring;
 mod sampling;
 mod timing;
 
+use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
+use core::ptr::{addr_of, addr_of_mut};
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{entry, exception, ExceptionFrame};
+use crash::{cause, Note};
 use flash::Slots;
 use link::Link;
 use registers::Registers;
@@ -25,18 +29,35 @@ use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 use stm32f4xx_hal::watchdog::IndependentWatchdog;
 use yawrig_firmware::device::Device;
-use yawrig_shared::wire::Phase;
+use yawrig_shared::wire::{Phase, Start};
 
 /// Longer than a sector takes to erase (2 s), even where the watchdog's own clock is fast by half.
 const WATCHDOG_MS: u32 = 4000;
 /// The ST-Link's 8 MHz come from a crystal that keeps to 50 ppm: as a standard uncertainty, over the root of three.
 const CLOCK_U_PPM: f32 = 29.0;
+/// RCC_CSR, RM0390, 6.3.21: forgets the causes of resets.
+const CSR_CLEAR: u32 = 1 << 24;
 /// Bytes of the line between two looks at the potentiometer.
 const BYTES_AT_ONCE: u32 = 64;
+
+/// What ended the run before; the reset leaves it as it is.
+#[link_section = ".uninit.NOTE"]
+static mut NOTE: MaybeUninit<Note> = MaybeUninit::uninit();
+
+fn note(note: Note) {
+    // SAFETY: one processor, no interrupts; plain numbers, for which any bits are a value.
+    unsafe { addr_of_mut!(NOTE).cast::<Note>().write_volatile(note) };
+}
 
 #[entry]
 fn main() -> ! {
     let peripherals = Peripherals::take().expect("main runs once");
+    // SAFETY: as above.
+    let crash = unsafe { addr_of!(NOTE).cast::<Note>().read_volatile() }.read();
+    note(Note::NONE);
+    let start = Start { cause: cause(peripherals.RCC.csr().read().bits()), crash };
+    // SAFETY: the bit that makes the next reset's cause readable.
+    peripherals.RCC.csr().modify(|r, w| unsafe { w.bits(r.bits() | CSR_CLEAR) });
     let mut watchdog = IndependentWatchdog::new(peripherals.IWDG);
     // Else a debugger that halts the processor would see it start again.
     watchdog.stop_on_debug(&peripherals.DBGMCU, true);
@@ -52,6 +73,7 @@ fn main() -> ! {
         Device::stopped(Slots::new(Registers::new(peripherals.FLASH)), "nucleo-f446re");
     device.start();
     device.set_clock(CLOCK_U_PPM);
+    device.set_start(start);
     let mut sampling = Sampling::begin(
         peripherals.ADC1,
         peripherals.ADC_COMMON,
@@ -99,13 +121,15 @@ fn main() -> ! {
     }
 }
 
-/// There is nobody to tell: starts again, with the networks of its flash.
+/// Starts again, with the networks of its flash, and says where it was.
 #[panic_handler]
-fn panicked(_: &PanicInfo) -> ! {
+fn panicked(info: &PanicInfo) -> ! {
+    note(info.location().map_or(Note::NONE, |place| Note::new(place.file(), place.line())));
     SCB::sys_reset()
 }
 
 #[exception]
-unsafe fn HardFault(_: &ExceptionFrame) -> ! {
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    note(Note::new("", frame.pc()));
     SCB::sys_reset()
 }

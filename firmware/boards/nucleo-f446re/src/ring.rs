@@ -22,10 +22,16 @@ impl<const N: usize> Reader<N> {
         made.into_iter().find(|made| made % N as u32 == position)
     }
 
-    /// Of `made` written in all: how many were overwritten unread since the last call, now passed over.
-    pub fn overwritten(&mut self, made: u32) -> u32 {
+    /// How many of `made` written in all are to be read.
+    pub fn waiting(&self, made: u32) -> u32 {
+        made.wrapping_sub(self.taken)
+    }
+
+    /// Of `made` written in all: how many were overwritten unread since the last call, now passed over, with those that
+    /// belong to the same `group`.
+    pub fn overwritten(&mut self, made: u32, group: u32) -> u32 {
         let kept = N as u32 - MARGIN;
-        let lost = made.wrapping_sub(self.taken).saturating_sub(kept);
+        let lost = self.waiting(made).saturating_sub(kept).next_multiple_of(group);
         self.taken = self.taken.wrapping_add(lost);
         lost
     }
@@ -47,7 +53,7 @@ impl<const N: usize> Reader<N> {
     }
 
     /// Whether such a writer has overtaken the reader, who then goes on where it writes. `wrapped`: it has begun anew at
-    /// the ring's start since this was last asked. Twice round between two looks cannot be told from once.
+    /// the ring's start since this was last asked. Twice round between two looks cannot be distinguished from once.
     pub fn overtaken(&mut self, wrapped: bool, position: u32) -> bool {
         let at = self.taken % N as u32;
         let overtaken = wrapped && position % N as u32 >= at;
@@ -68,8 +74,10 @@ impl<const N: usize> Reader<N> {
     }
 }
 
-/// A 12-bit reading on the 16-bit scale, both ends on the ends.
-pub fn widened(reading: u16) -> u16 {
-    let reading = reading & 0x0fff;
-    reading << 4 | reading >> 8
+/// Conversions of a sample, all at one angle but for its noise.
+pub const CONVERSIONS: u32 = 16;
+
+/// The sum of sixteen 12-bit readings on the 16-bit scale, both ends on the ends.
+pub fn widened(sum: u32) -> u16 {
+    (sum + (sum >> 12)) as u16
 }

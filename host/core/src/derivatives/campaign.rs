@@ -3,11 +3,17 @@
 //! Every `..._u_...` entry is the standard uncertainty of the entry it is named after, in its unit; left out,
 //! it is taken as zero and said to be.
 
+use crate::plan::Can;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use yawrig_shared::axis::Axis;
 
 /// The version of the file's layout.
 pub const SCHEMA_VERSION: u32 = 1;
+
+fn not_said() -> f64 {
+    f64::NAN
+}
 
 /// A whole campaign as it stands in the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,6 +26,12 @@ pub struct Campaign {
     /// Known moments of inertia; without one it comes from the wind-off releases of that axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inertia: Option<InertiaEntry>,
+    /// What the rig can do besides, for the plan of further releases.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub can: Option<Can>,
+    /// Of each spring by its name, for releases that do not say it themselves, N/m.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub stiffness_n_per_m: BTreeMap<String, f64>,
     #[serde(default)]
     pub release: Vec<ReleaseEntry>,
 }
@@ -80,6 +92,8 @@ pub struct ReleaseEntry {
     /// Relative to the campaign's own file.
     pub file: String,
     pub spring: String,
+    /// Not a number where only [`Campaign::stiffness_n_per_m`] says it.
+    #[serde(default = "not_said")]
     pub spring_stiffness_n_per_m: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spring_stiffness_u_n_per_m: Option<f64>,

@@ -1,4 +1,4 @@
-//! A campaign's identified releases put together.
+//! Derivatives from a campaign's identified releases.
 
 use super::campaign::{Campaign, ReleaseEntry};
 use super::condition::{group, Condition, Identified};
@@ -12,12 +12,67 @@ use yawrig_shared::axis::Axis;
 use yawrig_shared::modal::Modal;
 
 /// The releases by condition, and which conditions make a point.
+///
+/// ```
+/// use yawrig_core::derivatives::campaign::{
+///     AirEntry, Campaign, InertiaEntry, ModelEntry, ReleaseEntry, RigEntry, SCHEMA_VERSION,
+/// };
+/// use yawrig_core::derivatives::{condition::Identified, Computed};
+/// use yawrig_core::quantity::Quantity;
+/// use yawrig_shared::axis::Axis;
+///
+/// let release = |file: &str, wind_speed_m_s| ReleaseEntry {
+///     file: file.to_owned(),
+///     spring: "K4".to_owned(),
+///     spring_stiffness_n_per_m: 800.0,
+///     spring_stiffness_u_n_per_m: None,
+///     axis: Axis::Mid,
+///     wind_speed_m_s,
+///     wind_speed_u_m_s: None,
+/// };
+/// let campaign = Campaign {
+///     schema_version: SCHEMA_VERSION,
+///     model: ModelEntry {
+///         name: "mine".to_owned(),
+///         length_m: 0.6,
+///         length_u_m: None,
+///         frontal_area_m2: 0.05,
+///         frontal_area_u_m2: None,
+///     },
+///     air: AirEntry { density_kg_m3: 1.2, density_u_kg_m3: None },
+///     rig: RigEntry {
+///         spring_arm_m: 0.2,
+///         spring_arm_u_m: None,
+///         axis_offset_m: 0.1,
+///         axis_offset_u_m: None,
+///         clock_u_ppm: None,
+///     },
+///     inertia: Some(InertiaEntry { mid_kg_m2: Some(0.5), ..InertiaEntry::default() }),
+///     can: None,
+///     stiffness_n_per_m: Default::default(),
+///     release: vec![release("off.csv", 0.0), release("on.csv", 10.0)],
+/// };
+/// let identified = [(8.0, 0.010), (7.9, 0.015)].map(|(wn, zeta)| Identified {
+///     natural_frequency_rad_s: Quantity::new(wn, 0.001),
+///     damping_ratio: Quantity::new(zeta, 0.0001),
+///     from_s: 0.0,
+///     to_s: 30.0,
+///     flags: Vec::new(),
+/// });
+/// let table = Computed::new(&campaign, &identified)?.table("campaign.toml".as_ref(), "mine");
+/// let point = &table.points[0];
+/// // Izz (wn_off^2 - wn_on^2) over the dynamic pressure times area and length.
+/// let expected = 0.5 * (8.0 * 8.0 - 7.9 * 7.9) / (0.5 * 1.2 * 10.0 * 10.0 * 0.05 * 0.6);
+/// assert!((point.cn_beta.value / expected - 1.0).abs() < 1e-9, "{}", point.cn_beta);
+/// assert!(point.cn_beta.u > 0.0 && point.cn_r.value < 0.0);
+/// # Ok::<(), yawrig_core::error::Error>(())
+/// ```
 pub struct Computed<'a> {
-    campaign: &'a Campaign,
+    pub(super) campaign: &'a Campaign,
     identified: &'a [Identified],
-    conditions: Vec<Condition>,
-    layout: Layout,
-    inputs: Inputs,
+    pub(super) conditions: Vec<Condition>,
+    pub(super) layout: Layout,
+    pub(super) inputs: Inputs,
 }
 
 impl<'a> Computed<'a> {
@@ -140,6 +195,14 @@ impl<'a> Computed<'a> {
         }
         notes
     }
+}
+
+/// Izz about `axis` (kg m2) as the table of these releases will have it: the campaign's own, or from those made with the
+/// wind off; `None` where there is neither.
+pub fn inertia_kg_m2(campaign: &Campaign, identified: &[Identified], axis: Axis) -> Option<f64> {
+    let conditions = group(campaign, identified);
+    let layout = Layout::new(campaign, &conditions);
+    layout.inertia_kg_m2(&Inputs::new(campaign, &conditions, &layout), axis)
 }
 
 /// The campaign file's entries left out, whose uncertainty is taken as zero.

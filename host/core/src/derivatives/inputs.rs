@@ -136,16 +136,17 @@ impl Layout {
 
     /// The line of Kr in N m/rad against wn_off^2 about an axis; `None` for fewer than two springs.
     pub fn line(&self, inputs: &Inputs, axis: Axis) -> Option<Line> {
-        let points: Vec<Point> = self.lines[axis_index(axis)]
-            .iter()
-            .map(|&(condition, spring, u_x, u_y)| Point {
-                x: inputs.modal(condition).stiffness_rad2_s2(),
-                u_x,
-                y: inputs.torsional_stiffness_nm(spring),
-                u_y,
-            })
-            .collect();
-        line::fit(&points)
+        let points = self.points(inputs, axis).into_iter().map(|(_, point)| point);
+        line::fit(&points.collect::<Vec<_>>())
+    }
+
+    /// The line's points, each with its condition.
+    pub fn points(&self, inputs: &Inputs, axis: Axis) -> Vec<(usize, Point)> {
+        let point = |&(condition, spring, u_x, u_y): &(usize, usize, f64, f64)| {
+            let x = inputs.modal(condition).stiffness_rad2_s2();
+            (condition, Point { x, u_x, y: inputs.torsional_stiffness_nm(spring), u_y })
+        };
+        self.lines[axis_index(axis)].iter().map(point).collect()
     }
 
     /// Izz about an axis; `None` where it is neither given nor was the model released with the wind off.

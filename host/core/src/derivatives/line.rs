@@ -33,7 +33,7 @@ pub struct Line {
 impl Line {
     /// By how much the points scatter more than stated: the square root of chi squared per degree of freedom, at
     /// least 1 (Birge's ratio).
-    pub fn scatter_ratio(&self) -> f64 {
+    pub(crate) fn scatter_ratio(&self) -> f64 {
         if self.degrees_of_freedom == 0 {
             return 1.0;
         }

@@ -7,10 +7,12 @@
 pub mod campaign;
 mod computed;
 pub mod condition;
+mod doubts;
 mod inputs;
 pub mod line;
 mod propagation;
 pub mod table;
 pub mod validation;
 
-pub use computed::Computed;
+pub use computed::{inertia_kg_m2, Computed};
+pub use doubts::Doubt;

@@ -1,12 +1,12 @@
 //! The response computed from the derivatives against the record: thesis (Ramli 2008), Figs 4.21 and 4.22.
 
 use crate::record::Record;
-use nalgebra::{Matrix3, Vector3};
+use crate::solver::linear_fit;
 use yawrig_shared::modal::Modal;
 
 /// Mean squared difference in deg2 between the record from `from_s` to `to_s` and the free response of `modal`.
 ///
-/// Where the swing began and the sensor's offset are fitted, since they are the release's and not the model's; the
+/// Initial condition and the sensor's offset are fitted, since they are the release's and not the model's; the
 /// frequency and the damping are not. About the square of the sensor's noise where the derivatives are right.
 /// `None` for fewer than four samples.
 pub fn mean_squared_error_deg2(
@@ -25,18 +25,11 @@ pub fn mean_squared_error_deg2(
     let basis = |t: &f64| {
         let (sin, cos) = (frequency * (t - from_s)).sin_cos();
         let e = (-decay * (t - from_s)).exp();
-        Vector3::new(e * cos, e * sin, 1.0)
+        [e * cos, e * sin, 1.0]
     };
-    let mut normal = Matrix3::zeros();
-    let mut right = Vector3::zeros();
-    for (t, y) in time_s.iter().zip(yaw_deg) {
-        let row = basis(t);
-        normal += row * row.transpose();
-        right += row * *y;
-    }
-    let weights = normal.cholesky()?.solve(&right);
-    let squares: f64 =
-        time_s.iter().zip(yaw_deg).map(|(t, y)| (y - basis(t).dot(&weights)).powi(2)).sum();
+    let rows = || time_s.iter().zip(yaw_deg).map(|(t, y)| (basis(t), *y));
+    let [a, b, zero] = linear_fit(rows())?;
+    let squares: f64 = rows().map(|([c, s, _], y)| (y - (a * c + b * s + zero)).powi(2)).sum();
     let mean = squares / time_s.len() as f64;
     mean.is_finite().then_some(mean)
 }

@@ -3,12 +3,14 @@
 use crate::bic;
 use crate::diagnosis::answer::Candidate;
 use crate::diagnosis::compare::{self, Where};
+use crate::diagnosis::flexible::is_simple;
+use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::survivors::{self, Judged, Survivors};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{refitted, Fitted, Limit, Number};
+use crate::fit::free_decay::FreeDecay;
 use crate::fit::structure::PLAIN;
-use crate::fit::swing::Swing;
 use crate::quantity::Quantity;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -18,8 +20,6 @@ use std::f64::consts::TAU;
 /// Uncertainties by which the rest angle is off the sensor's zero for it to be named, and the share of the amplitude.
 const OFF_ZERO: f64 = 3.0;
 const LEAST_OFFSET: f64 = 0.005;
-/// Uncertainties that a number is away from zero at least.
-const SIGNIFICANT: f64 = 3.0;
 /// Residual of a part of the amplitudes, over that of all, from which on it is named.
 const STANDS_OUT: f64 = 1.3;
 
@@ -45,7 +45,7 @@ pub struct Step {
     pub parameters: BTreeMap<String, Quantity>,
 }
 
-/// What survives prediction, fitted to the whole swing.
+/// What survives prediction, fitted to the whole record.
 pub struct Account {
     pub steps: Vec<Step>,
     /// In the order in which they help; a constant moment among them where the zero is known.
@@ -58,77 +58,78 @@ pub struct Account {
 }
 
 /// Every effect alone on long pieces. What they leave follows the motion: an independent residual each half cycle.
-fn candidates(swing: &Swing, survivors: &Survivors) -> Vec<Candidate> {
-    let count = swing.yaw_rad.len() as f64;
-    let independent = 2.0 * count / swing.per_cycle();
+fn candidates(
+    decay: &FreeDecay,
+    survivors: &Survivors,
+    mut refused: Vec<Refusal>,
+) -> Vec<Candidate> {
+    let count = decay.yaw_rad.len() as f64;
+    let independent = 2.0 * count / decay.per_cycle();
     let plain = survivors.path[0].model.fit.sum();
-    let candidate = |single: &survivors::Model| {
+    let mut candidate = |single: &survivors::Model| {
         let effect = single.fit.structure.effects.last().expect("an effect").clone();
         let more = effect.parameters().len() as f64;
+        let reason = refused.iter().position(|r| r.effect == effect);
         Candidate {
+            reason: reason.map(|at| refused.swap_remove(at).reason),
             effect,
-            residual_over_noise: (single.fit.sum() / count).sqrt() / swing.noise_rad,
+            residual_over_noise: (single.fit.sum() / count).sqrt() / decay.noise_rad,
             evidence: bic::gain(plain, single.fit.sum(), independent, more),
             converged: single.fit.converged,
         }
     };
-    survivors.singles.iter().map(candidate).collect()
+    survivors.singles.iter().map(&mut candidate).collect()
 }
 
-fn of_judged(swing: &Swing, survivors: &Survivors, judged: &Judged) -> Fitted {
-    let whole = survivors::whole(swing, &survivors.lengths, &judged.model.fit);
-    refitted(swing, &whole.structure, &whole.numbers(0))
+fn of_judged(decay: &FreeDecay, survivors: &Survivors, judged: &Judged) -> Fitted {
+    let whole = survivors::whole(decay, &survivors.lengths, &judged.model.fit);
+    refitted(decay, &whole.structure, &whole.numbers(0))
 }
 
 /// Angle of rest on the sensor's scale, rad.
-fn rest_angle(model: &Fitted) -> Quantity {
+pub fn rest_angle(model: &Fitted) -> Quantity {
     let variance = model.covariance.as_ref().map_or(f64::NAN, |c| c[(PLAIN, PLAIN)]);
     Quantity::new(model.parameters[PLAIN], (variance * model.inflation).max(0.0).sqrt())
 }
 
-/// A number of the final model that is not known to be other than zero, or zero at its bound.
-fn insignificant(model: &Fitted) -> Option<Effect> {
-    let known = |effect: &&Effect| {
-        let prefix = format!("{effect}.");
-        model
-            .effect_parameters()
-            .iter()
-            .filter(|(name, _)| name.starts_with(&prefix))
-            .any(|(_, q)| q.u > 0.0 && q.value.abs() > SIGNIFICANT * q.u)
-    };
-    model.structure.effects.iter().find(|e| !known(e)).cloned()
-}
-
-/// Fits what survived to the whole of `swing`. With `zero_unknown` a rest off the sensor's zero is not named.
+/// Fits what survived to the whole of `decay`. With `zero_unknown` a rest off the sensor's zero is not named.
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
-pub fn account(swing: &Swing, mut survivors: Survivors, zero_unknown: bool) -> Result<Account> {
+pub fn account(decay: &FreeDecay, mut survivors: Survivors, zero_unknown: bool) -> Result<Account> {
+    let mut refused = Vec::new();
     let last = loop {
-        let last = of_judged(swing, &survivors, survivors.path.last().expect("the plain model"));
-        swing.stop.check()?;
-        match insignificant(&last) {
-            Some(effect) => survivors = survivors.without(effect)?,
+        let last = of_judged(decay, &survivors, survivors.path.last().expect("the plain model"));
+        decay.stop.check()?;
+        if is_simple(&last, decay) {
+            survivors = survivors.simple()?;
+            continue;
+        }
+        match guards::refusal(&last, decay) {
+            Some(refusal) => {
+                survivors = survivors.without(refusal.effect.clone())?;
+                refused.push(refusal);
+            }
             None => break last,
         }
     };
     let survivors = &survivors;
     let smaller = &survivors.path[..survivors.path.len() - 1];
     let mut fits: Vec<Fitted> =
-        smaller.par_iter().map(|judged| of_judged(swing, survivors, judged)).collect();
+        smaller.par_iter().map(|judged| of_judged(decay, survivors, judged)).collect();
     fits.push(last);
-    swing.stop.check()?;
+    decay.stop.check()?;
     let rest = rest_angle(fits.last().expect("the plain model"));
     let offset = !zero_unknown
         && rest.value.abs() > OFF_ZERO * rest.u
-        && rest.value.abs() > LEAST_OFFSET * swing.amplitude_rad;
+        && rest.value.abs() > LEAST_OFFSET * decay.amplitude_rad;
     let mut steps = Vec::new();
     let mut effects = Vec::new();
     if offset {
         let mut structure = survivors.path[0].model.fit.structure.clone();
         structure.limits.push(Limit { number: Number::SensorZero, low: 0.0, high: 0.0 });
         let judged = survivors::refit(&survivors.lengths, &structure, &survivors.path[0]);
-        let model = of_judged(swing, survivors, &judged);
+        let model = of_judged(decay, survivors, &judged);
         let held_out_rad = judged.prediction.rms_rad();
         // Where the model is far off, a rest angle need not help it to predict: then it is no step of its own.
         if held_out_rad >= survivors.path[0].prediction.rms_rad() {
@@ -154,7 +155,7 @@ pub fn account(swing: &Swing, mut survivors: Survivors, zero_unknown: bool) -> R
         let held_out_rad = judged.prediction.rms_rad().min(smaller);
         steps.push(Step { added, model, held_out_rad, parameters });
     }
-    let candidates = candidates(swing, survivors);
+    let candidates = candidates(decay, survivors, refused);
     Ok(Account { steps, effects, rest_angle: rest, plain, candidates })
 }
 
@@ -168,21 +169,21 @@ impl Account {
         self.steps.last().expect("the plain model")
     }
 
-    pub fn left(&self, swing: &Swing, where_: &Where) -> Left {
+    pub fn left(&self, decay: &FreeDecay, where_: &Where) -> Left {
         let last = &self.last().model;
         let plain = &self.steps[self.plain].model;
         Left {
             rms_deg: last.rms_rad().to_degrees(),
-            share_of_amplitude: last.rms_rad() / swing.amplitude_rad,
+            share_of_amplitude: last.rms_rad() / decay.amplitude_rad,
             share_of_misfit: (last.sum_of_squares / plain.sum_of_squares).min(1.0),
-            where_: in_words(swing, where_),
+            where_: in_words(decay, where_),
         }
     }
 }
 
 /// Of which kind what is left is, and at which amplitudes.
-fn in_words(swing: &Swing, where_: &Where) -> String {
-    let hz = swing.frequency_rad_s / TAU;
+fn in_words(decay: &FreeDecay, where_: &Where) -> String {
+    let hz = decay.frequency_rad_s / TAU;
     let share = |from: f64, to: f64| {
         let inside = where_.frequency.iter().filter(|f| f.hz >= from * hz && f.hz < to * hz);
         inside.map(|f| f.share).sum::<f64>()

@@ -1,11 +1,11 @@
 //! The amplitude picture: natural frequency, damping ratio and mid-line of every three cycles against amplitude, as
 //! measured and as each model predicts them.
 //!
-//! A model's values are those of its simulated reading, cut into windows and fitted exactly as the measured swing is:
+//! A model's values are those of its simulated reading, cut into windows and fitted exactly as the measurement is:
 //! whatever the windows do to one they do to the other.
 
 use crate::fit::fitting::Fitted;
-use crate::fit::swing::Swing;
+use crate::fit::free_decay::FreeDecay;
 use crate::identify::samples::Samples;
 use crate::identify::windows::{windows, Window};
 use crate::quantity::Quantity;
@@ -21,11 +21,11 @@ pub struct AmplitudePoint {
     /// Uncertainties are those of the measurement; zero where a model predicts it.
     pub natural_frequency_rad_s: Quantity,
     pub damping_ratio: Quantity,
-    /// What the swing is about.
+    /// Mid-line of the oscillation.
     pub midline_deg: Quantity,
 }
 
-/// What a model makes of the same swing.
+/// What a model predicts for the same windows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Prediction {
     pub name: String,
@@ -34,37 +34,53 @@ pub struct Prediction {
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AmplitudePicture {
-    /// In order of time, largest amplitude first where the swing decays.
+    /// In order of time, largest amplitude first where the oscillation decays.
     pub measured: Vec<AmplitudePoint>,
     pub predictions: Vec<Prediction>,
 }
 
-/// The picture of `swing` with what each of `models`, fitted to it, predicts. A model whose simulation has run away
+/// The picture of `decay` with what each of `models`, fitted to it, predicts. A model whose simulation has run away
 /// has no points.
-pub fn picture(swing: &Swing, models: &[(&str, &Fitted)]) -> AmplitudePicture {
+///
+/// ```
+/// use yawrig_core::diagnosis::amplitude::picture;
+/// use yawrig_core::fit::{fitting::fit_plain, free_decay::FreeDecay};
+/// use yawrig_core::record::Record;
+///
+/// let time_s: Vec<f64> = (0..6000).map(|k| f64::from(k) / 300.0).collect();
+/// let yaw_deg = time_s.iter().map(|t| 12.0 * (-0.06 * t).exp() * (6.0 * t).cos()).collect();
+/// let decay = FreeDecay::of(&Record { file: "mine".into(), time_s, yaw_deg })?;
+/// let plain = fit_plain(&decay, false, decay.yaw_rad.len());
+/// let drawn = picture(&decay, &[("second order", &plain)]);
+/// assert_eq!(drawn.measured.len(), drawn.predictions[0].points.len());
+/// let zeta = drawn.measured[0].damping_ratio.value;
+/// assert!((zeta / 0.01 - 1.0).abs() < 0.01, "{zeta}");
+/// # Ok::<(), yawrig_core::error::Error>(())
+/// ```
+pub fn picture(decay: &FreeDecay, models: &[(&str, &Fitted)]) -> AmplitudePicture {
     let predictions = models.iter().map(|(name, model)| {
-        let readings = model.readings(&swing.grid);
+        let readings = model.readings(&decay.grid);
         let exact = |p: AmplitudePoint| AmplitudePoint {
             natural_frequency_rad_s: Quantity::exact(p.natural_frequency_rad_s.value),
             damping_ratio: Quantity::exact(p.damping_ratio.value),
             midline_deg: Quantity::exact(p.midline_deg.value),
             ..p
         };
-        let points = points(swing, &readings).into_iter().map(exact).collect();
+        let points = points(decay, &readings).into_iter().map(exact).collect();
         Prediction { name: (*name).to_owned(), points }
     });
-    AmplitudePicture { predictions: predictions.collect(), measured: points(swing, &swing.yaw_rad) }
+    AmplitudePicture { predictions: predictions.collect(), measured: points(decay, &decay.yaw_rad) }
 }
 
-fn points(swing: &Swing, yaw_rad: &[f64]) -> Vec<AmplitudePoint> {
+fn points(decay: &FreeDecay, yaw_rad: &[f64]) -> Vec<AmplitudePoint> {
     if yaw_rad.len() < 2 || yaw_rad.iter().any(|y| !y.is_finite()) {
         return Vec::new();
     }
-    let time_s: Vec<f64> = (0..yaw_rad.len()).map(|k| swing.grid.time_s(k)).collect();
+    let time_s: Vec<f64> = (0..yaw_rad.len()).map(|k| decay.grid.time_s(k)).collect();
     let yaw_deg: Vec<f64> = yaw_rad.iter().map(|y| y.to_degrees()).collect();
     let mut samples = Samples::new(&time_s, &yaw_deg);
-    let to_s = swing.grid.time_s(yaw_rad.len());
-    let (windows, _) = windows(&mut samples, time_s[0], to_s, swing.frequency_rad_s);
+    let to_s = decay.grid.time_s(yaw_rad.len());
+    let (windows, _) = windows(&mut samples, time_s[0], to_s, decay.frequency_rad_s);
     windows.iter().map(AmplitudePoint::of).collect()
 }
 
@@ -93,14 +109,14 @@ mod tests {
     use yawrig_shared::modal::Modal;
 
     /// A record of the rig's own integrator and sensor.
-    fn swing(effect: &str) -> Swing {
+    fn decay(effect: &str) -> FreeDecay {
         let modal = Modal { natural_frequency_rad_s: 7.5, damping_ratio: 0.008 };
         let effects = Effects::new(vec![effect.parse().unwrap()]).unwrap();
         let sensor = Sensor { noise_deg: 0.05, ..Sensor::default() };
         let start = Start::default().limited(&modal, &effects);
         let samples = RigSamples::with_effects(&modal, &effects, &start, &sensor, 3).unwrap();
         let (time_s, yaw_deg) = samples.map(|s| (s.time_s, s.yaw_deg)).unzip();
-        Swing::of(&Record { file: "rig".into(), time_s, yaw_deg }).unwrap()
+        FreeDecay::of(&Record { file: "rig".into(), time_s, yaw_deg }).unwrap()
     }
 
     /// Share of the measured points that lie within three standard uncertainties of a prediction.
@@ -129,10 +145,10 @@ mod tests {
             ),
             ("cubic_stiffness:k3=20", Effect::CubicStiffness, frequency),
         ] {
-            let swing = swing(hidden);
-            let plain = fit_plain(&swing, false, swing.yaw_rad.len());
-            let with = fit_added(&swing, &plain, &effect);
-            let picture = picture(&swing, &[("second order", &plain), (effect.id(), &with)]);
+            let decay = decay(hidden);
+            let plain = fit_plain(&decay, false, decay.yaw_rad.len());
+            let with = fit_added(&decay, &plain, &effect);
+            let picture = picture(&decay, &[("second order", &plain), (effect.id(), &with)]);
             assert!(picture.measured.len() > 5, "{}", picture.measured.len());
             let (without, with) = (share_within(&picture, 0, of), share_within(&picture, 1, of));
             println!("{hidden}: within three standard uncertainties {without:.2} without, {with:.2} with");
@@ -150,10 +166,10 @@ mod tests {
 
     #[test]
     fn a_constant_moment_moves_the_midline() {
-        let swing = swing("static_offset:m=1");
-        let plain = fit_plain(&swing, false, swing.yaw_rad.len());
-        let with = fit_added(&swing, &plain, &Effect::StaticOffset);
-        let picture = picture(&swing, &[("static_offset", &with)]);
+        let decay = decay("static_offset:m=1");
+        let plain = fit_plain(&decay, false, decay.yaw_rad.len());
+        let with = fit_added(&decay, &plain, &Effect::StaticOffset);
+        let picture = picture(&decay, &[("static_offset", &with)]);
         let expected = (1.0 / 7.5_f64.powi(2)).to_degrees();
         for (m, p) in picture.measured.iter().zip(&picture.predictions[0].points) {
             assert!((m.midline_deg.value - expected).abs() < 0.02, "{m:?}");

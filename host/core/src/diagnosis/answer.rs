@@ -1,4 +1,4 @@
-//! What a diagnosis is asked, and what it says of each effect alone.
+//! The options of a diagnosis, and its result for each effect alone.
 
 use crate::effects::Effect;
 use crate::fit::fitting::Structure;
@@ -8,7 +8,7 @@ use serde::Serialize;
 /// How a record is judged.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// The sensor's zero is not known: it is fitted, and a constant moment cannot be told from it.
+    /// The sensor's zero is not known: it is fitted, and a constant moment cannot be distinguished from it.
     pub zero_unknown: bool,
     /// The user's own effects, to compete with those of the library, which take part anyway.
     pub own: Vec<Effect>,
@@ -26,4 +26,7 @@ pub struct Candidate {
     pub residual_over_noise: f64,
     pub evidence: f64,
     pub converged: bool,
+    /// Why it does not stand although it helps: numbers that physics forbids or that the record does not fix.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
 }

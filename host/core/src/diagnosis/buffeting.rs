@@ -2,15 +2,15 @@
 //!
 //! State (b, r) of the plain model, driven by a white random moment of intensity q, read with white noise. The
 //! likelihood is that of the innovations, the noise's variance that of the floor: R. H. Jones, Technometrics 22 (1980).
-//! A deterministic effect that is missing also raises q; it is told by forcing, frequency or damping that are not the same
+//! A deterministic effect that is missing also raises q; it is recognised by forcing, frequency or damping that are not the same
 //! in every quarter of the record, by innovations that are not white, know the state, or stand out.
 
 use crate::bic;
 use crate::fit::fitting::Fitted;
-use crate::fit::swing::Swing;
-use crate::motion::simulate::Grid;
+use crate::fit::free_decay::FreeDecay;
+use crate::motion::oscillator::{Flow, Grid};
 
-/// A swing under random forcing.
+/// A free decay under random forcing.
 #[derive(Clone, Debug)]
 pub struct Buffeted {
     pub natural_frequency_rad_s: f64,
@@ -51,18 +51,13 @@ struct Run {
     states: Vec<[f64; 2]>,
 }
 
-/// State transition over `h` and the covariance (bb, br, rr) that the forcing adds.
+/// State transition over `h` (s), none where the model does not oscillate, and the covariance (bb, br, rr) that the forcing adds.
 fn transition(h: f64, wn: f64, zeta: f64, ratio: f64) -> Option<([[f64; 2]; 2], [f64; 3])> {
-    let decay = zeta * wn;
-    let wd = (wn * wn - decay * decay).sqrt();
-    if wd.is_nan() {
+    if zeta.abs() >= 1.0 || zeta.is_nan() {
         return None;
     }
-    let e = (-decay * h).exp();
-    let (s, c) = (wd * h).sin_cos();
-    let f =
-        [[e * (c + decay / wd * s), e * s / wd], [-wn * wn * e * s / wd, e * (c - decay / wd * s)]];
-    Some((f, [ratio * h.powi(3) / 3.0, ratio * h * h / 2.0, ratio * h]))
+    let Flow([p, q, u, v]) = Flow::new(wn, zeta, h);
+    Some(([[p, q], [u, v]], [ratio * h.powi(3) / 3.0, ratio * h * h / 2.0, ratio * h]))
 }
 
 /// Covariance after a reading with `gain`.
@@ -71,7 +66,7 @@ fn updated(p: [f64; 3], gain: [f64; 2]) -> [f64; 3] {
 }
 
 /// Covariance one step on.
-fn foretold(f: &[[f64; 2]; 2], p: [f64; 3], q: [f64; 3]) -> [f64; 3] {
+fn predicted(f: &[[f64; 2]; 2], p: [f64; 3], q: [f64; 3]) -> [f64; 3] {
     let a = [
         [f[0][0] * p[0] + f[0][1] * p[1], f[0][0] * p[1] + f[0][1] * p[2]],
         [f[1][0] * p[0] + f[1][1] * p[1], f[1][0] * p[1] + f[1][1] * p[2]],
@@ -92,7 +87,7 @@ fn filter(
     known: Option<f64>,
 ) -> Option<Run> {
     let (f, q) = transition(grid.step_s, wn, zeta, ratio)?;
-    // Known to nothing at first: the first means fix it, and are left out of the likelihood.
+    // Unknown at first: the first means fix it, and are left out of the likelihood.
     let (mut x, mut p) = ([yaw[0], 0.0], [1e6, 0.0, 1e6 * wn * wn]);
     let (mut sum, mut logs, mut n) = (0.0, 0.0, 0.0);
     let mut innovations = Vec::with_capacity(yaw.len());
@@ -110,7 +105,7 @@ fn filter(
         let gain = [p[0] / variance, p[1] / variance];
         x = [x[0] + gain[0] * innovation, x[1] + gain[1] * innovation];
         x = [f[0][0] * x[0] + f[0][1] * x[1], f[1][0] * x[0] + f[1][1] * x[1]];
-        p = foretold(&f, updated(p, gain), q);
+        p = predicted(&f, updated(p, gain), q);
     }
     let noise_variance = sum / n;
     let level = known.unwrap_or(noise_variance);
@@ -139,54 +134,58 @@ fn state_dependence(run: &Run) -> f64 {
     (filled.iter().sum::<f64>() - n) / (2.0 * n).sqrt()
 }
 
-/// Neighbouring means of the swing that the filter takes together: it needs a dozen a cycle, and the longer a mean the
+/// Neighbouring means of the swing that the filter averages: it needs a dozen a cycle, and the longer a mean the
 /// less its noise has to do with the next.
-fn together(swing: &Swing) -> usize {
-    (swing.per_cycle() / PER_CYCLE).max(1.0) as usize
+fn means_per_block(decay: &FreeDecay) -> usize {
+    (decay.per_cycle() / PER_CYCLE).max(1.0) as usize
 }
 
-fn reduced(series: &[f64], together: usize) -> Vec<f64> {
-    series.chunks_exact(together).map(|c| c.iter().sum::<f64>() / together as f64).collect()
+fn reduced(series: &[f64], means_per_block: usize) -> Vec<f64> {
+    series
+        .chunks_exact(means_per_block)
+        .map(|c| c.iter().sum::<f64>() / means_per_block as f64)
+        .collect()
 }
 
 /// What [`Buffeted::deviance`] is compared with: that of a definite model, all of whose residual is noise, its numbers
 /// counted; and the count of residuals.
-pub fn definite_criterion(swing: &Swing, model: &Fitted) -> (f64, f64) {
-    let left = reduced(&model.residuals, together(swing));
+pub fn definite_criterion(decay: &FreeDecay, model: &Fitted) -> (f64, f64) {
+    let left = reduced(&model.residuals, means_per_block(decay));
     let n = left.len() as f64;
     let sum: f64 = left.iter().map(|r| r * r).sum();
     (bic::of_squares(sum, n, model.parameters.len()), n)
 }
 
-/// The likeliest random forcing of a swing, from the plain model's fit.
-pub fn fit(swing: &Swing, plain: &Fitted) -> Option<Buffeted> {
+/// The likeliest random forcing of a free decay, from the plain model's fit.
+pub fn fit(decay: &FreeDecay, plain: &Fitted) -> Option<Buffeted> {
     let zero = if plain.structure.zero_unknown { plain.parameters[4] } else { 0.0 };
-    let yaw: Vec<f64> = swing.yaw_rad.iter().map(|y| y - zero).collect();
-    fit_series(swing, &yaw, plain, None)
+    let yaw: Vec<f64> = decay.yaw_rad.iter().map(|y| y - zero).collect();
+    fit_series(decay, &yaw, plain, None)
 }
 
 /// The likeliest random forcing behind what `model` leaves, which follows the linear equation of motion as long as it
 /// is small.
-pub(crate) fn fit_residuals(swing: &Swing, model: &Fitted) -> Option<Buffeted> {
+pub(crate) fn fit_residuals(decay: &FreeDecay, model: &Fitted) -> Option<Buffeted> {
     let left: Vec<f64> = model.residuals.iter().map(|r| -r).collect();
-    let (yaw, rate) = model.motion().readings_and_rates(&swing.grid);
+    let (yaw, rate) = model.motion().readings_and_rates(&decay.grid);
     let states = yaw.into_iter().zip(rate).map(|(b, r)| [b, r]).collect();
-    fit_series(swing, &left, model, Some(states))
+    fit_series(decay, &left, model, Some(states))
 }
 
 fn fit_series(
-    swing: &Swing,
+    decay: &FreeDecay,
     yaw: &[f64],
     model: &Fitted,
     states: Option<Vec<[f64; 2]>>,
 ) -> Option<Buffeted> {
-    let together = together(swing);
-    let yaw = &reduced(yaw, together)[..];
-    let grid = Grid { step_s: swing.grid.step_s * together as f64, count: yaw.len(), ..swing.grid };
-    let (noise, expected) = swing.noise_of(together);
+    let means_per_block = means_per_block(decay);
+    let yaw = &reduced(yaw, means_per_block)[..];
+    let grid =
+        Grid { step_s: decay.grid.step_s * means_per_block as f64, count: yaw.len(), ..decay.grid };
+    let (noise, expected) = decay.noise_of(means_per_block);
     let noise = noise.powi(2);
     let wn = model.parameters[0];
-    let size = (wn.powi(3) * swing.amplitude_rad.powi(2) / noise).ln();
+    let size = (wn.powi(3) * decay.amplitude_rad.powi(2) / noise).ln();
     let at = |p: &[f64; 3], yaw: &[f64]| {
         filter(&grid, yaw, [wn * (1.0 + p[1]), p[2], p[0].exp()], Some(noise))
     };
@@ -202,7 +201,7 @@ fn fit_series(
     let mut run = at(&p, yaw)?;
     if let Some(states) = states {
         let states: Vec<[f64; 2]> =
-            states.chunks_exact(together).map(|c| c[together / 2]).collect();
+            states.chunks_exact(means_per_block).map(|c| c[means_per_block / 2]).collect();
         run.states = states[states.len() - run.innovations.len()..].to_vec();
     }
     let unsteadiness = yaw
@@ -231,7 +230,7 @@ fn fit_series(
         natural_frequency_rad_s: wn * (1.0 + p[1]),
         damping_ratio: p[2],
         intensity: p[0].exp() * noise,
-        ratio: p[0].exp() / together as f64,
+        ratio: p[0].exp() / means_per_block as f64,
         deviations: [deviations[0], deviations[1] * wn, deviations[2]],
         deviance: run.deviance,
         over_noise: (run.noise_variance / noise).sqrt(),
@@ -274,7 +273,7 @@ impl Whitener {
             let gain = [p[0] / variance, p[1] / variance];
             gains.push(gain);
             roots.push(variance.sqrt());
-            p = foretold(&transition, updated(p, gain), q);
+            p = predicted(&transition, updated(p, gain), q);
         }
         Some(Self { transition, gains, roots })
     }

@@ -6,24 +6,25 @@ use crate::derivatives::condition::{settings, Identified};
 use crate::derivatives::table::{Point, Table};
 use crate::derivatives::Computed;
 use crate::diagnosis::buffeting::Buffeted;
-use crate::diagnosis::campaign_fit::{Campaign, Shared, Told, OWN};
+pub use crate::diagnosis::campaign_fit::HeldOut;
+use crate::diagnosis::campaign_fit::{Campaign, Shared, SharedEffect, OWN};
 use crate::diagnosis::compare::{self, Where};
 use crate::diagnosis::diagnose::{Candidate, Modal, Options, Status, Step};
 use crate::diagnosis::origin::{self, Origin, Plan};
+use crate::diagnosis::releases::{self, Judged, Releases};
 use crate::diagnosis::search::is_explained;
 use crate::diagnosis::search::EXPLAINED;
-use crate::diagnosis::together::{self, Judged, Releases};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::Fitted;
-use crate::fit::swing::Swing;
+use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 use yawrig_shared::axis::Axis;
 
-/// Standard deviation of ln q beyond which there is no telling.
+/// Standard deviation of ln q beyond which nothing is known of it.
 const MOST_LOG_DEVIATION: f64 = 3.0;
 
 /// All that is said about a campaign. Rms in deg over all releases, ratios to the noise floor of block means.
@@ -55,17 +56,6 @@ pub struct CampaignDiagnosis {
     pub where_release: String,
     /// `null` where there is no point to compute.
     pub derivatives: Option<BeforeAndAfter>,
-}
-
-/// What a model was judged on that it was not fitted to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum HeldOut {
-    /// The last repeat of each condition released more than once: the effects' coefficients are those of the others,
-    /// natural frequency, damping ratio and state are its own.
-    Releases,
-    /// The later part of each release.
-    LaterPart,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -107,43 +97,47 @@ pub struct BeforeAndAfter {
 #[derive(Clone, Debug)]
 pub struct Diagnosed {
     pub diagnosis: CampaignDiagnosis,
-    pub swings: Vec<Swing>,
+    pub decays: Vec<FreeDecay>,
     /// The second-order model of each.
     pub plain: Vec<Fitted>,
     /// The final one, its shared coefficients in common; a random moment left out.
     pub last: Vec<Fitted>,
 }
 
-/// Judges swings, one for each release of `made` in its order.
+/// Judges free decays, one for each release of `made` in its order.
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
-pub fn diagnose_swings(
+pub fn diagnose_decays(
     made: &Made,
-    swings: &[Swing],
+    decays: &[FreeDecay],
     options: &Options,
 ) -> Result<CampaignDiagnosis> {
-    Ok(judged(made, swings, options)?.0)
+    Ok(judged(made, decays, options)?.0)
 }
 
-/// Judges swings, one for each release of `made` in its order, and keeps what was fitted.
+/// Judges free decays, one for each release of `made` in its order, and keeps what was fitted.
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
-pub fn diagnose_with_fits(made: &Made, swings: Vec<Swing>, options: &Options) -> Result<Diagnosed> {
-    let (diagnosis, plain, last) = judged(made, &swings, options)?;
-    Ok(Diagnosed { diagnosis, swings, plain, last })
+pub fn diagnose_with_fits(
+    made: &Made,
+    decays: Vec<FreeDecay>,
+    options: &Options,
+) -> Result<Diagnosed> {
+    let (diagnosis, plain, last) = judged(made, &decays, options)?;
+    Ok(Diagnosed { diagnosis, decays, plain, last })
 }
 
 /// The diagnosis, and the plain and the final model of each release.
 fn judged(
     made: &Made,
-    swings: &[Swing],
+    decays: &[FreeDecay],
     options: &Options,
 ) -> Result<(CampaignDiagnosis, Vec<Fitted>, Vec<Fitted>)> {
     let wind_speed_m_s = made.release.iter().map(|r| r.wind_speed_m_s).collect();
-    let releases = Releases { swings: swings.iter().collect(), wind_speed_m_s };
-    let judged = together::judge(&releases, options)?;
+    let releases = Releases { decays: decays.iter().collect(), wind_speed_m_s };
+    let judged = releases::judge(&releases, options)?;
     let campaign = Campaign { made, settings: settings(made), releases: &releases };
     let shared: Vec<Shared> =
         judged.path.iter().map(|model| campaign.shared(model)).collect::<Result<_>>()?;
@@ -168,15 +162,15 @@ impl Campaign<'_> {
         let steps: Vec<(HeldOut, Step)> = shared.iter().map(step).collect::<Result<_>>()?;
         let last = shared.last().expect("a model");
         let plain = &judged.path[0].fits;
-        let swings = &self.releases.swings;
-        let status = match (last.is_explained(swings), last.told.is_empty()) {
+        let decays = &self.releases.decays;
+        let status = match (last.is_explained(decays), last.effects.is_empty()) {
             (true, true) => Status::Adequate,
             (true, false) => Status::Explained,
             (false, _) => Status::Unexplained,
         };
         let modal = |fit: &Fitted| (fit.natural_frequency_rad_s(), fit.damping_ratio());
         let mut after: Vec<(Quantity, Quantity)> = last.joint.fits.iter().map(modal).collect();
-        let rows = (0..swings.len()).map(|i| {
+        let rows = (0..decays.len()).map(|i| {
             let fit = &last.joint.fits[i];
             let entry = &self.made.release[i];
             ReleaseVerdict {
@@ -184,26 +178,26 @@ impl Campaign<'_> {
                 spring: entry.spring.clone(),
                 axis: entry.axis,
                 wind_speed_m_s: entry.wind_speed_m_s,
-                noise_rms_deg: swings[i].sample_noise_rad.to_degrees(),
+                noise_rms_deg: decays[i].sample_noise_rad.to_degrees(),
                 natural_frequency_rad_s: after[i].0,
                 damping_ratio: after[i].1,
-                before_over_noise: plain[i].over_noise(swings[i]),
-                residual_over_noise: fit.over_noise(swings[i]),
-                explained: is_explained(fit, swings[i]),
+                before_over_noise: plain[i].over_noise(decays[i]),
+                residual_over_noise: fit.over_noise(decays[i]),
+                explained: is_explained(fit, decays[i]),
             }
         });
         let mut releases: Vec<ReleaseVerdict> = rows.collect();
-        let worst = (0..swings.len())
+        let worst = (0..decays.len())
             .max_by(|&a, &b| {
                 releases[a].residual_over_noise.total_cmp(&releases[b].residual_over_noise)
             })
             .unwrap_or(0);
         let mean_square =
-            swings.iter().map(|s| s.sample_noise_rad.to_degrees().powi(2)).sum::<f64>();
+            decays.iter().map(|s| s.sample_noise_rad.to_degrees().powi(2)).sum::<f64>();
         let mut out = CampaignDiagnosis {
-            noise_rms_deg: (mean_square / swings.len() as f64).sqrt(),
+            noise_rms_deg: (mean_square / decays.len() as f64).sqrt(),
             status,
-            effects: last.told.iter().map(|t| t.effect.clone()).collect(),
+            effects: last.effects.iter().map(|e| e.effect.clone()).collect(),
             indistinguishable: judged
                 .indistinguishable
                 .iter()
@@ -217,7 +211,7 @@ impl Campaign<'_> {
             steps: steps.into_iter().map(|s| s.1).collect(),
             candidates: candidates(judged),
             coefficients: BTreeMap::new(),
-            where_: compare::locate(swings[worst], &last.joint.fits[worst]),
+            where_: compare::locate(decays[worst], &last.joint.fits[worst]),
             where_release: releases[worst].file.clone(),
             releases: Vec::new(),
             derivatives: None,
@@ -233,10 +227,10 @@ impl Campaign<'_> {
                 releases[i].explained = b.over_noise <= EXPLAINED;
                 (releases[i].natural_frequency_rad_s, releases[i].damping_ratio) = after[i];
             }
-            self.tell_forced(&mut out, forced);
+            self.add_forced(&mut out, forced);
         } else {
-            for told in &last.told {
-                out.tell(told);
+            for effect in &last.effects {
+                out.add(effect);
             }
         }
         out.releases = releases;
@@ -248,9 +242,9 @@ impl Campaign<'_> {
     }
 
     /// The verdict that a random moment moves the model.
-    fn tell_forced(&self, out: &mut CampaignDiagnosis, forced: &[Buffeted]) {
+    fn add_forced(&self, out: &mut CampaignDiagnosis, forced: &[Buffeted]) {
         let effect = Effect::Buffeting;
-        // Where there is none the likelihood is flat in ln q, and no deviation can be had from it.
+        // Where there is none the likelihood is flat in ln q, and gives no deviation.
         let intensity = |i: usize| {
             let q = forced[i].intensity;
             Some(Quantity::new(q, q * forced[i].deviations[0].min(MOST_LOG_DEVIATION)))
@@ -259,9 +253,9 @@ impl Campaign<'_> {
         let (origin, reason) = origin::decide(&seen, &effect.parameters()[0].unit);
         let groups = (0..forced.len()).map(Some).collect();
         let plan = Plan { name: OWN, groups };
-        let swings = &self.releases.swings;
+        let decays = &self.releases.decays;
         let mean = |of: &dyn Fn(usize) -> f64| {
-            ((0..swings.len()).map(|i| of(i).powi(2)).sum::<f64>() / swings.len() as f64).sqrt()
+            ((0..decays.len()).map(|i| of(i).powi(2)).sum::<f64>() / decays.len() as f64).sqrt()
         };
         let over = mean(&|i| forced[i].over_noise);
         // The plain mean over the releases it is in: weights by its own uncertainty would favour the weakest.
@@ -277,7 +271,7 @@ impl Campaign<'_> {
         out.steps.push(Step {
             added: Some(effect.clone()),
             residual_rms_deg: mean(&|i| {
-                swings[i].raw_rms_deg(forced[i].over_noise * swings[i].noise_rad)
+                decays[i].raw_rms_deg(forced[i].over_noise * decays[i].noise_rad)
             }),
             residual_over_noise: over,
             // The filter's innovations are one step ahead throughout.
@@ -288,7 +282,7 @@ impl Campaign<'_> {
         out.status = if explained { Status::Explained } else { Status::Unexplained };
         out.effects = vec![effect.clone()];
         out.indistinguishable.clear();
-        out.tell(&Told { effect, origin, reason, plan, seen });
+        out.add(&SharedEffect { effect, origin, reason, plan, seen });
     }
 
     /// The derivative table with these wn and zeta; `None` where there is no point in it. Coefficients that releases
@@ -296,12 +290,12 @@ impl Campaign<'_> {
     fn table(&self, modal: &[(Quantity, Quantity)]) -> Option<Table> {
         let identified: Vec<Identified> = modal
             .iter()
-            .zip(&self.releases.swings)
-            .map(|(&(natural_frequency_rad_s, damping_ratio), swing)| Identified {
+            .zip(&self.releases.decays)
+            .map(|(&(natural_frequency_rad_s, damping_ratio), decay)| Identified {
                 natural_frequency_rad_s,
                 damping_ratio,
-                from_s: swing.release_time_s + swing.grid.start_s,
-                to_s: swing.release_time_s + swing.grid.time_s(swing.grid.count),
+                from_s: decay.release_time_s + decay.grid.start_s,
+                to_s: decay.release_time_s + decay.grid.time_s(decay.grid.count),
                 flags: Vec::new(),
             })
             .collect();
@@ -311,13 +305,13 @@ impl Campaign<'_> {
 }
 
 impl CampaignDiagnosis {
-    fn tell(&mut self, told: &Told) {
-        let id = told.effect.to_string();
-        let parameter = &told.effect.parameters()[0];
-        self.origin.insert(id.clone(), told.origin);
-        self.origin_reason.insert(id.clone(), told.reason.clone());
-        self.sharing.insert(id.clone(), told.plan.name);
-        let rows = told.seen.iter().map(|seen| Coefficient {
+    fn add(&mut self, shared: &SharedEffect) {
+        let id = shared.effect.to_string();
+        let parameter = &shared.effect.parameters()[0];
+        self.origin.insert(id.clone(), shared.origin);
+        self.origin_reason.insert(id.clone(), shared.reason.clone());
+        self.sharing.insert(id.clone(), shared.plan.name);
+        let rows = shared.seen.iter().map(|seen| Coefficient {
             spring: seen.spring.clone(),
             axis: seen.axis,
             wind_speed_m_s: seen.wind_speed_m_s,
@@ -331,6 +325,7 @@ impl CampaignDiagnosis {
 
 fn candidates(judged: &Judged) -> Vec<Candidate> {
     let each = judged.singles.iter().map(|single| Candidate {
+        reason: None,
         effect: single.effect.clone(),
         residual_over_noise: single.residual_over_noise,
         evidence: single.evidence,

@@ -4,37 +4,49 @@ use crate::bic::{self, MARGIN};
 use crate::derivatives::campaign::Campaign as Made;
 use crate::derivatives::condition::Setting;
 use crate::diagnosis::buffeting::{self, Buffeted};
-use crate::diagnosis::campaign::HeldOut;
 use crate::diagnosis::diagnose::{Step, FITTED_SHARE};
 use crate::diagnosis::origin::{self, weighted_mean, Origin, Plan, Seen};
+use crate::diagnosis::releases::{self, coefficient, over_noise, Judged, Model, Releases};
 use crate::diagnosis::search;
-use crate::diagnosis::together::{self, coefficient, over_noise, Judged, Model, Releases};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{self, Fitted, Limit, Number, Structure};
+use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, JointFit, Release, Sharing};
-use crate::fit::swing::Swing;
 use crate::quantity::Quantity;
 use rayon::prelude::*;
+use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// What is said where no two releases share a coefficient.
+/// The sharing where no two releases have a coefficient in common.
 pub const OWN: &str = "each release its own";
+
+/// What a model was judged on that it was not fitted to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HeldOut {
+    /// The last repeat of each condition released more than once: the effects' coefficients are those of the others,
+    /// natural frequency, damping ratio and state are its own.
+    Releases,
+    /// The later part of each release.
+    LaterPart,
+}
 
 /// A model with the origin of its effects, and all releases fitted with the numbers they share.
 pub struct Shared {
     pub joint: JointFit,
-    pub told: Vec<Told>,
+    pub effects: Vec<SharedEffect>,
 }
 
 impl Shared {
     /// Whether every release is down to its noise.
-    pub fn is_explained(&self, swings: &[&Swing]) -> bool {
-        self.joint.fits.iter().zip(swings).all(|(fit, swing)| search::is_explained(fit, swing))
+    pub fn is_explained(&self, decays: &[&FreeDecay]) -> bool {
+        self.joint.fits.iter().zip(decays).all(|(fit, decay)| search::is_explained(fit, decay))
     }
 }
 
-pub struct Told {
+/// An effect of the model: where it comes from, why, and which releases share its coefficient.
+pub struct SharedEffect {
     pub effect: Effect,
     pub origin: Origin,
     pub reason: String,
@@ -50,7 +62,7 @@ pub struct Campaign<'a> {
 
 impl Campaign<'_> {
     fn whole(&self) -> Vec<Release<'_>> {
-        self.releases.swings.iter().map(|swing| Release::whole(swing)).collect()
+        self.releases.decays.iter().map(|decay| Release::whole(decay)).collect()
     }
 
     /// One coefficient for each condition.
@@ -85,38 +97,40 @@ impl Campaign<'_> {
         self.releases.check()?;
         let fits: Vec<&Fitted> = alone.iter().map(|joint| &joint.fits[0]).collect();
         let effective: f64 = fits.iter().map(|fit| fit.effective_count()).sum();
-        let mut told: Vec<Told> =
-            effects.iter().map(|effect| self.told(effect, &fits, effective)).collect();
+        let mut attributed: Vec<SharedEffect> =
+            effects.iter().map(|effect| self.attributed(effect, &fits, effective)).collect();
         let sharing =
-            Sharing { effects: told.iter().map(|t| t.plan.groups.clone()).collect(), ..own };
+            Sharing { effects: attributed.iter().map(|e| e.plan.groups.clone()).collect(), ..own };
         let joint = joint::fit_from(&whole, &structure, &sharing, &fits);
         self.releases.check()?;
-        // What is in common is chosen on the coefficients alone; the releases have the last word.
+        // What is shared is chosen on the coefficients alone; whether it holds is tried on the releases.
         let squares: f64 = alone.iter().map(|joint| joint.sum_of_squares).sum();
         let numbers: usize = alone.iter().map(|joint| joint.parameters.len()).sum();
         let fewer = numbers.saturating_sub(joint.parameters.len()) as f64;
         let lost = bic::gain(joint.sum_of_squares, squares, effective, fewer);
         if joint.converged && lost < MARGIN {
-            return Ok(Shared { joint, told });
+            return Ok(Shared { joint, effects: attributed });
         }
-        for told in &mut told {
-            told.plan.name = OWN;
-            let groups = &mut told.plan.groups;
+        for effect in &mut attributed {
+            effect.plan.name = OWN;
+            let groups = &mut effect.plan.groups;
             groups.iter_mut().enumerate().for_each(|(i, g)| *g = g.map(|_| i));
         }
-        let sharing =
-            Sharing { effects: told.iter().map(|t| t.plan.groups.clone()).collect(), ..sharing };
+        let sharing = Sharing {
+            effects: attributed.iter().map(|e| e.plan.groups.clone()).collect(),
+            ..sharing
+        };
         let joint = joint::fit_from(&whole, &structure, &sharing, &fits);
-        Ok(Shared { joint, told })
+        Ok(Shared { joint, effects: attributed })
     }
 
-    fn told(&self, effect: &Effect, fits: &[&Fitted], effective: f64) -> Told {
+    fn attributed(&self, effect: &Effect, fits: &[&Fitted], effective: f64) -> SharedEffect {
         let parameter = &effect.parameters()[0];
         let seen = self.by_condition(|i| coefficient(fits[i], effect));
         let (origin, mut reason) = origin::decide(&seen, &parameter.unit);
         if *effect == Effect::StaticOffset && origin == Origin::Undecided {
             reason.push_str(
-                "; a sensor that was not zeroed shows as a moment that changes with the stiffness: try --unknown-zero",
+                "; a sensor that was not zeroed shows as a moment that changes with the stiffness: fit with an unknown zero",
             );
         }
         let is_line = effect.parameters().len() > 1 || effect.belongs_to_release(0);
@@ -139,13 +153,13 @@ impl Campaign<'_> {
                 .collect();
             origin::plan(origin, &own, effective)
         };
-        Told { effect: effect.clone(), origin, reason, plan, seen }
+        SharedEffect { effect: effect.clone(), origin, reason, plan, seen }
     }
 
     /// Residual over noise on what a model was not fitted to.
     pub fn held_out(&self, shared: &Shared) -> (HeldOut, f64) {
         let joint = &shared.joint;
-        let swings = &self.releases.swings;
+        let decays = &self.releases.decays;
         let held: Vec<usize> = self
             .settings
             .iter()
@@ -155,18 +169,18 @@ impl Campaign<'_> {
         let starts: Vec<Vec<f64>> = joint.fits.iter().map(|f| f.parameters.clone()).collect();
         if held.is_empty() {
             let early: Vec<Release> =
-                swings.iter().map(|swing| Release::part(swing, FITTED_SHARE)).collect();
+                decays.iter().map(|decay| Release::part(decay, FITTED_SHARE)).collect();
             let early = joint::fit(&early, &joint.structure, &joint.sharing, &starts);
-            let later = early.held_out_over_noise(swings);
+            let later = early.held_out_over_noise(decays);
             return (HeldOut::LaterPart, later.unwrap_or(f64::NAN));
         }
-        let kept: Vec<usize> = (0..swings.len()).filter(|i| !held.contains(i)).collect();
+        let kept: Vec<usize> = (0..decays.len()).filter(|i| !held.contains(i)).collect();
         let of = |groups: &Vec<Option<usize>>| kept.iter().map(|&i| groups[i]).collect();
         let sharing = Sharing {
             modal: (0..kept.len()).collect(),
             effects: joint.sharing.effects.iter().map(of).collect(),
         };
-        let releases: Vec<Release> = kept.iter().map(|&i| Release::whole(swings[i])).collect();
+        let releases: Vec<Release> = kept.iter().map(|&i| Release::whole(decays[i])).collect();
         let kept_starts: Vec<Vec<f64>> = kept.iter().map(|&i| starts[i].clone()).collect();
         let others = joint::fit(&releases, &joint.structure, &sharing, &kept_starts);
         let fits: Vec<Fitted> = held
@@ -188,11 +202,11 @@ impl Campaign<'_> {
                         structure.limits.push(Limit { number, low: value, high: value });
                     }
                 }
-                fitting::refitted(swings[i], &structure, &starts[i])
+                fitting::refitted(decays[i], &structure, &starts[i])
             })
             .collect();
-        let held_swings: Vec<&Swing> = held.iter().map(|&i| swings[i]).collect();
-        (HeldOut::Releases, over_noise(&fits, &held_swings))
+        let held_decays: Vec<&FreeDecay> = held.iter().map(|&i| decays[i]).collect();
+        (HeldOut::Releases, over_noise(&fits, &held_decays))
     }
 
     /// Place in `kept` of another release of the same condition.
@@ -203,26 +217,25 @@ impl Campaign<'_> {
 
     pub fn step(&self, shared: &Shared) -> (HeldOut, Step) {
         let joint = &shared.joint;
-        let swings = &self.releases.swings;
-        let raw = joint.fits.iter().zip(swings).map(|(fit, swing)| {
-            let n = (fit.count * swing.block) as f64;
-            (n, n * swing.raw_rms_deg(fit.rms_rad()).powi(2))
+        let decays = &self.releases.decays;
+        let raw = joint.fits.iter().zip(decays).map(|(fit, decay)| {
+            let n = (fit.count * decay.block) as f64;
+            (n, n * decay.raw_rms_deg(fit.rms_rad()).powi(2))
         });
         let (n, squares) = raw.fold((0.0, 0.0), |s, (n, q)| (s.0 + n, s.1 + q));
         let mut parameters = BTreeMap::new();
-        for told in &shared.told {
-            for (number, parameter) in told.effect.parameters().iter().enumerate() {
-                if told.effect.belongs_to_release(number) {
+        for SharedEffect { effect, .. } in &shared.effects {
+            for (number, parameter) in effect.parameters().iter().enumerate() {
+                if effect.belongs_to_release(number) {
                     continue;
                 }
                 // Once for each group, whatever releases share it.
-                let mut places: Vec<usize> = (0..swings.len())
-                    .filter_map(|i| joint.place(&told.effect, number, i))
-                    .collect();
+                let mut places: Vec<usize> =
+                    (0..decays.len()).filter_map(|i| joint.place(effect, number, i)).collect();
                 places.sort_unstable();
                 places.dedup();
                 let mean = weighted_mean(places.into_iter().map(|at| joint.quantity(at)));
-                let name = format!("{}.{}", told.effect, parameter.name);
+                let name = format!("{}.{}", effect, parameter.name);
                 parameters.extend(mean.map(|mean| (name, mean)));
             }
         }
@@ -239,14 +252,14 @@ impl Campaign<'_> {
 
     /// Random forcing in most releases with the wind on, or with it off, where definite effects do not explain them.
     pub fn randomly_forced(&self, judged: &Judged, last: &Shared) -> Option<Vec<Buffeted>> {
-        if last.is_explained(&self.releases.swings) && last.told.len() < 2 {
+        if last.is_explained(&self.releases.decays) && last.effects.len() < 2 {
             return None;
         }
         let (plain, best) = (judged.path.first()?, judged.path.last()?);
-        if !together::is_forced(self.releases, plain, best) {
+        if !releases::is_forced(self.releases, plain, best) {
             return None;
         }
-        let each = self.releases.swings.par_iter().zip(&plain.fits);
-        each.map(|(swing, plain)| buffeting::fit(swing, plain)).collect()
+        let each = self.releases.decays.par_iter().zip(&plain.fits);
+        each.map(|(decay, plain)| buffeting::fit(decay, plain)).collect()
     }
 }

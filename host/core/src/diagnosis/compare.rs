@@ -1,7 +1,7 @@
 //! Where a model fails: over time, amplitude, the phase plane and frequency.
 
 use crate::fit::fitting::Fitted;
-use crate::fit::swing::Swing;
+use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -15,9 +15,9 @@ const PHASE_CELLS: i32 = 4;
 const CUT_CELLS: i32 = 8;
 const CUT_WIDTH: f64 = 0.25;
 const FREQUENCY_BINS: usize = 24;
-/// Highest frequency of the residual's spectrum shown, in multiples of the swing's.
+/// Highest frequency of the residual's spectrum shown, in multiples of the natural frequency.
 const HIGHEST: f64 = 6.0;
-/// Half width of the local parabola from which the residual's curvature is had, in cycles.
+/// Half width of the local parabola from which the residual's curvature is estimated, in cycles.
 const HALF_WIDTH: f64 = 0.12;
 
 /// Residual (record less model) where it is.
@@ -84,23 +84,38 @@ pub struct FrequencyBin {
     pub share: f64,
 }
 
-/// Where `model` fails on `swing`. Rms of block means, deg.
-pub fn locate(swing: &Swing, model: &Fitted) -> Where {
-    locate_within(swing, model, 0..model.residuals.len())
+/// Where `model` fails on `decay`. Rms of block means, deg.
+///
+/// ```
+/// use yawrig_core::diagnosis::compare::locate;
+/// use yawrig_core::fit::{fitting::fit_plain, free_decay::FreeDecay};
+/// use yawrig_core::record::Record;
+///
+/// // A zero that drifts: the residual is largest at the ends of the record.
+/// let time_s: Vec<f64> = (0..6000).map(|k| f64::from(k) / 300.0).collect();
+/// let yaw_deg =
+///     time_s.iter().map(|t| 12.0 * (-0.06 * t).exp() * (6.0 * t).cos() + 0.1 * t).collect();
+/// let decay = FreeDecay::of(&Record { file: "mine".into(), time_s, yaw_deg })?;
+/// let found = locate(&decay, &fit_plain(&decay, false, decay.yaw_rad.len()));
+/// assert!(found.time.last().unwrap().rms_deg > 0.5);
+/// # Ok::<(), yawrig_core::error::Error>(())
+/// ```
+pub fn locate(decay: &FreeDecay, model: &Fitted) -> Where {
+    locate_within(decay, model, 0..model.residuals.len())
 }
 
 /// The same over some of the block means; the correlation stays that of all.
-pub fn locate_within(swing: &Swing, model: &Fitted, part: Range<usize>) -> Where {
+pub fn locate_within(decay: &FreeDecay, model: &Fitted, part: Range<usize>) -> Where {
     let motion = model.motion();
-    let (yaw, rate) = motion.readings_and_rates(&swing.grid);
+    let (yaw, rate) = motion.readings_and_rates(&decay.grid);
     let (yaw, rate) = (&yaw[part.clone()], &rate[part.clone()]);
     let wn = model.parameters[0];
     let residual: Vec<f64> = model.residuals[part.clone()].iter().map(|r| -r).collect();
-    let states = missing_moments(swing, model, &residual, yaw, rate);
-    let start_s = swing.grid.time_s(part.start);
+    let states = missing_moments(decay, model, &residual, yaw, rate);
+    let start_s = decay.grid.time_s(part.start);
     let (b_max, r_max) = (largest(yaw), largest(rate));
     Where {
-        time: time(swing, start_s, &residual),
+        time: time(decay, start_s, &residual),
         amplitude: amplitude(&residual, yaw, rate, wn),
         damping_law: cut(&states, r_max, |s| (s.yaw_rad * wn, s.rate_rad_s))
             .into_iter()
@@ -119,7 +134,7 @@ pub fn locate_within(swing: &Swing, model: &Fitted, part: Range<usize>) -> Where
             })
             .collect(),
         phase: phase(&states, b_max, r_max),
-        frequency: frequency(swing, &residual),
+        frequency: frequency(decay, &residual),
         correlation: model.correlation,
         correlation_of_white: 2.0 / (model.count as f64).sqrt(),
     }
@@ -134,15 +149,15 @@ fn rms_deg(values: impl Iterator<Item = f64>) -> Option<f64> {
     (n > 0.0).then(|| f64::sqrt(sum / n).to_degrees())
 }
 
-fn time(swing: &Swing, start_s: f64, residual: &[f64]) -> Vec<TimeBin> {
+fn time(decay: &FreeDecay, start_s: f64, residual: &[f64]) -> Vec<TimeBin> {
     let width = residual.len().div_ceil(TIME_BINS).max(1);
     residual
         .chunks(width)
         .enumerate()
         .filter_map(|(i, chunk)| {
             Some(TimeBin {
-                from_s: start_s + swing.grid.step_s * (i * width) as f64,
-                to_s: start_s + swing.grid.step_s * (i * width + chunk.len()) as f64,
+                from_s: start_s + decay.grid.step_s * (i * width) as f64,
+                to_s: start_s + decay.grid.step_s * (i * width + chunk.len()) as f64,
                 rms_deg: rms_deg(chunk.iter().copied())?,
             })
         })
@@ -175,15 +190,15 @@ struct Missing {
 
 /// The residual e obeys e'' + 2 zeta wn e' + wn^2 e = missing moment: e, e' and e'' from local parabolas.
 fn missing_moments(
-    swing: &Swing,
+    decay: &FreeDecay,
     model: &Fitted,
     residual: &[f64],
     yaw: &[f64],
     rate: &[f64],
 ) -> Vec<Missing> {
     let (wn, zeta) = (model.parameters[0], model.parameters[1]);
-    let h = swing.grid.step_s;
-    let half = ((HALF_WIDTH * swing.per_cycle()) as usize).max(1);
+    let h = decay.grid.step_s;
+    let half = ((HALF_WIDTH * decay.per_cycle()) as usize).max(1);
     if residual.len() <= 2 * half {
         return Vec::new();
     }
@@ -267,7 +282,7 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().filter(|v| v.is_finite()).fold(0.0, |m, v| m.max(v.abs()))
 }
 
-fn frequency(swing: &Swing, residual: &[f64]) -> Vec<FrequencyBin> {
+fn frequency(decay: &FreeDecay, residual: &[f64]) -> Vec<FrequencyBin> {
     let n = residual.len();
     let fft = realfft::RealFftPlanner::<f64>::new().plan_fft_forward(n);
     let mut input = residual.to_vec();
@@ -277,8 +292,8 @@ fn frequency(swing: &Swing, residual: &[f64]) -> Vec<FrequencyBin> {
     }
     let power: Vec<f64> = spectrum.iter().map(|c| c.norm_sqr()).collect();
     let total: f64 = power.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-    let spacing = 1.0 / (n as f64 * swing.grid.step_s);
-    let width = HIGHEST * swing.frequency_rad_s / TAU / FREQUENCY_BINS as f64;
+    let spacing = 1.0 / (n as f64 * decay.grid.step_s);
+    let width = HIGHEST * decay.frequency_rad_s / TAU / FREQUENCY_BINS as f64;
     (0..FREQUENCY_BINS)
         .map(|k| {
             let inside = |i: &usize| (*i as f64 * spacing / width) as usize == k;

@@ -15,24 +15,26 @@ use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{fit_added, held_out_over_noise, refit, Fitted, Structure};
 use crate::fit::floor;
-use crate::fit::swing::Swing;
+use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
 use crate::record::Record;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Share of the swing that is fitted when the rest is held out.
+/// Share of the record that is fitted when the rest is held out.
 pub const FITTED_SHARE: f64 = 0.65;
-/// Residual over noise, of what all effects together would leave in one linear step, up to which a model down to the
+/// Residual over noise, of what all effects at once would leave in one linear step, up to which a model down to the
 /// noise is looked for.
 const WITHIN_REACH: f64 = 8.0;
-/// Residual of the plain model over the noise beyond which likelihood is not asked.
+/// The same for a model that is as near to the noise as that already.
+const MISSED: f64 = 1.5;
+/// Residual of the plain model over the noise beyond which the likelihood is not used.
 const NEAR: f64 = 40.0;
-/// Share of the amplitude that may be left where a model mostly explains a swing, and share of the plain model's mean
+/// Share of the amplitude that may be left where a model mostly explains a record, and share of the plain model's mean
 /// square.
-const SMALL: f64 = 0.01;
-const MOST_LEFT: f64 = 0.25;
+pub(crate) const SMALL: f64 = 0.01;
+pub(crate) const MOST_LEFT: f64 = 0.25;
 /// Residual over noise, on the part held out, up to which three effects and more count as an explanation.
 const MOST_HELD_OUT: f64 = 1.5;
 /// Gain of deviance by intensity, frequency and damping of each quarter's own: 12 +- 5 by chance.
@@ -133,7 +135,7 @@ pub fn verdict(status: Status, effects: &[Effect], model: &str) -> String {
 pub struct Diagnosed {
     pub diagnosis: Diagnosis,
     /// With the noise floor as the best model shows it.
-    pub swing: Swing,
+    pub decay: FreeDecay,
     /// The present model with every effect of the library beside it, one at a time.
     pub singles: Vec<Fitted>,
     /// From the present model to the one of the verdict; the present model alone where that is random.
@@ -154,67 +156,68 @@ pub fn diagnose(record: &Record, options: &Options) -> Result<Diagnosis> {
 /// No free decay in it, a present model that cannot be fitted, or interrupted.
 pub fn diagnose_with_fits(record: &Record, options: &Options) -> Result<Diagnosed> {
     let (wind_speed_m_s, stop) = (options.wind_speed_m_s, options.stop.clone());
-    let swing = Swing { wind_speed_m_s, stop, ..Swing::of(record)? };
-    judged(record, swing, options)
+    let decay = FreeDecay { wind_speed_m_s, stop, ..FreeDecay::of(record)? };
+    judged(record, decay, options)
 }
 
-fn judged(record: &Record, swing: Swing, options: &Options) -> Result<Diagnosed> {
+fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagnosed> {
     let fresh = options.present == Structure::default() && options.own.is_empty();
     if !fresh {
-        return Ok(by_likelihood(record, &swing, options)?.0);
+        return Ok(by_likelihood(record, &decay, options)?.0);
     }
-    let survivors = survivors::search(&swing)?;
-    let account = account::account(&swing, survivors, options.zero_unknown)?;
+    let survivors = survivors::search(&decay)?;
+    let account = account::account(&decay, survivors, options.zero_unknown)?;
     let best = &account.last().model;
-    let plain = search::present(&swing, options)?;
+    let plain = search::present(&decay, options)?;
     let lowest = plain.rms_rad().min(account.plain_rad());
-    let candidates: Vec<Effect> = Effect::deterministic().collect();
-    let reached = (lowest < NEAR * swing.noise_rad).then(|| {
-        let from = |model| reach::reach(&swing, model, &candidates);
-        from(best).min(from(&plain))
-    });
-    let within = reached.is_some_and(|reached| reached < WITHIN_REACH);
-    if within || one_explains(&swing, &plain, &candidates) {
-        let (diagnosed, good) = by_likelihood(record, &swing, options)?;
+    let candidates: Vec<Effect> = Effect::deterministic().filter(|e| !e.is_flexible()).collect();
+    let from = |model| reach::reach(&decay, model, &candidates);
+    let reached = (lowest < NEAR * decay.noise_rad).then(|| (from(best), from(&plain)));
+    // From near the noise a linear step is to be believed.
+    let out_of_reach =
+        |(beyond_best, _)| beyond_best > MISSED && best.over_noise(&decay) < WITHIN_REACH;
+    let within = reached.is_some_and(|r| r.0.min(r.1) < WITHIN_REACH && !out_of_reach(r));
+    if within || one_explains(&decay, &plain, &candidates) {
+        let (diagnosed, good) = by_likelihood(record, &decay, options)?;
         if good {
             return Ok(diagnosed);
         }
-    } else if let Some(b) = reached.and_then(|_| buffeting::fit(&swing, &plain)) {
-        let (deterministic, n) = buffeting::definite_criterion(&swing, best);
+    } else if let Some(b) = reached.and_then(|_| buffeting::fit(&decay, &plain)) {
+        let (deterministic, n) = buffeting::definite_criterion(&decay, best);
         if holds(&b, plain.parameters.len(), deterministic, n) {
             let found = Found {
-                swing: swing.clone(),
+                decay: decay.clone(),
                 plain: plain.clone(),
                 singles: Vec::new(),
                 path: vec![plain.clone()],
                 explained: false,
                 indistinguishable: Vec::new(),
             };
-            let diagnosis = buffeted_verdict(&swing, &found, &b, None);
-            return Ok(Diagnosed { diagnosis, path: vec![plain], swing, singles: Vec::new() });
+            let diagnosis = buffeted_verdict(&decay, &found, &b, None);
+            return Ok(Diagnosed { diagnosis, path: vec![plain], decay, singles: Vec::new() });
         }
     }
-    swing.stop.check()?;
-    Ok(by_prediction(record, swing, account))
+    decay.stop.check()?;
+    Ok(by_prediction(record, decay, account))
 }
 
 /// Whether a single effect brings the plain model down to the noise, however strong it is: a linear step does not see as
 /// far, and what follows time alone or has corners is not among what is predicted with.
-fn one_explains(swing: &Swing, plain: &Fitted, candidates: &[Effect]) -> bool {
+fn one_explains(decay: &FreeDecay, plain: &Fitted, candidates: &[Effect]) -> bool {
     candidates.par_iter().any(|effect| {
-        let with = fit_added(swing, plain, effect);
-        with.converged && search::is_explained(&with, swing)
+        let with = fit_added(decay, plain, effect);
+        with.converged && search::is_explained(&with, decay)
     })
 }
 
 /// The answer that survives prediction.
-fn by_prediction(record: &Record, swing: Swing, account: Account) -> Diagnosed {
-    let swing = floor::with_steps(swing, record);
+fn by_prediction(record: &Record, decay: FreeDecay, account: Account) -> Diagnosed {
+    let decay = floor::with_steps(decay, record);
     let last = &account.last().model;
-    let where_ = compare::locate(&swing, last);
-    let left = account.left(&swing, &where_);
+    let where_ = compare::locate(&decay, last);
+    let left = account.left(&decay, &where_);
     let named = account.effects.iter().any(|e| *e != Effect::StaticOffset);
-    let status = match (search::is_explained(last, &swing), account.effects.is_empty()) {
+    let status = match (search::is_explained(last, &decay), account.effects.is_empty()) {
         (true, true) => Status::Adequate,
         (true, false) => Status::Explained,
         (false, _) if left.share_of_amplitude < SMALL => Status::MostlyExplained,
@@ -223,14 +226,14 @@ fn by_prediction(record: &Record, swing: Swing, account: Account) -> Diagnosed {
     };
     let step = |s: &account::Step| Step {
         added: s.added.clone(),
-        residual_rms_deg: swing.raw_rms_deg(s.model.rms_rad()),
-        residual_over_noise: s.model.over_noise(&swing),
-        held_out_over_noise: s.held_out_rad / swing.noise_rad,
+        residual_rms_deg: decay.raw_rms_deg(s.model.rms_rad()),
+        residual_over_noise: s.model.over_noise(&decay),
+        held_out_over_noise: s.held_out_rad / decay.noise_rad,
         parameters: s.parameters.clone(),
     };
     let diagnosis = Diagnosis {
-        noise_rms_deg: swing.sample_noise_rad.to_degrees(),
-        mean_noise_deg: swing.noise_rad.to_degrees(),
+        noise_rms_deg: decay.sample_noise_rad.to_degrees(),
+        mean_noise_deg: decay.noise_rad.to_degrees(),
         status,
         effects: account.effects.clone(),
         indistinguishable: Vec::new(),
@@ -246,45 +249,49 @@ fn by_prediction(record: &Record, swing: Swing, account: Account) -> Diagnosed {
         )),
     };
     let path = account.steps.into_iter().map(|s| s.model).collect();
-    Diagnosed { diagnosis, swing, singles: Vec::new(), path }
+    Diagnosed { diagnosis, decay, singles: Vec::new(), path }
 }
 
 /// The answer by likelihood, which holds near the noise; and whether it explains the record.
-fn by_likelihood(record: &Record, swing: &Swing, options: &Options) -> Result<(Diagnosed, bool)> {
-    let found = search::search(swing, options)?;
-    let swing = &found.swing;
+fn by_likelihood(
+    record: &Record,
+    decay: &FreeDecay,
+    options: &Options,
+) -> Result<(Diagnosed, bool)> {
+    let found = search::search(decay, options)?;
+    let decay = &found.decay;
     let last = found.path.last().expect("the plain model");
-    if let Some((buffeted, forced)) = random_forcing(swing, &found) {
-        let diagnosis = buffeted_verdict(swing, &found, &buffeted, forced.as_ref());
+    if let Some((buffeted, forced)) = random_forcing(decay, &found) {
+        let diagnosis = buffeted_verdict(decay, &found, &buffeted, forced.as_ref());
         let path = vec![found.plain.clone()];
         // Random forcing and an effect are named though not believed: no definite law stands for them.
         let good = true;
         return Ok((
-            Diagnosed { diagnosis, path, swing: found.swing, singles: found.singles },
+            Diagnosed { diagnosis, path, decay: found.decay, singles: found.singles },
             good,
         ));
     }
     let effects = beyond(&found.plain, last).to_vec();
-    let mut steps = steps(swing, &found.path);
+    let mut steps = steps(decay, &found.path);
     // Three effects or more can be bent to a short record; then they have to predict the rest of it too.
-    let foretold =
+    let is_predicted =
         effects.len() < 3 || steps.last().is_some_and(|s| s.held_out_over_noise < MOST_HELD_OUT);
-    let status = match (found.explained && foretold, effects.is_empty()) {
+    let status = match (found.explained && is_predicted, effects.is_empty()) {
         (true, true) => Status::Adequate,
         (true, false) => Status::Explained,
         (false, _) => Status::Unexplained,
     };
     let mut modal_values = modal(last);
     if status == Status::Explained {
-        if let Some(model) = late_release::from_release(record, swing, last) {
+        if let Some(model) = late_release::from_release(record, decay, last) {
             steps.last_mut().expect("a model").parameters =
                 model.effect_parameters().into_iter().collect();
             modal_values = modal(&model);
         }
     }
     let diagnosis = Diagnosis {
-        noise_rms_deg: swing.sample_noise_rad.to_degrees(),
-        mean_noise_deg: swing.noise_rad.to_degrees(),
+        noise_rms_deg: decay.sample_noise_rad.to_degrees(),
+        mean_noise_deg: decay.noise_rad.to_degrees(),
         status,
         effects,
         indistinguishable: found
@@ -294,35 +301,35 @@ fn by_likelihood(record: &Record, swing: &Swing, options: &Options) -> Result<(D
             .collect(),
         modal: modal_values,
         steps,
-        candidates: candidates(swing, &found),
-        where_: compare::locate(swing, last),
+        candidates: candidates(decay, &found),
+        where_: compare::locate(decay, last),
         left: None,
         sentence: None,
         rest_angle_deg: None,
     };
     let good = status != Status::Unexplained;
     Ok((
-        Diagnosed { diagnosis, swing: found.swing, singles: found.singles, path: found.path },
+        Diagnosed { diagnosis, decay: found.decay, singles: found.singles, path: found.path },
         good,
     ))
 }
 
-/// The random forcing that explains the swing, with the effects beside it, where no definite effects do: the same
+/// The random forcing that explains the record, with the effects beside it, where no definite effects do: the same
 /// throughout, its innovations white, blind to the state and down to the noise, and far likelier than the best
 /// deterministic model.
-fn random_forcing(swing: &Swing, found: &Found) -> Option<(Buffeted, Option<Forced>)> {
+fn random_forcing(decay: &FreeDecay, found: &Found) -> Option<(Buffeted, Option<Forced>)> {
     let best = found.path.last()?;
     if found.explained && beyond(&found.plain, best).len() < 2 {
         return None;
     }
-    let (deterministic, n) = buffeting::definite_criterion(swing, best);
-    let plain = buffeting::fit(swing, &found.plain)?;
+    let (deterministic, n) = buffeting::definite_criterion(decay, best);
+    let plain = buffeting::fit(decay, &found.plain)?;
     if deterministic - plain.deviance < bic::MARGIN {
         return None;
     }
     let candidates: Vec<Effect> =
         found.singles.iter().map(|single| beyond(&found.plain, single)[0].clone()).collect();
-    if let Some(forced) = forced::search(swing, &found.plain, &plain, &candidates) {
+    if let Some(forced) = forced::search(decay, &found.plain, &plain, &candidates) {
         if holds(&forced.forcing, forced.model.parameters.len(), deterministic, n) {
             return Some((plain, Some(forced)));
         }
@@ -331,9 +338,13 @@ fn random_forcing(swing: &Swing, found: &Found) -> Option<(Buffeted, Option<Forc
 }
 
 /// The random forcing of the `plain` model, if it is one and far likelier than `best`.
-pub(crate) fn forced_rather_than(swing: &Swing, plain: &Fitted, best: &Fitted) -> Option<Buffeted> {
-    let (deterministic, n) = buffeting::definite_criterion(swing, best);
-    buffeting::fit(swing, plain).filter(|b| holds(b, plain.parameters.len(), deterministic, n))
+pub(crate) fn forced_rather_than(
+    decay: &FreeDecay,
+    plain: &Fitted,
+    best: &Fitted,
+) -> Option<Buffeted> {
+    let (deterministic, n) = buffeting::definite_criterion(decay, best);
+    buffeting::fit(decay, plain).filter(|b| holds(b, plain.parameters.len(), deterministic, n))
 }
 
 /// Whether what a model of so many `numbers` leaves is random forcing, given the criterion of the best definite model.
@@ -349,7 +360,7 @@ fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) -> bool {
 }
 
 fn buffeted_verdict(
-    swing: &Swing,
+    decay: &FreeDecay,
     found: &Found,
     b: &Buffeted,
     forced: Option<&Forced>,
@@ -361,13 +372,13 @@ fn buffeted_verdict(
         let intensity = Quantity::new(b.intensity, b.intensity * b.deviations[0]);
         Step {
             added: Some(added),
-            residual_rms_deg: swing.raw_rms_deg(b.over_noise * swing.noise_rad),
+            residual_rms_deg: decay.raw_rms_deg(b.over_noise * decay.noise_rad),
             residual_over_noise: b.over_noise,
             held_out_over_noise: b.over_noise,
             parameters: BTreeMap::from([("buffeting.q".to_string(), intensity)]),
         }
     };
-    let mut steps = vec![step(swing, plain, 0), random_step(Effect::Buffeting, b)];
+    let mut steps = vec![step(decay, plain, 0), random_step(Effect::Buffeting, b)];
     let mut effects = vec![Effect::Buffeting];
     let mut modal_values = Modal {
         natural_frequency_rad_s: Quantity::new(b.natural_frequency_rad_s, u_wn),
@@ -382,10 +393,11 @@ fn buffeted_verdict(
             effects.push(effect.clone());
         }
     }
-    let mut candidates = candidates(swing, found);
-    let (definite, n) = buffeting::definite_criterion(swing, plain);
+    let mut candidates = candidates(decay, found);
+    let (definite, n) = buffeting::definite_criterion(decay, plain);
     let evidence = definite - bic::of_deviance(b.deviance, n, plain.parameters.len() + 1);
     let random = Candidate {
+        reason: None,
         effect: Effect::Buffeting,
         residual_over_noise: b.over_noise,
         evidence,
@@ -393,8 +405,8 @@ fn buffeted_verdict(
     };
     candidates.insert(0, random);
     Diagnosis {
-        noise_rms_deg: swing.sample_noise_rad.to_degrees(),
-        mean_noise_deg: swing.noise_rad.to_degrees(),
+        noise_rms_deg: decay.sample_noise_rad.to_degrees(),
+        mean_noise_deg: decay.noise_rad.to_degrees(),
         // Random forcing and an effect together bend to much that the library lacks: they are named, not believed.
         status: if forced.is_none() { Status::Explained } else { Status::Unexplained },
         effects,
@@ -402,7 +414,7 @@ fn buffeted_verdict(
         modal: modal_values,
         steps,
         candidates,
-        where_: compare::locate(swing, forced.map_or(plain, |f| &f.model)),
+        where_: compare::locate(decay, forced.map_or(plain, |f| &f.model)),
         left: None,
         sentence: None,
         rest_angle_deg: None,
@@ -416,25 +428,25 @@ pub(crate) fn modal(model: &Fitted) -> Modal {
     }
 }
 
-fn steps(swing: &Swing, path: &[Fitted]) -> Vec<Step> {
+fn steps(decay: &FreeDecay, path: &[Fitted]) -> Vec<Step> {
     let added = |k, model: &Fitted| if k == 0 { 0 } else { model.structure.effects.len() };
-    path.par_iter().enumerate().map(|(k, model)| step(swing, model, added(k, model))).collect()
+    path.par_iter().enumerate().map(|(k, model)| step(decay, model, added(k, model))).collect()
 }
 
 /// Residuals of one model, on what it was fitted to and on the later part held out from another fit.
-pub fn step(swing: &Swing, model: &Fitted, effects: usize) -> Step {
-    let count = (FITTED_SHARE * swing.yaw_rad.len() as f64) as usize;
-    let partial = refit(swing, model, count);
+pub fn step(decay: &FreeDecay, model: &Fitted, effects: usize) -> Step {
+    let count = (FITTED_SHARE * decay.yaw_rad.len() as f64) as usize;
+    let partial = refit(decay, model, count);
     Step {
         added: effects.checked_sub(1).map(|k| model.structure.effects[k].clone()),
-        residual_rms_deg: swing.raw_rms_deg(model.rms_rad()),
-        residual_over_noise: model.over_noise(swing),
-        held_out_over_noise: held_out_over_noise(swing, &partial),
+        residual_rms_deg: decay.raw_rms_deg(model.rms_rad()),
+        residual_over_noise: model.over_noise(decay),
+        held_out_over_noise: held_out_over_noise(decay, &partial),
         parameters: model.effect_parameters().into_iter().collect(),
     }
 }
 
-fn candidates(swing: &Swing, found: &Found) -> Vec<Candidate> {
+fn candidates(decay: &FreeDecay, found: &Found) -> Vec<Candidate> {
     // One count of independent residuals for all, that of the best: else the worst correlated would be ranked by it.
     let best = found.singles.iter().min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares));
     let effective = best.map_or(2.0, Fitted::effective_count);
@@ -442,8 +454,9 @@ fn candidates(swing: &Swing, found: &Found) -> Vec<Candidate> {
         .singles
         .iter()
         .map(|single| Candidate {
+            reason: None,
             effect: beyond(&found.plain, single)[0].clone(),
-            residual_over_noise: single.over_noise(swing),
+            residual_over_noise: single.over_noise(decay),
             evidence: evidence(&found.plain, single, effective),
             converged: single.converged,
         })

@@ -1,12 +1,12 @@
-//! Definite effects of a swing that is forced at random besides: generalised least squares, residuals and
+//! Definite effects of a free decay that is forced at random besides: generalised least squares, residuals and
 //! sensitivities whitened by the Kalman filter of [`crate::diagnosis::buffeting`].
 
 use crate::bic;
 use crate::diagnosis::buffeting::{self, Buffeted, Whitener};
 use crate::effects::Effect;
 use crate::fit::fitting::{finished, Fitted, Structure};
-use crate::fit::problem::{problem_of_one, Release, Together};
-use crate::fit::swing::Swing;
+use crate::fit::free_decay::FreeDecay;
+use crate::fit::problem::{problem_of_one, JointProblem, Release};
 use crate::solver::{minimise, Fit, Options, Problem, Rows};
 use rayon::prelude::*;
 
@@ -23,7 +23,7 @@ pub struct Forced {
 }
 
 struct Whitened<'a> {
-    inner: Together<'a>,
+    inner: JointProblem<'a>,
     whitener: &'a Whitener,
 }
 
@@ -63,31 +63,31 @@ impl Problem for Whitened<'_> {
     }
 }
 
-fn solve(swing: &Swing, structure: &Structure, start: &[f64], whitener: &Whitener) -> Fit {
-    let inner = problem_of_one(Release::whole(swing), structure, start);
+fn solve(decay: &FreeDecay, structure: &Structure, start: &[f64], whitener: &Whitener) -> Fit {
+    let inner = problem_of_one(Release::whole(decay), structure, start);
     let options = Options { max_evaluations: EVALUATIONS, tolerance: 0.02, damping: 1e-4 };
     minimise(&Whitened { inner, whitener }, start, &options)
 }
 
-fn whitener(swing: &Swing, forcing: &Buffeted) -> Option<Whitener> {
+fn whitener(decay: &FreeDecay, forcing: &Buffeted) -> Option<Whitener> {
     let Buffeted { natural_frequency_rad_s, damping_ratio, ratio, .. } = *forcing;
-    Whitener::new(&swing.grid, natural_frequency_rad_s, damping_ratio, ratio, swing.yaw_rad.len())
+    Whitener::new(&decay.grid, natural_frequency_rad_s, damping_ratio, ratio, decay.yaw_rad.len())
 }
 
-/// The effects that `swing` shows beside the random `forcing` of its plain model; none where it shows none.
+/// The effects that `decay` shows beside the random `forcing` of its plain model; none where it shows none.
 pub fn search(
-    swing: &Swing,
+    decay: &FreeDecay,
     plain: &Fitted,
     forcing: &Buffeted,
     candidates: &[Effect],
 ) -> Option<Forced> {
-    let n = swing.yaw_rad.len() as f64;
+    let n = decay.yaw_rad.len() as f64;
     let mut forcing = forcing.clone();
     let mut model = plain.clone();
     let there = plain.structure.effects.len();
     while model.structure.effects.len() - there < MOST_EFFECTS {
-        let filter = whitener(swing, &forcing)?;
-        let smaller = solve(swing, &model.structure, &model.parameters, &filter);
+        let filter = whitener(decay, &forcing)?;
+        let smaller = solve(decay, &model.structure, &model.parameters, &filter);
         let mut inner = model.clone();
         inner.parameters.clone_from(&smaller.parameters);
         // Lines are looked for in the innovations: the random motion is all about the natural frequency.
@@ -98,10 +98,10 @@ pub fn search(
             .flat_map_iter(|e| {
                 let structure = model.structure.with(e);
                 let (inner, filter) = (&inner, &filter);
-                crate::fit::starts::of(swing, inner, e).into_iter().map(move |start| {
+                crate::fit::starts::of(decay, inner, e).into_iter().map(move |start| {
                     let mut p = inner.parameters.clone();
                     p.extend(start);
-                    (structure.clone(), solve(swing, &structure, &p, filter))
+                    (structure.clone(), solve(decay, &structure, &p, filter))
                 })
             })
             .filter(|(_, fit)| fit.stop.is_minimum())
@@ -115,14 +115,14 @@ pub fn search(
         if gain < MARGIN {
             break;
         }
-        model = finished(swing, &structure, fit, swing.yaw_rad.len());
+        model = finished(decay, &structure, fit, decay.yaw_rad.len());
         // The effect no longer counts as forcing; with less of it, the fit is another.
-        forcing = buffeting::fit_residuals(swing, &model)?;
-        let filter = whitener(swing, &forcing)?;
-        let again = solve(swing, &structure, &model.parameters, &filter);
+        forcing = buffeting::fit_residuals(decay, &model)?;
+        let filter = whitener(decay, &forcing)?;
+        let again = solve(decay, &structure, &model.parameters, &filter);
         if again.stop.is_minimum() {
-            model = finished(swing, &structure, again, swing.yaw_rad.len());
-            forcing = buffeting::fit_residuals(swing, &model)?;
+            model = finished(decay, &structure, again, decay.yaw_rad.len());
+            forcing = buffeting::fit_residuals(decay, &model)?;
         }
         // The covariance is that of white innovations; the plain residuals' correlation does not bear on it.
         (model.correlation, model.inflation, model.modal_inflation) = (0.0, 1.0, 1.0);

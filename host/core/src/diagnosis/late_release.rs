@@ -2,27 +2,27 @@
 //!
 //! The search for the release looks for a free motion of one mode, and finds it late where a second one is strong at
 //! first. Numbers that count from the release (amplitude and phase of that mode) are then off by its decay. With the
-//! model known the swing is fitted again from where the hand let go.
+//! model known the record is fitted again from where the model was let go.
 
 use crate::effects::Effect;
 use crate::fit::fitting::{refitted, Fitted};
-use crate::fit::swing::Swing;
+use crate::fit::free_decay::FreeDecay;
 use crate::record::Record;
 
 /// Growth of the residual up to which the earlier part is the same free motion.
 const STILL_FREE: f64 = 1.05;
 
-/// `model` of `swing` fitted from the very release of `record`; none where that is where it begins already, or where
+/// `model` of `decay` fitted from the very release of `record`; none where that is where it begins already, or where
 /// the earlier part is no free motion of the model.
-pub fn from_release(record: &Record, swing: &Swing, model: &Fitted) -> Option<Fitted> {
+pub fn from_release(record: &Record, decay: &FreeDecay, model: &Fitted) -> Option<Fitted> {
     if !model.structure.effects.contains(&Effect::SecondMode) {
         return None;
     }
-    let (mut longer, held) = swing.begun_at_release(record)?;
-    let earlier_s = swing.release_time_s - longer.release_time_s;
-    let begin = |s: &Swing| s.release_time_s + s.grid.start_s;
+    let (mut longer, held) = decay.begun_at_release(record)?;
+    let earlier_s = decay.release_time_s - longer.release_time_s;
+    let begin = |s: &FreeDecay| s.release_time_s + s.grid.start_s;
     let mut p = shifted(model, earlier_s);
-    (p[2], p[3]) = model.motion().linear_state(begin(&longer) - begin(swing));
+    (p[2], p[3]) = model.motion().linear_state(begin(&longer) - begin(decay));
     let mut fitted = refitted(&longer, &model.structure, &p);
     let same = |f: &Fitted| f.converged && f.rms_rad() <= STILL_FREE * model.rms_rad();
     if !same(&fitted) {

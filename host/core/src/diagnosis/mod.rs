@@ -1,18 +1,22 @@
 //! Where a model fails and which effect it lacks, in one record or a campaign.
 
-pub mod account;
+pub(crate) mod account;
 pub mod amplitude;
-pub mod answer;
-pub mod buffeting;
+pub(crate) mod answer;
+pub(crate) mod buffeting;
 pub mod campaign;
 mod campaign_fit;
 pub mod compare;
 pub mod diagnose;
-pub mod forced;
-pub mod late_release;
+mod flexible;
+pub(crate) mod forced;
+mod guards;
+pub(crate) mod late_release;
+mod likelihood;
 pub mod origin;
-mod prediction;
+pub(crate) mod prediction;
 mod reach;
+pub(crate) mod releases;
 pub mod search;
-pub mod survivors;
-pub mod together;
+pub mod several;
+pub(crate) mod survivors;

@@ -1,4 +1,4 @@
-//! Where an effect comes from: the rig, the air, or not to be told; and which releases share its coefficient.
+//! Where an effect comes from: the rig, the air, or undecided; and which releases share its coefficient.
 
 use crate::derivatives::condition::is_same_speed;
 use crate::quantity::Quantity;
@@ -58,7 +58,7 @@ impl Seen {
 }
 
 /// Mean weighted by 1/u^2; `None` where nothing is known.
-pub fn weighted_mean(values: impl IntoIterator<Item = Quantity>) -> Option<Quantity> {
+pub(crate) fn weighted_mean(values: impl IntoIterator<Item = Quantity>) -> Option<Quantity> {
     let (mut weights, mut sum) = (0.0, 0.0);
     for q in values.into_iter().filter(|q| q.u > 0.0 && q.u.is_finite()) {
         let w = 1.0 / (q.u * q.u);
@@ -186,7 +186,7 @@ fn growth(seen: &[Seen]) -> Option<Growth> {
 /// Which releases have one coefficient.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// As it is told.
+    /// In words.
     pub name: &'static str,
     /// Of each release; `None`: without the effect.
     pub groups: Vec<Option<usize>>,
@@ -272,24 +272,24 @@ mod tests {
     }
 
     #[test]
-    fn each_origin_is_told_by_its_own_sign() {
-        let told = |seen: &[Seen]| decide(seen, "rad/s2").0;
-        assert_eq!(told(&campaign(0.1, 0.1, 0.1, 0.002)), Origin::Mechanical);
-        assert_eq!(told(&campaign(0.0, 0.1, 0.14, 0.002)), Origin::Aerodynamic);
+    fn each_origin_is_recognised_by_its_own_sign() {
+        let origin = |seen: &[Seen]| decide(seen, "rad/s2").0;
+        assert_eq!(origin(&campaign(0.1, 0.1, 0.1, 0.002)), Origin::Mechanical);
+        assert_eq!(origin(&campaign(0.0, 0.1, 0.14, 0.002)), Origin::Aerodynamic);
         let one_speed: Vec<Seen> = campaign(0.0, 0.1, 0.0, 0.002)
             .into_iter()
             .filter(|s| s.wind_speed_m_s < 14.0)
             .collect();
-        assert_eq!(told(&one_speed), Origin::Aerodynamic);
+        assert_eq!(origin(&one_speed), Origin::Aerodynamic);
         // Not growing; in both but changed; too uncertain; off only; on only; never on one spring.
-        assert_eq!(told(&campaign(0.0, 0.1, 0.1, 0.002)), Origin::Undecided);
-        assert_eq!(told(&campaign(0.1, 0.15, 0.2, 0.002)), Origin::Undecided);
-        assert_eq!(told(&campaign(0.1, 0.1, 0.1, 0.08)), Origin::Undecided);
-        assert_eq!(told(&[seen("K1", Axis::Mid, 0.0, 0.1, 0.001)]), Origin::Undecided);
-        assert_eq!(told(&[seen("K1", Axis::Mid, 9.0, 0.1, 0.001)]), Origin::Undecided);
+        assert_eq!(origin(&campaign(0.0, 0.1, 0.1, 0.002)), Origin::Undecided);
+        assert_eq!(origin(&campaign(0.1, 0.15, 0.2, 0.002)), Origin::Undecided);
+        assert_eq!(origin(&campaign(0.1, 0.1, 0.1, 0.08)), Origin::Undecided);
+        assert_eq!(origin(&[seen("K1", Axis::Mid, 0.0, 0.1, 0.001)]), Origin::Undecided);
+        assert_eq!(origin(&[seen("K1", Axis::Mid, 9.0, 0.1, 0.001)]), Origin::Undecided);
         let apart =
             [seen("K1", Axis::Mid, 9.0, 0.1, 0.001), seen("K2", Axis::Mid, 0.0, 0.1, 0.001)];
-        assert_eq!(told(&apart), Origin::Undecided);
+        assert_eq!(origin(&apart), Origin::Undecided);
     }
 
     #[test]

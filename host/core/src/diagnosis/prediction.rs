@@ -1,14 +1,18 @@
-//! What a model predicts of pieces of the swing that it was not fitted to, their states alone estimated anew.
+//! What a model predicts of pieces of the record that it was not fitted to, their states alone estimated anew.
 //!
 //! Where the misfit is deterministic, likelihood buys any effect that bends; what counts then is prediction.
 
+use crate::fit::free_decay::FreeDecay;
 use crate::fit::segments::{first_state, fit_pieces, fit_state, PieceFit, Pieces, ROUGH};
-use crate::fit::swing::Swing;
 
 /// Steps of a fit to a part of the pieces, from the fit to all.
 const STEPS: usize = 8;
 /// Error at which a prediction counts as lost, as a share of the amplitude.
 const LOST: f64 = 1.0;
+/// Standard errors by which the larger model has to predict better.
+const BETTER: f64 = 1.0;
+/// Share by which it has to predict better, too.
+pub const LEAST_GAIN: f64 = 0.05;
 
 /// Errors of prediction, an item for each piece predicted in each split.
 #[derive(Clone, Debug)]
@@ -17,15 +21,11 @@ pub struct Prediction {
     errors: Vec<(f64, f64)>,
 }
 
-/// Predicts with `model`, which was fitted to all of the swing: `short` pieces alternately, where frequency and shape
+/// Predicts with `model`, which was fitted to all of the record: `short` pieces alternately, where frequency and shape
 /// show, and of the `long` ones the last and the middle one from the others, where damping shows.
 pub fn predict(short: &Pieces, long: &Pieces, model: &PieceFit) -> Prediction {
     let mut out = Prediction { errors: Vec::new() };
-    let start = |piece: &Swing| {
-        let zero = if model.structure.zero_unknown { model.common[2] } else { 0.0 };
-        fit_state(piece, &model.structure, &model.common, first_state(piece, zero)).0
-    };
-    let states: Vec<[f64; 2]> = short.swings.iter().map(start).collect();
+    let states = begins(short, model);
     for odd in [1, 0] {
         out.split(short, model, &states, &|k| k % 2 == odd);
     }
@@ -36,7 +36,36 @@ pub fn predict(short: &Pieces, long: &Pieces, model: &PieceFit) -> Prediction {
     out
 }
 
+/// Predicts every piece of `short` but the first, whose amplitudes no other reaches, from those beside it: what a law
+/// that is known over the amplitudes reached can be asked for.
+pub fn predict_within(short: &Pieces, model: &PieceFit) -> Prediction {
+    let mut out = Prediction { errors: Vec::new() };
+    let states = begins(short, model);
+    for odd in [1, 0] {
+        out.split(short, model, &states, &|k| k > 0 && k % 2 == odd);
+    }
+    out
+}
+
+fn begins(pieces: &Pieces, model: &PieceFit) -> Vec<[f64; 2]> {
+    let zero = if model.structure.zero_unknown { model.common[2] } else { 0.0 };
+    let begin = |piece: &FreeDecay| {
+        fit_state(piece, &model.structure, &model.common, first_state(piece, zero)).0
+    };
+    pieces.decays.iter().map(begin).collect()
+}
+
 impl Prediction {
+    /// Of errors of pieces: sum of squares (rad2) and number of means of each.
+    pub fn of(errors: Vec<(f64, f64)>) -> Self {
+        Self { errors }
+    }
+
+    /// Whether it is better than `other`, which a smaller model makes, by more than chance and by a share that counts.
+    pub fn is_better_than(&self, other: &Self) -> bool {
+        self.gain_over(other) > BETTER && self.rms_rad() < (1.0 - LEAST_GAIN) * other.rms_rad()
+    }
+
     /// Fits all pieces that are not `predicted`, and predicts those.
     fn split(
         &mut self,
@@ -47,11 +76,11 @@ impl Prediction {
     ) {
         let (those, others): (Vec<usize>, Vec<usize>) =
             (0..pieces.count()).partition(|k| predicted(*k));
-        let fitted: Vec<&Swing> = others.iter().map(|&k| &pieces.swings[k]).collect();
+        let fitted: Vec<&FreeDecay> = others.iter().map(|&k| &pieces.decays[k]).collect();
         let begin: Vec<[f64; 2]> = others.iter().map(|&k| states[k]).collect();
         let fit = fit_pieces(&fitted, &model.structure, &model.common, &begin, ROUGH, STEPS);
         for k in those {
-            let piece = &pieces.swings[k];
+            let piece = &pieces.decays[k];
             let (_, squares) = fit_state(piece, &fit.structure, &fit.common, states[k]);
             let n = piece.yaw_rad.len() as f64;
             self.errors.push((squares.min(n * (LOST * piece.amplitude_rad).powi(2)), n));

@@ -2,8 +2,8 @@
 
 use crate::effects::Effect;
 use crate::fit::fitting::Fitted;
+use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::{problem_of_one, Release};
-use crate::fit::swing::Swing;
 use crate::solver::{Normal, Rows};
 use nalgebra::{Cholesky, DMatrix};
 
@@ -12,8 +12,8 @@ const MODE_DAMPING: [f64; 3] = [0.003, 0.015, 0.05];
 
 /// Residual over noise that one linear step with every effect of `candidates` beside `model` would leave. Bounds are
 /// not heeded: no set of them gets below, as far as linear steps tell.
-pub fn reach(swing: &Swing, model: &Fitted, candidates: &[Effect]) -> f64 {
-    let release = Release { swing, count: model.count };
+pub fn reach(decay: &FreeDecay, model: &Fitted, candidates: &[Effect]) -> f64 {
+    let release = Release { decay, count: model.count };
     let n = model.parameters.len();
     let mut columns: Vec<Vec<f64>> = Vec::new();
     let mut residuals = Vec::new();
@@ -32,7 +32,7 @@ pub fn reach(swing: &Swing, model: &Fitted, candidates: &[Effect]) -> f64 {
     add(None, &[]);
     for effect in candidates.iter().filter(|e| !model.structure.effects.contains(e)) {
         for start in
-            crate::fit::starts::of(swing, model, effect).into_iter().filter(|s| s[0] == 0.0)
+            crate::fit::starts::of(decay, model, effect).into_iter().filter(|s| s[0] == 0.0)
         {
             if *effect == Effect::SecondMode {
                 for zeta in MODE_DAMPING {

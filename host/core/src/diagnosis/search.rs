@@ -1,20 +1,20 @@
-//! Which effects a swing needs: each alone, the best together, the needless taken out again.
+//! Which effects a free decay needs: each alone, the best in one model, the needless taken out again.
 
 use crate::bic::{self, MARGIN};
 use crate::diagnosis::answer::Options;
+use crate::diagnosis::flexible;
+pub use crate::diagnosis::likelihood::{beyond, evidence, is_explained, EXPLAINED};
 use crate::diagnosis::reach::reach;
 use crate::diagnosis::survivors::SINE_FROM;
 use crate::effects::Effect;
 use crate::error::{Error, Result};
 use crate::fit::fitting::{fit_added, fit_plain_within, fit_removed, reordered, Fitted, Structure};
-use crate::fit::promise::promise;
-use crate::fit::swing::Swing;
+use crate::fit::free_decay::FreeDecay;
+use crate::fit::linear_gain::linear_gain;
 use rayon::prelude::*;
 
-/// Residual over noise up to which a record counts as explained.
-pub const EXPLAINED: f64 = 1.10;
 /// An effect whose course is less than this share of the noise floor does not matter, squared.
-pub const LEAST_SHARE_SQUARED: f64 = 0.03;
+pub(crate) const LEAST_SHARE_SQUARED: f64 = 0.03;
 /// Residual over noise up to which what a model leaves may sharpen the floor of coloured noise.
 const NEAR_NOISE: f64 = 1.6;
 /// Residual over noise that all effects together would leave a pair in one linear step, beyond which no more are tried.
@@ -22,17 +22,17 @@ const HOPELESS: f64 = 2.5;
 /// Models carried on to the next round.
 const BEAM: usize = 4;
 const MOST_EFFECTS: usize = 4;
-/// Effects tried beside each model of a round after the first, those that promise most.
+/// Effects tried beside each model of a round after the first, those with the largest linear gain.
 const BRANCHES: usize = 5;
-/// Evidence that a linear step must promise for an effect to be tried beside a model that explains the swing.
+/// Evidence that a linear step must predict for an effect to be tried beside a model that explains the record.
 const PROMISING: f64 = 3.0;
 /// Share of an effect's linear gain that one must reach to be tried in its place.
 const RIVALLING: f64 = 0.7;
 
 /// What the search found.
 pub struct Found {
-    /// The swing with the noise floor as the best model shows it.
-    pub swing: Swing,
+    /// The free decay with the noise floor as the best model shows it.
+    pub decay: FreeDecay,
     pub plain: Fitted,
     /// Every effect alone, in the order of the library.
     pub singles: Vec<Fitted>,
@@ -43,21 +43,9 @@ pub struct Found {
     pub indistinguishable: Vec<(Effect, Effect)>,
 }
 
-/// Difference of BIC in favour of `larger`, on `effective` independent residuals.
-pub fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64 {
-    let more = larger.parameters.len() as f64 - smaller.parameters.len() as f64;
-    bic::gain(smaller.sum_of_squares, larger.sum_of_squares, effective, more)
-}
-
-/// Whether residual and noise floor agree; in few means their ratio scatters more.
-pub fn is_explained(fitted: &Fitted, swing: &Swing) -> bool {
-    let scatter = 3.0 / (2.0 * fitted.effective_count()).sqrt();
-    fitted.over_noise(swing) <= EXPLAINED.max(1.0 + scatter.min(0.3))
-}
-
 /// Whether `larger` is worth its effect: believed, and of a size that shows.
-fn is_worth(smaller: &Fitted, larger: &Fitted, swing: &Swing, effective: f64) -> bool {
-    let share = smaller.over_noise(swing).powi(2) - larger.over_noise(swing).powi(2);
+fn is_worth(smaller: &Fitted, larger: &Fitted, decay: &FreeDecay, effective: f64) -> bool {
+    let share = smaller.over_noise(decay).powi(2) - larger.over_noise(decay).powi(2);
     larger.converged && evidence(smaller, larger, effective) > MARGIN && share > LEAST_SHARE_SQUARED
 }
 
@@ -65,34 +53,30 @@ fn is_worth(smaller: &Fitted, larger: &Fitted, swing: &Swing, effective: f64) ->
 ///
 /// # Errors
 /// Where it cannot be fitted, or interrupted.
-pub fn present(swing: &Swing, options: &Options) -> Result<Fitted> {
+pub fn present(decay: &FreeDecay, options: &Options) -> Result<Fitted> {
     let Options { zero_unknown, present, .. } = options;
     let structure = Structure { zero_unknown: *zero_unknown, ..present.clone() };
-    let plain = fit_plain_within(swing, &structure, swing.yaw_rad.len());
-    let model = present.effects.iter().fold(plain, |model, e| fit_added(swing, &model, e));
-    swing.stop.check()?;
+    let plain = fit_plain_within(decay, &structure, decay.yaw_rad.len());
+    let model = present.effects.iter().fold(plain, |model, e| fit_added(decay, &model, e));
+    decay.stop.check()?;
     if model.converged || present.effects.is_empty() {
         return Ok(model);
     }
     Err(Error::NotFitted)
 }
 
-/// What `model` holds beyond `plain`, whose effects come first in it.
-pub fn beyond<'a>(plain: &Fitted, model: &'a Fitted) -> &'a [Effect] {
-    &model.structure.effects[plain.structure.effects.len()..]
-}
-
 /// Searches for what the present model lacks.
 ///
 /// # Errors
 /// Where the present model cannot be fitted, or interrupted.
-pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
+pub fn search(decay: &FreeDecay, options: &Options) -> Result<Found> {
     let zero_unknown = options.zero_unknown;
-    let count = swing.yaw_rad.len();
-    let plain = present(swing, options)?;
+    let count = decay.yaw_rad.len();
+    let plain = present(decay, options)?;
     let mut candidates: Vec<Effect> =
         Effect::deterministic().filter(|e| !(zero_unknown && *e == Effect::StaticOffset)).collect();
-    if swing.amplitude_rad < SINE_FROM {
+    candidates.retain(|e| !e.is_flexible());
+    if decay.amplitude_rad < SINE_FROM {
         candidates.retain(|e| *e != Effect::PendulumGravity);
     }
     for own in options.own.iter().filter(|e| matches!(e, Effect::Own(_))) {
@@ -101,19 +85,19 @@ pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
         }
     }
     candidates.retain(|e| !plain.structure.effects.contains(e));
-    let singles: Vec<Fitted> = candidates.par_iter().map(|e| fit_added(swing, &plain, e)).collect();
-    swing.stop.check()?;
+    let singles: Vec<Fitted> = candidates.par_iter().map(|e| fit_added(decay, &plain, e)).collect();
+    decay.stop.check()?;
     let leading = best(&singles).filter(|s| criterion(s) < criterion(&plain)).unwrap_or(&plain);
-    let sharpened = |swing: Swing, leader: &Fitted| {
+    let sharpened = |decay: FreeDecay, leader: &Fitted| {
         // What is far from the noise shows more than noise.
-        let near = leader.over_noise(&swing) < NEAR_NOISE;
+        let near = leader.over_noise(&decay) < NEAR_NOISE;
         if near {
-            swing.sharpened(&leader.residuals)
+            decay.sharpened(&leader.residuals)
         } else {
-            swing
+            decay
         }
     };
-    let mut swing = sharpened(swing.clone(), leading);
+    let mut decay = sharpened(decay.clone(), leading);
     let best_count = |models: &[Fitted]| best(models).map_or(count as f64, Fitted::effective_count);
 
     // Rounds of pairs, threes and fours, as long as the best so far is not down to the noise or gains by another.
@@ -127,20 +111,20 @@ pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
             best(&rounds[rounds.len() - 2]).expect("a leader").clone()
         };
         // The round gained nothing even on the kindest count of residuals: no further one will.
-        if !is_worth(&smaller, leader, &swing, count as f64) {
+        if !is_worth(&smaller, leader, &decay, count as f64) {
             break;
         }
-        if rounds.len() > 1 && reach(&swing, leader, &candidates) > HOPELESS {
+        if rounds.len() > 1 && reach(&decay, leader, &candidates) > HOPELESS {
             break;
         }
-        let next = if is_explained(leader, &swing) {
-            beside(&swing, leader, &candidates)
+        let next = if is_explained(leader, &decay) {
+            beside(&decay, leader, &candidates)
         } else {
-            expanded(&swing, last, &candidates, if rounds.len() < 3 { BEAM } else { 1 })
+            expanded(&decay, last, &candidates, if rounds.len() < 3 { BEAM } else { 1 })
         };
-        swing.stop.check()?;
+        decay.stop.check()?;
         if let Some(better) = best(&next).filter(|n| criterion(n) < criterion(leader)) {
-            swing = sharpened(swing, better);
+            decay = sharpened(decay, better);
         }
         rounds.push(next);
     }
@@ -149,18 +133,23 @@ pub fn search(swing: &Swing, options: &Options) -> Result<Found> {
     for round in &rounds {
         let effective = best_count(round);
         if let Some(leader) = best(round) {
-            if is_worth(&accepted, leader, &swing, effective) {
+            if is_worth(&accepted, leader, &decay, effective) {
                 accepted = leader.clone();
             }
         }
     }
-    let accepted = pruned(&swing, &plain, accepted);
-    swing.stop.check()?;
-    let explained = is_explained(&accepted, &swing);
-    let indistinguishable = rivals(&swing, &plain, &accepted, &candidates, &rounds);
-    swing.stop.check()?;
-    let path = path(&plain, &accepted, &singles, &swing);
-    Ok(Found { swing, plain, singles, path, explained, indistinguishable })
+    let accepted = pruned(&decay, &plain, accepted);
+    decay.stop.check()?;
+    let accepted = match flexible::instead(&decay, &plain, &accepted, &singles) {
+        Some(bent) => pruned(&decay, &plain, bent),
+        None => accepted,
+    };
+    decay.stop.check()?;
+    let explained = is_explained(&accepted, &decay);
+    let indistinguishable = rivals(&decay, &plain, &accepted, &candidates, &rounds);
+    decay.stop.check()?;
+    let path = path(&plain, &accepted, &singles, &decay);
+    Ok(Found { decay, plain, singles, path, explained, indistinguishable })
 }
 
 /// The converged model with the smallest criterion.
@@ -172,31 +161,31 @@ fn criterion(model: &Fitted) -> f64 {
     bic::of_squares(model.sum_of_squares, model.count as f64, model.parameters.len())
 }
 
-/// `model`, which explains the swing, with every other effect that promises evidence beside it.
-fn beside(swing: &Swing, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
+/// `model`, which explains the record, with every other effect for which a linear step predicts evidence.
+fn beside(decay: &FreeDecay, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
     let n = model.effective_count();
     all.par_iter()
         .filter(|e| !model.structure.effects.contains(e))
         .filter(|e| {
-            let (left, more) = promise(swing, model, e);
+            let (left, more) = linear_gain(decay, model, e);
             bic::gain(model.sum_of_squares, left, n, more as f64) > PROMISING
         })
-        .map(|e| fit_added(swing, model, e))
+        .map(|e| fit_added(decay, model, e))
         .collect()
 }
 
-/// Each of the `width` best with the effects that promise most beside it, each set once.
-fn expanded(swing: &Swing, round: &[Fitted], all: &[Effect], width: usize) -> Vec<Fitted> {
+/// Each of the `width` best with the effects of the largest linear gain beside it, each set once.
+fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -> Vec<Fitted> {
     let mut order: Vec<&Fitted> = round.iter().filter(|m| m.converged).collect();
     order.sort_by(|a, b| criterion(a).total_cmp(&criterion(b)));
     order.truncate(width);
-    let promised: Vec<Vec<(f64, Effect)>> = order
+    let promising: Vec<Vec<(f64, Effect)>> = order
         .par_iter()
         .map(|inner| {
             let mut out: Vec<(f64, Effect)> = all
                 .par_iter()
                 .filter(|e| !inner.structure.effects.contains(e))
-                .map(|e| (promise(swing, inner, e).0, e.clone()))
+                .map(|e| (linear_gain(decay, inner, e).0, e.clone()))
                 .collect();
             out.sort_by(|a, b| a.0.total_cmp(&b.0));
             out
@@ -204,8 +193,8 @@ fn expanded(swing: &Swing, round: &[Fitted], all: &[Effect], width: usize) -> Ve
         .collect();
     let mut seen: Vec<Vec<Effect>> = Vec::new();
     let mut jobs = Vec::new();
-    for (inner, promised) in order.into_iter().zip(promised) {
-        for (_, effect) in promised.into_iter().take(BRANCHES) {
+    for (inner, promising) in order.into_iter().zip(promising) {
+        for (_, effect) in promising.into_iter().take(BRANCHES) {
             let mut set = inner.structure.with(&effect).effects;
             set.sort_unstable();
             if !seen.contains(&set) {
@@ -214,20 +203,20 @@ fn expanded(swing: &Swing, round: &[Fitted], all: &[Effect], width: usize) -> Ve
             }
         }
     }
-    jobs.into_par_iter().map(|(inner, effect)| fit_added(swing, inner, &effect)).collect()
+    jobs.into_par_iter().map(|(inner, effect)| fit_added(decay, inner, &effect)).collect()
 }
 
 /// Takes out again what the others have made needless.
-fn pruned(swing: &Swing, plain: &Fitted, mut model: Fitted) -> Fitted {
+fn pruned(decay: &FreeDecay, plain: &Fitted, mut model: Fitted) -> Fitted {
     loop {
         let effective = model.effective_count();
         let smaller: Vec<Fitted> = beyond(plain, &model)
             .par_iter()
-            .map(|effect| fit_removed(swing, &model, effect))
+            .map(|effect| fit_removed(decay, &model, effect))
             .collect();
         let needless = smaller
             .into_iter()
-            .filter(|s| s.converged && !is_worth(s, &model, swing, effective))
+            .filter(|s| s.converged && !is_worth(s, &model, decay, effective))
             .min_by(|a, b| criterion(a).total_cmp(&criterion(b)));
         match needless {
             Some(smaller) => model = smaller,
@@ -238,7 +227,7 @@ fn pruned(swing: &Swing, plain: &Fitted, mut model: Fitted) -> Fitted {
 
 /// Which effect outside the model does as well in the place of one inside.
 fn rivals(
-    swing: &Swing,
+    decay: &FreeDecay,
     plain: &Fitted,
     model: &Fitted,
     candidates: &[Effect],
@@ -247,7 +236,7 @@ fn rivals(
     let effects = beyond(plain, model);
     let effective = model.effective_count();
     let as_good = |other: &Fitted| {
-        other.converged && is_explained(other, swing) && evidence(other, model, effective) < MARGIN
+        other.converged && is_explained(other, decay) && evidence(other, model, effective) < MARGIN
     };
     let outside: Vec<Effect> =
         candidates.iter().filter(|&c| !effects.contains(c)).cloned().collect();
@@ -259,12 +248,12 @@ fn rivals(
                 .map(|m| (inside.clone(), beyond(plain, m)[0].clone()))
                 .collect();
         }
-        let inner = fit_removed(swing, model, inside);
-        let gain = |e: &Effect| inner.sum_of_squares - promise(swing, &inner, e).0;
+        let inner = fit_removed(decay, model, inside);
+        let gain = |e: &Effect| inner.sum_of_squares - linear_gain(decay, &inner, e).0;
         let least = RIVALLING * gain(inside);
         outside
             .par_iter()
-            .filter(|e| gain(e) >= least && as_good(&fit_added(swing, &inner, e)))
+            .filter(|e| gain(e) >= least && as_good(&fit_added(decay, &inner, e)))
             .map(|e| (inside.clone(), e.clone()))
             .collect()
     };
@@ -272,7 +261,7 @@ fn rivals(
 }
 
 /// From plain to `model`, the effect that helps most first: what is missed least is taken out first.
-fn path(plain: &Fitted, model: &Fitted, singles: &[Fitted], swing: &Swing) -> Vec<Fitted> {
+fn path(plain: &Fitted, model: &Fitted, singles: &[Fitted], decay: &FreeDecay) -> Vec<Fitted> {
     let mut models = vec![model.clone()];
     let mut out_of: Vec<Effect> = Vec::new();
     let there = plain.structure.effects.len();
@@ -282,7 +271,7 @@ fn path(plain: &Fitted, model: &Fitted, singles: &[Fitted], swing: &Swing) -> Ve
             .par_iter()
             .map(|effect| {
                 let left = larger.structure.without(effect).effects;
-                (effect.clone(), known(&left).unwrap_or_else(|| fit_removed(swing, larger, effect)))
+                (effect.clone(), known(&left).unwrap_or_else(|| fit_removed(decay, larger, effect)))
             })
             .min_by(|a, b| a.1.sum_of_squares.total_cmp(&b.1.sum_of_squares));
         let Some((effect, smaller)) = smaller else { break };
@@ -293,7 +282,7 @@ fn path(plain: &Fitted, model: &Fitted, singles: &[Fitted], swing: &Swing) -> Ve
     let order: Vec<Effect> = first.into_iter().chain(out_of.into_iter().rev()).collect();
     let mut out = vec![plain.clone()];
     for (k, model) in models.iter().rev().enumerate().filter(|(k, _)| there + k < order.len()) {
-        out.push(reordered(swing, model, &order[..=there + k]));
+        out.push(reordered(decay, model, &order[..=there + k]));
     }
     out
 }
@@ -319,11 +308,11 @@ mod tests {
             })
             .unzip();
         let record = Record { file: "noise".into(), time_s, yaw_deg };
-        let swing = Swing::of(&record).unwrap();
-        let plain = fit_plain(&swing, false, swing.yaw_rad.len());
-        assert!(is_explained(&plain, &swing), "{}", plain.over_noise(&swing));
+        let decay = FreeDecay::of(&record).unwrap();
+        let plain = fit_plain(&decay, false, decay.yaw_rad.len());
+        assert!(is_explained(&plain, &decay), "{}", plain.over_noise(&decay));
         for effect in Effect::deterministic() {
-            let larger = fit_added(&swing, &plain, &effect);
+            let larger = fit_added(&decay, &plain, &effect);
             assert!(larger.sum_of_squares <= plain.sum_of_squares * (1.0 + 1e-9), "{effect}");
             let gain = evidence(&plain, &larger, 1000.0);
             let more = (larger.parameters.len() - plain.parameters.len()) as f64;
@@ -331,7 +320,7 @@ mod tests {
                 1000.0 * (plain.sum_of_squares / larger.sum_of_squares).ln() - more * 1000f64.ln();
             assert!((gain - by_hand).abs() < 1e-9 && gain < MARGIN, "{effect}: {gain}");
             // A linear step predicts no more than noise either.
-            let (left, _) = promise(&swing, &plain, &effect);
+            let (left, _) = linear_gain(&decay, &plain, &effect);
             assert!(left > 0.98 * plain.sum_of_squares, "{effect}");
         }
     }

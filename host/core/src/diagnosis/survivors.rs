@@ -4,12 +4,13 @@
 //! rest. Effects are added one at a time, the one whose addition predicts best first, as long as the prediction of
 //! what was not fitted gains by it; what others have made needless is taken out again.
 
-use crate::diagnosis::prediction::{predict, Prediction};
-use crate::effects::Effect;
+use crate::diagnosis::flexible::AT_ONCE;
+use crate::diagnosis::prediction::{predict, Prediction, LEAST_GAIN};
+use crate::effects::{Effect, Scale, Seen};
 use crate::error::Result;
 use crate::fit::fitting::{Limit, Number, Structure};
+use crate::fit::free_decay::FreeDecay;
 use crate::fit::segments::{fit_from, fit_pieces, PieceFit, Pieces, ROUGH, STEPS};
-use crate::fit::swing::Swing;
 use crate::stop::Stop;
 use rayon::prelude::*;
 
@@ -24,15 +25,17 @@ const LEAST_CYCLES: f64 = 1.5;
 const SETTLED: f64 = 1e-4;
 /// Effects up to which a set is fitted from short pieces on: beyond, a smaller set's numbers are near.
 const FROM_SHORT: usize = 2;
-/// Standard errors by which the larger model has to predict better.
-const BETTER: f64 = 1.0;
-/// Share by which it has to predict better, too.
-const LEAST_GAIN: f64 = 0.05;
+/// The same where the effect added is one that bends to what simpler ones explain.
+const CLEARLY_BETTER: f64 = 2.0;
+const CLEAR_GAIN: f64 = 0.4;
+/// Of the sum of squares, what a rough fit with it leaves at most.
+const PROMISING: f64 = 0.7;
+const FEW_STEPS: usize = 6;
 const MOST_EFFECTS: usize = 6;
 /// Models of a round, best fits first, from which the next is made, and whose prediction is tried.
 const BEAM: usize = 3;
 const TRIED: usize = 3;
-/// Amplitude below which a sine is told from a cube by nobody, rad.
+/// Amplitude below which a sine cannot be distinguished from a cube, rad.
 pub const SINE_FROM: f64 = 0.4;
 
 /// A set of effects on short pieces and on those that are predicted.
@@ -51,25 +54,38 @@ pub struct Judged {
 
 /// Pieces of every length.
 pub struct Lengths {
-    short: Pieces,
-    longer: Pieces,
+    pub(crate) short: Pieces,
+    pub(crate) longer: Pieces,
     pub long: Pieces,
-    predicted: Pieces,
+    pub(crate) predicted: Pieces,
+    scale: Scale,
     stop: Stop,
 }
 
 impl Lengths {
-    pub fn of(swing: &Swing) -> Self {
-        let cycles = swing.yaw_rad.len() as f64 / swing.per_cycle();
+    pub fn of(decay: &FreeDecay) -> Self {
+        let cycles = decay.yaw_rad.len() as f64 / decay.per_cycle();
         let count = |most: f64| (cycles / LEAST_CYCLES).clamp(2.0, most) as usize;
         let long = count(LONG_PIECES);
         Self {
-            short: Pieces::of_cycles(swing, SHORT_CYCLES.min(cycles / long as f64)),
-            longer: Pieces::of_cycles(swing, LONGER_CYCLES.min(cycles / long as f64)),
-            long: Pieces::of(swing, long),
-            predicted: Pieces::of(swing, count(MOST_PIECES)),
-            stop: swing.stop.clone(),
+            short: Pieces::of_cycles(decay, SHORT_CYCLES.min(cycles / long as f64)),
+            longer: Pieces::of_cycles(decay, LONGER_CYCLES.min(cycles / long as f64)),
+            long: Pieces::of(decay, long),
+            predicted: Pieces::of(decay, count(MOST_PIECES)),
+            scale: decay.scale(),
+            stop: decay.stop.clone(),
         }
+    }
+
+    /// Where the numbers of an added effect begin.
+    fn starts(&self, effect: &Effect) -> Vec<Vec<f64>> {
+        effect.starts(&Seen {
+            scale: self.scale,
+            residuals_rad: &[],
+            step_s: self.long.decays[0].grid.step_s,
+            per_cycle: self.long.decays[0].per_cycle(),
+            natural_frequency_rad_s: self.scale.natural_frequency_rad_s,
+        })
     }
 }
 
@@ -95,20 +111,30 @@ fn fitted(lengths: &Lengths, structure: &Structure, short: &[f64], near: Option<
     Model { short: first, fit }
 }
 
-fn extended(common: &[f64], effect: &Effect, size: f64) -> Vec<f64> {
-    let mut p = common.to_vec();
-    p.extend(vec![size; effect.parameters().len()]);
-    p
+fn with(lengths: &Lengths, inner: &Model, effect: &Effect) -> Model {
+    with_from(lengths, inner, effect, &vec![0.0; effect.parameters().len()])
 }
 
-fn with(lengths: &Lengths, inner: &Model, effect: &Effect) -> Model {
+fn with_from(lengths: &Lengths, inner: &Model, effect: &Effect, start: &[f64]) -> Model {
     let structure = inner.fit.structure.with(effect);
-    fitted(
-        lengths,
-        &structure,
-        &extended(&inner.short.common, &effect.clone(), 0.0),
-        Some(&extended(&inner.fit.common, effect, 0.0)),
-    )
+    let extended = |common: &[f64]| [common, start].concat();
+    let near = extended(&inner.fit.common);
+    fitted(lengths, &structure, &extended(&inner.short.common), Some(&near))
+}
+
+/// The start for an effect that bends to much from which a rough fit to long pieces comes lowest, if that is promising.
+fn promising(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<Vec<f64>> {
+    let structure = inner.fit.structure.with(effect);
+    let pieces: Vec<&FreeDecay> = lengths.long.decays.iter().collect();
+    let rough = |start: Vec<f64>| {
+        let common = [&inner.fit.common[..], &start].concat();
+        let states = &inner.fit.states;
+        let fit = fit_pieces(&pieces, &structure, &common, states, ROUGH, FEW_STEPS);
+        (fit.sum(), start)
+    };
+    let best = lengths.starts(effect).into_par_iter().map(rough).min_by(|a, b| a.0.total_cmp(&b.0));
+    let (sum, start) = best?;
+    (sum < PROMISING * inner.fit.sum()).then_some(start)
 }
 
 fn without(lengths: &Lengths, model: &Model, effect: &Effect) -> Model {
@@ -127,8 +153,13 @@ fn judged(lengths: &Lengths, model: Model) -> Judged {
 
 impl Judged {
     fn predicts_better_than(&self, other: &Self) -> bool {
-        self.prediction.gain_over(&other.prediction) > BETTER
-            && self.prediction.rms_rad() < (1.0 - LEAST_GAIN) * other.prediction.rms_rad()
+        self.prediction.is_better_than(&other.prediction)
+    }
+
+    /// The same for an effect that bends to what simpler ones explain.
+    fn predicts_clearly_better_than(&self, other: &Self) -> bool {
+        self.prediction.gain_over(&other.prediction) > CLEARLY_BETTER
+            && self.prediction.rms_rad() < (1.0 - CLEAR_GAIN) * other.prediction.rms_rad()
     }
 }
 
@@ -165,7 +196,7 @@ fn expanded(lengths: &Lengths, models: &[Model], all: &[Effect]) -> Vec<Model> {
 }
 
 /// Effects of the state: what follows time alone, or adds a line, is tried last, elsewhere.
-fn candidates(swing: &Swing) -> Vec<Effect> {
+fn candidates(decay: &FreeDecay) -> Vec<Effect> {
     let mut out = vec![
         Effect::CoulombFriction,
         Effect::QuadraticDamping,
@@ -174,7 +205,7 @@ fn candidates(swing: &Swing) -> Vec<Effect> {
         Effect::QuadraticStiffness,
         Effect::OddQuadraticStiffness,
     ];
-    if swing.amplitude_rad > SINE_FROM {
+    if decay.amplitude_rad > SINE_FROM {
         out.push(Effect::PendulumGravity);
     }
     out
@@ -187,19 +218,18 @@ pub struct Survivors {
     pub path: Vec<Judged>,
     /// Every effect alone, best first.
     pub singles: Vec<Model>,
+    /// What survives of the simple effects alone.
+    simple: Judged,
 }
 
-/// Searches for the effects that survive prediction.
-///
-/// # Errors
-/// Interrupted, once somebody asked for it.
-pub fn search(swing: &Swing) -> Result<Survivors> {
-    let lengths = Lengths::of(swing);
-    let windows = &swing.windows;
+/// The second-order response about a rest angle of its own, taking energy out where the record does, and the shared
+/// parameters from which its fit begins.
+pub(crate) fn plain_start(decay: &FreeDecay) -> (Structure, [f64; 3]) {
+    let windows = &decay.windows;
     let mean = |f: &dyn Fn(&crate::identify::WindowEstimate) -> f64| {
         windows.iter().map(f).sum::<f64>() / windows.len().max(1) as f64
     };
-    let middle = swing.yaw_rad.iter().sum::<f64>() / swing.yaw_rad.len() as f64;
+    let middle = decay.yaw_rad.iter().sum::<f64>() / decay.yaw_rad.len() as f64;
     let zeta = mean(&|w| w.damping_ratio);
     let mut structure = Structure { zero_unknown: true, ..Structure::default() };
     if zeta > 0.0 {
@@ -210,13 +240,22 @@ pub fn search(swing: &Swing) -> Result<Survivors> {
         low: 0.0,
         high: f64::INFINITY,
     });
-    let start = [mean(&|w| w.natural_frequency_rad_s), zeta, middle];
+    (structure, [mean(&|w| w.natural_frequency_rad_s), zeta, middle])
+}
+
+/// Searches for the effects that survive prediction.
+///
+/// # Errors
+/// Interrupted, once somebody asked for it.
+pub fn search(decay: &FreeDecay) -> Result<Survivors> {
+    let lengths = Lengths::of(decay);
+    let (structure, start) = plain_start(decay);
     let plain = judged(&lengths, fitted(&lengths, &structure, &start, None));
-    let all = candidates(swing);
+    let all = candidates(decay);
     // Sets of one more effect each, the best fits carried on.
     let mut rounds: Vec<Vec<Model>> = vec![vec![plain.model.clone()]];
     while rounds.len() <= MOST_EFFECTS {
-        swing.stop.check()?;
+        decay.stop.check()?;
         let last = rounds.last().expect("a round");
         let next = expanded(&lengths, &last[..last.len().min(BEAM)], &all);
         let Some(best) = next.first() else { break };
@@ -227,7 +266,7 @@ pub fn search(swing: &Swing) -> Result<Survivors> {
         }
         rounds.push(next);
     }
-    swing.stop.check()?;
+    decay.stop.check()?;
     let tried: Vec<Vec<Judged>> = rounds[1..]
         .par_iter()
         .map(|round| {
@@ -237,7 +276,7 @@ pub fn search(swing: &Swing) -> Result<Survivors> {
         .collect();
     let mut here = plain.clone();
     for round in tried {
-        swing.stop.check()?;
+        decay.stop.check()?;
         let best = round
             .into_iter()
             .filter(|l| l.predicts_better_than(&here))
@@ -247,7 +286,33 @@ pub fn search(swing: &Swing) -> Result<Survivors> {
         }
     }
     here = pruned(&lengths, here);
-    Ok(Survivors { path: path(&lengths, &plain, here)?, singles: rounds.swap_remove(1), lengths })
+    let simple = here.clone();
+    here = bent(&lengths, here)?;
+    let path = path(&lengths, &plain, here)?;
+    Ok(Survivors { path, singles: rounds.swap_remove(1), lengths, simple })
+}
+
+/// Whether hysteresis, the last effect of `model`, is dry friction.
+fn yields_at_once(lengths: &Lengths, model: &Model) -> bool {
+    let fit = &model.fit;
+    let yield_rad = fit.common.last().copied().unwrap_or_default();
+    fit.structure.effects.last() == Some(&Effect::Hysteresis)
+        && yield_rad < AT_ONCE * lengths.scale.amplitude_rad
+}
+
+/// `here`, or where one that bends to much predicts clearly better, that one with what it leaves needed.
+fn bent(lengths: &Lengths, here: Judged) -> Result<Judged> {
+    lengths.stop.check()?;
+    let flexible: Vec<Effect> = Effect::deterministic().filter(Effect::is_flexible).collect();
+    let better = flexible
+        .par_iter()
+        .filter_map(|effect| Some((effect, promising(lengths, &here.model, effect)?)))
+        .map(|(effect, start)| with_from(lengths, &here.model, effect, &start))
+        .filter(|model| !yields_at_once(lengths, model))
+        .map(|model| judged(lengths, model))
+        .filter(|with| with.predicts_clearly_better_than(&here))
+        .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
+    Ok(better.map_or(here, |better| pruned(lengths, better)))
 }
 
 /// From `plain` to `last`, what is missed least taken out first.
@@ -273,6 +338,15 @@ fn path(lengths: &Lengths, plain: &Judged, last: Judged) -> Result<Vec<Judged>> 
 }
 
 impl Survivors {
+    /// The same with the simple effects alone.
+    ///
+    /// # Errors
+    /// Interrupted, once somebody asked for it.
+    pub fn simple(mut self) -> Result<Self> {
+        self.path = path(&self.lengths, &self.path[0].clone(), self.simple.clone())?;
+        Ok(self)
+    }
+
     /// The same without `effect`.
     ///
     /// # Errors
@@ -311,22 +385,22 @@ fn pruned(lengths: &Lengths, mut here: Judged) -> Judged {
     }
 }
 
-/// The whole of the swing from one state, begun at `fit`'s numbers: over ever longer pieces.
-pub fn whole(swing: &Swing, lengths: &Lengths, fit: &PieceFit) -> PieceFit {
+/// The whole free decay from one state, begun at `fit`'s numbers: over ever longer pieces.
+pub fn whole(decay: &FreeDecay, lengths: &Lengths, fit: &PieceFit) -> PieceFit {
     let mut count = lengths.long.count();
     let mut best = fit.clone();
     while count > 1 {
         count = count.div_ceil(2);
-        let pieces = Pieces::of(swing, count);
+        let pieces = Pieces::of(decay, count);
         let states: Vec<[f64; 2]> = (0..count)
             .map(|k| {
-                let piece = &pieces.swings[k];
+                let piece = &pieces.decays[k];
                 let zero = if best.structure.zero_unknown { best.common[2] } else { 0.0 };
                 let start = crate::fit::segments::first_state(piece, zero);
                 crate::fit::segments::fit_state(piece, &best.structure, &best.common, start).0
             })
             .collect();
-        let all: Vec<&Swing> = pieces.swings.iter().collect();
+        let all: Vec<&FreeDecay> = pieces.decays.iter().collect();
         best = fit_pieces(&all, &best.structure, &best.common, &states, 1e-5, STEPS);
     }
     best

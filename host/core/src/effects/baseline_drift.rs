@@ -1,7 +1,7 @@
 //! A zero that drifts: reading = b + d t.
 
-use super::law::{numbers, any, Card, Law, Parameter, Scale};
-use super::terms::{Reading, Terms};
+use super::law::{any, reading, Card, Equation, Law, Parameter, Scale};
+use super::terms::Terms;
 
 pub(super) struct BaselineDrift;
 
@@ -27,6 +27,10 @@ impl Law for BaselineDrift {
         true
     }
 
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Self::EQUATION)
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Zero drifting in time",
@@ -40,16 +44,11 @@ impl Law for BaselineDrift {
     }
 }
 
-impl Reading for BaselineDrift {
-    #[inline]
-    fn change(p: &[f64], _yaw_rad: f64, time_s: f64) -> f64 {
-        let [d] = numbers(p);
-        d * time_s
-    }
-}
+reading!(BaselineDrift, [d], |_, t| d * t);
 
 #[cfg(test)]
 mod tests {
+    use super::super::terms::Reading;
     use super::*;
 
     #[test]

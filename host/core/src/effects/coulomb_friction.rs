@@ -1,6 +1,6 @@
 //! Dry friction, - c sign(r), which holds the model at r = 0 while the other moments are below c.
 
-use super::law::{numbers, not_negative, Card, Law, Parameter, Scale};
+use super::law::{numbers, not_negative, Card, Equation, Law, Parameter, Scale};
 use super::terms::Terms;
 
 pub(super) struct CoulombFriction;
@@ -22,6 +22,10 @@ impl Law for CoulombFriction {
     fn write(&self, p: &[f64], terms: &mut Terms) {
         let [c] = numbers(p);
         terms.dry_friction_rad_s2 += c;
+    }
+
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Equation::Moment("-c * sign(r)"))
     }
 
     fn card(&self) -> Card<'_> {

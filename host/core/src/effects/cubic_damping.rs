@@ -1,7 +1,7 @@
 //! Damping with the square of the angle, - c b^2 r.
 
-use super::law::{numbers, any, Card, Law, Parameter, Scale};
-use super::terms::{Moment, State, Terms};
+use super::law::{any, moment, Card, Equation, Law, Parameter, Scale};
+use super::terms::Terms;
 
 pub(super) struct CubicDamping;
 
@@ -23,6 +23,10 @@ impl Law for CubicDamping {
         terms.add_moment::<Self>(p);
     }
 
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Self::EQUATION)
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Damping with the square of the angle",
@@ -36,16 +40,11 @@ impl Law for CubicDamping {
     }
 }
 
-impl Moment for CubicDamping {
-    #[inline]
-    fn moment(p: &[f64], s: &State) -> f64 {
-        let [c] = numbers(p);
-        -s.yaw_rad * s.yaw_rad * (c * s.rate_rad_s)
-    }
-}
+moment!(CubicDamping, [c], |b, r, _, _| -b * b * (c * r));
 
 #[cfg(test)]
 mod tests {
+    use super::super::terms::Moment;
     use super::super::law::testing::at;
     use super::*;
 

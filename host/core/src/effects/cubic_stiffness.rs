@@ -1,7 +1,7 @@
 //! Hardening (k3 > 0) or softening, - k3 b^3.
 
-use super::law::{numbers, any, Card, Law, Parameter, Scale};
-use super::terms::{Moment, State, Terms};
+use super::law::{any, moment, Card, Equation, Law, Parameter, Scale};
+use super::terms::Terms;
 
 pub(super) struct CubicStiffness;
 
@@ -23,6 +23,10 @@ impl Law for CubicStiffness {
         terms.add_moment::<Self>(p);
     }
 
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Self::EQUATION)
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Hardening or softening restoring moment",
@@ -36,16 +40,11 @@ impl Law for CubicStiffness {
     }
 }
 
-impl Moment for CubicStiffness {
-    #[inline]
-    fn moment(p: &[f64], s: &State) -> f64 {
-        let [k3] = numbers(p);
-        -s.yaw_rad * s.yaw_rad * (k3 * s.yaw_rad)
-    }
-}
+moment!(CubicStiffness, [k3], |b, _, _, _| -b * b * (k3 * b));
 
 #[cfg(test)]
 mod tests {
+    use super::super::terms::Moment;
     use super::super::law::testing::at;
     use super::*;
 

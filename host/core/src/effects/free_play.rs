@@ -1,6 +1,6 @@
 //! Free play: the spring acts on b beyond a dead zone of +-g only.
 
-use super::law::{numbers, not_negative, Card, Law, Parameter, Scale};
+use super::law::{numbers, not_negative, Card, Equation, Law, Parameter, Scale};
 use super::terms::Terms;
 
 pub(super) struct FreePlay;
@@ -22,6 +22,10 @@ impl Law for FreePlay {
     fn write(&self, p: &[f64], terms: &mut Terms) {
         let [g] = numbers(p);
         terms.dead_zone_rad += g;
+    }
+
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Equation::DeadZone("g"))
     }
 
     fn card(&self) -> Card<'_> {

@@ -1,11 +1,11 @@
 //! A periodic moment, + f cos(w t + phi), with w away from the natural frequency.
 
-use super::law::{any, not_negative, numbers, Card, Law, Line, Parameter, Scale, Seen};
+use super::law::{any, not_negative, numbers, Card, Equation, Law, Line, Parameter, Scale, Seen};
 use super::terms::Terms;
 
 pub(super) struct HarmonicForcing;
 
-/// Forcing nearer to the natural frequency than this share cannot be told from the free decay.
+/// Forcing nearer to the natural frequency than this share cannot be distinguished from the free decay.
 const NEAREST: f64 = 0.1;
 
 impl Law for HarmonicForcing {
@@ -38,6 +38,10 @@ impl Law for HarmonicForcing {
     fn write(&self, p: &[f64], terms: &mut Terms) {
         let [cosine, sine, frequency_rad_s] = numbers(p);
         terms.force([cosine, sine], frequency_rad_s);
+    }
+
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Equation::Moment("f * cos(w * t + phi)"))
     }
 
     fn card(&self) -> Card<'_> {

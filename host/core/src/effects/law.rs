@@ -1,4 +1,4 @@
-//! What an effect supplies: its names, sizes and starts, how it enters the motion, and what a user is told about it.
+//! What an effect supplies: its names, sizes and starts, how it enters the motion, and its card for the user.
 //!
 //! An effect never integrates, fits, judges or plots. One whose size and phase belong to a line in the spectrum says so
 //! with a [`Line`]: the fit varies its cosine and sine part, which have no corner at zero as size and phase have.
@@ -25,6 +25,11 @@ pub(crate) trait Law: Send + Sync {
     /// Formula, cause, fingerprint, confirmation, remedy.
     fn card(&self) -> Card<'_>;
 
+    /// It as text, where text can hold it.
+    fn equation(&self) -> Option<Equation<'_>> {
+        None
+    }
+
     /// Where a fit begins; the first leaves the motion as it is without the effect.
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
         let size = SMALL * self.sizes(&seen.scale)[0];
@@ -43,6 +48,11 @@ pub(crate) trait Law: Send + Sync {
     /// Whether the `number`th of what the fit varies belongs to one release alone, as a drift does.
     fn belongs_to_release(&self, number: usize) -> bool {
         self.line().is_some() && number < 2
+    }
+
+    /// Whether it bends to what simpler effects explain.
+    fn is_flexible(&self) -> bool {
+        false
     }
 
     /// Whether it takes another course every time.
@@ -68,7 +78,7 @@ pub struct Line {
     pub slowest: f64,
 }
 
-/// What a start may be had from: what the model without the effect leaves of the record.
+/// What a start is estimated from: what the model without the effect leaves of the record.
 pub struct Seen<'a> {
     pub scale: Scale,
     /// Model less record, rad, at every `step_s`.
@@ -106,6 +116,69 @@ impl Scale {
     }
 }
 
+/// An effect as text of the language of a user's own effects: of `b`, `r`, `t`, `wn`, `wind` as there, of `spring`, the
+/// moment of the linear spring (-wn^2 b beyond any dead zone), and of the users' numbers by their names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Equation<'a> {
+    /// Added to b''; its `sign(r)` holds the model at r = 0 while the other moments are below it.
+    Moment(&'a str),
+    /// The angle up to which the spring does not act.
+    DeadZone(&'a str),
+    /// Added to the reading.
+    Reading(&'a str),
+}
+
+/// A moment written once: as it is computed, and as its [`Equation`]. Its formula is of yaw angle, yaw rate, time and the
+/// spring's moment, in that order, and reads the same in Rust and as an expression.
+macro_rules! moment {
+    ($law:ident, [$($number:ident),*], |$b:pat_param, $r:pat_param, $t:pat_param, $spring:pat_param| $formula:expr) => {
+        impl crate::effects::terms::Moment for $law {
+            #[inline]
+            fn moment(p: &[f64], s: &crate::effects::terms::State) -> f64 {
+                let [$($number),*] = crate::effects::law::numbers(p);
+                let ($b, $r, $t, $spring) =
+                    (s.yaw_rad, s.rate_rad_s, s.time_s, s.spring_moment_rad_s2);
+                $formula
+            }
+        }
+
+        impl $law {
+            const EQUATION: Equation<'static> = Equation::Moment(stringify!($formula));
+        }
+    };
+}
+pub(super) use moment;
+
+/// The same for a change of the reading, of yaw angle and time.
+macro_rules! reading {
+    ($law:ident, [$($number:ident),*], |$b:pat_param, $t:pat_param| $formula:expr) => {
+        impl crate::effects::terms::Reading for $law {
+            #[inline]
+            fn change(p: &[f64], $b: f64, $t: f64) -> f64 {
+                let [$($number),*] = crate::effects::law::numbers(p);
+                $formula
+            }
+        }
+
+        impl $law {
+            const EQUATION: Equation<'static> = Equation::Reading(stringify!($formula));
+        }
+    };
+}
+pub(super) use reading;
+
+/// As an expression has it.
+#[inline]
+pub(super) fn abs(x: f64) -> f64 {
+    x.abs()
+}
+
+/// As an expression has it.
+#[inline]
+pub(super) fn sin(x: f64) -> f64 {
+    x.sin()
+}
+
 /// Formula, usual cause on a yaw rig, fingerprint, how to confirm it, how to remove it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Card<'a> {
@@ -115,7 +188,7 @@ pub struct Card<'a> {
     pub fingerprint: &'a str,
     pub confirm: &'a str,
     pub remove: &'a str,
-    /// The release that would tell it from those it resembles.
+    /// The release that would distinguish it from the effects it resembles.
     pub release: &'a str,
 }
 

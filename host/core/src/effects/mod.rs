@@ -3,13 +3,20 @@
 //! All moments are divided by Izz (rad/s2), angles in rad, time from the release in s. All that is an effect's own stands
 //! in its file, as a `Law`; a user's own effect stands beside those of the library as [`Effect::Own`].
 
+mod curves;
 mod law;
 mod lines;
+mod measured;
+mod memory;
 mod own;
+mod padded;
 mod terms;
 
-pub use law::{Card, Line, Scale, Seen};
+pub use curves::{Part, KNOTS};
+pub use law::{Card, Equation, Line, Scale, Seen};
 pub use lines::FASTEST;
+pub use measured::{MeasuredLaw, MEASURED_LAW};
+pub(crate) use memory::Memories;
 pub(crate) use terms::{Moments, LANES};
 pub use terms::{State, Terms};
 pub use yawrig_expression::{Parameter, MOST_OWN};
@@ -42,6 +49,8 @@ macro_rules! library {
             $($effect,)*
             /// A moment from a user's file.
             Own(Arc<OwnEffect>),
+            /// Curves estimated from releases.
+            Measured(Arc<MeasuredLaw>),
         }
 
         impl Effect {
@@ -52,6 +61,7 @@ macro_rules! library {
                 match self {
                     $(Self::$effect => &$module::$effect,)*
                     Self::Own(own) => own,
+                    Self::Measured(law) => law,
                 }
             }
         }
@@ -75,6 +85,9 @@ library! {
     quintic_stiffness::QuinticStiffness,
     pendulum_gravity::PendulumGravity,
     odd_quadratic_stiffness::OddQuadraticStiffness,
+    power_damping::PowerDamping,
+    end_stop::EndStop,
+    hysteresis::Hysteresis,
 }
 
 impl Effect {
@@ -90,7 +103,7 @@ impl Effect {
     }
 
     /// Those with a definite course, which a simulation can follow.
-    pub fn deterministic() -> impl Iterator<Item = Self> {
+    pub(crate) fn deterministic() -> impl Iterator<Item = Self> {
         Self::ALL.into_iter().filter(|e| !e.is_random())
     }
 
@@ -102,6 +115,11 @@ impl Effect {
     /// Whether it takes another course every time, so that no simulation can follow it.
     pub fn is_random(&self) -> bool {
         self.law().is_random()
+    }
+
+    /// Whether it bends to what simpler effects explain, so that it is tried only where they leave more than they should.
+    pub fn is_flexible(&self) -> bool {
+        self.law().is_flexible()
     }
 
     /// Whether it comes from a user's file.
@@ -223,6 +241,20 @@ impl Effect {
             });
         }
         bounds
+    }
+
+    /// It as text, from which other languages are written; `None` where it has none: it is random, or remembers.
+    pub fn equation(&self) -> Option<Equation<'_>> {
+        self.law().equation()
+    }
+
+    /// Rows over what the fit varies, in its sizes, whose squares are added to those of the residuals: what keeps a
+    /// measured law smooth.
+    pub(crate) fn penalty(&self) -> Option<nalgebra::DMatrix<f64>> {
+        match self {
+            Self::Measured(law) => Some(law.penalty()),
+            _ => None,
+        }
     }
 
     /// Formula, cause, fingerprint, confirmation, remedy.

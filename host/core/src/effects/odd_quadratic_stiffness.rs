@@ -1,7 +1,7 @@
 //! Stiffness that changes in a straight line with amplitude, - k |b| b, as micro-slip in joints has it (k < 0).
 
-use super::law::{any, numbers, Card, Law, Parameter, Scale};
-use super::terms::{Moment, State, Terms};
+use super::law::{abs, any, moment, Card, Equation, Law, Parameter, Scale};
+use super::terms::Terms;
 
 pub(super) struct OddQuadraticStiffness;
 
@@ -23,6 +23,10 @@ impl Law for OddQuadraticStiffness {
         terms.add_moment::<Self>(p);
     }
 
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Self::EQUATION)
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Stiffness that falls in a straight line with amplitude",
@@ -36,16 +40,11 @@ impl Law for OddQuadraticStiffness {
     }
 }
 
-impl Moment for OddQuadraticStiffness {
-    #[inline]
-    fn moment(p: &[f64], s: &State) -> f64 {
-        let [k] = numbers(p);
-        -k * s.yaw_rad.abs() * s.yaw_rad
-    }
-}
+moment!(OddQuadraticStiffness, [k], |b, _, _, _| -k * abs(b) * b);
 
 #[cfg(test)]
 mod tests {
+    use super::super::terms::Moment;
     use super::super::law::testing::at;
     use super::*;
 

@@ -1,6 +1,6 @@
 //! A user's own effect as one of the library.
 
-use super::law::{Card, Law, Scale, Seen, SMALL};
+use super::law::{Card, Equation, Law, Scale, Seen, SMALL};
 use super::terms::Terms;
 use std::sync::Arc;
 use yawrig_expression::{OwnEffect, OwnTerm, Parameter};
@@ -53,6 +53,10 @@ impl Law for Arc<OwnEffect> {
 
     fn write(&self, p: &[f64], terms: &mut Terms) {
         terms.add_own(OwnTerm::new(self, p));
+    }
+
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Equation::Moment(&self.formula))
     }
 
     fn card(&self) -> Card<'_> {

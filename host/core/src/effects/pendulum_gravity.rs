@@ -1,7 +1,7 @@
 //! Weight about an axis that is not vertical, + g (b - sin b); g = wn^2 for a pendulum and nothing else.
 
-use super::law::{any, numbers, Card, Law, Parameter, Scale};
-use super::terms::{Moment, State, Terms};
+use super::law::{any, moment, sin, Card, Equation, Law, Parameter, Scale};
+use super::terms::Terms;
 
 pub(super) struct PendulumGravity;
 
@@ -23,6 +23,10 @@ impl Law for PendulumGravity {
         terms.add_moment::<Self>(p);
     }
 
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Self::EQUATION)
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Pendulum",
@@ -36,16 +40,11 @@ impl Law for PendulumGravity {
     }
 }
 
-impl Moment for PendulumGravity {
-    #[inline]
-    fn moment(p: &[f64], s: &State) -> f64 {
-        let [g] = numbers(p);
-        g * (s.yaw_rad - s.yaw_rad.sin())
-    }
-}
+moment!(PendulumGravity, [g], |b, _, _, _| g * (b - sin(b)));
 
 #[cfg(test)]
 mod tests {
+    use super::super::terms::Moment;
     use super::super::law::testing::at;
     use super::*;
 

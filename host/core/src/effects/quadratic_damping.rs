@@ -1,7 +1,7 @@
 //! Damping with the square of the rate, - d |r| r.
 
-use super::law::{numbers, not_negative, Card, Law, Parameter, Scale};
-use super::terms::{Moment, State, Terms};
+use super::law::{abs, moment, not_negative, Card, Equation, Law, Parameter, Scale};
+use super::terms::Terms;
 
 pub(super) struct QuadraticDamping;
 
@@ -23,6 +23,10 @@ impl Law for QuadraticDamping {
         terms.add_moment::<Self>(p);
     }
 
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Self::EQUATION)
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Damping with the square of the rate",
@@ -30,22 +34,17 @@ impl Law for QuadraticDamping {
             cause: "separated flow, still-air drag of the model's sides",
             fingerprint: "damping ratio rises in proportion to amplitude; frequency does not change",
             confirm: "release from twice the amplitude: the added damping doubles",
-            remove: "shield parts of the rig that are not the model; it cannot be had off the model itself",
+            remove: "shield parts of the rig that are not the model; the model's own drag remains",
             release: "a larger amplitude, where it parts from damping with the square of the angle",
         }
     }
 }
 
-impl Moment for QuadraticDamping {
-    #[inline]
-    fn moment(p: &[f64], s: &State) -> f64 {
-        let [d] = numbers(p);
-        -d * s.rate_rad_s.abs() * s.rate_rad_s
-    }
-}
+moment!(QuadraticDamping, [d], |_, r, _, _| -d * abs(r) * r);
 
 #[cfg(test)]
 mod tests {
+    use super::super::terms::Moment;
     use super::super::law::testing::at;
     use super::*;
 

@@ -1,7 +1,7 @@
 //! A restoring moment stiffer to one side, - k2 b^2.
 
-use super::law::{numbers, any, Card, Law, Parameter, Scale};
-use super::terms::{Moment, State, Terms};
+use super::law::{any, moment, Card, Equation, Law, Parameter, Scale};
+use super::terms::Terms;
 
 pub(super) struct QuadraticStiffness;
 
@@ -23,6 +23,10 @@ impl Law for QuadraticStiffness {
         terms.add_moment::<Self>(p);
     }
 
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Self::EQUATION)
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Restoring moment stiffer to one side",
@@ -36,16 +40,11 @@ impl Law for QuadraticStiffness {
     }
 }
 
-impl Moment for QuadraticStiffness {
-    #[inline]
-    fn moment(p: &[f64], s: &State) -> f64 {
-        let [k2] = numbers(p);
-        -s.yaw_rad * s.yaw_rad * k2
-    }
-}
+moment!(QuadraticStiffness, [k2], |b, _, _, _| -b * b * k2);
 
 #[cfg(test)]
 mod tests {
+    use super::super::terms::Moment;
     use super::super::law::testing::at;
     use super::*;
 

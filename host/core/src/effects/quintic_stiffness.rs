@@ -1,7 +1,7 @@
 //! Hardening (k5 > 0) or softening that sets in late, - k5 b^5.
 
-use super::law::{any, numbers, Card, Law, Parameter, Scale};
-use super::terms::{Moment, State, Terms};
+use super::law::{any, moment, Card, Equation, Law, Parameter, Scale};
+use super::terms::Terms;
 
 pub(super) struct QuinticStiffness;
 
@@ -23,6 +23,10 @@ impl Law for QuinticStiffness {
         terms.add_moment::<Self>(p);
     }
 
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Self::EQUATION)
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Restoring moment that hardens or softens late",
@@ -36,16 +40,11 @@ impl Law for QuinticStiffness {
     }
 }
 
-impl Moment for QuinticStiffness {
-    #[inline]
-    fn moment(p: &[f64], s: &State) -> f64 {
-        let [k5] = numbers(p);
-        -k5 * s.yaw_rad.powi(5)
-    }
-}
+moment!(QuinticStiffness, [k5], |b, _, _, _| -k5 * (b * b) * (b * b) * b);
 
 #[cfg(test)]
 mod tests {
+    use super::super::terms::Moment;
     use super::super::law::testing::at;
     use super::*;
 

@@ -1,6 +1,6 @@
 //! A second decaying mode in the reading: + amplitude exp(-zeta2 w2 t) cos(w2 t + phase), of a support that gives way.
 
-use super::law::{any, not_negative, numbers, within, Card, Law, Line, Parameter, Scale, Seen};
+use super::law::{any, not_negative, numbers, within, Card, Equation, Law, Line, Parameter, Scale, Seen};
 use super::terms::{Reading, Terms};
 
 pub(super) struct SecondMode;
@@ -11,6 +11,9 @@ const NEAREST: f64 = 0.3;
 const EARLY_CYCLES: f64 = 6.0;
 /// Damping ratio at which the fit begins.
 const START_DAMPING: f64 = 0.02;
+/// Of the users' numbers: the fit varies cosine and sine part.
+const EQUATION: &str =
+    "amplitude * exp(-zeta2 * w2 * t) * cos(w2 * sqrt(1 - zeta2 * zeta2) * t + phase)";
 
 impl Law for SecondMode {
     fn id(&self) -> &'static str {
@@ -53,12 +56,16 @@ impl Law for SecondMode {
         terms.add_reading::<Self>(p);
     }
 
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Equation::Reading(EQUATION))
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "A second mode in the reading",
             formula: "reading + a exp(-zeta2 w2 t) cos(w2 t + phase)",
             cause: "flexible support or shaft, sensor mount shaking",
-            fingerprint: "a line in the residual's spectrum away from the swing, dying out after the release",
+            fingerprint: "a line in the residual's spectrum away from the natural frequency, dying out after the release",
             confirm: "tap the support with the model clamped",
             remove: "stiffen the support or the sensor's mount",
             release: "a longer record, in which it dies out and forcing does not",

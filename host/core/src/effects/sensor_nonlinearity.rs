@@ -1,7 +1,7 @@
 //! A sensor whose scale is curved: reading = b + s b^2.
 
-use super::law::{numbers, any, Card, Law, Parameter, Scale};
-use super::terms::{Reading, Terms};
+use super::law::{any, reading, Card, Equation, Law, Parameter, Scale};
+use super::terms::Terms;
 
 pub(super) struct SensorNonlinearity;
 
@@ -23,6 +23,10 @@ impl Law for SensorNonlinearity {
         terms.add_reading::<Self>(p);
     }
 
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Self::EQUATION)
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Curved sensor scale",
@@ -36,16 +40,11 @@ impl Law for SensorNonlinearity {
     }
 }
 
-impl Reading for SensorNonlinearity {
-    #[inline]
-    fn change(p: &[f64], yaw_rad: f64, _time_s: f64) -> f64 {
-        let [s] = numbers(p);
-        s * yaw_rad * yaw_rad
-    }
-}
+reading!(SensorNonlinearity, [s], |b, _| s * b * b);
 
 #[cfg(test)]
 mod tests {
+    use super::super::terms::Reading;
     use super::*;
 
     #[test]

@@ -1,6 +1,6 @@
 //! A constant moment, + m.
 
-use super::law::{numbers, any, Card, Law, Parameter, Scale};
+use super::law::{numbers, any, Card, Equation, Law, Parameter, Scale};
 use super::terms::Terms;
 
 pub(super) struct StaticOffset;
@@ -22,6 +22,10 @@ impl Law for StaticOffset {
     fn write(&self, p: &[f64], terms: &mut Terms) {
         let [m] = numbers(p);
         terms.constant_moment_rad_s2 += m;
+    }
+
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Equation::Moment("m"))
     }
 
     fn card(&self) -> Card<'_> {

@@ -1,7 +1,7 @@
 //! Stiffness that drifts, wn^2 (1 + e t).
 
-use super::law::{numbers, any, Card, Law, Parameter, Scale};
-use super::terms::{Moment, State, Terms};
+use super::law::{any, moment, Card, Equation, Law, Parameter, Scale};
+use super::terms::Terms;
 
 pub(super) struct StiffnessDrift;
 
@@ -27,6 +27,10 @@ impl Law for StiffnessDrift {
         true
     }
 
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Self::EQUATION)
+    }
+
     fn card(&self) -> Card<'_> {
         Card {
             title: "Stiffness drifting in time",
@@ -40,16 +44,11 @@ impl Law for StiffnessDrift {
     }
 }
 
-impl Moment for StiffnessDrift {
-    #[inline]
-    fn moment(p: &[f64], s: &State) -> f64 {
-        let [e] = numbers(p);
-        e * s.time_s * s.spring_moment_rad_s2
-    }
-}
+moment!(StiffnessDrift, [e], |_, _, t, spring| e * t * spring);
 
 #[cfg(test)]
 mod tests {
+    use super::super::terms::{Moment, State};
     use super::super::law::testing::at;
     use super::*;
 

@@ -1,10 +1,12 @@
 //! The effects of a motion with their numbers, as the integration follows them.
 
+use super::curves::Curves;
+use super::memory::{Memories, Memory, Remembered};
+use super::padded::{padded, MOST_NUMBERS};
 use std::any::TypeId;
+use std::sync::Arc;
 use yawrig_expression::OwnTerm;
 
-/// Most numbers that a moment or a change of the reading has.
-const MOST_NUMBERS: usize = 4;
 /// Motions that are followed side by side.
 pub(crate) const LANES: usize = 4;
 
@@ -54,10 +56,6 @@ fn lanes<M: Moment>(
     }
 }
 
-fn padded(p: &[f64]) -> [f64; MOST_NUMBERS] {
-    std::array::from_fn(|i| p.get(i).copied().unwrap_or(0.0))
-}
-
 /// Every effect of a motion: what the closed form solves, corners whose place is known, and the smooth rest.
 #[derive(Clone, Debug, Default)]
 pub struct Terms {
@@ -71,10 +69,18 @@ pub struct Terms {
     force_frequency_rad_s: f64,
     moments: Vec<SmoothMoment>,
     readings: Vec<ReadingChange>,
+    /// Moments with a state of their own.
+    remembered: Vec<Remembered>,
     /// The user's own effects.
     own: Vec<OwnTerm>,
+    /// Of a measured law.
+    curves: Option<Arc<Curves>>,
     /// For own effects that depend on it; 0: off, or not known.
     pub wind_speed_m_s: f64,
+    /// Integrated by the steps that adapt themselves, as own effects are.
+    pub precise: bool,
+    /// Own effects that are not steep are followed by fixed steps: quicker, and less exact.
+    pub(crate) swift: bool,
 }
 
 impl Terms {
@@ -85,6 +91,25 @@ impl Terms {
 
     pub(crate) fn add_reading<R: Reading>(&mut self, p: &[f64]) {
         self.readings.push(ReadingChange { change: R::change, p: padded(p) });
+    }
+
+    pub(crate) fn add_memory<M: Memory>(&mut self, p: &[f64]) {
+        self.remembered.push(Remembered::of::<M>(p));
+    }
+
+    /// What the moments with a state of their own remember at angle and rate `state`.
+    pub(crate) fn memories(
+        &self,
+        state: [f64; 2],
+        natural_frequency_rad_s: f64,
+        middle_rad: f64,
+        swinging: bool,
+    ) -> Memories {
+        Memories::begun(&self.remembered, state, natural_frequency_rad_s, middle_rad, swinging)
+    }
+
+    pub(crate) fn add_curves(&mut self, curves: Curves) {
+        self.curves = Some(Arc::new(curves));
     }
 
     pub(crate) fn add_own(&mut self, own: OwnTerm) {
@@ -101,22 +126,28 @@ impl Terms {
         Self { wind_speed_m_s, ..Self::default() }
     }
 
+    /// Whether the splitting is not to be used.
+    pub(crate) fn adapts_steps(&self) -> bool {
+        self.precise || !self.own.is_empty()
+    }
+
     pub(crate) fn own(&self) -> &[OwnTerm] {
         &self.own
     }
 
-    /// Whether there is no effect in it.
-    pub fn is_plain(&self) -> bool {
-        self.is_smooth()
-            && self.constant_moment_rad_s2 == 0.0
-            && self.force_frequency_rad_s == 0.0
-            && self.moments.is_empty()
-            && self.readings.is_empty()
+    /// Whether the splitting follows it without corners to locate.
+    pub(crate) fn is_smooth(&self) -> bool {
+        !self.turns() && self.dead_zone_rad == 0.0 && !self.adapts_steps()
     }
 
-    /// Whether it has neither corners nor a user's own effects.
-    pub(crate) fn is_smooth(&self) -> bool {
-        self.dry_friction_rad_s2 == 0.0 && self.dead_zone_rad == 0.0 && self.own.is_empty()
+    /// Whether something changes where the model turns.
+    pub(crate) fn turns(&self) -> bool {
+        self.dry_friction_rad_s2 > 0.0 || !self.remembered.is_empty()
+    }
+
+    /// The same with a sensor that shows the yaw angle.
+    pub(crate) fn unread(&self) -> Self {
+        Self { readings: Vec::new(), ..self.clone() }
     }
 
     /// The periodic moment, to be followed in steps of `step_s` from `time_s` on.
@@ -142,7 +173,9 @@ impl Terms {
     /// them: they have corners, or are exact in the linear solution.
     #[inline]
     pub(crate) fn smooth_moment(&self, state: &State, drive: f64) -> f64 {
-        self.moments.iter().map(|m| (m.one)(&m.p, state)).sum::<f64>() + drive
+        let curves =
+            self.curves.as_ref().map_or(0.0, |c| c.moment(state.yaw_rad, state.rate_rad_s));
+        self.moments.iter().map(|m| (m.one)(&m.p, state)).sum::<f64>() + curves + drive
     }
 
     /// What the sensor shows of the yaw angle at a time, rad.
@@ -174,6 +207,7 @@ impl Drive {
 /// The smooth moments of four motions of the same effects.
 pub(crate) struct Moments {
     each: Vec<(SmoothMoment, [[f64; MOST_NUMBERS]; LANES])>,
+    curves: [Option<Arc<Curves>>; LANES],
 }
 
 impl Moments {
@@ -186,7 +220,7 @@ impl Moments {
         }
         let lanes = |k: usize| terms.map(|t| t.moments[k].p);
         let each = first.moments.iter().enumerate().map(|(k, m)| (*m, lanes(k))).collect();
-        Some(Self { each })
+        Some(Self { each, curves: terms.map(|t| t.curves.clone()) })
     }
 
     /// Adds the moments in each of `states` to `sums`, rad/s2.
@@ -194,6 +228,9 @@ impl Moments {
     pub fn add(&self, states: &[State; LANES], sums: &mut [f64; LANES]) {
         for (moment, p) in &self.each {
             (moment.lanes)(p, states, sums);
+        }
+        for ((curves, state), sum) in self.curves.iter().zip(states).zip(sums) {
+            *sum += curves.as_ref().map_or(0.0, |c| c.moment(state.yaw_rad, state.rate_rad_s));
         }
     }
 }

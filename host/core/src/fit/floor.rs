@@ -1,6 +1,6 @@
 //! The least that any model can leave of a reading: noise, or the step of a quantised sensor.
 
-use crate::fit::swing::Swing;
+use crate::fit::free_decay::FreeDecay;
 use crate::record::Record;
 
 /// Readings for each value that is taken, from which on they come in steps.
@@ -24,15 +24,15 @@ pub fn step_deg(record: &Record) -> Option<f64> {
     if gaps.is_empty() || values.len() < READINGS_PER_VALUE * taken {
         return None;
     }
-    Some(crate::identify::samples::median(&mut gaps))
+    Some(crate::statistics::median(&mut gaps))
 }
 
-/// `swing` with its noise floor at least a step's rms, where the noise does not blur the steps.
-pub fn with_steps(mut swing: Swing, record: &Record) -> Swing {
+/// `decay` with its noise floor at least a step's rms, where the noise does not blur the steps.
+pub fn with_steps(mut decay: FreeDecay, record: &Record) -> FreeDecay {
     if let Some(step) = step_deg(record).map(f64::to_radians) {
-        if swing.sample_noise_rad < BLURRED * step {
-            swing.noise_rad = swing.noise_rad.max(step / 12f64.sqrt());
+        if decay.sample_noise_rad < BLURRED * step {
+            decay.noise_rad = decay.noise_rad.max(step / 12f64.sqrt());
         }
     }
-    swing
+    decay
 }

@@ -1,4 +1,4 @@
-//! Releases fitted together: some numbers are each release's own, others they have in common.
+//! Joint fit of several releases: some numbers are each release's own, others they have in common.
 //!
 //! A release has its own initial state and, where unknown, its own zero of the sensor. Natural frequency and damping
 //! ratio are shared by the repeats of one condition, the coefficients of an effect as a [`Sharing`] says; a line's size
@@ -10,11 +10,11 @@
 
 use crate::effects::Effect;
 use crate::fit::fitting::{Fitted, Structure};
+use crate::fit::free_decay::FreeDecay;
 pub use crate::fit::problem::Release;
-use crate::fit::problem::{Together, EVALUATIONS};
+use crate::fit::problem::{JointProblem, EVALUATIONS};
 use crate::fit::sharing::Places;
 pub use crate::fit::sharing::Sharing;
-use crate::fit::swing::Swing;
 use crate::quantity::Quantity;
 use crate::solver::Fit;
 use nalgebra::DMatrix;
@@ -43,7 +43,7 @@ impl JointFit {
         releases: &[Release],
         structure: &Structure,
         sharing: &Sharing,
-        together: Together,
+        together: JointProblem,
         fit: Fit,
     ) -> Self {
         let covariance = with_pressed(&fit, &together.bounds);
@@ -55,14 +55,14 @@ impl JointFit {
                 let p: Vec<f64> = part.places.iter().map(|&at| fit.parameters[at]).collect();
                 let mut residuals = vec![0.0; release.count];
                 part.readings(&p, &mut residuals);
-                for (r, y) in residuals.iter_mut().zip(&release.swing.yaw_rad) {
+                for (r, y) in residuals.iter_mut().zip(&release.decay.yaw_rad) {
                     *r -= y;
                 }
                 let n = part.places.len();
                 let own = covariance
                     .as_ref()
                     .map(|c| DMatrix::from_fn(n, n, |a, b| c[(part.places[a], part.places[b])]));
-                let wind_speed_m_s = release.swing.wind_speed_m_s;
+                let wind_speed_m_s = release.decay.wind_speed_m_s;
                 let structure = part.structure.clone();
                 Fitted::new(structure, p, residuals, converged, own, wind_speed_m_s)
             })
@@ -118,28 +118,29 @@ impl JointFit {
     }
 
     /// Residual over noise on the means after those fitted; `None` where there are none.
-    pub fn held_out_over_noise(&self, swings: &[&Swing]) -> Option<f64> {
+    pub fn held_out_over_noise(&self, decays: &[&FreeDecay]) -> Option<f64> {
         let mut sum = (0.0, 0.0);
-        for (fit, swing) in self.fits.iter().zip(swings) {
-            let n = swing.yaw_rad.len().saturating_sub(fit.count) as f64;
+        for (fit, decay) in self.fits.iter().zip(decays) {
+            let n = decay.yaw_rad.len().saturating_sub(fit.count) as f64;
             sum.0 += n;
             if n > 0.0 {
-                sum.1 += n * crate::fit::fitting::held_out_over_noise(swing, fit).powi(2);
+                sum.1 += n * crate::fit::fitting::held_out_over_noise(decay, fit).powi(2);
             }
         }
         (sum.0 > 0.0).then(|| (sum.1 / sum.0).sqrt())
     }
 }
 
-/// By how much more than `common`, the mean square over the noise and its inflation of all releases, the residuals of
-/// each one's condition say of its natural frequency and damping ratio; at least 1. Where the model explains some
-/// releases and others not, all together would promise too much of those others.
+/// By what factor, at least 1, the covariance of each release's natural frequency and damping ratio is larger than its
+/// share in the joint fit: mean square of its condition's residuals over the noise, inflated for their correlation, over
+/// `common`, the same of all releases. Where the model explains some releases and others not, an average over all would
+/// make the others too certain.
 fn widening(releases: &[Release], sharing: &Sharing, fits: &[Fitted], common: f64) -> Vec<f64> {
     let of_group = |group: usize| {
         let (mut squares, mut count, mut effective, mut numbers) = (0.0, 0.0, 0.0, 2.0);
         for ((release, fit), own) in releases.iter().zip(fits).zip(&sharing.modal) {
             if *own == group {
-                squares += fit.sum_of_squares / release.swing.noise_rad.powi(2);
+                squares += fit.sum_of_squares / release.decay.noise_rad.powi(2);
                 count += fit.count as f64;
                 effective += fit.effective_count();
                 numbers += (fit.structure.own_numbers() - 2) as f64;
@@ -169,13 +170,53 @@ fn with_pressed(fit: &Fit, bounds: &[(f64, f64)]) -> Option<DMatrix<f64>> {
 
 /// Fits `structure` to `releases` at once, from `starts`: each release's numbers in the order of [`Fitted`], of which
 /// shared ones are averaged. One release's are fitted as they are.
+///
+/// ```
+/// use yawrig_core::effects::{Effect, Terms};
+/// use yawrig_core::fit::fitting::{fit_added, fit_plain};
+/// use yawrig_core::fit::free_decay::FreeDecay;
+/// use yawrig_core::fit::joint::{self, Release, Sharing};
+/// use yawrig_core::motion::simulate::{Grid, Motion};
+/// use yawrig_core::record::Record;
+///
+/// // Two releases of one model with a friction of 0.05 rad/s2, and a trace of noise.
+/// let noise = |k: u64| ((k.wrapping_mul(2_654_435_761) >> 7) % 1000) as f64 * 1e-4 - 0.05;
+/// let decays = [14.0f64, 9.0].map(|amplitude_deg| {
+///     let motion = Motion {
+///         natural_frequency_rad_s: 6.0,
+///         damping_ratio: 0.01,
+///         yaw_rad: amplitude_deg.to_radians(),
+///         rate_rad_s: 0.0,
+///         terms: Terms::of([(Effect::CoulombFriction, &[0.05][..])]),
+///     };
+///     let grid = Grid { start_s: 0.0, step_s: 0.005, count: 4000, mean_width_s: 0.0 };
+///     let mut yaw_rad = vec![0.0; grid.count];
+///     motion.readings(&grid, &mut yaw_rad);
+///     let reading = |(k, y): (usize, &f64)| y.to_degrees() + noise(k as u64);
+///     let yaw_deg = yaw_rad.iter().enumerate().map(reading).collect();
+///     let time_s = (0..grid.count).map(|k| grid.time_s(k)).collect();
+///     FreeDecay::of(&Record { file: "mine".into(), time_s, yaw_deg }).unwrap()
+/// });
+/// let alone = decays.each_ref().map(|decay| {
+///     let plain = fit_plain(decay, false, decay.yaw_rad.len());
+///     fit_added(decay, &plain, &Effect::CoulombFriction)
+/// });
+/// // Natural frequency, damping ratio and friction are shared; each has its initial condition.
+/// let sharing = Sharing { modal: vec![0, 0], effects: vec![vec![Some(0), Some(0)]] };
+/// let releases = decays.each_ref().map(Release::whole);
+/// let starts = alone.each_ref().map(|fit| fit.parameters.clone());
+/// let both = joint::fit(&releases, &alone[0].structure, &sharing, &starts);
+/// let at = both.place(&Effect::CoulombFriction, 0, 0).unwrap();
+/// assert_eq!(both.place(&Effect::CoulombFriction, 0, 1), Some(at));
+/// assert!((both.quantity(at).value / 0.05 - 1.0).abs() < 0.02, "{}", both.quantity(at));
+/// ```
 pub fn fit(
     releases: &[Release],
     structure: &Structure,
     sharing: &Sharing,
     starts: &[Vec<f64>],
 ) -> JointFit {
-    let together = Together::new(releases, structure, sharing, starts);
+    let together = JointProblem::new(releases, structure, sharing, starts);
     let start = together.gathered(starts, &|_, _| None);
     let fit = together.minimise(&start, EVALUATIONS);
     JointFit::new(releases, structure, sharing, together, fit)
@@ -195,7 +236,7 @@ pub fn fit_from(
         .map(|(i, single)| single.in_order_of(&sharing.of_release(structure, i)))
         .collect();
     let starts: Vec<Vec<f64>> = ordered.iter().map(|o| o.0.clone()).collect();
-    let together = Together::new(releases, structure, sharing, &starts);
+    let together = JointProblem::new(releases, structure, sharing, &starts);
     let weight = |i: usize, j: usize| ordered[i].1[j].filter(|v| *v > 0.0).map(f64::recip);
     let start = together.gathered(&starts, &weight);
     let fit = together.minimise(&start, EVALUATIONS);
@@ -208,7 +249,7 @@ mod tests {
     use crate::motion::simulate::Grid;
     use crate::solver::check::jacobian_error;
 
-    fn swing(wn: f64, c: f64) -> Swing {
+    fn decay(wn: f64, c: f64) -> FreeDecay {
         let grid = Grid { start_s: 0.0, step_s: 0.02, count: 900, mean_width_s: 0.0 };
         let terms = crate::effects::Terms::of([
             (Effect::CubicDamping, &[c][..]),
@@ -223,7 +264,7 @@ mod tests {
         };
         let mut yaw_rad = vec![0.0; grid.count];
         motion.readings(&grid, &mut yaw_rad);
-        Swing {
+        FreeDecay {
             warnings: Vec::new(),
             stop: Default::default(),
             grid,
@@ -243,10 +284,10 @@ mod tests {
     /// One release that a second-order model explains, and one that it does not.
     #[test]
     fn what_is_explained_worse_is_known_less_well() {
-        let swings = [swing(6.0, 0.0), swing(7.0, 8.0)];
+        let decays = [decay(6.0, 0.0), decay(7.0, 8.0)];
         let structure = Structure { effects: vec![Effect::StaticOffset], ..Structure::default() };
         let starts = [vec![6.0, 0.01, 0.2, 0.0, 0.1], vec![7.0, 0.02, 0.2, 0.0, 0.1]];
-        let releases = swings.each_ref().map(Release::whole);
+        let releases = decays.each_ref().map(Release::whole);
         let apart = Sharing::none(2, 1);
         let together = fit(&releases, &structure, &apart, &starts);
         for k in 0..2 {
@@ -263,8 +304,8 @@ mod tests {
     /// Shared, grouped, own and absent numbers each get their derivative where they belong.
     #[test]
     fn the_jacobian_of_shared_numbers_agrees_with_differences() {
-        let swings = [swing(6.0, 0.0), swing(6.0, 2.0), swing(7.0, 2.0)];
-        let releases = swings.each_ref().map(Release::whole);
+        let decays = [decay(6.0, 0.0), decay(6.0, 2.0), decay(7.0, 2.0)];
+        let releases = decays.each_ref().map(Release::whole);
         let structure = Structure {
             effects: vec![Effect::CubicDamping, Effect::StaticOffset, Effect::BaselineDrift],
             ..Structure::default()
@@ -282,7 +323,7 @@ mod tests {
             vec![6.02, 0.011, 0.21, 0.01, 1.5, 0.12, -1e-4],
             vec![7.02, 0.009, 0.21, 0.03, 1.5, 0.12, 2e-4],
         ];
-        let together = Together::new(&releases, &structure, &sharing, &starts);
+        let together = JointProblem::new(&releases, &structure, &sharing, &starts);
         // Two modal pairs, three states, one coefficient, two offsets, three drifts.
         assert_eq!(together.places.count, 4 + 6 + 1 + 2 + 3);
         let p = together.gathered(&starts, &|_, _| None);

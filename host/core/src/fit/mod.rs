@@ -1,13 +1,14 @@
 //! Models with effects fitted to one release or to several.
 
+pub(crate) mod fitted;
 pub mod fitting;
-pub mod floor;
+pub(crate) mod floor;
+pub mod free_decay;
 pub mod joint;
-pub mod noise;
-pub mod problem;
-pub mod promise;
-pub mod segments;
-pub mod sharing;
-pub mod starts;
-pub mod structure;
-pub mod swing;
+pub(crate) mod linear_gain;
+pub(crate) mod noise;
+pub(crate) mod problem;
+pub(crate) mod segments;
+pub(crate) mod sharing;
+pub(crate) mod starts;
+pub(crate) mod structure;

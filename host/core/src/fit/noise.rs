@@ -1,6 +1,6 @@
-//! White and coloured noise of a sensor, told apart in the record's own spectrum.
+//! White and coloured noise of a sensor, separated in the record's own spectrum.
 //!
-//! Between the harmonics of the swing a record holds nothing but noise, and the response to random forcing. The means
+//! Between the harmonics of the oscillation a record holds nothing but noise, and the response to random forcing. The means
 //! of narrow bands there, lines left out, are fitted by a white level, a lag-one (first-order autoregressive)
 //! spectrum and that response. The window is Kaiser's with side lobes 170 dB down, below any swing over its noise.
 
@@ -14,11 +14,11 @@ struct Window {
     lobe_bins: f64,
     /// Neighbouring bins that say the same through it.
     shared_bins: f64,
-    /// How far the swing's frequency may wander, as a share; thrice that at the swing itself.
+    /// How far the natural frequency may wander, as a share; about the frequency itself three times as far.
     wander: f64,
 }
 
-/// Side lobes 170 dB down, below any swing over its noise.
+/// Side lobes 170 dB down, below any oscillation over its noise.
 const OF_RECORD: Window = Window { kaiser: 18.0, lobe_bins: 6.5, shared_bins: 2.4, wander: 0.05 };
 /// For what a good model leaves.
 const OF_RESIDUALS: Window = Window { kaiser: 6.0, lobe_bins: 2.2, shared_bins: 1.5, wander: 0.02 };
@@ -26,7 +26,7 @@ const OF_RESIDUALS: Window = Window { kaiser: 6.0, lobe_bins: 2.2, shared_bins: 
 const LEAST_BINS: usize = 24;
 const MOST_BANDS: usize = 60;
 const FEWEST_BANDS: usize = 6;
-/// Harmonics of the swing left out.
+/// Harmonics of the oscillation left out.
 const HARMONICS: usize = 8;
 /// Lag-one correlations between samples that are tried. Below it is as good as white; above it is a drift.
 const CORRELATIONS: (f64, f64) = (0.15, 0.97);
@@ -67,7 +67,7 @@ struct Band {
     weight: f64,
 }
 
-/// The coloured noise in `samples`, evenly spaced, `turn` the swing's phase from one to the next (rad); none where
+/// The coloured noise in `samples`, evenly spaced, `turn` the oscillation's phase from one to the next (rad); none where
 /// white noise (and random forcing) accounts for the spectrum.
 pub fn colour(samples: &[f64], turn: f64) -> Option<Colour> {
     let bands = bands(samples, turn, &OF_RECORD)?;
@@ -77,7 +77,7 @@ pub fn colour(samples: &[f64], turn: f64) -> Option<Colour> {
 }
 
 /// The same from the `residuals` of a good model, means of `block` samples; it shows the noise down to frequencies that
-/// the swing hides in the record.
+/// the oscillation hides in the record.
 pub fn colour_of_residuals(residuals: &[f64], turn: f64, block: usize) -> Option<Colour> {
     let bands = bands(residuals, turn, &OF_RESIDUALS)?;
     Some(coloured(&bands, turn, block)?.1)
@@ -180,7 +180,7 @@ fn clipped_mean(mut values: Vec<f64>) -> f64 {
     mean
 }
 
-/// Modified Bessel function of order zero, scaled to 1 at the window's middle.
+/// Modified Bessel function of order zero, by its power series: `libm` has none.
 fn bessel(x: f64) -> f64 {
     let q = 0.25 * x * x;
     let (mut term, mut sum) = (1.0, 1.0);
@@ -206,7 +206,7 @@ fn fitted(bands: &[Band], turn: f64, block: usize, correlation: Option<f64>) -> 
         })
         .collect();
     let mut logs: Vec<f64> = bands.iter().map(|b| b.level.ln()).collect();
-    let middle = crate::identify::samples::median(&mut logs).exp();
+    let middle = crate::statistics::median(&mut logs).exp();
     let mut best = (f64::INFINITY, [0.0; 3]);
     for parts in [
         [true, false, false],
@@ -292,7 +292,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, StandardNormal};
 
-    fn swing(noise: f64, correlation: f64, seed: u64) -> Vec<f64> {
+    fn decay(noise: f64, correlation: f64, seed: u64) -> Vec<f64> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut c = 0.0;
         (0..20_000)
@@ -300,8 +300,8 @@ mod tests {
                 let z: f64 = StandardNormal.sample(&mut rng);
                 c = correlation * c + (1.0 - correlation * correlation).sqrt() * z;
                 let t = k as f64 * 1e-3;
-                let swing = 10.0 * (-0.05 * t).exp() * (7.0 * t).cos();
-                swing + 0.05 * swing * swing / 10.0 + noise * c
+                let decay = 10.0 * (-0.05 * t).exp() * (7.0 * t).cos();
+                decay + 0.05 * decay * decay / 10.0 + noise * c
             })
             .collect()
     }
@@ -313,11 +313,11 @@ mod tests {
         let mut mean = 0.0;
         for (seed, correlation) in (1..30).map(|k| (k, [0.5, 0.8, 0.95][k as usize % 3])) {
             let truth = Colour { white_variance: 0.0, coloured_variance: 0.05 * 0.05, correlation };
-            let y = swing(0.05, correlation, seed);
+            let y = decay(0.05, correlation, seed);
             let found = colour(&y, 7e-3).expect("colour");
             let ratio = found.mean_variance(17) / truth.mean_variance(17);
             assert!((0.5..1.5).contains(&ratio), "{correlation}: {ratio}");
-            let noise: Vec<f64> = y.iter().zip(swing(0.0, 0.0, 0)).map(|(a, b)| a - b).collect();
+            let noise: Vec<f64> = y.iter().zip(decay(0.0, 0.0, 0)).map(|(a, b)| a - b).collect();
             let means: Vec<f64> =
                 noise.chunks_exact(17).map(|m| m.iter().sum::<f64>() / 17.0).collect();
             let sharper = colour_of_residuals(&means, 17.0 * 7e-3, 17).expect("colour");
@@ -327,7 +327,7 @@ mod tests {
         }
         assert!((mean - 1.0).abs() < 0.06, "{mean}");
         for seed in 10..20 {
-            assert_eq!(colour(&swing(0.05, 0.0, seed), 7e-3), None);
+            assert_eq!(colour(&decay(0.05, 0.0, seed), 7e-3), None);
         }
     }
 }

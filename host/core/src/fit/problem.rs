@@ -1,12 +1,12 @@
 //! The residuals of one or several releases as a problem to be minimised.
 
 use crate::effects::Effect;
-use crate::fit::fitting::motion;
+use crate::fit::free_decay::FreeDecay;
 use crate::fit::sharing::{Places, Sharing};
-use crate::fit::structure::Structure;
-use crate::fit::swing::Swing;
+use crate::fit::structure::{motion, Structure};
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
 use crate::solver::{minimise, Fit, Options, Problem, Rows};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Of an effect's size (where it rivals the spring): the step of the differences.
@@ -15,20 +15,20 @@ const DIFFERENCE: f64 = 1e-6;
 const OWN_DIFFERENCE: f64 = 3e-5;
 pub(crate) const EVALUATIONS: usize = 30;
 
-/// The first `count` means of a swing.
+/// The first `count` means of a free decay.
 #[derive(Clone, Copy, Debug)]
 pub struct Release<'a> {
-    pub swing: &'a Swing,
+    pub decay: &'a FreeDecay,
     pub count: usize,
 }
 
 impl<'a> Release<'a> {
-    pub fn whole(swing: &'a Swing) -> Self {
-        Self { swing, count: swing.yaw_rad.len() }
+    pub fn whole(decay: &'a FreeDecay) -> Self {
+        Self { decay, count: decay.yaw_rad.len() }
     }
     /// The first `share` of it.
-    pub fn part(swing: &'a Swing, share: f64) -> Self {
-        Self { swing, count: (share * swing.yaw_rad.len() as f64) as usize }
+    pub fn part(decay: &'a FreeDecay, share: f64) -> Self {
+        Self { decay, count: (share * decay.yaw_rad.len() as f64) as usize }
     }
 }
 
@@ -47,11 +47,11 @@ pub(crate) struct Part<'a> {
 
 impl Part<'_> {
     fn motion(&self, p: &[f64]) -> (Motion, f64) {
-        motion(&self.structure, &self.starts, p, self.release.swing.wind_speed_m_s)
+        motion(&self.structure, &self.starts, p, self.release.decay.wind_speed_m_s)
     }
 
     fn grid(&self) -> Grid {
-        Grid { count: self.release.count, ..self.release.swing.grid }
+        Grid { count: self.release.count, ..self.release.decay.grid }
     }
 
     pub fn readings(&self, p: &[f64], out: &mut [f64]) {
@@ -62,8 +62,8 @@ impl Part<'_> {
 
     /// Residuals and their derivatives by the free numbers, over the noise, at the parameters `all`.
     pub fn linearised(&self, all: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
-        let swing = self.release.swing;
-        let weight = swing.noise_rad.recip();
+        let decay = self.release.decay;
+        let weight = decay.noise_rad.recip();
         let p: Vec<f64> = self.places.iter().map(|&at| all[at]).collect();
         let (mut motions, mut zeros, mut steps) = (Vec::new(), Vec::new(), Vec::new());
         let mut add = |(motion, zero)| {
@@ -93,21 +93,42 @@ impl Part<'_> {
                 *c = (*c - y) * inverse;
             }
         }
-        for (r, y) in residuals.iter_mut().zip(&swing.yaw_rad) {
+        for (r, y) in residuals.iter_mut().zip(&decay.yaw_rad) {
             *r = (*r - y) * weight;
         }
+        self.add_penalty(&p, &mut residuals, &mut columns);
         (residuals, columns)
+    }
+
+    /// The roughness of a measured law as further residuals: in proportion to the means, so that pieces of a free decay
+    /// add up to the whole.
+    fn add_penalty(&self, p: &[f64], residuals: &mut Vec<f64>, columns: &mut [Vec<f64>]) {
+        let decay = self.release.decay;
+        for (effect, &at) in self.structure.effects.iter().zip(&self.starts) {
+            let Some(rows) = effect.penalty() else { continue };
+            let sizes = effect.sizes(&decay.scale());
+            let weight = (self.release.count as f64).sqrt() * decay.amplitude_rad / decay.noise_rad;
+            let rows = DMatrix::from_fn(rows.nrows(), rows.ncols(), |i, j| {
+                weight * rows[(i, j)] / sizes[j]
+            });
+            let values = &rows * DVector::from_column_slice(&p[at..at + rows.ncols()]);
+            residuals.extend(values.iter());
+            for (column, &j) in columns.iter_mut().zip(&self.free) {
+                let inside = j.checked_sub(at).filter(|k| *k < rows.ncols());
+                column.extend((0..rows.nrows()).map(|i| inside.map_or(0.0, |k| rows[(i, k)])));
+            }
+        }
     }
 }
 
 /// Residuals of all releases over their noise.
-pub(crate) struct Together<'a> {
+pub(crate) struct JointProblem<'a> {
     pub parts: Vec<Part<'a>>,
     pub places: Places,
     pub bounds: Vec<(f64, f64)>,
 }
 
-impl<'a> Together<'a> {
+impl<'a> JointProblem<'a> {
     /// `starts`: a value for each release's numbers.
     pub fn new(
         releases: &[Release<'a>],
@@ -118,7 +139,7 @@ impl<'a> Together<'a> {
         let places = Places::new(structure, sharing);
         let mut bounds: Vec<Option<(f64, f64)>> = vec![None; places.count];
         for (i, (release, start)) in releases.iter().zip(starts).enumerate() {
-            let own = sharing.of_release(structure, i).bounds(release.swing, start);
+            let own = sharing.of_release(structure, i).bounds(release.decay, start);
             for (&at, (low, high)) in places.of[i].iter().zip(own) {
                 let (least, most) = bounds[at].unwrap_or((low, high));
                 let (low, high) = (low.max(least), high.min(most));
@@ -138,9 +159,9 @@ impl<'a> Together<'a> {
                 let mut free: Vec<usize> =
                     (0..places.len()).filter(|&j| bounds[j].0 < bounds[j].1).collect();
                 free.sort_by_key(|&j| places[j]);
-                let sizes = structure.sizes(release.swing);
+                let sizes = structure.sizes(release.decay);
                 let own = structure.effects.iter().any(|e| matches!(e, Effect::Own(_)));
-                let difference = if own { OWN_DIFFERENCE } else { DIFFERENCE };
+                let difference = if own || structure.precise { OWN_DIFFERENCE } else { DIFFERENCE };
                 debug_assert_eq!(sizes.len(), places.len());
                 Part {
                     starts: structure.starts(),
@@ -179,13 +200,13 @@ impl<'a> Together<'a> {
     }
 }
 
-impl Problem for Together<'_> {
+impl Problem for JointProblem<'_> {
     fn parameters(&self) -> usize {
         self.places.count
     }
 
     fn evaluate(&self, p: &[f64], rows: &mut dyn Rows) {
-        if self.parts.iter().any(|part| part.release.swing.stop.is_requested()) {
+        if self.parts.iter().any(|part| part.release.decay.stop.is_requested()) {
             // Nowhere to be evaluated: the fit ends at once, and whoever asked for it finds out why.
             return rows.row(f64::NAN, &vec![0.0; p.len()]);
         }
@@ -213,9 +234,9 @@ pub(crate) fn problem_of_one<'a>(
     release: Release<'a>,
     structure: &Structure,
     start: &[f64],
-) -> Together<'a> {
+) -> JointProblem<'a> {
     let sharing = Sharing::none(1, structure.effects.len());
-    Together::new(&[release], structure, &sharing, &[start.to_vec()])
+    JointProblem::new(&[release], structure, &sharing, &[start.to_vec()])
 }
 
 /// Minimises over one release; its sum of squares is over the noise, squared.

@@ -1,13 +1,13 @@
-//! A model fitted to pieces of a swing, each with a state of its own.
+//! A model fitted to pieces of a free decay, each with an initial condition of its own.
 //!
 //! Single shooting over a long record has as many minima as the record has cycles; over a few cycles with a free
 //! state it has one. Natural frequency, damping ratio, rest angle and effects are common to all pieces; the states are
 //! eliminated from the normal equations piece by piece (the structure of multiple shooting: H. G. Bock, 1983), so that
-//! a fit costs what single shooting costs. From short pieces one goes to longer ones, and to the whole swing.
+//! a fit costs what single shooting costs. From short pieces one goes to longer ones, and to the whole record.
 
-use crate::fit::fitting::{motion, Structure};
-use crate::fit::problem::{problem_of_one, Release, Together};
-use crate::fit::swing::Swing;
+use crate::fit::free_decay::FreeDecay;
+use crate::fit::problem::{problem_of_one, JointProblem, Release};
+use crate::fit::structure::{motion, Structure};
 use crate::motion::simulate::readings_of_all;
 use crate::solver::{Normal, Rows};
 use nalgebra::{Cholesky, DMatrix, DVector, Matrix2, Vector2};
@@ -20,47 +20,47 @@ const SETTLED: f64 = 1e-6;
 pub const ROUGH: f64 = 1e-3;
 /// Steps of a fit to longer pieces; it is continued at the next level.
 pub const STEPS: usize = 40;
-/// Share of a cycle from which a piece's first state is had.
+/// Share of a cycle from which a piece's first state is estimated.
 const BEGINNING: f64 = 0.15;
 /// Step of the differences by which a state is fitted, as a share of the amplitude.
 const DIFFERENCE: f64 = 1e-6;
 
-/// Consecutive pieces of a swing.
+/// Consecutive pieces of a free decay.
 pub struct Pieces {
-    pub swings: Vec<Swing>,
+    pub decays: Vec<FreeDecay>,
 }
 
 impl Pieces {
     /// `count` pieces of the same length.
-    pub fn of(swing: &Swing, count: usize) -> Self {
-        let n = swing.yaw_rad.len();
+    pub fn of(decay: &FreeDecay, count: usize) -> Self {
+        let n = decay.yaw_rad.len();
         let edge = |k: usize| k * n / count;
-        Self::with(swing, (0..count).map(|k| edge(k)..edge(k + 1)).collect())
+        Self::with(decay, (0..count).map(|k| edge(k)..edge(k + 1)).collect())
     }
 
     /// Pieces of about `cycles` each.
-    pub fn of_cycles(swing: &Swing, cycles: f64) -> Self {
-        let all = swing.yaw_rad.len() as f64 / swing.per_cycle();
-        Self::of(swing, ((all / cycles).floor() as usize).max(1))
+    pub fn of_cycles(decay: &FreeDecay, cycles: f64) -> Self {
+        let all = decay.yaw_rad.len() as f64 / decay.per_cycle();
+        Self::of(decay, ((all / cycles).floor() as usize).max(1))
     }
 
-    fn with(swing: &Swing, ranges: Vec<Range<usize>>) -> Self {
-        let piece = |range: &Range<usize>| Swing {
+    fn with(decay: &FreeDecay, ranges: Vec<Range<usize>>) -> Self {
+        let piece = |range: &Range<usize>| FreeDecay {
             grid: crate::motion::simulate::Grid {
-                start_s: swing.grid.time_s(range.start),
+                start_s: decay.grid.time_s(range.start),
                 count: range.len(),
-                ..swing.grid
+                ..decay.grid
             },
-            yaw_rad: swing.yaw_rad[range.clone()].to_vec(),
+            yaw_rad: decay.yaw_rad[range.clone()].to_vec(),
             windows: Vec::new(),
-            colour: swing.colour,
-            ..swing.clone()
+            colour: decay.colour,
+            ..decay.clone()
         };
-        Self { swings: ranges.iter().map(piece).collect() }
+        Self { decays: ranges.iter().map(piece).collect() }
     }
 
     pub fn count(&self) -> usize {
-        self.swings.len()
+        self.decays.len()
     }
 }
 
@@ -101,7 +101,7 @@ pub fn numbers(common: &[f64], state: [f64; 2]) -> Vec<f64> {
 }
 
 /// Angle and rate at the beginning of a piece from a cubic through its first means, `zero` taken off.
-pub fn first_state(piece: &Swing, zero: f64) -> [f64; 2] {
+pub fn first_state(piece: &FreeDecay, zero: f64) -> [f64; 2] {
     let n = ((BEGINNING * piece.per_cycle()) as usize).clamp(4, 60).min(piece.yaw_rad.len());
     let h = 1.0 / n as f64;
     let a = DMatrix::from_fn(n, 4.min(n), |k, j| (k as f64 * h).powi(j as i32));
@@ -112,7 +112,7 @@ pub fn first_state(piece: &Swing, zero: f64) -> [f64; 2] {
 
 /// The state of `piece` that fits best under given common numbers, and its sum of squares (rad2).
 pub fn fit_state(
-    piece: &Swing,
+    piece: &FreeDecay,
     structure: &Structure,
     common: &[f64],
     start: [f64; 2],
@@ -175,16 +175,18 @@ pub fn fit_state(
     (best, s)
 }
 
-/// A piece's residuals over the noise as sums: of common numbers and state together.
+/// A piece's residuals over the noise as sums, over common numbers and state.
 struct Sums {
     matrix: DMatrix<f64>,
     gradient: DVector<f64>,
     squares: f64,
+    /// Of `squares`, what the record misses; the rest keeps a law smooth.
+    misfit: f64,
 }
 
 /// A fit to some of the pieces.
 struct Fit<'a> {
-    problems: Vec<Together<'a>>,
+    problems: Vec<JointProblem<'a>>,
     /// Of the common numbers, those that are not fixed, and all bounds.
     free: Vec<usize>,
     bounds: Vec<(f64, f64)>,
@@ -199,11 +201,11 @@ fn common_place(j: usize) -> Option<usize> {
 }
 
 impl<'a> Fit<'a> {
-    fn new(pieces: &'a [&'a Swing], structure: &Structure, common: &[f64]) -> Self {
+    fn new(pieces: &'a [&'a FreeDecay], structure: &Structure, common: &[f64]) -> Self {
         let start = numbers(common, [0.0, 0.0]);
-        let problems: Vec<Together> = pieces
+        let problems: Vec<JointProblem> = pieces
             .iter()
-            .map(|swing| problem_of_one(Release::whole(swing), structure, &start))
+            .map(|decay| problem_of_one(Release::whole(decay), structure, &start))
             .collect();
         let part = &problems[0].parts[0];
         let bounds = (0..start.len()).filter(|j| !(2..4).contains(j)).map(|j| part.bounds[j]);
@@ -213,7 +215,7 @@ impl<'a> Fit<'a> {
     }
 
     fn is_stopped(&self) -> bool {
-        self.problems[0].parts[0].release.swing.stop.is_requested()
+        self.problems[0].parts[0].release.decay.stop.is_requested()
     }
 
     fn sums(&self, common: &[f64], states: &[[f64; 2]]) -> Option<Vec<Sums>> {
@@ -248,6 +250,7 @@ impl<'a> Fit<'a> {
                     matrix: normal.matrix(),
                     gradient: normal.gradient(),
                     squares: normal.sum_of_squares(),
+                    misfit: residuals[..part.release.count].iter().map(|r| r * r).sum(),
                 }
             })
             .collect();
@@ -284,9 +287,47 @@ fn inverse_of_state(s: &Sums, n: usize, damping: f64) -> Matrix2<f64> {
     m.try_inverse().unwrap_or_else(Matrix2::zeros)
 }
 
+/// The damped step down a quadratic of this `matrix` and `gradient` that keeps within `bounds` of each part: what would
+/// pass a bound stays at it, and the others step as suits that.
+pub(crate) fn step_within(
+    matrix: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    damping: f64,
+    bounds: &dyn Fn(usize) -> (f64, f64),
+) -> Option<DVector<f64>> {
+    let n = gradient.len();
+    let at_bound = |k: usize| {
+        let (low, high) = bounds(k);
+        (low >= 0.0 && gradient[k] > 0.0 || high <= 0.0 && gradient[k] < 0.0).then_some(0.0)
+    };
+    let mut held: Vec<Option<f64>> = (0..n).map(at_bound).collect();
+    loop {
+        let open: Vec<usize> = (0..n).filter(|&k| held[k].is_none()).collect();
+        let mut step = DVector::from_fn(n, |k, _| held[k].unwrap_or(0.0));
+        let mut m = matrix.select_rows(&open).select_columns(&open);
+        for (i, &k) in open.iter().enumerate() {
+            m[(i, i)] += damping * matrix[(k, k)].max(1e-30) + 1e-12 * matrix[(k, k)];
+        }
+        let right = (gradient + matrix * &step).select_rows(&open);
+        let part = Cholesky::new(m)?.solve(&right);
+        open.iter().zip(part.iter()).for_each(|(&k, x)| step[k] = -x);
+        let mut passed = false;
+        for &k in &open {
+            let (low, high) = bounds(k);
+            if step[k] < low || step[k] > high {
+                held[k] = Some(step[k].clamp(low.min(0.0), high.max(0.0)));
+                passed = true;
+            }
+        }
+        if !passed {
+            return Some(step);
+        }
+    }
+}
+
 /// Fits `structure` to `pieces` from given common numbers and states; `settled` is the relative gain at which it ends.
 pub fn fit_pieces(
-    pieces: &[&Swing],
+    pieces: &[&FreeDecay],
     structure: &Structure,
     common: &[f64],
     states: &[[f64; 2]],
@@ -314,20 +355,10 @@ pub fn fit_pieces(
         let squares = total(&here);
         loop {
             let (a, g) = fit.reduced(&here, damping);
-            // Those pressed against a bound stay there.
-            let open: Vec<usize> = (0..n)
-                .filter(|&k| {
-                    let (low, high) = fit.bounds[fit.free[k]];
-                    let x = common[fit.free[k]];
-                    !(x <= low && g[k] > 0.0 || x >= high && g[k] < 0.0)
-                })
-                .collect();
-            let mut m = DMatrix::from_fn(open.len(), open.len(), |i, j| a[(open[i], open[j])]);
-            for i in 0..open.len() {
-                m[(i, i)] += damping * m[(i, i)].max(1e-30) + 1e-12 * m[(i, i)];
-            }
-            let right = DVector::from_iterator(open.len(), open.iter().map(|&k| g[k]));
-            let Some(step) = Cholesky::new(m).map(|c| -c.solve(&right)) else {
+            let Some(moved) = step_within(&a, &g, damping, &|k| {
+                let (low, high) = fit.bounds[fit.free[k]];
+                (low - common[fit.free[k]], high - common[fit.free[k]])
+            }) else {
                 damping = (damping * 10.0).max(1e-6);
                 if damping > 1e8 {
                     break 'steps;
@@ -335,14 +366,10 @@ pub fn fit_pieces(
                 continue;
             };
             let mut trial = common.clone();
-            let mut moved = DVector::zeros(n);
-            for (i, &k) in open.iter().enumerate() {
-                let at = fit.free[k];
-                let (low, high) = fit.bounds[at];
-                trial[at] = (common[at] + step[i]).max(low).min(high);
-                moved[k] = trial[at] - common[at];
+            for (k, by) in moved.iter().enumerate() {
+                trial[fit.free[k]] += by;
             }
-            let mut promised = 0.0;
+            let mut predicted = 0.0;
             let there: Vec<[f64; 2]> = here
                 .iter()
                 .zip(&states)
@@ -350,11 +377,11 @@ pub fn fit_pieces(
                     let c = s.matrix.view((0, n), (n, 2));
                     let right = s.gradient.rows(n, 2) + c.transpose() * &moved;
                     let d = inverse_of_state(s, n, damping) * &right;
-                    promised += d.dot(&s.gradient.rows(n, 2));
+                    predicted += d.dot(&s.gradient.rows(n, 2));
                     [x[0] - d[0], x[1] - d[1]]
                 })
                 .collect();
-            promised -= moved.dot(
+            predicted -= moved.dot(
                 &here
                     .iter()
                     .fold(DVector::zeros(n), |sum: DVector<f64>, s| sum + s.gradient.rows(0, n)),
@@ -364,7 +391,7 @@ pub fn fit_pieces(
             if gained > 0.0 {
                 here = next.expect("gained");
                 (common, states) = (trial, there);
-                damping = (damping * if gained > 0.5 * promised { 0.1 } else { 0.5 }).max(1e-12);
+                damping = (damping * if gained > 0.5 * predicted { 0.1 } else { 0.5 }).max(1e-12);
                 growth = 2.0;
                 if gained < settled * squares {
                     converged = true;
@@ -372,7 +399,7 @@ pub fn fit_pieces(
                 }
                 break;
             }
-            if promised.abs() < settled * squares || fit.is_stopped() {
+            if predicted.abs() < settled * squares || fit.is_stopped() {
                 converged = !fit.is_stopped();
                 break 'steps;
             }
@@ -384,19 +411,49 @@ pub fn fit_pieces(
             }
         }
     }
-    out.squares = here.iter().map(|s| s.squares * noise).collect();
+    out.squares = here.iter().map(|s| s.misfit * noise).collect();
     (out.common, out.states, out.converged) = (common, states, converged);
     out
+}
+
+/// A piece's sum of squares over the noise as a quadratic of the free shared parameters, its state eliminated.
+pub(crate) struct Quadratic {
+    pub matrix: DMatrix<f64>,
+    /// Half the slope.
+    pub gradient: DVector<f64>,
+    pub squares: f64,
+}
+
+/// The quadratics of all pieces at `common`; which of the shared parameters are free; and the bounds of all.
+pub(crate) type Quadratics = (Vec<Quadratic>, Vec<usize>, Vec<(f64, f64)>);
+
+/// `None` where the model has no course there.
+pub(crate) fn quadratics(
+    pieces: &[&FreeDecay],
+    structure: &Structure,
+    common: &[f64],
+    states: &[[f64; 2]],
+) -> Option<Quadratics> {
+    let fit = Fit::new(pieces, structure, common);
+    let n = fit.free.len();
+    let each = |s: &Sums| {
+        let (matrix, gradient) = fit.reduced(std::slice::from_ref(s), 0.0);
+        let of_state = s.gradient.rows(n, 2);
+        let gained = (of_state.transpose() * inverse_of_state(s, n, 0.0) * of_state)[(0, 0)];
+        Quadratic { matrix, gradient, squares: s.squares - gained }
+    };
+    let all = fit.sums(common, states)?.iter().map(each).collect();
+    Some((all, fit.free, fit.bounds))
 }
 
 /// Fits to `pieces` from common numbers alone: the states from the record's own beginnings.
 pub fn fit_from(pieces: &Pieces, structure: &Structure, common: &[f64], settled: f64) -> PieceFit {
     let zero = if structure.zero_unknown { common[2] } else { 0.0 };
     let states: Vec<[f64; 2]> = pieces
-        .swings
+        .decays
         .par_iter()
         .map(|piece| fit_state(piece, structure, common, first_state(piece, zero)).0)
         .collect();
-    let all: Vec<&Swing> = pieces.swings.iter().collect();
+    let all: Vec<&FreeDecay> = pieces.decays.iter().collect();
     fit_pieces(&all, structure, common, &states, settled, STEPS)
 }

@@ -1,4 +1,4 @@
-//! Which numbers releases that are fitted together have in common.
+//! Which parameters the releases of a joint fit share.
 
 use crate::fit::fitting::Structure;
 use std::collections::HashMap;

@@ -1,7 +1,8 @@
 //! What a model holds: effects, an unknown zero of the sensor, and limits on its numbers.
 
-use crate::effects::Effect;
-use crate::fit::swing::Swing;
+use crate::effects::{Effect, Terms};
+use crate::fit::free_decay::FreeDecay;
+use crate::motion::oscillator::Motion;
 
 /// wn, zeta, yaw angle and yaw rate at the first instant.
 pub(crate) const PLAIN: usize = 4;
@@ -29,6 +30,10 @@ pub struct Structure {
     pub effects: Vec<Effect>,
     pub zero_unknown: bool,
     pub limits: Vec<Limit>,
+    /// Simulated without the error that the step of a splitting has: some ten times slower.
+    pub precise: bool,
+    /// Own effects that are not steep are followed by fixed steps: for a search among many.
+    pub swift: bool,
 }
 
 impl Structure {
@@ -43,8 +48,13 @@ impl Structure {
         Self { effects, ..self.clone() }
     }
 
+    /// The same to be simulated precisely; without effects it is anyway.
+    pub fn precisely(&self) -> Self {
+        Self { precise: !self.effects.is_empty(), ..self.clone() }
+    }
+
     /// With parameter `name` of `effect`, in the users' unit, kept from `low` to `high`. `None` where there is no such
-    /// parameter, or the fit does not vary it by itself: size and phase of a line, which are fixed together by a
+    /// parameter, or the fit does not vary it by itself: size and phase of a line, which are fixed jointly by a
     /// [`Limit`] on each of [`Effect::varied`].
     pub fn limited(mut self, effect: &Effect, name: &str, low: f64, high: f64) -> Option<Self> {
         let index = effect.parameters().iter().position(|p| p.name == name)?;
@@ -70,9 +80,9 @@ impl Structure {
     }
 
     /// The size of each number in which the fit steps.
-    pub(crate) fn sizes(&self, swing: &Swing) -> Vec<f64> {
-        let scale = swing.scale();
-        let (wn, a) = (swing.frequency_rad_s, scale.amplitude_rad);
+    pub(crate) fn sizes(&self, decay: &FreeDecay) -> Vec<f64> {
+        let scale = decay.scale();
+        let (wn, a) = (decay.frequency_rad_s, scale.amplitude_rad);
         let mut sizes = vec![wn * 0.1, 1.0, a, wn * a, a];
         sizes.truncate(self.own_numbers());
         sizes.extend(self.effects.iter().flat_map(|e| e.sizes(&scale)));
@@ -80,8 +90,8 @@ impl Structure {
     }
 
     /// Bounds of each number for a fit that begins at `start`.
-    pub(crate) fn bounds(&self, swing: &Swing, start: &[f64]) -> Vec<(f64, f64)> {
-        let wn = swing.frequency_rad_s;
+    pub(crate) fn bounds(&self, decay: &FreeDecay, start: &[f64]) -> Vec<(f64, f64)> {
+        let wn = decay.frequency_rad_s;
         let mut bounds = vec![(0.2 * wn, 5.0 * wn), (-0.5, 0.7)];
         bounds.resize(self.own_numbers(), (f64::NEG_INFINITY, f64::INFINITY));
         let starts = self.starts();
@@ -109,4 +119,27 @@ impl Structure {
     pub(crate) fn limits_effect(&self, effect: &Effect) -> bool {
         self.limits.iter().any(|l| matches!(&l.number, Number::Of(e, _) if e == effect))
     }
+}
+
+/// The motion of a model with the numbers `p`, and the sensor's zero, rad; each effect's begin at its place in `starts`.
+pub(crate) fn motion(
+    structure: &Structure,
+    starts: &[usize],
+    p: &[f64],
+    wind_speed_m_s: f64,
+) -> (Motion, f64) {
+    let mut terms = Terms::in_wind(wind_speed_m_s);
+    terms.precise = structure.precise;
+    terms.swift = structure.swift;
+    for (effect, &at) in structure.effects.iter().zip(starts) {
+        effect.write(&p[at..], &mut terms);
+    }
+    let motion = Motion {
+        natural_frequency_rad_s: p[0],
+        damping_ratio: p[1],
+        yaw_rad: p[2],
+        rate_rad_s: p[3],
+        terms,
+    };
+    (motion, if structure.zero_unknown { p[PLAIN] } else { 0.0 })
 }

@@ -8,6 +8,7 @@
 
 use super::flag::Flag;
 use super::lowpass;
+pub use super::settings::{Conventional as Options, Decay, SpectralPeak};
 use super::spectrum::Periodogram;
 use super::{Prepared, Values};
 use crate::quantity::Quantity;
@@ -24,32 +25,6 @@ const DEGREE: usize = 5;
 /// How far the window is filled up with zeros for an interpolated peak.
 const FILLED: usize = 4;
 
-/// How the damped frequency is read off the spectrum.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SpectralPeak {
-    /// The highest bin of the periodogram.
-    #[default]
-    Plain,
-    /// A parabola through the highest of four times as many bins.
-    Interpolated,
-}
-
-/// How the decay is read off the maxima.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Decay {
-    /// Time to half amplitude of the polynomial.
-    #[default]
-    HalfAmplitude,
-    /// Straight line through the logarithms of all maxima.
-    Regression,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Options {
-    pub spectral_peak: SpectralPeak,
-    pub decay: Decay,
-}
-
 /// The method on a prepared record; why not in words.
 pub fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
     let options = prepared.settings.conventional;
@@ -63,8 +38,8 @@ pub fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
             even.yaw_deg.clone()
         }
     };
-    let from = even.time_s.partition_point(|&t| t < prepared.swing.from_s);
-    let to = even.time_s.partition_point(|&t| t < prepared.swing.to_s);
+    let from = even.time_s.partition_point(|&t| t < prepared.span.from_s);
+    let to = even.time_s.partition_point(|&t| t < prepared.span.to_s);
     let (time, yaw) = (&even.time_s[from..to], &filtered[from..to]);
     let step_s = 1.0 / rate_hz;
 
@@ -181,7 +156,7 @@ fn half_amplitude(peaks: &[Peak], noise_deg: f64) -> Result<Quantity, String> {
     let time = |i: usize| first + (last - first) * i as f64 / steps as f64;
     let below = (1..=steps)
         .find(|&i| at(time(i)) <= half)
-        .ok_or("the amplitude does not fall to half inside the window; use --decay regression")?;
+        .ok_or("the amplitude does not fall to half inside the window; a regression over all maxima needs no such fall")?;
     let (mut a, mut b) = (time(below - 1), time(below));
     for _ in 0..60 {
         let middle = 0.5 * (a + b);

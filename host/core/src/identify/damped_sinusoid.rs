@@ -24,7 +24,7 @@ pub struct Mode {
 }
 
 impl Mode {
-    pub fn from_parameters(origin_s: f64, p: &[f64]) -> Self {
+    pub(crate) fn from_parameters(origin_s: f64, p: &[f64]) -> Self {
         let (mut sine, mut frequency) = (p[1], p[4]);
         if frequency < 0.0 {
             (sine, frequency) = (-sine, -frequency);
@@ -39,7 +39,7 @@ impl Mode {
         }
     }
     /// The parameters of the same motion counted from another origin.
-    pub fn parameters_at(&self, origin_s: f64) -> [f64; 5] {
+    pub(crate) fn parameters_at(&self, origin_s: f64) -> [f64; 5] {
         let t = origin_s - self.origin_s;
         let e = (-self.decay_rate_1_s * t).exp();
         let (s, c) = (self.damped_frequency_rad_s * t).sin_cos();
@@ -57,9 +57,6 @@ impl Mode {
     pub fn damping_ratio(&self) -> f64 {
         self.decay_rate_1_s / self.natural_frequency_rad_s()
     }
-    pub fn period_s(&self) -> f64 {
-        std::f64::consts::TAU / self.damped_frequency_rad_s
-    }
     /// Envelope of the oscillation about its offset.
     pub fn amplitude_deg(&self, time_s: f64) -> f64 {
         self.cosine_deg.hypot(self.sine_deg)
@@ -74,7 +71,7 @@ impl Mode {
         w * b - s * a
     }
     /// (wn, zeta) by (s, w): the matrix that carries the covariance over.
-    pub fn modal_jacobian(&self) -> [[f64; 2]; 2] {
+    pub(crate) fn modal_jacobian(&self) -> [[f64; 2]; 2] {
         let (s, w) = (self.decay_rate_1_s, self.damped_frequency_rad_s);
         let wn = self.natural_frequency_rad_s();
         [[s / wn, w / wn], [w * w / wn.powi(3), -s * w / wn.powi(3)]]

@@ -2,7 +2,7 @@
 
 use super::samples::{Samples, Stretch};
 use super::spectrum::Periodogram;
-use nalgebra::{Matrix3, Vector3};
+use crate::solver::linear_fit;
 use std::f64::consts::TAU;
 
 /// Rate to which the record is averaged before its spectrum is looked at, Hz.
@@ -76,13 +76,8 @@ pub fn envelope(means: &Stretch<'_>, frequency_rad_s: f64) -> Vec<Point> {
             if b - a < 5 {
                 return None;
             }
-            let (mut m, mut r) = (Matrix3::zeros(), Vector3::zeros());
-            for ((sine, cosine), yaw) in phase[a..b].iter().zip(&means.yaw_deg[a..b]) {
-                let row = Vector3::new(*cosine, *sine, 1.0);
-                m += row * row.transpose();
-                r += row * *yaw;
-            }
-            let x = m.cholesky()?.solve(&r);
+            let rows = phase[a..b].iter().zip(&means.yaw_deg[a..b]);
+            let x = linear_fit(rows.map(|((sine, cosine), yaw)| ([*cosine, *sine, 1.0], *yaw)))?;
             let squares: f64 = (a..b)
                 .map(|k| {
                     let model = x[0] * phase[k].1 + x[1] * phase[k].0 + x[2];

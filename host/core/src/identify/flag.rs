@@ -23,6 +23,7 @@ pub enum Flag {
     LowPassNotApplied,
     LowPassTooNear,
     OutsideTrainedRange,
+    SeveralReleases,
 }
 
 impl Flag {
@@ -34,10 +35,10 @@ impl Flag {
             Flag::GapsFilled => {
                 "samples are missing; what lies there is taken from a fit to the cycles about it"
             }
-            Flag::OutliersExcluded => "wild samples were left out",
-            Flag::StartsInMidSwing => "the record starts in mid-swing; the release is not in it",
+            Flag::OutliersExcluded => "outliers were left out",
+            Flag::StartsInMidSwing => "the record starts in the middle of the oscillation; the release is not in it",
             Flag::PushedAtStart => "the model was still pushed at the start; that part was left out",
-            Flag::StoppedEarly => "the swing was stopped before it had died out; analysed up to there",
+            Flag::StoppedEarly => "the oscillation was stopped before it had died out; analysed up to there",
             Flag::AmplitudeOutsideWindow => {
                 "fewer than three cycles inside the asked amplitude window; analysed on what there is"
             }
@@ -53,6 +54,7 @@ impl Flag {
             Flag::ResidualAboveNoise => "one damped mode with these values does not explain the record to its noise",
             Flag::LowPassNotApplied => "the sampling rate is too low for the 10 Hz low-pass",
             Flag::LowPassTooNear => "the oscillation is too near the 10 Hz low-pass",
+            Flag::SeveralReleases => "the record holds several releases; the longest is analysed",
             Flag::OutsideTrainedRange => "a window lies outside the range the network was trained on",
         }
     }

@@ -1,13 +1,14 @@
 //! Stretches of a record without samples, for methods that need an even grid.
 //!
-//! A spline across a gap swings as far as the noise of the two samples at its edges tells it to. So a gap of up to half a
+//! A spline across a gap overshoots by what the noise of the two samples at its edges makes of its slope. So a gap of up to half a
 //! period is filled with what one damped oscillation, fitted to the cycles on both sides of it, says of it; a longer one
 //! parts the record.
 
 use super::envelope::strongest_frequency_rad_s;
 use super::least_squares::fit_mode;
-use super::samples::{median, Samples};
+use super::samples::Samples;
 use crate::record::Record;
+use crate::statistics::median;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::fmt;
@@ -31,7 +32,7 @@ pub struct Gap {
 }
 
 impl Gap {
-    pub fn length_s(&self) -> f64 {
+    pub(crate) fn length_s(&self) -> f64 {
         self.to_s - self.from_s
     }
 }
@@ -48,7 +49,7 @@ pub struct Filled {
     /// Without gaps.
     pub record: Record,
     pub filled: Vec<Gap>,
-    /// Those that parted the record; the longest swing between them is kept.
+    /// Those at which the record was cut; the longest free decay between them is kept.
     pub parting: Vec<Gap>,
 }
 
@@ -148,7 +149,7 @@ impl fmt::Display for Warning {
     }
 }
 
-/// First and last time between `parting` gaps where there is most of a swing: amplitude times time.
+/// First and last time between the gaps `parting` where there is most of a free decay: amplitude times time.
 fn longest_swing(samples: &Samples<'_>, parting: &[Gap], frequency: f64) -> (f64, f64) {
     let all = samples.all();
     let last_s = all.time_s[all.len() - 1];

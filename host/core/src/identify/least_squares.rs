@@ -1,4 +1,4 @@
-//! Least squares on every sample of a free decay: amplitude, phase, offset, wn and zeta together.
+//! Least squares on every sample of a free decay: amplitude, phase, offset, wn and zeta in one fit.
 //!
 //! The minimum has many neighbours, one for each wrong count of cycles. So the fit starts on three cycles, from
 //! several starts, and is carried to longer and longer horizons on block means; only the last steps see all
@@ -7,9 +7,7 @@
 use super::damped_sinusoid::{DampedSinusoid, Mode};
 use super::pencil;
 use super::samples::Stretch;
-use super::uncertainty::{self, Uncertainty};
-use crate::solver::{self, Fit, Normal, Options, Rows};
-use nalgebra::{Matrix3, Vector3};
+use crate::solver::{self, linear_fit, Fit, Options};
 use std::f64::consts::TAU;
 
 /// Block means per cycle while the start is sought: the fit of a sinusoid loses under 1 % of what it could know.
@@ -32,11 +30,6 @@ impl ModeFit {
     /// Raw rms of record minus model, samples left out not counted.
     pub fn residual_rms_deg(&self) -> f64 {
         self.fit.residual_rms()
-    }
-    /// Standard uncertainties of wn and zeta, from the residual as it is.
-    pub fn uncertainty(&self, stretch: &Stretch<'_>) -> Option<Uncertainty> {
-        let residuals = DampedSinusoid { stretch: *stretch }.residuals_deg(&self.mode);
-        uncertainty::of(self, stretch, &residuals)
     }
 }
 
@@ -128,14 +121,11 @@ pub fn linear_start(stretch: &Stretch<'_>, decay_rate: f64, frequency: f64) -> O
         return None;
     }
     let origin = stretch.start_s();
-    let mut normal = Normal::new(3);
-    for (t, y) in stretch.kept() {
+    let row = |(t, y): (f64, f64)| {
         let e = (-decay_rate * (t - origin)).exp();
         let (s, c) = (frequency * (t - origin)).sin_cos();
-        normal.row(-y, &[e * c, e * s, 1.0]);
-    }
-    let matrix = Matrix3::from_iterator(normal.matrix().iter().copied());
-    let right = Vector3::from_iterator(normal.gradient().iter().map(|g| -g));
-    let solved = matrix.cholesky()?.solve(&right);
-    Some(Mode::from_parameters(origin, &[solved[0], solved[1], solved[2], decay_rate, frequency]))
+        ([e * c, e * s, 1.0], y)
+    };
+    let [cosine, sine, zero] = linear_fit(stretch.kept().map(row))?;
+    Some(Mode::from_parameters(origin, &[cosine, sine, zero, decay_rate, frequency]))
 }

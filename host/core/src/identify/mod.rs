@@ -1,145 +1,37 @@
 //! Natural frequency and damping ratio of recorded free decays.
 //!
-//! [`identify`] finds the free swing in a record and hands the part inside the amplitude window to each method.
+//! [`identify`] finds the free decay in a record and hands the part inside the amplitude window to each method.
 //! Angles in deg, as recorded; damping ratio negative where the oscillation grows.
 
+mod answer;
 pub mod conventional;
 pub mod damped_sinusoid;
-pub mod envelope;
+pub(crate) mod envelope;
 pub mod flag;
 pub mod gaps;
 pub mod least_squares;
 mod lowpass;
-pub mod network;
-pub mod outliers;
-pub mod pencil;
+pub(crate) mod network;
+pub(crate) mod outliers;
+pub(crate) mod pencil;
 mod prepared;
-pub mod release;
+pub(crate) mod release;
 pub mod samples;
-pub mod spectrum;
+mod settings;
+pub mod several;
+pub(crate) mod spectrum;
 mod trend;
 pub mod uncertainty;
-pub mod windows;
+pub(crate) mod windows;
 
 use crate::error::{Error, Result};
-use crate::quantity::Quantity;
 use crate::record::Record;
-use flag::Flag;
-use serde::{Deserialize, Serialize};
 
+pub use answer::{
+    AmplitudeWindow, Estimate, Identification, Refusal, Unavailable, WindowEstimate, FEWEST_CYCLES,
+};
 pub use prepared::{prepare, Prepared, Values};
-
-/// Fewest cycles an estimate is made from.
-pub const FEWEST_CYCLES: f64 = 3.0;
-
-/// How records are analysed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// Amplitude at which the analysis starts, deg.
-    pub from_deg: f64,
-    /// Amplitude at which it ends, deg.
-    pub to_deg: f64,
-    pub conventional: conventional::Options,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { from_deg: 10.0, to_deg: 1.0, conventional: conventional::Options::default() }
-    }
-}
-
-/// How wn and zeta are had from the swing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Method {
-    LeastSquares,
-    Conventional,
-    Network,
-}
-
-/// Why a record gives nothing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Refusal {
-    NoOscillation,
-    TooFewCycles { cycles: f64 },
-}
-
-impl Refusal {
-    /// The error for `record`.
-    pub fn of(self, record: &Record) -> Error {
-        let record = record.file.display().to_string();
-        match self {
-            Refusal::NoOscillation => Error::NoOscillation { record },
-            Refusal::TooFewCycles { cycles } => {
-                Error::TooFewCycles { record, cycles, fewest: FEWEST_CYCLES }
-            }
-        }
-    }
-}
-
-/// All that was found in one record.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Identification {
-    pub file: String,
-    /// Beginning of the free motion on the record's own clock; the first sample where the release came before it
-    /// (flag `starts_in_mid_swing`).
-    pub release_time_s: f64,
-    pub rate_hz: f64,
-    pub window: AmplitudeWindow,
-    /// Standard deviation of the noise: of what one mode leaves of the window where it explains it, of what three-cycle
-    /// fits leave where it does not.
-    pub noise_rms_deg: f64,
-    /// Wild samples left out.
-    pub outliers: usize,
-    pub estimates: Vec<Estimate>,
-    /// Methods that could not say anything about this record.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub unavailable: Vec<Unavailable>,
-}
-
-/// What was analysed: amplitudes at its ends, not those asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct AmplitudeWindow {
-    pub from_deg: f64,
-    pub to_deg: f64,
-    pub cycles: f64,
-    pub from_s: f64,
-    pub to_s: f64,
-}
-
-/// One method's answer.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Estimate {
-    pub method: Method,
-    pub natural_frequency_rad_s: Quantity,
-    pub damping_ratio: Quantity,
-    /// Raw rms of record minus the mode with these two values, amplitude, phase and offset fitted.
-    pub residual_rms_deg: f64,
-    /// Three cycles each, in order of time.
-    pub windows: Vec<WindowEstimate>,
-    pub flags: Vec<Flag>,
-    /// Least standard deviations any unbiased method could reach in white noise of the residual's size.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cramer_rao: Option<uncertainty::Bound>,
-}
-
-/// wn and zeta over three cycles.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct WindowEstimate {
-    /// Middle of the window.
-    pub time_s: f64,
-    /// Envelope there.
-    pub amplitude_deg: f64,
-    pub natural_frequency_rad_s: f64,
-    pub damping_ratio: f64,
-}
-
-/// A method without an answer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Unavailable {
-    pub method: Method,
-    pub reason: String,
-}
+pub use settings::{Method, Settings};
 
 /// Applies `methods` to a record: release, hold, end and offset are found in it. See the example of the crate.
 ///
@@ -170,6 +62,7 @@ pub fn identify(
     settings: &Settings,
 ) -> Result<Identification> {
     let prepared = prepare(record, settings).map_err(|refusal| refusal.of(record))?;
+    let more = several::are_in(&prepared);
     let mut estimates = Vec::new();
     let mut unavailable = Vec::new();
     for &method in methods {
@@ -179,7 +72,12 @@ pub fn identify(
             Method::Network => network::values(&prepared),
         };
         match answer.and_then(|values| prepared.judged(method, values)) {
-            Ok(estimate) => estimates.push(estimate),
+            Ok(mut estimate) => {
+                if more {
+                    estimate.flags.push(flag::Flag::SeveralReleases);
+                }
+                estimates.push(estimate);
+            }
             Err(reason) => unavailable.push(Unavailable { method, reason }),
         }
     }
@@ -189,7 +87,7 @@ pub fn identify(
     }
     Ok(Identification {
         file: record.file.display().to_string(),
-        release_time_s: prepared.swing.release_time_s,
+        release_time_s: prepared.span.release_time_s,
         rate_hz: prepared.samples.rate_hz(),
         window: prepared.window(),
         noise_rms_deg: prepared.noise_rms_deg(),

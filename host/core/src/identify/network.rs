@@ -36,7 +36,7 @@ pub fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
     };
     // Half a cycle ahead, for the first turning point of a record that is cut into is not used.
     let lead_s = 0.5 * (analysed.to_s - analysed.from_s) / analysed.cycles;
-    let begin_s = (analysed.from_s - lead_s).max(prepared.swing.release_time_s);
+    let begin_s = (analysed.from_s - lead_s).max(prepared.span.release_time_s);
     let begin = record.time_s.partition_point(|&t| t < begin_s);
     let end = record.time_s.partition_point(|&t| t <= analysed.to_s);
     // Tens of kilobytes: not on the stack of a worker thread.

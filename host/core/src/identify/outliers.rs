@@ -1,6 +1,7 @@
 //! Single wild samples, found before anything is known of the oscillation.
 
-use super::samples::{median, Samples};
+use super::samples::Samples;
+use crate::statistics::{median, sample_noise};
 
 /// How far, in standard deviations of white noise, a sample may lie from the median of its neighbours: far enough that
 /// correlated noise, which changes less from sample to sample than it seems to here, loses none.
@@ -43,17 +44,6 @@ pub fn exclude_spikes(samples: &mut Samples<'_>) {
         .collect();
     for k in wild {
         samples.exclude(k);
-    }
-}
-
-/// Standard deviation of white noise from third differences, which hold little of a well sampled swing.
-pub fn sample_noise(yaw: &[f64]) -> f64 {
-    let mut third: Vec<f64> =
-        yaw.windows(4).map(|w| (w[3] - w[0] - 3.0 * (w[2] - w[1])).abs()).collect();
-    if third.is_empty() {
-        0.0
-    } else {
-        median(&mut third) / (0.6745 * 20.0_f64.sqrt())
     }
 }
 

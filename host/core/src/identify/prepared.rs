@@ -1,35 +1,38 @@
-//! A record with its swing found, and what the record says about any method's values.
+//! A record with its free decay found, and the residual and the flags of any method's values on it.
 
 use super::damped_sinusoid::{DampedSinusoid, Mode};
 use super::flag::Flag;
 use super::gaps::{self, Filled, Gap};
 use super::least_squares::{self, ModeFit};
-use super::outliers::{self, sample_noise};
-use super::release::{self, Swing};
-use super::samples::{median, Samples, Stretch};
+use super::outliers;
+use super::release::{self, FreeSpan};
+use super::samples::{Samples, Stretch};
 use super::uncertainty::{self, Bound};
 use super::windows::{self, Window};
 use super::{trend, AmplitudeWindow, Estimate, Method, Refusal, Settings, WindowEstimate};
 use crate::quantity::Quantity;
 use crate::record::Record;
+use crate::statistics::{median, sample_noise};
 use std::f64::consts::TAU;
 
 /// Below this many cycles a flag says so.
 const FEW_CYCLES: f64 = 6.0;
-/// Share of a three-cycle window's motion, white noise not counted, that one mode explains where there is a swing.
+/// Share of a three-cycle window's motion, white noise not counted, that one mode explains where there is an oscillation.
 const LEAST_EXPLAINED: f64 = 0.8;
 /// Largest middle deviation of the windows' frequencies from their median, as a share of it: what wanders has no
 /// frequency of its own.
 const LARGEST_WANDER: f64 = 0.1;
-/// Rms of the residual about the oscillation's frequency, in what three-cycle fits leave there, that needs a word. Few
+/// Rms of the residual about the oscillation's frequency, in what three-cycle fits leave there, above which a flag is set. Few
 /// bins are behind either: by chance 1 % of records of four cycles come here, of longer ones hardly any.
 const ABOVE_NOISE: f64 = 2.5;
+/// Raw rms of a residual over that of the noise, which a reader sees to be more.
+const VISIBLE: f64 = 1.1;
 
 /// A record as every method gets it.
 pub struct Prepared<'a> {
     pub record: &'a Record,
     pub samples: Samples<'a>,
-    pub swing: Swing,
+    pub span: FreeSpan,
     pub windows: Vec<Window>,
     pub settings: Settings,
     /// Spectral density of what three-cycle fits leave, about the oscillation's frequency; as a variance.
@@ -38,7 +41,7 @@ pub struct Prepared<'a> {
     whole: Option<ModeFit>,
 }
 
-/// A method's answer, before the record has its say.
+/// A method's values, before they are compared with the record.
 #[derive(Clone, Debug)]
 pub struct Values {
     pub natural_frequency_rad_s: Quantity,
@@ -50,21 +53,21 @@ pub struct Values {
     pub cramer_rao: Option<Bound>,
 }
 
-/// Finds the swing of `record` and fits its three-cycle windows and the whole.
+/// Finds the free decay in `record` and fits its three-cycle windows and the whole.
 ///
 /// # Errors
 /// See [`Refusal`].
 pub fn prepare<'a>(record: &'a Record, settings: &Settings) -> Result<Prepared<'a>, Refusal> {
     let mut samples = Samples::new(&record.time_s, &record.yaw_deg);
     outliers::exclude_spikes(&mut samples);
-    let swing = release::find(&samples, settings)?;
+    let span = release::find(&samples, settings)?;
     let (windows, density) =
-        windows::windows(&mut samples, swing.from_s, swing.to_s, swing.frequency_rad_s);
+        windows::windows(&mut samples, span.from_s, span.to_s, span.frequency_rad_s);
     if !oscillates(&windows, sample_noise(&record.yaw_deg)) {
         return Err(Refusal::NoOscillation);
     }
-    let whole = least_squares::fit_mode(&swing.stretch(&samples), swing.frequency_rad_s);
-    Ok(Prepared { record, samples, swing, windows, settings: *settings, density, whole })
+    let whole = least_squares::fit_mode(&span.stretch(&samples), span.frequency_rad_s);
+    Ok(Prepared { record, samples, span, windows, settings: *settings, density, whole })
 }
 
 /// Whether the windows hold one and the same oscillation rather than whatever fits noise best.
@@ -82,7 +85,7 @@ fn oscillates(windows: &[Window], white_noise_deg: f64) -> bool {
 impl Prepared<'_> {
     /// The analysed part of the record.
     pub fn stretch(&self) -> Stretch<'_> {
-        self.swing.stretch(&self.samples)
+        self.span.stretch(&self.samples)
     }
 
     /// The record without its wild samples on an even grid.
@@ -104,7 +107,7 @@ impl Prepared<'_> {
             None => kept,
             Some(Filled { record, parting, .. }) => {
                 let inside =
-                    |gap: &&Gap| gap.from_s < self.swing.to_s && gap.to_s > self.swing.from_s;
+                    |gap: &&Gap| gap.from_s < self.span.to_s && gap.to_s > self.span.from_s;
                 if let Some(gap) = parting.iter().find(inside) {
                     return Err(format!("{gap}, and this method needs them all along"));
                 }
@@ -129,7 +132,7 @@ impl Prepared<'_> {
 
     /// The analysed amplitudes and times.
     pub fn window(&self) -> AmplitudeWindow {
-        let (from_s, to_s) = (self.swing.from_s, self.swing.to_s);
+        let (from_s, to_s) = (self.span.from_s, self.span.to_s);
         let amplitude = |w: &Window, time_s: f64| {
             let middle = 0.5 * (w.from_s + w.to_s);
             w.amplitude_deg
@@ -181,14 +184,17 @@ impl Prepared<'_> {
         wn.u = wn.u.hypot(trends.frequency.unwrap_or(0.0));
         zeta.u = zeta.u.hypot(trends.damping.unwrap_or(0.0));
         let mut flags = values.flags;
-        flags.extend(&self.swing.flags);
+        flags.extend(&self.span.flags);
         let tests = [
             (!self.samples.is_uniform(), Flag::IrregularTimeStamps),
             (self.samples.excluded() > 0, Flag::OutliersExcluded),
             (self.window().cycles < FEW_CYCLES, Flag::FewCycles),
             (trends.frequency.is_some(), Flag::AmplitudeDependentFrequency),
             (trends.damping.is_some(), Flag::AmplitudeDependentDamping),
-            (misfit.above_noise, Flag::ResidualAboveNoise),
+            (
+                misfit.above_noise && !self.is_explained_near(&misfit, wn, zeta),
+                Flag::ResidualAboveNoise,
+            ),
             (zeta.value < -2.0 * zeta.u, Flag::Grows),
         ];
         flags.extend(tests.iter().filter(|(found, _)| *found).map(|(_, flag)| *flag));
@@ -202,6 +208,17 @@ impl Prepared<'_> {
             flags,
             cramer_rao: values.cramer_rao,
         })
+    }
+
+    /// Whether one mode explains the record, this method's values are its within their own uncertainty, and what they
+    /// leave is no more than the noise to the eye.
+    fn is_explained_near(&self, misfit: &Misfit, wn: Quantity, zeta: Quantity) -> bool {
+        let Some(ModeFit { mode, .. }) = &self.whole else { return false };
+        let near = |q: Quantity, value: f64| (q.value - value).abs() <= 3.0 * q.u;
+        near(wn, mode.natural_frequency_rad_s())
+            && near(zeta, mode.damping_ratio())
+            && misfit.rms_deg <= VISIBLE * self.noise_rms_deg()
+            && !self.misfit(mode).above_noise
     }
 
     /// What `mode` leaves of the window. Compared about its own frequency, where a misfit lies and where neither the

@@ -1,22 +1,24 @@
-//! Where the free swing is: release, hold, end, and the part of it inside the amplitude window.
+//! Where the free decay is: release, hold, end, and the part of it inside the amplitude window.
 
 use super::damped_sinusoid::Mode;
 use super::envelope::{envelope, strongest_frequency_rad_s, Point, POINTS_PER_CYCLE};
 use super::flag::Flag;
 use super::least_squares;
-use super::outliers::sample_noise;
-use super::samples::{median, Samples, Stretch};
+use super::samples::{Samples, Stretch};
 use super::windows::LEAST_SHARE;
 use super::{Refusal, Settings, FEWEST_CYCLES};
+use crate::statistics::{median, sample_noise};
 use std::f64::consts::TAU;
 
-/// Block means per cycle in which the swing is looked for.
+/// Block means per cycle in which the free decay is looked for.
 const MEANS_PER_CYCLE: f64 = 24.0;
-/// A swing this far above the envelope's own noise is one.
+/// An amplitude this far above the envelope's own noise counts as an oscillation.
 const AMPLITUDE_OVER_NOISE: f64 = 4.0;
-/// Share of the largest amplitude below which a swing has died out.
+/// A yaw angle beyond it is more likely one in another unit.
+const HALF_TURN_DEG: f64 = 180.0;
+/// Share of the largest amplitude below which the oscillation has died out.
 const DIED_OUT: f64 = 0.01;
-/// Misfit of the continued swing that says "not free any more", as a share of its amplitude and in noise.
+/// Misfit of the free decay continued backwards beyond which the model was still held, as a share of its amplitude and in noise.
 const MISFIT_SHARE: f64 = 0.12;
 const MISFIT_NOISE: f64 = 6.0;
 /// The envelope is known to this share: what is released at the upper limit is not to lose a sample.
@@ -26,9 +28,9 @@ const GUARD_CYCLES: f64 = 0.02;
 /// Fall of the amplitude within a cycle that no damping in range explains (damping ratio 0.15).
 const STOPPED_RATIO: f64 = 2.5;
 
-/// The free swing of a record and what of it is analysed.
+/// The free decay of a record and what of it is analysed.
 #[derive(Clone, Debug)]
-pub struct Swing {
+pub struct FreeSpan {
     /// Strongest frequency of the record, rad/s, to a few percent.
     pub frequency_rad_s: f64,
     /// Beginning of the free motion: the release, or the first sample where the release is not in the record.
@@ -39,17 +41,17 @@ pub struct Swing {
     pub flags: Vec<Flag>,
 }
 
-impl Swing {
+impl FreeSpan {
     pub fn stretch<'a>(&self, samples: &'a Samples<'_>) -> Stretch<'a> {
         samples.between(self.from_s, self.to_s)
     }
 }
 
-/// Finds the swing.
+/// Finds the free decay.
 ///
 /// # Errors
 /// No oscillation, or fewer than three cycles of one.
-pub fn find(samples: &Samples<'_>, settings: &Settings) -> Result<Swing, Refusal> {
+pub fn find(samples: &Samples<'_>, settings: &Settings) -> Result<FreeSpan, Refusal> {
     let frequency = strongest_frequency_rad_s(samples).ok_or(Refusal::NoOscillation)?;
     let period = TAU / frequency;
     let block = (period * samples.rate_hz() / MEANS_PER_CYCLE).floor().max(1.0) as usize;
@@ -66,7 +68,7 @@ pub fn find(samples: &Samples<'_>, settings: &Settings) -> Result<Swing, Refusal
     search.find(settings, frequency)
 }
 
-/// Standard deviation of the means' noise: the smaller of two values that the swing itself makes too large, one where it
+/// Standard deviation of the means' noise: the smaller of two values that the motion itself makes too large, one where it
 /// is sampled coarsely, the other where it decays fast.
 fn noise_of_means(means: &Stretch<'_>, points: &[Point]) -> f64 {
     let mut scatter: Vec<f64> = points.iter().map(|p| p.scatter_deg).collect();
@@ -91,7 +93,7 @@ struct Run {
 }
 
 impl Search<'_> {
-    fn find(&self, settings: &Settings, frequency: f64) -> Result<Swing, Refusal> {
+    fn find(&self, settings: &Settings, frequency: f64) -> Result<FreeSpan, Refusal> {
         let largest = self.points.iter().map(|p| p.amplitude_deg).fold(0.0, f64::max);
         // A sinusoid's amplitude from n samples of noise s is known to s sqrt(2/n).
         let per_cycle = (self.period / self.means.step_s).max(1.0);
@@ -105,10 +107,18 @@ impl Search<'_> {
             p.amplitude_deg <= (1.0 + ENVELOPE_SHARE) * settings.from_deg
                 && p.amplitude_deg >= settings.to_deg.max(least)
         };
+        if largest > settings.from_deg.max(HALF_TURN_DEG) {
+            return Err(Refusal::BeyondHalfTurn { peak_deg: largest });
+        }
         let mut flags = Vec::new();
         let windowed = self.longest_run(inside).filter(|r| self.cycles(*r) >= FEWEST_CYCLES);
         let chosen = windowed.unwrap_or(everything);
         if windowed.is_none() {
+            if settings.only_between {
+                let of = |at: usize| self.points[at].amplitude_deg;
+                let least_deg = (chosen.first..=chosen.last).map(of).fold(largest, f64::min);
+                return Err(Refusal::Elsewhere { most_deg: largest, least_deg });
+            }
             flags.push(Flag::AmplitudeOutsideWindow);
         }
         let around = self.grown(chosen, |p| p.amplitude_deg >= least);
@@ -133,7 +143,7 @@ impl Search<'_> {
             }
             return Err(Refusal::TooFewCycles { cycles: cycles.max(0.0) });
         }
-        Ok(Swing {
+        Ok(FreeSpan {
             frequency_rad_s: frequency,
             release_time_s: onset.release_s,
             from_s: from,
@@ -209,7 +219,7 @@ impl Search<'_> {
     fn end_inside(&self, run: Run, free_to: f64) -> f64 {
         let p = self.points[run.last];
         match self.points.get(run.last + 1) {
-            // Its half cycle beyond the centre belongs to the swing as long as the swing goes on.
+            // Its half cycle beyond the centre belongs to the free decay as long as that goes on.
             Some(_) => p.time_s + 0.5 * self.period / POINTS_PER_CYCLE as f64,
             None => free_to,
         }
@@ -304,7 +314,7 @@ impl Search<'_> {
         }
         let level = median(&mut before.yaw_deg.to_vec());
         let allowed = (MISFIT_NOISE * self.noise).max(0.1 * amplitude_deg);
-        // The last means before the swing is seen to be free are on their way already.
+        // The last means before the motion is found to be free are moving already.
         let still = before.yaw_deg.iter().filter(|y| (*y - level).abs() <= allowed).count();
         (still as f64 >= 0.75 * before.len() as f64).then_some(level)
     }

@@ -1,5 +1,7 @@
 //! A record as the methods see it: time stamps, angles, which samples are left out, whether the grid is even.
 
+use crate::statistics::median;
+
 /// Largest deviation of a time stamp from an even grid, in steps, that is taken for rounding.
 const GRID_TOLERANCE: f64 = 2e-3;
 
@@ -36,7 +38,7 @@ impl<'a> Samples<'a> {
     pub fn rate_hz(&self) -> f64 {
         1.0 / self.step_s
     }
-    pub fn is_uniform(&self) -> bool {
+    pub(crate) fn is_uniform(&self) -> bool {
         self.uniform
     }
     pub fn len(&self) -> usize {
@@ -45,10 +47,10 @@ impl<'a> Samples<'a> {
     pub fn is_empty(&self) -> bool {
         false
     }
-    pub fn excluded(&self) -> usize {
+    pub(crate) fn excluded(&self) -> usize {
         self.excluded.iter().filter(|&&e| e).count()
     }
-    pub fn exclude(&mut self, index: usize) {
+    pub(crate) fn exclude(&mut self, index: usize) {
         self.excluded[index] = true;
     }
     pub fn all(&self) -> Stretch<'_> {
@@ -118,7 +120,7 @@ impl<'a> Stretch<'a> {
             .map(move |k| (this.time_s[k], this.yaw_deg[k]))
     }
     /// Means over consecutive bins of `samples` nominal steps; a bin without a sample is left out.
-    pub fn block_means(&self, samples: usize) -> Means {
+    pub(crate) fn block_means(&self, samples: usize) -> Means {
         let mut means = Means { time_s: Vec::new(), yaw_deg: Vec::new(), uniform: self.uniform };
         if self.is_empty() {
             return means;
@@ -190,31 +192,9 @@ impl Means {
     }
 }
 
-/// Middle value (mean of the two middle ones for an even number); reorders. NaN for none.
-pub fn median(values: &mut [f64]) -> f64 {
-    let n = values.len();
-    if n == 0 {
-        return f64::NAN;
-    }
-    let (below, middle, _) = values.select_nth_unstable_by(n / 2, f64::total_cmp);
-    if n % 2 == 1 {
-        *middle
-    } else {
-        let middle = *middle;
-        0.5 * (middle + below.iter().copied().fold(f64::NEG_INFINITY, f64::max))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_median_of_even_and_odd_numbers() {
-        assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(&mut [4.0, 1.0, 3.0, 2.0]), 2.5);
-        assert!(median(&mut []).is_nan());
-    }
 
     #[test]
     fn rounded_time_stamps_are_even_and_jittered_ones_are_not() {

@@ -5,7 +5,7 @@
 //! s^2 (J'J)^-1 becomes S(w) (J'J)^-1. S(w) is the mean periodogram of the residual over the bins about w, less the
 //! two complex bins' worth that the fit itself has taken out.
 
-use super::damped_sinusoid::Mode;
+use super::damped_sinusoid::{DampedSinusoid, Mode};
 use super::least_squares::ModeFit;
 use super::samples::Stretch;
 use nalgebra::DMatrix;
@@ -38,6 +38,14 @@ pub struct Bound {
     pub damping_ratio: f64,
 }
 
+impl ModeFit {
+    /// Standard uncertainties of wn and zeta, from the residual as it is.
+    pub fn uncertainty(&self, stretch: &Stretch<'_>) -> Option<Uncertainty> {
+        let residuals = DampedSinusoid { stretch: *stretch }.residuals_deg(&self.mode);
+        of(self, stretch, &residuals)
+    }
+}
+
 /// From a fit and its residuals (record - model, at every sample of the stretch).
 pub fn of(found: &ModeFit, stretch: &Stretch<'_>, residuals_deg: &[f64]) -> Option<Uncertainty> {
     let bound = white(found)?;
@@ -58,8 +66,8 @@ pub fn white(found: &ModeFit) -> Option<Bound> {
     Some(modal_deviations(&found.mode, found.fit.covariance.as_ref().ok()?))
 }
 
-/// Standard deviation of what the mode swings about, deg, for a white residual.
-pub fn white_midline_deg(found: &ModeFit) -> Option<f64> {
+/// Standard deviation of the mode's mid-line, deg, for a white residual.
+pub(crate) fn white_midline_deg(found: &ModeFit) -> Option<f64> {
     Some(found.fit.covariance.as_ref().ok()?[(2, 2)].max(0.0).sqrt())
 }
 
@@ -67,7 +75,7 @@ pub fn white_midline_deg(found: &ModeFit) -> Option<f64> {
 pub fn cramer_rao(mode: &Mode, stretch: &Stretch<'_>, noise_rms_deg: f64) -> Option<Bound> {
     use crate::solver::{Normal, Problem};
     let mut normal = Normal::new(5);
-    super::damped_sinusoid::DampedSinusoid { stretch: *stretch }
+    DampedSinusoid { stretch: *stretch }
         .evaluate(&mode.parameters_at(stretch.start_s()), &mut normal);
     let inverse = normal.matrix().try_inverse()?;
     Some(modal_deviations(mode, &(inverse * noise_rms_deg.powi(2))))

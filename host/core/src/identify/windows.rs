@@ -2,8 +2,9 @@
 
 use super::damped_sinusoid::DampedSinusoid;
 use super::least_squares::{fit_mode, linear_start, refine, ModeFit};
-use super::samples::{median, Samples, Stretch};
+use super::samples::{Samples, Stretch};
 use super::uncertainty;
+use crate::statistics::median;
 use std::f64::consts::TAU;
 
 /// Cycles in a window.
@@ -20,14 +21,14 @@ const NEIGHBOURS: [usize; 3] = [2, 4, 5];
 /// 30 % of the power lie one bin off on either side and 8 % two bins off.
 const LEFT_OVER: f64 = 3.0 - 0.30 - 0.30 - 0.08;
 
-/// One window. Uncertainties hold for noise as coloured as the residuals of all windows together.
+/// One window. Uncertainties hold for noise as coloured as the residuals of all windows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
     pub from_s: f64,
     pub to_s: f64,
     /// Envelope at the middle of the window.
     pub amplitude_deg: f64,
-    /// What the swing is about.
+    /// Mid-line of the oscillation.
     pub midline_deg: f64,
     /// For white noise.
     pub midline_u_deg: f64,

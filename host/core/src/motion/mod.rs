@@ -1,4 +1,9 @@
 //! The yaw motion with effects, integrated.
 
+mod at_times;
+pub(crate) mod oscillator;
 pub(crate) mod own_motion;
 pub mod simulate;
+mod smooth_own;
+
+pub use at_times::readings_at;

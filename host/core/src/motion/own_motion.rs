@@ -1,4 +1,5 @@
-//! The yaw motion with a user's own effects, which may be steep, stiff, or have corners.
+//! The yaw motion with a user's own effects, which may be steep, stiff, or have corners; or wherever the error of a
+//! splitting's step is not to be had ([`Terms::precise`](crate::effects::Terms::precise)).
 //!
 //! The plain model is solved in closed form and everything else enters through an embedded Runge-Kutta pair of orders 5
 //! and 4 in the frame that moves with it (J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6, 1980; J. D. Lawson,
@@ -7,13 +8,15 @@
 //! known, `abs` and `sign` of the yaw rate or angle, dry friction and the dead zone, are located within the step, and a
 //! model whose rate is zero stays there while the moments of both directions hold it.
 
-use crate::effects::State;
-use crate::motion::simulate::{root, Flow, Motion};
+use crate::effects::{Memories, State};
+use crate::motion::oscillator::{root, Flow, Motion};
 use std::cell::RefCell;
 use yawrig_expression::Prepared;
 
 /// Disagreement of the pair in one step, of the amplitude, above which the step is halved.
 const TOLERANCE: f64 = 5e-8;
+/// The same of a motion that is to be precise.
+const PRECISE: f64 = 1e-10;
 /// A step that does so much better is followed by one of twice the size.
 const SLACK: f64 = 1.0 / 64.0;
 /// Most halvings of a step.
@@ -89,8 +92,10 @@ pub(crate) struct Walker<'a> {
     step_s: f64,
     stiffness: f64,
     amplitude: f64,
+    tolerance: f64,
     piece: Piece,
     own: RefCell<Vec<Prepared>>,
+    memories: Memories,
     /// There is something that changes where the rate changes sign, or where the angle does.
     turns: bool,
     crosses: bool,
@@ -101,20 +106,21 @@ pub(crate) struct Walker<'a> {
 }
 
 impl<'a> Walker<'a> {
-    pub fn new(motion: &'a Motion, step_s: f64, steps: u64) -> Self {
+    pub fn new(motion: &'a Motion, step_s: f64, steps: u64, start_s: f64) -> Self {
         let terms = &motion.terms;
         let corner = |of: fn(&yawrig_expression::Program) -> bool| {
             terms.own().iter().any(|own| of(&own.effect.program))
         };
         let (b, r) = (motion.yaw_rad, motion.rate_rad_s);
         let play = terms.dead_zone_rad;
-        let turns = terms.dry_friction_rad_s2 > 0.0 || corner(|p| p.has_rate_corner);
+        let turns = terms.turns() || corner(|p| p.has_rate_corner);
         let sign = |x: f64| if x == 0.0 { 0.0 } else { x.signum() };
         Self {
             motion,
             step_s,
             stiffness: motion.natural_frequency_rad_s.powi(2),
             amplitude: b.hypot(r / motion.natural_frequency_rad_s),
+            tolerance: if terms.precise { PRECISE } else { TOLERANCE },
             piece: Piece {
                 direction: sign(r),
                 side: if play > 0.0 && b.abs() < play { 0.0 } else { b.signum() },
@@ -127,6 +133,7 @@ impl<'a> Walker<'a> {
                     .map(|own| own.prepared(motion.natural_frequency_rad_s, terms.wind_speed_m_s))
                     .collect(),
             ),
+            memories: motion.memories(start_s),
             turns,
             crosses: corner(|p| p.has_yaw_corner),
             halved: vec![Flows::new(motion, step_s)],
@@ -145,7 +152,10 @@ impl<'a> Walker<'a> {
         let mut own = self.own.borrow_mut();
         let own = own.iter_mut().map(|own| own.evaluate(b, r, t, piece.direction, piece.half));
         let state = State { yaw_rad: b, rate_rad_s: r, time_s: t, spring_moment_rad_s2: spring };
-        terms.smooth_moment(&state, terms.drive_at(t)) + own.sum::<f64>() + taken_back
+        terms.smooth_moment(&state, terms.drive_at(t))
+            + own.sum::<f64>()
+            + self.memories.moment(b)
+            + taken_back
     }
 
     /// Where the spring of this side has no moment.
@@ -230,7 +240,7 @@ impl<'a> Walker<'a> {
                 self.attempt_of(b, r, t + at, moment, left)
             };
             let step_s = whole.min(left);
-            let good = end.error <= TOLERANCE;
+            let good = end.error <= self.tolerance;
             if !good && self.level < MOST_HALVINGS {
                 self.level += 1;
                 if self.halved.len() == self.level {
@@ -242,7 +252,7 @@ impl<'a> Walker<'a> {
             if !end.error.is_finite() {
                 return (f64::NAN, f64::NAN);
             }
-            if end.error < SLACK * TOLERANCE {
+            if end.error < SLACK * self.tolerance {
                 self.level = self.level.saturating_sub(1);
             }
             if self.is_within(end.b, end.r) {
@@ -309,6 +319,7 @@ impl<'a> Walker<'a> {
         } else {
             there.r = 0.0;
             self.piece.direction = 0.0;
+            self.memories.turn(there.b);
         }
         (there.b, there.r, first_s)
     }

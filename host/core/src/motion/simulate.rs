@@ -6,63 +6,18 @@
 //! (wn h)^2 / 24 of the effect, 7e-4 at fifty steps a cycle, and none of the plain model. Turning points and edges
 //! of the dead zone are located within the step. A model with a user's own effects is left to `own_motion`.
 
-use crate::effects::{Moments, State, Terms, LANES};
+use crate::effects::{Memories, Moments, State, LANES};
+use crate::motion::oscillator::{root, Flow};
+pub use crate::motion::oscillator::{Grid, Motion};
 use crate::motion::own_motion;
+use crate::motion::smooth_own::SmoothOwn;
 
 /// Steps a cycle at least.
-pub const STEPS_PER_CYCLE: f64 = 48.0;
+pub(crate) const STEPS_PER_CYCLE: f64 = 48.0;
 /// Corners within one half step: more than these are chatter.
 const MOST_CORNERS: usize = 16;
 
-/// Even grid of instants at which the reading is wanted, time from the release.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Grid {
-    pub start_s: f64,
-    pub step_s: f64,
-    pub count: usize,
-    /// Width over which a reading is averaged; 0 for a point sample.
-    pub mean_width_s: f64,
-}
-
-impl Grid {
-    pub fn time_s(&self, k: usize) -> f64 {
-        self.start_s + k as f64 * self.step_s
-    }
-}
-
-/// A motion: the plain model, the effects, and the state at the grid's first instant.
-#[derive(Clone, Debug)]
-pub struct Motion {
-    pub natural_frequency_rad_s: f64,
-    pub damping_ratio: f64,
-    pub yaw_rad: f64,
-    pub rate_rad_s: f64,
-    pub terms: Terms,
-}
-
-/// b and r after some time as a linear function of them now, about the equilibrium.
-#[derive(Clone, Copy)]
-pub(crate) struct Flow(pub [f64; 4]);
-
 impl Motion {
-    pub(crate) fn flow(&self, time_s: f64) -> Flow {
-        let wn = self.natural_frequency_rad_s;
-        let decay = self.damping_ratio * wn;
-        let damped = (wn * wn - decay * decay).max(1e-12 * wn * wn).sqrt();
-        let e = (-decay * time_s).exp();
-        let (s, c) = (damped * time_s).sin_cos();
-        let (ec, es) = (e * c, e * s / damped);
-        Flow([ec + decay * es, es, -wn * wn * es, ec - decay * es])
-    }
-
-    /// Angle and rate `time_s` after the first instant (before it where negative), effects apart.
-    pub fn linear_state(&self, time_s: f64) -> (f64, f64) {
-        let Flow([p, q, u, v]) = self.flow(time_s);
-        let middle = self.terms.constant_moment_rad_s2 / self.natural_frequency_rad_s.powi(2);
-        let x = self.yaw_rad - middle;
-        (middle + p * x + q * self.rate_rad_s, u * x + v * self.rate_rad_s)
-    }
-
     /// The reading at every instant of `grid`, rad, into `out` (as long as the grid).
     ///
     /// ```
@@ -101,12 +56,19 @@ impl Motion {
         let substeps =
             (grid.step_s * wn * STEPS_PER_CYCLE / std::f64::consts::TAU).ceil().clamp(1.0, 1e4);
         let h = grid.step_s / substeps;
-        if !terms.own().is_empty() {
+        let own = match terms.swift && !terms.precise && !terms.own().is_empty() {
+            false => None,
+            true => {
+                let amplitude = self.yaw_rad.hypot(self.rate_rad_s / wn);
+                SmoothOwn::of(terms, wn, amplitude, h)
+            }
+        };
+        if own.is_none() && terms.adapts_steps() {
             let steps = (substeps as u64).saturating_mul(grid.count as u64);
-            let mut walker = own_motion::Walker::new(self, h, steps);
+            let mut walker = own_motion::Walker::new(self, h, steps, grid.start_s);
             return self.follow(grid, substeps, |b, r, t| walker.advance(b, r, t), store);
         }
-        let mut walker = Walker::new(self, 0.5 * h);
+        let mut walker = Walker::new(self, 0.5 * h, grid.start_s, own);
         let mut drive = terms.drive(grid.start_s + 0.5 * h, h);
         let advance = |b: f64, r: f64, t: f64| {
             let middle = t + 0.5 * h;
@@ -148,7 +110,7 @@ impl Motion {
 
 /// The readings of all `motions` on one `grid`, an `out` each. A step of one motion waits for its last; those of four
 /// side by side need not wait for each other.
-pub fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f64>]) {
+pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f64>]) {
     for (motions, out) in motions.chunks(LANES).zip(out.chunks_mut(LANES)) {
         match <&[Motion; LANES]>::try_from(motions) {
             Ok(four) if smooth_readings(four, grid, out).is_some() => {}
@@ -229,15 +191,23 @@ struct Walker<'a> {
     stiffness: f64,
     decay: f64,
     corners: bool,
+    /// There is something that changes where the rate changes sign.
+    turns: bool,
+    memories: Memories,
     /// Sign of the rate; 0: stuck, or to be decided.
     direction: f64,
     /// Side of the dead zone, 0 inside; always 1 without one.
     side: f64,
+    /// Own effects, and dry friction with theirs, rad/s2.
+    own: Option<SmoothOwn>,
+    friction: f64,
 }
 
 impl<'a> Walker<'a> {
-    fn new(motion: &'a Motion, half: f64) -> Self {
+    fn new(motion: &'a Motion, half: f64, start_s: f64, own: Option<SmoothOwn>) -> Self {
         let play = motion.terms.dead_zone_rad;
+        let friction =
+            motion.terms.dry_friction_rad_s2 + own.as_ref().map_or(0.0, |own| own.friction_rad_s2);
         let b = motion.yaw_rad;
         Self {
             motion,
@@ -245,9 +215,13 @@ impl<'a> Walker<'a> {
             flow: motion.flow(half),
             stiffness: motion.natural_frequency_rad_s.powi(2),
             decay: motion.damping_ratio * motion.natural_frequency_rad_s,
-            corners: motion.terms.dry_friction_rad_s2 > 0.0 || motion.terms.dead_zone_rad > 0.0,
+            corners: friction > 0.0 || motion.terms.turns() || play > 0.0,
+            turns: friction > 0.0 || motion.terms.turns(),
+            memories: motion.memories(start_s),
             direction: if motion.rate_rad_s == 0.0 { 0.0 } else { motion.rate_rad_s.signum() },
             side: if play > 0.0 && b.abs() < play { 0.0 } else { b.signum() },
+            own,
+            friction,
         }
     }
 
@@ -264,18 +238,23 @@ impl<'a> Walker<'a> {
             time_s: t,
             spring_moment_rad_s2: self.spring_moment(b),
         };
-        self.motion.terms.smooth_moment(&state, drive)
+        let own = self.own.as_ref().map_or(0.0, |own| own.moment(b, r, t));
+        let smooth = self.motion.terms.smooth_moment(&state, drive) + own;
+        if self.memories.is_empty() {
+            return smooth;
+        }
+        smooth + self.memories.moment(b)
     }
 
     fn kick(&mut self, b: f64, r: f64, h: f64, t: f64, drive: f64) -> f64 {
-        let friction = self.motion.terms.dry_friction_rad_s2 > 0.0;
-        if friction && self.direction == 0.0 {
+        if self.turns && self.direction == 0.0 {
             return 0.0;
         }
         let middle = r + 0.5 * h * self.smooth(b, r, t, drive);
         let r = r + h * self.smooth(b, middle, t, drive);
-        if friction && r != 0.0 {
+        if self.turns && r != 0.0 && r.signum() != self.direction {
             self.direction = r.signum();
+            self.memories.turn(b);
         }
         r
     }
@@ -292,12 +271,12 @@ impl<'a> Walker<'a> {
     }
 
     fn with_corners(&mut self, mut b: f64, mut r: f64, t: f64, drive: f64) -> (f64, f64) {
-        let c = self.motion.terms.dry_friction_rad_s2;
+        let c = self.friction;
         let g = self.motion.terms.dead_zone_rad;
         let constant = self.motion.terms.constant_moment_rad_s2;
         let mut left = self.half;
         for _ in 0..MOST_CORNERS {
-            if c > 0.0 && self.direction == 0.0 {
+            if self.turns && self.direction == 0.0 {
                 let moment = self.spring_moment(b) + constant + self.smooth(b, 0.0, t, drive);
                 if moment.abs() <= c {
                     return (b, 0.0);
@@ -306,7 +285,7 @@ impl<'a> Walker<'a> {
             }
             let moment = constant - c * self.direction;
             let (b1, r1) = self.travel(b, r, moment, left);
-            let turned = c > 0.0 && r1 * self.direction < 0.0;
+            let turned = self.turns && r1 * self.direction < 0.0;
             let edge = if g == 0.0 {
                 None
             } else if self.side == 0.0 {
@@ -335,6 +314,7 @@ impl<'a> Walker<'a> {
             } else {
                 r = 0.0;
                 self.direction = 0.0;
+                self.memories.turn(b);
             }
             if left <= 0.0 {
                 break;
@@ -362,32 +342,6 @@ impl<'a> Walker<'a> {
         let x = b - middle;
         (middle + p * x + q * r, u * x + v * r)
     }
-}
-
-/// Where a function that is positive at first and negative at `end` is zero: regula falsi (Illinois).
-pub(crate) fn root(end: f64, f: impl Fn(f64) -> f64) -> f64 {
-    let (mut a, mut b) = (0.0, end);
-    let (mut fa, mut fb) = (f(a), f(b));
-    if fa <= 0.0 {
-        return 0.0;
-    }
-    let mut last = 0.0;
-    for _ in 0..40 {
-        let x = (a * fb - b * fa) / (fb - fa);
-        let fx = f(x);
-        if (x - last).abs() < 1e-13 * end || fx == 0.0 {
-            return x;
-        }
-        last = x;
-        if fx > 0.0 {
-            (a, fa) = (x, fx);
-            fb *= 0.5;
-        } else {
-            (b, fb) = (x, fx);
-            fa *= 0.5;
-        }
-    }
-    last
 }
 
 #[cfg(test)]

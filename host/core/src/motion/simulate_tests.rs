@@ -1,5 +1,5 @@
 use super::*;
-use crate::effects::Effect;
+use crate::effects::{Effect, Terms};
 use std::f64::consts::TAU;
 
 const WN: f64 = 7.0;
@@ -120,5 +120,72 @@ fn motions_followed_together_are_those_followed_alone() {
         for (a, b) in alone.iter().zip(together) {
             assert!((a - b).abs() < 1e-12);
         }
+    }
+}
+
+/// A spring that yields takes the area of its loop out of the energy.
+#[test]
+fn hysteresis_takes_its_loop_out_of_the_energy() {
+    let (h, y) = (1.0, 0.002);
+    let motion = released(0.0, Terms::of([(Effect::Hysteresis, &[h, y][..])]));
+    let half = grid(0.5 * TAU / (WN * 400.0), 401 + 40);
+    let (b, r) = motion.readings_and_rates(&half);
+    let turn = r.windows(2).position(|r| r[0] < 0.0 && r[1] >= 0.0).expect("a turn");
+    let energy = |b: f64, r: f64| 0.5 * (WN * WN * b * b + r * r);
+    let lost = energy(AMPLITUDE, 0.0) - energy(b[turn], r[turn]);
+    // From yielding one way to yielding the other; at a hundred yield angles nothing is left to come.
+    let path = AMPLITUDE - b[turn];
+    let expected = h * y * (path - 2.0 * y);
+    assert!((lost / expected - 1.0).abs() < 1e-3, "{lost} {expected}");
+}
+
+/// Pieces of a swing that begin in its middle follow the same motion as the whole.
+#[test]
+fn a_piece_of_a_hysteretic_swing_is_the_swing() {
+    let motion = released(0.002, Terms::of([(Effect::Hysteresis, &[2.0, 0.08][..])]));
+    let whole = grid(TAU / WN / 50.0, 1000);
+    let (b, r) = motion.readings_and_rates(&whole);
+    let from = 320;
+    let piece = Motion { yaw_rad: b[from], rate_rad_s: r[from], ..motion.clone() };
+    let later = Grid { start_s: whole.time_s(from), count: 300, ..whole };
+    let (again, _) = piece.readings_and_rates(&later);
+    let error = again.iter().zip(&b[from..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let plain = Motion { terms: Terms::default(), ..piece };
+    let (without, _) = plain.readings_and_rates(&later);
+    let effect = without.iter().zip(&b[from..]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(error < 0.05 * effect, "{error} of {effect}");
+}
+
+/// The splitting's error is the effect's, a step's phase; steps that adapt themselves have none to speak of.
+#[test]
+fn a_precise_motion_is_that_of_a_hundred_times_finer_steps() {
+    for (effect, size) in [
+        (Effect::CubicStiffness, 60.0),
+        (Effect::QuadraticDamping, 0.5),
+        (Effect::CoulombFriction, 0.05),
+    ] {
+        let grid = Grid { start_s: 0.0, step_s: TAU / 7.0 / 50.0, count: 2000, mean_width_s: 0.0 };
+        let of = |grid: &Grid, precise: bool| {
+            let mut terms = Terms::of([(effect.clone(), &[size][..])]);
+            terms.precise = precise;
+            let motion = Motion {
+                natural_frequency_rad_s: 7.0,
+                damping_ratio: 0.003,
+                yaw_rad: 0.17,
+                rate_rad_s: 0.0,
+                terms,
+            };
+            let mut y = vec![0.0; grid.count];
+            motion.readings(grid, &mut y);
+            y
+        };
+        let fine = Grid { step_s: grid.step_s / 100.0, count: 100 * grid.count, ..grid };
+        let fine: Vec<f64> = of(&fine, false).into_iter().step_by(100).collect();
+        let worst = |y: Vec<f64>| {
+            y.iter().zip(&fine).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / 0.17
+        };
+        let [split, precise] = [false, true].map(|precise| worst(of(&grid, precise)));
+        println!("{effect}: split {split:.1e}, precise {precise:.1e} of the amplitude");
+        assert!(precise < 2e-8 && split < 1e-3, "{effect}: {split:e} {precise:e}");
     }
 }

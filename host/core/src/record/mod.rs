@@ -1,13 +1,20 @@
 //! Yaw angle over time as it comes from a file, at whatever rate and with whatever jitter.
 
-mod noise;
 mod resample;
 mod timing;
 
 pub use timing::Timing;
 
 use crate::error::{Error, Result};
+use crate::statistics::sample_noise;
 use std::path::PathBuf;
+
+/// Rates a record may have, Hz, with room for a clock that is 5 % out.
+const RATE_HZ: std::ops::RangeInclusive<f64> = 19.0..=10_500.0;
+
+/// A record is resampled to at most so many times the samples that its rate would make of those it has, and so many more.
+const MOST_FILLED: f64 = 20.0;
+const ALWAYS_FILLED: f64 = 1e5;
 
 /// One recorded release.
 ///
@@ -49,6 +56,24 @@ impl Record {
         timing::measure(&self.time_s)
     }
 
+    /// Whether its sampling rate is one that can be analysed.
+    ///
+    /// # Errors
+    /// For a rate outside 20 Hz to 10 kHz.
+    pub fn check_rate(&self) -> Result<()> {
+        let rate_hz = self.timing().rate_hz;
+        if RATE_HZ.contains(&rate_hz) {
+            return Ok(());
+        }
+        Err(Error::Rate { record: self.file.display().to_string(), rate_hz })
+    }
+
+    /// Standard deviation of white sample noise, deg, from the median of third differences; 0 for fewer than
+    /// four samples. At a few tens of samples a cycle it is an upper bound.
+    pub fn noise_rms_deg(&self) -> f64 {
+        sample_noise(&self.yaw_deg)
+    }
+
     /// The same record at a uniform `rate_hz`, from its first sample to its last, by a cubic spline through
     /// every sample (not-a-knot ends).
     ///
@@ -57,11 +82,17 @@ impl Record {
     /// 160 Hz. A record faster than `rate_hz` is sampled at points, as the device's converter would.
     ///
     /// # Errors
-    /// For fewer than four samples.
+    /// For fewer than four samples, and for gaps that are most of the record.
     pub fn resampled(&self, rate_hz: f64) -> Result<Self> {
         if self.len() < 4 {
             let record = self.file.display().to_string();
             return Err(Error::TooFewSamples { record, samples: self.len() });
+        }
+        let span_s = self.time_s[self.len() - 1] - self.time_s[0];
+        let expected = self.len() as f64 * rate_hz / self.timing().rate_hz;
+        if span_s * rate_hz > MOST_FILLED * expected + ALWAYS_FILLED {
+            let record = self.file.display().to_string();
+            return Err(Error::Gaps { record, samples: self.len(), span_s });
         }
         let (time_s, yaw_deg) = resample::uniform(&self.time_s, &self.yaw_deg, rate_hz);
         Ok(Self { file: self.file.clone(), time_s, yaw_deg })

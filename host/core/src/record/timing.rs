@@ -1,11 +1,5 @@
 //! Sampling rate and jitter from time stamps.
 
-use super::Record;
-use crate::error::{Error, Result};
-
-/// Rates a record may have, Hz, with room for a clock that is 5 % out.
-const RATE_HZ: std::ops::RangeInclusive<f64> = 19.0..=10_500.0;
-
 /// How a record's time stamps are spaced.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timing {
@@ -39,20 +33,6 @@ pub(super) fn measure(time_s: &[f64]) -> Timing {
         jitter: (squares / steps.len() as f64).sqrt() / step_s,
         longest_step_s: steps.iter().copied().fold(0.0, f64::max),
         duration_s: time_s[time_s.len() - 1] - time_s[0],
-    }
-}
-
-impl Record {
-    /// Whether its sampling rate is one that can be analysed.
-    ///
-    /// # Errors
-    /// For a rate outside 20 Hz to 10 kHz.
-    pub fn check_rate(&self) -> Result<()> {
-        let rate_hz = self.timing().rate_hz;
-        if RATE_HZ.contains(&rate_hz) {
-            return Ok(());
-        }
-        Err(Error::Rate { record: self.file.display().to_string(), rate_hz })
     }
 }
 

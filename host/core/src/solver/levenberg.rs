@@ -89,8 +89,8 @@ pub fn minimise(problem: &impl Problem, start: &[f64], options: &Options) -> Fit
                 if there.is_finite() && gained > 0.0 {
                     let taken =
                         DVector::from_iterator(free.len(), free.iter().map(|&i| trial[i] - p[i]));
-                    let promised = -(2.0 * g.dot(&taken) + taken.dot(&(&a * &taken)));
-                    let ratio = if promised > 0.0 { gained / promised } else { 1.0 };
+                    let predicted = -(2.0 * g.dot(&taken) + taken.dot(&(&a * &taken)));
+                    let ratio = if predicted > 0.0 { gained / predicted } else { 1.0 };
                     damping *= (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0);
                     damping = damping.max(1e-15);
                     growth = 2.0;
@@ -152,7 +152,7 @@ fn covariance(
 
 /// (J'J)^-1 over the `free` parameters, the other rows and columns zero.
 fn invert(jtj: &DMatrix<f64>, free: &[usize]) -> Result<DMatrix<f64>, NoCovariance> {
-    // Scaled to a unit diagonal, so that a singular matrix is told from small units.
+    // Scaled to a unit diagonal, so that a singular matrix is distinguished from small units.
     let root: Vec<f64> = free.iter().map(|&i| jtj[(i, i)].sqrt()).collect();
     if let Some(k) = root.iter().position(|&r| r == 0.0 || !r.is_finite()) {
         return Err(NoCovariance::Undetermined { parameter: free[k] });

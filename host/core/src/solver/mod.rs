@@ -5,11 +5,14 @@
 //! Reference: K. Madsen, H. B. Nielsen, O. Tingleff, "Methods for non-linear least squares problems"
 //! (2004), with the column scaling of J. J. Moré (1978).
 
-pub mod check;
+#[cfg(test)]
+pub(crate) mod check;
 mod levenberg;
+mod linear;
 mod normal;
 
 pub use levenberg::{minimise, Options};
+pub use linear::linear_fit;
 pub use normal::Normal;
 
 use nalgebra::{DMatrix, DVector};
@@ -61,7 +64,7 @@ pub enum Stop {
 
 impl Stop {
     /// Whether the parameters can be taken for a minimum.
-    pub fn is_minimum(self) -> bool {
+    pub(crate) fn is_minimum(self) -> bool {
         matches!(self, Stop::Converged | Stop::SmallStep | Stop::NoDescent)
     }
 }
@@ -86,7 +89,7 @@ pub enum NoCovariance {
     NotAMinimum(Stop),
     /// The residuals do not depend on this parameter apart from the others.
     Undetermined { parameter: usize },
-    /// As many parameters as residuals: nothing is left to tell the noise from.
+    /// As many parameters as residuals: nothing is left to estimate the noise from.
     NoFreedom,
 }
 
@@ -125,7 +128,7 @@ pub struct Fit {
 
 impl Fit {
     /// Residuals less free parameters.
-    pub fn degrees_of_freedom(&self) -> usize {
+    pub(crate) fn degrees_of_freedom(&self) -> usize {
         let free = self.at_bound.iter().filter(|&&b| !b).count();
         self.residuals.saturating_sub(free)
     }
@@ -134,7 +137,7 @@ impl Fit {
         self.sum_of_squares / self.degrees_of_freedom().max(1) as f64
     }
     /// Root mean square of the residuals.
-    pub fn residual_rms(&self) -> f64 {
+    pub(crate) fn residual_rms(&self) -> f64 {
         (self.sum_of_squares / self.residuals.max(1) as f64).sqrt()
     }
 }

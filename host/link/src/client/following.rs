@@ -57,7 +57,7 @@ impl Client {
             if self.heard.elapsed() > SILENCE {
                 self.heard = Instant::now();
                 match self.request(&Request::Status) {
-                    // It may be busy; whoever waits for an answer of its own will be told.
+                    // It may be busy; a request that waits for its own answer reports the silence.
                     Ok(_) | Err(LinkError::Silent { .. } | LinkError::Refused(_)) => continue,
                     Err(error) => return Err(error),
                 }

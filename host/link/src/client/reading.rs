@@ -21,7 +21,7 @@ pub(super) fn passing(error: &io::Error) -> bool {
     )
 }
 
-/// Reads until told to stop, or nobody listens.
+/// Reads until it is stopped, or the receiver is gone.
 pub(super) fn read(
     mut port: TTYPort,
     sender: &Sender<Incoming>,

@@ -2,7 +2,10 @@
 
 use crate::amplitude_trend::{trends, Trend};
 use crate::follow::{event_from_json, event_json, event_text};
+use serde::{Deserialize, Serialize};
 use serde_json::{json, Value};
+use std::fmt;
+use yawrig_shared::axis::Axis;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
 use yawrig_shared::wire::{Event, WindowResult};
 
@@ -21,7 +24,7 @@ pub enum Item {
     EventsLost { at: u64, count: u64 },
     /// The device began anew: its clock and its releases count from zero, and how long it was away
     /// is taken from this program's clock.
-    Restarted { at: u64 },
+    Restarted { at: u64, why: String },
     /// It had forgotten its settings and the condition of its releases, and has been sent them again.
     Restored { at: u64 },
     /// The port is there and the device does not answer.
@@ -30,10 +33,50 @@ pub enum Item {
     Disconnected { at: u64, why: String },
     /// It is there again under another path.
     Back { at: u64, port: String, was: String },
+    /// The coming releases are made under this condition.
+    Condition { at: u64, next: Next },
+    /// All releases of a campaign are made: its derivatives, as JSON and as text.
+    Derivatives { at: u64, table: Value, text: String },
     /// A user's note.
     Mark { at: u64, text: String },
     /// A release was cut into a record of its own.
     Record { at: u64, release: u32, file: String, missing_samples: u64 },
+}
+
+/// What is to be released next.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Next {
+    pub spring: String,
+    pub axis: Axis,
+    pub wind_speed_m_s: f64,
+    pub density_kg_m3: f64,
+    /// Not known: the device gives no derivatives.
+    pub inertia_kg_m2: Option<f64>,
+    /// Its place in the campaign, from 1, and how many there are; one condition over and over has neither.
+    pub place: Option<[usize; 2]>,
+    /// Why the release before does not count.
+    pub not_counted: Option<String>,
+}
+
+impl fmt::Display for Next {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(why) = &self.not_counted {
+            writeln!(f, "that release does not count: {why}")?;
+        }
+        write!(f, "next: {} {}, ", self.spring, self.axis)?;
+        match self.wind_speed_m_s {
+            0.0 => write!(f, "wind off")?,
+            speed_m_s => write!(f, "wind {speed_m_s} m/s")?,
+        }
+        if let Some([number, of]) = self.place {
+            write!(f, " (release {number} of {of})")?;
+        }
+        match (self.wind_speed_m_s, self.inertia_kg_m2) {
+            (0.0, _) => Ok(()),
+            (_, Some(inertia)) => write!(f, ", Izz {inertia:.5} kg m2"),
+            (_, None) => write!(f, "; without the moment of inertia there are no derivatives"),
+        }
+    }
 }
 
 /// Session time of a sample, s.
@@ -54,11 +97,13 @@ impl Item {
             Self::Device { at, .. }
             | Self::Event { at, .. }
             | Self::EventsLost { at, .. }
-            | Self::Restarted { at }
+            | Self::Restarted { at, .. }
             | Self::Restored { at }
             | Self::Silent { at }
             | Self::Disconnected { at, .. }
             | Self::Back { at, .. }
+            | Self::Condition { at, .. }
+            | Self::Derivatives { at, .. }
             | Self::Mark { at, .. }
             | Self::Record { at, .. } => at,
         }
@@ -81,11 +126,15 @@ impl Item {
                 return object;
             }
             Self::EventsLost { count, .. } => ("events_lost", json!({"count": count})),
-            Self::Restarted { .. } => ("restarted", json!({})),
+            Self::Restarted { why, .. } => ("restarted", json!({"why": why})),
             Self::Restored { .. } => ("restored", json!({})),
             Self::Silent { .. } => ("silent", json!({})),
             Self::Disconnected { why, .. } => ("disconnected", json!({"why": why})),
             Self::Back { port, was, .. } => ("back", json!({"port": port, "was": was})),
+            Self::Condition { next, .. } => ("condition", json!(next)),
+            Self::Derivatives { table, text, .. } => {
+                ("derivatives", json!({"table": table, "text": text}))
+            }
             Self::Mark { text, .. } => ("mark", json!({"text": text})),
             Self::Record { release, file, missing_samples, .. } => (
                 "record",
@@ -112,11 +161,18 @@ impl Item {
             }
             "gap" => Self::Gap { first: at, count: number("missing_samples")? },
             "events_lost" => Self::EventsLost { at, count: number("count")? },
-            "restarted" => Self::Restarted { at },
+            // Stored before it was told: without.
+            "restarted" => Self::Restarted { at, why: text("why").unwrap_or_default() },
             "restored" => Self::Restored { at },
             "silent" => Self::Silent { at },
             "disconnected" => Self::Disconnected { at, why: text("why")? },
             "back" => Self::Back { at, port: text("port")?, was: text("was")? },
+            "condition" => {
+                Self::Condition { at, next: serde_json::from_value(object.clone()).ok()? }
+            }
+            "derivatives" => {
+                Self::Derivatives { at, table: object["table"].clone(), text: text("text")? }
+            }
             "mark" => Self::Mark { at, text: text("text")? },
             "record" => Self::Record {
                 at,
@@ -149,9 +205,11 @@ impl Item {
                 format!("{count} samples are missing from {time_s:.3} s on")
             }
             Self::EventsLost { count, .. } => format!("{count} results were lost on the line"),
-            Self::Restarted { .. } => {
-                "the device began anew; how long it was away is known by this program's clock only"
-                    .to_owned()
+            Self::Restarted { why, .. } => {
+                let why = if why.is_empty() { String::new() } else { format!(" ({why})") };
+                format!(
+                    "the device began anew{why}; how long it was away is known by this program's clock only"
+                )
             }
             Self::Restored { .. } => {
                 "it had forgotten its settings and its releases' condition; they were sent again"
@@ -164,6 +222,8 @@ impl Item {
             Self::Back { port, was, .. } => {
                 format!("the device is back, now on {port}; it was on {was}")
             }
+            Self::Condition { next, .. } => next.to_string(),
+            Self::Derivatives { text, .. } => text.clone(),
             Self::Mark { text, .. } => format!("mark at {time_s:.3} s: {text}"),
             Self::Record { release, file, missing_samples: 0, .. } => {
                 format!("release {release} is kept in {file}")

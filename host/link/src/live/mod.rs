@@ -4,9 +4,9 @@
 //! [`session::Session`] makes [`item::Item`]s of what a device says; [`stored::Stored`] makes the same
 //! items of a session that was stored by [`recording::Recording`]. Who shows them need not know which.
 
+pub mod built_in_rig;
 pub mod item;
 pub mod recording;
 pub mod session;
 pub mod sessions;
 pub mod stored;
-pub mod swing;

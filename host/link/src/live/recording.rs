@@ -19,6 +19,7 @@ use yawrig_shared::wire::Event;
 
 /// A release's record begins so many samples before it is let go.
 const BEFORE: u64 = 1000;
+const HEADER: &[u8] = b"time_s,yaw_deg\n";
 /// Samples that are kept for the release that is going on: ten minutes.
 const KEPT: usize = 600_000;
 
@@ -40,8 +41,14 @@ pub struct Recording {
     /// Where the last release's record ended.
     cut_at: u64,
     releases: u32,
+    /// What the record of a release is called, where it has a name of its own.
+    names: Vec<(u32, String)>,
     samples: u64,
     missing: u64,
+    /// Bytes of the trace's whole lines.
+    whole: u64,
+    /// Samples that came and could not be written.
+    lost: u64,
 }
 
 /// Where a release was let go and where it ended.
@@ -59,6 +66,8 @@ pub struct Finished {
     pub log: PathBuf,
     pub samples: u64,
     pub missing_samples: u64,
+    /// Samples that came and could not be written.
+    pub lost_samples: u64,
     pub releases: u32,
 }
 
@@ -122,9 +131,7 @@ impl Recording {
         let stem = stem(place)?;
         let mut trace = create(&partial(&stem))?;
         let log = create(&with(&stem, ".jsonl"))?;
-        trace
-            .write_all(b"time_s,yaw_deg\n")
-            .map_err(|e| files::cannot_write(&partial(&stem), &e))?;
+        trace.write_all(HEADER).map_err(|e| files::cannot_write(&partial(&stem), &e))?;
         let mut recording = Self {
             stem,
             trace,
@@ -136,8 +143,11 @@ impl Recording {
             first: None,
             cut_at: 0,
             releases: 0,
+            names: Vec::new(),
             samples: 0,
             missing: 0,
+            whole: HEADER.len() as u64,
+            lost: 0,
         };
         recording.write_log(&json!({
             "schema_version": 1,
@@ -153,6 +163,16 @@ impl Recording {
     /// Where the trace is while the recording goes on.
     pub fn trace(&self) -> PathBuf {
         partial(&self.stem)
+    }
+
+    /// The folder of all its files.
+    pub fn folder(&self) -> PathBuf {
+        self.stem.parent().map(Path::to_owned).unwrap_or_default()
+    }
+
+    /// The coming record of this release is called so, without the ending; said before its result is put.
+    pub fn name(&mut self, release: u32, stem: &str) {
+        self.names.push((release, stem.to_owned()));
     }
 
     /// Samples written so far.
@@ -204,14 +224,40 @@ impl Recording {
             }
             self.kept.push_back((number, *yaw_deg));
         }
-        // Whole lines at a time, so that the file can be read at any moment.
-        self.trace
-            .write_all(text.as_bytes())
-            .map_err(|e| files::cannot_write(&self.trace(), &e))?;
         self.first.get_or_insert(first);
-        self.samples += yaw_deg.len() as u64;
         self.next = first + yaw_deg.len() as u64;
-        Ok(())
+        // Whole lines at a time, so that the file can be read at any moment.
+        let failed = self.trace.write_all(text.as_bytes()).err();
+        let written = match failed {
+            None => text.as_str(),
+            Some(_) => self.whole_lines_of(&text),
+        };
+        let samples = written.lines().count() as u64;
+        self.samples += samples;
+        self.whole += written.len() as u64;
+        self.lost += yaw_deg.len() as u64 - samples;
+        failed.map_or(Ok(()), |e| Err(self.full(&e)))
+    }
+
+    /// What of `text` came to the disk before it was full, cut back to its last whole line.
+    fn whole_lines_of<'t>(&self, text: &'t str) -> &'t str {
+        let there = self.trace.metadata().map_or(self.whole, |about| about.len());
+        let written = there.saturating_sub(self.whole).min(text.len() as u64) as usize;
+        let end =
+            text.as_bytes()[..written].iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
+        // Where even that fails a reader meets part of a line, as after a power cut.
+        let _ = self.trace.set_len(self.whole + end as u64);
+        &text[..end]
+    }
+
+    fn full(&self, why: &std::io::Error) -> Error {
+        let what = format!(
+            "cannot write {}: {why}; {} samples are kept, {} are lost",
+            self.trace().display(),
+            self.samples,
+            self.lost
+        );
+        Error::data(what).help("make room, or record to another disk")
     }
 
     /// Writes the records of the releases whose samples have come; of all where `last`.
@@ -253,17 +299,27 @@ impl Recording {
     }
 
     /// By the device's number, which begins anew where that is restarted.
-    fn release_file(&self, release: u32) -> PathBuf {
+    fn release_file(&mut self, release: u32) -> PathBuf {
         let again = |n: u32| if n == 1 { String::new() } else { format!("-{n}") };
+        let named = self.names.iter().position(|(number, _)| *number == release);
+        let stem = match named.map(|place| self.names.remove(place)) {
+            Some((_, name)) => self.folder().join(name),
+            None => with(&self.stem, &format!("-release-{release:03}")),
+        };
         (1..)
-            .map(|n| with(&self.stem, &format!("-release-{release:03}{}.csv", again(n))))
+            .map(|n| with(&stem, &format!("{}.csv", again(n))))
             .find(|file| !file.exists())
             .unwrap_or_else(|| with(&self.stem, "-release.csv"))
     }
 
     fn write_log(&mut self, object: &Value) -> Result<()> {
         let line = format!("{object}\n");
+        let before = self.log.metadata().map(|about| about.len());
         let done = self.log.write_all(line.as_bytes());
+        if let (Err(_), Ok(before)) = (&done, before) {
+            // Part of a line is no event.
+            let _ = self.log.set_len(before);
+        }
         done.map_err(|e| files::cannot_write(&with(&self.stem, ".jsonl"), &e))
     }
 
@@ -272,14 +328,19 @@ impl Recording {
     /// # Errors
     /// Exit 3; the trace stays where it is.
     pub fn finish(mut self) -> Result<(Finished, Vec<Item>)> {
-        let records = self.cut(true)?;
+        let records = match self.cut(true) {
+            Err(_) if self.lost > 0 => Vec::new(),
+            records => records?,
+        };
         self.write_log(&json!({
             "schema_version": 1,
             "event": "end",
             "time_s": time_s(self.next),
             "samples": self.samples,
             "missing_samples": self.missing,
-        }))?;
+            "lost_samples": self.lost,
+        }))
+        .or_else(|full| if self.lost > 0 { Ok(()) } else { Err(full) })?;
         let (from, to) = (self.trace(), with(&self.stem, ".csv"));
         let fail = |e: std::io::Error| files::cannot_write(&to, &e);
         self.trace.sync_all().and_then(|()| self.log.sync_all()).map_err(fail)?;
@@ -295,6 +356,7 @@ impl Recording {
             log: with(&self.stem, ".jsonl"),
             samples: self.samples,
             missing_samples: self.missing,
+            lost_samples: self.lost,
             releases: self.releases,
         };
         Ok((finished, records))

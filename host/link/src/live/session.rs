@@ -3,7 +3,8 @@
 use super::item::{Item, Windows};
 use crate::bench::Bench;
 use crate::client::LinkError;
-use crate::follow::device_json;
+use crate::condition::check;
+use crate::follow::{device_json, start_text};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Result};
@@ -12,7 +13,7 @@ use yawrig_shared::window::SAMPLE_RATE_HZ;
 use yawrig_shared::wire::{Condition, Event, Reply, Request, Samples, Settings, Status};
 
 /// Samples asked for at a time, and how often: many questions may be lost before the stream ends.
-/// Where a simulated rig swings faster than life, they are asked for when half are left.
+/// Where a simulated rig runs faster than real time, they are asked for when half are left.
 const LEASE: u32 = 60_000;
 const RENEWAL: Duration = Duration::from_secs(1);
 /// Between two attempts to open the port of a device that was unplugged.
@@ -36,7 +37,7 @@ pub struct Session {
     clock: Clock,
     /// The port is gone.
     gone: bool,
-    /// Where it was, if it is there again under another path and that has not been told.
+    /// Where it was, if it is there again under another path and that has not been reported.
     moved_from: Option<String>,
     /// When to ask next: for the stream and the state, or for the port.
     ask_at: Instant,
@@ -46,9 +47,9 @@ pub struct Session {
     streams: bool,
     silent: bool,
     device: serde_json::Value,
-    /// Results lost for good, told of already; on this connection and on those before.
+    /// Results lost for good that were reported already; on this connection and on those before.
     missed: u64,
-    /// Resets on this connection, told of already, and what this run of the device is called.
+    /// Resets on this connection that were reported already, and what this run of the device is called.
     resets: u64,
     run: u32,
     /// What a reset makes the device forget, as it last had it; and that it has.
@@ -125,6 +126,23 @@ impl Session {
     /// A user's note of this moment.
     pub fn mark(&mut self, text: &str) {
         self.items.push_back(Item::Mark { at: self.now(), text: text.to_owned() });
+    }
+
+    /// Something else that happened now.
+    pub fn note(&mut self, item: Item) {
+        self.items.push_back(item);
+    }
+
+    /// Says what the coming releases are made under; after a reset the device is told again. What it answers about
+    /// itself then: a release that is going on was begun before.
+    ///
+    /// # Errors
+    /// Exit 2 for a condition that cannot be, naming the quantity; those of the line.
+    pub fn set_condition(&mut self, condition: Condition) -> Result<Status> {
+        check(&condition)?;
+        self.bench.client.tell(&Request::Condition(condition), "the condition of its releases")?;
+        self.known.1 = Some(condition);
+        self.bench.client.status()
     }
 
     /// What happened next, waiting for it at most so long.
@@ -238,7 +256,7 @@ impl Session {
         }
     }
 
-    /// A device that has begun anew is told its settings and the condition of its releases again.
+    /// A device that has begun anew is sent its settings and the condition of its releases again.
     fn remind(&mut self, status: &Status) -> std::result::Result<(), LinkError> {
         let (settings, condition) = self.known;
         let condition = condition.filter(|_| status.condition.is_none());
@@ -261,7 +279,8 @@ impl Session {
         self.clock = Clock { device: status.samples, session, known: Instant::now() };
         self.windows = Windows::default();
         self.forgotten = true;
-        self.items.push_back(Item::Restarted { at: session });
+        let why = start_text(&status.start);
+        self.items.push_back(Item::Restarted { at: session, why });
     }
 
     fn take_samples(&mut self, samples: &Samples) {

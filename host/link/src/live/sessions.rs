@@ -1,7 +1,7 @@
-//! Which sessions are stored in a folder, told from their logs and the ends of their traces alone.
+//! Which sessions are stored in a folder, from their logs and the ends of their traces alone.
 
 use super::item::{time_s, Item};
-use super::stored::{lines, row};
+use super::stored::{files, lines, row};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs::File;
@@ -103,15 +103,6 @@ fn begins_a_session(log: &Path) -> bool {
     let line = bytes.split(|b| *b == b'\n').next().unwrap_or_default();
     let object: Option<Value> = serde_json::from_slice(line).ok();
     first.is_ok() && object.is_some_and(|object| object["event"] == "session")
-}
-
-/// Log, trace, and trace of a session that was never ended.
-pub(super) fn files(stem: &Path) -> [PathBuf; 3] {
-    [".jsonl", ".csv", ".csv.partial"].map(|end| {
-        let mut name = stem.as_os_str().to_owned();
-        name.push(end);
-        PathBuf::from(name)
-    })
 }
 
 /// From the first sample to the last.

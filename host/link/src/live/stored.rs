@@ -1,7 +1,6 @@
 //! A session read back from the files that [`super::recording`] has written.
 
 use super::item::{is_time_s, Item, Windows};
-use super::sessions::files;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
@@ -17,7 +16,7 @@ pub struct Stored {
     pub finished: bool,
     /// When it began: RFC 3339, universal time.
     pub started: Option<String>,
-    /// All that happened, in order.
+    /// All that happened, in the order of its time.
     pub items: Vec<Item>,
 }
 
@@ -37,10 +36,9 @@ impl Stored {
             .help("put it back there, or choose another session"));
         }
         let trace = if finished { whole } else { partial };
-        let mut samples = stretches(&samples(&trace)?).into_iter().peekable();
         let mut started = None;
         let mut windows = Windows::default();
-        let mut items = Vec::new();
+        let mut items = stretches(&samples(&trace)?);
         for (number, line) in lines(&log)? {
             let unreadable = || {
                 let what = "this is no line of a session's log: it was changed or cut off";
@@ -56,16 +54,23 @@ impl Stored {
                     if let Item::Event { event, trends, .. } = &mut item {
                         *trends = windows.take(event);
                     }
-                    while let Some(stretch) = samples.next_if(|s| s.at() <= item.at()) {
-                        items.push(stretch);
-                    }
                     items.push(item);
                 }
             }
         }
-        items.extend(samples);
+        // The log has them in the order they came: a window is sent after marks that are set later than it ends.
+        items.sort_by_key(Item::at);
         Ok(Self { trace, finished, started, items })
     }
+}
+
+/// Log, trace, and trace of a session that was never ended.
+pub(super) fn files(stem: &Path) -> [PathBuf; 3] {
+    [".jsonl", ".csv", ".csv.partial"].map(|end| {
+        let mut name = stem.as_os_str().to_owned();
+        name.push(end);
+        PathBuf::from(name)
+    })
 }
 
 /// The common name of a session's files.
@@ -152,4 +157,21 @@ fn stretches(samples: &[(u64, f64)]) -> Vec<Item> {
         }
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn items_are_in_the_order_of_their_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let stem = folder.path().join("session");
+        let mark =
+            |time_s: f64| format!("{{\"event\":\"mark\",\"time_s\":{time_s},\"text\":\"m\"}}\n");
+        std::fs::write(stem.with_extension("jsonl"), mark(0.004) + &mark(0.002)).unwrap();
+        std::fs::write(stem.with_extension("csv"), "time_s,yaw_deg\n0.001,1\n0.003,2\n").unwrap();
+        let stored = Stored::open(&stem).unwrap();
+        assert_eq!(stored.items.iter().map(Item::at).collect::<Vec<_>>(), [1, 2, 3, 4]);
+    }
 }

@@ -113,7 +113,13 @@ impl Playing<'_> {
             Order::Speed(speed) => self.replay.speed = speed.clamp(SPEEDS[0], SPEEDS[1]),
             Order::Jump(time_s) => self.jump(*time_s),
             // Of a device.
-            Order::Record | Order::StopRecording | Order::Mark(_) | Order::Leave => return,
+            Order::Record
+            | Order::StopRecording
+            | Order::Mark(_)
+            | Order::Measure(_)
+            | Order::Skip
+            | Order::Back
+            | Order::Leave => return,
         }
         self.tell_place();
         self.teller.tell();

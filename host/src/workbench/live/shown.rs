@@ -2,6 +2,7 @@
 
 use super::super::news::News;
 use super::seen::Seen;
+use crate::campaign::plan::Wanted;
 use serde_json::{json, Value};
 use std::sync::mpsc::{channel, Receiver, Sender};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -14,6 +15,10 @@ pub enum Order {
     Record,
     StopRecording,
     Mark(String),
+    /// What the coming releases are made under; then: leave the next one out, make the last one again.
+    Measure(Box<Wanted>),
+    Skip,
+    Back,
     /// For stored sessions: play, pause, speed (times real time), jump to this time.
     Play,
     Pause,

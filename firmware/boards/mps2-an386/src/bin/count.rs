@@ -114,7 +114,7 @@ fn main() -> ! {
 
     release(&mut counter);
     debug::exit(debug::EXIT_SUCCESS);
-    unreachable!("QEMU has been told to exit")
+    unreachable!("QEMU was asked to exit")
 }
 
 /// Lets go of a model and counts what the samples cost.

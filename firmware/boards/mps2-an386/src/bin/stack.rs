@@ -39,7 +39,7 @@ fn main() -> ! {
     let deepest = stack::deepest().expect("paint is left") - stack::depth();
     say(&["signature ", digits(deepest as u32, 10, &mut [0; 10])]);
     debug::exit(debug::EXIT_SUCCESS);
-    unreachable!("QEMU has been told to exit")
+    unreachable!("QEMU was asked to exit")
 }
 
 /// Says the deepest stack so far, this much done.

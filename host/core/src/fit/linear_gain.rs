@@ -2,14 +2,14 @@
 
 use crate::effects::Effect;
 use crate::fit::fitting::Fitted;
+use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::{problem_of_one, Release};
-use crate::fit::swing::Swing;
 use crate::solver::{Normal, Problem};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// What one linear step would leave of `inner`'s sum of squares with `effect` added, and how many numbers it takes.
 /// Exact near the minimum, which is where it decides; elsewhere it orders.
-pub fn promise(swing: &Swing, inner: &Fitted, effect: &Effect) -> (f64, usize) {
+pub fn linear_gain(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> (f64, usize) {
     let structure = inner.structure.with(effect);
     let n = inner.parameters.len();
     if let Effect::Own(own) = effect {
@@ -17,14 +17,14 @@ pub fn promise(swing: &Swing, inner: &Fitted, effect: &Effect) -> (f64, usize) {
         return (0.0, own.parameters.len());
     }
     let mut best = (inner.sum_of_squares, 1);
-    for start in crate::fit::starts::of(swing, inner, effect) {
+    for start in crate::fit::starts::of(decay, inner, effect) {
         // From zero, where the model is that of `inner`; a frequency is tried where the residual has its lines.
         if start[0] != 0.0 {
             continue;
         }
         let mut p = inner.parameters.clone();
         p.extend(&start);
-        let problem = problem_of_one(Release { swing, count: inner.count }, &structure, &p);
+        let problem = problem_of_one(Release { decay, count: inner.count }, &structure, &p);
         let mut normal = Normal::new(p.len());
         problem.evaluate(&p, &mut normal);
         let (a, g) = (normal.matrix(), normal.gradient());
@@ -38,7 +38,7 @@ pub fn promise(swing: &Swing, inner: &Fitted, effect: &Effect) -> (f64, usize) {
         let g = DVector::from_iterator(used.len(), used.iter().map(|&i| g[i]));
         let Some(step) = Cholesky::new(part).map(|c| c.solve(&g)) else { continue };
         // The problem's residuals count over the noise, the model's are angles.
-        let gain = step.dot(&g) * swing.noise_rad.powi(2);
+        let gain = step.dot(&g) * decay.noise_rad.powi(2);
         let inward = !only_up || used.len() <= n || -step[n] > 0.0;
         let left = (inner.sum_of_squares - gain).max(0.0);
         if inward && left < best.0 {

@@ -7,7 +7,7 @@ use crate::diagnosis::search::{self, LEAST_SHARE_SQUARED};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{fit_added, fit_plain, fit_removed, Fitted};
-use crate::fit::swing::Swing;
+use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
 use rayon::prelude::*;
 
@@ -18,7 +18,7 @@ const MOST_EFFECTS: usize = 4;
 
 /// The releases with the wind speed of each.
 pub struct Releases<'a> {
-    pub swings: Vec<&'a Swing>,
+    pub decays: Vec<&'a FreeDecay>,
     pub wind_speed_m_s: Vec<f64>,
 }
 
@@ -26,12 +26,12 @@ impl Releases<'_> {
     /// # Errors
     /// [`Error::Interrupted`](crate::error::Error::Interrupted) once somebody has asked for it.
     pub fn check(&self) -> Result<()> {
-        self.swings.iter().try_for_each(|swing| swing.stop.check())
+        self.decays.iter().try_for_each(|decay| decay.stop.check())
     }
 
     fn pick(&self, which: &[usize]) -> Self {
         Self {
-            swings: which.iter().map(|&i| self.swings[i]).collect(),
+            decays: which.iter().map(|&i| self.decays[i]).collect(),
             wind_speed_m_s: which.iter().map(|&i| self.wind_speed_m_s[i]).collect(),
         }
     }
@@ -53,7 +53,7 @@ impl Model {
     /// The releases it explains worst.
     fn worst(&self, releases: &Releases) -> Vec<usize> {
         let over: Vec<f64> =
-            self.fits.iter().zip(&releases.swings).map(|(f, swing)| f.over_noise(swing)).collect();
+            self.fits.iter().zip(&releases.decays).map(|(f, decay)| f.over_noise(decay)).collect();
         let mut all: Vec<usize> = (0..over.len()).collect();
         all.sort_by(|&a, &b| over[b].total_cmp(&over[a]));
         all.truncate(SCREENED);
@@ -80,10 +80,10 @@ pub struct Judged {
 }
 
 /// Pooled rms of the residuals over each release's noise.
-pub fn over_noise<'a>(fits: impl IntoIterator<Item = &'a Fitted>, swings: &[&Swing]) -> f64 {
+pub fn over_noise<'a>(fits: impl IntoIterator<Item = &'a Fitted>, decays: &[&FreeDecay]) -> f64 {
     let (mut sum, mut n) = (0.0, 0.0);
-    for (fit, swing) in fits.into_iter().zip(swings) {
-        sum += fit.count as f64 * fit.over_noise(swing).powi(2);
+    for (fit, decay) in fits.into_iter().zip(decays) {
+        sum += fit.count as f64 * fit.over_noise(decay).powi(2);
         n += fit.count as f64;
     }
     f64::sqrt(sum / f64::max(n, 1.0))
@@ -137,12 +137,12 @@ fn evidence(
 
 /// Whether the effect shows in some release.
 fn matters(releases: &Releases, smaller: &[Fitted], larger: &[Fitted]) -> bool {
-    let share = |((small, large), swing): ((&Fitted, &Fitted), &&Swing)| {
+    let share = |((small, large), decay): ((&Fitted, &Fitted), &&FreeDecay)| {
         large.converged
-            && small.over_noise(swing).powi(2) - large.over_noise(swing).powi(2)
+            && small.over_noise(decay).powi(2) - large.over_noise(decay).powi(2)
                 > LEAST_SHARE_SQUARED
     };
-    smaller.iter().zip(larger).zip(&releases.swings).any(share)
+    smaller.iter().zip(larger).zip(&releases.decays).any(share)
 }
 
 /// Judges all releases as one.
@@ -154,13 +154,14 @@ pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
     let plain = Model {
         effects: Vec::new(),
         fits: releases
-            .swings
+            .decays
             .par_iter()
-            .map(|swing| fit_plain(swing, zero, swing.yaw_rad.len()))
+            .map(|decay| fit_plain(decay, zero, decay.yaw_rad.len()))
             .collect(),
     };
     let library: Vec<Effect> = Effect::deterministic()
         .filter(|e| !(zero && *e == Effect::StaticOffset) && *e != Effect::PendulumGravity)
+        .filter(|e| !e.is_flexible())
         .chain(options.own.iter().filter(|&e| matches!(e, Effect::Own(_))).cloned())
         .collect();
     let singles = screened(releases, &plain, &library)?;
@@ -215,10 +216,10 @@ pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
 
 /// Whether most releases with the wind on, or with it off, are randomly forced rather than explained by `best`.
 pub fn is_forced(releases: &Releases, plain: &Model, best: &Model) -> bool {
-    let each = releases.swings.par_iter().zip(&plain.fits).zip(&best.fits);
+    let each = releases.decays.par_iter().zip(&plain.fits).zip(&best.fits);
     let forced: Vec<bool> = each
-        .map(|((swing, plain), best)| {
-            !search::is_explained(best, swing) && forced_rather_than(swing, plain, best).is_some()
+        .map(|((decay, plain), best)| {
+            !search::is_explained(best, decay) && forced_rather_than(decay, plain, best).is_some()
         })
         .collect();
     let mostly = |on: bool| {
@@ -240,7 +241,7 @@ fn screened(releases: &Releases, inner: &Model, library: &[Effect]) -> Result<Ve
             let model = added(&releases, &inner, effect)?;
             Ok(Single {
                 effect: effect.clone(),
-                residual_over_noise: over_noise(&model.fits, &releases.swings),
+                residual_over_noise: over_noise(&model.fits, &releases.decays),
                 evidence: evidence(&releases, &inner.fits, &model.fits, effect),
                 converged: model.fits.iter().all(|fit| fit.converged),
                 model,
@@ -255,22 +256,22 @@ fn screened(releases: &Releases, inner: &Model, library: &[Effect]) -> Result<Ve
 fn each(
     releases: &Releases,
     inner: &Model,
-    fit: impl Fn(&Swing, &Fitted) -> Fitted + Sync,
+    fit: impl Fn(&FreeDecay, &Fitted) -> Fitted + Sync,
 ) -> Result<Vec<Fitted>> {
-    let all = inner.fits.par_iter().zip(&releases.swings);
-    all.map(|(inner, swing)| swing.stop.check().map(|()| fit(swing, inner))).collect()
+    let all = inner.fits.par_iter().zip(&releases.decays);
+    all.map(|(inner, decay)| decay.stop.check().map(|()| fit(decay, inner))).collect()
 }
 
 fn added(releases: &Releases, inner: &Model, effect: &Effect) -> Result<Model> {
     let mut effects = inner.effects.clone();
     effects.push(effect.clone());
-    let fits = each(releases, inner, |swing, fit| fit_added(swing, fit, effect))?;
+    let fits = each(releases, inner, |decay, fit| fit_added(decay, fit, effect))?;
     Ok(Model { effects, fits })
 }
 
 fn removed(releases: &Releases, model: &Model, effect: &Effect) -> Result<Model> {
     let effects = model.effects.iter().filter(|&e| *e != *effect).cloned().collect();
-    let fits = each(releases, model, |swing, fit| fit_removed(swing, fit, effect))?;
+    let fits = each(releases, model, |decay, fit| fit_removed(decay, fit, effect))?;
     Ok(Model { effects, fits })
 }
 
@@ -321,8 +322,8 @@ fn rivals(
                 None => added(releases, &inner, outside)?,
             };
             let there = evidence(releases, &inner.fits, &other.fits, outside);
-            let mut each = other.fits.iter().zip(&releases.swings);
-            if here - there < MARGIN && each.all(|(fit, swing)| search::is_explained(fit, swing)) {
+            let mut each = other.fits.iter().zip(&releases.decays);
+            if here - there < MARGIN && each.all(|(fit, decay)| search::is_explained(fit, decay)) {
                 out.push((inside.clone(), outside.clone()));
             }
         }

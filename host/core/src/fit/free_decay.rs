@@ -1,4 +1,4 @@
-//! The free swing of a record as the fits see it: block means on an even grid, and their noise floor.
+//! The free decay of a record as the fits see it: block means on an even grid, and their noise floor.
 
 use crate::effects::Scale;
 use crate::error::Result;
@@ -7,20 +7,21 @@ use crate::identify::gaps::{self, Warning};
 use crate::identify::{self, Settings, WindowEstimate};
 use crate::motion::simulate::Grid;
 use crate::record::Record;
+use crate::statistics::{rms_of_sixths, rms_of_thirds};
 use crate::stop::Stop;
 use std::f64::consts::TAU;
 
 /// Block means per cycle: those on which residual and noise floor are compared.
 const MEANS_PER_CYCLE: f64 = 50.0;
-/// Fewest means a cycle for which sixth differences leave next to nothing of the swing.
+/// Fewest means a cycle for which sixth differences leave next to nothing of the oscillation.
 const FINE: f64 = 40.0;
 
 /// Difference between two estimates of the noise that their scatter explains.
 const AGREE: f64 = 0.25;
 
-/// Movement of a held model, as a share of the swing's amplitude.
+/// Movement of a held model, as a share of the amplitude.
 const STILL: f64 = 0.03;
-/// Part of a cycle by which the swing has to begin late for its beginning to be sought.
+/// Part of a cycle after the release beyond which the first mean is taken to be late, and the release looked for.
 const LATE: f64 = 0.15;
 
 /// Everything between release and rest.
@@ -28,9 +29,9 @@ fn settings() -> Settings {
     Settings { from_deg: 360.0, to_deg: 1e-3, ..Settings::default() }
 }
 
-/// A free swing. Angles in rad, time from the release in s.
+/// A free decay. Angles in rad, time from the release in s.
 #[derive(Clone, Debug)]
-pub struct Swing {
+pub struct FreeDecay {
     pub grid: Grid,
     pub yaw_rad: Vec<f64>,
     /// Samples in a mean.
@@ -54,7 +55,7 @@ pub struct Swing {
     pub stop: Stop,
 }
 
-impl Swing {
+impl FreeDecay {
     /// Everything between release and rest.
     ///
     /// # Errors
@@ -75,12 +76,12 @@ impl Swing {
         let prepared =
             identify::prepare(record, &settings()).map_err(|refusal| refusal.of(record))?;
         let stretch = prepared.stretch();
-        let frequency = prepared.swing.frequency_rad_s;
+        let frequency = prepared.span.frequency_rad_s;
         let per_cycle = TAU / frequency / stretch.step_s;
         let block = (per_cycle / MEANS_PER_CYCLE).floor().max(1.0) as usize;
         let means = stretch.block_means(block);
         let step_s = block as f64 * stretch.step_s;
-        let release_time_s = prepared.swing.release_time_s;
+        let release_time_s = prepared.span.release_time_s;
         let yaw_rad: Vec<f64> = means.yaw_deg.iter().map(|y| y.to_radians()).collect();
         let grid = Grid {
             start_s: means.time_s[0] - release_time_s,
@@ -130,7 +131,7 @@ impl Swing {
         })
     }
 
-    /// The same swing from where the hand let go, and whether it was held before; none where it begins there already.
+    /// The same free decay from where the model was let go, and whether it was held before; none where it begins there already.
     /// The noise floor is kept.
     pub(crate) fn begun_at_release(&self, record: &Record) -> Option<(Self, bool)> {
         let prepared = identify::prepare(record, &settings()).ok()?;
@@ -150,7 +151,7 @@ impl Swing {
         }
         // The first means after the hold may still hold some of it.
         let from_s = release_time_s + if held { 2.0 * self.grid.step_s } else { 0.0 };
-        let means = all.between(from_s, prepared.swing.to_s).block_means(self.block);
+        let means = all.between(from_s, prepared.span.to_s).block_means(self.block);
         let yaw_rad: Vec<f64> = means.yaw_deg.iter().map(|y| y.to_radians()).collect();
         let grid =
             Grid { start_s: means.time_s[0] - release_time_s, count: yaw_rad.len(), ..self.grid };
@@ -158,8 +159,8 @@ impl Swing {
     }
 
     /// With the floor of coloured noise taken from the `residuals` of a good model, which show it down to frequencies
-    /// that the swing hides in the record.
-    pub fn sharpened(mut self, residuals: &[f64]) -> Self {
+    /// that the oscillation hides in the record.
+    pub(crate) fn sharpened(mut self, residuals: &[f64]) -> Self {
         let turn = TAU / self.per_cycle();
         if self.colour.is_none() {
             return self;
@@ -173,7 +174,7 @@ impl Swing {
     }
 
     /// Noise of the mean of `together` neighbouring means, and its correlation with the next such mean's.
-    pub fn noise_of(&self, together: usize) -> (f64, f64) {
+    pub(crate) fn noise_of(&self, together: usize) -> (f64, f64) {
         match &self.colour {
             None => (self.noise_rad / (together as f64).sqrt(), 0.0),
             Some(colour) => {
@@ -214,32 +215,4 @@ fn white_floor(means: &[f64], sample_noise: f64, block: usize) -> f64 {
     } else {
         shown
     }
-}
-
-/// Standard deviation of white noise from differences of order three, squares without the largest hundredth.
-fn rms_of_thirds(y: &[f64]) -> f64 {
-    let d = y.windows(4).map(|y| y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]).collect();
-    trimmed_rms(d) / 20.0_f64.sqrt()
-}
-
-/// The same of order six: a swing of fifty means a cycle leaves 4e-6 of its amplitude in them.
-fn rms_of_sixths(y: &[f64]) -> f64 {
-    let d = y
-        .windows(7)
-        .map(|y| y[0] + y[6] - 6.0 * (y[1] + y[5]) + 15.0 * (y[2] + y[4]) - 20.0 * y[3])
-        .collect();
-    trimmed_rms(d) / 924.0_f64.sqrt()
-}
-
-/// Root mean square without values beyond four of it: corners and wild samples are no noise.
-fn trimmed_rms(mut values: Vec<f64>) -> f64 {
-    for _ in 0..3 {
-        if values.is_empty() {
-            return 0.0;
-        }
-        let rms = (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
-        values.retain(|v| v.abs() <= 4.0 * rms);
-    }
-    let n = values.len().max(1) as f64;
-    (values.iter().map(|v| v * v).sum::<f64>() / n).sqrt()
 }

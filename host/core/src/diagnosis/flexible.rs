@@ -1,0 +1,78 @@
+//! Effects that bend to what simpler ones explain: near the noise they stand only where they are clearly likelier.
+
+use crate::bic::MARGIN;
+use crate::diagnosis::likelihood::{beyond, evidence, is_explained};
+use crate::effects::Effect;
+use crate::fit::fitting::{fit_added, Fitted};
+use crate::fit::free_decay::FreeDecay;
+use crate::fit::linear_gain::linear_gain;
+use rayon::prelude::*;
+
+/// Share of the residual that they have to take off what the simpler ones leave.
+const LEAST_GAIN: f64 = 0.05;
+/// Residual over noise beyond which likelihood has little to say, and a flexible effect is tried alone only.
+const FAR: f64 = 2.5;
+/// Of the sum of squares that the simple effects leave, what a linear step with a flexible one leaves at most.
+const PROMISING: f64 = 3.0;
+/// Uncertainties within which an exponent is a whole number.
+const WHOLE: f64 = 2.0;
+/// Yield angle, as a share of the amplitude, below which hysteresis is dry friction whose turning points are round.
+pub const AT_ONCE: f64 = 0.05;
+
+/// Whether what bends in `model` bends to what an effect with a name of its own is: a power of the rate to dry friction,
+/// viscous or quadratic damping, a spring that yields at once to dry friction.
+pub fn is_simple(model: &Fitted, decay: &FreeDecay) -> bool {
+    let numbers = model.effect_parameters();
+    let number = |effect: Effect, name: &str| {
+        let name = format!("{effect}.{name}");
+        numbers.iter().find(|(n, _)| *n == name).map(|(_, q)| *q)
+    };
+    let power = number(Effect::PowerDamping, "n").is_some_and(|n| {
+        let near = |whole: f64| (n.value - whole).abs() <= WHOLE * n.u;
+        !n.u.is_finite() || [0.0, 1.0, 2.0].into_iter().any(near)
+    });
+    let yields = number(Effect::Hysteresis, "y");
+    power || yields.is_some_and(|y| y.value < AT_ONCE * decay.amplitude_rad)
+}
+
+/// A model with one flexible effect that is clearly likelier than `accepted`, or as good with fewer effects: alone, beside
+/// one of the simple effects, or beside all of them. A single simple effect that explains the record stands as it is.
+pub fn instead(
+    decay: &FreeDecay,
+    plain: &Fitted,
+    accepted: &Fitted,
+    singles: &[Fitted],
+) -> Option<Fitted> {
+    let simple = beyond(plain, accepted);
+    let explained = is_explained(accepted, decay);
+    if explained && simple.len() < 2 {
+        return None;
+    }
+    let alone = |single: &&Fitted| beyond(plain, single).iter().all(|e| simple.contains(e));
+    let mut inner: Vec<&Fitted> = vec![plain];
+    if accepted.over_noise(decay) < FAR {
+        inner.extend(singles.iter().filter(|s| s.converged).filter(alone));
+        if !explained && simple.len() > 1 {
+            inner.push(accepted);
+        }
+    }
+    let flexible: Vec<Effect> = Effect::deterministic().filter(Effect::is_flexible).collect();
+    let tried: Vec<(&Fitted, &Effect)> =
+        inner.iter().flat_map(|i| flexible.iter().map(move |e| (*i, e))).collect();
+    let gain = |larger: &Fitted| evidence(accepted, larger, larger.effective_count());
+    let best = tried
+        .into_par_iter()
+        .filter(|(inner, effect)| {
+            linear_gain(decay, inner, effect).0 < PROMISING * accepted.sum_of_squares
+        })
+        .map(|(inner, effect)| fit_added(decay, inner, effect))
+        .filter(|larger| larger.converged && !is_simple(larger, decay))
+        .filter(|larger| {
+            beyond(plain, larger).len() < simple.len()
+                || larger.rms_rad() < (1.0 - LEAST_GAIN) * accepted.rms_rad()
+        })
+        .map(|larger| (gain(&larger), larger))
+        .filter(|(gain, _)| *gain > MARGIN)
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, larger)| larger)
+}

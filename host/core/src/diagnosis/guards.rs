@@ -1,0 +1,228 @@
+//! Numbers that physics forbids, or that a record does not fix: their effect is refused, and it is said why.
+
+use crate::effects::{Effect, State, Terms};
+use crate::fit::fitting::{Fitted, Structure};
+use crate::fit::free_decay::FreeDecay;
+use std::f64::consts::{PI, TAU};
+
+/// Uncertainties that a number is away from zero at least.
+const SIGNIFICANT: f64 = 3.0;
+/// Correlation of two numbers from which on only one combination of them is known.
+const CANCELLING: f64 = 0.9995;
+/// Amplitudes between the smallest and the largest at which damping is looked at, and angles in a cycle.
+const AMPLITUDES: usize = 12;
+const PHASES: usize = 200;
+/// Damping ratio below zero that is not told from none.
+const NEGATIVE: f64 = -1e-4;
+
+/// An effect that cannot stand, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refusal {
+    pub effect: Effect,
+    pub reason: String,
+}
+
+/// The first effect of `model` that cannot stand.
+pub fn refusal(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
+    unknown(model).or_else(|| cancelling(model)).or_else(|| feeding(model, decay))
+}
+
+/// An effect none of whose numbers is known to be other than zero, or one with a number at its bound.
+fn unknown(model: &Fitted) -> Option<Refusal> {
+    let numbers = model.effect_parameters();
+    model.structure.effects.iter().find_map(|effect| {
+        let own: Vec<_> = effect
+            .parameters()
+            .iter()
+            .map(|p| {
+                let name = format!("{effect}.{}", p.name);
+                (p, numbers.iter().find(|(n, _)| *n == name).map(|(_, q)| *q).expect("a number"))
+            })
+            .collect();
+        let refused = |reason: String| Some(Refusal { effect: effect.clone(), reason });
+        if let Some((p, q)) = own.iter().find(|(p, q)| q.value <= p.min || q.value >= p.max) {
+            return refused(format!(
+                "{} = {:.4} {} is at its bound: no value within makes the model fit better",
+                p.name, q.value, p.unit
+            ));
+        }
+        if let Some((p, _)) = own.iter().find(|(_, q)| q.u == 0.0 || !q.u.is_finite()) {
+            return refused(format!("the record does not say how well {} is known", p.name));
+        }
+        let known = |q: crate::quantity::Quantity| q.value.abs() > SIGNIFICANT * q.u;
+        match own.iter().any(|(_, q)| known(*q)) {
+            true => None,
+            false => {
+                let (p, q) = own[0];
+                refused(format!("{} = {q} {} is not known to be other than zero", p.name, p.unit))
+            }
+        }
+    })
+}
+
+/// Two effects of which the record fixes one combination only: the later one.
+fn cancelling(model: &Fitted) -> Option<Refusal> {
+    let covariance = model.covariance.as_ref()?;
+    let effects = &model.structure.effects;
+    let numbers = |e: &Effect| {
+        let at = model.start_of(e);
+        at..at + e.parameters().len()
+    };
+    let correlation =
+        |a: usize, b: usize| covariance[(a, b)] / (covariance[(a, a)] * covariance[(b, b)]).sqrt();
+    let pairs = (0..effects.len()).flat_map(|i| (0..i).map(move |j| (j, i)));
+    pairs.into_iter().find_map(|(j, i)| {
+        let tied = numbers(&effects[i])
+            .any(|a| numbers(&effects[j]).any(|b| correlation(a, b).abs() > CANCELLING));
+        tied.then(|| Refusal {
+            effect: effects[i].clone(),
+            reason: format!(
+                "it and {} cancel one another: the record fixes one combination of them only",
+                effects[j]
+            ),
+        })
+    })
+}
+
+/// Without wind nothing feeds the motion: where the damping would be below zero, of the model as a whole at some
+/// amplitude or of its plain part, the effect that makes it so.
+fn feeding(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
+    let amplitudes: Vec<f64> = decay.windows.iter().map(|w| w.amplitude_deg.to_radians()).collect();
+    let largest = amplitudes.iter().copied().fold(0.0, f64::max);
+    let least = amplitudes.iter().copied().fold(largest, f64::min);
+    let grows = decay.windows.iter().any(|w| w.damping_ratio < 0.0);
+    if decay.wind_speed_m_s > 0.0 || grows || least <= 0.0 {
+        return None;
+    }
+    let wn = model.parameters[0];
+    let zeta = model.damping_ratio();
+    let of = |effect: &Effect, amplitude: f64| {
+        let structure = Structure { effects: vec![effect.clone()], ..Structure::default() };
+        let varied = model.varied(effect).unwrap_or_default();
+        let mut terms = Terms::default();
+        structure.effects[0].write(varied, &mut terms);
+        equivalent_damping_ratio(&terms, wn, amplitude)
+    };
+    let effects = &model.structure.effects;
+    for k in 0..=AMPLITUDES {
+        let amplitude = least * (largest / least).powf(k as f64 / AMPLITUDES as f64);
+        let each: Vec<f64> = effects.iter().map(|e| of(e, amplitude)).collect();
+        let total = zeta.value + each.iter().sum::<f64>();
+        if total < NEGATIVE {
+            let worst = (0..effects.len()).min_by(|a, b| each[*a].total_cmp(&each[*b]))?;
+            return Some(Refusal {
+                effect: effects[worst].clone(),
+                reason: format!(
+                    "with it the damping ratio would be {total:.4} at {:.2} deg, and without wind nothing feeds the motion",
+                    amplitude.to_degrees()
+                ),
+            });
+        }
+    }
+    if zeta.value + SIGNIFICANT * zeta.u < 0.0 {
+        let each: Vec<f64> = effects.iter().map(|e| of(e, largest)).collect();
+        let most = (0..effects.len()).max_by(|a, b| each[*a].total_cmp(&each[*b]))?;
+        return Some(Refusal {
+            effect: effects[most].clone(),
+            reason: format!(
+                "it needs a damping ratio of {zeta} beside it, and without wind nothing feeds the motion"
+            ),
+        });
+    }
+    None
+}
+
+/// Damping ratio that takes as much energy out of a cycle of this amplitude as the moments do.
+fn equivalent_damping_ratio(terms: &Terms, wn: f64, amplitude_rad: f64) -> f64 {
+    let mut lost = 0.0;
+    for k in 0..PHASES {
+        let (sin, cos) = (TAU * (k as f64 + 0.5) / PHASES as f64).sin_cos();
+        let (yaw_rad, rate_rad_s) = (amplitude_rad * cos, -amplitude_rad * wn * sin);
+        let state = State { yaw_rad, rate_rad_s, time_s: 0.0, spring_moment_rad_s2: 0.0 };
+        lost -= terms.smooth_moment(&state, 0.0) * rate_rad_s;
+    }
+    let smooth = lost * TAU / (PHASES as f64 * wn) / (TAU * (wn * amplitude_rad).powi(2));
+    smooth + 2.0 * terms.dry_friction_rad_s2 / (PI * wn * wn * amplitude_rad)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::Record;
+    use nalgebra::DMatrix;
+
+    /// Against the closed forms of describing functions.
+    #[test]
+    fn damping_over_a_cycle_is_that_of_the_describing_functions() {
+        let (wn, a) = (7.0, 0.2);
+        for (effect, p, expected) in [
+            (Effect::CoulombFriction, 0.1, 2.0 * 0.1 / (PI * wn * wn * a)),
+            (Effect::QuadraticDamping, 0.3, 4.0 * 0.3 * a / (3.0 * PI)),
+            (Effect::CubicDamping, -2.0, -2.0 * a * a / (8.0 * wn)),
+            (Effect::CubicStiffness, 40.0, 0.0),
+        ] {
+            let terms = Terms::of([(effect.clone(), &[p][..])]);
+            let found = equivalent_damping_ratio(&terms, wn, a);
+            assert!((found - expected).abs() < 1e-4 * expected.abs().max(1e-3), "{effect} {found}");
+        }
+    }
+
+    /// A release from 12 deg down to 1 deg, and a model of it with given numbers and a covariance.
+    fn model(
+        zeta: f64,
+        effects: &[(Effect, f64, f64)],
+        correlation: f64,
+        wind: f64,
+    ) -> (Fitted, FreeDecay) {
+        let time_s: Vec<f64> = (0..6000).map(|k| f64::from(k) / 200.0).collect();
+        let yaw_deg = time_s.iter().map(|t| 12.0 * (-0.08 * t).exp() * (7.0 * t).cos()).collect();
+        let record = Record { file: "mine".into(), time_s, yaw_deg };
+        let decay = FreeDecay { wind_speed_m_s: wind, ..FreeDecay::of(&record).unwrap() };
+        let structure = Structure {
+            effects: effects.iter().map(|e| e.0.clone()).collect(),
+            ..Structure::default()
+        };
+        let mut p = vec![7.0, zeta, 0.2, 0.0];
+        let mut u = vec![1e-4, 1e-4, 1e-4, 1e-4];
+        for (_, value, uncertainty) in effects {
+            p.push(*value);
+            u.push(*uncertainty);
+        }
+        let n = p.len();
+        let tied = |a: usize, b: usize| a != b && a >= 4 && b >= 4;
+        let covariance = DMatrix::from_fn(n, n, |a, b| {
+            let r = if a == b { 1.0 } else { f64::from(u8::from(tied(a, b))) * correlation };
+            r * u[a] * u[b]
+        });
+        let residuals: Vec<f64> =
+            (0..1000).map(|k| if k % 2 == 0 { 1e-4 } else { -1e-4 }).collect();
+        (Fitted::new(structure, p, residuals, true, Some(covariance), wind), decay)
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_and_it_is_said_why() {
+        let friction = (Effect::CoulombFriction, 0.1, 0.001);
+        let drag = (Effect::QuadraticDamping, 0.3, 0.001);
+        let falling = (Effect::CubicDamping, -20.0, 0.1);
+        let at_bound = (Effect::QuadraticDamping, 0.0, 0.001);
+        let unknown = (Effect::CubicStiffness, 1.0, 0.9);
+        for (zeta, effects, correlation, wind, words) in [
+            (0.01, vec![friction.clone(), drag.clone()], 0.5, 0.0, None),
+            (0.01, vec![friction.clone(), drag.clone()], 0.9999, 0.0, Some("cancel one another")),
+            (0.01, vec![at_bound], 0.0, 0.0, Some("at its bound")),
+            (0.01, vec![unknown], 0.0, 0.0, Some("other than zero")),
+            (0.01, vec![falling.clone()], 0.0, 0.0, Some("would be -0.00")),
+            (0.01, vec![falling], 0.0, 10.0, None),
+            (-0.002, vec![drag.clone(), friction.clone()], 0.0, 0.0, Some("needs a damping ratio")),
+            (-0.002, vec![drag, friction], 0.0, 10.0, None),
+        ] {
+            let (model, decay) = model(zeta, &effects, correlation, wind);
+            let found = refusal(&model, &decay).map(|r| r.reason);
+            match (words, &found) {
+                (None, None) => {}
+                (Some(words), Some(reason)) if reason.contains(words) => {}
+                _ => panic!("{zeta} {effects:?} {wind}: {found:?}"),
+            }
+        }
+    }
+}

@@ -1,0 +1,382 @@
+//! What several releases of one rig lack, judged as one.
+//!
+//! Each release has a natural frequency, damping ratio, rest angle and state of its own, and unless asked otherwise one
+//! coefficient of each effect is common to all. The effects are those that survive in the single releases, less those
+//! without which a release that was left out is predicted as well: its own numbers are estimated anew, what is common
+//! comes from the others.
+
+use crate::diagnosis::account::{self, Left};
+use crate::diagnosis::diagnose::{modal, Modal, Status, Step, MOST_LEFT, SECOND_ORDER, SMALL};
+use crate::diagnosis::likelihood::is_explained;
+use crate::diagnosis::prediction::Prediction;
+use crate::diagnosis::survivors::{self, Survivors};
+use crate::effects::Effect;
+use crate::error::Result;
+use crate::fit::fitting::{Limit, Number, Structure};
+use crate::fit::floor;
+use crate::fit::free_decay::FreeDecay;
+use crate::fit::joint::{self, JointFit, Release, Sharing};
+use crate::fit::segments::{fit_from, PieceFit, ROUGH};
+use crate::quantity::Quantity;
+use crate::record::Record;
+use crate::stop::Stop;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Effects that are tried in common, those of most releases first.
+const MOST_EFFECTS: usize = 5;
+
+/// What the releases have in common.
+#[derive(Clone, Debug, Default)]
+pub struct Common {
+    /// Natural frequency and damping ratio too.
+    pub same_rig: bool,
+    /// Effects of which each release has a coefficient of its own.
+    pub own: Vec<Effect>,
+    /// Effects of the model that is there already: they stay.
+    pub present: Vec<Effect>,
+    pub stop: Stop,
+}
+
+/// All that is said about several releases. Rms in deg, ratios to the noise floor of block means.
+#[derive(Clone, Debug, Serialize)]
+pub struct SeveralDiagnosis {
+    pub noise_rms_deg: f64,
+    pub mean_noise_deg: f64,
+    pub status: Status,
+    /// In the order in which they help.
+    pub effects: Vec<Effect>,
+    pub indistinguishable: Vec<[Effect; 2]>,
+    /// Of all releases, where they have it in common.
+    pub modal: Option<Modal>,
+    pub steps: Vec<Step>,
+    /// What `held_out_over_noise` was held out.
+    pub held_out: &'static str,
+    /// By effect: whether its coefficients are one for all releases.
+    pub sharing: BTreeMap<String, &'static str>,
+    pub left: Left,
+    pub sentence: String,
+    pub records: Vec<OfRecord>,
+}
+
+/// One release's share of the answer.
+#[derive(Clone, Debug, Serialize)]
+pub struct OfRecord {
+    pub file: String,
+    pub modal: Modal,
+    pub rest_angle_deg: Quantity,
+    pub residual_rms_deg: f64,
+    pub residual_over_noise: f64,
+    pub parameters: BTreeMap<String, Quantity>,
+}
+
+/// A release with what survives in it alone.
+struct Begun {
+    decay: FreeDecay,
+    survivors: Survivors,
+}
+
+impl Begun {
+    fn alone(&self) -> &PieceFit {
+        &self.survivors.path.last().expect("the plain model").model.fit
+    }
+
+    /// Numbers of `effect` in the release alone.
+    fn numbers(&self, effect: &Effect) -> Option<&[f64]> {
+        let fit = self.alone();
+        let k = fit.structure.effects.iter().position(|e| e == effect)?;
+        let at = fit.start_of(k);
+        Some(&fit.common[at..at + effect.parameters().len()])
+    }
+}
+
+struct Set<'a> {
+    begun: &'a [Begun],
+    common: &'a Common,
+    effects: Vec<Effect>,
+}
+
+impl Set<'_> {
+    fn without(&self, effect: &Effect) -> Self {
+        let effects = self.effects.iter().filter(|e| *e != effect).cloned().collect();
+        Self { effects, ..*self }
+    }
+
+    fn structure(&self, release: usize) -> Structure {
+        let effects = self.effects.clone();
+        Structure { effects, ..self.begun[release].alone().structure.clone() }
+    }
+
+    /// Whose coefficients of each effect `which` have, of whom `of` says which release it is.
+    fn sharing(&self, of: &[usize]) -> Sharing {
+        let groups = |e: &Effect| {
+            let own = self.common.own.contains(e);
+            of.iter().map(|&i| Some(if own { i } else { 0 })).collect()
+        };
+        let modal = of.iter().map(|&i| if self.common.same_rig { 0 } else { i }).collect();
+        Sharing { modal, effects: self.effects.iter().map(groups).collect() }
+    }
+
+    /// Mean of each effect's numbers over those of `which` in which it survives.
+    fn mean(&self, which: &[usize]) -> Vec<Vec<f64>> {
+        let of = |effect: &Effect| {
+            let known: Vec<&[f64]> =
+                which.iter().filter_map(|&i| self.begun[i].numbers(effect)).collect();
+            let n = known.len().max(1) as f64;
+            let number = |k: usize| known.iter().map(|p| p[k]).sum::<f64>() / n;
+            (0..effect.parameters().len()).map(number).collect()
+        };
+        self.effects.iter().map(of).collect()
+    }
+
+    /// Release `i` on its long pieces with these numbers of the effects that it has not for itself, and where it is the
+    /// same rig these modal values.
+    fn given(&self, i: usize, numbers: &[Vec<f64>], modal: Option<[f64; 2]>) -> PieceFit {
+        let begun = &self.begun[i];
+        let mut structure = self.structure(i);
+        let mut common = begun.alone().common[..3].to_vec();
+        let mut fix = |number, value| {
+            structure.limits.push(Limit { number, low: value, high: value });
+        };
+        if let Some([wn, zeta]) = modal {
+            (common[0], common[1]) = (wn, zeta);
+            fix(Number::NaturalFrequency, wn);
+            fix(Number::DampingRatio, zeta);
+        }
+        for (effect, numbers) in self.effects.iter().zip(numbers) {
+            let own = self.common.own.contains(effect);
+            for (k, value) in numbers.iter().enumerate() {
+                if !own && !effect.belongs_to_release(k) {
+                    fix(Number::Of(effect.clone(), k), *value);
+                }
+            }
+            common.extend(numbers);
+        }
+        fit_from(&begun.survivors.lengths.long, &structure, &common, ROUGH)
+    }
+
+    /// The long pieces of `which` fitted at once.
+    fn fitted(&self, which: &[usize]) -> JointFit {
+        let mean = self.mean(which);
+        let fits: Vec<PieceFit> = which.par_iter().map(|&i| self.given(i, &mean, None)).collect();
+        let (mut releases, mut starts, mut of) = (Vec::new(), Vec::new(), Vec::new());
+        for (&i, fit) in which.iter().zip(&fits) {
+            for (k, piece) in self.begun[i].survivors.lengths.long.decays.iter().enumerate() {
+                releases.push(Release::whole(piece));
+                starts.push(fit.numbers(k));
+                of.push(i);
+            }
+        }
+        joint::fit(&releases, &self.structure(which[0]), &self.sharing(&of), &starts)
+    }
+
+    /// The numbers of each effect in `fit`'s first release, and its modal values.
+    fn numbers(&self, fit: &JointFit) -> (Vec<Vec<f64>>, [f64; 2]) {
+        let of =
+            |effect: &Effect| fit.fits[0].varied(effect).map_or_else(Vec::new, <[f64]>::to_vec);
+        let modal = [fit.fits[0].parameters[0], fit.fits[0].parameters[1]];
+        (self.effects.iter().map(of).collect(), modal)
+    }
+
+    /// Each release predicted from the others.
+    fn predicted(&self) -> Result<Prediction> {
+        let all: Vec<usize> = (0..self.begun.len()).collect();
+        let mut errors = Vec::new();
+        for i in all.iter().copied() {
+            self.common.stop.check()?;
+            let others: Vec<usize> = all.iter().copied().filter(|j| *j != i).collect();
+            let (numbers, modal) = self.numbers(&self.fitted(&others));
+            let fit = self.given(i, &numbers, self.common.same_rig.then_some(modal));
+            let pieces = &self.begun[i].survivors.lengths.long.decays;
+            errors
+                .extend(fit.squares.iter().zip(pieces).map(|(s, p)| (*s, p.yaw_rad.len() as f64)));
+        }
+        Ok(Prediction::of(errors))
+    }
+
+    /// All releases whole, from where their pieces lead.
+    fn whole(&self) -> JointFit {
+        let all: Vec<usize> = (0..self.begun.len()).collect();
+        let (numbers, _) = self.numbers(&self.fitted(&all));
+        let starts: Vec<Vec<f64>> = all
+            .par_iter()
+            .map(|&i| {
+                let begun = &self.begun[i];
+                let pieces = self.given(i, &numbers, None);
+                survivors::whole(&begun.decay, &begun.survivors.lengths, &pieces).numbers(0)
+            })
+            .collect();
+        let releases: Vec<Release> = self.begun.iter().map(|b| Release::whole(&b.decay)).collect();
+        joint::fit(&releases, &self.structure(0), &self.sharing(&all), &starts)
+    }
+}
+
+/// Judges `records`, releases of one rig, as one.
+///
+/// # Errors
+/// Naming the record without a free decay; interrupted.
+pub fn diagnose_several(records: &[Record], common: &Common) -> Result<SeveralDiagnosis> {
+    let begun: Vec<Begun> = records
+        .iter()
+        .map(|record| {
+            let decay = FreeDecay { stop: common.stop.clone(), ..FreeDecay::of(record)? };
+            let survivors = survivors::search(&decay)?;
+            Ok(Begun { decay: floor::with_steps(decay, record), survivors })
+        })
+        .collect::<Result<_>>()?;
+    // From all that survives somewhere down to the plain model, what is missed least left out first.
+    let mut sets = vec![Set { begun: &begun, common, effects: proposed(&begun, common) }];
+    let mut predictions = vec![sets[0].predicted()?];
+    while let Some(larger) =
+        sets.last().filter(|s| s.effects.len() > common.present.len()).map(|s| s.effects.clone())
+    {
+        let from = sets.last().expect("a set");
+        let mut smaller = Vec::new();
+        for effect in larger.iter().filter(|e| !common.present.contains(e)) {
+            let set = from.without(effect);
+            smaller.push((set.predicted()?, set));
+        }
+        let best = smaller
+            .into_iter()
+            .min_by(|a, b| a.0.rms_rad().total_cmp(&b.0.rms_rad()))
+            .expect("an effect");
+        predictions.push(best.0);
+        sets.push(best.1);
+    }
+    sets.reverse();
+    predictions.reverse();
+    let mut last = 0;
+    for larger in 1..sets.len() {
+        if predictions[larger].is_better_than(&predictions[last]) {
+            last = larger;
+        }
+    }
+    sets.truncate(last + 1);
+    let wholes: Vec<JointFit> = sets.iter().map(Set::whole).collect();
+    common.stop.check()?;
+    Ok(told(records, &begun, &sets, &wholes, &predictions))
+}
+
+/// Effects that survive somewhere, those of most releases first, behind those that stay.
+fn proposed(begun: &[Begun], common: &Common) -> Vec<Effect> {
+    let mut votes: BTreeMap<Effect, usize> = BTreeMap::new();
+    for effect in begun.iter().flat_map(|b| &b.alone().structure.effects) {
+        *votes.entry(effect.clone()).or_default() += 1;
+    }
+    let mut out: Vec<(Effect, usize)> =
+        votes.into_iter().filter(|(e, _)| !common.present.contains(e)).collect();
+    out.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
+    out.truncate(MOST_EFFECTS);
+    common.present.iter().cloned().chain(out.into_iter().map(|(e, _)| e)).collect()
+}
+
+fn told(
+    records: &[Record],
+    begun: &[Begun],
+    sets: &[Set],
+    wholes: &[JointFit],
+    predictions: &[Prediction],
+) -> SeveralDiagnosis {
+    let mean_square = |of: &dyn Fn(&FreeDecay) -> f64| {
+        let sum: f64 = begun.iter().map(|b| of(&b.decay).powi(2)).sum();
+        (sum / begun.len() as f64).sqrt()
+    };
+    let noise_rad = mean_square(&|d| d.noise_rad);
+    let count: usize = begun.iter().map(|b| b.decay.yaw_rad.len()).sum();
+    let rms_rad = |joint: &JointFit| {
+        let sum: f64 = joint.fits.iter().map(|f| f.sum_of_squares).sum();
+        (sum / count as f64).sqrt()
+    };
+    let mut held_out = f64::INFINITY;
+    let steps: Vec<Step> = wholes
+        .iter()
+        .zip(predictions)
+        .zip(sets)
+        .enumerate()
+        .map(|(k, ((joint, prediction), set))| {
+            held_out = held_out.min(prediction.rms_rad() / noise_rad);
+            let before = k.checked_sub(1).map(|k| &sets[k].effects);
+            let new = |e: &&Effect| before.is_some_and(|b| !b.contains(e));
+            let raw = |f: &crate::fit::fitting::Fitted, b: &Begun| b.decay.raw_rms_deg(f.rms_rad());
+            let raws = joint.fits.iter().zip(begun).map(|(f, b)| raw(f, b).powi(2));
+            Step {
+                added: set.effects.iter().find(new).cloned(),
+                residual_rms_deg: (raws.sum::<f64>() / begun.len() as f64).sqrt(),
+                residual_over_noise: joint.over_noise(),
+                held_out_over_noise: held_out,
+                parameters: shared_numbers(joint, set),
+            }
+        })
+        .collect();
+    let (plain, last) = (&wholes[0], wholes.last().expect("a model"));
+    let effects: Vec<Effect> = steps.iter().filter_map(|s| s.added.clone()).collect();
+    let worst = last
+        .fits
+        .iter()
+        .zip(records)
+        .max_by(|a, b| a.0.rms_rad().total_cmp(&b.0.rms_rad()))
+        .map_or(String::new(), |(_, record)| record.file.display().to_string());
+    let amplitude = begun.iter().map(|b| b.decay.amplitude_rad).fold(0.0, f64::max);
+    let left = Left {
+        rms_deg: rms_rad(last).to_degrees(),
+        share_of_amplitude: rms_rad(last) / amplitude,
+        share_of_misfit: (rms_rad(last) / rms_rad(plain)).powi(2).min(1.0),
+        where_: format!("most of it in {worst}"),
+    };
+    let explained = last.fits.iter().zip(begun).all(|(f, b)| is_explained(f, &b.decay));
+    let status = match (explained, effects.is_empty()) {
+        (true, true) => Status::Adequate,
+        (true, false) => Status::Explained,
+        (false, _) if left.share_of_amplitude < SMALL => Status::MostlyExplained,
+        (false, false) if left.share_of_misfit < MOST_LEFT => Status::MostlyExplained,
+        (false, _) => Status::Unexplained,
+    };
+    let common = sets[0].common;
+    let sharing = effects.iter().map(|e| {
+        let own = common.own.contains(e);
+        (e.to_string(), if own { "each release its own" } else { "one for all releases" })
+    });
+    SeveralDiagnosis {
+        noise_rms_deg: mean_square(&|d| d.sample_noise_rad).to_degrees(),
+        mean_noise_deg: noise_rad.to_degrees(),
+        status,
+        indistinguishable: Vec::new(),
+        modal: common.same_rig.then(|| modal(&last.fits[0])),
+        steps,
+        held_out: "each release, from the others",
+        sharing: sharing.collect(),
+        sentence: account::sentence(&effects, &left, SECOND_ORDER),
+        effects,
+        left,
+        records: last
+            .fits
+            .iter()
+            .zip(records)
+            .zip(begun)
+            .map(|((fit, record), b)| {
+                let rest = account::rest_angle(fit);
+                OfRecord {
+                    file: record.file.display().to_string(),
+                    modal: modal(fit),
+                    rest_angle_deg: Quantity::new(rest.value.to_degrees(), rest.u.to_degrees()),
+                    residual_rms_deg: b.decay.raw_rms_deg(fit.rms_rad()),
+                    residual_over_noise: fit.over_noise(&b.decay),
+                    parameters: fit.effect_parameters().into_iter().collect(),
+                }
+            })
+            .collect(),
+    }
+}
+
+/// Numbers that are the same in all releases.
+fn shared_numbers(joint: &JointFit, set: &Set) -> BTreeMap<String, Quantity> {
+    let own = |name: &str| {
+        set.common.own.iter().any(|e| name.strip_prefix(e.id()).is_some_and(|n| n.starts_with('.')))
+    };
+    joint.fits[0].effect_parameters().into_iter().filter(|(name, _)| !own(name)).collect()
+}
+
+#[cfg(test)]
+#[path = "several_tests.rs"]
+mod tests;

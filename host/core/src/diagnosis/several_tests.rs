@@ -1,0 +1,74 @@
+use super::*;
+use crate::effects::Terms;
+use crate::motion::simulate::{Grid, Motion};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+const WN: f64 = 6.0;
+const FRICTION: f64 = 0.05;
+
+/// A release of a model with dry friction, at another amplitude and rest each, the last with a softer spring.
+fn release(k: usize, amplitude_deg: f64) -> Record {
+    let mut rng = ChaCha8Rng::seed_from_u64(k as u64);
+    let grid = Grid { start_s: 0.0, step_s: 0.01, count: 2000, mean_width_s: 0.0 };
+    let motion = Motion {
+        natural_frequency_rad_s: WN * if k == 2 { 0.9 } else { 1.0 },
+        damping_ratio: 0.006,
+        yaw_rad: amplitude_deg.to_radians(),
+        rate_rad_s: 0.0,
+        terms: Terms::of([
+            (Effect::CoulombFriction, &[FRICTION][..]),
+            (Effect::CubicStiffness, &[-30.0]),
+        ]),
+    };
+    let mut yaw_rad = vec![0.0; grid.count];
+    motion.readings(&grid, &mut yaw_rad);
+    let noise = |z: f64| 0.05 * z + 0.4 * k as f64;
+    Record {
+        file: format!("{k}.csv").into(),
+        time_s: (0..grid.count).map(|i| grid.time_s(i)).collect(),
+        yaw_deg: yaw_rad
+            .iter()
+            .map(|y| y.to_degrees() + noise(StandardNormal.sample(&mut rng)))
+            .collect(),
+    }
+}
+
+#[test]
+fn three_releases_share_their_coefficients_and_not_their_rest() {
+    let records = [release(0, 30.0), release(1, 18.0), release(2, 24.0)];
+    let found = diagnose_several(&records, &Common::default()).unwrap();
+    println!("{:?} {:?} {}", found.status, found.effects, found.sentence);
+    for effect in [Effect::CoulombFriction, Effect::CubicStiffness] {
+        assert!(found.effects.contains(&effect), "{effect}");
+    }
+    assert_eq!(found.effects.len(), 2);
+    assert_eq!(found.status, Status::Explained);
+    let last = found.steps.last().unwrap();
+    let c = last.parameters["coulomb_friction.c"];
+    assert!(c.holds(FRICTION, 3.0) && c.u < 0.03 * FRICTION, "{c}");
+    for (k, record) in found.records.iter().enumerate() {
+        assert!((record.rest_angle_deg.value - 0.4 * k as f64).abs() < 0.03, "{record:?}");
+        assert_eq!(record.parameters["coulomb_friction.c"].value, c.value);
+    }
+    assert!((found.records[2].modal.natural_frequency_rad_s.value / WN - 0.9).abs() < 1e-3);
+    let held: Vec<f64> = found.steps.iter().map(|s| s.held_out_over_noise).collect();
+    assert!(held.windows(2).all(|h| h[1] <= h[0]) && held.last().unwrap() < &1.2, "{held:?}");
+}
+
+#[test]
+fn one_spring_or_a_coefficient_each_where_asked() {
+    let records = [release(0, 30.0), release(1, 18.0)];
+    let common = Common { same_rig: true, own: vec![Effect::CoulombFriction], ..Common::default() };
+    let found = diagnose_several(&records, &common).unwrap();
+    let [a, b] = &found.records[..] else { panic!("two records") };
+    assert_eq!(a.modal.natural_frequency_rad_s.value, b.modal.natural_frequency_rad_s.value);
+    assert_eq!(
+        found.modal.unwrap().natural_frequency_rad_s.value,
+        a.modal.natural_frequency_rad_s.value
+    );
+    assert_ne!(a.parameters["coulomb_friction.c"].value, b.parameters["coulomb_friction.c"].value);
+    assert_eq!(found.sharing["coulomb_friction"], "each release its own");
+    assert!(!found.steps.last().unwrap().parameters.contains_key("coulomb_friction.c"));
+}

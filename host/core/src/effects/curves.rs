@@ -1,0 +1,187 @@
+//! The curves of a measured law: natural cubic splines through values at knots, from zero on.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Knots of each curve besides zero.
+pub const KNOTS: usize = 10;
+/// Rates at which damping is asked for lie nearer at small rates, where friction bends it.
+const RATE_POWER: i32 = 2;
+const YAW_POWER: i32 = 1;
+
+/// A curve of a measured law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// k: restoring moment, the same on both sides.
+    Stiffness,
+    /// e: restoring moment that differs from side to side.
+    UnevenStiffness,
+    /// d: dissipation, the same both ways.
+    Damping,
+    /// u: dissipation that differs from way to way.
+    UnevenDamping,
+}
+
+impl Part {
+    pub const ALL: [Self; 4] =
+        [Self::Stiffness, Self::UnevenStiffness, Self::Damping, Self::UnevenDamping];
+
+    /// As files write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Stiffness => "stiffness",
+            Self::UnevenStiffness => "uneven_stiffness",
+            Self::Damping => "damping",
+            Self::UnevenDamping => "uneven_damping",
+        }
+    }
+
+    pub(super) fn letter(self) -> char {
+        match self {
+            Self::Stiffness => 'k',
+            Self::UnevenStiffness => 'e',
+            Self::Damping => 'd',
+            Self::UnevenDamping => 'u',
+        }
+    }
+
+    pub(super) fn is_of_yaw(self) -> bool {
+        matches!(self, Self::Stiffness | Self::UnevenStiffness)
+    }
+
+    /// Of the same sign as yaw angle or rate.
+    pub(super) fn is_odd(self) -> bool {
+        matches!(self, Self::Stiffness | Self::Damping)
+    }
+}
+
+/// A curve's knots on [0, 1] and the slopes that a natural spline through values there has.
+#[derive(Clone, Debug)]
+pub(super) struct Shape {
+    power: i32,
+    pub(super) knots: Vec<f64>,
+    /// From values at all knots but the first, where the curve is zero, to slopes at all.
+    slopes: DMatrix<f64>,
+    flat_at_zero: bool,
+}
+
+impl Shape {
+    pub(super) fn of(part: Part) -> Self {
+        let power = if part.is_of_yaw() { YAW_POWER } else { RATE_POWER };
+        Self::new(power, part != Part::UnevenStiffness)
+    }
+
+    fn new(power: i32, flat_at_zero: bool) -> Self {
+        let knots: Vec<f64> = (0..=KNOTS).map(|k| (k as f64 / KNOTS as f64).powi(power)).collect();
+        let n = KNOTS;
+        let h = |i: usize| knots[i + 1] - knots[i];
+        // Slopes m from continuity of the second derivative: A m = B v.
+        let mut a = DMatrix::<f64>::zeros(n + 1, n + 1);
+        let mut b = DMatrix::<f64>::zeros(n + 1, n);
+        let mut value = |row: usize, knot: usize, x: f64| {
+            if knot > 0 {
+                b[(row, knot - 1)] += x;
+            }
+        };
+        for i in 1..n {
+            a[(i, i - 1)] = 1.0 / h(i - 1);
+            a[(i, i)] = 2.0 / h(i - 1) + 2.0 / h(i);
+            a[(i, i + 1)] = 1.0 / h(i);
+            value(i, i - 1, -3.0 / h(i - 1).powi(2));
+            value(i, i, 3.0 / h(i - 1).powi(2) - 3.0 / h(i).powi(2));
+            value(i, i + 1, 3.0 / h(i).powi(2));
+        }
+        if flat_at_zero {
+            a[(0, 0)] = 1.0;
+        } else {
+            (a[(0, 0)], a[(0, 1)]) = (2.0, 1.0);
+            value(0, 1, 3.0 / h(0));
+        }
+        (a[(n, n - 1)], a[(n, n)]) = (1.0, 2.0);
+        value(n, n - 1, -3.0 / h(n - 1));
+        value(n, n, 3.0 / h(n - 1));
+        let slopes = a.lu().solve(&b).expect("a diagonally dominant matrix");
+        Self { power, knots, slopes, flat_at_zero }
+    }
+
+    /// Rows whose squares add up to the integral of the squared second derivative.
+    pub(super) fn roughness(&self) -> DMatrix<f64> {
+        let n = KNOTS;
+        let x = |i: usize| self.knots[i];
+        let mut rows = DMatrix::zeros(n, n);
+        for i in 1..n {
+            let (back, ahead) = (x(i) - x(i - 1), x(i + 1) - x(i));
+            let w = 2.0 / (back + ahead) * (0.5 * (back + ahead)).sqrt();
+            rows[(i, i)] = w / ahead;
+            rows[(i, i - 1)] = -w * (1.0 / ahead + 1.0 / back);
+            if i > 1 {
+                rows[(i, i - 2)] = w / back;
+            }
+        }
+        let first = x(1);
+        // Flat at zero: the curve's mirror image goes on. Else only its size is held, weakly.
+        rows[(0, if self.flat_at_zero { 0 } else { n - 1 })] =
+            if self.flat_at_zero { 2.0 / (first * first) * (0.5 * first).sqrt() } else { 1.0 };
+        rows
+    }
+
+    pub(super) fn curve(&self, values: &[f64], reach: f64) -> Curve {
+        let slopes = &self.slopes * DVector::from_column_slice(values);
+        let at = |k: usize| if k == 0 { 0.0 } else { values[k - 1] };
+        let mut pieces = [[0.0; 4]; KNOTS];
+        for (k, piece) in pieces.iter_mut().enumerate() {
+            let h = self.knots[k + 1] - self.knots[k];
+            let (rise, m0, m1) = (at(k + 1) - at(k), h * slopes[k], h * slopes[k + 1]);
+            *piece = [at(k), m0, 3.0 * rise - 2.0 * m0 - m1, m0 + m1 - 2.0 * rise];
+        }
+        let mut edges = [0.0; KNOTS + 1];
+        edges.copy_from_slice(&self.knots);
+        Curve { power: self.power, edges, pieces, end_slope: slopes[KNOTS], scale: reach.recip() }
+    }
+}
+
+/// A spline with its numbers.
+#[derive(Clone, Debug)]
+pub(super) struct Curve {
+    power: i32,
+    edges: [f64; KNOTS + 1],
+    pieces: [[f64; 4]; KNOTS],
+    end_slope: f64,
+    scale: f64,
+}
+
+impl Curve {
+    #[inline]
+    pub(super) fn at(&self, size: f64) -> f64 {
+        let x = size * self.scale;
+        if x >= 1.0 {
+            let [a, b, c, d] = self.pieces[KNOTS - 1];
+            return a + b + c + d + self.end_slope * (x - 1.0);
+        }
+        let place = if self.power == RATE_POWER { x.sqrt() } else { x };
+        let k = ((place * KNOTS as f64) as usize).min(KNOTS - 1);
+        let t = (x - self.edges[k]) / (self.edges[k + 1] - self.edges[k]);
+        let [a, b, c, d] = self.pieces[k];
+        a + t * (b + t * (c + t * d))
+    }
+}
+
+/// The curves of a measured law with their numbers, as the integration follows them.
+#[derive(Clone, Debug)]
+pub(crate) struct Curves(pub(super) Vec<(Part, Curve)>);
+
+impl Curves {
+    /// What the law adds to b'' but for its friction, rad/s2.
+    #[inline]
+    pub fn moment(&self, yaw_rad: f64, rate_rad_s: f64) -> f64 {
+        let moment = |(part, curve): &(Part, Curve)| {
+            let x = if part.is_of_yaw() { yaw_rad } else { rate_rad_s };
+            let size = curve.at(x.abs());
+            if part.is_odd() && x < 0.0 {
+                size
+            } else {
+                -size
+            }
+        };
+        self.0.iter().map(moment).sum()
+    }
+}

@@ -1,0 +1,237 @@
+//! `measured_law`: restoring moment and dissipation beside wn^2 b and 2 zeta wn r as smooth curves, estimated.
+//!
+//! b'' = -2 zeta wn r - wn^2 b - K(b) - D(r), with K(b) = sign(b) k(|b|) + e(|b|) and
+//! D(r) = sign(r) (c + d(|r|)) + u(|r|). The curves k, e, d and u, as far as the law has them, are natural cubic splines
+//! through their values at knots from zero to the largest yaw angle and rate reached; they vanish at zero, all but e with
+//! their slope, so that wn and zeta are those of small motions. Beyond the last knot a curve goes on at its end slope.
+//! What the values may do is limited by a roughness: the integral of the squared curvature (P. J. Green and
+//! B. W. Silverman, Nonparametric Regression and Generalized Linear Models, 1994, chapter 2), each curve with a weight of
+//! its own.
+
+use super::curves::{Curves, Part, Shape, KNOTS};
+use super::law::{Card, Law, Parameter, Scale, Seen};
+use super::terms::Terms;
+
+/// The identifier of a measured law.
+pub const MEASURED_LAW: &str = "measured_law";
+
+use nalgebra::{DMatrix, DVector};
+use std::borrow::Cow;
+use std::sync::Arc;
+
+/// The shape of a measured law: its curves, where their knots are, and how rough they may be. Its values are parameters.
+#[derive(Clone, Debug)]
+pub struct MeasuredLaw {
+    pub yaw_rad: f64,
+    pub rate_rad_s: f64,
+    /// Each with the weight of its roughness; larger is smoother.
+    pub parts: Vec<(Part, f64)>,
+    /// Whether the dissipation jumps at r = 0.
+    pub friction: bool,
+    /// Whether d takes energy out at every rate.
+    pub dissipative: bool,
+    parameters: Vec<Parameter>,
+    shapes: Vec<Shape>,
+}
+
+impl MeasuredLaw {
+    /// A law known up to `yaw_rad` and `rate_rad_s`. Its parameters: the values of each part at its knots (`k1` ... of
+    /// the stiffness, then `e`, `d`, `u`), and with `friction` the jump `c` of the dissipation at r = 0.
+    pub fn new(
+        yaw_rad: f64,
+        rate_rad_s: f64,
+        parts: Vec<(Part, f64)>,
+        friction: bool,
+        dissipative: bool,
+    ) -> Self {
+        let parameter = |name: String, min: f64| Parameter {
+            name: Cow::Owned(name),
+            unit: Cow::Borrowed("rad/s2"),
+            min,
+            max: f64::INFINITY,
+        };
+        let mut parameters = Vec::new();
+        for (part, _) in &parts {
+            let least = if dissipative && *part == Part::Damping { 0.0 } else { f64::NEG_INFINITY };
+            parameters
+                .extend((1..=KNOTS).map(|k| parameter(format!("{}{k}", part.letter()), least)));
+        }
+        if friction {
+            parameters.push(parameter("c".to_owned(), 0.0));
+        }
+        let shapes = parts.iter().map(|(part, _)| Shape::of(*part)).collect();
+        Self { yaw_rad, rate_rad_s, parts, friction, dissipative, parameters, shapes }
+    }
+
+    /// With other parts or weights, and with or without friction.
+    pub fn with(&self, parts: Vec<(Part, f64)>, friction: bool) -> Self {
+        Self::new(self.yaw_rad, self.rate_rad_s, parts, friction, self.dissipative)
+    }
+
+    /// The parameters of no moment.
+    pub fn no_law(&self) -> Vec<f64> {
+        vec![0.0; self.parameters.len()]
+    }
+
+    /// `values` of the parameters of `self` as those of `other`, zero for what `self` does not have.
+    pub fn translated(&self, values: &[f64], other: &Self) -> Vec<f64> {
+        let of = |parameter: &Parameter| {
+            let at = self.parameters.iter().position(|p| p.name == parameter.name);
+            at.map_or(0.0, |at| values[at])
+        };
+        other.parameters.iter().map(of).collect()
+    }
+
+    fn reach(&self, part: Part) -> f64 {
+        if part.is_of_yaw() {
+            self.yaw_rad
+        } else {
+            self.rate_rad_s
+        }
+    }
+
+    /// Where the knots of `part` are, rad or rad/s.
+    pub fn knots(&self, part: Part) -> Vec<f64> {
+        Shape::of(part).knots[1..].iter().map(|x| x * self.reach(part)).collect()
+    }
+
+    /// K at `yaw_rad` and D at `rate_rad_s` as rows that the parameters are multiplied with, rad/s2. D at zero is zero.
+    pub fn rows(&self, yaw_rad: f64, rate_rad_s: f64) -> [DVector<f64>; 2] {
+        let n = self.parameters.len();
+        let (mut stiffness, mut damping) = (DVector::zeros(n), DVector::zeros(n));
+        let sign = |x: f64| if x == 0.0 { 0.0 } else { x.signum() };
+        for (i, (&(part, _), shape)) in self.parts.iter().zip(&self.shapes).enumerate() {
+            let (x, row) = match part.is_of_yaw() {
+                true => (yaw_rad, &mut stiffness),
+                false => (rate_rad_s, &mut damping),
+            };
+            for k in 0..KNOTS {
+                let mut values = [0.0; KNOTS];
+                values[k] = 1.0;
+                let size = shape.curve(&values, self.reach(part)).at(x.abs());
+                row[i * KNOTS + k] = size * if part.is_odd() { sign(x) } else { 1.0 };
+            }
+        }
+        if self.friction {
+            damping[n - 1] = sign(rate_rad_s);
+        }
+        [stiffness, damping]
+    }
+
+    /// Rows over the parameters in their sizes, whose squares are the roughness of each curve with its weight.
+    pub(crate) fn penalty(&self) -> DMatrix<f64> {
+        let mut rows = DMatrix::zeros(KNOTS * self.parts.len(), self.parameters.len());
+        for (k, ((_, weight), shape)) in self.parts.iter().zip(&self.shapes).enumerate() {
+            let at = k * KNOTS;
+            rows.view_mut((at, at), (KNOTS, KNOTS)).copy_from(&(shape.roughness() * weight.sqrt()));
+        }
+        rows
+    }
+
+    fn curves(&self, p: &[f64]) -> Curves {
+        let curve = |(k, (&(part, _), shape)): (usize, (&(Part, f64), &Shape))| {
+            (part, shape.curve(&p[k * KNOTS..(k + 1) * KNOTS], self.reach(part)))
+        };
+        Curves(self.parts.iter().zip(&self.shapes).enumerate().map(curve).collect())
+    }
+}
+
+impl Law for Arc<MeasuredLaw> {
+    fn id(&self) -> &str {
+        MEASURED_LAW
+    }
+
+    fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    fn sizes(&self, scale: &Scale) -> Vec<f64> {
+        vec![scale.stiffness() * scale.amplitude_rad; self.parameters.len()]
+    }
+
+    fn starts(&self, _: &Seen) -> Vec<Vec<f64>> {
+        vec![vec![0.0; self.parameters.len()]]
+    }
+
+    fn write(&self, p: &[f64], terms: &mut Terms) {
+        if self.friction {
+            terms.dry_friction_rad_s2 += p[self.parameters.len() - 1];
+        }
+        terms.add_curves(self.curves(p));
+    }
+
+    fn card(&self) -> Card<'_> {
+        Card {
+            title: "A law measured from the releases",
+            formula: "- K(b) - D(r), curves through their values at knots",
+            cause: "something that no effect of the library describes",
+            fingerprint: "a missing moment that is a curve over yaw angle, or over yaw rate, at every amplitude",
+            confirm: "measure it again from another release: the curves agree within their bands",
+            remove: "depends on what it stands for; `yawrig law` names formulas that it may be",
+            release: "a larger amplitude, beyond which the law is not known",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::law::testing::at;
+    use super::*;
+
+    fn law() -> Arc<MeasuredLaw> {
+        let parts = Part::ALL.map(|part| (part, 1.0)).to_vec();
+        Arc::new(MeasuredLaw::new(0.5, 4.0, parts, true, false))
+    }
+
+    /// An odd stiffness, an odd damping, and friction.
+    fn values(law: &MeasuredLaw, k: impl Fn(f64) -> f64, d: impl Fn(f64) -> f64) -> Vec<f64> {
+        let mut p: Vec<f64> = law.knots(Part::Stiffness).into_iter().map(k).collect();
+        p.extend([0.0; KNOTS]);
+        p.extend(law.knots(Part::Damping).into_iter().map(d));
+        p.extend([0.0; KNOTS]);
+        p.push(0.3);
+        p
+    }
+
+    #[test]
+    fn goes_through_its_knots_and_on_at_its_end_slope() {
+        let law = law();
+        let p = values(&law, |b| -20.0 * b.powi(3), |r| 0.02 * r * r);
+        let curves = law.curves(&p);
+        for (b, r) in [(0.5, 4.0), (-0.3, 1.0), (0.05, -0.04), (-0.11, 2.2)] {
+            let wanted = 20.0f64 * f64::powi(b, 3) - 0.02 * r * f64::abs(r);
+            assert!((curves.moment(b, r) - wanted).abs() < 0.02, "{b} {r}");
+            let [k, d] = law.rows(b, r);
+            let p = DVector::from_column_slice(&p);
+            let by_rows = -k.dot(&p) - d.dot(&p) + 0.3 * f64::signum(r);
+            assert!((curves.moment(b, r) - by_rows).abs() < 1e-12, "{b} {r}");
+        }
+        let beyond = |b: f64| curves.moment(b, 0.0);
+        assert!((beyond(0.8) - 2.0 * beyond(0.7) + beyond(0.6)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_rough_curve_costs_and_a_missing_one_does_not() {
+        let law = law();
+        let scale = Scale { amplitude_rad: 1.0, natural_frequency_rad_s: 1.0, duration_s: 1.0 };
+        assert_eq!(Law::sizes(&law, &scale).len(), law.parameters.len());
+        let cost = |p: &[f64]| (law.penalty() * DVector::from_column_slice(p)).norm_squared();
+        let smooth = values(&law, |b| b.powi(3), |_| 0.0);
+        let mut rough = smooth.clone();
+        rough[4] += 0.02;
+        assert!(cost(&vec![0.0; smooth.len()]) == 0.0 && cost(&rough) > 10.0 * cost(&smooth));
+    }
+
+    #[test]
+    fn its_friction_is_left_to_the_integration() {
+        let law = law();
+        let mut terms = Terms::default();
+        let mut p = vec![0.0; law.parameters.len()];
+        *p.last_mut().unwrap() = 0.3;
+        law.write(&p, &mut terms);
+        assert_eq!(
+            (terms.dry_friction_rad_s2, terms.smooth_moment(&at(0.1, 0.2), 0.0)),
+            (0.3, 0.0)
+        );
+    }
+}

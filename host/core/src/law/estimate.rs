@@ -1,0 +1,252 @@
+//! A law measured from a free decay: K(b) and D(r) beside wn^2 b and 2 zeta wn r, fitted by simulation.
+//!
+//! The curves are fitted to short pieces of the record with states of their own, then to longer ones; how smooth they
+//! are is what predicts left-out pieces best.
+
+use super::roughness::{reached, states, Nearby};
+use crate::diagnosis::prediction::{predict_within, Prediction};
+use crate::diagnosis::survivors::{plain_start, Lengths};
+use crate::effects::{Effect, MeasuredLaw, Part};
+use crate::error::{Error, Result};
+use crate::fit::fitting::{refitted, Fitted, Structure};
+use crate::fit::free_decay::FreeDecay;
+use crate::fit::segments::{fit_from, fit_pieces, PieceFit, ROUGH};
+use crate::quantity::Quantity;
+use nalgebra::{DMatrix, DVector};
+use std::cmp::Ordering;
+use std::sync::Arc;
+
+/// Weights with which the first fit is made.
+const FIRST: [(Part, f64); 4] = [
+    (Part::Stiffness, 1e-6),
+    (Part::UnevenStiffness, 1e-3),
+    (Part::Damping, 1e-6),
+    (Part::UnevenDamping, 1e-3),
+];
+/// Factors on them: where the first fit is too smooth or too rough, the choice that is made near it is a bad one.
+const SCALES: [f64; 3] = [1.0, 1e-2, 1e-4];
+/// Share by which a law has to predict better than one with fewer curves.
+const NO_BETTER: f64 = 0.02;
+/// Times the roughness is chosen and the law fitted with it.
+const ROUNDS: usize = 2;
+const SETTLED: f64 = 1e-5;
+/// Steps of a fit to the whole.
+const WHOLE_STEPS: usize = 60;
+/// Of a largest value that is reached once: the law's last knot.
+const REACH: f64 = 1.001;
+/// Points of the tables, from one end to the other.
+const POINTS: usize = 41;
+
+/// A point of a law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point {
+    /// Yaw angle in rad, or yaw rate in rad/s.
+    pub at: f64,
+    /// Over Izz, rad/s2; positive where it opposes a positive angle or rate.
+    pub moment_rad_s2: Quantity,
+}
+
+/// A law with what it was fitted to.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    pub law: Arc<MeasuredLaw>,
+    pub fit: PieceFit,
+    /// Of the law's parameters, in their order.
+    pub values: Vec<f64>,
+    /// Of `fit.common`, widened for the correlation of the residuals.
+    pub covariance: DMatrix<f64>,
+    pub prediction: Prediction,
+    pub residual_over_noise: f64,
+    pub held_out_over_noise: f64,
+    /// The same without a law.
+    pub plain: PieceFit,
+    pub plain_residual_over_noise: f64,
+    pub plain_held_out_over_noise: f64,
+}
+
+/// A law fitted with one choice of its curves and their roughness.
+struct Candidate {
+    law: MeasuredLaw,
+    fit: PieceFit,
+    covariance: DMatrix<f64>,
+    prediction: Prediction,
+}
+
+impl Candidate {
+    fn is_better_than(&self, other: &Self) -> bool {
+        let ratio = self.prediction.rms_rad() / other.prediction.rms_rad();
+        match self.law.parts.len().cmp(&other.law.parts.len()) {
+            Ordering::Less => ratio < 1.0 + NO_BETTER,
+            Ordering::Equal => ratio < 1.0,
+            Ordering::Greater => ratio < 1.0 - NO_BETTER,
+        }
+    }
+}
+
+/// Measures the law that `decay` follows beside the second-order response and the effects of `inner`.
+///
+/// `dissipative`: it takes energy out at every rate.
+///
+/// # Errors
+/// Interrupted, or not converged.
+pub fn measure(decay: &FreeDecay, inner: &Structure, dissipative: bool) -> Result<Measured> {
+    let lengths = Lengths::of(decay);
+    let (mut structure, start) = plain_start(decay);
+    structure.effects = inner.effects.clone();
+    structure.limits.extend(inner.limits.clone());
+    let mut common = start.to_vec();
+    for effect in &structure.effects {
+        common.extend(vec![0.0; effect.parameters().len()]);
+    }
+    let fit_all = |structure: &Structure, common: &[f64]| -> Result<PieceFit> {
+        let mut common = common.to_vec();
+        for pieces in [&lengths.short, &lengths.longer] {
+            let f = fit_from(pieces, structure, &common, ROUGH);
+            common = f.common;
+            decay.stop.check()?;
+        }
+        let fit = fit_from(&lengths.long, structure, &common, SETTLED);
+        decay.stop.check()?;
+        Ok(fit)
+    };
+    let plain = fit_all(&structure, &common)?;
+    let short = fit_from(&lengths.short, &structure, &common, ROUGH);
+    let (yaw, rate) = reached(&lengths.short, &short);
+    let friction = !structure.effects.contains(&Effect::CoulombFriction);
+    let with = |law: &MeasuredLaw| structure.with(&Effect::Measured(Arc::new(law.clone())));
+    let begin = short.common.len();
+    let mut best: Option<Candidate> = None;
+    for scale in SCALES {
+        let parts = FIRST.map(|(part, weight)| (part, scale * weight)).to_vec();
+        let mut law = MeasuredLaw::new(REACH * yaw, REACH * rate, parts, friction, dissipative);
+        let mut common = short.common.clone();
+        common.extend(law.no_law());
+        let mut fit = fit_all(&with(&law), &common)?;
+        for round in 0..=ROUNDS {
+            let found = states(&lengths.predicted, &fit.structure, &fit.common);
+            let begins: Vec<[f64; 2]> = found.iter().map(|f| f.0).collect();
+            let Some(nearby) = Nearby::new(&lengths.predicted, &begins, &fit, &law, begin) else {
+                break;
+            };
+            decay.stop.check()?;
+            if let Some(covariance) = nearby.covariance() {
+                let prediction = predict_within(&lengths.predicted, &fit);
+                let (law, fit) = (law.clone(), fit.clone());
+                let candidate = Candidate { law, fit, covariance, prediction };
+                if best.as_ref().is_none_or(|best| candidate.is_better_than(best)) {
+                    best = Some(candidate);
+                }
+            }
+            if round == ROUNDS {
+                break;
+            }
+            let smoother = nearby.best();
+            let mut common = fit.common[..begin].to_vec();
+            common.extend(law.translated(&fit.common[begin..], &smoother));
+            law = smoother;
+            fit = fit_from(&lengths.long, &with(&law), &common, SETTLED);
+            decay.stop.check()?;
+        }
+    }
+    let Candidate { law, fit, covariance, prediction } = best.ok_or(Error::NoLaw)?;
+    let over = |squares: f64, n: f64| (squares / n).sqrt() / decay.noise_rad;
+    let n = decay.yaw_rad.len() as f64;
+    let plain_prediction = predict_within(&lengths.predicted, &plain);
+    let residual_over_noise = over(fit.sum(), n);
+    Ok(Measured {
+        values: fit.common[begin..].to_vec(),
+        covariance: covariance * residual_over_noise.max(1.0).powi(2),
+        held_out_over_noise: prediction.rms_rad() / decay.noise_rad,
+        plain_residual_over_noise: over(plain.sum(), n),
+        plain_held_out_over_noise: plain_prediction.rms_rad() / decay.noise_rad,
+        law: Arc::new(law),
+        prediction,
+        residual_over_noise,
+        fit,
+        plain,
+    })
+}
+
+/// `structure`, which holds a measured law, fitted to the whole of `decay` from numbers in the order of
+/// [`Fitted::parameters`].
+pub fn fit_whole(decay: &FreeDecay, structure: &Structure, start: &[f64]) -> Fitted {
+    let mut common = start[..2].to_vec();
+    common.extend(&start[4..]);
+    let states = [[start[2], start[3]]];
+    let fit = fit_pieces(&[decay], structure, &common, &states, SETTLED, WHOLE_STEPS);
+    refitted(decay, structure, &fit.numbers(0))
+}
+
+impl Measured {
+    /// A row over the shared parameters as a quantity.
+    fn quantity(&self, row: &DVector<f64>) -> Quantity {
+        let value = row.iter().zip(&self.fit.common).map(|(a, b)| a * b).sum();
+        Quantity::new(value, (row.transpose() * &self.covariance * row)[(0, 0)].max(0.0).sqrt())
+    }
+
+    /// `row` over the law's parameters as one over the shared parameters.
+    fn widened(&self, row: &DVector<f64>) -> DVector<f64> {
+        let mut all = DVector::zeros(self.fit.common.len());
+        let begin = all.len() - row.len();
+        all.rows_mut(begin, row.len()).copy_from(row);
+        all
+    }
+
+    fn table(&self, reach: f64, row: impl Fn(f64) -> DVector<f64>) -> Vec<Point> {
+        let point = |k: usize| {
+            let at = reach * (2.0 * k as f64 / (POINTS - 1) as f64 - 1.0);
+            Point { at, moment_rad_s2: self.quantity(&row(at)) }
+        };
+        (0..POINTS).map(point).collect()
+    }
+
+    /// Of the linear part, at rest, rad/s.
+    pub fn natural_frequency_rad_s(&self) -> Quantity {
+        Quantity::new(self.fit.common[0], self.covariance[(0, 0)].max(0.0).sqrt())
+    }
+
+    /// Of the linear part, at rest.
+    pub fn damping_ratio(&self) -> Quantity {
+        Quantity::new(self.fit.common[1], self.covariance[(1, 1)].max(0.0).sqrt())
+    }
+
+    /// Where the model comes to rest, on the sensor, rad.
+    pub fn rest_rad(&self) -> f64 {
+        self.fit.common[2]
+    }
+
+    /// K(b) over the yaw angles reached, rad from the rest.
+    pub fn stiffness(&self) -> Vec<Point> {
+        self.table(self.law.yaw_rad, |b| self.widened(&self.law.rows(b, 0.0)[0]))
+    }
+
+    /// D(r) over the yaw rates reached, rad/s.
+    pub fn damping(&self) -> Vec<Point> {
+        self.table(self.law.rate_rad_s, |r| self.widened(&self.law.rows(0.0, r)[1]))
+    }
+
+    /// wn^2 b + K(b): the whole restoring moment.
+    pub fn total_stiffness(&self) -> Vec<Point> {
+        let wn = self.fit.common[0];
+        // Linear about the fit: half of d(wn^2 b)/d wn times wn.
+        let mut points = self.table(self.law.yaw_rad, |b| {
+            let mut row = self.widened(&self.law.rows(b, 0.0)[0]);
+            row[0] = 2.0 * wn * b;
+            row
+        });
+        points.iter_mut().for_each(|p| p.moment_rad_s2.value -= wn * wn * p.at);
+        points
+    }
+
+    /// 2 zeta wn r + D(r): the whole dissipation.
+    pub fn total_damping(&self) -> Vec<Point> {
+        let [wn, zeta] = [self.fit.common[0], self.fit.common[1]];
+        let mut points = self.table(self.law.rate_rad_s, |r| {
+            let mut row = self.widened(&self.law.rows(0.0, r)[1]);
+            (row[0], row[1]) = (2.0 * zeta * r, 2.0 * wn * r);
+            row
+        });
+        points.iter_mut().for_each(|p| p.moment_rad_s2.value -= 2.0 * zeta * wn * p.at);
+        points
+    }
+}

@@ -1,0 +1,298 @@
+//! Formulas that a measured law may be, each as an own effect's file has it.
+
+use yawrig_expression::{OwnEffect, State};
+
+/// What a parameter is to its form.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Role {
+    /// The moment is in proportion to it.
+    Size,
+    /// Tried at these values.
+    Plain(&'static [f64]),
+    /// Tried at these shares of the largest yaw angle or rate.
+    OfReach(&'static [f64]),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FormParameter {
+    pub name: &'static str,
+    pub unit: &'static str,
+    pub role: Role,
+    /// Whether it is above zero.
+    pub positive: bool,
+}
+
+impl FormParameter {
+    /// The least value of it: a shape that a record can tell from a jump, `reach` being the largest yaw angle or rate.
+    fn least(&self, reach: f64) -> Option<f64> {
+        self.positive.then_some(match self.role {
+            Role::Size => 0.0,
+            Role::Plain(_) => LEAST_PLAIN,
+            Role::OfReach(_) => LEAST_OF_REACH * reach,
+        })
+    }
+}
+
+/// Letters that an own effect's identifier has at most.
+const LONGEST_ID: usize = 40;
+
+/// Least exponents and factors, and least widths as shares of the largest yaw angle or rate.
+const LEAST_PLAIN: f64 = 0.25;
+const LEAST_OF_REACH: f64 = 0.05;
+
+/// A formula for a part of a law.
+#[derive(Clone, Copy, Debug)]
+pub struct Form {
+    pub id: &'static str,
+    pub title: &'static str,
+    /// What is added to b''.
+    pub moment: &'static str,
+    pub parameters: &'static [FormParameter],
+    /// Of the yaw angle alone; else it takes energy out.
+    pub is_stiffness: bool,
+    /// What a damping of angle and rate does at one frequency, as a law of the rate alone.
+    pub alike: Option<&'static str>,
+}
+
+const fn size(name: &'static str, unit: &'static str) -> FormParameter {
+    FormParameter { name, unit, role: Role::Size, positive: false }
+}
+
+const fn loss(name: &'static str, unit: &'static str) -> FormParameter {
+    FormParameter { name, unit, role: Role::Size, positive: true }
+}
+
+const fn plain(name: &'static str, tried: &'static [f64]) -> FormParameter {
+    FormParameter { name, unit: "1", role: Role::Plain(tried), positive: true }
+}
+
+const fn at(name: &'static str, unit: &'static str, tried: &'static [f64]) -> FormParameter {
+    FormParameter { name, unit, role: Role::OfReach(tried), positive: true }
+}
+
+const fn damping(
+    id: &'static str,
+    title: &'static str,
+    moment: &'static str,
+    parameters: &'static [FormParameter],
+) -> Form {
+    Form { id, title, moment, parameters, is_stiffness: false, alike: None }
+}
+
+const fn stiffness(
+    id: &'static str,
+    title: &'static str,
+    moment: &'static str,
+    parameters: &'static [FormParameter],
+) -> Form {
+    Form { id, title, moment, parameters, is_stiffness: true, alike: None }
+}
+
+const POWERS: &[f64] = &[0.25, 0.5, 0.75, 1.25, 1.5, 1.75, 2.25, 2.5, 3.0];
+
+/// Every form, simplest first. No two parameters have one name, so that two forms can stand in one formula.
+pub const FORMS: &[Form] = &[
+    damping("dry_friction", "dry friction", "-c * sign(r)", &[loss("c", "rad/s2")]),
+    damping("drag", "drag with the square of the rate", "-d * abs(r) * r", &[loss("d", "1/rad")]),
+    damping("rate_cubed", "damping with the cube of the rate", "-q * r^3", &[loss("q", "s/rad2")]),
+    Form {
+        alike: Some("-p * abs(r) * r / (2 * wn)"),
+        ..damping(
+            "angle_damping",
+            "damping in proportion to the angle",
+            "-p * abs(b) * r",
+            &[loss("p", "1/(rad s)")],
+        )
+    },
+    Form {
+        alike: Some("-w * r^3 / (3 * wn^2)"),
+        ..damping(
+            "square_angle_damping",
+            "damping with the square of the angle",
+            "-w * b^2 * r",
+            &[loss("w", "1/(rad2 s)")],
+        )
+    },
+    damping(
+        "power_law",
+        "damping with a power of the rate",
+        "-h * sign(r) * abs(r / 1.0)^n",
+        &[loss("h", "rad/s2"), plain("n", POWERS)],
+    ),
+    damping(
+        "smooth_friction",
+        "friction that sets in smoothly",
+        "-f * tanh(r / v)",
+        &[loss("f", "rad/s2"), at("v", "rad/s", &[0.12, 0.2, 0.3, 0.5])],
+    ),
+    damping(
+        "stribeck_friction",
+        "friction that falls with the rate (Stribeck)",
+        "-m * sign(r) * (1 + s * exp(-abs(r) / u))",
+        &[
+            loss("m", "rad/s2"),
+            plain("s", &[0.3, 0.6, 1.0, 2.0]),
+            at("u", "rad/s", &[0.05, 0.1, 0.2, 0.4]),
+        ],
+    ),
+    damping(
+        "asymmetric_drag",
+        "drag that differs from way to way",
+        "-x * (abs(r) + y * r) * r",
+        &[
+            loss("x", "1/rad"),
+            FormParameter { positive: false, ..plain("y", &[-0.8, -0.5, -0.2, 0.2, 0.5, 0.8]) },
+        ],
+    ),
+    stiffness("cubic", "restoring moment with the cube", "-k3 * b^3", &[size("k3", "1/(rad2 s2)")]),
+    stiffness(
+        "quintic",
+        "restoring moment with the fifth power",
+        "-k5 * b^5",
+        &[size("k5", "1/(rad4 s2)")],
+    ),
+    stiffness("sine", "gravity of a pendulum", "g * (b - sin(b))", &[size("g", "1/s2")]),
+    stiffness(
+        "odd_quadratic",
+        "restoring moment with the square, odd",
+        "-ka * abs(b) * b",
+        &[size("ka", "1/(rad s2)")],
+    ),
+    stiffness("quadratic", "uneven restoring moment", "-k2 * b^2", &[size("k2", "1/(rad s2)")]),
+    stiffness("one_sided_spring", "a spring on one side", "-ko * max(b, 0)", &[size("ko", "1/s2")]),
+    stiffness(
+        "stop",
+        "a stop beyond an angle",
+        "-ke * max(abs(b) - ge, 0) * sign(b)",
+        &[size("ke", "1/s2"), at("ge", "rad", &[0.2, 0.35, 0.5, 0.65, 0.8])],
+    ),
+    stiffness(
+        "dead_zone",
+        "no spring within an angle",
+        "kd * max(min(b, gd), -gd)",
+        &[size("kd", "1/s2"), at("gd", "rad", &[0.05, 0.1, 0.2])],
+    ),
+    stiffness(
+        "power_stiffness",
+        "restoring moment with a power of the angle",
+        "-kp * sign(b) * abs(b / 1.0)^o",
+        &[size("kp", "rad/s2"), plain("o", &[0.5, 0.75, 1.3, 1.5, 1.75, 2.5, 4.0, 6.0])],
+    ),
+];
+
+/// One form or a sum of two, as an own effect.
+#[derive(Clone, Debug)]
+pub struct Formula {
+    pub forms: Vec<&'static Form>,
+}
+
+impl Formula {
+    pub fn id(&self) -> String {
+        let ids: Vec<&str> = self.forms.iter().map(|f| f.id).collect();
+        let whole = ids.join("_and_");
+        if whole.len() <= LONGEST_ID {
+            return whole;
+        }
+        let most = (LONGEST_ID + 5) / ids.len() - 5;
+        let short = |id: &&str| id[..id.len().min(most)].trim_end_matches('_').to_owned();
+        ids.iter().map(short).collect::<Vec<_>>().join("_and_")
+    }
+
+    pub fn title(&self) -> String {
+        let title = self.forms.iter().map(|f| f.title).collect::<Vec<_>>().join(" and ");
+        let mut letters = title.chars();
+        letters.next().map_or_else(String::new, |c| c.to_uppercase().chain(letters).collect())
+    }
+
+    pub fn parameters(&self) -> impl Iterator<Item = &'static FormParameter> + '_ {
+        self.forms.iter().flat_map(|f| f.parameters)
+    }
+
+    /// The text of its file, `starts` being where a fit begins; `moment` of each form; `reach` the largest yaw angle (rad)
+    /// and rate (rad/s).
+    pub fn text(
+        &self,
+        starts: &[f64],
+        reach: (f64, f64),
+        moment: impl Fn(&Form) -> &'static str,
+    ) -> String {
+        let sum = self.forms.iter().map(|f| moment(f)).collect::<Vec<_>>().join(" + ");
+        let mut text = format!(
+            "id = \"{}\"\ntitle = \"{}\"\nmoment = \"{}\"   # rad/s2\n[parameters]\n",
+            self.id(),
+            self.title(),
+            sum.replace("+ -", "- ")
+        );
+        let reaches = self.forms.iter().flat_map(|f| {
+            let of = if f.is_stiffness { reach.0 } else { reach.1 };
+            f.parameters.iter().map(move |_| of)
+        });
+        for ((p, start), reach) in self.parameters().zip(starts).zip(reaches) {
+            let least = p.least(reach);
+            let start = if *start == 0.0 { 1e-6 } else { start.max(least.unwrap_or(*start)) };
+            let min = least.map_or_else(String::new, |least| format!(", min = {least:.4}"));
+            let (name, unit) = (p.name, p.unit);
+            text += &format!("{name} = {{ unit = \"{unit}\", start = {start:e}{min} }}\n");
+        }
+        text
+    }
+
+    /// Starts with which any formula passes the checks of an own effect.
+    pub fn typical(&self) -> Vec<f64> {
+        let of = |p: &FormParameter| if matches!(p.role, Role::OfReach(_)) { 0.05 } else { 0.5 };
+        self.parameters().map(of).collect()
+    }
+
+    /// Compiled, to be fitted from `starts`.
+    pub fn effect(
+        &self,
+        starts: &[f64],
+        reach: (f64, f64),
+        moment: impl Fn(&Form) -> &'static str,
+    ) -> Option<OwnEffect> {
+        let text = self.text(starts, reach, moment);
+        match yawrig_expression::from_text(self.id().as_ref(), &text, &[]) {
+            Ok(effect) => Some(effect),
+            Err(error) => {
+                debug_assert!(false, "{error:?}\n{text}");
+                None
+            }
+        }
+    }
+}
+
+/// The moment of `effect` at an angle and a rate, rad/s2.
+pub(super) fn moment(effect: &OwnEffect, p: &[f64], yaw_rad: f64, rate_rad_s: f64, wn: f64) -> f64 {
+    let sign = |x: f64| if x == 0.0 { 0.0 } else { x.signum() };
+    let state = State {
+        yaw_rad,
+        rate_rad_s,
+        time_s: 0.0,
+        natural_frequency_rad_s: wn,
+        wind_speed_m_s: 0.0,
+        rate_sign: sign(rate_rad_s),
+        yaw_sign: sign(yaw_rad),
+    };
+    effect.program.evaluate(&state, p)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_form_and_every_sum_of_two_is_an_own_effect() {
+        for (k, a) in FORMS.iter().enumerate() {
+            let one = Formula { forms: vec![a] };
+            let effect = one.effect(&one.typical(), (1.0, 1.0), |f| f.moment).expect(a.id);
+            let (b, r) = if a.is_stiffness { (0.6, 0.0) } else { (0.1, 0.7) };
+            let size = moment(&effect, &one.typical(), b, r, 7.0);
+            assert!(size != 0.0 && size.is_finite(), "{}", a.id);
+            for b in FORMS[..k].iter().filter(|b| a.parameters.len() + b.parameters.len() == 2) {
+                let two = Formula { forms: vec![b, a] };
+                let effect = two.effect(&two.typical(), (1.0, 1.0), |f| f.moment);
+                assert!(effect.is_some(), "{}", two.id());
+            }
+        }
+    }
+}

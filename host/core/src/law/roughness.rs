@@ -1,0 +1,219 @@
+//! How smooth a measured law has to be: as smooth as predicts best.
+//!
+//! About a fit, the sum of squares of each piece is a quadratic of the shared parameters, its state eliminated. So what
+//! any roughness would predict of a piece that was left out is a matter of linear algebra, and many can be tried.
+
+use crate::effects::{Effect, MeasuredLaw, Part, KNOTS};
+use crate::fit::fitting::Structure;
+use crate::fit::free_decay::FreeDecay;
+use crate::fit::segments::{numbers, quadratics, step_within, PieceFit, Pieces, Quadratic};
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// Exponents of ten that are tried.
+const LEAST: i32 = -11;
+const MOST: i32 = 2;
+/// Times each curve's weight is chosen anew, the others' kept.
+const SWEEPS: usize = 2;
+/// Standard errors by which a curve or a jump has to predict better than none, and one that differs from side to side.
+const BETTER: f64 = 1.0;
+const BETTER_UNEVEN: f64 = 2.0;
+
+/// A fit's neighbourhood.
+pub(super) struct Nearby<'a> {
+    pieces: Vec<Quadratic>,
+    /// Means in each piece.
+    counts: Vec<f64>,
+    /// The shared parameters where it was taken, and those of them that vary.
+    common: Vec<f64>,
+    free: Vec<usize>,
+    bounds: Vec<(f64, f64)>,
+    /// Of the law's parameters: the first's place in `common`, their sizes, and the penalty's weight for each mean.
+    begin: usize,
+    sizes: Vec<f64>,
+    weight: f64,
+    law: &'a MeasuredLaw,
+}
+
+impl<'a> Nearby<'a> {
+    /// `fit` holds `law` as its last effect, whose parameters begin at `begin`; `states` are those of `pieces`.
+    pub fn new(
+        pieces: &Pieces,
+        states: &[[f64; 2]],
+        fit: &PieceFit,
+        law: &'a MeasuredLaw,
+        begin: usize,
+    ) -> Option<Self> {
+        // The penalty is added here.
+        let parts = law.parts.iter().map(|(part, _)| (*part, 0.0)).collect();
+        let mut structure = fit.structure.clone();
+        let effect = Effect::Measured(law.with(parts, law.friction).into());
+        *structure.effects.last_mut()? = effect.clone();
+        let decay = &pieces.decays[0];
+        let all: Vec<&FreeDecay> = pieces.decays.iter().collect();
+        let (quadratics, free, bounds) = quadratics(&all, &structure, &fit.common, states)?;
+        Some(Self {
+            counts: all.iter().map(|p| p.yaw_rad.len() as f64).collect(),
+            pieces: quadratics,
+            common: fit.common.clone(),
+            free,
+            bounds,
+            begin,
+            sizes: effect.sizes(&decay.scale()),
+            weight: (decay.amplitude_rad / decay.noise_rad).powi(2),
+            law,
+        })
+    }
+
+    /// Over the free parameters, for one mean, the parts having these weights.
+    fn penalty(&self, weights: &[f64]) -> DMatrix<f64> {
+        let parts = self.law.parts.iter().zip(weights).map(|((part, _), w)| (*part, *w)).collect();
+        let rows = self.law.with(parts, self.law.friction).penalty();
+        let square = rows.transpose() * rows * self.weight;
+        let inside =
+            |i: usize| self.free[i].checked_sub(self.begin).filter(|k| *k < self.sizes.len());
+        DMatrix::from_fn(self.free.len(), self.free.len(), |i, j| match (inside(i), inside(j)) {
+            (Some(a), Some(b)) => square[(a, b)] / (self.sizes[a] * self.sizes[b]),
+            _ => 0.0,
+        })
+    }
+
+    fn here(&self) -> DVector<f64> {
+        DVector::from_iterator(self.free.len(), self.free.iter().map(|&j| self.common[j]))
+    }
+
+    /// Matrix and step of the pieces but `left_out`.
+    fn solved(
+        &self,
+        penalty: &DMatrix<f64>,
+        left_out: Option<usize>,
+        friction: bool,
+    ) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let n = self.free.len();
+        let (mut a, mut g, mut count) = (DMatrix::zeros(n, n), DVector::zeros(n), 0.0);
+        for (i, piece) in self.pieces.iter().enumerate().filter(|(i, _)| Some(*i) != left_out) {
+            a += &piece.matrix;
+            g += &piece.gradient;
+            count += self.counts[i];
+        }
+        let here = self.here();
+        g += penalty * &here * count;
+        a += penalty * count;
+        let step = step_within(&a, &g, 1e-9, &|k| {
+            let (low, high) = self.bounds[self.free[k]];
+            let jump = self.begin + KNOTS * self.law.parts.len();
+            let high = if !friction && self.free[k] == jump { 0.0 } else { high };
+            (low - here[k], high - here[k])
+        })?;
+        Some((a, step))
+    }
+
+    /// Mean square over the noise of each piece, predicted from the others: its logarithm, the noise itself added.
+    fn predicted(&self, weights: &[f64], friction: bool) -> Vec<f64> {
+        let penalty = self.penalty(weights);
+        let of = |i: usize| {
+            let Some((_, step)) = self.solved(&penalty, Some(i), friction) else {
+                return f64::INFINITY;
+            };
+            let piece = &self.pieces[i];
+            let squares = piece.squares
+                + 2.0 * piece.gradient.dot(&step)
+                + step.dot(&(&piece.matrix * &step));
+            (squares.max(0.0) / self.counts[i] + 1.0).ln()
+        };
+        (0..self.pieces.len()).map(of).collect()
+    }
+
+    fn total(&self, errors: &[f64]) -> f64 {
+        errors.iter().zip(&self.counts).map(|(e, n)| e * n).sum()
+    }
+
+    /// Whether the first errors are smaller than the second by `by` standard errors of their difference.
+    fn is_better(&self, first: &[f64], second: &[f64], by: f64) -> bool {
+        let all: f64 = self.counts.iter().sum();
+        let gains: Vec<f64> = second.iter().zip(first).map(|(a, b)| a - b).collect();
+        let mean = self.total(&gains) / all;
+        let squares = gains.iter().zip(&self.counts).map(|(g, n)| (n * (g - mean)).powi(2));
+        mean > by * squares.sum::<f64>().sqrt() / all
+    }
+
+    /// The law with the weights that predict best. What does not earn a standard error is left out: a curve, friction.
+    pub fn best(&self) -> MeasuredLaw {
+        let mut weights: Vec<f64> = self.law.parts.iter().map(|(_, w)| *w).collect();
+        let mut kept = vec![true; weights.len()];
+        let mut friction = self.law.friction;
+        for _ in 0..SWEEPS {
+            for k in 0..weights.len() {
+                let tried = (LEAST..=MOST).map(|exponent| {
+                    let mut weights = weights.clone();
+                    weights[k] = 10f64.powi(exponent);
+                    let errors = self.predicted(&weights, friction);
+                    (weights, errors)
+                });
+                let tried: Vec<(Vec<f64>, Vec<f64>)> = tried.collect();
+                let smoothest = tried.last().expect("several are tried");
+                let least = |a: &&(Vec<f64>, Vec<f64>), b: &&(Vec<f64>, Vec<f64>)| {
+                    self.total(&a.1).total_cmp(&self.total(&b.1))
+                };
+                let chosen = tried.iter().min_by(least).expect("several are tried");
+                let even = matches!(self.law.parts[k].0, Part::Stiffness | Part::Damping);
+                let by = if even { BETTER } else { BETTER_UNEVEN };
+                kept[k] = self.is_better(&chosen.1, &smoothest.1, by);
+                weights = if kept[k] { chosen.0.clone() } else { smoothest.0.clone() };
+            }
+            if self.law.friction {
+                let [with, without] = [true, false].map(|f| self.predicted(&weights, f));
+                friction = self.is_better(&with, &without, BETTER);
+            }
+        }
+        let parts = self.law.parts.iter().zip(weights).zip(kept);
+        let parts: Vec<(Part, f64)> =
+            parts.filter(|(_, kept)| *kept).map(|((part, w), _)| (part.0, w)).collect();
+        self.law.with(parts, friction)
+    }
+
+    /// Covariance of the shared parameters (zero for those that are fixed), noise alone.
+    pub fn covariance(&self) -> Option<DMatrix<f64>> {
+        let weights: Vec<f64> = self.law.parts.iter().map(|(_, w)| *w).collect();
+        let (a, _) = self.solved(&self.penalty(&weights), None, self.law.friction)?;
+        let inverse = Cholesky::new(a)?.inverse();
+        let n = self.common.len();
+        let mut out = DMatrix::zeros(n, n);
+        for (i, &a) in self.free.iter().enumerate() {
+            for (j, &b) in self.free.iter().enumerate() {
+                out[(a, b)] = inverse[(i, j)];
+            }
+        }
+        Some(out)
+    }
+}
+
+/// The state of each piece under shared parameters, and its sum of squares (rad2).
+pub(super) fn states(
+    pieces: &Pieces,
+    structure: &Structure,
+    common: &[f64],
+) -> Vec<([f64; 2], f64)> {
+    use crate::fit::segments::{first_state, fit_state};
+    use rayon::prelude::*;
+    let zero = if structure.zero_unknown { common[2] } else { 0.0 };
+    pieces
+        .decays
+        .par_iter()
+        .map(|piece| fit_state(piece, structure, common, first_state(piece, zero)))
+        .collect()
+}
+
+/// Yaw angle about the rest and yaw rate that the model reaches in `pieces`, rad and rad/s.
+pub(super) fn reached(pieces: &Pieces, fit: &PieceFit) -> (f64, f64) {
+    use crate::fit::structure::motion;
+    let starts = fit.structure.starts();
+    let mut most = (0.0f64, 0.0f64);
+    for (piece, state) in pieces.decays.iter().zip(&fit.states) {
+        let (motion, _) =
+            motion(&fit.structure, &starts, &numbers(&fit.common, *state), piece.wind_speed_m_s);
+        let (yaw, rate) = motion.readings_and_rates(&piece.grid);
+        let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+        most = (most.0.max(largest(&yaw)), most.1.max(largest(&rate)));
+    }
+    most
+}

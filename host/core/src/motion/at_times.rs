@@ -1,0 +1,63 @@
+//! A motion at instants that lie on no even grid.
+
+use crate::motion::oscillator::{Grid, Motion};
+
+/// Steps a cycle between which a cubic is drawn: with the rates at both ends it errs by 1e-9 of the amplitude, by 1e-7
+/// where dry friction turns over within a step.
+const STEPS_PER_CYCLE: f64 = 1000.0;
+
+/// The reading at each of `time_s`, from the release, in order, rad; the motion's state is that at `start_s`, before
+/// which there is none (NaN).
+pub fn readings_at(motion: &Motion, start_s: f64, time_s: &[f64]) -> Vec<f64> {
+    let Some(&end_s) = time_s.last() else { return Vec::new() };
+    let step_s = std::f64::consts::TAU / motion.natural_frequency_rad_s / STEPS_PER_CYCLE;
+    let count = ((end_s - start_s) / step_s).max(0.0).ceil() as usize + 2;
+    let grid = Grid { start_s, step_s, count, mean_width_s: 0.0 };
+    let unread = Motion { terms: motion.terms.unread(), ..motion.clone() };
+    let (b, r) = unread.readings_and_rates(&grid);
+    let at = |t: f64| {
+        let x = (t - start_s) / step_s;
+        if x < 0.0 {
+            return f64::NAN;
+        }
+        let k = (x as usize).min(count - 2);
+        let x = x - k as f64;
+        let y = 1.0 - x;
+        let slopes = step_s * x * y * (y * r[k] - x * r[k + 1]);
+        let yaw_rad = y * y * (1.0 + 2.0 * x) * b[k] + x * x * (1.0 + 2.0 * y) * b[k + 1] + slopes;
+        motion.terms.reading(yaw_rad, t)
+    };
+    time_s.iter().map(|&t| at(t)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{Effect, Terms};
+
+    #[test]
+    fn between_the_steps_it_is_the_motion_itself() {
+        let effects = [
+            (Effect::CoulombFriction, &[0.05][..]),
+            (Effect::CubicStiffness, &[30.0]),
+            (Effect::SensorNonlinearity, &[0.1]),
+        ];
+        let mut terms = Terms::of(effects);
+        terms.precise = true;
+        let motion = Motion {
+            natural_frequency_rad_s: 7.0,
+            damping_ratio: 0.01,
+            yaw_rad: 0.2,
+            rate_rad_s: -0.1,
+            terms,
+        };
+        let grid = Grid { start_s: 0.3, step_s: 0.017, count: 800, mean_width_s: 0.0 };
+        let mut even = vec![0.0; grid.count];
+        motion.readings(&grid, &mut even);
+        let times: Vec<f64> = (0..grid.count).map(|k| grid.time_s(k)).collect();
+        for (a, b) in readings_at(&motion, grid.start_s, &times).iter().zip(&even) {
+            assert!((a - b).abs() < 1e-7 * 0.2, "{a} {b}");
+        }
+        assert!(readings_at(&motion, 0.3, &[0.2, 0.4])[0].is_nan());
+    }
+}

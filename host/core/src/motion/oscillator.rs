@@ -1,0 +1,94 @@
+//! A motion, what is read of it, and its plain part in closed form.
+
+use crate::effects::{Memories, Terms};
+
+/// Even grid of instants at which the reading is wanted, time from the release.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    pub start_s: f64,
+    pub step_s: f64,
+    pub count: usize,
+    /// Width over which a reading is averaged; 0 for a point sample.
+    pub mean_width_s: f64,
+}
+
+impl Grid {
+    pub fn time_s(&self, k: usize) -> f64 {
+        self.start_s + k as f64 * self.step_s
+    }
+}
+
+/// A motion: the plain model, the effects, and the state at the grid's first instant.
+#[derive(Clone, Debug)]
+pub struct Motion {
+    pub natural_frequency_rad_s: f64,
+    pub damping_ratio: f64,
+    pub yaw_rad: f64,
+    pub rate_rad_s: f64,
+    pub terms: Terms,
+}
+
+/// b and r after some time as a linear function of them now, about the equilibrium.
+#[derive(Clone, Copy)]
+pub(crate) struct Flow(pub [f64; 4]);
+
+impl Flow {
+    /// Of the plain model with natural frequency `wn` (rad/s) and damping ratio `zeta`; one that does not oscillate is
+    /// taken as one that hardly does.
+    pub fn new(wn: f64, zeta: f64, time_s: f64) -> Self {
+        let decay = zeta * wn;
+        let damped = (wn * wn - decay * decay).max(1e-12 * wn * wn).sqrt();
+        let e = (-decay * time_s).exp();
+        let (s, c) = (damped * time_s).sin_cos();
+        let (ec, es) = (e * c, e * s / damped);
+        Self([ec + decay * es, es, -wn * wn * es, ec - decay * es])
+    }
+}
+
+impl Motion {
+    /// What its moments with a state of their own remember at the first instant of a grid that starts at `start_s`.
+    pub(crate) fn memories(&self, start_s: f64) -> Memories {
+        let wn = self.natural_frequency_rad_s;
+        let middle = self.terms.constant_moment_rad_s2 / (wn * wn);
+        let swinging = start_s * wn > std::f64::consts::TAU;
+        self.terms.memories([self.yaw_rad, self.rate_rad_s], wn, middle, swinging)
+    }
+
+    pub(crate) fn flow(&self, time_s: f64) -> Flow {
+        Flow::new(self.natural_frequency_rad_s, self.damping_ratio, time_s)
+    }
+
+    /// Angle and rate `time_s` after the first instant (before it where negative), effects apart.
+    pub fn linear_state(&self, time_s: f64) -> (f64, f64) {
+        let Flow([p, q, u, v]) = self.flow(time_s);
+        let middle = self.terms.constant_moment_rad_s2 / self.natural_frequency_rad_s.powi(2);
+        let x = self.yaw_rad - middle;
+        (middle + p * x + q * self.rate_rad_s, u * x + v * self.rate_rad_s)
+    }
+}
+
+/// Where a function that is positive at first and negative at `end` is zero: regula falsi (Illinois).
+pub(crate) fn root(end: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let (mut a, mut b) = (0.0, end);
+    let (mut fa, mut fb) = (f(a), f(b));
+    if fa <= 0.0 {
+        return 0.0;
+    }
+    let mut last = 0.0;
+    for _ in 0..40 {
+        let x = (a * fb - b * fa) / (fb - fa);
+        let fx = f(x);
+        if (x - last).abs() < 1e-13 * end || fx == 0.0 {
+            return x;
+        }
+        last = x;
+        if fx > 0.0 {
+            (a, fa) = (x, fx);
+            fb *= 0.5;
+        } else {
+            (b, fb) = (x, fx);
+            fa *= 0.5;
+        }
+    }
+    last
+}

@@ -1,0 +1,57 @@
+//! Rival models, and the releases that could be made to part them.
+
+use crate::fit::joint::JointFit;
+use serde::{Deserialize, Serialize};
+use yawrig_shared::axis::Axis;
+
+/// A model fitted to the records there are.
+pub struct Rival<'a> {
+    pub name: String,
+    pub fit: &'a JointFit,
+}
+
+/// What the rig can do, where that is not what it has done; an empty list leaves open what it is about.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Can {
+    pub amplitudes_deg: Vec<f64>,
+    /// Lengths of records.
+    pub seconds: Vec<f64>,
+    /// Of other springs, where a model is not of a campaign.
+    pub natural_frequencies_rad_s: Vec<f64>,
+    /// Among those of the records there are.
+    pub springs: Vec<String>,
+    pub wind_speeds_m_s: Vec<f64>,
+    pub axes: Vec<Axis>,
+}
+
+/// A release that can be made.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Possible {
+    pub amplitude_deg: f64,
+    pub spring: Option<String>,
+    pub wind_speed_m_s: Option<f64>,
+    pub axis: Option<Axis>,
+    pub seconds: f64,
+    /// Of the linear part, about.
+    pub natural_frequency_rad_s: f64,
+    /// Which of the releases there are it is most like: its sensor, its direction, its effects.
+    #[serde(skip)]
+    pub like: usize,
+    /// Made under the condition of that release, so that natural frequency and damping ratio are known already.
+    #[serde(skip)]
+    pub repeated: bool,
+}
+
+/// The numbers of `rival` in `release` before it is fitted: moments are the same on every spring, and so is 2 zeta wn.
+pub(super) fn numbers(rival: &Rival, release: &Possible) -> Vec<f64> {
+    let mut p = rival.fit.fits[release.like].parameters.clone();
+    if !release.repeated {
+        let ratio = release.natural_frequency_rad_s / p[0];
+        p[0] *= ratio;
+        p[1] /= ratio;
+    }
+    p[2] = release.amplitude_deg.to_radians().copysign(p[2]);
+    p[3] = 0.0;
+    p
+}

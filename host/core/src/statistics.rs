@@ -1,0 +1,91 @@
+//! The median of numbers, and white noise of a series from what no slow motion leaves in it.
+
+/// Middle value (mean of the two middle ones for an even number); reorders. NaN for none.
+pub fn median(values: &mut [f64]) -> f64 {
+    let n = values.len();
+    if n == 0 {
+        return f64::NAN;
+    }
+    let (below, middle, _) = values.select_nth_unstable_by(n / 2, f64::total_cmp);
+    if n % 2 == 1 {
+        *middle
+    } else {
+        let middle = *middle;
+        0.5 * (middle + below.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+    }
+}
+
+/// Third differences: 1 + 9 + 9 + 1 variances of white noise, and little of a well sampled free decay.
+fn thirds(y: &[f64]) -> impl Iterator<Item = f64> + '_ {
+    y.windows(4).map(|y| y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0])
+}
+
+/// Standard deviation of white noise by the median of third differences, which wild values do not move; 0 for fewer
+/// than four values. At a few tens of samples a cycle it is an upper bound.
+pub(crate) fn sample_noise(y: &[f64]) -> f64 {
+    let mut thirds: Vec<f64> = thirds(y).map(f64::abs).collect();
+    if thirds.is_empty() {
+        return 0.0;
+    }
+    // 0.6745 sigma is a normal's median deviation.
+    median(&mut thirds) / (0.6745 * 20.0_f64.sqrt())
+}
+
+/// The same by the root mean square of third differences without the largest: sharper.
+pub(crate) fn rms_of_thirds(y: &[f64]) -> f64 {
+    trimmed_rms(thirds(y).collect()) / 20.0_f64.sqrt()
+}
+
+/// The same of order six: an oscillation of fifty means a cycle leaves 4e-6 of its amplitude in them.
+pub(crate) fn rms_of_sixths(y: &[f64]) -> f64 {
+    let d = y
+        .windows(7)
+        .map(|y| y[0] + y[6] - 6.0 * (y[1] + y[5]) + 15.0 * (y[2] + y[4]) - 20.0 * y[3])
+        .collect();
+    trimmed_rms(d) / 924.0_f64.sqrt()
+}
+
+/// Root mean square without values beyond four of it: corners and wild samples are no noise.
+fn trimmed_rms(mut values: Vec<f64>) -> f64 {
+    for _ in 0..3 {
+        if values.is_empty() {
+            return 0.0;
+        }
+        let rms = (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
+        values.retain(|v| v.abs() <= 4.0 * rms);
+    }
+    let n = values.len().max(1) as f64;
+    (values.iter().map(|v| v * v).sum::<f64>() / n).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_median_of_even_and_odd_numbers() {
+        assert_eq!(median(&mut [3.0, 1.0, 2.0]), 2.0);
+        assert_eq!(median(&mut [4.0, 1.0, 3.0, 2.0]), 2.5);
+        assert!(median(&mut []).is_nan());
+    }
+
+    #[test]
+    fn all_three_find_the_noise_on_a_slow_motion() {
+        let mut state = 7_u64;
+        let mut uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        // Twelve uniform numbers add up to variance one.
+        let y: Vec<f64> = (0..4000)
+            .map(|k| {
+                let noise: f64 = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+                10.0 * (f64::from(k) * 0.01).sin() + 0.05 * noise
+            })
+            .collect();
+        for found in [sample_noise(&y), rms_of_thirds(&y), rms_of_sixths(&y)] {
+            assert!((found / 0.05 - 1.0).abs() < 0.06, "{found}");
+        }
+        assert_eq!(sample_noise(&y[..3]), 0.0);
+    }
+}

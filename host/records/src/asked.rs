@@ -1,0 +1,395 @@
+//! Which channels of a file are a record's time and yaw angle, and what is asked where that is not clear.
+
+use super::names;
+use super::table::{Channel, Selection, TimeUnit, Unit, FEWEST_SAMPLES, LONGEST_S};
+use std::path::Path;
+use yawrig_base::error::{Error, Result};
+use yawrig_core::record::Record;
+use yawrig_shared::units::deg_from_rad;
+use yawrig_text::quoted;
+
+/// Rates that a record may have, Hz: times between samples that belong to none of them are in another unit.
+const RATES_HZ: std::ops::RangeInclusive<f64> = 20.0..=10_000.0;
+
+/// The channels of `table` that `selection` means as a record. `by_name`: names that say time and yaw angle in the field's
+/// words are taken, numbers that are missing are gaps.
+///
+/// # Errors
+/// Exit 3, naming the channels there are, where time, yaw angle or its unit is not clear; and for
+/// numbers that are no record.
+pub(super) fn record(
+    file: &Path,
+    table: &[Channel],
+    selection: &Selection,
+    by_name: bool,
+) -> Result<Record> {
+    let asked = Asked { file, table, selection, by_name };
+    let yaw = asked.yaw()?;
+    let unit = asked.unit(yaw)?;
+    let values = numbers(file, yaw)?;
+    let scale = match unit {
+        Unit::Deg => 1.0,
+        Unit::Rad => deg_from_rad(1.0),
+    };
+    let time_s = asked.time(yaw, values.len())?;
+    let yaw_deg = values.iter().map(|value| value * scale).collect();
+    let mut record = Record { file: file.to_owned(), time_s, yaw_deg };
+    if by_name {
+        clean(&mut record);
+    }
+    check(&record)?;
+    Ok(record)
+}
+
+/// Leaves out rows with a number missing, and of rows with one time stamp all but the first; where a clock is too coarse for
+/// the rate, so that many have the same, the samples are spread evenly.
+fn clean(record: &mut Record) {
+    let kept = |(t, y): &(f64, f64)| t.is_finite() && y.is_finite();
+    let rows = record.time_s.iter().copied().zip(record.yaw_deg.iter().copied()).filter(kept);
+    let (mut time_s, yaw_deg): (Vec<f64>, Vec<f64>) = rows.unzip();
+    let n = time_s.len();
+    let repeated = time_s.windows(2).filter(|t| t[0] == t[1]).count();
+    let tick =
+        time_s.windows(2).map(|t| t[1] - t[0]).filter(|step| *step > 0.0).fold(f64::MAX, f64::min);
+    if 10 * repeated > n && n > 1 {
+        // A straight line through the stamps against their number.
+        let middle = 0.5 * (n - 1) as f64;
+        let mean = time_s.iter().sum::<f64>() / n as f64;
+        let (products, squares) = time_s.iter().enumerate().fold((0.0, 0.0), |(p, s), (k, t)| {
+            let off = k as f64 - middle;
+            (p + off * (t - mean), s + off * off)
+        });
+        let step_s = products / squares;
+        let even: Vec<f64> = (0..n).map(|k| mean + (k as f64 - middle) * step_s).collect();
+        if even.iter().zip(&time_s).all(|(even, t)| (even - t).abs() < 1.5 * tick) {
+            time_s = even;
+        }
+    }
+    (record.time_s, record.yaw_deg) = (Vec::with_capacity(n), Vec::with_capacity(n));
+    for (t, y) in time_s.into_iter().zip(yaw_deg) {
+        if record.time_s.last() != Some(&t) {
+            record.time_s.push(t);
+            record.yaw_deg.push(y);
+        }
+    }
+}
+
+/// What is asked of a file, to be asked of its user where it is not clear.
+struct Asked<'a> {
+    file: &'a Path,
+    table: &'a [Channel],
+    selection: &'a Selection,
+    by_name: bool,
+}
+
+impl<'a> Asked<'a> {
+    fn unclear(&self, what: &str) -> Error {
+        let there: Vec<String> = self.table.iter().map(Channel::described).collect();
+        let file = self.file.display();
+        if there.is_empty() {
+            return Error::data(format!("{file}: there is no channel of numbers in it"))
+                .help("export the record anew, or as CSV with time_s,yaw_deg");
+        }
+        let there = there.join(", ");
+        Error::data(format!("{file}: {what}; its channels: {there}")).help(self.command())
+    }
+
+    /// What to type, complete, with the channels that are most likely meant.
+    fn command(&self) -> String {
+        let Selection { unit, time_unit, rate_hz, .. } = self.selection;
+        let usable = || self.table.iter().filter(|c| c.values.as_ref().is_ok_and(|v| v.len() > 1));
+        let increases = |c: &&Channel| {
+            let values = c.values.as_deref().unwrap_or_default();
+            values.windows(2).all(|v| v[1] > v[0])
+        };
+        let named = |wanted: &Option<String>| {
+            let wanted = wanted.as_ref()?;
+            self.table.iter().find(|c| c.name == *wanted || c.own_name() == wanted)
+        };
+        let time = named(&self.selection.time).or_else(|| {
+            let by_name = usable().filter_map(|c| Some((names::as_time(c.own_name())?, c)));
+            by_name
+                .min_by_key(|(rank, _)| *rank)
+                .map(|(_, c)| c)
+                .or_else(|| usable().find(increases))
+        });
+        let other = |c: &&Channel| time.is_none_or(|time| time.name != c.name);
+        let yaw = named(&self.selection.yaw).or_else(|| {
+            let by_name =
+                usable().filter(other).filter_map(|c| Some((names::as_yaw(c.own_name())?, c)));
+            let angle =
+                || usable().filter(other).find(|c| c.unit.as_deref().and_then(Unit::of).is_some());
+            by_name
+                .min_by_key(|(rank, _)| *rank)
+                .map(|(_, c)| c)
+                .or_else(angle)
+                .or_else(|| usable().find(other))
+        });
+        let called = |c: &Channel| match c.name.strip_prefix("column ") {
+            Some(number) => number.to_owned(),
+            None => quoted(&c.name),
+        };
+        let mut out = format!("yawrig convert {} record.csv", quoted(&self.file.to_string_lossy()));
+        match (rate_hz, time) {
+            (Some(hz), _) => out += &format!(" --rate-hz {hz}"),
+            (None, Some(time)) if names::counts_samples(time.own_name()) => {
+                out += " --rate-hz 1000"
+            }
+            (None, Some(time)) => out += &format!(" --time {}", called(time)),
+            (None, None) => out += " --rate-hz 1000",
+        }
+        if let (Some(time), None) = (time, rate_hz) {
+            let unknown = time.unit.as_deref().and_then(names::seconds).is_none();
+            if time_unit.is_none()
+                && unknown
+                && !names::counts_samples(time.own_name())
+                && !is_in_seconds(time)
+            {
+                out += " --time-unit ms";
+            }
+        }
+        out += &format!(" --yaw {}", yaw.map_or("NAME".to_owned(), called));
+        let known = yaw.is_some_and(|c| {
+            let by_name = c.own_name().rsplit_once('_').and_then(|(_, unit)| Unit::of(unit));
+            by_name.or(c.unit.as_deref().and_then(Unit::of)).is_some()
+        });
+        match unit {
+            Some(unit) => out += &format!(" --unit {}", unit.name()),
+            None if !known => out += " --unit deg",
+            None => {}
+        }
+        out + "   (with --keep all of its folder are read so)"
+    }
+
+    /// The channel of this name, with or without its group, or of this number.
+    fn named(&self, name: &str) -> Result<&'a Channel> {
+        if let Some(channel) = self.table.iter().find(|channel| channel.name == name) {
+            return Ok(channel);
+        }
+        let mut found = self.table.iter().filter(|channel| channel.own_name() == name);
+        match (found.next(), found.next()) {
+            (Some(channel), None) => Ok(channel),
+            (None, _) => {
+                let number = name.parse::<usize>().ok().and_then(|n| n.checked_sub(1));
+                number
+                    .and_then(|k| self.table.get(k))
+                    .ok_or_else(|| self.unclear(&format!("there is no channel {name:?}")))
+            }
+            (Some(first), Some(_)) => {
+                Err(self
+                    .unclear(&format!("several channels are called {name:?}, as {}", first.name)))
+            }
+        }
+    }
+
+    fn yaw(&self) -> Result<&'a Channel> {
+        if let Some(name) = &self.selection.yaw {
+            return self.named(name);
+        }
+        let mut found =
+            self.table.iter().filter(|channel| matches!(channel.own_name(), "yaw_deg" | "yaw_rad"));
+        match (found.next(), found.next()) {
+            (Some(channel), None) => return Ok(channel),
+            (Some(_), Some(_)) => return Err(self.unclear("several channels may be the yaw angle")),
+            (None, _) if !self.by_name => {
+                return Err(self.unclear("no channel is called yaw_deg or yaw_rad"))
+            }
+            (None, _) => {}
+        }
+        if let Some(channel) = self.surest(names::as_yaw, "the yaw angle")? {
+            return Ok(channel);
+        }
+        // Of two, one the time and the other an angle by its unit, that is it.
+        let numbers = self.table.iter().filter(|c| c.values.is_ok());
+        let others: Vec<&Channel> = numbers.filter(|c| names::as_time(&c.name).is_none()).collect();
+        match others.as_slice() {
+            [one] if one.unit.as_deref().and_then(Unit::of).is_some() => Ok(one),
+            _ => Err(self.unclear("no channel's name says that it is the yaw angle")),
+        }
+    }
+
+    /// The channel whose name says it most surely.
+    fn surest(&self, rank: fn(&str) -> Option<u8>, what: &str) -> Result<Option<&'a Channel>> {
+        let ranked = || self.table.iter().filter_map(|c| Some((rank(&c.name)?, c)));
+        let Some(best) = ranked().map(|(rank, _)| rank).min() else { return Ok(None) };
+        let mut of_best = ranked().filter(|(rank, _)| *rank == best).map(|(_, channel)| channel);
+        match (of_best.next(), of_best.next()) {
+            (one, None) => Ok(one),
+            _ => Err(self.unclear(&format!("several channels may be {what}"))),
+        }
+    }
+
+    fn unit(&self, yaw: &Channel) -> Result<Unit> {
+        let by_name = yaw.own_name().rsplit_once('_').and_then(|(_, unit)| Unit::of(unit));
+        let by_property = yaw.unit.as_deref().and_then(Unit::of);
+        let said = [by_name, by_property, self.selection.unit];
+        let mut units = said.into_iter().flatten();
+        let file = self.file.display();
+        let Some(unit) = units.next() else {
+            let other = match &yaw.unit {
+                Some(unit) => format!("in {unit:?}"),
+                None => "in an unknown unit".to_owned(),
+            };
+            let what = format!("{file}: channel {} is {other}", yaw.name);
+            let chosen = Selection { yaw: Some(yaw.name.clone()), ..self.selection.clone() };
+            let command = Asked { selection: &chosen, ..*self }.command();
+            return Err(Error::data(what).help(format!("if it is an angle: {command}")));
+        };
+        // A voltage is no angle, whatever the flag says.
+        let other = yaw.unit.as_deref().filter(|u| !u.trim().is_empty() && Unit::of(u).is_none());
+        if let Some(other) = other {
+            return Err(Error::data(format!(
+                "{file}: channel {} is in {other:?}, not in {}",
+                yaw.name,
+                unit.name()
+            ))
+            .help("scale it to an angle first"));
+        }
+        if let Some(against) = units.find(|other| *other != unit) {
+            return Err(Error::data(format!(
+                "{file}: channel {} is said to be in {} and in {}",
+                yaw.name,
+                unit.name(),
+                against.name()
+            ))
+            .help("leave --unit away, or correct the file"));
+        }
+        Ok(unit)
+    }
+
+    fn time(&self, yaw: &Channel, length: usize) -> Result<Vec<f64>> {
+        let Self { file, table, selection, .. } = self;
+        let by_step = |step_s: f64| Ok((0..length).map(|index| index as f64 * step_s).collect());
+        let chosen = selection.time.as_deref().map(|name| self.named(name)).transpose()?;
+        if let (Some(rate_hz), None) = (selection.rate_hz, chosen) {
+            return by_step(1.0 / rate_hz);
+        }
+        let beside = || {
+            let group = yaw.name.strip_suffix(yaw.own_name()).unwrap_or("");
+            let beside = format!("{group}time_s");
+            let mut found = table.iter().filter(|channel| channel.own_name() == "time_s");
+            match (table.iter().find(|c| c.name == beside), found.next(), found.next()) {
+                (Some(channel), ..) | (None, Some(channel), None) => Ok(Some(channel)),
+                (_, None, _) if self.by_name => self.surest(names::as_time, "the time"),
+                (_, None, _) => Ok(None),
+                _ => Err(self.unclear("several channels are called time_s")),
+            }
+        };
+        let channel = match chosen {
+            Some(channel) => channel,
+            None => match (yaw.step_s.filter(|step_s| *step_s > 0.0), beside()) {
+                (_, Ok(Some(channel))) => channel,
+                (Some(step_s), _) => return by_step(step_s),
+                (None, Err(unclear)) => return Err(unclear),
+                (None, Ok(None)) => {
+                    let one = table.iter().filter(|c| c.values.is_ok()).count() == 1;
+                    return Err(self.unclear(match (self.by_name, one) {
+                        (true, true) => "there is one column, and its rate is not known",
+                        (true, false) => "no channel's name says that it is the time",
+                        (false, _) => "no channel is called time_s",
+                    }));
+                }
+            },
+        };
+        let values = numbers(file, channel)?;
+        if values.len() != length {
+            return Err(Error::data(format!(
+                "{}: {} has {} numbers and {} has {length}",
+                file.display(),
+                channel.name,
+                values.len(),
+                yaw.name
+            ))
+            .help("give the channel of the time that belongs to it with --time, or --rate-hz"));
+        }
+        let scale = self.seconds_per_unit(channel)?;
+        // Days since some year leave too few digits for the time between samples.
+        let begin = values
+            .first()
+            .copied()
+            .filter(|first| self.by_name && first.abs() > 1e6)
+            .unwrap_or(0.0);
+        Ok(values.iter().map(|value| (value - begin) * scale).collect())
+    }
+
+    fn seconds_per_unit(&self, time: &Channel) -> Result<f64> {
+        let counts = names::counts_samples(time.own_name()) && self.by_name;
+        let by_rate = || match self.selection.rate_hz {
+            Some(rate_hz) => Ok(1.0 / rate_hz),
+            None => {
+                Err(self
+                    .unclear(&format!("{} counts samples, and their rate is not known", time.name)))
+            }
+        };
+        match self.selection.time_unit {
+            Some(TimeUnit::S) => return Ok(1.0),
+            Some(TimeUnit::Ms) => return Ok(1e-3),
+            Some(TimeUnit::Us) => return Ok(1e-6),
+            Some(TimeUnit::Samples) => return by_rate(),
+            None if counts || self.selection.rate_hz.is_some() => return by_rate(),
+            None => {}
+        }
+        match time.unit.as_deref().map(str::trim).filter(|unit| !unit.is_empty()) {
+            Some(unit) => names::seconds(unit).ok_or_else(|| {
+                Error::data(format!(
+                    "{}: the time in {} is in {unit:?}, not in seconds",
+                    self.file.display(),
+                    time.name
+                ))
+                .help("say what it is with `yawrig convert --time-unit` (s, ms or us), or give --rate-hz")
+            }),
+            // Of all units but seconds a record would be too slow or too fast.
+            None if !self.by_name || is_in_seconds(time) => Ok(1.0),
+            None => Err(self.unclear(&format!("the unit of the time in {} is not known", time.name))),
+        }
+    }
+}
+
+/// Whether times without a unit can be seconds.
+fn is_in_seconds(time: &Channel) -> bool {
+    let values = time.values.as_deref().unwrap_or_default();
+    let known: Vec<f64> = values.iter().copied().filter(|t| t.is_finite()).collect();
+    match known.as_slice() {
+        [first, .., last] => RATES_HZ.contains(&((known.len() - 1) as f64 / (last - first))),
+        _ => false,
+    }
+}
+
+fn numbers<'a>(file: &Path, channel: &'a Channel) -> Result<&'a [f64]> {
+    channel.values.as_deref().map_err(|why| {
+        Error::data(format!("{}: channel {} cannot be used: {why}", file.display(), channel.name))
+            .help(
+                "choose another channel with `yawrig convert --yaw` and --time, or export it anew",
+            )
+    })
+}
+
+/// What `csv_file` refuses line by line.
+fn check(record: &Record) -> Result<()> {
+    let refuse = |index: usize, what: String| {
+        let file = record.file.display();
+        Error::data(format!("{file}, sample {}: {what}", index + 1))
+            .help("correct the file where it was recorded, or cut it here")
+    };
+    for (index, (time_s, yaw_deg)) in record.time_s.iter().zip(&record.yaw_deg).enumerate() {
+        if !time_s.is_finite() || !yaw_deg.is_finite() {
+            return Err(refuse(index, "not a finite number".to_owned()));
+        }
+        if index > 0 && *time_s <= record.time_s[index - 1] {
+            let before = record.time_s[index - 1];
+            return Err(refuse(index, format!("time runs from {before} s to {time_s} s")));
+        }
+        if time_s - record.time_s[0] > LONGEST_S {
+            return Err(refuse(index, "more than a day after the first sample".to_owned()));
+        }
+    }
+    if record.len() < FEWEST_SAMPLES {
+        return Err(Error::data(format!(
+            "{}: {} samples are too few for three cycles",
+            record.file.display(),
+            record.len()
+        ))
+        .help("record at least three cycles of the free decay"));
+    }
+    Ok(())
+}

@@ -1,0 +1,126 @@
+//! Rows of any text or sheet to channels: where the numbers begin, what names stand above them, and in which unit.
+
+use super::names;
+use super::table::Channel;
+use super::text::{rows, Row, Separator};
+
+/// So many rows of numbers one after the other are the beginning of the data.
+const BEGINNING: usize = 3;
+
+/// What a field says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Cell {
+    Number(f64),
+    /// Seconds of a time of day or a date with one.
+    Clock(f64),
+    Missing,
+    Text,
+}
+
+fn cell(field: &str, is_decimal_comma_possible: bool) -> Cell {
+    let missing = ["", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--"];
+    if missing.contains(&field.to_lowercase().as_str()) {
+        return Cell::Missing;
+    }
+    let comma =
+        is_decimal_comma_possible && !field.contains('.') && field.matches(',').count() == 1;
+    let parsed = if comma { field.replace(',', ".").parse() } else { field.parse::<f64>() };
+    match parsed {
+        Ok(value) if value.is_finite() => Cell::Number(value),
+        Ok(_) => Cell::Missing,
+        Err(_) => names::clock_s(field).map_or(Cell::Text, Cell::Clock),
+    }
+}
+
+/// The channels of a text, parted by whatever gives the most columns of numbers.
+pub(super) fn of_text(text: &str) -> Result<Vec<Channel>, String> {
+    let best = Separator::ALL
+        .into_iter()
+        .map(|separator| (separator, rows(text, separator)))
+        .map(|(separator, rows)| {
+            let comma = separator.is_decimal_comma_possible();
+            let score = rows.iter().filter(|row| numbers(row, comma) >= 2).count();
+            (score, comma, rows)
+        })
+        // The first of those that do as well.
+        .rev()
+        .max_by_key(|(score, ..)| *score);
+    let (_, comma, rows) = best.expect("four separators");
+    of_rows(&rows, comma)
+}
+
+/// Numbers of a row, times of day and gaps beside a number counted.
+fn numbers(row: &Row, comma: bool) -> usize {
+    let cells = || row.fields.iter().map(|field| cell(field, comma));
+    let number = |c: &Cell| matches!(c, Cell::Number(_) | Cell::Clock(_));
+    match !row.is_comment && cells().any(|c| number(&c)) {
+        true => cells().filter(|c| number(c) || *c == Cell::Missing).count(),
+        false => 0,
+    }
+}
+
+/// The channels of these rows.
+pub(super) fn of_rows(rows: &[Row], comma: bool) -> Result<Vec<Channel>, String> {
+    let count = |row: &Row| numbers(row, comma);
+    let widest = rows.iter().map(count).max().unwrap_or(0).min(2);
+    let is_data = |row: &Row| widest > 0 && count(row) >= widest;
+    let begins = |at: &usize| {
+        let run = &rows[*at..rows.len().min(at + BEGINNING)];
+        run.iter().all(is_data) && run.iter().all(|r| r.fields.len() == run[0].fields.len())
+    };
+    let first = (0..rows.len()).find(begins).ok_or("there are no columns of numbers in it")?;
+    let width = rows[first].fields.len();
+    let (heads, data) = rows.split_at(first);
+    let mut channels: Vec<Channel> = header(heads, width)
+        .into_iter()
+        .map(|(name, unit)| Channel { name, unit, step_s: None, values: Ok(Vec::new()) })
+        .collect();
+    // What stands below the numbers is no part of them.
+    let last = data.iter().rposition(is_data).unwrap_or(0);
+    for row in data[..=last].iter().filter(|row| !row.is_comment) {
+        for (k, channel) in channels.iter_mut().enumerate() {
+            let Ok(values) = &mut channel.values else { continue };
+            match row.fields.get(k).map_or(Cell::Missing, |field| cell(field, comma)) {
+                Cell::Number(value) => values.push(value),
+                Cell::Clock(seconds) => {
+                    channel.unit = Some("s".to_owned());
+                    values.push(seconds);
+                }
+                // A gap: its row is left out.
+                Cell::Missing => values.push(f64::NAN),
+                Cell::Text => {
+                    let what = format!("line {}: {:?} is not a number", row.line, row.fields[k]);
+                    channel.values = Err(what);
+                }
+            }
+        }
+    }
+    Ok(channels)
+}
+
+/// Name and unit of each column, from the rows above the numbers.
+fn header(heads: &[Row], width: usize) -> Vec<(String, Option<String>)> {
+    // A comment is a header only where it names the time.
+    let fits = |row: &&Row| {
+        row.fields.len() >= width
+            && row.fields.iter().any(|f| !f.is_empty())
+            && (!row.is_comment || row.fields.iter().any(|f| names::as_time(f).is_some()))
+    };
+    let mut above = heads.iter().rev().take(2).filter(fits);
+    let is_units =
+        |row: &Row| row.fields.iter().all(|f| f.is_empty() || names::bracketed(f).is_some());
+    let (names, units) = match (above.next(), above.next()) {
+        (Some(units), Some(names)) if is_units(units) => (Some(names), Some(units)),
+        (names, _) => (names, None),
+    };
+    (0..width)
+        .map(|k| {
+            let field = |row: Option<&Row>| row.and_then(|r| r.fields.get(k)).cloned();
+            let name = field(names).filter(|n| !n.is_empty());
+            let name = name.unwrap_or_else(|| format!("column {}", k + 1));
+            let unit = field(units).and_then(|text| names::bracketed(&text));
+            let unit = unit.or_else(|| names::unit_in(&name));
+            (name, unit)
+        })
+        .collect()
+}

@@ -1,0 +1,103 @@
+//! Text as other programs write it: decoded, its comments put aside, its lines split by what parts them.
+
+use std::borrow::Cow;
+
+/// A line's fields, and its number in the file, from 1.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Row {
+    pub line: usize,
+    pub fields: Vec<String>,
+    /// It stands behind a comment sign.
+    pub is_comment: bool,
+}
+
+/// What parts the fields of a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Separator {
+    Tab,
+    Semicolon,
+    Comma,
+    Blanks,
+}
+
+impl Separator {
+    /// In the order in which they are tried.
+    pub const ALL: [Self; 4] = [Self::Tab, Self::Semicolon, Self::Comma, Self::Blanks];
+
+    /// Whether a comma may be the decimal sign.
+    pub fn is_decimal_comma_possible(self) -> bool {
+        self != Self::Comma
+    }
+}
+
+/// UTF-8 and UTF-16 with or without their marks; what is no UTF-8 is taken for Latin-1, as Windows writes a degree sign.
+pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
+    let wide = |of: fn([u8; 2]) -> u16, bytes: &[u8]| {
+        let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| of([pair[0], pair[1]])).collect();
+        Cow::Owned(String::from_utf16_lossy(&units))
+    };
+    match bytes {
+        [0xff, 0xfe, rest @ ..] => wide(u16::from_le_bytes, rest),
+        [0xfe, 0xff, rest @ ..] => wide(u16::from_be_bytes, rest),
+        [0xef, 0xbb, 0xbf, rest @ ..] => utf8_or_latin1(rest),
+        [_, 0, _, 0, ..] => wide(u16::from_le_bytes, bytes),
+        [0, _, 0, _, ..] => wide(u16::from_be_bytes, bytes),
+        _ => utf8_or_latin1(bytes),
+    }
+}
+
+fn utf8_or_latin1(bytes: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => Cow::Borrowed(text),
+        Err(_) => Cow::Owned(bytes.iter().map(|byte| char::from(*byte)).collect()),
+    }
+}
+
+/// The lines that hold something, split.
+pub(super) fn rows(text: &str, separator: Separator) -> Vec<Row> {
+    let row = |(index, line): (usize, &str)| {
+        let trimmed = line.trim();
+        let bare = trimmed.trim_start_matches(['#', '%']);
+        let bare = bare.strip_prefix("//").unwrap_or(bare);
+        let is_comment = bare.len() < trimmed.len();
+        let line = if is_comment { bare.trim() } else { line.trim_end_matches(['\r', ' ']) };
+        (!line.trim().is_empty()).then(|| Row {
+            line: index + 1,
+            fields: split(line, separator),
+            is_comment,
+        })
+    };
+    text.lines().enumerate().filter_map(row).collect()
+}
+
+fn split(line: &str, separator: Separator) -> Vec<String> {
+    let sign = match separator {
+        Separator::Tab => '\t',
+        Separator::Semicolon => ';',
+        Separator::Comma => ',',
+        Separator::Blanks => return by_blanks(line),
+    };
+    let mut fields = vec![String::new()];
+    let mut is_quoted = false;
+    for c in line.chars() {
+        match c {
+            '"' => is_quoted = !is_quoted,
+            c if c == sign && !is_quoted => fields.push(String::new()),
+            c => fields.last_mut().expect("one at least").push(c),
+        }
+    }
+    fields.iter_mut().for_each(|field| *field = field.trim().to_owned());
+    fields
+}
+
+/// A unit in brackets belongs to the word before it.
+fn by_blanks(line: &str) -> Vec<String> {
+    let mut fields: Vec<String> = Vec::new();
+    for word in line.split_whitespace() {
+        match fields.last_mut() {
+            Some(last) if word.starts_with(['(', '[']) => *last = format!("{last} {word}"),
+            _ => fields.push(word.trim_matches('"').to_owned()),
+        }
+    }
+    fields
+}

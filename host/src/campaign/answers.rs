@@ -1,0 +1,132 @@
+//! A device's answers to releases, as derivatives are computed from them.
+
+use yawrig_core::derivatives::campaign::ReleaseEntry;
+use yawrig_core::derivatives::condition::Identified;
+use yawrig_core::quantity::Quantity;
+use yawrig_link::follow::{is_refined, precise};
+use yawrig_shared::window::SAMPLE_RATE_HZ;
+use yawrig_shared::wire::{Measured, Refined, ReleaseResult};
+
+/// What the device says of one release.
+#[derive(Clone, Copy, Debug)]
+pub struct Answer {
+    pub result: ReleaseResult,
+    pub refined: Option<Refined>,
+}
+
+/// Whose estimates are meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum By {
+    /// The network, as a mean over the windows.
+    Network,
+    /// The fit to the whole record; the network where there is none.
+    Refined,
+}
+
+impl Answer {
+    /// Whether the device has an estimate to rely on.
+    pub fn is_usable(&self) -> bool {
+        self.result.windows > 0 && !self.result.flags.unusable()
+    }
+
+    /// Whether wind-on releases may be held against this wind-off one: the device's own rule.
+    pub fn is_reference(&self) -> bool {
+        self.is_usable() && !self.result.flags.unfit_as_reference()
+    }
+
+    /// The same of its refined estimate.
+    fn is_refined_reference(&self) -> bool {
+        let fit = |r: &Refined| is_refined(r) && !r.flags.unfit_as_reference();
+        self.refined.as_ref().is_some_and(fit)
+    }
+
+    /// Natural frequency (rad/s) and damping ratio.
+    pub fn estimate(&self, by: By) -> [Quantity; 2] {
+        let quantity = |m: Measured| Quantity::new(f64::from(m.value), f64::from(m.u));
+        match self.refined.filter(|refined| by == By::Refined && is_refined(refined)) {
+            Some(r) => [precise(r.natural_frequency_rad_s), quantity(r.damping_ratio)],
+            None => [self.result.natural_frequency_rad_s, self.result.damping_ratio].map(quantity),
+        }
+    }
+
+    fn identified(&self, by: By) -> Identified {
+        let seconds = |sample: u32| f64::from(sample) / f64::from(SAMPLE_RATE_HZ);
+        let [natural_frequency_rad_s, damping_ratio] = self.estimate(by);
+        Identified {
+            natural_frequency_rad_s,
+            damping_ratio,
+            from_s: seconds(self.result.release_sample),
+            to_s: seconds(self.result.finished_sample),
+            flags: Vec::new(),
+        }
+    }
+}
+
+/// The answers to `releases` for the table, by the device's own rule: an estimate is held against one of its kind. Where
+/// a refined estimate of a spring and axis is missing, or a wind-off one is flagged, all of them are the network's.
+pub fn identified(releases: &[ReleaseEntry], answers: &[Answer], by: By) -> Vec<Identified> {
+    let rig = |release: &ReleaseEntry| (release.spring.clone(), release.axis);
+    let all = || releases.iter().zip(answers);
+    let of = |(release, answer): (&ReleaseEntry, &Answer)| {
+        let are_refined =
+            all().filter(|(other, _)| rig(other) == rig(release)).all(|(r, a)| {
+                match r.wind_speed_m_s {
+                    0.0 => a.is_refined_reference(),
+                    _ => a.refined.as_ref().is_some_and(is_refined),
+                }
+            });
+        answer.identified(if are_refined { by } else { By::Network })
+    };
+    all().map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use yawrig_shared::axis::Axis;
+    use yawrig_shared::wire::{Flags, Precise};
+
+    fn answer(flags: Flags) -> Answer {
+        let measured = Measured { value: 1.0, u: 0.1 };
+        let result = ReleaseResult {
+            release: 0,
+            release_sample: 0,
+            finished_sample: 1000,
+            windows: 5,
+            natural_frequency_rad_s: measured,
+            damping_ratio: measured,
+            derivatives: None,
+            flags: Flags(0),
+        };
+        let natural_frequency_rad_s = Precise { value: 2.0, u: 0.01 };
+        Answer {
+            result,
+            refined: Some(Refined { natural_frequency_rad_s, flags, ..Refined::default() }),
+        }
+    }
+
+    fn frequencies(flags: [Flags; 4]) -> Vec<f64> {
+        let entry = |(spring, wind_speed_m_s): (&str, f64)| ReleaseEntry {
+            file: String::new(),
+            spring: spring.to_owned(),
+            spring_stiffness_n_per_m: 100.0,
+            spring_stiffness_u_n_per_m: None,
+            axis: Axis::Mid,
+            wind_speed_m_s,
+            wind_speed_u_m_s: None,
+        };
+        let releases = [("K1", 0.0), ("K1", 10.0), ("K2", 0.0), ("K2", 10.0)].map(entry);
+        let found = identified(&releases, &flags.map(answer), By::Refined);
+        found.iter().map(|found| found.natural_frequency_rad_s.value).collect()
+    }
+
+    /// What the device withholds (`firmware/src/reference.rs`) does not come back by the host's table.
+    #[test]
+    fn refined_estimates_are_held_against_refined_ones_that_the_device_takes_as_reference() {
+        let good = Flags(0);
+        assert_eq!(frequencies([good; 4]), [2.0; 4]);
+        assert_eq!(frequencies([Flags::MISFIT, good, good, good]), [1.0, 1.0, 2.0, 2.0]);
+        assert_eq!(frequencies([good, Flags::MISFIT, good, good]), [2.0; 4], "says so itself");
+        assert_eq!(frequencies([good, good, good, Flags::NOT_REFINED]), [2.0, 2.0, 1.0, 1.0]);
+    }
+}

@@ -1,0 +1,158 @@
+//! A `campaign.toml` from a folder of records and what their names say, its gaps marked.
+
+use super::pattern::{Named, Pattern};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use yawrig_base::error::{Error, Result};
+use yawrig_records::format;
+use yawrig_shared::axis::Axis;
+
+/// The word that stands where something is missing.
+pub const MISSING: &str = "MISSING";
+/// Folders in folders, at most.
+const DEEPEST: usize = 4;
+
+/// What was found in a folder.
+#[derive(Clone, Debug, Default)]
+pub struct Begun {
+    pub text: String,
+    pub releases: usize,
+    pub springs: Vec<String>,
+    /// Records whose names do not look so.
+    pub left_over: Vec<String>,
+}
+
+/// Looks through `folder` for records that are called as `pattern` says; the campaign's file will be `out`.
+///
+/// # Errors
+/// Exit 3 where the folder cannot be read or nothing in it is called so.
+pub fn begin(folder: &Path, pattern: &Pattern, out: &Path) -> Result<Begun> {
+    let mut files = Vec::new();
+    gather(folder, DEEPEST, &mut files)?;
+    files.sort();
+    let mut begun = Begun::default();
+    let mut found: Vec<(String, Named)> = Vec::new();
+    for file in files {
+        let within =
+            file.strip_prefix(folder).unwrap_or(&file).to_string_lossy().replace('\\', "/");
+        match pattern.named(&within) {
+            Some(named) => found.push((seen_from(out, &file), named)),
+            None if format::is_named_so(&file) => begun.left_over.push(within),
+            None => {}
+        }
+    }
+    if found.is_empty() {
+        let what = format!("{}: no file is called as the pattern says", folder.display());
+        let example =
+            begun.left_over.first().map_or(String::new(), |name| format!(", as in {name}"));
+        return Err(Error::data(what).help(format!(
+            "put {{spring}}, {{wind}}, {{axis}} and {{n}} where those stand in the names{example}"
+        )));
+    }
+    found.sort_by(|(a, na), (b, nb)| {
+        let key = |n: &Named| (n.spring.clone(), n.axis, n.wind_speed_m_s.map(f64::to_bits));
+        key(na).cmp(&key(nb)).then(a.cmp(b))
+    });
+    for (_, named) in &found {
+        if let Some(spring) = named.spring.clone().filter(|s| !begun.springs.contains(s)) {
+            begun.springs.push(spring);
+        }
+    }
+    begun.releases = found.len();
+    begun.text = text(folder, &begun.springs, &found);
+    Ok(begun)
+}
+
+fn gather(folder: &Path, deep: usize, files: &mut Vec<PathBuf>) -> Result<()> {
+    let fail = |e: std::io::Error| {
+        Error::data(format!("cannot read {}: {e}", folder.display()))
+            .help("give the folder that the records are in")
+    };
+    for entry in std::fs::read_dir(folder).map_err(fail)? {
+        let path = entry.map_err(fail)?.path();
+        if path.is_dir() && deep > 0 {
+            gather(&path, deep - 1, files)?;
+        } else if path.is_file() {
+            files.push(path);
+        }
+    }
+    Ok(())
+}
+
+/// The path of `file` as the campaign at `out` names it.
+fn seen_from(out: &Path, file: &Path) -> String {
+    let folder = out.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let (Ok(folder), Ok(real)) = (folder.canonicalize(), file.canonicalize()) else {
+        return file.display().to_string();
+    };
+    real.strip_prefix(&folder).unwrap_or(&real).display().to_string()
+}
+
+/// A line of what is missing: its name, its unit in words, and what is usual.
+fn missing(name: &str, what: &str) -> String {
+    format!("{name} = nan  # {MISSING}: {what}\n")
+}
+
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+fn text(folder: &Path, springs: &[String], found: &[(String, Named)]) -> String {
+    let name = folder.canonicalize().ok();
+    let name = name
+        .as_deref()
+        .and_then(Path::file_name)
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
+    let mut out = format!(
+        "# What each record was made under. Lines with {MISSING} are to be filled in; then: yawrig campaign check\n\
+         schema_version = 1\n\n[model]\nname = {}\n",
+        quoted(&name)
+    );
+    out += &missing("length_m", "reference length, m; usual: 0.2 to 2");
+    out += &missing("frontal_area_m2", "frontal area, m2; usual: 0.005 to 0.5");
+    out += "\n[air]\n";
+    out += &missing(
+        "density_kg_m3",
+        "air density, kg/m3; usual: 1.1 to 1.3 (1.2 at 20 C and sea level)",
+    );
+    out += "\n[rig]\n";
+    out += &missing("spring_arm_m", "distance of each spring from the axis, m; usual: 0.05 to 0.5");
+    out += &missing(
+        "axis_offset_m",
+        "how far the front axis lies ahead of the middle one, m; usual: 0.02 to 0.2",
+    );
+    out += "\n[stiffness_n_per_m]  # of one spring; Kr = 2 Ks arm^2\n";
+    for spring in springs {
+        out += &missing(&quoted(spring), "N/m; usual: 50 to 5000");
+    }
+    for (file, named) in found {
+        let _ = write!(out, "\n[[release]]\nfile = {}\n", quoted(file));
+        let unknown = match named.unknown.is_empty() {
+            true => String::new(),
+            false => format!(" (the name says {})", named.unknown.join(", ")),
+        };
+        match &named.spring {
+            Some(spring) => out += &format!("spring = {}\n", quoted(spring)),
+            None => out += &format!("spring = \"{MISSING}\"  # {MISSING}: which spring{unknown}\n"),
+        }
+        match named.axis {
+            Some(axis) => out += &format!("axis = \"{axis}\"\n"),
+            None => {
+                let [mid, front] = Axis::BOTH;
+                out += &format!("axis = \"{MISSING}\"  # {MISSING}: {mid} or {front}{unknown}\n");
+            }
+        }
+        match named.wind_speed_m_s {
+            Some(speed) => out += &format!("wind_speed_m_s = {speed:?}\n"),
+            None => {
+                out += &missing(
+                    "wind_speed_m_s",
+                    &format!("m/s, 0 for wind off; usual: 5 to 40{unknown}"),
+                )
+            }
+        }
+    }
+    out
+}

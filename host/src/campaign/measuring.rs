@@ -1,0 +1,475 @@
+//! A campaign that is being measured on a device: what is released next, and what has come of the releases so far.
+
+use super::answers::{identified, Answer, By};
+use super::plan::Plan;
+use super::simulated::CAMPAIGN_FILE;
+use super::CampaignFile;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+use yawrig_base::error::{Error, Result};
+use yawrig_base::files;
+use yawrig_core::derivatives::campaign::{Campaign, ReleaseEntry};
+use yawrig_core::derivatives::condition::{is_same_speed, Identified};
+use yawrig_core::derivatives::table::Table;
+use yawrig_core::derivatives::{inertia_kg_m2, Computed};
+use yawrig_core::identify::{identify, Method, Settings};
+use yawrig_link::condition::check;
+use yawrig_link::follow::flag_names;
+use yawrig_link::live::built_in_rig::BuiltInRig;
+use yawrig_link::live::item::{Item, Next};
+use yawrig_link::live::recording::Recording;
+use yawrig_link::live::session::Session;
+use yawrig_shared::axis::Axis;
+use yawrig_shared::derivatives::{Model, Wind};
+use yawrig_shared::wire::{rig_id, Condition, Event, Phase, ReleaseResult};
+
+/// How often the device is asked whether it still refines a release.
+const ASK: Duration = Duration::from_millis(300);
+
+/// The last of them is over, and its refined estimate is to come.
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    release: u32,
+    ask_at: Instant,
+    /// The device was asked once and had nothing left to do.
+    idle: bool,
+}
+
+/// The plan under way.
+#[derive(Debug)]
+pub struct Measuring {
+    plan: Plan,
+    /// The plan's releases whose records were there before it began.
+    skipped: Vec<bool>,
+    at: usize,
+    /// The device knows what the next one is made under.
+    announced: bool,
+    told: Option<Condition>,
+    not_counted: Option<String>,
+    /// The release that is going on or was the last to begin, and which of the plan it is.
+    under_way: Option<(u32, Option<usize>)>,
+    /// One is going on that began before the device was told.
+    stale: bool,
+    waiting: Option<Waiting>,
+    /// Releases that count, by their places in the plan.
+    made: Vec<(usize, Answer)>,
+    /// Those that were in the folder before, by their records.
+    before: Vec<(ReleaseEntry, Identified)>,
+    /// What is written: the releases that have a record, those that were there before first.
+    kept: Campaign,
+    folder: Option<PathBuf>,
+    ended: bool,
+}
+
+/// Whether a release counts; if not, why. A wind-off one counts where the device holds others against it.
+fn verdict(wind_speed_m_s: f64, result: &ReleaseResult) -> Option<String> {
+    let answer = Answer { result: *result, refined: None };
+    let counts = if wind_speed_m_s == 0.0 { answer.is_reference() } else { answer.is_usable() };
+    (!counts).then(|| match flag_names(result.flags).join(" ") {
+        flags if flags.is_empty() => "no three cycles of it were seen".to_owned(),
+        flags => flags,
+    })
+}
+
+impl Measuring {
+    /// Begins it. With a folder, the campaign that is being made there goes on: what it lists is not made again.
+    ///
+    /// # Errors
+    /// Exit 2 for a condition that cannot be; exit 3 where another campaign is in the folder.
+    pub fn new(plan: Plan, folder: Option<&Path>) -> Result<Self> {
+        for (index, entry) in plan.campaign.release.iter().enumerate() {
+            let known = inertia_kg_m2(&head(&plan.campaign), &[], entry.axis);
+            check(&condition(&plan.campaign, entry, known)).map_err(|error| {
+                let which = format!("release {} ({} {})", index + 1, entry.spring, entry.axis);
+                Error { message: format!("{which}: {}", error.message), ..error }
+            })?;
+        }
+        let (mut kept, mut before) = (head(&plan.campaign), Vec::new());
+        let file = folder.map(|folder| folder.join(CAMPAIGN_FILE));
+        if let Some(file) = file.filter(|file| file.exists()) {
+            let there = CampaignFile::read_releases(&file)?;
+            before = by_records(&there)?;
+            let CampaignFile { campaign: there, .. } = there;
+            kept.rig.clock_u_ppm = kept.rig.clock_u_ppm.or(there.rig.clock_u_ppm);
+            if head(&there) != kept {
+                return Err(Error::data(format!(
+                    "{} is of another model, air or rig than this campaign",
+                    file.display()
+                ))
+                .help("record into another folder"));
+            }
+            kept = there;
+        }
+        let mut there: Vec<&ReleaseEntry> = kept.release.iter().collect();
+        let mut is_there = |wanted: &ReleaseEntry| {
+            let same = |r: &&ReleaseEntry| {
+                (&r.spring, r.axis) == (&wanted.spring, wanted.axis)
+                    && is_same_speed(r.wind_speed_m_s, wanted.wind_speed_m_s)
+            };
+            there.iter().position(same).map(|place| there.remove(place)).is_some()
+        };
+        let skipped = plan.campaign.release.iter().map(|r| !plan.stays && is_there(r)).collect();
+        let mut measuring = Self {
+            plan,
+            skipped,
+            at: 0,
+            announced: false,
+            told: None,
+            not_counted: None,
+            under_way: None,
+            stale: false,
+            waiting: None,
+            made: Vec::new(),
+            before,
+            kept,
+            folder: folder.map(Path::to_owned),
+            ended: false,
+        };
+        measuring.at = measuring.next_from(0);
+        Ok(measuring)
+    }
+
+    /// Whether all of it is made.
+    pub fn has_ended(&self) -> bool {
+        self.ended
+    }
+
+    fn next_from(&self, place: usize) -> usize {
+        let left = place..self.skipped.len();
+        left.into_iter().find(|place| !self.skipped[*place]).unwrap_or(self.skipped.len())
+    }
+
+    /// Leaves out what is next.
+    pub fn skip(&mut self) {
+        if !self.plan.stays && self.at < self.skipped.len() {
+            self.go_to(self.next_from(self.at + 1));
+        }
+    }
+
+    /// Takes back the last release that counted, or the one that was left out: it is made again.
+    ///
+    /// # Errors
+    /// Exit 3 where the campaign's file cannot be written.
+    pub fn go_back(&mut self) -> Result<()> {
+        let before = (0..self.at).rev().find(|place| !self.skipped[*place]);
+        let place = if self.plan.stays { Some(self.at) } else { before };
+        let Some(place) = place else { return Ok(()) };
+        self.ended = false;
+        self.go_to(place);
+        let Some(of) = self.made.iter().rposition(|(made, _)| *made == place) else {
+            return Ok(());
+        };
+        self.made.remove(of);
+        let entry = &self.plan.campaign.release[place];
+        let mut listed = self.kept.release.iter().skip(self.before.len());
+        let same = listed.rposition(|r| {
+            (&r.spring, r.axis, r.wind_speed_m_s)
+                == (&entry.spring, entry.axis, entry.wind_speed_m_s)
+        });
+        let Some(at) = same else { return Ok(()) };
+        self.kept.release.remove(self.before.len() + at);
+        self.write()
+    }
+
+    fn go_to(&mut self, place: usize) {
+        self.at = place;
+        self.announced = false;
+        self.waiting = None;
+    }
+
+    /// Takes what happened. Before it is written: a release that counts gets the name of its record.
+    pub fn take(&mut self, item: &Item, recording: Option<&mut Recording>) -> Result<()> {
+        match item {
+            Item::Event { event, .. } => self.take_event(event, recording),
+            Item::Record { release, file, .. } => return self.keep(*release, file),
+            Item::Restarted { .. } => {
+                (self.under_way, self.stale) = (None, false);
+                if self.waiting.take().is_some() {
+                    self.advance();
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn take_event(&mut self, event: &Event, recording: Option<&mut Recording>) {
+        match event {
+            Event::Phase { phase: Phase::Released | Phase::Ringing, release, .. }
+                if self.under_way.is_none_or(|(known, _)| known != *release) =>
+            {
+                self.under_way = Some((*release, self.announced.then_some(self.at)));
+            }
+            Event::Release(_) if std::mem::take(&mut self.stale) => {
+                self.not_counted = Some("it had begun before the device was told".to_owned());
+                self.announced = false;
+            }
+            Event::Release(result) => {
+                let known = self.under_way.filter(|(release, _)| *release == result.release);
+                let place = known.map_or(self.announced.then_some(self.at), |(_, place)| place);
+                let Some(place) = place.filter(|place| *place == self.at) else { return };
+                let entry = &self.plan.campaign.release[place];
+                self.not_counted = verdict(entry.wind_speed_m_s, result);
+                if self.not_counted.is_some() {
+                    self.announced = false;
+                    return;
+                }
+                if let Some(recording) = recording {
+                    let stem = Path::new(&entry.file).file_stem().unwrap_or_default();
+                    recording.name(result.release, &stem.to_string_lossy());
+                }
+                self.made.push((place, Answer { result: *result, refined: None }));
+                let (release, ask_at) = (result.release, Instant::now() + ASK);
+                self.waiting = Some(Waiting { release, ask_at, idle: false });
+            }
+            Event::Refined(refined) => {
+                let of = self.made.iter_mut().rfind(|(_, a)| a.result.release == refined.release);
+                if let Some((_, answer)) = of {
+                    answer.refined = Some(*refined);
+                }
+                if self.waiting.is_some_and(|waiting| waiting.release == refined.release) {
+                    self.advance();
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn advance(&mut self) {
+        let next = if self.plan.stays { self.at } else { self.next_from(self.at + 1) };
+        self.go_to(next);
+    }
+
+    /// Says to the device, and to the built-in rig where that is before it, what is next, if it is time to.
+    ///
+    /// # Errors
+    /// Those of the line; exit 2 for a spring that the built-in rig does not have.
+    pub fn go_on(
+        &mut self,
+        session: &mut Session,
+        built_in: Option<&mut BuiltInRig>,
+    ) -> Result<()> {
+        if let Some(waiting) = self.waiting.as_mut().filter(|w| Instant::now() >= w.ask_at) {
+            // A network that was taught effects is not refined. What is said before is still on its way once.
+            let is_idle = !session.bench().client.status()?.refining;
+            if std::mem::replace(&mut waiting.idle, is_idle) && is_idle {
+                self.advance();
+            } else {
+                waiting.ask_at = Instant::now() + ASK;
+            }
+        }
+        if self.announced || self.waiting.is_some() || self.ended {
+            return Ok(());
+        }
+        self.announced = true;
+        let Some(entry) = self.plan.campaign.release.get(self.at) else {
+            self.ended = true;
+            let at = session.now();
+            if let Some(item) = self.derivatives(at) {
+                session.note(item);
+            }
+            return Ok(());
+        };
+        let inertia = self.inertia_kg_m2(entry.axis);
+        let condition = condition(&self.plan.campaign, entry, inertia);
+        if self.told != Some(condition) {
+            let status = session.set_condition(condition)?;
+            self.told = Some(condition);
+            self.kept.rig.clock_u_ppm.get_or_insert(f64::from(status.clock_u_ppm));
+            // What is going on was begun under another condition, seen or not.
+            self.stale = matches!(status.phase, Phase::Released | Phase::Ringing);
+        }
+        if let Some(built_in) = built_in {
+            built_in.release(&entry.spring, entry.axis, entry.wind_speed_m_s)?;
+        }
+        let next = Next {
+            spring: entry.spring.clone(),
+            axis: entry.axis,
+            wind_speed_m_s: entry.wind_speed_m_s,
+            density_kg_m3: condition.wind.density_kg_m3,
+            inertia_kg_m2: inertia,
+            place: (!self.plan.stays).then_some([self.at + 1, self.plan.campaign.release.len()]),
+            not_counted: self.not_counted.take(),
+        };
+        let at = session.now();
+        session.note(Item::Condition { at, next });
+        Ok(())
+    }
+
+    /// Izz as far as it is known.
+    fn inertia_kg_m2(&self, axis: Axis) -> Option<f64> {
+        let (campaign, identified) = self.so_far();
+        inertia_kg_m2(&campaign, &identified, axis)
+    }
+
+    /// The releases that count, as the device has answered.
+    fn so_far(&self) -> (Campaign, Vec<Identified>) {
+        let entries = self.made.iter().map(|(place, _)| self.plan.campaign.release[*place].clone());
+        let (made, answers): (Vec<_>, Vec<_>) = entries.zip(self.made.iter().map(|m| m.1)).unzip();
+        let identified = identified(&made, &answers, By::Refined);
+        let release = self.before.iter().map(|(entry, _)| entry.clone()).chain(made).collect();
+        let before = self.before.iter().map(|(_, identified)| identified.clone());
+        let campaign = Campaign { release, ..self.plan.campaign.clone() };
+        (campaign, before.chain(identified).collect())
+    }
+
+    /// The table of the releases made; none where no spring was released at the middle axis with the wind on.
+    fn derivatives(&self, at: u64) -> Option<Item> {
+        let (campaign, identified) = self.so_far();
+        let table = Computed::new(&campaign, &identified).ok()?;
+        let table = table.table(&self.file().unwrap_or_default(), "device");
+        let text = text(&table, self.file().as_deref());
+        Some(Item::Derivatives { at, table: serde_json::to_value(&table).ok()?, text })
+    }
+
+    /// The campaign's file that is being made.
+    fn file(&self) -> Option<PathBuf> {
+        self.folder.as_ref().map(|folder| folder.join(CAMPAIGN_FILE))
+    }
+
+    /// A release that counts has its record: the campaign's file lists it from now on.
+    fn keep(&mut self, release: u32, file: &str) -> Result<()> {
+        let made = self.made.iter().rfind(|(_, answer)| answer.result.release == release);
+        let Some((place, _)) = made else { return Ok(()) };
+        let entry = self.plan.campaign.release[*place].clone();
+        self.kept.release.push(ReleaseEntry { file: file.to_owned(), ..entry });
+        self.write()
+    }
+
+    fn write(&self) -> Result<()> {
+        let Some(path) = self.file() else { return Ok(()) };
+        let text = toml::to_string(&self.kept)
+            .map_err(|e| Error::internal(format!("cannot write {}: {e}", path.display())))?;
+        files::write_atomically(&path, text.as_bytes())
+    }
+}
+
+/// A campaign without its releases.
+fn head(campaign: &Campaign) -> Campaign {
+    Campaign { release: Vec::new(), ..campaign.clone() }
+}
+
+/// The releases of a campaign that is there, by least squares.
+fn by_records(file: &CampaignFile) -> Result<Vec<(ReleaseEntry, Identified)>> {
+    let one = |(index, entry): (usize, &ReleaseEntry)| {
+        let record = yawrig_records::read(&file.record_path(index))?;
+        let found = identify(&record, &[Method::LeastSquares], &Settings::default())?;
+        let nothing = || Error::internal(format!("{}: no estimate", record.file.display()));
+        Ok((entry.clone(), Identified::of(found).ok_or_else(nothing)?))
+    };
+    file.campaign.release.iter().enumerate().map(one).collect()
+}
+
+/// The condition of this release as the device takes it.
+fn condition(campaign: &Campaign, entry: &ReleaseEntry, inertia_kg_m2: Option<f64>) -> Condition {
+    let Campaign { model, air, .. } = campaign;
+    Condition {
+        rig: rig_id(&entry.spring, entry.axis.name()),
+        wind: Wind { density_kg_m3: air.density_kg_m3, speed_m_s: entry.wind_speed_m_s },
+        model: Model { length_m: model.length_m, frontal_area_m2: model.frontal_area_m2 },
+        inertia_kg_m2: inertia_kg_m2.unwrap_or(0.0),
+    }
+}
+
+/// The table in lines.
+fn text(table: &Table, file: Option<&Path>) -> String {
+    let mut lines =
+        vec!["derivatives by the device's estimates, per rad, about the middle axis:".to_owned()];
+    for point in &table.points {
+        let mut line = format!(
+            "  {} at {} m/s, reduced frequency {:.3}: Cn_beta {}, Cn_r {}",
+            point.spring, point.wind_speed_m_s, point.reduced_frequency, point.cn_beta, point.cn_r
+        );
+        if let (Some(cy_beta), Some(cy_r)) = (point.cy_beta, point.cy_r) {
+            line.push_str(&format!(", Cy_beta {cy_beta}, Cy_r {cy_r}"));
+        }
+        lines.push(line);
+    }
+    if let Some(file) = file {
+        lines.push(format!("from the records: yawrig derivatives {}", file.display()));
+    }
+    lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use yawrig_shared::wire::{Flags, Precise, Refined};
+
+    fn measuring() -> Measuring {
+        let rig = yawrig_rig::Rig::default();
+        let mut planned = super::super::simulated::plan(&rig, 10.0, 1, 1).expect("a plan");
+        planned.truncate(2);
+        let campaign = super::super::simulated::describe(&rig, &planned);
+        let mut measuring = Measuring::new(Plan { campaign, stays: false }, None).expect("a plan");
+        measuring.announced = true;
+        measuring
+    }
+
+    fn take(measuring: &mut Measuring, event: Event) {
+        let item = Item::Event { at: 0, event, trends: Vec::new() };
+        measuring.take(&item, None).expect("nothing is written");
+    }
+
+    fn let_go(release: u32) -> Event {
+        Event::Phase { phase: Phase::Released, release, at_sample: 0 }
+    }
+
+    fn result(release: u32, flags: Flags) -> Event {
+        let measured = yawrig_shared::wire::Measured { value: 5.0, u: 0.001 };
+        Event::Release(ReleaseResult {
+            release,
+            release_sample: 0,
+            finished_sample: 1000,
+            windows: 5,
+            natural_frequency_rad_s: measured,
+            damping_ratio: measured,
+            derivatives: None,
+            flags,
+        })
+    }
+
+    #[test]
+    fn a_release_that_the_device_takes_no_reference_from_is_made_again() {
+        let mut measuring = measuring();
+        take(&mut measuring, let_go(0));
+        take(&mut measuring, result(0, Flags::SPIKES));
+        assert_eq!((measuring.at, measuring.announced), (0, false));
+        assert_eq!(measuring.not_counted.as_deref(), Some("spikes"));
+        measuring.announced = true;
+        take(&mut measuring, let_go(1));
+        take(&mut measuring, result(1, Flags(0)));
+        // The next one is announced when all is known of this one.
+        assert_eq!((measuring.at, measuring.waiting.is_some()), (0, true));
+        let natural_frequency_rad_s = Precise { value: 4.85, u: 1e-4 };
+        take(
+            &mut measuring,
+            Event::Refined(Refined { release: 1, natural_frequency_rad_s, ..Refined::default() }),
+        );
+        assert_eq!((measuring.at, measuring.waiting.is_some()), (1, false));
+        // Kr = 2 Ks b^2 over the refined wn^2, and not over the network's.
+        let inertia = measuring.inertia_kg_m2(Axis::Mid).expect("from the wind-off release");
+        assert!((inertia - 2.38 / 4.85 / 4.85).abs() < 1e-12, "{inertia}");
+        // Wind on, spikes were bridged and the flag says so.
+        measuring.announced = true;
+        take(&mut measuring, let_go(2));
+        take(&mut measuring, result(2, Flags::SPIKES));
+        assert_eq!(measuring.not_counted, None);
+    }
+
+    #[test]
+    fn a_release_that_began_under_another_condition_does_not_count() {
+        let mut measuring = measuring();
+        take(&mut measuring, let_go(0));
+        measuring.skip();
+        measuring.announced = true;
+        take(&mut measuring, result(0, Flags(0)));
+        assert_eq!((measuring.at, measuring.made.len()), (1, 0));
+        // Nor one that was let go before the device was told.
+        measuring.announced = false;
+        take(&mut measuring, let_go(1));
+        measuring.announced = true;
+        take(&mut measuring, result(1, Flags(0)));
+        assert_eq!((measuring.at, measuring.made.len()), (1, 0));
+    }
+}

@@ -1,0 +1,140 @@
+//! `campaign`: the file that says what each record was made under, begun from the records' names and checked.
+
+use super::common::print_line;
+use crate::campaign::check::check;
+use crate::campaign::init::{begin, Begun, MISSING};
+use crate::campaign::pattern::Pattern;
+use crate::campaign::simulated::{refuse_existing, CAMPAIGN_FILE};
+use clap::{Args, Subcommand};
+use std::path::{Path, PathBuf};
+use yawrig_base::error::{Error, Result};
+use yawrig_base::files;
+use yawrig_text::quoted;
+
+const EXAMPLE: &str = r#"A whole campaign.toml:
+
+  schema_version = 1
+  [model]
+  name = "Davis model"
+  length_m = 0.625             # reference length
+  frontal_area_m2 = 0.036
+  [air]
+  density_kg_m3 = 1.2
+  [rig]
+  spring_arm_m = 0.1           # distance of each spring from the axis
+  axis_offset_m = 0.05         # how far the front axis lies ahead of the middle one
+  # [inertia]                  # optional; else Izz comes from the wind-off releases, one per axis
+  # mid_kg_m2 = 0.101
+  # front_kg_m2 = 0.1205
+  [stiffness_n_per_m]          # of one spring, by its name; Kr = 2 Ks arm^2
+  K1 = 119.0
+  K2 = 214.0
+  [[release]]                  # repeated; several of one condition are repeats
+  file = "K1-mid-off.csv"      # relative to this file; r.csv#2 is the second release in r.csv
+  spring = "K1"
+  axis = "mid"                 # or "front"
+  wind_speed_m_s = 0.0         # 0: wind off; each wind-on release needs its wind-off one
+  [[release]]
+  file = "K1-mid-on.csv"
+  spring = "K1"
+  axis = "mid"
+  wind_speed_m_s = 10.0
+
+Each number may have its standard uncertainty beside it, as length_u_m = 0.001 (also
+frontal_area_u_m2, density_u_kg_m3, spring_arm_u_m, axis_offset_u_m, clock_u_ppm under [rig],
+mid_u_kg_m2, front_u_kg_m2, and in a release spring_stiffness_u_n_per_m, wind_speed_u_m_s). A
+release may state spring_stiffness_n_per_m itself.
+
+Then: yawrig derivatives campaign.toml"#;
+
+/// Begin the file that says what each record was made under, from the records' names; or check one
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLE)]
+pub struct CampaignArgs {
+    #[command(subcommand)]
+    act: Act,
+}
+
+#[derive(Subcommand, Debug)]
+enum Act {
+    /// Write a campaign.toml for the records of a folder, what is missing marked
+    Init(Init),
+    /// Say all that is wrong with a campaign, its records too
+    Check {
+        /// The campaign's file
+        #[arg(value_name = "campaign.toml")]
+        campaign: PathBuf,
+    },
+}
+
+#[derive(Args, Debug)]
+struct Init {
+    /// The folder with the records
+    folder: PathBuf,
+    /// How the records are called, as "{spring}_V{wind}_{axis}_run{n}.csv": {wind} is a speed in m/s or off, {axis} mid
+    /// or front, {n} or any other name stands for anything; folders are parted by /
+    #[arg(long, value_name = "PATTERN")]
+    pattern: String,
+    /// The file to write [default: campaign.toml in the folder]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Overwrite what is there
+    #[arg(long)]
+    force: bool,
+}
+
+pub fn run(arguments: &CampaignArgs) -> Result<()> {
+    match &arguments.act {
+        Act::Init(init) => init.run(),
+        Act::Check { campaign } => checked(campaign),
+    }
+}
+
+impl Init {
+    fn run(&self) -> Result<()> {
+        let pattern = Pattern::new(&self.pattern)?;
+        let out = self.out.clone().unwrap_or_else(|| self.folder.join(CAMPAIGN_FILE));
+        if !self.force {
+            refuse_existing(&out)?;
+        }
+        let Begun { text, releases, springs, left_over } = begin(&self.folder, &pattern, &out)?;
+        files::write_atomically(&out, text.as_bytes())?;
+        for name in left_over {
+            crate::say!("yawrig: warning: {name} is not called so and was left out");
+        }
+        let gaps = text
+            .lines()
+            .filter(|line| {
+                line.split('#').nth(1).is_some_and(|c| c.trim().starts_with(&format!("{MISSING}:")))
+            })
+            .count();
+        print_line(&format!(
+            "{}: {releases} releases with springs {}; {gaps} lines marked {MISSING} are to be filled in, then: yawrig campaign check {}",
+            out.display(),
+            springs.join(", "),
+            quoted(&out.to_string_lossy())
+        ))
+    }
+}
+
+fn checked(campaign: &Path) -> Result<()> {
+    let found = check(campaign)?;
+    for wrong in &found.wrong {
+        print_line(wrong)?;
+    }
+    if !found.wrong.is_empty() {
+        let (n, s) = (found.wrong.len(), if found.wrong.len() == 1 { "" } else { "s" });
+        return Err(Error::data(format!("{}: {n} fault{s}, listed above", campaign.display()))
+            .help("correct them and check again"));
+    }
+    for doubtful in &found.doubtful {
+        print_line(&format!("Note: {doubtful}"))?;
+    }
+    print_line(&format!(
+        "{}: nothing is wrong with its {} releases of {} springs; next: yawrig derivatives {}",
+        campaign.display(),
+        found.releases,
+        found.springs,
+        quoted(&campaign.to_string_lossy())
+    ))
+}

@@ -1,0 +1,144 @@
+//! Results as CSV: one row a result, names and units in the header.
+
+use super::common::print;
+use crate::model::journal::JournalStep;
+use std::fmt::Write as _;
+use yawrig_base::error::Result;
+use yawrig_core::derivatives::table::{Point, Table};
+use yawrig_core::diagnosis::diagnose::Step;
+use yawrig_core::identify::Identification;
+use yawrig_core::quantity::Quantity;
+
+/// A row, its cells quoted where they have to be.
+fn row(cells: impl IntoIterator<Item = String>) -> String {
+    let mut line = String::new();
+    for (k, cell) in cells.into_iter().enumerate() {
+        if k > 0 {
+            line.push(',');
+        }
+        match cell.contains([',', '"', '\n']) {
+            true => drop(write!(line, "\"{}\"", cell.replace('"', "\"\""))),
+            false => line.push_str(&cell),
+        }
+    }
+    line.push('\n');
+    line
+}
+
+/// A number as JSON has it; an empty cell for what is not known.
+fn number(x: f64) -> String {
+    if x.is_finite() {
+        format!("{x}")
+    } else {
+        String::new()
+    }
+}
+
+fn quantity(q: Option<Quantity>) -> [String; 2] {
+    q.map_or([String::new(), String::new()], |q| [number(q.value), number(q.u)])
+}
+
+/// A name as it stands in JSON.
+fn name(value: &impl serde::Serialize) -> String {
+    serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
+pub const IDENTIFIED: &str =
+    "file,method,natural_frequency_rad_s,natural_frequency_u_rad_s,damping_ratio,damping_ratio_u,\
+    residual_rms_deg,noise_rms_deg,from_deg,to_deg,cycles,release_time_s,rate_hz,flags\n";
+
+/// A row for each method.
+pub fn identified(found: &Identification) -> String {
+    let rows = found.estimates.iter().map(|e| {
+        let [wn, wn_u] = quantity(Some(e.natural_frequency_rad_s));
+        let [zeta, zeta_u] = quantity(Some(e.damping_ratio));
+        let flags: Vec<String> = e.flags.iter().map(name).collect();
+        let w = &found.window;
+        let numbers = [
+            e.residual_rms_deg,
+            found.noise_rms_deg,
+            w.from_deg,
+            w.to_deg,
+            w.cycles,
+            found.release_time_s,
+            found.rate_hz,
+        ];
+        let first = [found.file.clone(), name(&e.method), wn, wn_u, zeta, zeta_u];
+        row(first.into_iter().chain(numbers.map(number)).chain([flags.join(" ")]))
+    });
+    rows.collect()
+}
+
+/// A row for each point and method.
+pub fn derivatives(tables: &[Table]) -> Result<()> {
+    let mut out = "method,spring,wind_speed_m_s,reduced_frequency,cn_beta_per_rad,cn_beta_u_per_rad,cn_r_per_rad,\
+        cn_r_u_per_rad,cy_beta_per_rad,cy_beta_u_per_rad,cy_r_per_rad,cy_r_u_per_rad\n"
+        .to_owned();
+    for table in tables {
+        for point in &table.points {
+            let Point {
+                spring,
+                wind_speed_m_s,
+                reduced_frequency,
+                cn_beta,
+                cn_r,
+                cy_beta,
+                cy_r,
+                ..
+            } = point;
+            let first = [
+                table.method.clone(),
+                spring.clone(),
+                number(*wind_speed_m_s),
+                number(*reduced_frequency),
+            ];
+            let quantities = [Some(*cn_beta), Some(*cn_r), *cy_beta, *cy_r].map(quantity);
+            out += &row(first.into_iter().chain(quantities.into_iter().flatten()));
+        }
+    }
+    print(&out)
+}
+
+/// A row for each model that was gone through, the last being the answer.
+pub fn diagnosed(what: &str, status: &impl serde::Serialize, steps: &[Step]) -> Result<()> {
+    let mut out =
+        "of,status,added,residual_rms_deg,residual_over_noise,held_out_over_noise,parameters\n"
+            .to_owned();
+    for step in steps {
+        let parameters: Vec<String> = step
+            .parameters
+            .iter()
+            .map(|(name, q)| format!("{name}={}+-{}", number(q.value), number(q.u)))
+            .collect();
+        out += &row([
+            what.to_owned(),
+            name(status),
+            step.added.as_ref().map_or(String::new(), ToString::to_string),
+            number(step.residual_rms_deg),
+            number(step.residual_over_noise),
+            number(step.held_out_over_noise),
+            parameters.join(" "),
+        ]);
+    }
+    print(&out)
+}
+
+/// A row for each step.
+pub fn history(steps: &[JournalStep]) -> Result<()> {
+    let mut out = "step,time_utc,action,effect,residual_rms_deg,residual_over_noise,held_out_over_noise,why\n".to_owned();
+    for step in steps {
+        let effect = step.added.as_ref().or(step.removed.as_ref()).or(step.rejected.as_ref());
+        let after = step.after.map_or([f64::NAN; 3], |r| {
+            [r.residual_rms_deg, r.residual_over_noise, r.held_out_over_noise]
+        });
+        let first = [
+            step.step.to_string(),
+            step.time_utc.clone(),
+            name(&step.action),
+            effect.cloned().unwrap_or_default(),
+        ];
+        let why = step.why.clone().unwrap_or_default();
+        out += &row(first.into_iter().chain(after.map(number)).chain([why]));
+    }
+    print(&out)
+}

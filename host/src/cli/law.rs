@@ -1,0 +1,179 @@
+//! `law`: the law that a record shows beside the second-order response, measured, and its names.
+
+use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
+use crate::law::{found, Found};
+use clap::Args;
+use serde_json::json;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use yawrig_base::error::Result;
+use yawrig_core::law::estimate::Point;
+use yawrig_core::law::names::Name;
+
+/// Measure the law that a record shows: restoring moment over yaw angle, dissipation over yaw rate
+///
+/// Both are curves with their uncertainties, of what is missing beside the second-order response:
+/// b'' = -(2 zeta wn r + wn^2 b + K(b) + D(r)). They are known up to the largest angle and rate of the release, counted from
+/// where the model comes to rest. Formulas that the law may be are fitted to the record, ranked by what they predict of
+/// parts that were left out, and written as files that `yawrig add` takes. Of several records the one from the largest
+/// angle is measured.
+#[derive(Args, Debug, Clone)]
+pub struct Law {
+    /// Records, or a model (its records, beside its effects)
+    #[arg(value_name = "FILE", required = true)]
+    pub files: Vec<PathBuf>,
+    /// The damping may put energy in
+    #[arg(long)]
+    pub may_drive: bool,
+    /// Where the named formulas are written
+    #[arg(long, value_name = "DIR", default_value = "found")]
+    pub out: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl Law {
+    pub fn run(&self) -> Result<()> {
+        let found = found(&self.files, !self.may_drive, &self.out)?;
+        if self.json {
+            return print_json(&object(&found));
+        }
+        print_line(text(&found).trim_end())
+    }
+}
+
+fn object(found: &Found) -> serde_json::Value {
+    let Found { file, measured, names, files } = found;
+    let quantity = |q: &yawrig_core::quantity::Quantity| json!({ "value": q.value, "u": q.u });
+    let points = |points: Vec<Point>, at: &str| -> Vec<serde_json::Value> {
+        let point = |p: Point| {
+            json!({
+                at: p.at.to_degrees(), "moment_rad_s2": p.moment_rad_s2.value, "u": p.moment_rad_s2.u,
+            })
+        };
+        points.into_iter().map(point).collect()
+    };
+    let name = |(name, file): (&Name, Option<&Path>)| {
+        let parameters: serde_json::Map<String, serde_json::Value> =
+            name.parameters.iter().map(|(n, q)| (n.clone(), quantity(q))).collect();
+        json!({
+            "form": name.effect.id(), "file": file, "parameters": parameters,
+            "residual_over_noise": name.residual_over_noise,
+            "held_out_over_noise": name.held_out_over_noise,
+        })
+    };
+    let wn = measured.natural_frequency_rad_s();
+    let zeta = measured.damping_ratio();
+    json!({
+        "schema_version": SCHEMA_VERSION,
+        "record": file,
+        "stiffness": points(measured.stiffness(), "yaw_deg"),
+        "damping": points(measured.damping(), "rate_deg_s"),
+        "known": {
+            "yaw_deg": measured.law.yaw_rad.to_degrees(),
+            "rate_deg_s": measured.law.rate_rad_s.to_degrees(),
+        },
+        "modal": { "natural_frequency_rad_s": quantity(&wn), "damping_ratio": quantity(&zeta) },
+        "rest_deg": measured.rest_rad().to_degrees(),
+        "residual_over_noise": measured.residual_over_noise,
+        "held_out_over_noise": measured.held_out_over_noise,
+        "without": {
+            "residual_over_noise": measured.plain_residual_over_noise,
+            "held_out_over_noise": measured.plain_held_out_over_noise,
+        },
+        "memory": names.memory.is_some(),
+        "hysteresis": names.memory.as_ref().map(|memory| name((memory, None))),
+        "names": names.ranked.iter().zip(files).map(|(n, f)| name((n, f.as_deref()))).collect::<Vec<_>>(),
+        "indistinguishable": names.indistinguishable,
+    })
+}
+
+fn text(found: &Found) -> String {
+    let Found { file, measured, names, files } = found;
+    let mut out = format!(
+        "{}: a law of yaw angle and yaw rate, beside wn {} rad/s and zeta {} at rest ({:.3} deg)\n",
+        file.display(),
+        measured.natural_frequency_rad_s(),
+        measured.damping_ratio(),
+        measured.rest_rad().to_degrees(),
+    );
+    let _ = writeln!(
+        out,
+        "  residual over noise {:.3} -> {:.3}, held out {:.3} -> {:.3}",
+        measured.plain_residual_over_noise,
+        measured.residual_over_noise,
+        measured.plain_held_out_over_noise,
+        measured.held_out_over_noise,
+    );
+    let _ = writeln!(
+        out,
+        "  known up to {:.2} deg and {:.1} deg/s; beyond, it goes on at its end slope\n",
+        measured.law.yaw_rad.to_degrees(),
+        measured.law.rate_rad_s.to_degrees(),
+    );
+    for (title, at, points) in [
+        ("restoring moment K (rad/s2)", "yaw (deg)", measured.stiffness()),
+        ("dissipation D (rad/s2)", "rate (deg/s)", measured.damping()),
+    ] {
+        if points.iter().all(|p| p.moment_rad_s2.value == 0.0) {
+            let _ = writeln!(out, "{title}: none beside the linear one\n");
+            continue;
+        }
+        let mut table = bare(&[at, title]);
+        for p in points.iter().step_by(SHOWN) {
+            table.add_row([format!("{:.2}", p.at.to_degrees()), p.moment_rad_s2.to_string()]);
+        }
+        let _ = writeln!(out, "{}\n", table.trim_fmt());
+    }
+    if let Some(memory) = &names.memory {
+        let _ = writeln!(
+            out,
+            "memory: the moment depends on where the model last turned; no law of angle and rate holds it.\n  {} predicts better than every formula (held out {:.3}): yawrig add {}\n",
+            memory.effect, memory.held_out_over_noise, memory.effect
+        );
+    }
+    out.push_str(&named(names, files));
+    out
+}
+
+fn named(names: &yawrig_core::law::names::Names, files: &[Option<PathBuf>]) -> String {
+    let Some(best) = names.ranked.first() else {
+        return "no law to be named: the second-order response is all that is seen\n".to_owned();
+    };
+    let mut out = String::new();
+    let mut table = bare(&["formula", "held out over noise", "residual over noise", "numbers"]);
+    for name in names.ranked.iter().take(NAMED) {
+        let numbers = name.parameters.iter().map(|(n, q)| match q.u.is_nan() {
+            true => format!("{n} {:.4}, no error bar", q.value),
+            false => format!("{n} {q}"),
+        });
+        table.add_row([
+            name.effect.id().to_owned(),
+            format!("{:.3}", name.held_out_over_noise),
+            format!("{:.3}", name.residual_over_noise),
+            numbers.collect::<Vec<_>>().join(", "),
+        ]);
+    }
+    let _ = writeln!(out, "{}", table.trim_fmt());
+    if names.indistinguishable > 1 {
+        let alike: Vec<&str> =
+            names.ranked[..names.indistinguishable].iter().map(|n| n.effect.id()).collect();
+        let _ = writeln!(
+            out,
+            "this record cannot distinguish {}; a release from another angle, or on another spring, can",
+            alike.join(", ")
+        );
+    }
+    if let Some(Some(file)) = files.first() {
+        let worse = best.held_out_over_noise;
+        let _ =
+            writeln!(out, "to take it into the model ({worse:.3}): yawrig add {}", file.display());
+        let _ = writeln!(out, "to take the law as it was measured: yawrig add measured_law");
+    }
+    out
+}
+
+/// Every so many points of a table are printed, and so many names.
+const SHOWN: usize = 4;
+const NAMED: usize = 6;

@@ -1,0 +1,76 @@
+//! `--release N|all`: which release of a record that holds several.
+
+use clap::Args;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use yawrig_base::error::{Error, Result};
+use yawrig_records::place::{parted, with_release};
+
+#[derive(Args, Debug, Clone)]
+pub struct ReleaseArg {
+    /// Which release of a record that holds several, from 1, or `all` of them; also written r.csv#2
+    #[arg(long, value_name = "N|all")]
+    release: Option<Which>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Which {
+    All,
+    Nth(usize),
+}
+
+impl FromStr for Which {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        match text.parse() {
+            _ if text == "all" => Ok(Self::All),
+            Ok(number @ 1..) => Ok(Self::Nth(number)),
+            _ => Err("give a number from 1 on, or all".to_owned()),
+        }
+    }
+}
+
+impl ReleaseArg {
+    /// `files` with the releases that are meant; a record that holds several, of which none was chosen, is said to.
+    ///
+    /// # Errors
+    /// Exit 3 where a record cannot be read or has no such release.
+    pub fn of(&self, files: &[PathBuf]) -> Result<Vec<PathBuf>> {
+        let mut out = Vec::new();
+        for file in files {
+            out.extend(self.of_one(file)?);
+        }
+        Ok(out)
+    }
+
+    fn of_one(&self, file: &Path) -> Result<Vec<PathBuf>> {
+        let chosen = parted(file).1.is_some() || file.extension().is_some_and(|e| e == "toml");
+        match self.release {
+            None => Ok(vec![file.to_owned()]),
+            Some(_) if chosen => Err(Error::usage(format!("--release beside {}", file.display()))
+                .help("leave --release out")),
+            Some(Which::Nth(number)) => Ok(vec![with_release(file, number)]),
+            Some(Which::All) => {
+                let count = yawrig_records::releases(file)?;
+                Ok(match count {
+                    1 => vec![file.to_owned()],
+                    _ => (1..=count).map(|number| with_release(file, number)).collect(),
+                })
+            }
+        }
+    }
+}
+
+/// Says that a record holds more releases than the one that is judged.
+pub fn warn_of_more(file: &Path) {
+    if parted(file).1.is_some() {
+        return;
+    }
+    if let Ok(count @ 2..) = yawrig_records::releases(file) {
+        crate::say!(
+            "yawrig: warning: {} holds {count} releases; one of them is used: choose with --release N, or --release all",
+            file.display()
+        );
+    }
+}

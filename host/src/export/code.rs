@@ -1,0 +1,256 @@
+//! The program: a file of `assets/export` with the model's equations and numbers put in.
+
+use super::release::{code_name, Number, Release};
+use std::fmt::Write as _;
+use std::path::Path;
+use yawrig_base::error::{Error, Result};
+use yawrig_core::effects::{Effect, Equation};
+use yawrig_expression::{translate, Language};
+
+/// For whom.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    Python,
+    Matlab,
+    C,
+}
+
+/// What of the text differs from language to language.
+struct Dialect {
+    target: Target,
+    language: Language,
+    template: &'static str,
+    /// What stands before and after the name of a number.
+    number: [&'static str; 2],
+    /// What stands before each further term of a sum.
+    term: &'static str,
+    nan: &'static str,
+    truth: [&'static str; 2],
+}
+
+impl Dialect {
+    fn of(target: Target) -> Self {
+        match target {
+            Target::Python => Self {
+                target,
+                language: Language::Python,
+                template: include_str!("../../assets/export/model.py"),
+                number: ["p[\"", "\"]"],
+                term: "\n        + ",
+                nan: "nan",
+                truth: ["False", "True"],
+            },
+            Target::Matlab => Self {
+                target,
+                language: Language::Matlab,
+                template: include_str!("../../assets/export/model.m"),
+                number: ["p.", ""],
+                term: " ...\n    + ",
+                nan: "NaN",
+                truth: ["false", "true"],
+            },
+            Target::C => Self {
+                target,
+                language: Language::C,
+                template: include_str!("../../assets/export/model.h"),
+                number: ["p->", ""],
+                term: "\n        + ",
+                nan: "NAN",
+                truth: ["0", "1"],
+            },
+        }
+    }
+
+    fn named(&self, number: &str) -> String {
+        format!("{}{number}{}", self.number[0], self.number[1])
+    }
+
+    fn value(&self, value: f64) -> String {
+        if value.is_finite() {
+            format!("{value:?}")
+        } else {
+            self.nan.to_owned()
+        }
+    }
+
+    fn text(&self, text: &str) -> String {
+        match self.target {
+            Target::Matlab => format!("'{}'", text.replace('\'', "''")),
+            _ => format!("{text:?}"),
+        }
+    }
+
+    /// One of the numbers as the head of the file lists it.
+    fn described(&self, number: &Number) -> String {
+        let Number { name, unit, .. } = number;
+        match self.target {
+            Target::Python => format!("    {name} ({unit})"),
+            Target::Matlab => format!("%     {name} ({unit})"),
+            Target::C => format!("    double {name}; /* {unit} */"),
+        }
+    }
+
+    /// All values, or all uncertainties, of a release.
+    fn numbers(&self, numbers: &[Number], of: fn(&Number) -> f64) -> String {
+        let each = numbers.iter().map(|n| (&n.name, self.value(of(n))));
+        match self.target {
+            Target::Python => {
+                let all: Vec<String> = each.map(|(name, v)| format!("\"{name}\": {v}")).collect();
+                format!("{{{}}}", all.join(", "))
+            }
+            Target::Matlab => {
+                let all: Vec<String> = each.map(|(name, v)| format!("'{name}', {v}")).collect();
+                format!("struct({})", all.join(", "))
+            }
+            Target::C => {
+                let all: Vec<String> = each.map(|(name, v)| format!(".{name} = {v}")).collect();
+                format!("{{{}}}", all.join(", "))
+            }
+        }
+    }
+
+    fn release(&self, index: usize, release: &Release) -> String {
+        let (entry, decay) = (&release.recorded.entry, &release.recorded.decay);
+        let (grid, state) = (&decay.grid, &release.fit.parameters);
+        let end_s = grid.time_s(grid.count - 1);
+        let fields = [
+            ("file", self.text(&entry.file)),
+            ("condition", self.text(&entry.condition)),
+            ("release_time_s", self.value(decay.release_time_s)),
+            ("start_s", self.value(grid.start_s)),
+            ("end_s", self.value(end_s)),
+            ("step_s", self.value(grid.step_s / decay.block as f64)),
+            ("yaw_rad", self.value(state[2])),
+            ("rate_rad_s", self.value(state[3])),
+            ("p", self.numbers(&release.numbers, |n| n.value)),
+            ("u", self.numbers(&release.numbers, |n| n.u)),
+        ];
+        let mut out = String::new();
+        for (name, value) in fields {
+            let _ = match self.target {
+                Target::Python => writeln!(out, "        \"{name}\": {value},"),
+                Target::Matlab => writeln!(out, "list({}).{name} = {value};", index + 1),
+                Target::C => writeln!(out, "        .{name} = {value},"),
+            };
+        }
+        match self.target {
+            Target::Matlab => out,
+            _ => format!("    {{\n{out}    }},\n"),
+        }
+    }
+}
+
+/// The whole file.
+///
+/// # Errors
+/// Exit 2 where `file` has no name that the language can call it by.
+pub fn written(
+    target: Target,
+    model: &Path,
+    file: &Path,
+    effects: &[Effect],
+    releases: &[Release],
+) -> Result<String> {
+    let dialect = Dialect::of(target);
+    let name = identifier(target, file)?;
+    let Equations { spring, moments, readings, sticks } = equations(&dialect, effects)?;
+    let numbers: Vec<String> =
+        releases[0].numbers.iter().map(|number| dialect.described(number)).collect();
+    let all: String = releases.iter().enumerate().map(|(k, r)| dialect.release(k, r)).collect();
+    let with: String = effects.iter().map(|e| format!(" + {e}")).collect();
+    // What would end the comment it stands in.
+    let title = format!("{}: second order{with}", model.display()).replace(['"', '\\', '*'], "_");
+    let file = file.file_name().unwrap_or_default().to_string_lossy();
+    let mut out = dialect.template.to_owned();
+    for (place, text) in [
+        ("@SPRING@", spring.as_str()),
+        ("@MOMENTS@", &moments),
+        ("@READINGS@", &readings),
+        ("@STICKS@", dialect.truth[usize::from(sticks)]),
+        ("@NUMBERS@", &numbers.join("\n")),
+        ("@TITLE@", &title),
+        ("@FILE@", &file),
+        ("@NAME@", &name),
+        // Last: whatever stands in the model stays as it is.
+        ("@RELEASES@", all.trim_end()),
+    ] {
+        out = out.replace(place, text);
+    }
+    Ok(out)
+}
+
+/// The model's terms in the language.
+struct Equations {
+    spring: String,
+    moments: String,
+    readings: String,
+    /// Dry friction can hold the model.
+    sticks: bool,
+}
+
+fn equations(dialect: &Dialect, effects: &[Effect]) -> Result<Equations> {
+    let mut sticks = false;
+    let mut write = |effect: Option<&Effect>, text: &str| {
+        let mut named = |name: &str| match (name, effect) {
+            ("b" | "r" | "t" | "spring", _) => name.to_owned(),
+            ("sign(r)", _) => {
+                sticks = true;
+                "direction".to_owned()
+            }
+            (name, Some(effect)) if !matches!(name, "wn" | "wind") => {
+                dialect.named(&code_name(effect, name))
+            }
+            (name, _) => dialect.named(name),
+        };
+        translate(text, dialect.language, &mut named)
+            .map_err(|why| Error::internal(format!("\"{text}\" is no expression: {why}")))
+    };
+    let mut spring = write(None, "-wn * wn * b")?;
+    let (mut moments, mut readings) = (String::new(), String::new());
+    for effect in effects {
+        match effect.equation() {
+            Some(Equation::Moment(text)) => {
+                moments += dialect.term;
+                moments += &write(Some(effect), text)?;
+            }
+            Some(Equation::Reading(text)) => {
+                readings += dialect.term;
+                readings += &write(Some(effect), text)?;
+            }
+            Some(Equation::DeadZone(g)) => {
+                let text = format!("-wn * wn * (b - max(-{g}, min({g}, b)))");
+                spring = write(Some(effect), &text)?;
+            }
+            None => {}
+        }
+    }
+    Ok(Equations { spring, moments, readings, sticks })
+}
+
+/// The name of `file` as the language calls it.
+fn identifier(target: Target, file: &Path) -> Result<String> {
+    let ending = match target {
+        Target::Python => "py",
+        Target::Matlab => "m",
+        Target::C => "h",
+    };
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+    let fits: String =
+        stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    let fits = match fits.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        true => fits,
+        false => format!("model_{}", fits.trim_start_matches('_')),
+    };
+    if fits == stem && file.extension().is_some_and(|e| e == ending) {
+        return Ok(fits);
+    }
+    let better = file.with_file_name(format!("{fits}.{ending}"));
+    Err(Error::usage(format!(
+        "--out {}: the file's name is what programs call it by",
+        file.display()
+    ))
+    .help(format!(
+        "give letters, digits and _ and the ending .{ending}: --out {}",
+        better.display()
+    )))
+}

@@ -1,0 +1,60 @@
+//! A model to take away: its right-hand side, its reading and its numbers as a program of another language, or its
+//! readings beside those measured as a table.
+
+mod code;
+mod release;
+mod table;
+
+pub use code::Target;
+
+use crate::model::document::Model;
+use crate::model::model_fit::{held_against, Data, Recorded};
+use rayon::prelude::*;
+use release::Release;
+use std::path::Path;
+use yawrig_base::error::{Error, Result};
+use yawrig_base::interrupt;
+use yawrig_core::effects::Effect;
+
+/// What is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum What {
+    Code(Target),
+    /// Model, measurement and residual.
+    Table,
+}
+
+/// What is in the file for the model at `path`, to be called `name`.
+///
+/// # Errors
+/// Exit 3 where the model or a record cannot be used or an effect cannot be written down, 2 for a name that the language
+/// does not take.
+pub fn exported(path: &Path, what: What, name: &Path) -> Result<String> {
+    let model = Model::read(path)?;
+    let effects: Vec<Effect> = model.effects.iter().map(|e| e.effect.clone()).collect();
+    effects.iter().try_for_each(|effect| check(path, effect, what))?;
+    let data = Data::of(&model, path)?;
+    let recorded: Vec<Recorded> = data.fitted.into_iter().chain(data.held_out).collect();
+    let of = |recorded: Recorded| {
+        let fit = held_against(&model, &recorded, 1.0)?;
+        let numbers = release::numbers(&model, &recorded, &fit);
+        Ok(Release { recorded, fit, numbers })
+    };
+    let releases: Vec<Release> = recorded.into_par_iter().map(of).collect::<Result<_>>()?;
+    interrupt::check()?;
+    match what {
+        What::Table => table::written(&releases),
+        What::Code(target) => code::written(target, path, name, &effects, &releases),
+    }
+}
+
+/// # Errors
+/// Exit 3 for an effect that no program can be written of.
+fn check(path: &Path, effect: &Effect, what: What) -> Result<()> {
+    if what == What::Table || effect.equation().is_some() {
+        return Ok(());
+    }
+    let why = "is no moment of angle, rate and time that a line of text could hold";
+    Err(Error::data(format!("{}: {effect} {why}", path.display()))
+        .help("export the model's readings: --to csv"))
+}

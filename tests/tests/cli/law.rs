@@ -1,0 +1,85 @@
+//! `law` and `add measured_law`: what no effect of the library is, measured, named and taken into a model.
+
+use serde_json::Value;
+use tempfile::TempDir;
+use yawrig_tests::process::{yawrig, Yawrig};
+
+/// Planted by the rig's own integrator.
+const EXPONENT: f64 = 1.5;
+
+struct Bench(TempDir);
+
+impl Bench {
+    fn new() -> Self {
+        let bench = Self(tempfile::tempdir().expect("a folder"));
+        let text = "id = \"odd_drag\"\ntitle = \"x\"\nmoment = \"-h * sign(r) * abs(r / 1.0)^n\"\n[parameters]\n\
+            h = { unit = \"rad/s2\", start = 0.1, min = 0.0 }\nn = { unit = \"1\", start = 1.0, min = 0.0 }\n";
+        std::fs::write(bench.0.path().join("odd.toml"), text).expect("room for it");
+        bench
+            .of("simulate --natural-frequency 7 --damping 0.004 --out r.csv --seed 3")
+            .and("--effect")
+            .and(format!("odd.toml:h=0.25,n={EXPONENT}"))
+            .run()
+            .exits(0);
+        bench
+    }
+
+    fn of(&self, arguments: &str) -> Yawrig {
+        yawrig(arguments).in_folder(self.0.path())
+    }
+
+    fn json(&self, arguments: &str) -> Value {
+        self.of(arguments).and("--json").run().exits(0).json()
+    }
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+#[test]
+fn a_law_is_measured_named_and_its_file_can_be_added() {
+    let bench = Bench::new();
+    let found = bench.json("law r.csv");
+    assert!(number(&found["residual_over_noise"]) < 1.1, "{}", found["residual_over_noise"]);
+    assert!(number(&found["without"]["residual_over_noise"]) > 3.0, "{}", found["without"]);
+    assert_eq!(found["memory"], false);
+    let best = &found["names"][0];
+    assert_eq!(best["form"], "power_law", "{}", found["names"]);
+    let n = &best["parameters"]["n"];
+    assert!((number(&n["value"]) - EXPONENT).abs() < 3.0 * number(&n["u"]), "{n}");
+    for (law, at) in [("stiffness", "yaw_deg"), ("damping", "rate_deg_s")] {
+        let points = found[law].as_array().expect("points");
+        assert!(points.iter().all(|p| p[at].is_f64() && p["u"].is_f64()), "{law}");
+    }
+    let file = best["file"].as_str().expect("a file");
+    bench.of("fit r.csv").run().exits(0);
+    let added = bench.json(&format!("add {file}"));
+    assert!(number(&added["residual_over_noise"]) < 1.1, "{added}");
+}
+
+#[test]
+fn a_measured_law_is_added_kept_in_the_file_and_removed() {
+    let bench = Bench::new();
+    bench.of("fit r.csv").run().exits(0);
+    let added = bench.json("add measured_law --why drag");
+    let after = number(&added["residual_over_noise"]);
+    assert!(after < 1.1, "{after}");
+    // What stands in the file is the model.
+    let compared = bench.json("compare");
+    assert!((number(&compared["residual_over_noise"]) / after - 1.0).abs() < 0.02, "{compared}");
+    let fitted = bench.json("fit");
+    assert!(number(&fitted["residual_over_noise"]) < 1.1);
+    let removed = bench.json("remove measured_law");
+    assert!(number(&removed["residual_over_noise"]) > 3.0);
+    bench.of("history --return 2").run().exits(0);
+    let again = bench.json("compare");
+    assert!(number(&again["residual_over_noise"]) < 1.1);
+}
+
+#[test]
+fn a_measured_law_wants_a_model() {
+    let bench = Bench::new();
+    let ended = bench.of("compare r.csv --no-model --effect measured_law").run().exits(2);
+    assert!(ended.stderr.contains("yawrig add measured_law"), "{}", ended.stderr);
+}
