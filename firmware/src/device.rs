@@ -1,14 +1,16 @@
 //! The device: samples and bytes in, bytes out.
 
 use crate::line::{Asked, Line};
-use crate::lock::{self, Challenge};
+use crate::lock::{self, Challenge, Lock};
 use crate::measuring::{Context, Measuring};
 use crate::refining::Refining;
-use crate::slots::{Flash, Slot, Store};
+use crate::slots::{Slot, Store};
 use crate::stream::Stream;
 use crate::BUILT_IN;
+use embedded_storage::nor_flash::NorFlash;
 use yawrig_shared::blob::{self, EffectIds, Envelope, Provenance};
 use yawrig_shared::network::Network;
+use yawrig_shared::source::in_memory;
 use yawrig_shared::wire::{
     self, Cause, Decoder, Event, Frame, HelloReply, NetworkStatus, Phase, Refusal, Reply, Request,
     Settings, Signature, Start, Status, HELLO_KEY, TRIAL_SAMPLES,
@@ -30,20 +32,20 @@ impl Running {
     }
 }
 
-/// Everything the device knows and does, generic over its flash.
+/// Everything the device knows and does, generic over its flash, of which it needs four places ([`crate::slots`]).
 #[derive(Debug)]
-pub struct Device<F> {
+pub struct Device<F, const LOCKABLE: bool = true> {
     decoder: Decoder,
     // Apart from the decoder, whose frame is still borrowed when it is acted on.
-    core: Core<F>,
+    core: Core<F, LOCKABLE>,
 }
 
 #[derive(Debug)]
-struct Core<F> {
+struct Core<F, const LOCKABLE: bool> {
     board: &'static str,
     measuring: Measuring,
     refining: Refining,
-    store: Store<F>,
+    store: Store<F, LOCKABLE>,
     /// The only one in memory; to be used where there is something about it in `running`.
     network: Network,
     running: Option<Running>,
@@ -66,7 +68,7 @@ struct Core<F> {
     stream: Stream,
 }
 
-impl<F: Flash> Device<F> {
+impl<F: NorFlash> Device<F> {
     /// A device that runs the newest network of its flash, or the one compiled in.
     pub fn new(flash: F, board: &'static str) -> Self {
         let mut device = Self::stopped(flash, board);
@@ -77,13 +79,28 @@ impl<F: Flash> Device<F> {
     /// The same before it has looked for its network. Made where it stays: it is larger than a stack should be.
     #[inline(always)]
     pub fn stopped(flash: F, board: &'static str) -> Self {
+        Self::of(flash, board)
+    }
+}
+
+impl<F: NorFlash> Device<F, false> {
+    /// As [`Device::stopped`], one that cannot be locked: checking signatures takes 14 kB of code.
+    #[inline(always)]
+    pub fn without_lock(flash: F, board: &'static str) -> Self {
+        Self::of(flash, board)
+    }
+}
+
+impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
+    #[inline(always)]
+    fn of(flash: F, board: &'static str) -> Self {
         Self {
             decoder: Decoder::new(),
             core: Core {
                 board,
                 measuring: Measuring::new(Settings::default()),
                 refining: Refining::new(),
-                store: Store::new(flash),
+                store: Store::of(flash),
                 network: Network::empty(),
                 running: None,
                 trial: None,
@@ -190,7 +207,7 @@ impl<F: Flash> Device<F> {
     }
 }
 
-impl<F: Flash> Core<F> {
+impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
     fn split(&mut self) -> (&mut Measuring, Context<'_>) {
         let running = self.running.as_ref();
         let network = running.map(|_| &self.network);
@@ -251,7 +268,7 @@ impl<F: Flash> Core<F> {
             Some((slot, envelope, provenance)) => {
                 Some(Running::new(envelope, provenance, Some(slot)))
             }
-            None => blob::decode_into(BUILT_IN, &mut self.network)
+            None => blob::decode_into(&mut in_memory(BUILT_IN), &mut self.network)
                 .ok()
                 .map(|(envelope, provenance)| Running::new(envelope, provenance, None)),
         };
@@ -332,6 +349,9 @@ impl<F: Flash> Core<F> {
                 let running = self.running.as_ref().and_then(|running| running.slot);
                 self.store.begin(length, running)?;
             }
+            Request::FlashPermit { .. } | Request::Unlock { .. } if !LOCKABLE => {
+                return Err(Refusal::WrongSignature);
+            }
             Request::FlashPermit { length, signature } => {
                 let challenge = self.challenge.take().ok_or(Refusal::WrongSignature)?;
                 lock::check_update(self.store.flash(), challenge, length, &signature)?;
@@ -348,6 +368,7 @@ impl<F: Flash> Core<F> {
                 }
                 committed?;
             }
+            Request::Lock { .. } if !LOCKABLE => return Err(Refusal::CannotLock),
             Request::Lock { key } => self.lock(&key)?,
             Request::Challenge => {
                 let challenge = self.challenge()?;
@@ -357,7 +378,7 @@ impl<F: Flash> Core<F> {
             }
             Request::Unlock { signature } => {
                 let challenge = self.challenge.take().ok_or(Refusal::WrongSignature)?;
-                lock::unlock(self.store.flash_mut(), challenge, &signature)?;
+                lock::unlock(self.store.flash(), challenge, &signature)?;
             }
             Request::Session { number } => {
                 if self.session == 0 {
@@ -373,10 +394,18 @@ impl<F: Flash> Core<F> {
         Ok(Reply::Done)
     }
 
+    fn kept_lock(&mut self) -> Option<Lock> {
+        if LOCKABLE {
+            lock::read(self.store.flash())
+        } else {
+            None
+        }
+    }
+
     /// The challenge upon which this update was permitted; none on a device without a lock.
     fn permitted(&mut self, length: u32) -> Result<Option<Challenge>, Refusal> {
         let permit = self.permit.take();
-        if lock::read(self.store.flash()).is_none() {
+        if self.kept_lock().is_none() {
             return Ok(None);
         }
         match permit {
@@ -390,7 +419,7 @@ impl<F: Flash> Core<F> {
         if self.trial.is_some() {
             self.may_swap()?;
         }
-        lock::lock(self.store.flash_mut(), key)?;
+        lock::lock(self.store.flash(), key)?;
         self.roll_back();
         self.store.abandon();
         Ok(())
@@ -398,16 +427,16 @@ impl<F: Flash> Core<F> {
 
     /// A challenge that was never given before.
     fn challenge(&mut self) -> Result<Challenge, Refusal> {
-        let lock = lock::read(self.store.flash()).ok_or(Refusal::NotLocked)?;
+        let lock = self.kept_lock().ok_or(Refusal::NotLocked)?;
         // Before this start the nonces of this number may have been given, too.
         if self.raised != Some(lock.number) {
-            self.raised = Some(lock::renew(self.store.flash_mut())?);
+            self.raised = Some(lock::renew(self.store.flash())?);
         }
         self.challenges = self.challenges.wrapping_add(1);
         Ok(Challenge { number: self.raised.unwrap_or(lock.number), nonce: self.challenges })
     }
 
-    fn status(&self) -> Status {
+    fn status(&mut self) -> Status {
         let running = self.running.as_ref();
         Status {
             network: NetworkStatus {
@@ -419,7 +448,7 @@ impl<F: Flash> Core<F> {
                 effects: running.map_or(Default::default(), |r| r.effects.clone()),
             },
             slots: Slot::BOTH.map(|slot| self.store.state(slot)),
-            lock: lock::read(self.store.flash()).map(|lock| lock.key),
+            lock: self.kept_lock().map(|lock| lock.key),
             settings: *self.measuring.next_settings(),
             clock_u_ppm: self.measuring.clock_u_ppm(),
             phase: self.measuring.phase(),

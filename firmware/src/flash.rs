@@ -1,13 +1,22 @@
-//! Flash as networks and lock are kept in: four sectors of one size.
+//! Flash as networks and lock are kept in: four places of one size in any `NorFlash` of [`embedded_storage`].
+//!
+//! Place n begins at n times [`SLOT_BYTES`], or n times the erase size where that is larger. What is written is made
+//! up to whole write units, at least four bytes, each of which is written once between two erases: flash with an
+//! error-correcting code takes no unit twice.
 
-use yawrig_shared::wire::Refusal;
+use embedded_storage::nor_flash::{
+    check_erase, check_write, ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash,
+};
+use yawrig_shared::wire::{Refusal, CHUNK};
 
-/// Bytes of a slot: a sector or more that is erased as one.
+/// Bytes of a slot.
 pub const SLOT_BYTES: usize = 16 * 1024;
 /// What an erased byte is.
 pub const ERASED: u8 = 0xFF;
+/// Largest write unit: a page of the flash beside a microcontroller that has none of its own.
+const LARGEST_UNIT: usize = 256;
 
-/// What is erased as one: a slot, or one of the lock's two places ([`crate::lock`]).
+/// A place: a slot, or one of the lock's two ([`crate::lock`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sector {
     First,
@@ -18,28 +27,107 @@ pub enum Sector {
 
 impl Sector {
     pub const ALL: [Self; 4] = [Self::First, Self::Second, Self::Lock, Self::OtherLock];
+
+    /// Where it begins.
+    pub const fn start<F: NorFlash>(self) -> usize {
+        self as usize * bytes::<F>()
+    }
 }
 
-/// The flash was not erased or programmed as asked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FlashFault;
-
-/// NOR flash of four sectors: erasing sets all bits, programming can only clear them.
-pub trait Flash {
-    /// Whether this device can be [locked](crate::lock). Checking signatures takes 14 kB of code.
-    const LOCKABLE: bool = true;
-    /// All bytes of a sector.
-    fn read(&self, sector: Sector) -> &[u8; SLOT_BYTES];
-    /// Sets every byte of the sector to 0xFF.
-    fn erase(&mut self, sector: Sector) -> Result<(), FlashFault>;
-    /// Programs the word at a multiple of four.
-    fn program(&mut self, sector: Sector, offset: usize, word: [u8; 4]) -> Result<(), FlashFault>;
+/// Bytes from one place to the next; a flash holds four.
+pub const fn bytes<F: NorFlash>() -> usize {
+    SLOT_BYTES.next_multiple_of(F::ERASE_SIZE)
 }
 
-/// NOR flash in memory, for the emulated devices and the tests.
+/// Bytes that are written as one.
+pub const fn unit<F: NorFlash>() -> usize {
+    let unit = if F::WRITE_SIZE < 4 { 4 } else { F::WRITE_SIZE };
+    assert!(unit.is_multiple_of(F::WRITE_SIZE), "a write size that is a power of two");
+    assert!(unit <= LARGEST_UNIT && CHUNK.is_multiple_of(unit), "a write size up to 256");
+    assert!(F::READ_SIZE <= 4, "a read size of 1, 2 or 4");
+    unit
+}
+
+/// Reads at multiples of four bytes; whether that went well.
+#[inline(never)]
+fn read_words<F: NorFlash>(flash: &mut F, sector: Sector, offset: usize, room: &mut [u8]) -> bool {
+    offset + room.len() <= SLOT_BYTES
+        && flash.read((sector.start::<F>() + offset) as u32, room).is_ok()
+}
+
+/// Reads anywhere in a place; whether that went well.
+pub(crate) fn read<F: NorFlash>(
+    flash: &mut F,
+    sector: Sector,
+    offset: usize,
+    room: &mut [u8],
+) -> bool {
+    if F::READ_SIZE == 1 {
+        return read_words(flash, sector, offset, room);
+    }
+    room.iter_mut().enumerate().all(|(index, byte)| {
+        let at = offset + index;
+        let mut word = [0; 4];
+        let good = read_words(flash, sector, at & !3, &mut word);
+        *byte = word[at & 3];
+        good
+    })
+}
+
+/// Whether these bytes, whole words, are erased, as far as they can be read.
+pub(crate) fn is_erased<F: NorFlash>(
+    flash: &mut F,
+    sector: Sector,
+    offset: usize,
+    length: usize,
+) -> bool {
+    let mut room = [0; 16];
+    (0..length).step_by(room.len()).all(|from| {
+        let room = &mut room[..(length - from).min(16)];
+        read_words(flash, sector, offset + from, room) && room.iter().all(|&byte| byte == ERASED)
+    })
+}
+
+/// Writes whole units from a multiple of the unit on, the last one made up, and reads them back.
+pub(crate) fn program<F: NorFlash>(
+    flash: &mut F,
+    sector: Sector,
+    offset: usize,
+    bytes: &[u8],
+) -> Result<(), Refusal> {
+    let mut room = [ERASED; LARGEST_UNIT];
+    let mut back = [ERASED; LARGEST_UNIT];
+    let (room, back) = (&mut room[..unit::<F>()], &mut back[..unit::<F>()]);
+    for (index, piece) in bytes.chunks(unit::<F>()).enumerate() {
+        room.fill(ERASED);
+        room[..piece.len()].copy_from_slice(piece);
+        let at = offset + index * unit::<F>();
+        let written = at + room.len() <= SLOT_BYTES
+            && flash.write((sector.start::<F>() + at) as u32, room).is_ok()
+            && read_words(flash, sector, at, back)
+            && room == back;
+        if !written {
+            return Err(Refusal::FlashWrite);
+        }
+    }
+    Ok(())
+}
+
+/// Erases a place and looks whether it is.
+pub(crate) fn erase<F: NorFlash>(flash: &mut F, sector: Sector) -> Result<(), Refusal> {
+    let start = sector.start::<F>();
+    let erased = flash.erase(start as u32, (start + bytes::<F>()) as u32).is_ok();
+    if erased && is_erased(flash, sector, 0, SLOT_BYTES) {
+        Ok(())
+    } else {
+        Err(Refusal::FlashWrite)
+    }
+}
+
+/// NOR flash in memory, for the emulated devices and the tests: words that are written once, sectors of 16 KiB.
 #[derive(Clone, Debug)]
 pub struct MemoryFlash {
-    sectors: [[u8; SLOT_BYTES]; 4],
+    bytes: [u8; 4 * SLOT_BYTES],
 }
 
 impl Default for MemoryFlash {
@@ -50,64 +138,50 @@ impl Default for MemoryFlash {
 
 impl MemoryFlash {
     pub const fn new() -> Self {
-        Self { sectors: [[ERASED; SLOT_BYTES]; 4] }
+        Self { bytes: [ERASED; 4 * SLOT_BYTES] }
+    }
+
+    /// All that it holds.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
     }
 }
 
-impl Flash for MemoryFlash {
-    fn read(&self, sector: Sector) -> &[u8; SLOT_BYTES] {
-        &self.sectors[sector as usize]
-    }
+impl ErrorType for MemoryFlash {
+    type Error = NorFlashErrorKind;
+}
 
-    fn erase(&mut self, sector: Sector) -> Result<(), FlashFault> {
-        self.sectors[sector as usize].fill(ERASED);
+impl ReadNorFlash for MemoryFlash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, room: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        let found = self.bytes.get(offset as usize..).and_then(|rest| rest.get(..room.len()));
+        room.copy_from_slice(found.ok_or(NorFlashErrorKind::OutOfBounds)?);
         Ok(())
     }
 
-    fn program(&mut self, sector: Sector, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
-        let place = self.sectors[sector as usize].get_mut(offset..offset + 4).ok_or(FlashFault)?;
-        for (byte, new) in place.iter_mut().zip(word) {
-            *byte &= new;
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl NorFlash for MemoryFlash {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = SLOT_BYTES;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        check_erase(self, from, to)?;
+        self.bytes[from as usize..to as usize].fill(ERASED);
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        check_write(self, offset, bytes.len())?;
+        let place = &mut self.bytes[offset as usize..offset as usize + bytes.len()];
+        if place.iter().any(|&byte| byte != ERASED) {
+            return Err(NorFlashErrorKind::Other);
         }
+        place.copy_from_slice(bytes);
         Ok(())
     }
-}
-
-impl<F: Flash> Flash for &mut F {
-    const LOCKABLE: bool = F::LOCKABLE;
-
-    fn read(&self, sector: Sector) -> &[u8; SLOT_BYTES] {
-        (**self).read(sector)
-    }
-
-    fn erase(&mut self, sector: Sector) -> Result<(), FlashFault> {
-        (**self).erase(sector)
-    }
-
-    fn program(&mut self, sector: Sector, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
-        (**self).program(sector, offset, word)
-    }
-}
-
-/// Programs a word and reads it back.
-pub(crate) fn program(
-    flash: &mut impl Flash,
-    sector: Sector,
-    offset: usize,
-    word: [u8; 4],
-) -> Result<(), Refusal> {
-    flash.program(sector, offset, word).map_err(|_| Refusal::FlashWrite)?;
-    if flash.read(sector)[offset..offset + 4] != word {
-        return Err(Refusal::FlashWrite);
-    }
-    Ok(())
-}
-
-/// Erases a sector and looks whether it is.
-pub(crate) fn erase(flash: &mut impl Flash, sector: Sector) -> Result<(), Refusal> {
-    flash.erase(sector).map_err(|_| Refusal::FlashWrite)?;
-    if flash.read(sector).iter().any(|&byte| byte != ERASED) {
-        return Err(Refusal::FlashWrite);
-    }
-    Ok(())
 }

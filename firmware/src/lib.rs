@@ -3,9 +3,58 @@
 //! [`device::Device`] is all a board needs: give it samples at 1 kHz and bytes from the serial
 //! line, take bytes for the line from it. It never blocks, allocates or asks for the time; its
 //! clock is the count of samples.
+//!
+//! # A board
+//!
+//! brings three things of its own: flash for the networks, any [`NorFlash`](embedded_storage::nor_flash::NorFlash) of
+//! four [places](slots); a line to the host, which says when it is ready ([`embedded_io`]); and a converter that is read
+//! every millisecond by a timer, never by the program's loop. The rest is this:
+//!
+//! ```
+//! use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write, WriteReady};
+//! use yawrig_firmware::{device::Device, serial, slots::MemoryFlash};
+//!
+//! // A serial port of the board's; crates for microcontrollers bring one that has these traits.
+//! struct Port;
+//! impl ErrorType for Port {
+//!     type Error = ErrorKind; // of a read: a byte was lost
+//! }
+//! impl ReadReady for Port {
+//!     fn read_ready(&mut self) -> Result<bool, ErrorKind> { Ok(false) }
+//! }
+//! impl Read for Port {
+//!     fn read(&mut self, _: &mut [u8]) -> Result<usize, ErrorKind> { Ok(0) }
+//! }
+//! impl WriteReady for Port {
+//!     fn write_ready(&mut self) -> Result<bool, ErrorKind> { Ok(true) }
+//! }
+//! impl Write for Port {
+//!     fn write(&mut self, bytes: &[u8]) -> Result<usize, ErrorKind> { Ok(bytes.len()) }
+//!     fn flush(&mut self) -> Result<(), ErrorKind> { Ok(()) }
+//! }
+//!
+//! // What DMA has brought from the converter, whose timer makes a sample each millisecond: counts from 0 to 65 535.
+//! let mut samples = (0..2000_u32).map(|k| 32_768 + (k % 7) as u16);
+//!
+//! let flash = MemoryFlash::new(); // of the board: its own flash, or one beside it
+//! let mut port = Port;
+//! let mut device = Device::new(flash, "my board");
+//! device.set_clock(30.0); // how well the timer keeps its millisecond, in ppm
+//! loop {
+//!     serial::receive(&mut port, &mut device);
+//!     serial::send(&mut port, &mut device);
+//!     // A board goes on for good, and counts what its ring of samples has lost: `device.lost(count)`.
+//!     let Some(counts) = samples.next() else { break };
+//!     device.sample(counts);
+//!     device.work();
+//!     // All is well: here the watchdog is fed.
+//! }
+//! assert_eq!(device.samples(), 2000);
+//! ```
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
+pub mod crash;
 pub mod decimated;
 pub mod device;
 pub mod estimator;
@@ -18,6 +67,7 @@ pub mod refine;
 pub mod refining;
 pub mod release;
 pub mod residual;
+pub mod ring;
 pub mod sampler;
 pub mod serial;
 pub mod signal;

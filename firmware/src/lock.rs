@@ -1,7 +1,7 @@
 //! Who may write: a device that is locked with an ed25519 public key takes only networks whose writing its private key
 //! has signed for.
 //!
-//! A board says whether its device can be locked at all ([`Flash::LOCKABLE`]). Unlocked as it comes. Anyone may lock an
+//! A board says whether its device can be locked at all ([`crate::device::Device::without_lock`]). Unlocked as it comes. Anyone may lock an
 //! unlocked device; unlocking needs the private key. What stands in a slot was checked before it was committed and is
 //! not checked again at the start: who can write the flash past the device can erase its lock, too, and networks from
 //! before the lock stay.
@@ -16,11 +16,15 @@
 //! being erased: whenever the power goes the device is as before or as wanted, and no number comes again.
 //!
 //! ```text
-//! record: 0 number   4 LOCK or OPEN   8 public key   40 unused   44 CRC-32 of bytes 0..44
+//! record: 0 number   4 LOCK or OPEN   8 public key   40 unused   44 CRC-32 of bytes 0..44   48 up to whole write units
 //! ```
 
-use crate::flash::{erase, program, Flash, Sector, ERASED, SLOT_BYTES};
+use crate::flash::{
+    erase, is_erased, program, read as read_flash, unit, Sector, ERASED, SLOT_BYTES,
+};
+use core::ops::Range;
 use ed25519_compact::{PublicKey, Signature as Ed25519};
+use embedded_storage::nor_flash::NorFlash;
 use yawrig_shared::checksum::crc32;
 use yawrig_shared::wire::{network_message, unlock_message, update_message, Refusal, Signature};
 
@@ -54,39 +58,46 @@ struct Record {
     key: [u8; 32],
 }
 
-fn word(bytes: &[u8], at: usize) -> u32 {
-    bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map_or(0, u32::from_le_bytes)
+/// Bytes from one record to the next.
+const fn pitch<F: NorFlash>() -> usize {
+    RECORD.next_multiple_of(unit::<F>())
 }
 
-fn whole(sector: Sector, record: &[u8]) -> Option<Record> {
-    if record[CHECKED..] == [ERASED; 4] {
+/// Where the records of a sector begin.
+fn places<F: NorFlash>() -> impl DoubleEndedIterator<Item = usize> {
+    (0..SLOT_BYTES / pitch::<F>()).map(|index| index * pitch::<F>())
+}
+
+fn whole<F: NorFlash>(flash: &mut F, sector: Sector, at: usize) -> Option<Record> {
+    if is_erased(flash, sector, at + CHECKED, 4) {
         // As most are.
         return None;
     }
-    let state = word(record, 4);
-    let is_whole = crc32(&record[..CHECKED]) == word(record, CHECKED);
+    let mut record = [ERASED; RECORD];
+    read_flash(flash, sector, at, &mut record).then_some(())?;
+    let word = |at: usize| {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|byte| record[at + byte]);
+        u32::from_le_bytes([a, b, c, d])
+    };
+    let state = word(4);
+    let is_whole = crc32(&record[..CHECKED]) == word(CHECKED);
     (is_whole && (state == LOCKED || state == OPEN)).then_some(())?;
-    Some(Record { sector, number: word(record, 0), state, key: record[8..40].try_into().ok()? })
+    Some(Record { sector, number: word(0), state, key: record[8..40].try_into().ok()? })
 }
 
-fn newest<F: Flash>(flash: &F) -> Option<Record> {
-    let of = |sector: Sector| {
-        flash.read(sector).chunks_exact(RECORD).filter_map(move |record| whole(sector, record))
-    };
-    LOG.into_iter().flat_map(of).max_by_key(|record| record.number)
+fn newest<F: NorFlash>(flash: &mut F) -> Option<Record> {
+    let all = LOG.into_iter().flat_map(|sector| places::<F>().map(move |at| (sector, at)));
+    all.filter_map(|(sector, at)| whole(flash, sector, at)).max_by_key(|record| record.number)
 }
 
 /// The lock of this flash, if it has one.
-pub fn read<F: Flash>(flash: &F) -> Option<Lock> {
-    if !F::LOCKABLE {
-        return None;
-    }
+pub fn read<F: NorFlash>(flash: &mut F) -> Option<Lock> {
     let Record { number, state, key, .. } = newest(flash)?;
     (state == LOCKED).then_some(Lock { number, key })
 }
 
 /// Writes the record after `last`; its number.
-fn append<F: Flash>(
+fn append<F: NorFlash>(
     flash: &mut F,
     last: Option<&Record>,
     state: u32,
@@ -94,10 +105,9 @@ fn append<F: Flash>(
 ) -> Result<u32, Refusal> {
     let number = last.map_or(0, |last| last.number).checked_add(1).ok_or(Refusal::FlashWrite)?;
     let mut sector = last.map_or(LOG[0], |last| last.sector);
-    let used = |record: &[u8]| record.iter().any(|&byte| byte != ERASED);
-    let mut records = flash.read(sector).chunks_exact(RECORD);
-    let mut at = records.rposition(used).map_or(0, |last| RECORD * (last + 1));
-    if at + RECORD > SLOT_BYTES {
+    let mut used = |at: &usize| !is_erased(flash, sector, *at, RECORD);
+    let mut at = places::<F>().rev().find(&mut used).map_or(0, |last| last + pitch::<F>());
+    if at + pitch::<F>() > SLOT_BYTES {
         // Nothing there is newer than what stands in the full one.
         sector = if sector == LOG[0] { LOG[1] } else { LOG[0] };
         erase(flash, sector)?;
@@ -109,20 +119,15 @@ fn append<F: Flash>(
     record[8..40].copy_from_slice(key);
     let crc = crc32(&record[..CHECKED]);
     record[CHECKED..].copy_from_slice(&crc.to_le_bytes());
-    for (index, word) in record.chunks_exact(4).enumerate() {
-        program(flash, sector, at + 4 * index, [word[0], word[1], word[2], word[3]])?;
-    }
+    program(flash, sector, at, &record)?;
     Ok(number)
 }
 
 /// Locks an unlocked device.
 ///
 /// # Errors
-/// [`Refusal::CannotLock`], [`Refusal::LockedAlready`], [`Refusal::NotAKey`], or the flash's.
-pub fn lock<F: Flash>(flash: &mut F, key: &[u8; 32]) -> Result<(), Refusal> {
-    if !F::LOCKABLE {
-        return Err(Refusal::CannotLock);
-    }
+/// [`Refusal::LockedAlready`], [`Refusal::NotAKey`], or the flash's.
+pub fn lock<F: NorFlash>(flash: &mut F, key: &[u8; 32]) -> Result<(), Refusal> {
     let last = newest(flash);
     if last.is_some_and(|last| last.state == LOCKED) {
         return Err(Refusal::LockedAlready);
@@ -138,48 +143,52 @@ pub fn lock<F: Flash>(flash: &mut F, key: &[u8; 32]) -> Result<(), Refusal> {
 ///
 /// # Errors
 /// [`Refusal::NotLocked`], or the flash's.
-pub fn renew<F: Flash>(flash: &mut F) -> Result<u32, Refusal> {
+pub fn renew<F: NorFlash>(flash: &mut F) -> Result<u32, Refusal> {
     let Lock { key, .. } = read(flash).ok_or(Refusal::NotLocked)?;
-    append(flash, newest(flash).as_ref(), LOCKED, &key)
+    let last = newest(flash);
+    append(flash, last.as_ref(), LOCKED, &key)
 }
 
 /// Opens a locked device, if its key has signed the [`unlock_message`] of this challenge.
 ///
 /// # Errors
 /// [`Refusal::NotLocked`], [`Refusal::WrongSignature`], or the flash's.
-pub fn unlock<F: Flash>(
+pub fn unlock<F: NorFlash>(
     flash: &mut F,
     challenge: Challenge,
     signature: &Signature,
 ) -> Result<(), Refusal> {
     let lock = of_challenge(flash, challenge)?;
-    check(&lock.key, &[&unlock_message(challenge.number, challenge.nonce)], signature)?;
-    append(flash, newest(flash).as_ref(), OPEN, &lock.key).map(drop)
+    let message = unlock_message(challenge.number, challenge.nonce);
+    check(&lock.key, &message, signature, &mut |_| true)?;
+    let last = newest(flash);
+    append(flash, last.as_ref(), OPEN, &lock.key).map(drop)
 }
 
 /// Whether the key of a locked device has signed the [`update_message`] of this challenge.
 ///
 /// # Errors
 /// [`Refusal::NotLocked`], [`Refusal::WrongSignature`].
-pub fn check_update(
-    flash: &impl Flash,
+pub fn check_update<F: NorFlash>(
+    flash: &mut F,
     challenge: Challenge,
     length: u32,
     signature: &Signature,
 ) -> Result<(), Refusal> {
     let lock = of_challenge(flash, challenge)?;
     let Challenge { number, nonce } = challenge;
-    check(&lock.key, &[&update_message(number, nonce, length)], signature)
+    check(&lock.key, &update_message(number, nonce, length), signature, &mut |_| true)
 }
 
-/// Whether this device may take the network in `blob`: unlocked any, locked one that was begun upon this challenge
-/// and that its key has signed with it.
+/// Whether this device may take the network at these places of a slot: unlocked any, locked one that was begun upon
+/// this challenge and that its key has signed with it.
 ///
 /// # Errors
 /// [`Refusal::Unsigned`] or [`Refusal::WrongSignature`] on a locked device.
-pub fn check_network(
-    flash: &impl Flash,
-    blob: &[u8],
+pub fn check_network<F: NorFlash>(
+    flash: &mut F,
+    slot: Sector,
+    places: Range<usize>,
     challenge: Option<Challenge>,
     signature: Option<&Signature>,
 ) -> Result<(), Refusal> {
@@ -189,11 +198,20 @@ pub fn check_network(
     let challenge = challenge.ok_or(Refusal::Unsigned)?;
     let lock = of_challenge(flash, challenge)?;
     let signature = signature.ok_or(Refusal::Unsigned)?;
-    check(&lock.key, &[&network_message(challenge.number, challenge.nonce), blob], signature)
+    let message = network_message(challenge.number, challenge.nonce);
+    check(&lock.key, &message, signature, &mut |absorb| {
+        let mut room = [ERASED; 64];
+        places.clone().step_by(room.len()).all(|at| {
+            let piece = &mut room[..(places.end - at).min(64)];
+            let good = read_flash(flash, slot, at, piece);
+            absorb(piece);
+            good
+        })
+    })
 }
 
 /// The lock that gave this challenge.
-fn of_challenge(flash: &impl Flash, challenge: Challenge) -> Result<Lock, Refusal> {
+fn of_challenge<F: NorFlash>(flash: &mut F, challenge: Challenge) -> Result<Lock, Refusal> {
     let lock = read(flash).ok_or(Refusal::NotLocked)?;
     if lock.number != challenge.number {
         return Err(Refusal::WrongSignature);
@@ -201,13 +219,22 @@ fn of_challenge(flash: &impl Flash, challenge: Challenge) -> Result<Lock, Refusa
     Ok(lock)
 }
 
+type Absorb<'a> = dyn FnMut(&[u8]) + 'a;
+
+/// Checks a signature of a message and what `rest` absorbs behind it, which is false where it cannot.
 #[inline(never)]
-fn check(key: &[u8; 32], message: &[&[u8]], signature: &Signature) -> Result<(), Refusal> {
-    let checked = || {
-        let signature = Ed25519::from_slice(signature)?;
-        let mut state = PublicKey::from_slice(key)?.verify_incremental(&signature)?;
-        message.iter().for_each(|part| state.absorb(part));
-        state.verify()
+fn check(
+    key: &[u8; 32],
+    message: &[u8],
+    signature: &Signature,
+    rest: &mut dyn FnMut(&mut Absorb) -> bool,
+) -> Result<(), Refusal> {
+    let mut checked = || {
+        let signature = Ed25519::from_slice(signature).ok()?;
+        let mut state = PublicKey::from_slice(key).ok()?.verify_incremental(&signature).ok()?;
+        state.absorb(message);
+        rest(&mut |part| state.absorb(part)).then_some(())?;
+        state.verify().ok()
     };
-    checked().map_err(|_| Refusal::WrongSignature)
+    checked().ok_or(Refusal::WrongSignature)
 }

@@ -7,18 +7,18 @@
 //! is one after the last.
 //!
 //! ```text
-//! slot: 0 commit word   4 length of the blob   8 blob
+//! slot: 0 commit word   u length of the blob   2u blob       u: the write unit of the flash, at least four bytes
 //! ```
 
-use crate::flash::{erase, program};
-pub use crate::flash::{Flash, FlashFault, MemoryFlash, Sector, ERASED, SLOT_BYTES};
+use crate::flash::{erase, is_erased, program, read, unit};
+pub use crate::flash::{MemoryFlash, Sector, ERASED, SLOT_BYTES};
 use crate::lock::{self, Challenge};
+use embedded_storage::nor_flash::NorFlash;
 use yawrig_shared::blob::{self, BlobError, Envelope, Provenance};
 use yawrig_shared::network::Network;
 use yawrig_shared::wire::{Refusal, Signature, SlotState};
 
-const COMMITTED: u32 = u32::from_le_bytes(*b"LIVE");
-const BLOB_AT: usize = 8;
+const COMMITTED: [u8; 4] = *b"LIVE";
 /// One of the two slots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slot {
@@ -56,27 +56,28 @@ struct Update {
     verified: bool,
 }
 
-/// The network store.
+/// The network store of a device that can be [locked](crate::lock), or cannot: checking signatures takes 14 kB of code.
 #[derive(Debug)]
-pub struct Store<F> {
+pub struct Store<F, const LOCKABLE: bool = true> {
     flash: F,
     update: Option<Update>,
     /// Slots whose networks have passed every check.
     sound: [bool; 2],
 }
 
-impl<F: Flash> Store<F> {
+impl<F: NorFlash> Store<F> {
     pub const fn new(flash: F) -> Self {
+        Self::of(flash)
+    }
+}
+
+impl<F: NorFlash, const LOCKABLE: bool> Store<F, LOCKABLE> {
+    pub(crate) const fn of(flash: F) -> Self {
         Self { flash, update: None, sound: [false; 2] }
     }
 
-    /// The flash itself.
-    pub fn flash(&self) -> &F {
-        &self.flash
-    }
-
-    /// The same to write the lock to.
-    pub fn flash_mut(&mut self) -> &mut F {
+    /// The flash, to write the lock to.
+    pub fn flash(&mut self) -> &mut F {
         &mut self.flash
     }
 
@@ -88,7 +89,7 @@ impl<F: Flash> Store<F> {
     /// The newest valid network, read into `network`, and where it stands. Both slots are looked at to the last golden
     /// vector, by which [`Store::state`] goes.
     pub fn newest(&mut self, network: &mut Network) -> Option<(Slot, Envelope, Provenance)> {
-        let generation = |slot: Slot| committed(self.flash.read(slot.into())).map(|e| e.generation);
+        let mut generation = |slot| committed(&mut self.flash, slot).map(|e| e.generation);
         let last = match (generation(Slot::First), generation(Slot::Second)) {
             (Some(first), Some(second)) if is_newer(second, first) => Slot::Second,
             (None, Some(_)) => Slot::Second,
@@ -106,22 +107,22 @@ impl<F: Flash> Store<F> {
         slot: Slot,
         network: &mut Network,
     ) -> Option<(Slot, Envelope, Provenance)> {
-        let bytes = self.flash.read(slot.into());
-        let decoded =
-            committed(bytes).and_then(|_| blob::decode_into(&bytes[BLOB_AT..], network).ok());
+        let flash = &mut self.flash;
+        let decoded = committed(flash, slot)
+            .and_then(|_| blob::decode_into(&mut blob_of(flash, slot), network).ok());
         self.sound[slot as usize] = decoded.is_some();
         decoded.map(|(envelope, provenance)| (slot, envelope, provenance))
     }
 
     /// What a slot holds; valid is what has passed every check ([`Store::newest`]) and is still as it was.
-    pub fn state(&self, slot: Slot) -> SlotState {
-        let bytes = self.flash.read(slot.into());
-        if bytes.iter().all(|&byte| byte == ERASED) {
+    pub fn state(&mut self, slot: Slot) -> SlotState {
+        let flash = &mut self.flash;
+        if is_erased(flash, slot.into(), 0, SLOT_BYTES) {
             return SlotState::Empty;
         }
-        match committed(bytes) {
+        match committed(flash, slot) {
             Some(Envelope { generation, payload_crc: id, .. })
-                if self.sound[slot as usize] && blob::intact(&bytes[BLOB_AT..]).is_ok() =>
+                if self.sound[slot as usize] && blob::intact(&mut blob_of(flash, slot)).is_ok() =>
             {
                 SlotState::Valid { generation, id }
             }
@@ -146,21 +147,17 @@ impl<F: Flash> Store<F> {
         Ok(())
     }
 
-    /// Writes the next bytes. All chunks but the last are a multiple of four bytes long.
+    /// Writes the next bytes. All chunks but the last are whole write units.
     pub fn chunk(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refusal> {
         let mut update = self.running_update()?;
         let last = update.written + bytes.len() == update.length;
         let in_order = offset as usize == update.written
             && update.written + bytes.len() <= update.length
-            && (bytes.len().is_multiple_of(4) || last);
+            && (bytes.len().is_multiple_of(unit::<F>()) || last);
         if !in_order {
             return Err(Refusal::FlashOrder { expected_offset: update.written as u32 });
         }
-        for (i, four) in bytes.chunks(4).enumerate() {
-            let mut word = [ERASED; 4];
-            word[..four.len()].copy_from_slice(four);
-            self.program(update.slot, BLOB_AT + update.written + 4 * i, word)?;
-        }
+        self.program(update.slot, blob_at::<F>() + update.written, bytes)?;
         update.written += bytes.len();
         self.update = Some(update);
         Ok(())
@@ -180,9 +177,14 @@ impl<F: Flash> Store<F> {
             return Err(Refusal::FlashOrder { expected_offset: update.written as u32 });
         }
         self.update = None;
-        let bytes = &self.flash.read(update.slot.into())[BLOB_AT..BLOB_AT + update.length];
-        lock::check_network(&self.flash, bytes, challenge, signature)?;
-        let (envelope, provenance) = blob::decode_into(bytes, network).map_err(Refusal::Blob)?;
+        if LOCKABLE {
+            let at = blob_at::<F>();
+            let places = at..at + update.length;
+            lock::check_network(&mut self.flash, update.slot.into(), places, challenge, signature)?;
+        }
+        let (envelope, provenance) =
+            blob::decode_into(&mut blob_of(&mut self.flash, update.slot), network)
+                .map_err(Refusal::Blob)?;
         if envelope.blob_length() != update.length {
             return Err(Refusal::Blob(BlobError::Malformed));
         }
@@ -198,8 +200,8 @@ impl<F: Flash> Store<F> {
         let Some(update) = self.update.take_if(|update| update.verified) else {
             return Err(Refusal::NoTrial);
         };
-        self.program(update.slot, 4, (update.length as u32).to_le_bytes())?;
-        self.program(update.slot, 0, COMMITTED.to_le_bytes())?;
+        self.program(update.slot, unit::<F>(), &(update.length as u32).to_le_bytes())?;
+        self.program(update.slot, 0, &COMMITTED)?;
         self.sound[update.slot as usize] = true;
         Ok(())
     }
@@ -215,8 +217,8 @@ impl<F: Flash> Store<F> {
             .ok_or(Refusal::FlashOrder { expected_offset: 0 })
     }
 
-    fn program(&mut self, slot: Slot, offset: usize, word: [u8; 4]) -> Result<(), Refusal> {
-        program(&mut self.flash, slot.into(), offset, word)
+    fn program(&mut self, slot: Slot, offset: usize, bytes: &[u8]) -> Result<(), Refusal> {
+        program(&mut self.flash, slot.into(), offset, bytes)
     }
 }
 
@@ -225,12 +227,27 @@ pub fn is_newer(generation: u32, than: u32) -> bool {
     generation.wrapping_sub(than) as i32 > 0
 }
 
+/// Where in a slot the blob begins.
+const fn blob_at<F: NorFlash>() -> usize {
+    2 * unit::<F>()
+}
+
+/// The blob of a slot, from wherever it is read.
+fn blob_of<F: NorFlash>(flash: &mut F, slot: Slot) -> impl FnMut(usize, &mut [u8]) -> bool + '_ {
+    move |offset, room| read(flash, slot.into(), blob_at::<F>() + offset, room)
+}
+
 /// The envelope of a slot whose commit word stands.
-fn committed(slot: &[u8; SLOT_BYTES]) -> Option<Envelope> {
-    let word = |at: usize| u32::from_le_bytes([slot[at], slot[at + 1], slot[at + 2], slot[at + 3]]);
-    if word(0) != COMMITTED {
+fn committed<F: NorFlash>(flash: &mut F, slot: Slot) -> Option<Envelope> {
+    let mut word = |offset: usize| {
+        let mut word = [ERASED; 4];
+        read(flash, slot.into(), offset, &mut word).then_some(word)
+    };
+    if word(0)? != COMMITTED {
         return None;
     }
-    let envelope = Envelope::read(&slot[BLOB_AT..]).ok()?;
-    (word(4) as usize == envelope.blob_length()).then_some(envelope)
+    let length = u32::from_le_bytes(word(unit::<F>())?) as usize;
+    let mut head = [ERASED; blob::ENVELOPE];
+    let envelope = blob_of(flash, slot)(0, &mut head).then(|| Envelope::read(&head).ok())??;
+    (length == envelope.blob_length()).then_some(envelope)
 }

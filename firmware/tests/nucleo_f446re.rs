@@ -1,20 +1,19 @@
 //! What of the board nucleo-f446re can be tried without one: its sources, compiled for this machine, on simulated
 //! registers. The image itself has not been run on hardware by us.
 
-#[path = "../boards/nucleo-f446re/src/crash.rs"]
-mod crash;
 #[path = "../boards/nucleo-f446re/src/flash.rs"]
 mod flash;
-#[path = "../boards/nucleo-f446re/src/ring.rs"]
-mod ring;
+#[path = "../boards/nucleo-f446re/src/reset.rs"]
+mod reset;
 #[path = "../boards/nucleo-f446re/src/timing.rs"]
 mod timing;
 
+use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind, ReadNorFlash};
 use flash::*;
-use ring::{widened, Reader, CONVERSIONS};
 use std::cell::Cell;
 use timing::{period, CONVERSIONS_HZ, RATE_HZ};
-use yawrig_firmware::slots::{Flash, FlashFault, Sector, SLOT_BYTES};
+use yawrig_firmware::ring::{widened, Reader, CONVERSIONS};
+use yawrig_firmware::slots::SLOT_BYTES;
 
 /// The flash interface as RM0390 describes it: locked until both keys came in order, one kind of operation at a time,
 /// busy for some looks, words that only lose bits; what breaks its rules sets an error and does nothing.
@@ -129,22 +128,33 @@ impl Controller for &mut Chip {
 
 #[test]
 fn a_slot_is_erased_and_written_and_nothing_beside_it() {
+    const BYTES: u32 = SLOT_BYTES as u32;
     let mut chip = Chip::new();
     let mut slots = Slots::new(&mut chip);
-    for slot in Sector::ALL {
-        slots.erase(slot).expect("erased");
-        assert!(slots.read(slot).iter().all(|byte| *byte == 0xff));
-        slots.program(slot, 8, *b"yawr").expect("written");
-        slots.program(slot, SLOT_BYTES - 4, [1, 2, 3, 4]).expect("written");
-        assert_eq!(slots.read(slot)[8..12], *b"yawr");
-        assert_eq!(slots.read(slot)[SLOT_BYTES - 4..], [1, 2, 3, 4]);
-        assert_eq!(slots.read(slot).iter().filter(|byte| **byte != 0xff).count(), 8);
-        // Not beyond its end, where the next sector is, and not across words.
-        assert_eq!(slots.program(slot, SLOT_BYTES, [0; 4]), Err(FlashFault));
-        assert_eq!(slots.program(slot, 10, [0; 4]), Err(FlashFault));
+    assert_eq!(slots.capacity(), 4 * SLOT_BYTES);
+    for start in [0, 1, 2, 3].map(|sector| sector * BYTES) {
+        let mut all = [0; SLOT_BYTES];
+        slots.erase(start, start + BYTES).expect("erased");
+        slots.read(start, &mut all).expect("read");
+        assert!(all.iter().all(|byte| *byte == 0xff));
+        slots.write(start + 8, b"yawrig, ").expect("written");
+        slots.write(start + BYTES - 4, &[1, 2, 3, 4]).expect("written");
+        slots.read(start, &mut all).expect("read");
+        assert_eq!(all[8..16], *b"yawrig, ");
+        assert_eq!(all[SLOT_BYTES - 4..], [1, 2, 3, 4]);
+        assert_eq!(all.iter().filter(|byte| **byte != 0xff).count(), 12);
+        // Not across words, nor half a sector.
+        assert_eq!(slots.write(start + 10, &[0; 4]), Err(NorFlashErrorKind::NotAligned));
+        assert_eq!(slots.write(start + 16, &[0; 3]), Err(NorFlashErrorKind::NotAligned));
+        assert_eq!(slots.erase(start, start + 4096), Err(NorFlashErrorKind::NotAligned));
     }
+    // Nor beyond its end.
+    let beyond = 4 * BYTES;
+    assert_eq!(slots.write(beyond, &[0; 4]), Err(NorFlashErrorKind::OutOfBounds));
+    assert_eq!(slots.erase(beyond, beyond + BYTES), Err(NorFlashErrorKind::OutOfBounds));
+    assert_eq!(slots.read(beyond, &mut [0]), Err(NorFlashErrorKind::OutOfBounds));
     // The vector table's sector is as it was, as is the code from sector 4 on, and the door is shut.
-    assert_eq!(Sector::ALL.map(flash::number), [1, 2, 3, 7]);
+    assert_eq!(flash::NUMBERS, [1, 2, 3, 7]);
     for of_code in [0, 4, 5, 6] {
         assert!(chip.sectors[of_code].iter().all(|byte| *byte == 0x5a));
     }
@@ -156,13 +166,13 @@ fn a_flash_that_refuses_is_a_fault_and_is_shut_again() {
     let mut chip = Chip::new();
     chip.write_protected = true;
     let mut slots = Slots::new(&mut chip);
-    assert_eq!(slots.erase(Sector::First), Err(FlashFault));
-    assert_eq!(slots.program(Sector::First, 0, [0; 4]), Err(FlashFault));
+    assert_eq!(slots.erase(0, SLOT_BYTES as u32), Err(NorFlashErrorKind::Other));
+    assert_eq!(slots.write(0, &[0; 4]), Err(NorFlashErrorKind::Other));
     assert_eq!(chip.control, CR_LOCK);
     assert_eq!(chip.sectors[1], [0x5a; SLOT_BYTES]);
     // Once it takes writes again, the old faults are forgotten.
     chip.write_protected = false;
-    assert_eq!(Slots::new(&mut chip).erase(Sector::First), Ok(()));
+    assert_eq!(Slots::new(&mut chip).erase(0, SLOT_BYTES as u32), Ok(()));
 }
 
 #[test]
@@ -229,9 +239,10 @@ fn bytes_are_read_up_to_where_dma_writes() {
     let mut reader = Reader::<16>::new();
     let mut read = |position| {
         let mut found = Vec::new();
-        while let Some(at) = reader.next_before(position) {
-            found.push(at);
+        while reader.has_before(position) {
+            found.push(reader.next_before(position).expect("there is one"));
         }
+        assert_eq!(reader.next_before(position), None);
         found
     };
     assert_eq!(read(0), []);
@@ -332,7 +343,8 @@ fn sixteen_conversions_lower_the_noise_floor_to_a_quarter() {
 
 #[test]
 fn what_ended_the_run_before_is_read_back_and_nothing_else_is() {
-    use crash::{cause, Note, BYTES};
+    use reset::cause;
+    use yawrig_firmware::crash::{Note, BYTES};
     use yawrig_shared::wire::{Cause, CRASH_FILE};
     let note = Note::new("firmware/src/device.rs", 123);
     let crash = note.read().expect("a crash");

@@ -1,6 +1,10 @@
 //! The network store: what runs after each kind of update, begun, broken or whole.
 
-use yawrig_firmware::slots::{Flash, FlashFault, MemoryFlash, Sector, Slot, Store, SLOT_BYTES};
+mod chip;
+
+use chip::Chip;
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use yawrig_firmware::slots::{MemoryFlash, Sector, Slot, Store};
 use yawrig_firmware::BUILT_IN;
 use yawrig_shared::blob::{self, BlobError};
 use yawrig_shared::network::Network;
@@ -12,7 +16,7 @@ fn blob(generation: u32) -> Vec<u8> {
     bytes
 }
 
-fn update<F: Flash>(
+fn update<F: NorFlash>(
     store: &mut Store<F>,
     bytes: &[u8],
     running: Option<Slot>,
@@ -27,7 +31,7 @@ fn update<F: Flash>(
     Ok(slot)
 }
 
-fn newest<F: Flash>(store: &mut Store<F>) -> Option<(Slot, u32)> {
+fn newest<F: NorFlash>(store: &mut Store<F>) -> Option<(Slot, u32)> {
     store.newest(&mut Network::empty()).map(|(slot, envelope, _)| (slot, envelope.generation))
 }
 
@@ -101,23 +105,32 @@ fn chunks_out_of_order_are_refused_and_the_right_one_is_named() {
 /// Flash with a bit that will not stay set.
 struct Worn(MemoryFlash);
 
-impl Flash for Worn {
-    fn read(&self, sector: Sector) -> &[u8; SLOT_BYTES] {
-        self.0.read(sector)
+impl ErrorType for Worn {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for Worn {
+    const READ_SIZE: usize = MemoryFlash::READ_SIZE;
+    fn read(&mut self, offset: u32, room: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        self.0.read(offset, room)
     }
-    fn erase(&mut self, sector: Sector) -> Result<(), FlashFault> {
-        self.0.erase(sector)
+    fn capacity(&self) -> usize {
+        self.0.capacity()
     }
-    fn program(
-        &mut self,
-        sector: Sector,
-        offset: usize,
-        mut word: [u8; 4],
-    ) -> Result<(), FlashFault> {
+}
+
+impl NorFlash for Worn {
+    const WRITE_SIZE: usize = MemoryFlash::WRITE_SIZE;
+    const ERASE_SIZE: usize = MemoryFlash::ERASE_SIZE;
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        self.0.erase(from, to)
+    }
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        let mut bytes = bytes.to_vec();
         if offset == 512 {
-            word[1] &= 0b1011_1111;
+            bytes[1] &= 0b1011_1111;
         }
-        self.0.program(sector, offset, word)
+        self.0.write(offset, &bytes)
     }
 }
 
@@ -132,11 +145,11 @@ fn flash_that_does_not_take_a_bit_is_noticed() {
 
 #[test]
 fn the_older_network_runs_where_the_newer_one_is_damaged() {
-    let mut store = Store::new(MemoryFlash::new());
+    let mut store = Store::new(Chip::<4, 4096>::erased());
     update(&mut store, &blob(1), None, 0).unwrap();
     update(&mut store, &blob(2), Some(Slot::First), 1).unwrap();
     let mut flash = store.into_flash();
-    flash.program(Sector::Second, 600, [0; 4]).unwrap();
+    flash.damage(Sector::Second.start::<Chip<4, 4096>>() + 600);
     let mut store = Store::new(flash);
     assert_eq!(store.state(Slot::Second), SlotState::Invalid);
     assert_eq!(newest(&mut store), Some((Slot::First, 1)));
@@ -178,7 +191,7 @@ fn a_slot_whose_golden_vectors_fail_is_not_called_valid() {
             for (index, four) in bytes.chunks(4).enumerate() {
                 let mut word = [0xff; 4];
                 word[..four.len()].copy_from_slice(four);
-                flash.program(Sector::First, at + 4 * index, word).expect("written");
+                flash.write((at + 4 * index) as u32, &word).expect("written");
             }
         };
         put(8, &bytes[..length]);

@@ -8,13 +8,13 @@
 //! Numbers are little-endian. The envelope never changes, so a device can always tell a blob it
 //! is too old for from a broken one.
 
-use crate::checksum::crc32;
+use crate::checksum::{crc32, crc32_of_pieces};
 use crate::features::{features, Inputs, MOST_INPUTS};
 use crate::history::{History, Moment};
 use crate::network::{Network, NetworkError, OUTPUTS};
+use crate::source::{in_memory, Bytes, Source};
 use crate::window::Window;
 use heapless::{String, Vec};
-use postcard::de_flavors::Slice;
 use postcard::Deserializer;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -67,7 +67,7 @@ pub struct Payload {
 /// Why a blob was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum BlobError {
-    /// Shorter than its envelope says, or than an envelope.
+    /// Shorter than its envelope says, or than an envelope, or not to be read to its end.
     Truncated,
     /// Does not begin with the magic.
     NotABlob,
@@ -166,46 +166,55 @@ pub fn set_generation(blob: &mut [u8], generation: u32) -> Result<(), BlobError>
 }
 
 /// Reads the envelope and checks that all behind it is as it was written.
-pub fn intact(bytes: &[u8]) -> Result<(Envelope, &[u8]), BlobError> {
-    let envelope = Envelope::read(bytes)?;
-    let payload = bytes.get(ENVELOPE..envelope.blob_length()).ok_or(BlobError::Truncated)?;
-    if crc32(payload) != envelope.payload_crc {
+pub fn intact(source: &mut Source) -> Result<Envelope, BlobError> {
+    let mut head = [0; ENVELOPE];
+    if !source(0, &mut head) {
+        return Err(BlobError::Truncated);
+    }
+    let envelope = Envelope::read(&head)?;
+    let crc = crc32_of_pieces(ENVELOPE..envelope.blob_length(), source);
+    if crc.ok_or(BlobError::Truncated)? != envelope.payload_crc {
         return Err(BlobError::PayloadCorrupt);
     }
-    Ok((envelope, payload))
+    Ok(envelope)
 }
 
 /// Reads a blob and checks everything there is to check, the golden vectors bit for bit.
 pub fn decode(bytes: &[u8]) -> Result<(Envelope, Payload), BlobError> {
     let mut network = Network::empty();
     let mut golden = Vec::new();
-    let (envelope, provenance, from_counts) = decode_all(bytes, &mut network, |vector| {
-        // Room is there: they have been counted.
-        let _ = golden.push(vector);
-    })?;
+    let (envelope, provenance, from_counts) =
+        decode_all(&mut in_memory(bytes), &mut network, |vector| {
+            // Room is there: they have been counted.
+            let _ = golden.push(vector);
+        })?;
     Ok((envelope, Payload { network, provenance, golden, from_counts }))
 }
 
-/// The same into a network that is there already. Where it fails the network is not to be used.
+/// The same from anywhere into a network that is there already. Where it fails the network is not to be used.
 pub fn decode_into(
-    bytes: &[u8],
+    source: &mut Source,
     network: &mut Network,
 ) -> Result<(Envelope, Provenance), BlobError> {
-    decode_all(bytes, network, |_| ()).map(|(envelope, provenance, _)| (envelope, provenance))
+    decode_all(source, network, |_| ()).map(|(envelope, provenance, _)| (envelope, provenance))
 }
 
 type Decoded = (Envelope, Provenance, Option<[u32; OUTPUTS]>);
 
 /// `golden` is given each golden vector.
 fn decode_all(
-    bytes: &[u8],
+    source: &mut Source,
     network: &mut Network,
     mut golden: impl FnMut(Golden),
 ) -> Result<Decoded, BlobError> {
-    let (envelope, payload) = intact(bytes)?;
-    let mut payload = Deserializer::from_bytes(payload);
+    let envelope = intact(source)?;
+    let mut payload =
+        Deserializer::from_flavor(Bytes::new(source, ENVELOPE..envelope.blob_length()));
     network.read(&mut payload).map_err(|_| BlobError::Malformed)?;
-    let provenance = next(&mut payload)?;
+    let trainer = text(&mut payload)?;
+    let (seed, samples, epochs, noise) = next(&mut payload)?;
+    let effects = text(&mut payload)?;
+    let provenance = Provenance { trainer, seed, samples, epochs, noise, effects };
     let vectors: u32 = next(&mut payload)?;
     network.check().map_err(BlobError::Network)?;
     if !GOLDEN.contains(&(vectors as usize)) {
@@ -224,10 +233,11 @@ fn decode_all(
         golden(expected);
     }
     let rest = payload.finalize().map_err(|_| BlobError::Malformed)?;
-    let expected: Option<[u32; OUTPUTS]> = match rest {
+    let expected: Option<[u32; OUTPUTS]> = if rest.is_empty() {
         // Trained before there was one.
-        [] => None,
-        rest => postcard::from_bytes(rest).map_err(|_| BlobError::Malformed)?,
+        None
+    } else {
+        next(&mut Deserializer::from_flavor(rest))?
     };
     if expected.is_some_and(|expected| from_counts(network) != expected) {
         return Err(BlobError::GoldenDiffers { vector: vectors as u8 });
@@ -235,8 +245,15 @@ fn decode_all(
     Ok((envelope, provenance, expected))
 }
 
-fn next<'a, T: Deserialize<'a>>(payload: &mut Deserializer<'a, Slice<'a>>) -> Result<T, BlobError> {
+fn next<'a, T: Deserialize<'a>>(payload: &mut Deserializer<'a, Bytes<'a>>) -> Result<T, BlobError> {
     T::deserialize(payload).map_err(|_| BlobError::Malformed)
+}
+
+fn text<'a, const N: usize>(
+    payload: &mut Deserializer<'a, Bytes<'a>>,
+) -> Result<String<N>, BlobError> {
+    let bytes: Vec<u8, N> = next(payload)?;
+    String::from_utf8(bytes).map_err(|_| BlobError::Malformed)
 }
 
 fn estimate_bits(network: &Network, inputs: &[f32]) -> [u32; OUTPUTS] {

@@ -19,6 +19,7 @@ pub mod misfit;
 pub mod modal;
 pub mod network;
 pub mod potentiometer;
+pub mod source;
 pub mod units;
 pub mod window;
 pub mod wire;

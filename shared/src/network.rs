@@ -1,8 +1,8 @@
 //! Forward pass of a small multilayer perceptron, the same bits on host and device.
 
 use crate::features::{FeatureKind, Features, InputScaling, FEATURES, MOST_INPUTS};
+use crate::source::Bytes;
 use heapless::Vec;
-use postcard::de_flavors::Slice;
 use postcard::Deserializer;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -122,7 +122,7 @@ impl Network {
     /// times.
     pub(crate) fn read<'a>(
         &mut self,
-        from: &mut Deserializer<'a, Slice<'a>>,
+        from: &mut Deserializer<'a, Bytes<'a>>,
     ) -> Result<(), postcard::Error> {
         (self.topology, self.linear_layers, self.activation, self.features, self.inputs) =
             Deserialize::deserialize(&mut *from)?;

@@ -1,9 +1,10 @@
 //! Bytes that come faster than the board takes them: its receive logic over a UART that is simulated, an overrun put in
 //! at every byte of an update and of a stream of samples.
 
+use embedded_io::{ErrorKind, ErrorType, Read, ReadReady};
 use std::collections::VecDeque;
 use yawrig_firmware::device::Device;
-use yawrig_firmware::serial::{serve_link, serve_potentiometer, Received, Receiver};
+use yawrig_firmware::serial::{receive, receive_sample};
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_shared::blob;
 use yawrig_shared::potentiometer::{Decoder, Encoder};
@@ -42,17 +43,23 @@ impl Uart {
     }
 }
 
-impl Receiver for Uart {
-    fn state(&self) -> Received {
-        Received { byte: self.byte.is_some(), overrun: self.overrun }
-    }
+impl ErrorType for Uart {
+    type Error = ErrorKind;
+}
 
-    fn take(&mut self) -> u8 {
-        self.byte.take().expect("only where there is one")
+impl ReadReady for Uart {
+    fn read_ready(&mut self) -> Result<bool, ErrorKind> {
+        Ok(self.byte.is_some() || self.overrun)
     }
+}
 
-    fn clear_overrun(&mut self) {
-        self.overrun = false;
+impl Read for Uart {
+    fn read(&mut self, room: &mut [u8]) -> Result<usize, ErrorKind> {
+        if std::mem::take(&mut self.overrun) {
+            return Err(ErrorKind::Other);
+        }
+        room[0] = self.byte.take().expect("only where there is one");
+        Ok(1)
     }
 }
 
@@ -83,10 +90,10 @@ impl Host {
                 let late = self.late_at == Some(self.sent);
                 self.sent += 1;
                 if !late {
-                    serve_link(&mut self.uart, &mut self.device);
+                    while receive(&mut self.uart, &mut self.device) {}
                 }
             }
-            serve_link(&mut self.uart, &mut self.device);
+            while receive(&mut self.uart, &mut self.device) {}
             let mut decoder = FrameDecoder::new();
             while let Some(byte) = self.device.transmit() {
                 if let Some(Ok(frame)) = decoder.push(byte) {
@@ -158,7 +165,7 @@ fn a_request_with_a_lost_byte_is_not_carried_out() {
             for (n, &byte) in frame.iter().enumerate() {
                 host.uart.come(byte);
                 if n != at {
-                    serve_link(&mut host.uart, &mut host.device);
+                    while receive(&mut host.uart, &mut host.device) {}
                 }
             }
             assert_eq!(host.device.transmit(), None, "{keeps:?}, late at {at}");
@@ -195,10 +202,10 @@ fn a_stream_of_samples_says_what_an_overrun_cost() {
             for (n, &byte) in stream.iter().enumerate() {
                 uart.come(byte);
                 if n != at {
-                    serve_potentiometer(&mut uart, &mut decoder, &mut device);
+                    while receive_sample(&mut uart, &mut decoder, &mut device) {}
                 }
             }
-            serve_potentiometer(&mut uart, &mut decoder, &mut device);
+            while receive_sample(&mut uart, &mut decoder, &mut device) {}
             assert_eq!(device.samples(), SAMPLES, "{keeps:?}, late at {at}");
             let lost = status(&mut device).lost_samples;
             // The one whose byte is missing; where that takes the next one's head for its own end, and that is an

@@ -6,7 +6,7 @@
 use core::ptr::{read_volatile, write_volatile};
 use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
-use yawrig_firmware::serial::{Received, Receiver};
+use embedded_io::{Error, ErrorKind, ErrorType, Read, ReadReady, Write, WriteReady};
 
 /// Register offsets in bytes.
 const DATA: usize = 0x00;
@@ -75,18 +75,7 @@ impl Uart {
         unsafe { write_volatile((self.base + offset) as *mut u32, value) }
     }
 
-    #[inline]
-    pub fn can_write(&self) -> bool {
-        self.read_register(STATE) & STATE_TX_FULL == 0
-    }
-
-    /// Sends a byte; only where [`Uart::can_write`].
-    #[inline]
-    pub fn write(&mut self, byte: u8) {
-        self.write_register(DATA, u32::from(byte));
-    }
-
-    /// From here on a byte received or sent wakes the core again. Look at [`Receiver::state`] after this and
+    /// From here on a byte received or sent wakes the core again. Look at [`ReadReady::read_ready`] after this and
     /// before sleeping: what came earlier does not wake it any more.
     pub fn arm(&mut self) {
         self.write_register(INTSTATUS, INTSTATUS_ALL);
@@ -95,19 +84,59 @@ impl Uart {
     }
 }
 
-impl Receiver for Uart {
+/// A byte came before the one before it was taken.
+#[derive(Clone, Copy, Debug)]
+pub struct Overrun;
+
+impl Error for Overrun {
+    fn kind(&self) -> ErrorKind {
+        ErrorKind::Other
+    }
+}
+
+impl ErrorType for Uart {
+    type Error = Overrun;
+}
+
+impl ReadReady for Uart {
     #[inline]
-    fn state(&self) -> Received {
-        let state = self.read_register(STATE);
-        Received { byte: state & STATE_RX_FULL != 0, overrun: state & STATE_RX_OVERRUN != 0 }
+    fn read_ready(&mut self) -> Result<bool, Overrun> {
+        Ok(self.read_register(STATE) & (STATE_RX_FULL | STATE_RX_OVERRUN) != 0)
+    }
+}
+
+impl Read for Uart {
+    #[inline]
+    fn read(&mut self, room: &mut [u8]) -> Result<usize, Overrun> {
+        if self.read_register(STATE) & STATE_RX_OVERRUN != 0 {
+            self.write_register(STATE, STATE_RX_OVERRUN);
+            return Err(Overrun);
+        }
+        let Some(first) = room.first_mut() else { return Ok(0) };
+        while self.read_register(STATE) & STATE_RX_FULL == 0 {}
+        *first = self.read_register(DATA) as u8;
+        Ok(1)
+    }
+}
+
+impl WriteReady for Uart {
+    #[inline]
+    fn write_ready(&mut self) -> Result<bool, Overrun> {
+        Ok(self.read_register(STATE) & STATE_TX_FULL == 0)
+    }
+}
+
+impl Write for Uart {
+    #[inline]
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Overrun> {
+        let Some(&byte) = bytes.first() else { return Ok(0) };
+        while self.read_register(STATE) & STATE_TX_FULL != 0 {}
+        self.write_register(DATA, u32::from(byte));
+        Ok(1)
     }
 
-    #[inline]
-    fn take(&mut self) -> u8 {
-        self.read_register(DATA) as u8
-    }
-
-    fn clear_overrun(&mut self) {
-        self.write_register(STATE, STATE_RX_OVERRUN);
+    fn flush(&mut self) -> Result<(), Overrun> {
+        while self.read_register(STATE) & STATE_TX_FULL != 0 {}
+        Ok(())
     }
 }

@@ -3,7 +3,10 @@
 //! There is one bank: while a sector is erased (0.25 s, at most 0.8 s; the large one 1 s, at most 2 s) or a word programmed (16 us) the processor
 //! waits at its next instruction. DMA does not: samples and bytes of the line go on into RAM.
 
-use yawrig_firmware::slots::{Flash, FlashFault, Sector, SLOT_BYTES};
+use embedded_storage::nor_flash::{
+    check_erase, check_read, check_write, ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash,
+};
+use yawrig_firmware::slots::SLOT_BYTES;
 
 /// What RM0390 calls CR, as bits.
 pub const CR_PG: u32 = 1 << 0;
@@ -35,19 +38,17 @@ pub trait Controller {
     fn write_word(&mut self, number: u32, offset: usize, word: u32);
 }
 
-/// Two slots and the lock's two places: sectors of 16 KiB, and the first 16 KiB of a large one.
+/// Two slots and the lock's two places as one flash of four sectors: three of 16 KiB, and the first 16 KiB of a large one.
 pub struct Slots<C> {
     controller: C,
 }
 
-/// Its number in the microcontroller. Sector 0 is the vector table's, and code begins at sector 4.
-pub fn number(sector: Sector) -> u32 {
-    match sector {
-        Sector::First => 1,
-        Sector::Second => 2,
-        Sector::Lock => 3,
-        Sector::OtherLock => 7,
-    }
+/// Their numbers in the microcontroller. Sector 0 is the vector table's, and code begins at sector 4.
+pub const NUMBERS: [u32; 4] = [1, 2, 3, 7];
+
+/// In which of the microcontroller's sectors a byte is, and where in it.
+fn place(offset: usize) -> (u32, usize) {
+    (NUMBERS[offset / SLOT_BYTES], offset % SLOT_BYTES)
 }
 
 impl<C: Controller> Slots<C> {
@@ -56,7 +57,11 @@ impl<C: Controller> Slots<C> {
     }
 
     /// Writes with `what` set in the control register, which is locked before and after.
-    fn write(&mut self, what: u32, write: impl FnOnce(&mut C)) -> Result<(), FlashFault> {
+    fn write_with(
+        &mut self,
+        what: u32,
+        write: impl FnOnce(&mut C),
+    ) -> Result<(), NorFlashErrorKind> {
         let c = &mut self.controller;
         while c.status() & SR_BUSY != 0 {}
         if c.control() & CR_LOCK != 0 {
@@ -71,28 +76,54 @@ impl<C: Controller> Slots<C> {
         if faults == 0 {
             Ok(())
         } else {
-            Err(FlashFault)
+            Err(NorFlashErrorKind::Other)
         }
     }
 }
 
-impl<C: Controller> Flash for Slots<C> {
-    fn read(&self, sector: Sector) -> &[u8; SLOT_BYTES] {
-        self.controller.sector(number(sector))
+impl<C> ErrorType for Slots<C> {
+    type Error = NorFlashErrorKind;
+}
+
+impl<C: Controller> ReadNorFlash for Slots<C> {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, room: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        check_read(self, offset, room.len())?;
+        let (number, at) = place(offset as usize);
+        // Within one sector, as all that is asked for is.
+        let found = self.controller.sector(number).get(at..at + room.len());
+        room.copy_from_slice(found.ok_or(NorFlashErrorKind::OutOfBounds)?);
+        Ok(())
     }
 
-    fn erase(&mut self, sector: Sector) -> Result<(), FlashFault> {
-        let what = CR_SER | number(sector) << CR_SNB | CR_PSIZE_WORD;
-        let erased = self.write(what, |c| c.set_control(what | CR_STRT));
-        self.controller.empty_cache();
-        erased
+    fn capacity(&self) -> usize {
+        NUMBERS.len() * SLOT_BYTES
     }
+}
 
-    fn program(&mut self, sector: Sector, offset: usize, word: [u8; 4]) -> Result<(), FlashFault> {
-        if !offset.is_multiple_of(4) || offset >= SLOT_BYTES {
-            return Err(FlashFault);
+impl<C: Controller> NorFlash for Slots<C> {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = SLOT_BYTES;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        check_erase(self, from, to)?;
+        for at in (from as usize..to as usize).step_by(SLOT_BYTES) {
+            let what = CR_SER | place(at).0 << CR_SNB | CR_PSIZE_WORD;
+            let erased = self.write_with(what, |c| c.set_control(what | CR_STRT));
+            self.controller.empty_cache();
+            erased?;
         }
-        let word = u32::from_le_bytes(word);
-        self.write(CR_PG | CR_PSIZE_WORD, |c| c.write_word(number(sector), offset, word))
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        check_write(self, offset, bytes.len())?;
+        for (index, word) in bytes.chunks_exact(4).enumerate() {
+            let (number, at) = place(offset as usize + 4 * index);
+            let word = u32::from_le_bytes([word[0], word[1], word[2], word[3]]);
+            self.write_with(CR_PG | CR_PSIZE_WORD, |c| c.write_word(number, at, word))?;
+        }
+        Ok(())
     }
 }

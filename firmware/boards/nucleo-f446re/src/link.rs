@@ -1,14 +1,15 @@
 //! USART2, which the ST-Link makes a serial port of the computer: PA2 and PA3, 115 200 baud. DMA1 writes what comes
 //! to a ring, also while the processor waits for the flash.
 
-use crate::ring::Reader;
 use core::ptr::{addr_of, addr_of_mut};
+use embedded_io::{Error, ErrorKind, ErrorType, Read, ReadReady, Write, WriteReady};
 use stm32f4xx_hal::gpio::{PA2, PA3};
 use stm32f4xx_hal::pac::{DMA1, USART2};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 use stm32f4xx_hal::serial::config::{Config, DmaConfig};
 use stm32f4xx_hal::serial::Serial;
+use yawrig_firmware::ring::Reader;
 
 /// As the host opens the port.
 const BAUD: u32 = 115_200;
@@ -70,7 +71,7 @@ impl Link {
 
     /// Whether a byte was lost since this was last asked: it came before DMA had taken the one before, or DMA has gone
     /// round the ring before it was read.
-    pub fn overrun(&mut self) -> bool {
+    fn overrun(&mut self) -> bool {
         self.status();
         let wrapped = self.dma.hisr().read().bits() & DMA_HISR_COMPLETE_5 != 0;
         let position = self.position();
@@ -86,21 +87,63 @@ impl Link {
     fn position(&self) -> u32 {
         (RING as u32).wrapping_sub(self.dma.st(STREAM).ndtr().read().bits()) % RING as u32
     }
+}
 
-    /// The next byte that came.
-    pub fn receive(&mut self) -> Option<u8> {
-        let at = self.reader.next_before(self.position())?;
+/// A byte was lost.
+#[derive(Clone, Copy, Debug)]
+pub struct Overrun;
+
+impl Error for Overrun {
+    fn kind(&self) -> ErrorKind {
+        ErrorKind::Other
+    }
+}
+
+impl ErrorType for Link {
+    type Error = Overrun;
+}
+
+impl ReadReady for Link {
+    fn read_ready(&mut self) -> Result<bool, Overrun> {
+        if self.overrun() {
+            return Err(Overrun);
+        }
+        Ok(self.reader.has_before(self.position()))
+    }
+}
+
+impl Read for Link {
+    /// The next byte that comes.
+    fn read(&mut self, room: &mut [u8]) -> Result<usize, Overrun> {
+        let Some(first) = room.first_mut() else { return Ok(0) };
+        let at = loop {
+            if let Some(at) = self.reader.next_before(self.position()) {
+                break at;
+            }
+        };
         // SAFETY: in the ring, written by DMA only, and complete.
-        Some(unsafe { addr_of!(RECEIVED[at]).read_volatile() })
+        *first = unsafe { addr_of!(RECEIVED[at]).read_volatile() };
+        Ok(1)
     }
+}
 
-    pub fn can_send(&mut self) -> bool {
-        self.status() & SR_TXE != 0
+impl WriteReady for Link {
+    fn write_ready(&mut self) -> Result<bool, Overrun> {
+        Ok(self.status() & SR_TXE != 0)
     }
+}
 
-    /// Sends a byte; only where [`Link::can_send`].
-    pub fn send(&mut self, byte: u8) {
+impl Write for Link {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Overrun> {
+        let Some(&byte) = bytes.first() else { return Ok(0) };
+        while self.status() & SR_TXE == 0 {}
         // SAFETY: any byte may be sent.
         self.usart.dr().write(|w| unsafe { w.bits(byte.into()) });
+        Ok(1)
+    }
+
+    fn flush(&mut self) -> Result<(), Overrun> {
+        while self.status() & SR_TXE == 0 {}
+        Ok(())
     }
 }

@@ -6,11 +6,10 @@
 #![no_std]
 #![no_main]
 
-mod crash;
 mod flash;
 mod link;
 mod registers;
-mod ring;
+mod reset;
 mod sampling;
 mod timing;
 
@@ -19,16 +18,18 @@ use core::panic::PanicInfo;
 use core::ptr::{addr_of, addr_of_mut};
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{entry, exception, ExceptionFrame};
-use crash::{cause, Note};
 use flash::Slots;
 use link::Link;
 use registers::Registers;
+use reset::cause;
 use sampling::{Reading, Sampling};
 use stm32f4xx_hal::pac::Peripherals;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
 use stm32f4xx_hal::watchdog::IndependentWatchdog;
+use yawrig_firmware::crash::Note;
 use yawrig_firmware::device::Device;
+use yawrig_firmware::serial::{receive, send};
 use yawrig_shared::wire::{Phase, Start};
 
 /// Longer than a sector takes to erase (2 s), even where the watchdog's own clock is fast by half.
@@ -82,22 +83,14 @@ fn main() -> ! {
         peripherals.TIM5,
         &mut rcc,
     );
-    let mut to_send = None;
     let mut taken = 0_u32;
     loop {
-        if link.overrun() {
-            device.overrun();
-        }
         for _ in 0..BYTES_AT_ONCE {
-            let Some(byte) = link.receive() else { break };
-            device.receive(byte);
-        }
-        to_send = to_send.or_else(|| device.transmit());
-        if link.can_send() {
-            if let Some(byte) = to_send.take() {
-                link.send(byte);
+            if !receive(&mut link, &mut device) {
+                break;
             }
         }
+        send(&mut link, &mut device);
         let before = taken;
         sampling.take(|reading| match reading {
             Reading::Lost(count) => device.lost(count),

@@ -4,11 +4,11 @@
 //! A sample is the sum of its sixteen conversions: 12 bits over 340 deg are steps of 0.083 deg, and where noise of half a
 //! step blurs them the sum is four times finer. Its mean time is half a millisecond early, the same for all.
 
-use crate::ring::{widened, Reader, CONVERSIONS};
 use crate::timing::{period, CONVERSIONS_HZ};
 use core::ptr::{addr_of, addr_of_mut};
 use stm32f4xx_hal::pac::{ADC1, ADC_COMMON, DMA2, TIM2, TIM5};
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
+use yawrig_firmware::ring::{widened, Reader, CONVERSIONS};
 
 /// Readings kept: for longer than a flash sector takes to erase.
 const RING: usize = 1024 * CONVERSIONS as usize;

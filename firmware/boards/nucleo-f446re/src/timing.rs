@@ -1,6 +1,6 @@
 //! How a timer's clock becomes the rate of conversions.
 
-use crate::ring::CONVERSIONS;
+use yawrig_firmware::ring::CONVERSIONS;
 
 /// Samples a second, of sixteen conversions each.
 pub const RATE_HZ: u32 = 1000;

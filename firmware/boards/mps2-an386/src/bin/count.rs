@@ -11,8 +11,8 @@ use cortex_m::peripheral::SYST;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::{debug, hprintln};
 use yawrig_firmware::device::Device;
+use yawrig_firmware::slots::MemoryFlash;
 use yawrig_firmware::BUILT_IN;
-use yawrig_mps2_an386::flash::StandIn;
 use yawrig_mps2_an386::{flash, swing};
 use yawrig_shared::blob;
 use yawrig_shared::features::{Inputs, FEATURES};
@@ -121,7 +121,7 @@ fn main() -> ! {
 fn release(counter: &mut Counter) {
     // SAFETY: called once.
     let slots = unsafe { flash::erased() };
-    let mut device = Device::stopped(slots, "mps2-an386");
+    let mut device = Device::without_lock(slots, "mps2-an386");
     device.start();
     let mut encoder = Encoder::default();
     let mut decoder = Decoder::default();
@@ -166,7 +166,7 @@ fn release(counter: &mut Counter) {
 }
 
 /// The last event the device has sent since it was asked before.
-fn sent(device: &mut Device<StandIn>) -> Option<Event> {
+fn sent(device: &mut Device<&'static mut MemoryFlash, false>) -> Option<Event> {
     let mut decoder = FrameDecoder::new();
     let mut last = None;
     while let Some(byte) = device.transmit() {

@@ -7,22 +7,21 @@ use cortex_m_rt::entry;
 use cortex_m_semihosting::debug;
 use yawrig_firmware::device::Device;
 use yawrig_firmware::lock::{self, Challenge};
-use yawrig_firmware::slots::MemoryFlash;
+use yawrig_firmware::slots::{MemoryFlash, Sector};
 use yawrig_firmware::BUILT_IN;
-use yawrig_mps2_an386::flash::StandIn;
 use yawrig_mps2_an386::{digits, flash, say, stack, swing};
 use yawrig_shared::blob;
 use yawrig_shared::frame::Encoded;
 use yawrig_shared::wire::{self, Decoder, Refusal, Reply, Request, Signature, CHUNK};
 
-type Board = Device<StandIn>;
+type Board = Device<&'static mut MemoryFlash, false>;
 
 #[entry]
 fn main() -> ! {
     stack::paint();
     // SAFETY: main runs once.
     let slots = unsafe { flash::erased() };
-    let mut device = Device::stopped(slots, "mps2-an386");
+    let mut device = Device::without_lock(slots, "mps2-an386");
     device.start();
     let device = &mut device;
     report("start");
@@ -93,7 +92,13 @@ fn check_signature() {
     let mut signature = Signature::from_slice(&POINT).expect("half of it");
     signature.resize(64, 1).expect("64 bytes");
     let challenge = Challenge { number: 1, nonce: 1 };
-    let checked = lock::check_network(flash, BUILT_IN, Some(challenge), Some(&signature));
+    let checked = lock::check_network(
+        flash,
+        Sector::First,
+        0..BUILT_IN.len(),
+        Some(challenge),
+        Some(&signature),
+    );
     assert!(checked == Err(Refusal::WrongSignature));
 }
 
