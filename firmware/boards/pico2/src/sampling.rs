@@ -1,0 +1,117 @@
+//! The potentiometer at ADC0 (GP26), at exactly 1 kHz: the converter begins by its own divider sixteen times a sample, DMA
+//! writes its readings to a ring, and the timer, which has the same crystal, says how many there must be. The processor
+//! may be away for a second before a sample is lost.
+//!
+//! A sample is the sum of its sixteen conversions: 12 bits over 340 deg are steps of 0.083 deg, and where noise of half a
+//! step blurs them the sum is four times finer. Its mean time is half a millisecond early, the same for all.
+
+use crate::timing::{divider, readings, CONVERSIONS_HZ};
+use core::ptr::{addr_of, addr_of_mut};
+use rp235x_hal::pac::{ADC, DMA};
+use rp235x_hal::timer::{CopyableTimer0, Timer};
+use yawrig_firmware::ring::{widened, Reader, CONVERSIONS};
+
+/// Readings kept: for longer than the flash takes to erase a network's place.
+const RING: usize = 1024 * CONVERSIONS as usize;
+/// DMA goes round where as many bits of its address as this come round.
+const RING_BITS: u8 = 15;
+#[repr(align(32768))]
+struct Ring([u16; RING]);
+const _: () = assert!(size_of::<Ring>() == 1 << RING_BITS && align_of::<Ring>() == 1 << RING_BITS);
+static mut READINGS: Ring = Ring([0; RING]);
+
+const CHANNEL: usize = 0;
+/// ADC0, at GP26.
+const INPUT: u8 = 0;
+
+/// What comes of the potentiometer.
+pub enum Reading {
+    /// So many samples were lost.
+    Lost(u32),
+    /// On the 16-bit scale.
+    Sample(u16),
+}
+
+pub struct Sampling {
+    adc: ADC,
+    dma: DMA,
+    timer: Timer<CopyableTimer0>,
+    first_us: u64,
+    reader: Reader<RING>,
+}
+
+impl Sampling {
+    /// Begins to sample. The converter is on and has `clock_hz`, DMA is out of reset, GP26 is an analogue input.
+    pub fn begin(adc: ADC, dma: DMA, timer: Timer<CopyableTimer0>, clock_hz: u32) -> Self {
+        let cycles = divider(clock_hz, CONVERSIONS_HZ).expect("an exact rate");
+        // SAFETY: any divider will do.
+        adc.div().write(|w| unsafe { w.int().bits(cycles).frac().bits(0) });
+        let mut sampling = Self { adc, dma, timer, first_us: 0, reader: Reader::new() };
+        sampling.start();
+        sampling
+    }
+
+    /// Everything at its beginning: no conversion made, the ring's first place next.
+    fn start(&mut self) {
+        let channel = self.dma.ch(CHANNEL);
+        self.adc.cs().modify(|_, w| w.start_many().clear_bit());
+        while self.adc.cs().read().ready().bit_is_clear() {}
+        channel.ch_ctrl_trig().modify(|_, w| w.en().clear_bit());
+        // SAFETY: fields as they are named; the ring is a static that nothing else writes.
+        unsafe {
+            self.dma.chan_abort().write(|w| w.bits(1 << CHANNEL));
+            while channel.ch_ctrl_trig().read().busy().bit_is_set() {}
+            self.adc.fcs().write(|w| w.over().clear_bit_by_one().under().clear_bit_by_one());
+            while self.adc.fcs().read().empty().bit_is_clear() {
+                let _ = self.adc.fifo().read();
+            }
+            // Plain readings of 12 bits, DMA asked for each.
+            self.adc.fcs().write(|w| w.en().set_bit().dreq_en().set_bit().thresh().bits(1));
+            channel.ch_read_addr().write(|w| w.bits(self.adc.fifo().as_ptr() as u32));
+            channel.ch_write_addr().write(|w| w.bits(addr_of_mut!(READINGS) as u32));
+            channel.ch_trans_count().write(|w| w.mode().endless());
+            channel.ch_ctrl_trig().write(|w| {
+                w.data_size().size_halfword();
+                w.incr_read().clear_bit().incr_write().set_bit();
+                w.ring_sel().set_bit().ring_size().bits(RING_BITS);
+                w.treq_sel().adc().chain_to().bits(CHANNEL as u8);
+                w.irq_quiet().set_bit().high_priority().set_bit().en().set_bit()
+            });
+            self.adc.cs().write(|w| w.en().set_bit().ainsel().bits(INPUT).start_many().set_bit());
+        }
+        // A converter that does not begin is the watchdog's.
+        while self.position() == 0 {}
+        self.first_us = self.timer.get_counter().ticks();
+    }
+
+    /// Where in the ring DMA writes next.
+    fn position(&self) -> u32 {
+        let at = self.dma.ch(CHANNEL).ch_write_addr().read().bits();
+        at.wrapping_sub(addr_of!(READINGS) as u32) / 2 % RING as u32
+    }
+
+    /// Gives all that has come since the last call.
+    pub fn take(&mut self, mut give: impl FnMut(Reading)) {
+        // The time first: a reading that comes between the two is one of the next call.
+        let triggers = readings(self.timer.get_counter().ticks() - self.first_us);
+        let position = self.position();
+        let over = self.adc.fcs().read().over().bit_is_set();
+        let Some(made) = Reader::<RING>::made(triggers, position).filter(|_| !over) else {
+            // A conversion without its reading: DMA was too late for it, or failed.
+            let missed = self.reader.begin_anew(triggers);
+            self.start();
+            return give(Reading::Lost(missed.div_ceil(CONVERSIONS).max(1)));
+        };
+        match self.reader.overwritten(made, CONVERSIONS) {
+            0 => {}
+            missed => give(Reading::Lost(missed / CONVERSIONS)),
+        }
+        while self.reader.waiting(made) >= CONVERSIONS {
+            let sum = (0..CONVERSIONS).filter_map(|_| self.reader.next(made)).map(|at| {
+                // SAFETY: in the ring, written by DMA only, and complete.
+                u32::from(unsafe { addr_of!(READINGS.0[at]).read_volatile() } & 0x0fff)
+            });
+            give(Reading::Sample(widened(sum.sum())));
+        }
+    }
+}
