@@ -40,8 +40,8 @@ pub fn of_record(file: &str, d: &Diagnosis, model: &str) -> String {
         out,
         "\n{candidates}\ndifference of BIC: how much better the model with the effect does, on the independent residuals of the best"
     );
-    for (effect, why) in d.candidates.iter().filter_map(|c| Some((&c.effect, c.reason.as_ref()?))) {
-        let _ = writeln!(out, "\n  {effect} refused: {why}");
+    for refusal in d.refusals() {
+        let _ = writeln!(out, "\n  {refusal}");
     }
     for [a, b] in &d.indistinguishable {
         let _ = writeln!(

@@ -65,9 +65,13 @@ pub fn pairs(pairs: &[[Effect; 2]]) -> Vec<[String; 2]> {
 
 /// One sentence.
 pub fn verdict(status: diagnose::Status, effects: &[Effect]) -> String {
-    let text = diagnose::verdict(status, effects, diagnose::SECOND_ORDER);
+    format!("{}.", capital(&diagnose::verdict(status, effects, diagnose::SECOND_ORDER)))
+}
+
+/// With a capital letter.
+pub fn capital(text: &str) -> String {
     let (first, rest) = text.split_at(1);
-    format!("{}{rest}.", first.to_uppercase())
+    format!("{}{rest}", first.to_uppercase())
 }
 
 /// As in JSON.

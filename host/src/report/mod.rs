@@ -207,8 +207,10 @@ pub struct Estimate {
 /// What a second-order model lacks, and what was done about it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Criticism {
-    /// `adequate`, `explained` or `unexplained`; none for a model's journal.
+    /// `adequate`, `explained`, `mostly_explained` or `unexplained`; none for a model's journal.
     pub status: Option<String>,
+    /// What the effects account for and what is left; which were refused, and why.
+    pub sentences: Vec<String>,
     pub steps: Vec<StaircaseStep>,
     /// What was held out for `held_out_over_noise`.
     pub held_out: String,

@@ -91,6 +91,7 @@ fn criticism(diagnosed: &Diagnosed) -> Criticism {
     };
     Criticism {
         status: Some(status(d.status)),
+        sentences: Vec::new(),
         steps: steps(&d.steps, SECOND_ORDER),
         held_out: held_out.to_owned(),
         candidates: candidates(&d.candidates),

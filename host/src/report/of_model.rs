@@ -81,6 +81,7 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
     }
     report.criticism = Some(Criticism {
         status: None,
+        sentences: Vec::new(),
         steps: journal.steps.iter().filter_map(step).collect(),
         held_out: match data.held_out.is_empty() {
             true => LATER_PART.to_owned(),

@@ -1,7 +1,7 @@
 //! The report of records: each identified by every method and diagnosed.
 
 use super::criticism::{
-    candidates, effects, pairs, status, steps, verdict, LATER_PART, SECOND_ORDER,
+    candidates, capital, effects, pairs, status, steps, verdict, LATER_PART, SECOND_ORDER,
 };
 use super::trace::{self, values};
 use super::{
@@ -78,11 +78,11 @@ pub fn of_records(
             let all = report.releases.iter().filter_map(|r| r.criticism.as_ref());
             all.filter(|c| c.status.as_deref() == Some(wanted)).count()
         };
-        let [adequate, explained, unexplained] =
-            ["adequate", "explained", "unexplained"].map(count);
+        let [adequate, explained, mostly, unexplained] =
+            ["adequate", "explained", "mostly_explained", "unexplained"].map(count);
         report.verdict = format!(
-            "Of {} records the second-order model explains {adequate} as it is and {explained} with effects of the \
-             library; {unexplained} remain unexplained.",
+            "Of {} records the second-order model explains {adequate} as it is, {explained} with effects of the library \
+             and {mostly} mostly; {unexplained} remain unexplained.",
             files.len()
         );
     }
@@ -156,6 +156,7 @@ fn release(
     let wheres = models.iter().map(|(n, m)| ((*n).to_owned(), locate(decay, m))).collect();
     let criticism = Criticism {
         status: Some(status(d.status)),
+        sentences: d.sentence.as_deref().map(capital).into_iter().chain(d.refusals()).collect(),
         steps: steps(&d.steps, SECOND_ORDER),
         held_out: LATER_PART.to_owned(),
         candidates: candidates(&d.candidates),

@@ -159,6 +159,9 @@ fn points(points: &[PointReport], caption: &str) -> String {
 
 fn lacking(c: &Criticism) -> Result<String> {
     let mut out = String::new();
+    for sentence in &c.sentences {
+        let _ = writeln!(out, "<p>{}.</p>", escaped(sentence));
+    }
     if let Some(chart) = charts::staircase(c) {
         // A staircase needs two steps.
         if c.steps.len() > 1 {

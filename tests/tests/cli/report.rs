@@ -57,3 +57,24 @@ fn what_cannot_be_reported_on_is_said_and_nothing_is_written() {
     names.sort();
     assert_eq!(names, ["bad.csv", "empty", "page.html", "r.csv"]);
 }
+
+#[test]
+fn what_a_diagnosis_says_of_a_record_stands_in_its_report() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let stribeck = "id = \"sticky\"\ntitle = \"Sticky\"\n\
+        moment = \"-c * sign(r) * (1 + s * exp(-abs(r) / v))\"\n[parameters]\n\
+        c = { unit = \"rad/s2\", start = 0.05, min = 0.0 }\n\
+        s = { unit = \"1\", start = 0.5, min = 0.0 }\nv = { unit = \"rad/s\", start = 0.1, min = 0.0 }\n";
+    std::fs::write(folder.join("sticky.toml"), stribeck).expect("room");
+    let run = |command: &str| yawrig(command).in_folder(folder).run().exits(0);
+    run("simulate --natural-frequency 7 --damping 0.004 --effect sticky.toml:c=0.06,s=2,v=0.3 --seconds 30 --out r.csv");
+    let told = run("diagnose r.csv --json").json();
+    assert_eq!(told["status"], "mostly_explained");
+    let sentence = told["sentence"].as_str().expect("a sentence");
+    let printed = run("report r.csv --json").json();
+    let said = printed["criticism"]["sentences"][0].as_str().expect("a sentence");
+    assert_eq!(said[1..], sentence[1..]);
+    let page = std::fs::read_to_string(folder.join("report.html")).expect("a page");
+    assert!(page.contains(&format!("<p>{said}.</p>")));
+}

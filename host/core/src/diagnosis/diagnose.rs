@@ -91,6 +91,14 @@ pub struct Diagnosis {
     pub rest_angle_deg: Option<Quantity>,
 }
 
+impl Diagnosis {
+    /// Of each effect that helps and does not stand, why.
+    pub fn refusals(&self) -> Vec<String> {
+        let refusal = |c: &Candidate| Some(format!("{} refused: {}", c.effect, c.reason.as_ref()?));
+        self.candidates.iter().filter_map(refusal).collect()
+    }
+}
+
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Modal {
     pub natural_frequency_rad_s: Quantity,
