@@ -42,9 +42,10 @@ const Plots = (() => {
   }
 
   /**
-   * Lines and points over x.
-   * options: x, y: {label, log, range(min, max)}; zoomed(min, max), pointed(x or null); band(): half height about zero
-   * or null; marks(): [{x, y, u, colour}] with bars of two standard uncertainties; cursor: false for none.
+   * Lines and points over x; `filledTo` of a line is the number of another, up to which it is filled with its colour's band.
+   * options: x, y: {label, range(min, max)}; zoomed(min, max), pointed(x or null); band(): half height about zero
+   * or null; marks(): [{x, y, u, colour}] with bars of two standard uncertainties; places(): [{x, text}], dashed lines with
+   * their names; cursor: false for none.
    */
   function lines(host, options) {
     let chart = null, data = [[]], series = [], limits = null, silent = false, mark = null;
@@ -53,8 +54,8 @@ const Plots = (() => {
       // As wide as its numbers, unless plots above each other are to share their time.
       size: side === 2 ? 21 : it.size || ((_, values) => Math.max(30, 9 + 6.3 * Math.max(0, ...(values || []).map((v) => v.length)))), ticks: { size: 3, stroke: () => colour("line") },
       stroke: () => colour("soft"), grid: { stroke: () => colour("grid"), width: 1 },
-      space: side === 2 ? (host.clientWidth > 400 ? 56 : 28) : 20, values: (_, ticks) => ticks.map((t) => (t === null ? "" : tick(t))),
-      ...(it.ticks ? { splits: it.ticks } : {}),
+      // At least two numbers on the lowest of plots.
+      space: side === 2 ? (host.clientWidth > 400 ? 56 : host.clientWidth > 160 ? 28 : 20) : (_, __, ___, ____, height) => Math.max(12, Math.min(20, height / 5)), values: (_, ticks) => ticks.map((t) => (t === null ? "" : tick(t))),
     });
     const padded = (min, max) => {
       if (min === null || max === null || !isFinite(min) || !isFinite(max)) return [0, 1];
@@ -64,6 +65,8 @@ const Plots = (() => {
     function extras(u) {
       const { ctx, bbox } = u;
       ctx.save();
+      // A dashed line that was drawn before leaves its dashes behind.
+      ctx.setLineDash([]);
       ctx.beginPath();
       ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
       ctx.clip();
@@ -80,6 +83,22 @@ const Plots = (() => {
         ctx.beginPath();
         ctx.arc(px, py, 2.4 * devicePixelRatio, 0, 7);
         ctx.fill();
+      }
+      const labels = (options.places ? options.places() : []).filter(({ x }) => x >= u.scales.x.min && x <= u.scales.x.max);
+      ctx.font = FONT.replace("11px", `${11 * devicePixelRatio}px`);
+      for (const [k, { x, text }] of labels.entries()) {
+        const px = Math.round(u.valToPos(x, "x", true)) + 0.5, isLeft = px > bbox.left + 0.8 * bbox.width;
+        ctx.strokeStyle = ctx.fillStyle = colour("ghost");
+        ctx.lineWidth = devicePixelRatio;
+        ctx.setLineDash([4, 3]);
+        ctx.beginPath();
+        ctx.moveTo(px, bbox.top);
+        ctx.lineTo(px, bbox.top + bbox.height);
+        ctx.stroke();
+        ctx.setLineDash([]);
+        ctx.textAlign = isLeft ? "right" : "left";
+        // One under the other where they are close.
+        ctx.fillText(text, px + (isLeft ? -4 : 4), bbox.top + (11 + 13 * (k % 3)) * devicePixelRatio);
       }
       if (mark !== null) {
         const px = Math.round(u.valToPos(mark, "x", true)) + 0.5;
@@ -116,10 +135,11 @@ const Plots = (() => {
         cursor: { show: options.cursor !== false, y: false, drag: { x: !!options.zoomed, y: false, setScale: false }, points: { show: false },
           bind: { dblclick: () => () => { if (options.zoomed) options.zoomed(null, null); return null; } } },
         scales: {
-          x: { time: false, distr: options.x.log ? 3 : 1, range: (_, min, max) => limits || (options.x.range ? options.x.range(min, max) : padded(min, max)) },
-          y: { distr: options.y.log ? 3 : 1, range: (_, min, max) => (options.y.range ? options.y.range(min, max) : padded(min, max)) },
+          x: { time: false, range: (_, min, max) => limits || (options.x.range ? options.x.range(min, max) : padded(min, max)) },
+          y: { range: (_, min, max) => (options.y.range ? options.y.range(min, max) : padded(min, max)) },
         },
         axes: [axis(options.x, 2), axis(options.y, 3)],
+        bands: series.flatMap((s, k) => (s.filledTo === undefined ? [] : [{ series: [k + 1, s.filledTo + 1], fill: () => colour(`${s.colour}-band`) }])),
         series: [{}, ...series.map((s) => ({
           stroke: () => colour(s.colour), width: s.width ?? 1.2, dash: s.dash, spanGaps: s.spanGaps ?? false,
           points: { show: false }, alpha: s.alpha ?? 1,
@@ -160,7 +180,6 @@ const Plots = (() => {
       },
       /** A dashed line at x that stays. */
       mark(x) { if (x !== mark) { mark = x; if (chart) chart.redraw(false, false); } },
-      limits: () => chart && [chart.scales.x.min, chart.scales.x.max],
       resize(width, height) {
         if (!chart) build(); else if (width > 40 && height > 40) chart.setSize({ width, height });
       },

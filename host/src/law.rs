@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::Result;
 use yawrig_base::files;
 use yawrig_base::interrupt;
-use yawrig_core::law::estimate::Measured;
+use yawrig_core::law::estimate::{Curve, Measured};
 use yawrig_core::law::names::{names, Names};
 
 /// Formulas that are written.
@@ -19,6 +19,7 @@ pub struct Found {
     /// The record that was measured.
     pub file: PathBuf,
     pub measured: Measured,
+    pub curve: Curve,
     pub names: Names,
     /// The file of each name.
     pub files: Vec<Option<PathBuf>>,
@@ -40,8 +41,25 @@ pub fn found(paths: &[PathBuf], dissipative: bool, out: &Path) -> Result<Found> 
     };
     let data = Data::of(&model, &at)?;
     interrupt::check()?;
-    let measured = measured(&model, &data, dissipative)?;
-    let recorded = largest(&data);
+    beside(&model, &data, dissipative, out, &|_, _| {})
+}
+
+/// Measures and names the law of `data` beside the effects of `model`; `show` is given a first law, and the law
+/// with its uncertainty before it has names.
+///
+/// # Errors
+/// As [`found`].
+pub fn beside(
+    model: &Model,
+    data: &Data,
+    dissipative: bool,
+    out: &Path,
+    show: &dyn Fn(Curve, Option<&Measured>),
+) -> Result<Found> {
+    let measured = measured(model, data, dissipative, &|first| show(first, None))?;
+    let recorded = largest(data);
+    let curve = measured.curve(&recorded.decay);
+    show(curve.clone(), Some(&measured));
     let names = names(&recorded.decay, &measured)?;
     let mut written = Vec::new();
     for (k, name) in names.ranked.iter().enumerate() {
@@ -57,5 +75,29 @@ pub fn found(paths: &[PathBuf], dissipative: bool, out: &Path) -> Result<Found> 
         files::write_atomically(&file, text.as_bytes())?;
         written.push(Some(file));
     }
-    Ok(Found { file: recorded.path.clone(), measured, names, files: written })
+    Ok(Found { file: recorded.path.clone(), measured, curve, names, files: written })
+}
+
+impl Found {
+    /// Why no law of angle and rate holds the moment, where hysteresis predicts better.
+    pub fn memory(&self) -> Option<String> {
+        let memory = self.names.memory.as_ref()?;
+        Some(format!(
+            "memory: the moment depends on where the model last turned; no law of angle and rate holds it. {} predicts better \
+             than every formula (held out {:.3})",
+            memory.effect, memory.held_out_over_noise
+        ))
+    }
+
+    /// Which formulas the record leaves open, where several.
+    pub fn alike(&self) -> Option<String> {
+        let first = &self.names.ranked[..self.names.indistinguishable];
+        let alike: Vec<&str> = first.iter().map(|n| n.effect.id()).collect();
+        (alike.len() > 1).then(|| {
+            format!(
+                "this record cannot distinguish {}; a release from another angle, or on another spring, can",
+                alike.join(", ")
+            )
+        })
+    }
 }

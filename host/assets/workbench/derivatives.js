@@ -8,7 +8,7 @@ export async function refresh(state, act) {
   if (pane.hidden) return;
   const found = await get("/api/derivatives");
   if (!found.has_campaign) {
-    pane.replaceChildren(make("p", { className: "caption", textContent: "Derivatives need a campaign: yawrig workbench campaign.toml" }));
+    pane.replaceChildren(make("p", { className: "caption", textContent: "Derivatives need a campaign: yawrig workbench campaign.toml. To make one of the folder's records, press g." }));
     plot = null;
     return;
   }

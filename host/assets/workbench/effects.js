@@ -1,12 +1,10 @@
 // Effects: those of the model, and those that it may lack with their cards and what they would do.
 import { by, digits, get, make, ratio } from "./talk.js";
-import { seen, trialColour } from "./panels.js";
+import { DIAGNOSIS, seen, trialColour } from "./panels.js";
 
 const kept = new Map();
 let list = [], current = null, open = null, notes = new Map(), verdict = null, rejecting = null;
 
-/** The effect that keys act on. */
-export const chosen = () => current;
 
 export async function refresh(state, act) {
   drawModel(state, act);
@@ -25,12 +23,12 @@ export async function refresh(state, act) {
 }
 
 let drawn = "";
-const found = () => [list, verdict && verdict.verdict, seen.release];
+const found = () => [list, verdict, seen.release];
 
 function drawModel(state, act) {
   const { model } = state;
   const chip = (e) => make("div", { className: "chip" },
-    make("strong", { textContent: `${e.title} (${e.effect})` }),
+    make("strong", { textContent: e.effect, title: e.title }),
     make("button", { type: "button", textContent: "Remove", "data-remove": e.effect, disabled: !!state.job, onclick: () => act({ do: "remove", effect: e.effect }) }),
     make("span", { className: "values", textContent: e.parameters.map((p) => `${p.name} = ${p.value === null ? "each release its own" : `${digits(p.value, 4)}${p.u ? ` ± ${digits(p.u, 2)}` : ""}`} ${p.unit === "1" || p.value === null ? "" : p.unit}`).join(",  ") }));
   by("in-model").replaceChildren(
@@ -38,11 +36,27 @@ function drawModel(state, act) {
     ...model.effects.map(chip));
 }
 
+/** The verdict in the words of the command line, and a way to see what it leaves. */
+function drawDiagnosis(act) {
+  const box = by("diagnosis"), is_drawn = seen.ghost === DIAGNOSIS;
+  const line = (text, className = "") => make("p", { textContent: `${text}.`, className });
+  const is_open = verdict && ["unexplained", "mostly_explained"].includes(verdict.status);
+  by("law-button").classList.toggle("primary", !!is_open && by("law").hidden);
+  if (!verdict || !verdict.verdict) return box.replaceChildren(make("p", { className: "caption", textContent: "Fits every effect to this release." }));
+  box.replaceChildren(...[
+    line(`This release is ${verdict.verdict}`, "verdict"),
+    verdict.sentence ? line(verdict.sentence[0].toUpperCase() + verdict.sentence.slice(1)) : null,
+    ...[...verdict.refused, ...verdict.alike].map((text) => line(text, "caption")),
+    is_open ? line("What is left may be a law that can be measured", "caption") : null,
+    verdict.is_drawn ? make("button", { type: "button", textContent: is_drawn ? "Hide what it leaves" : "Draw what it leaves", "data-focus": "diagnosis", title: "The diagnosis' model over the record, and its residual in every panel", onclick: () => act({ do: "lay", ghost: is_drawn ? null : DIAGNOSIS }) }) : null,
+  ].filter(Boolean));
+}
+
 /** The step is the same on the command line: it says so. */
 function draw(state, act) {
   by("diagnose-button").disabled = !!state.job || seen.release === null;
   by("diagnose-button").classList.toggle("primary", !(verdict && verdict.verdict));
-  by("diagnosis").textContent = verdict && verdict.verdict ? `This release is ${[verdict.verdict, ...verdict.alike].join(". ")}` : "Fits every effect to this release.";
+  drawDiagnosis(act);
   const focus = document.activeElement && document.activeElement.dataset ? document.activeElement.dataset.focus : null;
   const place = focus && focus.startsWith("note-") ? document.activeElement.selectionStart : null;
   // An item that is as it was stays, so that no click on it is lost.
@@ -78,10 +92,11 @@ function candidate(c, state, act) {
     className: `candidate${id === current ? " current" : ""}${c.is_suggested ? " suggested" : ""}${c.rejected ? " rejected" : ""}`, "data-effect": id,
   },
   make("div", { className: "head" },
-    make("button", { type: "button", className: "name", textContent: c.title, "data-focus": `name-${id}`, title: c.is_suggested ? `${id}: needed, by this release's diagnosis` : id, "aria-expanded": String(open === id), onclick: () => choose(open === id ? null : id) }),
+    make("button", { type: "button", className: "name", textContent: id, "data-focus": `name-${id}`, title: c.is_suggested ? `${c.title}: needed, by this release's diagnosis` : c.title, "aria-expanded": String(open === id), onclick: () => choose(open === id ? null : id) }),
     make("span", { className: "found", textContent: found, title: "Residual over noise with this effect in this release, and the difference of an information criterion: larger is better, below 10 it is not believed." })),
+  make("p", { className: "caption", textContent: c.title }),
   make("div", { className: "buttons" },
-    make("button", { type: "button", textContent: is_shown ? "Hide" : "Try", "data-focus": `try-${id}`, disabled: busy || !c.can_be_tried, title: c.can_be_tried ? "Fit this release with it and lay it over the panels; nothing is written (t)" : "random: it cannot be simulated", onclick: () => { current = id; act(is_shown ? { do: "hide" } : { do: "try", release: seen.release, effect: id }); } }),
+    make("button", { type: "button", textContent: is_shown ? "Hide" : "Try", "data-focus": `try-${id}`, disabled: busy || !c.can_be_tried, title: c.can_be_tried ? "Fit this release with it and lay it over the panels; nothing is written (t)" : "random: it cannot be simulated", onclick: () => { current = id; act(is_shown ? { do: "lay", ghost: null } : { do: "try", release: seen.release, effect: id }); } }),
     make("button", { type: "button", textContent: "Add", "data-focus": `add-${id}`, disabled: busy || !c.can_be_tried, title: "Into the model, fitted to all ticked releases (a)", onclick: () => { current = id; act({ do: "add", effect: id, why: why() }); } }),
     make("button", { type: "button", textContent: "Reject", "data-focus": `reject-${id}`, disabled: busy, title: "Not this one, with the reason, in the journal (r)", onclick: () => reject(c, state, act) }),
     trial));
@@ -118,6 +133,6 @@ export function key(what, state, act) {
     const to = list[at + (what === "next" ? 1 : -1)];
     if (to) { current = to.effect; draw(state, act); document.querySelector(`[data-effect="${current}"]`).scrollIntoView({ block: "nearest" }); }
   } else if (what === "open" && c) { open = open === current ? null : current; rejecting = null; draw(state, act); } else if (what === "reject" && c) reject(c, state, act);
-  else if (c && c.can_be_tried && what === "try") act(seen.ghost === c.effect ? { do: "hide" } : { do: "try", release: seen.release, effect: c.effect });
+  else if (c && c.can_be_tried && what === "try") act(seen.ghost === c.effect ? { do: "lay", ghost: null } : { do: "try", release: seen.release, effect: c.effect });
   else if (c && c.can_be_tried && what === "add") act({ do: "add", effect: c.effect, why: notes.get(c.effect) || null });
 }

@@ -5,16 +5,18 @@ import { by, get, make, post } from "./talk.js";
 
 const SPAN_S = 30, MOST = 6000, MOST_LINES = 200, RESULTS = 40;
 const trace = { time_s: [], low_deg: [], high_deg: [] };
+/** Marks and releases on the trace; the device's last word on a release. */
+let places = [], said = null;
 let windows = [], isOpen = false, plots = {}, due = false, last = 0, state = { is_followed: false }, fail = () => {};
 // What is taken belongs to one beginning; news that come while its history is asked for wait.
 let refused = "", epoch = null, asking = false, waiting = [];
 
 export function build(say, failed) {
   fail = failed;
-  plots.trace = Plots.lines(by("plot-live"), { x: { label: "time of the session (s)" }, y: { label: "yaw angle (deg)" }, cursor: false });
+  plots.trace = Plots.lines(by("plot-live"), { x: { label: "session time (s)" }, y: { label: "yaw angle (deg)" }, places: () => places, cursor: false });
   const marks = (column) => () => windows.map((w, k) => ({ x: w.time_s, y: w[column], colour: k === windows.length - 1 ? "ghost" : "model" }));
-  plots.wn = Plots.lines(by("plot-live-wn"), { x: { label: "time of the session (s)" }, y: { label: "wn (rad/s)" }, marks: marks("natural_frequency_rad_s"), cursor: false });
-  plots.zeta = Plots.lines(by("plot-live-zeta"), { x: { label: "time of the session (s)" }, y: { label: "damping ratio" }, marks: marks("damping_ratio"), cursor: false });
+  plots.wn = Plots.lines(by("plot-live-wn"), { x: { label: "session time (s)" }, y: { label: "wn (rad/s)" }, marks: marks("natural_frequency_rad_s"), cursor: false });
+  plots.zeta = Plots.lines(by("plot-live-zeta"), { x: { label: "session time (s)" }, y: { label: "damping ratio" }, marks: marks("damping_ratio"), cursor: false });
   const act = async (what) => {
     refused = "";
     try { await post("/api/do", what); } catch (error) { refused = what.do === "replay" ? `${error.message}\n${error.help}` : ""; fail(error); draw(); }
@@ -35,6 +37,18 @@ export function build(say, failed) {
   measure.build(act, fail);
 }
 
+let told = () => {};
+/** Calls `listener` when there is another verdict on what is live. */
+export const onVerdict = (listener) => { told = listener; };
+
+/** What is live, in a line, and its details; null while the releases are looked at. */
+export function verdict() {
+  if (by("live").hidden) return null;
+  if (!state.is_followed && !state.replay) return { text: "Live: nothing is followed.", detail: "" };
+  const from = state.replay ? `stored session ${state.replay.file}` : state.device;
+  return { text: said ? `Live: ${said.text.split("\n")[0]}` : "Live: no release yet.", detail: from };
+}
+
 /** Takes up what a page has missed; shows itself where something is shown from the beginning. */
 export async function open() {
   if (asking) return;
@@ -42,7 +56,7 @@ export async function open() {
   try {
     const now = await get("/api/live");
     for (const name of Object.keys(trace)) trace[name] = [];
-    windows = []; last = 0; epoch = now.epoch;
+    windows = []; places = []; said = null; last = 0; epoch = now.epoch;
     measure.forget();
     by("live-log").replaceChildren();
     replay.places(now.places);
@@ -58,6 +72,7 @@ export async function toggle() {
   const show = by("live").hidden;
   by("live").hidden = !show;
   by("panels").hidden = show;
+  told();
   if (!show) { by("live-button").focus(); return; }
   if (state.replay) by("live-source").value = "session";
   await offer();
@@ -109,6 +124,8 @@ function take(now) {
     last = line.number;
     measure.heard(line);
     if (line.event === "window") { windows.push(line); if (windows.length > RESULTS) windows.shift(); }
+    if (line.event === "mark") places.push({ x: line.time_s, text: line.note || line.text.replace(/^mark at [^:]*: /, "") });
+    if (["release", "refined"].includes(line.event)) { said = line; told(); }
     const lost = ["gap", "events_lost", "restarted", "silent", "disconnected", "refused"].includes(line.event);
     by("live-log").prepend(make("li", { className: lost ? "lost" : "", textContent: line.text, "data-event": line.event }));
     if (line.event === "recorded") offer();
@@ -141,6 +158,7 @@ function drawHead() {
   Object.assign(count.dataset, { samples: state.samples, missing: state.missing_samples });
   replay.draw(state.replay);
   measure.draw(state);
+  told();
 }
 
 /** Why there is no trace to be seen. */

@@ -4,6 +4,10 @@ import { by, get, ratio, digits } from "./talk.js";
 /** What is looked at. `span` is in seconds of the record's clock; nulls for all of it. */
 export const seen = { release: null, span: [null, null], ghost: null, view: null, curves: null };
 
+/** The name under which the model of a diagnosis is laid over the panels: then they show what it leaves. */
+export const DIAGNOSIS = "the diagnosis";
+const isDiagnosis = () => seen.ghost === DIAGNOSIS;
+
 let heard = () => {};
 /** Calls `listener` whenever another view of the release is there. */
 export const onView = (listener) => { heard = listener; };
@@ -21,21 +25,22 @@ export function build() {
     band: () => seen.curves && seen.curves.noise_deg * 2,
   });
   plots.phase = Plots.plane(by("plot-phase"), { x: "yaw angle (deg)", y: "yaw rate (deg/s)", unit: "rad/s²", least: shows });
-  const law = (id, label) => Plots.lines(by(id), { x: { label }, y: { label: "rad/s²", range: (min, max) => around(id, min, max) }, marks: () => marks[id] || [], cursor: false });
+  const law = (id, label) => Plots.lines(by(id), { x: { label }, y: { label: "rad/s²", range: (min, max) => around(id, min, max, beside[id]) }, marks: () => marks[id] || [], cursor: false });
   plots.damping = law("plot-damping", "rate (deg/s)");
-  plots.stiffness = law("plot-stiffness", "yaw angle (deg)");
+  plots.stiffness = law("plot-stiffness", "yaw (deg)");
   const amplitude = (id, y, x) => Plots.lines(by(id), {
     x: { label: x, range: (min, max) => amplitudes(min, max) }, y: { label: y, range: (min, max) => around(id, min, max) }, marks: () => marks[id] || [],
     pointed: (a) => point(a === null ? null : when(a), "amplitude"),
   });
-  plots.wn = amplitude("plot-wn", "wn (rad/s)", "");
-  plots.zeta = amplitude("plot-zeta", "damping ratio", "amplitude (deg)");
+  plots.wn = amplitude("plot-wn", "wn (rad/s)", "deg");
+  plots.zeta = amplitude("plot-zeta", "damping ratio", "deg");
   plots.spectrum = Plots.lines(by("plot-spectrum"), {
     x: { label: "frequency (Hz)", range: (min, max) => [0, (max || 1) * 1.02] }, y: { label: "share of power (%)", range: (_, max) => [0, (max || 1) * 1.08] }, cursor: false,
   });
 }
 
-const marks = {};
+/** What is drawn as points, and values of lines that are to be seen whole, by plot. */
+const marks = {}, beside = {};
 
 /** A missing moment below this is noise: it keeps its pale colour however little else there is. */
 function shows() {
@@ -164,10 +169,10 @@ function amplitudes(min, max) {
 }
 
 /** What is measured with its bars, not every trial and not a bar that is long by chance: they would press the rest flat. */
-function around(id, min, max) {
+function around(id, min, max, more = []) {
   const points = marks[id] || [], usual = points.map((m) => m.u || 0).sort((a, b) => a - b)[points.length >> 1] || 0;
   const bar = (m) => 2 * Math.min(m.u || 0, 2.5 * usual);
-  const values = points.map((m) => [m.y - bar(m), m.y + bar(m)]);
+  const values = [...points.map((m) => [m.y - bar(m), m.y + bar(m)]), ...more];
   if (!values.length) return [min ?? 0, max ?? 1];
   const sorted = values.flat().sort((a, b) => a - b);
   let low = sorted[0], high = sorted[sorted.length - 1];
@@ -203,9 +208,13 @@ function drawTime() {
   if (c.model_deg) { overlay.push(c.model_deg); how.push({ colour: "model", width: 1 }); }
   if (c.ghost_deg) { overlay.push(c.ghost_deg); how.push({ colour: "ghost", width: 1.2, dash: [6, 4] }); }
   plots.overlay.set(overlay, how, limits());
-  document.querySelector(".key.ghost").hidden = !c.ghost_deg;
+  const key = document.querySelector(".key.ghost");
+  key.hidden = !c.ghost_deg;
+  key.textContent = c.ghost_deg ? `with ${c.ghost_title}` : "";
   const residual = [c.time_s], styles = [];
-  if (c.residual_deg) { residual.push(c.residual_deg); styles.push({ colour: "model", width: 1 }); }
+  const alone = c.ghost === DIAGNOSIS;
+  by("residual-caption").textContent = alone ? `measured less model with ${c.ghost_title}; band: ±2 noise` : "measured less model; band: ±2 noise";
+  if (c.residual_deg && !alone) { residual.push(c.residual_deg); styles.push({ colour: "model", width: 1 }); }
   if (c.ghost_residual_deg) { residual.push(c.ghost_residual_deg); styles.push({ colour: "ghost", width: 1 }); }
   plots.residual.set(residual, styles, limits());
   plots.residual.say(c.residual_deg ? null : fault || "fitting …");
@@ -213,25 +222,55 @@ function drawTime() {
 
 /** The law of an effect that is being written, for the cuts; null for none. */
 let law = null;
-export function showLaw(now) { law = now; document.querySelector(".key.own").hidden = !now; drawWhere(); }
+export function showLaw(now) { law = now; cutKeys(); drawWhere(); }
+
+/** The measured law with its formulas; null for none. */
+let measured = null;
+export function showMeasured(now) { measured = now && now.cuts ? now : null; cutKeys(); drawWhere(); }
+/** The keys take the place of the caption. */
+function cutKeys() {
+  document.querySelector(".key.own").hidden = !law;
+  document.querySelector(".key.law").hidden = !measured;
+  by("cuts-caption").hidden = !!(law || measured);
+}
+
+/** The measured law with its band and its names as lines of a cut; the values that are to be seen. */
+function drawMeasured(name, column, tables, how) {
+  if (!measured) return [];
+  const cut = measured.cuts[name], x = cut[column], y = cut.moment_rad_s2;
+  if (cut.u) {
+    // The upper edge is filled down to the lower.
+    tables.push({ x, y: y.map((v, k) => v - 2 * cut.u[k]) }, { x, y: y.map((v, k) => v + 2 * cut.u[k]) });
+    how.push({ colour: "law", width: 0, spanGaps: true, alpha: 0 }, { colour: "law", width: 0, spanGaps: true, alpha: 1, filledTo: how.length });
+  }
+  for (const [k, n] of (measured.found ? measured.found.names : []).entries()) {
+    const line = n.cuts[name];
+    tables.push({ x: line[column], y: line.moment_rad_s2 });
+    how.push({ colour: trialColour(k), width: 1, dash: [5, 3], alpha: 0.8, spanGaps: true });
+  }
+  tables.push({ x, y });
+  how.push({ colour: "law", width: 1.8, spanGaps: true });
+  return y;
+}
 
 function drawWhere() {
   const v = seen.view, ghost = v && v.ghost;
-  plots.phase.set(v ? v.where.phase : []);
+  plots.phase.set(v ? (ghost && isDiagnosis() ? ghost : v.where).phase : []);
   const cut = (plot, id, name, column) => {
     const rows = v ? v.where[name] : [];
     marks[id] = rows.map(([x, y, u]) => ({ x, y, u, colour: "model" }));
-    if (ghost) marks[id].push(...ghost.where[name].map(([x, y, u]) => ({ x, y, u, colour: "ghost" })));
+    if (ghost) marks[id].push(...ghost[name].map(([x, y, u]) => ({ x, y, u, colour: "ghost" })));
     const tables = [{ x: marks[id].map((m) => m.x), y: marks[id].map((m) => m.y) }], how = [{ invisible: true }];
+    beside[id] = drawMeasured(name, column, tables, how);
     if (law) { tables.push({ x: law[name][column], y: law[name].moment_rad_s2 }); how.push({ colour: "own", width: 1.6, spanGaps: true }); }
     plot.set(Plots.joined(tables), how);
-    plot.say(v || law ? null : BLANK);
+    plot.say(v || law || measured ? null : BLANK);
   };
   cut(plots.damping, "plot-damping", "damping_law", "rate_deg_s");
   cut(plots.stiffness, "plot-stiffness", "stiffness_law", "yaw_deg");
   const bars = v ? v.where.frequency : [];
   const columns = [bars.map((b) => b[0]), bars.map((b) => 100 * b[1])], how = [{ colour: "model", bars: true, width: 0 }];
-  if (ghost) { columns.push(ghost.where.frequency.map((b) => 100 * b[1])); how.push({ colour: "ghost", width: 1.5 }); }
+  if (ghost) { columns.push(ghost.frequency.map((b) => 100 * b[1])); how.push({ colour: "ghost", width: 1.5 }); }
   plots.spectrum.set(columns, how);
   plots.spectrum.say(v ? null : BLANK);
 }

@@ -59,10 +59,16 @@ function buttons(state) {
   by("fit-button").disabled = !!state.job || !state.releases.length;
 }
 
+/** A release recorded here begins with the time of its session: its number and the time of day tell it from the others. */
+function told_apart(name) {
+  const found = name.match(/T(\d\d)-(\d\d)-(\d\d)Z-release-0*(\d+)\.csv$/);
+  return found ? `no. ${found[4]}, ${found[1]}:${found[2]}:${found[3]}` : name;
+}
+
 function row(release, choose, failed) {
   const { id, used, badge } = release;
   const why = release.fault ? `${release.fault.message} ${release.fault.help}` : BADGES[badge];
-  const short = release.spring === null ? release.name : `${release.axis} axis`;
+  const short = release.spring === null ? told_apart(release.name) : `${release.axis} axis`;
   const tick = (name, value, title) => make("input", {
     type: "checkbox", checked: used === value, disabled: release.is_left_out, title: release.is_left_out ? why : title, "aria-label": `${release.name}: ${name}`, "data-focus": `${name}-${id}`,
     onchange: (event) => set([id], event.target.checked ? value : "out", failed),
@@ -99,7 +105,8 @@ export async function set(releases, used, failed) {
   try { await post("/api/do", { do: "tick", releases, used }); } catch (error) { failed(error); }
 }
 
-export async function openDialog(choose, failed) {
+/** `make_campaign` opens the form for a campaign of the folder's records. */
+export async function openDialog(choose, failed, make_campaign) {
   const dialog = by("open-dialog");
   try {
     const { files } = await get("/api/files");
@@ -109,8 +116,8 @@ export async function openDialog(choose, failed) {
     };
     dialog.replaceChildren(make("h2", { textContent: "Records in this folder" }),
       files.length ? make("div", { className: "file-list" }, ...files.map((file) => make("button", { type: "button", textContent: file, onclick: () => open(file) })))
-        : make("p", { textContent: "There are no further .csv records in the folder that yawrig was started in." }),
-      make("p", { className: "row" }, make("button", { type: "button", textContent: "Close", onclick: () => dialog.close() })));
+        : make("p", { textContent: "There are no further records in the folder that yawrig was started in." }),
+      make("p", { className: "row" }, make("button", { type: "button", id: "campaign-button", textContent: "Make a campaign of them", title: "Which spring, axis and wind each was made with: a campaign.toml (g)", onclick: () => { dialog.close(); make_campaign(); } }), make("button", { type: "button", textContent: "Close", onclick: () => dialog.close() })));
     dialog.showModal();
   } catch (error) { failed(error); }
 }

@@ -3,6 +3,8 @@ import { by, get, GONE, listen, make, post, ratio } from "./talk.js";
 import * as panels from "./panels.js";
 import * as releases from "./releases.js";
 import * as effects from "./effects.js";
+import * as campaign from "./campaign.js";
+import * as law from "./law.js";
 import * as own from "./own.js";
 import * as steps from "./steps.js";
 import * as derivatives from "./derivatives.js";
@@ -24,7 +26,7 @@ const failed = (error) => say(inWords(error), true);
 
 /** Does what the user asks for. */
 async function act(what) {
-  if (what.do === "hide") { seen.ghost = null; await panels.refresh(); return effects.refresh(state, act); }
+  if (what.do === "lay") { seen.ghost = what.ghost; await panels.refresh(); return effects.refresh(state, act); }
   if (what.do === "try") seen.ghost = what.effect;
   try { await post("/api/do", what); } catch (error) { failed(error); }
 }
@@ -53,6 +55,8 @@ function take(now) {
     if (state.ended.message) say(inWords(state.ended), state.ended.is_error);
     if (changed && !state.ended.what.startsWith("trying")) seen.ghost = null;
     if (state.ended.what.startsWith("trying") && state.ended.is_error) seen.ghost = null;
+    // What it leaves is drawn at once.
+    if (state.ended.what === "looking for what is missing" && !state.ended.is_error) seen.ghost = panels.DIAGNOSIS;
     panels.refresh();
     derivatives.refresh(state, act).catch(failed);
   } else if (changed) {
@@ -60,7 +64,7 @@ function take(now) {
     panels.refresh();
     derivatives.refresh(state, act).catch(failed);
   }
-  effects.refresh(state, act);
+  drawSide();
   if (seen.release === null && state.releases.length) choose((state.releases.find((r) => !r.is_left_out) || state.releases[0]).id);
 }
 
@@ -73,8 +77,23 @@ function tellOutside(was) {
   else if (was.model.fault) say(`${model.file} can be used again`);
 }
 
+/** Effects and law, as far as they are known of this release. */
+function drawSide() {
+  effects.refresh(state, act);
+  law.refresh(state, act);
+  by("law-button").disabled = !!state.job || seen.release === null;
+}
+
 function drawHead() {
-  const { overall, model } = state, release = state.releases.find((r) => r.id === seen.release);
+  const { overall, model } = state, release = state.releases.find((r) => r.id === seen.release), now = live.verdict();
+  by("figures").hidden = !!now;
+  if (now) {
+    Object.assign(by("verdict"), { textContent: now.text, title: now.text });
+    by("verdict").dataset.status = "live";
+    by("left-out").hidden = true;
+    by("subtitle").textContent = by("subtitle").title = now.detail;
+    return;
+  }
   const verdict = by("verdict");
   const broken = model.fault || (release && release.badge === "bad" ? release.fault : null);
   verdict.textContent = broken ? `${model.fault ? "The model cannot be used" : "Bad data"}: ${brief(broken.message)}` : overall.verdict;
@@ -110,10 +129,11 @@ async function choose(id) {
   releases.mark(id);
   await panels.show(id);
   document.documentElement.dataset.lastClick = Math.round(performance.now() - begin);
-  if (state) { drawHead(); effects.refresh(state, act); }
+  if (state) { drawHead(); drawSide(); }
 }
 
-panels.onView(() => { if (state) { drawHead(); effects.refresh(state, act); } });
+live.onVerdict(() => { if (state) drawHead(); });
+panels.onView(() => { if (state) { drawHead(); drawSide(); } });
 
 let soon = null;
 function heard(news) {
@@ -124,6 +144,7 @@ function heard(news) {
     return;
   }
   if (news.kind === "live") return live.heard(news);
+  if (news.kind === "law") { if (state) law.refresh(state, act); return; }
   if (news.kind === "view" ? news.release === seen.release : !seen.view) panels.refresh();
   // Thirty releases become ready one after the other: not a request for each.
   if (news.kind === "view") { soon = soon || setTimeout(() => { soon = null; fetchState(); }, 120); } else fetchState();
@@ -150,6 +171,7 @@ const KEYS = [
   ["f  h", "tick this release as fitted, as held out", (e) => toggle(e.key === "f" ? "fit" : "hold_out"), ["f", "h"]],
   ["Shift F", "fit the model to the ticked releases", () => act({ do: "fit" }), ["F"]],
   ["d", "what is missing in this release?", () => diagnose(), ["d"]],
+  ["m", "measure the law that the ticked releases show", () => act({ do: "law" }), ["m"]],
   ["n  p", "next, previous effect", (e) => effects.key(e.key === "n" ? "next" : "previous", state, act), ["n", "p"]],
   ["c", "the effect's card", () => effects.key("open", state, act), ["c"]],
   ["t", "try it: lay it over the panels, or take it off again", () => effects.key("try", state, act), ["t"]],
@@ -162,7 +184,8 @@ const KEYS = [
   ["1  2  3", "effects, your own, derivatives", (e) => tab(TABS[+e.key - 1]), ["1", "2", "3"]],
   ["l", "follow a device or show a stored session, or back to the releases", () => live.toggle(), ["l"]],
   ["Space  [  ]", "a stored session: play or pause; to the mark or release before, after; arrows: 5 s", null, []],
-  ["o", "open a record of this folder", () => releases.openDialog(opened, failed), ["o"]],
+  ["o", "open a record of this folder", () => releases.openDialog(opened, failed, makeCampaign), ["o"]],
+  ["g", "make a campaign.toml of the folder's records", () => makeCampaign(), ["g"]],
   ["Esc", "cancel what is under way", () => cancel(), ["Escape"]],
   ["?", "this list", () => by("help").showModal(), ["?"]],
 ];
@@ -173,6 +196,7 @@ function toggle(used) {
 }
 const diagnose = () => { if (seen.release !== null) act({ do: "diagnose", release: seen.release }); };
 const cancel = () => { if (!by("job").hidden) post("/api/do", { do: "cancel" }).catch(failed); };
+const makeCampaign = () => campaign.open(failed, fetchState);
 const opened = (id) => fetchState().then(() => choose(id));
 function back() {
   const last = state.steps[state.steps.length - 1];
@@ -209,9 +233,10 @@ function start() {
     make("h2", { textContent: "Panels" }),
     make("dl", {}, ...[...document.querySelectorAll(".panel h3, #steps-panel h3")].flatMap((h) => [make("dt", { textContent: h.firstChild.textContent.trim() }), make("dd", { textContent: h.title })])));
   by("help-button").onclick = () => by("help").showModal();
-  by("open-button").onclick = () => releases.openDialog(opened, failed);
+  by("open-button").onclick = () => releases.openDialog(opened, failed, makeCampaign);
   by("fit-button").onclick = () => act({ do: "fit" });
   by("diagnose-button").onclick = diagnose;
+  by("law-button").onclick = () => act({ do: "law" });
   by("cancel-button").onclick = cancel;
   for (const name of TABS) by(`tab-${name}`).onclick = () => tab(name);
   // What became known before the stream was open has been told to nobody: ask for all of it.

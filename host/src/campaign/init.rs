@@ -1,6 +1,8 @@
 //! A `campaign.toml` from a folder of records and what their names say, its gaps marked.
 
 use super::pattern::{Named, Pattern};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
@@ -22,45 +24,126 @@ pub struct Begun {
     pub left_over: Vec<String>,
 }
 
+/// A number that no name says.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Number {
+    #[serde(skip)]
+    section: &'static str,
+    pub name: &'static str,
+    /// With its unit and what is usual.
+    pub what: &'static str,
+}
+
+const fn number(section: &'static str, name: &'static str, what: &'static str) -> Number {
+    Number { section, name, what }
+}
+
+/// In the order of the file.
+pub const NUMBERS: [Number; 5] = [
+    number("model", "length_m", "reference length, m; usual: 0.2 to 2"),
+    number("model", "frontal_area_m2", "frontal area, m2; usual: 0.005 to 0.5"),
+    number(
+        "air",
+        "density_kg_m3",
+        "air density, kg/m3; usual: 1.1 to 1.3 (1.2 at 20 C and sea level)",
+    ),
+    number("rig", "spring_arm_m", "distance of each spring from the axis, m; usual: 0.05 to 0.5"),
+    number(
+        "rig",
+        "axis_offset_m",
+        "how far the front axis lies ahead of the middle one, m; usual: 0.02 to 0.2",
+    ),
+];
+/// Of one spring.
+pub const STIFFNESS: &str = "N/m; usual: 50 to 5000";
+
+/// Numbers that are known already.
+#[derive(Clone, Debug, Default, Deserialize)]
+pub struct Given {
+    #[serde(default)]
+    pub numbers: BTreeMap<String, f64>,
+    #[serde(default)]
+    pub stiffness_n_per_m: BTreeMap<String, f64>,
+}
+
 /// Looks through `folder` for records that are called as `pattern` says; the campaign's file will be `out`.
 ///
 /// # Errors
 /// Exit 3 where the folder cannot be read or nothing in it is called so.
 pub fn begin(folder: &Path, pattern: &Pattern, out: &Path) -> Result<Begun> {
+    let Placing { found, left_over } = placed(folder, pattern)?;
+    Ok(Begun { left_over, ..begun(folder, out, found, &Given::default()) })
+}
+
+/// Files of `folder` and of the folders in it, as they are called there.
+///
+/// # Errors
+/// Exit 3 where it cannot be read.
+fn files(folder: &Path) -> Result<Vec<String>> {
     let mut files = Vec::new();
     gather(folder, DEEPEST, &mut files)?;
     files.sort();
-    let mut begun = Begun::default();
-    let mut found: Vec<(String, Named)> = Vec::new();
-    for file in files {
-        let within =
-            file.strip_prefix(folder).unwrap_or(&file).to_string_lossy().replace('\\', "/");
+    let within = |file: &PathBuf| {
+        file.strip_prefix(folder).unwrap_or(file).to_string_lossy().replace('\\', "/")
+    };
+    Ok(files.iter().map(within).collect())
+}
+
+/// Those among them that are called like records.
+///
+/// # Errors
+/// Exit 3 where the folder cannot be read.
+pub fn records(folder: &Path) -> Result<Vec<String>> {
+    let is_record = |name: &String| format::is_named_so(Path::new(name));
+    Ok(files(folder)?.into_iter().filter(is_record).collect())
+}
+
+/// What names say, and the records that are called otherwise.
+pub struct Placing {
+    pub found: Vec<(String, Named)>,
+    pub left_over: Vec<String>,
+}
+
+/// What the names in `folder` say that are as `pattern`; and the records whose names are not.
+///
+/// # Errors
+/// As [`begin`].
+pub fn placed(folder: &Path, pattern: &Pattern) -> Result<Placing> {
+    let mut left_over = Vec::new();
+    let mut found = Vec::new();
+    for within in files(folder)? {
         match pattern.named(&within) {
-            Some(named) => found.push((seen_from(out, &file), named)),
-            None if format::is_named_so(&file) => begun.left_over.push(within),
+            Some(named) => found.push((within, named)),
+            None if format::is_named_so(Path::new(&within)) => left_over.push(within),
             None => {}
         }
     }
     if found.is_empty() {
         let what = format!("{}: no file is called as the pattern says", folder.display());
-        let example =
-            begun.left_over.first().map_or(String::new(), |name| format!(", as in {name}"));
+        let example = left_over.first().map_or(String::new(), |name| format!(", as in {name}"));
         return Err(Error::data(what).help(format!(
             "put {{spring}}, {{wind}}, {{axis}} and {{n}} where those stand in the names{example}"
         )));
     }
+    Ok(Placing { found, left_over })
+}
+
+/// The campaign at `out` of the records in `folder` that were `found`.
+pub fn begun(folder: &Path, out: &Path, found: Vec<(String, Named)>, given: &Given) -> Begun {
+    let seen = |(within, named): (String, Named)| (seen_from(out, &folder.join(within)), named);
+    let mut found: Vec<(String, Named)> = found.into_iter().map(seen).collect();
     found.sort_by(|(a, na), (b, nb)| {
         let key = |n: &Named| (n.spring.clone(), n.axis, n.wind_speed_m_s.map(f64::to_bits));
         key(na).cmp(&key(nb)).then(a.cmp(b))
     });
+    let mut begun = Begun { releases: found.len(), ..Begun::default() };
     for (_, named) in &found {
         if let Some(spring) = named.spring.clone().filter(|s| !begun.springs.contains(s)) {
             begun.springs.push(spring);
         }
     }
-    begun.releases = found.len();
-    begun.text = text(folder, &begun.springs, &found);
-    Ok(begun)
+    begun.text = text(folder, &begun.springs, &found, given);
+    begun
 }
 
 fn gather(folder: &Path, deep: usize, files: &mut Vec<PathBuf>) -> Result<()> {
@@ -93,11 +176,15 @@ fn missing(name: &str, what: &str) -> String {
     format!("{name} = nan  # {MISSING}: {what}\n")
 }
 
+fn known_or_missing(name: &str, what: &str, known: Option<&f64>) -> String {
+    known.map_or_else(|| missing(name, what), |value| format!("{name} = {value:?}\n"))
+}
+
 fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
 
-fn text(folder: &Path, springs: &[String], found: &[(String, Named)]) -> String {
+fn text(folder: &Path, springs: &[String], found: &[(String, Named)], given: &Given) -> String {
     let name = folder.canonicalize().ok();
     let name = name
         .as_deref()
@@ -110,22 +197,16 @@ fn text(folder: &Path, springs: &[String], found: &[(String, Named)]) -> String 
          schema_version = 1\n\n[model]\nname = {}\n",
         quoted(&name)
     );
-    out += &missing("length_m", "reference length, m; usual: 0.2 to 2");
-    out += &missing("frontal_area_m2", "frontal area, m2; usual: 0.005 to 0.5");
-    out += "\n[air]\n";
-    out += &missing(
-        "density_kg_m3",
-        "air density, kg/m3; usual: 1.1 to 1.3 (1.2 at 20 C and sea level)",
-    );
-    out += "\n[rig]\n";
-    out += &missing("spring_arm_m", "distance of each spring from the axis, m; usual: 0.05 to 0.5");
-    out += &missing(
-        "axis_offset_m",
-        "how far the front axis lies ahead of the middle one, m; usual: 0.02 to 0.2",
-    );
+    for (k, Number { section, name, what }) in NUMBERS.iter().enumerate() {
+        if k > 0 && NUMBERS[k - 1].section != *section {
+            let _ = write!(out, "\n[{section}]\n");
+        }
+        out += &known_or_missing(name, what, given.numbers.get(*name));
+    }
     out += "\n[stiffness_n_per_m]  # of one spring; Kr = 2 Ks arm^2\n";
     for spring in springs {
-        out += &missing(&quoted(spring), "N/m; usual: 50 to 5000");
+        let known = given.stiffness_n_per_m.get(spring);
+        out += &known_or_missing(&quoted(spring), STIFFNESS, known);
     }
     for (file, named) in found {
         let _ = write!(out, "\n[[release]]\nfile = {}\n", quoted(file));

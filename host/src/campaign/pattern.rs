@@ -1,5 +1,6 @@
 //! Names of records as `{spring}_V{wind}_{axis}_run{n}.csv` says them.
 
+use serde::{Deserialize, Serialize};
 use yawrig_base::error::{Error, Result};
 use yawrig_shared::axis::Axis;
 
@@ -19,7 +20,7 @@ pub struct Pattern {
 }
 
 /// What a record's name says.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Named {
     pub spring: Option<String>,
     pub axis: Option<Axis>,

@@ -44,7 +44,7 @@ impl Law {
 }
 
 fn object(found: &Found) -> serde_json::Value {
-    let Found { file, measured, names, files } = found;
+    let Found { file, measured, names, files, .. } = found;
     let quantity = |q: &yawrig_core::quantity::Quantity| json!({ "value": q.value, "u": q.u });
     let points = |points: Vec<Point>, at: &str| -> Vec<serde_json::Value> {
         let point = |p: Point| {
@@ -90,7 +90,7 @@ fn object(found: &Found) -> serde_json::Value {
 }
 
 fn text(found: &Found) -> String {
-    let Found { file, measured, names, files } = found;
+    let Found { file, measured, names, .. } = found;
     let mut out = format!(
         "{}: a law of yaw angle and yaw rate, beside wn {} rad/s and zeta {} at rest ({:.3} deg)\n",
         file.display(),
@@ -126,18 +126,15 @@ fn text(found: &Found) -> String {
         }
         let _ = writeln!(out, "{}\n", table.trim_fmt());
     }
-    if let Some(memory) = &names.memory {
-        let _ = writeln!(
-            out,
-            "memory: the moment depends on where the model last turned; no law of angle and rate holds it.\n  {} predicts better than every formula (held out {:.3}): yawrig add {}\n",
-            memory.effect, memory.held_out_over_noise, memory.effect
-        );
+    if let (Some(said), Some(memory)) = (found.memory(), &names.memory) {
+        let _ = writeln!(out, "{said}: yawrig add {}\n", memory.effect);
     }
-    out.push_str(&named(names, files));
+    out.push_str(&named(found));
     out
 }
 
-fn named(names: &yawrig_core::law::names::Names, files: &[Option<PathBuf>]) -> String {
+fn named(found: &Found) -> String {
+    let Found { names, files, .. } = found;
     let Some(best) = names.ranked.first() else {
         return "no law to be named: the second-order response is all that is seen\n".to_owned();
     };
@@ -156,14 +153,8 @@ fn named(names: &yawrig_core::law::names::Names, files: &[Option<PathBuf>]) -> S
         ]);
     }
     let _ = writeln!(out, "{}", table.trim_fmt());
-    if names.indistinguishable > 1 {
-        let alike: Vec<&str> =
-            names.ranked[..names.indistinguishable].iter().map(|n| n.effect.id()).collect();
-        let _ = writeln!(
-            out,
-            "this record cannot distinguish {}; a release from another angle, or on another spring, can",
-            alike.join(", ")
-        );
+    if let Some(alike) = found.alike() {
+        let _ = writeln!(out, "{alike}");
     }
     if let Some(Some(file)) = files.first() {
         let worse = best.held_out_over_noise;

@@ -8,7 +8,7 @@ use std::path::Path;
 use yawrig_base::error::Result;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::Structure;
-use yawrig_core::law::estimate::{measure, Measured};
+use yawrig_core::law::estimate::{measure_showing, Curve, Measured};
 
 /// The record that is released from the largest angle: where most of a law is seen.
 pub fn largest(data: &Data) -> &Recorded {
@@ -17,14 +17,20 @@ pub fn largest(data: &Data) -> &Recorded {
     data.fitted.iter().max_by(larger).expect("a model has a record that is fitted")
 }
 
-/// Measures the law beside the effects of `model`, from the record that is released from the largest angle.
+/// Measures the law beside the effects of `model`, from the record that is released from the largest angle; `show` is given
+/// a first one.
 ///
 /// # Errors
 /// Exit 6 where none can be fitted, 130 where the user stops it.
-pub fn measured(model: &Model, data: &Data, dissipative: bool) -> Result<Measured> {
+pub fn measured(
+    model: &Model,
+    data: &Data,
+    dissipative: bool,
+    show: &dyn Fn(Curve),
+) -> Result<Measured> {
     let effects = model.effects.iter().map(|e| e.effect.clone()).collect();
     let structure = Structure { effects, ..Structure::default() };
-    Ok(measure(&largest(data).decay, &structure, dissipative)?)
+    Ok(measure_showing(&largest(data).decay, &structure, dissipative, show)?)
 }
 
 /// Measures a law and adds it to the model at `path`, which is then fitted to all of its records.
@@ -35,7 +41,7 @@ pub fn add(path: &Path, dissipative: bool, asked: &Asked) -> Result<Revision> {
     let (store, model) = opened(path)?;
     let data = Data::of(&model, path)?;
     let inner = Current::fitted(&model, &data)?;
-    let found = measured(&inner.model, &data, dissipative)?;
+    let found = measured(&inner.model, &data, dissipative, &|_| {})?;
     let effect = Effect::Measured(found.law.clone());
     check_addable(&model, effect.clone())?;
     let outer = Current::fitted(&with_law(&inner.model, &data, &found), &data)?;

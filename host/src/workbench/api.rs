@@ -1,6 +1,7 @@
 //! The page's requests and their answers.
 
 use super::app::App;
+use super::campaign::CampaignForm;
 use super::live::{self, Order};
 use super::own::Form;
 use super::session::Use;
@@ -115,9 +116,39 @@ pub async fn candidates(State(app): State<Arc<App>>, Query(asked): Query<Release
     aside(app, move |app| show::candidates(app, asked.release)).await
 }
 
+/// The law that was measured, over the cuts of a release.
+pub async fn law(State(app): State<Arc<App>>, Query(asked): Query<ReleaseAsked>) -> Answer {
+    aside(app, move |app| super::law::shown(app, asked.release)).await
+}
+
 /// Derivatives of the campaign before and after.
 pub async fn derivatives(State(app): State<Arc<App>>) -> Answer {
     aside(app, |app| Ok(show::derivatives(app))).await
+}
+
+#[derive(Deserialize)]
+pub struct CampaignAsked {
+    folder: String,
+    #[serde(default)]
+    pattern: String,
+}
+
+/// Records of a folder from which a campaign can be made.
+pub async fn campaign(State(app): State<Arc<App>>, Query(asked): Query<CampaignAsked>) -> Answer {
+    aside(app, move |_| super::campaign::begin(&asked.folder)).await
+}
+
+/// What the names of records say.
+pub async fn campaign_by_pattern(
+    State(app): State<Arc<App>>,
+    Json(asked): Json<CampaignAsked>,
+) -> Answer {
+    aside(app, move |_| super::campaign::by_pattern(&asked.folder, &asked.pattern)).await
+}
+
+/// What is wrong with a campaign so far.
+pub async fn campaign_check(State(app): State<Arc<App>>, Json(form): Json<CampaignForm>) -> Answer {
+    aside(app, move |_| form.check()).await
 }
 
 /// Records in the folder that are not open yet.
@@ -202,6 +233,12 @@ pub enum Act {
     Save {
         form: Form,
     },
+    /// Writes the campaign that a form describes.
+    WriteCampaign {
+        #[serde(flatten)]
+        form: Box<CampaignForm>,
+        over: bool,
+    },
     #[serde(untagged)]
     Begin(Job),
 }
@@ -257,6 +294,7 @@ fn do_it(app: &Arc<App>, act: Act) -> yawrig_base::error::Result<Value> {
             app.news.all_may_differ();
             return Ok(json!({"effect": effect}));
         }
+        Act::WriteCampaign { form, over } => return form.write(app, over),
         Act::Save { form } => {
             let file = form.save(&app.session().model_path)?;
             return Ok(json!({"file": file.display().to_string()}));

@@ -32,6 +32,8 @@ pub fn at(path: &str) -> Option<Asset> {
         "/panels.js" => script!("panels"),
         "/releases.js" => script!("releases"),
         "/effects.js" => script!("effects"),
+        "/campaign.js" => script!("campaign"),
+        "/law.js" => script!("law"),
         "/own.js" => script!("own"),
         "/steps.js" => script!("steps"),
         "/derivatives.js" => script!("derivatives"),

@@ -1,10 +1,12 @@
 //! The worker's thread: the steps of the loop as the page asks for them, each the one of the command line.
 
 use super::app::App;
+use super::law;
 use super::session::{Session, Standing};
 use super::view::{options, Ghost, View};
 use super::work::Job;
 use crate::model::document::RecordEntry;
+use crate::model::measured;
 use crate::model::revise::{self, quoted, Asked, Revision};
 use crate::model::unfitted;
 use rayon::prelude::*;
@@ -14,7 +16,7 @@ use std::sync::Arc;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_core::diagnosis::diagnose::{diagnose_with_fits, verdict, Diagnosed, SECOND_ORDER};
-use yawrig_core::effects::Effect;
+use yawrig_core::effects::{Effect, MEASURED_LAW};
 
 /// A copy of what a job needs of the session, which stays unlocked meanwhile.
 struct Taken {
@@ -123,7 +125,7 @@ fn make_ready(app: &Arc<App>) -> bool {
 /// # Errors
 /// Those of the library's steps; 130 where it is stopped, and then nothing is changed.
 fn run(app: &Arc<App>, job: &Job) -> Result<String> {
-    if matches!(job, Job::Fit | Job::Add { .. } | Job::Reject { .. } | Job::Judge) {
+    if matches!(job, Job::Fit | Job::Law | Job::Add { .. } | Job::Reject { .. } | Job::Judge) {
         leave_out_bad(app)?;
     }
     let taken = Taken::of(&app.session());
@@ -131,9 +133,16 @@ fn run(app: &Arc<App>, job: &Job) -> Result<String> {
     match job {
         Job::Fit => taken.fit().map(|r| said("fitted", &r)),
         Job::Add { effect, why } => {
-            taken.begun()?;
-            let asked = taken.asked(&format!("add {effect}"), why.as_deref());
-            let revision = revise::add(&taken.path, named(effect)?, &asked)?;
+            let asked = taken.asked(&format!("add {}", quoted(effect)), why.as_deref());
+            let revision = if effect == MEASURED_LAW {
+                taken.begun()?;
+                measured::add(&taken.path, true, &asked)?
+            } else {
+                // Named before a first step makes another model of it: its law's formulas are then no longer shown.
+                let effect = named(effect)?;
+                taken.begun()?;
+                revise::add(&taken.path, effect, &asked)?
+            };
             Ok(said(&format!("added {effect}"), &revision))
         }
         Job::Remove { effect, why } => {
@@ -153,6 +162,10 @@ fn run(app: &Arc<App>, job: &Job) -> Result<String> {
             Ok(format!("step {} returns to step {step}", taken.step))
         }
         Job::Diagnose { release } => diagnose(app, &taken, *release),
+        Job::Law => {
+            let model = app.session().next_model();
+            law::measure(app, &model, &taken.path)
+        }
         Job::Judge => judge(app, &taken),
         Job::Try { release, effect } => try_effect(app, &taken, *release, named(effect)?),
     }
@@ -198,13 +211,14 @@ fn diagnose(app: &Arc<App>, taken: &Taken, id: usize) -> Result<String> {
     let options = options(taken.standing.model.as_deref(), decay, taken.unknown_zero, &taken.own)?;
     let diagnosed = diagnose_with_fits(&loaded.record, &options)?;
     interrupt::check()?;
-    let ghosts: Vec<Ghost> = ghosts(&diagnosed);
+    let mut ghosts: Vec<Ghost> = ghosts(&diagnosed);
+    ghosts.extend(Ghost::of_diagnosis(&diagnosed));
     let model = presented(&taken.standing);
     let text = verdict(diagnosed.diagnosis.status, &diagnosed.diagnosis.effects, model);
     let mut session = app.session();
     let key = taken.standing.key;
     for ghost in ghosts {
-        session.ghosts.insert((id, key, ghost.effect.clone()), Arc::new(ghost));
+        session.ghosts.insert((id, key, ghost.name.clone()), Arc::new(ghost));
     }
     session.diagnosed.insert((id, key), Arc::new(diagnosed));
     Ok(text)
@@ -221,7 +235,7 @@ fn ghosts(diagnosed: &Diagnosed) -> Vec<Ghost> {
         .filter_map(|effect| {
             let single =
                 diagnosed.singles.iter().find(|s| s.structure.effects.last() == Some(effect))?;
-            Some(Ghost::of(&diagnosed.decay, present, single.clone(), effect.clone()))
+            Some(Ghost::of(&diagnosed.decay, present, single.clone(), effect))
         })
         .collect()
 }
@@ -254,12 +268,13 @@ fn try_effect(app: &Arc<App>, taken: &Taken, id: usize, effect: Effect) -> Resul
     let model = taken.standing.model.as_deref();
     revise::check_addable(&model.cloned().unwrap_or_default(), effect.clone())?;
     let options = options(model, decay, taken.unknown_zero, &taken.own)?;
-    let ghost = Ghost::fit(decay, &options, effect.clone())?;
+    let ghost = Ghost::fit(decay, &options, &effect)?;
     let text = format!(
         "{effect} tried in this release: residual over noise {:.2}, difference of BIC {:.0}",
         ghost.over_noise, ghost.evidence
     );
-    app.session().ghosts.insert((id, taken.standing.key, effect), Arc::new(ghost));
+    let place = (id, taken.standing.key, ghost.name.clone());
+    app.session().ghosts.insert(place, Arc::new(ghost));
     Ok(text)
 }
 

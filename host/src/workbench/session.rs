@@ -1,6 +1,7 @@
 //! What the page is about: releases with their ticks, the model as it stands on the disk, and what has been computed.
 
 use super::options::ServeOptions;
+use super::shown_law::{about, ShownLaw};
 use super::view::{Ghost, Loaded, View};
 use crate::campaign::CampaignFile;
 use crate::model::document::{is_model, read_text, Model, RecordEntry, DEFAULT};
@@ -124,8 +125,10 @@ pub struct Session {
     stamp: Stamp,
     pub views: HashMap<(usize, u64), std::result::Result<Arc<View>, Error>>,
     pub diagnosed: HashMap<(usize, u64), Arc<Diagnosed>>,
-    pub ghosts: HashMap<(usize, u64, Effect), Arc<Ghost>>,
+    /// By release, model, and name.
+    pub ghosts: HashMap<(usize, u64, String), Arc<Ghost>>,
     pub judged: Option<Arc<CampaignDiagnosis>>,
+    pub shown_law: Option<Arc<ShownLaw>>,
     /// Why no step can be taken.
     pub read_only: Option<String>,
 }
@@ -174,6 +177,7 @@ impl Session {
             diagnosed: HashMap::new(),
             ghosts: HashMap::new(),
             judged: None,
+            shown_law: None,
             read_only: read_only.map(|why| why.message),
             model_path,
         };
@@ -362,6 +366,28 @@ impl Session {
             .collect()
     }
 
+    /// The model that the next fit would be of.
+    pub fn next_model(&self) -> Model {
+        let unknown_zero = self.unknown_zero;
+        let begun = || Model { unknown_zero, ..Model::default() };
+        let model = self.standing.model.as_deref().cloned().unwrap_or_else(begun);
+        let is_new = self.standing.model.is_none() || self.are_ticks_changed();
+        let records = if is_new { self.wanted() } else { model.records.clone() };
+        Model { records, ..model }
+    }
+
+    /// The law of the present model and ticks, if it has been measured.
+    pub fn law(&self) -> Option<Arc<ShownLaw>> {
+        self.shown_law.clone().filter(|law| law.about == about(&self.next_model()))
+    }
+
+    /// Whether `file` is a formula of that law.
+    fn is_formula(&self, file: &str) -> bool {
+        let law = self.law();
+        let mut files = law.iter().filter_map(|l| l.found.as_ref()).flat_map(|f| &f.files);
+        files.any(|f| f.as_deref() == Some(Path::new(file)))
+    }
+
     pub fn release(&self, id: usize) -> Result<&ListedRelease> {
         self.releases.get(id).ok_or_else(|| Error::usage(format!("there is no release {id}")))
     }
@@ -370,13 +396,14 @@ impl Session {
         self.views.get(&(id, self.standing.key))
     }
 
-    /// An effect of the library, of the model, or one that was defined on the page or given at the start.
+    /// An effect of the library, of the model, one that was defined on the page or given at the start, or a formula's file.
     pub fn effect(&self, id: &str) -> Result<Effect> {
         let model =
             self.standing.model.iter().flat_map(|m| m.effects.iter().map(|e| e.effect.clone()));
         let known = self.own.iter().cloned().chain(model).find(|e| e.id() == id);
         match known {
             Some(effect) => Ok(effect),
+            None if self.is_formula(id) => effects::load(Path::new(id)),
             None => effects::named(id),
         }
     }
@@ -385,6 +412,6 @@ impl Session {
     pub fn take_own(&mut self, effect: Effect) {
         self.own.retain(|e| e.id() != effect.id());
         self.own.push(effect.clone());
-        self.ghosts.retain(|k, _| k.2.id() != effect.id());
+        self.ghosts.retain(|k, _| k.2 != effect.id());
     }
 }

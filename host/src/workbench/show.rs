@@ -2,7 +2,7 @@
 
 use super::app::App;
 use super::session::Session;
-use super::view::Ghost;
+use super::view::{Ghost, DIAGNOSIS};
 use crate::drawn::{short, shorts, Stretches};
 use crate::model::document::RecordEntry;
 use crate::model::journal::{Action, JournalStep};
@@ -82,17 +82,16 @@ pub fn curves(
         out["release_s"] = json!(short(view.decay.release_time_s));
     }
     if let Some(ghost) = &ghost {
-        out["ghost"] = json!(ghost.effect);
+        out["ghost"] = json!(ghost.name);
+        out["ghost_title"] = json!(ghost.title);
         out["ghost_deg"] = json!(shorts(ghost.curves.model.drawn(&stretches)));
         out["ghost_residual_deg"] = json!(shorts(ghost.curves.residual.drawn(&stretches)));
     }
     Ok(out)
 }
 
-fn find_ghost(session: &Session, id: usize, effect: &str) -> Option<Arc<Ghost>> {
-    let key = session.standing.key;
-    let mut all = session.ghosts.iter();
-    all.find(|(k, _)| k.0 == id && k.1 == key && k.2.id() == effect).map(|(_, g)| g.clone())
+fn find_ghost(session: &Session, id: usize, name: &str) -> Option<Arc<Ghost>> {
+    session.ghosts.get(&(id, session.standing.key, name.to_owned())).cloned()
 }
 
 /// The fit's means between two instants of the record's clock.
@@ -149,6 +148,8 @@ pub fn view(app: &App, id: usize, span: [Option<f64>; 2], ghost: Option<&str>) -
             .iter()
             .filter(|(k, _)| k.0 == id && k.1 == key)
             .map(|(_, g)| g.clone())
+            // Of one effect it is that effect's.
+            .filter(|g| g.name != DIAGNOSIS || g.fitted.structure.effects.len() > 1)
             .collect();
         ghosts.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
         match session.view(id) {
@@ -167,7 +168,7 @@ pub fn view(app: &App, id: usize, span: [Option<f64>; 2], ghost: Option<&str>) -
     let predicted = |p: &yawrig_core::diagnosis::amplitude::Prediction| json!({"name": p.name, "points": points_json(&p.points, decay.release_time_s)});
     let trial = |g: &Arc<Ghost>| {
         let points = g.picture.predictions.first().map(predicted);
-        json!({"effect": g.effect, "title": g.effect.card().title, "points": points.map(|p| p["points"].clone())})
+        json!({"effect": g.name, "points": points.map(|p| p["points"].clone())})
     };
     let mut out = json!({
         "release": id,
@@ -191,22 +192,12 @@ pub fn view(app: &App, id: usize, span: [Option<f64>; 2], ghost: Option<&str>) -
         },
     });
     if let Some(ghost) = shown {
-        let parameters = ghost.fitted.effect_parameters().into_iter();
-        let own = format!("{}.", ghost.effect);
-        out["ghost"] = json!({
-            "effect": ghost.effect,
-            "title": ghost.effect.card().title,
-            "over_noise": short(ghost.over_noise),
-            "evidence": short(ghost.evidence),
-            "where": match is_whole {
-                true => where_json(&ghost.where_),
-                false => where_json(&locate_within(decay, &ghost.fitted, part(decay, &ghost.fitted, span))),
-            },
-            "parameters": parameters
-                .filter(|(name, _)| name.starts_with(&own))
-                .map(|(name, q)| json!({"name": name, "quantity": quantity(q)}))
-                .collect::<Vec<_>>(),
-        });
+        out["ghost"] = match is_whole {
+            true => where_json(&ghost.where_),
+            false => {
+                where_json(&locate_within(decay, &ghost.fitted, part(decay, &ghost.fitted, span)))
+            }
+        };
     }
     Ok(out)
 }
@@ -233,7 +224,7 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
         let mut out = described(effect.clone());
         let ranked =
             diagnosed.and_then(|d| d.diagnosis.candidates.iter().find(|c| c.effect == effect));
-        let tried = session.ghosts.get(&(id, standing.key, effect.clone()));
+        let tried = session.ghosts.get(&(id, standing.key, effect.id().to_owned()));
         let found = ranked
             .map(|c| (c.evidence, c.residual_over_noise, c.converged))
             .or_else(|| tried.map(|g| (g.evidence, g.over_noise, g.fitted.converged)));
@@ -278,6 +269,10 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
         "release": id,
         "verdict": verdict,
         "status": diagnosed.map(|d| d.diagnosis.status),
+        "sentence": diagnosed.map(|d| &d.diagnosis.sentence),
+        "left": diagnosed.map(|d| &d.diagnosis.left),
+        "refused": diagnosed.map(|d| d.diagnosis.refusals()),
+        "is_drawn": session.ghosts.contains_key(&(id, standing.key, DIAGNOSIS.to_owned())),
         "alike": alike.collect::<Vec<_>>(),
         "candidates": order.into_iter().map(row).collect::<Vec<_>>(),
     }))

@@ -9,8 +9,7 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_core::diagnosis::amplitude::{self, AmplitudePicture};
 use yawrig_core::diagnosis::compare::{locate, Where};
-use yawrig_core::diagnosis::diagnose::Modal;
-use yawrig_core::diagnosis::diagnose::{self, Options};
+use yawrig_core::diagnosis::diagnose::{self, Diagnosed, Modal, Options};
 use yawrig_core::diagnosis::search;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{fit_added, fit_plain_within, Fitted, Structure};
@@ -151,10 +150,16 @@ impl View {
     }
 }
 
-/// What an effect would do for one release, everything fitted to that release alone.
+/// The name under which the model of a diagnosis is laid over the panels; no effect has it.
+pub const DIAGNOSIS: &str = "the diagnosis";
+
+/// What an effect, or a diagnosis, would do for one release, everything fitted to that release alone.
 #[derive(Debug)]
 pub struct Ghost {
-    pub effect: Effect,
+    /// The effect's identifier, or [`DIAGNOSIS`].
+    pub name: String,
+    /// The effect's identifier, or those of the diagnosis.
+    pub title: String,
     pub fitted: Fitted,
     pub curves: Curves,
     pub picture: AmplitudePicture,
@@ -165,11 +170,28 @@ pub struct Ghost {
 
 impl Ghost {
     /// `fitted` is the present model with the effect, `without` the present model, both fitted to this free decay.
-    pub fn of(decay: &FreeDecay, without: &Fitted, fitted: Fitted, effect: Effect) -> Self {
+    pub fn of(decay: &FreeDecay, without: &Fitted, fitted: Fitted, effect: &Effect) -> Self {
+        Self::named(decay, without, fitted, effect.id(), effect.id())
+    }
+
+    /// The model that a diagnosis ends with, where it has effects.
+    pub fn of_diagnosis(diagnosed: &Diagnosed) -> Option<Self> {
+        let (present, last) = (diagnosed.path.first()?, diagnosed.path.last()?);
+        let effects = &diagnosed.diagnosis.effects;
+        if diagnosed.path.len() < 2 || effects.is_empty() {
+            return None;
+        }
+        let names: Vec<&str> = effects.iter().map(|e| e.id()).collect();
+        let title = names.join(", ");
+        Some(Self::named(&diagnosed.decay, present, last.clone(), DIAGNOSIS, &title))
+    }
+
+    fn named(decay: &FreeDecay, without: &Fitted, fitted: Fitted, name: &str, title: &str) -> Self {
         Self {
-            effect: effect.clone(),
+            name: name.to_owned(),
+            title: title.to_owned(),
             curves: Curves::of(decay, &fitted),
-            picture: amplitude::picture(decay, &[(effect.id(), &fitted)]),
+            picture: amplitude::picture(decay, &[(name, &fitted)]),
             where_: locate(decay, &fitted),
             over_noise: fitted.over_noise(decay),
             evidence: search::evidence(without, &fitted, fitted.effective_count()),
@@ -181,9 +203,9 @@ impl Ghost {
     ///
     /// # Errors
     /// Exit 6 where the present model cannot be fitted to it, 130 where the work is stopped.
-    pub fn fit(decay: &FreeDecay, options: &Options, effect: Effect) -> Result<Self> {
+    pub fn fit(decay: &FreeDecay, options: &Options, effect: &Effect) -> Result<Self> {
         let without = search::present(decay, options)?;
-        let fitted = fit_added(decay, &without, &effect);
+        let fitted = fit_added(decay, &without, effect);
         yawrig_base::interrupt::check()?;
         Ok(Self::of(decay, &without, fitted, effect))
     }

@@ -5,6 +5,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt::Task;
+use yawrig_core::effects::MEASURED_LAW;
 
 /// Longest sleep of the worker's thread.
 const NAP: Duration = Duration::from_millis(200);
@@ -39,6 +40,8 @@ pub enum Job {
     },
     /// Which effects a campaign needs, and from where.
     Judge,
+    /// The law that the ticked releases show, and the formulas it may be.
+    Law,
     /// What an effect would do in a release.
     Try {
         release: usize,
@@ -55,6 +58,7 @@ impl Job {
             Self::Reject { effect, .. } => format!("rejecting {effect}"),
             Self::Return { step, .. } => format!("returning to step {step}"),
             Self::Diagnose { .. } => "looking for what is missing".to_owned(),
+            Self::Law => "measuring the law".to_owned(),
             Self::Judge => "judging the whole campaign".to_owned(),
             Self::Try { effect, .. } => format!("trying {effect}"),
         }
@@ -63,6 +67,8 @@ impl Job {
     /// The effect of the library, or the user's own, that it needs to know.
     pub fn needs(&self) -> Option<&str> {
         match self {
+            // Its law is yet to be estimated.
+            Self::Add { effect, .. } if effect == MEASURED_LAW => None,
             Self::Add { effect, .. } | Self::Reject { effect, .. } | Self::Try { effect, .. } => {
                 Some(effect)
             }

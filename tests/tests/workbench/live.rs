@@ -31,6 +31,11 @@ fn milliseconds(trace: &Path) -> Vec<i64> {
     text.lines().skip(1).map(number).collect()
 }
 
+/// The trace has a line in the colour of a mark.
+const MARK_IS_DRAWN: &str = "(() => { const c = document.querySelector('#plot-live canvas'); if (!c) return false; \
+    const { data } = c.getContext('2d').getImageData(0, 0, c.width, c.height), is = [184, 74, 8]; let n = 0; \
+    for (let k = 0; k < data.length; k += 4) if (is.every((x, i) => Math.abs(data[k + i] - x) < 4)) n++; return n > 100; })()";
+
 #[test]
 #[ignore = "needs Chromium: tests/run runs it"]
 fn a_minute_of_a_device_is_drawn_and_kept_whole() {
@@ -49,6 +54,8 @@ fn a_minute_of_a_device_is_drawn_and_kept_whole() {
     browser.fill("#live-note", "wind on");
     browser.click("#live-mark");
     browser.wait("document.querySelector('#live-log [data-event=mark]')");
+    browser.wait(MARK_IS_DRAWN);
+    assert!(browser.text("#verdict").starts_with("Live: "), "the header speaks of the device");
     browser.wait(&format!("{samples} > {}", from + 62_000));
     browser.wait("document.querySelectorAll('#live-log [data-event=window]').length > 2");
     browser.picture(&pictures().join("live.png"));
@@ -68,6 +75,8 @@ fn a_minute_of_a_device_is_drawn_and_kept_whole() {
     assert!(std::fs::read_to_string(&log[0]).expect("a log").contains("\"wind on\""));
     browser.click("#live-connect");
     browser.wait("document.querySelector('#live-connect').textContent === 'Connect'");
+    browser.key("l");
+    browser.wait("!document.querySelector('#verdict').textContent.startsWith('Live: ')");
     browser.is_clean(&bench.origin);
 }
 
@@ -139,6 +148,8 @@ fn a_campaign_is_measured_through_the_page() {
     browser.click("#measure-begin");
     browser.wait("document.querySelector('#measure-next').textContent.includes('release 1 of 4')");
     browser.wait("document.querySelector('#measure-next').textContent.includes('K3 front, wind 10 m/s (release 4 of 4)')");
+    // A release that is of no condition is told from others by its number and time.
+    browser.wait("[...document.querySelectorAll('.release button')].some((b) => /^no\\. 0, \\d\\d:\\d\\d:\\d\\d$/.test(b.textContent))");
     let points = browser.text("#measure-points tbody");
     assert!(points.contains("10 m/s"), "{points} {}", browser.text("#live-log"));
     browser.picture(&pictures().join("measure.png"));

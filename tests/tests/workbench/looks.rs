@@ -15,7 +15,7 @@ pub const CUT_OFF: &str = "(() => { const out = [], w = innerWidth, h = innerHei
     for (const e of document.querySelectorAll('#panels, #live, .live-top, .live-head > *, .panel')) if (e.offsetParent && e.getBoundingClientRect().right > side - 0.5) out.push(`under the side: ${e.id || e.className}`); \
     const panels = [...document.querySelectorAll('.panel')].filter(e => e.offsetParent).map(e => [e.id, e.getBoundingClientRect()]); \
     for (const [a, p] of panels) for (const [b, q] of panels) if (a < b && p.left < q.right - 1 && q.left < p.right - 1 && p.top < q.bottom - 1 && q.top < p.bottom - 1) out.push(`${a} over ${b}`); \
-    for (const e of document.querySelectorAll('.panel h3, .live-head, .live-head button, #figures dd, #figures dt, #top button, .nav-foot button, .tabs button, .candidate button, .chip strong, #verdict, #left-out')) \
+    for (const e of document.querySelectorAll('.panel h3, .live-head, .live-head button, #figures dd, #figures dt, #top button, .nav-foot button, .tabs button, .candidate button, .chip strong, #steps .which, #verdict, #left-out')) \
       if (e.offsetParent && (e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).overflowX !== 'visible' || e.scrollHeight > e.clientHeight + 2 && getComputedStyle(e).overflowY !== 'visible')) out.push(`cut off: ${e.id || e.className} ${e.textContent}`); \
     for (const e of document.querySelectorAll('.plot')) { if (!e.offsetParent) continue; const c = e.querySelector('canvas'); if (!c) out.push(`nothing drawn: ${e.id}`); \
       else { const p = e.getBoundingClientRect(), q = c.getBoundingClientRect(); if (q.right > p.right + 1 || q.bottom > p.bottom + 1) out.push(`the plot is larger than its place: ${e.id}`); } } \
@@ -50,7 +50,7 @@ fn sizes_and_colours_with_thirty_two_releases() {
         clicks.push(browser.value("+document.documentElement.dataset.lastClick").to_string());
     }
     println!("clicks on releases answered after {} ms", clicks.join(", "));
-    for (width, height) in [(1280, 720), (1920, 1080)] {
+    for (width, height) in [(1024, 768), (1280, 720), (1920, 1080)] {
         for is_dark in [false, true] {
             browser.resize(Window { width, height, is_dark });
             browser.wait(&format!("innerWidth === {width}"));

@@ -1,8 +1,10 @@
 //! The workbench: who is let in, how it ends, and the loop on its page in a browser.
 
 mod bench;
+mod campaign;
 mod ending;
 mod keyboard;
+mod law;
 mod live;
 mod looks;
 mod page;

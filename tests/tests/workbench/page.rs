@@ -42,8 +42,13 @@ fn the_loop_by_hand() {
         browser.value("document.querySelector('.candidate').dataset.effect"),
         "coulomb_friction"
     );
+    assert_eq!(
+        browser.text(".candidate .name"),
+        "coulomb_friction",
+        "named as on the command line"
+    );
     browser.click("[data-effect=coulomb_friction] [data-focus=try-coulomb_friction]");
-    browser.wait("!document.querySelector('.key.ghost').hidden");
+    browser.wait("document.querySelector('[data-focus=try-coulomb_friction]').textContent === 'Hide' && document.body.dataset.busy === undefined");
     browser.hover(600.0, 180.0);
     browser.picture(&pictures().join("trial.png"));
     assert!(!bench.path("model.toml").exists(), "a trial writes nothing");

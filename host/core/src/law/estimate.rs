@@ -11,6 +11,8 @@ use crate::error::{Error, Result};
 use crate::fit::fitting::{refitted, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::segments::{fit_from, fit_pieces, PieceFit, ROUGH};
+use crate::fit::structure::motion;
+use crate::motion::oscillator::Motion;
 use crate::quantity::Quantity;
 use nalgebra::{DMatrix, DVector};
 use std::cmp::Ordering;
@@ -44,6 +46,25 @@ pub struct Point {
     pub at: f64,
     /// Over Izz, rad/s2; positive where it opposes a positive angle or rate.
     pub moment_rad_s2: Quantity,
+}
+
+/// A law as an equation of motion.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    pub motion: Motion,
+    /// Where the motion comes to rest, on the sensor, rad.
+    pub rest_rad: f64,
+    /// The largest yaw angle about the rest and the largest yaw rate: it is known as far as that.
+    pub yaw_rad: f64,
+    pub rate_rad_s: f64,
+}
+
+impl Curve {
+    fn of(decay: &FreeDecay, fit: &PieceFit, law: &MeasuredLaw) -> Self {
+        let (starts, wind) = (fit.structure.starts(), decay.wind_speed_m_s);
+        let (motion, rest_rad) = motion(&fit.structure, &starts, &fit.numbers(0), wind);
+        Self { motion, rest_rad, yaw_rad: law.yaw_rad, rate_rad_s: law.rate_rad_s }
+    }
 }
 
 /// A law with what it was fitted to.
@@ -90,6 +111,19 @@ impl Candidate {
 /// # Errors
 /// Interrupted, or not converged.
 pub fn measure(decay: &FreeDecay, inner: &Structure, dissipative: bool) -> Result<Measured> {
+    measure_showing(decay, inner, dissipative, &|_| {})
+}
+
+/// The same; `show` is given the first law that is fitted, before it is known how smooth it has to be.
+///
+/// # Errors
+/// As [`measure`].
+pub fn measure_showing(
+    decay: &FreeDecay,
+    inner: &Structure,
+    dissipative: bool,
+    show: &dyn Fn(Curve),
+) -> Result<Measured> {
     let lengths = Lengths::of(decay);
     let (mut structure, start) = plain_start(decay);
     structure.effects = inner.effects.clone();
@@ -122,6 +156,9 @@ pub fn measure(decay: &FreeDecay, inner: &Structure, dissipative: bool) -> Resul
         let mut common = short.common.clone();
         common.extend(law.no_law());
         let mut fit = fit_all(&with(&law), &common)?;
+        if best.is_none() {
+            show(Curve::of(decay, &fit, &law));
+        }
         for round in 0..=ROUNDS {
             let found = states(&lengths.predicted, &fit.structure, &fit.common);
             let begins: Vec<[f64; 2]> = found.iter().map(|f| f.0).collect();
@@ -208,6 +245,11 @@ impl Measured {
     /// Of the linear part, at rest.
     pub fn damping_ratio(&self) -> Quantity {
         Quantity::new(self.fit.common[1], self.covariance[(1, 1)].max(0.0).sqrt())
+    }
+
+    /// With all that it was fitted beside.
+    pub fn curve(&self, decay: &FreeDecay) -> Curve {
+        Curve::of(decay, &self.fit, &self.law)
     }
 
     /// Where the model comes to rest, on the sensor, rad.

@@ -66,6 +66,29 @@ impl Flows {
     }
 }
 
+impl Motion {
+    /// b'' at this angle and rate and at the first instant, rad/s2; what remembers, as if it began there.
+    ///
+    /// ```
+    /// use yawrig_core::effects::{Effect, Terms};
+    /// use yawrig_core::motion::simulate::Motion;
+    ///
+    /// let terms = Terms::of([(Effect::CoulombFriction, &[0.3][..])]);
+    /// let (natural_frequency_rad_s, damping_ratio) = (7.0, 0.01);
+    /// let motion =
+    ///     Motion { natural_frequency_rad_s, damping_ratio, yaw_rad: 0.2, rate_rad_s: 0.0, terms };
+    /// let expected = -49.0 * 0.1 - 2.0 * 0.01 * 7.0 * 0.5 - 0.3;
+    /// assert!((motion.acceleration_rad_s2(0.1, 0.5) - expected).abs() < 1e-12);
+    /// ```
+    pub fn acceleration_rad_s2(&self, yaw_rad: f64, rate_rad_s: f64) -> f64 {
+        let there = Self { yaw_rad, rate_rad_s, ..self.clone() };
+        let walker = Walker::new(&there, 1.0, 0, 0.0);
+        let linear = -2.0 * self.damping_ratio * self.natural_frequency_rad_s * rate_rad_s
+            - walker.stiffness * (yaw_rad - walker.middle(walker.piece));
+        linear + walker.moment(yaw_rad, rate_rad_s, 0.0, walker.piece)
+    }
+}
+
 /// A smooth piece of the motion: which side of each corner it is on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Piece {

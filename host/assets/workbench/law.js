@@ -1,0 +1,55 @@
+// The measured law: asked for, drawn over the cuts, and the ways to take it into the model.
+import { by, get, make, ratio } from "./talk.js";
+import { seen, showMeasured, trialColour } from "./panels.js";
+
+let law = null, drawn = "";
+
+/** What is known of the law by now. */
+export async function refresh(state, act) {
+  const release = seen.release;
+  if (release === null) law = null;
+  else {
+    try {
+      const answer = await get("/api/law", { release });
+      if (release !== seen.release) return;
+      law = answer;
+    } catch { law = null; }
+  }
+  const now = JSON.stringify([law, !!state.job]);
+  if (now === drawn) return;
+  drawn = now;
+  showMeasured(law);
+  draw(state, act);
+}
+
+const change = ([before, after]) => `${ratio(before)} → ${ratio(after)}`;
+
+function draw(state, act) {
+  const box = by("law"), busy = !!state.job;
+  box.hidden = !law;
+  if (!law) return box.replaceChildren();
+  const { measured, found } = law;
+  const add = (effect, text, title) => make("button", { type: "button", textContent: text, title, disabled: busy, "data-focus": `law-${effect}`, onclick: () => act({ do: "add", effect }) });
+  const parts = [make("strong", { textContent: "measured_law" }),
+    make("p", { className: "caption", textContent: `from ${law.file}, known to ${ratio(law.yaw_deg)} deg and ${ratio(law.rate_deg_s)} deg/s` })];
+  if (measured) parts.push(make("p", { textContent: `Residual over noise ${change(measured.residual_over_noise)}, held out ${change(measured.held_out_over_noise)}.` }));
+  if (!found) parts.push(make("p", { className: "caption", textContent: measured ? "The formulas that it may be are being fitted." : "A first law; its band is being computed." }));
+  else {
+    if (found.memory) parts.push(make("p", { className: "memory", textContent: `${found.memory}.` }), add(found.remembers, `Add as ${found.remembers}`, `yawrig add ${found.remembers}`));
+    parts.push(add("measured_law", "Add as measured", "The curves themselves, fitted to all ticked releases: yawrig add measured_law"));
+    parts.push(make("ol", {}, ...found.names.map((name, k) => {
+      const swatch = make("span", { className: "trial" });
+      swatch.style.borderTopColor = `var(--${trialColour(k)})`;
+      return make("li", { title: `${name.title}: ${name.formula}` },
+        make("div", { className: "head" }, swatch, make("span", { className: "name", textContent: name.form }),
+          make("span", { className: "found", textContent: `ratio ${ratio(name.residual_over_noise)} · held out ${ratio(name.held_out_over_noise)}`, title: "Residual over noise with this formula in place of the law, and on parts that were left out of the fit." })),
+        make("p", { className: "caption", textContent: name.numbers }),
+        name.file ? add(name.file, `Add as ${name.form}`, `yawrig add ${name.file}`) : null);
+    })));
+    if (!found.names.length) parts.push(make("p", { className: "caption", textContent: "No formula: the second-order response is all that is seen." }));
+    if (found.alike) parts.push(make("p", { className: "caption", textContent: `${found.alike}.` }));
+  }
+  const focus = document.activeElement && document.activeElement.dataset ? document.activeElement.dataset.focus : null;
+  box.replaceChildren(...parts);
+  if (focus && focus.startsWith("law-")) box.querySelector(`[data-focus="${CSS.escape(focus)}"]`)?.focus({ preventScroll: true });
+}

@@ -1,0 +1,162 @@
+//! The law that the ticked releases show, over the cuts of the missing moment, with the formulas it may be.
+
+use super::app::App;
+use super::shown_law::{about, ShownLaw};
+use super::view::View;
+use crate::drawn::{short, shorts};
+use crate::law::beside;
+use crate::model::document::Model;
+use crate::model::measured::largest;
+use crate::model::model_fit::Data;
+use serde_json::{json, Value};
+use std::path::Path;
+use std::sync::Arc;
+use yawrig_base::error::{Error, Result};
+use yawrig_core::law::estimate::{Curve, Measured, Point};
+use yawrig_core::motion::simulate::Motion;
+
+/// Where formulas are written, beside the model, as `yawrig law` does.
+const FOLDER: &str = "found";
+/// Formulas that are drawn and can be added.
+const SHOWN: usize = 5;
+/// Points of a curve from one end to the other, as many as the measured law's tables have.
+const POINTS: i32 = 41;
+
+/// Measures the law of `model`, whose file is `path`; a sentence about it.
+///
+/// # Errors
+/// Exit 2 where no release is ticked to be fitted, else those of [`beside`].
+pub fn measure(app: &Arc<App>, model: &Model, path: &Path) -> Result<String> {
+    if model.records.iter().all(|r| r.held_out) {
+        return Err(Error::usage("no release is ticked to be fitted")
+            .help("tick one in the list on the left"));
+    }
+    let keep = |law: Option<ShownLaw>| {
+        app.session().shown_law = law.map(Arc::new);
+        app.news.send(&json!({"kind": "law"}));
+    };
+    let data = Data::of(model, path)?;
+    let file = largest(&data).path.clone();
+    let law = |curve, measured: Option<&Measured>, found| {
+        let (about, file) = (about(model), file.clone());
+        ShownLaw { about, file, curve, measured: measured.cloned(), found }
+    };
+    let show = |curve, measured: Option<&Measured>| keep(Some(law(curve, measured, None)));
+    match beside(model, &data, true, &path.with_file_name(FOLDER), &show) {
+        Ok(found) => {
+            let measured = &found.measured;
+            let said = format!(
+                "measured_law: residual over noise {:.2} → {:.2}, held out {:.2} → {:.2}",
+                measured.plain_residual_over_noise,
+                measured.residual_over_noise,
+                measured.plain_held_out_over_noise,
+                measured.held_out_over_noise,
+            );
+            let (curve, measured) = (found.curve.clone(), found.measured.clone());
+            keep(Some(law(curve, Some(&measured), Some(found))));
+            Ok(said)
+        }
+        Err(error) => {
+            keep(None);
+            Err(error)
+        }
+    }
+}
+
+/// A model's curve through a cut, less what the view's model has there already.
+struct Cuts<'a> {
+    view: &'a View,
+    law: &'a Curve,
+    /// Of the view's model on the sensor, rad.
+    zero_rad: f64,
+}
+
+impl<'a> Cuts<'a> {
+    fn new(view: &'a View, law: &'a Curve) -> Self {
+        let zero_rad = view.fitted.sensor_zero_rad().map_or(0.0, |q| q.value);
+        Self { view, law, zero_rad }
+    }
+
+    /// Of `motion`, which rests at `rest_rad` on the sensor; `u` is that of stiffness and damping at each point.
+    fn json(&self, motion: &Motion, rest_rad: f64, u: Option<[Vec<f64>; 2]>) -> Value {
+        let present = self.view.fitted.motion();
+        let missing = |sensor_rad: f64, rate_rad_s: f64| {
+            motion.acceleration_rad_s2(sensor_rad - rest_rad, rate_rad_s)
+                - present.acceleration_rad_s2(sensor_rad - self.zero_rad, rate_rad_s)
+        };
+        let grid = |reach: f64| {
+            (0..POINTS).map(move |k| reach * f64::from(2 * k + 1 - POINTS) / f64::from(POINTS - 1))
+        };
+        let [of_yaw, of_rate] = u.map_or([None, None], |[a, b]| [Some(shorts(a)), Some(shorts(b))]);
+        let rates = || grid(self.law.rate_rad_s);
+        let angles = || grid(self.law.yaw_rad).map(|b| b + self.law.rest_rad);
+        json!({
+            "damping_law": {
+                "rate_deg_s": shorts(rates().map(f64::to_degrees)),
+                "moment_rad_s2": shorts(rates().map(|r| missing(self.zero_rad, r))),
+                "u": of_rate,
+            },
+            "stiffness_law": {
+                "yaw_deg": shorts(angles().map(|s| (s - self.zero_rad).to_degrees())),
+                "moment_rad_s2": shorts(angles().map(|s| missing(s, 0.0))),
+                "u": of_yaw,
+            },
+        })
+    }
+}
+
+/// The law over the cuts of a release, with its k = 2 band once that is known, and the formulas; null where there is none.
+///
+/// # Errors
+/// Exit 2 where there is no such release.
+pub fn shown(app: &App, id: usize) -> Result<Value> {
+    let (law, view) = {
+        let session = app.session();
+        session.release(id)?;
+        let view = session.view(id).and_then(|v| v.as_ref().ok()).cloned();
+        (session.law(), view)
+    };
+    let Some(law) = law else { return Ok(Value::Null) };
+    let cuts = view.as_deref().map(|view| Cuts::new(view, &law.curve));
+    let u = law.measured.as_ref().map(|measured| {
+        let of = |points: Vec<Point>| points.iter().map(|p| p.moment_rad_s2.u).collect::<Vec<_>>();
+        [of(measured.total_stiffness()), of(measured.total_damping())]
+    });
+    let mut out = json!({
+        "file": law.file.display().to_string(),
+        "yaw_deg": short(law.curve.yaw_rad.to_degrees()),
+        "rate_deg_s": short(law.curve.rate_rad_s.to_degrees()),
+        "cuts": cuts.as_ref().map(|c| c.json(&law.curve.motion, law.curve.rest_rad, u)),
+    });
+    if let Some(m) = &law.measured {
+        let residual = [m.plain_residual_over_noise, m.residual_over_noise].map(short);
+        let held_out = [m.plain_held_out_over_noise, m.held_out_over_noise].map(short);
+        out["measured"] = json!({"residual_over_noise": residual, "held_out_over_noise": held_out});
+    }
+    let Some(found) = &law.found else { return Ok(out) };
+    let ranked = found.names.ranked.iter().zip(&found.files).take(SHOWN);
+    let names = ranked.map(|(name, file)| {
+        let rest_rad = name.fit.sensor_zero_rad().map_or(0.0, |q| q.value);
+        let number = |(n, q): &(String, yawrig_core::quantity::Quantity)| match q.u.is_finite() {
+            true => format!("{n} {q}"),
+            false => format!("{n} {:.4}", q.value),
+        };
+        json!({
+            "form": name.effect.id(),
+            "title": name.effect.card().title,
+            "formula": name.effect.card().formula,
+            "file": file,
+            "residual_over_noise": short(name.residual_over_noise),
+            "held_out_over_noise": short(name.held_out_over_noise),
+            "numbers": name.parameters.iter().map(number).collect::<Vec<_>>().join(", "),
+            "cuts": cuts.as_ref().map(|c| c.json(&name.fit.motion(), rest_rad, None)),
+        })
+    });
+    out["found"] = json!({
+        "names": names.collect::<Vec<_>>(),
+        "alike": found.alike(),
+        "memory": found.memory(),
+        "remembers": found.names.memory.as_ref().map(|m| m.effect.id().to_owned()),
+    });
+    Ok(out)
+}

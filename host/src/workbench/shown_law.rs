@@ -1,0 +1,26 @@
+//! The law that was measured last, and what it is the law of.
+
+use crate::law::Found;
+use crate::model::document::Model;
+use std::path::PathBuf;
+use yawrig_core::law::estimate::{Curve, Measured};
+
+/// A law that is drawn.
+pub struct ShownLaw {
+    /// Effects beside which it was measured, and what it was measured from.
+    pub about: String,
+    /// The record that it was measured from.
+    pub file: PathBuf,
+    pub curve: Curve,
+    /// With its uncertainty; none for a first law.
+    pub measured: Option<Measured>,
+    /// With the formulas that it may be.
+    pub found: Option<Found>,
+}
+
+/// What a law of `model` depends on.
+pub fn about(model: &Model) -> String {
+    let effects = model.effects.iter().map(|e| e.effect.id());
+    let files = model.records.iter().filter(|r| !r.held_out).map(|r| r.file.as_str());
+    effects.chain(["of"]).chain(files).collect::<Vec<_>>().join("\n")
+}
