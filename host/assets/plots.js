@@ -7,12 +7,15 @@ const Plots = (() => {
   /** The page's colour of that name. */
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim() || "#888";
 
-  /** A number to three digits or so, as ticks show it. */
-  function tick(x) {
+  /** A number as ticks show it, with the digits that tell it from the next, `step` on. */
+  function tick(x, step) {
     if (x === 0) return "0";
     const size = Math.abs(x);
     if (size >= 1e5 || size < 1e-4) return x.toExponential(1).replace("e+", "e").replace("-", "−");
-    return String(+x.toPrecision(5)).replace("-", "−");
+    if (!step) return String(+x.toPrecision(5)).replace("-", "−");
+    let places = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
+    if (Math.abs(step * 10 ** places - Math.round(step * 10 ** places)) > 1e-6) places++;
+    return x.toFixed(Math.min(places, 12)).replace("-", "−");
   }
 
   const all = new Set();
@@ -55,7 +58,7 @@ const Plots = (() => {
       size: side === 2 ? 21 : it.size || ((_, values) => Math.max(30, 9 + 6.3 * Math.max(0, ...(values || []).map((v) => v.length)))), ticks: { size: 3, stroke: () => colour("line") },
       stroke: () => colour("soft"), grid: { stroke: () => colour("grid"), width: 1 },
       // At least two numbers on the lowest of plots.
-      space: side === 2 ? (host.clientWidth > 400 ? 56 : host.clientWidth > 160 ? 28 : 20) : (_, __, ___, ____, height) => Math.max(12, Math.min(20, height / 5)), values: (_, ticks) => ticks.map((t) => (t === null ? "" : tick(t))),
+      space: side === 2 ? (host.clientWidth > 400 ? 56 : host.clientWidth > 130 ? 28 : 20) : (_, __, ___, ____, height) => Math.max(12, Math.min(20, height / 5)), values: (_, ticks, __, ___, step) => ticks.map((t) => (t === null ? "" : tick(t, side === 2 ? undefined : step))),
     });
     const padded = (min, max) => {
       if (min === null || max === null || !isFinite(min) || !isFinite(max)) return [0, 1];
@@ -131,7 +134,7 @@ const Plots = (() => {
       chart = null;
       if (width < 40 || height < 40) return;
       chart = new uPlot({
-        width, height, legend: { show: false }, padding: [6, 8, 0, 0],
+        width, height, legend: { show: false }, padding: [6, 10, 0, 0],
         cursor: { show: options.cursor !== false, y: false, drag: { x: !!options.zoomed, y: false, setScale: false }, points: { show: false },
           bind: { dblclick: () => () => { if (options.zoomed) options.zoomed(null, null); return null; } } },
         scales: {

@@ -82,7 +82,7 @@ fn the_loop_with_keys_alone() {
     }
     browser.key("t");
     browser.wait(
-        "document.querySelector('[data-focus=try-coulomb_friction]').textContent === 'Hide' && document.body.dataset.busy === undefined",
+        "document.querySelector('#message').textContent.includes('coulomb_friction tried in this release') && document.body.dataset.busy === undefined",
     );
     browser.key("a");
     browser.wait("document.querySelectorAll('#steps button').length === 2");
