@@ -78,9 +78,12 @@ class Machine:
     def __init__(self, elf):
         self.image = []
         with open(elf, "rb") as file:
-            for segment in ELFFile(file).iter_segments():
+            elf_file = ELFFile(file)
+            for segment in elf_file.iter_segments():
                 if segment["p_type"] == "PT_LOAD" and segment["p_filesz"]:
                     self.image.append((segment["p_paddr"], segment.data()))
+            symbols = elf_file.get_section_by_name(".symtab").iter_symbols()
+            self.symbols = {symbol.name: symbol["st_value"] for symbol in symbols}
         for at, data in self.image:
             for begin, length in WRITABLE:
                 assert at + len(data) <= begin or at >= begin + length, "code in a sector that is erased"
@@ -326,6 +329,13 @@ class Machine:
         uc.reg_write(UC_ARM_REG_LR, 0xFFFF_FFF9)
         self.pc = struct.unpack("<I", bytes(uc.mem_read(FLASH + 12, 4)))[0]
 
+    def panic(self):
+        """Power comes, and at the program's first instruction its peripherals are taken already: its own panic."""
+        self.power_on(csr=1 << 27)
+        self.uc.emu_start(self.pc, self.symbols["main"] & ~1)
+        self.uc.mem_write(self.symbols["DEVICE_PERIPHERALS"], b"\1")
+        self.pc = self.symbols["main"] | 1
+
     def state(self):
         rate_hz = self.timer_hz()
         baud = self.apb1_hz / self.registers[USART_BRR]
@@ -345,6 +355,9 @@ class Machine:
             return self.run()
         elif verb == "fault":
             self.fault()
+            return self.run()
+        elif verb == "panic":
+            self.panic()
             return self.run()
         elif verb == "reset":
             self.power_on(csr=1 << 27)

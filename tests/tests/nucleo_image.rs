@@ -342,22 +342,37 @@ fn where_the_converter_stands_still_the_watchdog_starts_it_again() {
     assert_eq!((status.samples, status.start.cause), (0, Cause::Watchdog));
 }
 
-#[test]
-#[ignore = "needs unicorn: tests/run runs it"]
-fn after_a_fault_it_starts_again_and_says_where_it_was() {
-    let mut both = Both::start();
-    let (_, reset) = both.machine.run("fault");
-    assert_eq!(reset.as_deref(), Some("software"));
+/// A status of the machine alone, which stands as it is after this.
+fn start_of(both: &mut Both) -> Start {
     assert_eq!(both.machine.run("run"), (Vec::new(), None));
     let frame = encode(1, &Request::Status).expect("a frame");
     both.machine.ask(&format!("line {}", data_encoding::HEXLOWER.encode(&frame)));
     let (sent, _) = both.machine.run("run");
     let Some(Reply::Status(status)) = both.understood(&sent) else { panic!("no status") };
-    let Start { cause, crash: Some(crash) } = status.start else { panic!("{:?}", status.start) };
+    status.start
+}
+
+#[test]
+#[ignore = "needs unicorn: tests/run runs it"]
+fn after_a_fault_or_a_panic_it_starts_again_and_says_where_it_was() {
+    let mut both = Both::start();
+    let (_, reset) = both.machine.run("fault");
+    assert_eq!(reset.as_deref(), Some("software"));
+    let Start { cause, crash: Some(crash) } = start_of(&mut both) else { panic!("no crash") };
     // In the image's code, behind the sectors that hold networks.
     assert_eq!((cause, crash.file.as_str()), (Cause::Software, ""));
     assert!((0x0801_0000..0x0806_0000).contains(&crash.line), "{:#x}", crash.line);
     // Said once: power comes, and nothing is known of before.
     both.power_cycle();
     assert_eq!(both.status().start, Start { cause: Cause::Power, crash: None });
+    // A panic of the program's own: what there is only one of has been taken already.
+    let (_, reset) = both.machine.run("panic");
+    assert_eq!(reset.as_deref(), Some("software"));
+    let source = root().join("firmware/boards").join(BOARD).join("src/main.rs");
+    let source = std::fs::read_to_string(source).expect("the program");
+    let line =
+        1 + source.lines().position(|line| line.contains("Peripherals::take()")).expect("it");
+    let Start { cause, crash: Some(crash) } = start_of(&mut both) else { panic!("no crash") };
+    assert_eq!((cause, crash.file.as_str()), (Cause::Software, "src/main.rs"));
+    assert_eq!(crash.line as usize, line);
 }
