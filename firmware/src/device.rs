@@ -2,6 +2,7 @@
 
 use crate::line::{Asked, Line};
 use crate::lock::{self, Challenge, Lock};
+use crate::log;
 use crate::measuring::{Context, Measuring};
 use crate::refining::Refining;
 use crate::slots::{Slot, Store};
@@ -132,6 +133,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
 
     /// Says how this run began, where the board knows.
     pub fn set_start(&mut self, start: Start) {
+        log::start(self.core.board, &start);
         self.core.start = start;
     }
 
@@ -155,6 +157,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
 
     /// `count` samples before the next one were lost. Few are bridged, many end the release.
     pub fn lost(&mut self, count: u32) {
+        log::lost(count);
         self.core.pass(count);
         let (measuring, mut context) = self.core.split();
         measuring.lost(count, &mut context);

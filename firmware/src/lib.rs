@@ -61,6 +61,7 @@ pub mod estimator;
 mod flash;
 pub mod line;
 pub mod lock;
+pub mod log;
 pub mod measuring;
 pub mod reference;
 pub mod refine;

@@ -1,5 +1,6 @@
 //! The serial line as the device sees it: a decoder, a queue of bytes to send, and the last reply.
 
+use crate::log;
 use heapless::{Deque, Vec};
 use yawrig_shared::checksum::crc32;
 use yawrig_shared::wire::{
@@ -90,6 +91,7 @@ impl Line {
 
     /// Queues an event, and keeps it for when it is asked for again.
     pub fn event(&mut self, event: &Event) {
+        log::event(event);
         let sequence = self.next_event;
         self.next_event = self.next_event.wrapping_add(1);
         if self.kept.is_full() {

@@ -8,6 +8,9 @@ fn main() {
     println!("cargo:rustc-link-search={}", out.display());
     // Here rather than in .cargo/config.toml, where a RUSTFLAGS of the user's would displace it.
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
+    if env::var_os("CARGO_FEATURE_LOG").is_some() {
+        println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
+    }
     println!("cargo:rerun-if-changed=memory.x");
     println!("cargo:rerun-if-changed=build.rs");
 }

@@ -13,11 +13,14 @@ mod reset;
 mod sampling;
 mod timing;
 
+// Carries the log to the debug plug.
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use core::ptr::{addr_of, addr_of_mut};
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{entry, exception, ExceptionFrame};
+#[cfg(feature = "log")]
+use defmt_rtt as _;
 use flash::Slots;
 use link::Link;
 use registers::Registers;

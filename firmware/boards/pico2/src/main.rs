@@ -10,10 +10,13 @@ mod rom;
 mod sampling;
 mod timing;
 
+// Carries the log to the debug plug.
 use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use core::ptr::{addr_of, addr_of_mut};
 use cortex_m_rt::{entry, exception, ExceptionFrame};
+#[cfg(feature = "log")]
+use defmt_rtt as _;
 use embedded_hal::digital::OutputPin;
 use flash::Slots;
 use reset::cause;
