@@ -95,7 +95,7 @@ impl Found {
         let alike: Vec<&str> = first.iter().map(|n| n.effect.id()).collect();
         (alike.len() > 1).then(|| {
             format!(
-                "this record cannot distinguish {}; a release from another angle, or on another spring, can",
+                "this record cannot distinguish {}; a release from another angle, or on another spring, may",
                 alike.join(", ")
             )
         })

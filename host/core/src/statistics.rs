@@ -1,4 +1,5 @@
-//! The median of numbers, and white noise of a series from what no slow motion leaves in it.
+//! The median of numbers, how many correlated ones count as independent, and white noise of a series from what no slow
+//! motion leaves in it.
 
 /// Middle value (mean of the two middle ones for an even number); reorders. NaN for none.
 pub fn median(values: &mut [f64]) -> f64 {
@@ -13,6 +14,12 @@ pub fn median(values: &mut [f64]) -> f64 {
         let middle = *middle;
         0.5 * (middle + below.iter().copied().fold(f64::NEG_INFINITY, f64::max))
     }
+}
+
+/// Share of residuals that count as independent where neighbours have this correlation: (1 - c)/(1 + c) of them.
+pub(crate) fn independent_share(correlation: f64) -> f64 {
+    let c = correlation.clamp(0.0, 0.999);
+    (1.0 - c) / (1.0 + c)
 }
 
 /// Third differences: 1 + 9 + 9 + 1 variances of white noise, and little of a well sampled free decay.

@@ -31,7 +31,7 @@ fn case(kind: Kind, seed: u64) -> Case {
     let planted = planted(kind, seed);
     let decay = FreeDecay::of(&planted.record).expect("a free decay");
     let begun = Instant::now();
-    let found = measure(&decay, &Structure::default(), true).expect("a law");
+    let found = measure(&decay, &Structure::default(), &[], true).expect("a law");
     let seconds = begun.elapsed().as_secs_f64();
     let begun = Instant::now();
     let names = names(&decay, &found).expect("names");
@@ -111,8 +111,9 @@ impl Case {
     }
 }
 
-/// Expected of many: residual to 1.05 and held out to 1.15 of the noise in nine of ten, the planted law inside its band
-/// over nine tenths, the right name in eight of ten; the default, one of each kind, may miss one more.
+/// Wanted: residual to 1.05 and held out to 1.15 of the noise in nine of ten. Seen (one of each kind, and two): eight of
+/// ten and fifteen or sixteen of twenty; short at kinks (end stop, Stribeck) and at friction that grows with the angle,
+/// which no D(r) holds. So one of ten less than what is seen is refused.
 #[test]
 fn laws_that_the_library_does_not_hold_are_measured_and_named() {
     let (n, seed) = (number("YAWRIG_LAWS", 1), number("YAWRIG_SEED", 1));
@@ -136,8 +137,9 @@ fn laws_that_the_library_does_not_hold_are_measured_and_named() {
     );
     let share = |part: usize, whole: usize| part as f64 / whole as f64;
     assert!(share(residual, laws.len()) >= 0.7, "residual");
-    assert!(share(held_out, laws.len()) >= 0.6, "held out");
+    assert!(share(held_out, laws.len()) >= 0.7, "held out");
     assert!(share(banded.0, banded.1) >= 0.9, "band");
-    assert!(share(named, nameable) >= 0.75, "names");
-    assert!(wrongly as f64 <= 0.1 * laws.len() as f64, "memory");
+    assert!(share(named, nameable) >= 0.77, "names");
+    assert!(share(called, memory.len()) >= 0.8, "memory is called so");
+    assert!(wrongly as f64 <= 0.05 * laws.len() as f64, "memory where there is none");
 }

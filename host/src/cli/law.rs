@@ -45,7 +45,6 @@ impl Law {
 
 fn object(found: &Found) -> serde_json::Value {
     let Found { file, measured, names, files, .. } = found;
-    let quantity = |q: &yawrig_core::quantity::Quantity| json!({ "value": q.value, "u": q.u });
     let points = |points: Vec<Point>, at: &str| -> Vec<serde_json::Value> {
         let point = |p: Point| {
             json!({
@@ -56,7 +55,7 @@ fn object(found: &Found) -> serde_json::Value {
     };
     let name = |(name, file): (&Name, Option<&Path>)| {
         let parameters: serde_json::Map<String, serde_json::Value> =
-            name.parameters.iter().map(|(n, q)| (n.clone(), quantity(q))).collect();
+            name.parameters.iter().map(|(n, q)| (n.clone(), json!(q))).collect();
         json!({
             "form": name.effect.id(), "file": file, "parameters": parameters,
             "residual_over_noise": name.residual_over_noise,
@@ -74,7 +73,7 @@ fn object(found: &Found) -> serde_json::Value {
             "yaw_deg": measured.law.yaw_rad.to_degrees(),
             "rate_deg_s": measured.law.rate_rad_s.to_degrees(),
         },
-        "modal": { "natural_frequency_rad_s": quantity(&wn), "damping_ratio": quantity(&zeta) },
+        "modal": { "natural_frequency_rad_s": wn, "damping_ratio": zeta },
         "rest_deg": measured.rest_rad().to_degrees(),
         "residual_over_noise": measured.residual_over_noise,
         "held_out_over_noise": measured.held_out_over_noise,
@@ -134,9 +133,13 @@ fn text(found: &Found) -> String {
 }
 
 fn named(found: &Found) -> String {
-    let Found { names, files, .. } = found;
+    let Found { measured, names, files, .. } = found;
     let Some(best) = names.ranked.first() else {
-        return "no law to be named: the second-order response is all that is seen\n".to_owned();
+        return match measured.law.is_none() {
+            true => "no law to be named: the second-order response is all that is seen\n",
+            false => "no formula could be fitted to this law\nto take it as it was measured: yawrig add measured_law\n",
+        }
+        .to_owned();
     };
     let mut out = String::new();
     let mut table = bare(&["formula", "held out over noise", "residual over noise", "numbers"]);
@@ -157,9 +160,10 @@ fn named(found: &Found) -> String {
         let _ = writeln!(out, "{alike}");
     }
     if let Some(Some(file)) = files.first() {
-        let worse = best.held_out_over_noise;
+        let held_out = best.held_out_over_noise;
+        let file = file.display();
         let _ =
-            writeln!(out, "to take it into the model ({worse:.3}): yawrig add {}", file.display());
+            writeln!(out, "to take it into the model (held out {held_out:.3}): yawrig add {file}");
         let _ = writeln!(out, "to take the law as it was measured: yawrig add measured_law");
     }
     out

@@ -1,13 +1,12 @@
 //! A law measured from a model's records, taken into the model.
 
 use crate::model::document::{EffectEntry, Model, ParameterEntry};
-use crate::model::journal::{Action, JournalStep};
+use crate::model::limits;
 use crate::model::model_fit::{self, Data, Recorded};
-use crate::model::revise::{check_addable, finish, opened, Asked, Change, Current, Revision};
+use crate::model::revise::{self, Asked, Current, Revision};
 use std::path::Path;
-use yawrig_base::error::Result;
+use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::Effect;
-use yawrig_core::fit::fitting::Structure;
 use yawrig_core::law::estimate::{measure_showing, Curve, Measured};
 
 /// The record that is released from the largest angle: where most of a law is seen.
@@ -17,20 +16,37 @@ pub fn largest(data: &Data) -> &Recorded {
     data.fitted.iter().max_by(larger).expect("a model has a record that is fitted")
 }
 
-/// Measures the law beside the effects of `model`, from the record that is released from the largest angle; `show` is given
-/// a first one.
+/// Measures the law beside the effects of `model`, from their values and within their bounds, on the record that is
+/// released from the largest angle; `show` is given a first one.
 ///
 /// # Errors
-/// Exit 6 where none can be fitted, 130 where the user stops it.
+/// Exit 2 where the model holds a measured law, 3 where an effect has no values yet, 6 where none can be fitted, 130 where
+/// the user stops it.
 pub fn measured(
     model: &Model,
     data: &Data,
     dissipative: bool,
     show: &dyn Fn(Curve),
 ) -> Result<Measured> {
-    let effects = model.effects.iter().map(|e| e.effect.clone()).collect();
-    let structure = Structure { effects, ..Structure::default() };
-    Ok(measure_showing(&largest(data).decay, &structure, dissipative, show)?)
+    check_has_none(model)?;
+    let mut numbers = Vec::new();
+    for entry in &model.effects {
+        numbers.extend(model_fit::varied(entry).ok_or_else(|| {
+            Error::data(format!("{} has no values yet", entry.effect))
+                .help("run `yawrig fit` first")
+        })?);
+    }
+    let structure = limits::structure(model)?;
+    Ok(measure_showing(&largest(data).decay, &structure, &numbers, dissipative, show)?)
+}
+
+fn check_has_none(model: &Model) -> Result<()> {
+    if model.effects.iter().any(|e| matches!(e.effect, Effect::Measured(_))) {
+        let what = "the model holds a measured law already; another beside it would say nothing";
+        return Err(Error::usage(what)
+            .help("to measure it anew, take it out first: yawrig remove measured_law"));
+    }
+    Ok(())
 }
 
 /// Measures a law and adds it to the model at `path`, which is then fitted to all of its records.
@@ -38,28 +54,11 @@ pub fn measured(
 /// # Errors
 /// As [`crate::model::revise::add`]; exit 6 where no law can be fitted.
 pub fn add(path: &Path, dissipative: bool, asked: &Asked) -> Result<Revision> {
-    let (store, model) = opened(path)?;
-    let data = Data::of(&model, path)?;
-    let inner = Current::fitted(&model, &data)?;
-    let found = measured(&inner.model, &data, dissipative, &|_| {})?;
-    let effect = Effect::Measured(found.law.clone());
-    check_addable(&model, effect.clone())?;
-    let outer = Current::fitted(&with_law(&inner.model, &data, &found), &data)?;
-    let step = JournalStep {
-        added: Some(effect.id().into()),
-        ..JournalStep::now(Action::Add, "", String::new())
-    };
-    finish(
-        store,
-        asked,
-        step,
-        Change {
-            added: Some(effect),
-            before: Some(inner.appraisal(&data)?.residuals),
-            evidence: Some(model_fit::evidence(&inner.fit, &outer.fit)),
-            ..Change::to(&outer, &data)?
-        },
-    )
+    revise::add_by(path, asked, check_has_none, |inner, data| {
+        let found = measured(&inner.model, data, dissipative, &|_| {})?;
+        let outer = Current::fitted(&with_law(&inner.model, data, &found), data)?;
+        Ok((Effect::Measured(found.law), outer))
+    })
 }
 
 /// `model` with the law and all other numbers as they were found beside it.

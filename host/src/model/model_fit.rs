@@ -98,7 +98,7 @@ impl Data {
 }
 
 /// The numbers of `effect` that a fit varies; zero for those that belong to a release and are not in the file.
-fn varied(entry: &EffectEntry) -> Option<Vec<f64>> {
+pub(super) fn varied(entry: &EffectEntry) -> Option<Vec<f64>> {
     let effect = entry.effect.clone();
     if let Some(values) = entry.values() {
         return Some(effect.varied(&values));

@@ -241,11 +241,24 @@ pub fn check_addable(model: &Model, effect: Effect) -> Result<()> {
 /// # Errors
 /// Exit 2 where it is in the model already or cannot be simulated; else as [`fit`].
 pub fn add(path: &Path, effect: Effect, asked: &Asked) -> Result<Revision> {
+    let check = |model: &Model| check_addable(model, effect.clone());
+    add_by(path, asked, check, |inner, data| {
+        Ok((effect.clone(), added(inner, data, effect.clone())?))
+    })
+}
+
+/// Adds the effect that `adding` finds beside a fitted model to the one at `path`, where `check` allows it.
+pub(super) fn add_by(
+    path: &Path,
+    asked: &Asked,
+    check: impl FnOnce(&Model) -> Result<()>,
+    adding: impl FnOnce(&Current, &Data) -> Result<(Effect, Current)>,
+) -> Result<Revision> {
     let (store, model) = opened(path)?;
-    check_addable(&model, effect.clone())?;
+    check(&model)?;
     let data = Data::of(&model, path)?;
     let inner = Current::fitted(&model, &data)?;
-    let outer = added(&inner, &data, effect.clone())?;
+    let (effect, outer) = adding(&inner, &data)?;
     let step = JournalStep {
         added: Some(effect.id().into()),
         ..JournalStep::now(Action::Add, "", String::new())
@@ -356,12 +369,7 @@ impl Change {
 }
 
 /// Writes the step to model and journal.
-pub(super) fn finish(
-    store: Store,
-    asked: &Asked,
-    step: JournalStep,
-    change: Change,
-) -> Result<Revision> {
+fn finish(store: Store, asked: &Asked, step: JournalStep, change: Change) -> Result<Revision> {
     interrupt::check()?;
     let appraisal = &change.appraisal;
     let known = |c: &Condition| {

@@ -11,13 +11,12 @@
 use super::curves::{Curves, Part, Shape, KNOTS};
 use super::law::{Card, Law, Parameter, Scale, Seen};
 use super::terms::Terms;
-
-/// The identifier of a measured law.
-pub const MEASURED_LAW: &str = "measured_law";
-
 use nalgebra::{DMatrix, DVector};
 use std::borrow::Cow;
 use std::sync::Arc;
+
+/// The identifier of a measured law.
+pub const MEASURED_LAW: &str = "measured_law";
 
 /// The shape of a measured law: its curves, where their knots are, and how rough they may be. Its values are parameters.
 #[derive(Clone, Debug)]
@@ -66,6 +65,11 @@ impl MeasuredLaw {
     /// With other parts or weights, and with or without friction.
     pub fn with(&self, parts: Vec<(Part, f64)>, friction: bool) -> Self {
         Self::new(self.yaw_rad, self.rate_rad_s, parts, friction, self.dissipative)
+    }
+
+    /// Whether it holds nothing that could differ from zero.
+    pub fn is_none(&self) -> bool {
+        self.parameters.is_empty()
     }
 
     /// The parameters of no moment.
@@ -167,7 +171,7 @@ impl Law for Arc<MeasuredLaw> {
             cause: "something that no effect of the library describes",
             fingerprint: "a missing moment that is a curve over yaw angle, or over yaw rate, at every amplitude",
             confirm: "measure it again from another release: the curves agree within their bands",
-            remove: "depends on what it stands for; `yawrig law` names formulas that it may be",
+            remove: "depends on what it stands for: see the formulas that predict as well",
             release: "a larger amplitude, beyond which the law is not known",
         }
     }

@@ -5,6 +5,7 @@ use crate::fit::free_decay::FreeDecay;
 use crate::fit::structure::{motion, Structure, PLAIN};
 use crate::motion::oscillator::{Grid, Motion};
 use crate::quantity::Quantity;
+use crate::statistics::independent_share;
 use nalgebra::DMatrix;
 
 /// A fitted model.
@@ -68,10 +69,9 @@ impl Fitted {
     pub fn over_noise(&self, decay: &FreeDecay) -> f64 {
         self.rms_rad() / decay.noise_rad
     }
-    /// Residuals that count as independent: (1 - c)/(1 + c) of them at lag-one correlation c.
+    /// Residuals that count as independent.
     pub fn effective_count(&self) -> f64 {
-        let c = self.correlation.clamp(0.0, 0.999);
-        (self.count as f64 * (1.0 - c) / (1.0 + c)).max(2.0)
+        (self.count as f64 * independent_share(self.correlation)).max(2.0)
     }
     fn modal_quantity(&self, index: usize) -> Quantity {
         let u = self

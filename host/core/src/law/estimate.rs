@@ -3,7 +3,7 @@
 //! The curves are fitted to short pieces of the record with states of their own, then to longer ones; how smooth they
 //! are is what predicts left-out pieces best.
 
-use super::roughness::{reached, states, Nearby};
+use super::roughness::{inflation, reached, states, Nearby};
 use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::diagnosis::survivors::{plain_start, Lengths};
 use crate::effects::{Effect, MeasuredLaw, Part};
@@ -72,9 +72,7 @@ impl Curve {
 pub struct Measured {
     pub law: Arc<MeasuredLaw>,
     pub fit: PieceFit,
-    /// Of the law's parameters, in their order.
-    pub values: Vec<f64>,
-    /// Of `fit.common`, widened for the correlation of the residuals.
+    /// Of `fit.common`, widened for residuals above the noise and for their correlation.
     pub covariance: DMatrix<f64>,
     pub prediction: Prediction,
     pub residual_over_noise: f64,
@@ -106,12 +104,18 @@ impl Candidate {
 
 /// Measures the law that `decay` follows beside the second-order response and the effects of `inner`.
 ///
-/// `dissipative`: it takes energy out at every rate.
+/// `numbers`: those of the effects from which their fit begins, as [`Effect::varied`] has them, one after the other.
+/// `dissipative`: the law takes energy out at every rate.
 ///
 /// # Errors
 /// Interrupted, or not converged.
-pub fn measure(decay: &FreeDecay, inner: &Structure, dissipative: bool) -> Result<Measured> {
-    measure_showing(decay, inner, dissipative, &|_| {})
+pub fn measure(
+    decay: &FreeDecay,
+    inner: &Structure,
+    numbers: &[f64],
+    dissipative: bool,
+) -> Result<Measured> {
+    measure_showing(decay, inner, numbers, dissipative, &|_| {})
 }
 
 /// The same; `show` is given the first law that is fitted, before it is known how smooth it has to be.
@@ -121,6 +125,7 @@ pub fn measure(decay: &FreeDecay, inner: &Structure, dissipative: bool) -> Resul
 pub fn measure_showing(
     decay: &FreeDecay,
     inner: &Structure,
+    numbers: &[f64],
     dissipative: bool,
     show: &dyn Fn(Curve),
 ) -> Result<Measured> {
@@ -129,14 +134,11 @@ pub fn measure_showing(
     structure.effects = inner.effects.clone();
     structure.limits.extend(inner.limits.clone());
     let mut common = start.to_vec();
-    for effect in &structure.effects {
-        common.extend(vec![0.0; effect.parameters().len()]);
-    }
+    common.extend(numbers);
     let fit_all = |structure: &Structure, common: &[f64]| -> Result<PieceFit> {
         let mut common = common.to_vec();
         for pieces in [&lengths.short, &lengths.longer] {
-            let f = fit_from(pieces, structure, &common, ROUGH);
-            common = f.common;
+            common = fit_from(pieces, structure, &common, ROUGH).common;
             decay.stop.check()?;
         }
         let fit = fit_from(&lengths.long, structure, &common, SETTLED);
@@ -191,8 +193,9 @@ pub fn measure_showing(
     let plain_prediction = predict_within(&lengths.predicted, &plain);
     let residual_over_noise = over(fit.sum(), n);
     Ok(Measured {
-        values: fit.common[begin..].to_vec(),
-        covariance: covariance * residual_over_noise.max(1.0).powi(2),
+        covariance: covariance
+            * residual_over_noise.max(1.0).powi(2)
+            * inflation(&lengths.long, &fit),
         held_out_over_noise: prediction.rms_rad() / decay.noise_rad,
         plain_residual_over_noise: over(plain.sum(), n),
         plain_held_out_over_noise: plain_prediction.rms_rad() / decay.noise_rad,

@@ -1,4 +1,5 @@
-//! Formulas that a measured law may be, each as an own effect's file has it.
+//! Formulas that a measured law may be, each as an own effect's file has it. Some are effects of the library too; their
+//! parameters have names of their own here, for two formulas together become one file.
 
 use yawrig_expression::{OwnEffect, State};
 

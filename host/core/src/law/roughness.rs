@@ -6,8 +6,13 @@
 use crate::effects::{Effect, MeasuredLaw, Part, KNOTS};
 use crate::fit::fitting::Structure;
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::segments::{numbers, quadratics, step_within, PieceFit, Pieces, Quadratic};
+use crate::fit::segments::{
+    first_state, fit_state, numbers, quadratics, step_within, PieceFit, Pieces, Quadratic,
+};
+use crate::fit::structure::motion;
+use crate::statistics::independent_share;
 use nalgebra::{Cholesky, DMatrix, DVector};
+use rayon::prelude::*;
 
 /// Exponents of ten that are tried.
 const LEAST: i32 = -11;
@@ -193,8 +198,6 @@ pub(super) fn states(
     structure: &Structure,
     common: &[f64],
 ) -> Vec<([f64; 2], f64)> {
-    use crate::fit::segments::{first_state, fit_state};
-    use rayon::prelude::*;
     let zero = if structure.zero_unknown { common[2] } else { 0.0 };
     pieces
         .decays
@@ -203,17 +206,35 @@ pub(super) fn states(
         .collect()
 }
 
-/// Yaw angle about the rest and yaw rate that the model reaches in `pieces`, rad and rad/s.
-pub(super) fn reached(pieces: &Pieces, fit: &PieceFit) -> (f64, f64) {
-    use crate::fit::structure::motion;
+/// Yaw angle about the rest and yaw rate of each piece under a fit, rad and rad/s, and the sensor's zero, rad.
+fn simulated(pieces: &Pieces, fit: &PieceFit) -> Vec<(Vec<f64>, Vec<f64>, f64)> {
     let starts = fit.structure.starts();
-    let mut most = (0.0f64, 0.0f64);
-    for (piece, state) in pieces.decays.iter().zip(&fit.states) {
-        let (motion, _) =
-            motion(&fit.structure, &starts, &numbers(&fit.common, *state), piece.wind_speed_m_s);
+    let of = |(piece, state): (&FreeDecay, &[f64; 2])| {
+        let numbers = numbers(&fit.common, *state);
+        let (motion, zero) = motion(&fit.structure, &starts, &numbers, piece.wind_speed_m_s);
         let (yaw, rate) = motion.readings_and_rates(&piece.grid);
-        let largest = |x: &[f64]| x.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-        most = (most.0.max(largest(&yaw)), most.1.max(largest(&rate)));
+        (yaw, rate, zero)
+    };
+    pieces.decays.iter().zip(&fit.states).map(of).collect()
+}
+
+/// The largest yaw angle about the rest and the largest yaw rate that the model reaches in `pieces`, rad and rad/s.
+pub(super) fn reached(pieces: &Pieces, fit: &PieceFit) -> (f64, f64) {
+    let largest = |most: f64, x: &[f64]| x.iter().fold(most, |m, x| m.max(x.abs()));
+    let further = |(yaw, rate): (f64, f64), (b, r, _): &(Vec<f64>, Vec<f64>, f64)| {
+        (largest(yaw, b), largest(rate, r))
+    };
+    simulated(pieces, fit).iter().fold((0.0, 0.0), further)
+}
+
+/// Residuals to each that counts as independent, by their lag-one correlation; at least 1.
+pub(super) fn inflation(pieces: &Pieces, fit: &PieceFit) -> f64 {
+    let (mut lag, mut power) = (0.0, 0.0);
+    for (piece, (yaw, _, zero)) in pieces.decays.iter().zip(simulated(pieces, fit)) {
+        let residuals: Vec<f64> =
+            piece.yaw_rad.iter().zip(&yaw).map(|(y, model)| y - model - zero).collect();
+        lag += residuals.windows(2).map(|e| e[0] * e[1]).sum::<f64>();
+        power += residuals.iter().map(|e| e * e).sum::<f64>();
     }
-    most
+    1.0 / independent_share(if power > 0.0 { lag / power } else { 0.0 })
 }
