@@ -1,5 +1,6 @@
 //! Which channels of a file are a record's time and yaw angle, and what is asked where that is not clear.
 
+use super::clock;
 use super::names;
 use super::table::{Channel, Selection, TimeUnit, Unit, FEWEST_SAMPLES, LONGEST_S};
 use std::path::Path;
@@ -35,43 +36,11 @@ pub(super) fn record(
     let yaw_deg = values.iter().map(|value| value * scale).collect();
     let mut record = Record { file: file.to_owned(), time_s, yaw_deg };
     if by_name {
-        clean(&mut record);
+        clock::leave_out_gaps(&mut record);
+        clock::spread(&mut record);
     }
     check(&record)?;
     Ok(record)
-}
-
-/// Leaves out rows with a number missing, and of rows with one time stamp all but the first; where a clock is too coarse for
-/// the rate, so that many have the same, the samples are spread evenly.
-fn clean(record: &mut Record) {
-    let kept = |(t, y): &(f64, f64)| t.is_finite() && y.is_finite();
-    let rows = record.time_s.iter().copied().zip(record.yaw_deg.iter().copied()).filter(kept);
-    let (mut time_s, yaw_deg): (Vec<f64>, Vec<f64>) = rows.unzip();
-    let n = time_s.len();
-    let repeated = time_s.windows(2).filter(|t| t[0] == t[1]).count();
-    let tick =
-        time_s.windows(2).map(|t| t[1] - t[0]).filter(|step| *step > 0.0).fold(f64::MAX, f64::min);
-    if 10 * repeated > n && n > 1 {
-        // A straight line through the stamps against their number.
-        let middle = 0.5 * (n - 1) as f64;
-        let mean = time_s.iter().sum::<f64>() / n as f64;
-        let (products, squares) = time_s.iter().enumerate().fold((0.0, 0.0), |(p, s), (k, t)| {
-            let off = k as f64 - middle;
-            (p + off * (t - mean), s + off * off)
-        });
-        let step_s = products / squares;
-        let even: Vec<f64> = (0..n).map(|k| mean + (k as f64 - middle) * step_s).collect();
-        if even.iter().zip(&time_s).all(|(even, t)| (even - t).abs() < 1.5 * tick) {
-            time_s = even;
-        }
-    }
-    (record.time_s, record.yaw_deg) = (Vec::with_capacity(n), Vec::with_capacity(n));
-    for (t, y) in time_s.into_iter().zip(yaw_deg) {
-        if record.time_s.last() != Some(&t) {
-            record.time_s.push(t);
-            record.yaw_deg.push(y);
-        }
-    }
 }
 
 /// What is asked of a file, to be asked of its user where it is not clear.

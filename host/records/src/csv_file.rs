@@ -1,5 +1,6 @@
 //! Records as CSV files.
 
+use super::clock;
 use super::table::{FEWEST_SAMPLES, LONGEST_S};
 use csv::ByteRecord;
 use std::fs::File;
@@ -116,15 +117,9 @@ pub(super) fn read(file: &Path) -> Result<Record> {
         }
         let yaw =
             number(&row[1], separator).map_err(|why| fail(format!("yaw angle: {why}"), repair))?;
-        if let Some(&before) = record.time_s.last() {
-            // The first of two with one time stamp stands for both.
-            if time_s == before {
-                continue;
-            }
-            if time_s < before {
-                let what = format!("time runs backwards, from {before} s to {time_s} s");
-                return Err(fail(what, "sort the record by time, or cut it here"));
-            }
+        if let Some(&before) = record.time_s.last().filter(|before| time_s < **before) {
+            let what = format!("time runs backwards, from {before} s to {time_s} s");
+            return Err(fail(what, "sort the record by time, or cut it here"));
         }
         // A clock set anew in mid-record, or seconds since 1970 after seconds since the start: to fill
         // such a gap at the device's rate would take more memory than there is.
@@ -143,6 +138,7 @@ pub(super) fn read(file: &Path) -> Result<Record> {
             interrupt::check()?;
         }
     }
+    clock::spread(&mut record);
     if record.len() < FEWEST_SAMPLES {
         return Err(Error::data(format!(
             "{named}, line {line}: the record ends after {} samples, too short for three cycles",

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod asked;
+mod clock;
 mod csv_file;
 pub mod format;
 mod grid;
