@@ -38,7 +38,7 @@ impl Flag {
             Flag::OutliersExcluded => "outliers were left out",
             Flag::StartsInMidSwing => "the record starts in the middle of the oscillation; the release is not in it",
             Flag::PushedAtStart => "the model was still pushed at the start; that part was left out",
-            Flag::StoppedEarly => "the oscillation was stopped before it had died out; analysed up to there",
+            Flag::StoppedEarly => "the oscillation was stopped or pushed before it had died out; analysed up to there",
             Flag::AmplitudeOutsideWindow => {
                 "fewer than three cycles inside the asked amplitude window; analysed on what there is"
             }

@@ -6,6 +6,7 @@
 mod answer;
 pub mod conventional;
 pub mod damped_sinusoid;
+mod ends;
 pub(crate) mod envelope;
 pub mod flag;
 pub mod gaps;

@@ -1,9 +1,7 @@
 //! Where the free decay is: release, hold, end, and the part of it inside the amplitude window.
 
-use super::damped_sinusoid::Mode;
 use super::envelope::{envelope, strongest_frequency_rad_s, Point, POINTS_PER_CYCLE};
 use super::flag::Flag;
-use super::least_squares;
 use super::samples::{Samples, Stretch};
 use super::windows::LEAST_SHARE;
 use super::{Refusal, Settings, FEWEST_CYCLES};
@@ -18,16 +16,8 @@ const AMPLITUDE_OVER_NOISE: f64 = 4.0;
 const HALF_TURN_DEG: f64 = 180.0;
 /// Share of the largest amplitude below which the oscillation has died out.
 const DIED_OUT: f64 = 0.01;
-/// Misfit of the free decay continued backwards beyond which the model was still held, as a share of its amplitude and in noise.
-const MISFIT_SHARE: f64 = 0.12;
-const MISFIT_NOISE: f64 = 6.0;
 /// The envelope is known to this share: what is released at the upper limit is not to lose a sample.
 const ENVELOPE_SHARE: f64 = 0.02;
-/// Left out after a release, in cycles: the catch takes some time to let go.
-const GUARD_CYCLES: f64 = 0.02;
-/// Fall of the amplitude within a cycle that no damping in range explains (damping ratio 0.15).
-const STOPPED_RATIO: f64 = 2.5;
-
 /// The free decay of a record and what of it is analysed.
 #[derive(Clone, Debug)]
 pub struct FreeSpan {
@@ -75,21 +65,21 @@ fn noise_of_means(means: &Stretch<'_>, points: &[Point]) -> f64 {
     sample_noise(means.yaw_deg).min(median(&mut scatter))
 }
 
-struct Search<'a> {
-    means: Stretch<'a>,
+pub(super) struct Search<'a> {
+    pub means: Stretch<'a>,
     /// First sample, and one step after the last: the means lie inside.
-    begin_s: f64,
-    end_s: f64,
-    period: f64,
-    noise: f64,
-    points: Vec<Point>,
+    pub begin_s: f64,
+    pub end_s: f64,
+    pub period: f64,
+    pub noise: f64,
+    pub points: Vec<Point>,
 }
 
 /// Consecutive points of the envelope, ends included.
 #[derive(Clone, Copy, Debug)]
-struct Run {
-    first: usize,
-    last: usize,
+pub(super) struct Run {
+    pub first: usize,
+    pub last: usize,
 }
 
 impl Search<'_> {
@@ -231,141 +221,4 @@ impl Search<'_> {
 fn crossing(a: Point, b: Point, level: f64) -> f64 {
     let share = (a.amplitude_deg / level).ln() / (a.amplitude_deg / b.amplitude_deg).ln();
     a.time_s + share.clamp(0.0, 1.0) * (b.time_s - a.time_s)
-}
-
-struct Onset {
-    release_s: f64,
-    free_from_s: f64,
-}
-
-impl Search<'_> {
-    /// The beginning of the free motion that `run` belongs to.
-    fn onset(&self, run: Run, flags: &mut Vec<Flag>) -> Onset {
-        let peak = (run.first..=run.last)
-            .max_by(|&a, &b| self.points[a].amplitude_deg.total_cmp(&self.points[b].amplitude_deg))
-            .unwrap_or(run.first);
-        let first_s = (self.points[run.first].time_s - 0.5 * self.period).max(self.begin_s);
-        if peak - run.first > 2 * POINTS_PER_CYCLE {
-            // The amplitude grows by itself: nothing was released.
-            return Onset { release_s: first_s, free_from_s: first_s };
-        }
-        // Two cycles that are free for certain, continued backwards by half a cycle at a time as long as that fits.
-        let mut free_s = self.points[peak].time_s + 0.5 * self.period;
-        loop {
-            let core = self.means.between(free_s, free_s + 2.0 * self.period);
-            let Some(mode) = self.mode_of(&core) else {
-                flags.push(Flag::StartsInMidSwing);
-                return Onset { release_s: free_s, free_from_s: free_s };
-            };
-            let before = self.means.between(free_s - 0.5 * self.period, free_s);
-            let misfit = self.misfits(&before, &mode).last();
-            if let Some(last) = misfit {
-                return self.released(before.time_s[last] + self.means.step_s, &mode, flags);
-            }
-            free_s -= 0.5 * self.period;
-            if free_s <= self.begin_s {
-                let rate = mode.rate_deg_s(self.begin_s).abs();
-                let fastest = mode.amplitude_deg(self.begin_s) * mode.natural_frequency_rad_s();
-                if rate > 0.15 * fastest {
-                    flags.push(Flag::StartsInMidSwing);
-                }
-                return Onset { release_s: self.begin_s, free_from_s: self.begin_s };
-            }
-        }
-    }
-
-    /// The release, seen to be over at `free_s` from the free motion after it.
-    fn released(&self, free_s: f64, mode: &Mode, flags: &mut Vec<Flag>) -> Onset {
-        let release_s = match self.hold_before(free_s, mode.amplitude_deg(free_s)) {
-            None => {
-                flags.push(Flag::PushedAtStart);
-                free_s
-            }
-            Some(hold_deg) => self.leaves(mode, hold_deg, free_s),
-        };
-        let guarded = release_s + GUARD_CYCLES * self.period;
-        Onset { release_s, free_from_s: free_s.max(guarded) }
-    }
-
-    fn mode_of(&self, stretch: &Stretch<'_>) -> Option<Mode> {
-        least_squares::fit_mode(stretch, TAU / self.period).map(|found| found.mode)
-    }
-
-    /// Indices in `stretch` from which on two neighbours lie off the continued mode.
-    fn misfits<'b>(
-        &self,
-        stretch: &'b Stretch<'_>,
-        mode: &'b Mode,
-    ) -> impl DoubleEndedIterator<Item = usize> + 'b {
-        let noise = MISFIT_NOISE * self.noise;
-        let off = move |k: usize| {
-            let t = stretch.time_s[k];
-            let allowed = noise.max(MISFIT_SHARE * mode.amplitude_deg(t));
-            (stretch.yaw_deg[k] - mode.yaw_deg(t)).abs() > allowed
-        };
-        (0..stretch.len()).filter(move |&k| off(k) && (k == 0 || off(k - 1)))
-    }
-
-    /// The level before `time_s`, if the model stood still there.
-    fn hold_before(&self, time_s: f64, amplitude_deg: f64) -> Option<f64> {
-        let before = self.means.between(time_s - 0.5 * self.period, time_s);
-        if before.is_empty() {
-            return None;
-        }
-        let level = median(&mut before.yaw_deg.to_vec());
-        let allowed = (MISFIT_NOISE * self.noise).max(0.1 * amplitude_deg);
-        // The last means before the motion is found to be free are moving already.
-        let still = before.yaw_deg.iter().filter(|y| (*y - level).abs() <= allowed).count();
-        (still as f64 >= 0.75 * before.len() as f64).then_some(level)
-    }
-
-    /// When the mode leaves the hold: at its turning point if that is the hold's level, else where it crosses it.
-    fn leaves(&self, mode: &Mode, hold_deg: f64, seen_s: f64) -> f64 {
-        let steps = 64;
-        let span = 0.25 * self.period;
-        let times = (0..=2 * steps).map(|i| seen_s + span * (i as f64 / steps as f64 - 1.0));
-        let off = |t: f64| (mode.yaw_deg(t) - hold_deg).abs();
-        let Some(nearest) = times.min_by(|a, b| off(*a).total_cmp(&off(*b))) else { return seen_s };
-        // Newton on the rate: a turning point within a sixteenth of a cycle is the release from rest.
-        let mut turning = nearest;
-        let wn2 = mode.natural_frequency_rad_s().powi(2);
-        for _ in 0..20 {
-            let rate = mode.rate_deg_s(turning);
-            let acceleration =
-                -2.0 * mode.decay_rate_1_s * rate - wn2 * (mode.yaw_deg(turning) - mode.offset_deg);
-            turning -= rate / acceleration;
-        }
-        let near = (turning - nearest).abs() < self.period / 8.0;
-        let allowed = (MISFIT_NOISE * self.noise).max(MISFIT_SHARE * mode.amplitude_deg(seen_s));
-        if near && off(turning) <= allowed {
-            turning
-        } else {
-            nearest
-        }
-    }
-
-    /// The end of the free motion that `run` belongs to: where it dies out, is stopped, or the record ends.
-    fn end(&self, run: Run, flags: &mut Vec<Flag>) -> f64 {
-        let last = self.points[run.last];
-        let reaches_end = run.last + 1 == self.points.len();
-        let natural = if reaches_end { self.end_s } else { last.time_s };
-        let cycle = run.last.saturating_sub(POINTS_PER_CYCLE).max(run.first)..=run.last;
-        let largest = cycle.map(|i| self.points[i].amplitude_deg).fold(0.0, f64::max);
-        if largest < STOPPED_RATIO * last.amplitude_deg {
-            return natural;
-        }
-        // Two cycles clear of what made the amplitude fall, continued to the end.
-        let core_to = last.time_s - 1.75 * self.period;
-        let core = self.means.between(core_to - 2.0 * self.period, core_to);
-        let Some(mode) = self.mode_of(&core) else { return natural };
-        let after = self.means.between(core_to, natural);
-        let first_misfit = self.misfits(&after, &mode).next();
-        match first_misfit {
-            Some(k) => {
-                flags.push(Flag::StoppedEarly);
-                after.time_s[k.saturating_sub(1)] - self.means.step_s
-            }
-            None => natural,
-        }
-    }
 }

@@ -1,0 +1,271 @@
+//! The beginning and the end of a free motion: let go from a hold or a hand, stopped, pushed, or died out.
+
+use super::damped_sinusoid::Mode;
+use super::envelope::POINTS_PER_CYCLE;
+use super::flag::Flag;
+use super::least_squares;
+use super::release::{Run, Search};
+use super::samples::Stretch;
+use crate::statistics::median;
+use std::f64::consts::TAU;
+
+/// Misfit of the free decay continued backwards beyond which the model was still held, as a share of its amplitude and in noise.
+const MISFIT_SHARE: f64 = 0.12;
+const MISFIT_NOISE: f64 = 6.0;
+/// Left out after a release, in cycles: the catch takes some time to let go.
+const GUARD_CYCLES: f64 = 0.02;
+/// Fall of the amplitude within a cycle that no damping in range explains (damping ratio 0.15).
+const STOPPED_RATIO: f64 = 2.5;
+/// A rise of the amplitude within three cycles, by this factor and this share of the largest, that is a push where the fall
+/// within the two cycles before it is less than its root: a beat falls as fast as it rises.
+const PUSHED_RATIO: f64 = 1.5;
+const PUSHED_SHARE: f64 = 0.25;
+
+pub(super) struct Onset {
+    pub release_s: f64,
+    pub free_from_s: f64,
+}
+
+impl Search<'_> {
+    /// The beginning of the free motion that `run` belongs to.
+    pub fn onset(&self, run: Run, flags: &mut Vec<Flag>) -> Onset {
+        let peak = (run.first..=run.last)
+            .max_by(|&a, &b| self.points[a].amplitude_deg.total_cmp(&self.points[b].amplitude_deg))
+            .unwrap_or(run.first);
+        let first_s = (self.points[run.first].time_s - 0.5 * self.period).max(self.begin_s);
+        // Where it is not seen to be let go from standing still, an amplitude that grows grows by itself.
+        let grows = peak - run.first > 2 * POINTS_PER_CYCLE;
+        let by_itself = Onset { release_s: first_s, free_from_s: first_s };
+        // Two cycles that are free for certain, continued backwards by half a cycle at a time as long as that fits.
+        let mut free_s = self.free_for_certain(run, peak);
+        loop {
+            let core = self.means.between(free_s, free_s + 2.0 * self.period);
+            let Some(mode) = self.mode_of(&core) else {
+                if grows {
+                    return by_itself;
+                }
+                flags.push(Flag::StartsInMidSwing);
+                return Onset { release_s: free_s, free_from_s: free_s };
+            };
+            let before = self.means.between(free_s - 0.5 * self.period, free_s);
+            let misfit = self.misfits(&before, &mode).last();
+            if let Some(last) = misfit {
+                let seen_s = before.time_s[last] + self.means.step_s;
+                if grows && self.hold_before(seen_s, mode.amplitude_deg(seen_s)).is_none() {
+                    return by_itself;
+                }
+                return self.released(seen_s, &mode, flags);
+            }
+            free_s -= 0.5 * self.period;
+            if free_s <= self.begin_s {
+                if grows {
+                    return by_itself;
+                }
+                let rate = mode.rate_deg_s(self.begin_s).abs();
+                let fastest = mode.amplitude_deg(self.begin_s) * mode.natural_frequency_rad_s();
+                if rate > 0.15 * fastest {
+                    flags.push(Flag::StartsInMidSwing);
+                }
+                return Onset { release_s: self.begin_s, free_from_s: self.begin_s };
+            }
+        }
+    }
+
+    /// Half a cycle from the largest amplitude, or later, where the model stands still after that: it was a hand's.
+    fn free_for_certain(&self, run: Run, peak: usize) -> f64 {
+        let peak = self.points[peak];
+        let last_s = self.points[run.last].time_s - 1.5 * self.period;
+        let stands_still = |from_s: f64| {
+            let halves = [0.5, 1.0].map(|cycles| from_s + cycles * self.period);
+            halves.iter().any(|to_s| self.hold_before(*to_s, peak.amplitude_deg).is_some())
+        };
+        let first_s = peak.time_s + 0.5 * self.period;
+        let later = (0..).map(|k| first_s + 0.5 * self.period * f64::from(k));
+        later.take_while(|s| *s < last_s).find(|s| !stands_still(*s)).unwrap_or(first_s)
+    }
+
+    /// The release, seen to be over at `free_s` from the free motion after it.
+    fn released(&self, free_s: f64, mode: &Mode, flags: &mut Vec<Flag>) -> Onset {
+        let release_s = match self.hold_before(free_s, mode.amplitude_deg(free_s)) {
+            None => {
+                flags.push(Flag::PushedAtStart);
+                free_s
+            }
+            Some(hold_deg) => self.leaves(mode, hold_deg, free_s),
+        };
+        let guarded = release_s + GUARD_CYCLES * self.period;
+        Onset { release_s, free_from_s: free_s.max(guarded) }
+    }
+
+    fn mode_of(&self, stretch: &Stretch<'_>) -> Option<Mode> {
+        least_squares::fit_mode(stretch, TAU / self.period).map(|found| found.mode)
+    }
+
+    /// Indices in `stretch` from which on two neighbours lie off the continued mode.
+    fn misfits<'b>(
+        &self,
+        stretch: &'b Stretch<'_>,
+        mode: &'b Mode,
+    ) -> impl DoubleEndedIterator<Item = usize> + 'b {
+        let noise = MISFIT_NOISE * self.noise;
+        let off = move |k: usize| {
+            let t = stretch.time_s[k];
+            let allowed = noise.max(MISFIT_SHARE * mode.amplitude_deg(t));
+            (stretch.yaw_deg[k] - mode.yaw_deg(t)).abs() > allowed
+        };
+        (0..stretch.len()).filter(move |&k| off(k) && (k == 0 || off(k - 1)))
+    }
+
+    /// The level before `time_s`, if the model stood still there.
+    fn hold_before(&self, time_s: f64, amplitude_deg: f64) -> Option<f64> {
+        let before = self.means.between(time_s - 0.5 * self.period, time_s);
+        if before.is_empty() {
+            return None;
+        }
+        let level = median(&mut before.yaw_deg.to_vec());
+        let allowed = (MISFIT_NOISE * self.noise).max(0.1 * amplitude_deg);
+        // The last means before the motion is found to be free are moving already.
+        let still = before.yaw_deg.iter().filter(|y| (*y - level).abs() <= allowed).count();
+        (still as f64 >= 0.75 * before.len() as f64).then_some(level)
+    }
+
+    /// When the mode leaves the hold: at its turning point if that is the hold's level, else where it crosses it.
+    fn leaves(&self, mode: &Mode, hold_deg: f64, seen_s: f64) -> f64 {
+        let steps = 64;
+        let span = 0.25 * self.period;
+        let times = (0..=2 * steps).map(|i| seen_s + span * (i as f64 / steps as f64 - 1.0));
+        let off = |t: f64| (mode.yaw_deg(t) - hold_deg).abs();
+        let Some(nearest) = times.min_by(|a, b| off(*a).total_cmp(&off(*b))) else { return seen_s };
+        // Newton on the rate: a turning point within a sixteenth of a cycle is the release from rest.
+        let mut turning = nearest;
+        let wn2 = mode.natural_frequency_rad_s().powi(2);
+        for _ in 0..20 {
+            let rate = mode.rate_deg_s(turning);
+            let acceleration =
+                -2.0 * mode.decay_rate_1_s * rate - wn2 * (mode.yaw_deg(turning) - mode.offset_deg);
+            turning -= rate / acceleration;
+        }
+        let near = (turning - nearest).abs() < self.period / 8.0;
+        let allowed = (MISFIT_NOISE * self.noise).max(MISFIT_SHARE * mode.amplitude_deg(seen_s));
+        if near && off(turning) <= allowed {
+            turning
+        } else {
+            nearest
+        }
+    }
+
+    /// The last point from which the amplitude is still seen to fall before it is pushed up.
+    fn push(&self, run: Run) -> Option<usize> {
+        let amplitude = |i: usize| self.points[i].amplitude_deg;
+        let largest = (run.first..=run.last).map(amplitude).fold(0.0, f64::max);
+        let [before, after] = [2, 3].map(|cycles| cycles * POINTS_PER_CYCLE);
+        let is_before_push = |i: &usize| {
+            let then = (*i..=(i + after).min(run.last)).map(amplitude).fold(0.0, f64::max);
+            let now = amplitude(*i);
+            then > PUSHED_RATIO * now
+                && then - now > PUSHED_SHARE * largest
+                && (i - before..*i).all(|j| amplitude(j) >= now)
+                && (amplitude(i - before) / now).powi(2) < then / now
+        };
+        let first = (run.first + before..run.last).find(is_before_push)?;
+        (first..run.last).take_while(is_before_push).last()
+    }
+
+    /// The end of the free motion that `run` belongs to: where it dies out, is stopped, or the record ends.
+    pub fn end(&self, run: Run, flags: &mut Vec<Flag>) -> f64 {
+        let last = self.points[run.last];
+        let reaches_end = run.last + 1 == self.points.len();
+        let natural = if reaches_end { self.end_s } else { last.time_s };
+        let cycle = run.last.saturating_sub(POINTS_PER_CYCLE).max(run.first)..=run.last;
+        let largest = cycle.map(|i| self.points[i].amplitude_deg).fold(0.0, f64::max);
+        // Two cycles clear of what made the amplitude change, continued to the end.
+        let core_to = if let Some(pushed) = self.push(run) {
+            self.points[pushed].time_s - 0.75 * self.period
+        } else if largest >= STOPPED_RATIO * last.amplitude_deg {
+            last.time_s - 1.75 * self.period
+        } else {
+            return natural;
+        };
+        let core = self.means.between(core_to - 2.0 * self.period, core_to);
+        let Some(mode) = self.mode_of(&core) else { return natural };
+        let after = self.means.between(core_to, natural);
+        let first_misfit = self.misfits(&after, &mode).next();
+        match first_misfit {
+            Some(k) => {
+                flags.push(Flag::StoppedEarly);
+                after.time_s[k.saturating_sub(1)] - self.means.step_s
+            }
+            None => natural,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::identify::flag::Flag;
+    use crate::identify::{prepare, Settings};
+    use crate::record::Record;
+    use std::f64::consts::TAU;
+
+    const STEP_S: f64 = 0.01;
+    const WN_RAD_S: f64 = 6.0;
+
+    /// `before`, then a free decay of so many cycles from 30 deg, then `after`, with some noise.
+    fn record(before: &[f64], cycles: f64, after: impl Fn(f64, f64) -> Option<f64>) -> Record {
+        let free = (cycles * TAU / WN_RAD_S / STEP_S) as usize;
+        let swing = |t: f64| 30.0 * (-0.03 * WN_RAD_S * t).exp() * (WN_RAD_S * t).cos();
+        let mut yaw_deg = before.to_vec();
+        yaw_deg.extend((0..free).map(|k| swing(k as f64 * STEP_S)));
+        let last = *yaw_deg.last().expect("a swing");
+        yaw_deg.extend((0..).map_while(|k| after(last, f64::from(k) * STEP_S)));
+        for (k, yaw) in yaw_deg.iter_mut().enumerate() {
+            *yaw += 0.05 * (k as f64 * 12.9898).sin();
+        }
+        let time_s = (0..yaw_deg.len()).map(|k| k as f64 * STEP_S).collect();
+        Record { file: "r".into(), time_s, yaw_deg }
+    }
+
+    fn settings() -> Settings {
+        Settings { from_deg: 360.0, to_deg: 1e-3, ..Settings::default() }
+    }
+
+    #[test]
+    fn a_model_turned_by_hand_and_held_for_cycles_is_released_where_it_is_let_go() {
+        let mut by_hand = vec![0.0; 100];
+        by_hand.extend((0..80).map(|k| f64::from(k) * 0.4));
+        by_hand.extend((0..260).map(|k| 32.0 - 2.0 * f64::from(k) / 260.0));
+        let released_s = by_hand.len() as f64 * STEP_S;
+        let record = record(&by_hand, 14.0, |_, _| None);
+        let found = prepare(&record, &settings()).expect("a free decay").span.release_time_s;
+        assert!((found - released_s).abs() < 0.05, "{found} for {released_s}");
+    }
+
+    #[test]
+    fn what_a_push_brings_after_the_free_decay_is_left_out() {
+        // Along with the motion, and against it.
+        for size_deg in [15.0, -15.0] {
+            let pushed = |last: f64, t: f64| {
+                (t < 4.0).then(|| last + size_deg * (8.0 * t).sin() * (3.0 * t).min(1.0))
+            };
+            let record = record(&[], 12.0, pushed);
+            let prepared = prepare(&record, &settings()).expect("a free decay");
+            let pushed_s = 12.0 * TAU / WN_RAD_S;
+            let to_s = prepared.span.to_s;
+            assert!(to_s < pushed_s + 0.2 && to_s > pushed_s - 2.5, "{to_s} for {pushed_s}");
+            assert!(prepared.span.flags.contains(&Flag::StoppedEarly), "{:?}", prepared.span.flags);
+        }
+    }
+
+    #[test]
+    fn beats_and_what_grows_by_itself_are_whole() {
+        let time_s: Vec<f64> = (0..3000).map(|k| f64::from(k) * STEP_S).collect();
+        let beats = |t: f64| (-0.02 * t).exp() * (20.0 * (6.0 * t).cos() + 14.0 * (6.9 * t).cos());
+        let grows = |t: f64| 0.5 * (0.1 * t).exp() * (6.0 * t).cos();
+        for motion in [&beats as &dyn Fn(f64) -> f64, &grows] {
+            let yaw_deg = time_s.iter().map(|t| motion(*t)).collect();
+            let record = Record { file: "r".into(), time_s: time_s.clone(), yaw_deg };
+            let span = prepare(&record, &settings()).expect("a free decay").span;
+            assert!(span.from_s < 1.1 && span.to_s > 29.0, "{} to {}", span.from_s, span.to_s);
+        }
+    }
+}
