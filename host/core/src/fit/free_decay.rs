@@ -4,9 +4,11 @@ use crate::effects::Scale;
 use crate::error::Result;
 use crate::fit::noise::{self, Colour};
 use crate::identify::gaps::{self, Warning};
+use crate::identify::outliers::exclude_spikes;
+use crate::identify::samples::{Means, Samples, Stretch};
 use crate::identify::{self, Settings, WindowEstimate};
 use crate::motion::simulate::Grid;
-use crate::record::Record;
+use crate::record::{resample, Record};
 use crate::statistics::{rms_of_sixths, rms_of_thirds};
 use crate::stop::Stop;
 use std::f64::consts::TAU;
@@ -23,6 +25,15 @@ const AGREE: f64 = 0.25;
 const STILL: f64 = 0.03;
 /// Part of a cycle after the release beyond which the first mean is taken to be late, and the release looked for.
 const LATE: f64 = 0.15;
+
+/// `means` of `stretch` on their even grid: where samples are left out, a mean may lie off it, or be missing.
+fn even(means: Means, stretch: &Stretch<'_>, step_s: f64) -> Means {
+    if !stretch.excluded.contains(&true) || means.len() < 4 {
+        return means;
+    }
+    let (time_s, yaw_deg) = resample::uniform(&means.time_s, &means.yaw_deg, 1.0 / step_s);
+    Means { time_s, yaw_deg, ..means }
+}
 
 /// Everything between release and rest.
 fn settings() -> Settings {
@@ -64,13 +75,14 @@ impl FreeDecay {
         let (record, warnings) = gaps::without(record);
         let record = &*record;
         let timing = record.timing();
-        let uniform =
-            crate::identify::samples::Samples::new(&record.time_s, &record.yaw_deg).is_uniform();
+        let mut samples = Samples::new(&record.time_s, &record.yaw_deg);
         let resampled;
-        let record = if uniform {
+        let record = if samples.is_uniform() {
             record
         } else {
-            resampled = record.resampled(timing.rate_hz)?;
+            // A wild sample would bend the curve through its neighbours.
+            exclude_spikes(&mut samples);
+            resampled = samples.all().record(record).resampled(timing.rate_hz)?;
             &resampled
         };
         let prepared =
@@ -79,8 +91,8 @@ impl FreeDecay {
         let frequency = prepared.span.frequency_rad_s;
         let per_cycle = TAU / frequency / stretch.step_s;
         let block = (per_cycle / MEANS_PER_CYCLE).floor().max(1.0) as usize;
-        let means = stretch.block_means(block);
         let step_s = block as f64 * stretch.step_s;
+        let means = even(stretch.block_means(block), &stretch, step_s);
         let release_time_s = prepared.span.release_time_s;
         let yaw_rad: Vec<f64> = means.yaw_deg.iter().map(|y| y.to_radians()).collect();
         let grid = Grid {
@@ -151,7 +163,8 @@ impl FreeDecay {
         }
         // The first means after the hold may still hold some of it.
         let from_s = release_time_s + if held { 2.0 * self.grid.step_s } else { 0.0 };
-        let means = all.between(from_s, prepared.span.to_s).block_means(self.block);
+        let stretch = all.between(from_s, prepared.span.to_s);
+        let means = even(stretch.block_means(self.block), &stretch, self.grid.step_s);
         let yaw_rad: Vec<f64> = means.yaw_deg.iter().map(|y| y.to_radians()).collect();
         let grid =
             Grid { start_s: means.time_s[0] - release_time_s, count: yaw_rad.len(), ..self.grid };
@@ -214,5 +227,32 @@ fn white_floor(means: &[f64], sample_noise: f64, block: usize) -> f64 {
         white
     } else {
         shown
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_out_moves_nothing_after_it() {
+        // Ten samples a cycle: a mean is a sample.
+        let swing = |t: f64| 20.0 * (-0.05 * t).exp() * (6.0 * t).cos();
+        let time_s: Vec<f64> = (0..400).map(|k| f64::from(k) * 0.1).collect();
+        let mut yaw_deg: Vec<f64> = time_s.iter().map(|t| swing(*t)).collect();
+        let record = |yaw_deg: &[f64]| Record {
+            file: "r".into(),
+            time_s: time_s.clone(),
+            yaw_deg: yaw_deg.to_vec(),
+        };
+        let without = FreeDecay::of(&record(&yaw_deg)).expect("a free decay");
+        yaw_deg[60] += 30.0;
+        yaw_deg[200] -= 25.0;
+        let with = FreeDecay::of(&record(&yaw_deg)).expect("a free decay");
+        assert_eq!(with.grid, without.grid);
+        for (k, (a, b)) in with.yaw_rad.iter().zip(&without.yaw_rad).enumerate() {
+            let allowed_deg = if k == 60 || k == 200 { 0.1 } else { 1e-9 };
+            assert!((a - b).to_degrees().abs() < allowed_deg, "mean {k}: {a} and {b}");
+        }
     }
 }

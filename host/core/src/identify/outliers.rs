@@ -6,6 +6,10 @@ use crate::statistics::{median, sample_noise};
 /// How far, in standard deviations of white noise, a sample may lie from the median of its neighbours: far enough that
 /// correlated noise, which changes less from sample to sample than it seems to here, loses none.
 const NOISE_FACTOR: f64 = 12.0;
+/// Share of the record's range below which a sample off the curve of its neighbours does no harm.
+const LEAST_OF_RANGE: f64 = 1e-3;
+/// Times that samples left out are put on the curve of their neighbours, which may have been left out as well.
+const SWEEPS: usize = 30;
 /// Samples the median is taken over: a run of up to two wild ones is seen.
 const NEIGHBOURS: usize = 5;
 
@@ -42,8 +46,64 @@ pub fn exclude_spikes(samples: &mut Samples<'_>) {
     let wild: Vec<usize> = (0..n)
         .filter(|&k| off[k] > least && off[k] > least + 2.0 * curvature(k) && off[k] > coarse(k))
         .collect();
-    for k in wild {
+    let range = |y: &[f64]| {
+        let [low, high] = [f64::min, f64::max].map(|of| y.iter().copied().reduce(of));
+        high.unwrap_or(0.0) - low.unwrap_or(0.0)
+    };
+    let least = (3.0 * step).max(LEAST_OF_RANGE * range(&middle));
+    for k in off_the_curve(samples.all().time_s, yaw.to_vec(), wild, least) {
         samples.exclude(k);
+    }
+}
+
+/// `wild`, and samples off the curve through their six neighbours by more than `least`, the noise, and many times what
+/// those beside them are: where a cycle has some ten samples, the median of neighbours sees less.
+fn off_the_curve(time_s: &[f64], mut yaw: Vec<f64>, wild: Vec<usize>, least: f64) -> Vec<usize> {
+    let n = yaw.len();
+    let mut steps: Vec<f64> = time_s.windows(2).map(|t| t[1] - t[0]).collect();
+    let longest = 1.5 * median(&mut steps);
+    let is_even = |k: usize| {
+        (3..n - 3).contains(&k) && time_s[k - 3..=k + 3].windows(2).all(|t| t[1] - t[0] < longest)
+    };
+    let off = |yaw: &[f64], k: usize| {
+        let pair = |i: usize| yaw[k - i] + yaw[k + i];
+        yaw[k] - (15.0 * pair(1) - 6.0 * pair(2) + pair(3)) / 20.0
+    };
+    let mut found = wild;
+    let mut offs = vec![0.0; n];
+    loop {
+        // On the curve, as far as their neighbours are.
+        for _ in 0..SWEEPS {
+            for &k in found.iter().filter(|&&k| is_even(k)) {
+                yaw[k] -= off(&yaw, k);
+            }
+        }
+        (0..n).filter(|&k| is_even(k)).for_each(|k| offs[k] = off(&yaw, k));
+        let noise = median(&mut offs.iter().map(|e| e.abs()).collect::<Vec<f64>>()) / 0.6745;
+        // The larger side: where the model is let go, the other stands still.
+        let beside = |k: usize| {
+            let side = |range: std::ops::Range<usize>| {
+                median(&mut offs[range].iter().map(|e| e.abs()).collect::<Vec<f64>>())
+            };
+            side(k.saturating_sub(11)..k - 3).max(side(k + 4..(k + 12).min(n)))
+        };
+        // Two wild neighbours bend the curve of each other: which they are cannot be seen here.
+        let is_alone = |k: usize| {
+            let bent = |beside: usize| (offs[beside] + 0.75 * offs[k]).abs() < 0.25 * offs[k].abs();
+            bent(k - 1) && bent(k + 1)
+        };
+        let wild = (4..n - 4).filter(|&k| {
+            let off = offs[k].abs();
+            off > least.max(NOISE_FACTOR * noise) && off > NOISE_FACTOR * beside(k) && is_alone(k)
+        });
+        // The largest only: it pulls the curve of its neighbours along.
+        let Some(largest) = wild.max_by(|&a, &b| offs[a].abs().total_cmp(&offs[b].abs())) else {
+            return found;
+        };
+        if found.contains(&largest) || found.len() > n / 20 {
+            return found;
+        }
+        found.push(largest);
     }
 }
 
@@ -119,6 +179,18 @@ mod tests {
         let yaw: Vec<f64> =
             vec![10.0; 200].into_iter().chain(swing).chain(vec![0.0; 200]).collect();
         assert!(found(&yaw).is_empty());
+    }
+
+    #[test]
+    fn spikes_in_a_swing_of_ten_samples_a_cycle_are_found() {
+        let swing = |k: usize| 40.0 * (-0.004 * k as f64).exp() * (0.6 * k as f64).cos();
+        // Between the samples' noise and the swing.
+        let noise = |k: usize| 0.1 * (k as f64 * 12.9898).sin();
+        let mut yaw: Vec<f64> = (0..400).map(|k| swing(k) + noise(k)).collect();
+        assert!(found(&yaw).is_empty());
+        yaw[37] += 9.0;
+        yaw[201] -= 6.0;
+        assert_eq!(found(&yaw), [37, 201]);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! A record as the methods see it: time stamps, angles, which samples are left out, whether the grid is even.
 
+use crate::record::Record;
 use crate::statistics::median;
 
 /// Largest deviation of a time stamp from an even grid, in steps, that is taken for rounding.
@@ -119,6 +120,11 @@ impl<'a> Stretch<'a> {
             .filter(move |&k| !this.excluded[k])
             .map(move |k| (this.time_s[k], this.yaw_deg[k]))
     }
+    /// What counts of `record`, whose samples these are.
+    pub(crate) fn record(&self, record: &Record) -> Record {
+        let (time_s, yaw_deg) = self.kept().unzip();
+        Record { file: record.file.clone(), time_s, yaw_deg }
+    }
     /// Means over consecutive bins of `samples` nominal steps; a bin without a sample is left out.
     pub(crate) fn block_means(&self, samples: usize) -> Means {
         let mut means = Means { time_s: Vec::new(), yaw_deg: Vec::new(), uniform: self.uniform };
@@ -166,7 +172,7 @@ impl<'a> Stretch<'a> {
 pub struct Means {
     pub time_s: Vec<f64>,
     pub yaw_deg: Vec<f64>,
-    uniform: bool,
+    pub(crate) uniform: bool,
 }
 
 impl Means {

@@ -1,6 +1,6 @@
 //! Yaw angle over time as it comes from a file, at whatever rate and with whatever jitter.
 
-mod resample;
+pub(crate) mod resample;
 mod timing;
 
 pub use timing::Timing;

@@ -4,7 +4,7 @@
 //! system, the third derivative continuous at the second and the last but one sample (not-a-knot).
 
 /// Time stamps and values at `rate_hz`, starting at the first sample. At least four samples.
-pub(super) fn uniform(time: &[f64], value: &[f64], rate_hz: f64) -> (Vec<f64>, Vec<f64>) {
+pub(crate) fn uniform(time: &[f64], value: &[f64], rate_hz: f64) -> (Vec<f64>, Vec<f64>) {
     let slopes = slopes(time, value);
     let start = time[0];
     // The last step may fall short of the end by a rounding error.
