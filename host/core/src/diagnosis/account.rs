@@ -1,7 +1,7 @@
 //! How much of what a plain model misses the surviving effects account for, and what is left.
 
 use crate::bic;
-use crate::diagnosis::answer::Candidate;
+use crate::diagnosis::answer::{Candidate, Left};
 use crate::diagnosis::compare::{self, Where};
 use crate::diagnosis::flexible::is_simple;
 use crate::diagnosis::guards::{self, Refusal};
@@ -13,7 +13,6 @@ use crate::fit::free_decay::FreeDecay;
 use crate::fit::structure::PLAIN;
 use crate::quantity::Quantity;
 use rayon::prelude::*;
-use serde::Serialize;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
@@ -22,19 +21,6 @@ const OFF_ZERO: f64 = 3.0;
 const LEAST_OFFSET: f64 = 0.005;
 /// Residual of a part of the amplitudes, over that of all, from which on it is named.
 const STANDS_OUT: f64 = 1.3;
-
-/// What a model leaves. Rms of block means.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Left {
-    pub rms_deg: f64,
-    /// Of the largest amplitude.
-    pub share_of_amplitude: f64,
-    /// Of the mean square that the plain model, its rest angle fitted, leaves.
-    pub share_of_misfit: f64,
-    /// Kind and amplitudes, in words.
-    #[serde(rename = "where")]
-    pub where_: String,
-}
 
 /// One model on the way from plain to final.
 pub struct Step {
@@ -92,6 +78,13 @@ pub fn rest_angle(model: &Fitted) -> Quantity {
     Quantity::new(model.parameters[PLAIN], (variance * model.inflation).max(0.0).sqrt())
 }
 
+/// The constant moment under which `model` rests where it does, over Izz, as a parameter of `static_offset`.
+pub(super) fn moment_of_rest(model: &Fitted) -> (String, Quantity) {
+    let stiffness = model.parameters[0].powi(2);
+    let rest = rest_angle(model);
+    ("static_offset.m".into(), Quantity::new(stiffness * rest.value, stiffness * rest.u))
+}
+
 /// Fits what survived to the whole of `decay`. With `zero_unknown` a rest off the sensor's zero is not named.
 ///
 /// # Errors
@@ -144,10 +137,8 @@ pub fn account(decay: &FreeDecay, mut survivors: Survivors, zero_unknown: bool) 
         let mut parameters: BTreeMap<String, Quantity> =
             model.effect_parameters().into_iter().collect();
         if offset {
-            let stiffness = model.parameters[0].powi(2);
-            let rest = rest_angle(&model);
-            let moment = Quantity::new(stiffness * rest.value, stiffness * rest.u);
-            parameters.insert("static_offset.m".into(), moment);
+            let (name, moment) = moment_of_rest(&model);
+            parameters.insert(name, moment);
         }
         let added = new.or((plain > 0 && steps.len() == plain).then_some(Effect::StaticOffset));
         // Two effects may be needed before either helps: until then a smaller model of the path predicts better.

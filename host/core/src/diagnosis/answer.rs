@@ -1,9 +1,16 @@
-//! The options of a diagnosis, and its result for each effect alone.
+//! The options of a diagnosis, and what it answers.
 
+use crate::diagnosis::compare::Where;
 use crate::effects::Effect;
-use crate::fit::fitting::Structure;
+use crate::fit::fitting::{held_out_over_noise, refit, Fitted, Structure};
+use crate::fit::free_decay::FreeDecay;
+use crate::quantity::Quantity;
 use crate::stop::Stop;
 use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Share of the record that is fitted when the rest is held out.
+pub const FITTED_SHARE: f64 = 0.65;
 
 /// How a record is judged.
 #[derive(Clone, Debug, Default)]
@@ -29,4 +36,116 @@ pub struct Candidate {
     /// Why it does not stand although it helps: numbers that physics forbids or that the record does not fix.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// The plain model explains the record to its noise.
+    Adequate,
+    /// It does with the effects named.
+    Explained,
+    /// The effects named survive prediction and account for most of what is missing; the rest is said.
+    MostlyExplained,
+    /// Something is missing that the library does not hold, or not enough of it.
+    Unexplained,
+}
+
+/// What a model leaves. Rms of block means.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Left {
+    pub rms_deg: f64,
+    /// Of the largest amplitude.
+    pub share_of_amplitude: f64,
+    /// Of the mean square that the plain model, its rest angle fitted, leaves.
+    pub share_of_misfit: f64,
+    /// Kind and amplitudes, in words.
+    #[serde(rename = "where")]
+    pub where_: String,
+}
+
+/// All that is said about one record. Rms in deg, ratios to the noise floor of block means.
+#[derive(Clone, Debug, Serialize)]
+pub struct Diagnosis {
+    pub noise_rms_deg: f64,
+    /// The same of the block means, to which `residual_over_noise` refers.
+    pub mean_noise_deg: f64,
+    pub status: Status,
+    /// In the order in which they help.
+    pub effects: Vec<Effect>,
+    /// An accepted effect and one that does as well in its place.
+    pub indistinguishable: Vec<[Effect; 2]>,
+    pub modal: Modal,
+    pub steps: Vec<Step>,
+    /// Every effect alone, best first.
+    pub candidates: Vec<Candidate>,
+    #[serde(rename = "where")]
+    pub where_: Where,
+    /// What the model leaves, where it was chosen by prediction.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub left: Option<Left>,
+    /// The answer in one sentence, where it was chosen by prediction.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sentence: Option<String>,
+    /// Angle of rest on the sensor's scale, about which the effects of such a model act.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rest_angle_deg: Option<Quantity>,
+}
+
+impl Diagnosis {
+    /// Of each effect that helps and does not stand, why.
+    pub fn refusals(&self) -> Vec<String> {
+        let refusal = |c: &Candidate| Some(format!("{} refused: {}", c.effect, c.reason.as_ref()?));
+        self.candidates.iter().filter_map(refusal).collect()
+    }
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Modal {
+    pub natural_frequency_rad_s: Quantity,
+    pub damping_ratio: Quantity,
+}
+
+/// One model on the way from plain to final.
+#[derive(Clone, Debug, Serialize)]
+pub struct Step {
+    pub added: Option<Effect>,
+    pub residual_rms_deg: f64,
+    pub residual_over_noise: f64,
+    /// On parts of the record that were not fitted; by a smaller model on the way where that predicts better.
+    pub held_out_over_noise: f64,
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, Quantity>,
+}
+
+/// A diagnosis with the fits it rests on.
+#[derive(Clone, Debug)]
+pub struct Diagnosed {
+    pub diagnosis: Diagnosis,
+    /// With the noise floor as the best model shows it.
+    pub decay: FreeDecay,
+    /// The present model with every effect of the library beside it, one at a time.
+    pub singles: Vec<Fitted>,
+    /// From the present model to the one of the verdict; the present model alone where that is random.
+    pub path: Vec<Fitted>,
+}
+
+pub(crate) fn modal(model: &Fitted) -> Modal {
+    Modal {
+        natural_frequency_rad_s: model.natural_frequency_rad_s(),
+        damping_ratio: model.damping_ratio(),
+    }
+}
+
+/// Residuals of one model, on what it was fitted to and on the later part held out from another fit.
+pub fn step(decay: &FreeDecay, model: &Fitted, effects: usize) -> Step {
+    let count = (FITTED_SHARE * decay.yaw_rad.len() as f64) as usize;
+    let partial = refit(decay, model, count);
+    Step {
+        added: effects.checked_sub(1).map(|k| model.structure.effects[k].clone()),
+        residual_rms_deg: decay.raw_rms_deg(model.rms_rad()),
+        residual_over_noise: model.over_noise(decay),
+        held_out_over_noise: held_out_over_noise(decay, &partial),
+        parameters: model.effect_parameters().into_iter().collect(),
+    }
 }

@@ -12,7 +12,7 @@ const CANCELLING: f64 = 0.9995;
 /// Amplitudes between the smallest and the largest at which damping is looked at, and angles in a cycle.
 const AMPLITUDES: usize = 12;
 const PHASES: usize = 200;
-/// Damping ratio below zero that is not told from none.
+/// Damping ratio below zero that cannot be distinguished from none.
 const NEGATIVE: f64 = -1e-4;
 
 /// An effect that cannot stand, and why.

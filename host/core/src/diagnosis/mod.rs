@@ -4,6 +4,7 @@ pub(crate) mod account;
 pub mod amplitude;
 pub(crate) mod answer;
 pub(crate) mod buffeting;
+mod by_likelihood;
 pub mod campaign;
 mod campaign_fit;
 pub mod compare;

@@ -3,6 +3,7 @@
 use crate::bic::{self, MARGIN};
 use crate::diagnosis::answer::Options;
 use crate::diagnosis::flexible;
+use crate::diagnosis::guards::{self, Refusal};
 pub use crate::diagnosis::likelihood::{beyond, evidence, is_explained, EXPLAINED};
 use crate::diagnosis::reach::reach;
 use crate::diagnosis::survivors::SINE_FROM;
@@ -41,6 +42,8 @@ pub struct Found {
     pub explained: bool,
     /// For an accepted effect those that do as well in its place.
     pub indistinguishable: Vec<(Effect, Effect)>,
+    /// Effects that helped and cannot stand.
+    pub refused: Vec<Refusal>,
 }
 
 /// Whether `larger` is worth its effect: believed, and of a size that shows.
@@ -145,11 +148,13 @@ pub fn search(decay: &FreeDecay, options: &Options) -> Result<Found> {
         None => accepted,
     };
     decay.stop.check()?;
+    let (accepted, refused) = guarded(&decay, &plain, accepted);
+    decay.stop.check()?;
     let explained = is_explained(&accepted, &decay);
     let indistinguishable = rivals(&decay, &plain, &accepted, &candidates, &rounds);
     decay.stop.check()?;
     let path = path(&plain, &accepted, &singles, &decay);
-    Ok(Found { decay, plain, singles, path, explained, indistinguishable })
+    Ok(Found { decay, plain, singles, path, explained, indistinguishable, refused })
 }
 
 /// The converged model with the smallest criterion.
@@ -157,7 +162,7 @@ fn best(models: &[Fitted]) -> Option<&Fitted> {
     models.iter().filter(|m| m.converged).min_by(|a, b| criterion(a).total_cmp(&criterion(b)))
 }
 
-fn criterion(model: &Fitted) -> f64 {
+pub(super) fn criterion(model: &Fitted) -> f64 {
     bic::of_squares(model.sum_of_squares, model.count as f64, model.parameters.len())
 }
 
@@ -223,6 +228,23 @@ fn pruned(decay: &FreeDecay, plain: &Fitted, mut model: Fitted) -> Fitted {
             None => return model,
         }
     }
+}
+
+/// Takes out what physics forbids or the record does not fix.
+fn guarded(decay: &FreeDecay, plain: &Fitted, mut model: Fitted) -> (Fitted, Vec<Refusal>) {
+    let mut refused = Vec::new();
+    while let Some(refusal) = guards::refusal(&model, decay) {
+        if !beyond(plain, &model).contains(&refusal.effect) {
+            break;
+        }
+        let smaller = fit_removed(decay, &model, &refusal.effect);
+        if !smaller.converged {
+            break;
+        }
+        model = pruned(decay, plain, smaller);
+        refused.push(refusal);
+    }
+    (model, refused)
 }
 
 /// Which effect outside the model does as well in the place of one inside.

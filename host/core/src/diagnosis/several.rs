@@ -5,7 +5,8 @@
 //! without which a release that was left out is predicted as well: its own numbers are estimated anew, what is common
 //! comes from the others.
 
-use crate::diagnosis::account::{self, Left};
+use crate::diagnosis::account;
+use crate::diagnosis::answer::Left;
 use crate::diagnosis::diagnose::{modal, Modal, Status, Step, MOST_LEFT, SECOND_ORDER, SMALL};
 use crate::diagnosis::likelihood::is_explained;
 use crate::diagnosis::prediction::Prediction;
