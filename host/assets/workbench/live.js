@@ -17,10 +17,13 @@ export function build(say, failed) {
   const marks = (column) => () => windows.map((w, k) => ({ x: w.time_s, y: w[column], colour: k === windows.length - 1 ? "ghost" : "model" }));
   plots.wn = Plots.lines(by("plot-live-wn"), { x: { label: "session time (s)" }, y: { label: "wn (rad/s)" }, marks: marks("natural_frequency_rad_s"), cursor: false });
   plots.zeta = Plots.lines(by("plot-live-zeta"), { x: { label: "session time (s)" }, y: { label: "damping ratio" }, marks: marks("damping_ratio"), cursor: false });
-  const act = async (what) => {
+  const done = async (what) => {
     refused = "";
     try { await post("/api/do", what); } catch (error) { refused = what.do === "replay" ? `${error.message}\n${error.help}` : ""; fail(error); draw(); }
   };
+  // One after the other: two at once may arrive in another order.
+  let queue = Promise.resolve();
+  const act = (what) => { queue = queue.then(() => done(what)); return queue; };
   by("live-connect").onclick = () => {
     if (state.is_followed || state.replay) act({ do: "disconnect" });
     else if (by("live-source").value === "session") act({ do: "replay", session: by("live-session").value });
