@@ -35,32 +35,17 @@ fn pairs(shape: &[f32], damping_ratio: f32, mut each: impl FnMut([f32; BASIS], f
 /// number where the shape is nothing.
 pub fn misfit(features: &[f32; FEATURES], damping_ratio: f32) -> f32 {
     let shape = &features[..SHAPE];
-    // Normal equations, their right side in the last column.
-    let mut a = [[0.0_f32; BASIS + 1]; BASIS];
+    let mut a = nalgebra::SMatrix::<f32, BASIS, BASIS>::zeros();
+    let mut right = nalgebra::SVector::<f32, BASIS>::zeros();
     let mut whole = 0.0_f32;
     pairs(shape, damping_ratio, |row, value| {
-        for i in 0..BASIS {
-            for j in i..BASIS {
-                a[i][j] += row[i] * row[j];
-            }
-            a[i][BASIS] += row[i] * value;
-        }
+        let row = nalgebra::SVector::from(row);
+        a += row * row.transpose();
+        right += row * value;
         whole += value * value;
     });
-    for i in 0..BASIS {
-        for below in i + 1..BASIS {
-            let factor = a[i][below] / a[i][i];
-            let known = a[i];
-            for (entry, known) in a[below].iter_mut().zip(known).skip(below) {
-                *entry -= factor * known;
-            }
-        }
-    }
-    let mut share = [0.0_f32; BASIS];
-    for i in (0..BASIS).rev() {
-        let known: f32 = (i + 1..BASIS).map(|j| a[i][j] * share[j]).sum();
-        share[i] = (a[i][BASIS] - known) / a[i][i];
-    }
+    let Some(factor) = nalgebra::Cholesky::new(a) else { return f32::NAN };
+    let share = factor.solve(&right);
     // Summed anew: as the difference of large numbers it would be lost.
     let mut left = 0.0_f32;
     pairs(shape, damping_ratio, |row, value| {
