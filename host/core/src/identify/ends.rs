@@ -12,6 +12,8 @@ use std::f64::consts::TAU;
 /// Misfit of the free decay continued backwards beyond which the model was still held, as a share of its amplitude and in noise.
 const MISFIT_SHARE: f64 = 0.12;
 const MISFIT_NOISE: f64 = 6.0;
+/// Amplitude over noise beyond which a hand, a push and a swing are distinguished from a wandering zero.
+const CLEAR: f64 = 20.0;
 /// Left out after a release, in cycles: the catch takes some time to let go.
 const GUARD_CYCLES: f64 = 0.02;
 /// Fall of the amplitude within a cycle that no damping in range explains (damping ratio 0.15).
@@ -20,6 +22,8 @@ const STOPPED_RATIO: f64 = 2.5;
 /// within the two cycles before it is less than its root: a beat falls as fast as it rises.
 const PUSHED_RATIO: f64 = 1.5;
 const PUSHED_SHARE: f64 = 0.25;
+/// Cycles that the model has swung before it can have been pushed again: what wanders is no swing.
+const SWUNG: usize = 6;
 
 pub(super) struct Onset {
     pub release_s: f64,
@@ -36,8 +40,15 @@ impl Search<'_> {
         // Where it is not seen to be let go from standing still, an amplitude that grows grows by itself.
         let grows = peak - run.first > 2 * POINTS_PER_CYCLE;
         let by_itself = Onset { release_s: first_s, free_from_s: first_s };
+        let is_clear = self.is_clear(run);
+        if grows && !is_clear {
+            return by_itself;
+        }
         // Two cycles that are free for certain, continued backwards by half a cycle at a time as long as that fits.
-        let mut free_s = self.free_for_certain(run, peak);
+        let mut free_s = match is_clear {
+            true => self.free_for_certain(run, peak),
+            false => self.points[peak].time_s + 0.5 * self.period,
+        };
         loop {
             let core = self.means.between(free_s, free_s + 2.0 * self.period);
             let Some(mode) = self.mode_of(&core) else {
@@ -51,7 +62,13 @@ impl Search<'_> {
             let misfit = self.misfits(&before, &mode).last();
             if let Some(last) = misfit {
                 let seen_s = before.time_s[last] + self.means.step_s;
-                if grows && self.hold_before(seen_s, mode.amplitude_deg(seen_s)).is_none() {
+                let amplitude_deg = mode.amplitude_deg(seen_s);
+                // A wandering zero stands still at times, too, but what follows is no damped mode far above the noise.
+                let is_let_go = || {
+                    self.misfits(&core, &mode).next().is_none()
+                        && self.hold_before(seen_s, amplitude_deg).is_some()
+                };
+                if grows && !is_let_go() {
                     return by_itself;
                 }
                 return self.released(seen_s, &mode, flags);
@@ -69,6 +86,12 @@ impl Search<'_> {
                 return Onset { release_s: self.begin_s, free_from_s: self.begin_s };
             }
         }
+    }
+
+    /// Whether a hand, a push and a swing can be distinguished: far above the noise.
+    fn is_clear(&self, run: Run) -> bool {
+        let amplitudes = (run.first..=run.last).map(|i| self.points[i].amplitude_deg);
+        amplitudes.fold(0.0, f64::max) > CLEAR * self.noise
     }
 
     /// Half a cycle from the largest amplitude, or later, where the model stands still after that: it was a hand's.
@@ -167,7 +190,7 @@ impl Search<'_> {
                 && (i - before..*i).all(|j| amplitude(j) >= now)
                 && (amplitude(i - before) / now).powi(2) < then / now
         };
-        let first = (run.first + before..run.last).find(is_before_push)?;
+        let first = (run.first + SWUNG * POINTS_PER_CYCLE..run.last).find(is_before_push)?;
         (first..run.last).take_while(is_before_push).last()
     }
 
@@ -179,7 +202,7 @@ impl Search<'_> {
         let cycle = run.last.saturating_sub(POINTS_PER_CYCLE).max(run.first)..=run.last;
         let largest = cycle.map(|i| self.points[i].amplitude_deg).fold(0.0, f64::max);
         // Two cycles clear of what made the amplitude change, continued to the end.
-        let core_to = if let Some(pushed) = self.push(run) {
+        let core_to = if let Some(pushed) = self.push(run).filter(|_| self.is_clear(run)) {
             self.points[pushed].time_s - 0.75 * self.period
         } else if largest >= STOPPED_RATIO * last.amplitude_deg {
             last.time_s - 1.75 * self.period
