@@ -52,6 +52,18 @@ pub(crate) fn rms_of_sixths(y: &[f64]) -> f64 {
     trimmed_rms(d) / 924.0_f64.sqrt()
 }
 
+/// The same at uneven times: of seven neighbours the combination in which no polynomial of fifth degree leaves anything,
+/// divided by what unit noise leaves.
+pub(crate) fn rms_of_uneven_sixths(time_s: &[f64], y: &[f64]) -> f64 {
+    let sixths = time_s.windows(7).zip(y.windows(7)).map(|(t, y)| {
+        let weight = |k: usize| (0..7).filter(|j| *j != k).map(|j| 1.0 / (t[k] - t[j])).product();
+        let weights: [f64; 7] = std::array::from_fn(weight);
+        let sum: f64 = weights.iter().zip(y).map(|(w, y)| w * y).sum();
+        sum / weights.iter().map(|w| w * w).sum::<f64>().sqrt()
+    });
+    trimmed_rms(sixths.collect())
+}
+
 /// Root mean square without values beyond four of it: corners and wild samples are no noise.
 fn trimmed_rms(mut values: Vec<f64>) -> f64 {
     for _ in 0..3 {
@@ -77,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn all_three_find_the_noise_on_a_slow_motion() {
+    fn all_find_the_noise_on_a_slow_motion() {
         let mut state = 7_u64;
         let mut uniform = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
@@ -90,7 +102,10 @@ mod tests {
                 10.0 * (f64::from(k) * 0.01).sin() + 0.05 * noise
             })
             .collect();
-        for found in [sample_noise(&y), rms_of_thirds(&y), rms_of_sixths(&y)] {
+        let time_s: Vec<f64> = (0..4000).map(f64::from).collect();
+        let uneven = rms_of_uneven_sixths(&time_s, &y);
+        assert!((uneven / rms_of_sixths(&y) - 1.0).abs() < 1e-9, "the same where they are even");
+        for found in [sample_noise(&y), rms_of_thirds(&y), rms_of_sixths(&y), uneven] {
             assert!((found / 0.05 - 1.0).abs() < 0.06, "{found}");
         }
         assert_eq!(sample_noise(&y[..3]), 0.0);

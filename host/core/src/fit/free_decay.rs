@@ -9,7 +9,7 @@ use crate::identify::samples::{Means, Samples, Stretch};
 use crate::identify::{self, Settings, WindowEstimate};
 use crate::motion::simulate::Grid;
 use crate::record::{resample, Record};
-use crate::statistics::{rms_of_sixths, rms_of_thirds};
+use crate::statistics::{rms_of_sixths, rms_of_thirds, rms_of_uneven_sixths};
 use crate::stop::Stop;
 use std::f64::consts::TAU;
 
@@ -77,12 +77,15 @@ impl FreeDecay {
         let timing = record.timing();
         let mut samples = Samples::new(&record.time_s, &record.yaw_deg);
         let resampled;
+        let mut uneven = None;
         let record = if samples.is_uniform() {
             record
         } else {
             // A wild sample would bend the curve through its neighbours.
             exclude_spikes(&mut samples);
-            resampled = samples.all().record(record).resampled(timing.rate_hz)?;
+            let taken = samples.all().record(record);
+            resampled = taken.resampled(timing.rate_hz)?;
+            uneven = Some(taken);
             &resampled
         };
         let prepared =
@@ -110,9 +113,14 @@ impl FreeDecay {
                 colour.mean_variance(block).sqrt(),
             ),
             // White noise is known best from the single samples; where the means show more, from them.
-            None if TAU / frequency / step_s >= FINE => {
-                (thirds, white_floor(&yaw_rad, thirds, block))
-            }
+            None if TAU / frequency / step_s >= FINE => match &uneven {
+                None => (thirds, white_floor(&yaw_rad, thirds, block)),
+                Some(taken) => {
+                    let sample = rms_of_uneven_sixths(&taken.time_s, &taken.yaw_deg).to_radians();
+                    let mean = sample * share_of_noise(&taken.time_s, timing.rate_hz, block);
+                    (sample, mean.max(rms_of_sixths(&yaw_rad)))
+                }
+            },
             None => (thirds, prepared.noise_rms_deg().to_radians() / (block as f64).sqrt()),
         };
         let amplitude_rad =
@@ -219,6 +227,18 @@ impl FreeDecay {
     }
 }
 
+/// Share of white noise that is left in means of `block` values at `rate_hz` of the curve through samples at `time_s`: of
+/// a sequence as white as noise, and the same every time (a sine of a phase that grows with the square).
+fn share_of_noise(time_s: &[f64], rate_hz: f64, block: usize) -> f64 {
+    let phase = |k: usize| (std::f64::consts::PI * std::f64::consts::SQRT_2 * (k * k) as f64) % TAU;
+    let white: Vec<f64> = (0..time_s.len()).map(|k| phase(k).sin()).collect();
+    let (_, even) = resample::uniform(time_s, &white, rate_hz);
+    let means: Vec<f64> =
+        even.chunks_exact(block).map(|m| m.iter().sum::<f64>() / block as f64).collect();
+    let square = |y: &[f64]| y.iter().map(|y| y * y).sum::<f64>() / y.len() as f64;
+    (square(&means) / square(&white)).sqrt()
+}
+
 /// Noise of a mean of `block` samples of `sample_noise` each: white, unless the means themselves show another.
 fn white_floor(means: &[f64], sample_noise: f64, block: usize) -> f64 {
     let white = sample_noise / (block as f64).sqrt();
@@ -233,6 +253,37 @@ fn white_floor(means: &[f64], sample_noise: f64, block: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// At some 80 samples a cycle, with stamps up to a third of a step off an even clock: what is left of the true motion
+    /// at the noise floor's means is the noise floor.
+    #[test]
+    fn the_noise_floor_of_uneven_samples_is_that_of_their_curve() {
+        use rand::{Rng, SeedableRng};
+        use rand_distr::StandardNormal;
+        let mut ratios = Vec::new();
+        for (seed, per_cycle) in [(1, 80.0), (2, 80.0), (3, 160.0), (4, 160.0)] {
+            let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+            let step_s = TAU / 6.0 / per_cycle;
+            let swing = |t: f64| 20.0 * (-0.05 * t).exp() * (6.0 * t).cos();
+            let time_s: Vec<f64> =
+                (0..4000).map(|k| step_s * (f64::from(k) + rng.random_range(-0.3..0.3))).collect();
+            let noisy = |t: &f64| swing(*t) + 0.1 * rng.sample::<f64, _>(StandardNormal);
+            let yaw_deg = time_s.iter().map(noisy).collect();
+            let record = Record { file: "r".into(), time_s, yaw_deg };
+            let decay = FreeDecay::of(&record).expect("a free decay");
+            let start_s = decay.release_time_s + decay.grid.start_s;
+            let off = |(k, y): (usize, &f64)| {
+                let t = start_s + k as f64 * decay.grid.step_s;
+                (y.to_degrees() - swing(t)).powi(2)
+            };
+            let squares: f64 = decay.yaw_rad.iter().enumerate().map(off).sum();
+            let left_deg = (squares / decay.yaw_rad.len() as f64).sqrt();
+            ratios.push(decay.noise_rad.to_degrees() / left_deg);
+            assert!((decay.sample_noise_rad.to_degrees() / 0.1 - 1.0).abs() < 0.06);
+        }
+        // Four thousand samples, neighbours shared: two to three per cent.
+        assert!(ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.06), "{ratios:?}");
+    }
 
     #[test]
     fn what_is_left_out_moves_nothing_after_it() {
