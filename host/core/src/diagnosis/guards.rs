@@ -3,6 +3,7 @@
 use crate::effects::{Effect, State, Terms};
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
+use crate::statistics::median;
 use std::f64::consts::{PI, TAU};
 
 /// Uncertainties that a number is away from zero at least.
@@ -15,6 +16,10 @@ const PHASES: usize = 200;
 /// Damping ratio below zero that cannot be distinguished from none.
 const NEGATIVE: f64 = -1e-4;
 
+/// Share of its frequency within which a mode is at a harmonic, and factor within which its damping ratio is that of one.
+const HARMONIC: f64 = 0.01;
+const ALIKE: f64 = 1.7;
+
 /// An effect that cannot stand, and why.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refusal {
@@ -25,6 +30,28 @@ pub struct Refusal {
 /// The first effect of `model` that cannot stand.
 pub fn refusal(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     unknown(model).or_else(|| cancelling(model)).or_else(|| feeding(model, decay))
+}
+
+/// A mode at two or three times the natural frequency that dies out as that power of the amplitude does: a harmonic.
+pub fn harmonic(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
+    let numbers = model.effect_parameters();
+    let number = |name: &str| {
+        let name = format!("{}.{name}", Effect::SecondMode);
+        numbers.iter().find(|(n, _)| *n == name).map(|(_, q)| q.value)
+    };
+    let (w2_rad_s, zeta2) = (number("w2")?, number("zeta2")?);
+    let wn_rad_s = decay.frequency_rad_s;
+    let mut zetas: Vec<f64> = decay.windows.iter().map(|w| w.damping_ratio).collect();
+    let zeta = median(&mut zetas);
+    let order =
+        [2.0, 3.0].into_iter().find(|k| (w2_rad_s / wn_rad_s / k - 1.0).abs() < HARMONIC)?;
+    let dies_with_it = zeta2 > zeta / ALIKE && zeta2 < zeta * ALIKE;
+    dies_with_it.then(|| Refusal {
+        effect: Effect::SecondMode,
+        reason: format!(
+            "w2 = {w2_rad_s:.2} rad/s is {order} times the natural frequency and dies out as that power of the amplitude: a harmonic of the restoring moment or of the sensor, no mode"
+        ),
+    })
 }
 
 /// An effect none of whose numbers is known to be other than zero, or one with a number at its bound.
@@ -197,6 +224,26 @@ mod tests {
         let residuals: Vec<f64> =
             (0..1000).map(|k| if k % 2 == 0 { 1e-4 } else { -1e-4 }).collect();
         (Fitted::new(structure, p, residuals, true, Some(covariance), wind), decay)
+    }
+
+    #[test]
+    fn a_mode_at_a_harmonic_that_dies_out_as_one_is_none() {
+        for (w2_rad_s, zeta2, refused) in
+            [(14.02, 0.012, true), (21.0, 0.011, true), (14.3, 0.012, false), (14.0, 0.003, false)]
+        {
+            let (_, decay) = model(0.0114, &[], 0.0, 0.0);
+            let structure = Structure { effects: vec![Effect::SecondMode], ..Structure::default() };
+            let mut p = vec![7.0, 0.0114, 0.2, 0.0];
+            p.extend(Effect::SecondMode.parameters().iter().map(|p| match &*p.name {
+                "w2" => w2_rad_s,
+                "zeta2" => zeta2,
+                _ => 0.1,
+            }));
+            let covariance = DMatrix::identity(p.len(), p.len()) * 1e-8;
+            let model = Fitted::new(structure, p, vec![1e-4; 1000], true, Some(covariance), 0.0);
+            let found = harmonic(&model, &decay).map(|r| r.reason);
+            assert_eq!(found.is_some(), refused, "{w2_rad_s} {zeta2}: {found:?}");
+        }
     }
 
     #[test]

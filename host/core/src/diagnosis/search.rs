@@ -73,6 +73,16 @@ pub fn present(decay: &FreeDecay, options: &Options) -> Result<Fitted> {
 /// # Errors
 /// Where the present model cannot be fitted, or interrupted.
 pub fn search(decay: &FreeDecay, options: &Options) -> Result<Found> {
+    let found = search_but(decay, options, None)?;
+    let last = found.path.last().expect("the plain model");
+    let Some(refused) = guards::harmonic(last, decay) else { return Ok(found) };
+    // What a harmonic stood for is looked for again without it.
+    let mut again = search_but(decay, options, Some(&refused.effect))?;
+    again.refused.push(refused);
+    Ok(again)
+}
+
+fn search_but(decay: &FreeDecay, options: &Options, without: Option<&Effect>) -> Result<Found> {
     let zero_unknown = options.zero_unknown;
     let count = decay.yaw_rad.len();
     let plain = present(decay, options)?;
@@ -87,7 +97,7 @@ pub fn search(decay: &FreeDecay, options: &Options) -> Result<Found> {
             candidates.push(own.clone());
         }
     }
-    candidates.retain(|e| !plain.structure.effects.contains(e));
+    candidates.retain(|e| !plain.structure.effects.contains(e) && Some(e) != without);
     let singles: Vec<Fitted> = candidates.par_iter().map(|e| fit_added(decay, &plain, e)).collect();
     decay.stop.check()?;
     let leading = best(&singles).filter(|s| criterion(s) < criterion(&plain)).unwrap_or(&plain);

@@ -2,6 +2,7 @@
 
 use crate::effects::Scale;
 use crate::error::Result;
+use crate::fit::lines::{self, Line};
 use crate::fit::noise::{self, Colour};
 use crate::identify::gaps::{self, Warning};
 use crate::identify::outliers::exclude_spikes;
@@ -35,6 +36,19 @@ fn even(means: Means, stretch: &Stretch<'_>, step_s: f64) -> Means {
     Means { time_s, yaw_deg, ..means }
 }
 
+/// The readings of `stretch`, the last one that counts in place of those left out.
+fn smooth(stretch: &Stretch<'_>) -> Vec<f64> {
+    let mut last = stretch.yaw_deg[0];
+    let rows = stretch.yaw_deg.iter().zip(stretch.excluded);
+    let taken = rows.map(|(y, excluded)| {
+        if !excluded {
+            last = *y;
+        }
+        last
+    });
+    taken.collect()
+}
+
 /// Everything between release and rest.
 fn settings() -> Settings {
     Settings { from_deg: 360.0, to_deg: 1e-3, ..Settings::default() }
@@ -60,7 +74,9 @@ pub struct FreeDecay {
     pub wind_speed_m_s: f64,
     /// wn and zeta over three cycles each: the amplitude picture.
     pub windows: Vec<WindowEstimate>,
-    /// What was done about samples that are missing.
+    /// What is taken out of the reading.
+    pub lines: Vec<Line>,
+    /// What was done about samples that are missing, and about lines.
     pub warnings: Vec<Warning>,
     /// Fits to it end when this asks for it.
     pub stop: Stop,
@@ -72,7 +88,13 @@ impl FreeDecay {
     /// # Errors
     /// Naming the file: no oscillation in it, or fewer than three cycles.
     pub fn of(record: &Record) -> Result<Self> {
-        let (record, warnings) = gaps::without(record);
+        Self::of_reading(record, Vec::new())
+    }
+
+    /// The same of `record`, from which `lines` are taken out already.
+    fn of_reading(record: &Record, lines: Vec<Line>) -> Result<Self> {
+        let as_read = record;
+        let (record, mut warnings) = gaps::without(record);
         let record = &*record;
         let timing = record.timing();
         let mut samples = Samples::new(&record.time_s, &record.yaw_deg);
@@ -92,6 +114,16 @@ impl FreeDecay {
             identify::prepare(record, &settings()).map_err(|refusal| refusal.of(record))?;
         let stretch = prepared.stretch();
         let frequency = prepared.span.frequency_rad_s;
+        if lines.is_empty() {
+            let found =
+                lines::steady(&smooth(&stretch), stretch.start_s(), stretch.step_s, frequency);
+            if !found.is_empty() {
+                return Self::of_reading(&lines::without(as_read, &found), found);
+            }
+        }
+        let line =
+            |line: &Line| Warning::Line { record: record.file.display().to_string(), line: *line };
+        warnings.extend(lines.iter().map(line));
         let per_cycle = TAU / frequency / stretch.step_s;
         let block = (per_cycle / MEANS_PER_CYCLE).floor().max(1.0) as usize;
         let step_s = block as f64 * stretch.step_s;
@@ -136,6 +168,7 @@ impl FreeDecay {
             amplitude_rad,
             release_time_s,
             wind_speed_m_s: 0.0,
+            lines,
             warnings,
             stop: Stop::default(),
             windows: prepared
@@ -154,6 +187,7 @@ impl FreeDecay {
     /// The same free decay from where the model was let go, and whether it was held before; none where it begins there already.
     /// The noise floor is kept.
     pub(crate) fn begun_at_release(&self, record: &Record) -> Option<(Self, bool)> {
+        let record = &lines::without(record, &self.lines);
         let prepared = identify::prepare(record, &settings()).ok()?;
         let begin_s = self.release_time_s + self.grid.start_s;
         let all = prepared.samples.all();

@@ -265,6 +265,7 @@ mod tests {
         let mut yaw_rad = vec![0.0; grid.count];
         motion.readings(&grid, &mut yaw_rad);
         FreeDecay {
+            lines: Vec::new(),
             warnings: Vec::new(),
             stop: Default::default(),
             grid,

@@ -6,6 +6,7 @@ pub(crate) mod floor;
 pub mod free_decay;
 pub mod joint;
 pub(crate) mod linear_gain;
+pub mod lines;
 pub(crate) mod noise;
 pub(crate) mod problem;
 pub(crate) mod segments;

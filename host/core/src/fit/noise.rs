@@ -107,12 +107,9 @@ fn mean_spectrum(c: f64, block: usize, frequency: f64) -> f64 {
     unit.mean_variance(block) + 2.0 * next * (cos - per_block) / below
 }
 
-/// Levels of the periodogram, scaled so that white noise shows its variance.
-fn bands(samples: &[f64], turn: f64, window: &Window) -> Option<Vec<Band>> {
+/// Power of each bin through Kaiser's window, scaled so that white noise shows its variance.
+pub(super) fn periodogram(samples: &[f64], kaiser: f64) -> Vec<f64> {
     let n = samples.len();
-    if n < 256 {
-        return None;
-    }
     let middle = samples.iter().sum::<f64>() / n as f64;
     let mut power = 0.0;
     let mut input: Vec<f64> = samples
@@ -120,14 +117,25 @@ fn bands(samples: &[f64], turn: f64, window: &Window) -> Option<Vec<Band>> {
         .enumerate()
         .map(|(k, y)| {
             let x = 2.0 * (k as f64 + 0.5) / n as f64 - 1.0;
-            let w = bessel(window.kaiser * (1.0 - x * x).sqrt());
+            let w = bessel(kaiser * (1.0 - x * x).sqrt());
             power += w * w;
             w * (y - middle)
         })
         .collect();
     let fft = realfft::RealFftPlanner::<f64>::new().plan_fft_forward(n);
     let mut spectrum = fft.make_output_vec();
-    fft.process(&mut input, &mut spectrum).ok()?;
+    // Its only error is a buffer of another length.
+    fft.process(&mut input, &mut spectrum).expect("buffers as made");
+    spectrum.iter().map(|s| s.norm_sqr() / power).collect()
+}
+
+/// Levels of the periodogram, scaled so that white noise shows its variance.
+fn bands(samples: &[f64], turn: f64, window: &Window) -> Option<Vec<Band>> {
+    let n = samples.len();
+    if n < 256 {
+        return None;
+    }
+    let power = periodogram(samples, window.kaiser);
     let bin = TAU / n as f64;
     let lobe = window.lobe_bins * bin;
     let clear = |w: f64| {
@@ -137,10 +145,8 @@ fn bands(samples: &[f64], turn: f64, window: &Window) -> Option<Vec<Band>> {
                 (w - k as f64 * turn).abs() > lobe + wander
             })
     };
-    let levels: Vec<(f64, f64)> = (1..n / 2)
-        .map(|k| (k as f64 * bin, spectrum[k].norm_sqr() / power))
-        .filter(|(w, _)| clear(*w))
-        .collect();
+    let levels: Vec<(f64, f64)> =
+        (1..n / 2).map(|k| (k as f64 * bin, power[k])).filter(|(w, _)| clear(*w)).collect();
     let first = levels.first()?.0;
     let ratio = (PI / first).powf(1.0 / MOST_BANDS as f64);
     let mut out = Vec::new();
@@ -181,7 +187,7 @@ fn clipped_mean(mut values: Vec<f64>) -> f64 {
 }
 
 /// Modified Bessel function of order zero, by its power series: `libm` has none.
-fn bessel(x: f64) -> f64 {
+pub(super) fn bessel(x: f64) -> f64 {
     let q = 0.25 * x * x;
     let (mut term, mut sum) = (1.0, 1.0);
     for k in 1..60 {

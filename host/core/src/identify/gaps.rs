@@ -7,6 +7,7 @@
 use super::envelope::strongest_frequency_rad_s;
 use super::least_squares::fit_mode;
 use super::samples::Samples;
+use crate::fit::lines::Line;
 use crate::record::Record;
 use crate::statistics::median;
 use std::borrow::Cow;
@@ -119,9 +120,11 @@ pub fn without(record: &Record) -> (Cow<'_, Record>, Vec<Warning>) {
     (Cow::Owned(filled.record), warnings)
 }
 
-/// What was done about samples that are missing.
+/// What was done about samples that are missing, and about what is no motion.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Warning {
+    /// A steady line far above the oscillation is taken out of the reading.
+    Line { record: String, line: Line },
     /// Short gaps are filled by fits to the cycles about them.
     Filled { record: String, longest: Gap, others: usize },
     /// A gap too long for that: the part between these times is used.
@@ -131,6 +134,12 @@ pub enum Warning {
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Line { record, line } => write!(
+                f,
+                "{record}: a steady line of {:.2} Hz and {:.2} deg is taken out of the reading (mains hum?)",
+                line.frequency_rad_s / std::f64::consts::TAU,
+                line.amplitude_deg()
+            ),
             Self::Filled { record, longest, others } => {
                 let others = match others {
                     0 => String::new(),

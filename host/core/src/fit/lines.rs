@@ -1,0 +1,181 @@
+//! Steady lines in a reading, far above the oscillation: mains hum and its like, which means of samples would fold down
+//! among the motion.
+
+use crate::fit::noise::{bessel, periodogram};
+use crate::record::Record;
+use crate::statistics::median;
+use std::f64::consts::{LN_2, PI, TAU};
+
+/// Natural frequencies from which on a line is none of the motion.
+const FROM: f64 = 10.0;
+/// Power over the neighbourhood's that noise does not reach: e^-25 a bin.
+const OVER_NOISE: f64 = 25.0;
+/// Bins of the neighbourhood to each side.
+const NEIGHBOURS: usize = 200;
+/// Of a line's power at its frequency, what a steady sine leaves at most.
+const STEADY: f64 = 0.2;
+const MOST_LINES: usize = 6;
+/// Window: side lobes 170 dB down, half a main lobe of so many bins.
+const KAISER: f64 = 18.0;
+const LOBE_BINS: usize = 7;
+
+/// A sine in the reading, of time from the record's own zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    pub frequency_rad_s: f64,
+    pub cosine_deg: f64,
+    pub sine_deg: f64,
+}
+
+impl Line {
+    pub fn amplitude_deg(&self) -> f64 {
+        self.cosine_deg.hypot(self.sine_deg)
+    }
+
+    fn at(&self, time_s: f64) -> f64 {
+        let (sin, cos) = (self.frequency_rad_s * time_s).sin_cos();
+        self.cosine_deg * cos + self.sine_deg * sin
+    }
+}
+
+/// `record` without `lines`.
+pub fn without(record: &Record, lines: &[Line]) -> Record {
+    let rows = record.time_s.iter().zip(&record.yaw_deg);
+    let yaw_deg = rows.map(|(t, y)| y - lines.iter().map(|l| l.at(*t)).sum::<f64>()).collect();
+    Record { yaw_deg, ..record.clone() }
+}
+
+/// The steady lines in `yaw_deg`, samples from `start_s` on every `step_s`, of an oscillation of `natural_frequency_rad_s`.
+pub fn steady(
+    yaw_deg: &[f64],
+    start_s: f64,
+    step_s: f64,
+    natural_frequency_rad_s: f64,
+) -> Vec<Line> {
+    let mut left = yaw_deg.to_vec();
+    let mut lines = Vec::new();
+    while lines.len() < MOST_LINES {
+        let Some(bin) = strongest(&left, FROM * natural_frequency_rad_s * step_s) else { break };
+        let line = fitted(&left, start_s, step_s, bin);
+        let power = |y: &[f64]| periodogram(y, KAISER)[bin];
+        let before = power(&left);
+        for (k, y) in left.iter_mut().enumerate() {
+            *y -= line.at(start_s + k as f64 * step_s);
+        }
+        if power(&left) > STEADY * before {
+            break;
+        }
+        lines.push(line);
+    }
+    lines
+}
+
+/// The bin that stands most above its neighbourhood, beyond `from` rad/sample, if one does.
+fn strongest(samples: &[f64], from: f64) -> Option<usize> {
+    let power = periodogram(samples, KAISER);
+    let first = (from / TAU * samples.len() as f64) as usize + LOBE_BINS;
+    let mut best: Option<(f64, usize)> = None;
+    // The floor changes slowly: a median for each stretch of bins.
+    for from in (first..power.len().saturating_sub(LOBE_BINS)).step_by(NEIGHBOURS) {
+        let to = (from + NEIGHBOURS).min(power.len());
+        let mut around = power
+            [from.saturating_sub(NEIGHBOURS).max(first)..(to + NEIGHBOURS).min(power.len())]
+            .to_vec();
+        if around.len() < NEIGHBOURS / 2 {
+            continue;
+        }
+        let level = median(&mut around) / LN_2;
+        for (bin, power) in power.iter().enumerate().take(to).skip(from) {
+            let over = power / level;
+            if over > OVER_NOISE && best.is_none_or(|b| over > b.0) {
+                best = Some((over, bin));
+            }
+        }
+    }
+    best.map(|b| b.1)
+}
+
+/// The sine of most power within a bin of `bin`.
+fn fitted(samples: &[f64], start_s: f64, step_s: f64, bin: usize) -> Line {
+    let n = samples.len();
+    let window: Vec<f64> = (0..n)
+        .map(|k| {
+            let x = 2.0 * (k as f64 + 0.5) / n as f64 - 1.0;
+            bessel(KAISER * (1.0 - x * x).sqrt())
+        })
+        .collect();
+    let sum: f64 = window.iter().sum();
+    let middle = samples.iter().sum::<f64>() / n as f64;
+    let parts = |turn: f64| {
+        samples.iter().zip(&window).enumerate().fold((0.0, 0.0), |(c, s), (k, (y, w))| {
+            let (sin, cos) = (turn * k as f64 % TAU).sin_cos();
+            (c + w * (y - middle) * cos, s + w * (y - middle) * sin)
+        })
+    };
+    // The main lobe has one top: golden section.
+    let bin_turn = TAU / n as f64;
+    let (mut low, mut high) = ((bin as f64 - 1.0) * bin_turn, (bin as f64 + 1.0) * bin_turn);
+    let power = |turn: f64| {
+        let (c, s) = parts(turn);
+        c * c + s * s
+    };
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    while high - low > 1e-4 * bin_turn {
+        let (a, b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+        if power(a) > power(b) {
+            high = b;
+        } else {
+            low = a;
+        }
+    }
+    let turn = (0.5 * (low + high)).min(PI);
+    let (c, s) = parts(turn);
+    // From the first sample to the record's zero of time.
+    let (cosine, sine) = (2.0 * c / sum, 2.0 * s / sum);
+    let frequency_rad_s = turn / step_s;
+    let (sin, cos) = (frequency_rad_s * start_s).sin_cos();
+    Line {
+        frequency_rad_s,
+        cosine_deg: cosine * cos - sine * sin,
+        sine_deg: sine * cos + cosine * sin,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{Rng, SeedableRng};
+    use rand_distr::StandardNormal;
+
+    fn record(hum: impl Fn(f64) -> f64, seed: u64) -> Record {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        let time_s: Vec<f64> = (0..20_000).map(|k| 3.0 + f64::from(k) * 1e-3).collect();
+        let swing = |t: f64| 10.0 * (-0.05 * t).exp() * (6.5 * t).cos();
+        let yaw_deg = time_s
+            .iter()
+            .map(|t| swing(*t) + hum(*t) + 0.03 * rng.sample::<f64, _>(StandardNormal))
+            .collect();
+        Record { file: "r".into(), time_s, yaw_deg }
+    }
+
+    #[test]
+    fn hum_is_found_and_taken_out_and_noise_and_bursts_are_left() {
+        let hum = |t: f64| 0.08 * (TAU * 50.02 * t + 1.0).sin() + 0.02 * (TAU * 150.06 * t).cos();
+        let with = record(hum, 1);
+        let lines = steady(&with.yaw_deg, with.time_s[0], 1e-3, 6.5);
+        let found: Vec<f64> = lines.iter().map(|l| l.frequency_rad_s / TAU).collect();
+        assert_eq!(lines.len(), 2, "{found:?}");
+        assert!((found[0] - 50.02).abs() < 2e-3 && (found[1] - 150.06).abs() < 2e-3, "{found:?}");
+        let clean = record(|_| 0.0, 1);
+        let left = without(&with, &lines).yaw_deg;
+        let worst = left.iter().zip(&clean.yaw_deg).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(worst < 0.005, "{worst}");
+        for seed in 2..12 {
+            let noise = record(|_| 0.0, seed);
+            assert_eq!(steady(&noise.yaw_deg, 3.0, 1e-3, 6.5), []);
+        }
+        // A part of the structure that rings for a second after the release is no steady line.
+        let rings = record(|t| 0.5 * (3.0 - t).exp() * (TAU * 40.0 * t).sin(), 12);
+        assert_eq!(steady(&rings.yaw_deg, 3.0, 1e-3, 6.5), []);
+    }
+}
