@@ -19,12 +19,15 @@ const STUCK_SAMPLES: u16 = 500;
 const AVERAGED: u16 = 512;
 /// Mean size of the fourth difference of white noise with an rms of one: sqrt(70) sqrt(2 / pi).
 const GAIN: f32 = 6.676;
+/// Root of [`BLOCK`]. Instructions of a sample in the mean, rustup's compiler: 220 with libm's root, 205 with micromath's or this.
+const ROOT_OF_BLOCK: f32 = 2.0 * core::f32::consts::SQRT_2;
+const _: () = assert!(BLOCK == 8);
 /// As white noise of a sample, degrees: more than a potentiometer in order has, and more than any signal has.
 const NOISY_DEG: f32 = 0.25;
 const SENSELESS_DEG: f32 = 2.5;
 
 fn wild_counts(degrees_per_count: f32) -> u32 {
-    (WILD_DEG / libm::fabsf(degrees_per_count)) as u32
+    (WILD_DEG / degrees_per_count.abs()) as u32
 }
 
 /// Follows the readings.
@@ -65,7 +68,7 @@ impl Signal {
     pub fn rescale(&mut self, degrees_per_count: f32, times: f32) {
         self.wild_counts = wild_counts(degrees_per_count);
         self.means = self.means.map(|mean| mean * times);
-        self.fourth *= libm::fabsf(times);
+        self.fourth *= times.abs();
     }
 
     /// The last good reading.
@@ -119,7 +122,7 @@ impl Signal {
     pub fn block(&mut self, mean_deg: f32) {
         let [a, b, c, d] = self.means;
         self.means = [b, c, d, mean_deg];
-        let fourth = libm::fabsf(a + mean_deg - 4.0 * (b + d) + 6.0 * c);
+        let fourth = (a + mean_deg - 4.0 * (b + d) + 6.0 * c).abs();
         // The first ones begin at zero degrees, wherever the model is.
         self.averaged = (self.averaged + 1).min(AVERAGED);
         if self.averaged <= 4 {
@@ -135,7 +138,7 @@ impl Signal {
 
     /// Rms of the white noise a sample would have to have, degrees.
     fn noise_deg(&self) -> f32 {
-        self.block_noise_deg() * libm::sqrtf(BLOCK as f32)
+        self.block_noise_deg() * ROOT_OF_BLOCK
     }
 
     pub fn is_noisy(&self) -> bool {

@@ -3,6 +3,7 @@
 
 use crate::history::{History, Moment, BLOCK};
 use heapless::Deque;
+use nalgebra::{Cholesky, SMatrix, SVector};
 
 /// Cycles in a window (thesis 4.5.2).
 pub const CYCLES: usize = 3;
@@ -98,21 +99,16 @@ pub(crate) fn regress(crossings: &Deque<Crossing, HALF_CYCLES>) -> Option<Fit> {
     let first = crossings.front()?;
     let origin = first.at.sample;
     // Normal equations for t = start + k half + (-1)^k alternation.
-    let mut a = [[0.0_f32; 3]; 3];
-    let mut b = [0.0_f32; 3];
+    let mut a = SMatrix::<f32, 3, 3>::zeros();
+    let mut b = SVector::<f32, 3>::zeros();
     for crossing in crossings.iter() {
         let k = crossing.number.wrapping_sub(first.number);
-        let row = [1.0, k as f32, if k.is_multiple_of(2) { 1.0 } else { -1.0 }];
-        let w = crossing.weight / first.weight;
-        let t = crossing.at.since(origin);
-        for i in 0..3 {
-            for j in 0..3 {
-                a[i][j] += w * row[i] * row[j];
-            }
-            b[i] += w * row[i] * t;
-        }
+        let row = SVector::from([1.0, k as f32, if k.is_multiple_of(2) { 1.0 } else { -1.0 }]);
+        let weighted = row * (crossing.weight / first.weight);
+        a += weighted * row.transpose();
+        b += weighted * crossing.at.since(origin);
     }
-    let [start, half, _] = solve3(a, b)?;
+    let [[start, half, _]] = Cholesky::new(a)?.solve(&b).data.0;
     let length = HALF_CYCLES as f32 * half;
     Some(Fit {
         start: Moment::after(origin, start),
@@ -132,26 +128,4 @@ pub(crate) struct Fit {
     pub rising: bool,
     /// Number of the crossing at its end.
     pub next: u32,
-}
-
-/// Solves a symmetric positive 3 x 3 system.
-fn solve3(mut a: [[f32; 3]; 3], mut b: [f32; 3]) -> Option<[f32; 3]> {
-    for i in 0..3 {
-        let pivot = a[i][i];
-        if pivot <= 0.0 || !pivot.is_finite() {
-            return None;
-        }
-        for row in i + 1..3 {
-            let factor = a[row][i] / pivot;
-            #[allow(clippy::needless_range_loop)]
-            for column in i..3 {
-                a[row][column] -= factor * a[i][column];
-            }
-            b[row] -= factor * b[i];
-        }
-    }
-    let z = b[2] / a[2][2];
-    let y = (b[1] - a[1][2] * z) / a[1][1];
-    let x = (b[0] - a[0][1] * y - a[0][2] * z) / a[0][0];
-    Some([x, y, z])
 }

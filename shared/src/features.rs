@@ -105,7 +105,7 @@ fn of_view<S: Copy + Default + Into<f32>>(
         from = to;
         *value = sign * (yaw_deg - window.midline_deg);
         square += *value * *value;
-        peak = peak.max(libm::fabsf(*value));
+        peak = peak.max(value.abs());
     }
     let rms = libm::sqrtf(square / SHAPE as f32);
     let unit = match kind {

@@ -228,7 +228,7 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         let (e0, e1, e2) = (e.next()?, e.next()?, e.next()?);
         let curvature = e0 - 2.0 * e1 + e2;
         self.midline.add(e0 - (e1 - e0) * (e1 - e0) / curvature);
-        Some(libm::fabsf(e2 - self.midline.degrees))
+        Some((e2 - self.midline.degrees).abs())
     }
 
     /// Times the crossings between the last extremes: the newest one, or the two newest ones
@@ -245,7 +245,7 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
     fn time_crossing(&mut self, before: Extreme, after: Extreme) {
         self.crossings_seen += 1;
         let number = self.crossings_seen;
-        let amplitude = libm::fabsf(after.yaw_deg - self.midline.degrees);
+        let amplitude = (after.yaw_deg - self.midline.degrees).abs();
         let wanted = match self.starts_at {
             Some(first) => number >= first,
             None => amplitude <= self.limits.from_deg,
