@@ -142,6 +142,16 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
         self.core.measuring.phase()
     }
 
+    /// How a board's light stands: on while the model is held, blinking fast while it rings, and now and then else.
+    pub fn is_lit(&self) -> bool {
+        match self.phase() {
+            Phase::Held => true,
+            // 8 Hz, and a flash each second.
+            Phase::Released | Phase::Ringing => self.samples() & 64 != 0,
+            Phase::Waiting | Phase::Finished => self.samples() % 1024 < 32,
+        }
+    }
+
     /// The flash, as a power cut leaves it.
     pub fn into_flash(self) -> F {
         self.core.store.into_flash()

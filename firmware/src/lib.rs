@@ -54,6 +54,7 @@
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
+pub mod conversions;
 pub mod crash;
 pub mod decimated;
 pub mod device;

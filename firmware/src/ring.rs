@@ -73,16 +73,8 @@ impl<const N: usize> Reader<N> {
         position % (N as u32) < self.taken % N as u32
     }
 
-    /// Samples that were never taken when everything begins anew after `triggers`.
+    /// How many were never taken when everything begins anew after `triggers`.
     pub fn begin_anew(&mut self, triggers: u32) -> u32 {
         triggers.wrapping_sub(core::mem::take(&mut self.taken))
     }
-}
-
-/// Conversions of a sample, all at one angle but for its noise.
-pub const CONVERSIONS: u32 = 16;
-
-/// The sum of sixteen 12-bit readings on the 16-bit scale, both ends on the ends.
-pub fn widened(sum: u32) -> u16 {
-    (sum + (sum >> 12)) as u16
 }

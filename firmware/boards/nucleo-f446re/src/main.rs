@@ -11,7 +11,6 @@ mod link;
 mod registers;
 mod reset;
 mod sampling;
-mod timing;
 
 // Carries the log to the debug plug.
 use core::mem::MaybeUninit;
@@ -25,7 +24,7 @@ use flash::Slots;
 use link::Link;
 use registers::Registers;
 use reset::cause;
-use sampling::{Reading, Sampling};
+use sampling::Sampling;
 use stm32f4xx_hal::pac::Peripherals;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::Config;
@@ -33,7 +32,7 @@ use stm32f4xx_hal::watchdog::IndependentWatchdog;
 use yawrig_firmware::crash::Note;
 use yawrig_firmware::device::Device;
 use yawrig_firmware::serial::{receive, send};
-use yawrig_shared::wire::{Phase, Start};
+use yawrig_shared::wire::Start;
 
 /// Longer than a sector takes to erase (2 s), even where the watchdog's own clock is fast by half.
 const WATCHDOG_MS: u32 = 4000;
@@ -86,7 +85,6 @@ fn main() -> ! {
         peripherals.TIM5,
         &mut rcc,
     );
-    let mut taken = 0_u32;
     loop {
         for _ in 0..BYTES_AT_ONCE {
             if !receive(&mut link, &mut device) {
@@ -94,26 +92,10 @@ fn main() -> ! {
             }
         }
         send(&mut link, &mut device);
-        let before = taken;
-        sampling.take(|reading| match reading {
-            Reading::Lost(count) => device.lost(count),
-            Reading::Sample(counts) => {
-                device.sample(counts);
-                device.work();
-                taken = taken.wrapping_add(1);
-            }
-        });
-        // A board that measures is well; one whose timer or converter stands still is not, though it answers.
-        if taken != before {
+        if sampling.take(&mut device) {
             watchdog.feed();
         }
-        let lit = match device.phase() {
-            Phase::Held => true,
-            // 8 Hz, and a flash each second.
-            Phase::Released | Phase::Ringing => taken & 64 != 0,
-            Phase::Waiting | Phase::Finished => taken % 1024 < 32,
-        };
-        led.set_state(lit.into());
+        led.set_state(device.is_lit().into());
     }
 }
 

@@ -1,14 +1,13 @@
 //! The potentiometer at A0 (PA0), at exactly 1 kHz: TIM2 triggers ADC1 sixteen times a sample, DMA2 writes its readings to
 //! a ring, TIM5 counts the triggers. The processor may be away for a second before a sample is lost.
-//!
-//! A sample is the sum of its sixteen conversions: 12 bits over 340 deg are steps of 0.083 deg, and where noise of half a
-//! step blurs them the sum is four times finer. Its mean time is half a millisecond early, the same for all.
 
-use crate::timing::{period, CONVERSIONS_HZ};
 use core::ptr::{addr_of, addr_of_mut};
+use embedded_storage::nor_flash::NorFlash;
 use stm32f4xx_hal::pac::{ADC1, ADC_COMMON, DMA2, TIM2, TIM5};
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
-use yawrig_firmware::ring::{widened, Reader, CONVERSIONS};
+use yawrig_firmware::conversions::{period, CONVERSIONS};
+use yawrig_firmware::device::Device;
+use yawrig_firmware::ring::Reader;
 
 /// Readings kept: for longer than a flash sector takes to erase.
 const RING: usize = 1024 * CONVERSIONS as usize;
@@ -37,14 +36,6 @@ const DMA_CR_HALF_WORDS: u32 = 0b01 << 11 | 0b01 << 13;
 const STREAM: usize = 0;
 const DMA_LIFCR_STREAM_0: u32 = 0b11_1101;
 
-/// What comes of the potentiometer.
-pub enum Reading {
-    /// So many samples were lost.
-    Lost(u32),
-    /// On the 16-bit scale.
-    Sample(u16),
-}
-
 pub struct Sampling {
     adc: ADC1,
     dma: DMA2,
@@ -71,7 +62,7 @@ impl Sampling {
         TIM2::reset(rcc);
         TIM5::enable(rcc);
         TIM5::reset(rcc);
-        let period = period(rcc.clocks.timclk1().raw(), CONVERSIONS_HZ).expect("an exact rate");
+        let period = period(rcc.clocks.timclk1().raw()).expect("an exact rate");
         // SAFETY: fields as above, in the registers they are for.
         unsafe {
             common.ccr().write(|w| w.bits(ADC_CCR_DIVIDE_BY_4));
@@ -116,28 +107,18 @@ impl Sampling {
         }
     }
 
-    /// Gives all that has come since the last call.
-    pub fn take(&mut self, mut give: impl FnMut(Reading)) {
+    /// Gives the device all that has come since the last call; whether a sample did.
+    pub fn take(&mut self, device: &mut Device<impl NorFlash>) -> bool {
         // The count first: a reading that comes between the two is one of the next call.
         let triggers = self.count.cnt().read().bits();
         let left = self.dma.st(STREAM).ndtr().read().bits();
-        let position = (RING as u32).wrapping_sub(left) % RING as u32;
-        let Some(made) = Reader::<RING>::made(triggers, position) else {
+        let made = Reader::<RING>::made(triggers, (RING as u32).wrapping_sub(left) % RING as u32);
+        if made.is_none() {
             // A conversion without its reading: the converter was overrun, or DMA failed.
-            let missed = self.reader.begin_anew(triggers);
             self.start();
-            return give(Reading::Lost(missed.div_ceil(CONVERSIONS).max(1)));
-        };
-        match self.reader.overwritten(made, CONVERSIONS) {
-            0 => {}
-            missed => give(Reading::Lost(missed / CONVERSIONS)),
         }
-        while self.reader.waiting(made) >= CONVERSIONS {
-            let sum = (0..CONVERSIONS).filter_map(|_| self.reader.next(made)).map(|at| {
-                // SAFETY: in the ring, written by DMA only, and complete.
-                u32::from(unsafe { addr_of!(READINGS[at]).read_volatile() } & 0x0fff)
-            });
-            give(Reading::Sample(widened(sum.sum())));
-        }
+        // SAFETY: in the ring, written by DMA only, and complete.
+        let reading = |at: usize| unsafe { addr_of!(READINGS[at]).read_volatile() };
+        self.reader.give(triggers, made, reading, device)
     }
 }

@@ -26,7 +26,7 @@ use rp235x_hal::clocks::init_clocks_and_plls;
 use rp235x_hal::fugit::ExtU32;
 use rp235x_hal::usb::UsbBus;
 use rp235x_hal::{pac, Adc, Clock, Sio, Timer, Watchdog};
-use sampling::{Reading, Sampling};
+use sampling::Sampling;
 use usb_device::bus::UsbBusAllocator;
 use usb_device::device::{StringDescriptors, UsbDeviceBuilder, UsbDeviceState, UsbVidPid};
 use usb_device::LangID;
@@ -34,7 +34,7 @@ use usbd_serial::{SerialPort, USB_CLASS_CDC};
 use yawrig_firmware::crash::Note;
 use yawrig_firmware::device::Device;
 use yawrig_firmware::serial::{receive, send};
-use yawrig_shared::wire::{Phase, Start};
+use yawrig_shared::wire::Start;
 
 /// Tells the boot ROM that this is a program.
 #[link_section = ".start_block"]
@@ -117,7 +117,6 @@ fn main() -> ! {
     chip.RESETS.reset().modify(|_, w| w.dma().clear_bit());
     while chip.RESETS.reset_done().read().dma().bit_is_clear() {}
     let mut sampling = Sampling::begin(adc, chip.DMA, timer, clocks.adc_clock.freq().to_Hz());
-    let mut taken = 0_u32;
     loop {
         usb.poll(&mut [&mut line]);
         if usb.state() == UsbDeviceState::Configured {
@@ -132,26 +131,10 @@ fn main() -> ! {
                 }
             }
         }
-        let before = taken;
-        sampling.take(|reading| match reading {
-            Reading::Lost(count) => device.lost(count),
-            Reading::Sample(counts) => {
-                device.sample(counts);
-                device.work();
-                taken = taken.wrapping_add(1);
-            }
-        });
-        // A board that measures is well; one whose converter stands still is not, though it answers.
-        if taken != before {
+        if sampling.take(&mut device) {
             watchdog.feed();
         }
-        let lit = match device.phase() {
-            Phase::Held => true,
-            // 8 Hz, and a flash each second.
-            Phase::Released | Phase::Ringing => taken & 64 != 0,
-            Phase::Waiting | Phase::Finished => taken % 1024 < 32,
-        };
-        let _ = led.set_state(lit.into());
+        let _ = led.set_state(device.is_lit().into());
     }
 }
 

@@ -1,15 +1,15 @@
 //! The potentiometer at ADC0 (GP26), at exactly 1 kHz: the converter begins by its own divider sixteen times a sample, DMA
 //! writes its readings to a ring, and the timer, which has the same crystal, says how many there must be. The processor
 //! may be away for a second before a sample is lost.
-//!
-//! A sample is the sum of its sixteen conversions: 12 bits over 340 deg are steps of 0.083 deg, and where noise of half a
-//! step blurs them the sum is four times finer. Its mean time is half a millisecond early, the same for all.
 
-use crate::timing::{divider, readings, CONVERSIONS_HZ};
+use crate::timing::{divider, readings};
 use core::ptr::{addr_of, addr_of_mut};
+use embedded_storage::nor_flash::NorFlash;
 use rp235x_hal::pac::{ADC, DMA};
 use rp235x_hal::timer::{CopyableTimer0, Timer};
-use yawrig_firmware::ring::{widened, Reader, CONVERSIONS};
+use yawrig_firmware::conversions::CONVERSIONS;
+use yawrig_firmware::device::Device;
+use yawrig_firmware::ring::Reader;
 
 /// Readings kept: for longer than the flash takes to erase a network's place.
 const RING: usize = 1024 * CONVERSIONS as usize;
@@ -24,14 +24,6 @@ const CHANNEL: usize = 0;
 /// ADC0, at GP26.
 const INPUT: u8 = 0;
 
-/// What comes of the potentiometer.
-pub enum Reading {
-    /// So many samples were lost.
-    Lost(u32),
-    /// On the 16-bit scale.
-    Sample(u16),
-}
-
 pub struct Sampling {
     adc: ADC,
     dma: DMA,
@@ -43,7 +35,7 @@ pub struct Sampling {
 impl Sampling {
     /// Begins to sample. The converter is on and has `clock_hz`, DMA is out of reset, GP26 is an analogue input.
     pub fn begin(adc: ADC, dma: DMA, timer: Timer<CopyableTimer0>, clock_hz: u32) -> Self {
-        let cycles = divider(clock_hz, CONVERSIONS_HZ).expect("an exact rate");
+        let cycles = divider(clock_hz).expect("an exact rate");
         // SAFETY: any divider will do.
         adc.div().write(|w| unsafe { w.int().bits(cycles).frac().bits(0) });
         let mut sampling = Self { adc, dma, timer, first_us: 0, reader: Reader::new() };
@@ -90,28 +82,19 @@ impl Sampling {
         at.wrapping_sub(addr_of!(READINGS) as u32) / 2 % RING as u32
     }
 
-    /// Gives all that has come since the last call.
-    pub fn take(&mut self, mut give: impl FnMut(Reading)) {
+    /// Gives the device all that has come since the last call; whether a sample did.
+    pub fn take(&mut self, device: &mut Device<impl NorFlash>) -> bool {
         // The time first: a reading that comes between the two is one of the next call.
         let triggers = readings(self.timer.get_counter().ticks() - self.first_us);
         let position = self.position();
         let over = self.adc.fcs().read().over().bit_is_set();
-        let Some(made) = Reader::<RING>::made(triggers, position).filter(|_| !over) else {
+        let made = Reader::<RING>::made(triggers, position).filter(|_| !over);
+        if made.is_none() {
             // A conversion without its reading: DMA was too late for it, or failed.
-            let missed = self.reader.begin_anew(triggers);
             self.start();
-            return give(Reading::Lost(missed.div_ceil(CONVERSIONS).max(1)));
-        };
-        match self.reader.overwritten(made, CONVERSIONS) {
-            0 => {}
-            missed => give(Reading::Lost(missed / CONVERSIONS)),
         }
-        while self.reader.waiting(made) >= CONVERSIONS {
-            let sum = (0..CONVERSIONS).filter_map(|_| self.reader.next(made)).map(|at| {
-                // SAFETY: in the ring, written by DMA only, and complete.
-                u32::from(unsafe { addr_of!(READINGS.0[at]).read_volatile() } & 0x0fff)
-            });
-            give(Reading::Sample(widened(sum.sum())));
-        }
+        // SAFETY: in the ring, written by DMA only, and complete.
+        let reading = |at: usize| unsafe { addr_of!(READINGS.0[at]).read_volatile() };
+        self.reader.give(triggers, made, reading, device)
     }
 }
