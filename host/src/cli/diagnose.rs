@@ -175,7 +175,9 @@ impl Diagnose {
                 .help("give one of them: by itself a coefficient is common to all"));
         }
         let begin = std::time::Instant::now();
-        let common = Common { same_rig: self.same_rig, own, present, stop: interrupt::stop() };
+        let candidates = self.effects.effects()?;
+        let stop = interrupt::stop();
+        let common = Common { same_rig: self.same_rig, own, candidates, present, stop };
         let records = files.iter().map(|file| yawrig_records::read(file));
         let records: Vec<_> = records.collect::<Result<_>>()?;
         crate::say!("judging {} releases as one", records.len());

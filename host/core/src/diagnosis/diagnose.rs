@@ -72,16 +72,17 @@ pub fn diagnose_with_fits(record: &Record, options: &Options) -> Result<Diagnose
 }
 
 fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagnosed> {
-    let fresh = options.present == Structure::default() && options.own.is_empty();
-    if !fresh {
+    if options.present != Structure::default() {
         return Ok(by_likelihood(record, &decay, options)?.0);
     }
-    let survivors = survivors::search(&decay)?;
+    let survivors = survivors::search(&decay, &options.own)?;
     let account = account::account(&decay, survivors, options.zero_unknown)?;
     let best = &account.last().model;
     let plain = search::present(&decay, options)?;
     let lowest = plain.rms_rad().min(account.plain_rad());
-    let candidates: Vec<Effect> = Effect::deterministic().filter(|e| !e.is_flexible()).collect();
+    let own = options.own.iter().filter(|e| matches!(e, Effect::Own(_)));
+    let library = Effect::deterministic().filter(|e| !e.is_flexible());
+    let candidates: Vec<Effect> = library.chain(own.cloned()).collect();
     let from = |model| reach::reach(&decay, model, &candidates);
     let reached = (lowest < NEAR * decay.noise_rad).then(|| (from(best), from(&plain)));
     // From near the noise a linear step is to be believed.

@@ -1,6 +1,6 @@
 //! Numbers that physics forbids, or that a record does not fix: their effect is refused, and it is said why.
 
-use crate::effects::{Effect, State, Terms};
+use crate::effects::{Effect, Parameter, State, Terms};
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::statistics::median;
@@ -8,6 +8,8 @@ use std::f64::consts::{PI, TAU};
 
 /// Uncertainties that a number is away from zero at least.
 const SIGNIFICANT: f64 = 3.0;
+/// Of its uncertainty, how near to its bound a number is at it.
+const AT_BOUND: f64 = 0.01;
 /// Correlation of two numbers from which on only one combination of them is known.
 const CANCELLING: f64 = 0.9995;
 /// Amplitudes between the smallest and the largest at which damping is looked at, and angles in a cycle.
@@ -67,7 +69,14 @@ fn unknown(model: &Fitted) -> Option<Refusal> {
             })
             .collect();
         let refused = |reason: String| Some(Refusal { effect: effect.clone(), reason });
-        if let Some((p, q)) = own.iter().find(|(p, q)| q.value <= p.min || q.value >= p.max) {
+        let at_bound = |q: &crate::quantity::Quantity, bound: f64| {
+            let near = if q.u.is_finite() { AT_BOUND * q.u } else { 0.0 };
+            bound.is_finite() && (q.value - bound).abs() <= near
+        };
+        let bounded = |(p, q): &&(&Parameter, crate::quantity::Quantity)| {
+            at_bound(q, p.min) || at_bound(q, p.max)
+        };
+        if let Some((p, q)) = own.iter().find(bounded) {
             return refused(format!(
                 "{} = {:.4} {} is at its bound: no value within makes the model fit better",
                 p.name, q.value, p.unit
@@ -252,11 +261,13 @@ mod tests {
         let drag = (Effect::QuadraticDamping, 0.3, 0.001);
         let falling = (Effect::CubicDamping, -20.0, 0.1);
         let at_bound = (Effect::QuadraticDamping, 0.0, 0.001);
+        let near_bound = (Effect::QuadraticDamping, 1e-9, 0.001);
         let unknown = (Effect::CubicStiffness, 1.0, 0.9);
         for (zeta, effects, correlation, wind, words) in [
             (0.01, vec![friction.clone(), drag.clone()], 0.5, 0.0, None),
             (0.01, vec![friction.clone(), drag.clone()], 0.9999, 0.0, Some("cancel one another")),
             (0.01, vec![at_bound], 0.0, 0.0, Some("at its bound")),
+            (0.01, vec![near_bound], 0.0, 0.0, Some("at its bound")),
             (0.01, vec![unknown], 0.0, 0.0, Some("other than zero")),
             (0.01, vec![falling.clone()], 0.0, 0.0, Some("would be -0.00")),
             (0.01, vec![falling], 0.0, 10.0, None),

@@ -35,6 +35,8 @@ pub struct Common {
     pub same_rig: bool,
     /// Effects of which each release has a coefficient of its own.
     pub own: Vec<Effect>,
+    /// A user's own effects, which compete with those of the library.
+    pub candidates: Vec<Effect>,
     /// Effects of the model that is there already: they stay.
     pub present: Vec<Effect>,
     pub stop: Stop,
@@ -222,7 +224,7 @@ pub fn diagnose_several(records: &[Record], common: &Common) -> Result<SeveralDi
         .iter()
         .map(|record| {
             let decay = FreeDecay { stop: common.stop.clone(), ..FreeDecay::of(record)? };
-            let survivors = survivors::search(&decay)?;
+            let survivors = survivors::search(&decay, &common.candidates)?;
             Ok(Begun { decay: floor::with_steps(decay, record), survivors })
         })
         .collect::<Result<_>>()?;

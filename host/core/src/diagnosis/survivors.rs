@@ -112,7 +112,13 @@ fn fitted(lengths: &Lengths, structure: &Structure, short: &[f64], near: Option<
 }
 
 fn with(lengths: &Lengths, inner: &Model, effect: &Effect) -> Model {
-    with_from(lengths, inner, effect, &vec![0.0; effect.parameters().len()])
+    let start = match effect {
+        // Its numbers need not be a strength: a width of zero is none.
+        Effect::Own(_) => rough_start(lengths, inner, effect).map(|(_, start)| start),
+        _ => None,
+    };
+    let start = start.unwrap_or_else(|| vec![0.0; effect.parameters().len()]);
+    with_from(lengths, inner, effect, &start)
 }
 
 fn with_from(lengths: &Lengths, inner: &Model, effect: &Effect, start: &[f64]) -> Model {
@@ -124,6 +130,12 @@ fn with_from(lengths: &Lengths, inner: &Model, effect: &Effect, start: &[f64]) -
 
 /// The start for an effect that bends to much from which a rough fit to long pieces comes lowest, if that is promising.
 fn promising(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<Vec<f64>> {
+    let (sum, start) = rough_start(lengths, inner, effect)?;
+    (sum < PROMISING * inner.fit.sum()).then_some(start)
+}
+
+/// The start from which a rough fit to long pieces comes lowest, and its sum of squares.
+fn rough_start(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<(f64, Vec<f64>)> {
     let structure = inner.fit.structure.with(effect);
     let pieces: Vec<&FreeDecay> = lengths.long.decays.iter().collect();
     let rough = |start: Vec<f64>| {
@@ -132,9 +144,7 @@ fn promising(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<Vec<f6
         let fit = fit_pieces(&pieces, &structure, &common, states, ROUGH, FEW_STEPS);
         (fit.sum(), start)
     };
-    let best = lengths.starts(effect).into_par_iter().map(rough).min_by(|a, b| a.0.total_cmp(&b.0));
-    let (sum, start) = best?;
-    (sum < PROMISING * inner.fit.sum()).then_some(start)
+    lengths.starts(effect).into_par_iter().map(rough).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 fn without(lengths: &Lengths, model: &Model, effect: &Effect) -> Model {
@@ -243,11 +253,11 @@ pub(crate) fn plain_start(decay: &FreeDecay) -> (Structure, [f64; 3]) {
     (structure, [mean(&|w| w.natural_frequency_rad_s), zeta, middle])
 }
 
-/// Searches for the effects that survive prediction.
+/// Searches for the effects that survive prediction, a user's `own` among them.
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
-pub fn search(decay: &FreeDecay) -> Result<Survivors> {
+pub fn search(decay: &FreeDecay, own: &[Effect]) -> Result<Survivors> {
     let lengths = Lengths::of(decay);
     let (structure, start) = plain_start(decay);
     let plain = judged(&lengths, fitted(&lengths, &structure, &start, None));
@@ -286,10 +296,33 @@ pub fn search(decay: &FreeDecay) -> Result<Survivors> {
         }
     }
     here = pruned(&lengths, here);
+    let own: Vec<Effect> = own.iter().filter(|e| matches!(e, Effect::Own(_))).cloned().collect();
+    here = with_own(&lengths, here, &own)?;
     let simple = here.clone();
     here = bent(&lengths, here)?;
     let path = path(&lengths, &plain, here)?;
-    Ok(Survivors { path, singles: rounds.swap_remove(1), lengths, simple })
+    let mut singles = rounds.swap_remove(1);
+    singles.par_extend(own.par_iter().map(|e| with(&lengths, &plain.model, e)));
+    singles.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
+    Ok(Survivors { path, singles, lengths, simple })
+}
+
+/// `here` with a user's own effects beside which it predicts better, what they leave needed: they are slower than the
+/// library's, and tried where those have gone as far as they can.
+fn with_own(lengths: &Lengths, mut here: Judged, own: &[Effect]) -> Result<Judged> {
+    loop {
+        lengths.stop.check()?;
+        let better = own
+            .par_iter()
+            .filter(|e| !here.model.fit.structure.effects.contains(e))
+            .map(|e| judged(lengths, with(lengths, &here.model, e)))
+            .filter(|with| with.predicts_better_than(&here))
+            .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
+        match better {
+            Some(better) => here = pruned(lengths, better),
+            None => return Ok(here),
+        }
+    }
 }
 
 /// Whether hysteresis, the last effect of `model`, is dry friction.

@@ -8,12 +8,13 @@ use std::f64::consts::{LN_2, PI, TAU};
 
 /// Natural frequencies from which on a line is none of the motion.
 const FROM: f64 = 10.0;
-/// Power over the neighbourhood's that noise does not reach: e^-25 a bin.
-const OVER_NOISE: f64 = 25.0;
+/// Power over the neighbourhood's, far beyond what noise reaches.
+const OVER_NOISE: f64 = 60.0;
 /// Bins of the neighbourhood to each side.
 const NEIGHBOURS: usize = 200;
-/// Of a line's power at its frequency, what a steady sine leaves at most.
-const STEADY: f64 = 0.2;
+/// Parts of the record in which a line has the same amplitude and phase, to this share of the amplitude.
+const PARTS: usize = 4;
+const STEADY: f64 = 0.5;
 const MOST_LINES: usize = 6;
 /// Window: side lobes 170 dB down, half a main lobe of so many bins.
 const KAISER: f64 = 18.0;
@@ -57,13 +58,11 @@ pub fn steady(
     while lines.len() < MOST_LINES {
         let Some(bin) = strongest(&left, FROM * natural_frequency_rad_s * step_s) else { break };
         let line = fitted(&left, start_s, step_s, bin);
-        let power = |y: &[f64]| periodogram(y, KAISER)[bin];
-        let before = power(&left);
+        if !is_steady(&left, start_s, step_s, &line) {
+            break;
+        }
         for (k, y) in left.iter_mut().enumerate() {
             *y -= line.at(start_s + k as f64 * step_s);
-        }
-        if power(&left) > STEADY * before {
-            break;
         }
         lines.push(line);
     }
@@ -95,31 +94,26 @@ fn strongest(samples: &[f64], from: f64) -> Option<usize> {
     best.map(|b| b.1)
 }
 
+/// Whether every part of the record holds `line`.
+fn is_steady(samples: &[f64], start_s: f64, step_s: f64, line: &Line) -> bool {
+    let part = samples.len() / PARTS;
+    let turn = line.frequency_rad_s * step_s;
+    (0..PARTS).all(|k| {
+        let first = k * part;
+        let own =
+            sine(&samples[first..first + part], turn, start_s + first as f64 * step_s, step_s);
+        let off = (own.cosine_deg - line.cosine_deg).hypot(own.sine_deg - line.sine_deg);
+        off < STEADY * line.amplitude_deg()
+    })
+}
+
 /// The sine of most power within a bin of `bin`.
 fn fitted(samples: &[f64], start_s: f64, step_s: f64, bin: usize) -> Line {
-    let n = samples.len();
-    let window: Vec<f64> = (0..n)
-        .map(|k| {
-            let x = 2.0 * (k as f64 + 0.5) / n as f64 - 1.0;
-            bessel(KAISER * (1.0 - x * x).sqrt())
-        })
-        .collect();
-    let sum: f64 = window.iter().sum();
-    let middle = samples.iter().sum::<f64>() / n as f64;
-    let parts = |turn: f64| {
-        samples.iter().zip(&window).enumerate().fold((0.0, 0.0), |(c, s), (k, (y, w))| {
-            let (sin, cos) = (turn * k as f64 % TAU).sin_cos();
-            (c + w * (y - middle) * cos, s + w * (y - middle) * sin)
-        })
-    };
-    // The main lobe has one top: golden section.
-    let bin_turn = TAU / n as f64;
-    let (mut low, mut high) = ((bin as f64 - 1.0) * bin_turn, (bin as f64 + 1.0) * bin_turn);
-    let power = |turn: f64| {
-        let (c, s) = parts(turn);
-        c * c + s * s
-    };
     const GOLDEN: f64 = 0.618_033_988_749_895;
+    let bin_turn = TAU / samples.len() as f64;
+    let power = |turn: f64| sine(samples, turn, start_s, step_s).amplitude_deg();
+    // The main lobe has one top: golden section.
+    let (mut low, mut high) = ((bin as f64 - 1.0) * bin_turn, (bin as f64 + 1.0) * bin_turn);
     while high - low > 1e-4 * bin_turn {
         let (a, b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
         if power(a) > power(b) {
@@ -128,10 +122,24 @@ fn fitted(samples: &[f64], start_s: f64, step_s: f64, bin: usize) -> Line {
             low = a;
         }
     }
-    let turn = (0.5 * (low + high)).min(PI);
-    let (c, s) = parts(turn);
+    sine(samples, (0.5 * (low + high)).min(PI), start_s, step_s)
+}
+
+/// The sine of `turn` rad/sample in `samples`, as their window shows it.
+fn sine(samples: &[f64], turn: f64, start_s: f64, step_s: f64) -> Line {
+    let n = samples.len() as f64;
+    let middle = samples.iter().sum::<f64>() / n;
+    let (mut cosine, mut sine, mut sum) = (0.0, 0.0, 0.0);
+    for (k, y) in samples.iter().enumerate() {
+        let x = 2.0 * (k as f64 + 0.5) / n - 1.0;
+        let w = bessel(KAISER * (1.0 - x * x).sqrt());
+        let (sin, cos) = (turn * k as f64 % TAU).sin_cos();
+        cosine += w * (y - middle) * cos;
+        sine += w * (y - middle) * sin;
+        sum += w;
+    }
+    let (cosine, sine) = (2.0 * cosine / sum, 2.0 * sine / sum);
     // From the first sample to the record's zero of time.
-    let (cosine, sine) = (2.0 * c / sum, 2.0 * s / sum);
     let frequency_rad_s = turn / step_s;
     let (sin, cos) = (frequency_rad_s * start_s).sin_cos();
     Line {

@@ -136,7 +136,7 @@ impl fmt::Display for Warning {
         match self {
             Self::Line { record, line } => write!(
                 f,
-                "{record}: a steady line of {:.2} Hz and {:.2} deg is taken out of the reading (mains hum?)",
+                "{record}: a steady line of {:.2} Hz and {:.4} deg is taken out of the reading (mains hum?)",
                 line.frequency_rad_s / std::f64::consts::TAU,
                 line.amplitude_deg()
             ),
