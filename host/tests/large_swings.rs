@@ -1,6 +1,8 @@
 //! Swings as they are measured: large angles, a rest off the sensor's zero, steps of a coarse sensor, and more than one
 //! loss at once. The truth is integrated by Runge-Kutta steps of its own, friction as a sign.
 
+use yawrig::model::comparison::{compare, Comparison};
+use yawrig::model::effects;
 use yawrig_core::diagnosis::diagnose::{diagnose, Options, Status};
 use yawrig_core::effects::Effect;
 use yawrig_core::record::Record;
@@ -11,11 +13,13 @@ const DRAG: f64 = 0.02;
 const ZETA: f64 = 0.001;
 const REST_DEG: f64 = 3.0;
 
+fn losses(_: f64, r: f64) -> f64 {
+    -DRAG * r.abs() * r - FRICTION * r.signum()
+}
+
 /// A pendulum let go at `release_deg`, read in steps of `step_deg` at 150 Hz until it rests.
-fn pendulum(release_deg: f64, step_deg: f64) -> Record {
-    let moment = |b: f64, r: f64| {
-        -WN * WN * b.sin() - 2.0 * ZETA * WN * r - DRAG * r.abs() * r - FRICTION * r.signum()
-    };
+fn pendulum(release_deg: f64, step_deg: f64, losses: impl Fn(f64, f64) -> f64) -> Record {
+    let moment = |b: f64, r: f64| -WN * WN * b.sin() - 2.0 * ZETA * WN * r + losses(b, r);
     let h = 1.0 / 150.0 / 40.0;
     let (mut b, mut r) = (release_deg.to_radians(), 0.0_f64);
     let (mut time_s, mut yaw_deg) = (Vec::new(), Vec::new());
@@ -41,7 +45,7 @@ fn pendulum(release_deg: f64, step_deg: f64) -> Record {
 
 #[test]
 fn a_pendulum_from_120_deg_is_taken_apart() {
-    let found = diagnose(&pendulum(120.0, 0.18), &Options::default()).expect("a swing");
+    let found = diagnose(&pendulum(120.0, 0.18, losses), &Options::default()).expect("a swing");
     println!("{:?} {:?} {:?}", found.status, found.effects, found.sentence);
     for effect in [Effect::PendulumGravity, Effect::CoulombFriction, Effect::QuadraticDamping] {
         assert!(found.effects.contains(&effect), "{effect}");
@@ -62,4 +66,58 @@ fn a_pendulum_from_120_deg_is_taken_apart() {
     let held: Vec<f64> = found.steps.iter().map(|s| s.held_out_over_noise).collect();
     println!("held out over noise {held:.3?}");
     assert!(held.windows(2).all(|h| h[1] <= h[0]));
+}
+
+/// Friction that grows with the square of the angle, which the library has not.
+#[test]
+fn an_effect_of_ones_own_is_named_where_the_library_has_none() {
+    let record = pendulum(120.0, 0.18, |b, r| -FRICTION * (0.2 + 4.0 * b * b) * (r / 0.2).tanh());
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("rubbing.toml");
+    let text =
+        "id = \"rubbing\"\ntitle = \"Rubbing\"\nmoment = \"-c * (a + b^2) * tanh(r / 0.2)\"\n\
+                [parameters]\nc = { unit = \"rad/s2\", start = 0.1, min = 0.0 }\n\
+                a = { unit = \"1\", start = 0.1, min = 0.0 }\n";
+    std::fs::write(&file, text).unwrap();
+    let own = effects::load(&file).unwrap_or_else(|e| panic!("{e}"));
+    let options = Options { own: vec![own.clone()], ..Options::default() };
+    let (without, with) = (Options::default(), options);
+    let left = |options: &Options| {
+        let found = diagnose(&record, options).expect("a swing");
+        println!("{:?} {:?} {:?}", found.status, found.effects, found.sentence);
+        (found.effects, found.left.map(|left| left.rms_deg).expect("what is left"))
+    };
+    let (library, library_deg) = left(&without);
+    let (effects, left_deg) = left(&with);
+    assert!(!library.contains(&own) && effects.contains(&own), "{effects:?}");
+    assert!(effects.contains(&Effect::PendulumGravity) && effects.len() <= library.len());
+    assert!(left_deg < 0.5 * library_deg, "{left_deg} and {library_deg}");
+}
+
+#[test]
+fn the_order_in_which_effects_are_asked_for_changes_nothing() {
+    let record = pendulum(120.0, 0.18, losses);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("pendulum.csv");
+    let rows = record.time_s.iter().zip(&record.yaw_deg).map(|(t, y)| format!("{t},{y}\n"));
+    std::fs::write(&file, format!("time_s,yaw_deg\n{}", rows.collect::<String>())).unwrap();
+    let (sine, rubs, drag) =
+        (Effect::PendulumGravity, Effect::CoulombFriction, Effect::QuadraticDamping);
+    let orders = [
+        [&sine, &rubs, &drag],
+        [&sine, &drag, &rubs],
+        [&rubs, &sine, &drag],
+        [&rubs, &drag, &sine],
+        [&drag, &sine, &rubs],
+        [&drag, &rubs, &sine],
+    ];
+    let residuals = orders.map(|order| {
+        let effects = order.into_iter().cloned().collect();
+        let files = vec![file.clone()];
+        let asked = Comparison { files, effects, unknown_zero: true, ..Comparison::default() };
+        let found = compare(&asked).unwrap_or_else(|e| panic!("{order:?}: {e}"));
+        found.appraisal.residuals.residual_over_noise
+    });
+    println!("{residuals:.4?}");
+    assert!(residuals.iter().all(|r| (r / residuals[0] - 1.0).abs() < 0.01), "{residuals:?}");
 }

@@ -4,7 +4,7 @@ use crate::model::appraisal::{appraise, as_it_is, Appraisal};
 use crate::model::document::{Model, RecordEntry, DEFAULT};
 use crate::model::model_fit::{self, combined, held_against, Data, Recorded};
 use crate::model::records;
-use crate::model::revise::{added, check_addable, Change, Current, Revision};
+use crate::model::revise::{check_addable, tried, Change, Current, Revision};
 use rayon::prelude::*;
 use std::path::PathBuf;
 use yawrig_base::error::Result;
@@ -88,7 +88,7 @@ pub fn compare(comparison: &Comparison) -> Result<Revision> {
     let mut change = Change::to(&current, &data)?;
     for effect in &comparison.effects {
         check_addable(&current.model, effect.clone())?;
-        let outer = added(&current, &data, effect.clone())?;
+        let outer = tried(&current, &data, effect.clone())?;
         let mut next = Change::to(&outer, &data)?;
         next.added = Some(effect.clone());
         next.before = Some(change.appraisal.residuals);
@@ -96,5 +96,6 @@ pub fn compare(comparison: &Comparison) -> Result<Revision> {
         change = next;
         current = outer;
     }
+    current.settled()?;
     Ok(change.into_revision(None))
 }

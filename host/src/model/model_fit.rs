@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_core::bic;
-use yawrig_core::diagnosis::diagnose::FITTED_SHARE;
+use yawrig_core::diagnosis::diagnose::{fit_over_pieces, FITTED_SHARE};
+
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{
     fit_added, fit_from, fit_plain_within, refit, Fitted, Limit, Number, Structure,
@@ -18,6 +19,8 @@ use yawrig_core::law::estimate::fit_whole;
 use yawrig_core::quantity::Quantity;
 use yawrig_records::place;
 
+/// Residual over noise up to which the fit of an added effect is not looked for by another way.
+const NEAR_NOISE: f64 = 1.5;
 /// How often a fit that has used up its evaluations is continued.
 const ROUNDS: usize = 4;
 
@@ -227,7 +230,16 @@ pub fn add(data: &Data, inner: &JointFit, effect: Effect) -> Result<JointFit> {
         .zip(&inner.fits)
         .map(|(recorded, fit)| {
             interrupt::check()?;
-            Ok(fit_added(&recorded.decay, fit, &effect))
+            let decay = &recorded.decay;
+            let single = fit_added(decay, fit, &effect);
+            if single.converged && single.over_noise(decay) < NEAR_NOISE {
+                return Ok(single);
+            }
+            // Far from the noise the way from the inner model may lead astray: the set as a whole does not.
+            let set = fit_over_pieces(decay, &structure);
+            Ok(set
+                .into_iter()
+                .fold(single, |best, set| if better(&set, &best) { set } else { best }))
         })
         .collect::<Result<_>>()?;
     // From the inner model as well, the effect at zero: so that it cannot fit worse than the inner model.

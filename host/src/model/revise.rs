@@ -55,7 +55,19 @@ pub(super) struct Current {
 
 impl Current {
     fn of(model: &Model, data: &Data, fit: JointFit) -> Result<Self> {
-        if !(fit.converged && fit.sum_of_squares.is_finite()) {
+        Self::found(model, data, fit)?.settled()
+    }
+
+    /// Refused where the fit has not converged.
+    pub fn settled(self) -> Result<Self> {
+        match self.fit.converged {
+            true => Ok(self),
+            false => Err(not_converged(&self.model)),
+        }
+    }
+
+    fn found(model: &Model, data: &Data, fit: JointFit) -> Result<Self> {
+        if !fit.sum_of_squares.is_finite() {
             return Err(not_converged(model));
         }
         let model = model_fit::updated(model, data, &fit);
@@ -277,10 +289,15 @@ pub(super) fn add_by(
 }
 
 pub(super) fn added(inner: &Current, data: &Data, effect: Effect) -> Result<Current> {
+    tried(inner, data, effect)?.settled()
+}
+
+/// `inner` with `effect`, though the fit may not have converged: with another effect it may.
+pub(super) fn tried(inner: &Current, data: &Data, effect: Effect) -> Result<Current> {
     let mut model = inner.model.clone();
     model.effects.push(EffectEntry::unfitted(effect.clone()));
     let fit = model_fit::add(data, &inner.fit, effect)?;
-    Current::of(&model, data, fit)
+    Current::found(&model, data, fit)
 }
 
 /// Takes the effect `id` out of the model at `path`.

@@ -12,6 +12,7 @@ use crate::diagnosis::compare;
 use crate::diagnosis::reach;
 use crate::diagnosis::search::{self, Found};
 use crate::diagnosis::survivors;
+pub use crate::diagnosis::survivors::fit_over_pieces;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{fit_added, Fitted, Structure};

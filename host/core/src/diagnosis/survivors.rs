@@ -8,7 +8,7 @@ use crate::diagnosis::flexible::AT_ONCE;
 use crate::diagnosis::prediction::{predict, Prediction, LEAST_GAIN};
 use crate::effects::{Effect, Scale, Seen};
 use crate::error::Result;
-use crate::fit::fitting::{Limit, Number, Structure};
+use crate::fit::fitting::{refitted, reordered, Fitted, Limit, Number, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::segments::{fit_from, fit_pieces, PieceFit, Pieces, ROUGH, STEPS};
 use crate::stop::Stop;
@@ -416,6 +416,40 @@ fn pruned(lengths: &Lengths, mut here: Judged) -> Judged {
             None => return here,
         }
     }
+}
+
+/// Whether `effect` is one that pieces of a free decay show as the whole does: of the state, its strength a number.
+fn is_of_the_state(effect: &Effect) -> bool {
+    matches!(
+        effect,
+        Effect::CoulombFriction
+            | Effect::QuadraticDamping
+            | Effect::CubicDamping
+            | Effect::CubicStiffness
+            | Effect::QuadraticStiffness
+            | Effect::OddQuadraticStiffness
+            | Effect::QuinticStiffness
+            | Effect::PendulumGravity
+            | Effect::StaticOffset
+    )
+}
+
+/// `structure`, all of whose effects are of the state, fitted to the whole free decay over ever longer pieces, whatever
+/// their order; none where one is another.
+pub fn fit_over_pieces(decay: &FreeDecay, structure: &Structure) -> Option<Fitted> {
+    if !structure.effects.iter().all(is_of_the_state) {
+        return None;
+    }
+    let mut sorted = structure.clone();
+    sorted.effects.sort_unstable();
+    let (_, [wn_rad_s, zeta, middle_rad]) = plain_start(decay);
+    let mut common = vec![wn_rad_s, zeta];
+    common.extend(structure.zero_unknown.then_some(middle_rad));
+    common.resize(common.len() + sorted.effects.len(), 0.0);
+    let lengths = Lengths::of(decay);
+    let whole = whole(decay, &lengths, &fitted(&lengths, &sorted, &common, None).fit);
+    let fit = refitted(decay, &whole.structure, &whole.numbers(0));
+    Some(reordered(decay, &fit, &structure.effects))
 }
 
 /// The whole free decay from one state, begun at `fit`'s numbers: over ever longer pieces.
