@@ -10,10 +10,15 @@ Commands on stdin, one a line; each is answered by one line on stdout:
     run              until all that was given is taken and nothing is left to be sent:
                      `sent HEX`, and ` reset watchdog|software` where the device began anew
     fault            the processor refuses its next instruction; answered as `run`
+    overrun          the converter is: conversions go on and are not taken to memory until the program clears it: `ok`
     stall MS         so many milliseconds without a conversion; answered as `run`
     reset            power off and on, the flash kept: `ok`
     flash            `flash HEX`: sectors 1 to 3, then the first 16 KiB of sector 7
     state            `state KEY=VALUE ...`: what the registers say
+
+What it says nothing of: how long the image takes (time passes with conversions, where the program looks for them), the
+analogue side, framing and noise on the line, an oscillator that fails, protection of the flash, interrupts (the image has
+none but its faults), the debug unit.
 """
 
 import struct
@@ -46,6 +51,7 @@ BUSY, SEQUENCE_ERROR, PROTECTION_ERROR, EOP = 1 << 16, 1 << 7, 1 << 4, 1
 # Looks at the status register within which a word is programmed; an erase takes 250 ms (data sheet, table 47).
 WORD_LOOKS, ERASE_MS = 2, 250
 CONVERSIONS = 16
+OVR = 1 << 5  # 13.13.1: ADC_SR
 # Bytes of the line between two looks of the main loop at the potentiometer; loops after which nothing is left to say.
 BYTES_A_LOOP, QUIET_LOOPS = 8, 400
 
@@ -272,8 +278,10 @@ class Machine:
             self.stall_ms -= 1
         elif self.wanted and self.samples():
             for reading in self.wanted[:CONVERSIONS]:
-                self.adc.put(reading, 2)
                 self.registers[TIM5 + 0x24] += 1
+                # 13.8.1: after an overrun DMA is not asked any more.
+                if not self.registers[ADC1] & OVR:
+                    self.adc.put(reading, 2)
             del self.wanted[:CONVERSIONS]
         else:
             return
@@ -350,6 +358,8 @@ class Machine:
             self.wanted += [int(rest[k:k + 4], 16) for k in range(0, len(rest), 4)]
         elif verb == "run":
             return self.run()
+        elif verb == "overrun":
+            self.registers[ADC1] |= OVR
         elif verb == "stall":
             self.stall_ms = int(rest)
             return self.run()

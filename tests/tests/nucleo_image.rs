@@ -342,6 +342,26 @@ fn where_the_converter_stands_still_the_watchdog_starts_it_again() {
     assert_eq!((status.samples, status.start.cause), (0, Cause::Watchdog));
 }
 
+#[test]
+#[ignore = "needs unicorn: tests/run runs it"]
+fn where_the_converter_is_overrun_a_sample_is_lost_and_said_and_the_next_ones_are_right() {
+    let mut both = Both::start();
+    let settings = Settings { degrees_per_count: 340.0 / 65_536.0, ..Settings::default() };
+    assert_eq!(both.ask(&Request::Configure(settings)), Reply::Done);
+    let release = release(12.0, 0.03, 12.0);
+    let (held, swing) = release.split_at(1500);
+    both.play(held);
+    assert_eq!(both.machine.ask("overrun"), "ok");
+    both.machine.ask(&format!("samples {}", "0800".repeat(16)));
+    assert_eq!(both.machine.run("run"), (Vec::new(), None));
+    both.here.lost(1);
+    both.play(swing);
+    let windows = both.events.iter().filter(|event| matches!(event, Event::Window(_))).count();
+    assert!(windows >= 3, "{:?}", both.events);
+    let status = both.status();
+    assert_eq!((status.samples, status.lost_samples), (1 + release.len() as u32, 1));
+}
+
 /// A status of the machine alone, which stands as it is after this.
 fn start_of(both: &mut Both) -> Start {
     assert_eq!(both.machine.run("run"), (Vec::new(), None));

@@ -41,8 +41,9 @@ export function draw(state) {
   by("measure-panel").hidden = !points.length;
   const shown = (value, u) => {
     const places = u > 0 ? Math.min(Math.max(1 - Math.floor(Math.log10(u)), 0), 9) : 4;
-    return `${value.toFixed(places)} ± ${u.toFixed(places)}`.replace("-", "−");
+    return `${value.toFixed(places)} ±\u00a0${u.toFixed(places)}`.replace("-", "−");
   };
-  by("measure-points").tBodies[0].replaceChildren(...points.map((p) => make("tr", {},
+  // Newest first, as in the log: it is what one looks for.
+  by("measure-points").tBodies[0].replaceChildren(...points.toReversed().map((p) => make("tr", {},
     ...[p.name, shown(p.d.cn_beta, p.d.cn_beta_u), shown(p.d.cn_r, p.d.cn_r_u)].map((t) => make("td", { textContent: t })))));
 }

@@ -6,8 +6,9 @@ use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::derivatives::campaign::{Campaign, InertiaEntry, ReleaseEntry};
-use yawrig_rig::{Rig, Spring};
+use yawrig_rig::{Rig, Spring, SPRINGS};
 use yawrig_shared::axis::Axis;
+use yawrig_text::nearest;
 
 /// What is to be released.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,10 +85,19 @@ impl Wanted {
                     .help("add #N, or spring, axis and wind speed"))
             }
         };
-        let of_spring = |r: &&ReleaseEntry| r.spring == spring;
-        let known = campaign.release.iter().find(of_spring).map(|r| r.spring_stiffness_n_per_m);
+        // It names the record, too.
+        if spring.trim().is_empty()
+            || spring.contains(|c: char| "/\\#".contains(c) || c.is_control())
+        {
+            return Err(Error::usage(format!("{spring:?} names no spring"))
+                .help("give a name without '/', '\\' and '#', such as K3"));
+        }
+        let known = campaign.release.iter().find(|r| r.spring == spring).cloned();
         let built_in = Spring::named(&spring).ok().filter(|_| is_built_in);
-        let stiffness = self.stiffness_n_per_m.or(known).or(built_in.map(|s| s.stiffness_n_per_m));
+        let of_file = known.as_ref().map(|r| r.spring_stiffness_n_per_m);
+        let stiffness =
+            self.stiffness_n_per_m.or(of_file).or(built_in.map(|s| s.stiffness_n_per_m));
+        let stiffness = stiffness.ok_or_else(|| unknown_spring(&spring, &campaign, is_built_in))?;
         let axis = self.axis.or(entry.as_ref().map(|e| e.axis)).unwrap_or(Axis::Mid);
         let wind_speed_m_s =
             self.wind_speed_m_s.or(entry.as_ref().map(|e| e.wind_speed_m_s)).ok_or_else(|| {
@@ -98,15 +108,16 @@ impl Wanted {
             if wind_speed_m_s == 0.0 { "off".to_owned() } else { wind_speed_m_s.to_string() };
         campaign.release = vec![ReleaseEntry {
             file: format!("{spring}-{axis}-{setting}.csv"),
-            spring_stiffness_n_per_m: stiffness.ok_or_else(|| {
-                Error::usage(format!("nothing says how stiff spring {spring} is"))
-                    .help("give its stiffness_n_per_m")
-            })?,
-            spring_stiffness_u_n_per_m: entry.as_ref().and_then(|e| e.spring_stiffness_u_n_per_m),
+            spring_stiffness_n_per_m: stiffness,
+            spring_stiffness_u_n_per_m: known
+                .filter(|r| r.spring_stiffness_n_per_m == stiffness)
+                .and_then(|r| r.spring_stiffness_u_n_per_m),
             spring,
             axis,
             wind_speed_m_s,
-            wind_speed_u_m_s: entry.as_ref().and_then(|e| e.wind_speed_u_m_s),
+            wind_speed_u_m_s: entry
+                .filter(|e| e.wind_speed_m_s == wind_speed_m_s)
+                .and_then(|e| e.wind_speed_u_m_s),
         }];
         Ok(Some(Plan { campaign: self.changed(campaign, Some(axis))?, stays: true }))
     }
@@ -181,6 +192,17 @@ fn positive(name: &str, value: f64) -> Result<f64> {
         return Ok(value);
     }
     Err(Error::usage(format!("{name} {value} is not a positive number")).help("correct it"))
+}
+
+/// A spring that neither the file nor the built-in rig has.
+fn unknown_spring(spring: &str, campaign: &Campaign, is_built_in: bool) -> Error {
+    let of_file = campaign.release.iter().map(|release| release.spring.as_str());
+    let built_in = SPRINGS.iter().map(|spring| spring.name).filter(|_| is_built_in);
+    let help = match nearest(spring, of_file.chain(built_in)) {
+        Some(near) => format!("did you mean {near}? Or give its stiffness_n_per_m"),
+        None => "give its stiffness_n_per_m".to_owned(),
+    };
+    Error::usage(format!("nothing says how stiff spring {spring} is")).help(help)
 }
 
 /// `campaign.toml#N`: the file, and its N-th release where there is an N.

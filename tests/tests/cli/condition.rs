@@ -186,6 +186,10 @@ fn conditions_that_cannot_be_are_refused_with_the_reason() {
         ("--spring K3 --wind 10 --inertia-kg-m2 -0.1", "inertia_kg_m2 -0.1"),
         ("--spring K3 --wind 10 --inertia-kg-m2 1e9", "moment of inertia 1000000000 kg m2"),
         ("--spring stiff --wind 10", "nothing says how stiff"),
+        ("--spring K33 --wind 10", "did you mean K3?"),
+        ("--condition plan/campaign.toml --spring K12 --wind 10", "did you mean K1?"),
+        ("--spring ../K3 --wind 10 --stiffness-n-per-m 100", "\"../K3\" names no spring"),
+        ("--spring= --wind 10", "\"\" names no spring"),
         ("--spring stiff --wind 10 --stiffness-n-per-m 100", "there is no spring stiff"),
         ("--condition plan/campaign.toml#33", "releases 1 to 32"),
         ("--condition plan/campaign.toml", "says nothing of a release"),
@@ -194,5 +198,40 @@ fn conditions_that_cannot_be_are_refused_with_the_reason() {
     ] {
         let command = format!("monitor --speed 100 --releases 1 {flags}");
         yawrig(&command).in_folder(folder.path()).run().exits(2).helps().says(why);
+    }
+}
+
+/// What a file says of one spring and wind speed is not said of another.
+#[test]
+fn uncertainties_belong_to_their_own_spring_stiffness_and_wind_speed() {
+    let folder = planned();
+    let file = folder.path().join("plan/campaign.toml");
+    let text = std::fs::read_to_string(&file).expect("a plan");
+    let mut campaign: toml::Table = toml::from_str(&text).expect("TOML");
+    for release in campaign["release"].as_array_mut().expect("releases") {
+        let release = release.as_table_mut().expect("a release");
+        let u = if release["spring"].as_str() == Some("K4") { 0.8 } else { 0.5 };
+        release.insert("spring_stiffness_u_n_per_m".to_owned(), u.into());
+        release.insert("wind_speed_u_m_s".to_owned(), 0.02.into());
+    }
+    std::fs::write(&file, toml::to_string(&campaign).expect("TOML")).expect("room");
+    for (flags, stiffness_u, wind_u) in [
+        ("", Some(0.5), Some(0.02)),
+        ("--spring K4", Some(0.8), Some(0.02)),
+        ("--spring K4 --wind 12", Some(0.8), None),
+        ("--stiffness-n-per-m 120", None, Some(0.02)),
+    ] {
+        let out = tempfile::tempdir().expect("a folder");
+        let path = out.path().display();
+        let command = format!(
+            "monitor --condition plan/campaign.toml#2 {flags} --inertia-kg-m2 0.101 --releases 1 \
+             --speed 500 --record {path}"
+        );
+        yawrig(&command).in_folder(folder.path()).with_patience(120).run().exits(0);
+        let made = std::fs::read_to_string(out.path().join("campaign.toml")).expect("a campaign");
+        let made: toml::Table = toml::from_str(&made).expect("TOML");
+        let u = |name: &str| made["release"][0].get(name).and_then(toml::Value::as_float);
+        let found = (u("spring_stiffness_u_n_per_m"), u("wind_speed_u_m_s"));
+        assert_eq!(found, (stiffness_u, wind_u), "{flags}");
     }
 }
