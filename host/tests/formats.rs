@@ -35,6 +35,7 @@ fn names_that_say_what_they_are_need_no_flag() {
     for (name, error_deg) in [
         ("v5.mat", DOUBLE),
         ("v73.mat", DOUBLE),
+        ("octave-struct.mat", DOUBLE),
         ("new.h5", 30.0 * SINGLE),
         ("chunks.tdms", SINGLE),
         ("interleaved.tdms", DOUBLE),
@@ -44,6 +45,41 @@ fn names_that_say_what_they_are_need_no_flag() {
         let record = yawrig_records::read(&file(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
         is_the_swing(&record, 1.0, 0.0, error_deg);
     }
+}
+
+/// A matrix by its columns, structures by the path of a field.
+#[test]
+fn matrices_and_structures_of_octave_are_read() {
+    let columns = selection("data(:,1)", "data(:,2)", Some(Unit::Rad));
+    is_the_swing(
+        &yawrig_records::read_selected(&file("octave-matrix.mat"), &columns).unwrap(),
+        1.0,
+        0.0,
+        DOUBLE,
+    );
+    let field = selection("run/sensor/time_s", "run/sensor/yaw_deg", None);
+    is_the_swing(
+        &yawrig_records::read_selected(&file("octave-struct.mat"), &field).unwrap(),
+        1.0,
+        0.0,
+        DOUBLE,
+    );
+    for (run, sign) in [(1, 1.0), (2, -1.0)] {
+        let field =
+            selection(&format!("runs({run})/time_s"), &format!("runs({run})/yaw_deg"), None);
+        is_the_swing(
+            &yawrig_records::read_selected(&file("octave-structs.mat"), &field).unwrap(),
+            sign,
+            0.0,
+            DOUBLE,
+        );
+    }
+    let error = refused("octave-structs.mat", &Selection::default());
+    for words in ["runs(1)/yaw_deg", "runs(2)/yaw_deg"] {
+        assert!(error.to_string().contains(words), "{error}");
+    }
+    let error = refused("octave-matrix.mat", &Selection::default());
+    assert!(error.to_string().contains("data(:,2) (300 numbers)"), "{error}");
 }
 
 #[test]
@@ -134,7 +170,15 @@ fn raw_numbers_of_a_scaled_channel_are_refused() {
 #[test]
 fn a_file_cut_short_is_refused_or_read_as_far_as_it_is_whole() {
     let folder = tempfile::tempdir().unwrap();
-    for name in ["v5.mat", "v73.mat", "new.h5", "chunks.tdms", "snappy.parquet", "waveform.tdms"] {
+    for name in [
+        "v5.mat",
+        "v73.mat",
+        "octave-struct.mat",
+        "new.h5",
+        "chunks.tdms",
+        "snappy.parquet",
+        "waveform.tdms",
+    ] {
         let whole = std::fs::read(file(name)).unwrap();
         for share in 1..20 {
             let cut = folder.path().join(name);

@@ -1,6 +1,7 @@
 """Writes the files beside it: one decaying swing in every format a rig's users have.
 
     pip install numpy scipy h5py npTDMS pyarrow
+    apt install octave
     python3 make.py
 
 300 samples at 100 Hz of  8 exp(-0.1 t) cos(2.5 pi t) + 0.5  degrees. The tests compute the same
@@ -9,6 +10,7 @@ byte for byte, and read back with npTDMS before they are kept.
 """
 
 import struct
+import subprocess
 from pathlib import Path
 
 import h5py
@@ -41,6 +43,21 @@ def matlab():
     text = b"MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: Sat Nov 21 12:00:00 2026 HDF5 schema 1.00 ."
     with open(here / "v73.mat", "r+b") as file:
         file.write(text.ljust(116) + b"\0" * 8 + struct.pack("<HH", 0x0200, 0x4D49))
+
+
+def octave():
+    program = """
+        t = (0:299)' / 100;
+        yaw = 8 * exp(-0.1 * t) .* cos(2.5 * pi * t) + 0.5;
+        data = [t, pi / 180 * yaw];
+        save('-v6', 'octave-matrix.mat', 'data');
+        run.about = 'K4, wind off'; run.sensor.gain = 1;
+        run.sensor.time_s = t'; run.sensor.yaw_deg = yaw';
+        save('-v7', 'octave-struct.mat', 'run');
+        runs = struct('time_s', {t, t}, 'yaw_deg', {yaw, -yaw});
+        save('-v7', 'octave-structs.mat', 'runs');
+    """
+    subprocess.run(["octave-cli", "--eval", program], cwd=here, check=True)
 
 
 def hdf5():
@@ -127,6 +144,7 @@ def parquet():
 
 
 matlab()
+octave()
 hdf5()
 tdms()
 hand_made_tdms()
