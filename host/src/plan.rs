@@ -1,6 +1,7 @@
 //! Which release next: rival models of a model file's or a campaign's records, and what each possible release would tell.
 
 use crate::campaign::CampaignFile;
+use crate::model::adding;
 use crate::model::document::{is_model, EffectEntry, Model};
 use crate::model::model_fit::{self, Data};
 use crate::model::records;
@@ -169,7 +170,7 @@ fn found(model: &Model, data: &Data, notes: &mut Vec<String>) -> Result<Vec<Join
         let all: Vec<JointFit> = library()
             .collect::<Vec<_>>()
             .into_par_iter()
-            .map(|effect| model_fit::add(data, inner, effect))
+            .map(|effect| adding::add(data, inner, effect))
             .collect::<Result<_>>()?;
         others.extend(all.into_iter().filter(|fit| fit.converged));
     }

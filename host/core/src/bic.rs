@@ -34,3 +34,22 @@ pub(crate) fn of_deviance(deviance: f64, independent: f64, numbers: usize) -> f6
 pub fn gain(smaller_squares: f64, larger_squares: f64, independent: f64, more: f64) -> f64 {
     independent * (smaller_squares / larger_squares).ln() - cost(more, independent)
 }
+
+/// What a fit by least squares puts into a difference of BIC.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fit {
+    pub sum_of_squares: f64,
+    /// Residuals that count as independent.
+    pub independent: f64,
+    pub numbers: usize,
+}
+
+impl Fit {
+    /// The difference of BIC in favour of this model, as every command prints it: on the independent residuals of the
+    /// better of the two.
+    pub fn gain_over(&self, other: &Self) -> f64 {
+        let better = if self.sum_of_squares < other.sum_of_squares { self } else { other };
+        let more = self.numbers as f64 - other.numbers as f64;
+        gain(other.sum_of_squares, self.sum_of_squares, better.independent, more)
+    }
+}

@@ -10,6 +10,13 @@ use yawrig_core::diagnosis::several::SeveralDiagnosis;
 use yawrig_core::effects::Effect;
 use yawrig_core::quantity::Quantity;
 
+/// What the difference of BIC of the candidates is; the first is what `compare --effect` prints, too.
+const BIC_OF_WHOLE: &str =
+    "difference of BIC: how much better the model with the effect does, on the independent \
+    residuals of the better one, as `compare --effect` prints it";
+const BIC_OF_PIECES: &str = "difference of BIC of pieces fitted each with its own state, an independent residual each half \
+    cycle; `compare --effect` prints that of one fit to the whole record";
+
 /// The verdict on a record. `model`: what its effects were looked for beside.
 pub fn of_record(file: &str, d: &Diagnosis, model: &str) -> String {
     let verdict = verdict(d.status, &d.effects, model);
@@ -38,7 +45,8 @@ pub fn of_record(file: &str, d: &Diagnosis, model: &str) -> String {
     }
     let _ = writeln!(
         out,
-        "\n{candidates}\ndifference of BIC: how much better the model with the effect does, on the independent residuals of the best"
+        "\n{candidates}\n{}",
+        if d.left.is_some() { BIC_OF_PIECES } else { BIC_OF_WHOLE }
     );
     for refusal in d.refusals() {
         let _ = writeln!(out, "\n  {refusal}");

@@ -28,7 +28,7 @@ impl Doctor {
         } else {
             for check in &checks {
                 let state = match check.state {
-                    State::Well => "well",
+                    State::Well => "ok",
                     State::Missing => "missing",
                     State::Wrong => "WRONG",
                 };

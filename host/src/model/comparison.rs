@@ -2,7 +2,7 @@
 
 use crate::model::appraisal::{appraise, as_it_is, Appraisal};
 use crate::model::document::{Model, RecordEntry, DEFAULT};
-use crate::model::model_fit::{self, combined, held_against, Data, Recorded};
+use crate::model::model_fit::{combined, held_against, Data, Recorded};
 use crate::model::records;
 use crate::model::revise::{check_addable, tried, Change, Current, Revision};
 use rayon::prelude::*;
@@ -92,7 +92,7 @@ pub fn compare(comparison: &Comparison) -> Result<Revision> {
         let mut next = Change::to(&outer, &data)?;
         next.added = Some(effect.clone());
         next.before = Some(change.appraisal.residuals);
-        next.evidence = Some(model_fit::evidence(&current.fit, &outer.fit));
+        next.evidence = Some(outer.fit.bic().gain_over(&current.fit.bic()));
         change = next;
         current = outer;
     }

@@ -1,5 +1,6 @@
 //! `model.toml`, its journal, and the steps taken with it.
 
+pub mod adding;
 pub mod appraisal;
 pub mod comparison;
 pub mod document;

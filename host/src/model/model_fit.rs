@@ -6,12 +6,10 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
-use yawrig_core::bic;
-use yawrig_core::diagnosis::diagnose::{fit_over_pieces, FITTED_SHARE};
-
+use yawrig_core::diagnosis::diagnose::FITTED_SHARE;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{
-    fit_added, fit_from, fit_plain_within, refit, Fitted, Limit, Number, Structure,
+    enough, fit_added, fit_from, fit_plain_within, refit, Fitted, Limit, Number, Structure,
 };
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::fit::joint::{self, JointFit, Release, Sharing};
@@ -20,7 +18,7 @@ use yawrig_core::quantity::Quantity;
 use yawrig_records::place;
 
 /// Residual over noise up to which the fit of an added effect is not looked for by another way.
-const NEAR_NOISE: f64 = 1.5;
+pub(super) const NEAR_NOISE: f64 = 1.5;
 /// How often a fit that has used up its evaluations is continued.
 const ROUNDS: usize = 4;
 
@@ -84,12 +82,12 @@ impl Data {
         self.fitted.iter().map(|r| &r.decay).collect()
     }
 
-    fn releases(&self) -> Vec<Release<'_>> {
+    pub(super) fn releases(&self) -> Vec<Release<'_>> {
         self.fitted.iter().map(|r| Release::whole(&r.decay)).collect()
     }
 
     /// Records of one condition share wn and zeta; all records share the effects.
-    fn sharing(&self, effects: usize) -> Sharing {
+    pub(super) fn sharing(&self, effects: usize) -> Sharing {
         let conditions: Vec<&str> =
             self.fitted.iter().map(|r| r.entry.condition.as_str()).collect();
         let modal = conditions
@@ -126,7 +124,7 @@ fn start(model: &Model, condition: &str, like: &Fitted) -> Option<Vec<f64>> {
     Some(p)
 }
 
-fn better(a: &Fitted, b: &Fitted) -> bool {
+pub(super) fn better(a: &Fitted, b: &Fitted) -> bool {
     (b.converged, a.sum_of_squares) < (a.converged, b.sum_of_squares)
 }
 
@@ -159,6 +157,12 @@ fn single(model: &Model, structure: &Structure, recorded: &Recorded) -> Result<F
 /// Exit 3 where bounds on wn or zeta stand beside several conditions, 130 where the user stops it.
 pub fn fit(model: &Model, data: &Data) -> Result<JointFit> {
     let structure = structure(model)?;
+    if structure.effects.iter().any(Effect::is_own) {
+        let found = from_own_values(model, data, &structure)?;
+        if let Some(fit) = found.filter(|f| f.converged && f.sum_of_squares <= enough(f.count)) {
+            return Ok(fit);
+        }
+    }
     let singles: Vec<Fitted> = data
         .fitted
         .par_iter()
@@ -171,12 +175,28 @@ pub fn fit(model: &Model, data: &Data) -> Result<JointFit> {
     fit_jointly(data, &structure, &singles, &others)
 }
 
+/// From the model's values alone, where it has them: with a user's own effect each simulation takes long.
+fn from_own_values(model: &Model, data: &Data, structure: &Structure) -> Result<Option<JointFit>> {
+    let plain = |recorded: &Recorded| {
+        let decay = &recorded.decay;
+        let plain = fit_plain_within(decay, structure, decay.yaw_rad.len());
+        start(model, &recorded.entry.condition, &plain)
+    };
+    let starts: Option<Vec<Vec<f64>>> = data.fitted.par_iter().map(plain).collect();
+    interrupt::check()?;
+    let Some(starts) = starts else { return Ok(None) };
+    let sharing = data.sharing(structure.effects.len());
+    let fit = joint::fit(&data.releases(), structure, &sharing, &starts);
+    interrupt::check()?;
+    Ok(Some(fit))
+}
+
 fn numbers(fits: &[Fitted]) -> Vec<Vec<f64>> {
     fits.iter().map(|fit| fit.parameters.clone()).collect()
 }
 
 /// All records at once, from each one's own fit and from `others`.
-fn fit_jointly(
+pub(super) fn fit_jointly(
     data: &Data,
     structure: &Structure,
     singles: &[Fitted],
@@ -192,15 +212,25 @@ fn fit_jointly(
             best = other;
         }
     }
+    polished(&releases, &sharing, continued(&releases, structure, &sharing, best)?)
+}
+
+/// `fit` until it has converged, or that takes too long.
+pub(super) fn continued(
+    releases: &[Release],
+    structure: &Structure,
+    sharing: &Sharing,
+    mut fit: JointFit,
+) -> Result<JointFit> {
     for _ in 1..ROUNDS {
         interrupt::check()?;
-        if best.converged {
+        if fit.converged {
             break;
         }
-        best = joint::fit(&releases, structure, &sharing, &numbers(&best.fits));
+        fit = joint::fit(releases, structure, sharing, &numbers(&fit.fits));
     }
     interrupt::check()?;
-    polished(&releases, &sharing, best)
+    Ok(fit)
 }
 
 /// `fit` once more by precise simulations: its numbers are then those of the equation, whatever integrates it.
@@ -216,52 +246,6 @@ fn polished(releases: &[Release], sharing: &Sharing, fit: JointFit) -> Result<Jo
     polished.structure.precise = false;
     polished.fits.iter_mut().for_each(|fit| fit.structure.precise = false);
     Ok(if polished.converged { polished } else { fit })
-}
-
-/// `inner` with `effect` added.
-///
-/// # Errors
-/// 130 where the user stops it.
-pub fn add(data: &Data, inner: &JointFit, effect: Effect) -> Result<JointFit> {
-    let structure = inner.structure.with(&effect);
-    let singles: Vec<Fitted> = data
-        .fitted
-        .par_iter()
-        .zip(&inner.fits)
-        .map(|(recorded, fit)| {
-            interrupt::check()?;
-            let decay = &recorded.decay;
-            let single = fit_added(decay, fit, &effect);
-            if single.converged && single.over_noise(decay) < NEAR_NOISE {
-                return Ok(single);
-            }
-            // Far from the noise the way from the inner model may lead astray: the set as a whole does not.
-            let set = fit_over_pieces(decay, &structure);
-            Ok(set
-                .into_iter()
-                .fold(single, |best, set| if better(&set, &best) { set } else { best }))
-        })
-        .collect::<Result<_>>()?;
-    // From the inner model as well, the effect at zero: so that it cannot fit worse than the inner model.
-    let mut others = Vec::new();
-    if singles.len() > 1 {
-        let without = |(inner, single): (&Fitted, &Fitted)| {
-            let mut numbers = single.varied(&effect).expect("it has been added").to_vec();
-            numbers.iter_mut().take(2).for_each(|n| *n = 0.0);
-            [&inner.parameters[..], &numbers].concat()
-        };
-        others.push(inner.fits.iter().zip(&singles).map(without).collect());
-    }
-    let mut fit = fit_jointly(data, &structure, &singles, &others)?;
-    fit.converged &= fit.sum_of_squares <= inner.sum_of_squares * (1.0 + 1e-9);
-    Ok(fit)
-}
-
-/// Difference of BIC in favour of `larger`, on its effective number of residuals.
-pub fn evidence(smaller: &JointFit, larger: &JointFit) -> f64 {
-    let effective = larger.effective_count();
-    let more = larger.parameters.len() as f64 - smaller.parameters.len() as f64;
-    bic::gain(smaller.sum_of_squares, larger.sum_of_squares, effective, more)
 }
 
 /// `model` with the values that `fit` has found.

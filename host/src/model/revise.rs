@@ -1,5 +1,6 @@
 //! The steps of the loop: fit, add, remove, return; and the comparison that shows what they did.
 
+use crate::model::adding;
 use crate::model::appraisal::{appraise, as_it_is, Appraisal, Condition};
 use crate::model::document::{read_text, EffectEntry, Model, RecordEntry};
 use crate::model::journal::{path_of, Action, JournalStep, Known, KnownModal, Residuals};
@@ -282,7 +283,7 @@ pub(super) fn add_by(
         Change {
             added: Some(effect),
             before: Some(inner.appraisal(&data)?.residuals),
-            evidence: Some(model_fit::evidence(&inner.fit, &outer.fit)),
+            evidence: Some(outer.fit.bic().gain_over(&inner.fit.bic())),
             ..Change::to(&outer, &data)?
         },
     )
@@ -296,7 +297,7 @@ pub(super) fn added(inner: &Current, data: &Data, effect: Effect) -> Result<Curr
 pub(super) fn tried(inner: &Current, data: &Data, effect: Effect) -> Result<Current> {
     let mut model = inner.model.clone();
     model.effects.push(EffectEntry::unfitted(effect.clone()));
-    let fit = model_fit::add(data, &inner.fit, effect)?;
+    let fit = adding::add(data, &inner.fit, effect)?;
     Current::found(&model, data, fit)
 }
 
@@ -331,7 +332,7 @@ pub fn remove(path: &Path, id: &str, asked: &Asked) -> Result<Revision> {
         Change {
             removed: Some(effect),
             before: Some(outer.appraisal(&data)?.residuals),
-            evidence: Some(model_fit::evidence(&inner.fit, &outer.fit)),
+            evidence: Some(outer.fit.bic().gain_over(&inner.fit.bic())),
             ..Change::to(&inner, &data)?
         },
     )

@@ -28,6 +28,13 @@ pub struct Side {
     independent: f64,
 }
 
+impl Side {
+    fn bic(&self) -> bic::Fit {
+        let Self { squares: sum_of_squares, independent, numbers, .. } = *self;
+        bic::Fit { sum_of_squares, independent, numbers }
+    }
+}
+
 /// Holds each of `models` against `files`, or the records that all of them are about.
 ///
 /// # Errors
@@ -39,9 +46,7 @@ pub fn side_by_side(models: &[PathBuf], files: &[PathBuf]) -> Result<Vec<Side>> 
     let mut sides: Vec<Side> = models.iter().map(|m| side(m, files)).collect::<Result<_>>()?;
     let Some(first) = sides.first().cloned() else { return Ok(sides) };
     for side in &mut sides {
-        let better = if side.squares < first.squares { &*side } else { &first };
-        let more = side.numbers as f64 - first.numbers as f64;
-        side.bic_gain = bic::gain(first.squares, side.squares, better.independent, more);
+        side.bic_gain = side.bic().gain_over(&first.bic());
     }
     Ok(sides)
 }

@@ -194,7 +194,7 @@ impl Ghost {
             picture: amplitude::picture(decay, &[(name, &fitted)]),
             where_: locate(decay, &fitted),
             over_noise: fitted.over_noise(decay),
-            evidence: search::evidence(without, &fitted, fitted.effective_count()),
+            evidence: fitted.bic().gain_over(&without.bic()),
             fitted,
         }
     }

@@ -1,6 +1,7 @@
 //! The command line as a user sees it: the built program, its exit codes, messages and JSON.
 
 mod away;
+mod bic;
 mod campaign;
 mod condition;
 mod demo;

@@ -9,7 +9,7 @@ use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::compare;
 use crate::diagnosis::forced::{self, Forced};
 use crate::diagnosis::late_release;
-use crate::diagnosis::search::{self, beyond, evidence, Found};
+use crate::diagnosis::search::{self, beyond, criterion, Found};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::Fitted;
@@ -250,12 +250,13 @@ fn steps(decay: &FreeDecay, path: &[Fitted]) -> Vec<Step> {
 }
 
 fn candidates(decay: &FreeDecay, found: &Found) -> Vec<Candidate> {
-    // One count of independent residuals for all, that of the best: else the worst correlated would be ranked by it.
-    let best = found.singles.iter().min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares));
-    let effective = best.map_or(2.0, Fitted::effective_count);
-    let mut out: Vec<Candidate> = found
-        .singles
-        .iter()
+    // Ranked on one count of residuals, else the correlation that they leave would rank them; the difference of BIC is
+    // that of each with the plain model, on its own.
+    let mut ranked: Vec<&Fitted> = found.singles.iter().collect();
+    ranked
+        .sort_by(|a, b| b.converged.cmp(&a.converged).then(criterion(a).total_cmp(&criterion(b))));
+    ranked
+        .into_iter()
         .map(|single| {
             let effect = beyond(&found.plain, single)[0].clone();
             let refused = found.refused.iter().find(|refused| refused.effect == effect);
@@ -263,11 +264,9 @@ fn candidates(decay: &FreeDecay, found: &Found) -> Vec<Candidate> {
                 reason: refused.map(|refused| refused.reason.clone()),
                 effect,
                 residual_over_noise: single.over_noise(decay),
-                evidence: evidence(&found.plain, single, effective),
+                evidence: single.bic().gain_over(&found.plain.bic()),
                 converged: single.converged,
             }
         })
-        .collect();
-    out.sort_by(|a, b| b.converged.cmp(&a.converged).then(b.evidence.total_cmp(&a.evidence)));
-    out
+        .collect()
 }

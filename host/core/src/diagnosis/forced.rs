@@ -65,7 +65,8 @@ impl Problem for Whitened<'_> {
 
 fn solve(decay: &FreeDecay, structure: &Structure, start: &[f64], whitener: &Whitener) -> Fit {
     let inner = problem_of_one(Release::whole(decay), structure, start);
-    let options = Options { max_evaluations: EVALUATIONS, tolerance: 0.02, damping: 1e-4 };
+    let options =
+        Options { max_evaluations: EVALUATIONS, tolerance: 0.02, accuracy: 0.0, damping: 1e-4 };
     minimise(&Whitened { inner, whitener }, start, &options)
 }
 

@@ -1,5 +1,6 @@
 //! A fitted model: its numbers, their covariance, and what it leaves of the record.
 
+use crate::bic;
 use crate::effects::Effect;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::structure::{motion, Structure, PLAIN};
@@ -72,6 +73,15 @@ impl Fitted {
     /// Residuals that count as independent.
     pub fn effective_count(&self) -> f64 {
         (self.count as f64 * independent_share(self.correlation)).max(2.0)
+    }
+    /// For a difference of BIC.
+    pub fn bic(&self) -> bic::Fit {
+        let Self { sum_of_squares, .. } = *self;
+        bic::Fit {
+            sum_of_squares,
+            independent: self.effective_count(),
+            numbers: self.parameters.len(),
+        }
     }
     fn modal_quantity(&self, index: usize) -> Quantity {
         let u = self

@@ -21,6 +21,11 @@ const SURELY: f64 = 1.04;
 const OWN_FIRST: usize = 6;
 const OWN_EVALUATIONS: usize = 50;
 
+/// Sum of squares over the noise of so many residuals below which no further start is tried.
+pub fn enough(count: usize) -> f64 {
+    SURELY * SURELY * count as f64
+}
+
 fn solve(decay: &FreeDecay, structure: &Structure, start: &[f64], count: usize) -> Fit {
     solve_in(decay, structure, start, count, EVALUATIONS)
 }
@@ -131,8 +136,6 @@ fn first_state(decay: &FreeDecay) -> (f64, f64) {
 pub fn fit_added(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Fitted {
     let structure = inner.structure.with(effect);
     let count = inner.count;
-    // Of a fit, whose residuals count over the noise.
-    let enough = SURELY * SURELY * count as f64;
     let mut best: Option<Fit> = None;
     let starts = crate::fit::starts::of(decay, inner, effect);
     if structure.effects.iter().any(|e| matches!(e, Effect::Own(_))) {
@@ -144,7 +147,7 @@ pub fn fit_added(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Fitted {
         let mut fits = vec![];
         if k == 0 {
             fits.push(solve(decay, &structure, &p, count));
-            if fits[0].sum_of_squares > enough {
+            if fits[0].sum_of_squares > enough(count) {
                 fits.push(lengthened(decay, &structure, &p, count));
             }
         } else {
@@ -161,7 +164,7 @@ pub fn fit_added(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Fitted {
                 best = Some(fit);
             }
         }
-        if best.as_ref().is_some_and(|b| b.sum_of_squares <= enough && b.stop.is_minimum()) {
+        if best.as_ref().is_some_and(|b| b.sum_of_squares <= enough(count) && b.stop.is_minimum()) {
             break;
         }
     }
@@ -195,8 +198,17 @@ fn fit_own(
         p.extend(start);
         solve_in(decay, structure, &p, inner.count, OWN_FIRST)
     };
-    let better = |a: &Fit, b: &Fit| a.sum_of_squares.total_cmp(&b.sum_of_squares);
-    let best = starts.iter().map(begun).min_by(better).expect("a start for every effect");
+    let mut best: Option<Fit> = None;
+    for start in starts {
+        let fit = begun(start);
+        if best.as_ref().is_none_or(|b| fit.sum_of_squares.total_cmp(&b.sum_of_squares).is_lt()) {
+            best = Some(fit);
+        }
+        if best.as_ref().is_some_and(|b| b.sum_of_squares <= enough(inner.count)) {
+            break;
+        }
+    }
+    let best = best.expect("a start for every effect");
     let fit = match best.stop.is_minimum() {
         true => best,
         false => solve_in(decay, structure, &best.parameters, inner.count, OWN_EVALUATIONS),

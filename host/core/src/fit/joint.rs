@@ -8,6 +8,7 @@
 //! A release touches its own numbers and the shared ones only, so that many releases cost no more than one after the
 //! other: simulated on all cores, their normal equations summed block by block ([`crate::solver::Rows::part`]).
 
+use crate::bic;
 use crate::effects::Effect;
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
@@ -91,6 +92,16 @@ impl JointFit {
     /// Residuals that count as independent.
     pub fn effective_count(&self) -> f64 {
         self.fits.iter().map(Fitted::effective_count).sum()
+    }
+
+    /// For a difference of BIC.
+    pub fn bic(&self) -> bic::Fit {
+        let Self { sum_of_squares, .. } = *self;
+        bic::Fit {
+            sum_of_squares,
+            independent: self.effective_count(),
+            numbers: self.parameters.len(),
+        }
     }
 
     /// Rms of the residuals over each release's noise.

@@ -8,6 +8,7 @@ pub mod joint;
 pub(crate) mod linear_gain;
 pub mod lines;
 pub(crate) mod noise;
+pub mod own;
 pub(crate) mod problem;
 pub(crate) mod segments;
 pub(crate) mod sharing;

@@ -13,6 +13,8 @@ use rayon::prelude::*;
 const DIFFERENCE: f64 = 1e-6;
 /// The same with a user's own effects, whose integration adapts its steps.
 const OWN_DIFFERENCE: f64 = 3e-5;
+/// By how much the sum of squares of such a fit may err, of the residuals' variance.
+const OWN_ACCURACY: f64 = 0.5;
 pub(crate) const EVALUATIONS: usize = 30;
 
 /// The first `count` means of a free decay.
@@ -121,6 +123,11 @@ impl Part<'_> {
     }
 }
 
+/// Whether the integration chooses its steps by itself.
+fn adapts_steps(structure: &Structure) -> bool {
+    structure.precise || structure.effects.iter().any(Effect::is_own)
+}
+
 /// Residuals of all releases over their noise.
 pub(crate) struct JointProblem<'a> {
     pub parts: Vec<Part<'a>>,
@@ -160,8 +167,7 @@ impl<'a> JointProblem<'a> {
                     (0..places.len()).filter(|&j| bounds[j].0 < bounds[j].1).collect();
                 free.sort_by_key(|&j| places[j]);
                 let sizes = structure.sizes(release.decay);
-                let own = structure.effects.iter().any(|e| matches!(e, Effect::Own(_)));
-                let difference = if own || structure.precise { OWN_DIFFERENCE } else { DIFFERENCE };
+                let difference = if adapts_steps(&structure) { OWN_DIFFERENCE } else { DIFFERENCE };
                 debug_assert_eq!(sizes.len(), places.len());
                 Part {
                     starts: structure.starts(),
@@ -195,7 +201,9 @@ impl<'a> JointProblem<'a> {
     }
 
     pub fn minimise(&self, start: &[f64], max_evaluations: usize) -> Fit {
-        let options = Options { max_evaluations, tolerance: 0.01, damping: 1e-4 };
+        let accuracy =
+            if self.parts.iter().any(|p| adapts_steps(&p.structure)) { OWN_ACCURACY } else { 0.0 };
+        let options = Options { max_evaluations, tolerance: 0.01, accuracy, damping: 1e-4 };
         minimise(self, start, &options)
     }
 }

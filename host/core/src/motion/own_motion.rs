@@ -19,10 +19,17 @@ const TOLERANCE: f64 = 5e-8;
 const PRECISE: f64 = 1e-10;
 /// A step that does so much better is followed by one of twice the size.
 const SLACK: f64 = 1.0 / 64.0;
-/// Most halvings of a step.
+/// Halving a step divides the pair's disagreement by two to this power.
+const ORDER: f64 = 5.0;
+/// Most halvings of a step, and at once.
 const MOST_HALVINGS: usize = 24;
+const AT_ONCE: f64 = 4.0;
 /// Attempts that a simulation may take: so many, and so many more for each of its steps.
-const ATTEMPTS: (u64, u64) = (100_000, 200);
+const ATTEMPTS: (u64, u64) = (20_000, 50);
+/// Attempts that finding a corner is counted as.
+const CORNER_ATTEMPTS: u64 = 10;
+/// Disagreement, in tolerances, up to which the steps of another motion are followed.
+const FOLLOWED: f64 = 8.0;
 
 /// Where a step is looked at, of its length.
 const NODES: [f64; 5] = [1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0];
@@ -45,6 +52,27 @@ const ERROR: [f64; 7] = [
     22.0 / 525.0,
     -1.0 / 40.0,
 ];
+
+/// The steps that a motion took. Motions that hardly differ from it take the same, so that their difference is one of
+/// the motions and none of the steps.
+#[derive(Debug, Default)]
+pub(crate) struct Steps {
+    /// Steps that the walker was asked for, of each step of the grid.
+    pub substeps: f64,
+    /// Halvings of each step taken; [`END`] where the next one asked for begins.
+    halvings: Vec<u8>,
+}
+
+/// No number of halvings.
+const END: u8 = u8::MAX;
+
+/// Whose steps a motion takes.
+pub(crate) enum Pace<'p> {
+    Own,
+    /// Its own, which are kept for others.
+    Kept(&'p mut Steps),
+    Followed(&'p Steps),
+}
 
 /// The plain model's flow to the nodes of a step, and of a unit moment back from them.
 struct Flows {
@@ -82,7 +110,7 @@ impl Motion {
     /// ```
     pub fn acceleration_rad_s2(&self, yaw_rad: f64, rate_rad_s: f64) -> f64 {
         let there = Self { yaw_rad, rate_rad_s, ..self.clone() };
-        let walker = Walker::new(&there, 1.0, 0, 0.0);
+        let walker = Walker::new(&there, 1.0, 0, 0.0, Pace::Own);
         let linear = -2.0 * self.damping_ratio * self.natural_frequency_rad_s * rate_rad_s
             - walker.stiffness * (yaw_rad - walker.middle(walker.piece));
         linear + walker.moment(yaw_rad, rate_rad_s, 0.0, walker.piece)
@@ -126,10 +154,13 @@ pub(crate) struct Walker<'a> {
     halved: Vec<Flows>,
     level: usize,
     attempts_left: u64,
+    pace: Pace<'a>,
+    /// How many of the steps that are followed have been taken.
+    followed: usize,
 }
 
 impl<'a> Walker<'a> {
-    pub fn new(motion: &'a Motion, step_s: f64, steps: u64, start_s: f64) -> Self {
+    pub fn new(motion: &'a Motion, step_s: f64, steps: u64, start_s: f64, pace: Pace<'a>) -> Self {
         let terms = &motion.terms;
         let corner = |of: fn(&yawrig_expression::Program) -> bool| {
             terms.own().iter().any(|own| of(&own.effect.program))
@@ -162,6 +193,8 @@ impl<'a> Walker<'a> {
             halved: vec![Flows::new(motion, step_s)],
             level: 0,
             attempts_left: ATTEMPTS.0 + ATTEMPTS.1 * steps,
+            pace,
+            followed: 0,
         }
     }
 
@@ -234,7 +267,37 @@ impl<'a> Walker<'a> {
     }
 
     /// b and r a step on from `t`; NaN where a moment is not finite, or where that takes too many attempts.
-    pub fn advance(&mut self, mut b: f64, mut r: f64, t: f64) -> (f64, f64) {
+    pub fn advance(&mut self, b: f64, r: f64, t: f64) -> (f64, f64) {
+        let end = self.walk(b, r, t);
+        match &mut self.pace {
+            Pace::Own => {}
+            Pace::Kept(steps) => steps.halvings.push(END),
+            Pace::Followed(steps) => {
+                let rest = steps.halvings.get(self.followed..).unwrap_or_default();
+                self.followed += rest.iter().position(|&h| h == END).map_or(0, |at| at + 1);
+            }
+        }
+        end
+    }
+
+    /// How often the next step is halved, where another motion says so.
+    fn next_followed(&mut self) -> Option<usize> {
+        let Pace::Followed(steps) = &self.pace else { return None };
+        let next = steps.halvings.get(self.followed).filter(|h| **h != END)?;
+        self.followed += 1;
+        Some(usize::from(*next))
+    }
+
+    /// Sees to it that there are flows of the step halved so often.
+    fn halve(&mut self, level: usize) {
+        self.level = level.min(MOST_HALVINGS);
+        while self.halved.len() <= self.level {
+            let half = 0.5 * self.halved[self.halved.len() - 1].step_s;
+            self.halved.push(Flows::new(self.motion, half));
+        }
+    }
+
+    fn walk(&mut self, mut b: f64, mut r: f64, t: f64) -> (f64, f64) {
         let mut at = 0.0;
         let mut first = None;
         while self.step_s - at > 1e-12 * self.step_s {
@@ -256,6 +319,10 @@ impl<'a> Walker<'a> {
             if !moment.is_finite() {
                 return (f64::NAN, f64::NAN);
             }
+            let followed = self.next_followed();
+            if let Some(level) = followed {
+                self.halve(level);
+            }
             let whole = self.step_s * 0.5f64.powi(self.level as i32);
             let end = if whole <= left {
                 self.attempt(b, r, t + at, moment, &self.halved[self.level])
@@ -263,17 +330,19 @@ impl<'a> Walker<'a> {
                 self.attempt_of(b, r, t + at, moment, left)
             };
             let step_s = whole.min(left);
-            let good = end.error <= self.tolerance;
+            let bearable = followed.map_or(1.0, |_| FOLLOWED) * self.tolerance;
+            let good = end.error <= bearable;
             if !good && self.level < MOST_HALVINGS {
-                self.level += 1;
-                if self.halved.len() == self.level {
-                    let half = 0.5 * self.halved[self.level - 1].step_s;
-                    self.halved.push(Flows::new(self.motion, half));
-                }
+                let needed = ((end.error / self.tolerance).log2() / ORDER).ceil();
+                let more = if needed.is_finite() { needed.clamp(1.0, AT_ONCE) } else { 1.0 };
+                self.halve(self.level + more as usize);
                 continue;
             }
             if !end.error.is_finite() {
                 return (f64::NAN, f64::NAN);
+            }
+            if let Pace::Kept(steps) = &mut self.pace {
+                steps.halvings.push(self.level as u8);
             }
             if end.error < SLACK * self.tolerance {
                 self.level = self.level.saturating_sub(1);
@@ -285,6 +354,7 @@ impl<'a> Walker<'a> {
             }
             let corner_s;
             (b, r, corner_s) = self.turn_the_corner(b, r, t + at, moment, step_s);
+            self.attempts_left = self.attempts_left.saturating_sub(CORNER_ATTEMPTS);
             at += corner_s;
             first = None;
         }

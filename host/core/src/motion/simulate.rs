@@ -10,7 +10,7 @@
 use crate::effects::{Memories, Moments, State, LANES};
 use crate::motion::oscillator::{root, Flow};
 pub use crate::motion::oscillator::{Grid, Motion};
-use crate::motion::own_motion;
+use crate::motion::own_motion::{self, Pace, Steps};
 use crate::motion::smooth_own::SmoothOwn;
 
 /// Steps a cycle at least.
@@ -41,21 +41,25 @@ impl Motion {
     /// assert!((yaw_rad[50] + 0.2 - 2.0 * c / (wn * wn)).abs() < 1e-9);
     /// ```
     pub fn readings(&self, grid: &Grid, out: &mut [f64]) {
-        self.run(grid, |k, y, _| out[k] = y);
+        self.run(grid, Pace::Own, |k, y, _| out[k] = y);
     }
 
     /// Reading, and yaw rate beside it.
     pub fn readings_and_rates(&self, grid: &Grid) -> (Vec<f64>, Vec<f64>) {
         let (mut y, mut r) = (vec![0.0; grid.count], vec![0.0; grid.count]);
-        self.run(grid, |k, reading, rate| (y[k], r[k]) = (reading, rate));
+        self.run(grid, Pace::Own, |k, reading, rate| (y[k], r[k]) = (reading, rate));
         (y, r)
     }
 
-    fn run(&self, grid: &Grid, store: impl FnMut(usize, f64, f64)) {
+    fn run(&self, grid: &Grid, mut pace: Pace, store: impl FnMut(usize, f64, f64)) {
         let wn = self.natural_frequency_rad_s;
         let terms = &self.terms;
-        let substeps =
+        let enough =
             (grid.step_s * wn * STEPS_PER_CYCLE / std::f64::consts::TAU).ceil().clamp(1.0, 1e4);
+        let substeps = match &pace {
+            Pace::Followed(steps) if steps.substeps > 0.0 => steps.substeps,
+            _ => enough,
+        };
         let h = grid.step_s / substeps;
         let own = match terms.swift && !terms.precise && !terms.own().is_empty() {
             false => None,
@@ -66,7 +70,10 @@ impl Motion {
         };
         if own.is_none() && terms.adapts_steps() {
             let steps = (substeps as u64).saturating_mul(grid.count as u64);
-            let mut walker = own_motion::Walker::new(self, h, steps, grid.start_s);
+            if let Pace::Kept(steps) = &mut pace {
+                steps.substeps = substeps;
+            }
+            let mut walker = own_motion::Walker::new(self, h, steps, grid.start_s, pace);
             return self.follow(grid, substeps, |b, r, t| walker.advance(b, r, t), store);
         }
         let mut walker = Walker::new(self, 0.5 * h, grid.start_s, own);
@@ -109,9 +116,17 @@ impl Motion {
     }
 }
 
-/// The readings of all `motions` on one `grid`, an `out` each. A step of one motion waits for its last; those of four
-/// side by side need not wait for each other.
+/// The readings of all `motions`, which hardly differ from the first, on one `grid`, an `out` each. A step of one motion
+/// waits for its last; those of four side by side need not wait for each other.
 pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f64>]) {
+    if motions.iter().any(|m| m.terms.adapts_steps()) {
+        let mut steps = Steps::default();
+        for (k, (motion, out)) in motions.iter().zip(out).enumerate() {
+            let pace = if k == 0 { Pace::Kept(&mut steps) } else { Pace::Followed(&steps) };
+            motion.run(grid, pace, |k, y, _| out[k] = y);
+        }
+        return;
+    }
     for (motions, out) in motions.chunks(LANES).zip(out.chunks_mut(LANES)) {
         match <&[Motion; LANES]>::try_from(motions) {
             Ok(four) if smooth_readings(four, grid, out).is_some() => {}

@@ -189,3 +189,31 @@ fn a_precise_motion_is_that_of_a_hundred_times_finer_steps() {
         assert!(precise < 2e-8 && split < 1e-3, "{effect}: {split:e} {precise:e}");
     }
 }
+
+/// Differences by a number are those of the motions: they take the same steps.
+#[test]
+fn a_steep_own_effect_changes_smoothly_with_its_number() {
+    let text = "id = \"steep\"\ntitle = \"Steep\"\nmoment = \"-c * tanh(r / 0.002)\"\n\
+        [parameters]\nc = { unit = \"rad/s2\", start = 0.05, min = 0.0 }\n";
+    let own = yawrig_expression::from_text("steep.toml".as_ref(), text, &[]).expect("valid");
+    let effect = Effect::Own(std::sync::Arc::new(own));
+    let grid = grid(TAU / WN / 50.0, 400);
+    let largest = |of: &dyn Fn(usize) -> f64| (0..grid.count).map(of).fold(0.0, f64::max);
+    let bend = |y: &[Vec<f64>]| largest(&|k| (y[0][k] - 2.0 * y[1][k] + y[2][k]).abs());
+    let (mut bend_together, mut bend_alone) = (0.0, 0.0);
+    for i in 0..40 {
+        let c = 0.03 + 0.001 * f64::from(i);
+        let at = |k: f64| released(0.005, Terms::of([(effect.clone(), &[c + k * 4.5e-5][..])]));
+        let motions = [0.0, 1.0, 2.0].map(at);
+        let mut together = vec![vec![0.0; grid.count]; 3];
+        readings_of_all(&motions, &grid, &mut together);
+        let alone: Vec<Vec<f64>> = motions.iter().map(|m| readings(m, &grid)).collect();
+        let slope = largest(&|k| (together[1][k] - together[0][k]).abs());
+        let apart = largest(&|k| (together[2][k] - alone[2][k]).abs());
+        assert!(apart < 1e-6 * AMPLITUDE, "{apart}");
+        bend_together = f64::max(bend_together, bend(&together) / slope);
+        bend_alone = f64::max(bend_alone, bend(&alone) / slope);
+    }
+    assert!(bend_together < 2e-3, "{bend_together}");
+    assert!(bend_together < 0.1 * bend_alone, "{bend_together} {bend_alone}");
+}

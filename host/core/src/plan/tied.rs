@@ -51,7 +51,12 @@ impl<'a> Tied<'a> {
             let structure = &self.rival.fit.fits[self.release.like].structure;
             let release = Release { decay: self.decay, count: part };
             self.problem = problem_of_one(release, structure, &p);
-            let options = Options { max_evaluations: EVALUATIONS, tolerance: 0.01, damping: 1e-4 };
+            let options = Options {
+                max_evaluations: EVALUATIONS,
+                tolerance: 0.01,
+                accuracy: 0.0,
+                damping: 1e-4,
+            };
             let fit = minimise(&self, &p, &options);
             if part == self.count {
                 return fit.sum_of_squares;

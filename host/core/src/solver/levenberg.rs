@@ -13,13 +13,16 @@ pub struct Options {
     pub max_evaluations: usize,
     /// Distance to the minimum, in standard errors of the parameters, that is near enough.
     pub tolerance: f64,
+    /// By how much, of the residuals' variance, an evaluation's sum of squares may err: a step that promises no more, and
+    /// keeps less than half of it, is the last. 0: exact.
+    pub accuracy: f64,
     /// First damping, relative to the diagonal of J'J: small for a good start, near 1 for a poor one.
     pub damping: f64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { max_evaluations: 100, tolerance: 1e-4, damping: 1e-3 }
+        Self { max_evaluations: 100, tolerance: 1e-4, accuracy: 0.0, damping: 1e-3 }
     }
 }
 
@@ -86,17 +89,24 @@ pub fn minimise(problem: &impl Problem, start: &[f64], options: &Options) -> Fit
                 problem.evaluate(&trial, &mut there);
                 evaluations += 1;
                 let gained = here.sum_of_squares() - there.sum_of_squares();
+                let taken =
+                    DVector::from_iterator(free.len(), free.iter().map(|&i| trial[i] - p[i]));
+                let predicted = -(2.0 * g.dot(&taken) + taken.dot(&(&a * &taken)));
+                let last = predicted <= options.accuracy * variance && gained < 0.5 * predicted;
                 if there.is_finite() && gained > 0.0 {
-                    let taken =
-                        DVector::from_iterator(free.len(), free.iter().map(|&i| trial[i] - p[i]));
-                    let predicted = -(2.0 * g.dot(&taken) + taken.dot(&(&a * &taken)));
                     let ratio = if predicted > 0.0 { gained / predicted } else { 1.0 };
                     damping *= (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0);
                     damping = damping.max(1e-15);
                     growth = 2.0;
                     p = trial;
                     std::mem::swap(&mut here, &mut there);
+                    if last {
+                        break 'fit Stop::Converged;
+                    }
                     continue 'fit;
+                }
+                if last && there.is_finite() {
+                    break 'fit Stop::Converged;
                 }
             }
             damping *= growth;

@@ -1,0 +1,35 @@
+//! The difference of BIC is one number under one name, whichever command prints it.
+
+use serde_json::Value;
+use yawrig_tests::process::yawrig;
+
+#[test]
+fn compare_and_diagnose_print_the_same_difference_for_the_same_effect() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let record = folder.path().join("r.csv");
+    let rig = "simulate --natural-frequency 7.5 --damping 0.008 --seconds 30 --seed 5 --effect coulomb_friction:c=0.05";
+    yawrig(rig).and("--out").and(&record).run().exits(0);
+    let diagnosed = yawrig("diagnose --json").and(&record).run().exits(0).json();
+    let candidates = diagnosed["candidates"].as_array().expect("a list");
+    let of = |effect: &str| {
+        let named = |c: &&Value| c["effect"] == effect;
+        let found = candidates.iter().find(named).expect("a candidate");
+        found["evidence"].as_f64().expect("a number")
+    };
+    // The best, and one that leaves much that is correlated.
+    for effect in ["coulomb_friction", "cubic_damping"] {
+        let compared =
+            yawrig(&format!("compare --json --effect {effect}")).and(&record).run().exits(0);
+        let there = compared.json()["evidence"].as_f64().expect("a number");
+        let here = of(effect);
+        assert!((here - there).abs() < 0.01 * there.abs(), "{effect}: {here}, {there}");
+        let text = yawrig(&format!("compare --effect {effect}")).and(&record).run().exits(0);
+        assert!(
+            text.stdout.contains(&format!("difference of BIC {there:.1}")),
+            "{}",
+            text.report()
+        );
+    }
+    let text = yawrig("diagnose").and(&record).run().exits(0);
+    assert!(text.stdout.contains("as `compare --effect` prints it"), "{}", text.report());
+}
