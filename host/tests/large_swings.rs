@@ -121,3 +121,29 @@ fn the_order_in_which_effects_are_asked_for_changes_nothing() {
     println!("{residuals:.4?}");
     assert!(residuals.iter().all(|r| (r / residuals[0] - 1.0).abs() < 0.01), "{residuals:?}");
 }
+
+/// Two modes 12 % apart, and 15 % below: one second mode, though the first is near.
+#[test]
+fn two_modes_that_beat_are_told_apart() {
+    use rand::{Rng, SeedableRng};
+    use rand_distr::StandardNormal;
+    for (seed, ratio) in [(1, 1.12), (2, 0.85), (3, 1.25)] {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        let decaying = |a: f64, w: f64, t: f64| a * (-0.004 * w * t).exp() * (w * t).cos();
+        let time_s: Vec<f64> = (0..6000).map(|k| f64::from(k) / 240.0).collect();
+        let yaw_deg = time_s
+            .iter()
+            .map(|t| {
+                let noise: f64 = rng.sample(StandardNormal);
+                decaying(8.0, 6.0, *t) + decaying(3.0, ratio * 6.0, *t) + 0.04 * noise
+            })
+            .collect();
+        let record = Record { file: "beats.csv".into(), time_s, yaw_deg };
+        let found = diagnose(&record, &Options::default()).expect("a swing");
+        println!("{ratio}: {:?} {:?}", found.status, found.effects);
+        assert_eq!(found.effects, [Effect::SecondMode]);
+        assert_eq!(found.status, Status::Explained);
+        let w2_rad_s = found.steps[1].parameters["second_mode.w2"];
+        assert!((w2_rad_s.value - ratio * 6.0).abs() < 4.0 * w2_rad_s.u, "{w2_rad_s}");
+    }
+}

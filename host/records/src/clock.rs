@@ -52,7 +52,8 @@ pub fn spread(record: &mut Record) {
 
 /// The power of ten, s, of which all stamps are multiples.
 fn decimal_tick_s(time_s: &[f64]) -> Option<f64> {
-    let whole = |ticks: f64| (ticks - ticks.round()).abs() < 1e-4;
+    // Stamps of a calendar's seconds have ten digits before the point.
+    let whole = |ticks: f64| (ticks - ticks.round()).abs() < f64::max(1e-4, 1e-15 * ticks.abs());
     (0..=MOST_DECIMALS)
         .map(|decimals| 10f64.powi(decimals))
         .find(|per_s| time_s.iter().all(|t| whole(t * per_s)))
@@ -97,10 +98,13 @@ mod tests {
     fn stamps_even_but_for_their_rounding_are_spread() {
         for (rate_hz, decimals) in [(240.0, 1e4), (60.0, 1e2), (30.0, 1e3)] {
             for rounded in [f64::round, f64::floor] {
-                let mut r = record(|k| rounded(k as f64 * decimals / rate_hz) / decimals);
-                spread(&mut r);
-                let steps = r.time_s.windows(2).map(|t| t[1] - t[0]);
-                assert!(steps.into_iter().all(|step| (step * rate_hz - 1.0).abs() < 2e-3));
+                for from_s in [0.0, 1.7e9] {
+                    let mut r =
+                        record(|k| from_s + rounded(k as f64 * decimals / rate_hz) / decimals);
+                    spread(&mut r);
+                    let steps = r.time_s.windows(2).map(|t| t[1] - t[0]);
+                    assert!(steps.into_iter().all(|step| (step * rate_hz - 1.0).abs() < 2e-3));
+                }
             }
         }
     }

@@ -15,6 +15,7 @@ pub mod place;
 mod table;
 mod tdms;
 mod text;
+mod turns;
 mod xlsx;
 
 pub use csv_file::{write, write_samples, ACCEPTED_COLUMNS};
@@ -61,6 +62,7 @@ pub fn read_selected(named: &Path, selection: &Selection) -> Result<Record> {
         }
     };
     record.check_rate()?;
+    turns::take_out(&mut record.yaw_deg);
     if let Some(number) = release {
         let parts = several::releases(&record);
         let Some(part) = parts.get(number - 1) else {

@@ -7,21 +7,21 @@ pub const FASTEST: f64 = 8.0;
 
 /// Strongest frequency of the residuals below and above the natural frequency, rad/s, at least `gap` of it away.
 pub(super) fn peaks(residuals: &[f64], step_s: f64, wn: f64, least: f64, gap: f64) -> Vec<f64> {
-    let n = residuals.len();
-    let duration = n as f64 * step_s;
-    let spacing = 0.25 * TAU / duration;
-    let strongest = |from: f64, to: f64| {
-        let count = ((to - from) / spacing).max(0.0) as usize + 1;
-        (0..count)
-            .map(|i| from + i as f64 * spacing)
-            .map(|w| (w, power(residuals, w * step_s)))
-            .max_by(|a, b| a.1.total_cmp(&b.1))
-            .map(|(w, _)| w)
-    };
-    let mut out = Vec::new();
-    out.extend(strongest((1.0 + gap) * wn, FASTEST.min(0.45 * TAU / step_s / wn) * wn));
-    out.extend(strongest(least * wn, (1.0 - gap) * wn));
-    out
+    let fastest = FASTEST.min(0.45 * TAU / step_s / wn) * wn;
+    let above = strongest(residuals, step_s, (1.0 + gap) * wn, fastest);
+    let below = strongest(residuals, step_s, least * wn, (1.0 - gap) * wn);
+    above.into_iter().chain(below).collect()
+}
+
+/// Strongest frequency from `from` to `to`, rad/s.
+pub(super) fn strongest(residuals: &[f64], step_s: f64, from: f64, to: f64) -> Option<f64> {
+    let spacing = 0.25 * TAU / (residuals.len() as f64 * step_s);
+    let count = ((to - from) / spacing).max(0.0) as usize + 1;
+    (0..count)
+        .map(|i| from + i as f64 * spacing)
+        .map(|w| (w, power(residuals, w * step_s)))
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(w, _)| w)
 }
 
 /// |sum of r_k window_k e^(i x k)|^2, Hann-windowed so that what is left of the free decay does not leak.

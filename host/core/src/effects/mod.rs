@@ -224,7 +224,8 @@ impl Effect {
         self.law().belongs_to_release(number)
     }
 
-    /// Bounds of what the fit varies, with its frequency kept on the side of the yaw mode where `start` is.
+    /// Bounds of what the fit varies, with its frequency kept on the side of the yaw mode where `start` is, and where it
+    /// begins near that, half as far from it at least.
     pub fn bounds(&self, start: &[f64], natural_frequency_rad_s: f64) -> Vec<(f64, f64)> {
         let own = |p: &Parameter| (p.min, p.max);
         let Some(line) = self.line() else { return self.parameters().iter().map(own).collect() };
@@ -234,10 +235,14 @@ impl Effect {
         for (varied, place) in (2..).zip(self.plain_places(&line)) {
             bounds.push(if place != line.frequency {
                 own(&self.parameters()[place])
-            } else if start[varied] < wn {
-                (line.slowest * wn, (1.0 - line.nearest) * wn)
             } else {
-                ((1.0 + line.nearest) * wn, FASTEST * wn)
+                let apart = (start[varied] - wn).abs();
+                let nearest =
+                    if apart < line.nearest * wn { 0.5 * apart } else { line.nearest * wn };
+                match start[varied] < wn {
+                    true => (line.slowest * wn, wn - nearest),
+                    false => (wn + nearest, FASTEST * wn),
+                }
             });
         }
         bounds

@@ -1,12 +1,16 @@
 //! A second decaying mode in the reading: + amplitude exp(-zeta2 w2 t) cos(w2 t + phase), of a support that gives way.
 
+use super::lines;
 use super::law::{any, not_negative, numbers, within, Card, Equation, Law, Line, Parameter, Scale, Seen};
 use super::terms::{Reading, Terms};
 
 pub(super) struct SecondMode;
 
-/// Nearer than this share to the yaw mode, or to standing still, it imitates whatever varies slowly.
+/// Nearer than this share to the yaw mode, or to standing still, it imitates whatever varies slowly,
 const NEAREST: f64 = 0.3;
+/// unless one mode alone leaves this share of the amplitude, as beats do, and the record parts the two: by so many turns.
+const BEATS: f64 = 0.08;
+const RESOLVED_TURNS: f64 = 1.5;
 /// Cycles after the release in which it shows best.
 const EARLY_CYCLES: f64 = 6.0;
 /// Damping ratio at which the fit begins.
@@ -48,7 +52,8 @@ impl Law for SecondMode {
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
         let count = (EARLY_CYCLES * seen.per_cycle) as usize;
         let early = &seen.residuals_rad[..count.min(seen.residuals_rad.len())];
-        let lines = seen.lines(&[early, seen.residuals_rad], NEAREST, NEAREST);
+        let mut lines = seen.lines(&[early, seen.residuals_rad], NEAREST, NEAREST);
+        lines.extend(beating(seen));
         lines.into_iter().map(|w| vec![0.0, 0.0, w, START_DAMPING]).collect()
     }
 
@@ -71,6 +76,25 @@ impl Law for SecondMode {
             release: "a longer record, in which it dies out and forcing does not",
         }
     }
+}
+
+/// Frequencies near the yaw mode, rad/s, of which one may beat with it.
+fn beating(seen: &Seen) -> Vec<f64> {
+    let n = seen.residuals_rad.len().max(1) as f64;
+    let square = seen.residuals_rad.iter().map(|r| r * r).sum::<f64>() / n;
+    if square.sqrt() < BEATS * seen.scale.amplitude_rad {
+        return Vec::new();
+    }
+    let wn = seen.natural_frequency_rad_s;
+    let apart = RESOLVED_TURNS * std::f64::consts::TAU / (n * seen.step_s);
+    let strongest = |from, to| lines::strongest(seen.residuals_rad, seen.step_s, from, to);
+    let above = (wn + apart < (1.0 + NEAREST) * wn)
+        .then(|| strongest(wn + apart, (1.0 + NEAREST) * wn))
+        .flatten();
+    let below = (wn - apart > (1.0 - NEAREST) * wn)
+        .then(|| strongest((1.0 - NEAREST) * wn, wn - apart))
+        .flatten();
+    above.into_iter().chain(below).collect()
 }
 
 impl Reading for SecondMode {
