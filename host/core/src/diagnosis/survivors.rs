@@ -80,6 +80,7 @@ impl Lengths {
     /// Where the numbers of an added effect begin.
     fn starts(&self, effect: &Effect) -> Vec<Vec<f64>> {
         effect.starts(&Seen {
+            beats: false,
             scale: self.scale,
             residuals_rad: &[],
             step_s: self.long.decays[0].grid.step_s,

@@ -80,6 +80,8 @@ pub struct Line {
 
 /// What a start is estimated from: what the model without the effect leaves of the record.
 pub struct Seen<'a> {
+    /// Whether the amplitude rises again after it has fallen, as beats do.
+    pub beats: bool,
     pub scale: Scale,
     /// Model less record, rad, at every `step_s`.
     pub residuals_rad: &'a [f64],

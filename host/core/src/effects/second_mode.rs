@@ -82,7 +82,7 @@ impl Law for SecondMode {
 fn beating(seen: &Seen) -> Vec<f64> {
     let n = seen.residuals_rad.len().max(1) as f64;
     let square = seen.residuals_rad.iter().map(|r| r * r).sum::<f64>() / n;
-    if square.sqrt() < BEATS * seen.scale.amplitude_rad {
+    if !seen.beats || square.sqrt() < BEATS * seen.scale.amplitude_rad {
         return Vec::new();
     }
     let wn = seen.natural_frequency_rad_s;

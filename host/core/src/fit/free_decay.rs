@@ -22,6 +22,12 @@ const FINE: f64 = 40.0;
 /// Difference between two estimates of the noise that their scatter explains.
 const AGREE: f64 = 0.25;
 
+/// Share of the largest amplitude from which on a rise is looked for; a rise from one window to the next, and a damping
+/// ratio within one.
+const BEATING_FROM: f64 = 0.15;
+const RISE: f64 = 1.03;
+const RISING: f64 = 0.003;
+
 /// Movement of a held model, as a share of the amplitude.
 const STILL: f64 = 0.03;
 /// Part of a cycle after the release beyond which the first mean is taken to be late, and the release looked for.
@@ -246,6 +252,20 @@ impl FreeDecay {
             natural_frequency_rad_s: self.frequency_rad_s,
             duration_s: self.grid.step_s * self.grid.count as f64,
         }
+    }
+
+    /// Whether the amplitude rises again after it has fallen, from one window to the next or within one.
+    pub fn beats(&self) -> bool {
+        let largest = self.windows.iter().map(|w| w.amplitude_deg).fold(0.0, f64::max);
+        let shown = |w: &WindowEstimate| w.amplitude_deg > BEATING_FROM * largest;
+        let windows = self.windows.windows(2).filter(|w| shown(&w[1]));
+        let fallen = self.windows.iter().filter(|w| w.damping_ratio > 0.0).count();
+        let rises = windows
+            .filter(|w| {
+                w[1].amplitude_deg > RISE * w[0].amplitude_deg || w[1].damping_ratio < -RISING
+            })
+            .count();
+        fallen > 0 && rises > 0
     }
 
     /// Means in a cycle.

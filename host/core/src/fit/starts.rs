@@ -7,6 +7,7 @@ use crate::fit::free_decay::FreeDecay;
 /// Starting values of what the fit varies; the first leaves the motion of `inner` as it is.
 pub fn of(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Vec<Vec<f64>> {
     effect.starts(&Seen {
+        beats: decay.beats(),
         scale: decay.scale(),
         residuals_rad: &inner.residuals,
         step_s: decay.grid.step_s,
