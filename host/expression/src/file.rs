@@ -61,13 +61,36 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
         parameters.push(parameter);
         starts.push(*d.start.get_ref());
     }
-    let names: Vec<String> = units.iter().map(|u| u.0.clone()).collect();
+    let mut names: Vec<String> = units.iter().map(|u| u.0.clone()).collect();
 
-    let moment = document.moment.get_ref();
-    let quoted = Place::new(text, document.moment.span(), moment);
-    let pointed = |flaw: Flaw| quoted.error(file, text, &flaw);
-    let node = expression::parse(moment).map_err(pointed)?;
-    let program = Program::new(&node, &names).map_err(pointed)?;
+    let written = document.moment.get_ref();
+    let quoted = Place::new(text, document.moment.span(), written);
+    let node = expression::parse(written).map_err(|flaw| quoted.error(file, text, &flaw))?;
+    let program = Program::new(&node, &names).map_err(|flaw| quoted.error(file, text, &flaw))?;
+    // A moment without parameters is fitted by a factor, which is 1 where it is right as it stands.
+    let with_factor = format!("{FACTOR} * ({written})");
+    let (moment, shift, node, program) = if declared.is_empty() {
+        names.push(FACTOR.to_owned());
+        parameters.push(Parameter {
+            name: FACTOR.into(),
+            unit: "1".into(),
+            min: f64::NEG_INFINITY,
+            max: f64::INFINITY,
+        });
+        starts.push(1.0);
+        let shift = FACTOR.len() + " * (".len();
+        let node = expression::parse(&with_factor).expect("as its part");
+        let program = Program::new(&node, &names).expect("as its part");
+        (&with_factor, shift, node, program)
+    } else {
+        (written, 0, node, program)
+    };
+    let in_written = |span: &std::ops::Range<usize>| {
+        let at = |place: usize| place.saturating_sub(shift).min(written.len());
+        at(span.start)..at(span.end)
+    };
+    let pointed =
+        |flaw: Flaw| quoted.error(file, text, &Flaw { span: in_written(&flaw.span), ..flaw });
     let mut used = Vec::new();
     node.names(&mut used);
     for (name, _) in declared {
@@ -76,12 +99,10 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
             return Err(place.error(name, &message, "use it in the moment or take it away"));
         }
     }
-    if declared.is_empty() {
-        let help = "declare one under [parameters] and use it: its size is what is fitted";
-        let flaw = Flaw::new(node.span.clone(), "the moment depends on no parameter", help);
-        return Err(pointed(flaw));
+    // A number without a name has no unit to be checked by.
+    if !declared.is_empty() {
+        units::check(moment, &node, &units).map_err(pointed)?;
     }
-    units::check(moment, &node, &units).map_err(pointed)?;
     let first_use = |name: &str| used.iter().find(|u| u.0 == name).map(|u| u.1.clone());
     let subject = checks::Subject {
         node: &node,
@@ -92,7 +113,7 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
     };
     let warnings = checks::check(&subject, &first_use).map_err(pointed)?;
     let warned = |flaw: &Flaw| {
-        let at = quoted.of(&flaw.span);
+        let at = quoted.of(&in_written(&flaw.span));
         format!("{}\n  help: {}", yawrig_text::pointed(file, text, at, &flaw.message), flaw.help)
     };
     Ok(OwnEffect {
@@ -128,6 +149,8 @@ fn check_id(place: &Text, id: &Spanned<String>, taken: &[&str]) -> Result<()> {
     Ok(())
 }
 
+/// What a moment without parameters is multiplied by.
+const FACTOR: &str = "factor";
 const IDENTIFIER: &str = "lower-case letters, digits and _, a letter first, at most 40";
 
 fn is_name(name: &str) -> bool {

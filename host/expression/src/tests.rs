@@ -363,7 +363,11 @@ fn errors_elsewhere_in_the_file_point_at_the_character_too() {
         assert_eq!(format!("{error}\n  help: {}", error.help()), expected);
     }
     let none = "id = \"mine\"\ntitle = \"Mine\"\nmoment = \"-0.1*b^3\"\n";
-    assert!(read(none).unwrap_err().to_string().contains("depends on no parameter"));
+    let whole = read(none).expect("a factor of its own");
+    assert_eq!((whole.formula.as_str(), &whole.starts[..]), ("factor * (-0.1*b^3)", &[1.0][..]));
+    assert_eq!(whole.size_parameter(), Some(0));
+    let unknown = read(&none.replace("b^3", "c")).unwrap_err().to_string();
+    assert!(unknown.starts_with("my.toml:3:16:"), "{unknown}");
     let unknown = read(&file("c*s").replace("title", "titel")).unwrap_err().to_string();
     assert!(unknown.starts_with("my.toml:2:1: \"titel\" is no entry of an effect"), "{unknown}");
     let broken = read("id = \"mine").unwrap_err().to_string();
