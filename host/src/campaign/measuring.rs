@@ -51,6 +51,8 @@ pub struct Measuring {
     /// One is going on that began before the device was told.
     stale: bool,
     waiting: Option<Waiting>,
+    /// The last result is not yet held against the condition that the device has.
+    unchecked: bool,
     /// Releases that count, by their places in the plan.
     made: Vec<(usize, Answer)>,
     /// Those that were in the folder before, by their records.
@@ -119,6 +121,7 @@ impl Measuring {
             under_way: None,
             stale: false,
             waiting: None,
+            unchecked: false,
             made: Vec::new(),
             before,
             kept,
@@ -160,6 +163,11 @@ impl Measuring {
             return Ok(());
         };
         self.made.remove(of);
+        self.unlist(place)
+    }
+
+    /// Takes the release at `place` of the plan out of the campaign's file, where that lists it.
+    fn unlist(&mut self, place: usize) -> Result<()> {
         let entry = &self.plan.campaign.release[place];
         let mut listed = self.kept.release.iter().skip(self.before.len());
         let same = listed.rposition(|r| {
@@ -169,6 +177,19 @@ impl Measuring {
         let Some(at) = same else { return Ok(()) };
         self.kept.release.remove(self.before.len() + at);
         self.write()
+    }
+
+    /// The last release was made under `condition`: it does not count where the device was told another.
+    fn made_under(&mut self, condition: Option<Condition>) -> Result<()> {
+        if condition.is_none() || condition == self.told {
+            return Ok(());
+        }
+        let Some((place, _)) = self.made.pop() else { return Ok(()) };
+        self.go_to(place);
+        self.told = None;
+        self.not_counted =
+            Some("another program has given the device its own condition".to_owned());
+        self.unlist(place)
     }
 
     fn go_to(&mut self, place: usize) {
@@ -201,7 +222,8 @@ impl Measuring {
                 self.under_way = Some((*release, self.announced.then_some(self.at)));
             }
             Event::Release(_) if std::mem::take(&mut self.stale) => {
-                self.not_counted = Some("it had begun before the device was told".to_owned());
+                self.not_counted =
+                    Some("it had begun before the device was given the condition".to_owned());
                 self.announced = false;
             }
             Event::Release(result) => {
@@ -219,6 +241,7 @@ impl Measuring {
                     recording.name(result.release, &stem.to_string_lossy());
                 }
                 self.made.push((place, Answer { result: *result, refined: None }));
+                self.unchecked = true;
                 let (release, ask_at) = (result.release, Instant::now() + ASK);
                 self.waiting = Some(Waiting { release, ask_at, idle: false });
             }
@@ -249,6 +272,9 @@ impl Measuring {
         session: &mut Session,
         built_in: Option<&mut BuiltInRig>,
     ) -> Result<()> {
+        if std::mem::take(&mut self.unchecked) {
+            self.made_under(session.bench().client.status()?.condition)?;
+        }
         if let Some(waiting) = self.waiting.as_mut().filter(|w| Instant::now() >= w.ask_at) {
             // A network that was taught effects is not refined. What is said before is still on its way once.
             let is_idle = !session.bench().client.status()?.refining;
@@ -455,6 +481,29 @@ mod tests {
         take(&mut measuring, let_go(2));
         take(&mut measuring, result(2, Flags::SPIKES));
         assert_eq!(measuring.not_counted, None);
+    }
+
+    #[test]
+    fn a_release_made_under_another_programs_condition_does_not_count() {
+        let mut measuring = measuring();
+        let entry = &measuring.plan.campaign.release[0];
+        let told = condition(&measuring.plan.campaign, entry, None);
+        measuring.told = Some(told);
+        for (found, counts) in [(Some(told), 1), (None, 1), (Some(Condition { rig: 7, ..told }), 0)]
+        {
+            measuring.go_to(0);
+            measuring.made.clear();
+            measuring.announced = true;
+            take(&mut measuring, let_go(0));
+            take(&mut measuring, result(0, Flags(0)));
+            assert!(std::mem::take(&mut measuring.unchecked));
+            measuring.made_under(found).expect("no file");
+            assert_eq!((measuring.made.len(), measuring.at), (counts, 0), "{found:?}");
+            measuring.under_way = None;
+        }
+        // It is told again before the release is made again.
+        assert_eq!((measuring.told, measuring.announced), (None, false));
+        assert!(measuring.not_counted.is_some_and(|why| why.contains("another program")));
     }
 
     #[test]
