@@ -8,7 +8,7 @@ Commands on stdin, one a line; each is answered by one line on stdout:
     line HEX         bytes that come on USART2; taken up before the readings that are given later
     samples HEX      readings of the converter, 12 bits, four digits each, sixteen a millisecond
     run              until all that was given is taken and nothing is left to be sent:
-                     `sent HEX`, and ` reset watchdog|software` where the device began anew
+                     `sent HEX`, and ` reset watchdog|software` where the device has restarted
     fault            the processor refuses its next instruction; answered as `run`
     overrun          the converter is: conversions go on and are not taken to memory until the program clears it: `ok`
     stall MS         so many milliseconds without a conversion; answered as `run`

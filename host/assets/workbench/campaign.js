@@ -43,7 +43,7 @@ async function byPattern() {
     const found = await post("/api/campaign/pattern", { folder: form.folder, pattern: form.pattern });
     if (found.fault) throw found.fault;
     files = files.map((f) => found.placed.find((p) => p.file === f.file) || blank(f.file));
-    tell(`${found.placed.length} of ${files.length} records are called so`);
+    tell(`${found.placed.length} of ${files.length} records match the pattern`);
   } catch (error) { tell(`${error.message}${error.help ? ` — ${error.help}` : ""}`, true); }
   draw();
 }
@@ -101,7 +101,7 @@ function adding() {
     spring, add("campaign-spring", "+ spring", () => { const name = spring.value.trim(); if (name && !springs.includes(name)) { springs.push(name); draw(); } }),
     axis, wind, add("campaign-condition", "+ condition", () => {
       const speed = number_of(wind.value);
-      if (speed === null || !(speed >= 0)) { tell(`${wind.value || "nothing"} is no wind speed: give a number in m/s, 0 for off`, true); return draw(); }
+      if (speed === null || !(speed >= 0)) { tell(`${wind.value || "nothing"} is not a wind speed: give a number in m/s, 0 for off`, true); return draw(); }
       const one = { axis: axis.value, wind_speed_m_s: speed };
       if (!conditions.some((c) => same(c, one))) conditions.push(one);
       draw();

@@ -145,8 +145,11 @@ impl Client {
             .help("see that a device is at its other end, and no plug that joins its two wires"));
         }
         let hello = HelloReply::read(&body).ok_or_else(|| {
-            Error::device(format!("the device on {} says hello in another way", self.path))
-                .help("write this version's firmware to the board")
+            Error::device(format!(
+                "the device on {} answers the hello in an unknown way",
+                self.path
+            ))
+            .help("write this version's firmware to the board")
         })?;
         // What came before the answer had been waiting in the line, perhaps for an hour.
         self.events.begin(None);
@@ -231,7 +234,7 @@ impl Client {
         self.request(&Request::Status).map(|_| ())
     }
 
-    /// How often the device has begun anew, by a reset or a power cut, while this line was open.
+    /// How often the device has restarted, by a reset or a power cut, while this line was open.
     pub fn resets(&self) -> u64 {
         self.resets
     }

@@ -188,9 +188,7 @@ fn say_refusal(refusal: &Refusal) -> String {
             )
         }
         Refusal::FlashWrite => "its flash did not take what was written".to_owned(),
-        Refusal::NoTrial => {
-            "it has given the network up: the confirmation came too late".to_owned()
-        }
+        Refusal::NoTrial => "it has dropped the network: the confirmation came too late".to_owned(),
         Refusal::NotKept { .. } => "it was asked for an event that it does not keep".to_owned(),
         Refusal::Settings => "it refused its settings".to_owned(),
         Refusal::Releasing => "a release is going on that does not end".to_owned(),

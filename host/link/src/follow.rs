@@ -216,7 +216,7 @@ pub fn start_text(start: &Start) -> String {
         Cause::Power => "power came",
         Cause::Pin => "the reset button, or a debugger",
         Cause::Watchdog => "its watchdog: the firmware hung, or no sample came for seconds",
-        Cause::Software => "the firmware began anew",
+        Cause::Software => "the firmware restarted",
     };
     match &start.crash {
         None => cause.to_owned(),
@@ -447,7 +447,7 @@ mod tests {
             (
                 Cause::Software,
                 Some(crash("src/main.rs", 61)),
-                "the firmware began anew after a panic at src/main.rs:61; please report it",
+                "the firmware restarted after a panic at src/main.rs:61; please report it",
                 json!({"cause": "software", "crash": {"file": "src/main.rs", "line": 61}}),
             ),
             (

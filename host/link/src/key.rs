@@ -114,7 +114,7 @@ fn sign(key: &KeyPair, message: &[u8]) -> Signature {
 /// Exit 5 where it refuses; 4 or 7 where it is not there.
 pub fn lock(client: &mut Client, key: &[u8; 32]) -> Result<()> {
     if PublicKey::from_slice(key).and_then(|key| key.validate()).is_err() {
-        return Err(Error::data("these digits are no public key").help(MAKE));
+        return Err(Error::data("these digits are not a public key").help(MAKE));
     }
     client.request(&Request::Lock { key: *key }).map(drop).map_err(|e| why(client, e))
 }

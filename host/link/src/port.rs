@@ -52,7 +52,7 @@ fn explain(path: &str, error: &serialport::Error) -> Error {
         }
         ErrorKind::Io(io::ErrorKind::PermissionDenied) => (
             "you may not open it".to_owned(),
-            "join the group that owns it (mostly `sudo usermod -aG dialout $USER`) and log in anew",
+            "join the group that owns it (mostly `sudo usermod -aG dialout $USER`) and log in again",
         ),
         ErrorKind::NoDevice => (
             "another program has it open".to_owned(),

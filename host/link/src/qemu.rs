@@ -322,7 +322,7 @@ impl Process {
         }
         let said = if output.is_empty() { "nothing".to_owned() } else { format!("\n  {output}") };
         Error::device(format!("the emulated board has stopped ({status}); it said {said}"))
-            .help("build the image anew with firmware/boards/build mps2-an386")
+            .help("build the image again with firmware/boards/build mps2-an386")
     }
 }
 

@@ -116,7 +116,7 @@ pub fn wait_for(bench: &mut Bench, samples: u32) -> Result<()> {
             Err(e) => return Err(bench.client.explain(e, "its state")),
         };
         if bench.client.resets() > resets {
-            return Err(Error::device("the device has begun anew, after a reset or a power cut")
+            return Err(Error::device("the device has restarted, after a reset or a power cut")
                 .help("play the record again"));
         }
         let all = now.wrapping_sub(samples) as i32 >= 0;
@@ -128,7 +128,7 @@ pub fn wait_for(bench: &mut Bench, samples: u32) -> Result<()> {
         std::thread::sleep(Duration::from_millis(2));
     }
     let why = if refining {
-        "the device does not get done with its refined estimate".to_owned()
+        "the device does not finish its refined estimate".to_owned()
     } else {
         format!("the device took {taken} samples of {samples} and no more")
     };

@@ -57,7 +57,7 @@ impl<'a> Asked<'a> {
         let file = self.file.display();
         if there.is_empty() {
             return Error::data(format!("{file}: there is no channel of numbers in it"))
-                .help("export the record anew, or as CSV with time_s,yaw_deg");
+                .help("export the record again, or as CSV with time_s,yaw_deg");
         }
         let there = there.join(", ");
         Error::data(format!("{file}: {what}; its channels: {there}")).help(self.command())
@@ -127,7 +127,7 @@ impl<'a> Asked<'a> {
             None if !known => out += " --unit deg",
             None => {}
         }
-        out + "   (with --keep all of its folder are read so)"
+        out + "   (with --keep every file of its folder is read this way)"
     }
 
     /// The channel of this name, with or without its group, or of this number.
@@ -328,7 +328,7 @@ fn numbers<'a>(file: &Path, channel: &'a Channel) -> Result<&'a [f64]> {
     channel.values.as_deref().map_err(|why| {
         Error::data(format!("{}: channel {} cannot be used: {why}", file.display(), channel.name))
             .help(
-                "choose another channel with `yawrig convert --yaw` and --time, or export it anew",
+                "choose another channel with `yawrig convert --yaw` and --time, or export it again",
             )
     })
 }

@@ -112,7 +112,7 @@ pub(super) fn channels(file: &Path, format: Format) -> Result<Vec<Channel>> {
     };
     read.map_err(|why| {
         Error::data(format!("cannot read {}: {why}", file.display()))
-            .help("export the record anew, or as CSV with time_s,yaw_deg")
+            .help("export the record again, or as CSV with time_s,yaw_deg")
     })
 }
 

@@ -39,8 +39,8 @@ fn is_number(column: &ColumnDescriptor) -> std::result::Result<(), String> {
     match (column.logical_type_ref(), column.converted_type()) {
         (None | Some(LogicalType::Integer { .. }), ConvertedType::NONE) => Ok(()),
         (Some(LogicalType::Integer { .. }), _) => Ok(()),
-        (Some(other), _) => Err(format!("{other:?}, no plain number")),
-        (None, other) => Err(format!("{other:?}, no plain number")),
+        (Some(other), _) => Err(format!("{other:?}, which is not a plain number")),
+        (None, other) => Err(format!("{other:?}, which is not a plain number")),
     }
 }
 

@@ -119,7 +119,7 @@ pub fn placed(folder: &Path, pattern: &Pattern) -> Result<Placing> {
         }
     }
     if found.is_empty() {
-        let what = format!("{}: no file is called as the pattern says", folder.display());
+        let what = format!("{}: no file's name matches the pattern", folder.display());
         let example = left_over.first().map_or(String::new(), |name| format!(", as in {name}"));
         return Err(Error::data(what).help(format!(
             "put {{spring}}, {{wind}}, {{axis}} and {{n}} where those stand in the names{example}"

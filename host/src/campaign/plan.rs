@@ -141,7 +141,7 @@ impl Wanted {
             needed.filter(|(_, g)| g.is_none()).map(|(name, _)| name).collect();
         if !is_built_in && !missing.is_empty() {
             return Err(Error::usage(format!(
-                "nothing says what rig is before the device: {} are missing",
+                "the rig at the device is not described: {} are missing",
                 missing.join(", ")
             ))
             .help("give the campaign.toml of this rig as condition, beside spring, axis and wind speed"));

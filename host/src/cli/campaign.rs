@@ -100,7 +100,7 @@ impl Init {
         let Begun { text, releases, springs, left_over } = begin(&self.folder, &pattern, &out)?;
         files::write_atomically(&out, text.as_bytes())?;
         for name in left_over {
-            crate::say!("yawrig: warning: {name} is not called so and was left out");
+            crate::say!("yawrig: warning: {name} does not match the pattern and was left out");
         }
         let gaps = text
             .lines()

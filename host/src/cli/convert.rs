@@ -66,7 +66,7 @@ impl Convert {
         }
         if self.keep {
             let kept = yawrig_records::keep(&self.from, &selection)?;
-            crate::say!("{}: the other records beside it are read so, too", kept.display());
+            crate::say!("{}: the other records beside it are read this way, too", kept.display());
         }
         Ok(())
     }

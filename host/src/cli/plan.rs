@@ -55,8 +55,10 @@ impl Plan {
         };
         let rivals: Vec<Vec<Effect>> = self.rivals.iter().map(set).collect::<Result<_>>()?;
         if rivals.len() == 1 {
-            return Err(yawrig_base::error::Error::usage("one --rival has nobody to compete with")
-                .help("name two or more, or none: then they are looked for"));
+            return Err(yawrig_base::error::Error::usage(
+                "one --rival alone has nothing to compete with",
+            )
+            .help("name two or more, or none: then they are looked for"));
         }
         let asked = Asked { rivals, derivative: Some(self.derivative.of()) };
         crate::say!("fitting rivals");

@@ -101,7 +101,7 @@ pub fn run(arguments: &Replay) -> Result<()> {
     match unusable.is_empty() {
         true => Ok(()),
         false => Err(Error::new(Exit::Quality, unusable.join("\n  "))
-            .help("choose another range with --from-deg and --to-deg, or release anew")),
+            .help("choose another range with --from-deg and --to-deg, or release again")),
     }
 }
 

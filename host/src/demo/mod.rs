@@ -127,7 +127,7 @@ fn release(bench: &mut Bench, plan: &Plan, condition: &Condition, seed: u64) -> 
     let result = main.result.ok_or_else(|| {
         Error::new(
             Exit::Timeout,
-            format!("the device said nothing of the release on {}", condition.spring.name),
+            format!("the device reported nothing about the release on {}", condition.spring.name),
         )
     })?;
     let replay::Release { windows, refined, .. } = main;

@@ -44,7 +44,7 @@ fn check_has_none(model: &Model) -> Result<()> {
     if model.effects.iter().any(|e| matches!(e.effect, Effect::Measured(_))) {
         let what = "the model holds a measured law already; another beside it would say nothing";
         return Err(Error::usage(what)
-            .help("to measure it anew, take it out first: yawrig remove measured_law"));
+            .help("to measure it again, take it out first: yawrig remove measured_law"));
     }
     Ok(())
 }

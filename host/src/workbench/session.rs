@@ -153,7 +153,7 @@ impl Session {
         let read_only = yawrig_base::files::check_writable(&model_path).err();
         if let Some(why) = &read_only {
             crate::say!(
-                "yawrig: warning: {}; the page opens to look, and no step can be taken",
+                "yawrig: warning: {}; the page opens for viewing only: no step can be taken",
                 why.message
             );
         }

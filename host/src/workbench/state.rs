@@ -116,7 +116,7 @@ fn overall(session: &Session) -> Value {
             };
             ("structured", format!("Something is missing: {called} leaves {left}."))
         }
-        _ => ("unknown", "The releases are being looked at.".to_owned()),
+        _ => ("unknown", "The releases are being analysed.".to_owned()),
     };
     json!({
         "over_noise": over_noise.map(short),

@@ -35,7 +35,7 @@ impl Law for CubicDamping {
             fingerprint: "damping ratio rises (c > 0) or falls with the square of amplitude",
             confirm: "compare releases with the wind on and off: with the wind off it goes",
             remove: "stay at small amplitudes",
-            release: "a larger amplitude, where it parts from damping with the rate's square",
+            release: "a larger amplitude, where it differs from damping with the rate's square",
         }
     }
 }

@@ -35,7 +35,7 @@ impl Law for OddQuadraticStiffness {
             fingerprint: "frequency changes in proportion to amplitude; no even harmonics",
             confirm: "tighten the clamps: it becomes smaller",
             remove: "glue or preload the joints of the springs",
-            release: "a smaller amplitude, where it parts from a cube",
+            release: "a smaller amplitude, where it differs from a cube",
         }
     }
 }

@@ -35,7 +35,7 @@ impl Law for PendulumGravity {
             fingerprint: "frequency falls with amplitude as a pendulum's does; no even harmonics",
             confirm: "level the axis, or turn the rig: it changes with the axis's tilt",
             remove: "make the axis vertical, or balance the model about it",
-            release: "a larger amplitude, where a sine parts from a cube",
+            release: "a larger amplitude, where a sine differs from a cube",
         }
     }
 }

@@ -48,7 +48,7 @@ impl Law for PowerDamping {
             fingerprint: "damping goes with amplitude^(n - 1); frequency stays",
             confirm: "a release of another size: n stays",
             remove: "depends on which loss it is: try with the wind off, and with the bearing freed",
-            release: "a much smaller and a much larger amplitude, where the powers part",
+            release: "a much smaller and a much larger amplitude, where the powers differ",
         }
     }
 }

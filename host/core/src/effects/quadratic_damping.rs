@@ -35,7 +35,7 @@ impl Law for QuadraticDamping {
             fingerprint: "damping ratio rises in proportion to amplitude; frequency does not change",
             confirm: "release from twice the amplitude: the added damping doubles",
             remove: "shield parts of the rig that are not the model; the model's own drag remains",
-            release: "a larger amplitude, where it parts from damping with the square of the angle",
+            release: "a larger amplitude, where it differs from damping with the square of the angle",
         }
     }
 }

@@ -35,7 +35,7 @@ impl Law for QuinticStiffness {
             fingerprint: "natural frequency changes with the fourth power of amplitude; no mid-line shift",
             confirm: "static moment against angle: straight at first, then steeper than the cube",
             remove: "longer springs, smaller amplitude",
-            release: "a larger amplitude, where it parts from the cube",
+            release: "a larger amplitude, where it differs from the cube",
         }
     }
 }

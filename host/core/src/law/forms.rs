@@ -138,7 +138,7 @@ pub const FORMS: &[Form] = &[
     ),
     damping(
         "asymmetric_drag",
-        "drag that differs from way to way",
+        "drag that differs between the two directions",
         "-x * (abs(r) + y * r) * r",
         &[
             loss("x", "1/rad"),

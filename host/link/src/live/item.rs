@@ -208,14 +208,14 @@ impl Item {
             Self::Restarted { why, .. } => {
                 let why = if why.is_empty() { String::new() } else { format!(" ({why})") };
                 format!(
-                    "the device began anew{why}; how long it was away is known by this program's clock only"
+                    "the device has restarted{why}; how long it was away is known by this program's clock only"
                 )
             }
             Self::Restored { .. } => {
                 "it had forgotten its settings and its releases' condition; they were sent again"
                     .to_owned()
             }
-            Self::Silent { .. } => "the device does not answer; asking on".to_owned(),
+            Self::Silent { .. } => "the device does not answer; still asking".to_owned(),
             Self::Disconnected { why, .. } => {
                 format!("the device is gone ({why}); waiting for it to be plugged in again")
             }
