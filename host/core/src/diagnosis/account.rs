@@ -5,6 +5,7 @@ use crate::diagnosis::answer::{Candidate, Left};
 use crate::diagnosis::compare::{self, Where};
 use crate::diagnosis::flexible::is_simple;
 use crate::diagnosis::guards::{self, Refusal};
+use crate::diagnosis::over_pieces;
 use crate::diagnosis::survivors::{self, Judged, Survivors};
 use crate::effects::Effect;
 use crate::error::Result;
@@ -52,7 +53,7 @@ fn candidates(
     let count = decay.yaw_rad.len() as f64;
     let independent = 2.0 * count / decay.per_cycle();
     let plain = survivors.path[0].model.fit.sum();
-    let mut candidate = |single: &survivors::Model| {
+    let mut candidate = |single: &over_pieces::Model| {
         let effect = single.fit.structure.effects.last().expect("an effect").clone();
         let more = effect.parameters().len() as f64;
         let reason = refused.iter().position(|r| r.effect == effect);
@@ -68,7 +69,7 @@ fn candidates(
 }
 
 fn of_judged(decay: &FreeDecay, survivors: &Survivors, judged: &Judged) -> Fitted {
-    let whole = survivors::whole(decay, &survivors.lengths, &judged.model.fit);
+    let whole = over_pieces::whole(decay, &survivors.lengths, &judged.model.fit);
     refitted(decay, &whole.structure, &whole.numbers(0))
 }
 

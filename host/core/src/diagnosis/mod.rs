@@ -15,6 +15,7 @@ mod guards;
 pub(crate) mod late_release;
 mod likelihood;
 pub mod origin;
+pub(crate) mod over_pieces;
 pub(crate) mod prediction;
 mod reach;
 pub(crate) mod releases;

@@ -9,6 +9,7 @@ use crate::diagnosis::account;
 use crate::diagnosis::answer::Left;
 use crate::diagnosis::diagnose::{modal, Modal, Status, Step, MOST_LEFT, SECOND_ORDER, SMALL};
 use crate::diagnosis::likelihood::is_explained;
+use crate::diagnosis::over_pieces;
 use crate::diagnosis::prediction::Prediction;
 use crate::diagnosis::survivors::{self, Survivors};
 use crate::effects::Effect;
@@ -207,7 +208,7 @@ impl Set<'_> {
             .map(|&i| {
                 let begun = &self.begun[i];
                 let pieces = self.given(i, &numbers, None);
-                survivors::whole(&begun.decay, &begun.survivors.lengths, &pieces).numbers(0)
+                over_pieces::whole(&begun.decay, &begun.survivors.lengths, &pieces).numbers(0)
             })
             .collect();
         let releases: Vec<Release> = self.begun.iter().map(|b| Release::whole(&b.decay)).collect();

@@ -4,8 +4,8 @@
 //! are is what predicts left-out pieces best.
 
 use super::roughness::{inflation, reached, states, Nearby};
+use crate::diagnosis::over_pieces::{plain_start, Lengths};
 use crate::diagnosis::prediction::{predict_within, Prediction};
-use crate::diagnosis::survivors::{plain_start, Lengths};
 use crate::effects::{Effect, MeasuredLaw, Part};
 use crate::error::{Error, Result};
 use crate::fit::fitting::{refitted, Fitted, Structure};

@@ -2,8 +2,8 @@
 
 use super::estimate::{Measured, Point};
 use super::forms::{moment, Form, Formula, Role, FORMS};
+use crate::diagnosis::over_pieces::Lengths;
 use crate::diagnosis::prediction::{predict_within, Prediction};
-use crate::diagnosis::survivors::Lengths;
 use crate::effects::{Effect, Part};
 use crate::error::Result;
 use crate::fit::fitting::{refitted, Fitted};

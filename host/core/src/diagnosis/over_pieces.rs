@@ -1,0 +1,184 @@
+//! A set of effects fitted to pieces of a free decay, short ones first, and to the whole over ever longer pieces: a fit
+//! that begins far off gets lost in the whole at once.
+
+use crate::effects::{Effect, Scale, Seen};
+use crate::fit::fitting::{refitted, reordered, Fitted, Limit, Number, Structure};
+use crate::fit::free_decay::FreeDecay;
+use crate::fit::segments::{fit_from, fit_pieces, PieceFit, Pieces, ROUGH, STEPS};
+use crate::stop::Stop;
+
+/// Cycles of the pieces of the first, shortest fit, and of the next.
+const SHORT_CYCLES: f64 = 3.0;
+const LONGER_CYCLES: f64 = 9.0;
+/// Long pieces, on which models are compared, and shorter ones that are predicted; the cycles in one at least.
+const LONG_PIECES: f64 = 3.0;
+const MOST_PIECES: f64 = 8.0;
+const LEAST_CYCLES: f64 = 1.5;
+/// Gain at which a fit to long pieces has settled.
+const SETTLED: f64 = 1e-4;
+/// Effects up to which a set is fitted from short pieces on: beyond, a smaller set's numbers are near.
+const FROM_SHORT: usize = 2;
+
+/// A set of effects on short pieces and on those that are predicted.
+#[derive(Clone, Debug)]
+pub struct Model {
+    pub short: PieceFit,
+    pub fit: PieceFit,
+}
+
+/// Pieces of every length.
+pub struct Lengths {
+    pub(crate) short: Pieces,
+    pub(crate) longer: Pieces,
+    pub long: Pieces,
+    pub(crate) predicted: Pieces,
+    pub scale: Scale,
+    pub stop: Stop,
+}
+
+impl Lengths {
+    pub fn of(decay: &FreeDecay) -> Self {
+        let cycles = decay.yaw_rad.len() as f64 / decay.per_cycle();
+        let count = |most: f64| (cycles / LEAST_CYCLES).clamp(2.0, most) as usize;
+        let long = count(LONG_PIECES);
+        Self {
+            short: Pieces::of_cycles(decay, SHORT_CYCLES.min(cycles / long as f64)),
+            longer: Pieces::of_cycles(decay, LONGER_CYCLES.min(cycles / long as f64)),
+            long: Pieces::of(decay, long),
+            predicted: Pieces::of(decay, count(MOST_PIECES)),
+            scale: decay.scale(),
+            stop: decay.stop.clone(),
+        }
+    }
+
+    /// Where the numbers of an added effect begin.
+    pub fn starts(&self, effect: &Effect) -> Vec<Vec<f64>> {
+        effect.starts(&Seen {
+            beats: false,
+            scale: self.scale,
+            residuals_rad: &[],
+            step_s: self.long.decays[0].grid.step_s,
+            per_cycle: self.long.decays[0].per_cycle(),
+            natural_frequency_rad_s: self.scale.natural_frequency_rad_s,
+        })
+    }
+}
+
+/// Fits `structure` from numbers for short pieces over ever longer ones, and from `near` those of a smaller model
+/// where there is one.
+pub fn fitted(
+    lengths: &Lengths,
+    structure: &Structure,
+    short: &[f64],
+    near: Option<&[f64]>,
+) -> Model {
+    let near = near.map(|near| fit_from(&lengths.long, structure, near, SETTLED));
+    if let Some(fit) = near.as_ref().filter(|_| structure.effects.len() > FROM_SHORT) {
+        return Model {
+            short: PieceFit { common: short.to_vec(), ..fit.clone() },
+            fit: fit.clone(),
+        };
+    }
+    let first = fit_from(&lengths.short, structure, short, ROUGH);
+    let mut common = first.common.clone();
+    if lengths.longer.count() < lengths.short.count() {
+        common = fit_from(&lengths.longer, structure, &common, ROUGH).common;
+    }
+    let mut fit = fit_from(&lengths.long, structure, &common, SETTLED);
+    if let Some(near) = near.filter(|near| near.sum() < fit.sum()) {
+        fit = near;
+    }
+    Model { short: first, fit }
+}
+
+pub fn with_from(lengths: &Lengths, inner: &Model, effect: &Effect, start: &[f64]) -> Model {
+    let structure = inner.fit.structure.with(effect);
+    let extended = |common: &[f64]| [common, start].concat();
+    let near = extended(&inner.fit.common);
+    fitted(lengths, &structure, &extended(&inner.short.common), Some(&near))
+}
+
+pub fn without(lengths: &Lengths, model: &Model, effect: &Effect) -> Model {
+    let fit = &model.fit;
+    let k = fit.structure.effects.iter().position(|e| e == effect).expect("an effect of the model");
+    let (from, n) = (fit.start_of(k), effect.parameters().len());
+    let less = |common: &[f64]| [&common[..from], &common[from + n..]].concat();
+    let structure = fit.structure.without(effect);
+    fitted(lengths, &structure, &less(&model.short.common), Some(&less(&fit.common)))
+}
+
+/// The second-order response about a rest angle of its own, taking energy out where the record does, and the shared
+/// parameters from which its fit begins.
+pub(crate) fn plain_start(decay: &FreeDecay) -> (Structure, [f64; 3]) {
+    let windows = &decay.windows;
+    let mean = |f: &dyn Fn(&crate::identify::WindowEstimate) -> f64| {
+        windows.iter().map(f).sum::<f64>() / windows.len().max(1) as f64
+    };
+    let middle = decay.yaw_rad.iter().sum::<f64>() / decay.yaw_rad.len() as f64;
+    let zeta = mean(&|w| w.damping_ratio);
+    let mut structure = Structure { zero_unknown: true, ..Structure::default() };
+    if zeta > 0.0 {
+        structure.limits.push(Limit { number: Number::DampingRatio, low: 0.0, high: 0.7 });
+    }
+    structure.limits.push(Limit {
+        number: Number::Of(Effect::CubicDamping, 0),
+        low: 0.0,
+        high: f64::INFINITY,
+    });
+    (structure, [mean(&|w| w.natural_frequency_rad_s), zeta, middle])
+}
+
+/// Whether `effect` is one that pieces of a free decay show as the whole does: of the state, its strength a number.
+fn is_of_the_state(effect: &Effect) -> bool {
+    matches!(
+        effect,
+        Effect::CoulombFriction
+            | Effect::QuadraticDamping
+            | Effect::CubicDamping
+            | Effect::CubicStiffness
+            | Effect::QuadraticStiffness
+            | Effect::OddQuadraticStiffness
+            | Effect::QuinticStiffness
+            | Effect::PendulumGravity
+            | Effect::StaticOffset
+    )
+}
+
+/// `structure`, all of whose effects are of the state, fitted to the whole free decay over ever longer pieces, whatever
+/// their order; none where one is another.
+pub fn fit_over_pieces(decay: &FreeDecay, structure: &Structure) -> Option<Fitted> {
+    if !structure.effects.iter().all(is_of_the_state) {
+        return None;
+    }
+    let mut sorted = structure.clone();
+    sorted.effects.sort_unstable();
+    let (_, [wn_rad_s, zeta, middle_rad]) = plain_start(decay);
+    let mut common = vec![wn_rad_s, zeta];
+    common.extend(structure.zero_unknown.then_some(middle_rad));
+    common.resize(common.len() + sorted.effects.len(), 0.0);
+    let lengths = Lengths::of(decay);
+    let whole = whole(decay, &lengths, &fitted(&lengths, &sorted, &common, None).fit);
+    let fit = refitted(decay, &whole.structure, &whole.numbers(0));
+    Some(reordered(decay, &fit, &structure.effects))
+}
+
+/// The whole free decay from one state, begun at `fit`'s numbers: over ever longer pieces.
+pub fn whole(decay: &FreeDecay, lengths: &Lengths, fit: &PieceFit) -> PieceFit {
+    let mut count = lengths.long.count();
+    let mut best = fit.clone();
+    while count > 1 {
+        count = count.div_ceil(2);
+        let pieces = Pieces::of(decay, count);
+        let states: Vec<[f64; 2]> = (0..count)
+            .map(|k| {
+                let piece = &pieces.decays[k];
+                let zero = if best.structure.zero_unknown { best.common[2] } else { 0.0 };
+                let start = crate::fit::segments::first_state(piece, zero);
+                crate::fit::segments::fit_state(piece, &best.structure, &best.common, start).0
+            })
+            .collect();
+        let all: Vec<&FreeDecay> = pieces.decays.iter().collect();
+        best = fit_pieces(&all, &best.structure, &best.common, &states, 1e-5, STEPS);
+    }
+    best
+}

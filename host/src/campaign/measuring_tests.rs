@@ -1,0 +1,101 @@
+use super::*;
+use yawrig_shared::wire::{Flags, Precise, Refined};
+
+fn measuring() -> Measuring {
+    let rig = yawrig_rig::Rig::default();
+    let mut planned = super::super::simulated::plan(&rig, 10.0, 1, 1).expect("a plan");
+    planned.truncate(2);
+    let campaign = super::super::simulated::describe(&rig, &planned);
+    let mut measuring = Measuring::new(Plan { campaign, stays: false }, None).expect("a plan");
+    measuring.announced = true;
+    measuring
+}
+
+fn take(measuring: &mut Measuring, event: Event) {
+    let item = Item::Event { at: 0, event, trends: Vec::new() };
+    measuring.take(&item, None).expect("nothing is written");
+}
+
+fn let_go(release: u32) -> Event {
+    Event::Phase { phase: Phase::Released, release, at_sample: 0 }
+}
+
+fn result(release: u32, flags: Flags) -> Event {
+    let measured = yawrig_shared::wire::Measured { value: 5.0, u: 0.001 };
+    Event::Release(ReleaseResult {
+        release,
+        release_sample: 0,
+        finished_sample: 1000,
+        windows: 5,
+        natural_frequency_rad_s: measured,
+        damping_ratio: measured,
+        derivatives: None,
+        flags,
+    })
+}
+
+#[test]
+fn a_release_that_the_device_takes_no_reference_from_is_made_again() {
+    let mut measuring = measuring();
+    take(&mut measuring, let_go(0));
+    take(&mut measuring, result(0, Flags::SPIKES));
+    assert_eq!((measuring.at, measuring.announced), (0, false));
+    assert_eq!(measuring.not_counted.as_deref(), Some("spikes"));
+    measuring.announced = true;
+    take(&mut measuring, let_go(1));
+    take(&mut measuring, result(1, Flags(0)));
+    // The next one is announced when all is known of this one.
+    assert_eq!((measuring.at, measuring.waiting.is_some()), (0, true));
+    let natural_frequency_rad_s = Precise { value: 4.85, u: 1e-4 };
+    take(
+        &mut measuring,
+        Event::Refined(Refined { release: 1, natural_frequency_rad_s, ..Refined::default() }),
+    );
+    assert_eq!((measuring.at, measuring.waiting.is_some()), (1, false));
+    // Kr = 2 Ks b^2 over the refined wn^2, and not over the network's.
+    let inertia = measuring.inertia_kg_m2(Axis::Mid).expect("from the wind-off release");
+    assert!((inertia - 2.38 / 4.85 / 4.85).abs() < 1e-12, "{inertia}");
+    // Wind on, spikes were bridged and the flag says so.
+    measuring.announced = true;
+    take(&mut measuring, let_go(2));
+    take(&mut measuring, result(2, Flags::SPIKES));
+    assert_eq!(measuring.not_counted, None);
+}
+
+#[test]
+fn a_release_made_under_another_programs_condition_does_not_count() {
+    let mut measuring = measuring();
+    let entry = &measuring.plan.campaign.release[0];
+    let told = condition(&measuring.plan.campaign, entry, None);
+    measuring.told = Some(told);
+    for (found, counts) in [(Some(told), 1), (None, 1), (Some(Condition { rig: 7, ..told }), 0)] {
+        measuring.go_to(0);
+        measuring.made.clear();
+        measuring.announced = true;
+        take(&mut measuring, let_go(0));
+        take(&mut measuring, result(0, Flags(0)));
+        assert!(std::mem::take(&mut measuring.unchecked));
+        measuring.made_under(found).expect("no file");
+        assert_eq!((measuring.made.len(), measuring.at), (counts, 0), "{found:?}");
+        measuring.under_way = None;
+    }
+    // It is told again before the release is made again.
+    assert_eq!((measuring.told, measuring.announced), (None, false));
+    assert!(measuring.not_counted.is_some_and(|why| why.contains("another program")));
+}
+
+#[test]
+fn a_release_that_began_under_another_condition_does_not_count() {
+    let mut measuring = measuring();
+    take(&mut measuring, let_go(0));
+    measuring.skip();
+    measuring.announced = true;
+    take(&mut measuring, result(0, Flags(0)));
+    assert_eq!((measuring.at, measuring.made.len()), (1, 0));
+    // Nor one that was let go before the device was told.
+    measuring.announced = false;
+    take(&mut measuring, let_go(1));
+    measuring.announced = true;
+    take(&mut measuring, result(1, Flags(0)));
+    assert_eq!((measuring.at, measuring.made.len()), (1, 0));
+}
