@@ -27,7 +27,7 @@ fn eight_oddly_named_files_to_a_table() {
         }
     }
     std::fs::write(folder.join("runs/notes.csv"), "not a record").expect("room");
-    init(folder, "{spring}.csv{n}").exits(3).says("no file is called").helps();
+    init(folder, "{spring}.csv{n}").exits(3).says("no file's name matches").helps();
     init(folder, "{spring").exits(2).helps();
     let ended = init(folder, "Feder {spring}_V{wind}_{axis}_run{n}.csv").exits(0).says("notes.csv");
     assert!(ended.stdout.contains("8 releases with springs K2, K6; 7 lines"), "{}", ended.report());

@@ -194,7 +194,7 @@ fn conditions_that_cannot_be_are_refused_with_the_reason() {
         ("--condition plan/campaign.toml#33", "releases 1 to 32"),
         ("--condition plan/campaign.toml", "says nothing of a release"),
         ("--condition plan/campaign.toml#2 --record trace.csv", "need a folder"),
-        ("--spring K3 --wind 10 --device /dev/null", "nothing says what rig"),
+        ("--spring K3 --wind 10 --device /dev/null", "the rig at the device is not described"),
     ] {
         let command = format!("monitor --speed 100 --releases 1 {flags}");
         yawrig(&command).in_folder(folder.path()).run().exits(2).helps().says(why);

@@ -75,5 +75,5 @@ fn what_is_no_key_signs_and_locks_nothing() {
     run("flash n.yrn --sign absent").exits(3).says("absent").helps();
     run("device lock --yes --key n.yrn").exits(3).helps();
     let none = "0".repeat(64);
-    run(&format!("device lock --yes --key {none}")).exits(3).says("no public key").helps();
+    run(&format!("device lock --yes --key {none}")).exits(3).says("not a public key").helps();
 }

@@ -39,7 +39,7 @@ fn a_folder_that_may_only_be_read_is_opened_to_look() {
     mode(0o555);
     let command = yawrig_as_anybody("workbench rubbing.csv").in_folder(folder.path());
     let mut running = command.with_patience(120).start();
-    running.says("opens to look");
+    running.says("opens for viewing only");
     let url = running.prints("http://");
     let (origin, token) = url.split_once("/?token=").expect("a token in the address");
     let bench = Bench {
