@@ -81,7 +81,7 @@ fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagno
     let best = &account.last().model;
     let plain = search::present(&decay, options)?;
     let lowest = plain.rms_rad().min(account.plain_rad());
-    let own = options.own.iter().filter(|e| matches!(e, Effect::Own(_)));
+    let own = options.own.iter().filter(|e| e.is_own());
     let library = Effect::deterministic().filter(|e| !e.is_flexible());
     let candidates: Vec<Effect> = library.chain(own.cloned()).collect();
     let from = |model| reach::reach(&decay, model, &candidates);

@@ -162,7 +162,7 @@ pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
     let library: Vec<Effect> = Effect::deterministic()
         .filter(|e| !(zero && *e == Effect::StaticOffset) && *e != Effect::PendulumGravity)
         .filter(|e| !e.is_flexible())
-        .chain(options.own.iter().filter(|&e| matches!(e, Effect::Own(_))).cloned())
+        .chain(options.own.iter().filter(|e| e.is_own()).cloned())
         .collect();
     let singles = screened(releases, &plain, &library)?;
     let mut path = vec![plain];

@@ -92,7 +92,7 @@ fn search_but(decay: &FreeDecay, options: &Options, without: Option<&Effect>) ->
     if decay.amplitude_rad < SINE_FROM {
         candidates.retain(|e| *e != Effect::PendulumGravity);
     }
-    for own in options.own.iter().filter(|e| matches!(e, Effect::Own(_))) {
+    for own in options.own.iter().filter(|e| e.is_own()) {
         if !candidates.contains(own) {
             candidates.push(own.clone());
         }

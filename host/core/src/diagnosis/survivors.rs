@@ -182,7 +182,7 @@ pub fn search(decay: &FreeDecay, own: &[Effect]) -> Result<Survivors> {
         }
     }
     here = pruned(&lengths, here);
-    let own: Vec<Effect> = own.iter().filter(|e| matches!(e, Effect::Own(_))).cloned().collect();
+    let own: Vec<Effect> = own.iter().filter(|e| e.is_own()).cloned().collect();
     here = with_own(&lengths, here, &own)?;
     let simple = here.clone();
     here = bent(&lengths, here)?;

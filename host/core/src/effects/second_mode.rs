@@ -87,14 +87,9 @@ fn beating(seen: &Seen) -> Vec<f64> {
     }
     let wn = seen.natural_frequency_rad_s;
     let apart = RESOLVED_TURNS * std::f64::consts::TAU / (n * seen.step_s);
-    let strongest = |from, to| lines::strongest(seen.residuals_rad, seen.step_s, from, to);
-    let above = (wn + apart < (1.0 + NEAREST) * wn)
-        .then(|| strongest(wn + apart, (1.0 + NEAREST) * wn))
-        .flatten();
-    let below = (wn - apart > (1.0 - NEAREST) * wn)
-        .then(|| strongest((1.0 - NEAREST) * wn, wn - apart))
-        .flatten();
-    above.into_iter().chain(below).collect()
+    let sides = [(wn + apart, (1.0 + NEAREST) * wn), ((1.0 - NEAREST) * wn, wn - apart)];
+    let wide = sides.into_iter().filter(|(from, to)| from < to);
+    wide.filter_map(|(from, to)| lines::strongest(seen.residuals_rad, seen.step_s, from, to)).collect()
 }
 
 impl Reading for SecondMode {

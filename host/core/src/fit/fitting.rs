@@ -138,7 +138,7 @@ pub fn fit_added(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Fitted {
     let count = inner.count;
     let mut best: Option<Fit> = None;
     let starts = crate::fit::starts::of(decay, inner, effect);
-    if structure.effects.iter().any(|e| matches!(e, Effect::Own(_))) {
+    if structure.effects.iter().any(|e| e.is_own()) {
         return fit_own(decay, inner, &structure, &starts);
     }
     for (k, start) in starts.iter().enumerate() {

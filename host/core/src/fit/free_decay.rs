@@ -258,14 +258,11 @@ impl FreeDecay {
     pub fn beats(&self) -> bool {
         let largest = self.windows.iter().map(|w| w.amplitude_deg).fold(0.0, f64::max);
         let shown = |w: &WindowEstimate| w.amplitude_deg > BEATING_FROM * largest;
-        let windows = self.windows.windows(2).filter(|w| shown(&w[1]));
-        let fallen = self.windows.iter().filter(|w| w.damping_ratio > 0.0).count();
-        let rises = windows
-            .filter(|w| {
-                w[1].amplitude_deg > RISE * w[0].amplitude_deg || w[1].damping_ratio < -RISING
-            })
-            .count();
-        fallen > 0 && rises > 0
+        let rises = |w: &[WindowEstimate]| {
+            w[1].amplitude_deg > RISE * w[0].amplitude_deg || w[1].damping_ratio < -RISING
+        };
+        self.windows.iter().any(|w| w.damping_ratio > 0.0)
+            && self.windows.windows(2).any(|w| shown(&w[1]) && rises(w))
     }
 
     /// Means in a cycle.
