@@ -27,6 +27,21 @@
 //! # Ok::<(), yawrig_core::error::Error>(())
 //! ```
 //!
+//! # What is here
+//!
+//! | to | use |
+//! |---|---|
+//! | hold a record | [`record::Record`] |
+//! | identify wn and zeta with their uncertainties | [`identify::identify`], [`quantity::Quantity`] |
+//! | find what the second-order model lacks | [`diagnosis::diagnose::diagnose`], of several releases [`diagnosis::several::diagnose_several`] |
+//! | fit chosen effects | [`fit::free_decay::FreeDecay`], [`fit::fitting`], to several releases [`fit::joint`] |
+//! | choose effects, or bring one | [`effects::Effect`], [`effects::Terms`] |
+//! | simulate | [`motion::simulate`] |
+//! | measure a law that no effect holds, and name it | [`law::estimate::measure`], [`law::names::names`] |
+//! | choose the next release | [`plan::rank`] |
+//! | compute derivatives of a campaign | [`derivatives::campaign::Campaign`], [`derivatives::table::Table`] |
+//! | stop a long computation, tell what went wrong | [`stop::Stop`], [`error::Error`] |
+//!
 //! # Words
 //!
 //! | word | meaning |
@@ -44,6 +59,7 @@
 //! Signs: yaw angle b and rate r positive to one side, moments divided by Izz; damping ratio negative where the
 //! oscillation grows; Cn_beta > 0 lowers the stiffness, Cn_r < 0 adds damping (the thesis's convention).
 #![forbid(unsafe_code)]
+#![warn(unreachable_pub)]
 
 pub mod bic;
 pub mod derivatives;

@@ -95,7 +95,7 @@ pub(super) fn axis_index(axis: Axis) -> usize {
 }
 
 impl Layout {
-    pub fn new(campaign: &Campaign, conditions: &[Condition]) -> Self {
+    pub(super) fn new(campaign: &Campaign, conditions: &[Condition]) -> Self {
         // The nearest setting: the coefficients are made with each condition's own speed.
         let find = |like: &Condition, axis: Axis, speed_m_s: f64| {
             let off = |c: &Condition| (c.wind_speed_m_s - speed_m_s).abs();
@@ -135,13 +135,13 @@ impl Layout {
     }
 
     /// The line of Kr in N m/rad against wn_off^2 about an axis; `None` for fewer than two springs.
-    pub fn line(&self, inputs: &Inputs, axis: Axis) -> Option<Line> {
+    pub(super) fn line(&self, inputs: &Inputs, axis: Axis) -> Option<Line> {
         let points = self.points(inputs, axis).into_iter().map(|(_, point)| point);
         line::fit(&points.collect::<Vec<_>>())
     }
 
     /// The line's points, each with its condition.
-    pub fn points(&self, inputs: &Inputs, axis: Axis) -> Vec<(usize, Point)> {
+    pub(super) fn points(&self, inputs: &Inputs, axis: Axis) -> Vec<(usize, Point)> {
         let point = |&(condition, spring, u_x, u_y): &(usize, usize, f64, f64)| {
             let x = inputs.modal(condition).stiffness_rad2_s2();
             (condition, Point { x, u_x, y: inputs.torsional_stiffness_nm(spring), u_y })
@@ -150,7 +150,7 @@ impl Layout {
     }
 
     /// Izz about an axis; `None` where it is neither given nor was the model released with the wind off.
-    pub fn inertia_kg_m2(&self, inputs: &Inputs, axis: Axis) -> Option<f64> {
+    pub(super) fn inertia_kg_m2(&self, inputs: &Inputs, axis: Axis) -> Option<f64> {
         let index = axis_index(axis);
         if inputs.known_inertia_kg_m2[index].is_some() {
             return inputs.known_inertia_kg_m2[index];
@@ -164,7 +164,12 @@ impl Layout {
     }
 
     /// Everything there is to compute at one place, with the inertias of [`Self::inertia_kg_m2`].
-    pub fn values(&self, inputs: &Inputs, place: &Place, inertia_kg_m2: [f64; 2]) -> PointValues {
+    pub(super) fn values(
+        &self,
+        inputs: &Inputs,
+        place: &Place,
+        inertia_kg_m2: [f64; 2],
+    ) -> PointValues {
         let derive = |pair: &Pair, axis: Axis| {
             YawDerivatives::from_releases(
                 &inputs.modal(pair.on),
@@ -194,7 +199,7 @@ impl Layout {
 }
 
 impl Inputs {
-    pub fn new(campaign: &Campaign, conditions: &[Condition], layout: &Layout) -> Self {
+    pub(super) fn new(campaign: &Campaign, conditions: &[Condition], layout: &Layout) -> Self {
         let stiffness = |name: &String| {
             let release = campaign.release.iter().find(|release| release.spring == *name);
             release.map_or(f64::NAN, |release| release.spring_stiffness_n_per_m)
@@ -220,17 +225,17 @@ impl Inputs {
         }
     }
 
-    pub fn modal(&self, condition: usize) -> Modal {
+    pub(super) fn modal(&self, condition: usize) -> Modal {
         let natural_frequency_rad_s = self.natural_frequency_rad_s[condition];
         let damping_ratio = self.damping_rad_s[condition] / (2.0 * natural_frequency_rad_s);
         Modal { natural_frequency_rad_s, damping_ratio }
     }
 
-    pub fn wind(&self, condition: usize) -> Wind {
+    pub(super) fn wind(&self, condition: usize) -> Wind {
         Wind { density_kg_m3: self.density_kg_m3, speed_m_s: self.wind_speed_m_s[condition] }
     }
 
-    pub fn model(&self) -> &Model {
+    pub(super) fn model(&self) -> &Model {
         &self.model
     }
 

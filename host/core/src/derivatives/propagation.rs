@@ -30,7 +30,7 @@ impl Outputs {
 }
 
 impl<'a> Propagation<'a> {
-    pub fn new(layout: &'a Layout, inputs: &Inputs, uncertain: &'a [Uncertain]) -> Self {
+    pub(super) fn new(layout: &'a Layout, inputs: &Inputs, uncertain: &'a [Uncertain]) -> Self {
         let changed = |input: &Uncertain, by: f64| {
             let mut inputs = inputs.clone();
             (input.change)(&mut inputs, by);
@@ -75,11 +75,11 @@ impl<'a> Propagation<'a> {
         value.is_finite().then_some((Quantity::new(value, u), budget))
     }
 
-    pub fn inertia(&self, axis: Axis) -> Option<Quantity> {
+    pub(super) fn inertia(&self, axis: Axis) -> Option<Quantity> {
         self.assess(|outputs| outputs.inertia_kg_m2[axis_index(axis)]).map(|(quantity, _)| quantity)
     }
 
-    pub fn points(&self, conditions: &[Condition]) -> Vec<Point> {
+    pub(super) fn points(&self, conditions: &[Condition]) -> Vec<Point> {
         let point = |index: usize| {
             let at =
                 |of: fn(&PointValues) -> f64| self.assess(|outputs| of(&outputs.points[index]));

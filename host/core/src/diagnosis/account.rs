@@ -24,7 +24,7 @@ const LEAST_OFFSET: f64 = 0.005;
 const STANDS_OUT: f64 = 1.3;
 
 /// One model on the way from plain to final.
-pub struct Step {
+pub(crate) struct Step {
     pub added: Option<Effect>,
     pub model: Fitted,
     /// Rms of what was predicted, by this model or a smaller one on the way that predicts better, rad.
@@ -33,7 +33,7 @@ pub struct Step {
 }
 
 /// What survives prediction, fitted to the whole record.
-pub struct Account {
+pub(crate) struct Account {
     pub steps: Vec<Step>,
     /// In the order in which they help; a constant moment among them where the zero is known.
     pub effects: Vec<Effect>,
@@ -74,7 +74,7 @@ fn of_judged(decay: &FreeDecay, survivors: &Survivors, judged: &Judged) -> Fitte
 }
 
 /// Angle of rest on the sensor's scale, rad.
-pub fn rest_angle(model: &Fitted) -> Quantity {
+pub(crate) fn rest_angle(model: &Fitted) -> Quantity {
     let variance = model.covariance.as_ref().map_or(f64::NAN, |c| c[(PLAIN, PLAIN)]);
     Quantity::new(model.parameters[PLAIN], (variance * model.inflation).max(0.0).sqrt())
 }
@@ -90,7 +90,11 @@ pub(super) fn moment_of_rest(model: &Fitted) -> (String, Quantity) {
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
-pub fn account(decay: &FreeDecay, mut survivors: Survivors, zero_unknown: bool) -> Result<Account> {
+pub(crate) fn account(
+    decay: &FreeDecay,
+    mut survivors: Survivors,
+    zero_unknown: bool,
+) -> Result<Account> {
     let mut refused = Vec::new();
     let last = loop {
         let last = of_judged(decay, &survivors, survivors.path.last().expect("the plain model"));
@@ -153,15 +157,15 @@ pub fn account(decay: &FreeDecay, mut survivors: Survivors, zero_unknown: bool) 
 
 impl Account {
     /// What the plain model leaves, rad.
-    pub fn plain_rad(&self) -> f64 {
+    pub(crate) fn plain_rad(&self) -> f64 {
         self.steps[self.plain].model.rms_rad()
     }
 
-    pub fn last(&self) -> &Step {
+    pub(crate) fn last(&self) -> &Step {
         self.steps.last().expect("the plain model")
     }
 
-    pub fn left(&self, decay: &FreeDecay, where_: &Where) -> Left {
+    pub(crate) fn left(&self, decay: &FreeDecay, where_: &Where) -> Left {
         let last = &self.last().model;
         let plain = &self.steps[self.plain].model;
         Left {
@@ -214,7 +218,7 @@ impl std::fmt::Display for Rounded {
 }
 
 /// The sentence that stands for the answer.
-pub fn sentence(effects: &[Effect], left: &Left, model: &str) -> String {
+pub(crate) fn sentence(effects: &[Effect], left: &Left, model: &str) -> String {
     let names: Vec<String> = effects.iter().map(|e| e.card().title.to_lowercase()).collect();
     let rest = format!(
         "{} deg ({} %) is left, {}",

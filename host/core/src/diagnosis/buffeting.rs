@@ -12,7 +12,7 @@ use crate::motion::oscillator::{Flow, Grid};
 
 /// A free decay under random forcing.
 #[derive(Clone, Debug)]
-pub struct Buffeted {
+pub(crate) struct Buffeted {
     pub natural_frequency_rad_s: f64,
     pub damping_ratio: f64,
     /// rad2/s3.
@@ -149,7 +149,7 @@ fn reduced(series: &[f64], means_per_block: usize) -> Vec<f64> {
 
 /// What [`Buffeted::deviance`] is compared with: that of a definite model, all of whose residual is noise, its numbers
 /// counted; and the count of residuals.
-pub fn definite_criterion(decay: &FreeDecay, model: &Fitted) -> (f64, f64) {
+pub(crate) fn definite_criterion(decay: &FreeDecay, model: &Fitted) -> (f64, f64) {
     let left = reduced(&model.residuals, means_per_block(decay));
     let n = left.len() as f64;
     let sum: f64 = left.iter().map(|r| r * r).sum();
@@ -157,7 +157,7 @@ pub fn definite_criterion(decay: &FreeDecay, model: &Fitted) -> (f64, f64) {
 }
 
 /// The likeliest random forcing of a free decay, from the plain model's fit.
-pub fn fit(decay: &FreeDecay, plain: &Fitted) -> Option<Buffeted> {
+pub(crate) fn fit(decay: &FreeDecay, plain: &Fitted) -> Option<Buffeted> {
     let zero = if plain.structure.zero_unknown { plain.parameters[4] } else { 0.0 };
     let yaw: Vec<f64> = decay.yaw_rad.iter().map(|y| y - zero).collect();
     fit_series(decay, &yaw, plain, None)
@@ -264,7 +264,7 @@ pub(crate) struct Whitener {
 
 impl Whitener {
     /// `ratio`: intensity over the noise's variance.
-    pub fn new(grid: &Grid, wn: f64, zeta: f64, ratio: f64, count: usize) -> Option<Self> {
+    pub(crate) fn new(grid: &Grid, wn: f64, zeta: f64, ratio: f64, count: usize) -> Option<Self> {
         let (transition, q) = transition(grid.step_s, wn, zeta, ratio)?;
         let mut p = [0.0_f64; 3];
         let (mut gains, mut roots) = (Vec::with_capacity(count), Vec::with_capacity(count));
@@ -278,7 +278,7 @@ impl Whitener {
         Some(Self { transition, gains, roots })
     }
 
-    pub fn whiten(&self, series: &mut [f64]) {
+    pub(crate) fn whiten(&self, series: &mut [f64]) {
         let f = &self.transition;
         let mut x = [0.0; 2];
         for ((y, gain), root) in series.iter_mut().zip(&self.gains).zip(&self.roots) {

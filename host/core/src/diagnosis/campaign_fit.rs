@@ -19,7 +19,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// The sharing where no two releases have a coefficient in common.
-pub const OWN: &str = "each release its own";
+pub(super) const OWN: &str = "each release its own";
 
 /// What a model was judged on that it was not fitted to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -33,20 +33,20 @@ pub enum HeldOut {
 }
 
 /// A model with the origin of its effects, and all releases fitted with the numbers they share.
-pub struct Shared {
+pub(super) struct Shared {
     pub joint: JointFit,
     pub effects: Vec<SharedEffect>,
 }
 
 impl Shared {
     /// Whether every release is down to its noise.
-    pub fn is_explained(&self, decays: &[&FreeDecay]) -> bool {
+    pub(super) fn is_explained(&self, decays: &[&FreeDecay]) -> bool {
         self.joint.fits.iter().zip(decays).all(|(fit, decay)| search::is_explained(fit, decay))
     }
 }
 
 /// An effect of the model: where it comes from, why, and which releases share its coefficient.
-pub struct SharedEffect {
+pub(super) struct SharedEffect {
     pub effect: Effect,
     pub origin: Origin,
     pub reason: String,
@@ -54,7 +54,7 @@ pub struct SharedEffect {
     pub seen: Vec<Seen>,
 }
 
-pub struct Campaign<'a> {
+pub(super) struct Campaign<'a> {
     pub made: &'a Made,
     pub settings: Vec<Setting>,
     pub releases: &'a Releases<'a>,
@@ -66,7 +66,7 @@ impl Campaign<'_> {
     }
 
     /// One coefficient for each condition.
-    pub fn by_condition(&self, of: impl Fn(usize) -> Option<Quantity>) -> Vec<Seen> {
+    pub(super) fn by_condition(&self, of: impl Fn(usize) -> Option<Quantity>) -> Vec<Seen> {
         let seen = |setting: &Setting| {
             Some(Seen {
                 spring: setting.spring.clone(),
@@ -79,7 +79,7 @@ impl Campaign<'_> {
     }
 
     /// The model with what its coefficients allow in common.
-    pub fn shared(&self, model: &Model) -> Result<Shared> {
+    pub(super) fn shared(&self, model: &Model) -> Result<Shared> {
         let whole = self.whole();
         let effects = &model.effects;
         let structure = Structure { effects: effects.clone(), ..model.fits[0].structure.clone() };
@@ -157,7 +157,7 @@ impl Campaign<'_> {
     }
 
     /// Residual over noise on what a model was not fitted to.
-    pub fn held_out(&self, shared: &Shared) -> (HeldOut, f64) {
+    pub(super) fn held_out(&self, shared: &Shared) -> (HeldOut, f64) {
         let joint = &shared.joint;
         let decays = &self.releases.decays;
         let held: Vec<usize> = self
@@ -215,7 +215,7 @@ impl Campaign<'_> {
         kept.iter().position(|j| setting.releases.contains(j))
     }
 
-    pub fn step(&self, shared: &Shared) -> (HeldOut, Step) {
+    pub(super) fn step(&self, shared: &Shared) -> (HeldOut, Step) {
         let joint = &shared.joint;
         let decays = &self.releases.decays;
         let raw = joint.fits.iter().zip(decays).map(|(fit, decay)| {
@@ -251,7 +251,7 @@ impl Campaign<'_> {
     }
 
     /// Random forcing in most releases with the wind on, or with it off, where definite effects do not explain them.
-    pub fn randomly_forced(&self, judged: &Judged, last: &Shared) -> Option<Vec<Buffeted>> {
+    pub(super) fn randomly_forced(&self, judged: &Judged, last: &Shared) -> Option<Vec<Buffeted>> {
         if last.is_explained(&self.releases.decays) && last.effects.len() < 2 {
             return None;
         }

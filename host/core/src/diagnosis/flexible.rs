@@ -17,11 +17,11 @@ const PROMISING: f64 = 3.0;
 /// Uncertainties within which an exponent is a whole number.
 const WHOLE: f64 = 2.0;
 /// Yield angle, as a share of the amplitude, below which hysteresis is dry friction whose turning points are round.
-pub const AT_ONCE: f64 = 0.05;
+pub(super) const AT_ONCE: f64 = 0.05;
 
 /// Whether what bends in `model` bends to what an effect with a name of its own is: a power of the rate to dry friction,
 /// viscous or quadratic damping, a spring that yields at once to dry friction.
-pub fn is_simple(model: &Fitted, decay: &FreeDecay) -> bool {
+pub(super) fn is_simple(model: &Fitted, decay: &FreeDecay) -> bool {
     let numbers = model.effect_parameters();
     let number = |effect: Effect, name: &str| {
         let name = format!("{effect}.{name}");
@@ -37,7 +37,7 @@ pub fn is_simple(model: &Fitted, decay: &FreeDecay) -> bool {
 
 /// A model with one flexible effect that is clearly likelier than `accepted`, or as good with fewer effects: alone, beside
 /// one of the simple effects, or beside all of them. A single simple effect that explains the record stands as it is.
-pub fn instead(
+pub(super) fn instead(
     decay: &FreeDecay,
     plain: &Fitted,
     accepted: &Fitted,

@@ -16,7 +16,7 @@ const MOST_EFFECTS: usize = 2;
 const EVALUATIONS: usize = 20;
 
 /// A model under random forcing.
-pub struct Forced {
+pub(crate) struct Forced {
     /// Fitted to whitened residuals; `residuals` are the plain ones.
     pub model: Fitted,
     pub forcing: Buffeted,
@@ -76,7 +76,7 @@ fn whitener(decay: &FreeDecay, forcing: &Buffeted) -> Option<Whitener> {
 }
 
 /// The effects that `decay` shows beside the random `forcing` of its plain model; none where it shows none.
-pub fn search(
+pub(crate) fn search(
     decay: &FreeDecay,
     plain: &Fitted,
     forcing: &Buffeted,

@@ -30,12 +30,12 @@ pub struct Refusal {
 }
 
 /// The first effect of `model` that cannot stand.
-pub fn refusal(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
+pub(super) fn refusal(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     unknown(model).or_else(|| cancelling(model)).or_else(|| feeding(model, decay))
 }
 
 /// A mode at two or three times the natural frequency that dies out as that power of the amplitude does: a harmonic.
-pub fn harmonic(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
+pub(super) fn harmonic(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     let numbers = model.effect_parameters();
     let number = |name: &str| {
         let name = format!("{}.{name}", Effect::SecondMode);

@@ -14,7 +14,7 @@ const STILL_FREE: f64 = 1.05;
 
 /// `model` of `decay` fitted from the very release of `record`; none where that is where it begins already, or where
 /// the earlier part is no free motion of the model.
-pub fn from_release(record: &Record, decay: &FreeDecay, model: &Fitted) -> Option<Fitted> {
+pub(crate) fn from_release(record: &Record, decay: &FreeDecay, model: &Fitted) -> Option<Fitted> {
     if !model.structure.effects.contains(&Effect::SecondMode) {
         return None;
     }

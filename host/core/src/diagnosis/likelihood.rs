@@ -6,7 +6,7 @@ use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 
 /// Residual over noise up to which a record counts as explained.
-pub const EXPLAINED: f64 = 1.10;
+pub(crate) const EXPLAINED: f64 = 1.10;
 /// Difference of BIC in favour of `larger`, on `effective` independent residuals.
 pub fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64 {
     let more = larger.parameters.len() as f64 - smaller.parameters.len() as f64;

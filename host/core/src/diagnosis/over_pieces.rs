@@ -21,13 +21,13 @@ const FROM_SHORT: usize = 2;
 
 /// A set of effects on short pieces and on those that are predicted.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub(crate) struct Model {
     pub short: PieceFit,
     pub fit: PieceFit,
 }
 
 /// Pieces of every length.
-pub struct Lengths {
+pub(crate) struct Lengths {
     pub(crate) short: Pieces,
     pub(crate) longer: Pieces,
     pub long: Pieces,
@@ -37,7 +37,7 @@ pub struct Lengths {
 }
 
 impl Lengths {
-    pub fn of(decay: &FreeDecay) -> Self {
+    pub(crate) fn of(decay: &FreeDecay) -> Self {
         let cycles = decay.yaw_rad.len() as f64 / decay.per_cycle();
         let count = |most: f64| (cycles / LEAST_CYCLES).clamp(2.0, most) as usize;
         let long = count(LONG_PIECES);
@@ -52,7 +52,7 @@ impl Lengths {
     }
 
     /// Where the numbers of an added effect begin.
-    pub fn starts(&self, effect: &Effect) -> Vec<Vec<f64>> {
+    pub(crate) fn starts(&self, effect: &Effect) -> Vec<Vec<f64>> {
         effect.starts(&Seen {
             beats: false,
             scale: self.scale,
@@ -66,7 +66,7 @@ impl Lengths {
 
 /// Fits `structure` from numbers for short pieces over ever longer ones, and from `near` those of a smaller model
 /// where there is one.
-pub fn fitted(
+pub(crate) fn fitted(
     lengths: &Lengths,
     structure: &Structure,
     short: &[f64],
@@ -91,14 +91,14 @@ pub fn fitted(
     Model { short: first, fit }
 }
 
-pub fn with_from(lengths: &Lengths, inner: &Model, effect: &Effect, start: &[f64]) -> Model {
+pub(crate) fn with_from(lengths: &Lengths, inner: &Model, effect: &Effect, start: &[f64]) -> Model {
     let structure = inner.fit.structure.with(effect);
     let extended = |common: &[f64]| [common, start].concat();
     let near = extended(&inner.fit.common);
     fitted(lengths, &structure, &extended(&inner.short.common), Some(&near))
 }
 
-pub fn without(lengths: &Lengths, model: &Model, effect: &Effect) -> Model {
+pub(crate) fn without(lengths: &Lengths, model: &Model, effect: &Effect) -> Model {
     let fit = &model.fit;
     let k = fit.structure.effects.iter().position(|e| e == effect).expect("an effect of the model");
     let (from, n) = (fit.start_of(k), effect.parameters().len());
@@ -163,7 +163,7 @@ pub fn fit_over_pieces(decay: &FreeDecay, structure: &Structure) -> Option<Fitte
 }
 
 /// The whole free decay from one state, begun at `fit`'s numbers: over ever longer pieces.
-pub fn whole(decay: &FreeDecay, lengths: &Lengths, fit: &PieceFit) -> PieceFit {
+pub(crate) fn whole(decay: &FreeDecay, lengths: &Lengths, fit: &PieceFit) -> PieceFit {
     let mut count = lengths.long.count();
     let mut best = fit.clone();
     while count > 1 {

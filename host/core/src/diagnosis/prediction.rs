@@ -12,7 +12,7 @@ const LOST: f64 = 1.0;
 /// Standard errors by which the larger model has to predict better.
 const BETTER: f64 = 1.0;
 /// Share by which it has to predict better, too.
-pub const LEAST_GAIN: f64 = 0.05;
+pub(crate) const LEAST_GAIN: f64 = 0.05;
 
 /// Errors of prediction, an item for each piece predicted in each split.
 #[derive(Clone, Debug)]
@@ -23,7 +23,7 @@ pub struct Prediction {
 
 /// Predicts with `model`, which was fitted to all of the record: `short` pieces alternately, where frequency and shape
 /// show, and of the `long` ones the last and the middle one from the others, where damping shows.
-pub fn predict(short: &Pieces, long: &Pieces, model: &PieceFit) -> Prediction {
+pub(crate) fn predict(short: &Pieces, long: &Pieces, model: &PieceFit) -> Prediction {
     let mut out = Prediction { errors: Vec::new() };
     let states = begins(short, model);
     for odd in [1, 0] {
@@ -38,7 +38,7 @@ pub fn predict(short: &Pieces, long: &Pieces, model: &PieceFit) -> Prediction {
 
 /// Predicts every piece of `short` but the first, whose amplitudes no other reaches, from those beside it: what a law
 /// that is known over the amplitudes reached can be asked for.
-pub fn predict_within(short: &Pieces, model: &PieceFit) -> Prediction {
+pub(crate) fn predict_within(short: &Pieces, model: &PieceFit) -> Prediction {
     let mut out = Prediction { errors: Vec::new() };
     let states = begins(short, model);
     for odd in [1, 0] {
@@ -62,7 +62,7 @@ impl Prediction {
     }
 
     /// Whether it is better than `other`, which a smaller model makes, by more than chance and by a share that counts.
-    pub fn is_better_than(&self, other: &Self) -> bool {
+    pub(crate) fn is_better_than(&self, other: &Self) -> bool {
         self.gain_over(other) > BETTER && self.rms_rad() < (1.0 - LEAST_GAIN) * other.rms_rad()
     }
 

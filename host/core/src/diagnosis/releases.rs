@@ -17,7 +17,7 @@ const MOST_PROPOSED: usize = 3;
 const MOST_EFFECTS: usize = 4;
 
 /// The releases with the wind speed of each.
-pub struct Releases<'a> {
+pub(crate) struct Releases<'a> {
     pub decays: Vec<&'a FreeDecay>,
     pub wind_speed_m_s: Vec<f64>,
 }
@@ -25,7 +25,7 @@ pub struct Releases<'a> {
 impl Releases<'_> {
     /// # Errors
     /// [`Error::Interrupted`](crate::error::Error::Interrupted) once somebody has asked for it.
-    pub fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         self.decays.iter().try_for_each(|decay| decay.stop.check())
     }
 
@@ -39,7 +39,7 @@ impl Releases<'_> {
 
 /// One structure, each release with numbers of its own.
 #[derive(Clone)]
-pub struct Model {
+pub(crate) struct Model {
     pub effects: Vec<Effect>,
     pub fits: Vec<Fitted>,
 }
@@ -63,7 +63,7 @@ impl Model {
 }
 
 /// An effect added to a model in the screened releases.
-pub struct Single {
+pub(crate) struct Single {
     pub effect: Effect,
     pub residual_over_noise: f64,
     pub evidence: f64,
@@ -71,7 +71,7 @@ pub struct Single {
     model: Model,
 }
 
-pub struct Judged {
+pub(crate) struct Judged {
     /// Every effect alone, best first, in the releases that the plain model explains worst.
     pub singles: Vec<Single>,
     /// From plain to final, an effect more each.
@@ -80,7 +80,10 @@ pub struct Judged {
 }
 
 /// Pooled rms of the residuals over each release's noise.
-pub fn over_noise<'a>(fits: impl IntoIterator<Item = &'a Fitted>, decays: &[&FreeDecay]) -> f64 {
+pub(crate) fn over_noise<'a>(
+    fits: impl IntoIterator<Item = &'a Fitted>,
+    decays: &[&FreeDecay],
+) -> f64 {
     let (mut sum, mut n) = (0.0, 0.0);
     for (fit, decay) in fits.into_iter().zip(decays) {
         sum += fit.count as f64 * fit.over_noise(decay).powi(2);
@@ -90,7 +93,7 @@ pub fn over_noise<'a>(fits: impl IntoIterator<Item = &'a Fitted>, decays: &[&Fre
 }
 
 /// The first of an effect's numbers in a release.
-pub fn coefficient(fit: &Fitted, effect: &Effect) -> Option<Quantity> {
+pub(crate) fn coefficient(fit: &Fitted, effect: &Effect) -> Option<Quantity> {
     let name = format!("{effect}.{}", effect.parameters()[0].name);
     fit.effect_parameters().into_iter().find(|(n, _)| *n == name).map(|(_, q)| q)
 }
@@ -149,7 +152,7 @@ fn matters(releases: &Releases, smaller: &[Fitted], larger: &[Fitted]) -> bool {
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
-pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
+pub(crate) fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
     let zero = options.zero_unknown;
     let plain = Model {
         effects: Vec::new(),
@@ -215,7 +218,7 @@ pub fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
 }
 
 /// Whether most releases with the wind on, or with it off, are randomly forced rather than explained by `best`.
-pub fn is_forced(releases: &Releases, plain: &Model, best: &Model) -> bool {
+pub(crate) fn is_forced(releases: &Releases, plain: &Model, best: &Model) -> bool {
     let each = releases.decays.par_iter().zip(&plain.fits).zip(&best.fits);
     let forced: Vec<bool> = each
         .map(|((decay, plain), best)| {

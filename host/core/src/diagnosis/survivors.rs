@@ -25,11 +25,11 @@ const MOST_EFFECTS: usize = 6;
 const BEAM: usize = 3;
 const TRIED: usize = 3;
 /// Amplitude below which a sine cannot be distinguished from a cube, rad.
-pub const SINE_FROM: f64 = 0.4;
+pub(crate) const SINE_FROM: f64 = 0.4;
 
 /// A model with what it predicts.
 #[derive(Clone, Debug)]
-pub struct Judged {
+pub(crate) struct Judged {
     pub model: Model,
     pub prediction: Prediction,
 }
@@ -129,7 +129,7 @@ fn candidates(decay: &FreeDecay) -> Vec<Effect> {
 }
 
 /// What was found.
-pub struct Survivors {
+pub(crate) struct Survivors {
     pub lengths: Lengths,
     /// From the plain model on, an effect more each.
     pub path: Vec<Judged>,
@@ -143,7 +143,7 @@ pub struct Survivors {
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
-pub fn search(decay: &FreeDecay, own: &[Effect]) -> Result<Survivors> {
+pub(crate) fn search(decay: &FreeDecay, own: &[Effect]) -> Result<Survivors> {
     let lengths = Lengths::of(decay);
     let (structure, start) = plain_start(decay);
     let plain = judged(&lengths, fitted(&lengths, &structure, &start, None));
@@ -261,7 +261,7 @@ impl Survivors {
     ///
     /// # Errors
     /// Interrupted, once somebody asked for it.
-    pub fn simple(mut self) -> Result<Self> {
+    pub(crate) fn simple(mut self) -> Result<Self> {
         self.path = path(&self.lengths, &self.path[0].clone(), self.simple.clone())?;
         Ok(self)
     }
@@ -270,7 +270,7 @@ impl Survivors {
     ///
     /// # Errors
     /// Interrupted, once somebody asked for it.
-    pub fn without(mut self, effect: Effect) -> Result<Self> {
+    pub(crate) fn without(mut self, effect: Effect) -> Result<Self> {
         let last = self.path.pop().expect("a model");
         let plain = self.path.first().cloned().unwrap_or_else(|| last.clone());
         let less = judged(&self.lengths, without(&self.lengths, &last.model, &effect));
@@ -283,7 +283,7 @@ impl Survivors {
 }
 
 /// `like` fitted again with another structure of the same numbers, and judged.
-pub fn refit(lengths: &Lengths, structure: &Structure, like: &Judged) -> Judged {
+pub(crate) fn refit(lengths: &Lengths, structure: &Structure, like: &Judged) -> Judged {
     let model = fitted(lengths, structure, &like.model.short.common, Some(&like.model.fit.common));
     judged(lengths, model)
 }

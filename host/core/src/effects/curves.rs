@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 /// Knots of each curve besides zero.
-pub const KNOTS: usize = 10;
+pub(crate) const KNOTS: usize = 10;
 /// Rates at which damping is asked for lie nearer at small rates, where friction bends it.
 const RATE_POWER: i32 = 2;
 const YAW_POWER: i32 = 1;
@@ -172,7 +172,7 @@ pub(crate) struct Curves(pub(super) Vec<(Part, Curve)>);
 impl Curves {
     /// What the law adds to b'' but for its friction, rad/s2.
     #[inline]
-    pub fn moment(&self, yaw_rad: f64, rate_rad_s: f64) -> f64 {
+    pub(crate) fn moment(&self, yaw_rad: f64, rate_rad_s: f64) -> f64 {
         let moment = |(part, curve): &(Part, Curve)| {
             let x = if part.is_of_yaw() { yaw_rad } else { rate_rad_s };
             let size = curve.at(x.abs());

@@ -6,7 +6,7 @@
 use super::lines;
 use super::terms::Terms;
 use std::borrow::Cow;
-pub use yawrig_expression::Parameter;
+pub(super) use yawrig_expression::Parameter;
 
 /// One effect. Moments are divided by Izz (rad/s2), angles in rad, time from the release in s.
 pub(crate) trait Law: Send + Sync {
@@ -224,7 +224,7 @@ pub(super) mod testing {
     use super::super::terms::State;
 
     /// A state at rest of the spring's own moment.
-    pub fn at(yaw_rad: f64, rate_rad_s: f64) -> State {
+    pub(crate) fn at(yaw_rad: f64, rate_rad_s: f64) -> State {
         State { yaw_rad, rate_rad_s, time_s: 0.0, spring_moment_rad_s2: 0.0 }
     }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 /// Highest frequency looked for, in natural frequencies: half a dozen block means a cycle.
-pub const FASTEST: f64 = 8.0;
+pub(crate) const FASTEST: f64 = 8.0;
 
 /// Strongest frequency of the residuals below and above the natural frequency, rad/s, at least `gap` of it away.
 pub(super) fn peaks(residuals: &[f64], step_s: f64, wn: f64, least: f64, gap: f64) -> Vec<f64> {

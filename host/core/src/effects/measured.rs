@@ -73,12 +73,12 @@ impl MeasuredLaw {
     }
 
     /// The parameters of no moment.
-    pub fn no_law(&self) -> Vec<f64> {
+    pub(crate) fn no_law(&self) -> Vec<f64> {
         vec![0.0; self.parameters.len()]
     }
 
     /// `values` of the parameters of `self` as those of `other`, zero for what `self` does not have.
-    pub fn translated(&self, values: &[f64], other: &Self) -> Vec<f64> {
+    pub(crate) fn translated(&self, values: &[f64], other: &Self) -> Vec<f64> {
         let of = |parameter: &Parameter| {
             let at = self.parameters.iter().position(|p| p.name == parameter.name);
             at.map_or(0.0, |at| values[at])
@@ -92,11 +92,6 @@ impl MeasuredLaw {
         } else {
             self.rate_rad_s
         }
-    }
-
-    /// Where the knots of `part` are, rad or rad/s.
-    pub fn knots(&self, part: Part) -> Vec<f64> {
-        Shape::of(part).knots[1..].iter().map(|x| x * self.reach(part)).collect()
     }
 
     /// K at `yaw_rad` and D at `rate_rad_s` as rows that the parameters are multiplied with, rad/s2. D at zero is zero.
@@ -182,6 +177,15 @@ mod tests {
     use super::super::law::testing::at;
     use super::*;
 
+    /// Where the knots of `part` are, rad or rad/s.
+    fn knots(law: &MeasuredLaw, part: Part) -> std::vec::IntoIter<f64> {
+        Shape::of(part).knots[1..]
+            .iter()
+            .map(|x| x * law.reach(part))
+            .collect::<Vec<_>>()
+            .into_iter()
+    }
+
     fn law() -> Arc<MeasuredLaw> {
         let parts = Part::ALL.map(|part| (part, 1.0)).to_vec();
         Arc::new(MeasuredLaw::new(0.5, 4.0, parts, true, false))
@@ -189,9 +193,9 @@ mod tests {
 
     /// An odd stiffness, an odd damping, and friction.
     fn values(law: &MeasuredLaw, k: impl Fn(f64) -> f64, d: impl Fn(f64) -> f64) -> Vec<f64> {
-        let mut p: Vec<f64> = law.knots(Part::Stiffness).into_iter().map(k).collect();
+        let mut p: Vec<f64> = knots(law, Part::Stiffness).map(k).collect();
         p.extend([0.0; KNOTS]);
-        p.extend(law.knots(Part::Damping).into_iter().map(d));
+        p.extend(knots(law, Part::Damping).map(d));
         p.extend([0.0; KNOTS]);
         p.push(0.3);
         p

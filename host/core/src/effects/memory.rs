@@ -26,7 +26,7 @@ pub(super) struct Remembered {
 }
 
 impl Remembered {
-    pub fn of<M: Memory>(p: &[f64]) -> Self {
+    pub(super) fn of<M: Memory>(p: &[f64]) -> Self {
         Self { moved: M::moved, moment: M::moment, p: padded(p) }
     }
 }
@@ -65,18 +65,18 @@ impl Memories {
         }
     }
 
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.each.is_empty()
     }
 
     /// The moments at an angle to which the model came without turning, rad/s2.
-    pub fn moment(&self, yaw_rad: f64) -> f64 {
+    pub(crate) fn moment(&self, yaw_rad: f64) -> f64 {
         let by = yaw_rad - self.turned_at_rad;
         self.each.iter().map(|(m, z)| (m.moment)(&m.p, (m.moved)(&m.p, *z, by))).sum()
     }
 
     /// The model turns at this angle.
-    pub fn turn(&mut self, yaw_rad: f64) {
+    pub(crate) fn turn(&mut self, yaw_rad: f64) {
         let by = yaw_rad - self.turned_at_rad;
         self.each.iter_mut().for_each(|(m, z)| *z = (m.moved)(&m.p, *z, by));
         self.turned_at_rad = yaw_rad;

@@ -12,9 +12,10 @@ mod own;
 mod padded;
 mod terms;
 
-pub use curves::{Part, KNOTS};
+pub use curves::Part;
+pub(crate) use curves::KNOTS;
 pub use law::{Card, Equation, Line, Scale, Seen};
-pub use lines::FASTEST;
+pub(crate) use lines::FASTEST;
 pub use measured::{MeasuredLaw, MEASURED_LAW};
 pub(crate) use memory::Memories;
 pub(crate) use terms::{Moments, LANES};

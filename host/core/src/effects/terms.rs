@@ -33,7 +33,7 @@ pub(crate) trait Reading {
 
 /// A smooth moment with its numbers.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct SmoothMoment {
+pub(super) struct SmoothMoment {
     law: TypeId,
     one: fn(&[f64], &State) -> f64,
     lanes: fn(&[[f64; MOST_NUMBERS]; LANES], &[State; LANES], &mut [f64; LANES]),
@@ -197,7 +197,7 @@ pub(crate) struct Drive {
 impl Drive {
     /// The moment now, rad/s2, and one step on.
     #[inline]
-    pub fn step(&mut self) -> f64 {
+    pub(crate) fn step(&mut self) -> f64 {
         let ((sin, cos), (turn_sin, turn_cos)) = (self.now, self.turn);
         self.now = (sin * turn_cos + cos * turn_sin, cos * turn_cos - sin * turn_sin);
         self.force[0] * cos + self.force[1] * sin
@@ -212,7 +212,7 @@ pub(crate) struct Moments {
 
 impl Moments {
     /// `None` where the motions have not the same effects.
-    pub fn of(terms: [&Terms; LANES]) -> Option<Self> {
+    pub(crate) fn of(terms: [&Terms; LANES]) -> Option<Self> {
         let [first, others @ ..] = terms;
         let laws = |t: &Terms| t.moments.iter().map(|m| m.law).collect::<Vec<_>>();
         if others.iter().any(|other| laws(other) != laws(first)) {
@@ -225,7 +225,7 @@ impl Moments {
 
     /// Adds the moments in each of `states` to `sums`, rad/s2.
     #[inline]
-    pub fn add(&self, states: &[State; LANES], sums: &mut [f64; LANES]) {
+    pub(crate) fn add(&self, states: &[State; LANES], sums: &mut [f64; LANES]) {
         for (moment, p) in &self.each {
             (moment.lanes)(p, states, sums);
         }

@@ -9,7 +9,7 @@ const READINGS_PER_VALUE: usize = 4;
 const BLURRED: f64 = 0.5;
 
 /// The step of a quantised sensor, deg; none where readings hardly ever repeat.
-pub fn step_deg(record: &Record) -> Option<f64> {
+pub(crate) fn step_deg(record: &Record) -> Option<f64> {
     let mut values = record.yaw_deg.clone();
     values.sort_unstable_by(f64::total_cmp);
     let mut gaps: Vec<f64> = Vec::new();
@@ -28,7 +28,7 @@ pub fn step_deg(record: &Record) -> Option<f64> {
 }
 
 /// `decay` with its noise floor at least a step's rms, where the noise does not blur the steps.
-pub fn with_steps(mut decay: FreeDecay, record: &Record) -> FreeDecay {
+pub(crate) fn with_steps(mut decay: FreeDecay, record: &Record) -> FreeDecay {
     if let Some(step) = step_deg(record).map(f64::to_radians) {
         if decay.sample_noise_rad < BLURRED * step {
             decay.noise_rad = decay.noise_rad.max(step / 12f64.sqrt());

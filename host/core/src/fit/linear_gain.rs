@@ -9,7 +9,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// What one linear step would leave of `inner`'s sum of squares with `effect` added, and how many numbers it takes.
 /// Exact near the minimum, which is where it decides; elsewhere it orders.
-pub fn linear_gain(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> (f64, usize) {
+pub(crate) fn linear_gain(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> (f64, usize) {
     let structure = inner.structure.with(effect);
     let n = inner.parameters.len();
     if let Effect::Own(own) = effect {

@@ -46,14 +46,14 @@ pub struct Colour {
 
 impl Colour {
     /// Variance of the mean of `block` neighbours.
-    pub fn mean_variance(&self, block: usize) -> f64 {
+    pub(crate) fn mean_variance(&self, block: usize) -> f64 {
         let b = block as f64;
         let pairs: f64 = (1..block).map(|k| (b - k as f64) * self.correlation.powi(k as i32)).sum();
         self.white_variance / b + self.coloured_variance * (b + 2.0 * pairs) / (b * b)
     }
 
     /// Covariance of neighbouring means of `block`; each further one falls by correlation^block.
-    pub fn next_covariance(&self, block: usize) -> f64 {
+    pub(crate) fn next_covariance(&self, block: usize) -> f64 {
         let (b, c) = (block as f64, self.correlation);
         self.coloured_variance * c * ((1.0 - c.powi(block as i32)) / (b * (1.0 - c))).powi(2)
     }
@@ -69,7 +69,7 @@ struct Band {
 
 /// The coloured noise in `samples`, evenly spaced, `turn` the oscillation's phase from one to the next (rad); none where
 /// white noise (and random forcing) accounts for the spectrum.
-pub fn colour(samples: &[f64], turn: f64) -> Option<Colour> {
+pub(crate) fn colour(samples: &[f64], turn: f64) -> Option<Colour> {
     let bands = bands(samples, turn, &OF_RECORD)?;
     let (white, _) = fitted(&bands, turn, 1, None);
     let (coloured, colour) = coloured(&bands, turn, 1)?;
@@ -78,7 +78,7 @@ pub fn colour(samples: &[f64], turn: f64) -> Option<Colour> {
 
 /// The same from the `residuals` of a good model, means of `block` samples; it shows the noise down to frequencies that
 /// the oscillation hides in the record.
-pub fn colour_of_residuals(residuals: &[f64], turn: f64, block: usize) -> Option<Colour> {
+pub(crate) fn colour_of_residuals(residuals: &[f64], turn: f64, block: usize) -> Option<Colour> {
     let bands = bands(residuals, turn, &OF_RESIDUALS)?;
     Some(coloured(&bands, turn, block)?.1)
 }

@@ -56,14 +56,14 @@ impl Part<'_> {
         Grid { count: self.release.count, ..self.release.decay.grid }
     }
 
-    pub fn readings(&self, p: &[f64], out: &mut [f64]) {
+    pub(crate) fn readings(&self, p: &[f64], out: &mut [f64]) {
         let (motion, zero) = self.motion(p);
         motion.readings(&self.grid(), out);
         out.iter_mut().for_each(|y| *y += zero);
     }
 
     /// Residuals and their derivatives by the free numbers, over the noise, at the parameters `all`.
-    pub fn linearised(&self, all: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
+    pub(crate) fn linearised(&self, all: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
         let decay = self.release.decay;
         let weight = decay.noise_rad.recip();
         let p: Vec<f64> = self.places.iter().map(|&at| all[at]).collect();
@@ -137,7 +137,7 @@ pub(crate) struct JointProblem<'a> {
 
 impl<'a> JointProblem<'a> {
     /// `starts`: a value for each release's numbers.
-    pub fn new(
+    pub(crate) fn new(
         releases: &[Release<'a>],
         structure: &Structure,
         sharing: &Sharing,
@@ -184,7 +184,7 @@ impl<'a> JointProblem<'a> {
     }
 
     /// The mean of each number over the releases that share it, `weight(release, number)` each.
-    pub fn gathered(
+    pub(crate) fn gathered(
         &self,
         starts: &[Vec<f64>],
         weight: &dyn Fn(usize, usize) -> Option<f64>,
@@ -200,7 +200,7 @@ impl<'a> JointProblem<'a> {
         sums.iter().map(|s| if s.0 > 0.0 { s.1 / s.0 } else { s.3 / s.2 }).collect()
     }
 
-    pub fn minimise(&self, start: &[f64], max_evaluations: usize) -> Fit {
+    pub(crate) fn minimise(&self, start: &[f64], max_evaluations: usize) -> Fit {
         let accuracy =
             if self.parts.iter().any(|p| adapts_steps(&p.structure)) { OWN_ACCURACY } else { 0.0 };
         let options = Options { max_evaluations, tolerance: 0.01, accuracy, damping: 1e-4 };

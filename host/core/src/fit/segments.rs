@@ -17,29 +17,29 @@ use std::ops::Range;
 /// Gain of a step, as a share of the sum of squares, below which a fit is at its minimum.
 const SETTLED: f64 = 1e-6;
 /// The same where a fit is only a start for the next.
-pub const ROUGH: f64 = 1e-3;
+pub(crate) const ROUGH: f64 = 1e-3;
 /// Steps of a fit to longer pieces; it is continued at the next level.
-pub const STEPS: usize = 40;
+pub(crate) const STEPS: usize = 40;
 /// Share of a cycle from which a piece's first state is estimated.
 const BEGINNING: f64 = 0.15;
 /// Step of the differences by which a state is fitted, as a share of the amplitude.
 const DIFFERENCE: f64 = 1e-6;
 
 /// Consecutive pieces of a free decay.
-pub struct Pieces {
+pub(crate) struct Pieces {
     pub decays: Vec<FreeDecay>,
 }
 
 impl Pieces {
     /// `count` pieces of the same length.
-    pub fn of(decay: &FreeDecay, count: usize) -> Self {
+    pub(crate) fn of(decay: &FreeDecay, count: usize) -> Self {
         let n = decay.yaw_rad.len();
         let edge = |k: usize| k * n / count;
         Self::with(decay, (0..count).map(|k| edge(k)..edge(k + 1)).collect())
     }
 
     /// Pieces of about `cycles` each.
-    pub fn of_cycles(decay: &FreeDecay, cycles: f64) -> Self {
+    pub(crate) fn of_cycles(decay: &FreeDecay, cycles: f64) -> Self {
         let all = decay.yaw_rad.len() as f64 / decay.per_cycle();
         Self::of(decay, ((all / cycles).floor() as usize).max(1))
     }
@@ -59,7 +59,7 @@ impl Pieces {
         Self { decays: ranges.iter().map(piece).collect() }
     }
 
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.decays.len()
     }
 }
@@ -93,7 +93,7 @@ impl PieceFit {
 }
 
 /// Numbers in the order of [`crate::fit::fitting::Fitted`].
-pub fn numbers(common: &[f64], state: [f64; 2]) -> Vec<f64> {
+pub(crate) fn numbers(common: &[f64], state: [f64; 2]) -> Vec<f64> {
     let mut p = common[..2].to_vec();
     p.extend(state);
     p.extend(&common[2..]);
@@ -101,7 +101,7 @@ pub fn numbers(common: &[f64], state: [f64; 2]) -> Vec<f64> {
 }
 
 /// Angle and rate at the beginning of a piece from a cubic through its first means, `zero` taken off.
-pub fn first_state(piece: &FreeDecay, zero: f64) -> [f64; 2] {
+pub(crate) fn first_state(piece: &FreeDecay, zero: f64) -> [f64; 2] {
     let n = ((BEGINNING * piece.per_cycle()) as usize).clamp(4, 60).min(piece.yaw_rad.len());
     let h = 1.0 / n as f64;
     let a = DMatrix::from_fn(n, 4.min(n), |k, j| (k as f64 * h).powi(j as i32));
@@ -111,7 +111,7 @@ pub fn first_state(piece: &FreeDecay, zero: f64) -> [f64; 2] {
 }
 
 /// The state of `piece` that fits best under given common numbers, and its sum of squares (rad2).
-pub fn fit_state(
+pub(crate) fn fit_state(
     piece: &FreeDecay,
     structure: &Structure,
     common: &[f64],
@@ -326,7 +326,7 @@ pub(crate) fn step_within(
 }
 
 /// Fits `structure` to `pieces` from given common numbers and states; `settled` is the relative gain at which it ends.
-pub fn fit_pieces(
+pub(crate) fn fit_pieces(
     pieces: &[&FreeDecay],
     structure: &Structure,
     common: &[f64],
@@ -447,7 +447,12 @@ pub(crate) fn quadratics(
 }
 
 /// Fits to `pieces` from common numbers alone: the states from the record's own beginnings.
-pub fn fit_from(pieces: &Pieces, structure: &Structure, common: &[f64], settled: f64) -> PieceFit {
+pub(crate) fn fit_from(
+    pieces: &Pieces,
+    structure: &Structure,
+    common: &[f64],
+    settled: f64,
+) -> PieceFit {
     let zero = if structure.zero_unknown { common[2] } else { 0.0 };
     let states: Vec<[f64; 2]> = pieces
         .decays

@@ -51,7 +51,7 @@ pub(crate) struct Places {
 }
 
 impl Places {
-    pub fn new(structure: &Structure, sharing: &Sharing) -> Self {
+    pub(crate) fn new(structure: &Structure, sharing: &Sharing) -> Self {
         /// An effect's place and the number's in it; a modal number has no effect.
         type Key = (Option<usize>, usize, usize);
         let mut known: HashMap<Key, usize> = HashMap::new();

@@ -5,7 +5,7 @@ use crate::fit::fitted::Fitted;
 use crate::fit::free_decay::FreeDecay;
 
 /// Starting values of what the fit varies; the first leaves the motion of `inner` as it is.
-pub fn of(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Vec<Vec<f64>> {
+pub(crate) fn of(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Vec<Vec<f64>> {
     effect.starts(&Seen {
         beats: decay.beats(),
         scale: decay.scale(),

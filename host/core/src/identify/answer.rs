@@ -9,7 +9,7 @@ use crate::record::Record;
 use serde::{Deserialize, Serialize};
 
 /// Fewest cycles an estimate is made from.
-pub const FEWEST_CYCLES: f64 = 3.0;
+pub(crate) const FEWEST_CYCLES: f64 = 3.0;
 
 /// Why a record gives nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]

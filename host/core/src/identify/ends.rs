@@ -32,7 +32,7 @@ pub(super) struct Onset {
 
 impl Search<'_> {
     /// The beginning of the free motion that `run` belongs to.
-    pub fn onset(&self, run: Run, flags: &mut Vec<Flag>) -> Onset {
+    pub(super) fn onset(&self, run: Run, flags: &mut Vec<Flag>) -> Onset {
         let peak = (run.first..=run.last)
             .max_by(|&a, &b| self.points[a].amplitude_deg.total_cmp(&self.points[b].amplitude_deg))
             .unwrap_or(run.first);
@@ -195,7 +195,7 @@ impl Search<'_> {
     }
 
     /// The end of the free motion that `run` belongs to: where it dies out, is stopped, or the record ends.
-    pub fn end(&self, run: Run, flags: &mut Vec<Flag>) -> f64 {
+    pub(super) fn end(&self, run: Run, flags: &mut Vec<Flag>) -> f64 {
         let last = self.points[run.last];
         let reaches_end = run.last + 1 == self.points.len();
         let natural = if reaches_end { self.end_s } else { last.time_s };

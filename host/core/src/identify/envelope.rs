@@ -14,10 +14,10 @@ const RATE_WEIGHT_TO_RAD_S: f64 = 30.0;
 const HIGHEST_SHARE: f64 = 0.35;
 const HIGHEST_HZ: f64 = 50.0;
 /// Points of the envelope per cycle.
-pub const POINTS_PER_CYCLE: usize = 8;
+pub(crate) const POINTS_PER_CYCLE: usize = 8;
 
 /// Frequency of the strongest oscillation in the record, rad/s, to a few percent; `None` for a constant.
-pub fn strongest_frequency_rad_s(samples: &Samples<'_>) -> Option<f64> {
+pub(crate) fn strongest_frequency_rad_s(samples: &Samples<'_>) -> Option<f64> {
     let block = (samples.rate_hz() / SPECTRUM_RATE_HZ).floor().max(1.0);
     let step_s = block / samples.rate_hz();
     let means = samples.all().block_means(block as usize);
@@ -49,7 +49,7 @@ fn evenly(time: &[f64], value: &[f64], step: f64) -> Vec<f64> {
 
 /// Amplitude about the local mean at one time, from one cycle centred there.
 #[derive(Clone, Copy, Debug)]
-pub struct Point {
+pub(crate) struct Point {
     pub time_s: f64,
     pub amplitude_deg: f64,
     /// Standard deviation of what the sinusoid leaves.
@@ -58,7 +58,7 @@ pub struct Point {
 
 /// Envelope of `means` at `frequency_rad_s`: a sinusoid and a constant fitted to each cycle, eight a cycle.
 /// Right to a few percent, also where the amplitude falls fast within the cycle. The first and last point lie half a cycle inside.
-pub fn envelope(means: &Stretch<'_>, frequency_rad_s: f64) -> Vec<Point> {
+pub(crate) fn envelope(means: &Stretch<'_>, frequency_rad_s: f64) -> Vec<Point> {
     let period = TAU / frequency_rad_s;
     // Three unknowns need some samples more, also where a cycle has hardly five.
     let width = period.max(6.5 * means.step_s);

@@ -12,7 +12,7 @@ const QUALITIES: [f64; 2] = [0.541_196_100_146_197, 1.306_562_964_876_377];
 const PADDING_PERIODS: f64 = 5.0;
 
 /// `values` sampled at `rate_hz`, filtered at `corner_hz`; `None` where the corner is not below half the rate.
-pub fn zero_phase(values: &[f64], rate_hz: f64, corner_hz: f64) -> Option<Vec<f64>> {
+pub(super) fn zero_phase(values: &[f64], rate_hz: f64, corner_hz: f64) -> Option<Vec<f64>> {
     let n = values.len();
     if corner_hz >= 0.5 * rate_hz || n == 0 {
         return None;

@@ -28,9 +28,8 @@ pub(crate) mod windows;
 use crate::error::{Error, Result};
 use crate::record::Record;
 
-pub use answer::{
-    AmplitudeWindow, Estimate, Identification, Refusal, Unavailable, WindowEstimate, FEWEST_CYCLES,
-};
+pub(crate) use answer::FEWEST_CYCLES;
+pub use answer::{AmplitudeWindow, Estimate, Identification, Refusal, Unavailable, WindowEstimate};
 pub use prepared::{prepare, Prepared, Values};
 pub use settings::{Method, Settings};
 

@@ -23,7 +23,7 @@ fn built_in() -> Result<&'static Network, String> {
 
 /// The network's answer: its weighted mean over consecutive windows, as the device gives it; why
 /// there is none in words.
-pub fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
+pub(crate) fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
     let network = built_in()?;
     let analysed = prepared.window();
     let mut flags = Vec::new();

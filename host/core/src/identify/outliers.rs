@@ -15,7 +15,7 @@ const NEIGHBOURS: usize = 5;
 
 /// Leaves out samples that stand off from the median of their five neighbours by more than noise and the
 /// signal's own curvature explain. A record sampled too coarsely for that loses none; the fits look again.
-pub fn exclude_spikes(samples: &mut Samples<'_>) {
+pub(crate) fn exclude_spikes(samples: &mut Samples<'_>) {
     let yaw = samples.all().yaw_deg;
     let n = yaw.len();
     if n < 4 * NEIGHBOURS {

@@ -8,14 +8,14 @@ use nalgebra::DMatrix;
 
 /// One pole e^(s T) as its decay rate -Re s (1/s) and frequency Im s (rad/s).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pole {
+pub(crate) struct Pole {
     pub decay_rate_1_s: f64,
     pub frequency_rad_s: f64,
 }
 
 /// Oscillating poles of a constant plus one damped sinusoid in `values`, sampled every `step_s`.
 /// Empty where the stretch is too short or holds no oscillation.
-pub fn poles(values: &[f64], step_s: f64) -> Vec<Pole> {
+pub(crate) fn poles(values: &[f64], step_s: f64) -> Vec<Pole> {
     // A pair of poles for the mode and a real one for the offset.
     const ORDER: usize = 3;
     let n = values.len();

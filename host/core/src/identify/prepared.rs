@@ -92,7 +92,11 @@ impl Prepared<'_> {
     ///
     /// # Errors
     /// In words, where too few samples are left, or none for longer than can be filled.
-    pub fn evenly_sampled(&self, rate_hz: f64, flags: &mut Vec<Flag>) -> Result<Record, String> {
+    pub(crate) fn evenly_sampled(
+        &self,
+        rate_hz: f64,
+        flags: &mut Vec<Flag>,
+    ) -> Result<Record, String> {
         let samples = &self.samples;
         let even = samples.is_uniform() && (samples.rate_hz() / rate_hz - 1.0).abs() < 1e-6;
         if even && samples.excluded() == 0 {

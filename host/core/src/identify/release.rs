@@ -41,7 +41,7 @@ impl FreeSpan {
 ///
 /// # Errors
 /// No oscillation, or fewer than three cycles of one.
-pub fn find(samples: &Samples<'_>, settings: &Settings) -> Result<FreeSpan, Refusal> {
+pub(crate) fn find(samples: &Samples<'_>, settings: &Settings) -> Result<FreeSpan, Refusal> {
     let frequency = strongest_frequency_rad_s(samples).ok_or(Refusal::NoOscillation)?;
     let period = TAU / frequency;
     let block = (period * samples.rate_hz() / MEANS_PER_CYCLE).floor().max(1.0) as usize;

@@ -11,7 +11,7 @@ thread_local! {
 
 /// |FFT|^2 by bin, bin k at k times `resolution_hz`.
 #[derive(Clone, Debug)]
-pub struct Periodogram {
+pub(crate) struct Periodogram {
     pub resolution_hz: f64,
     pub power: Vec<f64>,
 }
@@ -19,7 +19,7 @@ pub struct Periodogram {
 impl Periodogram {
     /// Of `values` every `step_s`, the mean taken off, filled up with zeros to the power of two that holds `length` and
     /// all values.
-    pub fn of(values: &[f64], step_s: f64, length: usize) -> Self {
+    pub(crate) fn of(values: &[f64], step_s: f64, length: usize) -> Self {
         let length = length.max(values.len()).max(2).next_power_of_two();
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         let mut padded: Vec<f64> = values.iter().map(|v| v - mean).collect();
@@ -41,7 +41,7 @@ impl Periodogram {
     }
 
     /// The strongest bin within `hz` after weighting by `weight(frequency in Hz)`.
-    pub fn strongest_bin(
+    pub(crate) fn strongest_bin(
         &self,
         hz: RangeInclusive<f64>,
         weight: impl Fn(f64) -> f64,
@@ -54,13 +54,13 @@ impl Periodogram {
     }
 
     /// Frequency of a bin, Hz.
-    pub fn frequency_hz(&self, bin: usize) -> f64 {
+    pub(crate) fn frequency_hz(&self, bin: usize) -> f64 {
         bin as f64 * self.resolution_hz
     }
 
     /// Frequency of the parabola through the logarithms of a peak and its two neighbours, Hz. Meant for a
     /// stretch filled up with zeros to four times its length at least.
-    pub fn interpolated_hz(&self, bin: usize) -> f64 {
+    pub(crate) fn interpolated_hz(&self, bin: usize) -> f64 {
         let shift = match (bin.checked_sub(1), self.power.get(bin + 1)) {
             (Some(before), Some(&after)) if before > 0 => {
                 let (a, b, c) = (self.power[before].ln(), self.power[bin].ln(), after.ln());

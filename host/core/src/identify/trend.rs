@@ -7,13 +7,13 @@ const SIGNIFICANT: f64 = 5.0;
 
 /// Spread over the windows (weighted standard deviation) of what changes with amplitude; `None` where it does not.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Trends {
+pub(super) struct Trends {
     /// rad/s.
     pub frequency: Option<f64>,
     pub damping: Option<f64>,
 }
 
-pub fn of(windows: &[Window]) -> Trends {
+pub(super) fn of(windows: &[Window]) -> Trends {
     let spread = |value: fn(&Window) -> (f64, f64)| {
         let points: Vec<(f64, f64, f64)> = windows
             .iter()

@@ -8,9 +8,9 @@ use crate::statistics::median;
 use std::f64::consts::TAU;
 
 /// Cycles in a window.
-pub const WINDOW_CYCLES: f64 = 3.0;
+pub(crate) const WINDOW_CYCLES: f64 = 3.0;
 /// Share of three cycles a window holds at least.
-pub const LEAST_SHARE: f64 = 0.95;
+pub(crate) const LEAST_SHARE: f64 = 0.95;
 /// A residual this many standard deviations out belongs to a wild sample: once in 500 million samples by chance.
 const WILD: f64 = 6.0;
 
@@ -57,7 +57,7 @@ impl Window {
 
 /// Consecutive windows over `from_s..to_s` and the spectral density, as a variance, of what they leave about the
 /// oscillation's frequency; wild samples are excluded from `samples` on the way.
-pub fn windows(
+pub(crate) fn windows(
     samples: &mut Samples<'_>,
     from_s: f64,
     to_s: f64,

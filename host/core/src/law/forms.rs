@@ -92,7 +92,7 @@ const fn stiffness(
 const POWERS: &[f64] = &[0.25, 0.5, 0.75, 1.25, 1.5, 1.75, 2.25, 2.5, 3.0];
 
 /// Every form, simplest first. No two parameters have one name, so that two forms can stand in one formula.
-pub const FORMS: &[Form] = &[
+pub(crate) const FORMS: &[Form] = &[
     damping("dry_friction", "dry friction", "-c * sign(r)", &[loss("c", "rad/s2")]),
     damping("drag", "drag with the square of the rate", "-d * abs(r) * r", &[loss("d", "1/rad")]),
     damping("rate_cubed", "damping with the cube of the rate", "-q * r^3", &[loss("q", "s/rad2")]),

@@ -41,7 +41,7 @@ pub(super) struct Nearby<'a> {
 
 impl<'a> Nearby<'a> {
     /// `fit` holds `law` as its last effect, whose parameters begin at `begin`; `states` are those of `pieces`.
-    pub fn new(
+    pub(super) fn new(
         pieces: &Pieces,
         states: &[[f64; 2]],
         fit: &PieceFit,
@@ -142,7 +142,7 @@ impl<'a> Nearby<'a> {
     }
 
     /// The law with the weights that predict best. What does not earn a standard error is left out: a curve, friction.
-    pub fn best(&self) -> MeasuredLaw {
+    pub(super) fn best(&self) -> MeasuredLaw {
         let mut weights: Vec<f64> = self.law.parts.iter().map(|(_, w)| *w).collect();
         let mut kept = vec![true; weights.len()];
         let mut friction = self.law.friction;
@@ -177,7 +177,7 @@ impl<'a> Nearby<'a> {
     }
 
     /// Covariance of the shared parameters (zero for those that are fixed), noise alone.
-    pub fn covariance(&self) -> Option<DMatrix<f64>> {
+    pub(super) fn covariance(&self) -> Option<DMatrix<f64>> {
         let weights: Vec<f64> = self.law.parts.iter().map(|(_, w)| *w).collect();
         let (a, _) = self.solved(&self.penalty(&weights), None, self.law.friction)?;
         let inverse = Cholesky::new(a)?.inverse();

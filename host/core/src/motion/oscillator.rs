@@ -35,7 +35,7 @@ pub(crate) struct Flow(pub [f64; 4]);
 impl Flow {
     /// Of the plain model with natural frequency `wn` (rad/s) and damping ratio `zeta`; one that does not oscillate is
     /// taken as one that hardly does.
-    pub fn new(wn: f64, zeta: f64, time_s: f64) -> Self {
+    pub(crate) fn new(wn: f64, zeta: f64, time_s: f64) -> Self {
         let decay = zeta * wn;
         let damped = (wn * wn - decay * decay).max(1e-12 * wn * wn).sqrt();
         let e = (-decay * time_s).exp();
@@ -59,7 +59,7 @@ impl Motion {
     }
 
     /// Angle and rate `time_s` after the first instant (before it where negative), effects apart.
-    pub fn linear_state(&self, time_s: f64) -> (f64, f64) {
+    pub(crate) fn linear_state(&self, time_s: f64) -> (f64, f64) {
         let Flow([p, q, u, v]) = self.flow(time_s);
         let middle = self.terms.constant_moment_rad_s2 / self.natural_frequency_rad_s.powi(2);
         let x = self.yaw_rad - middle;

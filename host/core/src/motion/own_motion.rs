@@ -160,7 +160,13 @@ pub(crate) struct Walker<'a> {
 }
 
 impl<'a> Walker<'a> {
-    pub fn new(motion: &'a Motion, step_s: f64, steps: u64, start_s: f64, pace: Pace<'a>) -> Self {
+    pub(crate) fn new(
+        motion: &'a Motion,
+        step_s: f64,
+        steps: u64,
+        start_s: f64,
+        pace: Pace<'a>,
+    ) -> Self {
         let terms = &motion.terms;
         let corner = |of: fn(&yawrig_expression::Program) -> bool| {
             terms.own().iter().any(|own| of(&own.effect.program))
@@ -267,7 +273,7 @@ impl<'a> Walker<'a> {
     }
 
     /// b and r a step on from `t`; NaN where a moment is not finite, or where that takes too many attempts.
-    pub fn advance(&mut self, b: f64, r: f64, t: f64) -> (f64, f64) {
+    pub(crate) fn advance(&mut self, b: f64, r: f64, t: f64) -> (f64, f64) {
         let end = self.walk(b, r, t);
         match &mut self.pace {
             Pace::Own => {}

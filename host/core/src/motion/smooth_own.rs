@@ -25,7 +25,7 @@ pub(super) struct SmoothOwn {
 impl SmoothOwn {
     /// The own effects of `terms` for steps of `step_s`, where all of them can be followed so. `amplitude_rad`, at
     /// `wn` in rad/s: how far the motion goes.
-    pub fn of(terms: &Terms, wn: f64, amplitude_rad: f64, step_s: f64) -> Option<Self> {
+    pub(super) fn of(terms: &Terms, wn: f64, amplitude_rad: f64, step_s: f64) -> Option<Self> {
         let prepared = |own: &yawrig_expression::OwnTerm| own.prepared(wn, terms.wind_speed_m_s);
         let mut own = Self {
             each: RefCell::new(terms.own().iter().map(prepared).collect()),
@@ -77,7 +77,7 @@ impl SmoothOwn {
 
     /// The moment without its jump, rad/s2.
     #[inline]
-    pub fn moment(&self, b: f64, r: f64, t: f64) -> f64 {
+    pub(super) fn moment(&self, b: f64, r: f64, t: f64) -> f64 {
         let direction = if r < 0.0 { -1.0 } else { 1.0 };
         let side = if b < 0.0 { -1.0 } else { 1.0 };
         self.sum(b, r, t, direction, side) + self.friction_rad_s2 * direction

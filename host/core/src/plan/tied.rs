@@ -25,7 +25,11 @@ pub(super) struct Tied<'a> {
 }
 
 impl<'a> Tied<'a> {
-    pub fn new(decay: &'a FreeDecay, rival: &'a Rival<'a>, release: &'a Possible) -> Result<Self> {
+    pub(super) fn new(
+        decay: &'a FreeDecay,
+        rival: &'a Rival<'a>,
+        release: &'a Possible,
+    ) -> Result<Self> {
         let fit = &rival.fit.fits[release.like];
         let start = numbers(rival, release);
         let covariance = fit.covariance.as_ref().ok_or(Error::NotFitted)?;
@@ -44,7 +48,7 @@ impl<'a> Tied<'a> {
     }
 
     /// The least sum of squares, found over ever longer parts of the release.
-    pub fn least_squares(mut self) -> f64 {
+    pub(super) fn least_squares(mut self) -> f64 {
         let (mut p, mut cycles) = (self.start.clone(), FIRST_CYCLES);
         loop {
             let part = ((cycles * self.decay.per_cycle()) as usize).min(self.count);

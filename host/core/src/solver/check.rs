@@ -34,13 +34,13 @@ impl Rows for Dense {
 }
 
 /// All residuals at `p`, in order.
-pub fn residuals(problem: &impl Problem, p: &[f64]) -> Vec<f64> {
+pub(crate) fn residuals(problem: &impl Problem, p: &[f64]) -> Vec<f64> {
     Dense::of(problem, p).residuals
 }
 
 /// Largest difference between the analytic Jacobian and one by fourth-order central differences,
 /// relative to the largest element of its column.
-pub fn jacobian_error(problem: &impl Problem, p: &[f64]) -> f64 {
+pub(crate) fn jacobian_error(problem: &impl Problem, p: &[f64]) -> f64 {
     let analytic = Dense::of(problem, p);
     let mut worst = 0.0_f64;
     for j in 0..p.len() {

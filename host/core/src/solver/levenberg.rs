@@ -27,7 +27,7 @@ impl Default for Options {
 }
 
 /// Smallest sum of squares reached from `start` (brought inside the bounds first).
-pub fn minimise(problem: &impl Problem, start: &[f64], options: &Options) -> Fit {
+pub(crate) fn minimise(problem: &impl Problem, start: &[f64], options: &Options) -> Fit {
     let n = problem.parameters();
     assert_eq!(start.len(), n, "a start value for each parameter");
     let mut p: Vec<f64> = (0..n).map(|i| clamp(problem, i, start[i])).collect();

@@ -1,6 +1,6 @@
 //! Nonlinear least squares for any model: Levenberg-Marquardt on streamed normal equations.
 //!
-//! A [`Problem`] hands over its residuals and Jacobian a row or a block at a time; only J'J, J'r and
+//! A `Problem` hands over its residuals and Jacobian a row or a block at a time; only J'J, J'r and
 //! r'r are kept, so a record of any length costs memory for its parameters alone.
 //! Reference: K. Madsen, H. B. Nielsen, O. Tingleff, "Methods for non-linear least squares problems"
 //! (2004), with the column scaling of J. J. Moré (1978).
@@ -11,7 +11,8 @@ mod levenberg;
 mod linear;
 mod normal;
 
-pub use levenberg::{minimise, Options};
+pub(crate) use levenberg::minimise;
+pub use levenberg::Options;
 pub use linear::linear_fit;
 pub use normal::Normal;
 
@@ -33,7 +34,7 @@ pub trait Rows {
 }
 
 /// A sum of squared residuals r(p) to be made small.
-pub trait Problem {
+pub(crate) trait Problem {
     /// How many parameters p holds.
     fn parameters(&self) -> usize;
     /// Streams every residual and its derivatives at `p` into `rows`. A residual that is not finite says
