@@ -9,14 +9,16 @@
 mod corners;
 mod effects;
 mod error;
+mod library;
 mod moments;
 mod motion;
 mod runge_kutta;
 mod sensor;
 mod springs;
 
-pub use effects::{Effect, Effects, Kind, Parameter, LIBRARY};
+pub use effects::{Effect, Effects};
 pub use error::{Error, Quantity, Result};
+pub use library::{Kind, Parameter, LIBRARY};
 pub use motion::{End, Motion, Sample, Samples, Start};
 pub use sensor::Sensor;
 pub use springs::{Spring, SPRINGS};

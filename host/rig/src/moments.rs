@@ -3,7 +3,8 @@
 //! Base equation: Ramli 2008, chapter 3, b'' = -2 zeta wn r - wn^2 b, with the yaw angle b in rad and the
 //! yaw rate r in rad/s. wn^2 and 2 zeta wn are those of the release, the wind's share included.
 
-use super::effects::{Effects, Smooth};
+use super::effects::Effects;
+use super::library::Smooth;
 use yawrig_expression::{OwnTerm, State, MOST_PARAMETERS};
 use yawrig_shared::modal::Modal;
 

@@ -1,6 +1,7 @@
 //! A riddle: an effect of the library hidden in the releases of one spring, to be identified.
 
 use crate::campaign::simulated::{self, Planned, CAMPAIGN_FILE};
+pub use crate::model::document::DEFAULT as MODEL_FILE;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -11,7 +12,6 @@ use yawrig_rig::{self, Effects, Rig, Sensor, Spring, Start};
 use yawrig_shared::axis::Axis;
 
 pub const SEALED_FILE: &str = "sealed-truth.txt";
-pub const MODEL_FILE: &str = "model.toml";
 pub const NETWORK_FILE: &str = "network.yrn";
 pub const REPORT_FILE: &str = "report.html";
 pub const PICTURE_FILE: &str = "device.svg";

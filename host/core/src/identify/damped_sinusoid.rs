@@ -25,16 +25,16 @@ pub struct Mode {
 
 impl Mode {
     pub(crate) fn from_parameters(origin_s: f64, p: &[f64]) -> Self {
-        let (mut sine, mut frequency) = (p[1], p[4]);
+        let [cosine, mut sine, offset, decay, mut frequency] = numbers(p);
         if frequency < 0.0 {
             (sine, frequency) = (-sine, -frequency);
         }
         Self {
             origin_s,
-            cosine_deg: p[0],
+            cosine_deg: cosine,
             sine_deg: sine,
-            offset_deg: p[2],
-            decay_rate_1_s: p[3],
+            offset_deg: offset,
+            decay_rate_1_s: decay,
             damped_frequency_rad_s: frequency,
         }
     }
@@ -87,13 +87,14 @@ impl DampedSinusoid<'_> {
     /// e^(-s t) cos w t and e^(-s t) sin w t for one block. On an even grid a table of BLOCK powers is turned by
     /// the block's own factor: two roundings per sample and no recurrence that could drift.
     fn basis(&self, at: usize, p: &[f64], table: &Option<Table>, basis: &mut Basis) {
+        let [.., decay, frequency] = numbers(p);
         let n = basis.len.min(self.stretch.len() - at);
         basis.len = n;
         let origin = self.stretch.start_s();
         if let Some(table) = table {
             let start = at as f64 * self.stretch.step_s;
-            let e = (-p[3] * start).exp();
-            let (s, c) = (p[4] * start).sin_cos();
+            let e = (-decay * start).exp();
+            let (s, c) = (frequency * start).sin_cos();
             let (re, im) = (e * c, e * s);
             for j in 0..n {
                 basis.time[j] = start + j as f64 * self.stretch.step_s;
@@ -103,8 +104,8 @@ impl DampedSinusoid<'_> {
         } else {
             for j in 0..n {
                 let t = self.stretch.time_s[at + j] - origin;
-                let e = (-p[3] * t).exp();
-                let (s, c) = (p[4] * t).sin_cos();
+                let e = (-decay * t).exp();
+                let (s, c) = (frequency * t).sin_cos();
                 basis.time[j] = t;
                 basis.cosine[j] = e * c;
                 basis.sine[j] = e * s;
@@ -113,12 +114,13 @@ impl DampedSinusoid<'_> {
     }
 
     fn table(&self, p: &[f64]) -> Option<Table> {
+        let [.., decay, frequency] = numbers(p);
         self.stretch.uniform.then(|| {
             let mut table = Table { cosine: [0.0; BLOCK], sine: [0.0; BLOCK] };
             for j in 0..BLOCK.min(self.stretch.len()) {
                 let t = j as f64 * self.stretch.step_s;
-                let e = (-p[3] * t).exp();
-                let (s, c) = (p[4] * t).sin_cos();
+                let e = (-decay * t).exp();
+                let (s, c) = (frequency * t).sin_cos();
                 table.cosine[j] = e * c;
                 table.sine[j] = e * s;
             }
@@ -129,6 +131,7 @@ impl DampedSinusoid<'_> {
     /// Record - model at every sample, those left out included.
     pub fn residuals_deg(&self, mode: &Mode) -> Vec<f64> {
         let p = mode.parameters_at(self.stretch.start_s());
+        let [cosine, sine, offset, ..] = p;
         let table = self.table(&p);
         let mut out = Vec::with_capacity(self.stretch.len());
         let mut basis = Basis::new();
@@ -137,12 +140,17 @@ impl DampedSinusoid<'_> {
             basis.len = BLOCK;
             self.basis(at, &p, &table, &mut basis);
             for j in 0..basis.len {
-                let model = p[0] * basis.cosine[j] + p[1] * basis.sine[j] + p[2];
+                let model = cosine * basis.cosine[j] + sine * basis.sine[j] + offset;
                 out.push(self.stretch.yaw_deg[at + j] - model);
             }
         }
         out
     }
+}
+
+/// a, b, c, s and w of the head's formula.
+fn numbers(p: &[f64]) -> [f64; 5] {
+    p.try_into().expect("five numbers")
 }
 
 struct Table {
@@ -170,7 +178,7 @@ impl Problem for DampedSinusoid<'_> {
     }
 
     fn evaluate(&self, p: &[f64], rows: &mut dyn Rows) {
-        let (a, b, c) = (p[0], p[1], p[2]);
+        let [a, b, c, ..] = numbers(p);
         let table = self.table(p);
         let mut basis = Basis::new();
         let (mut residual, mut by_decay, mut by_frequency) =

@@ -3,6 +3,7 @@
 mod at_times;
 pub(crate) mod oscillator;
 pub(crate) mod own_motion;
+mod pair;
 pub mod simulate;
 mod smooth_own;
 

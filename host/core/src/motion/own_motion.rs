@@ -8,6 +8,7 @@
 //! known, `abs` and `sign` of the yaw rate or angle, dry friction and the dead zone, are located within the step, and a
 //! model whose rate is zero stays there while the moments of both directions hold it.
 
+use super::pair::{Flows, ERROR, NODES, WEIGHTS};
 use crate::effects::{Memories, State};
 use crate::motion::oscillator::{root, Flow, Motion};
 use std::cell::RefCell;
@@ -31,28 +32,6 @@ const CORNER_ATTEMPTS: u64 = 10;
 /// Disagreement, in tolerances, up to which the steps of another motion are followed.
 const FOLLOWED: f64 = 8.0;
 
-/// Where a step is looked at, of its length.
-const NODES: [f64; 5] = [1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0];
-/// Weights of the slopes so far for each further state; the last row is the result of order 5.
-const WEIGHTS: [[f64; 6]; 6] = [
-    [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-    [3.0 / 40.0, 9.0 / 40.0, 0.0, 0.0, 0.0, 0.0],
-    [44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0, 0.0, 0.0, 0.0],
-    [19372.0 / 6561.0, -25360.0 / 2187.0, 64448.0 / 6561.0, -212.0 / 729.0, 0.0, 0.0],
-    [9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0, 0.0],
-    [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
-];
-/// Order 5 less order 4.
-const ERROR: [f64; 7] = [
-    71.0 / 57600.0,
-    0.0,
-    -71.0 / 16695.0,
-    71.0 / 1920.0,
-    -17253.0 / 339_200.0,
-    22.0 / 525.0,
-    -1.0 / 40.0,
-];
-
 /// The steps that a motion took. Motions that hardly differ from it take the same, so that their difference is one of
 /// the motions and none of the steps.
 #[derive(Debug, Default)]
@@ -72,26 +51,6 @@ pub(crate) enum Pace<'p> {
     /// Its own, which are kept for others.
     Kept(&'p mut Steps),
     Followed(&'p Steps),
-}
-
-/// The plain model's flow to the nodes of a step, and of a unit moment back from them.
-struct Flows {
-    step_s: f64,
-    there: [Flow; 5],
-    back: [[f64; 2]; 5],
-}
-
-impl Flows {
-    fn new(motion: &Motion, step_s: f64) -> Self {
-        Self {
-            step_s,
-            there: NODES.map(|c| motion.flow(c * step_s)),
-            back: NODES.map(|c| {
-                let Flow([_, q, _, v]) = motion.flow(-c * step_s);
-                [q, v]
-            }),
-        }
-    }
 }
 
 impl Motion {
