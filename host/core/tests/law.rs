@@ -111,9 +111,7 @@ impl Case {
     }
 }
 
-/// Wanted: residual to 1.05 and held out to 1.15 of the noise in nine of ten. Seen (one of each kind, and two): eight of
-/// ten and fifteen or sixteen of twenty; short at kinks (end stop, Stribeck) and at friction that grows with the angle,
-/// which no D(r) holds. So one of ten less than what is seen is refused.
+/// Short of the noise where friction grows with the angle, which no D(r) holds.
 #[test]
 fn laws_that_the_library_does_not_hold_are_measured_and_named() {
     let (n, seed) = (number("YAWRIG_LAWS", 1), number("YAWRIG_SEED", 1));
@@ -136,10 +134,10 @@ fn laws_that_the_library_does_not_hold_are_measured_and_named() {
         laws.len(), banded.0, banded.1, memory.len(), laws.len(),
     );
     let share = |part: usize, whole: usize| part as f64 / whole as f64;
-    assert!(share(residual, laws.len()) >= 0.7, "residual");
-    assert!(share(held_out, laws.len()) >= 0.7, "held out");
+    assert!(share(residual, laws.len()) >= 0.85, "residual");
+    assert!(share(held_out, laws.len()) >= 0.9, "held out");
     assert!(share(banded.0, banded.1) >= 0.9, "band");
-    assert!(share(named, nameable) >= 0.77, "names");
+    assert!(share(named, nameable) >= 0.8, "names");
     assert!(share(called, memory.len()) >= 0.8, "memory is called so");
     assert!(wrongly as f64 <= 0.05 * laws.len() as f64, "memory where there is none");
 }

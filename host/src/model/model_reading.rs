@@ -12,7 +12,7 @@ use std::path::Path;
 use std::sync::Arc;
 use toml::Spanned;
 use yawrig_base::error::{Error, Result};
-use yawrig_core::effects::{Effect, MeasuredLaw, Part, MEASURED_LAW, MOST_OWN};
+use yawrig_core::effects::{Effect, Knots, MeasuredLaw, Part, MEASURED_LAW, MOST_OWN};
 use yawrig_core::plan::Can;
 use yawrig_expression::is_file;
 use yawrig_shared::axis::Axis;
@@ -80,10 +80,17 @@ struct RawLaw {
     friction: bool,
     #[serde(default)]
     dissipative: bool,
-    stiffness: Option<f64>,
-    uneven_stiffness: Option<f64>,
-    damping: Option<f64>,
-    uneven_damping: Option<f64>,
+    stiffness: Option<RawCurve>,
+    uneven_stiffness: Option<RawCurve>,
+    damping: Option<RawCurve>,
+    uneven_damping: Option<RawCurve>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawCurve {
+    weight: f64,
+    knots: Knots,
 }
 
 #[derive(Clone, Deserialize, Default)]
@@ -327,25 +334,29 @@ impl Reader<'_> {
                 .help("delete the entry and measure it: yawrig add measured_law"));
         };
         let at = law.get_ref();
-        let weights = [at.stiffness, at.uneven_stiffness, at.damping, at.uneven_damping];
+        let curves = [at.stiffness, at.uneven_stiffness, at.damping, at.uneven_damping];
         let positive = |x: f64| x.is_finite() && x > 0.0;
-        let reach = [at.yaw_deg, at.rate_deg_s];
-        if !weights.iter().flatten().chain(&reach).all(|x| positive(*x)) {
+        let rises = |k: &Knots| {
+            positive(k[0]) && k.windows(2).all(|k| k[0] < k[1]) && k.last() == Some(&1.0)
+        };
+        if ![at.yaw_deg, at.rate_deg_s].into_iter().all(positive)
+            || !curves.iter().flatten().all(|c| positive(c.weight) && rises(&c.knots))
+        {
             return Err(self
                 .error(
                     &law.span(),
-                    "yaw_deg, rate_deg_s and the weight of each curve are above zero",
+                    "yaw_deg, rate_deg_s and the weight of each curve are above zero, and its knots rise to 1",
                 )
                 .help("delete the entry and measure the law again: yawrig add measured_law"));
         }
-        let parts = Part::ALL.into_iter().zip(weights).filter_map(|(p, w)| Some((p, w?)));
-        Ok(Effect::Measured(Arc::new(MeasuredLaw::new(
-            at.yaw_deg.to_radians(),
-            at.rate_deg_s.to_radians(),
-            parts.collect(),
-            at.friction,
-            at.dissipative,
-        ))))
+        let of = || Part::ALL.into_iter().zip(curves);
+        let parts = of().filter_map(|(p, c)| Some((p, c?.weight)));
+        let mut knots = Part::ALL.map(Part::even_knots);
+        of().filter_map(|(p, c)| Some((p, c?.knots))).for_each(|(p, k)| knots[p as usize] = k);
+        let (yaw_rad, rate_rad_s) = (at.yaw_deg.to_radians(), at.rate_deg_s.to_radians());
+        let law =
+            MeasuredLaw::new(yaw_rad, rate_rad_s, parts.collect(), at.friction, at.dissipative);
+        Ok(Effect::Measured(Arc::new(law.placed(knots))))
     }
 
     fn parameter(&self, entry: &Spanned<RawParameter>, law: &Law) -> Result<ParameterEntry> {

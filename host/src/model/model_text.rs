@@ -77,7 +77,7 @@ impl Model {
     }
 }
 
-/// Where a measured law is known, and the weight of each curve's roughness.
+/// Where a measured law is known; of each curve the weight of its roughness, and its knots as shares of the range.
 fn write_law(table: &mut Table, law: &MeasuredLaw) {
     put(table, "yaw_deg", law.yaw_rad.to_degrees());
     put(table, "rate_deg_s", law.rate_rad_s.to_degrees());
@@ -87,7 +87,10 @@ fn write_law(table: &mut Table, law: &MeasuredLaw) {
         !Part::ALL.iter().any(|p| p.name() == key) || law.parts.iter().any(|(p, _)| p.name() == key)
     });
     for (part, weight) in &law.parts {
-        put(table, part.name(), *weight);
+        let mut curve = InlineTable::new();
+        curve.insert("weight", (*weight).into());
+        curve.insert("knots", Value::Array(law.knots[*part as usize].into_iter().collect()));
+        put(table, part.name(), Value::InlineTable(curve));
     }
 }
 

@@ -1,14 +1,15 @@
 //! `measured_law`: restoring moment and dissipation beside wn^2 b and 2 zeta wn r as smooth curves, estimated.
 //!
 //! b'' = -2 zeta wn r - wn^2 b - K(b) - D(r), with K(b) = sign(b) k(|b|) + e(|b|) and
-//! D(r) = sign(r) (c + d(|r|)) + u(|r|). The curves k, e, d and u, as far as the law has them, are natural cubic splines
-//! through their values at knots from zero to the largest yaw angle and rate reached; they vanish at zero, all but e with
-//! their slope, so that wn and zeta are those of small motions. Beyond the last knot a curve goes on at its end slope.
-//! What the values may do is limited by a roughness: the integral of the squared curvature (P. J. Green and
-//! B. W. Silverman, Nonparametric Regression and Generalized Linear Models, 1994, chapter 2), each curve with a weight of
-//! its own.
+//! D(r) = sign(r) d(|r|) + u(|r|). The curves k, e, d and u, as far as the law has them, are natural cubic splines
+//! through their values at knots from zero to the largest yaw angle and rate reached, nearer where the law bends. They
+//! vanish at zero, but for d, which begins at the dry friction c where there is one; all but e with their slope, so that
+//! wn and zeta are those of small motions. Beyond the last knot a curve goes on at its end slope. What the values may do is
+//! limited by a roughness: the integral of the squared curvature (P. J. Green and B. W. Silverman, Nonparametric
+//! Regression and Generalized Linear Models, 1994, chapter 2), each curve with a weight of its own, and less where its
+//! knots are near.
 
-use super::curves::{Curves, Part, Shape, KNOTS};
+use super::curves::{Curves, Knots, Part, Shape, KNOTS};
 use super::law::{Card, Law, Parameter, Scale, Seen};
 use super::terms::Terms;
 use nalgebra::{DMatrix, DVector};
@@ -29,6 +30,8 @@ pub struct MeasuredLaw {
     pub friction: bool,
     /// Whether d takes energy out at every rate.
     pub dissipative: bool,
+    /// Of every part, in the order of [`Part::ALL`].
+    pub knots: [Knots; 4],
     parameters: Vec<Parameter>,
     shapes: Vec<Shape>,
 }
@@ -58,13 +61,53 @@ impl MeasuredLaw {
         if friction {
             parameters.push(parameter("c".to_owned(), 0.0));
         }
-        let shapes = parts.iter().map(|(part, _)| Shape::of(*part)).collect();
-        Self { yaw_rad, rate_rad_s, parts, friction, dissipative, parameters, shapes }
+        let knots = Part::ALL.map(Part::even_knots);
+        let law = Self {
+            yaw_rad,
+            rate_rad_s,
+            parts,
+            friction,
+            dissipative,
+            knots,
+            parameters,
+            shapes: vec![],
+        };
+        law.placed(knots)
+    }
+
+    /// With knots elsewhere.
+    pub fn placed(&self, knots: [Knots; 4]) -> Self {
+        let shapes = self.parts.iter().map(|(p, _)| Shape::new(*p, &knots[*p as usize])).collect();
+        Self { knots, shapes, ..self.clone() }
+    }
+
+    /// With knots nearer where the law of these `values` bends.
+    pub(crate) fn refined(&self, values: &[f64]) -> Self {
+        let mut knots = self.knots;
+        for (i, (&(part, _), shape)) in self.parts.iter().zip(&self.shapes).enumerate() {
+            knots[part as usize] = shape.bent(&self.above(values, i));
+        }
+        self.placed(knots)
+    }
+
+    /// Values of the `i`th part above what it is at zero.
+    fn above(&self, p: &[f64], i: usize) -> Vec<f64> {
+        let zero = self.at_zero(p, self.parts[i].0);
+        p[i * KNOTS..(i + 1) * KNOTS].iter().map(|v| v - zero).collect()
+    }
+
+    /// What a part is at zero: dissipation begins at the dry friction.
+    fn at_zero(&self, p: &[f64], part: Part) -> f64 {
+        match self.friction && part == Part::Damping {
+            true => p[self.parameters.len() - 1],
+            false => 0.0,
+        }
     }
 
     /// With other parts or weights, and with or without friction.
     pub fn with(&self, parts: Vec<(Part, f64)>, friction: bool) -> Self {
         Self::new(self.yaw_rad, self.rate_rad_s, parts, friction, self.dissipative)
+            .placed(self.knots)
     }
 
     /// Whether it holds nothing that could differ from zero.
@@ -79,11 +122,23 @@ impl MeasuredLaw {
 
     /// `values` of the parameters of `self` as those of `other`, zero for what `self` does not have.
     pub(crate) fn translated(&self, values: &[f64], other: &Self) -> Vec<f64> {
-        let of = |parameter: &Parameter| {
-            let at = self.parameters.iter().position(|p| p.name == parameter.name);
-            at.map_or(0.0, |at| values[at])
-        };
-        other.parameters.iter().map(of).collect()
+        let mut out = other.no_law();
+        if let (true, true, Some(last)) = (self.friction, other.friction, out.last_mut()) {
+            *last = values[self.parameters.len() - 1];
+        }
+        for (j, (part, _)) in other.parts.iter().enumerate() {
+            let Some(i) = self.parts.iter().position(|(p, _)| p == part) else {
+                let zero = other.at_zero(&out, *part);
+                out[j * KNOTS..(j + 1) * KNOTS].fill(zero);
+                continue;
+            };
+            let curve = self.shapes[i].curve(&self.above(values, i), 1.0);
+            let zero = self.at_zero(values, *part);
+            for (value, at) in out[j * KNOTS..].iter_mut().zip(&other.knots[*part as usize]) {
+                *value = zero + curve.at(*at);
+            }
+        }
+        out
     }
 
     fn reach(&self, part: Part) -> f64 {
@@ -104,15 +159,20 @@ impl MeasuredLaw {
                 true => (yaw_rad, &mut stiffness),
                 false => (rate_rad_s, &mut damping),
             };
+            let mut sum = 0.0;
             for k in 0..KNOTS {
                 let mut values = [0.0; KNOTS];
                 values[k] = 1.0;
                 let size = shape.curve(&values, self.reach(part)).at(x.abs());
                 row[i * KNOTS + k] = size * if part.is_odd() { sign(x) } else { 1.0 };
+                sum += row[i * KNOTS + k];
+            }
+            if self.friction && part == Part::Damping {
+                row[n - 1] -= sum;
             }
         }
         if self.friction {
-            damping[n - 1] = sign(rate_rad_s);
+            damping[n - 1] += sign(rate_rad_s);
         }
         [stiffness, damping]
     }
@@ -120,16 +180,22 @@ impl MeasuredLaw {
     /// Rows over the parameters in their sizes, whose squares are the roughness of each curve with its weight.
     pub(crate) fn penalty(&self) -> DMatrix<f64> {
         let mut rows = DMatrix::zeros(KNOTS * self.parts.len(), self.parameters.len());
-        for (k, ((_, weight), shape)) in self.parts.iter().zip(&self.shapes).enumerate() {
+        for (k, (&(part, weight), shape)) in self.parts.iter().zip(&self.shapes).enumerate() {
             let at = k * KNOTS;
-            rows.view_mut((at, at), (KNOTS, KNOTS)).copy_from(&(shape.roughness() * weight.sqrt()));
+            let roughness = shape.roughness() * weight.sqrt();
+            if self.friction && part == Part::Damping {
+                let last = self.parameters.len() - 1;
+                let sums = -roughness.column_sum();
+                rows.view_mut((at, last), (KNOTS, 1)).copy_from(&sums);
+            }
+            rows.view_mut((at, at), (KNOTS, KNOTS)).copy_from(&roughness);
         }
         rows
     }
 
     fn curves(&self, p: &[f64]) -> Curves {
         let curve = |(k, (&(part, _), shape)): (usize, (&(Part, f64), &Shape))| {
-            (part, shape.curve(&p[k * KNOTS..(k + 1) * KNOTS], self.reach(part)))
+            (part, shape.curve(&self.above(p, k), self.reach(part)))
         };
         Curves(self.parts.iter().zip(&self.shapes).enumerate().map(curve).collect())
     }
@@ -178,12 +244,9 @@ mod tests {
     use super::*;
 
     /// Where the knots of `part` are, rad or rad/s.
-    fn knots(law: &MeasuredLaw, part: Part) -> std::vec::IntoIter<f64> {
-        Shape::of(part).knots[1..]
-            .iter()
-            .map(|x| x * law.reach(part))
-            .collect::<Vec<_>>()
-            .into_iter()
+    fn knots(law: &MeasuredLaw, part: Part) -> impl Iterator<Item = f64> {
+        let reach = law.reach(part);
+        law.knots[part as usize].into_iter().map(move |x| x * reach)
     }
 
     fn law() -> Arc<MeasuredLaw> {
@@ -195,7 +258,7 @@ mod tests {
     fn values(law: &MeasuredLaw, k: impl Fn(f64) -> f64, d: impl Fn(f64) -> f64) -> Vec<f64> {
         let mut p: Vec<f64> = knots(law, Part::Stiffness).map(k).collect();
         p.extend([0.0; KNOTS]);
-        p.extend(knots(law, Part::Damping).map(d));
+        p.extend(knots(law, Part::Damping).map(|r| 0.3 + d(r)));
         p.extend([0.0; KNOTS]);
         p.push(0.3);
         p
@@ -227,15 +290,16 @@ mod tests {
         let smooth = values(&law, |b| b.powi(3), |_| 0.0);
         let mut rough = smooth.clone();
         rough[4] += 0.02;
-        assert!(cost(&vec![0.0; smooth.len()]) == 0.0 && cost(&rough) > 10.0 * cost(&smooth));
+        assert!(
+            cost(&values(&law, |_| 0.0, |_| 0.0)) < 1e-20 && cost(&rough) > 10.0 * cost(&smooth)
+        );
     }
 
     #[test]
     fn its_friction_is_left_to_the_integration() {
         let law = law();
         let mut terms = Terms::default();
-        let mut p = vec![0.0; law.parameters.len()];
-        *p.last_mut().unwrap() = 0.3;
+        let p = values(&law, |_| 0.0, |_| 0.0);
         law.write(&p, &mut terms);
         assert_eq!(
             (terms.dry_friction_rad_s2, terms.smooth_moment(&at(0.1, 0.2), 0.0)),

@@ -12,8 +12,8 @@ mod own;
 mod padded;
 mod terms;
 
-pub use curves::Part;
 pub(crate) use curves::KNOTS;
+pub use curves::{Knots, Part};
 pub use law::{Card, Equation, Line, Scale, Seen};
 pub(crate) use lines::FASTEST;
 pub use measured::{MeasuredLaw, MEASURED_LAW};

@@ -29,6 +29,10 @@ const SETTLED: f64 = 1e-4;
 /// Standard errors by which a longer formula has to predict better, and the share by which its error has to be smaller.
 const BETTER: f64 = 1.0;
 const LEAST_GAIN: f64 = 0.05;
+/// Ratio of errors up to which the two numbers of hysteresis predict as well as the many of a law.
+const AS_WELL: f64 = 1.1;
+/// Held out over the noise, up to which a law of angle and rate holds all there is.
+const HELD: f64 = 1.15;
 
 /// A formula fitted to the record in place of the law.
 #[derive(Clone, Debug)]
@@ -51,8 +55,8 @@ pub struct Names {
     pub ranked: Vec<Name>,
     /// How many of the first, of as many parameters, cannot be told apart by this record.
     pub indistinguishable: usize,
-    /// Hysteresis, where it predicts as well as the law and better than every formula: the moment depends on where the
-    /// model last turned, and no law of angle and rate can hold it.
+    /// Hysteresis, where it predicts better than every formula, and as well as the law or better beside it than the law
+    /// alone: the moment depends on where the model last turned, and no law of angle and rate can hold it.
     pub memory: Option<Name>,
 }
 
@@ -212,8 +216,11 @@ pub fn names(decay: &FreeDecay, found: &Measured) -> Result<Names> {
     let memory = memory.filter(|memory| {
         let beats = |other: &Prediction, by: f64| memory.prediction.gain_over(other) > by;
         ranked.first().is_none_or(|n| beats(&n.prediction, BETTER))
-            && beats(&found.prediction, -BETTER)
+            && (beats(&found.prediction, -BETTER)
+                || memory.held_out_over_noise < AS_WELL * found.held_out_over_noise
+                || trial.lacks(memory))
     });
+    decay.stop.check()?;
     Ok(Names { ranked, indistinguishable, memory })
 }
 
@@ -225,6 +232,21 @@ struct Trial<'a> {
 }
 
 impl Trial<'_> {
+    /// Whether the law predicts better with `other` beside it.
+    fn lacks(&self, other: &Name) -> bool {
+        let Self { decay, lengths, found } = self;
+        if found.held_out_over_noise < HELD {
+            return false;
+        }
+        let structure = found.fit.structure.with(&other.effect);
+        let mut common = found.fit.common.clone();
+        let numbers = &other.fit.parameters;
+        common.extend(&numbers[numbers.len() - other.parameters.len()..]);
+        let fit = fit_from(&lengths.long, &structure, &common, SETTLED);
+        let with = predict_within(&lengths.predicted, &fit);
+        !decay.stop.is_requested() && with.is_better_than(&found.prediction)
+    }
+
     /// `effect` in place of the law, fitted from `values` of what the fit varies.
     fn fitted(&self, effect: Effect, values: &[f64]) -> Option<Name> {
         let Self { decay, lengths, found } = self;

@@ -112,7 +112,8 @@ impl<'a> Nearby<'a> {
         Some((a, step))
     }
 
-    /// Mean square over the noise of each piece, predicted from the others: its logarithm, the noise itself added.
+    /// Mean square over the noise of each piece but the first, whose amplitudes no other reaches, predicted from the others:
+    /// its logarithm, the noise itself added.
     fn predicted(&self, weights: &[f64], friction: bool) -> Vec<f64> {
         let penalty = self.penalty(weights);
         let of = |i: usize| {
@@ -125,19 +126,20 @@ impl<'a> Nearby<'a> {
                 + step.dot(&(&piece.matrix * &step));
             (squares.max(0.0) / self.counts[i] + 1.0).ln()
         };
-        (0..self.pieces.len()).map(of).collect()
+        (1..self.pieces.len()).map(of).collect()
     }
 
     fn total(&self, errors: &[f64]) -> f64 {
-        errors.iter().zip(&self.counts).map(|(e, n)| e * n).sum()
+        errors.iter().zip(&self.counts[1..]).map(|(e, n)| e * n).sum()
     }
 
     /// Whether the first errors are smaller than the second by `by` standard errors of their difference.
     fn is_better(&self, first: &[f64], second: &[f64], by: f64) -> bool {
-        let all: f64 = self.counts.iter().sum();
+        let counts = &self.counts[1..];
+        let all: f64 = counts.iter().sum();
         let gains: Vec<f64> = second.iter().zip(first).map(|(a, b)| a - b).collect();
         let mean = self.total(&gains) / all;
-        let squares = gains.iter().zip(&self.counts).map(|(g, n)| (n * (g - mean)).powi(2));
+        let squares = gains.iter().zip(counts).map(|(g, n)| (n * (g - mean)).powi(2));
         mean > by * squares.sum::<f64>().sqrt() / all
     }
 
