@@ -9,9 +9,11 @@ use rayon::prelude::*;
 use std::path::PathBuf;
 use yawrig_base::error::Result;
 use yawrig_base::interrupt;
+use yawrig_core::bic::MARGIN;
 use yawrig_core::diagnosis::diagnose::FITTED_SHARE;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{held_out_over_noise, Fitted};
+use yawrig_core::quantity::Quantity;
 
 /// A model as it is against other records; the later part of each is held out, the record's own numbers having been
 /// fitted to the earlier part.
@@ -96,6 +98,39 @@ pub fn compare(comparison: &Comparison) -> Result<Revision> {
         change = next;
         current = outer;
     }
-    current.settled()?;
+    let current = current.settled()?;
+    if comparison.model.is_none() {
+        warn_of_zero(&current, &data);
+    }
     Ok(change.into_revision(None))
+}
+
+/// Warns where the sensor's zero, taken as known, is not where the model rests: where a free zero is worth as much as
+/// the effects, or worth itself beside them.
+fn warn_of_zero(current: &Current, data: &Data) {
+    if current.model.unknown_zero || current.model.effect(Effect::StaticOffset).is_some() {
+        return;
+    }
+    let with_zero = |model: &Model| {
+        let free = Current::fitted(&Model { unknown_zero: true, ..model.clone() }, data).ok()?;
+        let gain = free.fit.bic().gain_over(&current.fit.bic());
+        Some((free, gain))
+    };
+    let instead = with_zero(&Model { effects: Vec::new(), ..current.model.clone() });
+    let beside = || with_zero(&current.model).filter(|(_, gain)| *gain > MARGIN);
+    let Some((free, gain)) = instead.filter(|(_, gain)| *gain > 0.0).or_else(beside) else {
+        return;
+    };
+    for (recorded, fit) in data.fitted.iter().zip(&free.fit.fits) {
+        let zero = fit.sensor_zero_rad().filter(|zero| !zero.holds(0.0, 3.0));
+        let Some(zero) = zero else { continue };
+        crate::say!(
+            "yawrig: warning: {}: the model rests at {} deg, not at zero, and an effect may only make up for that \
+             (difference of BIC of a free zero{} {gain:.1}). Where the sensor's zero is not known, compare with \
+             --unknown-zero; where it is, a constant moment is the cause: --effect static_offset",
+            recorded.path.display(),
+            Quantity::new(zero.value.to_degrees(), zero.u.to_degrees()),
+            if free.model.effects.is_empty() { " in the effects' place" } else { "" },
+        );
+    }
 }

@@ -33,3 +33,22 @@ fn compare_and_diagnose_print_the_same_difference_for_the_same_effect() {
     let text = yawrig("diagnose").and(&record).run().exits(0);
     assert!(text.stdout.contains("as `compare --effect` prints it"), "{}", text.report());
 }
+
+/// A rest angle off the sensor's zero looks like an even law where the zero is taken as known.
+#[test]
+fn compare_says_where_a_free_zero_does_as_much_as_an_effect() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |command: &str| yawrig(command).in_folder(folder.path()).run().exits(0);
+    of("simulate --natural-frequency 7.5 --damping 0.008 --effect static_offset:m=0.2 --seconds 20 --out off.csv");
+    of("simulate --natural-frequency 7.5 --damping 0.008 --effect quadratic_stiffness:k2=20 --seconds 20 --out even.csv");
+    let said = "the model rests at";
+    of("compare off.csv --effect quadratic_stiffness").says(said);
+    for right in [
+        "compare off.csv --effect static_offset",
+        "compare off.csv --effect quadratic_stiffness --unknown-zero",
+        "compare even.csv --effect quadratic_stiffness",
+    ] {
+        let ended = of(right);
+        assert!(!ended.stderr.contains(said), "{}", ended.report());
+    }
+}
