@@ -37,14 +37,14 @@ pub fn gain(smaller_squares: f64, larger_squares: f64, independent: f64, more: f
 
 /// What a fit by least squares puts into a difference of BIC.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fit {
+pub struct Score {
     pub sum_of_squares: f64,
     /// Residuals that count as independent.
     pub independent: f64,
     pub numbers: usize,
 }
 
-impl Fit {
+impl Score {
     /// The difference of BIC in favour of this model, as every command prints it: on the independent residuals of the
     /// better of the two.
     pub fn gain_over(&self, other: &Self) -> f64 {

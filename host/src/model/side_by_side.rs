@@ -29,9 +29,9 @@ pub struct Side {
 }
 
 impl Side {
-    fn bic(&self) -> bic::Fit {
+    fn bic(&self) -> bic::Score {
         let Self { squares: sum_of_squares, independent, numbers, .. } = *self;
-        bic::Fit { sum_of_squares, independent, numbers }
+        bic::Score { sum_of_squares, independent, numbers }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::campaign::Campaign;
 use super::condition::Condition;
-use super::line::{self, Line, Point};
+use super::line::{self, Point, StraightLine};
 use yawrig_shared::axis::Axis;
 use yawrig_shared::derivatives::{
     inertia_kg_m2, reduced_frequency, side_force, torsional_stiffness_nm, Model, Wind,
@@ -135,7 +135,7 @@ impl Layout {
     }
 
     /// The line of Kr in N m/rad against wn_off^2 about an axis; `None` for fewer than two springs.
-    pub(super) fn line(&self, inputs: &Inputs, axis: Axis) -> Option<Line> {
+    pub(super) fn line(&self, inputs: &Inputs, axis: Axis) -> Option<StraightLine> {
         let points = self.points(inputs, axis).into_iter().map(|(_, point)| point);
         line::fit(&points.collect::<Vec<_>>())
     }

@@ -18,7 +18,7 @@ pub struct Point {
 
 /// y = intercept + slope x.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct StraightLine {
     pub slope: f64,
     pub intercept: f64,
     /// From the points' stated uncertainties alone, k = 1.
@@ -30,7 +30,7 @@ pub struct Line {
     pub degrees_of_freedom: usize,
 }
 
-impl Line {
+impl StraightLine {
     /// By how much the points scatter more than stated: the square root of chi squared per degree of freedom, at
     /// least 1 (Birge's ratio).
     pub(crate) fn scatter_ratio(&self) -> f64 {
@@ -42,7 +42,7 @@ impl Line {
 }
 
 /// The line, or `None` for fewer than two different x.
-pub fn fit(points: &[Point]) -> Option<Line> {
+pub fn fit(points: &[Point]) -> Option<StraightLine> {
     let n = points.len() as f64;
     let (mean_x, mean_y) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.x / n, y + p.y / n));
     let (sxx, sxy) = points.iter().fold((0.0, 0.0), |(sxx, sxy), p| {
@@ -82,7 +82,7 @@ pub fn fit(points: &[Point]) -> Option<Line> {
         points.iter().zip(&weights).map(|(p, w)| w * (adjusted(p, *w) - mean).powi(2)).sum();
     let chi_squared =
         points.iter().zip(&weights).map(|(p, w)| w * (p.y - intercept - slope * p.x).powi(2)).sum();
-    Some(Line {
+    Some(StraightLine {
         slope,
         intercept,
         u_slope: spread.recip().sqrt(),

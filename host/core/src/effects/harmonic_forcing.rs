@@ -1,6 +1,6 @@
 //! A periodic moment, + f cos(w t + phi), with w away from the natural frequency.
 
-use super::law::{any, not_negative, numbers, Card, Equation, Law, Line, Parameter, Scale, Seen};
+use super::law::{any, not_negative, numbers, Card, Equation, Law, LineParameters, Parameter, Scale, Seen};
 use super::terms::Terms;
 
 pub(super) struct HarmonicForcing;
@@ -19,8 +19,8 @@ impl Law for HarmonicForcing {
         &PARAMETERS
     }
 
-    fn line(&self) -> Option<Line> {
-        Some(Line { size: 0, frequency: 1, phase: 2, damping: None, nearest: NEAREST, slowest: 0.05 })
+    fn line(&self) -> Option<LineParameters> {
+        Some(LineParameters { size: 0, frequency: 1, phase: 2, damping: None, nearest: NEAREST, slowest: 0.05 })
     }
 
     fn sizes(&self, scale: &Scale) -> Vec<f64> {

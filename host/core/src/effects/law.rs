@@ -1,7 +1,7 @@
 //! What an effect supplies: its names, sizes and starts, how it enters the motion, and its card for the user.
 //!
 //! An effect never integrates, fits, judges or plots. One whose size and phase belong to a line in the spectrum says so
-//! with a [`Line`]: the fit varies its cosine and sine part, which have no corner at zero as size and phase have.
+//! with a [`LineParameters`]: the fit varies its cosine and sine part, which have no corner at zero as size and phase have.
 
 use super::lines;
 use super::terms::Terms;
@@ -41,7 +41,7 @@ pub(crate) trait Law: Send + Sync {
     }
 
     /// The line in the spectrum that it is, if it is one.
-    fn line(&self) -> Option<Line> {
+    fn line(&self) -> Option<LineParameters> {
         None
     }
 
@@ -66,7 +66,7 @@ pub(super) const SMALL: f64 = 0.02;
 
 /// Which of an effect's parameters say what of its line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct LineParameters {
     pub size: usize,
     pub phase: usize,
     pub frequency: usize,

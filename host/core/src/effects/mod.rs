@@ -14,7 +14,7 @@ mod terms;
 
 pub(crate) use curves::KNOTS;
 pub use curves::{Knots, Part};
-pub use law::{Card, Equation, Line, Scale, Seen};
+pub use law::{Card, Equation, LineParameters, Scale, Seen};
 pub(crate) use lines::FASTEST;
 pub use measured::{MeasuredLaw, MEASURED_LAW};
 pub(crate) use memory::Memories;
@@ -150,13 +150,13 @@ impl Effect {
     }
 
     /// The line in the spectrum that it is, if it is one.
-    pub fn line(&self) -> Option<Line> {
+    pub fn line(&self) -> Option<LineParameters> {
         self.law().line()
     }
 
     /// Places among the users' parameters of those that the fit varies as they are: all but size and phase of a line,
     /// which it varies as cosine and sine part, in the first two places.
-    fn plain_places(&self, line: &Line) -> impl Iterator<Item = usize> {
+    fn plain_places(&self, line: &LineParameters) -> impl Iterator<Item = usize> {
         let (count, size, phase) = (self.parameters().len(), line.size, line.phase);
         (0..count).filter(move |&place| place != size && place != phase)
     }

@@ -1,7 +1,7 @@
 //! A second decaying mode in the reading: + amplitude exp(-zeta2 w2 t) cos(w2 t + phase), of a support that gives way.
 
 use super::lines;
-use super::law::{any, not_negative, numbers, within, Card, Equation, Law, Line, Parameter, Scale, Seen};
+use super::law::{any, not_negative, numbers, within, Card, Equation, Law, LineParameters, Parameter, Scale, Seen};
 use super::terms::{Reading, Terms};
 
 pub(super) struct SecondMode;
@@ -34,8 +34,8 @@ impl Law for SecondMode {
         &PARAMETERS
     }
 
-    fn line(&self) -> Option<Line> {
-        Some(Line {
+    fn line(&self) -> Option<LineParameters> {
+        Some(LineParameters {
             size: 0,
             phase: 1,
             frequency: 2,

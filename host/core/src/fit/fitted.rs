@@ -75,9 +75,9 @@ impl Fitted {
         (self.count as f64 * independent_share(self.correlation)).max(2.0)
     }
     /// For a difference of BIC.
-    pub fn bic(&self) -> bic::Fit {
+    pub fn bic(&self) -> bic::Score {
         let Self { sum_of_squares, .. } = *self;
-        bic::Fit {
+        bic::Score {
             sum_of_squares,
             independent: self.effective_count(),
             numbers: self.parameters.len(),

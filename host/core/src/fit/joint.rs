@@ -95,9 +95,9 @@ impl JointFit {
     }
 
     /// For a difference of BIC.
-    pub fn bic(&self) -> bic::Fit {
+    pub fn bic(&self) -> bic::Score {
         let Self { sum_of_squares, .. } = *self;
-        bic::Fit {
+        bic::Score {
             sum_of_squares,
             independent: self.effective_count(),
             numbers: self.parameters.len(),
