@@ -2,7 +2,7 @@
 
 use crate::effects::Scale;
 use crate::error::Result;
-use crate::fit::lines::{self, Line};
+use crate::fit::lines::{self, SteadyLine};
 use crate::fit::noise::{self, Colour};
 use crate::identify::gaps::{self, Warning};
 use crate::identify::outliers::exclude_spikes;
@@ -81,7 +81,7 @@ pub struct FreeDecay {
     /// wn and zeta over three cycles each: the amplitude picture.
     pub windows: Vec<WindowEstimate>,
     /// What is taken out of the reading.
-    pub lines: Vec<Line>,
+    pub lines: Vec<SteadyLine>,
     /// What was done about samples that are missing, and about lines.
     pub warnings: Vec<Warning>,
     /// Fits to it end when this asks for it.
@@ -98,7 +98,7 @@ impl FreeDecay {
     }
 
     /// The same of `record`, from which `lines` are taken out already.
-    fn of_reading(record: &Record, lines: Vec<Line>) -> Result<Self> {
+    fn of_reading(record: &Record, lines: Vec<SteadyLine>) -> Result<Self> {
         let as_read = record;
         let (record, mut warnings) = gaps::without(record);
         let record = &*record;
@@ -127,8 +127,10 @@ impl FreeDecay {
                 return Self::of_reading(&lines::without(as_read, &found), found);
             }
         }
-        let line =
-            |line: &Line| Warning::Line { record: record.file.display().to_string(), line: *line };
+        let line = |line: &SteadyLine| Warning::Line {
+            record: record.file.display().to_string(),
+            line: *line,
+        };
         warnings.extend(lines.iter().map(line));
         let per_cycle = TAU / frequency / stretch.step_s;
         let block = (per_cycle / MEANS_PER_CYCLE).floor().max(1.0) as usize;

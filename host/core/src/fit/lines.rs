@@ -22,13 +22,13 @@ const LOBE_BINS: usize = 7;
 
 /// A sine in the reading, of time from the record's own zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct SteadyLine {
     pub frequency_rad_s: f64,
     pub cosine_deg: f64,
     pub sine_deg: f64,
 }
 
-impl Line {
+impl SteadyLine {
     pub fn amplitude_deg(&self) -> f64 {
         self.cosine_deg.hypot(self.sine_deg)
     }
@@ -40,7 +40,7 @@ impl Line {
 }
 
 /// `record` without `lines`.
-pub fn without(record: &Record, lines: &[Line]) -> Record {
+pub fn without(record: &Record, lines: &[SteadyLine]) -> Record {
     let rows = record.time_s.iter().zip(&record.yaw_deg);
     let yaw_deg = rows.map(|(t, y)| y - lines.iter().map(|l| l.at(*t)).sum::<f64>()).collect();
     Record { yaw_deg, ..record.clone() }
@@ -52,7 +52,7 @@ pub fn steady(
     start_s: f64,
     step_s: f64,
     natural_frequency_rad_s: f64,
-) -> Vec<Line> {
+) -> Vec<SteadyLine> {
     let mut left = yaw_deg.to_vec();
     let mut lines = Vec::new();
     while lines.len() < MOST_LINES {
@@ -95,23 +95,25 @@ fn strongest(samples: &[f64], from: f64) -> Option<usize> {
 }
 
 /// Whether every part of the record holds `line`.
-fn is_steady(samples: &[f64], start_s: f64, step_s: f64, line: &Line) -> bool {
+fn is_steady(samples: &[f64], start_s: f64, step_s: f64, line: &SteadyLine) -> bool {
     let part = samples.len() / PARTS;
     let turn = line.frequency_rad_s * step_s;
+    let window = window(part);
     (0..PARTS).all(|k| {
         let first = k * part;
-        let own =
-            sine(&samples[first..first + part], turn, start_s + first as f64 * step_s, step_s);
+        let samples = &samples[first..first + part];
+        let own = sine(samples, &window, turn, start_s + first as f64 * step_s, step_s);
         let off = (own.cosine_deg - line.cosine_deg).hypot(own.sine_deg - line.sine_deg);
         off < STEADY * line.amplitude_deg()
     })
 }
 
 /// The sine of most power within a bin of `bin`.
-fn fitted(samples: &[f64], start_s: f64, step_s: f64, bin: usize) -> Line {
+fn fitted(samples: &[f64], start_s: f64, step_s: f64, bin: usize) -> SteadyLine {
     const GOLDEN: f64 = 0.618_033_988_749_895;
     let bin_turn = TAU / samples.len() as f64;
-    let power = |turn: f64| sine(samples, turn, start_s, step_s).amplitude_deg();
+    let window = window(samples.len());
+    let power = |turn: f64| sine(samples, &window, turn, start_s, step_s).amplitude_deg();
     // The main lobe has one top: golden section.
     let (mut low, mut high) = ((bin as f64 - 1.0) * bin_turn, (bin as f64 + 1.0) * bin_turn);
     while high - low > 1e-4 * bin_turn {
@@ -122,17 +124,20 @@ fn fitted(samples: &[f64], start_s: f64, step_s: f64, bin: usize) -> Line {
             low = a;
         }
     }
-    sine(samples, (0.5 * (low + high)).min(PI), start_s, step_s)
+    sine(samples, &window, (0.5 * (low + high)).min(PI), start_s, step_s)
 }
 
-/// The sine of `turn` rad/sample in `samples`, as their window shows it.
-fn sine(samples: &[f64], turn: f64, start_s: f64, step_s: f64) -> Line {
+fn window(count: usize) -> Vec<f64> {
+    let at = |k: usize| 2.0 * (k as f64 + 0.5) / count as f64 - 1.0;
+    (0..count).map(|k| bessel(KAISER * (1.0 - at(k).powi(2)).sqrt())).collect()
+}
+
+/// The sine of `turn` rad/sample in `samples`, as their `window` shows it.
+fn sine(samples: &[f64], window: &[f64], turn: f64, start_s: f64, step_s: f64) -> SteadyLine {
     let n = samples.len() as f64;
     let middle = samples.iter().sum::<f64>() / n;
     let (mut cosine, mut sine, mut sum) = (0.0, 0.0, 0.0);
-    for (k, y) in samples.iter().enumerate() {
-        let x = 2.0 * (k as f64 + 0.5) / n - 1.0;
-        let w = bessel(KAISER * (1.0 - x * x).sqrt());
+    for (k, (y, w)) in samples.iter().zip(window).enumerate() {
         let (sin, cos) = (turn * k as f64 % TAU).sin_cos();
         cosine += w * (y - middle) * cos;
         sine += w * (y - middle) * sin;
@@ -142,7 +147,7 @@ fn sine(samples: &[f64], turn: f64, start_s: f64, step_s: f64) -> Line {
     // From the first sample to the record's zero of time.
     let frequency_rad_s = turn / step_s;
     let (sin, cos) = (frequency_rad_s * start_s).sin_cos();
-    Line {
+    SteadyLine {
         frequency_rad_s,
         cosine_deg: cosine * cos - sine * sin,
         sine_deg: sine * cos + cosine * sin,

@@ -7,7 +7,7 @@
 use super::envelope::strongest_frequency_rad_s;
 use super::least_squares::fit_mode;
 use super::samples::Samples;
-use crate::fit::lines::Line;
+use crate::fit::lines::SteadyLine;
 use crate::record::Record;
 use crate::statistics::median;
 use std::borrow::Cow;
@@ -124,7 +124,7 @@ pub fn without(record: &Record) -> (Cow<'_, Record>, Vec<Warning>) {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Warning {
     /// A steady line far above the oscillation is taken out of the reading.
-    Line { record: String, line: Line },
+    Line { record: String, line: SteadyLine },
     /// Short gaps are filled by fits to the cycles about them.
     Filled { record: String, longest: Gap, others: usize },
     /// A gap too long for that: the part between these times is used.
