@@ -3,9 +3,11 @@
 use super::common::{print_json, print_line, EffectsArg, SCHEMA_VERSION};
 use super::csv;
 use super::diagnosis_text;
+use super::law;
 use super::model::{JudgeArgs, DEFAULT};
 use super::releases::{warn_of_more, ReleaseArg};
 use crate::campaign::CampaignFile;
+use crate::law::{found, Found};
 use crate::model::document::{is_model, Model, RecordEntry};
 use crate::model::effects::named;
 use crate::model::limits::structure;
@@ -17,7 +19,7 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_core::diagnosis::campaign;
 use yawrig_core::diagnosis::diagnose::{
-    diagnose_with_fits, Diagnosed, Diagnosis, Options, SECOND_ORDER,
+    diagnose_with_fits, Diagnosed, Diagnosis, Options, Status, SECOND_ORDER,
 };
 use yawrig_core::diagnosis::several::{diagnose_several, Common, SeveralDiagnosis};
 use yawrig_core::effects::Effect;
@@ -28,7 +30,8 @@ use yawrig_core::effects::Effect;
 /// than noise is left, by the prediction of parts of the record that were not fitted, and what is left is said. A reading
 /// at rest that is not zero counts as a constant moment unless --unknown-zero
 /// says that the sensor was not zeroed. Your own effect, a moment written as an expression in a file, competes with them
-/// when --effect names it.
+/// when --effect names it. Where nothing explains a record, its law is measured and named as `yawrig law` does it, and the
+/// best formula is printed as a command to type.
 ///
 /// With --model the present model's effects stay, and what it lacks beside them is looked for; without a FILE in the
 /// model's own record.
@@ -73,6 +76,9 @@ struct Object<'a> {
     #[serde(flatten)]
     diagnosis: &'a Diagnosis,
     seconds: f64,
+    /// As `law` prints it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    law: Option<serde_json::Value>,
 }
 
 impl Diagnose {
@@ -155,11 +161,18 @@ impl Diagnose {
                 &diagnosis.steps,
             );
         }
+        let found = law_of(file, &diagnosis, options)?;
         if self.judge.json {
-            let schema_version = SCHEMA_VERSION;
-            return print_json(&Object { schema_version, diagnosis: &diagnosis, seconds });
+            let (schema_version, diagnosis) = (SCHEMA_VERSION, &diagnosis);
+            let law = found.as_ref().map(law::object);
+            return print_json(&Object { schema_version, diagnosis, seconds, law });
         }
-        print_line(&diagnosis_text::of_record(&file.display().to_string(), &diagnosis, model))
+        let file = file.display().to_string();
+        let text = diagnosis_text::of_record(&file, &diagnosis, model);
+        match found.as_ref().and_then(law::in_short) {
+            Some(law) => print_line(&format!("{text}\n\n{law}")),
+            None => print_line(&text),
+        }
     }
 
     /// What `files`, releases of one rig, lack beside the effects that are `present`.
@@ -210,6 +223,20 @@ impl Diagnose {
         }
         print_line(&diagnosis_text::of_campaign(&path.display().to_string(), diagnosis))
     }
+}
+
+/// The law of a record of which nothing in the library explains what is missing.
+fn law_of(file: &Path, diagnosis: &Diagnosis, options: &Options) -> Result<Option<Found>> {
+    if diagnosis.status != Status::Unexplained || !options.present.effects.is_empty() {
+        return Ok(None);
+    }
+    crate::say!("no effect explains it; measuring its law");
+    let law = found(&[file.to_path_buf()], true, Path::new(law::FOLDER));
+    interrupt::check()?;
+    if let Err(error) = &law {
+        crate::say!("yawrig: warning: no law was measured: {error}");
+    }
+    Ok(law.ok())
 }
 
 #[derive(Serialize)]

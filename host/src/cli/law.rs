@@ -26,7 +26,7 @@ pub struct Law {
     #[arg(long)]
     pub may_drive: bool,
     /// Where the named formulas are written
-    #[arg(long, value_name = "DIR", default_value = "found")]
+    #[arg(long, value_name = "DIR", default_value = FOLDER)]
     pub out: PathBuf,
     /// Print one JSON object
     #[arg(long)]
@@ -43,7 +43,7 @@ impl Law {
     }
 }
 
-fn object(found: &Found) -> serde_json::Value {
+pub(super) fn object(found: &Found) -> serde_json::Value {
     let Found { file, measured, names, files, .. } = found;
     let points = |points: Vec<Point>, at: &str| -> Vec<serde_json::Value> {
         let point = |p: Point| {
@@ -169,6 +169,34 @@ fn named(found: &Found) -> String {
     out
 }
 
+/// The name of a law in a few lines, with the command that takes it.
+pub(super) fn in_short(found: &Found) -> Option<String> {
+    let Found { measured, names, files, .. } = found;
+    if measured.law.is_none() {
+        return None;
+    }
+    let mut out = format!(
+        "as a law of yaw angle and yaw rate: residual over noise {:.3} -> {:.3}, held out {:.3}",
+        measured.plain_residual_over_noise,
+        measured.residual_over_noise,
+        measured.held_out_over_noise
+    );
+    if let (Some(said), Some(memory)) = (found.memory(), &names.memory) {
+        let _ = write!(out, "\n  {said}: yawrig add {}", memory.effect);
+    }
+    if let (Some(best), Some(Some(file))) = (names.ranked.first(), files.first()) {
+        let (held_out, file) = (best.held_out_over_noise, file.display());
+        let _ = write!(out, "\n  best formula, held out {held_out:.3}: yawrig add {file}");
+    }
+    if let Some(alike) = found.alike() {
+        let _ = write!(out, "\n  {alike}");
+    }
+    let _ = write!(out, "\n  as it was measured: yawrig add measured_law");
+    Some(out)
+}
+
+/// Where formulas are written unless another folder is named.
+pub(super) const FOLDER: &str = "found";
 /// Every so many points of a table are printed, and so many names.
 const SHOWN: usize = 4;
 const NAMED: usize = 6;

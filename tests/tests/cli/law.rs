@@ -83,3 +83,28 @@ fn a_measured_law_wants_a_model() {
     let ended = bench.of("compare r.csv --no-model --effect measured_law").run().exits(2);
     assert!(ended.stderr.contains("yawrig add measured_law"), "{}", ended.stderr);
 }
+
+#[test]
+fn friction_that_falls_with_the_rate_is_measured_named_by_diagnose_and_added() {
+    let bench = Bench::new();
+    let text = "id = \"falling\"\ntitle = \"x\"\nmoment = \"-c * tanh(r / 0.002) * (1 + s * exp(-abs(r) / v))\"\n[parameters]\n\
+        c = { unit = \"rad/s2\", start = 0.05, min = 0.0 }\ns = { unit = \"1\", start = 0.5, min = 0.0 }\n\
+        v = { unit = \"rad/s\", start = 0.1, min = 0.0 }\n";
+    std::fs::write(bench.0.path().join("falling.toml"), text).expect("room for it");
+    bench
+        .of("simulate --natural-frequency 7 --damping 0.006 --seconds 30 --out s.csv")
+        .and("--effect")
+        .and("falling.toml:c=0.08,s=1.5,v=0.2")
+        .run()
+        .exits(0);
+    let said = bench.of("diagnose s.csv").run().exits(0).stdout;
+    assert!(said.contains("yawrig add found/stribeck_friction.toml"), "{said}");
+    let judged = bench.json("diagnose s.csv");
+    assert_eq!(judged["status"], "unexplained");
+    assert_eq!(judged["law"]["names"][0]["form"], "stribeck_friction", "{}", judged["law"]);
+    bench.of("fit s.csv").run().exits(0);
+    let added = bench.json("add measured_law");
+    assert!(number(&added["residual_over_noise"]) < 1.1, "{added}");
+    let fitted = bench.json("fit");
+    assert!(number(&fitted["residual_over_noise"]) < 1.1, "{fitted}");
+}
