@@ -8,8 +8,9 @@ use crate::diagnosis::answer::{
 use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::compare;
 use crate::diagnosis::forced::{self, Forced};
+use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::late_release;
-use crate::diagnosis::search::{self, beyond, criterion, Found};
+use crate::diagnosis::search::{self, beyond, criterion, Begun};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::Fitted;
@@ -31,6 +32,12 @@ const LARGEST: f64 = 6.0;
 const STRONGEST_LINE: f64 = 9.0;
 /// Dependence of the innovations on the state, in standard deviations, that chance explains.
 const MOST_DEPENDENT: f64 = 4.0;
+/// Residual of the plain model over the noise from which on an effect is not looked for beside random forcing that by
+/// itself is no better than a definite model.
+const FAR: f64 = 40.0;
+/// Uncertainties by which an effect beside random forcing is off zero for it to be believed, and how unsteady that is.
+const BEYOND_DOUBT: f64 = 6.0;
+const STEADY: f64 = 25.0;
 /// Lag-one correlation of the innovations up to which they are white.
 const MOST_CORRELATED: f64 = 0.1;
 
@@ -42,8 +49,9 @@ pub(super) fn by_likelihood(
     record: &Record,
     decay: &FreeDecay,
     options: &Options,
+    begun: &Begun,
 ) -> Result<(Diagnosed, bool)> {
-    let about_zero = one_answer(record, decay, options)?;
+    let about_zero = one_answer(record, decay, begun)?;
     let fresh = options.present.effects.is_empty() && !options.zero_unknown;
     let effects = &about_zero.0.diagnosis.effects;
     // Beside a single effect the two models are one, with other numbers.
@@ -51,7 +59,7 @@ pub(super) fn by_likelihood(
         return Ok(about_zero);
     }
     let options = Options { zero_unknown: true, ..options.clone() };
-    let (mut about_rest, good) = one_answer(record, decay, &options)?;
+    let (mut about_rest, good) = one_answer(record, decay, &Begun::of(decay, &options)?)?;
     let of = |d: &Diagnosed| d.path.last().map_or(f64::INFINITY, search::criterion);
     if !good || of(&about_rest) >= of(&about_zero.0) {
         return Ok(about_zero);
@@ -80,19 +88,14 @@ fn name_rest(answer: &mut Diagnosed, about_zero: &Diagnosed) {
     answer.singles.clone_from(&about_zero.singles);
 }
 
-fn one_answer(record: &Record, decay: &FreeDecay, options: &Options) -> Result<(Diagnosed, bool)> {
-    let found = search::search(decay, options)?;
+fn one_answer(record: &Record, decay: &FreeDecay, begun: &Begun) -> Result<(Diagnosed, bool)> {
+    let found = search::search(decay, begun)?;
     let decay = &found.decay;
     let last = found.path.last().expect("the plain model");
-    if let Some((buffeted, forced)) = random_forcing(decay, &found) {
-        let diagnosis = buffeted_verdict(decay, &found, &buffeted, forced.as_ref());
-        let path = vec![found.plain.clone()];
-        // Random forcing and an effect are named though not believed: no definite law stands for them.
-        let good = true;
-        return Ok((
-            Diagnosed { diagnosis, path, decay: found.decay, singles: found.singles },
-            good,
-        ));
+    let alone = found.explained && beyond(&found.plain, last).len() < 2;
+    if let Some(forced) = (!alone).then(|| random_forcing(decay, begun, last)).flatten() {
+        // Named though not always believed: no definite law stands for them.
+        return Ok((forced, true));
     }
     let effects = beyond(&found.plain, last).to_vec();
     let mut steps = steps(decay, &found.path);
@@ -124,7 +127,7 @@ fn one_answer(record: &Record, decay: &FreeDecay, options: &Options) -> Result<(
             .collect(),
         modal: modal_values,
         steps,
-        candidates: candidates(decay, &found),
+        candidates: candidates(decay, &found.plain, &found.singles, &found.refused),
         where_: compare::locate(decay, last),
         left: None,
         sentence: None,
@@ -137,27 +140,25 @@ fn one_answer(record: &Record, decay: &FreeDecay, options: &Options) -> Result<(
     ))
 }
 
-/// The random forcing that explains the record, with the effects beside it, where no definite effects do: the same
-/// throughout, its innovations white, blind to the state and down to the noise, and far likelier than the best
-/// deterministic model.
-fn random_forcing(decay: &FreeDecay, found: &Found) -> Option<(Buffeted, Option<Forced>)> {
-    let best = found.path.last()?;
-    if found.explained && beyond(&found.plain, best).len() < 2 {
-        return None;
-    }
+/// The answer by the random forcing that explains the record, with the effects beside it, where no definite effects do:
+/// the same throughout, its innovations white, blind to the state and down to the noise, and far likelier than `best`, a
+/// definite model.
+pub(super) fn random_forcing(decay: &FreeDecay, begun: &Begun, best: &Fitted) -> Option<Diagnosed> {
     let (deterministic, n) = buffeting::definite_criterion(decay, best);
-    let plain = buffeting::fit(decay, &found.plain)?;
-    if deterministic - plain.deviance < bic::MARGIN {
+    let alone = buffeting::fit(decay, &begun.plain)?;
+    let far = begun.plain.over_noise(decay) > FAR;
+    if far && deterministic - alone.deviance < bic::MARGIN {
         return None;
     }
-    let candidates: Vec<Effect> =
-        found.singles.iter().map(|single| beyond(&found.plain, single)[0].clone()).collect();
-    if let Some(forced) = forced::search(decay, &found.plain, &plain, &candidates) {
-        if holds(&forced.forcing, forced.model.parameters.len(), deterministic, n) {
-            return Some((plain, Some(forced)));
-        }
+    let numbers = begun.plain.parameters.len();
+    let forced = forced::search(decay, &begun.plain, &alone, &begun.candidates)
+        .filter(|f| holds(&f.forcing, f.model.parameters.len(), deterministic, n));
+    if forced.is_none() && !holds(&alone, numbers, deterministic, n) {
+        return None;
     }
-    holds(&plain, found.plain.parameters.len(), deterministic, n).then_some((plain, None))
+    let diagnosis = buffeted_verdict(decay, begun, &alone, forced.as_ref());
+    let path = vec![begun.plain.clone()];
+    Some(Diagnosed { diagnosis, path, decay: decay.clone(), singles: begun.singles.clone() })
 }
 
 /// The random forcing of the `plain` model, if it is one and far likelier than `best`.
@@ -171,7 +172,7 @@ pub(crate) fn forced_rather_than(
 }
 
 /// Whether what a model of so many `numbers` leaves is random forcing, given the criterion of the best definite model.
-pub(super) fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) -> bool {
+fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) -> bool {
     let random = bic::of_deviance(b.deviance, n, numbers + 1);
     deterministic - random > bic::MARGIN
         && b.unsteadiness < MOST_UNSTEADY
@@ -182,13 +183,34 @@ pub(super) fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) ->
         && (LEAST_INNOVATIONS..=search::EXPLAINED).contains(&b.over_noise)
 }
 
-pub(super) fn buffeted_verdict(
+/// Random forcing and an effect together bend to much that the library lacks: one effect of the state beside it is believed
+/// that physics allows and whose size stands out of its uncertainty; others are named only.
+fn is_beyond_doubt(forced: &Forced, decay: &FreeDecay) -> bool {
+    let model = &forced.model;
+    let [effect] = &model.structure.effects[..] else { return false };
+    let of_time = matches!(
+        effect,
+        Effect::HarmonicForcing
+            | Effect::StiffnessDrift
+            | Effect::BaselineDrift
+            | Effect::SecondMode
+    );
+    if of_time || forced.forcing.unsteadiness > STEADY {
+        return false;
+    }
+    let size = format!("{effect}.{}", effect.parameters()[0].name);
+    let numbers = model.effect_parameters();
+    let stands_out = |(name, q): &(String, Quantity)| *name == size && !q.holds(0.0, BEYOND_DOUBT);
+    numbers.iter().any(stands_out) && guards::refusal(model, decay).is_none()
+}
+
+fn buffeted_verdict(
     decay: &FreeDecay,
-    found: &Found,
+    begun: &Begun,
     b: &Buffeted,
     forced: Option<&Forced>,
 ) -> Diagnosis {
-    let plain = &found.plain;
+    let plain = &begun.plain;
     let [_, u_wn, u_zeta] = b.deviations;
     // What is random cannot be predicted; the filter's innovations are one step ahead throughout.
     let random_step = |added: Effect, b: &Buffeted| {
@@ -216,7 +238,7 @@ pub(super) fn buffeted_verdict(
             effects.push(effect.clone());
         }
     }
-    let mut candidates = candidates(decay, found);
+    let mut candidates = candidates(decay, plain, &begun.singles, &[]);
     let (definite, n) = buffeting::definite_criterion(decay, plain);
     let evidence = definite - bic::of_deviance(b.deviance, n, plain.parameters.len() + 1);
     let random = Candidate {
@@ -230,8 +252,10 @@ pub(super) fn buffeted_verdict(
     Diagnosis {
         noise_rms_deg: decay.sample_noise_rad.to_degrees(),
         mean_noise_deg: decay.noise_rad.to_degrees(),
-        // Random forcing and an effect together bend to much that the library lacks: they are named, not believed.
-        status: if forced.is_none() { Status::Explained } else { Status::Unexplained },
+        status: match forced {
+            Some(forced) if !is_beyond_doubt(forced, decay) => Status::Unexplained,
+            _ => Status::Explained,
+        },
         effects,
         indistinguishable: Vec::new(),
         modal: modal_values,
@@ -249,22 +273,27 @@ fn steps(decay: &FreeDecay, path: &[Fitted]) -> Vec<Step> {
     path.par_iter().enumerate().map(|(k, model)| step(decay, model, added(k, model))).collect()
 }
 
-fn candidates(decay: &FreeDecay, found: &Found) -> Vec<Candidate> {
+fn candidates(
+    decay: &FreeDecay,
+    plain: &Fitted,
+    singles: &[Fitted],
+    refused: &[Refusal],
+) -> Vec<Candidate> {
     // Ranked on one count of residuals, else the correlation that they leave would rank them; the difference of BIC is
     // that of each with the plain model, on its own.
-    let mut ranked: Vec<&Fitted> = found.singles.iter().collect();
+    let mut ranked: Vec<&Fitted> = singles.iter().collect();
     ranked
         .sort_by(|a, b| b.converged.cmp(&a.converged).then(criterion(a).total_cmp(&criterion(b))));
     ranked
         .into_iter()
         .map(|single| {
-            let effect = beyond(&found.plain, single)[0].clone();
-            let refused = found.refused.iter().find(|refused| refused.effect == effect);
+            let effect = beyond(plain, single)[0].clone();
+            let refused = refused.iter().find(|refused| refused.effect == effect);
             Candidate {
                 reason: refused.map(|refused| refused.reason.clone()),
                 effect,
                 residual_over_noise: single.over_noise(decay),
-                evidence: single.bic().gain_over(&found.plain.bic()),
+                evidence: single.bic().gain_over(&plain.bic()),
                 converged: single.converged,
             }
         })

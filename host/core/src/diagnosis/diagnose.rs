@@ -5,17 +5,16 @@ pub(crate) use crate::diagnosis::answer::modal;
 pub use crate::diagnosis::answer::{
     step, Candidate, Diagnosed, Diagnosis, Modal, Options, Status, Step, FITTED_SHARE,
 };
-use crate::diagnosis::buffeting;
 pub(crate) use crate::diagnosis::by_likelihood::forced_rather_than;
-use crate::diagnosis::by_likelihood::{buffeted_verdict, by_likelihood, holds};
+use crate::diagnosis::by_likelihood::{by_likelihood, random_forcing};
 use crate::diagnosis::compare;
 pub use crate::diagnosis::over_pieces::fit_over_pieces;
 use crate::diagnosis::reach;
-use crate::diagnosis::search::{self, Found};
+use crate::diagnosis::search::{self, Begun};
 use crate::diagnosis::survivors;
 use crate::effects::Effect;
 use crate::error::Result;
-use crate::fit::fitting::{fit_added, Fitted, Structure};
+use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::floor;
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
@@ -25,8 +24,10 @@ use rayon::prelude::*;
 /// Residual over noise, of what all effects at once would leave in one linear step, up to which a model down to the
 /// noise is looked for.
 const WITHIN_REACH: f64 = 8.0;
-/// The same for a model that is as near to the noise as that already.
+/// The same for a model that is as near to the noise as that already; beyond it random forcing is looked for first.
 const MISSED: f64 = 1.5;
+/// Residual over a floor of coloured noise beyond which what a model leaves says nothing about that floor.
+const FAR_FROM_FLOOR: f64 = 5.0;
 /// Residual of the plain model over the noise beyond which the likelihood is not used.
 const NEAR: f64 = 40.0;
 /// Share of the amplitude that may be left where a model mostly explains a record, and share of the plain model's mean
@@ -74,54 +75,63 @@ pub fn diagnose_with_fits(record: &Record, options: &Options) -> Result<Diagnose
 
 fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagnosed> {
     if options.present != Structure::default() {
-        return Ok(by_likelihood(record, &decay, options)?.0);
+        let begun = Begun::of(&decay, options)?;
+        return Ok(by_likelihood(record, &decay, options, &begun)?.0);
     }
     let survivors = survivors::search(&decay, &options.own)?;
     let account = account::account(&decay, survivors, options.zero_unknown)?;
     let best = &account.last().model;
-    let plain = search::present(&decay, options)?;
+    let decay = with_floor_of(decay, best);
+    let begun = Begun::of(&decay, options)?;
+    let plain = &begun.plain;
     let lowest = plain.rms_rad().min(account.plain_rad());
-    let own = options.own.iter().filter(|e| e.is_own());
-    let library = Effect::deterministic().filter(|e| !e.is_flexible());
-    let candidates: Vec<Effect> = library.chain(own.cloned()).collect();
-    let from = |model| reach::reach(&decay, model, &candidates);
-    let reached = (lowest < NEAR * decay.noise_rad).then(|| (from(best), from(&plain)));
+    let from = |model: &Fitted| reach::reach(&decay, model, &begun.candidates);
+    let reached = (lowest < NEAR * decay.noise_rad).then(|| {
+        let least = from(best).min(from(plain));
+        if least < MISSED {
+            return least;
+        }
+        let singles = begun.singles.par_iter().filter(|s| s.converged);
+        singles.map(from).reduce(|| least, f64::min)
+    });
     // From near the noise a linear step is to be believed.
-    let out_of_reach =
-        |(beyond_best, _)| beyond_best > MISSED && best.over_noise(&decay) < WITHIN_REACH;
-    let within = reached.is_some_and(|r| r.0.min(r.1) < WITHIN_REACH && !out_of_reach(r));
-    if within || one_explains(&decay, &plain, &candidates) {
-        let (diagnosed, good) = by_likelihood(record, &decay, options)?;
+    let out_of_reach = |least| least > MISSED && best.over_noise(&decay) < WITHIN_REACH;
+    let within = reached.is_some_and(|least| least < WITHIN_REACH && !out_of_reach(least));
+    // A linear step does not see as far, and what follows time alone or has corners is not among what is predicted with.
+    let explains = |single: &Fitted| single.converged && search::is_explained(single, &decay);
+    let one_explains = begun.singles.iter().any(explains);
+    let forced_first = reached.is_some_and(|least| least > MISSED) && !one_explains;
+    if forced_first {
+        let single = begun.best().unwrap_or(plain);
+        let lower = if best.rms_rad() < single.rms_rad() { best } else { single };
+        if let Some(forced) = random_forcing(&decay, &begun, lower) {
+            return Ok(forced);
+        }
+    }
+    if within || one_explains {
+        let (diagnosed, good) = by_likelihood(record, &decay, options, &begun)?;
         if good {
             return Ok(diagnosed);
-        }
-    } else if let Some(b) = reached.and_then(|_| buffeting::fit(&decay, &plain)) {
-        let (deterministic, n) = buffeting::definite_criterion(&decay, best);
-        if holds(&b, plain.parameters.len(), deterministic, n) {
-            let found = Found {
-                decay: decay.clone(),
-                plain: plain.clone(),
-                singles: Vec::new(),
-                path: vec![plain.clone()],
-                explained: false,
-                indistinguishable: Vec::new(),
-                refused: Vec::new(),
-            };
-            let diagnosis = buffeted_verdict(&decay, &found, &b, None);
-            return Ok(Diagnosed { diagnosis, path: vec![plain], decay, singles: Vec::new() });
         }
     }
     decay.stop.check()?;
     Ok(by_prediction(record, decay, account))
 }
 
-/// Whether a single effect brings the plain model down to the noise, however strong it is: a linear step does not see as
-/// far, and what follows time alone or has corners is not among what is predicted with.
-fn one_explains(decay: &FreeDecay, plain: &Fitted, candidates: &[Effect]) -> bool {
-    candidates.par_iter().any(|effect| {
-        let with = fit_added(decay, plain, effect);
-        with.converged && search::is_explained(&with, decay)
-    })
+/// `decay` with the floor of coloured noise as `model` shows it, where the one does not account for what the model leaves
+/// and the other does: in a short record the oscillation hides where such noise is strongest.
+fn with_floor_of(decay: FreeDecay, model: &Fitted) -> FreeDecay {
+    let near = search::NEAR_NOISE..FAR_FROM_FLOOR;
+    if !near.contains(&model.over_noise(&decay)) {
+        return decay;
+    }
+    let shown = decay.clone().with_noise_of(&model.residuals);
+    let accounts_for_it = model.over_noise(&shown) < search::NEAR_NOISE;
+    if accounts_for_it {
+        shown
+    } else {
+        decay
+    }
 }
 
 /// The answer that survives prediction.

@@ -6,12 +6,16 @@ use crate::diagnosis::buffeting::{self, Buffeted, Whitener};
 use crate::effects::Effect;
 use crate::fit::fitting::{finished, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::linear_gain::gain_of_step;
 use crate::fit::problem::{problem_of_one, JointProblem, Release};
 use crate::solver::{minimise, Fit, Options, Problem, Rows};
 use rayon::prelude::*;
 
 /// Evidence below which an effect is not believed beside random forcing: the filter is linear, the effects are not.
 const MARGIN: f64 = 15.0;
+/// Evidence that a linear step must predict for an effect to be tried, and how many are.
+const PROMISING: f64 = 3.0;
+const TRIED: usize = 4;
 const MOST_EFFECTS: usize = 2;
 const EVALUATIONS: usize = 20;
 
@@ -75,6 +79,43 @@ fn whitener(decay: &FreeDecay, forcing: &Buffeted) -> Option<Whitener> {
     Whitener::new(&decay.grid, natural_frequency_rad_s, damping_ratio, ratio, decay.yaw_rad.len())
 }
 
+/// Those of `candidates` beside `inner` for which a linear step under the filter predicts evidence, most first.
+fn promising(
+    decay: &FreeDecay,
+    inner: &Fitted,
+    whitener: &Whitener,
+    sum_of_squares: f64,
+    candidates: &[Effect],
+) -> Vec<Effect> {
+    let (n, count) = (inner.parameters.len(), decay.yaw_rad.len() as f64);
+    let evidence = |effect: &Effect| -> f64 {
+        if effect.is_own() {
+            // Its numbers may be many and none of them a size.
+            return f64::INFINITY;
+        }
+        let structure = inner.structure.with(effect);
+        let starts = crate::fit::starts::of(decay, inner, effect);
+        let from = |start: &Vec<f64>| {
+            let p = [&inner.parameters[..], start].concat();
+            let inner = problem_of_one(Release::whole(decay), &structure, &p);
+            let (gain, more) = gain_of_step(&Whitened { inner, whitener }, &p, n)?;
+            let left = (sum_of_squares - gain).max(f64::MIN_POSITIVE);
+            Some(bic::gain(sum_of_squares, left, count, more as f64))
+        };
+        let unmoved = starts.iter().filter(|start| start[0] == 0.0);
+        unmoved.filter_map(from).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let there = &inner.structure.effects;
+    let mut out: Vec<(f64, Effect)> = candidates
+        .par_iter()
+        .filter(|e| !there.contains(e))
+        .map(|e| (evidence(e), e.clone()))
+        .filter(|(evidence, _)| *evidence > PROMISING)
+        .collect();
+    out.sort_by(|a, b| b.0.total_cmp(&a.0));
+    out.into_iter().take(TRIED).map(|(_, e)| e).collect()
+}
+
 /// The effects that `decay` shows beside the random `forcing` of its plain model; none where it shows none.
 pub(crate) fn search(
     decay: &FreeDecay,
@@ -93,9 +134,8 @@ pub(crate) fn search(
         inner.parameters.clone_from(&smaller.parameters);
         // Lines are looked for in the innovations: the random motion is all about the natural frequency.
         filter.whiten(&mut inner.residuals);
-        let best = candidates
+        let best = promising(decay, &inner, &filter, smaller.sum_of_squares, candidates)
             .par_iter()
-            .filter(|e| !model.structure.effects.contains(e))
             .flat_map_iter(|e| {
                 let structure = model.structure.with(e);
                 let (inner, filter) = (&inner, &filter);

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 /// An effect whose course is less than this share of the noise floor does not matter, squared.
 pub(crate) const LEAST_SHARE_SQUARED: f64 = 0.03;
 /// Residual over noise up to which what a model leaves may sharpen the floor of coloured noise.
-const NEAR_NOISE: f64 = 1.6;
+pub(super) const NEAR_NOISE: f64 = 1.6;
 /// Residual over noise that all effects together would leave a pair in one linear step, beyond which no more are tried.
 const HOPELESS: f64 = 2.5;
 /// Models carried on to the next round.
@@ -69,38 +69,71 @@ pub fn present(decay: &FreeDecay, options: &Options) -> Result<Fitted> {
     Err(Error::NotFitted)
 }
 
+/// The present model with every candidate beside it, one at a time: what a search begins with.
+#[derive(Clone)]
+pub struct Begun {
+    pub plain: Fitted,
+    pub candidates: Vec<Effect>,
+    /// In the order of the candidates.
+    pub singles: Vec<Fitted>,
+}
+
+impl Begun {
+    /// # Errors
+    /// Where the present model cannot be fitted, or interrupted.
+    pub fn of(decay: &FreeDecay, options: &Options) -> Result<Self> {
+        let zero_unknown = options.zero_unknown;
+        let plain = present(decay, options)?;
+        let mut candidates: Vec<Effect> = Effect::deterministic()
+            .filter(|e| !(zero_unknown && *e == Effect::StaticOffset))
+            .collect();
+        candidates.retain(|e| !e.is_flexible());
+        if decay.amplitude_rad < SINE_FROM {
+            candidates.retain(|e| *e != Effect::PendulumGravity);
+        }
+        for own in options.own.iter().filter(|e| e.is_own()) {
+            if !candidates.contains(own) {
+                candidates.push(own.clone());
+            }
+        }
+        candidates.retain(|e| !plain.structure.effects.contains(e));
+        let singles = candidates.par_iter().map(|e| fit_added(decay, &plain, e)).collect();
+        decay.stop.check()?;
+        Ok(Self { plain, candidates, singles })
+    }
+
+    fn without(&self, effect: &Effect) -> Self {
+        let mut less = self.clone();
+        if let Some(at) = less.candidates.iter().position(|e| e == effect) {
+            less.candidates.remove(at);
+            less.singles.remove(at);
+        }
+        less
+    }
+
+    /// The converged single effect with the smallest criterion.
+    pub fn best(&self) -> Option<&Fitted> {
+        best(&self.singles)
+    }
+}
+
 /// Searches for what the present model lacks.
 ///
 /// # Errors
-/// Where the present model cannot be fitted, or interrupted.
-pub fn search(decay: &FreeDecay, options: &Options) -> Result<Found> {
-    let found = search_but(decay, options, None)?;
+/// Interrupted, once somebody asked for it.
+pub fn search(decay: &FreeDecay, begun: &Begun) -> Result<Found> {
+    let found = search_from(decay, begun.clone())?;
     let last = found.path.last().expect("the plain model");
     let Some(refused) = guards::harmonic(last, decay) else { return Ok(found) };
     // What a harmonic stood for is looked for again without it.
-    let mut again = search_but(decay, options, Some(&refused.effect))?;
+    let mut again = search_from(decay, begun.without(&refused.effect))?;
     again.refused.push(refused);
     Ok(again)
 }
 
-fn search_but(decay: &FreeDecay, options: &Options, without: Option<&Effect>) -> Result<Found> {
-    let zero_unknown = options.zero_unknown;
+fn search_from(decay: &FreeDecay, begun: Begun) -> Result<Found> {
+    let Begun { plain, candidates, singles } = begun;
     let count = decay.yaw_rad.len();
-    let plain = present(decay, options)?;
-    let mut candidates: Vec<Effect> =
-        Effect::deterministic().filter(|e| !(zero_unknown && *e == Effect::StaticOffset)).collect();
-    candidates.retain(|e| !e.is_flexible());
-    if decay.amplitude_rad < SINE_FROM {
-        candidates.retain(|e| *e != Effect::PendulumGravity);
-    }
-    for own in options.own.iter().filter(|e| e.is_own()) {
-        if !candidates.contains(own) {
-            candidates.push(own.clone());
-        }
-    }
-    candidates.retain(|e| !plain.structure.effects.contains(e) && Some(e) != without);
-    let singles: Vec<Fitted> = candidates.par_iter().map(|e| fit_added(decay, &plain, e)).collect();
-    decay.stop.check()?;
     let leading = best(&singles).filter(|s| criterion(s) < criterion(&plain)).unwrap_or(&plain);
     let sharpened = |decay: FreeDecay, leader: &Fitted| {
         // What is far from the noise shows more than noise.

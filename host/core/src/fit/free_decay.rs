@@ -223,12 +223,25 @@ impl FreeDecay {
 
     /// With the floor of coloured noise taken from the `residuals` of a good model, which show it down to frequencies
     /// that the oscillation hides in the record.
-    pub(crate) fn sharpened(mut self, residuals: &[f64]) -> Self {
-        let turn = TAU / self.per_cycle();
+    pub(crate) fn sharpened(self, residuals: &[f64]) -> Self {
         if self.colour.is_none() {
             return self;
         }
-        if let Some(colour) = noise::colour_of_residuals(residuals, turn, self.block) {
+        let colour = noise::colour_of_residuals(residuals, TAU / self.per_cycle(), self.block);
+        self.coloured(colour)
+    }
+
+    /// The same, and where the record itself shows no colour, with what the residuals show beyond doubt.
+    pub(crate) fn with_noise_of(self, residuals: &[f64]) -> Self {
+        if self.colour.is_some() {
+            return self.sharpened(residuals);
+        }
+        let colour = noise::believed_of_residuals(residuals, TAU / self.per_cycle(), self.block);
+        self.coloured(colour)
+    }
+
+    fn coloured(mut self, colour: Option<Colour>) -> Self {
+        if let Some(colour) = colour {
             self.noise_rad = colour.mean_variance(self.block).sqrt().max(1e-9 * self.amplitude_rad);
             self.sample_noise_rad = (colour.white_variance + colour.coloured_variance).sqrt();
             self.colour = Some(colour);

@@ -25,25 +25,31 @@ pub(crate) fn linear_gain(decay: &FreeDecay, inner: &Fitted, effect: &Effect) ->
         let mut p = inner.parameters.clone();
         p.extend(&start);
         let problem = problem_of_one(Release { decay, count: inner.count }, &structure, &p);
-        let mut normal = Normal::new(p.len());
-        problem.evaluate(&p, &mut normal);
-        let (a, g) = (normal.matrix(), normal.gradient());
-        let only_up = problem.bounds(n).0 == 0.0;
-        let used: Vec<usize> = (0..p.len()).filter(|&i| i < n || a[(i, i)] > 0.0).collect();
-        let mut part = DMatrix::from_fn(used.len(), used.len(), |i, j| a[(used[i], used[j])]);
-        let diagonal: Vec<f64> = (0..used.len()).map(|i| part[(i, i)]).collect();
-        for (i, d) in diagonal.iter().enumerate() {
-            part[(i, i)] = d * (1.0 + 1e-10);
-        }
-        let g = DVector::from_iterator(used.len(), used.iter().map(|&i| g[i]));
-        let Some(step) = Cholesky::new(part).map(|c| c.solve(&g)) else { continue };
+        let Some((gain, more)) = gain_of_step(&problem, &p, n) else { continue };
         // The problem's residuals count over the noise, the model's are angles.
-        let gain = step.dot(&g) * decay.noise_rad.powi(2);
-        let inward = !only_up || used.len() <= n || -step[n] > 0.0;
-        let left = (inner.sum_of_squares - gain).max(0.0);
-        if inward && left < best.0 {
-            best = (left, used.len() - n);
+        let left = (inner.sum_of_squares - gain * decay.noise_rad.powi(2)).max(0.0);
+        if left < best.0 {
+            best = (left, more);
         }
     }
     best
+}
+
+/// By how much one linear step from `p` lowers the sum of squares of `problem`, and how many numbers beyond the first `n`
+/// it takes; none where it leads out of the bounds of an effect that can only be positive.
+pub(crate) fn gain_of_step(problem: &dyn Problem, p: &[f64], n: usize) -> Option<(f64, usize)> {
+    let mut normal = Normal::new(p.len());
+    problem.evaluate(p, &mut normal);
+    let (a, g) = (normal.matrix(), normal.gradient());
+    let only_up = problem.bounds(n).0 == 0.0;
+    let used: Vec<usize> = (0..p.len()).filter(|&i| i < n || a[(i, i)] > 0.0).collect();
+    let mut part = DMatrix::from_fn(used.len(), used.len(), |i, j| a[(used[i], used[j])]);
+    let diagonal: Vec<f64> = (0..used.len()).map(|i| part[(i, i)]).collect();
+    for (i, d) in diagonal.iter().enumerate() {
+        part[(i, i)] = d * (1.0 + 1e-10);
+    }
+    let g = DVector::from_iterator(used.len(), used.iter().map(|&i| g[i]));
+    let step = Cholesky::new(part)?.solve(&g);
+    let inward = !only_up || used.len() <= n || -step[n] > 0.0;
+    inward.then(|| (step.dot(&g), used.len() - n))
 }

@@ -70,10 +70,19 @@ struct Band {
 /// The coloured noise in `samples`, evenly spaced, `turn` the oscillation's phase from one to the next (rad); none where
 /// white noise (and random forcing) accounts for the spectrum.
 pub(crate) fn colour(samples: &[f64], turn: f64) -> Option<Colour> {
-    let bands = bands(samples, turn, &OF_RECORD)?;
-    let (white, _) = fitted(&bands, turn, 1, None);
-    let (coloured, colour) = coloured(&bands, turn, 1)?;
+    believed(&bands(samples, turn, &OF_RECORD)?, turn, 1)
+}
+
+fn believed(bands: &[Band], turn: f64, block: usize) -> Option<Colour> {
+    let (white, _) = fitted(bands, turn, block, None);
+    let (coloured, colour) = coloured(bands, turn, block)?;
     (white - coloured > BELIEVED).then_some(colour)
+}
+
+/// The same in the `residuals` of a model, means of `block` samples, where the record itself shows none: a short one has
+/// no room between the harmonics.
+pub(crate) fn believed_of_residuals(residuals: &[f64], turn: f64, block: usize) -> Option<Colour> {
+    believed(&bands(residuals, turn, &OF_RESIDUALS)?, turn, block)
 }
 
 /// The same from the `residuals` of a good model, means of `block` samples; it shows the noise down to frequencies that
@@ -334,6 +343,23 @@ mod tests {
         assert!((mean - 1.0).abs() < 0.06, "{mean}");
         for seed in 10..20 {
             assert_eq!(colour(&decay(0.05, 0.0, seed), 7e-3), None);
+        }
+    }
+    /// A few cycles, whose harmonics leave no room in the record's own spectrum.
+    #[test]
+    fn coloured_noise_in_short_residuals_is_believed_and_white_noise_is_not() {
+        for seed in 0..20 {
+            let noise = |correlation: f64| -> Vec<f64> {
+                let swing = decay(0.0, 0.0, seed);
+                let of = |(y, swing): (&f64, &f64)| y - swing;
+                decay(0.05, correlation, seed).iter().zip(&swing).map(of).take(1400).collect()
+            };
+            let (correlation, turn) = (0.8, 0.1);
+            let truth = Colour { white_variance: 0.0, coloured_variance: 0.05 * 0.05, correlation };
+            let found = believed_of_residuals(&noise(correlation), turn, 1).expect("colour");
+            let ratio = (found.mean_variance(1) / truth.mean_variance(1)).sqrt();
+            assert!((0.6..1.5).contains(&ratio), "{seed}: {ratio}");
+            assert_eq!(believed_of_residuals(&noise(0.0), turn, 1), None);
         }
     }
 }
