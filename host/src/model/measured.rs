@@ -5,7 +5,7 @@ use crate::model::limits;
 use crate::model::model_fit::{self, Data, Recorded};
 use crate::model::revise::{self, Asked, Current, Revision};
 use std::path::Path;
-use yawrig_base::error::{Error, Result};
+use yawrig_base::error::{Error, Exit, Result};
 use yawrig_core::effects::Effect;
 use yawrig_core::law::estimate::{measure_showing, Curve, Measured};
 
@@ -57,6 +57,17 @@ pub fn add(path: &Path, dissipative: bool, asked: &Asked) -> Result<Revision> {
     revise::add_by(path, asked, check_has_none, |inner, data| {
         let found = measured(&inner.model, data, dissipative, &|_| {})?;
         let outer = Current::fitted(&with_law(&inner.model, data, &found), data)?;
+        let (before, after) = (inner.fit.over_noise(), outer.fit.over_noise());
+        if after >= before {
+            return Err(Error::new(
+                Exit::Quality,
+                format!(
+                    "the measured law leaves {after:.3} over noise of the whole record, the model without it {before:.3}; \
+                     nothing is changed"
+                ),
+            )
+            .help("`yawrig diagnose` says which effects explain it; add those first"));
+        }
         Ok((Effect::Measured(found.law), outer))
     })
 }

@@ -4,7 +4,7 @@
 //! are is what predicts left-out pieces best.
 
 use super::roughness::{inflation, reached, states, Nearby};
-use crate::diagnosis::over_pieces::{plain_start, Lengths};
+use crate::diagnosis::over_pieces::{plain_start, whole, Lengths};
 use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::{Effect, MeasuredLaw, Part};
 use crate::error::{Error, Result};
@@ -39,6 +39,10 @@ const ROUGHER: f64 = 0.1;
 const SETTLED: f64 = 1e-5;
 /// Steps of a fit to the whole.
 const WHOLE_STEPS: usize = 60;
+/// Times a fit to the whole that has not converged is gone on with: a law's numbers are many.
+const AGAIN: usize = 4;
+/// Squares of a fit to the whole over those of long pieces, from which on the former has lost the phase.
+const PHASE_LOST: f64 = 2.0;
 /// Of a largest value that is reached once: the law's last knot.
 const REACH: f64 = 1.001;
 /// Points of the tables, from one end to the other.
@@ -218,6 +222,10 @@ pub fn measure_showing(
         }
     }
     let Candidate { law, fit, covariance, prediction } = best;
+    // A law of no curvature is the plain model: what is worse was not found.
+    if fit.sum() > 1.01 * plain.sum() {
+        return Err(Error::NoLaw);
+    }
     let over = |squares: f64, n: f64| (squares / n).sqrt() / decay.noise_rad;
     let n = decay.yaw_rad.len() as f64;
     let plain_prediction = predict_within(&lengths.predicted, &plain);
@@ -243,8 +251,32 @@ pub fn fit_whole(decay: &FreeDecay, structure: &Structure, start: &[f64]) -> Fit
     let mut common = start[..2].to_vec();
     common.extend(&start[4..]);
     let states = [[start[2], start[3]]];
-    let fit = fit_pieces(&[decay], structure, &common, &states, SETTLED, WHOLE_STEPS);
-    refitted(decay, structure, &fit.numbers(0))
+    let direct = fit_pieces(&[decay], structure, &common, &states, SETTLED, WHOLE_STEPS);
+    let lengths = Lengths::of(decay);
+    let long = fit_from(&lengths.long, structure, &common, ROUGH);
+    // A phase that is lost over the whole record shows in pieces with states of their own.
+    let fit = if direct.sum() > PHASE_LOST * long.sum() {
+        let stepped = whole(decay, &lengths, &long);
+        if stepped.sum() < direct.sum() {
+            stepped
+        } else {
+            direct
+        }
+    } else {
+        direct
+    };
+    let mut whole = refitted(decay, structure, &fit.numbers(0));
+    for _ in 0..AGAIN {
+        if whole.converged || decay.stop.check().is_err() {
+            break;
+        }
+        let before = whole.sum_of_squares;
+        whole = refitted(decay, structure, &whole.parameters);
+        if before - whole.sum_of_squares < SETTLED * before {
+            break;
+        }
+    }
+    whole
 }
 
 impl Measured {
