@@ -27,7 +27,10 @@ struct Case {
 }
 
 fn cases(plans: Vec<Plan>) -> Vec<Case> {
-    let shift = number("YAWRIG_SEED", 0);
+    cases_of(plans, number("YAWRIG_SEED", 0))
+}
+
+fn cases_of(plans: Vec<Plan>, shift: u64) -> Vec<Case> {
     plans
         .into_par_iter()
         .map(|mut plan| {
@@ -184,10 +187,10 @@ fn pair(i: u64, shift: u64) -> Plan {
 }
 
 /// Dry friction under random forcing, twice; friction and damping in noise that the swing hides; forcing that shows once
-/// the damping is known.
+/// the damping is known. Chosen by their seeds, which nothing moves.
 #[test]
 fn pairs_of_which_one_hides_the_other_are_named() {
-    let cases = cases([(22, 3), (22, 7), (2, 7), (15, 11)].map(|(i, s)| pair(i, s)).to_vec());
+    let cases = cases_of([(22, 3), (22, 7), (2, 7), (15, 11)].map(|(i, s)| pair(i, s)).to_vec(), 0);
     let right = |c: &&Case| c.names_all() && c.found.status == Status::Explained;
     cases.iter().filter(|c| !right(c)).for_each(Case::print);
     let right = cases.iter().filter(right).count();
