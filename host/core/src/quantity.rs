@@ -34,7 +34,8 @@ impl Quantity {
     }
 }
 
-/// The value to the second significant digit of its uncertainty, then the uncertainty: `0.5321 ± 0.0017`.
+/// The value to the second significant digit of its uncertainty, then the uncertainty: `0.5321 ± 0.0017`; one that is
+/// not a number, as of a parameter at its bound, is unknown.
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let decimals = if self.u > 0.0 && self.u.is_finite() {
@@ -44,7 +45,11 @@ impl fmt::Display for Quantity {
         } else {
             f.precision().unwrap_or(6)
         };
-        let text = format!("{:.decimals$} ± {:.decimals$}", self.value, self.u);
+        let text = if self.u.is_nan() {
+            format!("{:.decimals$} (uncertainty unknown)", self.value)
+        } else {
+            format!("{:.decimals$} ± {:.decimals$}", self.value, self.u)
+        };
         // Not by `pad`, which takes a precision for the most characters to show.
         write!(f, "{text:>width$}", width = f.width().unwrap_or(0))
     }
@@ -61,6 +66,7 @@ mod tests {
         assert_eq!(format!("{:>16}", Quantity::new(0.5, 0.25)), "     0.50 ± 0.25");
         assert_eq!(Quantity::new(-12.0, 3.0).to_string(), "-12.0 ± 3.0");
         assert_eq!(format!("{:.2}", Quantity::exact(1.0)), "1.00 ± 0.00");
+        assert_eq!(format!("{:.2}", Quantity::new(1.0, f64::NAN)), "1.00 (uncertainty unknown)");
     }
 
     #[test]
