@@ -111,7 +111,9 @@ impl Case {
     }
 }
 
-/// Short of the noise where friction grows with the angle, which no D(r) holds.
+/// Short of the noise where friction grows with the angle, which no D(r) holds, and of memory where bristles are stiff
+/// (LuGre). Seen with three of each kind and YAWRIG_SEED=5: residual 29 of 30, held out 28 of 30, in the band 2088 of 2214,
+/// named 26 of 27, memory 4 of 6 and wrongly 0 of 30; that seed misses the bar for memory.
 #[test]
 fn laws_that_the_library_does_not_hold_are_measured_and_named() {
     let (n, seed) = (number("YAWRIG_LAWS", 1), number("YAWRIG_SEED", 1));

@@ -108,7 +108,9 @@ pub fn compare(comparison: &Comparison) -> Result<Revision> {
 /// Warns where the sensor's zero, taken as known, is not where the model rests: where a free zero is worth as much as
 /// the effects, or worth itself beside them.
 fn warn_of_zero(current: &Current, data: &Data) {
-    if current.model.unknown_zero || current.model.effect(Effect::StaticOffset).is_some() {
+    let Model { effects, unknown_zero, .. } = &current.model;
+    let is_free = *unknown_zero || current.model.effect(Effect::StaticOffset).is_some();
+    if is_free || effects.is_empty() {
         return;
     }
     let with_zero = |model: &Model| {
@@ -125,12 +127,12 @@ fn warn_of_zero(current: &Current, data: &Data) {
         let zero = fit.sensor_zero_rad().filter(|zero| !zero.holds(0.0, 3.0));
         let Some(zero) = zero else { continue };
         crate::say!(
-            "yawrig: warning: {}: the model rests at {} deg, not at zero, and an effect may only make up for that \
-             (difference of BIC of a free zero{} {gain:.1}). Where the sensor's zero is not known, compare with \
+            "yawrig: warning: {}: the model rests at {} deg, off the sensor's zero, and the effects may only make up for \
+             that (difference of BIC of a free zero {} them: {gain:.1}). Where the sensor's zero is not known, compare with \
              --unknown-zero; where it is, a constant moment is the cause: --effect static_offset",
             recorded.path.display(),
             Quantity::new(zero.value.to_degrees(), zero.u.to_degrees()),
-            if free.model.effects.is_empty() { " in the effects' place" } else { "" },
+            if free.model.effects.is_empty() { "in place of" } else { "beside" },
         );
     }
 }

@@ -86,8 +86,12 @@ struct RawLaw {
     uneven_damping: Option<RawCurve>,
 }
 
+/// Older files hold its weight alone.
 #[derive(Clone, Copy, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "weight and knots; a law of an older file is to be measured again: delete its [[effect]], then yawrig add measured_law"
+)]
 struct RawCurve {
     weight: f64,
     knots: Knots,

@@ -70,6 +70,15 @@ fn a_measured_law_is_added_kept_in_the_file_and_removed() {
     assert!((number(&compared["residual_over_noise"]) / after - 1.0).abs() < 0.02, "{compared}");
     let fitted = bench.json("fit");
     assert!(number(&fitted["residual_over_noise"]) < 1.1);
+    // A file of before, which holds weights alone, is not taken for this one.
+    let path = bench.0.path().join("model.toml");
+    let text = std::fs::read_to_string(&path).expect("a model");
+    let is_curve = |line: &&str| line.contains("{ weight = ");
+    let curve = text.lines().find(is_curve).expect("a curve");
+    let (name, _) = curve.split_once(" =").expect("an entry");
+    std::fs::write(&path, text.replace(curve, &format!("{name} = 0.001"))).expect("room for it");
+    bench.of("compare").run().exits(3).says("is to be measured again");
+    std::fs::write(&path, &text).expect("room for it");
     let removed = bench.json("remove measured_law");
     assert!(number(&removed["residual_over_noise"]) > 3.0);
     bench.of("history --return 2").run().exits(0);

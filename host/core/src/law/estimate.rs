@@ -255,28 +255,21 @@ pub fn fit_whole(decay: &FreeDecay, structure: &Structure, start: &[f64]) -> Fit
     let lengths = Lengths::of(decay);
     let long = fit_from(&lengths.long, structure, &common, ROUGH);
     // A phase that is lost over the whole record shows in pieces with states of their own.
-    let fit = if direct.sum() > PHASE_LOST * long.sum() {
-        let stepped = whole(decay, &lengths, &long);
-        if stepped.sum() < direct.sum() {
-            stepped
-        } else {
-            direct
-        }
-    } else {
-        direct
-    };
-    let mut whole = refitted(decay, structure, &fit.numbers(0));
+    let is_lost = direct.sum() > PHASE_LOST * long.sum();
+    let stepped = is_lost.then(|| whole(decay, &lengths, &long));
+    let fit = stepped.filter(|stepped| stepped.sum() < direct.sum()).unwrap_or(direct);
+    let mut best = refitted(decay, structure, &fit.numbers(0));
     for _ in 0..AGAIN {
-        if whole.converged || decay.stop.check().is_err() {
+        if best.converged || decay.stop.is_requested() {
             break;
         }
-        let before = whole.sum_of_squares;
-        whole = refitted(decay, structure, &whole.parameters);
-        if before - whole.sum_of_squares < SETTLED * before {
+        let before = best.sum_of_squares;
+        best = refitted(decay, structure, &best.parameters);
+        if before - best.sum_of_squares < SETTLED * before {
             break;
         }
     }
-    whole
+    best
 }
 
 impl Measured {
