@@ -1,7 +1,7 @@
 //! A measured law, its names, and their files.
 
 use crate::model::document::{is_model, Model};
-use crate::model::measured::{largest, measured};
+use crate::model::measured::{largest, measured, measured_from, releases};
 use crate::model::model_fit::Data;
 use crate::model::records;
 use std::path::{Path, PathBuf};
@@ -16,8 +16,9 @@ const WRITTEN: usize = 6;
 
 /// What was found, and where.
 pub struct Found {
-    /// The record that was measured.
+    /// The record from the largest angle, whose curve is drawn, and how many the law was measured from.
     pub file: PathBuf,
+    pub records: usize,
     pub measured: Measured,
     pub curve: Curve,
     pub names: Names,
@@ -60,7 +61,8 @@ pub fn beside(
     let recorded = largest(data);
     let curve = measured.curve(&recorded.decay);
     show(curve.clone(), Some(&measured));
-    let names = names(&recorded.decay, &measured)?;
+    let records = measured_from(model, data);
+    let names = names(&releases(&records), &measured)?;
     let mut written = Vec::new();
     for (k, name) in names.ranked.iter().enumerate() {
         let Some(text) = name.text.as_ref().filter(|_| k < WRITTEN) else {
@@ -75,7 +77,8 @@ pub fn beside(
         files::write_atomically(&file, text.as_bytes())?;
         written.push(Some(file));
     }
-    Ok(Found { file: recorded.path.clone(), measured, curve, names, files: written })
+    let (file, records) = (recorded.path.clone(), records.len());
+    Ok(Found { file, records, measured, curve, names, files: written })
 }
 
 impl Found {

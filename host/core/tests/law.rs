@@ -1,16 +1,17 @@
 //! Laws that the library does not hold, planted by another integrator, measured.
 //!
-//! More and other cases: `YAWRIG_LAWS=10 YAWRIG_SEED=3 cargo test --release -p yawrig --test law -- --nocapture`.
+//! More and other cases: `YAWRIG_LAWS=10 YAWRIG_SEED=3 cargo test --release -p yawrig-core --test law -- --nocapture`.
 
 mod planted_laws;
 
-use planted_laws::{planted, Kind, Planted};
+use planted_laws::{family, planted, Kind, Planted};
 use rayon::prelude::*;
 use std::time::Instant;
 use yawrig_core::fit::fitting::Structure;
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::law::estimate::{measure, Measured};
 use yawrig_core::law::names::{names, Names};
+use yawrig_core::law::releases::Releases;
 
 struct Case {
     planted: Planted,
@@ -31,10 +32,11 @@ fn case(kind: Kind, seed: u64) -> Case {
     let planted = planted(kind, seed);
     let decay = FreeDecay::of(&planted.record).expect("a free decay");
     let begun = Instant::now();
-    let found = measure(&decay, &Structure::default(), &[], true).expect("a law");
+    let releases = Releases::one(&decay);
+    let found = measure(&releases, &Structure::default(), &[], true).expect("a law");
     let seconds = begun.elapsed().as_secs_f64();
     let begun = Instant::now();
-    let names = names(&decay, &found).expect("names");
+    let names = names(&releases, &found).expect("names");
     let naming = begun.elapsed().as_secs_f64();
     let inside = inside(&planted, &found);
     Case { planted, seed, found, names, naming, seconds, inside }
@@ -142,4 +144,62 @@ fn laws_that_the_library_does_not_hold_are_measured_and_named() {
     assert!(share(named, nameable) >= 0.8, "names");
     assert!(share(called, memory.len()) >= 0.8, "memory is called so");
     assert!(wrongly as f64 <= 0.05 * laws.len() as f64, "memory where there is none");
+}
+
+/// Two springs, two angles, rests of their own: one law, and the natural frequency and damping ratio of each spring.
+///
+/// Eight releases: `YAWRIG_RELEASES=8`.
+#[test]
+fn several_releases_on_two_springs_measure_one_law() {
+    let (releases, seed) = (number("YAWRIG_RELEASES", 4), number("YAWRIG_SEED", 1));
+    let (mut inside, mut of, mut narrower) = (0, 0, 0);
+    for kind in [Kind::PowerDamping, Kind::Quintic, Kind::OneSidedSpring] {
+        let family = family(kind, seed, releases as usize);
+        let decays: Vec<FreeDecay> =
+            family.iter().map(|p| FreeDecay::of(&p.record).expect("a free decay")).collect();
+        let spring = |p: &Planted| usize::from(p.spring > 1.0);
+        let all: Vec<_> = decays.iter().zip(&family).map(|(d, p)| (d, spring(p))).collect();
+        let all = Releases::new(&all);
+        let begun = Instant::now();
+        let found = measure(&all, &Structure::default(), &[], true).expect("a law");
+        let measured_s = begun.elapsed().as_secs_f64();
+        let names = names(&all, &found).expect("names");
+        // Natural frequency and damping ratio of the law are those of the release from the largest angle.
+        let is_first = |d: &&FreeDecay| std::ptr::eq(*d, all.first());
+        let first = decays.iter().position(|d| is_first(&d)).expect("it is one of them");
+        let here = self::inside(&family[first], &found);
+        println!(
+            "{kind:?}: over noise {:.2} -> {:.3}, held out {:.2} -> {:.3}, in band {} of {}, measured in {measured_s:.1} s, named in {:.1} s",
+            found.plain_residual_over_noise, found.residual_over_noise,
+            found.plain_held_out_over_noise, found.held_out_over_noise,
+            here.0, here.1, begun.elapsed().as_secs_f64() - measured_s,
+        );
+        for name in names.ranked.iter().take(3) {
+            println!(
+                "    {} held out {:.3}: {:?}",
+                name.effect, name.held_out_over_noise, name.parameters
+            );
+        }
+        assert!(found.residual_over_noise <= 1.05 && found.held_out_over_noise <= 1.15, "{kind:?}");
+        let alike = &names.ranked[..names.indistinguishable];
+        assert!(alike.iter().any(|name| right(kind).contains(&name.effect.id())), "{kind:?}");
+        // wn and zeta are those of small motions, those of the law's curves taken in.
+        for (p, [wn, zeta]) in family.iter().zip(&found.modal) {
+            println!(
+                "    spring {}: wn {wn:.4} of {:.4}, zeta {zeta:.5}",
+                p.spring,
+                p.wn * p.spring.sqrt()
+            );
+        }
+        let alone = measure(&Releases::one(&decays[0]), &Structure::default(), &[], true);
+        let u = |m: &Measured| {
+            let all = [m.total_stiffness(), m.total_damping()].concat();
+            all.iter().map(|p| p.moment_rad_s2.u).sum::<f64>()
+        };
+        narrower += usize::from(u(&found) < u(&alone.expect("a law")));
+        (inside, of) = (inside + here.0, of + here.1);
+    }
+    println!("in the band {inside} of {of}; narrower than from one release in {narrower} of 3");
+    assert!(inside as f64 >= 0.9 * f64::from(of as u32), "band");
+    assert!(narrower >= 2, "a law from several releases is known better");
 }

@@ -15,8 +15,8 @@ use yawrig_core::law::names::Name;
 /// Both are curves with their uncertainties, of what is missing beside the second-order response:
 /// b'' = -(2 zeta wn r + wn^2 b + K(b) + D(r)). They are known up to the largest angle and rate of the release, counted from
 /// where the model comes to rest. Formulas that the law may be are fitted to the record, ranked by what they predict of
-/// parts that were left out, and written as files that `yawrig add` takes. Of several records the one from the largest
-/// angle is measured.
+/// parts that were left out, and written as files that `yawrig add` takes. Several records share the law; each has a
+/// natural frequency, damping ratio and rest angle of its own, releases of one condition of a model the first two in common.
 #[derive(Args, Debug, Clone)]
 pub struct Law {
     /// Records, or a model (its records, beside its effects)
@@ -67,6 +67,7 @@ pub(super) fn object(found: &Found) -> serde_json::Value {
     json!({
         "schema_version": SCHEMA_VERSION,
         "record": file,
+        "records": found.records,
         "stiffness": points(measured.stiffness(), "yaw_deg"),
         "damping": points(measured.damping(), "rate_deg_s"),
         "known": {
@@ -92,7 +93,10 @@ fn text(found: &Found) -> String {
     let Found { file, measured, names, .. } = found;
     let mut out = format!(
         "{}: a law of yaw angle and yaw rate, beside wn {} rad/s and zeta {} at rest ({:.3} deg)\n",
-        file.display(),
+        match found.records {
+            1 => file.display().to_string(),
+            n => format!("{n} records, the largest {}", file.display()),
+        },
         measured.natural_frequency_rad_s(),
         measured.damping_ratio(),
         measured.rest_rad().to_degrees(),

@@ -8,6 +8,7 @@ use std::path::Path;
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_core::effects::Effect;
 use yawrig_core::law::estimate::{measure_showing, Curve, Measured};
+use yawrig_core::law::releases::Releases;
 
 /// The record that is released from the largest angle: where most of a law is seen.
 pub fn largest(data: &Data) -> &Recorded {
@@ -16,8 +17,27 @@ pub fn largest(data: &Data) -> &Recorded {
     data.fitted.iter().max_by(larger).expect("a model has a record that is fitted")
 }
 
-/// Measures the law beside the effects of `model`, from their values and within their bounds, on the record that is
-/// released from the largest angle; `show` is given a first one.
+/// The records that a law is measured from beside the effects of `model`: all, or, where an effect has numbers that belong
+/// to a release (a line, a drift), the one from the largest angle.
+pub fn measured_from<'a>(model: &Model, data: &'a Data) -> Vec<&'a Recorded> {
+    let is_of_release = |entry: &EffectEntry| {
+        (0..entry.parameters.len()).any(|k| entry.effect.belongs_to_release(k))
+    };
+    match model.effects.iter().any(is_of_release) {
+        true => vec![largest(data)],
+        false => data.fitted.iter().collect(),
+    }
+}
+
+/// `records` as releases of one law; those of one condition have natural frequency and damping ratio in common.
+pub fn releases<'a>(records: &[&'a Recorded]) -> Releases<'a> {
+    let same = |r: &Recorded| records.iter().position(|o| o.entry.condition == r.entry.condition);
+    let each: Vec<_> = records.iter().map(|r| (&r.decay, same(r).unwrap_or(0))).collect();
+    Releases::new(&each)
+}
+
+/// Measures the law beside the effects of `model`, from their values and within their bounds, on the records that
+/// [`measured_from`] names; `show` is given a first one.
 ///
 /// # Errors
 /// Exit 2 where the model holds a measured law, 3 where an effect has no values yet, 6 where none can be fitted, 130 where
@@ -37,7 +57,8 @@ pub fn measured(
         })?);
     }
     let structure = limits::structure(model)?;
-    Ok(measure_showing(&largest(data).decay, &structure, &numbers, dissipative, show)?)
+    let releases = releases(&measured_from(model, data));
+    Ok(measure_showing(&releases, &structure, &numbers, dissipative, show)?)
 }
 
 fn check_has_none(model: &Model) -> Result<()> {
@@ -77,8 +98,8 @@ fn with_law(model: &Model, data: &Data, found: &Measured) -> Model {
     let mut model = model.clone();
     // The law's yaw angle counts from the rest.
     model.unknown_zero |= model.effect(Effect::StaticOffset).is_none();
-    let structure = &found.fit.structure;
-    let mut numbers = found.fit.common[2 + usize::from(structure.zero_unknown)..].iter();
+    let mut numbers = found.effect_numbers().iter();
+    let records = measured_from(&model, data);
     model.effects.push(EffectEntry::unfitted(Effect::Measured(found.law.clone())));
     for entry in &mut model.effects {
         let varied: Vec<f64> = numbers.by_ref().take(entry.parameters.len()).copied().collect();
@@ -87,9 +108,11 @@ fn with_law(model: &Model, data: &Data, found: &Measured) -> Model {
             set(parameter, value);
         }
     }
-    if let Some(modal) = model.modal.get_mut(&largest(data).entry.condition) {
-        set(&mut modal.natural_frequency_rad_s, found.fit.common[0]);
-        set(&mut modal.damping_ratio, found.fit.common[1]);
+    for (recorded, [wn_rad_s, zeta]) in records.iter().zip(&found.modal) {
+        if let Some(modal) = model.modal.get_mut(&recorded.entry.condition) {
+            set(&mut modal.natural_frequency_rad_s, *wn_rad_s);
+            set(&mut modal.damping_ratio, *zeta);
+        }
     }
     model
 }

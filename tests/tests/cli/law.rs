@@ -86,6 +86,30 @@ fn a_measured_law_is_added_kept_in_the_file_and_removed() {
     assert!(number(&again["residual_over_noise"]) < 1.1);
 }
 
+/// Two springs: each has its natural frequency, the law is one, and known better than from the larger release alone.
+#[test]
+fn releases_on_several_springs_measure_one_law() {
+    let bench = Bench::new();
+    bench
+        .of("simulate --natural-frequency 10 --damping 0.003 --amplitude-deg 10 --out stiff.csv --seed 4")
+        .and("--effect")
+        .and(format!("odd.toml:h=0.25,n={EXPONENT}"))
+        .run()
+        .exits(0);
+    let (alone, both) = (bench.json("law r.csv"), bench.json("law r.csv stiff.csv"));
+    assert_eq!((number(&alone["records"]), number(&both["records"])), (1.0, 2.0));
+    assert!(number(&both["residual_over_noise"]) < 1.1, "{}", both["residual_over_noise"]);
+    let best = &both["names"][0];
+    assert_eq!(best["form"], "power_law", "{}", both["names"]);
+    let n = |of: &Value| of["names"][0]["parameters"]["n"].clone();
+    let u = |of: &Value| number(&n(of)["u"]);
+    assert!((number(&n(&both)["value"]) - EXPONENT).abs() < 3.0 * u(&both), "{}", n(&both));
+    assert!(u(&both) < u(&alone), "{} {}", n(&both), n(&alone));
+    bench.of("fit r.csv stiff.csv").run().exits(0);
+    let added = bench.json("add measured_law");
+    assert!(number(&added["residual_over_noise"]) < 1.1, "{added}");
+}
+
 #[test]
 fn a_measured_law_wants_a_model() {
     let bench = Bench::new();

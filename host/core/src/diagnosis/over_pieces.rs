@@ -4,7 +4,8 @@
 use crate::effects::{Effect, Scale, Seen};
 use crate::fit::fitting::{refitted, reordered, Fitted, Limit, Number, Structure};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::segments::{fit_from, fit_pieces, PieceFit, Pieces, ROUGH, STEPS};
+use crate::fit::pieces::{fit_state, Own, Piece, Pieces};
+use crate::fit::segments::{fit_from, fit_pieces, PieceFit, ROUGH, STEPS};
 use crate::stop::Stop;
 
 /// Cycles of the pieces of the first, shortest fit, and of the next.
@@ -49,6 +50,28 @@ impl Lengths {
             scale: decay.scale(),
             stop: decay.stop.clone(),
         }
+    }
+
+    /// Of several releases, whose own numbers are at `own`; scaled by the first.
+    pub(crate) fn of_all(releases: &[(&FreeDecay, Own)]) -> Self {
+        let mut each = releases.iter().map(|&(decay, own)| {
+            let mut lengths = Self::of(decay);
+            for pieces in lengths.all_mut() {
+                pieces.decays.iter_mut().for_each(|piece| piece.own = own);
+            }
+            lengths
+        });
+        let mut out = each.next().expect("a release");
+        for mut lengths in each {
+            for (pieces, more) in out.all_mut().into_iter().zip(lengths.all_mut()) {
+                pieces.decays.append(&mut more.decays);
+            }
+        }
+        out
+    }
+
+    fn all_mut(&mut self) -> [&mut Pieces; 4] {
+        [&mut self.short, &mut self.longer, &mut self.long, &mut self.predicted]
     }
 
     /// Where the numbers of an added effect begin.
@@ -172,12 +195,11 @@ pub(crate) fn whole(decay: &FreeDecay, lengths: &Lengths, fit: &PieceFit) -> Pie
         let states: Vec<[f64; 2]> = (0..count)
             .map(|k| {
                 let piece = &pieces.decays[k];
-                let zero = if best.structure.zero_unknown { best.common[2] } else { 0.0 };
-                let start = crate::fit::segments::first_state(piece, zero);
-                crate::fit::segments::fit_state(piece, &best.structure, &best.common, start).0
+                let start = piece.begun(&best.structure, &best.common);
+                fit_state(piece, &best.structure, &best.common, start).0
             })
             .collect();
-        let all: Vec<&FreeDecay> = pieces.decays.iter().collect();
+        let all: Vec<&Piece> = pieces.decays.iter().collect();
         best = fit_pieces(&all, &best.structure, &best.common, &states, 1e-5, STEPS);
     }
     best

@@ -2,8 +2,8 @@
 //!
 //! Where the misfit is deterministic, likelihood buys any effect that bends; what counts then is prediction.
 
-use crate::fit::free_decay::FreeDecay;
-use crate::fit::segments::{first_state, fit_pieces, fit_state, PieceFit, Pieces, ROUGH};
+use crate::fit::pieces::{fit_state, Piece, Pieces};
+use crate::fit::segments::{fit_pieces, PieceFit, ROUGH};
 
 /// Steps of a fit to a part of the pieces, from the fit to all.
 const STEPS: usize = 8;
@@ -48,10 +48,9 @@ pub(crate) fn predict_within(short: &Pieces, model: &PieceFit) -> Prediction {
 }
 
 fn begins(pieces: &Pieces, model: &PieceFit) -> Vec<[f64; 2]> {
-    let zero = if model.structure.zero_unknown { model.common[2] } else { 0.0 };
-    let begin = |piece: &FreeDecay| {
-        fit_state(piece, &model.structure, &model.common, first_state(piece, zero)).0
-    };
+    let PieceFit { structure, common, .. } = model;
+    let begin =
+        |piece: &Piece| fit_state(piece, structure, common, piece.begun(structure, common)).0;
     pieces.decays.iter().map(begin).collect()
 }
 
@@ -76,12 +75,14 @@ impl Prediction {
     ) {
         let (those, others): (Vec<usize>, Vec<usize>) =
             (0..pieces.count()).partition(|k| predicted(*k));
-        let fitted: Vec<&FreeDecay> = others.iter().map(|&k| &pieces.decays[k]).collect();
+        let fitted: Vec<&Piece> = others.iter().map(|&k| &pieces.decays[k]).collect();
         let begin: Vec<[f64; 2]> = others.iter().map(|&k| states[k]).collect();
         let fit = fit_pieces(&fitted, &model.structure, &model.common, &begin, ROUGH, STEPS);
         for k in those {
             let piece = &pieces.decays[k];
             let (_, squares) = fit_state(piece, &fit.structure, &fit.common, states[k]);
+            // As of the noise of the first.
+            let squares = squares * (pieces.decays[0].noise_rad / piece.noise_rad).powi(2);
             let n = piece.yaw_rad.len() as f64;
             self.errors.push((squares.min(n * (LOST * piece.amplitude_rad).powi(2)), n));
         }

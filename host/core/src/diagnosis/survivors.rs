@@ -11,6 +11,7 @@ use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::Structure;
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::pieces::Piece;
 use crate::fit::segments::{fit_pieces, ROUGH};
 use rayon::prelude::*;
 
@@ -53,7 +54,7 @@ fn promising(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<Vec<f6
 /// The start from which a rough fit to long pieces comes lowest, and its sum of squares.
 fn rough_start(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<(f64, Vec<f64>)> {
     let structure = inner.fit.structure.with(effect);
-    let pieces: Vec<&FreeDecay> = lengths.long.decays.iter().collect();
+    let pieces: Vec<&Piece> = lengths.long.decays.iter().collect();
     let rough = |start: Vec<f64>| {
         let common = [&inner.fit.common[..], &start].concat();
         let states = &inner.fit.states;

@@ -9,6 +9,7 @@ pub(crate) mod linear_gain;
 pub mod lines;
 pub(crate) mod noise;
 pub mod own;
+pub(crate) mod pieces;
 pub(crate) mod problem;
 pub(crate) mod segments;
 pub(crate) mod sharing;

@@ -5,71 +5,26 @@
 //! eliminated from the normal equations piece by piece (the structure of multiple shooting: H. G. Bock, 1983), so that
 //! a fit costs what single shooting costs. From short pieces one goes to longer ones, and to the whole record.
 
-use crate::fit::free_decay::FreeDecay;
+use crate::fit::pieces::{fit_state, Own, Piece, Pieces};
 use crate::fit::problem::{problem_of_one, JointProblem, Release};
-use crate::fit::structure::{motion, Structure};
-use crate::motion::simulate::readings_of_all;
+use crate::fit::structure::Structure;
 use crate::solver::{Normal, Rows};
-use nalgebra::{Cholesky, DMatrix, DVector, Matrix2, Vector2};
+use nalgebra::{Cholesky, DMatrix, DVector, Matrix2};
 use rayon::prelude::*;
-use std::ops::Range;
 
-/// Gain of a step, as a share of the sum of squares, below which a fit is at its minimum.
-const SETTLED: f64 = 1e-6;
-/// The same where a fit is only a start for the next.
+/// Gain of a step, as a share of the sum of squares, below which a fit that is only a start for the next has settled.
 pub(crate) const ROUGH: f64 = 1e-3;
 /// Steps of a fit to longer pieces; it is continued at the next level.
 pub(crate) const STEPS: usize = 40;
-/// Share of a cycle from which a piece's first state is estimated.
-const BEGINNING: f64 = 0.15;
-/// Step of the differences by which a state is fitted, as a share of the amplitude.
-const DIFFERENCE: f64 = 1e-6;
-
-/// Consecutive pieces of a free decay.
-pub(crate) struct Pieces {
-    pub decays: Vec<FreeDecay>,
-}
-
-impl Pieces {
-    /// `count` pieces of the same length.
-    pub(crate) fn of(decay: &FreeDecay, count: usize) -> Self {
-        let n = decay.yaw_rad.len();
-        let edge = |k: usize| k * n / count;
-        Self::with(decay, (0..count).map(|k| edge(k)..edge(k + 1)).collect())
-    }
-
-    /// Pieces of about `cycles` each.
-    pub(crate) fn of_cycles(decay: &FreeDecay, cycles: f64) -> Self {
-        let all = decay.yaw_rad.len() as f64 / decay.per_cycle();
-        Self::of(decay, ((all / cycles).floor() as usize).max(1))
-    }
-
-    fn with(decay: &FreeDecay, ranges: Vec<Range<usize>>) -> Self {
-        let piece = |range: &Range<usize>| FreeDecay {
-            grid: crate::motion::simulate::Grid {
-                start_s: decay.grid.time_s(range.start),
-                count: range.len(),
-                ..decay.grid
-            },
-            yaw_rad: decay.yaw_rad[range.clone()].to_vec(),
-            windows: Vec::new(),
-            colour: decay.colour,
-            ..decay.clone()
-        };
-        Self { decays: ranges.iter().map(piece).collect() }
-    }
-
-    pub(crate) fn count(&self) -> usize {
-        self.decays.len()
-    }
-}
 
 /// A model on pieces: what they have in common, and the state of each at its first instant.
 #[derive(Clone, Debug)]
 pub struct PieceFit {
     pub structure: Structure,
-    /// wn, zeta, the rest angle where it is free, then each effect's numbers.
+    /// wn, zeta, the rest angle where it is free, those of further releases, then each effect's numbers.
     pub common: Vec<f64>,
+    /// Of each piece.
+    pub(crate) own: Vec<Own>,
     pub states: Vec<[f64; 2]>,
     /// Sum of squares of each piece, rad2.
     pub squares: Vec<f64>,
@@ -83,96 +38,18 @@ impl PieceFit {
 
     /// Numbers in the order of [`crate::fit::fitting::Fitted`].
     pub fn numbers(&self, piece: usize) -> Vec<f64> {
-        numbers(&self.common, self.states[piece])
+        self.own[piece].numbers(&self.structure, &self.common, self.states[piece])
     }
 
     /// Where in `common` the numbers of the structure's `k`th effect begin.
     pub fn start_of(&self, k: usize) -> usize {
-        self.structure.starts()[k] - 2
+        self.structure.starts()[k] - 2 + self.more()
     }
-}
 
-/// Numbers in the order of [`crate::fit::fitting::Fitted`].
-pub(crate) fn numbers(common: &[f64], state: [f64; 2]) -> Vec<f64> {
-    let mut p = common[..2].to_vec();
-    p.extend(state);
-    p.extend(&common[2..]);
-    p
-}
-
-/// Angle and rate at the beginning of a piece from a cubic through its first means, `zero` taken off.
-pub(crate) fn first_state(piece: &FreeDecay, zero: f64) -> [f64; 2] {
-    let n = ((BEGINNING * piece.per_cycle()) as usize).clamp(4, 60).min(piece.yaw_rad.len());
-    let h = 1.0 / n as f64;
-    let a = DMatrix::from_fn(n, 4.min(n), |k, j| (k as f64 * h).powi(j as i32));
-    let y = DVector::from_fn(n, |k, _| piece.yaw_rad[k] - zero);
-    let fit = (a.transpose() * &a).cholesky().map(|c| c.solve(&(a.transpose() * y)));
-    fit.map_or([piece.yaw_rad[0] - zero, 0.0], |c| [c[0], c[1] * h / piece.grid.step_s])
-}
-
-/// The state of `piece` that fits best under given common numbers, and its sum of squares (rad2).
-pub(crate) fn fit_state(
-    piece: &FreeDecay,
-    structure: &Structure,
-    common: &[f64],
-    start: [f64; 2],
-) -> ([f64; 2], f64) {
-    let starts = structure.starts();
-    let steps = [DIFFERENCE * piece.amplitude_rad, DIFFERENCE * piece.amplitude_rad * common[0]];
-    let mut readings = vec![vec![0.0; piece.grid.count]; 3];
-    let mut at = |x: [f64; 2]| {
-        let moved = [x, [x[0] + steps[0], x[1]], [x[0], x[1] + steps[1]]];
-        let mut zero = 0.0;
-        let motions = moved.map(|x| {
-            let (m, z) = motion(structure, &starts, &numbers(common, x), piece.wind_speed_m_s);
-            zero = z;
-            m
-        });
-        readings_of_all(&motions, &piece.grid, &mut readings);
-        let (mut h, mut g, mut s) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
-        for (k, y) in piece.yaw_rad.iter().enumerate() {
-            let e = readings[0][k] + zero - y;
-            let d = Vector2::new(
-                (readings[1][k] - readings[0][k]) / steps[0],
-                (readings[2][k] - readings[0][k]) / steps[1],
-            );
-            s += e * e;
-            g += d * e;
-            h += d * d.transpose();
-        }
-        (h, g, s)
-    };
-    let mut best = start;
-    let (mut h, mut g, mut s) = at(best);
-    let mut damping = 1e-6;
-    for _ in 0..25 {
-        if !s.is_finite() {
-            return (best, f64::INFINITY);
-        }
-        let damped = Matrix2::new(
-            h[(0, 0)] * (1.0 + damping),
-            h[(0, 1)],
-            h[(1, 0)],
-            h[(1, 1)] * (1.0 + damping),
-        );
-        let Some(step) = damped.try_inverse().map(|i| i * g) else { break };
-        let trial = [best[0] - step[0], best[1] - step[1]];
-        let there = at(trial);
-        if there.2 < s {
-            let gain = s - there.2;
-            (best, h, g, s) = (trial, there.0, there.1, there.2);
-            damping *= 0.1;
-            if gain < SETTLED * s {
-                break;
-            }
-        } else {
-            if step.dot(&g) < SETTLED * s {
-                break;
-            }
-            damping = (damping * 10.0).max(1e-4);
-        }
+    /// How many numbers belong to releases beyond the first.
+    pub(crate) fn more(&self) -> usize {
+        self.own[0].more
     }
-    (best, s)
 }
 
 /// A piece's residuals over the noise as sums, over common numbers and state.
@@ -187,31 +64,29 @@ struct Sums {
 /// A fit to some of the pieces.
 struct Fit<'a> {
     problems: Vec<JointProblem<'a>>,
+    pieces: &'a [&'a Piece],
     /// Of the common numbers, those that are not fixed, and all bounds.
     free: Vec<usize>,
     bounds: Vec<(f64, f64)>,
 }
 
-fn common_place(j: usize) -> Option<usize> {
-    match j {
-        0 | 1 => Some(j),
-        2 | 3 => None,
-        _ => Some(j - 2),
-    }
-}
-
 impl<'a> Fit<'a> {
-    fn new(pieces: &'a [&'a FreeDecay], structure: &Structure, common: &[f64]) -> Self {
-        let start = numbers(common, [0.0, 0.0]);
-        let problems: Vec<JointProblem> = pieces
-            .iter()
-            .map(|decay| problem_of_one(Release::whole(decay), structure, &start))
-            .collect();
-        let part = &problems[0].parts[0];
-        let bounds = (0..start.len()).filter(|j| !(2..4).contains(j)).map(|j| part.bounds[j]);
-        let bounds: Vec<(f64, f64)> = bounds.collect();
-        let free = part.free.iter().filter_map(|&j| common_place(j)).collect();
-        Self { problems, free, bounds }
+    fn new(pieces: &'a [&'a Piece], structure: &Structure, common: &[f64]) -> Self {
+        let mut bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); common.len()];
+        let mut is_free = vec![false; common.len()];
+        let problem = |piece: &&'a Piece| {
+            let start = piece.numbers(structure, common, [0.0, 0.0]);
+            let problem = problem_of_one(Release::whole(piece), structure, &start);
+            let part = &problem.parts[0];
+            for (j, bound) in part.bounds.iter().enumerate() {
+                let Some(at) = piece.own.place(j, structure) else { continue };
+                (bounds[at], is_free[at]) = (*bound, part.free.contains(&j));
+            }
+            problem
+        };
+        let problems = pieces.iter().map(problem).collect();
+        let free = (0..common.len()).filter(|&j| is_free[j]).collect();
+        Self { problems, pieces, free, bounds }
     }
 
     fn is_stopped(&self) -> bool {
@@ -225,15 +100,16 @@ impl<'a> Fit<'a> {
         let sums: Vec<Sums> = self
             .problems
             .par_iter()
+            .zip(self.pieces)
             .zip(states)
-            .map(|(problem, state)| {
+            .map(|((problem, piece), state)| {
                 let part = &problem.parts[0];
-                let (residuals, columns) = part.linearised(&numbers(common, *state));
+                let numbers = piece.numbers(&part.structure, common, *state);
+                let (residuals, columns) = part.linearised(&numbers);
                 // State last.
-                let order = |j: usize| match j {
-                    2 => self.free.len(),
-                    3 => self.free.len() + 1,
-                    _ => self.free.iter().position(|&i| Some(i) == common_place(j)).unwrap_or(0),
+                let order = |j: usize| match piece.own.place(j, &part.structure) {
+                    None => self.free.len() + j - 2,
+                    place => self.free.iter().position(|&i| Some(i) == place).unwrap_or(0),
                 };
                 let mut which: Vec<(usize, &[f64])> = part
                     .free
@@ -327,7 +203,7 @@ pub(crate) fn step_within(
 
 /// Fits `structure` to `pieces` from given common numbers and states; `settled` is the relative gain at which it ends.
 pub(crate) fn fit_pieces(
-    pieces: &[&FreeDecay],
+    pieces: &[&Piece],
     structure: &Structure,
     common: &[f64],
     states: &[[f64; 2]],
@@ -335,13 +211,13 @@ pub(crate) fn fit_pieces(
     most: usize,
 ) -> PieceFit {
     let fit = Fit::new(pieces, structure, common);
-    let noise = pieces[0].noise_rad.powi(2);
     let mut common: Vec<f64> =
         common.iter().zip(&fit.bounds).map(|(x, (low, high))| x.max(*low).min(*high)).collect();
     let mut states = states.to_vec();
     let mut out = PieceFit {
         structure: structure.clone(),
         common: common.clone(),
+        own: pieces.iter().map(|piece| piece.own).collect(),
         states: states.clone(),
         squares: vec![f64::INFINITY; pieces.len()],
         converged: false,
@@ -411,7 +287,8 @@ pub(crate) fn fit_pieces(
             }
         }
     }
-    out.squares = here.iter().map(|s| s.misfit * noise).collect();
+    let squares = here.iter().zip(pieces).map(|(s, piece)| s.misfit * piece.noise_rad.powi(2));
+    out.squares = squares.collect();
     (out.common, out.states, out.converged) = (common, states, converged);
     out
 }
@@ -429,7 +306,7 @@ pub(crate) type Quadratics = (Vec<Quadratic>, Vec<usize>, Vec<(f64, f64)>);
 
 /// `None` where the model has no course there.
 pub(crate) fn quadratics(
-    pieces: &[&FreeDecay],
+    pieces: &[&Piece],
     structure: &Structure,
     common: &[f64],
     states: &[[f64; 2]],
@@ -453,12 +330,9 @@ pub(crate) fn fit_from(
     common: &[f64],
     settled: f64,
 ) -> PieceFit {
-    let zero = if structure.zero_unknown { common[2] } else { 0.0 };
-    let states: Vec<[f64; 2]> = pieces
-        .decays
-        .par_iter()
-        .map(|piece| fit_state(piece, structure, common, first_state(piece, zero)).0)
-        .collect();
-    let all: Vec<&FreeDecay> = pieces.decays.iter().collect();
+    let begun =
+        |piece: &Piece| fit_state(piece, structure, common, piece.begun(structure, common)).0;
+    let states: Vec<[f64; 2]> = pieces.decays.par_iter().map(begun).collect();
+    let all: Vec<&Piece> = pieces.decays.iter().collect();
     fit_pieces(&all, structure, common, &states, settled, STEPS)
 }

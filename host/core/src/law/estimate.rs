@@ -1,15 +1,17 @@
-//! A law measured from a free decay: K(b) and D(r) beside wn^2 b and 2 zeta wn r, fitted by simulation.
+//! A law measured from free decays: K(b) and D(r) beside wn^2 b and 2 zeta wn r, fitted by simulation.
 //!
-//! The curves are fitted to short pieces of the record with states of their own, then to longer ones; how smooth they
+//! The curves are fitted to short pieces of the records with states of their own, then to longer ones; how smooth they
 //! are is what predicts left-out pieces best.
 
+use super::releases::Releases;
 use super::roughness::{inflation, reached, states, Nearby};
-use crate::diagnosis::over_pieces::{plain_start, whole, Lengths};
+use crate::diagnosis::over_pieces::{whole, Lengths};
 use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::{Effect, MeasuredLaw, Part};
 use crate::error::{Error, Result};
 use crate::fit::fitting::{refitted, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::pieces::{Piece, Pieces};
 use crate::fit::segments::{fit_from, fit_pieces, PieceFit, ROUGH};
 use crate::fit::structure::motion;
 use crate::motion::oscillator::Motion;
@@ -81,6 +83,8 @@ impl Curve {
 pub struct Measured {
     pub law: Arc<MeasuredLaw>,
     pub fit: PieceFit,
+    /// wn (rad/s) and zeta of each release, in the order in which they were given.
+    pub modal: Vec<[f64; 2]>,
     /// Of `fit.common`, widened for residuals above the noise and for their correlation.
     pub covariance: DMatrix<f64>,
     pub prediction: Prediction,
@@ -111,7 +115,7 @@ impl Candidate {
     }
 }
 
-/// Measures the law that `decay` follows beside the second-order response and the effects of `inner`.
+/// Measures the law that `releases` follow beside the second-order response and the effects of `inner`.
 ///
 /// `numbers`: those of the effects from which their fit begins, as [`Effect::varied`] has them, one after the other.
 /// `dissipative`: the law takes energy out at every rate.
@@ -119,12 +123,12 @@ impl Candidate {
 /// # Errors
 /// Interrupted, or not converged.
 pub fn measure(
-    decay: &FreeDecay,
+    releases: &Releases,
     inner: &Structure,
     numbers: &[f64],
     dissipative: bool,
 ) -> Result<Measured> {
-    measure_showing(decay, inner, numbers, dissipative, &|_| {})
+    measure_showing(releases, inner, numbers, dissipative, &|_| {})
 }
 
 /// The same; `show` is given the first law that is fitted, before it is known how smooth it has to be.
@@ -132,17 +136,16 @@ pub fn measure(
 /// # Errors
 /// As [`measure`].
 pub fn measure_showing(
-    decay: &FreeDecay,
+    releases: &Releases,
     inner: &Structure,
     numbers: &[f64],
     dissipative: bool,
     show: &dyn Fn(Curve),
 ) -> Result<Measured> {
-    let lengths = Lengths::of(decay);
-    let (mut structure, start) = plain_start(decay);
+    let (decay, lengths) = (releases.first(), releases.lengths());
+    let (mut structure, mut common) = releases.plain_start();
     structure.effects = inner.effects.clone();
     structure.limits.extend(inner.limits.clone());
-    let mut common = start.to_vec();
     common.extend(numbers);
     let fit_all = |structure: &Structure, common: &[f64]| -> Result<PieceFit> {
         let mut common = common.to_vec();
@@ -226,17 +229,16 @@ pub fn measure_showing(
     if fit.sum() > 1.01 * plain.sum() {
         return Err(Error::NoLaw);
     }
-    let over = |squares: f64, n: f64| (squares / n).sqrt() / decay.noise_rad;
-    let n = decay.yaw_rad.len() as f64;
     let plain_prediction = predict_within(&lengths.predicted, &plain);
-    let residual_over_noise = over(fit.sum(), n);
+    let residual_over_noise = over_noise(&lengths.long, &fit);
     Ok(Measured {
         covariance: covariance
             * residual_over_noise.max(1.0).powi(2)
             * inflation(&lengths.long, &fit),
         held_out_over_noise: prediction.rms_rad() / decay.noise_rad,
-        plain_residual_over_noise: over(plain.sum(), n),
+        plain_residual_over_noise: over_noise(&lengths.long, &plain),
         plain_held_out_over_noise: plain_prediction.rms_rad() / decay.noise_rad,
+        modal: releases.modal(&fit.common),
         law: Arc::new(law),
         prediction,
         residual_over_noise,
@@ -245,13 +247,24 @@ pub fn measure_showing(
     })
 }
 
+/// Residual of `pieces` over their noise.
+pub(super) fn over_noise(pieces: &Pieces, fit: &PieceFit) -> f64 {
+    let of = |(squares, piece): (&f64, &Piece)| {
+        (squares / piece.noise_rad.powi(2), piece.yaw_rad.len() as f64)
+    };
+    let each = fit.squares.iter().zip(&pieces.decays).map(of);
+    let (squares, n) = each.fold((0.0, 0.0), |sum, e| (sum.0 + e.0, sum.1 + e.1));
+    f64::sqrt(squares / n)
+}
+
 /// `structure`, which holds a measured law, fitted to the whole of `decay` from numbers in the order of
 /// [`Fitted::parameters`].
 pub fn fit_whole(decay: &FreeDecay, structure: &Structure, start: &[f64]) -> Fitted {
     let mut common = start[..2].to_vec();
     common.extend(&start[4..]);
     let states = [[start[2], start[3]]];
-    let direct = fit_pieces(&[decay], structure, &common, &states, SETTLED, WHOLE_STEPS);
+    let direct =
+        fit_pieces(&[&Piece::whole(decay)], structure, &common, &states, SETTLED, WHOLE_STEPS);
     let lengths = Lengths::of(decay);
     let long = fit_from(&lengths.long, structure, &common, ROUGH);
     // A phase that is lost over the whole record shows in pieces with states of their own.
@@ -308,6 +321,11 @@ impl Measured {
     /// With all that it was fitted beside.
     pub fn curve(&self, decay: &FreeDecay) -> Curve {
         Curve::of(decay, &self.fit, &self.law)
+    }
+
+    /// Numbers of all effects as the fit varies them, one after the other; the law's are last.
+    pub fn effect_numbers(&self) -> &[f64] {
+        &self.fit.common[self.fit.structure.own_numbers() - 2 + self.fit.more()..]
     }
 
     /// Where the model comes to rest, on the sensor, rad.

@@ -3,4 +3,5 @@
 pub mod estimate;
 pub mod forms;
 pub mod names;
+pub mod releases;
 mod roughness;

@@ -1,13 +1,13 @@
 //! The name of a measured law: formulas fitted to its curves, the best then to the record, ranked by what they predict.
 
-use super::estimate::{Measured, Point};
+use super::estimate::{over_noise, Measured, Point};
 use super::forms::{moment, Form, Formula, Role, FORMS};
+use super::releases::Releases;
 use crate::diagnosis::over_pieces::Lengths;
 use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::{Effect, Part};
 use crate::error::Result;
-use crate::fit::fitting::{refitted, Fitted};
-use crate::fit::free_decay::FreeDecay;
+use crate::fit::fitting::Fitted;
 use crate::fit::segments::{fit_from, ROUGH};
 use crate::quantity::Quantity;
 use nalgebra::{DMatrix, DVector};
@@ -160,11 +160,12 @@ fn joined(stiffness: &OnCurve, damping: &OnCurve) -> OnCurve {
     }
 }
 
-/// Names the law that was `found` in `decay`.
+/// Names the law that was `found` in `releases`.
 ///
 /// # Errors
 /// Interrupted.
-pub fn names(decay: &FreeDecay, found: &Measured) -> Result<Names> {
+pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
+    let stop = &releases.first().stop;
     let wn = found.fit.common[0];
     let of = |is_there: bool, curve: Vec<Point>, is_stiffness: bool| match is_there {
         true => nearest(&curve, is_stiffness, wn),
@@ -175,16 +176,16 @@ pub fn names(decay: &FreeDecay, found: &Measured) -> Result<Names> {
     let dissipates = found.law.friction || has(Part::Damping) || has(Part::UnevenDamping);
     let stiffness = of(bends, found.stiffness(), true);
     let damping = of(dissipates, found.damping(), false);
-    decay.stop.check()?;
+    stop.check()?;
     // A formula for both parts, or for one where the other is little.
     let mut all: Vec<OnCurve> =
         stiffness.iter().flat_map(|s| damping.iter().map(move |d| joined(s, d))).collect();
     all.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
     all.truncate(TRIED);
     all.extend(stiffness.into_iter().chain(damping));
-    let lengths = Lengths::of(decay);
+    let lengths = releases.lengths();
     let reach = (found.law.yaw_rad, found.law.rate_rad_s);
-    let trial = Trial { decay, lengths: &lengths, found };
+    let trial = Trial { releases, lengths: &lengths, found };
     let name = |on_curve: &OnCurve| {
         let effect = on_curve.formula.effect(&on_curve.values, reach, |f| f.moment)?;
         let mut name = trial.fitted(Effect::Own(Arc::new(effect)), &on_curve.values)?;
@@ -194,13 +195,13 @@ pub fn names(decay: &FreeDecay, found: &Measured) -> Result<Names> {
         Some(name)
     };
     let mut ranked: Vec<Name> = all.par_iter().filter_map(name).collect();
-    decay.stop.check()?;
+    stop.check()?;
     let least = |a: &Name, b: &Name| a.held_out_over_noise.total_cmp(&b.held_out_over_noise);
     let yields = YIELDS.par_iter().filter_map(|y| {
         trial.fitted(Effect::Hysteresis, &[YIELDING * wn * wn, y * found.law.yaw_rad])
     });
     let memory = yields.min_by(least);
-    decay.stop.check()?;
+    stop.check()?;
     ranked.sort_by(least);
     // Among those that predict as well as the best, what has fewest parameters.
     let alike = |k: &usize| {
@@ -220,13 +221,13 @@ pub fn names(decay: &FreeDecay, found: &Measured) -> Result<Names> {
                 || memory.held_out_over_noise < AS_WELL * found.held_out_over_noise
                 || trial.lacks(memory))
     });
-    decay.stop.check()?;
+    stop.check()?;
     Ok(Names { ranked, indistinguishable, memory })
 }
 
 /// What a formula is tried on.
 struct Trial<'a> {
-    decay: &'a FreeDecay,
+    releases: &'a Releases<'a>,
     lengths: &'a Lengths,
     found: &'a Measured,
 }
@@ -234,7 +235,7 @@ struct Trial<'a> {
 impl Trial<'_> {
     /// Whether the law predicts better with `other` beside it.
     fn lacks(&self, other: &Name) -> bool {
-        let Self { decay, lengths, found } = self;
+        let Self { releases, lengths, found } = self;
         if found.held_out_over_noise < HELD {
             return false;
         }
@@ -244,12 +245,12 @@ impl Trial<'_> {
         common.extend(&numbers[numbers.len() - other.parameters.len()..]);
         let fit = fit_from(&lengths.long, &structure, &common, SETTLED);
         let with = predict_within(&lengths.predicted, &fit);
-        !decay.stop.is_requested() && with.is_better_than(&found.prediction)
+        !releases.first().stop.is_requested() && with.is_better_than(&found.prediction)
     }
 
     /// `effect` in place of the law, fitted from `values` of what the fit varies.
     fn fitted(&self, effect: Effect, values: &[f64]) -> Option<Name> {
-        let Self { decay, lengths, found } = self;
+        let Self { releases, lengths, found } = self;
         let mut structure = found.plain.structure.with(&effect);
         structure.swift = true;
         let inner = found.plain.common.len();
@@ -262,18 +263,17 @@ impl Trial<'_> {
             return None;
         }
         let prediction = predict_within(&lengths.predicted, &fit);
-        let whole = refitted(decay, &structure, &fit.numbers(0));
+        let whole = releases.whole(&structure, &fit).ok()?;
         let prefix = format!("{effect}.");
         let own = |(name, q): (String, Quantity)| {
             // A number at its bound has no error bar.
             let u = if q.u > 0.0 { q.u } else { f64::NAN };
             Some((name.strip_prefix(&prefix)?.to_owned(), Quantity::new(q.value, u)))
         };
-        let n = decay.yaw_rad.len() as f64;
         Some(Name {
             parameters: whole.effect_parameters().into_iter().filter_map(own).collect(),
-            residual_over_noise: (fit.sum() / n).sqrt() / decay.noise_rad,
-            held_out_over_noise: prediction.rms_rad() / decay.noise_rad,
+            residual_over_noise: over_noise(&lengths.long, &fit),
+            held_out_over_noise: prediction.rms_rad() / releases.first().noise_rad,
             text: None,
             fit: whole,
             prediction,

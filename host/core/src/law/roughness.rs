@@ -5,10 +5,8 @@
 
 use crate::effects::{Effect, MeasuredLaw, Part, KNOTS};
 use crate::fit::fitting::Structure;
-use crate::fit::free_decay::FreeDecay;
-use crate::fit::segments::{
-    first_state, fit_state, numbers, quadratics, step_within, PieceFit, Pieces, Quadratic,
-};
+use crate::fit::pieces::{fit_state, Piece, Pieces};
+use crate::fit::segments::{quadratics, step_within, PieceFit, Quadratic};
 use crate::fit::structure::motion;
 use crate::statistics::independent_share;
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -26,16 +24,15 @@ const BETTER_UNEVEN: f64 = 2.0;
 /// A fit's neighbourhood.
 pub(super) struct Nearby<'a> {
     pieces: Vec<Quadratic>,
-    /// Means in each piece.
+    /// Means in each piece, and how much its roughness weighs.
     counts: Vec<f64>,
+    stiff: Vec<f64>,
     /// The shared parameters where it was taken, and those of them that vary.
     common: Vec<f64>,
     free: Vec<usize>,
     bounds: Vec<(f64, f64)>,
-    /// Of the law's parameters: the first's place in `common`, their sizes, and the penalty's weight for each mean.
+    /// Of the law's parameters: the first's place in `common`.
     begin: usize,
-    sizes: Vec<f64>,
-    weight: f64,
     law: &'a MeasuredLaw,
 }
 
@@ -53,31 +50,35 @@ impl<'a> Nearby<'a> {
         let mut structure = fit.structure.clone();
         let effect = Effect::Measured(law.with(parts, law.friction).into());
         *structure.effects.last_mut()? = effect.clone();
-        let decay = &pieces.decays[0];
-        let all: Vec<&FreeDecay> = pieces.decays.iter().collect();
+        let all: Vec<&Piece> = pieces.decays.iter().collect();
         let (quadratics, free, bounds) = quadratics(&all, &structure, &fit.common, states)?;
+        let stiff = |piece: &Piece| {
+            // Of one size all.
+            let size = effect.sizes(&piece.scale()).first().copied().unwrap_or(1.0);
+            let weight = piece.amplitude_rad / piece.noise_rad / size;
+            piece.yaw_rad.len() as f64 * weight.powi(2)
+        };
         Some(Self {
+            stiff: pieces.decays.iter().map(stiff).collect(),
             counts: all.iter().map(|p| p.yaw_rad.len() as f64).collect(),
             pieces: quadratics,
             common: fit.common.clone(),
             free,
             bounds,
             begin,
-            sizes: effect.sizes(&decay.scale()),
-            weight: (decay.amplitude_rad / decay.noise_rad).powi(2),
             law,
         })
     }
 
-    /// Over the free parameters, for one mean, the parts having these weights.
+    /// Over the free parameters, for what weighs one, the parts having these weights.
     fn penalty(&self, weights: &[f64]) -> DMatrix<f64> {
         let parts = self.law.parts.iter().zip(weights).map(|((part, _), w)| (*part, *w)).collect();
         let rows = self.law.with(parts, self.law.friction).penalty();
-        let square = rows.transpose() * rows * self.weight;
+        let square = rows.transpose() * rows;
         let inside =
-            |i: usize| self.free[i].checked_sub(self.begin).filter(|k| *k < self.sizes.len());
+            |i: usize| self.free[i].checked_sub(self.begin).filter(|k| *k < square.ncols());
         DMatrix::from_fn(self.free.len(), self.free.len(), |i, j| match (inside(i), inside(j)) {
-            (Some(a), Some(b)) => square[(a, b)] / (self.sizes[a] * self.sizes[b]),
+            (Some(a), Some(b)) => square[(a, b)],
             _ => 0.0,
         })
     }
@@ -94,15 +95,15 @@ impl<'a> Nearby<'a> {
         friction: bool,
     ) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let n = self.free.len();
-        let (mut a, mut g, mut count) = (DMatrix::zeros(n, n), DVector::zeros(n), 0.0);
+        let (mut a, mut g, mut stiff) = (DMatrix::zeros(n, n), DVector::zeros(n), 0.0);
         for (i, piece) in self.pieces.iter().enumerate().filter(|(i, _)| Some(*i) != left_out) {
             a += &piece.matrix;
             g += &piece.gradient;
-            count += self.counts[i];
+            stiff += self.stiff[i];
         }
         let here = self.here();
-        g += penalty * &here * count;
-        a += penalty * count;
+        g += penalty * &here * stiff;
+        a += penalty * stiff;
         let step = step_within(&a, &g, 1e-9, &|k| {
             let (low, high) = self.bounds[self.free[k]];
             let jump = self.begin + KNOTS * self.law.parts.len();
@@ -200,19 +201,15 @@ pub(super) fn states(
     structure: &Structure,
     common: &[f64],
 ) -> Vec<([f64; 2], f64)> {
-    let zero = if structure.zero_unknown { common[2] } else { 0.0 };
-    pieces
-        .decays
-        .par_iter()
-        .map(|piece| fit_state(piece, structure, common, first_state(piece, zero)))
-        .collect()
+    let of = |piece: &Piece| fit_state(piece, structure, common, piece.begun(structure, common));
+    pieces.decays.par_iter().map(of).collect()
 }
 
 /// Yaw angle about the rest and yaw rate of each piece under a fit, rad and rad/s, and the sensor's zero, rad.
 fn simulated(pieces: &Pieces, fit: &PieceFit) -> Vec<(Vec<f64>, Vec<f64>, f64)> {
     let starts = fit.structure.starts();
-    let of = |(piece, state): (&FreeDecay, &[f64; 2])| {
-        let numbers = numbers(&fit.common, *state);
+    let of = |(piece, state): (&Piece, &[f64; 2])| {
+        let numbers = piece.numbers(&fit.structure, &fit.common, *state);
         let (motion, zero) = motion(&fit.structure, &starts, &numbers, piece.wind_speed_m_s);
         let (yaw, rate) = motion.readings_and_rates(&piece.grid);
         (yaw, rate, zero)

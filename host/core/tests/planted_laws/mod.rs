@@ -59,6 +59,9 @@ pub struct Planted {
     /// Amplitude in rad, to which sizes refer, and a draw from 0.5 to 1.5.
     amplitude: f64,
     size: f64,
+    /// Stiffness of the spring over that of the first release's, and the reading at rest, deg.
+    pub spring: f64,
+    pub rest_deg: f64,
     pub record: Record,
 }
 
@@ -70,14 +73,15 @@ impl Planted {
     pub fn stiffness(&self, b: f64) -> f64 {
         let (w2, a, s) = (self.wn * self.wn, self.amplitude, self.size);
         let over = |g: f64| (b.abs() - g).max(0.0).copysign(b);
-        w2 * match self.kind {
-            Kind::EndStop => b + 0.6 * s * over(0.6 * a),
-            Kind::OneSidedSpring => b + 0.08 * s * b.max(0.0),
-            Kind::Quintic => b + 0.06 * s * b.powi(5) / a.powi(4),
-            Kind::Sine => b.sin(),
-            Kind::PowerStiffness => b + 0.08 * s * a * (b.abs() / a).powf(1.4).copysign(b),
-            _ => b,
-        }
+        let more = match self.kind {
+            Kind::EndStop => 0.6 * s * over(0.6 * a),
+            Kind::OneSidedSpring => 0.08 * s * b.max(0.0),
+            Kind::Quintic => 0.06 * s * b.powi(5) / a.powi(4),
+            Kind::Sine => b.sin() - b,
+            Kind::PowerStiffness => 0.08 * s * a * (b.abs() / a).powf(1.4).copysign(b),
+            _ => 0.0,
+        };
+        w2 * (self.spring * b + more)
     }
 
     /// D(r) with the linear part, rad/s2.
@@ -129,36 +133,60 @@ impl Planted {
 const STEP_S: f64 = 1e-4;
 
 pub fn planted(kind: Kind, seed: u64) -> Planted {
+    let (mut rng, rig) = rig(kind, seed);
+    released(rig, &mut rng)
+}
+
+/// Of one rig with two springs: releases from all of the first one's angle and from half of it, each with a rest of its own.
+pub fn family(kind: Kind, seed: u64, releases: usize) -> Vec<Planted> {
+    let (mut rng, rig) = rig(kind, seed);
+    let release = |k: usize| {
+        let mut one = Planted { record: rig.record.clone(), ..rig };
+        one.released_deg *= [1.0, 0.5][k % 2];
+        one.spring = [1.0, 1.6][k / 2 % 2];
+        one.rest_deg = rng.random_range(-0.3..0.3);
+        released(one, &mut rng)
+    };
+    (0..releases).map(release).collect()
+}
+
+fn rig(kind: Kind, seed: u64) -> (ChaCha8Rng, Planted) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed * 100 + kind as u64);
     let wn = rng.random_range(5.0..14.0f64);
     let zeta = rng.random_range(0.002..0.008);
     let released_deg = if kind == Kind::Sine { 60.0 } else { rng.random_range(10.0..20.0) };
     let noise_deg = rng.random_range(0.02..0.06);
     let seconds = rng.random_range(20.0..40.0);
-    let amplitude = f64::to_radians(released_deg);
-    let size = rng.random_range(0.5..1.5);
-    let mut out = Planted {
+    let record =
+        Record { file: format!("{kind:?}-{seed}").into(), time_s: vec![], yaw_deg: vec![] };
+    let rig = Planted {
         kind,
         wn,
         zeta,
         released_deg,
         seconds,
         noise_deg,
-        amplitude,
-        size,
-        record: Record { file: format!("{kind:?}-{seed}").into(), time_s: vec![], yaw_deg: vec![] },
+        amplitude: f64::to_radians(released_deg),
+        size: rng.random_range(0.5..1.5),
+        spring: 1.0,
+        rest_deg: 0.0,
+        record,
     };
+    (rng, rig)
+}
+
+fn released(mut out: Planted, rng: &mut ChaCha8Rng) -> Planted {
     let rate_hz = [500.0, 1000.0][rng.random_range(0..2)];
     let every = (1.0 / rate_hz / STEP_S).round() as usize;
-    let noise = Normal::new(0.0, noise_deg).expect("a noise");
+    let noise = Normal::new(0.0, out.noise_deg).expect("a noise");
     let hold_s = 1.0;
-    let (mut b, mut r, mut z) = (amplitude, 0.0, 0.0);
-    let total = ((seconds + hold_s) / STEP_S) as usize;
+    let (mut b, mut r, mut z) = (out.released_deg.to_radians(), 0.0, 0.0);
+    let total = ((out.seconds + hold_s) / STEP_S) as usize;
     for k in 0..total {
         let t = k as f64 * STEP_S;
         if k % every == 0 {
             out.record.time_s.push(t);
-            out.record.yaw_deg.push(b.to_degrees() + noise.sample(&mut rng));
+            out.record.yaw_deg.push(out.rest_deg + b.to_degrees() + noise.sample(rng));
         }
         if t >= hold_s {
             (b, r, z) = stepped(&out, b, r, z);

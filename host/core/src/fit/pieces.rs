@@ -1,0 +1,223 @@
+//! Pieces of free decays, each with an initial condition of its own, and where a release's own numbers are.
+
+use crate::fit::free_decay::FreeDecay;
+use crate::fit::structure::{motion, Structure};
+use crate::motion::simulate::readings_of_all;
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+use std::ops::{Deref, Range};
+
+/// Share of a cycle from which a piece's first state is estimated.
+const BEGINNING: f64 = 0.15;
+/// Step of the differences by which a state is fitted, as a share of the amplitude.
+const DIFFERENCE: f64 = 1e-6;
+/// Gain of a step, as a share of the sum of squares, below which a state is found.
+const SETTLED: f64 = 1e-6;
+
+/// Where a release has its own numbers among the common ones of a fit to several: behind the first release's wn, zeta and
+/// rest angle, before the effects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Own {
+    /// Of the natural frequency; the damping ratio is next.
+    pub modal: usize,
+    pub rest: usize,
+    /// How many there are beyond the first release's.
+    pub more: usize,
+}
+
+impl Own {
+    /// Of a release that is fitted alone.
+    pub(crate) const ALONE: Self = Self { modal: 0, rest: 2, more: 0 };
+
+    /// Of a number in the order of [`crate::fit::fitting::Fitted`]; none for the state.
+    pub(super) fn place(&self, j: usize, structure: &Structure) -> Option<usize> {
+        match j {
+            0 | 1 => Some(self.modal + j),
+            2 | 3 => None,
+            4 if structure.zero_unknown => Some(self.rest),
+            _ => Some(j - 2 + self.more),
+        }
+    }
+
+    /// The rest angle, where it is free.
+    fn rest_rad(&self, structure: &Structure, common: &[f64]) -> f64 {
+        if structure.zero_unknown {
+            common[self.rest]
+        } else {
+            0.0
+        }
+    }
+
+    /// Numbers in the order of [`crate::fit::fitting::Fitted`].
+    pub(super) fn numbers(
+        &self,
+        structure: &Structure,
+        common: &[f64],
+        state: [f64; 2],
+    ) -> Vec<f64> {
+        let mut p = common[self.modal..self.modal + 2].to_vec();
+        p.extend(state);
+        p.extend(structure.zero_unknown.then(|| common[self.rest]));
+        p.extend(&common[structure.own_numbers() - 2 + self.more..]);
+        p
+    }
+}
+
+/// A piece of a free decay.
+#[derive(Clone, Debug)]
+pub(crate) struct Piece {
+    pub decay: FreeDecay,
+    pub own: Own,
+}
+
+impl Deref for Piece {
+    type Target = FreeDecay;
+
+    fn deref(&self) -> &FreeDecay {
+        &self.decay
+    }
+}
+
+impl Piece {
+    /// All of a release that is fitted alone.
+    pub(crate) fn whole(decay: &FreeDecay) -> Self {
+        Self { decay: decay.clone(), own: Own::ALONE }
+    }
+
+    /// Numbers in the order of [`crate::fit::fitting::Fitted`].
+    pub(crate) fn numbers(
+        &self,
+        structure: &Structure,
+        common: &[f64],
+        state: [f64; 2],
+    ) -> Vec<f64> {
+        self.own.numbers(structure, common, state)
+    }
+
+    /// Its state at the first instant as its first means show it under a model.
+    pub(crate) fn begun(&self, structure: &Structure, common: &[f64]) -> [f64; 2] {
+        first_state(self, self.own.rest_rad(structure, common))
+    }
+}
+
+/// Consecutive pieces of free decays.
+pub(crate) struct Pieces {
+    pub decays: Vec<Piece>,
+}
+
+impl Pieces {
+    /// `count` pieces of the same length.
+    pub(crate) fn of(decay: &FreeDecay, count: usize) -> Self {
+        let n = decay.yaw_rad.len();
+        let edge = |k: usize| k * n / count;
+        Self::with(decay, (0..count).map(|k| edge(k)..edge(k + 1)).collect())
+    }
+
+    /// Pieces of about `cycles` each.
+    pub(crate) fn of_cycles(decay: &FreeDecay, cycles: f64) -> Self {
+        let all = decay.yaw_rad.len() as f64 / decay.per_cycle();
+        Self::of(decay, ((all / cycles).floor() as usize).max(1))
+    }
+
+    fn with(decay: &FreeDecay, ranges: Vec<Range<usize>>) -> Self {
+        let piece = |range: &Range<usize>| {
+            let decay = FreeDecay {
+                grid: crate::motion::simulate::Grid {
+                    start_s: decay.grid.time_s(range.start),
+                    count: range.len(),
+                    ..decay.grid
+                },
+                yaw_rad: decay.yaw_rad[range.clone()].to_vec(),
+                windows: Vec::new(),
+                colour: decay.colour,
+                ..decay.clone()
+            };
+            Piece { decay, own: Own::ALONE }
+        };
+        Self { decays: ranges.iter().map(piece).collect() }
+    }
+
+    pub(crate) fn count(&self) -> usize {
+        self.decays.len()
+    }
+}
+
+/// Angle and rate at the beginning of a piece from a cubic through its first means, `zero` taken off.
+fn first_state(piece: &FreeDecay, zero: f64) -> [f64; 2] {
+    let n = ((BEGINNING * piece.per_cycle()) as usize).clamp(4, 60).min(piece.yaw_rad.len());
+    let h = 1.0 / n as f64;
+    let a = DMatrix::from_fn(n, 4.min(n), |k, j| (k as f64 * h).powi(j as i32));
+    let y = DVector::from_fn(n, |k, _| piece.yaw_rad[k] - zero);
+    let fit = (a.transpose() * &a).cholesky().map(|c| c.solve(&(a.transpose() * y)));
+    fit.map_or([piece.yaw_rad[0] - zero, 0.0], |c| [c[0], c[1] * h / piece.grid.step_s])
+}
+
+/// The state of `piece` that fits best under given common numbers, and its sum of squares (rad2).
+pub(crate) fn fit_state(
+    piece: &Piece,
+    structure: &Structure,
+    common: &[f64],
+    start: [f64; 2],
+) -> ([f64; 2], f64) {
+    let starts = structure.starts();
+    let wn_rad_s = common[piece.own.modal];
+    let steps = [DIFFERENCE * piece.amplitude_rad, DIFFERENCE * piece.amplitude_rad * wn_rad_s];
+    let mut readings = vec![vec![0.0; piece.grid.count]; 3];
+    let mut at = |x: [f64; 2]| {
+        let moved = [x, [x[0] + steps[0], x[1]], [x[0], x[1] + steps[1]]];
+        let mut zero = 0.0;
+        let motions = moved.map(|x| {
+            let (m, z) = motion(
+                structure,
+                &starts,
+                &piece.numbers(structure, common, x),
+                piece.wind_speed_m_s,
+            );
+            zero = z;
+            m
+        });
+        readings_of_all(&motions, &piece.grid, &mut readings);
+        let (mut h, mut g, mut s) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
+        for (k, y) in piece.yaw_rad.iter().enumerate() {
+            let e = readings[0][k] + zero - y;
+            let d = Vector2::new(
+                (readings[1][k] - readings[0][k]) / steps[0],
+                (readings[2][k] - readings[0][k]) / steps[1],
+            );
+            s += e * e;
+            g += d * e;
+            h += d * d.transpose();
+        }
+        (h, g, s)
+    };
+    let mut best = start;
+    let (mut h, mut g, mut s) = at(best);
+    let mut damping = 1e-6;
+    for _ in 0..25 {
+        if !s.is_finite() {
+            return (best, f64::INFINITY);
+        }
+        let damped = Matrix2::new(
+            h[(0, 0)] * (1.0 + damping),
+            h[(0, 1)],
+            h[(1, 0)],
+            h[(1, 1)] * (1.0 + damping),
+        );
+        let Some(step) = damped.try_inverse().map(|i| i * g) else { break };
+        let trial = [best[0] - step[0], best[1] - step[1]];
+        let there = at(trial);
+        if there.2 < s {
+            let gain = s - there.2;
+            (best, h, g, s) = (trial, there.0, there.1, there.2);
+            damping *= 0.1;
+            if gain < SETTLED * s {
+                break;
+            }
+        } else {
+            if step.dot(&g) < SETTLED * s {
+                break;
+            }
+            damping = (damping * 10.0).max(1e-4);
+        }
+    }
+    (best, s)
+}
