@@ -54,7 +54,7 @@ impl Part {
         }
     }
 
-    pub(super) fn is_of_yaw(self) -> bool {
+    pub(crate) fn is_of_yaw(self) -> bool {
         matches!(self, Self::Stiffness | Self::UnevenStiffness)
     }
 

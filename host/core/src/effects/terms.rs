@@ -178,6 +178,11 @@ impl Terms {
         self.moments.iter().map(|m| (m.one)(&m.p, state)).sum::<f64>() + curves + drive
     }
 
+    /// Whether the sensor shows something else than the yaw angle.
+    pub(crate) fn changes_reading(&self) -> bool {
+        !self.readings.is_empty()
+    }
+
     /// What the sensor shows of the yaw angle at a time, rad.
     #[inline]
     pub(crate) fn reading(&self, yaw_rad: f64, time_s: f64) -> f64 {

@@ -7,8 +7,8 @@ use crate::diagnosis::over_pieces::Lengths;
 use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::{Effect, Part};
 use crate::error::Result;
-use crate::fit::fitting::Fitted;
-use crate::fit::segments::{fit_from, ROUGH};
+use crate::fit::fitting::{Fitted, Structure};
+use crate::fit::segments::{fit_from, PieceFit, ROUGH};
 use crate::quantity::Quantity;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -18,6 +18,8 @@ use yawrig_expression::OwnEffect;
 /// Formulas for each part that are taken on from the curves: single forms, and sums of two.
 const SINGLE: usize = 4;
 const SUMS: usize = 2;
+/// Names that are kept at least, where there are so many.
+const NAMED: usize = 6;
 /// Models tried on the record.
 const TRIED: usize = 12;
 /// Uncertainty of a curve at least, of its largest value: no formula is asked to go through each bend of a spline.
@@ -31,6 +33,8 @@ const BETTER: f64 = 1.0;
 const LEAST_GAIN: f64 = 0.05;
 /// Ratio of errors up to which the two numbers of hysteresis predict as well as the many of a law.
 const AS_WELL: f64 = 1.1;
+/// Share of the squares missed without the law's stiffness that hysteresis in its place may leave.
+const LITTLE: f64 = 0.01;
 /// Held out over the noise, up to which a law of angle and rate holds all there is.
 const HELD: f64 = 1.15;
 
@@ -45,7 +49,6 @@ pub struct Name {
     pub text: Option<String>,
     pub residual_over_noise: f64,
     pub held_out_over_noise: f64,
-    prediction: Prediction,
 }
 
 /// The formulas that a law may be.
@@ -186,43 +189,66 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     let lengths = releases.lengths();
     let reach = (found.law.yaw_rad, found.law.rate_rad_s);
     let trial = Trial { releases, lengths: &lengths, found };
-    let name = |on_curve: &OnCurve| {
+    let tried = |on_curve: &OnCurve| {
         let effect = on_curve.formula.effect(&on_curve.values, reach, |f| f.moment)?;
-        let mut name = trial.fitted(Effect::Own(Arc::new(effect)), &on_curve.values)?;
-        // The file begins where the fit has ended.
-        let values: Vec<f64> = name.parameters.iter().map(|(_, q)| q.value).collect();
-        name.text = Some(on_curve.formula.text(&values, reach, |f| f.moment));
-        Some(name)
+        let tried = trial.fitted(Effect::Own(Arc::new(effect)), &on_curve.values)?;
+        Some((tried, on_curve.formula.clone()))
     };
-    let mut ranked: Vec<Name> = all.par_iter().filter_map(name).collect();
+    let mut ranked: Vec<(Tried, Formula)> = all.par_iter().filter_map(tried).collect();
     stop.check()?;
-    let least = |a: &Name, b: &Name| a.held_out_over_noise.total_cmp(&b.held_out_over_noise);
+    let least = |a: &Tried, b: &Tried| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad());
     let yields = YIELDS.par_iter().filter_map(|y| {
         trial.fitted(Effect::Hysteresis, &[YIELDING * wn * wn, y * found.law.yaw_rad])
     });
     let memory = yields.min_by(least);
     stop.check()?;
-    ranked.sort_by(least);
+    ranked.sort_by(|a, b| least(&a.0, &b.0));
     // Among those that predict as well as the best, what has fewest parameters.
     let alike = |k: &usize| {
-        let (best, other) = (&ranked[0], &ranked[*k]);
-        best.held_out_over_noise > (1.0 - LEAST_GAIN) * other.held_out_over_noise
-            || best.prediction.gain_over(&other.prediction) < BETTER
+        let (best, other) = (&ranked[0].0.prediction, &ranked[*k].0.prediction);
+        best.rms_rad() > (1.0 - LEAST_GAIN) * other.rms_rad() || best.gain_over(other) < BETTER
     };
     let first = (0..ranked.len()).take_while(alike).count();
-    let fewest = ranked[..first].iter().map(|n| n.parameters.len()).min();
-    ranked[..first].sort_by_key(|n| n.parameters.len());
-    let indistinguishable =
-        ranked[..first].iter().filter(|n| Some(n.parameters.len()) == fewest).count();
+    let count = |(_, formula): &(Tried, Formula)| formula.parameters().count();
+    let fewest = ranked[..first].iter().map(count).min();
+    ranked[..first].sort_by_key(count);
+    let indistinguishable = ranked[..first].iter().filter(|n| Some(count(n)) == fewest).count();
+    let best = ranked.first().map(|(best, _)| best);
     let memory = memory.filter(|memory| {
         let beats = |other: &Prediction, by: f64| memory.prediction.gain_over(other) > by;
-        ranked.first().is_none_or(|n| beats(&n.prediction, BETTER))
+        best.is_none_or(|best| beats(&best.prediction, BETTER))
             && (beats(&found.prediction, -BETTER)
-                || memory.held_out_over_noise < AS_WELL * found.held_out_over_noise
+                || memory.prediction.rms_rad() < AS_WELL * found.prediction.rms_rad()
                 || trial.lacks(memory))
+            || trial.remembers(memory, best)
     });
     stop.check()?;
+    ranked.truncate(indistinguishable.max(NAMED));
+    let name = |(tried, formula): &(Tried, Formula)| {
+        let mut name = trial.named(tried)?;
+        // The file begins where the fit has ended.
+        let values: Vec<f64> = name.parameters.iter().map(|(_, q)| q.value).collect();
+        name.text = Some(formula.text(&values, reach, |f| f.moment));
+        Some(name)
+    };
+    let ranked: Vec<Name> = ranked.par_iter().map(name).collect::<Option<_>>().unwrap_or_default();
+    let memory = memory.and_then(|memory| trial.named(&memory));
+    stop.check()?;
     Ok(Names { ranked, indistinguishable, memory })
+}
+
+/// An effect in place of the law, fitted to long pieces.
+struct Tried {
+    effect: Effect,
+    fit: PieceFit,
+    prediction: Prediction,
+}
+
+impl Tried {
+    /// The effect's numbers.
+    fn numbers(&self) -> &[f64] {
+        &self.fit.common[self.fit.start_of(self.fit.structure.effects.len() - 1)..]
+    }
 }
 
 /// What a formula is tried on.
@@ -234,23 +260,62 @@ struct Trial<'a> {
 
 impl Trial<'_> {
     /// Whether the law predicts better with `other` beside it.
-    fn lacks(&self, other: &Name) -> bool {
+    fn lacks(&self, other: &Tried) -> bool {
         let Self { releases, lengths, found } = self;
         if found.held_out_over_noise < HELD {
             return false;
         }
         let structure = found.fit.structure.with(&other.effect);
         let mut common = found.fit.common.clone();
-        let numbers = &other.fit.parameters;
-        common.extend(&numbers[numbers.len() - other.parameters.len()..]);
+        common.extend(other.numbers());
         let fit = fit_from(&lengths.long, &structure, &common, SETTLED);
         let with = predict_within(&lengths.predicted, &fit);
         !releases.first().stop.is_requested() && with.is_better_than(&found.prediction)
     }
 
-    /// `effect` in place of the law, fitted from `values` of what the fit varies.
-    fn fitted(&self, effect: Effect, values: &[f64]) -> Option<Name> {
+    /// Whether hysteresis stands for the law's stiffness: beside its dissipation it leaves little of what that alone misses,
+    /// and predicts better than `best`, the best formula. A curve through many knots may do as well where the springs that
+    /// yield are stiff.
+    fn remembers(&self, hysteresis: &Tried, best: Option<&Tried>) -> bool {
         let Self { releases, lengths, found } = self;
+        let of_yaw = |(part, _): &(Part, f64)| part.is_of_yaw();
+        let held = HELD * releases.first().noise_rad;
+        if best.is_some_and(|n| n.prediction.rms_rad() < held)
+            || !found.law.parts.iter().any(of_yaw)
+        {
+            return false;
+        }
+        let parts = found.law.parts.iter().filter(|p| !of_yaw(p)).copied().collect();
+        let law = found.law.with(parts, found.law.friction);
+        let begin = found.plain.common.len();
+        let dissipation = found.law.translated(&found.fit.common[begin..], &law);
+        let predicted = |others: &[(&Effect, &[f64])]| {
+            let mut structure = found.plain.structure.clone();
+            let mut common = found.fit.common[..begin].to_vec();
+            for (effect, numbers) in others {
+                structure = structure.with(effect);
+                common.extend(*numbers);
+            }
+            let short = fit_from(&lengths.short, &structure, &common, ROUGH);
+            let fit = fit_from(&lengths.long, &structure, &short.common, SETTLED);
+            predict_within(&lengths.predicted, &fit)
+        };
+        let law = (&Effect::Measured(Arc::new(law)), dissipation.as_slice());
+        // Of what the stiffness does.
+        let square = |prediction: &Prediction| prediction.rms_rad().powi(2);
+        let (with, by_law) = (
+            predicted(&[(&hysteresis.effect, hysteresis.numbers()), law]),
+            square(&found.prediction),
+        );
+        let left = (square(&with) - by_law) / (square(&predicted(&[law])) - by_law).max(0.0);
+        !releases.first().stop.is_requested()
+            && best.is_none_or(|n| with.is_better_than(&n.prediction))
+            && left < LITTLE
+    }
+
+    /// `effect` in place of the law, fitted from `values` of what the fit varies.
+    fn fitted(&self, effect: Effect, values: &[f64]) -> Option<Tried> {
+        let Self { lengths, found, .. } = self;
         let mut structure = found.plain.structure.with(&effect);
         structure.swift = true;
         let inner = found.plain.common.len();
@@ -263,7 +328,15 @@ impl Trial<'_> {
             return None;
         }
         let prediction = predict_within(&lengths.predicted, &fit);
-        let whole = releases.whole(&structure, &fit).ok()?;
+        Some(Tried { effect, fit, prediction })
+    }
+
+    /// Fitted to whole records, by precise steps; `None` where the user stops it.
+    fn named(&self, tried: &Tried) -> Option<Name> {
+        let Self { releases, lengths, .. } = self;
+        let Tried { effect, fit, prediction } = tried;
+        let structure = Structure { swift: false, ..fit.structure.clone() };
+        let whole = releases.whole(&structure, fit).ok()?;
         let prefix = format!("{effect}.");
         let own = |(name, q): (String, Quantity)| {
             // A number at its bound has no error bar.
@@ -272,12 +345,11 @@ impl Trial<'_> {
         };
         Some(Name {
             parameters: whole.effect_parameters().into_iter().filter_map(own).collect(),
-            residual_over_noise: over_noise(&lengths.long, &fit),
+            residual_over_noise: over_noise(&lengths.long, fit),
             held_out_over_noise: prediction.rms_rad() / releases.first().noise_rad,
             text: None,
             fit: whole,
-            prediction,
-            effect,
+            effect: effect.clone(),
         })
     }
 }

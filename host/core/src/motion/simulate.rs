@@ -41,17 +41,18 @@ impl Motion {
     /// assert!((yaw_rad[50] + 0.2 - 2.0 * c / (wn * wn)).abs() < 1e-9);
     /// ```
     pub fn readings(&self, grid: &Grid, out: &mut [f64]) {
-        self.run(grid, Pace::Own, |k, y, _| out[k] = y);
+        self.run(grid, Pace::Own, out, |_, _| {});
     }
 
     /// Reading, and yaw rate beside it.
     pub fn readings_and_rates(&self, grid: &Grid) -> (Vec<f64>, Vec<f64>) {
         let (mut y, mut r) = (vec![0.0; grid.count], vec![0.0; grid.count]);
-        self.run(grid, Pace::Own, |k, reading, rate| (y[k], r[k]) = (reading, rate));
+        self.run(grid, Pace::Own, &mut y, |k, rate| r[k] = rate);
         (y, r)
     }
 
-    fn run(&self, grid: &Grid, mut pace: Pace, store: impl FnMut(usize, f64, f64)) {
+    /// The readings into `out`; `store` is given each rate.
+    fn run(&self, grid: &Grid, mut pace: Pace, out: &mut [f64], store: impl FnMut(usize, f64)) {
         let wn = self.natural_frequency_rad_s;
         let terms = &self.terms;
         let enough =
@@ -74,7 +75,7 @@ impl Motion {
                 steps.substeps = substeps;
             }
             let mut walker = own_motion::Walker::new(self, h, steps, grid.start_s, pace);
-            return self.follow(grid, substeps, |b, r, t| walker.advance(b, r, t), store);
+            return self.follow(grid, substeps, |b, r, t| walker.advance(b, r, t), out, store);
         }
         let mut walker = Walker::new(self, 0.5 * h, grid.start_s, own);
         let mut drive = terms.drive(grid.start_s + 0.5 * h, h);
@@ -85,32 +86,58 @@ impl Motion {
             let r = walker.kick(b, r, h, middle, drive);
             walker.half_step(b, r, middle, drive)
         };
-        self.follow(grid, substeps, advance, store);
+        self.follow(grid, substeps, advance, out, store);
     }
 
-    /// Stores reading and rate at every instant of `grid`; `advance` takes b, r and t one of `substeps` on.
+    /// Reading and rate at every instant of `grid`; `advance` takes b, r and t one of `substeps` on.
     fn follow(
         &self,
         grid: &Grid,
         substeps: f64,
         mut advance: impl FnMut(f64, f64, f64) -> (f64, f64),
-        mut store: impl FnMut(usize, f64, f64),
+        out: &mut [f64],
+        mut store: impl FnMut(usize, f64),
     ) {
-        // A mean over a width falls short of the middle by b'' width^2 / 24.
-        let mean = 1.0 - (self.natural_frequency_rad_s * grid.mean_width_s).powi(2) / 24.0;
         let h = grid.step_s / substeps;
         let (mut b, mut r) = (self.yaw_rad, self.rate_rad_s);
+        let mut last = r;
         for k in 0..grid.count {
+            (out[k], last) = (b, r);
+            store(k, r);
             let t = grid.time_s(k);
-            store(k, self.terms.reading(b * mean, t), r);
             for i in 0..substeps as usize {
                 (b, r) = advance(b, r, t + i as f64 * h);
             }
             if !b.is_finite() || b.abs() > 1e3 {
-                for later in k + 1..grid.count {
-                    store(later, f64::NAN, f64::NAN);
-                }
-                return;
+                out[k + 1..].fill(f64::NAN);
+                (k + 1..grid.count).for_each(|later| store(later, f64::NAN));
+                break;
+            }
+        }
+        self.read(grid, out, [self.rate_rad_s, last]);
+    }
+
+    /// Yaw angles at every instant of `grid`, and the rates at its ends, as they are read: means over its width.
+    fn read(&self, grid: &Grid, yaw_rad: &mut [f64], rates_rad_s: [f64; 2]) {
+        let n = yaw_rad.len();
+        if grid.mean_width_s > 0.0 && n > 1 {
+            // A mean over a width falls short of the middle by b'' width^2 / 24.
+            let share = (grid.mean_width_s / grid.step_s).powi(2) / 24.0;
+            let [first, last] = rates_rad_s.map(|r| r * grid.step_s);
+            let first = 2.0 * (yaw_rad[1] - yaw_rad[0] - first);
+            let last = 2.0 * (yaw_rad[n - 2] - yaw_rad[n - 1] + last);
+            let mut before = yaw_rad[0];
+            yaw_rad[0] += share * first;
+            for k in 1..n - 1 {
+                let here = yaw_rad[k];
+                yaw_rad[k] += share * (before - 2.0 * here + yaw_rad[k + 1]);
+                before = here;
+            }
+            yaw_rad[n - 1] += share * last;
+        }
+        if self.terms.changes_reading() {
+            for (k, b) in yaw_rad.iter_mut().enumerate() {
+                *b = self.terms.reading(*b, grid.time_s(k));
             }
         }
     }
@@ -123,7 +150,7 @@ pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f6
         let mut steps = Steps::default();
         for (k, (motion, out)) in motions.iter().zip(out).enumerate() {
             let pace = if k == 0 { Pace::Kept(&mut steps) } else { Pace::Followed(&steps) };
-            motion.run(grid, pace, |k, y, _| out[k] = y);
+            motion.run(grid, pace, out, |_, _| {});
         }
         return;
     }
@@ -150,15 +177,14 @@ fn smooth_readings(motions: &[Motion; LANES], grid: &Grid, out: &mut [Vec<f64>])
     let flows: [Flow; LANES] = std::array::from_fn(|l| motions[l].flow(0.5 * h));
     let stiffness = each(&|m| m.natural_frequency_rad_s.powi(2));
     let middle = each(&|m| m.terms.constant_moment_rad_s2 / m.natural_frequency_rad_s.powi(2));
-    let mean = each(&|m| 1.0 - (m.natural_frequency_rad_s * grid.mean_width_s).powi(2) / 24.0);
     let mut drives: [_; LANES] =
         std::array::from_fn(|l| motions[l].terms.drive(grid.start_s + 0.5 * h, h));
     let (mut b, mut r) = (each(&|m| m.yaw_rad), each(&|m| m.rate_rad_s));
+    let mut last = r;
     for k in 0..grid.count {
         let t = grid.time_s(k);
-        for (l, out) in out.iter_mut().enumerate() {
-            out[k] = motions[l].terms.reading(b[l] * mean[l], t);
-        }
+        out.iter_mut().zip(b).for_each(|(out, b)| out[k] = b);
+        last = r;
         for i in 0..substeps as usize {
             let at = t + (i as f64 + 0.5) * h;
             let drive: [f64; LANES] = std::array::from_fn(|l| drives[l].step());
@@ -191,7 +217,8 @@ fn smooth_readings(motions: &[Motion; LANES], grid: &Grid, out: &mut [Vec<f64>])
         }
     }
     // What has run away is no number, as where one motion is followed.
-    for out in out {
+    for (l, out) in out.iter_mut().enumerate() {
+        motions[l].read(grid, out, [motions[l].rate_rad_s, last[l]]);
         if let Some(first) = out.iter().position(|y| !y.is_finite() || y.abs() > 1e3) {
             out[first..].fill(f64::NAN);
         }

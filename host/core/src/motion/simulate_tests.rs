@@ -217,3 +217,24 @@ fn a_steep_own_effect_changes_smoothly_with_its_number() {
     assert!(bend_together < 2e-3, "{bend_together}");
     assert!(bend_together < 0.1 * bend_alone, "{bend_together} {bend_alone}");
 }
+
+/// Means over a block are those of the motion sampled a hundred times as often, under gravity at large angles as well.
+#[test]
+fn means_over_a_width_are_those_of_the_samples_in_it() {
+    const FINE: usize = 100;
+    let mut terms = Terms::of([(Effect::PendulumGravity, &[WN * WN][..])]);
+    terms.precise = true;
+    let motion = Motion { yaw_rad: 1.0, ..released(0.01, terms) };
+    let width_s = TAU / WN / 50.0;
+    let fine = grid(width_s / FINE as f64, 300 * FINE);
+    let (yaw_rad, rate_rad_s) = motion.readings_and_rates(&fine);
+    // From the middle of the first on.
+    let begun = Motion { yaw_rad: yaw_rad[FINE / 2], rate_rad_s: rate_rad_s[FINE / 2], ..motion };
+    let means = readings(&begun, &Grid { mean_width_s: width_s, ..grid(width_s, 299) });
+    for (k, mean) in means.iter().enumerate() {
+        let samples = &yaw_rad[k * FINE..=(k + 1) * FINE];
+        let ends = 0.5 * (samples[0] + samples[FINE]);
+        let truth = (samples[1..FINE].iter().sum::<f64>() + ends) / FINE as f64;
+        assert!((mean - truth).abs() < 2e-5, "{k}: {mean} {truth}");
+    }
+}

@@ -84,6 +84,23 @@ impl Planted {
         w2 * (self.spring * b + more)
     }
 
+    /// Name and value of the number that a formula of the law has: exponent, or scale.
+    pub fn number(&self) -> Option<(&'static str, f64)> {
+        let (w2, a, s) = (self.wn * self.wn, self.amplitude, self.size);
+        Some(match self.kind {
+            Kind::RootDamping => ("n", 0.5),
+            Kind::PowerDamping => ("n", 1.5),
+            Kind::Stribeck => ("u", 0.1 * self.wn * a),
+            Kind::EndStop => ("ge", 0.6 * a),
+            Kind::OneSidedSpring => ("ko", 0.08 * s * w2),
+            Kind::Quintic => ("k5", 0.06 * s * w2 / a.powi(4)),
+            Kind::Sine => ("g", w2),
+            Kind::AsymmetricDamping => ("y", 0.6),
+            Kind::PowerStiffness => ("o", 1.4),
+            Kind::GrowingFriction | Kind::BoucWen | Kind::LuGre => return None,
+        })
+    }
+
     /// D(r) with the linear part, rad/s2.
     pub fn damping(&self, r: f64) -> f64 {
         let (wn, a, s) = (self.wn, self.amplitude, self.size);
