@@ -2,7 +2,15 @@
 //! --test diagnose -- --nocapture`. Chance is fixed by the seeds; YAWRIG_SEED moves all of them, and YAWRIG_HIDDEN,
 //! YAWRIG_PLAIN, YAWRIG_PAIRS and YAWRIG_OUTSIDE say how many of each.
 
+#[path = "hidden/detectable.rs"]
+mod detectable;
+#[path = "hidden/faint.rs"]
+mod faint;
 mod hidden;
+#[path = "hidden/least.rs"]
+mod least;
+#[path = "hidden/orders.rs"]
+mod orders;
 
 use hidden::{plant, Outside, Plan, Planted};
 use rayon::prelude::*;

@@ -51,18 +51,30 @@ pub fn of_record(file: &str, d: &Diagnosis, model: &str) -> String {
     for refusal in d.refusals() {
         let _ = writeln!(out, "\n  {refusal}");
     }
-    for [a, b] in &d.indistinguishable {
-        let _ = writeln!(
-            out,
-            "\n  {a} and {b} cannot be distinguished in this record; what would: {}",
-            a.card().release
-        );
-    }
+    out.push_str(&groups(&d.indistinguishable, "this record"));
     d.effects.iter().for_each(|effect| out.push_str(&card(effect.clone())));
     out.truncate(out.trim_end().len());
     if matches!(d.status, Status::Unexplained | Status::MostlyExplained) {
         let _ =
             write!(out, "\n\nwhat is left may be a law that can be measured: yawrig law {file}");
+    }
+    out
+}
+
+/// For each accepted effect those that do as well in its place, and the release that would separate them.
+fn groups(pairs: &[[Effect; 2]], place: &str) -> String {
+    let mut out = String::new();
+    for of_one in pairs.chunk_by(|a, b| a[0] == b[0]) {
+        let [accepted, _] = &of_one[0];
+        let mut names: Vec<&str> = of_one.iter().map(|[_, other]| other.id()).collect();
+        let last = names.pop().unwrap_or_default();
+        names.insert(0, accepted.id());
+        let _ = writeln!(
+            out,
+            "\n  {} and {last} cannot be distinguished in {place}; what would: {}",
+            names.join(", "),
+            accepted.card().release
+        );
     }
     out
 }
@@ -97,6 +109,7 @@ pub fn of_several(d: &SeveralDiagnosis) -> String {
             }
         }
     }
+    out.push_str(&groups(&d.indistinguishable, "these releases"));
     d.effects.iter().for_each(|effect| out.push_str(&card(effect.clone())));
     out.truncate(out.trim_end().len());
     out
@@ -135,13 +148,7 @@ pub fn of_campaign(file: &str, d: &CampaignDiagnosis) -> String {
         "\n{}\nof the eight releases (or fewer) that the second-order model explains worst, and no others",
         candidate_rows(d)
     );
-    for [a, b] in &d.indistinguishable {
-        let _ = writeln!(
-            out,
-            "\n  {a} and {b} cannot be distinguished in these releases; what would: {}",
-            a.card().release
-        );
-    }
+    out.push_str(&groups(&d.indistinguishable, "these releases"));
     let unexplained: Vec<String> = d
         .releases
         .iter()
@@ -230,4 +237,21 @@ fn card(effect: Effect) -> String {
         "\n{}: {}\n  usual cause: {}\n  fingerprint: {}\n  to confirm: {}\n  to remove: {}\n",
         card.title, card.formula, card.cause, card.fingerprint, card.confirm, card.remove
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn effects_that_cannot_be_distinguished_are_said_as_one_group() {
+        use Effect::{CoulombFriction, CubicStiffness, FreePlay, QuinticStiffness};
+        let pairs = [[CubicStiffness, QuinticStiffness], [CubicStiffness, FreePlay]];
+        let said = groups(&pairs, "this record");
+        assert!(said.contains("cubic_stiffness, quintic_stiffness and free_play cannot"), "{said}");
+        assert!(said.contains(CubicStiffness.card().release), "{said}");
+        assert_eq!(said.trim().lines().count(), 1);
+        let two = [[CubicStiffness, QuinticStiffness], [CoulombFriction, FreePlay]];
+        assert_eq!(groups(&two, "this record").trim().lines().count(), 3);
+    }
 }

@@ -142,6 +142,11 @@ impl Law {
         }
     }
 
+    /// To `share` of what it moves: random forcing grows with the root of its intensity.
+    pub fn weaken(&mut self, share: f64) {
+        self.scale(if self.is_intensity() { share * share } else { share });
+    }
+
     pub fn known(&self) -> Option<(Effect, Vec<f64>)> {
         match self {
             Self::Known(effect, p) => Some((effect.clone(), p.clone())),

@@ -1,7 +1,7 @@
 //! Records with a hidden effect, from another integrator and sensor chain than the fits': Euler steps of 20 us with
 //! stiction by impulse or Runge-Kutta steps, noise white or coloured, a converter's step, a hand that holds.
 
-mod laws;
+pub mod laws;
 
 pub use laws::Outside;
 
@@ -36,7 +36,15 @@ pub struct Plan {
     pub seed: u64,
     /// The same release and effects, sampled at this rate instead of the drawn one.
     pub rate_hz: Option<f64>,
+    /// Effects of a quarter to half of the size, under a coarse sensor with coloured noise.
+    pub faint: bool,
 }
+
+/// Of a size that is plainly visible, how much a faint effect has.
+const FAINT: (f64, f64) = (0.25, 0.5);
+/// A turn in 4096 steps, and how the noise of neighbouring samples is correlated.
+const COARSE_STEP_DEG: f64 = 0.088;
+const CORRELATION: f64 = 0.6;
 
 /// The rig and the sensor of one record.
 #[derive(Clone, Debug)]
@@ -51,7 +59,7 @@ pub struct Setup {
     hold_s: f64,
     hold_movement: f64,
     noise_deg: f64,
-    lag_one: f64,
+    pub lag_one: f64,
     step_deg: f64,
     runge_kutta: bool,
 }
@@ -61,7 +69,7 @@ fn log_uniform(rng: &mut ChaCha8Rng, from: f64, to: f64) -> f64 {
 }
 
 impl Setup {
-    fn draw(rng: &mut ChaCha8Rng) -> Self {
+    pub fn draw(rng: &mut ChaCha8Rng) -> Self {
         loop {
             let wn = log_uniform(rng, 2.5, 26.0);
             let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
@@ -99,7 +107,10 @@ impl Setup {
 pub fn plant(plan: &Plan) -> Planted {
     let mut rng = ChaCha8Rng::seed_from_u64(plan.seed);
     for _ in 0..200 {
-        let setup = Setup::draw(&mut rng);
+        let mut setup = Setup::draw(&mut rng);
+        if plan.faint {
+            (setup.step_deg, setup.lag_one) = (COARSE_STEP_DEG, CORRELATION);
+        }
         let mut laws: Vec<Law> = plan
             .effects
             .iter()
@@ -115,7 +126,10 @@ pub fn plant(plan: &Plan) -> Planted {
                 scaled(&setup, law, target, noise_seed)
             })
             .collect();
-        let Some(laws) = sized else { continue };
+        let Some(mut laws) = sized else { continue };
+        if plan.faint {
+            laws.iter_mut().for_each(|law| law.weaken(log_uniform(&mut rng, FAINT.0, FAINT.1)));
+        }
         let sampled = Setup { rate_hz: plan.rate_hz.unwrap_or(setup.rate_hz), ..setup };
         let planted = simulate(&sampled, &laws, noise_seed);
         // The sum of two may still give no oscillation.
@@ -127,7 +141,7 @@ pub fn plant(plan: &Plan) -> Planted {
 }
 
 /// `law` at the size at which the plain fit leaves `target` times the noise; none where it cannot.
-fn scaled(setup: &Setup, mut law: Law, target: f64, noise_seed: u64) -> Option<Law> {
+pub fn scaled(setup: &Setup, mut law: Law, target: f64, noise_seed: u64) -> Option<Law> {
     let most = most(&law, setup);
     law.scale(most.min(1.0));
     let mut left = most / most.min(1.0);
@@ -167,7 +181,7 @@ struct State {
     z: f64,
 }
 
-fn simulate(setup: &Setup, laws: &[Law], noise_seed: u64) -> Planted {
+pub fn simulate(setup: &Setup, laws: &[Law], noise_seed: u64) -> Planted {
     let mut rng = ChaCha8Rng::seed_from_u64(noise_seed);
     let rough = laws.iter().any(Law::is_rough);
     let step_s = if setup.runge_kutta && !rough { 0.25e-3 } else { 20e-6 };

@@ -5,6 +5,7 @@ use crate::diagnosis::answer::{Candidate, Left};
 use crate::diagnosis::compare::{self, Where};
 use crate::diagnosis::flexible::is_simple;
 use crate::diagnosis::guards::{self, Refusal};
+use crate::diagnosis::likelihood::is_explained;
 use crate::diagnosis::over_pieces;
 use crate::diagnosis::survivors::{self, Judged, Survivors};
 use crate::effects::Effect;
@@ -22,6 +23,9 @@ const OFF_ZERO: f64 = 3.0;
 const LEAST_OFFSET: f64 = 0.005;
 /// Residual of a part of the amplitudes, over that of all, from which on it is named.
 const STANDS_OUT: f64 = 1.3;
+
+/// What is left where a model explains the record.
+pub(super) const NOISE: &str = "no more than the noise";
 
 /// One model on the way from plain to final.
 pub(crate) struct Step {
@@ -42,6 +46,7 @@ pub(crate) struct Account {
     plain: usize,
     /// Every effect alone, best first.
     pub candidates: Vec<Candidate>,
+    pub survivors: Survivors,
 }
 
 /// Every effect alone on long pieces. What they leave follows the motion: an independent residual each half cycle.
@@ -68,7 +73,7 @@ fn candidates(
     survivors.singles.iter().map(&mut candidate).collect()
 }
 
-fn of_judged(decay: &FreeDecay, survivors: &Survivors, judged: &Judged) -> Fitted {
+pub(super) fn of_judged(decay: &FreeDecay, survivors: &Survivors, judged: &Judged) -> Fitted {
     let whole = over_pieces::whole(decay, &survivors.lengths, &judged.model.fit);
     refitted(decay, &whole.structure, &whole.numbers(0))
 }
@@ -111,10 +116,9 @@ pub(crate) fn account(
             None => break last,
         }
     };
-    let survivors = &survivors;
     let smaller = &survivors.path[..survivors.path.len() - 1];
     let mut fits: Vec<Fitted> =
-        smaller.par_iter().map(|judged| of_judged(decay, survivors, judged)).collect();
+        smaller.par_iter().map(|judged| of_judged(decay, &survivors, judged)).collect();
     fits.push(last);
     decay.stop.check()?;
     let rest = rest_angle(fits.last().expect("the plain model"));
@@ -127,7 +131,7 @@ pub(crate) fn account(
         let mut structure = survivors.path[0].model.fit.structure.clone();
         structure.limits.push(Limit { number: Number::SensorZero, low: 0.0, high: 0.0 });
         let judged = survivors::refit(&survivors.lengths, &structure, &survivors.path[0]);
-        let model = of_judged(decay, survivors, &judged);
+        let model = of_judged(decay, &survivors, &judged);
         let held_out_rad = judged.prediction.rms_rad();
         // Where the model is far off, a rest angle need not help it to predict: then it is no step of its own.
         if held_out_rad >= survivors.path[0].prediction.rms_rad() {
@@ -151,8 +155,8 @@ pub(crate) fn account(
         let held_out_rad = judged.prediction.rms_rad().min(smaller);
         steps.push(Step { added, model, held_out_rad, parameters });
     }
-    let candidates = candidates(decay, survivors, refused);
-    Ok(Account { steps, effects, rest_angle: rest, plain, candidates })
+    let candidates = candidates(decay, &survivors, refused);
+    Ok(Account { steps, effects, rest_angle: rest, plain, candidates, survivors })
 }
 
 impl Account {
@@ -172,7 +176,10 @@ impl Account {
             rms_deg: last.rms_rad().to_degrees(),
             share_of_amplitude: last.rms_rad() / decay.amplitude_rad,
             share_of_misfit: (last.sum_of_squares / plain.sum_of_squares).min(1.0),
-            where_: in_words(decay, where_),
+            where_: match is_explained(last, decay) {
+                true => NOISE.into(),
+                false => in_words(decay, where_),
+            },
         }
     }
 }

@@ -6,6 +6,7 @@
 //! in every quarter of the record, by innovations that are not white, know the state, or stand out.
 
 use crate::bic;
+use crate::diagnosis::likelihood::is_explained;
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::motion::oscillator::{Flow, Grid};
@@ -39,6 +40,8 @@ pub(crate) struct Buffeted {
 
 /// Parts of a record that must agree.
 const QUARTERS: usize = 4;
+/// First steps in the logarithm of the intensity, the frequency and the damping ratio.
+const FREE: [f64; 3] = [1.0, 1e-3, 3e-3];
 /// Means a cycle that the filter is given at least.
 const PER_CYCLE: f64 = 12.0;
 
@@ -148,12 +151,18 @@ fn reduced(series: &[f64], means_per_block: usize) -> Vec<f64> {
 }
 
 /// What [`Buffeted::deviance`] is compared with: that of a definite model, all of whose residual is noise, its numbers
-/// counted; and the count of residuals.
+/// counted; and the count of residuals. The noise is what it leaves where it explains the record, and else the floor.
 pub(crate) fn definite_criterion(decay: &FreeDecay, model: &Fitted) -> (f64, f64) {
-    let left = reduced(&model.residuals, means_per_block(decay));
+    let means_per_block = means_per_block(decay);
+    let left = reduced(&model.residuals, means_per_block);
     let n = left.len() as f64;
     let sum: f64 = left.iter().map(|r| r * r).sum();
-    (bic::of_squares(sum, n, model.parameters.len()), n)
+    if is_explained(model, decay) {
+        return (bic::of_squares(sum, n, model.parameters.len()), n);
+    }
+    let noise = decay.noise_of(means_per_block).0.powi(2);
+    let deviance = n * noise.ln() + sum / noise - n;
+    (bic::of_deviance(deviance, n, model.parameters.len()), n)
 }
 
 /// The likeliest random forcing of a free decay, from the plain model's fit.
@@ -197,7 +206,10 @@ fn fit_series(
             p = other;
         }
     }
-    let p = descend(value, p, [1.0, 1e-3, 3e-3]);
+    // What a model leaves moves as the model does.
+    let steps = if states.is_some() { [1.0, 0.0, 0.0] } else { FREE };
+    let p = descend(value, p, steps);
+    let free = if states.is_some() { descend(value, p, FREE) } else { p };
     let mut run = at(&p, yaw)?;
     if let Some(states) = states {
         let states: Vec<[f64; 2]> =
@@ -208,8 +220,7 @@ fn fit_series(
         .chunks(yaw.len().div_ceil(QUARTERS))
         .map(|part| {
             let value = |q: &[f64; 3]| at(q, part).map_or(f64::INFINITY, |run| run.deviance);
-            let common = value(&p);
-            common - value(&descend(value, p, [1.0, 1e-3, 3e-3]))
+            value(&free) - value(&descend(value, free, FREE))
         })
         .sum();
     let lag: f64 = run.innovations.windows(2).map(|w| w[0] * w[1]).sum();

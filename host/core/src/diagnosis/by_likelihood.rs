@@ -10,6 +10,7 @@ use crate::diagnosis::compare;
 use crate::diagnosis::forced::{self, Forced};
 use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::late_release;
+use crate::diagnosis::likelihood::explained_up_to;
 use crate::diagnosis::search::{self, beyond, criterion, Begun};
 use crate::effects::Effect;
 use crate::error::Result;
@@ -93,7 +94,9 @@ fn one_answer(record: &Record, decay: &FreeDecay, begun: &Begun) -> Result<(Diag
     let decay = &found.decay;
     let last = found.path.last().expect("the plain model");
     let alone = found.explained && beyond(&found.plain, last).len() < 2;
-    if let Some(forced) = (!alone).then(|| random_forcing(decay, begun, last)).flatten() {
+    // Random forcing that hardly shows bends a single effect to it; then it has to be likelier by itself.
+    let forced = !alone || forced_rather_than(decay, &begun.plain, last).is_some();
+    if let Some(forced) = forced.then(|| random_forcing(decay, begun, last)).flatten() {
         // Named though not always believed: no definite law stands for them.
         return Ok((forced, true));
     }
@@ -180,7 +183,7 @@ fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) -> bool {
         && b.state_dependence < MOST_DEPENDENT
         && b.largest < LARGEST
         && b.line < (0.5 * n).ln() + STRONGEST_LINE
-        && (LEAST_INNOVATIONS..=search::EXPLAINED).contains(&b.over_noise)
+        && (LEAST_INNOVATIONS..=explained_up_to(n)).contains(&b.over_noise)
 }
 
 /// Random forcing and an effect together bend to much that the library lacks: one effect of the state beside it is believed

@@ -1,6 +1,7 @@
 //! The verdict on a record: adequate, explained by these effects, or unexplained.
 
 use crate::diagnosis::account::{self, Account};
+use crate::diagnosis::alike::alike;
 pub(crate) use crate::diagnosis::answer::modal;
 pub use crate::diagnosis::answer::{
     step, Candidate, Diagnosed, Diagnosis, Modal, Options, Status, Step, FITTED_SHARE,
@@ -8,6 +9,7 @@ pub use crate::diagnosis::answer::{
 pub(crate) use crate::diagnosis::by_likelihood::forced_rather_than;
 use crate::diagnosis::by_likelihood::{by_likelihood, random_forcing};
 use crate::diagnosis::compare;
+use crate::diagnosis::likelihood::EXPLAINED;
 pub use crate::diagnosis::over_pieces::fit_over_pieces;
 use crate::diagnosis::reach;
 use crate::diagnosis::search::{self, Begun};
@@ -102,7 +104,7 @@ fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagno
     let one_explains = begun.singles.iter().any(explains);
     let forced_first = reached.is_some_and(|least| least > MISSED) && !one_explains;
     if forced_first {
-        let single = begun.best().unwrap_or(plain);
+        let single = search::best(&begun.singles).unwrap_or(plain);
         let lower = if best.rms_rad() < single.rms_rad() { best } else { single };
         if let Some(forced) = random_forcing(&decay, &begun, lower) {
             return Ok(forced);
@@ -115,13 +117,13 @@ fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagno
         }
     }
     decay.stop.check()?;
-    Ok(by_prediction(record, decay, account))
+    by_prediction(record, decay, account)
 }
 
 /// `decay` with the floor of coloured noise as `model` shows it, where the one does not account for what the model leaves
 /// and the other does: in a short record the oscillation hides where such noise is strongest.
 fn with_floor_of(decay: FreeDecay, model: &Fitted) -> FreeDecay {
-    let near = search::NEAR_NOISE..FAR_FROM_FLOOR;
+    let near = EXPLAINED..FAR_FROM_FLOOR;
     if !near.contains(&model.over_noise(&decay)) {
         return decay;
     }
@@ -135,7 +137,7 @@ fn with_floor_of(decay: FreeDecay, model: &Fitted) -> FreeDecay {
 }
 
 /// The answer that survives prediction.
-fn by_prediction(record: &Record, decay: FreeDecay, account: Account) -> Diagnosed {
+fn by_prediction(record: &Record, decay: FreeDecay, account: Account) -> Result<Diagnosed> {
     let decay = floor::with_steps(decay, record);
     let last = &account.last().model;
     let where_ = compare::locate(&decay, last);
@@ -160,7 +162,7 @@ fn by_prediction(record: &Record, decay: FreeDecay, account: Account) -> Diagnos
         mean_noise_deg: decay.noise_rad.to_degrees(),
         status,
         effects: account.effects.clone(),
-        indistinguishable: Vec::new(),
+        indistinguishable: alike(&decay, &account.survivors)?,
         modal: modal(last),
         steps: account.steps.iter().map(step).collect(),
         candidates: account.candidates.clone(),
@@ -173,5 +175,5 @@ fn by_prediction(record: &Record, decay: FreeDecay, account: Account) -> Diagnos
         )),
     };
     let path = account.steps.into_iter().map(|s| s.model).collect();
-    Diagnosed { diagnosis, decay, singles: Vec::new(), path }
+    Ok(Diagnosed { diagnosis, decay, singles: Vec::new(), path })
 }

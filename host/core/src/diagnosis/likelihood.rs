@@ -13,10 +13,15 @@ pub fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64 {
     bic::gain(smaller.sum_of_squares, larger.sum_of_squares, effective, more)
 }
 
-/// Whether residual and noise floor agree; in few means their ratio scatters more.
+/// Residual over noise up to which so many independent residuals agree with their floor: of few the ratio scatters more.
+pub(super) fn explained_up_to(independent: f64) -> f64 {
+    let scatter = 3.0 / (2.0 * independent).sqrt();
+    EXPLAINED.max(1.0 + scatter.min(0.3))
+}
+
+/// Whether residual and noise floor agree.
 pub fn is_explained(fitted: &Fitted, decay: &FreeDecay) -> bool {
-    let scatter = 3.0 / (2.0 * fitted.effective_count()).sqrt();
-    fitted.over_noise(decay) <= EXPLAINED.max(1.0 + scatter.min(0.3))
+    fitted.over_noise(decay) <= explained_up_to(fitted.effective_count())
 }
 
 /// What `model` holds beyond `plain`, whose effects come first in it.

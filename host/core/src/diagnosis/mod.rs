@@ -1,8 +1,10 @@
 //! Where a model fails and which effect it lacks, in one record or a campaign.
 
 pub(crate) mod account;
+mod alike;
 pub mod amplitude;
 pub(crate) mod answer;
+mod begun;
 pub(crate) mod buffeting;
 mod by_likelihood;
 pub mod campaign;

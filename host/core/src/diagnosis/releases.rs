@@ -3,7 +3,7 @@
 use crate::bic::{self, MARGIN};
 use crate::diagnosis::diagnose::{forced_rather_than, Options};
 use crate::diagnosis::origin::weighted_mean;
-use crate::diagnosis::search::{self, LEAST_SHARE_SQUARED};
+use crate::diagnosis::search;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{fit_added, fit_plain, fit_removed, Fitted};
@@ -15,6 +15,9 @@ use rayon::prelude::*;
 const SCREENED: usize = 8;
 const MOST_PROPOSED: usize = 3;
 const MOST_EFFECTS: usize = 4;
+/// An effect whose course is less than this share of the noise floor in every release does not matter, squared: more
+/// than in one record, the largest of many being more by chance.
+const LEAST_SHARE_SQUARED: f64 = 0.03;
 
 /// The releases with the wind speed of each.
 pub(crate) struct Releases<'a> {

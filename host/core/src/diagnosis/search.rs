@@ -1,29 +1,33 @@
 //! Which effects a free decay needs: each alone, the best in one model, the needless taken out again.
 
 use crate::bic::{self, MARGIN};
-use crate::diagnosis::answer::Options;
+pub use crate::diagnosis::begun::{present, Begun};
+use crate::diagnosis::by_likelihood::forced_rather_than;
 use crate::diagnosis::flexible;
 use crate::diagnosis::guards::{self, Refusal};
 pub(crate) use crate::diagnosis::likelihood::EXPLAINED;
 pub use crate::diagnosis::likelihood::{beyond, evidence, is_explained};
 use crate::diagnosis::reach::reach;
-use crate::diagnosis::survivors::SINE_FROM;
 use crate::effects::Effect;
-use crate::error::{Error, Result};
-use crate::fit::fitting::{fit_added, fit_plain_within, fit_removed, reordered, Fitted, Structure};
+use crate::error::Result;
+use crate::fit::fitting::{fit_added, fit_removed, reordered, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::linear_gain;
 use rayon::prelude::*;
 
 /// An effect whose course is less than this share of the noise floor does not matter, squared.
-pub(crate) const LEAST_SHARE_SQUARED: f64 = 0.03;
+const LEAST_SHARE_SQUARED: f64 = 0.01;
 /// Residual over noise up to which what a model leaves may sharpen the floor of coloured noise.
 pub(super) const NEAR_NOISE: f64 = 1.6;
 /// Residual over noise that all effects together would leave a pair in one linear step, beyond which no more are tried.
 const HOPELESS: f64 = 2.5;
+/// The same, beyond which random forcing of the plain model that holds is no cloak for effects yet to be tried.
+const WANDERS: f64 = 1.10;
 /// Models carried on to the next round.
 const BEAM: usize = 4;
 const MOST_EFFECTS: usize = 4;
+/// Effects without which the search begins again.
+const MOST_REFUSED: usize = 3;
 /// Effects tried beside each model of a round after the first, those with the largest linear gain.
 const BRANCHES: usize = 5;
 /// Evidence that a linear step must predict for an effect to be tried beside a model that explains the record.
@@ -47,74 +51,22 @@ pub struct Found {
     pub refused: Vec<Refusal>,
 }
 
+impl Found {
+    fn unexplained(
+        decay: FreeDecay,
+        plain: Fitted,
+        singles: Vec<Fitted>,
+        path: Vec<Fitted>,
+    ) -> Self {
+        let (indistinguishable, refused) = (Vec::new(), Vec::new());
+        Self { decay, plain, singles, path, explained: false, indistinguishable, refused }
+    }
+}
+
 /// Whether `larger` is worth its effect: believed, and of a size that shows.
 fn is_worth(smaller: &Fitted, larger: &Fitted, decay: &FreeDecay, effective: f64) -> bool {
     let share = smaller.over_noise(decay).powi(2) - larger.over_noise(decay).powi(2);
     larger.converged && evidence(smaller, larger, effective) > MARGIN && share > LEAST_SHARE_SQUARED
-}
-
-/// The model that is there already.
-///
-/// # Errors
-/// Where it cannot be fitted, or interrupted.
-pub fn present(decay: &FreeDecay, options: &Options) -> Result<Fitted> {
-    let Options { zero_unknown, present, .. } = options;
-    let structure = Structure { zero_unknown: *zero_unknown, ..present.clone() };
-    let plain = fit_plain_within(decay, &structure, decay.yaw_rad.len());
-    let model = present.effects.iter().fold(plain, |model, e| fit_added(decay, &model, e));
-    decay.stop.check()?;
-    if model.converged || present.effects.is_empty() {
-        return Ok(model);
-    }
-    Err(Error::NotFitted)
-}
-
-/// The present model with every candidate beside it, one at a time: what a search begins with.
-#[derive(Clone)]
-pub struct Begun {
-    pub plain: Fitted,
-    pub candidates: Vec<Effect>,
-    /// In the order of the candidates.
-    pub singles: Vec<Fitted>,
-}
-
-impl Begun {
-    /// # Errors
-    /// Where the present model cannot be fitted, or interrupted.
-    pub fn of(decay: &FreeDecay, options: &Options) -> Result<Self> {
-        let zero_unknown = options.zero_unknown;
-        let plain = present(decay, options)?;
-        let mut candidates: Vec<Effect> = Effect::deterministic()
-            .filter(|e| !(zero_unknown && *e == Effect::StaticOffset))
-            .collect();
-        candidates.retain(|e| !e.is_flexible());
-        if decay.amplitude_rad < SINE_FROM {
-            candidates.retain(|e| *e != Effect::PendulumGravity);
-        }
-        for own in options.own.iter().filter(|e| e.is_own()) {
-            if !candidates.contains(own) {
-                candidates.push(own.clone());
-            }
-        }
-        candidates.retain(|e| !plain.structure.effects.contains(e));
-        let singles = candidates.par_iter().map(|e| fit_added(decay, &plain, e)).collect();
-        decay.stop.check()?;
-        Ok(Self { plain, candidates, singles })
-    }
-
-    fn without(&self, effect: &Effect) -> Self {
-        let mut less = self.clone();
-        if let Some(at) = less.candidates.iter().position(|e| e == effect) {
-            less.candidates.remove(at);
-            less.singles.remove(at);
-        }
-        less
-    }
-
-    /// The converged single effect with the smallest criterion.
-    pub fn best(&self) -> Option<&Fitted> {
-        best(&self.singles)
-    }
 }
 
 /// Searches for what the present model lacks.
@@ -122,13 +74,30 @@ impl Begun {
 /// # Errors
 /// Interrupted, once somebody asked for it.
 pub fn search(decay: &FreeDecay, begun: &Begun) -> Result<Found> {
-    let found = search_from(decay, begun.clone())?;
-    let last = found.path.last().expect("the plain model");
-    let Some(refused) = guards::harmonic(last, decay) else { return Ok(found) };
-    // What a harmonic stood for is looked for again without it.
-    let mut again = search_from(decay, begun.without(&refused.effect))?;
-    again.refused.push(refused);
-    Ok(again)
+    let singles = &begun.singles;
+    let mut begun = begun.clone();
+    let mut found = search_from(decay, begun.clone())?;
+    let mut refused = Vec::new();
+    for _ in 0..MOST_REFUSED {
+        let last = found.path.last().expect("the plain model");
+        // What a harmonic stood for, or an effect that cannot stand and has kept out all others, is looked for again without
+        // it.
+        let another = match guards::harmonic(last, decay) {
+            Some(harmonic) => Some(harmonic),
+            None => found
+                .refused
+                .first()
+                .filter(|r| found.path.len() == 1 && begun.has_another(r))
+                .cloned(),
+        };
+        let Some(another) = another else { break };
+        begun = begun.without(&another.effect);
+        refused.push(another);
+        found = search_from(decay, begun.clone())?;
+    }
+    found.refused.extend(refused);
+    found.singles.clone_from(singles);
+    Ok(found)
 }
 
 fn search_from(decay: &FreeDecay, begun: Begun) -> Result<Found> {
@@ -139,7 +108,7 @@ fn search_from(decay: &FreeDecay, begun: Begun) -> Result<Found> {
         // What is far from the noise shows more than noise.
         let near = leader.over_noise(&decay) < NEAR_NOISE;
         if near {
-            decay.sharpened(&leader.residuals)
+            decay.with_noise_of(&leader.residuals)
         } else {
             decay
         }
@@ -161,8 +130,16 @@ fn search_from(decay: &FreeDecay, begun: Begun) -> Result<Found> {
         if !is_worth(&smaller, leader, &decay, count as f64) {
             break;
         }
-        if rounds.len() > 1 && reach(&decay, leader, &candidates) > HOPELESS {
-            break;
+        if rounds.len() > 1 {
+            let least = reach(&decay, leader, &candidates);
+            let forced = || forced_rather_than(&decay, &plain, leader).is_some();
+            if least > WANDERS && forced() {
+                let path = vec![plain.clone(), leader.clone()];
+                return Ok(Found::unexplained(decay, plain, singles, path));
+            }
+            if least > HOPELESS {
+                break;
+            }
         }
         let next = if is_explained(leader, &decay) {
             beside(&decay, leader, &candidates)
@@ -202,7 +179,7 @@ fn search_from(decay: &FreeDecay, begun: Begun) -> Result<Found> {
 }
 
 /// The converged model with the smallest criterion.
-fn best(models: &[Fitted]) -> Option<&Fitted> {
+pub(super) fn best(models: &[Fitted]) -> Option<&Fitted> {
     models.iter().filter(|m| m.converged).min_by(|a, b| criterion(a).total_cmp(&criterion(b)))
 }
 

@@ -6,6 +6,7 @@
 //! comes from the others.
 
 use crate::diagnosis::account;
+use crate::diagnosis::alike::alike_in_releases;
 use crate::diagnosis::answer::Left;
 use crate::diagnosis::diagnose::{modal, Modal, Status, Step, MOST_LEFT, SECOND_ORDER, SMALL};
 use crate::diagnosis::likelihood::is_explained;
@@ -76,8 +77,8 @@ pub struct OfRecord {
 }
 
 /// A release with what survives in it alone.
-struct Begun {
-    decay: FreeDecay,
+pub(super) struct Begun {
+    pub decay: FreeDecay,
     survivors: Survivors,
 }
 
@@ -95,15 +96,20 @@ impl Begun {
     }
 }
 
-struct Set<'a> {
-    begun: &'a [Begun],
-    common: &'a Common,
-    effects: Vec<Effect>,
+pub(super) struct Set<'a> {
+    pub begun: &'a [Begun],
+    pub common: &'a Common,
+    pub effects: Vec<Effect>,
 }
 
 impl Set<'_> {
-    fn without(&self, effect: &Effect) -> Self {
+    pub(super) fn without(&self, effect: &Effect) -> Self {
         let effects = self.effects.iter().filter(|e| *e != effect).cloned().collect();
+        Self { effects, ..*self }
+    }
+
+    pub(super) fn with(&self, effect: &Effect) -> Self {
+        let effects = self.effects.iter().chain([effect]).cloned().collect();
         Self { effects, ..*self }
     }
 
@@ -161,7 +167,7 @@ impl Set<'_> {
     }
 
     /// The long pieces of `which` fitted at once.
-    fn fitted(&self, which: &[usize]) -> JointFit {
+    pub(super) fn fitted(&self, which: &[usize]) -> JointFit {
         let mean = self.mean(which);
         let fits: Vec<PieceFit> = which.par_iter().map(|&i| self.given(i, &mean, None)).collect();
         let (mut releases, mut starts, mut of) = (Vec::new(), Vec::new(), Vec::new());
@@ -184,7 +190,7 @@ impl Set<'_> {
     }
 
     /// Each release predicted from the others.
-    fn predicted(&self) -> Result<Prediction> {
+    pub(super) fn predicted(&self) -> Result<Prediction> {
         let all: Vec<usize> = (0..self.begun.len()).collect();
         let mut errors = Vec::new();
         for i in all.iter().copied() {
@@ -259,7 +265,9 @@ pub fn diagnose_several(records: &[Record], common: &Common) -> Result<SeveralDi
     sets.truncate(last + 1);
     let wholes: Vec<JointFit> = sets.iter().map(Set::whole).collect();
     common.stop.check()?;
-    Ok(told(records, &begun, &sets, &wholes, &predictions))
+    let indistinguishable = alike_in_releases(&sets[last], &predictions[last])?;
+    let told = told(records, &begun, &sets, &wholes, &predictions);
+    Ok(SeveralDiagnosis { indistinguishable, ..told })
 }
 
 /// Effects that survive somewhere, those of most releases first, behind those that stay.
@@ -321,14 +329,17 @@ fn told(
         .zip(records)
         .max_by(|a, b| a.0.rms_rad().total_cmp(&b.0.rms_rad()))
         .map_or(String::new(), |(_, record)| record.file.display().to_string());
+    let explained = last.fits.iter().zip(begun).all(|(f, b)| is_explained(f, &b.decay));
     let amplitude = begun.iter().map(|b| b.decay.amplitude_rad).fold(0.0, f64::max);
     let left = Left {
         rms_deg: rms_rad(last).to_degrees(),
         share_of_amplitude: rms_rad(last) / amplitude,
         share_of_misfit: (rms_rad(last) / rms_rad(plain)).powi(2).min(1.0),
-        where_: format!("most of it in {worst}"),
+        where_: match explained {
+            true => account::NOISE.into(),
+            false => format!("most of it in {worst}"),
+        },
     };
-    let explained = last.fits.iter().zip(begun).all(|(f, b)| is_explained(f, &b.decay));
     let status = match (explained, effects.is_empty()) {
         (true, true) => Status::Adequate,
         (true, false) => Status::Explained,

@@ -45,6 +45,7 @@ fn three_releases_share_their_coefficients_and_not_their_rest() {
     }
     assert_eq!(found.effects.len(), 2);
     assert_eq!(found.status, Status::Explained);
+    assert!(found.sentence.ends_with("is left, no more than the noise"), "{}", found.sentence);
     let last = found.steps.last().unwrap();
     let c = last.parameters["coulomb_friction.c"];
     assert!(c.holds(FRICTION, 3.0) && c.u < 0.03 * FRICTION, "{c}");

@@ -64,13 +64,13 @@ fn rough_start(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<(f64
     lengths.starts(effect).into_par_iter().map(rough).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-fn judged(lengths: &Lengths, model: Model) -> Judged {
+pub(super) fn judged(lengths: &Lengths, model: Model) -> Judged {
     let prediction = predict(&lengths.predicted, &lengths.long, &model.fit);
     Judged { model, prediction }
 }
 
 impl Judged {
-    fn predicts_better_than(&self, other: &Self) -> bool {
+    pub(super) fn predicts_better_than(&self, other: &Self) -> bool {
         self.prediction.is_better_than(&other.prediction)
     }
 
@@ -82,7 +82,7 @@ impl Judged {
 }
 
 /// A sine is a law of its own: a power of the angle beside it bends against it.
-fn excludes(a: &Effect, b: &Effect) -> bool {
+pub(super) fn excludes(a: &Effect, b: &Effect) -> bool {
     let power = |e: &Effect| {
         matches!(
             e,
@@ -114,7 +114,7 @@ fn expanded(lengths: &Lengths, models: &[Model], all: &[Effect]) -> Vec<Model> {
 }
 
 /// Effects of the state: what follows time alone, or adds a line, is tried last, elsewhere.
-fn candidates(decay: &FreeDecay) -> Vec<Effect> {
+pub(super) fn candidates(decay: &FreeDecay) -> Vec<Effect> {
     let mut out = vec![
         Effect::CoulombFriction,
         Effect::QuadraticDamping,
@@ -136,6 +136,8 @@ pub(crate) struct Survivors {
     pub path: Vec<Judged>,
     /// Every effect alone, best first.
     pub singles: Vec<Model>,
+    /// Every set that was fitted on the way.
+    pub sets: Vec<Model>,
     /// What survives of the simple effects alone.
     simple: Judged,
 }
@@ -188,10 +190,11 @@ pub(crate) fn search(decay: &FreeDecay, own: &[Effect]) -> Result<Survivors> {
     let simple = here.clone();
     here = bent(&lengths, here)?;
     let path = path(&lengths, &plain, here)?;
-    let mut singles = rounds.swap_remove(1);
+    let mut singles = rounds[1].clone();
     singles.par_extend(own.par_iter().map(|e| with(&lengths, &plain.model, e)));
     singles.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
-    Ok(Survivors { path, singles, lengths, simple })
+    let sets = rounds.into_iter().flatten().collect();
+    Ok(Survivors { path, singles, sets, lengths, simple })
 }
 
 /// `here` with a user's own effects beside which it predicts better, what they leave needed: they are slower than the

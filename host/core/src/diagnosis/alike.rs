@@ -1,0 +1,156 @@
+//! Effects that predict as well in the place of one that survives: what a record cannot distinguish.
+
+use crate::diagnosis::account;
+use crate::diagnosis::guards;
+use crate::diagnosis::over_pieces::Model;
+use crate::diagnosis::prediction::{Prediction, LEAST_GAIN};
+use crate::diagnosis::several::Set;
+use crate::diagnosis::survivors::{candidates, excludes, judged, Survivors};
+use crate::effects::Effect;
+use crate::error::Result;
+use crate::fit::free_decay::FreeDecay;
+use rayon::prelude::*;
+
+/// For an effect that survives in `decay`, every other that predicts as well in its place and that physics allows.
+///
+/// # Errors
+/// Interrupted, once somebody asked for it.
+pub(super) fn alike(decay: &FreeDecay, survivors: &Survivors) -> Result<Vec<[Effect; 2]>> {
+    let last = survivors.path.last().expect("the plain model");
+    let effects = &last.model.fit.structure.effects;
+    let swapped = |model: &Model| -> Option<[Effect; 2]> {
+        let others = &model.fit.structure.effects;
+        let mut new = others.iter().filter(|e| !effects.contains(e));
+        let mut old = effects.iter().filter(|e| !others.contains(e));
+        let pair = [old.next()?.clone(), new.next()?.clone()];
+        (old.next().is_none() && new.next().is_none()).then_some(pair)
+    };
+    let rivals: Vec<([Effect; 2], &Model)> = survivors
+        .sets
+        .iter()
+        .filter(|model| !fits_worse(model.fit.sum(), last.model.fit.sum()))
+        .filter_map(|model| Some((swapped(model)?, model)))
+        .collect();
+    let mut found: Vec<[Effect; 2]> = rivals
+        .into_par_iter()
+        .filter(|(_, model)| {
+            let rival = judged(&survivors.lengths, (*model).clone());
+            !last.predicts_better_than(&rival)
+                && guards::refusal(&account::of_judged(decay, survivors, &rival), decay).is_none()
+        })
+        .map(|(pair, _)| pair)
+        .collect();
+    decay.stop.check()?;
+    found.sort_unstable();
+    found.dedup();
+    Ok(found)
+}
+
+/// Whether a set fits so much worse than the one that survives that it does not predict as well.
+fn fits_worse(sum: f64, survivor: f64) -> bool {
+    sum * (1.0 - LEAST_GAIN).powi(2) > survivor
+}
+
+/// The same for an effect of `set` that was looked for in several releases, whose `prediction` is from the others.
+///
+/// # Errors
+/// Interrupted, once somebody asked for it.
+pub(super) fn alike_in_releases(set: &Set, prediction: &Prediction) -> Result<Vec<[Effect; 2]>> {
+    let all: Vec<usize> = (0..set.begun.len()).collect();
+    let squares =
+        |set: &Set| -> f64 { set.fitted(&all).fits.iter().map(|f| f.sum_of_squares).sum() };
+    let here = squares(set);
+    let widest =
+        set.begun.iter().max_by(|a, b| a.decay.amplitude_rad.total_cmp(&b.decay.amplitude_rad));
+    let outside = candidates(&widest.expect("a release").decay);
+    let mut out = Vec::new();
+    for inside in set.effects.iter().filter(|e| !set.common.present.contains(e)) {
+        let smaller = set.without(inside);
+        let fits = |other: &&Effect| {
+            !set.effects.contains(other) && !smaller.effects.iter().any(|e| excludes(e, other))
+        };
+        for other in outside.iter().filter(fits) {
+            set.common.stop.check()?;
+            let swapped = smaller.with(other);
+            if !fits_worse(squares(&swapped), here)
+                && !prediction.is_better_than(&swapped.predicted()?)
+            {
+                out.push([inside.clone(), other.clone()]);
+            }
+        }
+    }
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnosis::several::{diagnose_several, Common};
+    use crate::diagnosis::survivors;
+    use crate::effects::Terms;
+    use crate::motion::simulate::{Grid, Motion};
+    use crate::record::Record;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// Cubic stiffness, released at this angle.
+    fn release(seed: u64, amplitude_deg: f64, damping_ratio: f64) -> Record {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let grid = Grid { start_s: 0.0, step_s: 0.02, count: 1000, mean_width_s: 0.0 };
+        let motion = Motion {
+            natural_frequency_rad_s: 6.0,
+            damping_ratio,
+            yaw_rad: amplitude_deg.to_radians(),
+            rate_rad_s: 0.0,
+            terms: Terms::of([(Effect::CubicStiffness, &[25.0][..])]),
+        };
+        let mut yaw_rad = vec![0.0; grid.count];
+        motion.readings(&grid, &mut yaw_rad);
+        let noise = |z: f64| 0.1 * z;
+        Record {
+            file: "a.csv".into(),
+            time_s: (0..grid.count).map(|i| grid.time_s(i)).collect(),
+            yaw_deg: yaw_rad
+                .iter()
+                .map(|y| y.to_degrees() + noise(StandardNormal.sample(&mut rng)))
+                .collect(),
+        }
+    }
+
+    fn group(record: &Record) -> (Vec<Effect>, Vec<[Effect; 2]>) {
+        let decay = FreeDecay::of(record).unwrap();
+        let survivors = survivors::search(&decay, &[]).unwrap();
+        let last = &survivors.path.last().unwrap().model.fit.structure.effects;
+        (last.clone(), alike(&decay, &survivors).unwrap())
+    }
+
+    /// Over few amplitudes a cube and an odd square harden alike; over many they part.
+    #[test]
+    fn laws_that_one_amplitude_cannot_separate_are_a_group() {
+        let (effects, pairs) = group(&release(1, 12.0, 0.004));
+        println!("{effects:?} {pairs:?}");
+        let laws = [Effect::CubicStiffness, Effect::OddQuadraticStiffness];
+        assert!(effects.iter().any(|e| laws.contains(e)), "{effects:?}");
+        assert!(pairs.iter().any(|pair| laws.iter().all(|law| pair.contains(law))), "{pairs:?}");
+        let (effects, pairs) = group(&release(2, 35.0, 0.02));
+        println!("{effects:?} {pairs:?}");
+        assert!(effects.contains(&Effect::CubicStiffness), "{effects:?}");
+        assert!(!pairs.iter().flatten().any(|e| *e == laws[1]), "{pairs:?}");
+    }
+
+    #[test]
+    fn so_are_laws_that_several_releases_cannot_separate() {
+        let laws = [Effect::CubicStiffness, Effect::OddQuadraticStiffness];
+        let near = [release(1, 12.0, 0.004), release(2, 11.0, 0.004)];
+        let found = diagnose_several(&near, &Common::default()).unwrap();
+        println!("{:?} {:?}", found.effects, found.indistinguishable);
+        let odd = |pairs: &[[Effect; 2]]| pairs.iter().flatten().any(|e| *e == laws[1]);
+        assert!(odd(&found.indistinguishable));
+        let apart = [release(3, 35.0, 0.02), release(4, 15.0, 0.02)];
+        let found = diagnose_several(&apart, &Common::default()).unwrap();
+        println!("{:?} {:?}", found.effects, found.indistinguishable);
+        assert!(found.effects.contains(&Effect::CubicStiffness), "{:?}", found.effects);
+        assert!(!odd(&found.indistinguishable), "{:?}", found.indistinguishable);
+    }
+}

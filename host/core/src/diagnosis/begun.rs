@@ -1,0 +1,78 @@
+//! What a search begins with: the model that is there, and every effect beside it, one at a time.
+
+use crate::bic::MARGIN;
+use crate::diagnosis::answer::Options;
+use crate::diagnosis::guards::Refusal;
+use crate::diagnosis::survivors::SINE_FROM;
+use crate::effects::Effect;
+use crate::error::{Error, Result};
+use crate::fit::fitting::{fit_added, fit_plain_within, Fitted, Structure};
+use crate::fit::free_decay::FreeDecay;
+use rayon::prelude::*;
+
+/// The model that is there already.
+///
+/// # Errors
+/// Where it cannot be fitted, or interrupted.
+pub fn present(decay: &FreeDecay, options: &Options) -> Result<Fitted> {
+    let Options { zero_unknown, present, .. } = options;
+    let structure = Structure { zero_unknown: *zero_unknown, ..present.clone() };
+    let plain = fit_plain_within(decay, &structure, decay.yaw_rad.len());
+    let model = present.effects.iter().fold(plain, |model, e| fit_added(decay, &model, e));
+    decay.stop.check()?;
+    if model.converged || present.effects.is_empty() {
+        return Ok(model);
+    }
+    Err(Error::NotFitted)
+}
+
+/// The present model with every candidate beside it, one at a time: what a search begins with.
+#[derive(Clone)]
+pub struct Begun {
+    pub plain: Fitted,
+    pub candidates: Vec<Effect>,
+    /// In the order of the candidates.
+    pub singles: Vec<Fitted>,
+}
+
+impl Begun {
+    /// # Errors
+    /// Where the present model cannot be fitted, or interrupted.
+    pub fn of(decay: &FreeDecay, options: &Options) -> Result<Self> {
+        let zero_unknown = options.zero_unknown;
+        let plain = present(decay, options)?;
+        let mut candidates: Vec<Effect> = Effect::deterministic()
+            .filter(|e| !(zero_unknown && *e == Effect::StaticOffset))
+            .collect();
+        candidates.retain(|e| !e.is_flexible());
+        if decay.amplitude_rad < SINE_FROM {
+            candidates.retain(|e| *e != Effect::PendulumGravity);
+        }
+        for own in options.own.iter().filter(|e| e.is_own()) {
+            if !candidates.contains(own) {
+                candidates.push(own.clone());
+            }
+        }
+        candidates.retain(|e| !plain.structure.effects.contains(e));
+        let singles = candidates.par_iter().map(|e| fit_added(decay, &plain, e)).collect();
+        decay.stop.check()?;
+        Ok(Self { plain, candidates, singles })
+    }
+
+    pub(super) fn without(&self, effect: &Effect) -> Self {
+        let mut less = self.clone();
+        if let Some(at) = less.candidates.iter().position(|e| e == effect) {
+            less.candidates.remove(at);
+            less.singles.remove(at);
+        }
+        less
+    }
+
+    /// Whether an effect other than the `refused` one is believed alone.
+    pub(super) fn has_another(&self, refused: &Refusal) -> bool {
+        let believed = |s: &Fitted| s.converged && s.bic().gain_over(&self.plain.bic()) > MARGIN;
+        let others =
+            self.candidates.iter().zip(&self.singles).filter(|(e, _)| **e != refused.effect);
+        others.into_iter().any(|(_, s)| believed(s))
+    }
+}
