@@ -210,8 +210,10 @@ fn equations(dialect: &Dialect, effects: &[Effect]) -> Result<Equations> {
     for effect in effects {
         match effect.equation() {
             Some(Equation::Moment(text)) => {
-                moments += dialect.term;
-                moments += &write(Some(effect), text)?;
+                for term in text.lines() {
+                    moments += dialect.term;
+                    moments += &write(Some(effect), term)?;
+                }
             }
             Some(Equation::Reading(text)) => {
                 readings += dialect.term;

@@ -235,6 +235,19 @@ fn an_effect_of_the_users_own_is_the_same_elsewhere() {
     bench.agrees("an effect of one's own");
 }
 
+/// Curves on both sides, and dry friction.
+#[test]
+fn a_measured_law_is_the_same_elsewhere() {
+    let bench = Bench::with_record("r.csv", 7.0);
+    let rig = "--natural-frequency 7 --damping 0.006 --seconds 16 --rate-hz 100 --seed 2";
+    let effects =
+        "--effect coulomb_friction:c=0.05 --effect cubic_stiffness:k3=80 --effect quadratic_stiffness:k2=9";
+    bench.of(&format!("simulate {rig} {effects} --out r.csv --force")).run().exits(0);
+    bench.of("fit r.csv").run().exits(0);
+    bench.of("add measured_law").run().exits(0);
+    bench.agrees("a measured law");
+}
+
 /// Records of two conditions, the sensor's zero unknown: each with its numbers and its initial condition.
 #[test]
 fn every_record_of_a_model_is_in_the_program() {

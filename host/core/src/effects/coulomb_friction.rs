@@ -25,7 +25,7 @@ impl Law for CoulombFriction {
     }
 
     fn equation(&self) -> Option<Equation<'_>> {
-        Some(Equation::Moment("-c * sign(r)"))
+        Some(Equation::moment("-c * sign(r)"))
     }
 
     fn card(&self) -> Card<'_> {

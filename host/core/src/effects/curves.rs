@@ -153,6 +153,22 @@ impl Shape {
         Curve { edges: self.knots, pieces, end_slope: slopes[KNOTS], scale }
     }
 
+    /// The curve through `values`, up to `reach`, as powers: slope and half the second derivative at zero, and for each
+    /// knot (its place first) a sixth of the third derivative's jump there.
+    pub(super) fn powers(&self, values: &[f64], reach: f64) -> ([f64; 2], [(f64, f64); KNOTS + 1]) {
+        let pieces = self.curve(values, reach).pieces;
+        let h = |k: usize| (self.knots[k + 1] - self.knots[k]) * reach;
+        let mut before = 0.0;
+        let jump = |k: usize| {
+            let third = pieces.get(k).map_or(0.0, |piece| piece[3] / h(k).powi(3));
+            let jump = third - before;
+            before = third;
+            (self.knots[k] * reach, jump)
+        };
+        let [_, slope, bend, _] = pieces[0];
+        ([slope / h(0), bend / h(0).powi(2)], std::array::from_fn(jump))
+    }
+
     /// Knots that lie nearer where the curve through `values` bends.
     pub(super) fn bent(&self, values: &[f64]) -> Knots {
         let slopes = &self.slopes * DVector::from_column_slice(values);

@@ -35,7 +35,7 @@ impl Law for EndStop {
     }
 
     fn equation(&self) -> Option<Equation<'_>> {
-        Some(Equation::Moment("-k * (b - max(-g, min(g, b)))"))
+        Some(Equation::moment("-k * (b - max(-g, min(g, b)))"))
     }
 
     fn card(&self) -> Card<'_> {

@@ -41,7 +41,7 @@ impl Law for HarmonicForcing {
     }
 
     fn equation(&self) -> Option<Equation<'_>> {
-        Some(Equation::Moment("f * cos(w * t + phi)"))
+        Some(Equation::moment("f * cos(w * t + phi)"))
     }
 
     fn card(&self) -> Card<'_> {

@@ -120,14 +120,21 @@ impl Scale {
 
 /// An effect as text of the language of a user's own effects: of `b`, `r`, `t`, `wn`, `wind` as there, of `spring`, the
 /// moment of the linear spring (-wn^2 b beyond any dead zone), and of the users' numbers by their names.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Equation<'a> {
-    /// Added to b''; its `sign(r)` holds the model at r = 0 while the other moments are below it.
-    Moment(&'a str),
+    /// Added to b'', a term of a sum on each line; its `sign(r)` holds the model at r = 0 while the other moments are below
+    /// it.
+    Moment(Cow<'a, str>),
     /// The angle up to which the spring does not act.
     DeadZone(&'a str),
     /// Added to the reading.
     Reading(&'a str),
+}
+
+impl<'a> Equation<'a> {
+    pub(crate) const fn moment(text: &'a str) -> Self {
+        Self::Moment(Cow::Borrowed(text))
+    }
 }
 
 /// A moment written once: as it is computed, and as its [`Equation`]. Its formula is of yaw angle, yaw rate, time and the
@@ -145,7 +152,7 @@ macro_rules! moment {
         }
 
         impl $law {
-            const EQUATION: Equation<'static> = Equation::Moment(stringify!($formula));
+            const EQUATION: Equation<'static> = Equation::moment(stringify!($formula));
         }
     };
 }

@@ -10,7 +10,7 @@
 //! knots are near.
 
 use super::curves::{Curves, Knots, Part, Shape, KNOTS};
-use super::law::{Card, Law, Parameter, Scale, Seen};
+use super::law::{Card, Equation, Law, Parameter, Scale, Seen};
 use super::terms::Terms;
 use nalgebra::{DMatrix, DVector};
 use std::borrow::Cow;
@@ -193,6 +193,47 @@ impl MeasuredLaw {
         rows
     }
 
+    /// The terms of a part in the language of a user's own effects, each on a line.
+    fn terms(&self, i: usize) -> Vec<String> {
+        let (part, shape) = (self.parts[i].0, &self.shapes[i]);
+        let x = if part.is_of_yaw() { "b" } else { "r" };
+        let above = self.friction && part == Part::Damping;
+        let size = |k: usize| {
+            let name = &self.parameters[i * KNOTS + k].name;
+            if above {
+                format!("({name} - c)")
+            } else {
+                name.to_string()
+            }
+        };
+        let unit = |k: usize| std::array::from_fn::<f64, KNOTS, _>(|j| f64::from(u8::from(j == k)));
+        let powers: Vec<_> = (0..KNOTS).map(|k| shape.powers(&unit(k), self.reach(part))).collect();
+        let sum = |of: &dyn Fn(usize) -> f64| {
+            let all = (0..KNOTS).filter(|&k| of(k) != 0.0);
+            let each: Vec<String> = all.map(|k| format!("{:?} * {}", of(k), size(k))).collect();
+            (!each.is_empty()).then(|| each.join(" + ").replace("+ -", "- "))
+        };
+        let odd = part.is_odd();
+        let mut out = Vec::new();
+        let mut term = |sizes: Option<String>, text: String| {
+            out.extend(sizes.map(|sizes| format!("-({sizes}) * {text}")));
+        };
+        term(sum(&|k| powers[k].0[0]), if odd { x.to_owned() } else { format!("abs({x})") });
+        term(
+            sum(&|k| powers[k].0[1]),
+            if odd { format!("abs({x}) * {x}") } else { format!("{x}^2") },
+        );
+        for knot in 0..=KNOTS {
+            let at = powers[0].1[knot].0;
+            let text = match odd {
+                true => format!("(max({x} - {at:?}, 0)^3 + min({x} + {at:?}, 0)^3)"),
+                false => format!("max(abs({x}) - {at:?}, 0)^3"),
+            };
+            term(sum(&|k| powers[k].1[knot].1), text);
+        }
+        out
+    }
+
     fn curves(&self, p: &[f64]) -> Curves {
         let curve = |(k, (&(part, _), shape)): (usize, (&(Part, f64), &Shape))| {
             (part, shape.curve(&self.above(p, k), self.reach(part)))
@@ -223,6 +264,12 @@ impl Law for Arc<MeasuredLaw> {
             terms.dry_friction_rad_s2 += p[self.parameters.len() - 1];
         }
         terms.add_curves(self.curves(p));
+    }
+
+    fn equation(&self) -> Option<Equation<'_>> {
+        let mut all: Vec<String> = (0..self.parts.len()).flat_map(|i| self.terms(i)).collect();
+        all.extend(self.friction.then(|| "-c * sign(r)".to_owned()));
+        Some(Equation::Moment(Cow::Owned(all.join("\n"))))
     }
 
     fn card(&self) -> Card<'_> {

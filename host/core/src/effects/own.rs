@@ -56,7 +56,7 @@ impl Law for Arc<OwnEffect> {
     }
 
     fn equation(&self) -> Option<Equation<'_>> {
-        Some(Equation::Moment(&self.formula))
+        Some(Equation::moment(&self.formula))
     }
 
     fn card(&self) -> Card<'_> {

@@ -37,7 +37,7 @@ impl Law for PowerDamping {
     }
 
     fn equation(&self) -> Option<Equation<'_>> {
-        Some(Equation::Moment("-c * abs(r)^n * sign(r)"))
+        Some(Equation::moment("-c * abs(r)^n * sign(r)"))
     }
 
     fn card(&self) -> Card<'_> {

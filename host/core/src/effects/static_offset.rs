@@ -25,7 +25,7 @@ impl Law for StaticOffset {
     }
 
     fn equation(&self) -> Option<Equation<'_>> {
-        Some(Equation::Moment("m"))
+        Some(Equation::moment("m"))
     }
 
     fn card(&self) -> Card<'_> {
