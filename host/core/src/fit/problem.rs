@@ -15,6 +15,10 @@ const DIFFERENCE: f64 = 1e-6;
 const OWN_DIFFERENCE: f64 = 3e-5;
 /// By how much the sum of squares of such a fit may err, of the residuals' variance.
 const OWN_ACCURACY: f64 = 0.5;
+/// Distance to the minimum that is near enough, in standard errors; of a measured law, whose many numbers share what they
+/// explain, a valley is followed no further than that.
+const TOLERANCE: f64 = 0.01;
+const LAW_TOLERANCE: f64 = 0.1;
 pub(crate) const EVALUATIONS: usize = 30;
 
 /// The first `count` means of a free decay.
@@ -201,9 +205,11 @@ impl<'a> JointProblem<'a> {
     }
 
     pub(crate) fn minimise(&self, start: &[f64], max_evaluations: usize) -> Fit {
-        let accuracy =
-            if self.parts.iter().any(|p| adapts_steps(&p.structure)) { OWN_ACCURACY } else { 0.0 };
-        let options = Options { max_evaluations, tolerance: 0.01, accuracy, damping: 1e-4 };
+        let has_law = self.parts.iter().any(|p| p.structure.has_law());
+        let adapts = self.parts.iter().any(|p| adapts_steps(&p.structure));
+        let accuracy = if adapts || has_law { OWN_ACCURACY } else { 0.0 };
+        let tolerance = if has_law { LAW_TOLERANCE } else { TOLERANCE };
+        let options = Options { max_evaluations, tolerance, accuracy, damping: 1e-4 };
         minimise(self, start, &options)
     }
 }

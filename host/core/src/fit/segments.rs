@@ -8,12 +8,14 @@
 use crate::fit::pieces::{fit_state, Own, Piece, Pieces};
 use crate::fit::problem::{problem_of_one, JointProblem, Release};
 use crate::fit::structure::Structure;
-use crate::solver::{Normal, Rows};
-use nalgebra::{Cholesky, DMatrix, DVector, Matrix2};
+use crate::solver::{step_within, Normal, Rows};
+use nalgebra::{DMatrix, DVector, Matrix2};
 use rayon::prelude::*;
 
 /// Gain of a step, as a share of the sum of squares, below which a fit that is only a start for the next has settled.
 pub(crate) const ROUGH: f64 = 1e-3;
+/// Share of a matrix' diagonal that keeps it definite.
+const ROUNDING: f64 = 1e-12;
 /// Steps of a fit to longer pieces; it is continued at the next level.
 pub(crate) const STEPS: usize = 40;
 
@@ -163,44 +165,6 @@ fn inverse_of_state(s: &Sums, n: usize, damping: f64) -> Matrix2<f64> {
     m.try_inverse().unwrap_or_else(Matrix2::zeros)
 }
 
-/// The damped step down a quadratic of this `matrix` and `gradient` that keeps within `bounds` of each part: what would
-/// pass a bound stays at it, and the others step as suits that.
-pub(crate) fn step_within(
-    matrix: &DMatrix<f64>,
-    gradient: &DVector<f64>,
-    damping: f64,
-    bounds: &dyn Fn(usize) -> (f64, f64),
-) -> Option<DVector<f64>> {
-    let n = gradient.len();
-    let at_bound = |k: usize| {
-        let (low, high) = bounds(k);
-        (low >= 0.0 && gradient[k] > 0.0 || high <= 0.0 && gradient[k] < 0.0).then_some(0.0)
-    };
-    let mut held: Vec<Option<f64>> = (0..n).map(at_bound).collect();
-    loop {
-        let open: Vec<usize> = (0..n).filter(|&k| held[k].is_none()).collect();
-        let mut step = DVector::from_fn(n, |k, _| held[k].unwrap_or(0.0));
-        let mut m = matrix.select_rows(&open).select_columns(&open);
-        for (i, &k) in open.iter().enumerate() {
-            m[(i, i)] += damping * matrix[(k, k)].max(1e-30) + 1e-12 * matrix[(k, k)];
-        }
-        let right = (gradient + matrix * &step).select_rows(&open);
-        let part = Cholesky::new(m)?.solve(&right);
-        open.iter().zip(part.iter()).for_each(|(&k, x)| step[k] = -x);
-        let mut passed = false;
-        for &k in &open {
-            let (low, high) = bounds(k);
-            if step[k] < low || step[k] > high {
-                held[k] = Some(step[k].clamp(low.min(0.0), high.max(0.0)));
-                passed = true;
-            }
-        }
-        if !passed {
-            return Some(step);
-        }
-    }
-}
-
 /// Fits `structure` to `pieces` from given common numbers and states; `settled` is the relative gain at which it ends.
 pub(crate) fn fit_pieces(
     pieces: &[&Piece],
@@ -231,7 +195,12 @@ pub(crate) fn fit_pieces(
         let squares = total(&here);
         loop {
             let (a, g) = fit.reduced(&here, damping);
-            let Some(moved) = step_within(&a, &g, damping, &|k| {
+            let mut damped = a;
+            for k in 0..n {
+                let own = damped[(k, k)];
+                damped[(k, k)] += damping * own.max(1e-30) + ROUNDING * own;
+            }
+            let Some(moved) = step_within(&damped, &g, &|k| {
                 let (low, high) = fit.bounds[fit.free[k]];
                 (low - common[fit.free[k]], high - common[fit.free[k]])
             }) else {

@@ -116,6 +116,11 @@ impl Structure {
         bounds
     }
 
+    /// Whether a measured law is among the effects.
+    pub(crate) fn has_law(&self) -> bool {
+        self.effects.iter().any(|e| matches!(e, Effect::Measured(_)))
+    }
+
     pub(crate) fn limits_effect(&self, effect: &Effect) -> bool {
         self.limits.iter().any(|l| matches!(&l.number, Number::Of(e, _) if e == effect))
     }

@@ -333,19 +333,27 @@ impl Measured {
         self.fit.common[2]
     }
 
-    /// K(b) over the yaw angles reached, rad from the rest.
+    /// K(b) over the yaw angles reached, rad from the rest: what the whole restoring moment is beyond wn^2 b, whose line is
+    /// taken as it is. The uncertainty is that of the whole.
     pub fn stiffness(&self) -> Vec<Point> {
-        self.table(self.law.yaw_rad, |b| self.widened(&self.law.rows(b, 0.0)[0]))
+        let [wn, _] = self.linear();
+        beyond(self.total_stiffness(), wn * wn)
     }
 
-    /// D(r) over the yaw rates reached, rad/s.
+    /// D(r) over the yaw rates reached, rad/s: beyond 2 zeta wn r, alike.
     pub fn damping(&self) -> Vec<Point> {
-        self.table(self.law.rate_rad_s, |r| self.widened(&self.law.rows(0.0, r)[1]))
+        let [wn, zeta] = self.linear();
+        beyond(self.total_damping(), 2.0 * zeta * wn)
+    }
+
+    /// wn (rad/s) and zeta of the release from the largest angle.
+    fn linear(&self) -> [f64; 2] {
+        [self.fit.common[0], self.fit.common[1]]
     }
 
     /// wn^2 b + K(b): the whole restoring moment.
     pub fn total_stiffness(&self) -> Vec<Point> {
-        let wn = self.fit.common[0];
+        let [wn, _] = self.linear();
         // Linear about the fit: half of d(wn^2 b)/d wn times wn.
         let mut points = self.table(self.law.yaw_rad, |b| {
             let mut row = self.widened(&self.law.rows(b, 0.0)[0]);
@@ -358,7 +366,7 @@ impl Measured {
 
     /// 2 zeta wn r + D(r): the whole dissipation.
     pub fn total_damping(&self) -> Vec<Point> {
-        let [wn, zeta] = [self.fit.common[0], self.fit.common[1]];
+        let [wn, zeta] = self.linear();
         let mut points = self.table(self.law.rate_rad_s, |r| {
             let mut row = self.widened(&self.law.rows(0.0, r)[1]);
             (row[0], row[1]) = (2.0 * zeta * r, 2.0 * wn * r);
@@ -367,4 +375,10 @@ impl Measured {
         points.iter_mut().for_each(|p| p.moment_rad_s2.value -= 2.0 * zeta * wn * p.at);
         points
     }
+}
+
+/// `points` less a line of this slope.
+fn beyond(mut points: Vec<Point>, slope: f64) -> Vec<Point> {
+    points.iter_mut().for_each(|p| p.moment_rad_s2.value -= slope * p.at);
+    points
 }

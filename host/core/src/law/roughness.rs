@@ -6,8 +6,9 @@
 use crate::effects::{Effect, MeasuredLaw, Part, KNOTS};
 use crate::fit::fitting::Structure;
 use crate::fit::pieces::{fit_state, Piece, Pieces};
-use crate::fit::segments::{quadratics, step_within, PieceFit, Quadratic};
+use crate::fit::segments::{quadratics, PieceFit, Quadratic};
 use crate::fit::structure::motion;
+use crate::solver::step_within;
 use crate::statistics::independent_share;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
@@ -15,6 +16,8 @@ use rayon::prelude::*;
 /// Exponents of ten that are tried.
 const LEAST: i32 = -11;
 const MOST: i32 = 2;
+/// Share of a matrix' diagonal by which a step is damped.
+const DAMPING: f64 = 1e-9;
 /// Times each curve's weight is chosen anew, the others' kept.
 const SWEEPS: usize = 2;
 /// Standard errors by which a curve or a jump has to predict better than none, and one that differs from side to side.
@@ -104,7 +107,11 @@ impl<'a> Nearby<'a> {
         let here = self.here();
         g += penalty * &here * stiff;
         a += penalty * stiff;
-        let step = step_within(&a, &g, 1e-9, &|k| {
+        let mut damped = a.clone();
+        for k in 0..n {
+            damped[(k, k)] += DAMPING * a[(k, k)].max(1e-30);
+        }
+        let step = step_within(&damped, &g, &|k| {
             let (low, high) = self.bounds[self.free[k]];
             let jump = self.begin + KNOTS * self.law.parts.len();
             let high = if !friction && self.free[k] == jump { 0.0 } else { high };

@@ -10,11 +10,13 @@ pub(crate) mod check;
 mod levenberg;
 mod linear;
 mod normal;
+mod within;
 
 pub(crate) use levenberg::minimise;
 pub use levenberg::Options;
 pub use linear::linear_fit;
 pub use normal::Normal;
+pub(crate) use within::step_within;
 
 use nalgebra::{DMatrix, DVector};
 use std::fmt;
