@@ -15,6 +15,8 @@ use rayon::prelude::*;
 const SCREENED: usize = 8;
 const MOST_PROPOSED: usize = 3;
 const MOST_EFFECTS: usize = 4;
+/// Evidence for a line over that for an effect of the state, from which on the line comes first.
+const CLEARLY: f64 = 1.5;
 /// An effect whose course is less than this share of the noise floor in every release does not matter, squared: more
 /// than in one record, the largest of many being more by chance.
 const LEAST_SHARE_SQUARED: f64 = 0.03;
@@ -195,7 +197,7 @@ pub(crate) fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
             .filter(|(evidence, larger)| {
                 *evidence > MARGIN && matters(releases, &here.fits, &larger.fits)
             })
-            .max_by(|a, b| a.0.total_cmp(&b.0));
+            .max_by(|a, b| clear_of_lines(a).total_cmp(&clear_of_lines(b)));
         let Some((_, next)) = next else { break };
         path.push(next);
         // Chance is not chased with ever more effects.
@@ -218,6 +220,17 @@ pub(crate) fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
     path.push(kept);
     let indistinguishable = rivals(releases, &path, &singles, &library)?;
     Ok(Judged { singles, path, indistinguishable })
+}
+
+/// The evidence for a model's last effect against others': what adds a line, with numbers for each release, stands for much
+/// that bends where the right effects are not all there yet.
+fn clear_of_lines((evidence, model): &(f64, Model)) -> f64 {
+    let is_line = model.effects.last().is_some_and(|e| e.line().is_some());
+    if is_line {
+        evidence / CLEARLY
+    } else {
+        *evidence
+    }
 }
 
 /// Whether most releases with the wind on, or with it off, are randomly forced rather than explained by `best`.
