@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use yawrig_core::identify::flag::Flag;
 use yawrig_core::identify::{identify, Estimate, Identification, Method, Settings};
+use yawrig_tests::process::yawrig;
 
 fn found(name: &str) -> Option<Identification> {
     let Some(folder) = std::env::var_os("YAWRIG_RECORDS") else {
@@ -87,4 +88,36 @@ fn string_pendulum_at_20_hz_with_jitter() {
         assert!(e.flags.contains(&flag), "{:?}", e.flags);
     }
     assert!((found.window.from_deg - 40.0).abs() < 2.0 && (found.window.to_deg - 10.5).abs() < 1.0);
+}
+
+/// Residual and held out over the noise of each record: second order, the best formula, the law as it was measured.
+/// `YAWRIG_RECORDS=... cargo test --release -p yawrig-tests --test real_records -- --ignored --nocapture`.
+#[test]
+#[ignore = "minutes: a table to be looked at"]
+fn plain_named_and_measured() {
+    let folder = std::env::var_os("YAWRIG_RECORDS").expect("YAWRIG_RECORDS: a folder of records");
+    let out = tempfile::tempdir().expect("a folder");
+    let mut files: Vec<PathBuf> =
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.retain(|file| file.extension().is_some_and(|e| e == "csv"));
+    files.sort();
+    assert!(!files.is_empty());
+    println!("record: second order, best formula, measured; each residual and held out");
+    for file in files {
+        let name = file.file_name().unwrap().to_string_lossy().into_owned();
+        let ended = yawrig("law --json").and(&file).in_folder(out.path()).run();
+        if ended.code != 0 {
+            println!("{name}: {}", ended.stderr.lines().next().unwrap_or_default());
+            continue;
+        }
+        let found = ended.json();
+        let both = |of: &serde_json::Value| {
+            let number = |key: &str| of[key].as_f64().unwrap_or(f64::NAN);
+            format!("{:.2} {:.2}", number("residual_over_noise"), number("held_out_over_noise"))
+        };
+        let best = &found["names"][0];
+        let (form, memory) = (best["form"].as_str().unwrap_or("none"), &found["memory"]);
+        let [plain, named, measured] = [&found["without"], best, &found].map(both);
+        println!("{name}: {plain}; {form} {named}; {measured}; memory {memory}");
+    }
 }

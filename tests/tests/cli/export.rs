@@ -41,7 +41,8 @@ power_damping c=0.05 n=1.5
 const OWN: &str = r#"
 id = "stribeck_friction"
 title = "Stribeck friction"
-moment = "-c * tanh(r / 0.01) * (1 + s * exp(-abs(r) / v)) - k * max(abs(b) - 0.05, 0)^1.5 * sign(b) - c/4 * sign(r)"
+moment = """-c * tanh(r / 0.01) * (1 + s * exp(-abs(r) / v))
+    - k * max(abs(b) - 0.05, 0)^1.5 * sign(b) - c/4 * sign(r)"""
 [parameters]
 c = { unit = "rad/s2", start = 0.05, min = 0.0 }
 s = { unit = "1", start = 0.5, min = 0.0 }

@@ -4,7 +4,7 @@ use crate::diagnosis::account;
 use crate::diagnosis::guards;
 use crate::diagnosis::over_pieces::Model;
 use crate::diagnosis::prediction::{Prediction, LEAST_GAIN};
-use crate::diagnosis::several::Set;
+use crate::diagnosis::shared_set::Set;
 use crate::diagnosis::survivors::{candidates, excludes, judged, Survivors};
 use crate::effects::Effect;
 use crate::error::Result;
@@ -85,7 +85,6 @@ pub(super) fn alike_in_releases(set: &Set, prediction: &Prediction) -> Result<Ve
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnosis::several::{diagnose_several, Common};
     use crate::diagnosis::survivors;
     use crate::effects::Terms;
     use crate::motion::simulate::{Grid, Motion};
@@ -137,20 +136,5 @@ mod tests {
         println!("{effects:?} {pairs:?}");
         assert!(effects.contains(&Effect::CubicStiffness), "{effects:?}");
         assert!(!pairs.iter().flatten().any(|e| *e == laws[1]), "{pairs:?}");
-    }
-
-    #[test]
-    fn so_are_laws_that_several_releases_cannot_separate() {
-        let laws = [Effect::CubicStiffness, Effect::OddQuadraticStiffness];
-        let near = [release(1, 12.0, 0.004), release(2, 11.0, 0.004)];
-        let found = diagnose_several(&near, &Common::default()).unwrap();
-        println!("{:?} {:?}", found.effects, found.indistinguishable);
-        let odd = |pairs: &[[Effect; 2]]| pairs.iter().flatten().any(|e| *e == laws[1]);
-        assert!(odd(&found.indistinguishable));
-        let apart = [release(3, 35.0, 0.02), release(4, 15.0, 0.02)];
-        let found = diagnose_several(&apart, &Common::default()).unwrap();
-        println!("{:?} {:?}", found.effects, found.indistinguishable);
-        assert!(found.effects.contains(&Effect::CubicStiffness), "{:?}", found.effects);
-        assert!(!odd(&found.indistinguishable), "{:?}", found.indistinguishable);
     }
 }

@@ -10,7 +10,6 @@ use crate::diagnosis::compare;
 use crate::diagnosis::forced::{self, Forced};
 use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::late_release;
-use crate::diagnosis::likelihood::explained_up_to;
 use crate::diagnosis::search::{self, beyond, criterion, Begun};
 use crate::effects::Effect;
 use crate::error::Result;
@@ -23,24 +22,12 @@ use std::collections::BTreeMap;
 
 /// Residual over noise, on the part held out, up to which three effects and more count as an explanation.
 const MOST_HELD_OUT: f64 = 1.5;
-/// Gain of deviance by intensity, frequency and damping of each quarter's own: 12 +- 5 by chance.
-const MOST_UNSTEADY: f64 = 45.0;
-/// Innovations over their expected size, below which the forcing is a cloak for something else.
-const LEAST_INNOVATIONS: f64 = 0.85;
-/// Innovation, in standard deviations, that chance brings once in thousands of records.
-const LARGEST: f64 = 6.0;
-/// The same of a line in their spectrum, beyond ln(n/2).
-const STRONGEST_LINE: f64 = 9.0;
-/// Dependence of the innovations on the state, in standard deviations, that chance explains.
-const MOST_DEPENDENT: f64 = 4.0;
 /// Residual of the plain model over the noise from which on an effect is not looked for beside random forcing that by
 /// itself is no better than a definite model.
 const FAR: f64 = 40.0;
 /// Uncertainties by which an effect beside random forcing is off zero for it to be believed, and how unsteady that is.
 const BEYOND_DOUBT: f64 = 6.0;
 const STEADY: f64 = 25.0;
-/// Lag-one correlation of the innovations up to which they are white.
-const MOST_CORRELATED: f64 = 0.1;
 
 /// The answer by likelihood, which holds near the noise; and whether it explains the record.
 ///
@@ -95,7 +82,7 @@ fn one_answer(record: &Record, decay: &FreeDecay, begun: &Begun) -> Result<(Diag
     let last = found.path.last().expect("the plain model");
     let alone = found.explained && beyond(&found.plain, last).len() < 2;
     // Random forcing that hardly shows bends a single effect to it; then it has to be likelier by itself.
-    let forced = !alone || forced_rather_than(decay, &begun.plain, last).is_some();
+    let forced = !alone || forced::forced_rather_than(decay, &begun.plain, last).is_some();
     if let Some(forced) = forced.then(|| random_forcing(decay, begun, last)).flatten() {
         // Named though not always believed: no definite law stands for them.
         return Ok((forced, true));
@@ -155,35 +142,13 @@ pub(super) fn random_forcing(decay: &FreeDecay, begun: &Begun, best: &Fitted) ->
     }
     let numbers = begun.plain.parameters.len();
     let forced = forced::search(decay, &begun.plain, &alone, &begun.candidates)
-        .filter(|f| holds(&f.forcing, f.model.parameters.len(), deterministic, n));
-    if forced.is_none() && !holds(&alone, numbers, deterministic, n) {
+        .filter(|f| forced::holds(&f.forcing, f.model.parameters.len(), deterministic, n));
+    if forced.is_none() && !forced::holds(&alone, numbers, deterministic, n) {
         return None;
     }
     let diagnosis = buffeted_verdict(decay, begun, &alone, forced.as_ref());
     let path = vec![begun.plain.clone()];
     Some(Diagnosed { diagnosis, path, decay: decay.clone(), singles: begun.singles.clone() })
-}
-
-/// The random forcing of the `plain` model, if it is one and far likelier than `best`.
-pub(crate) fn forced_rather_than(
-    decay: &FreeDecay,
-    plain: &Fitted,
-    best: &Fitted,
-) -> Option<Buffeted> {
-    let (deterministic, n) = buffeting::definite_criterion(decay, best);
-    buffeting::fit(decay, plain).filter(|b| holds(b, plain.parameters.len(), deterministic, n))
-}
-
-/// Whether what a model of so many `numbers` leaves is random forcing, given the criterion of the best definite model.
-fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) -> bool {
-    let random = bic::of_deviance(b.deviance, n, numbers + 1);
-    deterministic - random > bic::MARGIN
-        && b.unsteadiness < MOST_UNSTEADY
-        && b.correlation_off.abs() < MOST_CORRELATED.max(4.0 / n.sqrt())
-        && b.state_dependence < MOST_DEPENDENT
-        && b.largest < LARGEST
-        && b.line < (0.5 * n).ln() + STRONGEST_LINE
-        && (LEAST_INNOVATIONS..=explained_up_to(n)).contains(&b.over_noise)
 }
 
 /// Random forcing and an effect together bend to much that the library lacks: one effect of the state beside it is believed

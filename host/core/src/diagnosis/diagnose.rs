@@ -6,7 +6,6 @@ pub(crate) use crate::diagnosis::answer::modal;
 pub use crate::diagnosis::answer::{
     step, Candidate, Diagnosed, Diagnosis, Modal, Options, Status, Step, FITTED_SHARE,
 };
-pub(crate) use crate::diagnosis::by_likelihood::forced_rather_than;
 use crate::diagnosis::by_likelihood::{by_likelihood, random_forcing};
 use crate::diagnosis::compare;
 use crate::diagnosis::likelihood::EXPLAINED;

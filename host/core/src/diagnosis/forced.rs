@@ -3,6 +3,7 @@
 
 use crate::bic;
 use crate::diagnosis::buffeting::{self, Buffeted, Whitener};
+use crate::diagnosis::likelihood::explained_up_to;
 use crate::effects::Effect;
 use crate::fit::fitting::{finished, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
@@ -18,6 +19,41 @@ const PROMISING: f64 = 3.0;
 const TRIED: usize = 4;
 const MOST_EFFECTS: usize = 2;
 const EVALUATIONS: usize = 20;
+
+/// Gain of deviance by intensity, frequency and damping of each quarter's own: 12 +- 5 by chance.
+const MOST_UNSTEADY: f64 = 45.0;
+/// Innovations over their expected size, below which the forcing is a cloak for something else.
+const LEAST_INNOVATIONS: f64 = 0.85;
+/// Innovation, in standard deviations, that chance brings once in thousands of records.
+const LARGEST: f64 = 6.0;
+/// The same of a line in their spectrum, beyond ln(n/2).
+const STRONGEST_LINE: f64 = 9.0;
+/// Dependence of the innovations on the state, in standard deviations, that chance explains.
+const MOST_DEPENDENT: f64 = 4.0;
+/// Lag-one correlation of the innovations up to which they are white.
+const MOST_CORRELATED: f64 = 0.1;
+
+/// The random forcing of the `plain` model, if it is one and far likelier than `best`.
+pub(crate) fn forced_rather_than(
+    decay: &FreeDecay,
+    plain: &Fitted,
+    best: &Fitted,
+) -> Option<Buffeted> {
+    let (deterministic, n) = buffeting::definite_criterion(decay, best);
+    buffeting::fit(decay, plain).filter(|b| holds(b, plain.parameters.len(), deterministic, n))
+}
+
+/// Whether what a model of so many `numbers` leaves is random forcing, given the criterion of the best definite model.
+pub(super) fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) -> bool {
+    let random = bic::of_deviance(b.deviance, n, numbers + 1);
+    deterministic - random > bic::MARGIN
+        && b.unsteadiness < MOST_UNSTEADY
+        && b.correlation_off.abs() < MOST_CORRELATED.max(4.0 / n.sqrt())
+        && b.state_dependence < MOST_DEPENDENT
+        && b.largest < LARGEST
+        && b.line < (0.5 * n).ln() + STRONGEST_LINE
+        && (LEAST_INNOVATIONS..=explained_up_to(n)).contains(&b.over_noise)
+}
 
 /// A model under random forcing.
 pub(crate) struct Forced {

@@ -23,4 +23,5 @@ mod reach;
 pub(crate) mod releases;
 pub mod search;
 pub mod several;
+mod shared_set;
 pub(crate) mod survivors;

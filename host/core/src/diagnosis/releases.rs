@@ -1,7 +1,8 @@
 //! Which effects the releases of a campaign need: each has coefficients of its own, and all are judged as one.
 
 use crate::bic::{self, MARGIN};
-use crate::diagnosis::diagnose::{forced_rather_than, Options};
+use crate::diagnosis::diagnose::Options;
+use crate::diagnosis::forced::forced_rather_than;
 use crate::diagnosis::origin::weighted_mean;
 use crate::diagnosis::search;
 use crate::effects::Effect;

@@ -2,8 +2,8 @@
 
 use crate::bic::{self, MARGIN};
 pub use crate::diagnosis::begun::{present, Begun};
-use crate::diagnosis::by_likelihood::forced_rather_than;
 use crate::diagnosis::flexible;
+use crate::diagnosis::forced::forced_rather_than;
 use crate::diagnosis::guards::{self, Refusal};
 pub(crate) use crate::diagnosis::likelihood::EXPLAINED;
 pub use crate::diagnosis::likelihood::{beyond, evidence, is_explained};

@@ -73,3 +73,42 @@ fn one_spring_or_a_coefficient_each_where_asked() {
     assert_eq!(found.sharing["coulomb_friction"], "each release its own");
     assert!(!found.steps.last().unwrap().parameters.contains_key("coulomb_friction.c"));
 }
+
+/// Cubic stiffness, released at this angle.
+fn hardening(seed: u64, amplitude_deg: f64, damping_ratio: f64) -> Record {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let grid = Grid { start_s: 0.0, step_s: 0.02, count: 1000, mean_width_s: 0.0 };
+    let motion = Motion {
+        natural_frequency_rad_s: 6.0,
+        damping_ratio,
+        yaw_rad: amplitude_deg.to_radians(),
+        rate_rad_s: 0.0,
+        terms: Terms::of([(Effect::CubicStiffness, &[25.0][..])]),
+    };
+    let mut yaw_rad = vec![0.0; grid.count];
+    motion.readings(&grid, &mut yaw_rad);
+    let noise = |z: f64| 0.1 * z;
+    Record {
+        file: "a.csv".into(),
+        time_s: (0..grid.count).map(|i| grid.time_s(i)).collect(),
+        yaw_deg: yaw_rad
+            .iter()
+            .map(|y| y.to_degrees() + noise(StandardNormal.sample(&mut rng)))
+            .collect(),
+    }
+}
+
+#[test]
+fn laws_that_several_releases_cannot_separate_are_a_group() {
+    let odd_square = Effect::OddQuadraticStiffness;
+    let near = [hardening(1, 12.0, 0.004), hardening(2, 11.0, 0.004)];
+    let found = diagnose_several(&near, &Common::default()).unwrap();
+    println!("{:?} {:?}", found.effects, found.indistinguishable);
+    let odd = |pairs: &[[Effect; 2]]| pairs.iter().flatten().any(|e| *e == odd_square);
+    assert!(odd(&found.indistinguishable));
+    let apart = [hardening(3, 35.0, 0.02), hardening(4, 15.0, 0.02)];
+    let found = diagnose_several(&apart, &Common::default()).unwrap();
+    println!("{:?} {:?}", found.effects, found.indistinguishable);
+    assert!(found.effects.contains(&Effect::CubicStiffness), "{:?}", found.effects);
+    assert!(!odd(&found.indistinguishable), "{:?}", found.indistinguishable);
+}

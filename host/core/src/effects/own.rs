@@ -56,7 +56,8 @@ impl Law for Arc<OwnEffect> {
     }
 
     fn equation(&self) -> Option<Equation<'_>> {
-        Some(Equation::moment(&self.formula))
+        // On one line: a term of its own.
+        Some(Equation::Moment(self.formula.replace(['\n', '\r'], " ").into()))
     }
 
     fn card(&self) -> Card<'_> {

@@ -203,10 +203,13 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     let memory = yields.min_by(least);
     stop.check()?;
     ranked.sort_by(|a, b| least(&a.0, &b.0));
-    // Among those that predict as well as the best, what has fewest parameters.
+    // Among those that predict as well as the best, or leave no more than the noise, what has fewest parameters.
+    let noise_rad = releases.first().noise_rad;
     let alike = |k: &usize| {
         let (best, other) = (&ranked[0].0.prediction, &ranked[*k].0.prediction);
-        best.rms_rad() > (1.0 - LEAST_GAIN) * other.rms_rad() || best.gain_over(other) < BETTER
+        best.rms_rad() > (1.0 - LEAST_GAIN) * other.rms_rad()
+            || best.gain_over(other) < BETTER
+            || other.rms_rad() < (1.0 + LEAST_GAIN) * noise_rad
     };
     let first = (0..ranked.len()).take_while(alike).count();
     let count = |(_, formula): &(Tried, Formula)| formula.parameters().count();
@@ -331,7 +334,7 @@ impl Trial<'_> {
         Some(Tried { effect, fit, prediction })
     }
 
-    /// Fitted to whole records, by precise steps; `None` where the user stops it.
+    /// Fitted to whole records, by steps that adapt; `None` where the user stops it.
     fn named(&self, tried: &Tried) -> Option<Name> {
         let Self { releases, lengths, .. } = self;
         let Tried { effect, fit, prediction } = tried;
