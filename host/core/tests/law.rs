@@ -12,6 +12,7 @@ use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::law::estimate::{measure, Measured};
 use yawrig_core::law::names::{names, Name, Names};
 use yawrig_core::law::releases::Releases;
+use yawrig_core::quantity::Quantity;
 
 struct Case {
     planted: Planted,
@@ -95,6 +96,15 @@ impl Case {
         q.u.is_finite().then(|| (q.value - truth).abs() <= 2.0 * q.u)
     }
 
+    /// Damping ratio as it was planted, without the law and beside it, where the law is of the rate.
+    fn damping_ratios(&self) -> Option<(f64, f64, Quantity)> {
+        use Kind::{AsymmetricDamping, PowerDamping, RootDamping, Stribeck};
+        let Self { planted, found, .. } = self;
+        [RootDamping, PowerDamping, Stribeck, AsymmetricDamping]
+            .contains(&planted.kind)
+            .then(|| (planted.zeta, found.plain.common[1], found.damping_ratio()))
+    }
+
     fn print(&self) {
         let Self { planted: p, found, names, .. } = self;
         println!(
@@ -145,6 +155,16 @@ fn laws_that_the_library_does_not_hold_are_measured_and_named() {
     let first = count(&|c| c.named().is_some_and(|(place, _)| place == 0));
     let exact: Vec<bool> = laws.iter().filter_map(|c| c.is_exact()).collect();
     let right_numbers = exact.iter().filter(|e| **e).count();
+    let ratios: Vec<(f64, f64, Quantity)> =
+        laws.iter().filter_map(|c| c.damping_ratios()).collect();
+    for (truth, plain, found) in &ratios {
+        println!("    zeta {truth:.5}: {plain:.5} without the law, {found} beside it");
+    }
+    let fivefold = |(truth, plain, found): &&(f64, f64, Quantity)| {
+        5.0 * (found.value - truth).abs() <= (plain - truth).abs()
+    };
+    let nearer = ratios.iter().filter(fivefold).count();
+    println!("zeta a fifth as far from the truth, or nearer: {nearer} of {}", ratios.len());
     let called = memory.iter().filter(|c| c.names.memory.is_some()).count();
     let wrongly = count(&|c| c.names.memory.is_some());
     println!(
@@ -159,6 +179,7 @@ fn laws_that_the_library_does_not_hold_are_measured_and_named() {
     // Wanted of 85 %; short of it by more than two standard deviations of such a count is no chance.
     let spread = (0.85 * 0.15 / exact.len() as f64).sqrt();
     assert!(share(right_numbers, exact.len()) >= 0.85 - 2.0 * spread, "numbers of the names");
+    assert!(share(nearer, ratios.len()) >= 0.75, "damping ratio");
     assert!(share(called, memory.len()) >= 0.8, "memory is called so");
     assert!(wrongly as f64 <= 0.05 * laws.len() as f64, "memory where there is none");
 }

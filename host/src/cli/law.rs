@@ -7,14 +7,16 @@ use serde_json::json;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::Result;
-use yawrig_core::law::estimate::Point;
 use yawrig_core::law::names::Name;
+use yawrig_core::law::tables::Point;
 
 /// Measure the law that a record shows: restoring moment over yaw angle, dissipation over yaw rate
 ///
 /// Both are curves with their uncertainties, of what is missing beside the second-order response:
 /// b'' = -(2 zeta wn r + wn^2 b + K(b) + D(r)). They are known up to the largest angle and rate of the release, counted from
-/// where the model comes to rest. Formulas that the law may be are fitted to the record, ranked by what they predict of
+/// where the model comes to rest. How much of the damping in proportion to the rate is zeta's and how much stands in D no
+/// record can say: zeta takes what is left beside the simplest formula that the curve is near to, and its uncertainty is
+/// without that of the formula. Formulas that the law may be are fitted to the record, ranked by what they predict of
 /// parts that were left out, and written as files that `yawrig add` takes. Several records share the law; each has a
 /// natural frequency, damping ratio and rest angle of its own, releases of one condition of a model the first two in common.
 #[derive(Args, Debug, Clone)]

@@ -12,7 +12,7 @@ use std::path::Path;
 use std::sync::Arc;
 use toml::Spanned;
 use yawrig_base::error::{Error, Result};
-use yawrig_core::effects::{Effect, Knots, MeasuredLaw, Part, MEASURED_LAW, MOST_OWN};
+use yawrig_core::effects::{Effect, Knots, Line, MeasuredLaw, Part, MEASURED_LAW, MOST_OWN};
 use yawrig_core::plan::Can;
 use yawrig_expression::is_file;
 use yawrig_shared::axis::Axis;
@@ -84,6 +84,7 @@ struct RawLaw {
     uneven_stiffness: Option<RawCurve>,
     damping: Option<RawCurve>,
     uneven_damping: Option<RawCurve>,
+    damping_line: Option<Line>,
 }
 
 /// Older files hold its weight alone.
@@ -345,6 +346,7 @@ impl Reader<'_> {
         };
         if ![at.yaw_deg, at.rate_deg_s].into_iter().all(positive)
             || !curves.iter().flatten().all(|c| positive(c.weight) && rises(&c.knots))
+            || !at.damping_line.iter().flatten().all(|x| x.is_finite())
         {
             return Err(self
                 .error(
@@ -360,7 +362,8 @@ impl Reader<'_> {
         let (yaw_rad, rate_rad_s) = (at.yaw_deg.to_radians(), at.rate_deg_s.to_radians());
         let law =
             MeasuredLaw::new(yaw_rad, rate_rad_s, parts.collect(), at.friction, at.dissipative);
-        Ok(Effect::Measured(Arc::new(law.placed(knots))))
+        let law = law.placed(knots).without_line(at.damping_line);
+        Ok(Effect::Measured(Arc::new(law)))
     }
 
     fn parameter(&self, entry: &Spanned<RawParameter>, law: &Law) -> Result<ParameterEntry> {

@@ -77,12 +77,17 @@ impl Model {
     }
 }
 
-/// Where a measured law is known; of each curve the weight of its roughness, and its knots as shares of the range.
+/// Where a measured law is known; of each curve the weight of its roughness, and its knots as shares of the range; the
+/// factors on the damping's values that give the line in it, which is nil.
 fn write_law(table: &mut Table, law: &MeasuredLaw) {
     put(table, "yaw_deg", law.yaw_rad.to_degrees());
     put(table, "rate_deg_s", law.rate_rad_s.to_degrees());
     put(table, "friction", law.friction);
     put(table, "dissipative", law.dissipative);
+    match law.line {
+        Some(line) => put(table, "damping_line", Value::Array(line.into_iter().collect())),
+        None => drop(table.remove("damping_line")),
+    }
     table.retain(|key, _| {
         !Part::ALL.iter().any(|p| p.name() == key) || law.parts.iter().any(|(p, _)| p.name() == key)
     });

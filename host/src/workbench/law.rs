@@ -12,7 +12,8 @@ use serde_json::{json, Value};
 use std::path::Path;
 use std::sync::Arc;
 use yawrig_base::error::{Error, Result};
-use yawrig_core::law::estimate::{Curve, Measured, Point};
+use yawrig_core::law::estimate::{Curve, Measured};
+use yawrig_core::law::tables::Point;
 use yawrig_core::motion::simulate::Motion;
 
 /// Where formulas are written, beside the model, as `yawrig law` does.

@@ -110,6 +110,44 @@ fn releases_on_several_springs_measure_one_law() {
     assert!(number(&added["residual_over_noise"]) < 1.1, "{added}");
 }
 
+/// Mean damping ratio that the device finds in the whole of a release.
+fn on_the_device(bench: &Bench, arguments: &str) -> f64 {
+    let said = bench.json(&format!("replay {arguments}"));
+    let estimates = said["records"][0]["estimates"].as_array().expect("estimates");
+    let own = estimates.iter().find(|e| e["method"] == "device").expect("the device's own");
+    number(&own["damping_ratio"]["value"])
+}
+
+/// On a release that the model has not seen.
+#[test]
+fn a_device_that_learnt_a_measured_law_is_five_times_nearer() {
+    let bench = Bench::new();
+    for (effect, n) in
+        [(format!("odd.toml:h=0.25,n={EXPONENT}"), 1), ("odd.toml:h=0.05,n=0.5".into(), 2)]
+    {
+        for (file, seed) in [("seen", 5), ("fresh", 6)] {
+            bench
+                .of("simulate --natural-frequency 7 --damping 0.004")
+                .and("--effect")
+                .and(&effect)
+                .and("--seed")
+                .and(seed.to_string())
+                .and("--out")
+                .and(format!("{file}{n}.csv"))
+                .run()
+                .exits(0);
+        }
+        bench.of(&format!("fit seen{n}.csv --model m{n}.toml")).run().exits(0);
+        bench.of(&format!("add measured_law --model m{n}.toml")).run().exits(0);
+        let train = format!("train --samples 1500 --epochs 100 --model m{n}.toml --out m{n}.yrn");
+        bench.of(&train).run().exits(0);
+        let before = on_the_device(&bench, &format!("fresh{n}.csv"));
+        let after = on_the_device(&bench, &format!("fresh{n}.csv --network m{n}.yrn"));
+        println!("{effect}: zeta 0.00400, the device {before:.5}, taught {after:.5}");
+        assert!(5.0 * (after - 0.004).abs() < (before - 0.004).abs(), "{effect} {before} {after}");
+    }
+}
+
 #[test]
 fn a_measured_law_wants_a_model() {
     let bench = Bench::new();

@@ -4,7 +4,7 @@
 //! D(r) = sign(r) d(|r|) + u(|r|). The curves k, e, d and u, as far as the law has them, are natural cubic splines
 //! through their values at knots from zero to the largest yaw angle and rate reached, nearer where the law bends. They
 //! vanish at zero, but for d, which begins at the dry friction c where there is one; all but e with their slope, so that
-//! wn and zeta are those of small motions. Beyond the last knot a curve goes on at its end slope. What the values may do is
+//! wn is that of small motions. How much of 2 zeta wn r stands in D is a choice: a law may say which line is not in d. Beyond the last knot a curve goes on at its end slope. What the values may do is
 //! limited by a roughness: the integral of the squared curvature (P. J. Green and B. W. Silverman, Nonparametric
 //! Regression and Generalized Linear Models, 1994, chapter 2), each curve with a weight of its own, and less where its
 //! knots are near.
@@ -16,8 +16,14 @@ use nalgebra::{DMatrix, DVector};
 use std::borrow::Cow;
 use std::sync::Arc;
 
+/// Energy that a dissipation with its line taken out may put in, as a share of its largest value: nil is taken instead.
+const LITTLE: f64 = 0.02;
+
 /// The identifier of a measured law.
 pub const MEASURED_LAW: &str = "measured_law";
+
+/// Of values at the knots of a curve, the slope of the line in them: of a curve that is 1 at its largest, 1.
+pub type Line = [f64; KNOTS];
 
 /// The shape of a measured law: its curves, where their knots are, and how rough they may be. Its values are parameters.
 #[derive(Clone, Debug)]
@@ -32,6 +38,8 @@ pub struct MeasuredLaw {
     pub dissipative: bool,
     /// Of every part, in the order of [`Part::ALL`].
     pub knots: [Knots; 4],
+    /// What d's values are multiplied with for the line in it, which is nil: the damping ratio has it.
+    pub line: Option<Line>,
     parameters: Vec<Parameter>,
     shapes: Vec<Shape>,
 }
@@ -69,6 +77,7 @@ impl MeasuredLaw {
             friction,
             dissipative,
             knots,
+            line: None,
             parameters,
             shapes: vec![],
         };
@@ -78,7 +87,32 @@ impl MeasuredLaw {
     /// With knots elsewhere.
     pub fn placed(&self, knots: [Knots; 4]) -> Self {
         let shapes = self.parts.iter().map(|(p, _)| Shape::new(*p, &knots[*p as usize])).collect();
-        Self { knots, shapes, ..self.clone() }
+        Self { knots, shapes, line: None, ..self.clone() }
+    }
+
+    /// Whose dissipation has no `line` in it.
+    pub fn without_line(&self, line: Option<Line>) -> Self {
+        Self { line, ..self.clone() }
+    }
+
+    /// `values` with the line of the dissipation taken out, and its slope, 1/s: 2 zeta wn has to gain that. `None` where
+    /// there is none to take out, or where what is left would put energy in.
+    pub(crate) fn leveled(&self, values: &[f64]) -> Option<(Vec<f64>, f64)> {
+        let at = KNOTS * self.parts.iter().position(|(part, _)| *part == Part::Damping)?;
+        let (mut out, line) = (values.to_vec(), self.line?);
+        let d = &mut out[at..at + KNOTS];
+        let rise: f64 = line.iter().zip(&*d).map(|(a, b)| a * b).sum();
+        let most = d.iter().fold(0.0f64, |m, d| m.max(d.abs()));
+        for (d, knot) in d.iter_mut().zip(self.knots[Part::Damping as usize]) {
+            *d -= rise * knot;
+            if self.dissipative && *d < 0.0 {
+                if *d < -LITTLE * most {
+                    return None;
+                }
+                *d = 0.0;
+            }
+        }
+        Some((out, rise / self.rate_rad_s))
     }
 
     /// With knots nearer where the law of these `values` bends.
@@ -106,8 +140,8 @@ impl MeasuredLaw {
 
     /// With other parts or weights, and with or without friction.
     pub fn with(&self, parts: Vec<(Part, f64)>, friction: bool) -> Self {
-        Self::new(self.yaw_rad, self.rate_rad_s, parts, friction, self.dissipative)
-            .placed(self.knots)
+        let law = Self::new(self.yaw_rad, self.rate_rad_s, parts, friction, self.dissipative);
+        Self { line: self.line, ..law.placed(self.knots) }
     }
 
     /// Whether it holds nothing that could differ from zero.
@@ -177,9 +211,12 @@ impl MeasuredLaw {
         [stiffness, damping]
     }
 
-    /// Rows over the parameters in their sizes, whose squares are the roughness of each curve with its weight.
+    /// Rows over the parameters in their sizes, whose squares are the roughness of each curve with its weight, and the line
+    /// in the dissipation.
     pub(crate) fn penalty(&self) -> DMatrix<f64> {
-        let mut rows = DMatrix::zeros(KNOTS * self.parts.len(), self.parameters.len());
+        let curves = KNOTS * self.parts.len();
+        let lines = usize::from(self.line.is_some());
+        let mut rows = DMatrix::zeros(curves + lines, self.parameters.len());
         for (k, (&(part, weight), shape)) in self.parts.iter().zip(&self.shapes).enumerate() {
             let at = k * KNOTS;
             let roughness = shape.roughness() * weight.sqrt();
@@ -189,6 +226,9 @@ impl MeasuredLaw {
                 rows.view_mut((at, last), (KNOTS, 1)).copy_from(&sums);
             }
             rows.view_mut((at, at), (KNOTS, KNOTS)).copy_from(&roughness);
+            if let (Part::Damping, Some(line)) = (part, self.line) {
+                rows.view_mut((curves, at), (1, KNOTS)).copy_from_slice(&line);
+            }
         }
         rows
     }

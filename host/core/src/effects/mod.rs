@@ -16,7 +16,7 @@ pub(crate) use curves::KNOTS;
 pub use curves::{Knots, Part};
 pub use law::{Card, Equation, LineParameters, Scale, Seen};
 pub(crate) use lines::FASTEST;
-pub use measured::{MeasuredLaw, MEASURED_LAW};
+pub use measured::{Line, MeasuredLaw, MEASURED_LAW};
 pub(crate) use memory::Memories;
 pub(crate) use terms::{Moments, LANES};
 pub use terms::{State, Terms};

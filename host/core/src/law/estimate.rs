@@ -3,8 +3,10 @@
 //! The curves are fitted to short pieces of the records with states of their own, then to longer ones; how smooth they
 //! are is what predicts left-out pieces best.
 
+use super::line::line;
 use super::releases::Releases;
 use super::roughness::{inflation, reached, states, Nearby};
+use super::tables::{Point, Tables};
 use crate::diagnosis::over_pieces::{whole, Lengths};
 use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::{Effect, MeasuredLaw, Part};
@@ -16,7 +18,7 @@ use crate::fit::segments::{fit_from, fit_pieces, PieceFit, ROUGH};
 use crate::fit::structure::motion;
 use crate::motion::oscillator::Motion;
 use crate::quantity::Quantity;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use std::cmp::Ordering;
 use std::sync::Arc;
 
@@ -47,17 +49,6 @@ const AGAIN: usize = 4;
 const PHASE_LOST: f64 = 2.0;
 /// Of a largest value that is reached once: the law's last knot.
 const REACH: f64 = 1.001;
-/// Points of the tables, from one end to the other.
-const POINTS: usize = 41;
-
-/// A point of a law.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
-    /// Yaw angle in rad, or yaw rate in rad/s.
-    pub at: f64,
-    /// Over Izz, rad/s2; positive where it opposes a positive angle or rate.
-    pub moment_rad_s2: Quantity,
-}
 
 /// A law as an equation of motion.
 #[derive(Clone, Debug)]
@@ -224,6 +215,25 @@ pub fn measure_showing(
             best = candidate;
         }
     }
+    // The line of its dissipation is the damping ratio's.
+    let without_line = |best: &Candidate| -> Option<(MeasuredLaw, Vec<f64>)> {
+        let Candidate { law, fit, covariance, .. } = best;
+        let found = Tables { law, common: &fit.common, covariance };
+        let law = law.without_line(Some(line(&lengths, &plain.structure, &found)?));
+        let (values, slope_per_s) = law.leveled(&fit.common[begin..])?;
+        let mut common = releases.damped(&fit.common[..begin], slope_per_s)?;
+        common.extend(values);
+        Some((law, common))
+    };
+    if let Some((law, common)) = without_line(&best) {
+        let fit = fit_from(&lengths.long, &with(&law), &common, SETTLED);
+        decay.stop.check()?;
+        if let Some((candidate, _)) = judged(&law, &fit) {
+            if candidate.prediction.rms_rad() < (1.0 + NO_BETTER) * best.prediction.rms_rad() {
+                best = candidate;
+            }
+        }
+    }
     let Candidate { law, fit, covariance, prediction } = best;
     // A law of no curvature is the plain model: what is worse was not found.
     if fit.sum() > 1.01 * plain.sum() {
@@ -286,26 +296,8 @@ pub fn fit_whole(decay: &FreeDecay, structure: &Structure, start: &[f64]) -> Fit
 }
 
 impl Measured {
-    /// A row over the shared parameters as a quantity.
-    fn quantity(&self, row: &DVector<f64>) -> Quantity {
-        let value = row.iter().zip(&self.fit.common).map(|(a, b)| a * b).sum();
-        Quantity::new(value, (row.transpose() * &self.covariance * row)[(0, 0)].max(0.0).sqrt())
-    }
-
-    /// `row` over the law's parameters as one over the shared parameters.
-    fn widened(&self, row: &DVector<f64>) -> DVector<f64> {
-        let mut all = DVector::zeros(self.fit.common.len());
-        let begin = all.len() - row.len();
-        all.rows_mut(begin, row.len()).copy_from(row);
-        all
-    }
-
-    fn table(&self, reach: f64, row: impl Fn(f64) -> DVector<f64>) -> Vec<Point> {
-        let point = |k: usize| {
-            let at = reach * (2.0 * k as f64 / (POINTS - 1) as f64 - 1.0);
-            Point { at, moment_rad_s2: self.quantity(&row(at)) }
-        };
-        (0..POINTS).map(point).collect()
+    fn tables(&self) -> Tables<'_> {
+        Tables { law: &self.law, common: &self.fit.common, covariance: &self.covariance }
     }
 
     /// Of the linear part, at rest, rad/s.
@@ -313,7 +305,7 @@ impl Measured {
         Quantity::new(self.fit.common[0], self.covariance[(0, 0)].max(0.0).sqrt())
     }
 
-    /// Of the linear part, at rest.
+    /// Of the linear part, beside a dissipation without a line.
     pub fn damping_ratio(&self) -> Quantity {
         Quantity::new(self.fit.common[1], self.covariance[(1, 1)].max(0.0).sqrt())
     }
@@ -336,49 +328,21 @@ impl Measured {
     /// K(b) over the yaw angles reached, rad from the rest: what the whole restoring moment is beyond wn^2 b, whose line is
     /// taken as it is. The uncertainty is that of the whole.
     pub fn stiffness(&self) -> Vec<Point> {
-        let [wn, _] = self.linear();
-        beyond(self.total_stiffness(), wn * wn)
+        self.tables().stiffness()
     }
 
     /// D(r) over the yaw rates reached, rad/s: beyond 2 zeta wn r, alike.
     pub fn damping(&self) -> Vec<Point> {
-        let [wn, zeta] = self.linear();
-        beyond(self.total_damping(), 2.0 * zeta * wn)
-    }
-
-    /// wn (rad/s) and zeta of the release from the largest angle.
-    fn linear(&self) -> [f64; 2] {
-        [self.fit.common[0], self.fit.common[1]]
+        self.tables().damping()
     }
 
     /// wn^2 b + K(b): the whole restoring moment.
     pub fn total_stiffness(&self) -> Vec<Point> {
-        let [wn, _] = self.linear();
-        // Linear about the fit: half of d(wn^2 b)/d wn times wn.
-        let mut points = self.table(self.law.yaw_rad, |b| {
-            let mut row = self.widened(&self.law.rows(b, 0.0)[0]);
-            row[0] = 2.0 * wn * b;
-            row
-        });
-        points.iter_mut().for_each(|p| p.moment_rad_s2.value -= wn * wn * p.at);
-        points
+        self.tables().total_stiffness()
     }
 
     /// 2 zeta wn r + D(r): the whole dissipation.
     pub fn total_damping(&self) -> Vec<Point> {
-        let [wn, zeta] = self.linear();
-        let mut points = self.table(self.law.rate_rad_s, |r| {
-            let mut row = self.widened(&self.law.rows(0.0, r)[1]);
-            (row[0], row[1]) = (2.0 * zeta * r, 2.0 * wn * r);
-            row
-        });
-        points.iter_mut().for_each(|p| p.moment_rad_s2.value -= 2.0 * zeta * wn * p.at);
-        points
+        self.tables().total_damping()
     }
-}
-
-/// `points` less a line of this slope.
-fn beyond(mut points: Vec<Point>, slope: f64) -> Vec<Point> {
-    points.iter_mut().for_each(|p| p.moment_rad_s2.value -= slope * p.at);
-    points
 }

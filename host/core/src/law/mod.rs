@@ -2,6 +2,9 @@
 
 pub mod estimate;
 pub mod forms;
+mod line;
 pub mod names;
+mod on_curve;
 pub mod releases;
 mod roughness;
+pub mod tables;

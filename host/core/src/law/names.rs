@@ -1,8 +1,10 @@
 //! The name of a measured law: formulas fitted to its curves, the best then to the record, ranked by what they predict.
 
-use super::estimate::{over_noise, Measured, Point};
-use super::forms::{moment, Form, Formula, Role, FORMS};
+use super::estimate::{over_noise, Measured};
+use super::forms::Formula;
+use super::on_curve::{OnCurve, Target};
 use super::releases::Releases;
+use super::tables::Point;
 use crate::diagnosis::over_pieces::Lengths;
 use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::{Effect, Part};
@@ -10,20 +12,15 @@ use crate::error::Result;
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::segments::{fit_from, PieceFit, ROUGH};
 use crate::quantity::Quantity;
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::sync::Arc;
-use yawrig_expression::OwnEffect;
 
-/// Formulas for each part that are taken on from the curves: single forms, and sums of two.
-const SINGLE: usize = 4;
-const SUMS: usize = 2;
+/// Uncertainty of a curve at least, of its largest value.
+const LEAST_U: f64 = 0.01;
 /// Names that are kept at least, where there are so many.
 const NAMED: usize = 6;
 /// Models tried on the record.
 const TRIED: usize = 12;
-/// Uncertainty of a curve at least, of its largest value: no formula is asked to go through each bend of a spline.
-const LEAST_U: f64 = 0.01;
 /// Where the fit of a spring that yields begins: yield angles as shares of the largest, and its share of the stiffness.
 const YIELDS: [f64; 3] = [0.05, 0.2, 0.6];
 const YIELDING: f64 = 0.03;
@@ -63,97 +60,6 @@ pub struct Names {
     pub memory: Option<Name>,
 }
 
-/// A formula on a curve: its parameters there, and how far it is from it.
-struct OnCurve {
-    formula: Formula,
-    values: Vec<f64>,
-    misfit: f64,
-}
-
-fn products(lists: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    lists.iter().fold(vec![Vec::new()], |all, list| {
-        all.iter()
-            .flat_map(|head| list.iter().map(move |x| [head.as_slice(), &[*x]].concat()))
-            .collect()
-    })
-}
-
-/// `forms` fitted to a curve beside a linear term, which natural frequency or damping ratio takes.
-fn on_curve(forms: &[&'static Form], curve: &[Point], wn: f64) -> Option<OnCurve> {
-    let formula = Formula { forms: forms.to_vec() };
-    let reach = curve.last()?.at;
-    let largest = curve.iter().fold(0.0f64, |m, p| m.max(p.moment_rad_s2.value.abs()));
-    let tried = |role: Role| match role {
-        Role::Size => vec![1.0],
-        Role::Plain(tried) => tried.to_vec(),
-        Role::OfReach(tried) => tried.iter().map(|x| x * reach).collect(),
-    };
-    let parameters: Vec<_> = formula.parameters().collect();
-    let lists: Vec<Vec<f64>> = parameters.iter().map(|p| tried(p.role)).collect();
-    let single: Vec<OwnEffect> = forms
-        .iter()
-        .map(|form| {
-            let one = Formula { forms: vec![*form] };
-            one.effect(&one.typical(), (1.0, 1.0), |f| f.alike.unwrap_or(f.moment))
-        })
-        .collect::<Option<_>>()?;
-    let points: Vec<&Point> = curve.iter().filter(|p| p.at != 0.0).collect();
-    let u: Vec<f64> = points.iter().map(|p| p.moment_rad_s2.u.max(LEAST_U * largest)).collect();
-    let mut best: Option<OnCurve> = None;
-    for values in products(&lists) {
-        // Each form at a size of one, and the linear term.
-        let a = DMatrix::from_fn(points.len(), forms.len() + 1, |i, j| {
-            let x = points[i].at;
-            if j == forms.len() {
-                return x / u[i];
-            }
-            let begin: usize = forms[..j].iter().map(|f| f.parameters.len()).sum();
-            let p = &values[begin..begin + forms[j].parameters.len()];
-            let (b, r) = if forms[j].is_stiffness { (x, 0.0) } else { (0.0, x) };
-            -moment(&single[j], p, b, r, wn) / u[i]
-        });
-        let y = DVector::from_fn(points.len(), |i, _| points[i].moment_rad_s2.value / u[i]);
-        let svd = a.clone().svd(true, true);
-        let Ok(sizes) = svd.solve(&y, 1e-9) else { continue };
-        let wrong = (0..forms.len()).any(|j| !forms[j].is_stiffness && sizes[j] <= 0.0);
-        let misfit = (a * &sizes - y).norm_squared() / points.len() as f64;
-        if wrong || !misfit.is_finite() || best.as_ref().is_some_and(|b| b.misfit <= misfit) {
-            continue;
-        }
-        let mut found = values.clone();
-        let mut begin = 0;
-        for (j, form) in forms.iter().enumerate() {
-            found[begin] *= sizes[j];
-            begin += form.parameters.len();
-        }
-        best = Some(OnCurve { formula: formula.clone(), values: found, misfit });
-    }
-    best
-}
-
-/// The formulas of a kind that are nearest to a curve.
-fn nearest(curve: &[Point], is_stiffness: bool, wn: f64) -> Vec<OnCurve> {
-    let forms: Vec<&'static Form> =
-        FORMS.iter().filter(|f| f.is_stiffness == is_stiffness).collect();
-    let sorted = |mut all: Vec<OnCurve>, most: usize| {
-        all.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
-        all.truncate(most);
-        all
-    };
-    let single = forms.iter().filter_map(|form| on_curve(&[form], curve, wn)).collect();
-    let plain: Vec<&'static Form> =
-        forms.iter().filter(|f| f.parameters.len() == 1).copied().collect();
-    let pairs: Vec<[&'static Form; 2]> = plain
-        .iter()
-        .enumerate()
-        .flat_map(|(k, a)| plain[..k].iter().map(move |b| [*b, *a]))
-        .collect();
-    let sums = pairs.par_iter().filter_map(|pair| on_curve(pair, curve, wn)).collect();
-    let mut out = sorted(single, SINGLE);
-    out.extend(sorted(sums, SUMS));
-    out
-}
-
 /// Both parts in one formula.
 fn joined(stiffness: &OnCurve, damping: &OnCurve) -> OnCurve {
     OnCurve {
@@ -171,7 +77,7 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     let stop = &releases.first().stop;
     let wn = found.fit.common[0];
     let of = |is_there: bool, curve: Vec<Point>, is_stiffness: bool| match is_there {
-        true => nearest(&curve, is_stiffness, wn),
+        true => Target::new(&curve, wn, LEAST_U).nearest(is_stiffness),
         false => Vec::new(),
     };
     let has = |part: Part| found.law.parts.iter().any(|(p, _)| *p == part);
@@ -268,7 +174,11 @@ impl Trial<'_> {
         if found.held_out_over_noise < HELD {
             return false;
         }
-        let structure = found.fit.structure.with(&other.effect);
+        // Beside hysteresis the dissipation is another, and so would its line be.
+        let law = Effect::Measured(Arc::new(found.law.without_line(None)));
+        let mut structure = found.fit.structure.clone();
+        structure.effects.pop();
+        let structure = structure.with(&law).with(&other.effect);
         let mut common = found.fit.common.clone();
         common.extend(other.numbers());
         let fit = fit_from(&lengths.long, &structure, &common, SETTLED);
@@ -289,7 +199,7 @@ impl Trial<'_> {
             return false;
         }
         let parts = found.law.parts.iter().filter(|p| !of_yaw(p)).copied().collect();
-        let law = found.law.with(parts, found.law.friction);
+        let law = found.law.with(parts, found.law.friction).without_line(None);
         let begin = found.plain.common.len();
         let dissipation = found.law.translated(&found.fit.common[begin..], &law);
         let predicted = |others: &[(&Effect, &[f64])]| {

@@ -7,6 +7,7 @@ use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, Release, Sharing};
 use crate::fit::pieces::Own;
 use crate::fit::segments::PieceFit;
+use std::collections::BTreeSet;
 
 /// Releases of one rig under one law, each about a rest angle of its own.
 #[derive(Clone, Debug)]
@@ -93,6 +94,19 @@ impl<'a> Releases<'a> {
             out[given] = [common[at], common[at + 1]];
         }
         out
+    }
+
+    /// `common` with so much more linear damping, 2 zeta wn in 1/s, in each release; `None` where that makes one grow.
+    pub(super) fn damped(&self, common: &[f64], more_per_s: f64) -> Option<Vec<f64>> {
+        let mut out = common.to_vec();
+        let modals: BTreeSet<usize> = (0..self.decays.len()).map(|i| self.own(i).modal).collect();
+        for at in modals {
+            out[at + 1] += more_per_s / (2.0 * out[at]);
+            if out[at + 1] < 0.0 && common[at + 1] >= 0.0 {
+                return None;
+            }
+        }
+        Some(out)
     }
 
     /// All fitted whole from where their pieces have led; the first release's share of it.

@@ -1,0 +1,73 @@
+//! What of a measured dissipation is its line, which the damping ratio takes.
+//!
+//! Any share of 2 zeta wn r may stand in D(r) instead: the motion is the same. Without a choice a fit ends wherever it began,
+//! and zeta has the uncertainty of all that D could take over. Chosen is the line that is left beside the simplest
+//! formula that does as well as any: beside dry friction or a power of the rate, the true one. The uncertainty of zeta is
+//! then that of the line beside this formula, not of the choice.
+
+use super::on_curve::{OnCurve, Target};
+use super::tables::Tables;
+use crate::diagnosis::over_pieces::Lengths;
+use crate::effects::{Effect, Line, Part};
+use crate::fit::fitting::Structure;
+use crate::fit::segments::{fit_from, ROUGH};
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Uncertainty of a curve at least, of its largest value.
+const LEAST_U: f64 = 0.002;
+/// Misfit on the curve over that of the nearest, up to which a formula is fitted to the records.
+const NEAR: f64 = 20.0;
+/// Squares left over the least, up to which a simpler formula does as well.
+const AS_WELL: f64 = 1.02;
+/// Least share of a line that no multiple of the curve can stand for.
+const APART: f64 = 1e-3;
+
+/// What to multiply the values of the law's dissipation with for its line; `None` where it has no such curve, or no
+/// formula. `plain` is the model without the law.
+pub(super) fn line(lengths: &Lengths, plain: &Structure, found: &Tables) -> Option<Line> {
+    let law = found.law;
+    let is_damping = |(part, _): &(Part, f64)| *part == Part::Damping;
+    if !law.parts.iter().any(is_damping) {
+        return None;
+    }
+    let wn_rad_s = found.common[0];
+    let damping = found.damping();
+    let mut near = Target::new(&damping, wn_rad_s, LEAST_U).nearest(false);
+    let least = near.iter().map(|n| n.misfit).fold(f64::INFINITY, f64::min);
+    near.retain(|n| n.misfit <= NEAR * least);
+    // In place of the dissipation, beside the other curves.
+    let parts = law.parts.iter().filter(|p| !is_damping(p)).copied().collect();
+    let others = law.with(parts, false);
+    let begin = found.common.len() - law.no_law().len();
+    // Formula, squares left, and damping ratio beside it.
+    let fitted = |near: &OnCurve| -> Option<(usize, f64, f64)> {
+        let reach = (law.yaw_rad, law.rate_rad_s);
+        let own = near.formula.effect(&near.values, reach, |f| f.moment)?;
+        let (mut structure, mut common) = (plain.clone(), found.common[..begin].to_vec());
+        if !others.is_none() {
+            structure = structure.with(&Effect::Measured(Arc::new(others.clone())));
+            common.extend(law.translated(&found.common[begin..], &others));
+        }
+        let mut structure = structure.with(&Effect::Own(Arc::new(own)));
+        structure.swift = true;
+        common.extend(&near.values);
+        let short = fit_from(&lengths.short, &structure, &common, ROUGH);
+        let fit = fit_from(&lengths.long, &structure, &short.common, ROUGH);
+        Some((near.formula.parameters().count(), fit.sum(), fit.common[1]))
+    };
+    let all: Vec<(usize, f64, f64)> = near.par_iter().filter_map(fitted).collect();
+    let least = all.iter().map(|(_, sum, _)| *sum).fold(f64::INFINITY, f64::min);
+    let as_well = all.into_iter().filter(|(_, sum, _)| *sum <= AS_WELL * least);
+    let (_, _, zeta) = as_well.min_by_key(|(count, _, _)| *count)?;
+    // What the curve is without that line has none.
+    let knots = law.knots[Part::Damping as usize];
+    let more = 2.0 * wn_rad_s * (found.common[1] - zeta);
+    let rates = knots.map(|x| x * law.rate_rad_s);
+    let left = rates.map(|r| found.dissipation(r) + more * r);
+    let dot = |a: &Line, b: &Line| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let share = dot(&knots, &left) / dot(&left, &left);
+    let beside: Line = std::array::from_fn(|k| knots[k] - share * left[k]);
+    let own = dot(&beside, &knots);
+    (own > APART * dot(&knots, &knots)).then(|| beside.map(|x| x / own))
+}
