@@ -90,21 +90,65 @@ fn string_pendulum_at_20_hz_with_jitter() {
     assert!((found.window.from_deg - 40.0).abs() < 2.0 && (found.window.to_deg - 10.5).abs() < 1.0);
 }
 
-/// Residual and held out over the noise of each record: second order, the best formula, the law as it was measured.
-/// `YAWRIG_RECORDS=... cargo test --release -p yawrig-tests --test real_records -- --ignored --nocapture`.
-#[test]
-#[ignore = "minutes: a table to be looked at"]
-fn plain_named_and_measured() {
+fn records() -> Vec<PathBuf> {
     let folder = std::env::var_os("YAWRIG_RECORDS").expect("YAWRIG_RECORDS: a folder of records");
-    let out = tempfile::tempdir().expect("a folder");
     let mut files: Vec<PathBuf> =
         std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.retain(|file| file.extension().is_some_and(|e| e == "csv"));
     files.sort();
     assert!(!files.is_empty());
+    files
+}
+
+fn name(file: &std::path::Path) -> String {
+    file.file_name().unwrap().to_string_lossy().into_owned()
+}
+
+/// The first three effects that `diagnose` names, added in every order: the residual is the same to 1 %.
+/// `YAWRIG_RECORDS=... cargo test --release -p yawrig-tests --test real_records -- --ignored --nocapture order`.
+#[test]
+#[ignore = "minutes"]
+fn effects_added_in_any_order_fit_alike() {
+    const ORDERS: [[usize; 3]; 6] =
+        [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+    let mut apart = Vec::new();
+    for file in records() {
+        let found = yawrig("diagnose --json").and(&file).run().json();
+        let effects = found["effects"].as_array().expect("effects").iter();
+        let effects: Vec<&str> = effects.filter_map(|e| e.as_str()).collect();
+        let of_rest = effects.contains(&"static_offset");
+        let named: Vec<&str> =
+            effects.into_iter().filter(|e| *e != "static_offset").take(3).collect();
+        let residual = |order: &[usize; 3]| {
+            let mut compared = yawrig("compare --json").and(&file);
+            if of_rest {
+                compared = compared.and("--unknown-zero");
+            }
+            for &k in order.iter().filter(|k| **k < named.len()) {
+                compared = compared.and("--effect").and(named[k]);
+            }
+            let said = compared.run().exits(0).json();
+            said["residual_over_noise"].as_f64().expect("a residual")
+        };
+        let all: Vec<f64> = ORDERS.iter().map(residual).collect();
+        let (least, most) = all.iter().fold((f64::MAX, 0.0f64), |m, r| (m.0.min(*r), m.1.max(*r)));
+        println!("{}: {}, {least:.4} to {most:.4}", name(&file), named.join(" "));
+        if most > 1.01 * least {
+            apart.push(format!("{}: {all:.3?}", name(&file)));
+        }
+    }
+    assert!(apart.is_empty(), "{}", apart.join("\n"));
+}
+
+/// Residual and held out over the noise of each record: second order, the best formula, the law as it was measured.
+/// `YAWRIG_RECORDS=... cargo test --release -p yawrig-tests --test real_records -- --ignored --nocapture`.
+#[test]
+#[ignore = "minutes: a table to be looked at"]
+fn plain_named_and_measured() {
+    let out = tempfile::tempdir().expect("a folder");
     println!("record: second order, best formula, measured; each residual and held out");
-    for file in files {
-        let name = file.file_name().unwrap().to_string_lossy().into_owned();
+    for file in records() {
+        let name = name(&file);
         let ended = yawrig("law --json").and(&file).in_folder(out.path()).run();
         if ended.code != 0 {
             println!("{name}: {}", ended.stderr.lines().next().unwrap_or_default());

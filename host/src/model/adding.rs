@@ -6,7 +6,7 @@ use yawrig_base::error::Result;
 use yawrig_base::interrupt;
 use yawrig_core::diagnosis::diagnose::fit_over_pieces;
 use yawrig_core::effects::Effect;
-use yawrig_core::fit::fitting::{fit_added, Fitted};
+use yawrig_core::fit::fitting::{fit_added, lines_anew, Fitted};
 use yawrig_core::fit::joint::JointFit;
 use yawrig_core::fit::own;
 
@@ -34,9 +34,10 @@ pub fn add(data: &Data, inner: &JointFit, effect: Effect) -> Result<JointFit> {
             }
             // Far from the noise the way from the inner model may lead astray: the set as a whole does not.
             let set = fit_over_pieces(decay, &structure);
-            Ok(set
+            let best = set
                 .into_iter()
-                .fold(single, |best, set| if better(&set, &best) { set } else { best }))
+                .fold(single, |best, set| if better(&set, &best) { set } else { best });
+            Ok(lines_anew(decay, best))
         })
         .collect::<Result<_>>()?;
     // From the inner model as well, the effect at zero: so that it cannot fit worse than the inner model.

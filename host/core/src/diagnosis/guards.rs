@@ -34,8 +34,9 @@ pub(super) fn refusal(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     unknown(model).or_else(|| cancelling(model)).or_else(|| feeding(model, decay))
 }
 
-/// A mode at two or three times the natural frequency that dies out as that power of the amplitude does: a harmonic.
-pub(super) fn harmonic(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
+/// A second mode that is none: nearer to the natural frequency than its own line is wide, or at two or three times that and
+/// dying out as that power of the amplitude does.
+pub(super) fn no_mode(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     let numbers = model.effect_parameters();
     let number = |name: &str| {
         let name = format!("{}.{name}", Effect::SecondMode);
@@ -43,17 +44,23 @@ pub(super) fn harmonic(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     };
     let (w2_rad_s, zeta2) = (number("w2")?, number("zeta2")?);
     let wn_rad_s = decay.frequency_rad_s;
+    let refused = |reason| Some(Refusal { effect: Effect::SecondMode, reason });
+    if (w2_rad_s - wn_rad_s).abs() < zeta2 * w2_rad_s {
+        return refused(format!(
+            "w2 = {w2_rad_s:.4} rad/s is nearer to the natural frequency than its line is wide: it stands for what varies with the amplitude, no mode"
+        ));
+    }
     let mut zetas: Vec<f64> = decay.windows.iter().map(|w| w.damping_ratio).collect();
     let zeta = median(&mut zetas);
     let order =
         [2.0, 3.0].into_iter().find(|k| (w2_rad_s / wn_rad_s / k - 1.0).abs() < HARMONIC)?;
     let dies_with_it = zeta2 > zeta / ALIKE && zeta2 < zeta * ALIKE;
-    dies_with_it.then(|| Refusal {
-        effect: Effect::SecondMode,
-        reason: format!(
+    match dies_with_it {
+        true => refused(format!(
             "w2 = {w2_rad_s:.2} rad/s is {order} times the natural frequency and dies out as that power of the amplitude: a harmonic of the restoring moment or of the sensor, no mode"
-        ),
-    })
+        )),
+        false => None,
+    }
 }
 
 /// An effect none of whose numbers is known to be other than zero, or one with a number at its bound.
@@ -236,10 +243,15 @@ mod tests {
     }
 
     #[test]
-    fn a_mode_at_a_harmonic_that_dies_out_as_one_is_none() {
-        for (w2_rad_s, zeta2, refused) in
-            [(14.02, 0.012, true), (21.0, 0.011, true), (14.3, 0.012, false), (14.0, 0.003, false)]
-        {
+    fn a_mode_at_a_harmonic_that_dies_out_as_one_is_none_nor_one_at_the_natural_frequency() {
+        for (w2_rad_s, zeta2, refused) in [
+            (14.02, 0.012, true),
+            (21.0, 0.011, true),
+            (14.3, 0.012, false),
+            (14.0, 0.003, false),
+            (7.05, 0.03, true),
+            (7.4, 0.01, false),
+        ] {
             let (_, decay) = model(0.0114, &[], 0.0, 0.0);
             let structure = Structure { effects: vec![Effect::SecondMode], ..Structure::default() };
             let mut p = vec![7.0, 0.0114, 0.2, 0.0];
@@ -250,7 +262,7 @@ mod tests {
             }));
             let covariance = DMatrix::identity(p.len(), p.len()) * 1e-8;
             let model = Fitted::new(structure, p, vec![1e-4; 1000], true, Some(covariance), 0.0);
-            let found = harmonic(&model, &decay).map(|r| r.reason);
+            let found = no_mode(&model, &decay).map(|r| r.reason);
             assert_eq!(found.is_some(), refused, "{w2_rad_s} {zeta2}: {found:?}");
         }
     }

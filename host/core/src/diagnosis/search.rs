@@ -80,10 +80,10 @@ pub fn search(decay: &FreeDecay, begun: &Begun) -> Result<Found> {
     let mut refused = Vec::new();
     for _ in 0..MOST_REFUSED {
         let last = found.path.last().expect("the plain model");
-        // What a harmonic stood for, or an effect that cannot stand and has kept out all others, is looked for again without
+        // What a mode that is none stood for, or an effect that cannot stand and has kept out all others, is looked for again without
         // it.
-        let another = match guards::harmonic(last, decay) {
-            Some(harmonic) => Some(harmonic),
+        let another = match guards::no_mode(last, decay) {
+            Some(no_mode) => Some(no_mode),
             None => found
                 .refused
                 .first()
@@ -142,7 +142,14 @@ fn search_from(decay: &FreeDecay, begun: Begun) -> Result<Found> {
             }
         }
         let next = if is_explained(leader, &decay) {
-            beside(&decay, leader, &candidates)
+            let mut next = beside(&decay, leader, &candidates);
+            if has_line(leader) {
+                // Two effects of the state may look like a line and one of them.
+                let near = |m: &&Fitted| !has_line(m) && m.over_noise(&decay) < NEAR_NOISE;
+                let steady: Vec<Fitted> = last.iter().filter(near).cloned().collect();
+                next.extend(expanded(&decay, &steady, &candidates, BEAM));
+            }
+            next
         } else {
             expanded(&decay, last, &candidates, if rounds.len() < 3 { BEAM } else { 1 })
         };
@@ -176,6 +183,10 @@ fn search_from(decay: &FreeDecay, begun: Begun) -> Result<Found> {
     decay.stop.check()?;
     let path = path(&plain, &accepted, &singles, &decay);
     Ok(Found { decay, plain, singles, path, explained, indistinguishable, refused })
+}
+
+fn has_line(model: &Fitted) -> bool {
+    model.structure.effects.iter().any(|e| e.line().is_some())
 }
 
 /// The converged model with the smallest criterion.

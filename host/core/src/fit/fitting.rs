@@ -258,6 +258,24 @@ pub(crate) fn fit_removed(decay: &FreeDecay, model: &Fitted, effect: &Effect) ->
     fit_from(decay, &structure, &p, model.count)
 }
 
+/// `model` with each of its lines looked for anew, beside all others: a line that was found first stands where it made up
+/// for what another effect has explained since. What is no better is left as it is.
+pub fn lines_anew(decay: &FreeDecay, model: Fitted) -> Fitted {
+    let effects = model.structure.effects.clone();
+    let is_free = |e: &&Effect| e.line().is_some() && !model.structure.limits_effect(e);
+    let lines: Vec<&Effect> = effects.iter().filter(is_free).collect();
+    let again = |model: Fitted, line: &Effect| {
+        let found = fit_added(decay, &fit_removed(decay, &model, line), line);
+        let better = found.converged && found.sum_of_squares < model.sum_of_squares;
+        if better {
+            reordered(decay, &found, &effects)
+        } else {
+            model
+        }
+    };
+    lines.into_iter().fold(model.clone(), again)
+}
+
 /// Residual over noise on the means after the first `count`, the model having been fitted to those only.
 pub fn held_out_over_noise(decay: &FreeDecay, model: &Fitted) -> f64 {
     let y = model.readings(&decay.grid);
