@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::Result;
 use yawrig_base::files;
 use yawrig_base::interrupt;
+use yawrig_core::law::beside::{Beside, Kind};
 use yawrig_core::law::estimate::{Curve, Measured};
 use yawrig_core::law::names::{names, Names};
 
@@ -90,6 +91,32 @@ impl Found {
              than every formula (held out {:.3})",
             memory.effect, memory.held_out_over_noise
         ))
+    }
+
+    /// What else no law of angle and rate holds, and what to do about it.
+    pub fn beside(&self) -> Option<String> {
+        let Beside { kind, effect, held_out_over_noise, frequency_rad_s } =
+            self.names.beside.as_ref()?;
+        let what = match kind {
+            Kind::Time => {
+                "time: the moment changes as the release goes on, at the same angle and rate".into()
+            }
+            Kind::SecondFrequency => format!(
+                "a second frequency, {:.3} rad/s, which is not the yaw mode's",
+                frequency_rad_s.unwrap_or(f64::NAN)
+            ),
+            Kind::Sensor => "the sensor: its reading bends with the angle, not the moment".into(),
+            Kind::Randomness => {
+                "randomness: what the law leaves is a random moment, which nothing predicts".into()
+            }
+        };
+        Some(match kind {
+            Kind::Randomness => format!("{what}; no law of angle and rate holds it"),
+            _ => format!(
+                "{what}; no law of angle and rate holds it. {effect} beside the law predicts better (held out {:.3} -> {held_out_over_noise:.3}): yawrig add measured_law, then yawrig add {effect}",
+                self.measured.held_out_over_noise
+            ),
+        })
     }
 
     /// Which formulas the record leaves open, where several.

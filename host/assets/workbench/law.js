@@ -36,6 +36,7 @@ function draw(state, act) {
   if (!found) parts.push(make("p", { className: "caption", textContent: measured ? "The formulas that it may be are being fitted." : "A first law; its band is being computed." }));
   else {
     if (found.memory) parts.push(make("p", { className: "memory", textContent: `${found.memory}.` }), add(found.remembers, `Add as ${found.remembers}`, `yawrig add ${found.remembers}`));
+    if (found.beside) parts.push(make("p", { className: "memory", textContent: `${found.beside}.` }));
     parts.push(add("measured_law", "Add as measured", "The curves themselves, fitted to all ticked releases: yawrig add measured_law"));
     parts.push(make("ol", {}, ...found.names.map((name, k) => {
       const swatch = make("span", { className: "trial" });

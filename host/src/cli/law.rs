@@ -85,6 +85,12 @@ pub(super) fn object(found: &Found) -> serde_json::Value {
             "held_out_over_noise": measured.plain_held_out_over_noise,
         },
         "memory": names.memory.is_some(),
+        "beside": names.beside.as_ref().map(|b| json!({
+            "kind": b.kind.name(),
+            "effect": b.effect.id(),
+            "held_out_over_noise": b.held_out_over_noise,
+            "frequency_rad_s": b.frequency_rad_s,
+        })),
         "hysteresis": names.memory.as_ref().map(|memory| name((memory, None))),
         "names": names.ranked.iter().zip(files).map(|(n, f)| name((n, f.as_deref()))).collect::<Vec<_>>(),
         "indistinguishable": names.indistinguishable,
@@ -133,6 +139,9 @@ fn text(found: &Found) -> String {
     }
     if let (Some(said), Some(memory)) = (found.memory(), &names.memory) {
         let _ = writeln!(out, "{said}: yawrig add {}\n", memory.effect);
+    }
+    if let Some(said) = found.beside() {
+        let _ = writeln!(out, "{said}\n");
     }
     out.push_str(&named(found));
     out
@@ -189,6 +198,9 @@ pub(super) fn in_short(found: &Found) -> Option<String> {
     );
     if let (Some(said), Some(memory)) = (found.memory(), &names.memory) {
         let _ = write!(out, "\n  {said}: yawrig add {}", memory.effect);
+    }
+    if let Some(said) = found.beside() {
+        let _ = write!(out, "\n  {said}");
     }
     if let (Some(best), Some(Some(file))) = (names.ranked.first(), files.first()) {
         let (held_out, file) = (best.held_out_over_noise, file.display());

@@ -157,6 +157,7 @@ pub fn shown(app: &App, id: usize) -> Result<Value> {
         "names": names.collect::<Vec<_>>(),
         "alike": found.alike(),
         "memory": found.memory(),
+        "beside": found.beside(),
         "remembers": found.names.memory.as_ref().map(|m| m.effect.id().to_owned()),
     });
     Ok(out)

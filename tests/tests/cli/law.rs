@@ -110,6 +110,40 @@ fn releases_on_several_springs_measure_one_law() {
     assert!(number(&added["residual_over_noise"]) < 1.1, "{added}");
 }
 
+#[test]
+fn what_no_law_of_angle_and_rate_holds_is_told_from_it() {
+    let bench = Bench::new();
+    for (name, effect, kind, of) in [
+        ("line", "harmonic_forcing:f=0.15,w=11,phi=0.3", "second_frequency", "harmonic_forcing"),
+        ("drift", "baseline_drift:d=0.0008", "time", "baseline_drift"),
+        ("sensor", "sensor_nonlinearity:s=0.8", "sensor", "sensor_nonlinearity"),
+        ("random", "buffeting:q=0.0005", "randomness", "buffeting"),
+    ] {
+        bench
+            .of(&format!("simulate --natural-frequency 7 --damping 0.004 --seconds 20 --out {name}.csv --seed 3"))
+            .and("--effect")
+            .and(format!("odd.toml:h=0.25,n={EXPONENT}"))
+            .and("--effect")
+            .and(effect)
+            .run()
+            .exits(0);
+        let found = bench.json(&format!("law {name}.csv"));
+        let beside = &found["beside"];
+        println!("{effect}: {beside}, alone {}", found["held_out_over_noise"]);
+        assert_eq!((&beside["kind"], &beside["effect"]), (&kind.into(), &of.into()), "{effect}");
+        assert_eq!(found["memory"], false, "{effect}");
+        if name == "line" {
+            assert!((number(&beside["frequency_rad_s"]) - 11.0).abs() < 0.05, "{beside}");
+        }
+        if kind != "randomness" {
+            let (alone, with) = (&found["held_out_over_noise"], &beside["held_out_over_noise"]);
+            assert!(number(with) < 0.9 * number(alone), "{effect}: {alone} {with}");
+        }
+    }
+    let found = bench.json("law r.csv");
+    assert!(found["beside"].is_null() && found["memory"] == false, "{}", found["beside"]);
+}
+
 /// Mean damping ratio that the device finds in the whole of a release.
 fn on_the_device(bench: &Bench, arguments: &str) -> f64 {
     let said = bench.json(&format!("replay {arguments}"));

@@ -43,6 +43,13 @@ pub(crate) fn forced_rather_than(
     buffeting::fit(decay, plain).filter(|b| holds(b, plain.parameters.len(), deterministic, n))
 }
 
+/// Whether what a definite `model` leaves is random forcing, far likelier than that model's noise.
+pub(crate) fn is_random(decay: &FreeDecay, model: &Fitted) -> bool {
+    let (deterministic, n) = buffeting::definite_criterion(decay, model);
+    buffeting::fit_residuals(decay, model)
+        .is_some_and(|b| holds(&b, model.parameters.len(), deterministic, n))
+}
+
 /// Whether what a model of so many `numbers` leaves is random forcing, given the criterion of the best definite model.
 pub(super) fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) -> bool {
     let random = bic::of_deviance(b.deviance, n, numbers + 1);

@@ -1,5 +1,6 @@
 //! What the records say where no effect of the library does: the law itself, its name, and what no law can hold.
 
+pub mod beside;
 pub mod estimate;
 pub mod forms;
 mod line;

@@ -1,5 +1,6 @@
 //! The name of a measured law: formulas fitted to its curves, the best then to the record, ranked by what they predict.
 
+use super::beside::{beside, Beside, HELD};
 use super::estimate::{over_noise, Measured};
 use super::forms::Formula;
 use super::on_curve::{OnCurve, Target};
@@ -32,8 +33,6 @@ const LEAST_GAIN: f64 = 0.05;
 const AS_WELL: f64 = 1.1;
 /// Share of the squares missed without the law's stiffness that hysteresis in its place may leave.
 const LITTLE: f64 = 0.01;
-/// Held out over the noise, up to which a law of angle and rate holds all there is.
-const HELD: f64 = 1.15;
 
 /// A formula fitted to the record in place of the law.
 #[derive(Clone, Debug)]
@@ -58,6 +57,8 @@ pub struct Names {
     /// Hysteresis, where it predicts better than every formula, and as well as the law or better beside it than the law
     /// alone: the moment depends on where the model last turned, and no law of angle and rate can hold it.
     pub memory: Option<Name>,
+    /// What else no law of angle and rate holds, where it is no memory.
+    pub beside: Option<Beside>,
 }
 
 /// Both parts in one formula.
@@ -123,6 +124,10 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     ranked[..first].sort_by_key(count);
     let indistinguishable = ranked[..first].iter().filter(|n| Some(count(n)) == fewest).count();
     let best = ranked.first().map(|(best, _)| best);
+    // Randomness is predicted by nothing, hysteresis neither.
+    let plain_rad = found.plain_held_out_over_noise * noise_rad;
+    let memory =
+        memory.filter(|memory| memory.prediction.rms_rad() < (1.0 - LEAST_GAIN) * plain_rad);
     let memory = memory.filter(|memory| {
         let beats = |other: &Prediction, by: f64| memory.prediction.gain_over(other) > by;
         best.is_none_or(|best| beats(&best.prediction, BETTER))
@@ -143,7 +148,12 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     let ranked: Vec<Name> = ranked.par_iter().map(name).collect::<Option<_>>().unwrap_or_default();
     let memory = memory.and_then(|memory| trial.named(&memory));
     stop.check()?;
-    Ok(Names { ranked, indistinguishable, memory })
+    let beside = match memory.is_none() {
+        true => beside(releases, &lengths, found),
+        false => None,
+    };
+    stop.check()?;
+    Ok(Names { ranked, indistinguishable, memory, beside })
 }
 
 /// An effect in place of the law, fitted to long pieces.

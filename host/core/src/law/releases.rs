@@ -48,6 +48,14 @@ impl<'a> Releases<'a> {
         self.decays[0]
     }
 
+    /// The release, where there is one.
+    pub(super) fn alone(&self) -> Option<&'a FreeDecay> {
+        match self.decays[..] {
+            [decay] => Some(decay),
+            _ => None,
+        }
+    }
+
     /// How many natural frequencies there are.
     fn modals(&self) -> usize {
         self.modal.iter().max().map_or(1, |most| most + 1)
