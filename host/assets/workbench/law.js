@@ -29,7 +29,8 @@ function draw(state, act) {
   box.hidden = !law;
   if (!law) return box.replaceChildren();
   const { measured, found } = law;
-  const add = (effect, text, title) => make("button", { type: "button", textContent: text, title, disabled: busy, "data-focus": `law-${effect}`, onclick: () => act({ do: "add", effect }) });
+  const button = (name, text, title, job) => make("button", { type: "button", textContent: text, title, disabled: busy, "data-focus": `law-${name}`, onclick: () => act(job) });
+  const add = (effect, text, title) => button(effect, text, title, { do: "add", effect });
   const parts = [make("strong", { textContent: "measured_law" }),
     make("p", { className: "caption", textContent: `from ${law.file}, known to ${ratio(law.yaw_deg)} deg and ${ratio(law.rate_deg_s)} deg/s` })];
   if (measured) parts.push(make("p", { textContent: `Residual over noise ${change(measured.residual_over_noise)}, held out ${change(measured.held_out_over_noise)}.` }));
@@ -37,7 +38,11 @@ function draw(state, act) {
   else {
     if (found.memory) parts.push(make("p", { className: "memory", textContent: `${found.memory}.` }), add(found.remembers, `Add as ${found.remembers}`, `yawrig add ${found.remembers}`));
     if (found.beside) parts.push(make("p", { className: "memory", textContent: `${found.beside}.` }));
-    parts.push(add("measured_law", "Add as measured", "The curves themselves, fitted to all ticked releases: yawrig add measured_law"));
+    const may_drive = measured.may_drive, how = may_drive ? " --may-drive" : "";
+    parts.push(button("measured_law", "Add as measured", `The curves themselves, fitted to all ticked releases: yawrig add measured_law${how}`, { do: "add", effect: "measured_law", may_drive }));
+    parts.push(may_drive
+      ? button("drive", "Measure again, taking energy out", "The damping takes energy out at every rate, as without wind.", { do: "law" })
+      : button("drive", "Measure again, energy may come in", "The damping may put energy in, as wind does where a model swings by itself: yawrig law --may-drive", { do: "law", may_drive: true }));
     parts.push(make("ol", {}, ...found.names.map((name, k) => {
       const swatch = make("span", { className: "trial" });
       swatch.style.borderTopColor = `var(--${trialColour(k)})`;

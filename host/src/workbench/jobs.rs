@@ -125,18 +125,20 @@ fn make_ready(app: &Arc<App>) -> bool {
 /// # Errors
 /// Those of the library's steps; 130 where it is stopped, and then nothing is changed.
 fn run(app: &Arc<App>, job: &Job) -> Result<String> {
-    if matches!(job, Job::Fit | Job::Law | Job::Add { .. } | Job::Reject { .. } | Job::Judge) {
+    if matches!(job, Job::Fit | Job::Law { .. } | Job::Add { .. } | Job::Reject { .. } | Job::Judge)
+    {
         leave_out_bad(app)?;
     }
     let taken = Taken::of(&app.session());
     let named = |id: &str| app.session().effect(id);
     match job {
         Job::Fit => taken.fit().map(|r| said("fitted", &r)),
-        Job::Add { effect, why } => {
-            let asked = taken.asked(&format!("add {}", quoted(effect)), why.as_deref());
+        Job::Add { effect, why, may_drive } => {
+            let drives = if *may_drive { " --may-drive" } else { "" };
+            let asked = taken.asked(&format!("add {}{drives}", quoted(effect)), why.as_deref());
             let revision = if effect == MEASURED_LAW {
                 taken.begun()?;
-                measured::add(&taken.path, true, &asked)?
+                measured::add(&taken.path, !may_drive, &asked)?
             } else {
                 // Named before a first step makes another model of it: its law's formulas are then no longer shown.
                 let effect = named(effect)?;
@@ -162,9 +164,9 @@ fn run(app: &Arc<App>, job: &Job) -> Result<String> {
             Ok(format!("step {} returns to step {step}", taken.step))
         }
         Job::Diagnose { release } => diagnose(app, &taken, *release),
-        Job::Law => {
+        Job::Law { may_drive } => {
             let model = app.session().next_model();
-            law::measure(app, &model, &taken.path)
+            law::measure(app, &model, &taken.path, !may_drive)
         }
         Job::Judge => judge(app, &taken),
         Job::Try { release, effect } => try_effect(app, &taken, *release, named(effect)?),

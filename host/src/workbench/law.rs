@@ -23,11 +23,11 @@ const SHOWN: usize = 5;
 /// Points of a curve from one end to the other, as many as the measured law's tables have.
 const POINTS: i32 = 41;
 
-/// Measures the law of `model`, whose file is `path`; a sentence about it.
+/// Measures the law of `model`, whose file is `path`, `dissipative` or not; a sentence about it.
 ///
 /// # Errors
 /// Exit 2 where no release is ticked to be fitted, else those of [`beside`].
-pub fn measure(app: &Arc<App>, model: &Model, path: &Path) -> Result<String> {
+pub fn measure(app: &Arc<App>, model: &Model, path: &Path, dissipative: bool) -> Result<String> {
     if model.records.iter().all(|r| r.held_out) {
         return Err(Error::usage("no release is ticked to be fitted")
             .help("tick one in the list on the left"));
@@ -43,7 +43,7 @@ pub fn measure(app: &Arc<App>, model: &Model, path: &Path) -> Result<String> {
         ShownLaw { about, file, curve, measured: measured.cloned(), found }
     };
     let show = |curve, measured: Option<&Measured>| keep(Some(law(curve, measured, None)));
-    match beside(model, &data, true, &path.with_file_name(FOLDER), &show) {
+    match beside(model, &data, dissipative, &path.with_file_name(FOLDER), &show) {
         Ok(found) => {
             let measured = &found.measured;
             let said = format!(
@@ -132,7 +132,7 @@ pub fn shown(app: &App, id: usize) -> Result<Value> {
     if let Some(m) = &law.measured {
         let residual = [m.plain_residual_over_noise, m.residual_over_noise].map(short);
         let held_out = [m.plain_held_out_over_noise, m.held_out_over_noise].map(short);
-        out["measured"] = json!({"residual_over_noise": residual, "held_out_over_noise": held_out});
+        out["measured"] = json!({"may_drive": !m.law.dissipative, "residual_over_noise": residual, "held_out_over_noise": held_out});
     }
     let Some(found) = &law.found else { return Ok(out) };
     let ranked = found.names.ranked.iter().zip(&found.files).take(SHOWN);

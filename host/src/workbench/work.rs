@@ -21,6 +21,9 @@ pub enum Job {
     Add {
         effect: String,
         why: Option<String>,
+        /// Of a measured law: its damping may put energy in.
+        #[serde(default)]
+        may_drive: bool,
     },
     Remove {
         effect: String,
@@ -41,7 +44,10 @@ pub enum Job {
     /// Which effects a campaign needs, and from where.
     Judge,
     /// The law that the ticked releases show, and the formulas it may be.
-    Law,
+    Law {
+        #[serde(default)]
+        may_drive: bool,
+    },
     /// What an effect would do in a release.
     Try {
         release: usize,
@@ -58,7 +64,7 @@ impl Job {
             Self::Reject { effect, .. } => format!("rejecting {effect}"),
             Self::Return { step, .. } => format!("returning to step {step}"),
             Self::Diagnose { .. } => "looking for what is missing".to_owned(),
-            Self::Law => "measuring the law".to_owned(),
+            Self::Law { .. } => "measuring the law".to_owned(),
             Self::Judge => "judging the whole campaign".to_owned(),
             Self::Try { effect, .. } => format!("trying {effect}"),
         }

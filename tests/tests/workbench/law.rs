@@ -128,6 +128,12 @@ fn a_law_is_added_as_measured_by_keys() {
     browser.key("m");
     browser.wait("document.querySelector('#law li') && document.body.dataset.busy === undefined");
     assert!(!bench.path("model.toml").exists(), "measuring writes no model");
+    // Where wind may put energy in, and back.
+    browser.click("[data-focus=law-drive]");
+    browser.wait("document.querySelector('[data-focus=law-drive]')?.textContent === 'Measure again, taking energy out' && document.body.dataset.busy === undefined");
+    assert_eq!(bench.get("/api/law?release=0")["measured"]["may_drive"], true);
+    browser.click("[data-focus=law-drive]");
+    browser.wait("document.querySelector('[data-focus=law-drive]')?.textContent === 'Measure again, energy may come in' && document.body.dataset.busy === undefined");
     browser.click("[data-focus=law-measured_law]");
     browser.wait(&steps_are(2));
     browser.wait("document.querySelector('#verdict').dataset.status === 'adequate'");

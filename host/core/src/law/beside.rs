@@ -6,6 +6,8 @@ use crate::diagnosis::forced::is_random;
 use crate::diagnosis::over_pieces::Lengths;
 use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::Effect;
+use crate::fit::fitting::{Fitted, Structure};
+use crate::fit::free_decay::FreeDecay;
 use crate::fit::segments::{fit_from, PieceFit};
 use crate::fit::starts;
 use rayon::prelude::*;
@@ -64,9 +66,42 @@ const TRIED: [(Effect, Kind); 5] = [
     (Effect::SensorNonlinearity, Kind::Sensor),
 ];
 
-/// Of a line, from the numbers that its fit varies.
-fn frequency_rad_s(effect: &Effect, numbers: &[f64]) -> Option<f64> {
-    effect.line().map(|line| effect.published(numbers).0[line.frequency])
+/// An effect fitted beside the law.
+struct Tried {
+    kind: Kind,
+    effect: Effect,
+    fit: PieceFit,
+    frequency_rad_s: Option<f64>,
+}
+
+/// An effect beside the law of `structure`, from each of its starts; `law` are the numbers of its pieces' fit, and `whole` is
+/// the record's.
+fn fitted(
+    decay: &FreeDecay,
+    lengths: &Lengths,
+    structure: &Structure,
+    (law, whole): (&[f64], &Fitted),
+    (effect, kind): &(Effect, Kind),
+) -> Vec<Tried> {
+    if structure.effects.contains(effect) {
+        return Vec::new();
+    }
+    let from = |start: &Vec<f64>| {
+        let common = [law, start].concat();
+        let fit = fit_from(&lengths.long, &structure.with(effect), &common, SETTLED);
+        let numbers = &fit.common[law.len()..];
+        let frequency_rad_s = effect.line().map(|l| effect.published(numbers).0[l.frequency]);
+        Tried { kind: *kind, effect: effect.clone(), fit, frequency_rad_s }
+    };
+    starts::of(decay, whole, effect).iter().take(STARTS).map(from).collect()
+}
+
+/// Whether a line is at a harmonic of the yaw mode, which is a matter of the law, or of the sensor.
+fn is_harmonic(decay: &FreeDecay, w_rad_s: f64) -> bool {
+    let windows = || decay.windows.iter().map(|w| w.natural_frequency_rad_s);
+    let least = (1.0 - HARMONIC) * windows().fold(f64::INFINITY, f64::min);
+    let most = (1.0 + HARMONIC) * windows().fold(0.0, f64::max);
+    (1..=MOST_HARMONIC).map(f64::from).any(|k| (least..most).contains(&(w_rad_s / k)))
 }
 
 /// The effect beside the law that predicts clearly better than the law alone; or random forcing, where that is far likelier
@@ -78,50 +113,23 @@ pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -
     structure.effects.pop();
     let structure = structure.with(&Effect::Measured(Arc::new(found.law.without_line(None))));
     let whole = fit_whole(decay, &structure, &found.fit.numbers(0));
-    let tried = |(effect, kind): &(Effect, Kind)| -> Vec<(PieceFit, Kind, Effect)> {
-        if structure.effects.contains(effect) {
-            return Vec::new();
-        }
-        let fitted = |start: &Vec<f64>| {
-            let common = [&found.fit.common[..], start].concat();
-            fit_from(&lengths.long, &structure.with(effect), &common, SETTLED)
-        };
-        let starts = starts::of(decay, &whole, effect);
-        starts.iter().take(STARTS).map(|start| (fitted(start), *kind, effect.clone())).collect()
+    let all = TRIED
+        .par_iter()
+        .flat_map(|one| fitted(decay, lengths, &structure, (&found.fit.common, &whole), one));
+    let all: Vec<Tried> = all.collect();
+    let nearest = all
+        .into_iter()
+        .filter(|tried| !tried.frequency_rad_s.is_some_and(|w| is_harmonic(decay, w)))
+        .min_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
+    let missed = |p: &Prediction| (p.rms_rad() / decay.noise_rad).powi(2) - 1.0;
+    let clearly = |p: &Prediction| {
+        p.is_better_than(&found.prediction) && missed(p) < CLEARLY * missed(&found.prediction)
     };
-    let all: Vec<(PieceFit, Kind, Effect)> = TRIED.par_iter().flat_map(tried).collect();
-    // A harmonic of the yaw mode is a matter of the law, or of the sensor.
-    let is_harmonic = |(fit, _, effect): &(PieceFit, Kind, Effect)| {
-        let w_rad_s = frequency_rad_s(effect, &fit.common[fit.start_of(structure.effects.len())..]);
-        let near = |w: f64| {
-            let windows = || decay.windows.iter().map(|w| w.natural_frequency_rad_s);
-            let least = windows().fold(f64::INFINITY, f64::min);
-            let most = windows().fold(0.0, f64::max);
-            ((1.0 - HARMONIC) * least..(1.0 + HARMONIC) * most).contains(&w)
-        };
-        w_rad_s.is_some_and(|w| (1..=MOST_HARMONIC).any(|k| near(w / f64::from(k))))
-    };
-    let least = |a: &&(PieceFit, Kind, Effect), b: &&(PieceFit, Kind, Effect)| {
-        a.0.sum().total_cmp(&b.0.sum())
-    };
-    let better = all
-        .iter()
-        .filter(|tried| !is_harmonic(tried))
-        .min_by(least)
-        .map(|(fit, kind, effect)| (fit, *kind, effect, predict_within(&lengths.predicted, fit)))
-        .filter(|(.., prediction)| {
-            let missed = |p: &Prediction| (p.rms_rad() / decay.noise_rad).powi(2) - 1.0;
-            prediction.is_better_than(&found.prediction)
-                && missed(prediction) < CLEARLY * missed(&found.prediction)
-        });
-    if let Some((fit, kind, effect, prediction)) = better {
-        let numbers = &fit.common[fit.start_of(structure.effects.len())..];
-        return Some(Beside {
-            kind,
-            effect: effect.clone(),
-            held_out_over_noise: prediction.rms_rad() / decay.noise_rad,
-            frequency_rad_s: frequency_rad_s(effect, numbers),
-        });
+    let predicted = nearest.map(|t| (predict_within(&lengths.predicted, &t.fit), t));
+    if let Some((prediction, tried)) = predicted.filter(|(p, _)| clearly(p)) {
+        let Tried { kind, effect, frequency_rad_s, .. } = tried;
+        let held_out_over_noise = prediction.rms_rad() / decay.noise_rad;
+        return Some(Beside { kind, effect, held_out_over_noise, frequency_rad_s });
     }
     is_random(decay, &whole).then_some(Beside {
         kind: Kind::Randomness,
