@@ -165,10 +165,20 @@ impl Browser {
              e.scrollIntoView({{block: 'nearest'}}); const r = e.getBoundingClientRect(); \
              return [r.left + r.width / 2, r.top + r.height / 2]; }})()"
         );
-        self.wait(&place);
-        let place = self.value(&place);
+        // What is still being laid out moves away from under the mouse.
+        let until = Instant::now() + PATIENCE;
+        let mut at = Value::Null;
+        while at.is_null() || at != self.value(&place) {
+            assert!(
+                Instant::now() < until,
+                "{selector} is not there to be clicked, or does not stand still"
+            );
+            std::thread::sleep(SLICE);
+            at = self.value(&place);
+        }
         for kind in ["mousePressed", "mouseReleased"] {
-            let event = json!({"type": kind, "x": place[0], "y": place[1], "button": "left", "clickCount": 1});
+            let event =
+                json!({"type": kind, "x": at[0], "y": at[1], "button": "left", "clickCount": 1});
             self.call("Input.dispatchMouseEvent", event);
         }
     }

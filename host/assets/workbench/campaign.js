@@ -127,6 +127,8 @@ function draw() {
   const dialog = by("campaign-dialog");
   const focus = document.activeElement && document.activeElement.dataset ? document.activeElement.dataset.field || document.activeElement.dataset.file : null;
   const left = files.filter((f) => !isWhole(f));
+  // The list stays as it is until it is known anew: emptied, it would move the buttons below it under the pointer.
+  const list = by("campaign-wrong") || make("ol", { id: "campaign-wrong" });
   const pool = target(make("div", { className: "pool", "aria-label": "not placed yet" }, ...left.map(chip)), { spring: null, axis: null, wind_speed_m_s: null });
   if (!left.length) pool.textContent = files.length ? "every record is placed" : "no records in this folder";
   dialog.replaceChildren(
@@ -137,7 +139,7 @@ function draw() {
       make("button", { type: "button", id: "campaign-pattern", textContent: "Place by name", onclick: byPattern })),
     make("p", { className: told[1] ? "error" : "caption", role: "status", id: "campaign-told", textContent: told[0] || "Drag each record to its spring and condition, or have them placed by their names." }),
     pool, table(), adding(), numbers(),
-    make("h3", { textContent: "What is still wrong" }), make("ol", { id: "campaign-wrong" }),
+    make("h3", { textContent: "What is still wrong" }), list,
     make("div", { className: "row" },
       make("button", { type: "button", id: "campaign-write", className: "primary", textContent: known.exists ? "Write over campaign.toml" : "Write campaign.toml", disabled: !files.some(isTouched), onclick: write }),
       make("button", { type: "button", textContent: "Close", onclick: () => dialog.close() })));
