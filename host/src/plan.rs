@@ -3,6 +3,7 @@
 use crate::campaign::CampaignFile;
 use crate::model::adding;
 use crate::model::document::{is_model, EffectEntry, Model};
+use crate::model::effects;
 use crate::model::model_fit::{self, Data};
 use crate::model::records;
 use crate::model::revise::check_addable;
@@ -14,7 +15,7 @@ use yawrig_base::interrupt;
 use yawrig_core::bic::{self, MARGIN};
 use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::table::Point;
-use yawrig_core::effects::Effect;
+use yawrig_core::effects::{Effect, MEASURED_LAW};
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::fit::joint::JointFit;
 use yawrig_core::identify::{identify, Method, Settings};
@@ -44,8 +45,8 @@ pub type Of = fn(&Point) -> Option<Quantity>;
 /// What is asked.
 #[derive(Clone, Debug, Default)]
 pub struct Asked {
-    /// Models that compete, each by its effects; none: they are looked for.
-    pub rivals: Vec<Vec<Effect>>,
+    /// Models that compete, each by the names of its effects, `measured_law` that of the model; none: they are looked for.
+    pub rivals: Vec<Vec<String>>,
     /// The derivative whose error is to be narrowed, and where it is in the table.
     pub derivative: Option<(&'static str, Of)>,
 }
@@ -64,7 +65,11 @@ pub fn plan(
     let mut notes = Vec::new();
     let fits = match asked.rivals.as_slice() {
         [] => found(&model, &data, &mut notes)?,
-        named => named.iter().map(|set| fitted(&model, &data, set)).collect::<Result<_>>()?,
+        named => {
+            let sets: Vec<Vec<Effect>> =
+                named.iter().map(|set| chosen(&model, set)).collect::<Result<_>>()?;
+            sets.iter().map(|set| fitted(&model, &data, set)).collect::<Result<_>>()?
+        }
     };
     let rivals: Vec<Rival> = fits.iter().map(|fit| Rival { name: name(fit), fit }).collect();
     let can = can(path, campaign.as_ref())?;
@@ -78,9 +83,14 @@ pub fn plan(
     let releases = plan::rank(&rivals, &decays, &possible, &|| progress(None))?;
     let left_out = possible.len() - releases.len();
     if left_out > 0 {
-        notes.push(format!(
-            "{left_out} releases are left out: in them a rival does not stay finite"
-        ));
+        let is_law = |fit: &JointFit| fit.structure.effects.iter().any(|e| e.id() == MEASURED_LAW);
+        notes.push(match fits.iter().any(is_law) {
+            true => format!(
+                "{left_out} releases are left out: beyond its range the measured law says nothing, and a larger \
+                 release measures it there"
+            ),
+            false => format!("{left_out} releases are left out: in them a rival does not stay finite"),
+        });
     }
     let precision = match (&campaign, asked.derivative) {
         (Some(file), Some((name, of))) => narrowed(file, name, of)?,
@@ -123,6 +133,15 @@ fn name(fit: &JointFit) -> String {
         true => "second_order".to_owned(),
         false => names.join("+"),
     }
+}
+
+/// Effects by their names; what is in the model already is that.
+fn chosen(model: &Model, names: &[String]) -> Result<Vec<Effect>> {
+    let of = |name: &String| match model.effects.iter().find(|e| e.effect.id() == name) {
+        Some(entry) => Ok(entry.effect.clone()),
+        None => effects::named(name),
+    };
+    effects::distinct(names.iter().map(of).collect::<Result<_>>()?)
 }
 
 /// The records' model with these effects instead of its own.

@@ -3,7 +3,7 @@
  *     b'' = acceleration(b, r, t),  reading = what the sensor shows of b
  *
  * b: yaw angle (rad), r: yaw rate (rad/s), t: time from the release (s), moments divided by the inertia (rad/s2). A
- * negative damping ratio feeds the oscillation. C99, needs nothing but the mathematics library. A program:
+ * negative damping ratio feeds the oscillation.@Z( z: what the hysteresis remembers (rad), a third state.)Z@ C99, needs nothing but the mathematics library. A program:
  *
  *     #include "@FILE@"
  *     #include <stdio.h>
@@ -44,7 +44,7 @@ typedef struct {
     /* Of the release on the record's clock, s; of the first instant, the last, and a sample, from the release. */
     double release_time_s, start_s, end_s, step_s;
     /* At the first instant. */
-    double yaw_rad, rate_rad_s;
+    double yaw_rad, rate_rad_s@Z(, z_rad)Z@;
     /* Values, and their standard uncertainties (0: taken as known, NAN: not known). */
     @NAME@_numbers p, u;
 } @NAME@_release;
@@ -53,9 +53,9 @@ static const @NAME@_release @NAME@_releases[] = {
 @RELEASES@
 };
 
-/* Time from the release (s), yaw angle (rad), yaw rate (rad/s), its sign: 0 at rest. */
+/* Time from the release (s), yaw angle (rad), yaw rate (rad/s), its sign: 0 at rest@Z(; what is remembered (rad))Z@. */
 typedef struct {
-    double t, b, r, direction;
+    double t, b, r, direction@Z(, z)Z@;
 } @NAME@_state;
 
 static inline double @NAME@_sign(double x) {
@@ -63,14 +63,19 @@ static inline double @NAME@_sign(double x) {
 }
 
 /* b'' in rad/s2; direction is the sign of the rate, kept where that is zero: dry friction acts against it. */
-static inline double @NAME@_acceleration(double b, double r, double t, double direction, const @NAME@_numbers *p) {
+static inline double @NAME@_acceleration(double b, double r, double t, double direction@Z(, double z)Z@, const @NAME@_numbers *p) {
     const double spring = @SPRING@;
     (void)t, (void)direction;
     return spring
         - 2.0 * p->zeta * p->wn * r@MOMENTS@;
 }
 
-/* What the sensor shows, rad. */
+@Z(/* z' in rad/s, of what the hysteresis remembers. */
+static inline double @NAME@_memory(double r, double direction, double z, const @NAME@_numbers *p) {
+    return @MEMORY@;
+}
+
+)Z@/* What the sensor shows, rad. */
 static inline double @NAME@_reading(double b, double t, const @NAME@_numbers *p) {
     (void)t;
     return b
@@ -78,8 +83,8 @@ static inline double @NAME@_reading(double b, double t, const @NAME@_numbers *p)
 }
 
 /* Which way the model leaves where it rests: 1, -1, or 0 where dry friction holds it. */
-static inline double @NAME@_leaves(double b, double t, const @NAME@_numbers *p) {
-    const double up = @NAME@_acceleration(b, 0.0, t, 1.0, p), down = @NAME@_acceleration(b, 0.0, t, -1.0, p);
+static inline double @NAME@_leaves(double b, double t@Z(, double z)Z@, const @NAME@_numbers *p) {
+    const double up = @NAME@_acceleration(b, 0.0, t, 1.0@Z(, z)Z@, p), down = @NAME@_acceleration(b, 0.0, t, -1.0@Z(, z)Z@, p);
     if (up > 0.0 && up >= -down)
         return 1.0;
     return down < 0.0 ? -1.0 : 0.0;
@@ -98,19 +103,22 @@ static inline @NAME@_state @NAME@_step(@NAME@_state s, double h, const @NAME@_nu
     };
     static const double e[7] = {71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0,
                                 -1.0 / 40.0};
-    double kb[7] = {s.r}, kr[7] = {@NAME@_acceleration(s.b, s.r, s.t, s.direction, p)};
+    double kb[7] = {s.r}, kr[7] = {@NAME@_acceleration(s.b, s.r, s.t, s.direction@Z(, s.z)Z@, p)};@Z(
+    double kz[7] = {@NAME@_memory(s.r, s.direction, s.z, p)};)Z@
     @NAME@_state n = s;
     for (int i = 0; i < 6; i++) {
-        n.b = s.b, n.r = s.r;
+        n.b = s.b, n.r = s.r@Z(, n.z = s.z)Z@;
         for (int j = 0; j <= i; j++)
-            n.b += h * w[i][j] * kb[j], n.r += h * w[i][j] * kr[j];
-        kb[i + 1] = n.r;
-        kr[i + 1] = @NAME@_acceleration(n.b, n.r, s.t + c[i] * h, s.direction, p);
+            n.b += h * w[i][j] * kb[j], n.r += h * w[i][j] * kr[j]@Z(, n.z += h * w[i][j] * kz[j])Z@;
+        kb[i + 1] = n.r;@Z(
+        kz[i + 1] = @NAME@_memory(n.r, s.direction, n.z, p);)Z@
+        kr[i + 1] = @NAME@_acceleration(n.b, n.r, s.t + c[i] * h, s.direction@Z(, n.z)Z@, p);
     }
-    double eb = 0.0, er = 0.0;
+    double eb = 0.0, er = 0.0@Z(, ez = 0.0)Z@;
     for (int i = 0; i < 7; i++)
-        eb += h * e[i] * kb[i], er += h * e[i] * kr[i];
-    *error = hypot(eb, er / p->wn);
+        eb += h * e[i] * kb[i], er += h * e[i] * kr[i]@Z(, ez += h * e[i] * kz[i])Z@;
+    *error = hypot(eb, er / p->wn);@Z(
+    *error = hypot(*error, ez);)Z@
     n.t = s.t + h;
     return n;
 }
@@ -120,14 +128,14 @@ static inline void @NAME@_advance(@NAME@_state *s, double h, const @NAME@_number
     double error, low = 0.0, high = h;
     if (h <= 0.0)
         return;
-    if (@NAME@_STICKS && s->direction == 0.0 && (s->direction = @NAME@_leaves(s->b, s->t, p)) == 0.0) {
-        if (@NAME@_leaves(s->b, s->t + h, p) == 0.0) {
+    if (@NAME@_STICKS && s->direction == 0.0 && (s->direction = @NAME@_leaves(s->b, s->t@Z(, s->z)Z@, p)) == 0.0) {
+        if (@NAME@_leaves(s->b, s->t + h@Z(, s->z)Z@, p) == 0.0) {
             s->t += h;
             return;
         }
         for (int i = 0; i < 50; i++) {
             const double middle = 0.5 * (low + high);
-            *(@NAME@_leaves(s->b, s->t + middle, p) == 0.0 ? &low : &high) = middle;
+            *(@NAME@_leaves(s->b, s->t + middle@Z(, s->z)Z@, p) == 0.0 ? &low : &high) = middle;
         }
         s->t += high;
         @NAME@_advance(s, h - high, p, depth + 1);
@@ -153,7 +161,7 @@ static inline void @NAME@_advance(@NAME@_state *s, double h, const @NAME@_number
 }
 
 static inline @NAME@_state @NAME@_start(const @NAME@_release *release) {
-    const @NAME@_state s = {release->start_s, release->yaw_rad, release->rate_rad_s, @NAME@_sign(release->rate_rad_s)};
+    const @NAME@_state s = {release->start_s, release->yaw_rad, release->rate_rad_s, @NAME@_sign(release->rate_rad_s)@Z(, release->z_rad)Z@};
     return s;
 }
 

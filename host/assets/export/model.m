@@ -10,13 +10,17 @@ function m = @NAME@()
 %     release = m.releases(1);
 %     t = release.start_s:release.step_s:release.end_s;
 %     yaw_rad = m.simulate(release, t);
-%     rhs = @(t, x) [x(2); m.acceleration(x(1), x(2), t, release.p, sign(x(2)))];   % for ode45
+%     rhs = @(t, x) [x(2); m.acceleration(x(1), x(2), t, release.p, sign(x(2))@Z(, x(3))Z@)@Z(; m.memory(x(2), x(3), release.p, sign(x(2))))Z@];   % for ode45
 %
-% The numbers of each release (p) and their standard uncertainties (u; 0: taken as known, NaN: not known):
+@Z(% With hysteresis there is a third state z (rad), what it remembers: z' = memory(r, z, release.p, sign(r)), from
+% release.z_rad on, and the last argument of the acceleration.
+%
+)Z@% The numbers of each release (p) and their standard uncertainties (u; 0: taken as known, NaN: not known):
 @NUMBERS@
 
 m.releases = releases();
-m.acceleration = @acceleration;
+m.acceleration = @acceleration;@Z(
+m.memory = @memory;)Z@
 m.reading = @reading;
 m.simulate = @simulate;
 end
@@ -26,14 +30,19 @@ list = struct([]);
 @RELEASES@
 end
 
-function a = acceleration(b, r, t, p, direction)
+function a = acceleration(b, r, t, p, direction@Z(, z)Z@)
 % b'' in rad/s2; direction is the sign of the rate, kept where that is zero: dry friction acts against it.
 spring = @SPRING@;
 a = spring ...
     - 2.0 * p.zeta * p.wn * r@MOMENTS@;
 end
 
-function y = reading(b, t, p)
+@Z(function rate = memory(r, z, p, direction)
+% z' in rad/s, of what the hysteresis remembers.
+rate = @MEMORY@;
+end
+
+)Z@function y = reading(b, t, p)
 % What the sensor shows, rad.
 y = b ...
     + p.zero_rad@READINGS@;
@@ -45,7 +54,7 @@ if nargin < 3
     p = release.p;
 end
 amplitude = hypot(release.yaw_rad, release.rate_rad_s / p.wn);
-s = struct('t', release.start_s, 'b', release.yaw_rad, 'r', release.rate_rad_s, 'direction', sign(release.rate_rad_s));
+s = struct('t', release.start_s, 'b', release.yaw_rad, 'r', release.rate_rad_s, 'direction', sign(release.rate_rad_s)@Z(, 'z', release.z_rad)Z@);
 y = nan(size(times));
 for k = 1:numel(times)
     if times(k) < release.start_s
@@ -68,16 +77,16 @@ if h <= 0
     return;
 end
 if sticks && s.direction == 0
-    s.direction = leaves(s.b, s.t, p);
+    s.direction = leaves(s.b, s.t, p@Z(, s.z)Z@);
     if s.direction == 0
         held = 0; upto = h;
-        if leaves(s.b, s.t + h, p) == 0
+        if leaves(s.b, s.t + h, p@Z(, s.z)Z@) == 0
             s.t = s.t + h;
             return;
         end
         for i = 1:50
             middle = 0.5 * (held + upto);
-            if leaves(s.b, s.t + middle, p) == 0
+            if leaves(s.b, s.t + middle, p@Z(, s.z)Z@) == 0
                 held = middle;
             else
                 upto = middle;
@@ -119,21 +128,25 @@ w = [1/5 0 0 0 0 0; 3/40 9/40 0 0 0 0; 44/45 -56/15 32/9 0 0 0; ...
      35/384 0 500/1113 125/192 -2187/6784 11/84];
 c = [1/5 3/10 4/5 8/9 1 1];
 kb = zeros(7, 1); kr = zeros(7, 1);
-kb(1) = s.r; kr(1) = acceleration(s.b, s.r, s.t, p, s.direction);
+kb(1) = s.r; kr(1) = acceleration(s.b, s.r, s.t, p, s.direction@Z(, s.z)Z@);@Z(
+kz = zeros(7, 1); kz(1) = memory(s.r, s.z, p, s.direction);)Z@
 for i = 1:6
     b = s.b + h * (w(i, 1:i) * kb(1:i));
     r = s.r + h * (w(i, 1:i) * kr(1:i));
-    kb(i + 1) = r; kr(i + 1) = acceleration(b, r, s.t + c(i) * h, p, s.direction);
+@Z(    z = s.z + h * (w(i, 1:i) * kz(1:i));
+    kz(i + 1) = memory(r, z, p, s.direction);
+)Z@    kb(i + 1) = r; kr(i + 1) = acceleration(b, r, s.t + c(i) * h, p, s.direction@Z(, z)Z@);
 end
 e = [71/57600 0 -71/16695 71/1920 -17253/339200 22/525 -1/40];
-error = abs(h) * hypot(e * kb, e * kr / p.wn);
-n = s; n.t = s.t + h; n.b = b; n.r = r;
+error = abs(h) * hypot(e * kb, e * kr / p.wn);@Z(
+error = hypot(error, h * (e * kz));)Z@
+n = s; n.t = s.t + h; n.b = b; n.r = r;@Z( n.z = z;)Z@
 end
 
-function d = leaves(b, t, p)
+function d = leaves(b, t, p@Z(, z)Z@)
 % Which way the model leaves where it rests: 1, -1, or 0 where dry friction holds it.
-up = acceleration(b, 0, t, p, 1);
-down = acceleration(b, 0, t, p, -1);
+up = acceleration(b, 0, t, p, 1@Z(, z)Z@);
+down = acceleration(b, 0, t, p, -1@Z(, z)Z@);
 if up > 0 && up >= -down
     d = 1;
 elseif down < 0

@@ -7,7 +7,9 @@ negative damping ratio feeds the oscillation. Needs numpy and scipy. As a progra
 
     python3 @FILE@ [NUMBER] > release.csv
 
-The numbers of each release (p) and their standard uncertainties (u; 0: taken as known, nan: not known):
+@Z(z: what the hysteresis remembers (rad), a third state: z' = memory(r, z).
+
+)Z@The numbers of each release (p) and their standard uncertainties (u; 0: taken as known, nan: not known):
 @NUMBERS@
 """
 
@@ -18,7 +20,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 nan = math.nan
-# Dry friction can hold the model where its rate is zero.
+# The motion is parted where its rate is zero@Z(: there the hysteresis turns)Z@; dry friction can hold it there.
 STICKS = @STICKS@
 RELEASES = [
 @RELEASES@
@@ -29,7 +31,7 @@ def sign(x):
     return math.copysign(1.0, x) if x else 0.0
 
 
-def acceleration(b, r, t, p, direction=None):
+def acceleration(b, r, t, p, direction=None@Z(, z=0.0)Z@):
     """b'' in rad/s2. `direction` is the sign of the rate where that is zero: dry friction acts against it."""
     direction = sign(r) if direction is None else direction
     spring = @SPRING@
@@ -39,10 +41,16 @@ def acceleration(b, r, t, p, direction=None):
     )
 
 
-def rhs(t, state, p, direction=None):
-    """The right-hand side for any solver: state is [b, r]."""
+@Z(def memory(r, z, p, direction=None):
+    """z' in rad/s, of what the hysteresis remembers."""
+    direction = sign(r) if direction is None else direction
+    return @MEMORY@
+
+
+)Z@def rhs(t, state, p, direction=None):
+    """The right-hand side for any solver: state is [b, r@Z(, z)Z@]."""
     b, r = float(state[0]), float(state[1])
-    return [r, acceleration(b, r, t, p, direction)]
+    return [r, acceleration(b, r, t, p, direction@Z(, state[2])Z@)@Z(, memory(r, state[2], p, direction))Z@]
 
 
 def reading(b, t, p):
@@ -53,10 +61,10 @@ def reading(b, t, p):
     )
 
 
-def leaves(b, t, p):
+def leaves(b, t, p@Z(, z)Z@):
     """Which way the model leaves where it rests: 1, -1, or 0 where dry friction holds it."""
-    up = acceleration(b, 0.0, t, p, 1.0)
-    down = acceleration(b, 0.0, t, p, -1.0)
+    up = acceleration(b, 0.0, t, p, 1.0@Z(, z)Z@)
+    down = acceleration(b, 0.0, t, p, -1.0@Z(, z)Z@)
     if up > 0.0 and up >= -down:
         return 1.0
     return -1.0 if down < 0.0 else 0.0
@@ -69,20 +77,21 @@ def motion(release, time_s, p=None):
     out = np.full((len(time_s), 2), nan)
     now, end = release["start_s"], time_s[-1]
     b, r = release["yaw_rad"], release["rate_rad_s"]
-    tolerance = 1e-12 * math.hypot(b, r / p["wn"])
+@Z(    z = release["z_rad"]
+)Z@    tolerance = 1e-12 * math.hypot(b, r / p["wn"])
     longest = math.tau / p["wn"] / 25.0
     direction = sign(r) if STICKS else None
     done = int(np.searchsorted(time_s, now))
     while done < len(time_s):
         if direction == 0.0:
-            direction = leaves(b, now, p)
+            direction = leaves(b, now, p@Z(, z)Z@)
         if direction == 0.0:
             until = min(now + longest, end)
-            if leaves(b, until, p) != 0.0:
+            if leaves(b, until, p@Z(, z)Z@) != 0.0:
                 held = now
                 for _ in range(50):
                     middle = 0.5 * (held + until)
-                    if leaves(b, middle, p) == 0.0:
+                    if leaves(b, middle, p@Z(, z)Z@) == 0.0:
                         held = middle
                     else:
                         until = middle
@@ -96,14 +105,14 @@ def motion(release, time_s, p=None):
 
         turns.terminal, turns.direction = True, -1.0
         part = solve_ivp(
-            rhs, (now, end), [b, r], method="DOP853", args=(p, direction), events=turns if STICKS else None,
-            dense_output=True, rtol=1e-11, atol=[tolerance, tolerance * p["wn"]], max_step=longest,
+            rhs, (now, end), [b, r@Z(, z)Z@], method="DOP853", args=(p, direction), events=turns if STICKS else None,
+            dense_output=True, rtol=1e-11, atol=[tolerance, tolerance * p["wn"]@Z(, tolerance)Z@], max_step=longest,
         )
         if part.status < 0:
             raise RuntimeError(part.message)
-        now, (b, r) = part.t[-1], part.y[:, -1]
+        now, (b, r@Z(, z)Z@) = part.t[-1], part.y[:, -1]
         upto = len(time_s) if now >= end else int(np.searchsorted(time_s, now))
-        out[done:upto] = part.sol(time_s[done:upto]).T
+        out[done:upto] = part.sol(time_s[done:upto])@Z([:2])Z@.T
         done = upto
         if part.status == 1:
             r, direction = 0.0, 0.0

@@ -2,7 +2,6 @@
 
 use super::choices::Derivative;
 use super::common::{bar, bare, print_json, print_line, SCHEMA_VERSION};
-use crate::model::effects;
 use crate::plan::{self, Asked, Planned};
 use clap::Args;
 use serde::Serialize;
@@ -10,7 +9,6 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use yawrig_base::error::Result;
 use yawrig_core::bic::MARGIN;
-use yawrig_core::effects::Effect;
 
 /// Rows printed.
 const ROWS: usize = 12;
@@ -27,7 +25,7 @@ pub struct Plan {
     /// A model's file, or a campaign
     #[arg(value_name = "MODEL|campaign.toml")]
     pub file: PathBuf,
-    /// A model that competes, by its effects (EFFECT+EFFECT; repeatable)
+    /// A model that competes, by its effects (EFFECT+EFFECT; measured_law: the model's; repeatable)
     #[arg(long = "rival", value_name = "EFFECTS")]
     pub rivals: Vec<String>,
     /// Of a campaign: the derivative whose error one more release is to narrow
@@ -49,11 +47,10 @@ struct Object<'a> {
 impl Plan {
     pub fn run(&self) -> Result<()> {
         let begin = std::time::Instant::now();
-        let set = |text: &String| -> Result<Vec<Effect>> {
-            let named = text.split('+').filter(|e| *e != "second_order").map(effects::named);
-            effects::distinct(named.collect::<Result<_>>()?)
+        let set = |text: &String| -> Vec<String> {
+            text.split('+').filter(|e| *e != "second_order").map(str::to_owned).collect()
         };
-        let rivals: Vec<Vec<Effect>> = self.rivals.iter().map(set).collect::<Result<_>>()?;
+        let rivals: Vec<Vec<String>> = self.rivals.iter().map(set).collect();
         if rivals.len() == 1 {
             return Err(yawrig_base::error::Error::usage(
                 "one --rival alone has nothing to compete with",

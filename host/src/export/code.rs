@@ -113,7 +113,7 @@ impl Dialect {
         let (entry, decay) = (&release.recorded.entry, &release.recorded.decay);
         let (grid, state) = (&decay.grid, &release.fit.parameters);
         let end_s = grid.time_s(grid.count - 1);
-        let fields = [
+        let mut fields = vec![
             ("file", self.text(&entry.file)),
             ("condition", self.text(&entry.condition)),
             ("release_time_s", self.value(decay.release_time_s)),
@@ -125,6 +125,9 @@ impl Dialect {
             ("p", self.numbers(&release.numbers, |n| n.value)),
             ("u", self.numbers(&release.numbers, |n| n.u)),
         ];
+        if let [z] = release.fit.remembered(grid.start_s)[..] {
+            fields.insert(fields.len() - 2, ("z_rad", self.value(z)));
+        }
         let mut out = String::new();
         for (name, value) in fields {
             let _ = match self.target {
@@ -153,7 +156,7 @@ pub fn written(
 ) -> Result<String> {
     let dialect = Dialect::of(target);
     let name = identifier(target, file)?;
-    let Equations { spring, moments, readings, sticks } = equations(&dialect, effects)?;
+    let Equations { spring, moments, readings, sticks, memory } = equations(&dialect, effects)?;
     let numbers: Vec<String> =
         releases[0].numbers.iter().map(|number| dialect.described(number)).collect();
     let all: String = releases.iter().enumerate().map(|(k, r)| dialect.release(k, r)).collect();
@@ -161,11 +164,12 @@ pub fn written(
     // What would end the comment it stands in.
     let title = format!("{}: second order{with}", model.display()).replace(['"', '\\', '*'], "_");
     let file = file.file_name().unwrap_or_default().to_string_lossy();
-    let mut out = dialect.template.to_owned();
+    let mut out = of_memory(dialect.template, memory.is_some());
     for (place, text) in [
         ("@SPRING@", spring.as_str()),
         ("@MOMENTS@", &moments),
         ("@READINGS@", &readings),
+        ("@MEMORY@", memory.as_deref().unwrap_or_default()),
         ("@STICKS@", dialect.truth[usize::from(sticks)]),
         ("@NUMBERS@", &numbers.join("\n")),
         ("@TITLE@", &title),
@@ -179,20 +183,34 @@ pub fn written(
     Ok(out)
 }
 
+/// A template with what stands in `@Z(` and `)Z@`, which is for a model that `remembers`, or without.
+fn of_memory(template: &str, remembers: bool) -> String {
+    let mut parts = template.split("@Z(");
+    let mut out = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let (inner, after) = part.split_once(")Z@").unwrap_or((part, ""));
+        out += if remembers { inner } else { "" };
+        out += after;
+    }
+    out
+}
+
 /// The model's terms in the language.
 struct Equations {
     spring: String,
     moments: String,
     readings: String,
-    /// Dry friction can hold the model.
+    /// Dry friction can hold the model, or hysteresis turns.
     sticks: bool,
+    /// The rate of what is remembered.
+    memory: Option<String>,
 }
 
 fn equations(dialect: &Dialect, effects: &[Effect]) -> Result<Equations> {
     let mut sticks = false;
     let mut write = |effect: Option<&Effect>, text: &str| {
         let mut named = |name: &str| match (name, effect) {
-            ("b" | "r" | "t" | "spring", _) => name.to_owned(),
+            ("b" | "r" | "t" | "z" | "spring", _) => name.to_owned(),
             ("sign(r)", _) => {
                 sticks = true;
                 "direction".to_owned()
@@ -206,7 +224,7 @@ fn equations(dialect: &Dialect, effects: &[Effect]) -> Result<Equations> {
             .map_err(|why| Error::internal(format!("\"{text}\" is no expression: {why}")))
     };
     let mut spring = write(None, "-wn * wn * b")?;
-    let (mut moments, mut readings) = (String::new(), String::new());
+    let (mut moments, mut readings, mut memory) = (String::new(), String::new(), None);
     for effect in effects {
         match effect.equation() {
             Some(Equation::Moment(text)) => {
@@ -214,6 +232,11 @@ fn equations(dialect: &Dialect, effects: &[Effect]) -> Result<Equations> {
                     moments += dialect.term;
                     moments += &write(Some(effect), term)?;
                 }
+            }
+            Some(Equation::Remembered { moment, rate }) => {
+                moments += dialect.term;
+                moments += &write(Some(effect), moment)?;
+                memory = Some(write(Some(effect), rate)?);
             }
             Some(Equation::Reading(text)) => {
                 readings += dialect.term;
@@ -226,7 +249,7 @@ fn equations(dialect: &Dialect, effects: &[Effect]) -> Result<Equations> {
             None => {}
         }
     }
-    Ok(Equations { spring, moments, readings, sticks })
+    Ok(Equations { spring, moments, readings, sticks, memory })
 }
 
 /// The name of `file` as the language calls it.

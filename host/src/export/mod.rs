@@ -12,7 +12,7 @@ use crate::model::model_fit::{held_against, Data, Recorded};
 use rayon::prelude::*;
 use release::Release;
 use std::path::Path;
-use yawrig_base::error::{Error, Result};
+use yawrig_base::error::Result;
 use yawrig_base::interrupt;
 use yawrig_core::effects::Effect;
 
@@ -27,12 +27,10 @@ pub enum What {
 /// What is in the file for the model at `path`, to be called `name`.
 ///
 /// # Errors
-/// Exit 3 where the model or a record cannot be used or an effect cannot be written down, 2 for a name that the language
-/// does not take.
+/// Exit 3 where the model or a record cannot be used, 2 for a name that the language does not take.
 pub fn exported(path: &Path, what: What, name: &Path) -> Result<String> {
     let model = Model::read(path)?;
     let effects: Vec<Effect> = model.effects.iter().map(|e| e.effect.clone()).collect();
-    effects.iter().try_for_each(|effect| check(path, effect, what))?;
     let data = Data::of(&model, path)?;
     let recorded: Vec<Recorded> = data.fitted.into_iter().chain(data.held_out).collect();
     let of = |recorded: Recorded| {
@@ -46,15 +44,4 @@ pub fn exported(path: &Path, what: What, name: &Path) -> Result<String> {
         What::Table => table::written(&releases),
         What::Code(target) => code::written(target, path, name, &effects, &releases),
     }
-}
-
-/// # Errors
-/// Exit 3 for an effect that no program can be written of.
-fn check(path: &Path, effect: &Effect, what: What) -> Result<()> {
-    if what == What::Table || effect.equation().is_some() {
-        return Ok(());
-    }
-    let why = "is no moment of angle, rate and time that a line of text could hold";
-    Err(Error::data(format!("{}: {effect} {why}", path.display()))
-        .help("export the model's readings: --to csv"))
 }

@@ -1,7 +1,7 @@
 //! Elasto-plastic part of the spring, - h z with z' = r - |r| z / y (Bouc-Wen with n = 1: Y. K. Wen, J. Eng. Mech.
 //! Div. 102, 1976): a spring of stiffness h that yields at y.
 
-use super::law::{not_negative, numbers, within, Card, Law, Parameter, Scale, Seen};
+use super::law::{not_negative, numbers, within, Card, Equation, Law, Parameter, Scale, Seen};
 use super::memory::Memory;
 use super::terms::Terms;
 
@@ -25,6 +25,10 @@ impl Law for Hysteresis {
 
     fn sizes(&self, scale: &Scale) -> Vec<f64> {
         vec![scale.stiffness(), scale.amplitude_rad]
+    }
+
+    fn equation(&self) -> Option<Equation<'_>> {
+        Some(Equation::Remembered { moment: "-h * z", rate: "r - sign(r) * r * z / y" })
     }
 
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {

@@ -129,6 +129,8 @@ pub enum Equation<'a> {
     DeadZone(&'a str),
     /// Added to the reading.
     Reading(&'a str),
+    /// Added to b'', with a state `z` of its own and the rate of that.
+    Remembered { moment: &'a str, rate: &'a str },
 }
 
 impl<'a> Equation<'a> {

@@ -75,6 +75,12 @@ impl Memories {
         self.each.iter().map(|(m, z)| (m.moment)(&m.p, (m.moved)(&m.p, *z, by))).sum()
     }
 
+    /// The states at an angle to which the model came without turning.
+    pub(crate) fn states(&self, yaw_rad: f64) -> Vec<f64> {
+        let by = yaw_rad - self.turned_at_rad;
+        self.each.iter().map(|(m, z)| (m.moved)(&m.p, *z, by)).collect()
+    }
+
     /// The model turns at this angle.
     pub(crate) fn turn(&mut self, yaw_rad: f64) {
         let by = yaw_rad - self.turned_at_rad;

@@ -249,7 +249,7 @@ impl Effect {
         bounds
     }
 
-    /// It as text, from which other languages are written; `None` where it has none: it is random, or remembers.
+    /// It as text, from which other languages are written; `None` where it is random.
     pub fn equation(&self) -> Option<Equation<'_>> {
         self.law().equation()
     }

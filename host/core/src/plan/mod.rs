@@ -12,6 +12,9 @@
 //! standard deviations. Noise makes of that difference a normal variable of mean S^2 and standard deviation 2 S
 //! (A. C. Atkinson, V. V. Fedorov, Biometrika 62, 1975, with the errors of the numbers so far). All is counted over the
 //! noise as the best rival leaves it, residuals that are correlated for fewer.
+//!
+//! A measured law takes the shape of any formula within its range and says nothing beyond: it is a truth that formulas
+//! are held to, at releases within its range; that it can follow a formula refutes neither.
 
 mod possible;
 mod precision;
@@ -44,7 +47,8 @@ pub struct Ranked {
     pub chance_to_decide: f64,
 }
 
-/// Ranks `possible`, best first; those in which a rival does not stay finite are left out. `decays` are the releases
+/// Ranks `possible`, best first; those in which a rival does not stay finite, or is a measured law that ends before, are
+/// left out. `decays` are the releases
 /// that the rivals were fitted to, `done` hears of each release that is through.
 ///
 /// # Errors
@@ -68,14 +72,23 @@ pub fn rank(
 }
 
 fn judged(rivals: &[Rival], like: &FreeDecay, release: &Possible) -> Result<Option<Ranked>> {
+    if !rivals.iter().all(|rival| rival.reaches(release)) {
+        return Ok(None);
+    }
     let level = rivals.iter().map(|r| r.fit.over_noise()).fold(f64::INFINITY, f64::min).max(1.0);
     let inflation =
         rivals.iter().map(|r| r.fit.fits[release.like].inflation).fold(f64::INFINITY, f64::min);
-    let (mut least, mut chances) = (f64::INFINITY, 0.0);
+    let (mut least, mut chances, mut truths) = (f64::INFINITY, 0.0, 0);
     for (i, truth) in rivals.iter().enumerate() {
         let Some(decay) = simulated(truth, like, release, level) else { return Ok(None) };
+        let can_fail = |j: usize| j != i && (rivals[j].law().is_none() || truth.law().is_some());
+        let others: Vec<&Rival> =
+            (0..rivals.len()).filter(|j| can_fail(*j)).map(|j| &rivals[j]).collect();
+        if others.is_empty() {
+            continue;
+        }
         let mut chance = 1.0f64;
-        for (_, other) in rivals.iter().enumerate().filter(|(j, _)| *j != i) {
+        for other in others {
             like.stop.check()?;
             let squares = Tied::new(&decay, other, release)?.least_squares();
             like.stop.check()?;
@@ -84,11 +97,12 @@ fn judged(rivals: &[Rival], like: &FreeDecay, release: &Possible) -> Result<Opti
             chance = chance.min(chance_of(separation));
         }
         chances += chance;
+        truths += 1;
     }
     Ok(Some(Ranked {
         release: release.clone(),
         separation_sigma: least,
-        chance_to_decide: chances / rivals.len() as f64,
+        chance_to_decide: chances / f64::from(truths),
     }))
 }
 

@@ -1,5 +1,6 @@
 //! Rival models, and the releases that could be made to part them.
 
+use crate::effects::{Effect, MeasuredLaw};
 use crate::fit::joint::JointFit;
 use serde::{Deserialize, Serialize};
 use yawrig_shared::axis::Axis;
@@ -8,6 +9,28 @@ use yawrig_shared::axis::Axis;
 pub struct Rival<'a> {
     pub name: String,
     pub fit: &'a JointFit,
+}
+
+/// Beyond the range of a measured law by this much, it is still what was measured.
+const REACH: f64 = 1.05;
+
+impl Rival<'_> {
+    /// Its measured law, which within its range takes the shape of any formula, and says nothing beyond.
+    pub(super) fn law(&self) -> Option<&MeasuredLaw> {
+        self.fit.structure.effects.iter().find_map(|effect| match effect {
+            Effect::Measured(law) => Some(&**law),
+            _ => None,
+        })
+    }
+
+    /// Whether it is known what it does in `release`.
+    pub(super) fn reaches(&self, release: &Possible) -> bool {
+        let amplitude_rad = release.amplitude_deg.to_radians();
+        self.law().is_none_or(|law| {
+            amplitude_rad <= REACH * law.yaw_rad
+                && amplitude_rad * release.natural_frequency_rad_s <= REACH * law.rate_rad_s
+        })
+    }
 }
 
 /// What the rig can do, where that is not what it has done; an empty list leaves open what it is about.
