@@ -10,6 +10,7 @@ use yawrig_base::files;
 use yawrig_base::interrupt;
 use yawrig_core::law::beside::{Beside, Kind};
 use yawrig_core::law::estimate::{Curve, Measured};
+use yawrig_core::law::left::Left;
 use yawrig_core::law::names::{names, Names};
 
 /// Formulas that are written.
@@ -23,6 +24,8 @@ pub struct Found {
     pub measured: Measured,
     pub curve: Curve,
     pub names: Names,
+    /// What shows that no law of angle and rate holds the moment.
+    pub left: Option<Left>,
     /// The file of each name.
     pub files: Vec<Option<PathBuf>>,
 }
@@ -79,7 +82,11 @@ pub fn beside(
         written.push(Some(file));
     }
     let (file, records) = (recorded.path.clone(), records.len());
-    Ok(Found { file, records, measured, curve, names, files: written })
+    let decay = &recorded.decay;
+    let of_memory = names.memory.as_ref().map(|memory| Left::memory(decay, &memory.fit));
+    let left =
+        of_memory.or_else(|| names.beside.as_ref().map(|beside| Left::beside(decay, beside)));
+    Ok(Found { file, records, measured, curve, names, left, files: written })
 }
 
 impl Found {
@@ -95,7 +102,7 @@ impl Found {
 
     /// What else no law of angle and rate holds, and what to do about it.
     pub fn beside(&self) -> Option<String> {
-        let Beside { kind, effect, held_out_over_noise, frequency_rad_s } =
+        let Beside { kind, effect, held_out_over_noise, frequency_rad_s, .. } =
             self.names.beside.as_ref()?;
         let what = match kind {
             Kind::Time => {

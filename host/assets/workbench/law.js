@@ -22,6 +22,18 @@ export async function refresh(state, act) {
   draw(state, act);
 }
 
+/** What shows that no law holds it, and where it is drawn. */
+let shown = { left: null, host: null };
+function picture(left) {
+  if (shown.left === JSON.stringify(left)) return shown.host;
+  const host = make("div", { className: "plot left", role: "img", "aria-label": `${left.y_label} over ${left.x_label}` });
+  const places = left.at === null ? [] : [{ x: left.at, text: `${ratio(left.at)} Hz` }];
+  const plot = Plots.lines(host, { x: { label: left.x_label }, y: { label: left.y_label }, places: () => places, cursor: false });
+  plot.set(Plots.joined(left.lines), left.lines.map(() => ({ colour: "law", width: 1.2, spanGaps: true })));
+  shown = { left: JSON.stringify(left), host };
+  return host;
+}
+
 const change = ([before, after]) => `${ratio(before)} → ${ratio(after)}`;
 
 function draw(state, act) {
@@ -38,6 +50,7 @@ function draw(state, act) {
   else {
     if (found.memory) parts.push(make("p", { className: "memory", textContent: `${found.memory}.` }), add(found.remembers, `Add as ${found.remembers}`, `yawrig add ${found.remembers}`));
     if (found.beside) parts.push(make("p", { className: "memory", textContent: `${found.beside}.` }));
+    if (found.left) parts.push(picture(found.left));
     const may_drive = measured.may_drive, how = may_drive ? " --may-drive" : "";
     parts.push(button("measured_law", "Add as measured", `The curves themselves, fitted to all ticked releases: yawrig add measured_law${how}`, { do: "add", effect: "measured_law", may_drive }));
     parts.push(may_drive

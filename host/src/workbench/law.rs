@@ -13,6 +13,7 @@ use std::path::Path;
 use std::sync::Arc;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::law::estimate::{Curve, Measured};
+use yawrig_core::law::left::{Left, Over};
 use yawrig_core::law::tables::Point;
 use yawrig_core::motion::simulate::Motion;
 
@@ -106,6 +107,28 @@ impl<'a> Cuts<'a> {
     }
 }
 
+/// Lines with their axes, and a frequency that is spoken of, Hz.
+fn left(left: &Left, frequency_rad_s: Option<f64>) -> Value {
+    let hz = |w_rad_s: f64| w_rad_s / std::f64::consts::TAU;
+    let same = |value: f64| value;
+    type Unit = fn(f64) -> f64;
+    let (x_label, x_unit, y_label, y_unit): (_, Unit, _, Unit) = match left.over {
+        Over::Time => ("time since the release (s)", same, "beyond the law (deg)", f64::to_degrees),
+        Over::Frequency => ("frequency (Hz)", hz, "share of power (%)", |share| 100.0 * share),
+        Over::Reading => {
+            ("yaw shown (deg)", f64::to_degrees, "beyond the law (deg)", f64::to_degrees)
+        }
+        Over::Turns => ("yaw angle (deg)", f64::to_degrees, "its moment (rad/s²)", same),
+    };
+    let of = |values: &[f64], unit: Unit| shorts(values.iter().map(|v| unit(*v)));
+    let line = |[x, y]: &[Vec<f64>; 2]| json!({"x": of(x, x_unit), "y": of(y, y_unit)});
+    json!({
+        "x_label": x_label, "y_label": y_label,
+        "at": frequency_rad_s.filter(|_| left.over == Over::Frequency).map(|w| short(hz(w))),
+        "lines": left.lines.iter().map(line).collect::<Vec<_>>(),
+    })
+}
+
 /// The law over the cuts of a release, with its k = 2 band once that is known, and the formulas; null where there is none.
 ///
 /// # Errors
@@ -158,6 +181,7 @@ pub fn shown(app: &App, id: usize) -> Result<Value> {
         "alike": found.alike(),
         "memory": found.memory(),
         "beside": found.beside(),
+        "left": found.left.as_ref().map(|l| left(l, found.names.beside.as_ref().and_then(|b| b.frequency_rad_s))),
         "remembers": found.names.memory.as_ref().map(|m| m.effect.id().to_owned()),
     });
     Ok(out)

@@ -142,3 +142,43 @@ fn a_law_is_added_as_measured_by_keys() {
     assert_eq!(bench.text("model.toml"), made_by(&bench.folder, &commands));
     browser.is_clean(&bench.origin);
 }
+
+/// What no law of angle and rate holds: said, and drawn in the form that shows it.
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn what_no_law_holds_is_drawn() {
+    for (effect, label, lines) in [
+        ("harmonic_forcing:f=0.15,w=11,phi=0.3", "share of power (%) over frequency (Hz)", 1),
+        ("baseline_drift:d=0.0008", "beyond the law (deg) over time since the release (s)", 1),
+        ("sensor_nonlinearity:s=0.8", "beyond the law (deg) over yaw shown (deg)", 1),
+        ("hysteresis:h=4,y=0.02", "its moment (rad/s²) over yaw angle (deg)", 6),
+    ] {
+        let name = effect.split(':').next().expect("a name");
+        let folder = tempfile::tempdir().expect("a folder");
+        let rig =
+            "simulate --natural-frequency 7 --damping 0.004 --seconds 20 --out r.csv --seed 3";
+        yawrig(&format!("{rig} --effect {effect}")).in_folder(folder.path()).run().exits(0);
+        let bench = Bench::start_in(folder, "r.csv");
+        let mut browser = Browser::start(WINDOW);
+        browser.open(&bench.url);
+        browser.wait(
+            "!document.querySelector('#law-button').disabled && document.querySelector('.badge')",
+        );
+        browser.click("#law-button");
+        browser.wait("document.querySelector('#law .left canvas') && document.body.dataset.busy === undefined");
+        assert_eq!(
+            browser.value("document.querySelector('#law .left').ariaLabel"),
+            label,
+            "{effect}"
+        );
+        let left = bench.get("/api/law?release=0")["found"]["left"].clone();
+        assert_eq!(left["lines"].as_array().map(Vec::len), Some(lines), "{effect}");
+        if name == "harmonic_forcing" {
+            let at = left["at"].as_f64().expect("a frequency");
+            assert!((at * std::f64::consts::TAU - 11.0).abs() < 0.05, "{at}");
+        }
+        browser.value("document.querySelector('#law').scrollIntoView()");
+        browser.picture(&pictures().join(format!("no-law-{name}.png")));
+        browser.is_clean(&bench.origin);
+    }
+}

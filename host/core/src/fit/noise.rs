@@ -117,7 +117,7 @@ fn mean_spectrum(c: f64, block: usize, frequency: f64) -> f64 {
 }
 
 /// Power of each bin through Kaiser's window, scaled so that white noise shows its variance.
-pub(super) fn periodogram(samples: &[f64], kaiser: f64) -> Vec<f64> {
+pub(crate) fn periodogram(samples: &[f64], kaiser: f64) -> Vec<f64> {
     let n = samples.len();
     let middle = samples.iter().sum::<f64>() / n as f64;
     let mut power = 0.0;

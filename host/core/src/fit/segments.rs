@@ -299,9 +299,29 @@ pub(crate) fn fit_from(
     common: &[f64],
     settled: f64,
 ) -> PieceFit {
-    let begun =
+    begun(pieces, structure, common, settled, STEPS)
+}
+
+/// As [`fit_from`], the first `steps`, which tell what is worth going on with.
+pub(crate) fn fit_towards(
+    pieces: &Pieces,
+    structure: &Structure,
+    common: &[f64],
+    steps: usize,
+) -> PieceFit {
+    begun(pieces, structure, common, ROUGH, steps)
+}
+
+fn begun(
+    pieces: &Pieces,
+    structure: &Structure,
+    common: &[f64],
+    settled: f64,
+    steps: usize,
+) -> PieceFit {
+    let state =
         |piece: &Piece| fit_state(piece, structure, common, piece.begun(structure, common)).0;
-    let states: Vec<[f64; 2]> = pieces.decays.par_iter().map(begun).collect();
+    let states: Vec<[f64; 2]> = pieces.decays.par_iter().map(state).collect();
     let all: Vec<&Piece> = pieces.decays.iter().collect();
-    fit_pieces(&all, structure, common, &states, settled, STEPS)
+    fit_pieces(&all, structure, common, &states, settled, steps)
 }

@@ -8,7 +8,7 @@ use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::Effect;
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::segments::{fit_from, PieceFit};
+use crate::fit::segments::{fit_from, fit_towards, PieceFit, ROUGH};
 use crate::fit::starts;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -16,11 +16,15 @@ use std::sync::Arc;
 /// Held out over the noise, up to which a law of angle and rate holds all there is.
 pub(super) const HELD: f64 = 1.15;
 const SETTLED: f64 = 1e-4;
-/// Beginnings of each effect that are tried.
+/// Beginnings of each effect that are tried, steps of each, and how many are fitted to their end.
 const STARTS: usize = 3;
+const FIRST_STEPS: usize = 6;
+const SETTLED_ON: usize = 2;
 
 /// Share of what the law alone fails to predict, that is left where an effect beside it is believed.
 const CLEARLY: f64 = 0.5;
+/// Share of what the second-order model leaves, below which an effect alone explains much.
+const MUCH: f64 = 0.5;
 /// Share of the yaw mode's frequencies within which a line is at a harmonic of it, and the highest such.
 const HARMONIC: f64 = 0.02;
 const MOST_HARMONIC: u32 = 5;
@@ -56,6 +60,8 @@ pub struct Beside {
     pub held_out_over_noise: f64,
     /// Of a line, rad/s.
     pub frequency_rad_s: Option<f64>,
+    /// Of the whole release what is not the law's, rad: the law as it is beside the effect; of randomness, alone.
+    pub residuals_rad: Vec<f64>,
 }
 
 const TRIED: [(Effect, Kind); 5] = [
@@ -71,32 +77,63 @@ struct Tried {
     kind: Kind,
     effect: Effect,
     fit: PieceFit,
-    frequency_rad_s: Option<f64>,
+    /// How many numbers of the fit are not the effect's.
+    law: usize,
 }
 
-/// An effect beside the law of `structure`, from each of its starts; `law` are the numbers of its pieces' fit, and `whole` is
-/// the record's.
+impl Tried {
+    /// Of a line, rad/s.
+    fn frequency_rad_s(&self) -> Option<f64> {
+        let line = self.effect.line()?;
+        Some(self.effect.published(&self.fit.common[self.law..]).0[line.frequency])
+    }
+
+    /// Whether it is a line at a harmonic of the yaw mode, which is a matter of the law, or of the sensor.
+    fn is_harmonic(&self, decay: &FreeDecay) -> bool {
+        self.frequency_rad_s().is_some_and(|w| is_harmonic(decay, w))
+    }
+}
+
+/// An effect beside the law of `structure`, from each of its starts, the law beginning as it was `found`, and as nothing where
+/// the effect alone explains much, to which the law has bent; `whole` is the record's fit.
 fn fitted(
     decay: &FreeDecay,
     lengths: &Lengths,
     structure: &Structure,
-    (law, whole): (&[f64], &Fitted),
+    (found, whole): (&Measured, &Fitted),
     (effect, kind): &(Effect, Kind),
 ) -> Vec<Tried> {
     if structure.effects.contains(effect) {
         return Vec::new();
     }
-    let from = |start: &Vec<f64>| {
-        let common = [law, start].concat();
-        let fit = fit_from(&lengths.long, &structure.with(effect), &common, SETTLED);
-        let numbers = &fit.common[law.len()..];
-        let frequency_rad_s = effect.line().map(|l| effect.published(numbers).0[l.frequency]);
-        Tried { kind: *kind, effect: effect.clone(), fit, frequency_rad_s }
+    let (law, plain) = (&found.fit.common, &found.plain.common);
+    let begun = |common: &[f64]| {
+        let fit = fit_towards(&lengths.long, &structure.with(effect), common, FIRST_STEPS);
+        Tried { kind: *kind, effect: effect.clone(), fit, law: law.len() }
     };
-    starts::of(decay, whole, effect).iter().take(STARTS).map(from).collect()
+    let from = |start: &Vec<f64>| {
+        let mut all = vec![begun(&[law, start.as_slice()].concat())];
+        let alone = [plain.as_slice(), start].concat();
+        let alone = fit_from(&lengths.long, &found.plain.structure.with(effect), &alone, ROUGH);
+        if alone.sum() < MUCH * found.plain.sum() {
+            let (plain, numbers) = alone.common.split_at(plain.len());
+            let no_law = vec![0.0; law.len() - plain.len()];
+            all.push(begun(&[plain, &no_law, numbers].concat()));
+        }
+        all
+    };
+    starts::of(decay, whole, effect).iter().take(STARTS).flat_map(from).collect()
 }
 
-/// Whether a line is at a harmonic of the yaw mode, which is a matter of the law, or of the sensor.
+/// What is not the law's in `decay`, with the law as it is beside the effect that was tried last.
+fn not_the_laws(decay: &FreeDecay, tried: &Tried) -> Vec<f64> {
+    let mut fit = fit_whole(decay, &tried.fit.structure, &tried.fit.numbers(0));
+    let from = fit.parameters.len() - tried.effect.parameters().len();
+    fit.parameters[from..].fill(0.0);
+    let law = fit.readings(&decay.grid);
+    decay.yaw_rad.iter().zip(law).map(|(yaw, law)| yaw - law).collect()
+}
+
 fn is_harmonic(decay: &FreeDecay, w_rad_s: f64) -> bool {
     let windows = || decay.windows.iter().map(|w| w.natural_frequency_rad_s);
     let least = (1.0 - HARMONIC) * windows().fold(f64::INFINITY, f64::min);
@@ -113,13 +150,21 @@ pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -
     structure.effects.pop();
     let structure = structure.with(&Effect::Measured(Arc::new(found.law.without_line(None))));
     let whole = fit_whole(decay, &structure, &found.fit.numbers(0));
-    let all = TRIED
-        .par_iter()
-        .flat_map(|one| fitted(decay, lengths, &structure, (&found.fit.common, &whole), one));
+    let all =
+        TRIED.par_iter().flat_map(|one| fitted(decay, lengths, &structure, (found, &whole), one));
     let all: Vec<Tried> = all.collect();
+    let mut all: Vec<Tried> = all.into_iter().filter(|tried| !tried.is_harmonic(decay)).collect();
+    all.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
+    let settled = |tried: &Tried| {
+        let PieceFit { structure, common, .. } = &tried.fit;
+        let fit = fit_from(&lengths.long, structure, common, SETTLED);
+        Tried { fit, effect: tried.effect.clone(), ..*tried }
+    };
+    all.truncate(SETTLED_ON);
     let nearest = all
-        .into_iter()
-        .filter(|tried| !tried.frequency_rad_s.is_some_and(|w| is_harmonic(decay, w)))
+        .par_iter()
+        .map(settled)
+        .filter(|tried| !tried.is_harmonic(decay))
         .min_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
     let missed = |p: &Prediction| (p.rms_rad() / decay.noise_rad).powi(2) - 1.0;
     let clearly = |p: &Prediction| {
@@ -127,14 +172,17 @@ pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -
     };
     let predicted = nearest.map(|t| (predict_within(&lengths.predicted, &t.fit), t));
     if let Some((prediction, tried)) = predicted.filter(|(p, _)| clearly(p)) {
-        let Tried { kind, effect, frequency_rad_s, .. } = tried;
+        let residuals_rad = not_the_laws(decay, &tried);
+        let frequency_rad_s = tried.frequency_rad_s();
+        let Tried { kind, effect, .. } = tried;
         let held_out_over_noise = prediction.rms_rad() / decay.noise_rad;
-        return Some(Beside { kind, effect, held_out_over_noise, frequency_rad_s });
+        return Some(Beside { kind, effect, held_out_over_noise, frequency_rad_s, residuals_rad });
     }
     is_random(decay, &whole).then_some(Beside {
         kind: Kind::Randomness,
         effect: Effect::Buffeting,
         held_out_over_noise: found.held_out_over_noise,
         frequency_rad_s: None,
+        residuals_rad: whole.residuals,
     })
 }

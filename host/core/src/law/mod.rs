@@ -3,6 +3,7 @@
 pub mod beside;
 pub mod estimate;
 pub mod forms;
+pub mod left;
 mod line;
 pub mod names;
 mod on_curve;

@@ -11,7 +11,7 @@ use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::{Effect, Part};
 use crate::error::Result;
 use crate::fit::fitting::{Fitted, Structure};
-use crate::fit::segments::{fit_from, PieceFit, ROUGH};
+use crate::fit::segments::{fit_from, fit_towards, PieceFit, ROUGH};
 use crate::quantity::Quantity;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -31,6 +31,9 @@ const BETTER: f64 = 1.0;
 const LEAST_GAIN: f64 = 0.05;
 /// Ratio of errors up to which the two numbers of hysteresis predict as well as the many of a law.
 const AS_WELL: f64 = 1.1;
+/// First steps of a fit, and how many times the squares of the best formula they may leave for it to be gone on with.
+const FIRST_STEPS: usize = 6;
+const HOPELESS: f64 = 4.0;
 /// Share of the squares missed without the law's stiffness that hysteresis in its place may leave.
 const LITTLE: f64 = 0.01;
 
@@ -212,7 +215,7 @@ impl Trial<'_> {
         let law = found.law.with(parts, found.law.friction).without_line(None);
         let begin = found.plain.common.len();
         let dissipation = found.law.translated(&found.fit.common[begin..], &law);
-        let predicted = |others: &[(&Effect, &[f64])]| {
+        let begun = |others: &[(&Effect, &[f64])]| {
             let mut structure = found.plain.structure.clone();
             let mut common = found.fit.common[..begin].to_vec();
             for (effect, numbers) in others {
@@ -220,20 +223,26 @@ impl Trial<'_> {
                 common.extend(*numbers);
             }
             let short = fit_from(&lengths.short, &structure, &common, ROUGH);
-            let fit = fit_from(&lengths.long, &structure, &short.common, SETTLED);
+            fit_towards(&lengths.long, &structure, &short.common, FIRST_STEPS)
+        };
+        let predicted = |begun: &PieceFit| {
+            let fit = fit_from(&lengths.long, &begun.structure, &begun.common, SETTLED);
             predict_within(&lengths.predicted, &fit)
         };
         let law = (&Effect::Measured(Arc::new(law)), dissipation.as_slice());
         // Of what the stiffness does.
         let square = |prediction: &Prediction| prediction.rms_rad().powi(2);
-        let (with, by_law) = (
-            predicted(&[(&hysteresis.effect, hysteresis.numbers()), law]),
-            square(&found.prediction),
-        );
-        let left = (square(&with) - by_law) / (square(&predicted(&[law])) - by_law).max(0.0);
-        !releases.first().stop.is_requested()
-            && best.is_none_or(|n| with.is_better_than(&n.prediction))
-            && left < LITTLE
+        let with = begun(&[(&hysteresis.effect, hysteresis.numbers()), law]);
+        if best.is_some_and(|n| with.sum() > HOPELESS * n.fit.sum()) {
+            return false;
+        }
+        let (with, by_law) = (predicted(&with), square(&found.prediction));
+        if best.is_some_and(|n| !with.is_better_than(&n.prediction)) {
+            return false;
+        }
+        let left =
+            (square(&with) - by_law) / (square(&predicted(&begun(&[law]))) - by_law).max(0.0);
+        !releases.first().stop.is_requested() && left < LITTLE
     }
 
     /// `effect` in place of the law, fitted from `values` of what the fit varies.
