@@ -42,7 +42,7 @@ fn main() {
             .expect("a swing")
             .map(|s| (s.time_s, s.yaw_deg))
             .unzip();
-        let record = Record { file: PathBuf::from("release"), time_s, yaw_deg };
+        let record = Record::new(PathBuf::from("release"), time_s, yaw_deg);
         let begin = Instant::now();
         let found = diagnose(&record, &Options::default()).expect("a swing");
         let seconds = begin.elapsed().as_secs_f64();

@@ -37,7 +37,7 @@ fn one() {
     let start = Start { amplitude_deg: 10.0, hold_s: 0.0, end: End::After(25.0) };
     let (time_s, yaw_deg): (Vec<f64>, Vec<f64>) =
         release(7.5, 0.012, &sensor, &start, 1).into_iter().unzip();
-    let record = Record { file: PathBuf::from("one"), time_s, yaw_deg };
+    let record = Record::new(PathBuf::from("one"), time_s, yaw_deg);
     println!("one record, {} samples, one core:", record.len());
     let fit = best_of(50, || {
         let samples = Samples::new(&record.time_s, &record.yaw_deg);

@@ -27,7 +27,7 @@ fn evaluated(seed: u64) -> Table {
                 .unwrap()
                 .samples;
             let (time_s, yaw_deg) = samples.map(|sample| (sample.time_s, sample.yaw_deg)).unzip();
-            let record = Record { file: release.file.clone().into(), time_s, yaw_deg };
+            let record = Record::new(release.file.clone(), time_s, yaw_deg);
             let found = identify(&record, &[Method::LeastSquares], &Settings::default()).unwrap();
             Identified::of(found).unwrap()
         })

@@ -72,7 +72,7 @@ fn planted(wanted: &Wanted) -> (Campaign, Vec<FreeDecay>) {
             let release = rig.release_with(&p.condition, &p.effects, &start, &sensor, p.seed);
             let samples = release.unwrap().samples;
             let (time_s, yaw_deg) = samples.map(|sample| (sample.time_s, sample.yaw_deg)).unzip();
-            FreeDecay::of(&Record { file: p.file.clone().into(), time_s, yaw_deg }).unwrap()
+            FreeDecay::of(&Record::new(p.file.clone(), time_s, yaw_deg)).unwrap()
         })
         .collect();
     (describe(&rig, &planned), decays)

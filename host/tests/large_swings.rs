@@ -40,7 +40,7 @@ fn pendulum(release_deg: f64, step_deg: f64, losses: impl Fn(f64, f64) -> f64) -
             break;
         }
     }
-    Record { file: "pendulum.csv".into(), time_s, yaw_deg }
+    Record::new("pendulum.csv", time_s, yaw_deg)
 }
 
 #[test]
@@ -138,7 +138,7 @@ fn two_modes_that_beat_are_told_apart() {
                 decaying(8.0, 6.0, *t) + decaying(3.0, ratio * 6.0, *t) + 0.04 * noise
             })
             .collect();
-        let record = Record { file: "beats.csv".into(), time_s, yaw_deg };
+        let record = Record::new("beats.csv", time_s, yaw_deg);
         let found = diagnose(&record, &Options::default()).expect("a swing");
         println!("{ratio}: {:?} {:?}", found.status, found.effects);
         assert_eq!(found.effects, [Effect::SecondMode]);

@@ -62,7 +62,7 @@ fn planted(
             b += STEP_S * r;
         }
     }
-    Record { file: PathBuf::from("planted.csv"), time_s, yaw_deg }
+    Record::new(PathBuf::from("planted.csv"), time_s, yaw_deg)
 }
 
 fn stribeck(c: f64, s: f64, v: f64) -> impl Fn(f64, f64) -> f64 {

@@ -11,7 +11,7 @@ use yawrig_core::record::Record;
 fn found(wn: f64, zeta: f64, noise: f64, seed: u64, options: Options) -> (f64, f64) {
     let (time_s, clean) = common::impulse_response(wn, zeta, 1000.0, 0.5);
     let yaw_deg = common::with_noise(&clean, noise, 0.0, seed);
-    let record = Record { file: "sample".into(), time_s, yaw_deg };
+    let record = Record::new("sample", time_s, yaw_deg);
     let settings = Settings { conventional: options, ..Settings::default() };
     let found = identify(&record, &[Method::Conventional], &settings).unwrap();
     let estimate = &found.estimates[0];

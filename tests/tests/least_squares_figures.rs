@@ -27,7 +27,7 @@ fn figures(wn: f64, zeta: f64, noise: f64, correlation: f64) -> Figures {
         .into_par_iter()
         .map(|seed| {
             let yaw_deg = common::with_noise(&clean, noise, correlation, seed);
-            let record = Record { file: "release".into(), time_s: time.clone(), yaw_deg };
+            let record = Record::new("release", time.clone(), yaw_deg);
             let found = identify(&record, &[Method::LeastSquares], &Settings::default()).unwrap();
             let e = &found.estimates[0];
             let (q, d) = (e.natural_frequency_rad_s, e.damping_ratio);

@@ -34,7 +34,7 @@ fn record() -> Record {
             12.0 * (-zeta * wn * t).exp() * (wn * t).cos() + noise_deg.sample(&mut random)
         })
         .collect();
-    Record { file: "made.csv".into(), time_s, yaw_deg }
+    Record::new("made.csv", time_s, yaw_deg)
 }
 
 fn played(target: &Target) -> (Replayed, Status) {

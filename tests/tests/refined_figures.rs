@@ -251,11 +251,11 @@ fn sizes(wn: f64, zeta: f64) -> Vec<(&'static str, [String; 3])> {
 
 /// What the host finds the second-order model to leave of the record, over the noise.
 fn baseline(samples: &[Sample]) -> f64 {
-    let record = Record {
-        file: "release.csv".into(),
-        time_s: samples.iter().map(|s| s.time_s).collect(),
-        yaw_deg: samples.iter().map(|s| s.yaw_deg).collect(),
-    };
+    let record = Record::new(
+        "release.csv",
+        samples.iter().map(|s| s.time_s).collect(),
+        samples.iter().map(|s| s.yaw_deg).collect(),
+    );
     let decay = FreeDecay::of(&record).expect("a free decay");
     fit_plain(&decay, true, decay.grid.count).over_noise(&decay)
 }

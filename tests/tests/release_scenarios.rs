@@ -9,7 +9,7 @@ use yawrig_core::identify::{identify, Estimate, Identification, Method, Settings
 use yawrig_core::record::Record;
 
 fn record(time_s: Vec<f64>, yaw_deg: Vec<f64>) -> Record {
-    Record { file: "release.csv".into(), time_s, yaw_deg }
+    Record::new("release.csv", time_s, yaw_deg)
 }
 
 fn even(yaw_deg: Vec<f64>, rate_hz: f64) -> Record {

@@ -59,7 +59,7 @@ fn campaign(hidden: &str) -> Vec<FreeDecay> {
             .samples
             .map(|s| (s.time_s, s.yaw_deg))
             .unzip();
-        let record = Record { file: PathBuf::from("release"), time_s, yaw_deg };
+        let record = Record::new(PathBuf::from("release"), time_s, yaw_deg);
         let mut decay = FreeDecay::of(&record).expect("a free decay");
         decay.wind_speed_m_s = condition.wind_speed_m_s;
         decay

@@ -16,7 +16,7 @@
 //!         (t, 12.0 * (-0.07 * t).exp() * (7.0 * t).cos() + noise(k))
 //!     })
 //!     .unzip();
-//! let record = Record { file: "example".into(), time_s, yaw_deg };
+//! let record = Record::new("example", time_s, yaw_deg);
 //!
 //! let found = identify(&record, &[Method::LeastSquares], &Settings::default())?;
 //! let wn = found.estimates[0].natural_frequency_rad_s;

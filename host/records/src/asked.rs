@@ -34,7 +34,7 @@ pub(super) fn record(
     };
     let time_s = asked.time(yaw, values.len())?;
     let yaw_deg = values.iter().map(|value| value * scale).collect();
-    let mut record = Record { file: file.to_owned(), time_s, yaw_deg };
+    let mut record = Record::new(file.to_owned(), time_s, yaw_deg);
     if by_name {
         clock::leave_out_gaps(&mut record);
         clock::spread(&mut record);

@@ -28,7 +28,8 @@ pub fn leave_out_gaps(record: &mut Record) {
 pub fn spread(record: &mut Record) {
     let time_s = &record.time_s;
     let repeated = time_s.windows(2).filter(|t| t[0] == t[1]).count();
-    let even = if repeated as f64 > COARSE * time_s.len() as f64 {
+    let in_bursts = repeated as f64 > COARSE * time_s.len() as f64;
+    let even = if in_bursts {
         let steps = time_s.windows(2).map(|t| t[1] - t[0]);
         even(time_s, MOST_OFF * steps.filter(|step| *step > 0.0).fold(f64::MAX, f64::min))
     } else {
@@ -40,6 +41,7 @@ pub fn spread(record: &mut Record) {
     };
     if let Some(even) = even {
         record.time_s = even;
+        record.stamps_spread = in_bursts;
     } else if repeated > 0 {
         let n = record.time_s.len();
         let is_new: Vec<bool> =
@@ -82,7 +84,7 @@ mod tests {
 
     fn record(stamp: impl Fn(usize) -> f64) -> Record {
         let yaw_deg = (0..400).map(|k| k as f64).collect();
-        Record { file: "r".into(), time_s: (0..400).map(stamp).collect(), yaw_deg }
+        Record::new("r", (0..400).map(stamp).collect(), yaw_deg)
     }
 
     #[test]
@@ -90,6 +92,7 @@ mod tests {
         let mut r = record(|k| (k / 8) as f64 * 0.08);
         spread(&mut r);
         assert_eq!(r.yaw_deg.len(), 400);
+        assert!(r.stamps_spread);
         let steps = r.time_s.windows(2).map(|t| t[1] - t[0]);
         assert!(steps.into_iter().all(|step| (step - 0.01).abs() < 1e-4));
     }
@@ -102,6 +105,7 @@ mod tests {
                     let mut r =
                         record(|k| from_s + rounded(k as f64 * decimals / rate_hz) / decimals);
                     spread(&mut r);
+                    assert!(!r.stamps_spread);
                     let steps = r.time_s.windows(2).map(|t| t[1] - t[0]);
                     assert!(steps.into_iter().all(|step| (step * rate_hz - 1.0).abs() < 2e-3));
                 }

@@ -94,7 +94,7 @@ pub(super) fn read(file: &Path) -> Result<Record> {
             .help(format!("a record starts with {ACCEPTED_COLUMNS}")));
     }
     let unit_deg = unit_deg(file, &row)?;
-    let mut record = Record { file: file.to_owned(), time_s: Vec::new(), yaw_deg: Vec::new() };
+    let mut record = Record::new(file.to_owned(), Vec::new(), Vec::new());
     let mut line = 1;
     while reader.read_byte_record(&mut row).map_err(|e| unreadable(&e))? {
         line = row.position().map_or(line + 1, csv::Position::line);

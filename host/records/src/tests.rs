@@ -104,11 +104,11 @@ fn irregular_time_stamps_are_accepted() {
 fn what_is_written_is_read_back() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("release.csv");
-    let record = Record {
-        file: file.clone(),
-        time_s: (0..100).map(|i| f64::from(i) * 1e-3).collect(),
-        yaw_deg: (0..100).map(|i| (f64::from(i) * 0.1).sin() - 3.25).collect(),
-    };
+    let record = Record::new(
+        &file,
+        (0..100).map(|i| f64::from(i) * 1e-3).collect(),
+        (0..100).map(|i| (f64::from(i) * 0.1).sin() - 3.25).collect(),
+    );
     crate::write(&record, &file).unwrap();
     let again = crate::read(&file).unwrap();
     for (a, b) in record.yaw_deg.iter().zip(&again.yaw_deg) {

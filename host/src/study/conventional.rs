@@ -92,7 +92,7 @@ fn record((wn, zeta): (f64, f64), noise: f64, seed: u64) -> Record {
         peak * impulse_response([wn, zeta], *t) + noise * error
     };
     let yaw_deg = time_s.iter().map(&mut reading).collect();
-    Record { file: "response".into(), time_s, yaw_deg }
+    Record::new("response", time_s, yaw_deg)
 }
 
 fn value(found: &Identification, method: Method) -> Option<[f64; 2]> {

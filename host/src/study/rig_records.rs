@@ -51,7 +51,7 @@ pub fn release(rig: &Rig, condition: &Condition, vary: bool, seed: u64) -> Resul
     let sensor = Sensor { offset_deg: 1.0, ..Sensor::default() };
     let release = rig.release_with(condition, &effects, &start, &sensor, seed)?;
     let (time_s, yaw_deg) = release.samples.map(|s| (s.time_s, s.yaw_deg)).unzip();
-    Ok(Record { file: condition.spring.name.into(), time_s, yaw_deg })
+    Ok(Record::new(condition.spring.name, time_s, yaw_deg))
 }
 
 /// Every window of three cycles below 10 deg, found by the device's code.

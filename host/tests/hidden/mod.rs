@@ -222,7 +222,7 @@ pub fn simulate(setup: &Setup, laws: &[Law], noise_seed: u64) -> Planted {
             }
         }
     }
-    let record = Record { file: PathBuf::from("planted.csv"), time_s, yaw_deg };
+    let record = Record::new(PathBuf::from("planted.csv"), time_s, yaw_deg);
     Planted {
         noise_rad: mean_noise(&errors, &record),
         record,

@@ -275,3 +275,27 @@ fn the_bicycle_wheel() {
     near(value(record, "damping_ratio"), 0.015, 0.15);
     near(record["rate_hz"].as_f64().expect("a rate"), 500.0, 0.001);
 }
+
+/// A logger that asks the clock once for several samples.
+#[test]
+fn stamps_in_bursts_are_spread_and_that_is_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let of = |arguments: &str| yawrig(arguments).in_folder(folder.path());
+    let rig = "--natural-frequency 7 --damping 0.01 --seconds 20 --rate-hz 200";
+    of(&format!("simulate {rig} --out even.csv")).run().exits(0);
+    let text = std::fs::read_to_string(folder.path().join("even.csv")).expect("a record");
+    let mut lines = text.lines();
+    let mut bursts = format!("{}\n", lines.next().expect("a header"));
+    for (k, line) in lines.enumerate() {
+        let (_, yaw) = line.split_once(',').expect("two columns");
+        bursts += &format!("{:.3},{yaw}\n", (k / 8) as f64 * 0.04);
+    }
+    std::fs::write(folder.path().join("bursts.csv"), bursts).expect("room for it");
+    let found = of("identify bursts.csv --json").run().exits(0).json();
+    let found = &found["records"][0]["estimates"][0];
+    assert_eq!(found["flags"][0], "stamps_spread", "{found}");
+    let wn = found["natural_frequency_rad_s"]["value"].as_f64().expect("a number");
+    assert!((wn - 7.0).abs() < 1e-3, "{wn}");
+    let text = of("identify bursts.csv").run().exits(0).stdout;
+    assert!(text.contains("share a time stamp"), "{text}");
+}

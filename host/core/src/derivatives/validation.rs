@@ -47,7 +47,7 @@ mod tests {
         let (time_s, yaw_deg) = Samples::new(Motion::new(&truth), &start, &sensor, 3)
             .map(|sample| (sample.time_s, sample.yaw_deg))
             .unzip();
-        let record = Record { file: "k4.csv".into(), time_s, yaw_deg };
+        let record = Record::new("k4.csv", time_s, yaw_deg);
         let mse = |modal: &Modal| mean_squared_error_deg2(&record, 1.0, 18.0, modal).unwrap();
         let right = mse(&truth);
         assert!((right / 0.0025 - 1.0).abs() < 4.0 * (2.0f64 / 17_000.0).sqrt(), "{right}");

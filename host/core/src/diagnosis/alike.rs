@@ -107,14 +107,14 @@ mod tests {
         let mut yaw_rad = vec![0.0; grid.count];
         motion.readings(&grid, &mut yaw_rad);
         let noise = |z: f64| 0.1 * z;
-        Record {
-            file: "a.csv".into(),
-            time_s: (0..grid.count).map(|i| grid.time_s(i)).collect(),
-            yaw_deg: yaw_rad
+        Record::new(
+            "a.csv",
+            (0..grid.count).map(|i| grid.time_s(i)).collect(),
+            yaw_rad
                 .iter()
                 .map(|y| y.to_degrees() + noise(StandardNormal.sample(&mut rng)))
                 .collect(),
-        }
+        )
     }
 
     fn group(record: &Record) -> (Vec<Effect>, Vec<[Effect; 2]>) {

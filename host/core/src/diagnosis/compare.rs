@@ -95,7 +95,7 @@ pub struct FrequencyBin {
 /// let time_s: Vec<f64> = (0..6000).map(|k| f64::from(k) / 300.0).collect();
 /// let yaw_deg =
 ///     time_s.iter().map(|t| 12.0 * (-0.06 * t).exp() * (6.0 * t).cos() + 0.1 * t).collect();
-/// let decay = FreeDecay::of(&Record { file: "mine".into(), time_s, yaw_deg })?;
+/// let decay = FreeDecay::of(&Record::new("mine", time_s, yaw_deg))?;
 /// let found = locate(&decay, &fit_plain(&decay, false, decay.yaw_rad.len()));
 /// assert!(found.time.last().unwrap().rms_deg > 0.5);
 /// # Ok::<(), yawrig_core::error::Error>(())

@@ -50,6 +50,11 @@ pub fn verdict(status: Status, effects: &[Effect], model: &str) -> String {
         Status::Unexplained if names.is_empty() => {
             "unexplained: no effect of the library accounts for it".to_owned()
         }
+        Status::Unexplained if effects.iter().any(Effect::is_random) => format!(
+            "unexplained: {} bring it to the noise, but beside random forcing much does; release it again: what is random \
+             does not repeat",
+            names.join(", ")
+        ),
         Status::Unexplained => {
             format!("unexplained: {} helped, but not to the noise", names.join(", "))
         }

@@ -219,7 +219,7 @@ mod tests {
     ) -> (Fitted, FreeDecay) {
         let time_s: Vec<f64> = (0..6000).map(|k| f64::from(k) / 200.0).collect();
         let yaw_deg = time_s.iter().map(|t| 12.0 * (-0.08 * t).exp() * (7.0 * t).cos()).collect();
-        let record = Record { file: "mine".into(), time_s, yaw_deg };
+        let record = Record::new("mine", time_s, yaw_deg);
         let decay = FreeDecay { wind_speed_m_s: wind, ..FreeDecay::of(&record).unwrap() };
         let structure = Structure {
             effects: effects.iter().map(|e| e.0.clone()).collect(),

@@ -361,7 +361,7 @@ mod tests {
                 (t, 12.0 * (-0.06 * t).exp() * (6.0 * t).cos() + 0.04 * z)
             })
             .unzip();
-        let record = Record { file: "noise".into(), time_s, yaw_deg };
+        let record = Record::new("noise", time_s, yaw_deg);
         let decay = FreeDecay::of(&record).unwrap();
         let plain = fit_plain(&decay, false, decay.yaw_rad.len());
         assert!(is_explained(&plain, &decay), "{}", plain.over_noise(&decay));

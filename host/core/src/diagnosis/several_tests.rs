@@ -25,14 +25,11 @@ fn release(k: usize, amplitude_deg: f64) -> Record {
     let mut yaw_rad = vec![0.0; grid.count];
     motion.readings(&grid, &mut yaw_rad);
     let noise = |z: f64| 0.05 * z + 0.4 * k as f64;
-    Record {
-        file: format!("{k}.csv").into(),
-        time_s: (0..grid.count).map(|i| grid.time_s(i)).collect(),
-        yaw_deg: yaw_rad
-            .iter()
-            .map(|y| y.to_degrees() + noise(StandardNormal.sample(&mut rng)))
-            .collect(),
-    }
+    Record::new(
+        format!("{k}.csv"),
+        (0..grid.count).map(|i| grid.time_s(i)).collect(),
+        yaw_rad.iter().map(|y| y.to_degrees() + noise(StandardNormal.sample(&mut rng))).collect(),
+    )
 }
 
 #[test]
@@ -88,14 +85,11 @@ fn hardening(seed: u64, amplitude_deg: f64, damping_ratio: f64) -> Record {
     let mut yaw_rad = vec![0.0; grid.count];
     motion.readings(&grid, &mut yaw_rad);
     let noise = |z: f64| 0.1 * z;
-    Record {
-        file: "a.csv".into(),
-        time_s: (0..grid.count).map(|i| grid.time_s(i)).collect(),
-        yaw_deg: yaw_rad
-            .iter()
-            .map(|y| y.to_degrees() + noise(StandardNormal.sample(&mut rng)))
-            .collect(),
-    }
+    Record::new(
+        "a.csv",
+        (0..grid.count).map(|i| grid.time_s(i)).collect(),
+        yaw_rad.iter().map(|y| y.to_degrees() + noise(StandardNormal.sample(&mut rng))).collect(),
+    )
 }
 
 #[test]

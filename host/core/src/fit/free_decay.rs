@@ -335,7 +335,7 @@ mod tests {
                 (0..4000).map(|k| step_s * (f64::from(k) + rng.random_range(-0.3..0.3))).collect();
             let noisy = |t: &f64| swing(*t) + 0.1 * rng.sample::<f64, _>(StandardNormal);
             let yaw_deg = time_s.iter().map(noisy).collect();
-            let record = Record { file: "r".into(), time_s, yaw_deg };
+            let record = Record::new("r", time_s, yaw_deg);
             let decay = FreeDecay::of(&record).expect("a free decay");
             let start_s = decay.release_time_s + decay.grid.start_s;
             let off = |(k, y): (usize, &f64)| {
@@ -357,11 +357,7 @@ mod tests {
         let swing = |t: f64| 20.0 * (-0.05 * t).exp() * (6.0 * t).cos();
         let time_s: Vec<f64> = (0..400).map(|k| f64::from(k) * 0.1).collect();
         let mut yaw_deg: Vec<f64> = time_s.iter().map(|t| swing(*t)).collect();
-        let record = |yaw_deg: &[f64]| Record {
-            file: "r".into(),
-            time_s: time_s.clone(),
-            yaw_deg: yaw_deg.to_vec(),
-        };
+        let record = |yaw_deg: &[f64]| Record::new("r", time_s.clone(), yaw_deg.to_vec());
         let without = FreeDecay::of(&record(&yaw_deg)).expect("a free decay");
         yaw_deg[60] += 30.0;
         yaw_deg[200] -= 25.0;

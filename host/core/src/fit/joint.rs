@@ -206,7 +206,7 @@ fn with_pressed(fit: &Fit, bounds: &[(f64, f64)]) -> Option<DMatrix<f64>> {
 ///     let reading = |(k, y): (usize, &f64)| y.to_degrees() + noise(k as u64);
 ///     let yaw_deg = yaw_rad.iter().enumerate().map(reading).collect();
 ///     let time_s = (0..grid.count).map(|k| grid.time_s(k)).collect();
-///     FreeDecay::of(&Record { file: "mine".into(), time_s, yaw_deg }).unwrap()
+///     FreeDecay::of(&Record::new("mine", time_s, yaw_deg)).unwrap()
 /// });
 /// let alone = decays.each_ref().map(|decay| {
 ///     let plain = fit_plain(decay, false, decay.yaw_rad.len());

@@ -168,7 +168,7 @@ mod tests {
             .iter()
             .map(|t| swing(*t) + hum(*t) + 0.03 * rng.sample::<f64, _>(StandardNormal))
             .collect();
-        Record { file: "r".into(), time_s, yaw_deg }
+        Record::new("r", time_s, yaw_deg)
     }
 
     #[test]

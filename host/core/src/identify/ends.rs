@@ -245,7 +245,7 @@ mod tests {
             *yaw += 0.05 * (k as f64 * 12.9898).sin();
         }
         let time_s = (0..yaw_deg.len()).map(|k| k as f64 * STEP_S).collect();
-        Record { file: "r".into(), time_s, yaw_deg }
+        Record::new("r", time_s, yaw_deg)
     }
 
     fn settings() -> Settings {
@@ -286,7 +286,7 @@ mod tests {
         let grows = |t: f64| 0.5 * (0.1 * t).exp() * (6.0 * t).cos();
         for motion in [&beats as &dyn Fn(f64) -> f64, &grows] {
             let yaw_deg = time_s.iter().map(|t| motion(*t)).collect();
-            let record = Record { file: "r".into(), time_s: time_s.clone(), yaw_deg };
+            let record = Record::new("r", time_s.clone(), yaw_deg);
             let span = prepare(&record, &settings()).expect("a free decay").span;
             assert!(span.from_s < 1.1 && span.to_s > 29.0, "{} to {}", span.from_s, span.to_s);
         }

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "snake_case")]
 pub enum Flag {
     IrregularTimeStamps,
+    StampsSpread,
     Resampled,
     GapsFilled,
     OutliersExcluded,
@@ -31,6 +32,9 @@ impl Flag {
     pub fn reason(self) -> &'static str {
         match self {
             Flag::IrregularTimeStamps => "time stamps are irregular; each sample is used at its own time",
+            Flag::StampsSpread => {
+                "several samples share a time stamp; they are spread evenly by their number, which is the better clock"
+            }
             Flag::Resampled => "resampled to an even rate",
             Flag::GapsFilled => {
                 "samples are missing; what lies there is taken from a fit to the cycles about it"

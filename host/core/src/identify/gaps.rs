@@ -83,7 +83,7 @@ pub fn filled(record: &Record) -> Option<Filled> {
     let (from_s, to_s) = longest_swing(&samples, &parting, frequency);
     let filled: Vec<Gap> =
         filled.into_iter().filter(|gap| from_s <= gap.from_s && gap.to_s <= to_s).collect();
-    let mut whole = Record { file: record.file.clone(), time_s: Vec::new(), yaw_deg: Vec::new() };
+    let mut whole = record.with(Vec::new(), Vec::new());
     let mut next = filled.iter().peekable();
     for (&t, &y) in record.time_s.iter().zip(&record.yaw_deg) {
         if t < from_s || t > to_s {
@@ -223,14 +223,14 @@ mod tests {
         let start = Start::default().limited(&modal, &effects);
         let samples = RigSamples::with_effects(&modal, &effects, &start, &sensor, 3).unwrap();
         let (time_s, yaw_deg) = samples.map(|s| (s.time_s, s.yaw_deg)).unzip();
-        Record { file: "rig".into(), time_s, yaw_deg }
+        Record::new("rig", time_s, yaw_deg)
     }
 
     fn without(record: &Record, missing: &[(f64, f64)]) -> Record {
         let kept = |t: f64| !missing.iter().any(|(from_s, to_s)| *from_s < t && t < *to_s);
         let pairs = record.time_s.iter().zip(&record.yaw_deg).filter(|(t, _)| kept(**t));
         let (time_s, yaw_deg) = pairs.unzip();
-        Record { file: "rig".into(), time_s, yaw_deg }
+        Record::new("rig", time_s, yaw_deg)
     }
 
     #[test]

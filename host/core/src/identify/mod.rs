@@ -42,7 +42,7 @@ pub use settings::{Method, Settings};
 ///
 /// let time_s: Vec<f64> = (0..3000).map(|k| f64::from(k) / 300.0).collect();
 /// let yaw_deg = time_s.iter().map(|t| 11.0 * (-0.2 * t).exp() * (8.0 * t).cos()).collect();
-/// let record = Record { file: "mine".into(), time_s, yaw_deg };
+/// let record = Record::new("mine", time_s, yaw_deg);
 /// let methods = [Method::LeastSquares, Method::Conventional];
 /// let found = identify(&record, &methods, &Settings::default())?;
 /// let zeta = found.estimates[0].damping_ratio.value;

@@ -87,7 +87,7 @@ mod tests {
         let sensor = Sensor { rate_hz, offset_deg: -3.0, ..Sensor::default() };
         let samples = Samples::new(Motion::new(&truth), &Start::default(), &sensor, 5);
         let (time_s, yaw_deg) = samples.map(|s| (s.time_s, s.yaw_deg)).unzip();
-        Record { file: "made.csv".into(), time_s, yaw_deg }
+        Record::new("made.csv", time_s, yaw_deg)
     }
 
     #[test]

@@ -106,7 +106,7 @@ impl Prepared<'_> {
             flags.push(Flag::Resampled);
         }
         let (time_s, yaw_deg) = samples.all().kept().unzip();
-        let kept = Record { file: self.record.file.clone(), time_s, yaw_deg };
+        let kept = self.record.with(time_s, yaw_deg);
         let kept = match gaps::filled(&kept) {
             None => kept,
             Some(Filled { record, parting, .. }) => {
@@ -191,6 +191,7 @@ impl Prepared<'_> {
         flags.extend(&self.span.flags);
         let tests = [
             (!self.samples.is_uniform(), Flag::IrregularTimeStamps),
+            (self.record.stamps_spread, Flag::StampsSpread),
             (self.samples.excluded() > 0, Flag::OutliersExcluded),
             (self.window().cycles < FEW_CYCLES, Flag::FewCycles),
             (trends.frequency.is_some(), Flag::AmplitudeDependentFrequency),

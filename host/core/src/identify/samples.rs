@@ -123,7 +123,7 @@ impl<'a> Stretch<'a> {
     /// What counts of `record`, whose samples these are.
     pub(crate) fn record(&self, record: &Record) -> Record {
         let (time_s, yaw_deg) = self.kept().unzip();
-        Record { file: record.file.clone(), time_s, yaw_deg }
+        record.with(time_s, yaw_deg)
     }
     /// Means over consecutive bins of `samples` nominal steps; a bin without a sample is left out.
     pub(crate) fn block_means(&self, samples: usize) -> Means {

@@ -113,11 +113,7 @@ fn rms(values: &[f64]) -> f64 {
 
 /// The samples of `part`.
 pub fn sliced(record: &Record, part: &Range<usize>) -> Record {
-    Record {
-        file: record.file.clone(),
-        time_s: record.time_s[part.clone()].to_vec(),
-        yaw_deg: record.yaw_deg[part.clone()].to_vec(),
-    }
+    record.with(record.time_s[part.clone()].to_vec(), record.yaw_deg[part.clone()].to_vec())
 }
 
 #[cfg(test)]
@@ -139,7 +135,7 @@ mod tests {
             time_s.push(t);
             yaw_deg.push(yaw + noise);
         }
-        Record { file: "r".into(), time_s, yaw_deg }
+        Record::new("r", time_s, yaw_deg)
     }
 
     #[test]
@@ -160,10 +156,8 @@ mod tests {
     #[test]
     fn a_beat_and_a_growing_oscillation_are_one() {
         let time_s: Vec<f64> = (0..8000).map(|k| f64::from(k) / 200.0).collect();
-        let of = |yaw: fn(f64) -> f64| Record {
-            file: "r".into(),
-            yaw_deg: time_s.iter().map(|t| yaw(*t)).collect(),
-            time_s: time_s.clone(),
+        let of = |yaw: fn(f64) -> f64| {
+            Record::new("r", time_s.clone(), time_s.iter().map(|t| yaw(*t)).collect())
         };
         let beat =
             of(|t| 8.0 * (-0.02 * t).exp() * (9.0 * t).cos() * (0.55 + 0.45 * (0.7 * t).cos()));

@@ -23,7 +23,7 @@ const ALWAYS_FILLED: f64 = 1e5;
 ///
 /// let time_s: Vec<f64> = (0..2000).map(|k| f64::from(k) / 250.0).collect();
 /// let yaw_deg = time_s.iter().map(|t| 9.0 * (-0.1 * t).exp() * (6.0 * t).cos()).collect();
-/// let record = Record { file: "mine".into(), time_s, yaw_deg };
+/// let record = Record::new("mine", time_s, yaw_deg);
 /// assert!((record.timing().rate_hz - 250.0).abs() < 1e-6);
 /// // The device's own rate, by a spline through every sample.
 /// assert_eq!(record.resampled(1000.0)?.len(), 7997);
@@ -37,9 +37,21 @@ pub struct Record {
     pub time_s: Vec<f64>,
     /// Yaw angle in degrees as the potentiometer shows it, with its constant offset.
     pub yaw_deg: Vec<f64>,
+    /// Whether its time stamps came in bursts, several samples under one, and were spread evenly by the samples' number.
+    pub stamps_spread: bool,
 }
 
 impl Record {
+    /// A record of these samples, each at its own time.
+    pub fn new(file: impl Into<PathBuf>, time_s: Vec<f64>, yaw_deg: Vec<f64>) -> Self {
+        Self { file: file.into(), time_s, yaw_deg, stamps_spread: false }
+    }
+
+    /// Other samples of the same file.
+    pub(crate) fn with(&self, time_s: Vec<f64>, yaw_deg: Vec<f64>) -> Self {
+        Self { file: self.file.clone(), time_s, yaw_deg, stamps_spread: self.stamps_spread }
+    }
+
     pub fn len(&self) -> usize {
         self.time_s.len()
     }
@@ -95,6 +107,6 @@ impl Record {
             return Err(Error::Gaps { record, samples: self.len(), span_s });
         }
         let (time_s, yaw_deg) = resample::uniform(&self.time_s, &self.yaw_deg, rate_hz);
-        Ok(Self { file: self.file.clone(), time_s, yaw_deg })
+        Ok(self.with(time_s, yaw_deg))
     }
 }

@@ -174,8 +174,7 @@ fn rig(kind: Kind, seed: u64) -> (ChaCha8Rng, Planted) {
     let released_deg = if kind == Kind::Sine { 60.0 } else { rng.random_range(10.0..20.0) };
     let noise_deg = rng.random_range(0.02..0.06);
     let seconds = rng.random_range(20.0..40.0);
-    let record =
-        Record { file: format!("{kind:?}-{seed}").into(), time_s: vec![], yaw_deg: vec![] };
+    let record = Record::new(format!("{kind:?}-{seed}"), vec![], vec![]);
     let rig = Planted {
         kind,
         wn,
