@@ -108,7 +108,10 @@ pub(crate) fn account(
             survivors = survivors.simple()?;
             continue;
         }
-        match guards::refusal(&last, decay) {
+        // What was there from the beginning is the user's.
+        let refusal =
+            guards::refusal(&last, decay).filter(|r| !survivors.there().contains(&r.effect));
+        match refusal {
             Some(refusal) => {
                 survivors = survivors.without(refusal.effect.clone())?;
                 refused.push(refusal);
@@ -141,7 +144,8 @@ pub(crate) fn account(
     }
     let plain = steps.len();
     for (model, judged) in fits.into_iter().zip(&survivors.path) {
-        let new = model.structure.effects.iter().find(|e| !effects.contains(e)).cloned();
+        let is_new = |e: &&Effect| !effects.contains(e) && !survivors.there().contains(e);
+        let new = model.structure.effects.iter().find(is_new).cloned();
         effects.extend(new.clone());
         let mut parameters: BTreeMap<String, Quantity> =
             model.effect_parameters().into_iter().collect();

@@ -87,6 +87,7 @@ mod tests {
     use super::*;
     use crate::diagnosis::survivors;
     use crate::effects::Terms;
+    use crate::fit::structure::Structure;
     use crate::motion::simulate::{Grid, Motion};
     use crate::record::Record;
     use rand::SeedableRng;
@@ -119,7 +120,7 @@ mod tests {
 
     fn group(record: &Record) -> (Vec<Effect>, Vec<[Effect; 2]>) {
         let decay = FreeDecay::of(record).unwrap();
-        let survivors = survivors::search(&decay, &[]).unwrap();
+        let survivors = survivors::search(&decay, &[], &Structure::default()).unwrap();
         let last = &survivors.path.last().unwrap().model.fit.structure.effects;
         (last.clone(), alike(&decay, &survivors).unwrap())
     }

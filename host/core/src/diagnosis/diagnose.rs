@@ -10,12 +10,13 @@ use crate::diagnosis::by_likelihood::{by_likelihood, random_forcing};
 use crate::diagnosis::compare;
 use crate::diagnosis::likelihood::EXPLAINED;
 pub use crate::diagnosis::over_pieces::fit_over_pieces;
+use crate::diagnosis::over_pieces::is_of_the_state;
 use crate::diagnosis::reach;
 use crate::diagnosis::search::{self, Begun};
 use crate::diagnosis::survivors;
 use crate::effects::Effect;
-use crate::error::Result;
-use crate::fit::fitting::{Fitted, Structure};
+use crate::error::{Error, Result};
+use crate::fit::fitting::Fitted;
 use crate::fit::floor;
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
@@ -37,6 +38,8 @@ pub(crate) const SMALL: f64 = 0.01;
 pub(crate) const MOST_LEFT: f64 = 0.25;
 /// What a diagnosis begins with where no model is there.
 pub const SECOND_ORDER: &str = "the second-order model";
+/// The same where a model with effects is.
+const PRESENT: &str = "the present model";
 
 /// The verdict in one line; `model` says what was there before.
 pub fn verdict(status: Status, effects: &[Effect], model: &str) -> String {
@@ -80,15 +83,23 @@ pub fn diagnose_with_fits(record: &Record, options: &Options) -> Result<Diagnose
 }
 
 fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagnosed> {
-    if options.present != Structure::default() {
+    let present = &options.present;
+    // Pieces of a free decay do not show what follows time, and a flexible effect is not looked for beside another.
+    if !present.effects.iter().all(|e| is_of_the_state(e) || e.is_own()) {
         let begun = Begun::of(&decay, options)?;
         return Ok(by_likelihood(record, &decay, options, &begun)?.0);
     }
-    let survivors = survivors::search(&decay, &options.own)?;
-    let account = account::account(&decay, survivors, options.zero_unknown)?;
+    let survivors = survivors::search(&decay, &options.own, present)?;
+    let rest_is_known = options.zero_unknown || present.effects.contains(&Effect::StaticOffset);
+    let account = account::account(&decay, survivors, rest_is_known)?;
     let best = &account.last().model;
     let decay = with_floor_of(decay, best);
-    let begun = Begun::of(&decay, options)?;
+    let name = if present.effects.is_empty() { SECOND_ORDER } else { PRESENT };
+    let begun = match Begun::of(&decay, options) {
+        // About the sensor's zero the present model may have no fit where it has one about its rest angle.
+        Err(Error::NotFitted) => return by_prediction(record, decay, account, name),
+        begun => begun?,
+    };
     let plain = &begun.plain;
     let lowest = plain.rms_rad().min(account.plain_rad());
     let from = |model: &Fitted| reach::reach(&decay, model, &begun.candidates);
@@ -121,7 +132,7 @@ fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagno
         }
     }
     decay.stop.check()?;
-    by_prediction(record, decay, account)
+    by_prediction(record, decay, account, name)
 }
 
 /// `decay` with the floor of coloured noise as `model` shows it, where the one does not account for what the model leaves
@@ -141,7 +152,12 @@ fn with_floor_of(decay: FreeDecay, model: &Fitted) -> FreeDecay {
 }
 
 /// The answer that survives prediction.
-fn by_prediction(record: &Record, decay: FreeDecay, account: Account) -> Result<Diagnosed> {
+fn by_prediction(
+    record: &Record,
+    decay: FreeDecay,
+    account: Account,
+    model: &str,
+) -> Result<Diagnosed> {
     let decay = floor::with_steps(decay, record);
     let last = &account.last().model;
     let where_ = compare::locate(&decay, last);
@@ -171,7 +187,7 @@ fn by_prediction(record: &Record, decay: FreeDecay, account: Account) -> Result<
         steps: account.steps.iter().map(step).collect(),
         candidates: account.candidates.clone(),
         where_,
-        sentence: Some(account::sentence(&account.effects, &left, SECOND_ORDER)),
+        sentence: Some(account::sentence(&account.effects, &left, model)),
         left: Some(left),
         rest_angle_deg: Some(Quantity::new(
             account.rest_angle.value.to_degrees(),

@@ -152,7 +152,7 @@ pub(crate) fn plain_start(decay: &FreeDecay) -> (Structure, [f64; 3]) {
 }
 
 /// Whether `effect` is one that pieces of a free decay show as the whole does: of the state, its strength a number.
-fn is_of_the_state(effect: &Effect) -> bool {
+pub(super) fn is_of_the_state(effect: &Effect) -> bool {
     matches!(
         effect,
         Effect::CoulombFriction

@@ -18,6 +18,7 @@ use crate::error::Result;
 use crate::fit::floor;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::JointFit;
+use crate::fit::structure::Structure;
 use crate::quantity::Quantity;
 use crate::record::Record;
 use serde::Serialize;
@@ -69,7 +70,7 @@ pub fn diagnose_several(records: &[Record], common: &Common) -> Result<SeveralDi
         .iter()
         .map(|record| {
             let decay = FreeDecay { stop: common.stop.clone(), ..FreeDecay::of(record)? };
-            let survivors = survivors::search(&decay, &common.candidates)?;
+            let survivors = survivors::search(&decay, &common.candidates, &Structure::default())?;
             Ok(Begun { decay: floor::with_steps(decay, record), survivors })
         })
         .collect::<Result<_>>()?;

@@ -142,14 +142,25 @@ pub(crate) struct Survivors {
     simple: Judged,
 }
 
-/// Searches for the effects that survive prediction, a user's `own` among them.
+/// The model from which effects are looked for: the second-order response about a rest angle of its own, with the effects
+/// of `present`.
+fn base(decay: &FreeDecay, lengths: &Lengths, present: &Structure) -> Model {
+    let (mut structure, start) = plain_start(decay);
+    structure.limits.extend(present.limits.iter().cloned());
+    let plain = fitted(lengths, &structure, &start, None);
+    // A constant moment is the rest angle's.
+    let effects = present.effects.iter().filter(|e| **e != Effect::StaticOffset);
+    effects.fold(plain, |model, effect| with(lengths, &model, effect))
+}
+
+/// Searches for the effects that survive prediction beside those of `present`, a user's `own` among them.
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
-pub(crate) fn search(decay: &FreeDecay, own: &[Effect]) -> Result<Survivors> {
+pub(crate) fn search(decay: &FreeDecay, own: &[Effect], present: &Structure) -> Result<Survivors> {
     let lengths = Lengths::of(decay);
-    let (structure, start) = plain_start(decay);
-    let plain = judged(&lengths, fitted(&lengths, &structure, &start, None));
+    let plain = judged(&lengths, base(decay, &lengths, present));
+    let there = &plain.model.fit.structure.effects;
     let all = candidates(decay);
     // Sets of one more effect each, the best fits carried on.
     let mut rounds: Vec<Vec<Model>> = vec![vec![plain.model.clone()]];
@@ -184,13 +195,14 @@ pub(crate) fn search(decay: &FreeDecay, own: &[Effect]) -> Result<Survivors> {
             here = best;
         }
     }
-    here = pruned(&lengths, here);
-    let own: Vec<Effect> = own.iter().filter(|e| e.is_own()).cloned().collect();
-    here = with_own(&lengths, here, &own)?;
+    here = pruned(&lengths, there, here);
+    let own: Vec<Effect> =
+        own.iter().filter(|e| e.is_own() && !there.contains(e)).cloned().collect();
+    here = with_own(&lengths, there, here, &own)?;
     let simple = here.clone();
-    here = bent(&lengths, here)?;
+    here = bent(&lengths, there, here)?;
     let path = path(&lengths, &plain, here)?;
-    let mut singles = rounds[1].clone();
+    let mut singles = rounds.get(1).cloned().unwrap_or_default();
     singles.par_extend(own.par_iter().map(|e| with(&lengths, &plain.model, e)));
     singles.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
     let sets = rounds.into_iter().flatten().collect();
@@ -199,7 +211,12 @@ pub(crate) fn search(decay: &FreeDecay, own: &[Effect]) -> Result<Survivors> {
 
 /// `here` with a user's own effects beside which it predicts better, what they leave needed: they are slower than the
 /// library's, and tried where those have gone as far as they can.
-fn with_own(lengths: &Lengths, mut here: Judged, own: &[Effect]) -> Result<Judged> {
+fn with_own(
+    lengths: &Lengths,
+    there: &[Effect],
+    mut here: Judged,
+    own: &[Effect],
+) -> Result<Judged> {
     loop {
         lengths.stop.check()?;
         let better = own
@@ -209,7 +226,7 @@ fn with_own(lengths: &Lengths, mut here: Judged, own: &[Effect]) -> Result<Judge
             .filter(|with| with.predicts_better_than(&here))
             .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
         match better {
-            Some(better) => here = pruned(lengths, better),
+            Some(better) => here = pruned(lengths, there, better),
             None => return Ok(here),
         }
     }
@@ -224,9 +241,10 @@ fn yields_at_once(lengths: &Lengths, model: &Model) -> bool {
 }
 
 /// `here`, or where one that bends to much predicts clearly better, that one with what it leaves needed.
-fn bent(lengths: &Lengths, here: Judged) -> Result<Judged> {
+fn bent(lengths: &Lengths, there: &[Effect], here: Judged) -> Result<Judged> {
     lengths.stop.check()?;
-    let flexible: Vec<Effect> = Effect::deterministic().filter(Effect::is_flexible).collect();
+    let flexible: Vec<Effect> =
+        Effect::deterministic().filter(|e| e.is_flexible() && !there.contains(e)).collect();
     let better = flexible
         .par_iter()
         .filter_map(|effect| Some((effect, promising(lengths, &here.model, effect)?)))
@@ -235,17 +253,20 @@ fn bent(lengths: &Lengths, here: Judged) -> Result<Judged> {
         .map(|model| judged(lengths, model))
         .filter(|with| with.predicts_clearly_better_than(&here))
         .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
-    Ok(better.map_or(here, |better| pruned(lengths, better)))
+    Ok(better.map_or(here, |better| pruned(lengths, there, better)))
 }
 
 /// From `plain` to `last`, what is missed least taken out first.
 fn path(lengths: &Lengths, plain: &Judged, last: Judged) -> Result<Vec<Judged>> {
+    let there = &plain.model.fit.structure.effects;
+    let added = |judged: &Judged| judged.model.fit.structure.effects.len() - there.len();
     let mut path = vec![last];
-    while let Some(larger) = path.last().filter(|j| j.model.fit.structure.effects.len() > 1) {
+    while let Some(larger) = path.last().filter(|j| added(j) > 1) {
         lengths.stop.check()?;
         let effects = &larger.model.fit.structure.effects;
         let smaller: Vec<Judged> = effects
             .par_iter()
+            .filter(|e| !there.contains(e))
             .map(|e| judged(lengths, without(lengths, &larger.model, e)))
             .collect();
         let best = smaller
@@ -253,7 +274,7 @@ fn path(lengths: &Lengths, plain: &Judged, last: Judged) -> Result<Vec<Judged>> 
             .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
         path.push(best.expect("an effect"));
     }
-    if path.last().is_some_and(|j| !j.model.fit.structure.effects.is_empty()) {
+    if path.last().is_some_and(|j| added(j) > 0) {
         path.push(plain.clone());
     }
     path.reverse();
@@ -261,6 +282,11 @@ fn path(lengths: &Lengths, plain: &Judged, last: Judged) -> Result<Vec<Judged>> 
 }
 
 impl Survivors {
+    /// Effects that were there from the beginning.
+    pub(super) fn there(&self) -> &[Effect] {
+        &self.path[0].model.fit.structure.effects
+    }
+
     /// The same with the simple effects alone.
     ///
     /// # Errors
@@ -278,7 +304,8 @@ impl Survivors {
         let last = self.path.pop().expect("a model");
         let plain = self.path.first().cloned().unwrap_or_else(|| last.clone());
         let less = judged(&self.lengths, without(&self.lengths, &last.model, &effect));
-        self.path = match less.model.fit.structure.effects.is_empty() {
+        let there = &plain.model.fit.structure.effects;
+        self.path = match less.model.fit.structure.effects.len() == there.len() {
             true => vec![plain],
             false => path(&self.lengths, &plain, less)?,
         };
@@ -292,12 +319,13 @@ pub(crate) fn refit(lengths: &Lengths, structure: &Structure, like: &Judged) -> 
     judged(lengths, model)
 }
 
-/// Takes out again what the others have made needless.
-fn pruned(lengths: &Lengths, mut here: Judged) -> Judged {
+/// Takes out again what the others have made needless, but for what is `there` from the beginning.
+fn pruned(lengths: &Lengths, there: &[Effect], mut here: Judged) -> Judged {
     loop {
         let effects = here.model.fit.structure.effects.clone();
         let needless = effects
             .par_iter()
+            .filter(|e| !there.contains(e))
             .map(|e| judged(lengths, without(lengths, &here.model, e)))
             .filter(|smaller| !here.predicts_better_than(smaller))
             .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));
