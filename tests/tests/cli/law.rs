@@ -213,3 +213,33 @@ fn friction_that_falls_with_the_rate_is_measured_named_by_diagnose_and_added() {
     let fitted = bench.json("fit");
     assert!(number(&fitted["residual_over_noise"]) < 1.1, "{fitted}");
 }
+
+/// Where the library holds the effect a law bends to its noise too: the name wins.
+#[test]
+fn the_right_formula_predicts_as_well_as_the_measured_law_or_better() {
+    let bench = Bench::new();
+    for (effect, form, amplitude_deg) in [
+        ("coulomb_friction:c=0.02", "dry_friction", 12),
+        ("quadratic_damping:d=0.03", "drag", 12),
+        ("cubic_damping:c=1.5", "square_angle_damping", 20),
+        ("cubic_stiffness:k3=40", "cubic", 12),
+        ("quadratic_stiffness:k2=8", "quadratic", 12),
+        ("odd_quadratic_stiffness:k=8", "odd_quadratic", 12),
+        ("quintic_stiffness:k5=800", "quintic", 12),
+        ("pendulum_gravity:g=20", "sine", 50),
+    ] {
+        let rig = format!(
+            "--natural-frequency 7 --damping 0.004 --amplitude-deg {amplitude_deg} --seconds 30 --rate-hz 200 \
+             --noise-deg 0.04 --seed 41"
+        );
+        bench.of(&format!("simulate {rig} --effect {effect} --out l.csv --force")).run().exits(0);
+        let found = bench.json("law l.csv");
+        let by_law = number(&found["held_out_over_noise"]);
+        let names = found["names"].as_array().expect("names");
+        let named = names.iter().find(|n| n["form"] == form);
+        let named = named.unwrap_or_else(|| panic!("{effect}: {names:?}"));
+        let by_name = number(&named["held_out_over_noise"]);
+        println!("{effect}: law {by_law:.4}, {form} {by_name:.4}");
+        assert!(by_name < 1.001 * by_law, "{effect}: law {by_law}, {form} {by_name}");
+    }
+}
