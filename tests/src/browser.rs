@@ -165,21 +165,35 @@ impl Browser {
              e.scrollIntoView({{block: 'nearest'}}); const r = e.getBoundingClientRect(); \
              return [r.left + r.width / 2, r.top + r.height / 2]; }})()"
         );
-        // What is still being laid out moves away from under the mouse.
+        // What is still being laid out moves away from under the mouse, even as it clicks: a click that fell beside
+        // is made again.
+        let listen = format!(
+            "window.isHit = false, document.querySelector({selector:?})?.addEventListener('click', \
+             () => {{ window.isHit = true; }}, {{capture: true, once: true}})"
+        );
         let until = Instant::now() + PATIENCE;
         let mut at = Value::Null;
-        while at.is_null() || at != self.value(&place) {
+        loop {
+            let now = self.value(&place);
+            let stands = !now.is_null() && now == at;
+            at = now;
+            if stands {
+                self.value(&listen);
+                for kind in ["mousePressed", "mouseReleased"] {
+                    let (x, y) = (&at[0], &at[1]);
+                    let event =
+                        json!({"type": kind, "x": x, "y": y, "button": "left", "clickCount": 1});
+                    self.call("Input.dispatchMouseEvent", event);
+                }
+                if self.value("window.isHit !== false") == true {
+                    return;
+                }
+            }
             assert!(
                 Instant::now() < until,
                 "{selector} is not there to be clicked, or does not stand still"
             );
             std::thread::sleep(SLICE);
-            at = self.value(&place);
-        }
-        for kind in ["mousePressed", "mouseReleased"] {
-            let event =
-                json!({"type": kind, "x": at[0], "y": at[1], "button": "left", "clickCount": 1});
-            self.call("Input.dispatchMouseEvent", event);
         }
     }
 

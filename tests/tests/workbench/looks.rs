@@ -21,12 +21,31 @@ pub const CUT_OFF: &str = "(() => { const out = [], w = innerWidth, h = innerHei
       else { const p = e.getBoundingClientRect(), q = c.getBoundingClientRect(); if (q.right > p.right + 1 || q.bottom > p.bottom + 1) out.push(`the plot is larger than its place: ${e.id}`); } } \
     return out; })()";
 
+/// Elements beside the panels that have moved since the page was opened, and how far, px.
+const MOVED: &str = "new Promise(done => { const out = []; \
+    new PerformanceObserver(list => { for (const shift of list.getEntries()) for (const s of shift.sources) \
+      if (s.node && document.querySelector('#side').contains(s.node)) out.push(`${s.node.id || s.node.textContent}: ${s.currentRect.top - s.previousRect.top}`); \
+    }).observe({type: 'layout-shift', buffered: true}); setTimeout(() => done(out), 200); })";
+
 /// Contrast of each text colour on each ground, as WCAG has it.
 const CONTRAST: &str = "(() => { const s = getComputedStyle(document.documentElement), out = {}; \
     const light = n => { const v = s.getPropertyValue('--' + n).trim(); const c = [1, 3, 5].map(k => parseInt(v.slice(k, k + 2), 16) / 255) \
       .map(x => x <= 0.03928 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4); return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; }; \
     for (const a of ['ink', 'soft', 'good', 'warn', 'bad', 'model', 'ghost', 'own', 'measured']) for (const b of ['card', 'paper']) { \
       const [x, y] = [light(a), light(b)].sort((p, q) => q - p); out[a + ' on ' + b] = (x + 0.05) / (y + 0.05); } return out; })()";
+
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn nothing_moves_from_under_the_mouse_as_the_page_opens() {
+    let bench = Bench::start(
+        &["simulate --spring K1 --out r.csv --effect coulomb_friction:c=0.05"],
+        "r.csv",
+    );
+    let mut browser = Browser::start(Window { width: 1280, height: 720, is_dark: false });
+    browser.open(&bench.url);
+    browser.wait("!document.querySelector('#law-button').disabled && document.querySelector('.badge.structured') && document.querySelector('.candidate')");
+    assert_eq!(browser.value(MOVED), serde_json::json!([]));
+}
 
 #[test]
 #[ignore = "needs Chromium: tests/run runs it"]
