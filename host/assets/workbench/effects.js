@@ -3,19 +3,18 @@ import { by, digits, get, make, ratio } from "./talk.js";
 import { DIAGNOSIS, seen, trialColour } from "./panels.js";
 
 const kept = new Map();
-let list = [], current = null, open = null, notes = new Map(), verdict = null, rejecting = null;
-
+let list = [], current = null, open = null, notes = new Map(), verdict = null, rejecting = null, asked = 0;
 
 export async function refresh(state, act) {
   drawModel(state, act);
-  if (seen.release === null) { list = []; return draw(state, act); }
-  const release = seen.release;
-  try {
-    const answer = await get("/api/candidates", { release });
-    if (release !== seen.release) return;
-    list = answer.candidates;
-    verdict = answer;
-  } catch { list = []; verdict = null; }
+  const release = seen.release, mine = ++asked;
+  if (release === null) { list = []; return draw(state, act); }
+  let answer = null;
+  try { answer = await get("/api/candidates", { release }); } catch { /* There are none to be drawn. */ }
+  // Answers may overtake each other: the last question's is what is so.
+  if (mine !== asked || release !== seen.release) return;
+  list = answer ? answer.candidates : [];
+  verdict = answer;
   if (!list.some((c) => c.effect === current)) current = list.length ? list[0].effect : null;
   // While the list is the same it is left alone: somebody may be typing in it.
   const now = JSON.stringify([found(), !!state.job, seen.ghost, seen.view && seen.view.trials.map((t) => t.effect)]);

@@ -2,19 +2,16 @@
 import { by, get, make, ratio } from "./talk.js";
 import { seen, showMeasured, trialColour } from "./panels.js";
 
-let law = null, drawn = "";
+let law = null, drawn = "", asked = 0;
 
 /** What is known of the law by now. */
 export async function refresh(state, act) {
-  const release = seen.release;
-  if (release === null) law = null;
-  else {
-    try {
-      const answer = await get("/api/law", { release });
-      if (release !== seen.release) return;
-      law = answer;
-    } catch { law = null; }
-  }
+  const release = seen.release, mine = ++asked;
+  let answer = null;
+  if (release !== null) try { answer = await get("/api/law", { release }); } catch { /* There is none to be drawn. */ }
+  // Answers may overtake each other: the last question's is what is so.
+  if (mine !== asked || release !== seen.release) return;
+  law = answer;
   const now = JSON.stringify([law, !!state.job]);
   if (now === drawn) return;
   drawn = now;

@@ -1,7 +1,7 @@
 //! A law measured on the page, and taken into the model.
 
 use crate::bench::{pictures, Bench};
-use crate::looks::CUT_OFF;
+use crate::looks::nothing_is_cut_off;
 use serde_json::Value;
 use tempfile::TempDir;
 use yawrig_tests::browser::{Browser, Window};
@@ -102,7 +102,7 @@ fn a_law_is_offered_measured_named_and_its_name_added() {
     assert!((by_name - 1.0).abs() < 0.05 && (by_law - 1.0).abs() < 0.25);
     browser.value("document.querySelector('#law').scrollIntoView()");
     browser.picture(&pictures().join("law.png"));
-    assert_eq!(browser.value(CUT_OFF), serde_json::json!([]));
+    nothing_is_cut_off(&mut browser, "the page");
 
     // Its best name, into the model.
     browser.click("[data-focus='law-found/stribeck_friction.toml']");

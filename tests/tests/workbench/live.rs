@@ -1,7 +1,7 @@
 //! A device followed on the page.
 
 use crate::bench::{pictures, Bench};
-use crate::looks::CUT_OFF;
+use crate::looks::nothing_is_cut_off;
 use nix::sys::signal::Signal;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
@@ -59,7 +59,7 @@ fn a_minute_of_a_device_is_drawn_and_kept_whole() {
     browser.wait(&format!("{samples} > {}", from + 62_000));
     browser.wait("document.querySelectorAll('#live-log [data-event=window]').length > 2");
     browser.picture(&pictures().join("live.png"));
-    assert_eq!(browser.value(CUT_OFF), json!([]));
+    nothing_is_cut_off(&mut browser, "the page");
     browser.click("#live-record");
     browser.wait("document.querySelector('#live-log [data-event=recorded]')");
     let said = browser.text("#live-log [data-event=recorded]");
@@ -144,7 +144,7 @@ fn a_campaign_is_measured_through_the_page() {
     let points = browser.text("#measure-points tbody");
     assert!(points.contains("10 m/s"), "{points} {}", browser.text("#live-log"));
     browser.picture(&pictures().join("measure.png"));
-    assert_eq!(browser.value(CUT_OFF), json!([]));
+    nothing_is_cut_off(&mut browser, "the page");
     browser.wait("document.querySelector('#live-log [data-event=derivatives]')");
     browser.wait("document.querySelectorAll('#measure-points tbody tr').length === 16");
     browser.picture(&pictures().join("measured.png"));

@@ -2,10 +2,11 @@
 
 use crate::bench::{pictures, Bench};
 use crate::refusals::campaign_with_a_gap;
+use std::time::{Duration, Instant};
 use yawrig_tests::browser::{Browser, Window};
 
 /// Elements of the page's frame that stick out of the window or of each other, or hide part of their own text.
-pub const CUT_OFF: &str = "(() => { const out = [], w = innerWidth, h = innerHeight; \
+const CUT_OFF: &str = "(() => { const out = [], w = innerWidth, h = innerHeight; \
     if (document.documentElement.scrollWidth > w || document.documentElement.scrollHeight > h) out.push('the page scrolls'); \
     for (const e of document.querySelectorAll('#top, #releases, #panels, .live-top, .panel, #side, #steps-panel, #foot, .pane:not([hidden])')) { \
       if (!e.offsetParent) continue; \
@@ -20,6 +21,20 @@ pub const CUT_OFF: &str = "(() => { const out = [], w = innerWidth, h = innerHei
     for (const e of document.querySelectorAll('.plot')) { if (!e.offsetParent) continue; const c = e.querySelector('canvas'); if (!c) out.push(`nothing drawn: ${e.id}`); \
       else { const p = e.getBoundingClientRect(), q = c.getBoundingClientRect(); if (q.right > p.right + 1 || q.bottom > p.bottom + 1) out.push(`the plot is larger than its place: ${e.id}`); } } \
     return out; })()";
+
+/// Asserts that nothing is cut off, once the page has been laid out anew; `what` is looked at.
+#[track_caller]
+pub fn nothing_is_cut_off(browser: &mut Browser, what: &str) {
+    let until = Instant::now() + Duration::from_secs(30);
+    loop {
+        let found = browser.value(CUT_OFF);
+        if found == serde_json::json!([]) {
+            return;
+        }
+        assert!(Instant::now() < until, "{what}: {found}");
+        std::thread::sleep(Duration::from_millis(100));
+    }
+}
 
 /// Elements beside the panels that have moved since the page was opened, and how far, px.
 const MOVED: &str = "new Promise(done => { const out = []; \
@@ -73,11 +88,10 @@ fn sizes_and_colours_with_thirty_two_releases() {
         for is_dark in [false, true] {
             browser.resize(Window { width, height, is_dark });
             browser.wait(&format!("innerWidth === {width}"));
-            std::thread::sleep(std::time::Duration::from_millis(300));
+            std::thread::sleep(Duration::from_millis(300));
             let name = format!("{width}x{height}-{}", if is_dark { "dark" } else { "light" });
             browser.picture(&pictures().join(format!("{name}.png")));
-            let cut_off = browser.value(CUT_OFF);
-            assert_eq!(cut_off, serde_json::json!([]), "{name}");
+            nothing_is_cut_off(&mut browser, &name);
             let contrast = browser.value(CONTRAST);
             for (pair, value) in contrast.as_object().expect("pairs") {
                 assert!(value.as_f64().expect("a number") >= 4.5, "{name}: {pair} {value}");
@@ -110,9 +124,9 @@ fn a_record_that_is_missing_is_said_to_be_left_out() {
     for (width, height) in [(1280, 720), (1920, 1080)] {
         browser.resize(Window { width, height, is_dark: height > 1000 });
         browser.wait(&format!("innerWidth === {width}"));
-        std::thread::sleep(std::time::Duration::from_millis(300));
+        std::thread::sleep(Duration::from_millis(300));
         browser.picture(&pictures().join(format!("left-out-{width}x{height}.png")));
-        assert_eq!(browser.value(CUT_OFF), serde_json::json!([]), "{width}");
+        nothing_is_cut_off(&mut browser, &width.to_string());
     }
     browser.click(&format!("{bad} button"));
     browser.wait(&format!("document.querySelector('#verdict').textContent.includes('{place}')"));

@@ -1,7 +1,7 @@
 //! A stored session shown again on the page.
 
 use crate::bench::{pictures, Bench};
-use crate::looks::CUT_OFF;
+use crate::looks::nothing_is_cut_off;
 use serde_json::{json, Value};
 use std::io::Write;
 use std::path::Path;
@@ -236,7 +236,7 @@ fn a_session_is_shown_again_on_the_page() {
             let name =
                 format!("replay-{width}x{height}-{}", if is_dark { "dark" } else { "light" });
             browser.picture(&pictures().join(format!("{name}.png")));
-            assert_eq!(browser.value(CUT_OFF), json!([]), "{name}");
+            nothing_is_cut_off(&mut browser, &name);
         }
     }
     // A page that is opened later sees the same.
