@@ -5,6 +5,7 @@
 use crate::device::Device;
 use crate::ring::Reader;
 use embedded_storage::nor_flash::NorFlash;
+use yawrig_shared::wire::FULL_SCALE_COUNTS;
 
 /// Conversions of a sample, all at one angle but for its noise.
 pub const CONVERSIONS: u32 = 16;
@@ -20,10 +21,7 @@ pub const fn period(clock_hz: u32) -> Option<u32> {
     Some(clock_hz / CONVERSIONS_HZ - 1)
 }
 
-/// The sum of sixteen 12-bit readings on the 16-bit scale, both ends on the ends.
-pub fn widened(sum: u32) -> u16 {
-    (sum + (sum >> 12)) as u16
-}
+const _: () = assert!(FULL_SCALE_COUNTS as u32 == CONVERSIONS * 0x0fff);
 
 impl<const N: usize> Reader<N> {
     /// Gives the device the samples that it has not had, of as many conversions as [`Reader::made`] knows of, `reading`
@@ -48,8 +46,8 @@ impl<const N: usize> Reader<N> {
         let mut came = false;
         while self.waiting(made) >= CONVERSIONS {
             let places = (0..CONVERSIONS).filter_map(|_| self.next(made));
-            let sum = places.map(|at| u32::from(reading(at) & 0x0fff)).sum();
-            device.sample(widened(sum));
+            // As it is: a scale that were stretched to all of 16 bits would have steps, and be bent at each.
+            device.sample(places.map(|at| reading(at) & 0x0fff).sum());
             device.work();
             came = true;
         }

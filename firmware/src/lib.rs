@@ -33,7 +33,7 @@
 //!     fn flush(&mut self) -> Result<(), ErrorKind> { Ok(()) }
 //! }
 //!
-//! // What DMA has brought from the converter, whose timer makes a sample each millisecond: counts from 0 to 65 535.
+//! // What DMA has brought from the converter, whose timer makes a sample each millisecond: counts from 0 to 65 520.
 //! let mut samples = (0..2000_u32).map(|k| 32_768 + (k % 7) as u16);
 //!
 //! let flash = MemoryFlash::new(); // of the board: its own flash, or one beside it

@@ -184,7 +184,7 @@ impl Measuring {
 
     /// Another network runs: what the one before made of a wind-off release is none of its results.
     pub fn network_changed(&mut self) {
-        self.reference = Reference::new();
+        self.reference.forget();
     }
 
     /// Index of the next sample: the device's clock.

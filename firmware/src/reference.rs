@@ -35,6 +35,11 @@ impl Reference {
         self.wind_off.map(|(release, _)| release)
     }
 
+    /// The wind-off result is none any more; the rig stays mounted.
+    pub fn forget(&mut self) {
+        self.wind_off = None;
+    }
+
     /// The coming releases are made under this condition.
     pub fn mount(&mut self, condition: &Condition) {
         let rig = Some((condition.rig, condition.model));

@@ -5,6 +5,13 @@ use yawrig_shared::wire::Settings;
 /// Counts are kept about the middle of a 16-bit converter, where they fit an `i16`.
 const MIDDLE: i32 = 32768;
 
+/// Degrees a count, of either sign, that a potentiometer may have: by a change between any two of them what is known of
+/// rest and noise stays what it was.
+const SCALES_DEG: core::ops::RangeInclusive<f32> = 1e-6..=100.0;
+/// Amplitudes that may be asked for, degrees.
+const LEAST_DEG: f32 = 1e-3;
+const MOST_DEG: f32 = 1e6;
+
 /// How counts become degrees.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
@@ -20,13 +27,12 @@ impl Sampler {
         &self.settings
     }
 
-    /// Whether settings make sense.
+    /// Whether settings make sense; none of the comparisons holds for what is no number.
     pub fn check(settings: &Settings) -> bool {
-        settings.degrees_per_count.is_finite()
-            && settings.degrees_per_count != 0.0
+        SCALES_DEG.contains(&settings.degrees_per_count.abs())
             && settings.full_scale_counts > 0
-            && settings.from_deg.is_finite()
-            && settings.to_deg > 0.0
+            && settings.from_deg <= MOST_DEG
+            && settings.to_deg >= LEAST_DEG
             && settings.from_deg > settings.to_deg
             && settings.clock_u_ppm.is_none_or(|ppm| (0.0..=1e5).contains(&ppm))
     }

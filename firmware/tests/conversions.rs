@@ -3,10 +3,10 @@
 mod desk;
 
 use desk::{Desk, Swing};
-use yawrig_firmware::conversions::{period, widened, CONVERSIONS, CONVERSIONS_HZ};
+use yawrig_firmware::conversions::{period, CONVERSIONS, CONVERSIONS_HZ};
 use yawrig_firmware::ring::Reader;
 use yawrig_firmware::slots::MemoryFlash;
-use yawrig_shared::wire::Phase;
+use yawrig_shared::wire::{Phase, Reply, Request, Settings, STREAM_CHUNK};
 
 #[test]
 fn the_sampling_rate_is_exact_or_refused() {
@@ -125,16 +125,33 @@ fn samples_stay_whole_where_conversions_were_overwritten() {
     }
 }
 
+/// A sample follows the readings in a straight line from end to end: where one reading of the sixteen rises by a step, the
+/// sample does by one count, at the middle of the converter and at every other multiple of 4096 as well.
 #[test]
-fn sixteen_readings_of_twelve_bits_reach_both_ends_of_sixteen() {
-    assert_eq!((widened(0), widened(CONVERSIONS * 0x0fff)), (0, 0xffff));
-    for sum in 1..=CONVERSIONS * 0x0fff {
-        let step = widened(sum) - widened(sum - 1);
-        assert!(step == 1 || step == 2);
-        // Straight to one count.
-        let place = f64::from(sum) * 65_535.0 / f64::from(CONVERSIONS * 4095);
-        assert!((f64::from(widened(sum)) - place).abs() <= 1.0);
+fn a_sample_is_linear_in_its_readings_and_its_ends_are_known() {
+    const RING: usize = 64;
+    let stream = Request::Stream { samples: 1 << 20 };
+    let mut desk = Desk::new(MemoryFlash::new());
+    let mut counts = Vec::new();
+    let mut reader = Reader::<RING>::new();
+    let mut written = 0;
+    let sums = (0..=CONVERSIONS * 0x0fff).step_by(7).chain(4090..4100).chain(32_760..32_776);
+    let sums: Vec<u32> = sums.chain([CONVERSIONS * 0x0fff]).collect();
+    assert_eq!(desk.ask(&stream), Reply::Done);
+    for sum in &sums {
+        // As even as noise would leave them.
+        let reading = |at: usize| (sum / CONVERSIONS + u32::from(at as u32 % 16 < sum % 16)) as u16;
+        written += CONVERSIONS;
+        assert!(reader.give(written, Some(written), reading, &mut desk.device));
+        counts.extend(desk.streamed());
     }
+    // Those that fill no message yet.
+    let whole = sums.len() / STREAM_CHUNK * STREAM_CHUNK;
+    assert_eq!(counts.len(), whole);
+    for (sum, counts) in sums.iter().zip(&counts) {
+        assert_eq!(u32::from(*counts), *sum);
+    }
+    assert_eq!(u32::from(Settings::default().full_scale_counts), CONVERSIONS * 0x0fff);
 }
 
 /// The error of a sample against that of one conversion, 340 deg over 12 bits, the model moving slowly: a quarter where
@@ -160,7 +177,7 @@ fn sixteen_conversions_lower_the_noise_floor_to_a_quarter() {
                 (at + noise_steps * noise).round().clamp(0.0, 4095.0) as u32
             };
             let readings: [u32; CONVERSIONS as usize] = std::array::from_fn(|_| read());
-            let sample = f64::from(widened(readings.iter().sum())) * 4095.0 / 65_535.0;
+            let sample = f64::from(readings.iter().sum::<u32>()) / f64::from(CONVERSIONS);
             single += (f64::from(readings[0]) - at).powi(2);
             summed += (sample - at).powi(2);
         }

@@ -1,5 +1,5 @@
 //! What of the board pico2 can be tried without one: its sources, compiled for this machine, on a simulated boot ROM. The
-//! image itself has been built and linted, and not run.
+//! image itself is executed by `tests/tests/pico2_image.rs`.
 
 #[path = "../boards/pico2/src/flash.rs"]
 mod flash;
@@ -10,7 +10,7 @@ mod timing;
 
 use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind, ReadNorFlash};
 use flash::{Rom, Slots, BEGIN, FLASH_BYTES, PAGE, SECTOR};
-use timing::{divider, readings};
+use timing::{divider, readings, ENDLESS, FIRST_READING_US};
 use yawrig_firmware::conversions::CONVERSIONS_HZ;
 use yawrig_firmware::ring::Reader;
 use yawrig_firmware::slots::{Slot, Store};
@@ -88,6 +88,14 @@ fn the_sampling_rate_is_exact_or_refused() {
     for refused in [0, 48_000_001, 16_000 * 95, 16_000 * 70_000] {
         assert_eq!(divider(refused), None, "{refused}");
     }
+}
+
+/// As the datasheet has it (12.6.2.2.1): mode 0xf goes on for ever, any mode with a count of zero stops at once.
+#[test]
+fn transfers_never_end_and_the_first_is_waited_for_long_enough() {
+    assert_eq!(ENDLESS >> 28, 0xf);
+    assert_ne!(ENDLESS & 0x0fff_ffff, 0);
+    assert!(readings(FIRST_READING_US) > 10);
 }
 
 /// Readings come 62.5 us apart from the first on, 2 us after each begins; the timer shows whole microseconds, and DMA is

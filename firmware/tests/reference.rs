@@ -179,6 +179,26 @@ fn another_network_s_wind_off_release_is_no_reference() {
     assert!(network.is_none() && refined.is_some());
     assert!(desk.releases[1].flags.has(Flags::NO_REFERENCE));
     assert!(!desk.refined[1].flags.has(Flags::NO_REFERENCE));
+    // The rig is as it was, and nobody has to say so again: with a wind-off release of the new network there is one.
+    desk.release(condition("K1", OFF), swing(SOFT[0]));
+    assert_eq!([desk.status().reference, desk.status().refined_reference], [Some(2); 2]);
+    let found = desk.release(condition("K1", ON), swing(SOFT[1]));
+    assert!(found.iter().all(|d| d.expect("derivatives").reference_release == 2), "{found:?}");
+}
+
+#[test]
+fn a_change_of_network_leaves_the_rig_mounted() {
+    let mut desk = Desk::new(MemoryFlash::new());
+    desk.announce(condition("K1", OFF));
+    let mut bytes = BUILT_IN.to_vec();
+    blob::set_generation(&mut bytes, 1).expect("a blob");
+    desk.write(&bytes);
+    assert_eq!(desk.ask(&Request::FlashTrial), Reply::Done);
+    assert_eq!(desk.ask(&Request::FlashCommit), Reply::Done);
+    // Under the condition that holds, without another word of it.
+    desk.play(swing(SOFT[0]).counts(1));
+    desk.end();
+    assert_eq!([desk.status().reference, desk.status().refined_reference], [Some(0); 2]);
 }
 
 #[test]

@@ -67,6 +67,30 @@ fn wild_readings_are_bridged_and_said_at_every_scale() {
     }
 }
 
+/// Whatever scale was set before: with the right one the next release is found.
+#[test]
+fn a_wrong_scale_that_is_put_right_leaves_nothing_behind() {
+    let swing = swing(340.0, 0.05, 8.0);
+    let counts = swing.counts(1);
+    let with =
+        |degrees_per_count| Settings { degrees_per_count, from_deg: 8.0, ..Settings::default() };
+    let right = with(swing.degrees_per_count as f32);
+    for scale in [1e38, 1e9, 100.0, -100.0, 1.0, 1e-6, 1e-38] {
+        let mut desk = configured(swing.degrees_per_count);
+        desk.play(counts[..1000].iter().copied());
+        let taken = desk.ask(&Request::Configure(with(scale)));
+        assert_eq!(taken == Reply::Done, (1e-6..=100.0).contains(&scale.abs()), "{scale}");
+        desk.play(counts[..500].iter().copied());
+        assert_eq!(desk.ask(&Request::Configure(right)), Reply::Done);
+        desk.play(counts.iter().copied());
+        desk.end();
+        let result = desk.releases.last().unwrap_or_else(|| panic!("{scale}: no release"));
+        assert_eq!(result.flags, Flags::default(), "{scale}");
+        let miss = f64::from(result.natural_frequency_rad_s.value) / 8.0 - 1.0;
+        assert!(miss.abs() < 2e-3, "{scale}: {miss}");
+    }
+}
+
 /// Settings that come while the model is held, or swings, take the noise and the rest they have seen with them.
 #[test]
 fn a_scale_that_comes_in_mid_release_takes_effect_with_the_next() {

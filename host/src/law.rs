@@ -1,4 +1,4 @@
-//! A measured law, its names, and their files.
+//! A measured law, its names, and the files that they may be written to.
 
 use crate::model::document::{is_model, Model};
 use crate::model::measured::{largest, measured, measured_from, releases};
@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::Result;
 use yawrig_base::files;
 use yawrig_base::interrupt;
+use yawrig_core::fit::at_amplitude::AtAmplitude;
 use yawrig_core::law::beside::{Beside, Kind};
 use yawrig_core::law::estimate::{Curve, Measured};
 use yawrig_core::law::left::Left;
@@ -16,25 +17,41 @@ use yawrig_core::law::names::{names, Names};
 /// Formulas that are written.
 const WRITTEN: usize = 6;
 
-/// What was found, and where.
+/// What was found.
 pub struct Found {
     /// The record from the largest angle, whose curve is drawn, and how many the law was measured from.
     pub file: PathBuf,
     pub records: usize,
     pub measured: Measured,
+    pub at_amplitude: Vec<AtAmplitude>,
     pub curve: Curve,
     pub names: Names,
     /// What shows that no law of angle and rate holds the moment.
     pub left: Option<Left>,
-    /// The file of each name.
-    pub files: Vec<Option<PathBuf>>,
 }
 
-/// Measures and names the law of records, or of a model's beside its effects; the formulas are written to `out`.
+/// A formula as a file that `add` takes.
+pub struct File {
+    pub path: PathBuf,
+    pub text: String,
+}
+
+impl File {
+    /// # Errors
+    /// Exit 3 where it cannot be written.
+    pub fn write(&self) -> Result<()> {
+        if let Some(folder) = self.path.parent() {
+            files::make_folder(folder)?;
+        }
+        files::write_atomically(&self.path, self.text.as_bytes())
+    }
+}
+
+/// Measures and names the law of records, or of a model's beside its effects. Nothing is written.
 ///
 /// # Errors
 /// Exit 3 where a file cannot be used, 6 where no law can be fitted, 130 where the user stops it.
-pub fn found(paths: &[PathBuf], dissipative: bool, out: &Path) -> Result<Found> {
+pub fn found(paths: &[PathBuf], dissipative: bool) -> Result<Found> {
     let (model, at) = match paths {
         [model] if is_model(model) => (Model::read(model)?, model.clone()),
         _ => {
@@ -46,7 +63,7 @@ pub fn found(paths: &[PathBuf], dissipative: bool, out: &Path) -> Result<Found> 
     };
     let data = Data::of(&model, &at)?;
     interrupt::check()?;
-    beside(&model, &data, dissipative, out, &|_, _| {})
+    beside(&model, &data, dissipative, &|_, _| {})
 }
 
 /// Measures and names the law of `data` beside the effects of `model`; `show` is given a first law, and the law
@@ -58,7 +75,6 @@ pub fn beside(
     model: &Model,
     data: &Data,
     dissipative: bool,
-    out: &Path,
     show: &dyn Fn(Curve, Option<&Measured>),
 ) -> Result<Found> {
     let measured = measured(model, data, dissipative, &|first| show(first, None))?;
@@ -67,29 +83,30 @@ pub fn beside(
     show(curve.clone(), Some(&measured));
     let records = measured_from(model, data);
     let names = names(&releases(&records), &measured)?;
-    let mut written = Vec::new();
-    for (k, name) in names.ranked.iter().enumerate() {
-        let Some(text) = name.text.as_ref().filter(|_| k < WRITTEN) else {
-            written.push(None);
-            continue;
-        };
-        files::make_folder(out)?;
-        let file = out.join(format!("{}.toml", name.effect.id()));
-        let from = recorded.path.display();
-        let held_out = name.held_out_over_noise;
-        let text = format!("# from {from}, held out {held_out:.3} times the noise\n{text}");
-        files::write_atomically(&file, text.as_bytes())?;
-        written.push(Some(file));
-    }
     let (file, records) = (recorded.path.clone(), records.len());
     let decay = &recorded.decay;
     let of_memory = names.memory.as_ref().map(|memory| Left::memory(decay, &memory.fit));
     let left =
         of_memory.or_else(|| names.beside.as_ref().map(|beside| Left::beside(decay, beside)));
-    Ok(Found { file, records, measured, curve, names, left, files: written })
+    let at_amplitude = measured.at_amplitude(decay);
+    Ok(Found { file, records, measured, at_amplitude, curve, names, left })
 }
 
 impl Found {
+    /// The best formulas, in their order, as files of `folder`.
+    pub fn files(&self, folder: &Path) -> Vec<File> {
+        let best = self.names.ranked.iter().take(WRITTEN);
+        best.map_while(|name| {
+            let (from, held_out) = (self.file.display(), name.held_out_over_noise);
+            let text = name.text.as_ref()?;
+            Some(File {
+                path: folder.join(format!("{}.toml", name.effect.id())),
+                text: format!("# from {from}, held out {held_out:.3} times the noise\n{text}"),
+            })
+        })
+        .collect()
+    }
+
     /// Why no law of angle and rate holds the moment, where hysteresis predicts better.
     pub fn memory(&self) -> Option<String> {
         let memory = self.names.memory.as_ref()?;

@@ -167,7 +167,7 @@ fn found(model: &Model, data: &Data, notes: &mut Vec<String>) -> Result<Vec<Join
     // What can take the shape of others is no rival of theirs.
     let library = || {
         Effect::ALL.into_iter().filter(|e| {
-            let without_zero = model.unknown_zero && *e == Effect::StaticOffset;
+            let without_zero = model.unknown_zero && e.moves_rest();
             !e.is_random()
                 && !e.is_flexible()
                 && !without_zero

@@ -21,6 +21,8 @@ pub const KEPT_EVENTS: usize = 32;
 pub const CRASH_FILE: usize = 24;
 /// Samples in one message of the stream: 50 ms.
 pub const STREAM_CHUNK: usize = 50;
+/// Highest count of the boards' converters: the sum of sixteen readings of 12 bits.
+pub const FULL_SCALE_COUNTS: u16 = 16 * 4095;
 /// Key of [`Hello`] and [`HelloReply`]: "HELO".
 pub const HELLO_KEY: u32 = u32::from_le_bytes(*b"HELO");
 /// Key of [`Samples`]: "SMPL".
@@ -259,12 +261,12 @@ pub struct Settings {
 }
 
 impl Default for Settings {
-    /// A 16-bit converter with 0.005 deg a count, analysed from 10 to 1 deg.
+    /// The boards' converter with 0.005 deg a count, analysed from 10 to 1 deg.
     fn default() -> Self {
         Self {
             degrees_per_count: 0.005,
             zero_counts: 32768,
-            full_scale_counts: 65535,
+            full_scale_counts: FULL_SCALE_COUNTS,
             from_deg: 10.0,
             to_deg: 1.0,
             clock_u_ppm: None,

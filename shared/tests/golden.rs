@@ -125,7 +125,10 @@ fn wire_bytes() {
     let wind = Wind { density_kg_m3: 1.25, speed_m_s: 10.0 };
     let requests = [
         ("status", Request::Status),
-        ("configure", Request::Configure(Settings::default())),
+        (
+            "configure",
+            Request::Configure(Settings { full_scale_counts: 65535, ..Settings::default() }),
+        ),
         ("condition", Request::Condition(Condition { rig: 7, wind, model, inertia_kg_m2: 0.125 })),
         ("flash_begin", Request::FlashBegin { length: 2032 }),
         (

@@ -1,5 +1,6 @@
 //! A headless Chromium, spoken to by its own protocol: what it shows, logs and asks for.
 
+use crate::PATIENCE;
 use nix::sys::signal::{kill, Signal};
 use nix::unistd::Pid;
 use serde_json::{json, Value};
@@ -10,8 +11,6 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use tungstenite::{Message, WebSocket};
 
-/// How long a page may take for what is waited for.
-const PATIENCE: Duration = Duration::from_secs(120);
 const SLICE: Duration = Duration::from_millis(20);
 
 /// What a window is like.
@@ -144,7 +143,7 @@ impl Browser {
     /// Waits until a script is true.
     ///
     /// # Panics
-    /// After two minutes, with what the page says.
+    /// Out of patience, with what the page says.
     #[track_caller]
     pub fn wait(&mut self, script: &str) {
         let until = Instant::now() + PATIENCE;
@@ -157,44 +156,54 @@ impl Browser {
         }
     }
 
-    /// Clicks in the middle of the first of these elements that is seen.
+    /// Clicks the first of these elements, once it can be: where it is at this very moment, for what is still being laid
+    /// out moves away from under a mouse, and what is made anew loses the half of a click.
     #[track_caller]
     pub fn click(&mut self, selector: &str) {
-        let place = format!(
-            "(() => {{ const e = document.querySelector({selector:?}); if (!e || e.disabled) return null; \
-             e.scrollIntoView({{block: 'nearest'}}); const r = e.getBoundingClientRect(); \
-             return [r.left + r.width / 2, r.top + r.height / 2]; }})()"
-        );
-        // What is still being laid out moves away from under the mouse, even as it clicks: a click that fell beside
-        // is made again.
-        let listen = format!(
-            "window.isHit = false, document.querySelector({selector:?})?.addEventListener('click', \
-             () => {{ window.isHit = true; }}, {{capture: true, once: true}})"
-        );
         let until = Instant::now() + PATIENCE;
-        let mut at = Value::Null;
+        let click = format!(
+            "(() => {{ const e = document.querySelector({selector:?}); if (!e) return 'missing'; if (e.disabled) return 'disabled'; \
+             e.scrollIntoView({{block: 'nearest'}}); const r = e.getBoundingClientRect(); \
+             const hit = document.elementFromPoint(r.left + r.width / 2, r.top + r.height / 2); \
+             if (!hit || !(e.contains(hit) || hit.contains(e) && hit.closest('label'))) return 'under ' + (hit?.id || hit?.className || 'nothing'); \
+             e.focus({{preventScroll: true}}); e.click(); return 'clicked'; }})()"
+        );
         loop {
-            let now = self.value(&place);
-            let stands = !now.is_null() && now == at;
-            at = now;
-            if stands {
-                self.value(&listen);
-                for kind in ["mousePressed", "mouseReleased"] {
-                    let (x, y) = (&at[0], &at[1]);
-                    let event =
-                        json!({"type": kind, "x": x, "y": y, "button": "left", "clickCount": 1});
-                    self.call("Input.dispatchMouseEvent", event);
-                }
-                if self.value("window.isHit !== false") == true {
-                    return;
-                }
+            let found = self.value(&click);
+            if found == "clicked" {
+                return;
             }
-            assert!(
-                Instant::now() < until,
-                "{selector} is not there to be clicked, or does not stand still"
-            );
+            assert!(Instant::now() < until, "{selector} cannot be clicked: {found}");
             std::thread::sleep(SLICE);
         }
+    }
+
+    /// Does something in each of so many tabs that show a page of `origin`, once they are there.
+    #[track_caller]
+    pub fn each_tab(&mut self, origin: &str, count: usize, mut what: impl FnMut(&mut Self)) {
+        let ours = std::mem::take(&mut self.session);
+        let until = Instant::now() + PATIENCE;
+        let is_ours = |tab: &&Value| {
+            tab["type"] == "page" && tab["url"].as_str().is_some_and(|url| url.starts_with(origin))
+        };
+        let tabs: Vec<Value> = loop {
+            let all = self.call("Target.getTargets", json!({}))["targetInfos"].clone();
+            let all = all.as_array().expect("tabs");
+            let tabs: Vec<Value> = all.iter().filter(is_ours).cloned().collect();
+            if tabs.len() == count {
+                break tabs;
+            }
+            assert!(Instant::now() < until, "{} of {count} tabs: {all:?}", tabs.len());
+            std::thread::sleep(SLICE);
+        };
+        for tab in tabs {
+            let wanted = json!({"targetId": tab["targetId"], "flatten": true});
+            let attached = self.call("Target.attachToTarget", wanted);
+            attached["sessionId"].as_str().expect("a session").clone_into(&mut self.session);
+            what(self);
+            self.session.clear();
+        }
+        self.session = ours;
     }
 
     /// Moves the mouse there.

@@ -2,8 +2,14 @@
 //! a device, or something else, at their other end.
 #![forbid(unsafe_code)]
 
+use std::time::Duration;
+
+/// How long anything is waited for before its test gives up: only what hangs takes so long, however slow the machine is.
+pub const PATIENCE: Duration = Duration::from_secs(600);
+
 pub mod browser;
 pub mod desk;
 pub mod line;
 pub mod networks;
 pub mod process;
+mod program;

@@ -1,5 +1,6 @@
 //! Serial lines for the program under test: pseudo-terminals with anything at their other end.
 
+use crate::PATIENCE;
 use nix::fcntl::{open, OFlag};
 use nix::pty::{grantpt, posix_openpt, ptsname_r, unlockpt};
 use nix::sys::stat::Mode;
@@ -8,10 +9,10 @@ use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
 use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_shared::wire::Status;
@@ -19,6 +20,8 @@ use yawrig_shared::wire::Status;
 /// A line; gone with this value, as when a plug is pulled.
 pub struct Line {
     path: PathBuf,
+    /// How often all that was said has gone out, and nothing was left.
+    carried: Arc<AtomicU64>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -39,11 +42,29 @@ impl Line {
         tcsetattr(&far_side, SetArg::TCSANOW, &settings).expect("its settings");
         let near = File::from(OwnedFd::from(near));
         let stop = Arc::new(AtomicBool::new(false));
+        let carried = Arc::new(AtomicU64::new(0));
         let thread = {
-            let stop = stop.clone();
-            std::thread::spawn(move || carry(near, far_side, far, &stop))
+            let (stop, carried) = (stop.clone(), carried.clone());
+            std::thread::spawn(move || carry(near, far_side, far, &stop, &carried))
         };
-        Self { path, stop, thread: Some(thread) }
+        Self { path, carried, stop, thread: Some(thread) }
+    }
+
+    /// Plays counts into a board that is plugged in here, each few of them when what was said to those before has gone out
+    /// over the line: however slow its reader is, nothing is lost on the way. `meanwhile` lets it read.
+    pub fn play(&self, board: &Board, counts: &[u16], mut meanwhile: impl FnMut()) {
+        for some in counts.chunks(100) {
+            board.samples(some);
+            // The first of the two may have begun before.
+            let enough = self.carried.load(Ordering::Acquire) + 2;
+            let until = Instant::now() + PATIENCE;
+            while self.carried.load(Ordering::Acquire) < enough {
+                meanwhile();
+                assert!(Instant::now() < until, "nobody reads what the board says");
+                std::thread::yield_now();
+            }
+        }
+        meanwhile();
     }
 
     pub fn path(&self) -> &Path {
@@ -66,6 +87,7 @@ fn carry(
     _far_side: OwnedFd,
     mut far: impl FnMut(&[u8]) -> Option<Vec<u8>>,
     stop: &AtomicBool,
+    carried: &AtomicU64,
 ) {
     let mut buffer = [0; 1024];
     let mut backlog = Vec::new();
@@ -82,6 +104,9 @@ fn carry(
         backlog.extend(answer);
         if let Ok(taken) = near.write(&backlog) {
             backlog.drain(..taken);
+        }
+        if backlog.is_empty() {
+            carried.fetch_add(1, Ordering::Release);
         }
         // Where nobody reads, the rest is lost, as on a wire.
         backlog.truncate(4096);

@@ -1,5 +1,7 @@
 //! The built program, run and watched: nothing here waits for ever.
 
+pub use crate::program::binary;
+use crate::PATIENCE;
 use nix::fcntl::{open, OFlag};
 use nix::pty::{grantpt, posix_openpt, ptsname_r, unlockpt};
 use nix::sys::signal::{kill, Signal};
@@ -11,57 +13,32 @@ use std::io::Read;
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::ExitStatusExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
-/// How long a command may take before its test kills it.
-const PATIENCE: Duration = Duration::from_secs(60);
 const SLICE: Duration = Duration::from_millis(5);
-const BUILD: &str = "cargo build --release -p yawrig";
-
-/// The program that was built with these tests: `target/<profile>/yawrig`.
-///
-/// # Panics
-/// Where it is not there, or older than sources these tests were built from.
-pub fn binary() -> &'static Path {
-    static BINARY: OnceLock<PathBuf> = OnceLock::new();
-    BINARY.get_or_init(|| {
-        let tests = std::env::current_exe().expect("this program's own path");
-        let profile = tests.ancestors().nth(2).expect("target/<profile>/deps/<test>");
-        let binary = profile.join("yawrig");
-        assert!(binary.is_file(), "{} is not there: run {BUILD}", binary.display());
-        let age = |path: &Path| path.metadata().and_then(|m| m.modified()).expect("a file's time");
-        let (built, tested) = (age(&binary), age(&tests));
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-        for folder in ["host/src", "shared/src", "firmware/src"] {
-            if let Some(newer) = newer_source(&root.join(folder), built, tested) {
-                panic!("{} is older than {}: run {BUILD}", binary.display(), newer.display());
-            }
-        }
-        binary
-    })
-}
-
-/// A source younger than the program though these tests know it: `cargo test -p` of this package
-/// alone builds the library and not the program.
-fn newer_source(folder: &Path, built: SystemTime, tested: SystemTime) -> Option<PathBuf> {
-    folder.read_dir().ok()?.flatten().map(|entry| entry.path()).find_map(|path| {
-        if path.is_dir() {
-            return newer_source(&path, built, tested);
-        }
-        let changed = path.metadata().and_then(|m| m.modified()).ok()?;
-        (changed > built && changed < tested).then_some(path)
-    })
-}
 
 /// A command about to be run.
 pub struct Yawrig {
     command: Command,
     line: String,
-    patience: Duration,
+    /// Our end of the terminal on which it draws.
+    drawn: Option<std::fs::File>,
+}
+
+/// A terminal: our end of it, and what opens the other.
+fn terminal() -> (std::fs::File, impl Fn() -> Stdio) {
+    // No other program that is started meanwhile may hold an end of it.
+    let flags = OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_CLOEXEC;
+    let near = posix_openpt(flags).expect("a pseudo-terminal");
+    grantpt(&near).and_then(|()| unlockpt(&near)).expect("its other end");
+    let path = ptsname_r(&near).expect("its path");
+    let end =
+        move || Stdio::from(open(path.as_str(), flags, Mode::empty()).expect("its other end"));
+    (std::fs::File::from(OwnedFd::from(near)), end)
 }
 
 /// `yawrig` with these arguments, parted by blanks.
@@ -83,7 +60,7 @@ impl Yawrig {
     fn of(mut command: Command, arguments: &str) -> Self {
         command.args(arguments.split_whitespace());
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        Self { command, line: format!("yawrig {arguments}"), patience: PATIENCE }
+        Self { command, line: format!("yawrig {arguments}"), drawn: None }
     }
 
     /// One more argument.
@@ -113,8 +90,17 @@ impl Yawrig {
         self
     }
 
-    pub fn with_patience(mut self, seconds: u64) -> Self {
-        self.patience = Duration::from_secs(seconds);
+    /// With a terminal for its stderr, where it draws how far it is.
+    pub fn drawing(mut self) -> Self {
+        let (near, end) = terminal();
+        self.command.stderr(end()).env("TERM", "xterm").env_remove("CI");
+        self.drawn = Some(near);
+        self
+    }
+
+    /// With a stdout that the test reads itself.
+    pub fn printing_to(mut self, stdout: OwnedFd) -> Self {
+        self.command.stdout(stdout);
         self
     }
 
@@ -134,28 +120,26 @@ impl Yawrig {
 
     /// Runs it to its end on a terminal; all that it writes there is its stdout.
     pub fn run_on_terminal(self) -> Ended {
-        let Self { mut command, line, patience } = self;
-        // No other program that is started meanwhile may hold an end of it.
-        let flags = OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_CLOEXEC;
-        let near = posix_openpt(flags).expect("a pseudo-terminal");
-        grantpt(&near).and_then(|()| unlockpt(&near)).expect("its other end");
-        let path = ptsname_r(&near).expect("its path");
-        let end = || Stdio::from(open(path.as_str(), flags, Mode::empty()).expect("its other end"));
+        let Self { mut command, line, .. } = self;
+        let (near, end) = terminal();
         let child = command.stdin(end()).stdout(end()).stderr(end()).spawn();
         let child = child.unwrap_or_else(|e| panic!("{line}: {e}"));
         // The last of our copies of that end.
         drop(command);
-        let stdout = Heard::of(std::fs::File::from(OwnedFd::from(near)));
-        let until = Instant::now() + patience;
+        let stdout = Heard::of(near);
+        let until = Instant::now() + PATIENCE;
         Running { child, stdout, stderr: Heard::none(), line, until }.ends()
     }
 
     /// Starts it.
     pub fn start(mut self) -> Running {
         let mut child = self.command.spawn().unwrap_or_else(|e| panic!("{}: {e}", self.line));
-        let stdout = Heard::of(child.stdout.take().expect("its stdout"));
+        // The last of our copies of its ends.
+        drop(self.command);
+        let stdout = child.stdout.take().map_or_else(Heard::none, Heard::of);
         let stderr = child.stderr.take().map_or_else(Heard::none, Heard::of);
-        Running { child, stdout, stderr, line: self.line, until: Instant::now() + self.patience }
+        let stderr = self.drawn.map_or(stderr, Heard::of);
+        Running { child, stdout, stderr, line: self.line, until: Instant::now() + PATIENCE }
     }
 
     /// Starts it with a stdout that nobody reads after the first `bytes` bytes, as `| head` does.
@@ -171,13 +155,7 @@ impl Yawrig {
                 text.lock().unwrap_or_else(PoisonError::into_inner).extend(first);
             }
         });
-        Running {
-            child,
-            stdout: heard,
-            stderr,
-            line: self.line,
-            until: Instant::now() + self.patience,
-        }
+        Running { child, stdout: heard, stderr, line: self.line, until: Instant::now() + PATIENCE }
     }
 }
 
@@ -242,6 +220,24 @@ impl Running {
         self.wait_for(words, |running| running.stdout.text())
     }
 
+    /// Whether these words are on its stdout by now; a program that has ended says no more.
+    pub fn has_printed(&mut self, words: &str) -> bool {
+        self.has_printed_times(words, 1)
+    }
+
+    pub fn has_printed_times(&mut self, words: &str, times: usize) -> bool {
+        let is_there = self.stdout.text().matches(words).count() >= times;
+        assert!(is_there || self.runs(), "{} ended: {}", self.line, self.report());
+        is_there
+    }
+
+    /// Whether these words are on its stderr by now.
+    pub fn has_said(&mut self, words: &str) -> bool {
+        let is_there = self.stderr.text().contains(words);
+        assert!(is_there || self.runs(), "{} ended: {}", self.line, self.report());
+        is_there
+    }
+
     fn wait_for(&mut self, words: &str, text: impl Fn(&Self) -> String) -> String {
         loop {
             let ended = self.child.try_wait().expect("its state").is_some();
@@ -252,6 +248,18 @@ impl Running {
             }
             assert!(!ended, "{} ended and never said {words:?}: {}", self.line, self.report());
             self.check_time(words);
+            std::thread::sleep(SLICE);
+        }
+    }
+
+    /// Waits until its bar stands at so many steps.
+    pub fn draws_step(&mut self, wanted: u64) {
+        let step = |rest: &str| rest.split('/').next().and_then(|n| n.trim().parse::<u64>().ok());
+        let is_there = |drawn: String| drawn.split("] ").filter_map(step).any(|n| n >= wanted);
+        while !is_there(self.stderr.text()) {
+            let ended = self.child.try_wait().expect("its state");
+            assert!(ended.is_none(), "{} ended already: {}", self.line, self.report());
+            self.check_time("its steps");
             std::thread::sleep(SLICE);
         }
     }

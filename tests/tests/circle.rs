@@ -23,7 +23,7 @@ struct Estimate {
 
 fn device(folder: &Path, record: &str, network: &str) -> Estimate {
     let replay = yawrig("replay --json --network").in_folder(folder).and(network).and(record);
-    let object = replay.with_patience(120).run().exits(0).json();
+    let object = replay.run().exits(0).json();
     let estimate = &object["records"][0]["estimates"][0];
     let count = |field: &str| estimate[field].as_array().expect("a list").len();
     for window in estimate["windows"].as_array().expect("windows") {
@@ -43,7 +43,7 @@ fn a_network_that_has_learnt_the_friction_is_five_times_nearer_the_damping() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let train = "train --samples 3000 --epochs 200";
-    let run = |command: &str| yawrig(command).in_folder(folder).with_patience(300).run().exits(0);
+    let run = |command: &str| yawrig(command).in_folder(folder).run().exits(0);
     run(&format!("{train} --out plain.yrn"));
     let (mut plain_square, mut learnt_square, mut count) = (0.0, 0.0, 0);
     println!("spring wind    wn     zeta     c/wn2    plain error  learnt error  windows");

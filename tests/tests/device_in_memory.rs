@@ -91,6 +91,10 @@ fn settings_that_make_no_sense_are_refused() {
         Settings { from_deg: 1.0, to_deg: 2.0, ..Settings::default() },
         Settings { to_deg: 0.0, ..Settings::default() },
         Settings { degrees_per_count: f32::NAN, ..Settings::default() },
+        Settings { degrees_per_count: 1e38, ..Settings::default() },
+        Settings { degrees_per_count: -1e-38, ..Settings::default() },
+        Settings { from_deg: f32::INFINITY, ..Settings::default() },
+        Settings { to_deg: 1e-38, ..Settings::default() },
     ];
     for settings in wrong {
         let reply = desk.ask(&Request::Configure(settings));

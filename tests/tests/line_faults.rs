@@ -5,7 +5,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::VecDeque;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Exit};
 use yawrig_link::client::Client;
 use yawrig_link::flash::{self, Silent};
@@ -13,6 +13,7 @@ use yawrig_rig::{Rig, Sensor, Start};
 use yawrig_shared::wire::{Event, TRIAL_SAMPLES};
 use yawrig_tests::line::{Board, Way};
 use yawrig_tests::networks::{another, id, sound};
+use yawrig_tests::PATIENCE;
 
 /// What a line does to bytes, each with this probability; bits for `turned`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -152,17 +153,25 @@ fn results(faults: Faults, seed: u64) -> (Vec<(u16, Event)>, u64) {
     let opened = (0..20).find_map(|_| Client::open(&path).ok());
     let mut client = opened.expect("one hello of twenty gets through");
     let mut events = Vec::new();
-    let mut idle = 0;
-    while idle < 3 {
+    let until = Instant::now() + PATIENCE;
+    loop {
+        assert!(Instant::now() < until, "{faults:?} {seed}: {events:?} {:?}", board.status());
         let some = counts.len().min(2000);
         board.samples(&counts.drain(..some).collect::<Vec<_>>());
         match client.next_event(Duration::from_millis(if some == 0 { 1200 } else { 5 })) {
             Ok(Some(numbered)) => events.push((numbered.number, numbered.event)),
-            Ok(None) => idle += u32::from(some == 0),
+            // Nothing came for a while; and nothing is left to come.
+            Ok(None) if some == 0 => {
+                let status = board.status();
+                let known = events.len() as u64 + client.missed_events();
+                if known >= u64::from(status.next_event) {
+                    return (events, client.missed_events());
+                }
+            }
+            Ok(None) => {}
             Err(error) => panic!("{error:?}"),
         }
     }
-    (events, client.missed_events())
 }
 
 #[test]

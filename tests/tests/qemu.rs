@@ -17,6 +17,7 @@ use yawrig_link::replay::{replay, Range, Replayed};
 use yawrig_shared::features::FeatureKind;
 use yawrig_shared::potentiometer::Encoder;
 use yawrig_shared::wire::{Event, Phase, Request, Status};
+use yawrig_tests::PATIENCE;
 use yawrig_train::draws::Ranges;
 use yawrig_train::network_training::{self, Settings};
 use yawrig_train::{Options, Silent};
@@ -109,7 +110,7 @@ fn samples_missing_from_the_stream_are_counted_as_lost() {
 
 /// Its state once it has taken so many samples.
 fn settled(client: &mut Client, samples: u32) -> Status {
-    let patience = Instant::now() + Duration::from_secs(60);
+    let patience = Instant::now() + PATIENCE;
     loop {
         let status = client.status().expect("its state");
         if status.samples >= samples || Instant::now() > patience {
@@ -163,7 +164,7 @@ fn qemu_ends_even_where_its_owner_is_killed() {
     if std::env::var_os(OWNER).is_some() {
         let (board, _potentiometer) = qemu::start().expect("a board");
         println!("\npid {}", board.pid());
-        std::thread::sleep(Duration::from_secs(600));
+        std::thread::sleep(PATIENCE);
         return;
     }
     let mut owner = Command::new(std::env::current_exe().expect("this program"))
@@ -194,7 +195,7 @@ fn finished(pid: u32) -> bool {
 
 /// Waits for the end of a process.
 fn gone(pid: u32) -> bool {
-    let patience = Instant::now() + Duration::from_secs(20);
+    let patience = Instant::now() + PATIENCE;
     while !finished(pid) && Instant::now() < patience {
         std::thread::sleep(Duration::from_millis(10));
     }
@@ -215,13 +216,13 @@ fn a_board_whose_main_loop_hangs_is_reset_and_the_host_says_so() {
     // Held: an event before the fault, which stays the host's.
     let mut counts = vec![32_768 + 2000; 2500];
     potentiometer.send(&counts).expect("a board that takes samples");
-    let first = client.next_event(Duration::from_secs(20)).expect("a line").expect("an event");
+    let first = client.next_event(PATIENCE).expect("a line").expect("an event");
     assert!(matches!(first.event, Event::Phase { phase: Phase::Held, .. }), "{first:?}");
     assert_eq!((first.number, client.resets()), (0, 0));
     // It hangs after 3000 samples.
     counts.truncate(600);
     potentiometer.send(&counts).expect("a board that takes samples");
-    let patience = Instant::now() + Duration::from_secs(90);
+    let patience = Instant::now() + PATIENCE;
     while client.resets() == 0 {
         assert!(Instant::now() < patience, "the watchdog does not bite");
         // It answers nothing for eight seconds.
@@ -231,7 +232,7 @@ fn a_board_whose_main_loop_hangs_is_reset_and_the_host_says_so() {
     assert!(status.samples < 3000, "it has begun anew");
     // What it says now is known from what it said before, though the numbers are the same.
     potentiometer.send(&vec![32_768 + 2000; 2500]).expect("a board that takes samples");
-    let again = client.next_event(Duration::from_secs(20)).expect("a line").expect("an event");
+    let again = client.next_event(PATIENCE).expect("a line").expect("an event");
     assert!(matches!(again.event, Event::Phase { phase: Phase::Held, .. }), "{again:?}");
     assert_eq!((again.number, client.resets(), client.missed_events()), (0, 1, 0));
 }

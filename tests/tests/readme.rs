@@ -62,10 +62,15 @@ fn run(commands: &[String]) {
             false => line,
         };
         // A page is served until its reader has seen enough.
-        let line = match line.starts_with("yawrig workbench") {
-            true => format!("timeout --signal=INT 5 {line} || test $? = 124"),
-            false => line,
-        };
+        if let Some(arguments) = line.strip_prefix("yawrig workbench") {
+            let served = yawrig_tests::process::yawrig("workbench").in_folder(folder.path());
+            let mut served = arguments.split_whitespace().fold(served, |y, a| y.and(a)).start();
+            served.prints("http://");
+            served.catches_interrupts();
+            served.signal(nix::sys::signal::Signal::SIGINT);
+            served.ends().exits(130);
+            continue;
+        }
         let output = Command::new("sh")
             .args(["-c", &line])
             .env("PATH", &path)

@@ -57,7 +57,7 @@ fn looked_at(page: &Path, words: &[&str], plots: u64) {
 }
 
 fn run(folder: &Path, command: &str) -> Value {
-    yawrig(command).in_folder(folder).with_patience(600).run().exits(0).json()
+    yawrig(command).in_folder(folder).run().exits(0).json()
 }
 
 /// What the page holds is what `--json` has printed.

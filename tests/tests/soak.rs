@@ -5,12 +5,14 @@
 //! grow here is the host's side, whose resident set is looked at.
 
 use rayon::prelude::*;
+use std::time::{Duration, Instant};
 use yawrig_link::bench::{Bench, Target};
 use yawrig_rig::{End, Motion, Samples, Sensor, Start};
 use yawrig_shared::history::{BLOCK, LENGTH};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::wire::{Event, ReleaseResult, WindowResult};
 use yawrig_tests::desk::Desk;
+use yawrig_tests::PATIENCE;
 
 const DIFFERENT: usize = 50;
 const HOLD_S: f64 = 1.6;
@@ -132,8 +134,7 @@ fn two_hundred_releases_on_qemu() {
     let releases = releases();
     let mut bench = Bench::open(&Target::Qemu).expect("a board");
     let mut taken: Vec<(u16, Event)> = Vec::new();
-    let mut listen = |bench: &mut Bench, patience_ms| {
-        let patience = std::time::Duration::from_millis(patience_ms);
+    let listen = |bench: &mut Bench, taken: &mut Vec<(u16, Event)>, patience| {
         while let Some(numbered) = bench.client.next_event(patience).expect("a board that runs") {
             taken.push((numbered.number, numbered.event));
         }
@@ -143,13 +144,21 @@ fn two_hundred_releases_on_qemu() {
         for counts in &releases {
             bench.play(counts).expect("a board that takes samples");
             played += counts.len() as u32;
-            listen(&mut bench, 0);
+            listen(&mut bench, &mut taken, Duration::ZERO);
         }
     }
     yawrig_link::replay::wait_for(&mut bench, played).expect("all samples");
-    listen(&mut bench, 1500);
+    // Until it has nothing left to say.
+    let until = Instant::now() + PATIENCE;
+    let status = loop {
+        listen(&mut bench, &mut taken, Duration::from_millis(20));
+        let status = bench.client.status().expect("its state");
+        if taken.len() as u16 == status.next_event {
+            break status;
+        }
+        assert!(Instant::now() < until, "{} events came", taken.len());
+    };
     let missed = bench.client.missed_events();
-    let status = bench.client.status().expect("its state");
     assert_eq!((missed, status.lost_events, status.lost_samples), (0, 0, 0));
     for (n, (number, _)) in taken.iter().enumerate() {
         assert_eq!(*number, n as u16, "a number is missing");

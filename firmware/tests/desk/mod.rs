@@ -5,7 +5,8 @@
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_shared::wire::{
-    encode, Decoder, Event, Refined, ReleaseResult, Reply, Request, Status, WindowResult, CHUNK,
+    encode, Decoder, Event, Refined, ReleaseResult, Reply, Request, Samples, Status, WindowResult,
+    CHUNK, SAMPLES_KEY,
 };
 
 /// A device, the number of the last request, and what it has said unasked.
@@ -16,6 +17,7 @@ pub struct Desk {
     pub windows: Vec<WindowResult>,
     pub releases: Vec<ReleaseResult>,
     pub refined: Vec<Refined>,
+    samples: Vec<u16>,
 }
 
 impl Desk {
@@ -27,6 +29,7 @@ impl Desk {
             windows: Vec::new(),
             releases: Vec::new(),
             refined: Vec::new(),
+            samples: Vec::new(),
         }
     }
 
@@ -40,6 +43,10 @@ impl Desk {
                 reply = Some(found.expect("a reply"));
                 continue;
             }
+            if frame.key == SAMPLES_KEY {
+                self.samples.extend(Samples::read(frame.body).expect("samples").counts);
+                continue;
+            }
             match frame.message::<Event>() {
                 Some(Ok(Event::Window(window))) => self.windows.push(window),
                 Some(Ok(Event::Release(release))) => self.releases.push(release),
@@ -48,6 +55,12 @@ impl Desk {
             }
         }
         reply
+    }
+
+    /// The samples it has sent since this was last asked.
+    pub fn streamed(&mut self) -> Vec<u16> {
+        self.listen();
+        std::mem::take(&mut self.samples)
     }
 
     pub fn ask(&mut self, request: &Request) -> Reply {

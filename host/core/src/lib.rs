@@ -64,6 +64,7 @@
 pub mod bic;
 pub mod derivatives;
 pub mod diagnosis;
+pub(crate) mod discrepancy;
 pub mod effects;
 pub mod error;
 pub mod fit;

@@ -16,6 +16,15 @@ pub fn median(values: &mut [f64]) -> f64 {
     }
 }
 
+/// Chi squared of so many degrees of freedom that chance exceeds once in a hundred, within 1 % (E. B. Wilson and
+/// M. M. Hilferty, Proc. Nat. Acad. Sci. 17, 1931).
+pub(crate) fn rare_chi_squared(freedom: f64) -> f64 {
+    // The normal deviate that is exceeded as often.
+    const DEVIATE: f64 = 2.326_348;
+    let variance = 2.0 / (9.0 * freedom);
+    freedom * (1.0 - variance + DEVIATE * variance.sqrt()).powi(3)
+}
+
 /// Share of residuals that count as independent where neighbours have this correlation: (1 - c)/(1 + c) of them.
 pub(crate) fn independent_share(correlation: f64) -> f64 {
     let c = correlation.clamp(0.0, 0.999);

@@ -30,6 +30,8 @@ use yawrig_shared::wire::{
 const ANSWER: Duration = Duration::from_millis(700);
 const FLASH_ANSWER: Duration = Duration::from_secs(4);
 const TRIES: u32 = 3;
+/// Behind a pseudo-terminal is a program, which may have to wait for its turn on a busy machine.
+const TRIES_OF_A_PROGRAM: u32 = 20;
 
 /// What went wrong between a request and its reply.
 #[derive(Clone, Debug)]
@@ -289,7 +291,8 @@ impl Client {
         frame: &Encoded,
         patience: Duration,
     ) -> std::result::Result<Vec<u8>, LinkError> {
-        for _ in 0..TRIES {
+        let is_program = self.path.starts_with("/dev/pts/");
+        for _ in 0..if is_program { TRIES_OF_A_PROGRAM } else { TRIES } {
             self.send(frame)?;
             let deadline = Instant::now() + patience;
             while let Some(left) = deadline.checked_duration_since(Instant::now()) {

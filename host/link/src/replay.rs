@@ -63,12 +63,17 @@ pub fn counts(record: &Record, range: Range) -> Result<(Vec<u16>, Settings, f64)
         to_deg: range.to_deg as f32,
         ..Settings::default()
     };
+    // What rounding leaves of a sample goes on to the next one: by itself it would go with the angle where the record has
+    // steps of its own, and a device that looks at a hundredth of a count took it for damping.
+    let mut left = 0.0;
     let counts = record
         .yaw_deg
         .iter()
         .map(|yaw_deg| {
             let steps = (yaw_deg - shift_deg) / f64::from(degrees_per_count);
-            (steps + f64::from(settings.zero_counts)).round() as u16
+            let wanted = steps + f64::from(settings.zero_counts) + left;
+            left = wanted - wanted.round();
+            wanted.round() as u16
         })
         .collect();
     Ok((counts, settings, shift_deg))
@@ -239,4 +244,29 @@ fn rms_deg(
         count += rows.len();
     }
     (count > 0).then(|| (square / count as f64).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A converter's record without noise, its steps ten counts and its middle between two counts: all that rounding
+    /// takes off half a swing, or off any other stretch, is less than a count and so does not go with the angle.
+    #[test]
+    fn rounding_takes_nothing_off_a_stretch() {
+        let time_s: Vec<f64> = (0..20_000).map(|k| f64::from(k) * 1e-3).collect();
+        let yaw = |t: f64| (1200.0 * (-0.09 * t).exp() * (7.5 * t).cos()).round() * 0.01 + 0.005;
+        let mut yaw_deg: Vec<f64> = time_s.iter().map(|t| yaw(*t)).collect();
+        // The ends of the range, so that its middle is at half a count.
+        (yaw_deg[0], yaw_deg[1]) = (12.0, -11.999);
+        let record = Record::new("quantised.csv", time_s, yaw_deg.clone());
+        let range = Range { from_deg: 10.0, to_deg: 1.0 };
+        let (counts, settings, shift_deg) = counts(&record, range).expect("counts");
+        let mut taken = 0.0_f64;
+        for (yaw_deg, counts) in yaw_deg.iter().zip(counts) {
+            let steps = (yaw_deg - shift_deg) / f64::from(settings.degrees_per_count);
+            taken += steps - (f64::from(counts) - f64::from(settings.zero_counts));
+            assert!(taken.abs() < 0.501, "{taken}");
+        }
+    }
 }

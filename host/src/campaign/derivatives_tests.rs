@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use yawrig_core::derivatives::campaign::{Campaign, InertiaEntry};
 use yawrig_core::derivatives::condition::Identified;
-use yawrig_core::derivatives::table::{Budget, Table};
+use yawrig_core::derivatives::table::{Budget, ConditionRow, Table};
 use yawrig_core::derivatives::Computed;
 use yawrig_core::quantity::Quantity;
 use yawrig_rig::Rig;
@@ -297,4 +297,51 @@ fn a_given_inertia_is_taken_and_a_stiffness_that_is_not_the_springs_is_seen() {
     assert!((line.intercept_nm.value + 1.2).abs() < 1e-3, "{line:?}");
     assert!((table.inertia_kg_m2.mid.unwrap().value / 0.101 - 1.0).abs() < 1e-4);
     assert!(table.notes.iter().any(|note| note.contains("misses the origin")));
+}
+
+/// One condition of three releases whose damping ratios are 3 % apart and state 0.1 %, among others that repeat.
+#[test]
+fn repeats_that_scatter_more_than_they_state_widen_the_derivative_and_are_named() {
+    let rig = Rig::default();
+    let planned = plan(&rig, 10.0, 3, 1).unwrap();
+    let file = campaign(&rig, &planned);
+    let table = |apart: f64| {
+        let mut random = Random(ChaCha8Rng::seed_from_u64(4));
+        let mut repeat = 0;
+        let identify = |(record, mut found): (&Planned, Identified)| {
+            let is_it = record.condition.spring.name == "K3"
+                && record.condition.axis == Axis::Mid
+                && record.condition.wind_speed_m_s > 0.0;
+            let zeta = record.truth.damping_ratio;
+            let mut value = zeta * random.relative(0.001);
+            if is_it {
+                value += zeta * apart * (f64::from(repeat) - 1.0);
+                repeat += 1;
+            }
+            found.damping_ratio = Quantity::new(value, 0.001 * zeta);
+            found
+        };
+        let identified: Vec<Identified> =
+            planned.iter().zip(exact(&planned)).map(identify).collect();
+        Computed::new(&file, &identified).unwrap().table("campaign.toml".as_ref(), "planted")
+    };
+    let (agreeing, scattered) = (table(0.0), table(0.03));
+    let is_said = |table: &Table| table.notes.iter().any(|note| note.contains("scatter more"));
+    assert!(!is_said(&agreeing), "{:?}", agreeing.notes);
+    let widened = |table: &Table| {
+        let ratio = |c: &ConditionRow| c.birge_ratio.unwrap().damping;
+        let all: Vec<(String, f64)> =
+            table.conditions.iter().map(|c| (c.spring.clone(), ratio(c))).collect();
+        all.into_iter().filter(|(_, ratio)| *ratio > 1.0).collect::<Vec<_>>()
+    };
+    assert_eq!(widened(&agreeing), []);
+    let [(spring, ratio)] = &widened(&scattered)[..] else { panic!("{:?}", widened(&scattered)) };
+    // The standard deviation of -0.03, 0 and 0.03 over 0.001, give or take what is stated.
+    assert!(spring == "K3" && (25.0..35.0).contains(ratio), "{spring} {ratio}");
+    let said = scattered.notes.iter().find(|note| note.contains("scatter more")).unwrap();
+    assert!(said.contains("spring K3, mid") && said.contains("its 3 releases"), "{said}");
+    let point = |table: &Table| table.points.iter().find(|p| p.spring == "K3").unwrap().clone();
+    let (before, after) = (point(&agreeing), point(&scattered));
+    assert!(after.cn_r.u > 10.0 * before.cn_r.u, "{} {}", before.cn_r, after.cn_r);
+    assert!(after.budget.cn_r.repeatability > 0.99 * after.cn_r.u, "{:?}", after.budget.cn_r);
 }

@@ -1,18 +1,19 @@
 //! A campaign that is being measured on a device: what is released next, and what has come of the releases so far.
 
+mod parts;
+
 use super::answers::{identified, Answer, By};
 use super::plan::Plan;
 use super::simulated::CAMPAIGN_FILE;
 use super::CampaignFile;
+use parts::{by_records, condition, head, text};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_core::derivatives::campaign::{Campaign, ReleaseEntry};
 use yawrig_core::derivatives::condition::{is_same_speed, Identified};
-use yawrig_core::derivatives::table::Table;
 use yawrig_core::derivatives::{inertia_kg_m2, Computed};
-use yawrig_core::identify::{identify, Method, Settings};
 use yawrig_link::condition::check;
 use yawrig_link::follow::flag_names;
 use yawrig_link::live::built_in_rig::BuiltInRig;
@@ -20,8 +21,7 @@ use yawrig_link::live::item::{Item, Next};
 use yawrig_link::live::recording::Recording;
 use yawrig_link::live::session::Session;
 use yawrig_shared::axis::Axis;
-use yawrig_shared::derivatives::{Model, Wind};
-use yawrig_shared::wire::{rig_id, Condition, Event, Phase, ReleaseResult};
+use yawrig_shared::wire::{Condition, Event, Phase, ReleaseResult};
 
 /// How often the device is asked whether it still refines a release.
 const ASK: Duration = Duration::from_millis(300);
@@ -50,6 +50,10 @@ pub struct Measuring {
     under_way: Option<(u32, Option<usize>)>,
     /// One is going on that began before the device was told.
     stale: bool,
+    /// Where the built-in rig makes them: the one that is wanted is let go no sooner than with this sample of the device.
+    no_sooner: Option<u32>,
+    /// What is next is still to come, and is said again.
+    say_again: bool,
     waiting: Option<Waiting>,
     /// The last result is not yet held against the condition that the device has.
     unchecked: bool,
@@ -120,6 +124,8 @@ impl Measuring {
             not_counted: None,
             under_way: None,
             stale: false,
+            no_sooner: None,
+            say_again: false,
             waiting: None,
             unchecked: false,
             made: Vec::new(),
@@ -195,6 +201,7 @@ impl Measuring {
     fn go_to(&mut self, place: usize) {
         self.at = place;
         self.announced = false;
+        self.say_again = false;
         self.waiting = None;
     }
 
@@ -221,10 +228,12 @@ impl Measuring {
             {
                 self.under_way = Some((*release, self.announced.then_some(self.at)));
             }
-            Event::Release(_) if std::mem::take(&mut self.stale) => {
+            Event::Release(result)
+                if std::mem::take(&mut self.stale) | self.is_too_soon(result) =>
+            {
                 self.not_counted =
                     Some("it had begun before the device was given the condition".to_owned());
-                self.announced = false;
+                self.say_again = true;
             }
             Event::Release(result) => {
                 let known = self.under_way.filter(|(release, _)| *release == result.release);
@@ -258,6 +267,13 @@ impl Measuring {
         }
     }
 
+    /// Whether the built-in rig had let it go before it was told what is wanted. The device may have been told while it
+    /// had yet to see that: what is played waits for it.
+    fn is_too_soon(&self, result: &ReleaseResult) -> bool {
+        let ahead = |first: u32| result.release_sample.wrapping_sub(first) as i32;
+        self.no_sooner.is_some_and(|first| ahead(first) < 0)
+    }
+
     fn advance(&mut self) {
         let next = if self.plan.stays { self.at } else { self.next_from(self.at + 1) };
         self.go_to(next);
@@ -270,7 +286,7 @@ impl Measuring {
     pub fn go_on(
         &mut self,
         session: &mut Session,
-        built_in: Option<&mut BuiltInRig>,
+        mut built_in: Option<&mut BuiltInRig>,
     ) -> Result<()> {
         if std::mem::take(&mut self.unchecked) {
             self.made_under(session.bench().client.status()?.condition)?;
@@ -284,9 +300,18 @@ impl Measuring {
                 waiting.ask_at = Instant::now() + ASK;
             }
         }
-        if self.announced || self.waiting.is_some() || self.ended {
-            return Ok(());
+        if !(self.announced || self.waiting.is_some() || self.ended) {
+            self.announce(session, built_in.as_deref_mut())?;
+        } else if std::mem::take(&mut self.say_again) {
+            self.say_next(session);
         }
+        // A device that was reset counts its samples anew.
+        let counts_on = session.bench().client.resets() == 0;
+        self.no_sooner = built_in.filter(|_| counts_on).map(|rig| rig.ordered_from() as u32);
+        Ok(())
+    }
+
+    fn announce(&mut self, session: &mut Session, built_in: Option<&mut BuiltInRig>) -> Result<()> {
         self.announced = true;
         let Some(entry) = self.plan.campaign.release.get(self.at) else {
             self.ended = true;
@@ -308,18 +333,24 @@ impl Measuring {
         if let Some(built_in) = built_in {
             built_in.release(&entry.spring, entry.axis, entry.wind_speed_m_s)?;
         }
+        self.say_next(session);
+        Ok(())
+    }
+
+    /// Says what is next, and why the release before does not count.
+    fn say_next(&mut self, session: &mut Session) {
+        let Some(entry) = self.plan.campaign.release.get(self.at) else { return };
         let next = Next {
             spring: entry.spring.clone(),
             axis: entry.axis,
             wind_speed_m_s: entry.wind_speed_m_s,
-            density_kg_m3: condition.wind.density_kg_m3,
-            inertia_kg_m2: inertia,
+            density_kg_m3: self.plan.campaign.air.density_kg_m3,
+            inertia_kg_m2: self.inertia_kg_m2(entry.axis),
             place: (!self.plan.stays).then_some([self.at + 1, self.plan.campaign.release.len()]),
             not_counted: self.not_counted.take(),
         };
         let at = session.now();
         session.note(Item::Condition { at, next });
-        Ok(())
     }
 
     /// Izz as far as it is known.
@@ -368,53 +399,6 @@ impl Measuring {
             .map_err(|e| Error::internal(format!("cannot write {}: {e}", path.display())))?;
         files::write_atomically(&path, text.as_bytes())
     }
-}
-
-/// A campaign without its releases.
-fn head(campaign: &Campaign) -> Campaign {
-    Campaign { release: Vec::new(), ..campaign.clone() }
-}
-
-/// The releases of a campaign that is there, by least squares.
-fn by_records(file: &CampaignFile) -> Result<Vec<(ReleaseEntry, Identified)>> {
-    let one = |(index, entry): (usize, &ReleaseEntry)| {
-        let record = yawrig_records::read(&file.record_path(index))?;
-        let found = identify(&record, &[Method::LeastSquares], &Settings::default())?;
-        let nothing = || Error::internal(format!("{}: no estimate", record.file.display()));
-        Ok((entry.clone(), Identified::of(found).ok_or_else(nothing)?))
-    };
-    file.campaign.release.iter().enumerate().map(one).collect()
-}
-
-/// The condition of this release as the device takes it.
-fn condition(campaign: &Campaign, entry: &ReleaseEntry, inertia_kg_m2: Option<f64>) -> Condition {
-    let Campaign { model, air, .. } = campaign;
-    Condition {
-        rig: rig_id(&entry.spring, entry.axis.name()),
-        wind: Wind { density_kg_m3: air.density_kg_m3, speed_m_s: entry.wind_speed_m_s },
-        model: Model { length_m: model.length_m, frontal_area_m2: model.frontal_area_m2 },
-        inertia_kg_m2: inertia_kg_m2.unwrap_or(0.0),
-    }
-}
-
-/// The table in lines.
-fn text(table: &Table, file: Option<&Path>) -> String {
-    let mut lines =
-        vec!["derivatives by the device's estimates, per rad, about the middle axis:".to_owned()];
-    for point in &table.points {
-        let mut line = format!(
-            "  {} at {} m/s, reduced frequency {:.3}: Cn_beta {}, Cn_r {}",
-            point.spring, point.wind_speed_m_s, point.reduced_frequency, point.cn_beta, point.cn_r
-        );
-        if let (Some(cy_beta), Some(cy_r)) = (point.cy_beta, point.cy_r) {
-            line.push_str(&format!(", Cy_beta {cy_beta}, Cy_r {cy_r}"));
-        }
-        lines.push(line);
-    }
-    if let Some(file) = file {
-        lines.push(format!("from the records: yawrig derivatives {}", file.display()));
-    }
-    lines.join("\n")
 }
 
 #[cfg(test)]

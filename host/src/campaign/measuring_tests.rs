@@ -1,4 +1,6 @@
 use super::*;
+use yawrig_link::bench::{Bench, Target};
+use yawrig_link::live::session::Follow;
 use yawrig_shared::wire::{Flags, Precise, Refined};
 
 fn measuring() -> Measuring {
@@ -98,4 +100,43 @@ fn a_release_that_began_under_another_condition_does_not_count() {
     measuring.announced = true;
     take(&mut measuring, result(1, Flags(0)));
     assert_eq!((measuring.at, measuring.made.len()), (1, 0));
+}
+
+/// One of the built-in rig's that was still held when the campaign began: it is let go under another condition.
+#[test]
+fn a_release_that_the_rig_had_begun_before_does_not_count() {
+    let bench = Bench::open(&Target::Emulated).expect("a device");
+    let mut session = Session::new(bench, Follow::Results).expect("it answers");
+    let mut built_in = BuiltInRig::new(1.0);
+    while session.bench().client.status().expect("its state").phase != Phase::Held {
+        built_in.play(session.bench(), 50).expect("it takes them");
+    }
+    built_in.wait();
+    let rig = yawrig_rig::Rig::default();
+    let planned = super::super::simulated::plan(&rig, 10.0, 1, 1).expect("a plan");
+    let mut campaign = super::super::simulated::describe(&rig, &planned);
+    campaign.release.retain(|r| r.spring == "K3");
+    let mut measuring = Measuring::new(Plan { campaign, stays: false }, None).expect("a plan");
+    let mut not_counted = Vec::new();
+    let mut played = 0;
+    while measuring.made.is_empty() {
+        assert!(played < 400_000, "none counts");
+        measuring.go_on(&mut session, Some(&mut built_in)).expect("a device");
+        built_in.play(session.bench(), 500).expect("it takes them");
+        played += 500;
+        // What it has said before comes with its answer.
+        session.bench().client.status().expect("its state");
+        while let Some(item) = session.next(Duration::ZERO).expect("a device") {
+            measuring.take(&item, None).expect("nothing is written");
+            if let Item::Condition { next, .. } = &item {
+                not_counted.extend(next.not_counted.clone());
+            }
+        }
+    }
+    assert_eq!(not_counted, ["it had begun before the device was given the condition"]);
+    let spring = yawrig_rig::Spring::named("K3").expect("a spring");
+    let made = yawrig_rig::Condition { spring, axis: Axis::Mid, wind_speed_m_s: 0.0 };
+    let truth = rig.modal(&made).expect("it swings").natural_frequency_rad_s;
+    let found = f64::from(measuring.made[0].1.result.natural_frequency_rad_s.value);
+    assert!((found / truth - 1.0).abs() < 0.02, "{found} {truth}");
 }

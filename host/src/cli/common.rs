@@ -105,8 +105,7 @@ impl EffectsArg {
     pub fn effects(&self) -> Result<Vec<Effect>> {
         let named = self.effects.iter().map(|text| effects::named(text));
         let effects = effects::distinct(named.collect::<Result<_>>()?)?;
-        let own: HashSet<&Effect> =
-            effects.iter().filter(|e| matches!(e, Effect::Own(_))).collect();
+        let own: HashSet<&Effect> = effects.iter().filter(|e| e.is_own()).collect();
         if own.len() > MOST_OWN {
             return Err(Error::usage(format!(
                 "--effect: more than {MOST_OWN} effects of your own"

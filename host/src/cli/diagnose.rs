@@ -31,7 +31,7 @@ use yawrig_core::effects::Effect;
 /// at rest that is not zero counts as a constant moment unless --unknown-zero
 /// says that the sensor was not zeroed. Your own effect, a moment written as an expression in a file, competes with them
 /// when --effect names it. Where nothing explains a record, its law is measured and named as `yawrig law` does it, and the
-/// best formula is printed as a command to type.
+/// best formula is printed with the commands that add it. Nothing is written but with --out.
 ///
 /// With --model the present model's effects stay, and what it lacks beside them is looked for; without a FILE in the
 /// model's own record.
@@ -65,6 +65,9 @@ pub struct Diagnose {
     pub effects: EffectsArg,
     #[command(flatten)]
     pub judge: JudgeArgs,
+    /// Where the formulas of a law that was measured are written, as files that `yawrig add` takes
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
     /// Print CSV, a row for each model that was gone through, units in the header
     #[arg(long, conflicts_with = "json")]
     pub csv: bool,
@@ -162,14 +165,18 @@ impl Diagnose {
             );
         }
         let found = law_of(file, &diagnosis, options)?;
+        let files = match &found {
+            Some(found) => law::written(found, self.out.as_deref())?,
+            None => Vec::new(),
+        };
         if self.judge.json {
             let (schema_version, diagnosis) = (SCHEMA_VERSION, &diagnosis);
-            let law = found.as_ref().map(law::object);
+            let law = found.as_ref().map(|found| law::object(found, &files));
             return print_json(&Object { schema_version, diagnosis, seconds, law });
         }
-        let file = file.display().to_string();
-        let text = diagnosis_text::of_record(&file, &diagnosis, model);
-        match found.as_ref().and_then(law::in_short) {
+        let text = diagnosis_text::of_record(&file.display().to_string(), &diagnosis, model);
+        let measure = law::command(&[file.to_path_buf()], false);
+        match found.as_ref().and_then(|found| law::in_short(found, &files, &measure)) {
             Some(law) => print_line(&format!("{text}\n\n{law}")),
             None => print_line(&text),
         }
@@ -231,7 +238,7 @@ fn law_of(file: &Path, diagnosis: &Diagnosis, options: &Options) -> Result<Optio
         return Ok(None);
     }
     crate::say!("no effect explains it; measuring its law");
-    let law = found(&[file.to_path_buf()], true, Path::new(law::FOLDER));
+    let law = found(&[file.to_path_buf()], true);
     interrupt::check()?;
     if let Err(error) = &law {
         crate::say!("yawrig: warning: no law was measured: {error}");

@@ -1,7 +1,7 @@
 //! A diagnosis, of a record or of a campaign, as text.
 
 use super::common::bare;
-use super::model::parameter;
+use super::model::{amplitude_rows, parameter};
 use std::fmt::Write as _;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::diagnosis::campaign::{BeforeAndAfter, CampaignDiagnosis, HeldOut};
@@ -33,6 +33,7 @@ pub fn of_record(file: &str, d: &Diagnosis, model: &str) -> String {
     for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
         let _ = writeln!(out, "  {}", parameter(name, value));
     }
+    out.push_str(&amplitude_rows(&d.at_amplitude));
     let mut candidates = bare(&["effect alone", "over noise", "difference of BIC"]);
     for c in d.candidates.iter().take(5) {
         let evidence =

@@ -1,7 +1,9 @@
 //! `law`: the law that a record shows beside the second-order response, measured, and its names.
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
-use crate::law::{found, Found};
+use super::model::amplitude_rows;
+use crate::law::{found, File, Found};
+use crate::model::revise::quoted;
 use clap::Args;
 use serde_json::json;
 use std::fmt::Write as _;
@@ -17,7 +19,7 @@ use yawrig_core::law::tables::Point;
 /// where the model comes to rest. How much of the damping in proportion to the rate is zeta's and how much stands in D no
 /// record can say: zeta takes what is left beside the simplest formula that the curve is near to, and its uncertainty is
 /// without that of the formula. Formulas that the law may be are fitted to the record, ranked by what they predict of
-/// parts that were left out, and written as files that `yawrig add` takes. Several records share the law; each has a
+/// parts that were left out; with --out they are written as files that `yawrig add` takes. Several records share the law; each has a
 /// natural frequency, damping ratio and rest angle of its own, releases of one condition of a model the first two in common.
 #[derive(Args, Debug, Clone)]
 pub struct Law {
@@ -27,9 +29,9 @@ pub struct Law {
     /// The damping may put energy in
     #[arg(long)]
     pub may_drive: bool,
-    /// Where the named formulas are written
-    #[arg(long, value_name = "DIR", default_value = FOLDER)]
-    pub out: PathBuf,
+    /// Where the named formulas are written, as files that `yawrig add` takes
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
@@ -37,16 +39,43 @@ pub struct Law {
 
 impl Law {
     pub fn run(&self) -> Result<()> {
-        let found = found(&self.files, !self.may_drive, &self.out)?;
+        let found = found(&self.files, !self.may_drive)?;
+        let files = written(&found, self.out.as_deref())?;
         if self.json {
-            return print_json(&object(&found));
+            return print_json(&object(&found, &files));
         }
-        print_line(text(&found).trim_end())
+        print_line(text(&found, &files, &command(&self.files, self.may_drive)).trim_end())
     }
 }
 
-pub(super) fn object(found: &Found) -> serde_json::Value {
-    let Found { file, measured, names, files, .. } = found;
+/// The files of the best formulas, in their order, written to `folder`; none where none was asked for.
+///
+/// # Errors
+/// Exit 3 where they cannot be written.
+pub(super) fn written(found: &Found, folder: Option<&Path>) -> Result<Vec<PathBuf>> {
+    let write = |file: File| file.write().map(|()| file.path);
+    folder.map_or(Ok(Vec::new()), |folder| found.files(folder).into_iter().map(write).collect())
+}
+
+/// The command that measures the law of `files`.
+pub(super) fn command(files: &[PathBuf], may_drive: bool) -> String {
+    let files: Vec<String> = files.iter().map(|f| quoted(&f.display().to_string())).collect();
+    format!("yawrig law {}{}", files.join(" "), if may_drive { " --may-drive" } else { "" })
+}
+
+/// What takes the best formula into a model: of its file, or, where none is written, with the command that writes it.
+fn adding(found: &Found, files: &[PathBuf], measure: &str) -> Option<String> {
+    let add = |file: &Path| format!("yawrig add {}", quoted(&file.display().to_string()));
+    match (files.first(), found.files(Path::new(FOLDER)).first()) {
+        (Some(file), _) => Some(add(file)),
+        (None, Some(file)) => Some(format!("{measure} --out {FOLDER}, then {}", add(&file.path))),
+        (None, None) => None,
+    }
+}
+
+/// `files`: of the best formulas, in their order, where they were written.
+pub(super) fn object(found: &Found, files: &[PathBuf]) -> serde_json::Value {
+    let Found { file, measured, names, .. } = found;
     let points = |points: Vec<Point>, at: &str| -> Vec<serde_json::Value> {
         let point = |p: Point| {
             json!({
@@ -55,11 +84,12 @@ pub(super) fn object(found: &Found) -> serde_json::Value {
         };
         points.into_iter().map(point).collect()
     };
-    let name = |(name, file): (&Name, Option<&Path>)| {
+    let name = |name: &Name, file: Option<&PathBuf>| {
         let parameters: serde_json::Map<String, serde_json::Value> =
             name.parameters.iter().map(|(n, q)| (n.clone(), json!(q))).collect();
         json!({
-            "form": name.effect.id(), "file": file, "parameters": parameters,
+            "form": name.effect.id(), "formula": name.effect.card().formula, "file": file,
+            "parameters": parameters,
             "residual_over_noise": name.residual_over_noise,
             "held_out_over_noise": name.held_out_over_noise,
         })
@@ -77,6 +107,7 @@ pub(super) fn object(found: &Found) -> serde_json::Value {
             "rate_deg_s": measured.law.rate_rad_s.to_degrees(),
         },
         "modal": { "natural_frequency_rad_s": wn, "damping_ratio": zeta },
+        "at_amplitude": found.at_amplitude,
         "rest_deg": measured.rest_rad().to_degrees(),
         "residual_over_noise": measured.residual_over_noise,
         "held_out_over_noise": measured.held_out_over_noise,
@@ -91,13 +122,13 @@ pub(super) fn object(found: &Found) -> serde_json::Value {
             "held_out_over_noise": b.held_out_over_noise,
             "frequency_rad_s": b.frequency_rad_s,
         })),
-        "hysteresis": names.memory.as_ref().map(|memory| name((memory, None))),
-        "names": names.ranked.iter().zip(files).map(|(n, f)| name((n, f.as_deref()))).collect::<Vec<_>>(),
+        "hysteresis": names.memory.as_ref().map(|memory| name(memory, None)),
+        "names": names.ranked.iter().enumerate().map(|(k, n)| name(n, files.get(k))).collect::<Vec<_>>(),
         "indistinguishable": names.indistinguishable,
     })
 }
 
-fn text(found: &Found) -> String {
+fn text(found: &Found, files: &[PathBuf], measure: &str) -> String {
     let Found { file, measured, names, .. } = found;
     let mut out = format!(
         "{}: a law of yaw angle and yaw rate, beside wn {} rad/s and zeta {} at rest ({:.3} deg)\n",
@@ -123,6 +154,8 @@ fn text(found: &Found) -> String {
         measured.law.yaw_rad.to_degrees(),
         measured.law.rate_rad_s.to_degrees(),
     );
+    out.push_str(&amplitude_rows(&found.at_amplitude));
+    out.push('\n');
     for (title, at, points) in [
         ("restoring moment K (rad/s2)", "yaw (deg)", measured.stiffness()),
         ("dissipation D (rad/s2)", "rate (deg/s)", measured.damping()),
@@ -143,12 +176,12 @@ fn text(found: &Found) -> String {
     if let Some(said) = found.beside() {
         let _ = writeln!(out, "{said}\n");
     }
-    out.push_str(&named(found));
+    out.push_str(&named(found, files, measure));
     out
 }
 
-fn named(found: &Found) -> String {
-    let Found { measured, names, files, .. } = found;
+fn named(found: &Found, files: &[PathBuf], measure: &str) -> String {
+    let Found { measured, names, .. } = found;
     let Some(best) = names.ranked.first() else {
         return match measured.law.is_none() {
             true => "no law to be named: the second-order response is all that is seen\n",
@@ -174,19 +207,18 @@ fn named(found: &Found) -> String {
     if let Some(alike) = found.alike() {
         let _ = writeln!(out, "{alike}");
     }
-    if let Some(Some(file)) = files.first() {
-        let held_out = best.held_out_over_noise;
-        let file = file.display();
-        let _ =
-            writeln!(out, "to take it into the model (held out {held_out:.3}): yawrig add {file}");
+    if let Some(adding) = adding(found, files, measure) {
+        let (formula, held_out) = (best.effect.card().formula, best.held_out_over_noise);
+        let _ = writeln!(out, "best formula, held out {held_out:.3}: {formula}");
+        let _ = writeln!(out, "to take it into the model: {adding}");
         let _ = writeln!(out, "to take the law as it was measured: yawrig add measured_law");
     }
     out
 }
 
-/// The name of a law in a few lines, with the command that takes it.
-pub(super) fn in_short(found: &Found) -> Option<String> {
-    let Found { measured, names, files, .. } = found;
+/// The name of a law in a few lines, with the commands that take it.
+pub(super) fn in_short(found: &Found, files: &[PathBuf], measure: &str) -> Option<String> {
+    let Found { measured, names, .. } = found;
     if measured.law.is_none() {
         return None;
     }
@@ -202,9 +234,9 @@ pub(super) fn in_short(found: &Found) -> Option<String> {
     if let Some(said) = found.beside() {
         let _ = write!(out, "\n  {said}");
     }
-    if let (Some(best), Some(Some(file))) = (names.ranked.first(), files.first()) {
-        let (held_out, file) = (best.held_out_over_noise, file.display());
-        let _ = write!(out, "\n  best formula, held out {held_out:.3}: yawrig add {file}");
+    if let (Some(best), Some(adding)) = (names.ranked.first(), adding(found, files, measure)) {
+        let (formula, held_out) = (best.effect.card().formula, best.held_out_over_noise);
+        let _ = write!(out, "\n  best formula, held out {held_out:.3}: {formula}\n    {adding}");
     }
     if let Some(alike) = found.alike() {
         let _ = write!(out, "\n  {alike}");
@@ -213,8 +245,8 @@ pub(super) fn in_short(found: &Found) -> Option<String> {
     Some(out)
 }
 
-/// Where formulas are written unless another folder is named.
-pub(super) const FOLDER: &str = "found";
+/// The folder that a printed command names.
+const FOLDER: &str = "found";
 /// Every so many points of a table are printed, and so many names.
 const SHOWN: usize = 4;
 const NAMED: usize = 6;

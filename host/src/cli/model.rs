@@ -10,6 +10,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::Result;
 use yawrig_core::effects::Effect;
+use yawrig_core::fit::at_amplitude::AtAmplitude;
 use yawrig_core::quantity::Quantity;
 
 pub use crate::model::document::DEFAULT;
@@ -105,7 +106,32 @@ pub fn summary(revision: &Revision) -> String {
         }
     }
     out.push_str(&records(a));
+    out.push_str(&amplitude_rows(&a.at_amplitude));
     out
+}
+
+/// Natural frequency and damping ratio against amplitude, and where they change, of what the values above them are; nothing
+/// without rows.
+pub fn amplitude_rows(rows: &[AtAmplitude]) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    let mut table = bare(&["  amplitude (deg)", "wn (rad/s)", "zeta"]);
+    for row in rows {
+        table.add_row([
+            format!("  {:.4}", row.amplitude_deg),
+            row.natural_frequency_rad_s.to_string(),
+            row.damping_ratio.to_string(),
+        ]);
+    }
+    let changes = |of: fn(&AtAmplitude) -> Quantity| {
+        rows.iter().any(|row| !of(row).holds(of(&rows[0]).value, 2.0))
+    };
+    let said = match changes(|r| r.natural_frequency_rad_s) || changes(|r| r.damping_ratio) {
+        true => "  (a cycle begun at that amplitude; wn and zeta above are those at rest, which no amplitude has)\n",
+        false => "",
+    };
+    format!("{}\n{said}", table.trim_fmt())
 }
 
 /// An effect's parameter (`coulomb_friction.c`) with its value and unit.

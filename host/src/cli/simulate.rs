@@ -357,7 +357,8 @@ fn effects_help() -> String {
         text +=
             &format!("  {:20} {}\n  {:20}   {}\n", kind.id, kind.term, "", parameters.join(", "));
     }
-    text + "\nExample: --effect coulomb_friction:c=0.12 --effect harmonic_forcing:f=0.05,w=11,phi=0"
+    let examples = LIBRARY.iter().map(|kind| format!(" --effect {}:{}", kind.id, kind.example));
+    text + "\nExample:" + &examples.take(2).collect::<String>()
 }
 
 fn condition_json(condition: &Condition) -> Value {

@@ -20,7 +20,6 @@ use yawrig_base::error::Result;
 use yawrig_base::files;
 use yawrig_base::interrupt;
 use yawrig_core::diagnosis::diagnose::Options;
-use yawrig_core::effects::Effect;
 use yawrig_shared::features::FeatureKind;
 use yawrig_train::network_training::Settings;
 use yawrig_train::Options as Training;
@@ -134,7 +133,7 @@ impl<'a> Riddle<'a> {
         let wanted = Wanted { files: vec![first], ..Wanted::default() };
         let fitted = revise::fit(&model, &wanted, &step(command.clone()))?;
         show(format!("$ {command}\n{}", over_noise(&fitted)))?;
-        for effect in diagnosis.effects.iter().filter(|e| **e != Effect::Buffeting) {
+        for effect in diagnosis.effects.iter().filter(|e| !e.is_random()) {
             let command = format!("yawrig add {effect} --model {}", model.display());
             let added = revise::add(&model, effect.clone(), &step(command.clone()))?;
             show(format!("$ {command}\n{}", over_noise(&added)))?;

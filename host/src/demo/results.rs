@@ -132,6 +132,7 @@ fn release(made: &Made) -> ReleaseReport {
         trace: made.trace.clone(),
         amplitude: (!measured.is_empty())
             .then(|| AmplitudePicture { measured, predictions: Vec::new() }),
+        at_amplitude: Vec::new(),
         criticism: None,
     }
 }

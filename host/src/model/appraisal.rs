@@ -12,7 +12,8 @@ use yawrig_base::interrupt;
 use yawrig_core::diagnosis::compare::{self, Where};
 use yawrig_core::diagnosis::diagnose::Modal;
 use yawrig_core::effects::Effect;
-use yawrig_core::fit::fitting::Fitted;
+use yawrig_core::fit::at_amplitude::{at_amplitudes, AtAmplitude};
+use yawrig_core::fit::fitting::{Covariance, Fitted};
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::identify::WindowEstimate;
 use yawrig_core::quantity::Quantity;
@@ -23,6 +24,11 @@ pub struct Appraisal {
     pub noise_rms_deg: f64,
     /// Under the condition of the first record.
     pub modal: Modal,
+    /// Of the first record, from its largest amplitude to its smallest.
+    pub at_amplitude: Vec<AtAmplitude>,
+    /// Of the numbers of the first record's model, where they were fitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<Covariance>,
     /// Every effect of the model, in the order in which they were added.
     pub effects: Vec<Effect>,
     #[serde(flatten)]
@@ -55,6 +61,9 @@ pub struct RecordAppraisal {
     pub noise_rms_deg: f64,
     pub residual_rms_deg: f64,
     pub residual_over_noise: f64,
+    /// Where there are several records.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub at_amplitude: Vec<AtAmplitude>,
     /// Numbers of effects that belong to this record, where there are several.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, Quantity>,
@@ -97,6 +106,10 @@ pub fn appraise(
             noise_rms_deg: decay(k).sample_noise_rad.to_degrees(),
             residual_rms_deg: raw(k),
             residual_over_noise: fits[k].over_noise(decay(k)),
+            at_amplitude: match many {
+                true => at_amplitudes(decay(k), &known(model, recorded[k], &fits[k])),
+                false => Vec::new(),
+            },
             parameters: if many { parameters(model, &fits[k], |own| own) } else { BTreeMap::new() },
         })
         .collect();
@@ -106,6 +119,8 @@ pub fn appraise(
     Appraisal {
         noise_rms_deg: decay(0).sample_noise_rad.to_degrees(),
         modal: conditions[0].modal,
+        at_amplitude: at_amplitudes(decay(0), &known(model, recorded[0], &fits[0])),
+        covariance: fits[0].named_covariance(),
         effects: model.effects.iter().map(|e| e.effect.clone()).collect(),
         residuals,
         parameters: parameters(model, &fits[0], |own| !(own && many)),
@@ -115,6 +130,24 @@ pub fn appraise(
         where_: compare::locate(worst_swing, &fits[worst]),
         where_file: recorded[worst].path.display().to_string(),
     }
+}
+
+/// `fit` with the uncertainties that `model` holds of numbers that it was not free to change.
+pub fn known(model: &Model, recorded: &Recorded, fit: &Fitted) -> Fitted {
+    let modal = model.modal.get(&recorded.entry.condition).copied().unwrap_or_default();
+    let mut u = vec![0.0; fit.parameters.len()];
+    u[0] = modal.natural_frequency_rad_s.u.unwrap_or(0.0);
+    u[1] = modal.damping_ratio.u.unwrap_or(0.0);
+    let mut at = fit.structure.own_numbers();
+    for entry in &model.effects {
+        for (index, parameter) in entry.parameters.iter().enumerate() {
+            if let Some(place) = entry.effect.varied_place(index).filter(|p| at + p < u.len()) {
+                u[at + place] = parameter.u.unwrap_or(0.0);
+            }
+        }
+        at += entry.parameters.len();
+    }
+    fit.clone().knowing(&u)
 }
 
 /// As the model has them, else as fitted.

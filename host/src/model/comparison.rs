@@ -109,7 +109,7 @@ pub fn compare(comparison: &Comparison) -> Result<Revision> {
 /// the effects, or worth itself beside them.
 fn warn_of_zero(current: &Current, data: &Data) {
     let Model { effects, unknown_zero, .. } = &current.model;
-    let is_free = *unknown_zero || current.model.effect(Effect::StaticOffset).is_some();
+    let is_free = *unknown_zero || current.model.rest().is_some();
     if is_free || effects.is_empty() {
         return;
     }
@@ -129,10 +129,11 @@ fn warn_of_zero(current: &Current, data: &Data) {
         crate::say!(
             "yawrig: warning: {}: the model rests at {} deg, off the sensor's zero, and the effects may only make up for \
              that (difference of BIC of a free zero {} them: {gain:.1}). Where the sensor's zero is not known, compare with \
-             --unknown-zero; where it is, a constant moment is the cause: --effect static_offset",
+             --unknown-zero; where it is, a constant moment is the cause: --effect {}",
             recorded.path.display(),
             Quantity::new(zero.value.to_degrees(), zero.u.to_degrees()),
             if free.model.effects.is_empty() { "in place of" } else { "beside" },
+            Effect::of_rest(),
         );
     }
 }

@@ -140,6 +140,11 @@ impl Model {
         self.effects.iter().find(|e| e.effect == effect)
     }
 
+    /// The constant moment, which nothing but a sensor that was not zeroed looks like.
+    pub fn rest(&self) -> Option<&EffectEntry> {
+        self.effects.iter().find(|e| e.effect.moves_rest())
+    }
+
     /// Where the record `entry` is, the model's file being `path`.
     pub fn record_path(path: &Path, entry: &RecordEntry) -> PathBuf {
         path.parent().unwrap_or(Path::new("")).join(&entry.file)

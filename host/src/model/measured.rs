@@ -62,7 +62,7 @@ pub fn measured(
 }
 
 fn check_has_none(model: &Model) -> Result<()> {
-    if model.effects.iter().any(|e| matches!(e.effect, Effect::Measured(_))) {
+    if model.effects.iter().any(|e| e.effect.measured().is_some()) {
         let what = "the model holds a measured law already; another beside it would say nothing";
         return Err(Error::usage(what)
             .help("to measure it again, take it out first: yawrig remove measured_law"));
@@ -97,7 +97,7 @@ pub fn add(path: &Path, dissipative: bool, asked: &Asked) -> Result<Revision> {
 fn with_law(model: &Model, data: &Data, found: &Measured) -> Model {
     let mut model = model.clone();
     // The law's yaw angle counts from the rest.
-    model.unknown_zero |= model.effect(Effect::StaticOffset).is_none();
+    model.unknown_zero |= model.rest().is_none();
     let mut numbers = found.effect_numbers().iter();
     let records = measured_from(&model, data);
     model.effects.push(EffectEntry::unfitted(Effect::Measured(found.law.clone())));

@@ -133,7 +133,7 @@ fn single(model: &Model, structure: &Structure, recorded: &Recorded) -> Result<F
     let decay = &recorded.decay;
     let count = decay.yaw_rad.len();
     let plain = fit_plain_within(decay, structure, count);
-    let measured = model.effects.iter().any(|e| matches!(e.effect, Effect::Measured(_)));
+    let measured = model.effects.iter().any(|e| e.effect.measured().is_some());
     if let Some(start) = start(model, &recorded.entry.condition, &plain).filter(|_| measured) {
         return Ok(fit_whole(decay, structure, &start));
     }

@@ -203,13 +203,14 @@ impl Reader<'_> {
                 return Err(self.error(&entry.id.span(), what).help("delete one [[effect]]"));
             }
             let effect = self.effect(entry)?;
-            if raw.unknown_zero && effect.effect == Effect::StaticOffset {
-                let what =
-                    "static_offset beside unknown_zero: a constant moment cannot be distinguished from it";
+            if raw.unknown_zero && effect.effect.moves_rest() {
+                let what = format!(
+                    "{id} beside unknown_zero: a constant moment cannot be distinguished from it"
+                );
                 return Err(self.error(&entry.id.span(), what).help("delete one of the two"));
             }
             effects.push(effect);
-            let own = effects.iter().filter(|e| matches!(e.effect, Effect::Own(_))).count();
+            let own = effects.iter().filter(|e| e.effect.is_own()).count();
             if own > MOST_OWN {
                 let what = format!("more than {MOST_OWN} effects of your own");
                 return Err(self.error(&entry.id.span(), what).help("take fewer at a time"));
@@ -288,9 +289,9 @@ impl Reader<'_> {
             let what = format!("the definition is that of \"{effect}\", not of \"{id}\"");
             return Err(self.error(&raw.id.span(), what).help("give both the same id"));
         }
-        if effect == Effect::Buffeting {
+        if effect.is_random() {
             return Err(self
-                .error(&raw.id.span(), "buffeting is random and cannot be simulated")
+                .error(&raw.id.span(), format!("{id} is random and cannot be simulated"))
                 .help("delete the entry; `yawrig diagnose` judges it by a filter"));
         }
         let mut entry = EffectEntry::unfitted(effect.clone());

@@ -71,6 +71,7 @@ impl Current {
         if !fit.sum_of_squares.is_finite() {
             return Err(not_converged(model));
         }
+        let fit = fit.with_discrepancy(&data.releases());
         let model = model_fit::updated(model, data, &fit);
         let held_out_over_noise = model_fit::held_out(&model, data, &fit)?;
         Ok(Self { model, fit, held_out_over_noise })
@@ -209,9 +210,10 @@ fn with_held_out(mut model: Model, path: &Path, wanted: &Wanted) -> Result<Model
         }
     }
     if wanted.unknown_zero && !model.unknown_zero {
-        if model.effect(Effect::StaticOffset).is_some() {
-            return Err(Error::usage("--unknown-zero beside static_offset in the model")
-                .help("a constant moment cannot be distinguished from the sensor's zero: yawrig remove static_offset"));
+        if let Some(EffectEntry { effect, .. }) = model.rest() {
+            return Err(Error::usage(format!("--unknown-zero beside {effect} in the model")).help(format!(
+                "a constant moment cannot be distinguished from the sensor's zero: yawrig remove {effect}"
+            )));
         }
         model.unknown_zero = true;
     }
@@ -227,21 +229,21 @@ fn with_held_out(mut model: Model, path: &Path, wanted: &Wanted) -> Result<Model
 /// # Errors
 /// Exit 2 with the reason.
 pub fn check_addable(model: &Model, effect: Effect) -> Result<()> {
-    if effect == Effect::Buffeting {
-        return Err(Error::usage("buffeting is random and cannot be simulated")
+    if effect.is_random() {
+        return Err(Error::usage(format!("{effect} is random and cannot be simulated"))
             .help("run `yawrig diagnose`, which judges it by a filter"));
     }
-    if model.unknown_zero && effect == Effect::StaticOffset {
-        return Err(Error::usage(
-            "static_offset cannot be distinguished from the sensor's unknown zero",
-        )
+    if model.unknown_zero && effect.moves_rest() {
+        return Err(Error::usage(format!(
+            "{effect} cannot be distinguished from the sensor's unknown zero"
+        ))
         .help("leave one of the two out"));
     }
     if model.effect(effect.clone()).is_some() {
         return Err(Error::usage(format!("{effect}: it is in the model already"))
             .help("name each effect once"));
     }
-    let own = |e: &&Effect| matches!(e, Effect::Own(_));
+    let own = |e: &&Effect| e.is_own();
     if own(&&effect) && model.effects.iter().map(|e| &e.effect).filter(own).count() >= MOST_OWN {
         return Err(Error::usage(format!("the model has {MOST_OWN} effects of your own"))
             .help("take one out first: yawrig remove ID"));

@@ -24,6 +24,7 @@ use trace::Trace;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::diagnosis::amplitude::AmplitudePicture;
 use yawrig_core::diagnosis::compare::Where;
+use yawrig_core::identify::AtAmplitude;
 use yawrig_core::quantity::Quantity;
 use yawrig_shared::axis::Axis;
 use yawrig_shared::checksum::crc32;
@@ -186,6 +187,9 @@ pub struct ReleaseReport {
     pub truth: Option<[f64; 2]>,
     pub trace: Option<Trace>,
     pub amplitude: Option<AmplitudePicture>,
+    /// Of the last model in `trace`, or of what was identified, from the largest amplitude to the smallest.
+    #[serde(default)]
+    pub at_amplitude: Vec<AtAmplitude>,
     /// Its own diagnosis, where one was made.
     pub criticism: Option<Criticism>,
 }

@@ -6,6 +6,7 @@ use super::{
     Criticism, Estimate, JournalRow, Kind, Made, Report, SettingRow, SourceFile, StaircaseStep,
     TRACE_NUMBERS,
 };
+use crate::model::appraisal::known;
 use crate::model::comparison::{compare, Comparison};
 use crate::model::document::{read_text, Model};
 use crate::model::journal::{self, Journal};
@@ -50,7 +51,7 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
         let decay = &recorded.decay;
         let record = yawrig_records::read(&recorded.path)?;
         report.sources.push(SourceFile::of(&recorded.path)?);
-        let fit = held_against(&model, recorded, 1.0)?;
+        let fit = known(&model, recorded, &held_against(&model, recorded, 1.0)?);
         let plain = fit_plain(decay, model.unknown_zero, decay.yaw_rad.len());
         let with = with_effects(&fit);
         let mut models: Vec<(&str, &Fitted)> = vec![(SECOND_ORDER, &plain)];

@@ -13,6 +13,7 @@ use yawrig_base::interrupt;
 use yawrig_core::diagnosis::amplitude::picture;
 use yawrig_core::diagnosis::compare::locate;
 use yawrig_core::diagnosis::diagnose::{diagnose_with_fits, Diagnosed, Options};
+use yawrig_core::fit::at_amplitude::at_amplitudes;
 use yawrig_core::fit::fitting::{fit_plain_within, Fitted, Limit, Number, Structure};
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::identify::{self, identify, Method};
@@ -205,6 +206,7 @@ pub(super) fn blank(name: String) -> ReleaseReport {
         truth: None,
         trace: None,
         amplitude: None,
+        at_amplitude: Vec::new(),
         criticism: None,
     }
 }
@@ -225,6 +227,7 @@ pub(super) fn drawn_release(
         residual_over_noise: models.iter().map(|(_, m)| m.over_noise(decay)).collect(),
         trace: Some(trace::of(decay, models, values(numbers, 2 + 2 * models.len()))),
         amplitude: Some(picture(decay, predicted)),
+        at_amplitude: models.last().map_or_else(Vec::new, |(_, m)| at_amplitudes(decay, m)),
         ..release
     }
 }

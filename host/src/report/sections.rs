@@ -358,6 +358,15 @@ fn drawn(release: &ReleaseReport, index: usize, open: bool, room: usize) -> Resu
     if let Some(picture) = &release.amplitude {
         out.push_str(&figure(&charts::amplitude(picture, release.truth))?);
     }
+    let rows = release.at_amplitude.iter().map(|at| {
+        let [wn, zeta] = [at.natural_frequency_rad_s, at.damping_ratio].map(quantity);
+        [format!("{:.4}", at.amplitude_deg), wn, zeta]
+    });
+    let header = ["amplitude (deg)", "wn (rad/s)", "zeta"];
+    if !release.at_amplitude.is_empty() {
+        out.push_str("<p>A cycle begun at rest at each amplitude:</p>\n");
+        out.push_str(&table(&header, 0, rows));
+    }
     if let Some(criticism) = &release.criticism {
         out.push_str(&lacking(criticism)?);
     }

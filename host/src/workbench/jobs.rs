@@ -140,9 +140,14 @@ fn run(app: &Arc<App>, job: &Job) -> Result<String> {
                 taken.begun()?;
                 measured::add(&taken.path, !may_drive, &asked)?
             } else {
-                // Named before a first step makes another model of it: its law's formulas are then no longer shown.
+                // Before a first step makes another model of it: its law's formulas are then no longer shown.
+                let formula = app.session().formula(effect);
                 let effect = named(effect)?;
                 taken.begun()?;
+                if let Some(file) = formula {
+                    // The journal's command reads it.
+                    file.write()?;
+                }
                 revise::add(&taken.path, effect, &asked)?
             };
             Ok(said(&format!("added {effect}"), &revision))

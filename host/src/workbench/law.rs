@@ -17,7 +17,7 @@ use yawrig_core::law::left::{Left, Over};
 use yawrig_core::law::tables::Point;
 use yawrig_core::motion::simulate::Motion;
 
-/// Where formulas are written, beside the model, as `yawrig law` does.
+/// Where the file of a formula is written that is added, beside the model.
 const FOLDER: &str = "found";
 /// Formulas that are drawn and can be added.
 const SHOWN: usize = 5;
@@ -41,10 +41,11 @@ pub fn measure(app: &Arc<App>, model: &Model, path: &Path, dissipative: bool) ->
     let file = largest(&data).path.clone();
     let law = |curve, measured: Option<&Measured>, found| {
         let (about, file) = (about(model), file.clone());
-        ShownLaw { about, file, curve, measured: measured.cloned(), found }
+        let folder = path.with_file_name(FOLDER);
+        ShownLaw { about, file, curve, measured: measured.cloned(), found, folder }
     };
     let show = |curve, measured: Option<&Measured>| keep(Some(law(curve, measured, None)));
-    match beside(model, &data, dissipative, &path.with_file_name(FOLDER), &show) {
+    match beside(model, &data, dissipative, &show) {
         Ok(found) => {
             let measured = &found.measured;
             let said = format!(
@@ -158,7 +159,7 @@ pub fn shown(app: &App, id: usize) -> Result<Value> {
         out["measured"] = json!({"may_drive": !m.law.dissipative, "residual_over_noise": residual, "held_out_over_noise": held_out});
     }
     let Some(found) = &law.found else { return Ok(out) };
-    let ranked = found.names.ranked.iter().zip(&found.files).take(SHOWN);
+    let ranked = found.names.ranked.iter().zip(law.files()).take(SHOWN);
     let names = ranked.map(|(name, file)| {
         let rest_rad = name.fit.sensor_zero_rad().map_or(0.0, |q| q.value);
         let number = |(n, q): &(String, yawrig_core::quantity::Quantity)| match q.u.is_finite() {
@@ -169,7 +170,7 @@ pub fn shown(app: &App, id: usize) -> Result<Value> {
             "form": name.effect.id(),
             "title": name.effect.card().title,
             "formula": name.effect.card().formula,
-            "file": file,
+            "file": file.path,
             "residual_over_noise": short(name.residual_over_noise),
             "held_out_over_noise": short(name.held_out_over_noise),
             "numbers": name.parameters.iter().map(number).collect::<Vec<_>>().join(", "),

@@ -4,6 +4,7 @@ use super::options::ServeOptions;
 use super::shown_law::{about, ShownLaw};
 use super::view::{Ghost, Loaded, View};
 use crate::campaign::CampaignFile;
+use crate::law::File;
 use crate::model::document::{is_model, read_text, Model, RecordEntry, DEFAULT};
 use crate::model::effects;
 use crate::model::journal::{path_of, Journal, JournalStep};
@@ -381,11 +382,9 @@ impl Session {
         self.shown_law.clone().filter(|law| law.about == about(&self.next_model()))
     }
 
-    /// Whether `file` is a formula of that law.
-    fn is_formula(&self, file: &str) -> bool {
-        let law = self.law();
-        let mut files = law.iter().filter_map(|l| l.found.as_ref()).flat_map(|f| &f.files);
-        files.any(|f| f.as_deref() == Some(Path::new(file)))
+    /// The formula of that law whose file is `path`.
+    pub fn formula(&self, path: &str) -> Option<File> {
+        self.law()?.files().into_iter().find(|file| file.path == Path::new(path))
     }
 
     pub fn release(&self, id: usize) -> Result<&ListedRelease> {
@@ -401,10 +400,10 @@ impl Session {
         let model =
             self.standing.model.iter().flat_map(|m| m.effects.iter().map(|e| e.effect.clone()));
         let known = self.own.iter().cloned().chain(model).find(|e| e.id() == id);
-        match known {
-            Some(effect) => Ok(effect),
-            None if self.is_formula(id) => effects::load(Path::new(id)),
-            None => effects::named(id),
+        match (known, self.formula(id)) {
+            (Some(effect), _) => Ok(effect),
+            (None, Some(file)) => effects::defined(&file.path, &file.text),
+            (None, None) => effects::named(id),
         }
     }
 

@@ -38,8 +38,8 @@ fn described(effect: Effect) -> Value {
     json!({
         "effect": effect, "title": title, "formula": formula, "cause": cause, "fingerprint": fingerprint,
         "confirm": confirm, "remove": remove, "release": release,
-        "is_own": matches!(effect, Effect::Own(_)),
-        "can_be_tried": effect != Effect::Buffeting,
+        "is_own": effect.is_own(),
+        "can_be_tried": !effect.is_random(),
     })
 }
 

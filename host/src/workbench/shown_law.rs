@@ -1,6 +1,6 @@
 //! The law that was measured last, and what it is the law of.
 
-use crate::law::Found;
+use crate::law::{File, Found};
 use crate::model::document::Model;
 use std::path::PathBuf;
 use yawrig_core::law::estimate::{Curve, Measured};
@@ -16,6 +16,15 @@ pub struct ShownLaw {
     pub measured: Option<Measured>,
     /// With the formulas that it may be.
     pub found: Option<Found>,
+    /// Of the files that its formulas have once they are added.
+    pub folder: PathBuf,
+}
+
+impl ShownLaw {
+    /// Its formulas as files, which are not written yet.
+    pub fn files(&self) -> Vec<File> {
+        self.found.iter().flat_map(|found| found.files(&self.folder)).collect()
+    }
 }
 
 /// What a law of `model` depends on.

@@ -61,9 +61,9 @@ impl Augmented {
         }
         for (effect, _) in &effects {
             if effect.is_random() {
-                return Err(Error::usage(
-                    "no network can be trained on buffeting, which takes another course every time",
-                )
+                return Err(Error::usage(format!(
+                    "no network can be trained on {effect}, which takes another course every time"
+                ))
                 .help("train without it: the device's mean over its windows averages it"));
             }
         }

@@ -4,7 +4,7 @@ use std::path::Path;
 use yawrig_tests::process::{yawrig, Ended};
 
 fn run(folder: &Path, command: &str) -> Ended {
-    yawrig(command).in_folder(folder).with_patience(120).run()
+    yawrig(command).in_folder(folder).run()
 }
 
 /// Every row has as many cells as the header, whose numbers name their unit.

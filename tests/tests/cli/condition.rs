@@ -3,10 +3,14 @@
 use serde_json::Value;
 use std::io::Write;
 use std::path::Path;
+use std::time::Instant;
 use tempfile::TempDir;
-use yawrig_rig::{Rig, SPRINGS};
+use yawrig_rig::{Condition, Rig, Sensor, Spring, Start, SPRINGS};
 use yawrig_shared::axis::Axis;
+use yawrig_shared::wire::Settings;
+use yawrig_tests::line::{Board, Line};
 use yawrig_tests::process::yawrig;
+use yawrig_tests::PATIENCE;
 
 /// A folder with the plan of a whole campaign, `plan/campaign.toml`, and no record of it.
 fn planned() -> TempDir {
@@ -47,7 +51,7 @@ fn shortened(folder: &Path, keep: &[(&str, &str, &str)]) {
 fn a_campaign_of_eight_springs_is_measured_with_its_derivatives_on_screen() {
     let folder = planned();
     let command = "monitor --campaign plan/campaign.toml --record out --speed 200 --jsonl";
-    let ended = yawrig(command).in_folder(folder.path()).with_patience(300).run().exits(0);
+    let ended = yawrig(command).in_folder(folder.path()).run().exits(0);
     let lines = ended.says("none missing").json_lines();
 
     // After each wind-on release, before anything else is released: its derivatives beside the truth.
@@ -105,6 +109,24 @@ fn a_campaign_of_eight_springs_is_measured_with_its_derivatives_on_screen() {
     }
 }
 
+/// Holds the model on spring K3 at the middle axis, lets it go in this wind and leaves it until it has come to rest.
+fn let_go(line: &Line, board: &Board, wind_speed_m_s: f64) {
+    let spring = Spring::named("K3").expect("one of the rig's");
+    let condition = Condition { spring, axis: Axis::Mid, wind_speed_m_s };
+    let release = Rig::default().release(&condition, &Start::default(), &Sensor::default(), 1);
+    let samples = release.expect("a release").samples;
+    line.play(board, &samples.filter_map(|s| s.counts).collect::<Vec<_>>(), || ());
+}
+
+/// The model rests, and the device goes on with its refined estimate.
+fn at_rest_until(line: &Line, board: &Board, mut is_so: impl FnMut() -> bool) {
+    let until = Instant::now() + PATIENCE;
+    while !is_so() {
+        assert!(Instant::now() < until, "it never comes");
+        line.play(board, &[Settings::default().zero_counts; 100], || ());
+    }
+}
+
 #[test]
 fn a_campaign_is_shown_step_by_step_taken_back_and_gone_on_with() {
     let folder = planned();
@@ -112,23 +134,34 @@ fn a_campaign_is_shown_step_by_step_taken_back_and_gone_on_with() {
         folder.path(),
         &[("K3", "mid", "off"), ("K3", "mid", "on"), ("K3", "front", "off"), ("K3", "front", "on")],
     );
-    // Slow enough for what is typed to come while the third release is under way.
-    let command = "monitor --campaign plan/campaign.toml --record out --speed 30";
-    let (monitor, mut typed) = yawrig(command).typing();
-    let mut monitor = monitor.in_folder(folder.path()).with_patience(300).start();
+    // A device whose model is let go here: what is typed comes while nothing is under way.
+    let command = "monitor --campaign plan/campaign.toml --record out";
+    let board = Board::default();
+    let line = board.plug();
+    let (monitor, mut typed) = yawrig(command).and("--device").and(line.path()).typing();
+    let mut monitor = monitor.in_folder(folder.path()).start();
     assert_eq!(monitor.prints("next:"), "next: K3 mid, wind off (release 1 of 4)");
-    monitor.prints("next: K3 mid, wind 10 m/s (release 2 of 4), Izz 0.1010");
+    let_go(&line, &board, 0.0);
+    at_rest_until(&line, &board, || {
+        monitor.has_printed("next: K3 mid, wind 10 m/s (release 2 of 4), Izz 0.1010")
+    });
+    let_go(&line, &board, 10.0);
+    at_rest_until(&line, &board, || {
+        monitor.has_printed("next: K3 front, wind off (release 3 of 4)")
+    });
     monitor.prints("Cn_beta 0.53");
-    monitor.prints("next: K3 front, wind off (release 3 of 4)");
     writeln!(typed, "/back").expect("it listens");
-    monitor.says("K3-mid-on-2.csv");
+    at_rest_until(&line, &board, || monitor.has_printed_times("next: K3 mid, wind 10 m/s", 2));
+    let_go(&line, &board, 10.0);
+    at_rest_until(&line, &board, || monitor.has_said("K3-mid-on-2.csv"));
     monitor.catches_interrupts();
     monitor.signal(nix::sys::signal::Signal::SIGINT);
     let ended = monitor.ends().exits(130);
     assert_eq!(ended.stdout.matches("next: K3 mid, wind 10 m/s").count(), 2, "{}", ended.report());
 
     // Another day: what has a record is not made again; the table holds both days' releases.
-    let ended = yawrig(command).in_folder(folder.path()).with_patience(300).run().exits(0);
+    let command = format!("{command} --speed 200");
+    let ended = yawrig(&command).in_folder(folder.path()).run().exits(0);
     let conditions: Vec<&str> =
         ended.stdout.lines().filter(|line| line.starts_with("next:")).collect();
     assert_eq!(conditions[0], "next: K3 front, wind off (release 3 of 4)", "{}", ended.report());
@@ -155,7 +188,7 @@ fn one_condition_is_held_and_shown() {
         let command = format!(
             "monitor --spring K3 --axis front --wind {wind} --record out --releases 2 --speed 200"
         );
-        let ended = yawrig(&command).in_folder(folder.path()).with_patience(120).run().exits(0);
+        let ended = yawrig(&command).in_folder(folder.path()).run().exits(0);
         let times = ended.stdout.lines().filter(|line| line.starts_with(shown)).count();
         assert!(times >= 2, "{}", ended.report());
     }
@@ -165,7 +198,7 @@ fn one_condition_is_held_and_shown() {
     assert_eq!(text.matches("[[release]]").count(), 4, "{text}");
     let command =
         "monitor --condition plan/campaign.toml#12 --inertia-kg-m2 0.1205 --releases 1 --speed 200";
-    let ended = yawrig(command).in_folder(folder.path()).with_patience(120).run().exits(0);
+    let ended = yawrig(command).in_folder(folder.path()).run().exits(0);
     let first = ended.stdout.lines().next().expect("a line");
     assert_eq!(first, "next: K3 front, wind 10 m/s, Izz 0.12050 kg m2");
     assert!(ended.stdout.contains("no_reference"), "{}", ended.report());
@@ -227,7 +260,7 @@ fn uncertainties_belong_to_their_own_spring_stiffness_and_wind_speed() {
             "monitor --condition plan/campaign.toml#2 {flags} --inertia-kg-m2 0.101 --releases 1 \
              --speed 500 --record {path}"
         );
-        yawrig(&command).in_folder(folder.path()).with_patience(120).run().exits(0);
+        yawrig(&command).in_folder(folder.path()).run().exits(0);
         let made = std::fs::read_to_string(out.path().join("campaign.toml")).expect("a campaign");
         let made: toml::Table = toml::from_str(&made).expect("TOML");
         let u = |name: &str| made["release"][0].get(name).and_then(toml::Value::as_float);

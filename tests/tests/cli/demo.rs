@@ -4,7 +4,7 @@ use serde_json::{json, Value};
 use yawrig_tests::process::{yawrig, Ended};
 
 pub fn demo(arguments: &str) -> Ended {
-    yawrig(&format!("demo --json --no-report {arguments}")).with_patience(300).run()
+    yawrig(&format!("demo --json --no-report {arguments}")).run()
 }
 
 /// Shares by which the table misses the truth, sorted.
@@ -90,7 +90,7 @@ fn another_seed_is_another_noise_and_as_good() {
 #[test]
 fn without_json_a_table_is_printed_as_the_releases_come() {
     let folder = tempfile::tempdir().expect("a folder");
-    let ended = yawrig("demo").in_folder(folder.path()).with_patience(300).run().exits(0);
+    let ended = yawrig("demo").in_folder(folder.path()).run().exits(0);
     // It ends with its report, and another demo does not write over it.
     let last = ended.stdout.lines().last().expect("a line");
     assert_eq!(last, "report: yawrig-demo/report.html");

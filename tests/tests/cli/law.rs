@@ -28,6 +28,14 @@ impl Bench {
         yawrig(arguments).in_folder(self.0.path())
     }
 
+    fn files(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.0.path()).expect("the folder");
+        let name = |e: std::io::Result<std::fs::DirEntry>| e.expect("an entry").file_name();
+        let mut names: Vec<String> = entries.map(|e| name(e).to_string_lossy().into()).collect();
+        names.sort();
+        names
+    }
+
     fn json(&self, arguments: &str) -> Value {
         self.of(arguments).and("--json").run().exits(0).json()
     }
@@ -40,7 +48,7 @@ fn number(value: &Value) -> f64 {
 #[test]
 fn a_law_is_measured_named_and_its_file_can_be_added() {
     let bench = Bench::new();
-    let found = bench.json("law r.csv");
+    let found = bench.json("law r.csv --out formulas");
     assert!(number(&found["residual_over_noise"]) < 1.1, "{}", found["residual_over_noise"]);
     assert!(number(&found["without"]["residual_over_noise"]) > 3.0, "{}", found["without"]);
     assert_eq!(found["memory"], false);
@@ -52,7 +60,9 @@ fn a_law_is_measured_named_and_its_file_can_be_added() {
         let points = found[law].as_array().expect("points");
         assert!(points.iter().all(|p| p[at].is_f64() && p["u"].is_f64()), "{law}");
     }
+    assert_eq!(best["formula"], "-h * sign(r) * abs(r / 1.0)^n", "{best}");
     let file = best["file"].as_str().expect("a file");
+    assert_eq!(file, "formulas/power_law.toml");
     bench.of("fit r.csv").run().exits(0);
     let added = bench.json(&format!("add {file}"));
     assert!(number(&added["residual_over_noise"]) < 1.1, "{added}");
@@ -140,8 +150,12 @@ fn what_no_law_of_angle_and_rate_holds_is_told_from_it() {
             assert!(number(with) < 0.9 * number(alone), "{effect}: {alone} {with}");
         }
     }
+    let before = bench.files();
     let found = bench.json("law r.csv");
     assert!(found["beside"].is_null() && found["memory"] == false, "{}", found["beside"]);
+    let names = found["names"].as_array().expect("names");
+    assert!(names.iter().all(|n| n["file"].is_null()), "{}", found["names"]);
+    assert_eq!(bench.files(), before, "nothing is written unless it is asked for");
 }
 
 /// Mean damping ratio that the device finds in the whole of a release.
@@ -202,9 +216,16 @@ fn friction_that_falls_with_the_rate_is_measured_named_by_diagnose_and_added() {
         .and("falling.toml:c=0.08,s=1.5,v=0.2")
         .run()
         .exits(0);
+    let before = bench.files();
     let said = bench.of("diagnose s.csv").run().exits(0).stdout;
-    assert!(said.contains("yawrig add found/stribeck_friction.toml"), "{said}");
+    let adding = "yawrig law s.csv --out found, then yawrig add found/stribeck_friction.toml";
+    assert!(said.contains(adding), "{said}");
     let judged = bench.json("diagnose s.csv");
+    assert!(judged["law"]["names"][0]["file"].is_null(), "{}", judged["law"]);
+    assert_eq!(bench.files(), before, "nothing is written unless it is asked for");
+    let said = bench.of("diagnose s.csv --out formulas").run().exits(0).stdout;
+    assert!(said.contains("yawrig add formulas/stribeck_friction.toml"), "{said}");
+    assert!(bench.0.path().join("formulas/stribeck_friction.toml").is_file());
     assert_eq!(judged["status"], "unexplained");
     assert_eq!(judged["law"]["names"][0]["form"], "stribeck_friction", "{}", judged["law"]);
     bench.of("fit s.csv").run().exits(0);

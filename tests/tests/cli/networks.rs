@@ -1,8 +1,8 @@
 //! Network files that must not be written, and devices that do not take them either.
 
-use crate::shells::{device, swinging};
+use crate::shells::{device, standing_still};
 use yawrig_link::client::{Client, LinkError};
-use yawrig_shared::wire::{Refusal, Reply, Request, CHUNK};
+use yawrig_shared::wire::{Refusal, Request, CHUNK};
 use yawrig_tests::networks::{another, id, sound, spoilt};
 use yawrig_tests::process::yawrig;
 
@@ -35,22 +35,9 @@ fn a_file_that_cannot_be_read_is_unusable_data() {
     yawrig("flash").and(folder.path()).run().exits(3).says("cannot read").helps();
 }
 
-/// A device puts off while a release is going on what would give its windows another network.
-fn between_releases(client: &mut Client, request: &Request) -> Result<Reply, LinkError> {
-    for _ in 0..10_000 {
-        match client.request(request) {
-            Err(LinkError::Refused(Refusal::Releasing)) => {
-                std::thread::sleep(std::time::Duration::from_millis(5));
-            }
-            answer => return answer,
-        }
-    }
-    panic!("a release that does not end");
-}
-
 /// Writes a blob chunk by chunk as it is, without the host's checks; the device's refusal.
 fn write(client: &mut Client, blob: &[u8]) -> Option<Refusal> {
-    let mut tell = |request: Request| match between_releases(client, &request) {
+    let mut tell = |request: Request| match client.request(&request) {
         Ok(_) => None,
         Err(LinkError::Refused(refusal)) => Some(refusal),
         Err(other) => panic!("the link fails: {other:?}"),
@@ -70,7 +57,8 @@ fn write(client: &mut Client, blob: &[u8]) -> Option<Refusal> {
 
 #[test]
 fn a_device_refuses_what_the_host_would_have_held_back() {
-    let (_monitor, path) = swinging();
+    let bench = standing_still();
+    let path = bench.shared_path().to_owned();
     // A device with a network of its own in slot 0, whose other slot is idle.
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("first.yrn");
@@ -89,11 +77,10 @@ fn a_device_refuses_what_the_host_would_have_held_back() {
         assert_eq!(write(&mut client, &sound()), Some(Refusal::Stale { newest: 1 }));
         // Chunks out of order, beyond the announced end, and without a beginning.
         let chunk = |offset| Request::FlashChunk { offset, bytes: [7; 8].into_iter().collect() };
-        let refused =
-            |client: &mut Client, request: &Request| match between_releases(client, request) {
-                Err(LinkError::Refused(refusal)) => refusal,
-                other => panic!("not refused: {other:?}"),
-            };
+        let refused = |client: &mut Client, request: &Request| match client.request(request) {
+            Err(LinkError::Refused(refusal)) => refusal,
+            other => panic!("not refused: {other:?}"),
+        };
         let order = |expected_offset| Refusal::FlashOrder { expected_offset };
         assert_eq!(refused(&mut client, &Request::FlashTrial), order(0));
         assert_eq!(refused(&mut client, &Request::FlashCommit), Refusal::NoTrial);

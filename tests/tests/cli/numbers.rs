@@ -5,7 +5,7 @@ use std::path::Path;
 use yawrig_tests::process::{yawrig, Ended};
 
 fn run(folder: &Path, command: &str) -> Ended {
-    yawrig(command).in_folder(folder).with_patience(180).run()
+    yawrig(command).in_folder(folder).run()
 }
 
 /// Writes `file` with `from` replaced by `to` wherever it stands.

@@ -3,7 +3,9 @@
 use crate::demo::demo;
 use nix::sys::signal::Signal;
 use std::time::{Duration, Instant};
+use yawrig_link::bench::{Bench, Target};
 use yawrig_tests::process::{yawrig, Running};
+use yawrig_tests::PATIENCE;
 
 /// QEMUs whose image this is: those that the process `owner` started.
 fn children(owner: u32) -> Vec<u32> {
@@ -23,7 +25,7 @@ fn stat(pid: u32) -> Option<(String, u32)> {
 
 /// Waits for the end of processes that got the signal to end.
 fn gone(pids: &[u32]) {
-    let patience = Instant::now() + Duration::from_secs(20);
+    let patience = Instant::now() + PATIENCE;
     for pid in pids {
         while stat(*pid).is_some_and(|(state, _)| state != "Z") {
             assert!(Instant::now() < patience, "process {pid} is left behind");
@@ -34,7 +36,7 @@ fn gone(pids: &[u32]) {
 
 /// A board that swings, and the process number of its QEMU.
 fn swinging() -> (Running, Vec<u32>) {
-    let mut monitor = yawrig("monitor --device qemu --speed 5").with_patience(300).start();
+    let mut monitor = yawrig("monitor --device qemu --speed 5").start();
     monitor.says("--device /dev/");
     let qemu = children(monitor.pid());
     assert_eq!(qemu.len(), 1, "{qemu:?}");
@@ -45,8 +47,7 @@ fn swinging() -> (Running, Vec<u32>) {
 #[ignore = "needs QEMU: tests/run runs it"]
 fn the_main_job_gives_the_same_bits_on_the_arm_image() {
     let here = demo("--seed 1").exits(0).json();
-    let mut running =
-        yawrig("demo --no-report --json --seed 1 --device qemu").with_patience(600).start();
+    let mut running = yawrig("demo --no-report --json --seed 1 --device qemu").start();
     running.says("--device /dev/");
     let qemu = children(running.pid());
     assert_eq!(qemu.len(), 1, "{qemu:?}");
@@ -60,15 +61,16 @@ fn the_main_job_gives_the_same_bits_on_the_arm_image() {
 #[test]
 #[ignore = "needs QEMU: tests/run runs it"]
 fn another_shell_asks_and_writes_to_the_board() {
-    let (mut monitor, _) = swinging();
-    let path = monitor.shared_path();
-    let object = crate::shells::device(&path);
+    // A board whose model stands still: a network is on trial for so many of its samples, not for so long a time.
+    let bench = Bench::open(&Target::Qemu).expect("a board");
+    let path = bench.shared_path();
+    let object = crate::shells::device(path);
     assert!(object["firmware"].as_str().is_some_and(|f| f.contains("mps2-an386")), "{object}");
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("n.yrn");
     std::fs::write(&file, yawrig_tests::networks::another()).expect("room for it");
-    yawrig("flash --device").and(&path).and(&file).run().exits(0);
-    let object = crate::shells::device(&path);
+    yawrig("flash --device").and(path).and(&file).run().exits(0);
+    let object = crate::shells::device(path);
     assert_eq!(object["slots"][0]["state"], "valid");
     assert_eq!(object["network"]["generation"], 1);
 }
@@ -94,7 +96,7 @@ fn a_killed_program_takes_the_board_along() {
 #[test]
 #[ignore = "needs QEMU: tests/run runs it"]
 fn a_reader_that_goes_away_takes_the_board_along() {
-    let command = yawrig("monitor --device qemu --speed 20").with_patience(300);
+    let command = yawrig("monitor --device qemu --speed 20");
     let mut monitor = command.start_with_short_reader(1);
     monitor.says("--device /dev/");
     let qemu = children(monitor.pid());

@@ -2,14 +2,21 @@
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
+use yawrig_link::bench::{Bench, Target};
+use yawrig_rig::{Rig, Sensor, Start};
 use yawrig_tests::networks;
 use yawrig_tests::process::{yawrig, yawrig_as_anybody, Running};
 
 /// A device that swings in the background, and its path.
 pub fn swinging() -> (Running, String) {
-    let mut monitor = yawrig("monitor --device emulated --speed 50").with_patience(120).start();
+    let mut monitor = yawrig("monitor --device emulated --speed 50").start();
     let path = monitor.shared_path();
     (monitor, path)
+}
+
+/// A device whose model is not let go: a network is on trial for so many samples, not for so long a time.
+pub fn standing_still() -> Bench {
+    Bench::open(&Target::Emulated).expect("a device")
 }
 
 pub fn device(path: &str) -> Value {
@@ -69,12 +76,30 @@ fn another_shell_follows_the_releases() {
 
 #[test]
 fn who_comes_late_sees_what_happens_and_not_what_was_waiting_on_the_line() {
-    let mut swinging =
-        yawrig("monitor --device emulated --speed 500 --jsonl").with_patience(120).start();
-    let path = swinging.shared_path();
+    // A device that is swung here, a release at a time.
+    let mut bench = Bench::open(&Target::Emulated).expect("a device");
+    let rig = Rig::default();
+    let condition = rig.conditions(10.0).nth(9).expect("a condition");
+    let path = bench.shared_path().to_owned();
+    let mut swing = |number| {
+        let release = rig.release(&condition, &Start::default(), &Sensor::default(), number);
+        let samples = release.expect("a release").samples.filter_map(|s| s.counts);
+        for some in samples.collect::<Vec<_>>().chunks(1000) {
+            bench.play(some).expect("it takes them");
+        }
+        bench.client.status().expect("its state").next_event
+    };
     // By then much more has been said than a line holds that nobody reads.
-    swinging.prints("\"release\":40,");
-    let ended = yawrig("monitor --jsonl --releases 1 --device").and(&path).run().exits(0);
+    let said = (0..40).map(&mut swing).last().expect("releases");
+    assert!(said > 400, "{said} results");
+    let mut late = yawrig("monitor --jsonl --releases 1 --device").and(&path).start();
+    late.prints("\"device\"");
+    let mut swing_on = 40;
+    while late.runs() {
+        swing(swing_on);
+        swing_on += 1;
+    }
+    let ended = late.ends().exits(0);
     assert!(!ended.stderr.contains("lost"), "{}", ended.report());
     for event in ended.json_lines().into_iter().filter(|event| event["event"] != "device") {
         assert!(event["release"].as_u64().is_some_and(|number| number >= 40), "{event}");
@@ -83,7 +108,8 @@ fn who_comes_late_sees_what_happens_and_not_what_was_waiting_on_the_line() {
 
 #[test]
 fn another_shell_writes_networks_to_both_slots() {
-    let (_monitor, path) = swinging();
+    let bench = standing_still();
+    let path = bench.shared_path().to_owned();
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("trained.yrn");
     yawrig("train --samples 200 --epochs 20 --out").and(&file).run().exits(0);

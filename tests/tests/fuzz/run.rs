@@ -33,7 +33,7 @@ pub struct Target {
 /// Memory that reading an input of some kilobytes may take: what it holds, many times over.
 const MOST_BYTES: usize = 32 << 20;
 /// One input may take this long on a machine that is busy with other things, where it takes microseconds.
-const HANGS_S: u64 = 60;
+const HANGS_S: u64 = yawrig_tests::PATIENCE.as_secs();
 /// Inputs that joined are at most so many.
 const MOST_JOINED: usize = 4000;
 

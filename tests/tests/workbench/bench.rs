@@ -7,6 +7,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use yawrig_tests::process::{yawrig, Running};
+use yawrig_tests::PATIENCE;
 
 /// A free decay with dry friction at 1 kHz, and a folder for it.
 pub const RUBBING: &str =
@@ -40,7 +41,7 @@ impl Bench {
 
     pub fn start_in(folder: TempDir, arguments: &str) -> Self {
         let command = format!("workbench {arguments}");
-        let mut running = yawrig(&command).in_folder(folder.path()).with_patience(900).start();
+        let mut running = yawrig(&command).in_folder(folder.path()).start();
         let url = running.prints("http://");
         let (origin, token) = url.split_once("/?token=").expect("a token in the address");
         let (origin, token) = (origin.to_owned(), token.to_owned());
@@ -63,7 +64,7 @@ impl Bench {
     /// Sends a request as it stands.
     pub fn send(&self, request: &str) -> Reply {
         let mut stream = TcpStream::connect(self.host()).expect("a connection");
-        stream.set_read_timeout(Some(Duration::from_secs(60))).expect("a time limit");
+        stream.set_read_timeout(Some(PATIENCE)).expect("a time limit");
         stream.write_all(request.as_bytes()).expect("room");
         let mut bytes = Vec::new();
         stream.read_to_end(&mut bytes).expect("a reply");
@@ -106,7 +107,7 @@ impl Bench {
     /// Waits until the state is so.
     #[track_caller]
     pub fn wait(&self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
-        let until = Instant::now() + Duration::from_secs(300);
+        let until = Instant::now() + PATIENCE;
         loop {
             let state = self.get("/api/state");
             if is_so(&state) {

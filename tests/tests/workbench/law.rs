@@ -75,13 +75,14 @@ fn a_law_is_offered_measured_named_and_its_name_added() {
     browser.click("#law-button");
     browser.wait("!document.querySelector('#law').hidden");
     browser.wait("document.querySelector('#law li') && document.body.dataset.busy === undefined");
-    let law = yawrig("law r.csv --json --out elsewhere").in_folder(bench.folder.path());
+    let law = yawrig("law r.csv --json").in_folder(bench.folder.path());
     let law = law.run().exits(0).json();
     let names =
         browser.value("[...document.querySelectorAll('#law .name')].map(e => e.textContent)");
     let told = law["names"].as_array().expect("names").iter().map(|n| n["form"].clone());
     assert_eq!(names, Value::Array(told.take(5).collect()));
     assert_eq!(names[0], "stribeck_friction");
+    assert!(!bench.path("found").exists(), "a formula is written when it is added");
     let drawn = bench.get("/api/law?release=0");
     let numbers = |of: &Value, name: &str| -> Vec<f64> {
         let cut = of["cuts"]["damping_law"][name].as_array().expect(name);
@@ -109,7 +110,7 @@ fn a_law_is_offered_measured_named_and_its_name_added() {
     browser.wait(&steps_are(2));
     browser.wait("document.querySelector('#verdict').dataset.status === 'adequate'");
     fallen(&mut browser);
-    let commands = ["fit r.csv", "law r.csv", "add found/stribeck_friction.toml"];
+    let commands = ["fit r.csv", "law r.csv --out found", "add found/stribeck_friction.toml"];
     assert_eq!(bench.text("model.toml"), made_by(&bench.folder, &commands));
     assert!(bench.text("model.journal.jsonl").contains("yawrig add found/stribeck_friction.toml"));
     browser.is_clean(&bench.origin);

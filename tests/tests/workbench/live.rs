@@ -129,18 +129,14 @@ fn a_campaign_is_measured_through_the_page() {
     browser.value("document.querySelector('#live-speed').value = '100'");
     browser.click("#live-connect");
     browser.wait("!document.querySelector('#live-measure').hidden");
-    // What cannot be is said, and nothing is begun.
-    browser.fill("#measure-file", "nothing.toml");
-    browser.click("#measure-begin");
-    browser.wait("document.querySelector('#live-log [data-event=refused]')");
-    assert!(browser.text("#live-log [data-event=refused]").contains("nothing.toml"));
+    // One is made before the campaign begins: of no condition, it is told from others by its number and time.
+    browser.click("#live-record");
+    browser.wait("[...document.querySelectorAll('.release button')].some((b) => /^no\\. \\d+, \\d\\d:\\d\\d:\\d\\d$/.test(b.textContent))");
     browser.fill("#measure-file", "plan/campaign.toml");
     browser.click("#measure-begin");
-    browser.wait("document.querySelector('#measure-next').textContent.includes('release 1 of 32')");
-    // Some are made; which, depends on how quick this machine is.
+    // Which of them it is by now, depends on how quick this machine is.
+    browser.wait("/release \\d+ of 32/.test(document.querySelector('#measure-next').textContent)");
     browser.wait("document.querySelectorAll('#measure-points tbody tr').length >= 5");
-    // A release that is of no condition is told from others by its number and time.
-    browser.wait("[...document.querySelectorAll('.release button')].some((b) => /^no\\. \\d+, \\d\\d:\\d\\d:\\d\\d$/.test(b.textContent))");
     let points = browser.text("#measure-points tbody");
     assert!(points.contains("10 m/s"), "{points} {}", browser.text("#live-log"));
     browser.picture(&pictures().join("measure.png"));
@@ -155,6 +151,19 @@ fn a_campaign_is_measured_through_the_page() {
     assert_eq!(rows[0][0], "K8 front, 10 m/s");
     let panel = "(() => { const e = document.querySelector('#measure-panel'); return e.scrollWidth - e.clientWidth; })()";
     assert_eq!(browser.value(panel), 0);
+    // What it began with, in its own record.
+    let log =
+        std::fs::read_dir(bench.path("recordings/plan-campaign")).expect("a folder").flatten();
+    let log =
+        log.map(|entry| entry.path()).find(|file| file.extension().is_some_and(|e| e == "jsonl"));
+    let log = std::fs::read_to_string(log.expect("a log")).expect("a log");
+    let lines = log.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
+    let first = lines.into_iter().find(|line| line["event"] == "condition").expect("a condition");
+    assert_eq!(
+        (&first["spring"], &first["wind_speed_m_s"]),
+        (&json!("K1"), &json!(0.0)),
+        "{first}"
+    );
     let truth = Rig::default();
     for row in rows.as_array().expect("rows") {
         println!("{row}");
@@ -171,6 +180,13 @@ fn a_campaign_is_measured_through_the_page() {
         assert!((value(cn_beta) / planted.cn_beta - 1.0).abs() < 1e-3, "{row}");
         assert!((value(cn_r) / planted.cn_r - 1.0).abs() < 5e-3, "{row}");
     }
+    // What cannot be is said, and nothing is begun. The rig rests: nothing else comes to the log.
+    let next = browser.text("#measure-next");
+    browser.fill("#measure-file", "nothing.toml");
+    browser.click("#measure-begin");
+    browser.wait("document.querySelector('#live-log [data-event=refused]')");
+    assert!(browser.text("#live-log [data-event=refused]").contains("nothing.toml"));
+    assert_eq!(browser.text("#measure-next"), next);
     // One condition by itself, and one that cannot be.
     browser.value("(() => { const e = document.querySelector('#measure-what'); e.value = 'condition'; e.dispatchEvent(new Event('change')); })()");
     browser.fill("#measure-file", "");

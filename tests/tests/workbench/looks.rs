@@ -4,6 +4,7 @@ use crate::bench::{pictures, Bench};
 use crate::refusals::campaign_with_a_gap;
 use std::time::{Duration, Instant};
 use yawrig_tests::browser::{Browser, Window};
+use yawrig_tests::PATIENCE;
 
 /// Elements of the page's frame that stick out of the window or of each other, or hide part of their own text.
 const CUT_OFF: &str = "(() => { const out = [], w = innerWidth, h = innerHeight; \
@@ -25,7 +26,7 @@ const CUT_OFF: &str = "(() => { const out = [], w = innerWidth, h = innerHeight;
 /// Asserts that nothing is cut off, once the page has been laid out anew; `what` is looked at.
 #[track_caller]
 pub fn nothing_is_cut_off(browser: &mut Browser, what: &str) {
-    let until = Instant::now() + Duration::from_secs(30);
+    let until = Instant::now() + PATIENCE;
     loop {
         let found = browser.value(CUT_OFF);
         if found == serde_json::json!([]) {

@@ -3,9 +3,9 @@
 use crate::bench::{pictures, Bench};
 use crate::looks::nothing_is_cut_off;
 use serde_json::{json, Value};
-use std::io::Write;
 use std::path::Path;
 use tempfile::TempDir;
+use yawrig_link::live::item::Item;
 use yawrig_tests::browser::{Browser, Window};
 use yawrig_tests::process::yawrig;
 
@@ -13,11 +13,17 @@ use yawrig_tests::process::yawrig;
 fn recorded() -> TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let command = "monitor --speed 20 --releases 2 --record session.csv";
-    let (monitor, mut typed) = yawrig(command).typing();
-    let mut monitor = monitor.in_folder(folder.path()).with_patience(120).start();
-    monitor.prints("window");
-    writeln!(typed, "wind on").expect("it listens");
-    monitor.ends().exits(0);
+    yawrig(command).in_folder(folder.path()).run().exits(0);
+    // As if somebody had typed it when the first window came.
+    let file = folder.path().join("session.jsonl");
+    let log = std::fs::read_to_string(&file).expect("a log");
+    let mut lines: Vec<String> = log.lines().map(str::to_owned).collect();
+    let is_window = |line: &String| line.contains("\"event\":\"window\"");
+    let place = lines.iter().position(is_window).expect("a window");
+    let window = Item::from_json(&serde_json::from_str(&lines[place]).expect("JSON"));
+    let mark = Item::Mark { at: window.expect("a window").at(), text: "wind on".to_owned() };
+    lines.insert(place + 1, mark.to_json().to_string());
+    std::fs::write(&file, lines.join("\n") + "\n").expect("room");
     folder
 }
 
@@ -218,6 +224,12 @@ fn a_session_is_shown_again_on_the_page() {
     browser.wait(&format!("{} === 0", log("release")));
     browser.key("]");
     browser.wait(&format!("{} === 1 || {at} > 1", log("mark")));
+    // As slowly as it was, so that it still plays when that is looked at.
+    browser.value("document.querySelector('#replay-speed').focus()");
+    browser.key("ArrowUp");
+    browser.key("ArrowUp");
+    browser.wait("document.querySelector('#live-replay').dataset.speed === '1'");
+    browser.value("document.activeElement.blur()");
     browser.key(" ");
     browser.wait("document.querySelector('#live-replay').dataset.playing === 'true'");
     browser.key(" ");

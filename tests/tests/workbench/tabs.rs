@@ -16,16 +16,15 @@ fn eight_tabs_are_as_quick_as_one() {
         let opened = browser.call("Runtime.evaluate", another);
         assert_eq!(opened["result"]["value"], true, "{opened}");
     }
-    // Long enough for each to have opened what it opens.
-    std::thread::sleep(std::time::Duration::from_secs(4));
-    let answered = browser.value(
-        "Promise.race([fetch('/api/state').then(r => r.status), \
-         new Promise(late => setTimeout(() => late('late'), 15000))])",
-    );
-    assert_eq!(answered, json!(200));
+    // Each has opened what it opens, and shows it.
+    browser.each_tab(&bench.origin, 8, |tab| {
+        tab.wait("document.querySelector('.badge.structured')");
+    });
+    assert_eq!(browser.value("fetch('/api/state').then(r => r.status)"), json!(200));
     // News still comes to each: here a step that was taken elsewhere.
     yawrig_tests::process::yawrig("fit rubbing.csv").in_folder(bench.folder.path()).run().exits(0);
-    browser.wait("document.getElementById('subtitle').textContent.includes('model.toml ·')");
+    let fitted = "document.getElementById('subtitle').textContent.includes('model.toml ·')";
+    browser.each_tab(&bench.origin, 8, |tab| tab.wait(fitted));
 }
 
 #[test]
@@ -38,7 +37,7 @@ fn a_folder_that_may_only_be_read_is_opened_to_look() {
     yawrig_tests::process::yawrig(RUBBING).in_folder(folder.path()).run().exits(0);
     mode(0o555);
     let command = yawrig_as_anybody("workbench rubbing.csv").in_folder(folder.path());
-    let mut running = command.with_patience(120).start();
+    let mut running = command.start();
     running.says("opens for viewing only");
     let url = running.prints("http://");
     let (origin, token) = url.split_once("/?token=").expect("a token in the address");

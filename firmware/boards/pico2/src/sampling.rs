@@ -2,7 +2,7 @@
 //! writes its readings to a ring, and the timer, which has the same crystal, says how many there must be. The processor
 //! may be away for a second before a sample is lost.
 
-use crate::timing::{divider, readings};
+use crate::timing::{divider, readings, ENDLESS, FIRST_READING_US};
 use core::ptr::{addr_of, addr_of_mut};
 use embedded_storage::nor_flash::NorFlash;
 use rp235x_hal::pac::{ADC, DMA};
@@ -61,7 +61,7 @@ impl Sampling {
             self.adc.fcs().write(|w| w.en().set_bit().dreq_en().set_bit().thresh().bits(1));
             channel.ch_read_addr().write(|w| w.bits(self.adc.fifo().as_ptr() as u32));
             channel.ch_write_addr().write(|w| w.bits(addr_of_mut!(READINGS) as u32));
-            channel.ch_trans_count().write(|w| w.mode().endless());
+            channel.ch_trans_count().write(|w| w.bits(ENDLESS));
             channel.ch_ctrl_trig().write(|w| {
                 w.data_size().size_halfword();
                 w.incr_read().clear_bit().incr_write().set_bit();
@@ -71,9 +71,12 @@ impl Sampling {
             });
             self.adc.cs().write(|w| w.en().set_bit().ainsel().bits(INPUT).start_many().set_bit());
         }
-        // A converter that does not begin is the watchdog's.
-        while self.position() == 0 {}
-        self.first_us = self.timer.get_counter().ticks();
+        // A converter that does not begin is the watchdog's; the host is answered meanwhile.
+        let begun_us = self.timer.get_counter().ticks();
+        self.first_us = begun_us;
+        while self.position() == 0 && self.first_us - begun_us < FIRST_READING_US {
+            self.first_us = self.timer.get_counter().ticks();
+        }
     }
 
     /// Where in the ring DMA writes next.

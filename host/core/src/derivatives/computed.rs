@@ -4,7 +4,7 @@ use super::campaign::{Campaign, ReleaseEntry};
 use super::condition::{group, Condition, Identified};
 use super::inputs::{axis_index, uncertain, Inputs, Layout};
 use super::propagation::Propagation;
-use super::table::{ByAxis, InertiaLine, ReleaseRow, Table};
+use super::table::{ByAxis, ConditionRow, InertiaLine, ReleaseRow, Table};
 use crate::error::{Error, Result};
 use crate::quantity::Quantity;
 use std::path::Path;
@@ -116,6 +116,7 @@ impl<'a> Computed<'a> {
                 front: self.inertia_line(Axis::Front),
             },
             points: propagation.points(&self.conditions),
+            conditions: self.conditions.iter().map(ConditionRow::of).collect(),
             releases: self.campaign.release.iter().zip(self.identified).map(row).collect(),
             assumed_zero: assumed_zero(self.campaign),
             notes: self.notes(),
@@ -168,6 +169,7 @@ impl<'a> Computed<'a> {
         if self.conditions.iter().all(|condition| condition.releases.len() == 1) {
             notes.push("repeatability is not assessed: no condition was released twice".to_owned());
         }
+        notes.extend(self.conditions.iter().filter_map(Condition::scatter));
         let used: Vec<usize> =
             self.layout.places.iter().filter_map(|place| Some(place.front?.on)).collect();
         for (index, condition) in self.conditions.iter().enumerate() {

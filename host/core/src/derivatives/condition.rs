@@ -4,6 +4,7 @@ use super::campaign::Campaign;
 use crate::identify::flag::Flag;
 use crate::identify::Identification;
 use crate::quantity::Quantity;
+use crate::statistics::rare_chi_squared;
 use serde::Serialize;
 use std::collections::HashMap;
 use yawrig_shared::axis::Axis;
@@ -41,6 +42,8 @@ pub struct Mean {
     pub value: f64,
     pub u_fit: f64,
     pub u_repeatability: f64,
+    /// By how much the repeats scatter more than their fits state, where that is more than chance; else 1.
+    pub birge_ratio: f64,
 }
 
 impl Mean {
@@ -118,15 +121,35 @@ impl Condition {
     fn is_wind_on(&self) -> bool {
         self.wind_speed_m_s > 0.0
     }
+
+    /// What is to be said where its repeats scatter by more than chance.
+    pub(super) fn scatter(&self) -> Option<String> {
+        let of = |mean: &Mean, name: &str| {
+            (mean.birge_ratio > 1.0).then(|| format!("{:.1} times in {name}", mean.birge_ratio))
+        };
+        let both = [of(&self.natural_frequency_rad_s, "wn"), of(&self.damping_rad_s, "2 zeta wn")];
+        let times: Vec<String> = both.into_iter().flatten().collect();
+        let Self { spring, axis, wind_speed_m_s, releases, .. } = self;
+        (!times.is_empty()).then(|| {
+            format!(
+                "spring {spring}, {axis} axis, {wind_speed_m_s:.3} m/s: its {} releases scatter more than their fits state, {}, \
+                 which chance does once in a hundred at most; the uncertainty of their mean is widened by that",
+                releases.len(),
+                times.join(" and ")
+            )
+        })
+    }
 }
 
 /// The conditions ([`settings`]), each with the means over its releases.
 ///
 /// Releases scatter more than their fits' uncertainties say; that excess is pooled over all repeated conditions
 /// (wind off and wind on apart, relative for wn, absolute for 2 zeta wn), since two or three repeats of one tell
-/// little, and it counts for the conditions released once too.
+/// little, and it counts for the conditions released once too. Where the repeats of one condition scatter more than
+/// their fits state by more than chance, its mean's uncertainty is the stated one times the Birge ratio at least
+/// (R. T. Birge, Phys. Rev. 40, 1932).
 pub fn group(campaign: &Campaign, identified: &[Identified]) -> Vec<Condition> {
-    let nothing = Mean { value: 0.0, u_fit: 0.0, u_repeatability: 0.0 };
+    let nothing = Mean { value: 0.0, u_fit: 0.0, u_repeatability: 0.0, birge_ratio: 1.0 };
     let condition = |setting: Setting| Condition {
         spring: setting.spring,
         axis: setting.axis,
@@ -190,6 +213,22 @@ fn excess_scatter(groups: &[Vec<Quantity>]) -> f64 {
     }
 }
 
+/// Square root of chi squared per degree of freedom of repeats against their stated uncertainties, and what the weighted
+/// mean's would be by those; `None` where chance alone exceeds it once in a hundred or more often, or where a release
+/// claims to be exact.
+fn birge(values: &[Quantity]) -> Option<(f64, f64)> {
+    let freedom = values.len().checked_sub(1).filter(|n| *n > 0)? as f64;
+    if !values.iter().all(|q| q.u > 0.0 && q.u.is_finite()) {
+        return None;
+    }
+    let weight = |q: &Quantity| (q.u * q.u).recip();
+    let total: f64 = values.iter().map(weight).sum();
+    let mean = values.iter().map(|q| weight(q) * q.value).sum::<f64>() / total;
+    let chi_squared: f64 = values.iter().map(|q| weight(q) * (q.value - mean).powi(2)).sum();
+    let is_rare = chi_squared > rare_chi_squared(freedom);
+    is_rare.then(|| ((chi_squared / freedom).sqrt(), total.sqrt().recip()))
+}
+
 /// Weighted by 1 / (u^2 + tau^2); unweighted where a release claims to be exact.
 fn mean(values: &[Quantity], tau: f64) -> Mean {
     let variances = values.iter().map(|q| q.u * q.u + tau * tau);
@@ -201,10 +240,15 @@ fn mean(values: &[Quantity], tau: f64) -> Mean {
     let total: f64 = weights.iter().sum();
     let shares: Vec<f64> = weights.iter().map(|weight| weight / total).collect();
     let both = || values.iter().zip(&shares);
+    let u_fit = both().map(|(q, share)| (share * q.u).powi(2)).sum::<f64>().sqrt();
+    let pooled = tau.abs() * shares.iter().map(|share| share * share).sum::<f64>().sqrt();
+    let (birge_ratio, stated) = birge(values).unwrap_or((1.0, 0.0));
+    let widened = (birge_ratio * stated).powi(2) - u_fit * u_fit;
     Mean {
         value: both().map(|(q, share)| share * q.value).sum(),
-        u_fit: both().map(|(q, share)| (share * q.u).powi(2)).sum::<f64>().sqrt(),
-        u_repeatability: tau.abs() * shares.iter().map(|share| share * share).sum::<f64>().sqrt(),
+        u_fit,
+        u_repeatability: pooled.max(widened.max(0.0).sqrt()),
+        birge_ratio,
     }
 }
 
@@ -231,6 +275,60 @@ mod tests {
         assert!((tau - (0.08f64 / 3.0).sqrt()).abs() < 1e-12);
         assert!((mean(&groups[2], tau).u_repeatability - tau / 3f64.sqrt()).abs() < 1e-12);
         assert_eq!(mean(&groups[1], tau).u_repeatability, tau, "counts for what was released once");
+    }
+
+    /// Five releases of each of 2000 conditions, normally distributed about one value by `scatter` times what they state.
+    fn repeats(scatter: f64) -> Vec<Vec<Quantity>> {
+        use rand::SeedableRng;
+        use rand_distr::{Distribution, Normal};
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(25);
+        let normal = Normal::new(0.0, scatter).expect("a spread");
+        let one = |k: u32| [0.01, 0.02, 0.015, 0.01, 0.03][k as usize];
+        let mut of = |k: u32| Quantity::new(1.0 + one(k) * normal.sample(&mut random), one(k));
+        (0..2000).map(|_| (0..5).map(&mut of).collect()).collect()
+    }
+
+    #[test]
+    fn repeats_that_scatter_more_than_they_state_widen_their_mean_by_the_birge_ratio() {
+        let all = repeats(4.0);
+        let means: Vec<Mean> = all.iter().map(|of| mean(of, 0.0)).collect();
+        // Chi squared of 4 degrees of freedom times 16 is below what is rare, 13.3, in 6.6 % of conditions.
+        let widened = means.iter().filter(|m| m.birge_ratio > 1.0).count();
+        assert!((1830..=1905).contains(&widened), "{widened}");
+        // The mean of chi squared over its degrees of freedom is one.
+        let square = |m: &Mean| m.birge_ratio.powi(2);
+        let of_stated = means.iter().map(square).sum::<f64>() / 2000.0;
+        assert!((of_stated / 16.0 - 1.0).abs() < 0.06, "{of_stated}");
+        for (of, m) in all.iter().zip(&means).filter(|(_, m)| m.birge_ratio > 1.0) {
+            let stated = of.iter().map(|q| (q.u * q.u).recip()).sum::<f64>().sqrt().recip();
+            assert!((m.u() / (m.birge_ratio * stated) - 1.0).abs() < 1e-12, "{m:?}");
+            assert!((m.u_fit / stated - 1.0).abs() < 1e-12, "{m:?}");
+        }
+        // Truths within 2 u: Student's t of 4 degrees of freedom says 88.4 %.
+        let held = means.iter().filter(|m| (m.value - 1.0).abs() < 2.0 * m.u()).count();
+        assert!((1680..=1830).contains(&held), "{held}");
+    }
+
+    #[test]
+    fn repeats_that_agree_are_not_widened() {
+        let all = repeats(1.0);
+        let means: Vec<Mean> = all.iter().map(|of| mean(of, 0.0)).collect();
+        // Once in a hundred it is chance: 20 of 2000, deviation 4.4.
+        let widened = means.iter().filter(|m| m.birge_ratio > 1.0).count();
+        assert!((7..=34).contains(&widened), "{widened}");
+        assert!(means.iter().filter(|m| m.birge_ratio == 1.0).all(|m| m.u_repeatability == 0.0));
+        assert_eq!(mean(&all[0][..1], 0.0).birge_ratio, 1.0, "released once");
+        let exact = [Quantity::exact(1.0), Quantity::exact(1.1)];
+        assert_eq!(mean(&exact, 0.05).birge_ratio, 1.0, "exact");
+    }
+
+    #[test]
+    fn what_all_conditions_scatter_counts_where_it_is_more() {
+        let group = [Quantity::new(1.0, 0.01), Quantity::new(1.08, 0.01)];
+        let (alone, pooled) = (mean(&group, 0.0), mean(&group, 0.2));
+        assert!((alone.birge_ratio - 32.0f64.sqrt()).abs() < 1e-9, "{alone:?}");
+        assert!((alone.u() - 0.04).abs() < 1e-9, "half the difference: {alone:?}");
+        assert!((pooled.u_repeatability - 0.2 / 2f64.sqrt()).abs() < 1e-12, "{pooled:?}");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The derivative table of a campaign with its uncertainties: what is printed, as plain structs.
 
-use super::condition::Identified;
+use super::condition::{Condition, Identified};
 use crate::quantity::Quantity;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -64,6 +64,49 @@ pub struct InertiaLine {
     pub chi_squared_per_degree: Option<f64>,
 }
 
+/// By how much repeats scatter more than their fits state, where that is more than chance; else 1.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BirgeRatio {
+    pub natural_frequency: f64,
+    /// Of 2 zeta wn.
+    pub damping: f64,
+}
+
+/// The mean of the releases of one spring and axis at one wind speed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ConditionRow {
+    pub spring: String,
+    pub axis: Axis,
+    /// 0: wind off.
+    pub wind_speed_m_s: f64,
+    pub repeats: usize,
+    pub natural_frequency_rad_s: Quantity,
+    pub damping_ratio: Quantity,
+    /// `null` for what was released once.
+    pub birge_ratio: Option<BirgeRatio>,
+}
+
+impl ConditionRow {
+    pub(super) fn of(condition: &Condition) -> Self {
+        let (wn, damping) = (condition.natural_frequency_rad_s, condition.damping_rad_s);
+        let zeta = damping.value / (2.0 * wn.value);
+        let u_zeta = (damping.u() / (2.0 * wn.value)).hypot(zeta * wn.u() / wn.value);
+        let repeats = condition.releases.len();
+        Self {
+            spring: condition.spring.clone(),
+            axis: condition.axis,
+            wind_speed_m_s: condition.wind_speed_m_s,
+            repeats,
+            natural_frequency_rad_s: Quantity::new(wn.value, wn.u()),
+            damping_ratio: Quantity::new(zeta, u_zeta),
+            birge_ratio: (repeats > 1).then_some(BirgeRatio {
+                natural_frequency: wn.birge_ratio,
+                damping: damping.birge_ratio,
+            }),
+        }
+    }
+}
+
 /// One release with what was found in it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReleaseRow {
@@ -88,6 +131,7 @@ pub struct Table {
     pub inertia_kg_m2: ByAxis<Quantity>,
     pub inertia_line: ByAxis<InertiaLine>,
     pub points: Vec<Point>,
+    pub conditions: Vec<ConditionRow>,
     pub releases: Vec<ReleaseRow>,
     /// Entries of the campaign file left out, whose uncertainty is taken as zero.
     pub assumed_zero: Vec<String>,

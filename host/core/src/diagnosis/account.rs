@@ -24,6 +24,9 @@ const LEAST_OFFSET: f64 = 0.005;
 /// Residual of a part of the amplitudes, over that of all, from which on it is named.
 const STANDS_OUT: f64 = 1.3;
 
+/// Share of the plain model's mean square that may be left where effects mostly explain a record.
+pub(super) const MOST_LEFT: f64 = 0.25;
+
 /// What is left where a model explains the record.
 pub(super) const NOISE: &str = "no more than the noise";
 
@@ -84,11 +87,11 @@ pub(crate) fn rest_angle(model: &Fitted) -> Quantity {
     Quantity::new(model.parameters[PLAIN], (variance * model.inflation).max(0.0).sqrt())
 }
 
-/// The constant moment under which `model` rests where it does, over Izz, as a parameter of `static_offset`.
+/// The constant moment under which `model` rests where it does, over Izz, as the parameter of that effect.
 pub(super) fn moment_of_rest(model: &Fitted) -> (String, Quantity) {
     let stiffness = model.parameters[0].powi(2);
     let rest = rest_angle(model);
-    ("static_offset.m".into(), Quantity::new(stiffness * rest.value, stiffness * rest.u))
+    (Effect::of_rest().first_name(), Quantity::new(stiffness * rest.value, stiffness * rest.u))
 }
 
 /// Fits what survived to the whole of `decay`. With `zero_unknown` a rest off the sensor's zero is not named.
@@ -140,10 +143,11 @@ pub(crate) fn account(
         if held_out_rad >= survivors.path[0].prediction.rms_rad() {
             steps.push(Step { added: None, model, held_out_rad, parameters: BTreeMap::new() });
         }
-        effects.push(Effect::StaticOffset);
+        effects.push(Effect::of_rest());
     }
     let plain = steps.len();
     for (model, judged) in fits.into_iter().zip(&survivors.path) {
+        let model = model.with_discrepancy(decay);
         let is_new = |e: &&Effect| !effects.contains(e) && !survivors.there().contains(e);
         let new = model.structure.effects.iter().find(is_new).cloned();
         effects.extend(new.clone());
@@ -153,7 +157,7 @@ pub(crate) fn account(
             let (name, moment) = moment_of_rest(&model);
             parameters.insert(name, moment);
         }
-        let added = new.or((plain > 0 && steps.len() == plain).then_some(Effect::StaticOffset));
+        let added = new.or((plain > 0 && steps.len() == plain).then(Effect::of_rest));
         // Two effects may be needed before either helps: until then a smaller model of the path predicts better.
         let smaller = steps.last().map_or(f64::INFINITY, |step: &Step| step.held_out_rad);
         let held_out_rad = judged.prediction.rms_rad().min(smaller);
@@ -173,13 +177,23 @@ impl Account {
         self.steps.last().expect("the plain model")
     }
 
+    /// Of the plain model's mean square.
+    fn share_left(&self) -> f64 {
+        let plain = &self.steps[self.plain].model;
+        (self.last().model.sum_of_squares / plain.sum_of_squares).min(1.0)
+    }
+
+    /// Whether effects that survive prediction account for most of what the plain model misses.
+    pub(crate) fn explains_most(&self) -> bool {
+        self.effects.iter().any(|e| !e.moves_rest()) && self.share_left() < MOST_LEFT
+    }
+
     pub(crate) fn left(&self, decay: &FreeDecay, where_: &Where) -> Left {
         let last = &self.last().model;
-        let plain = &self.steps[self.plain].model;
         Left {
             rms_deg: last.rms_rad().to_degrees(),
             share_of_amplitude: last.rms_rad() / decay.amplitude_rad,
-            share_of_misfit: (last.sum_of_squares / plain.sum_of_squares).min(1.0),
+            share_of_misfit: self.share_left(),
             where_: match is_explained(last, decay) {
                 true => NOISE.into(),
                 false => in_words(decay, where_),

@@ -5,7 +5,7 @@ use crate::diagnosis::guards;
 use crate::diagnosis::over_pieces::Model;
 use crate::diagnosis::prediction::{Prediction, LEAST_GAIN};
 use crate::diagnosis::shared_set::Set;
-use crate::diagnosis::survivors::{candidates, excludes, judged, Survivors};
+use crate::diagnosis::survivors::{candidates, judged, Survivors};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::free_decay::FreeDecay;
@@ -67,7 +67,7 @@ pub(super) fn alike_in_releases(set: &Set, prediction: &Prediction) -> Result<Ve
     for inside in set.effects.iter().filter(|e| !set.common.present.contains(e)) {
         let smaller = set.without(inside);
         let fits = |other: &&Effect| {
-            !set.effects.contains(other) && !smaller.effects.iter().any(|e| excludes(e, other))
+            !set.effects.contains(other) && !smaller.effects.iter().any(|e| e.excludes(other))
         };
         for other in outside.iter().filter(fits) {
             set.common.stop.check()?;

@@ -2,7 +2,8 @@
 
 use crate::diagnosis::compare::Where;
 use crate::effects::Effect;
-use crate::fit::fitting::{held_out_over_noise, refit, Fitted, Structure};
+use crate::fit::at_amplitude::AtAmplitude;
+use crate::fit::fitting::{held_out_over_noise, refit, Covariance, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
 use crate::stop::Stop;
@@ -76,6 +77,11 @@ pub struct Diagnosis {
     /// An accepted effect and one that does as well in its place.
     pub indistinguishable: Vec<[Effect; 2]>,
     pub modal: Modal,
+    /// Of the model of the verdict, from the largest amplitude to the smallest; none where it is random.
+    pub at_amplitude: Vec<AtAmplitude>,
+    /// Of the numbers of the model of the verdict.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<Covariance>,
     pub steps: Vec<Step>,
     /// Every effect alone, best first.
     pub candidates: Vec<Candidate>,

@@ -3,7 +3,6 @@
 use crate::bic::MARGIN;
 use crate::diagnosis::answer::Options;
 use crate::diagnosis::guards::Refusal;
-use crate::diagnosis::survivors::SINE_FROM;
 use crate::effects::Effect;
 use crate::error::{Error, Result};
 use crate::fit::fitting::{fit_added, fit_plain_within, Fitted, Structure};
@@ -41,13 +40,9 @@ impl Begun {
     pub fn of(decay: &FreeDecay, options: &Options) -> Result<Self> {
         let zero_unknown = options.zero_unknown;
         let plain = present(decay, options)?;
-        let mut candidates: Vec<Effect> = Effect::deterministic()
-            .filter(|e| !(zero_unknown && *e == Effect::StaticOffset))
-            .collect();
-        candidates.retain(|e| !e.is_flexible());
-        if decay.amplitude_rad < SINE_FROM {
-            candidates.retain(|e| *e != Effect::PendulumGravity);
-        }
+        let mut candidates: Vec<Effect> =
+            Effect::deterministic().filter(|e| !(zero_unknown && e.moves_rest())).collect();
+        candidates.retain(|e| !e.is_flexible() && decay.amplitude_rad >= e.distinct_from_rad());
         for own in options.own.iter().filter(|e| e.is_own()) {
             if !candidates.contains(own) {
                 candidates.push(own.clone());

@@ -11,8 +11,9 @@ use crate::diagnosis::forced::{self, Forced};
 use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::late_release;
 use crate::diagnosis::search::{self, beyond, criterion, Begun};
-use crate::effects::Effect;
+use crate::effects::{Acts, Effect};
 use crate::error::Result;
+use crate::fit::at_amplitude::at_amplitudes;
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
@@ -43,7 +44,7 @@ pub(super) fn by_likelihood(
     let fresh = options.present.effects.is_empty() && !options.zero_unknown;
     let effects = &about_zero.0.diagnosis.effects;
     // Beside a single effect the two models are one, with other numbers.
-    if !about_zero.1 || !fresh || effects.len() < 3 || !effects.contains(&Effect::StaticOffset) {
+    if !about_zero.1 || !fresh || effects.len() < 3 || !effects.iter().any(Effect::moves_rest) {
         return Ok(about_zero);
     }
     let options = Options { zero_unknown: true, ..options.clone() };
@@ -68,17 +69,18 @@ fn name_rest(answer: &mut Diagnosed, about_zero: &Diagnosed) {
         diagnosis.rest_angle_deg =
             Some(Quantity::new(rest.value.to_degrees(), rest.u.to_degrees()));
     }
-    diagnosis.steps[0].added = Some(Effect::StaticOffset);
+    diagnosis.steps[0].added = Some(Effect::of_rest());
     diagnosis.steps.insert(0, about_zero.diagnosis.steps[0].clone());
-    diagnosis.effects.insert(0, Effect::StaticOffset);
+    diagnosis.effects.insert(0, Effect::of_rest());
     diagnosis.candidates.clone_from(&about_zero.diagnosis.candidates);
     answer.path.insert(0, about_zero.path[0].clone());
     answer.singles.clone_from(&about_zero.singles);
 }
 
 fn one_answer(record: &Record, decay: &FreeDecay, begun: &Begun) -> Result<(Diagnosed, bool)> {
-    let found = search::search(decay, begun)?;
+    let mut found = search::search(decay, begun)?;
     let decay = &found.decay;
+    found.path = found.path.into_iter().map(|model| model.with_discrepancy(decay)).collect();
     let last = found.path.last().expect("the plain model");
     let alone = found.explained && beyond(&found.plain, last).len() < 2;
     // Random forcing that hardly shows bends a single effect to it; then it has to be likelier by itself.
@@ -98,11 +100,13 @@ fn one_answer(record: &Record, decay: &FreeDecay, begun: &Begun) -> Result<(Diag
         (false, _) => Status::Unexplained,
     };
     let mut modal_values = modal(last);
+    let (mut at_amplitude, mut covariance) = (at_amplitudes(decay, last), last.named_covariance());
     if status == Status::Explained {
         if let Some(model) = late_release::from_release(record, decay, last) {
             steps.last_mut().expect("a model").parameters =
                 model.effect_parameters().into_iter().collect();
             modal_values = modal(&model);
+            (at_amplitude, covariance) = (at_amplitudes(decay, &model), model.named_covariance());
         }
     }
     let diagnosis = Diagnosis {
@@ -116,6 +120,8 @@ fn one_answer(record: &Record, decay: &FreeDecay, begun: &Begun) -> Result<(Diag
             .map(|(a, b)| [a.clone(), b.clone()])
             .collect(),
         modal: modal_values,
+        at_amplitude,
+        covariance,
         steps,
         candidates: candidates(decay, &found.plain, &found.singles, &found.refused),
         where_: compare::locate(decay, last),
@@ -156,17 +162,10 @@ pub(super) fn random_forcing(decay: &FreeDecay, begun: &Begun, best: &Fitted) ->
 fn is_beyond_doubt(forced: &Forced, decay: &FreeDecay) -> bool {
     let model = &forced.model;
     let [effect] = &model.structure.effects[..] else { return false };
-    let of_time = matches!(
-        effect,
-        Effect::HarmonicForcing
-            | Effect::StiffnessDrift
-            | Effect::BaselineDrift
-            | Effect::SecondMode
-    );
-    if of_time || forced.forcing.unsteadiness > STEADY {
+    if matches!(effect.acts_on(), Acts::Time | Acts::Line) || forced.forcing.unsteadiness > STEADY {
         return false;
     }
-    let size = format!("{effect}.{}", effect.parameters()[0].name);
+    let size = effect.first_name();
     let numbers = model.effect_parameters();
     let stands_out = |(name, q): &(String, Quantity)| *name == size && !q.holds(0.0, BEYOND_DOUBT);
     numbers.iter().any(stands_out) && guards::refusal(model, decay).is_none()
@@ -188,11 +187,11 @@ fn buffeted_verdict(
             residual_rms_deg: decay.raw_rms_deg(b.over_noise * decay.noise_rad),
             residual_over_noise: b.over_noise,
             held_out_over_noise: b.over_noise,
-            parameters: BTreeMap::from([("buffeting.q".to_string(), intensity)]),
+            parameters: BTreeMap::from([(Effect::random().first_name(), intensity)]),
         }
     };
-    let mut steps = vec![step(decay, plain, 0), random_step(Effect::Buffeting, b)];
-    let mut effects = vec![Effect::Buffeting];
+    let mut steps = vec![step(decay, plain, 0), random_step(Effect::random(), b)];
+    let mut effects = vec![Effect::random()];
     let mut modal_values = Modal {
         natural_frequency_rad_s: Quantity::new(b.natural_frequency_rad_s, u_wn),
         damping_ratio: Quantity::new(b.damping_ratio, u_zeta),
@@ -211,7 +210,7 @@ fn buffeted_verdict(
     let evidence = definite - bic::of_deviance(b.deviance, n, plain.parameters.len() + 1);
     let random = Candidate {
         reason: None,
-        effect: Effect::Buffeting,
+        effect: Effect::random(),
         residual_over_noise: b.over_noise,
         evidence,
         converged: true,
@@ -227,6 +226,8 @@ fn buffeted_verdict(
         effects,
         indistinguishable: Vec::new(),
         modal: modal_values,
+        at_amplitude: forced.map_or_else(Vec::new, |f| at_amplitudes(decay, &f.model)),
+        covariance: forced.and_then(|f| f.model.named_covariance()),
         steps,
         candidates,
         where_: compare::locate(decay, forced.map_or(plain, |f| &f.model)),

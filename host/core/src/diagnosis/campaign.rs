@@ -144,8 +144,8 @@ fn judged(
     let forced = campaign.randomly_forced(&judged, shared.last().expect("a model"));
     let diagnosis = campaign.verdict(&judged, &shared, forced)?;
     let plain = judged.path[0].fits.clone();
-    let last = match diagnosis.effects[..] {
-        [Effect::Buffeting] => plain.clone(),
+    let last = match &diagnosis.effects[..] {
+        [only] if only.is_random() => plain.clone(),
         _ => shared.last().expect("a model").joint.fits.clone(),
     };
     Ok((diagnosis, plain, last))
@@ -243,7 +243,7 @@ impl Campaign<'_> {
 
     /// The verdict that a random moment moves the model.
     fn add_forced(&self, out: &mut CampaignDiagnosis, forced: &[Buffeted]) {
-        let effect = Effect::Buffeting;
+        let effect = Effect::random();
         // Where there is none the likelihood is flat in ln q, and gives no deviation.
         let intensity = |i: usize| {
             let q = forced[i].intensity;
@@ -276,7 +276,7 @@ impl Campaign<'_> {
             residual_over_noise: over,
             // The filter's innovations are one step ahead throughout.
             held_out_over_noise: over,
-            parameters: BTreeMap::from([("buffeting.q".to_owned(), level)]),
+            parameters: BTreeMap::from([(effect.first_name(), level)]),
         });
         let explained = forced.iter().all(|b| b.over_noise <= EXPLAINED);
         out.status = if explained { Status::Explained } else { Status::Unexplained };

@@ -128,7 +128,7 @@ impl Campaign<'_> {
         let parameter = &effect.parameters()[0];
         let seen = self.by_condition(|i| coefficient(fits[i], effect));
         let (origin, mut reason) = origin::decide(&seen, &parameter.unit);
-        if *effect == Effect::StaticOffset && origin == Origin::Undecided {
+        if effect.moves_rest() && origin == Origin::Undecided {
             reason.push_str(
                 "; a sensor that was not zeroed shows as a moment that changes with the stiffness: fit with an unknown zero",
             );

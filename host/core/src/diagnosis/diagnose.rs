@@ -10,12 +10,12 @@ use crate::diagnosis::by_likelihood::{by_likelihood, random_forcing};
 use crate::diagnosis::compare;
 use crate::diagnosis::likelihood::EXPLAINED;
 pub use crate::diagnosis::over_pieces::fit_over_pieces;
-use crate::diagnosis::over_pieces::is_of_the_state;
 use crate::diagnosis::reach;
 use crate::diagnosis::search::{self, Begun};
 use crate::diagnosis::survivors;
 use crate::effects::Effect;
 use crate::error::{Error, Result};
+use crate::fit::at_amplitude::at_amplitudes;
 use crate::fit::fitting::Fitted;
 use crate::fit::floor;
 use crate::fit::free_decay::FreeDecay;
@@ -32,10 +32,8 @@ const MISSED: f64 = 1.5;
 const FAR_FROM_FLOOR: f64 = 5.0;
 /// Residual of the plain model over the noise beyond which the likelihood is not used.
 const NEAR: f64 = 40.0;
-/// Share of the amplitude that may be left where a model mostly explains a record, and share of the plain model's mean
-/// square.
+/// Share of the amplitude that may be left where a model mostly explains a record.
 pub(crate) const SMALL: f64 = 0.01;
-pub(crate) const MOST_LEFT: f64 = 0.25;
 /// What a diagnosis begins with where no model is there.
 pub const SECOND_ORDER: &str = "the second-order model";
 /// The same where a model with effects is.
@@ -85,12 +83,12 @@ pub fn diagnose_with_fits(record: &Record, options: &Options) -> Result<Diagnose
 fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagnosed> {
     let present = &options.present;
     // Pieces of a free decay do not show what follows time, and a flexible effect is not looked for beside another.
-    if !present.effects.iter().all(|e| is_of_the_state(e) || e.is_own()) {
+    if !present.effects.iter().all(|e| e.is_strength_of_state() || e.is_own()) {
         let begun = Begun::of(&decay, options)?;
         return Ok(by_likelihood(record, &decay, options, &begun)?.0);
     }
     let survivors = survivors::search(&decay, &options.own, present)?;
-    let rest_is_known = options.zero_unknown || present.effects.contains(&Effect::StaticOffset);
+    let rest_is_known = options.zero_unknown || present.effects.iter().any(Effect::moves_rest);
     let account = account::account(&decay, survivors, rest_is_known)?;
     let best = &account.last().model;
     let decay = with_floor_of(decay, best);
@@ -117,17 +115,24 @@ fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagno
     // A linear step does not see as far, and what follows time alone or has corners is not among what is predicted with.
     let explains = |single: &Fitted| single.converged && search::is_explained(single, &decay);
     let one_explains = begun.singles.iter().any(explains);
+    // What is random predicts nothing: it may stand beside effects that predict most of the record, not in their place.
+    let stands = |found: &Diagnosed| {
+        let mut beside = found.diagnosis.effects.iter().filter(|e| !e.is_random()).peekable();
+        let is_random = found.diagnosis.effects.iter().any(Effect::is_random);
+        let beside_them = beside.peek().is_some() && beside.all(|e| account.effects.contains(e));
+        !is_random || !account.explains_most() || beside_them
+    };
     let forced_first = reached.is_some_and(|least| least > MISSED) && !one_explains;
     if forced_first {
         let single = search::best(&begun.singles).unwrap_or(plain);
         let lower = if best.rms_rad() < single.rms_rad() { best } else { single };
-        if let Some(forced) = random_forcing(&decay, &begun, lower) {
+        if let Some(forced) = random_forcing(&decay, &begun, lower).filter(stands) {
             return Ok(forced);
         }
     }
     if within || one_explains {
         let (diagnosed, good) = by_likelihood(record, &decay, options, &begun)?;
-        if good {
+        if good && stands(&diagnosed) {
             return Ok(diagnosed);
         }
     }
@@ -162,12 +167,11 @@ fn by_prediction(
     let last = &account.last().model;
     let where_ = compare::locate(&decay, last);
     let left = account.left(&decay, &where_);
-    let named = account.effects.iter().any(|e| *e != Effect::StaticOffset);
     let status = match (search::is_explained(last, &decay), account.effects.is_empty()) {
         (true, true) => Status::Adequate,
         (true, false) => Status::Explained,
         (false, _) if left.share_of_amplitude < SMALL => Status::MostlyExplained,
-        (false, _) if named && left.share_of_misfit < MOST_LEFT => Status::MostlyExplained,
+        (false, _) if account.explains_most() => Status::MostlyExplained,
         (false, _) => Status::Unexplained,
     };
     let step = |s: &account::Step| Step {
@@ -184,6 +188,8 @@ fn by_prediction(
         effects: account.effects.clone(),
         indistinguishable: alike(&decay, &account.survivors)?,
         modal: modal(last),
+        at_amplitude: at_amplitudes(&decay, last),
+        covariance: last.named_covariance(),
         steps: account.steps.iter().map(step).collect(),
         candidates: account.candidates.clone(),
         where_,

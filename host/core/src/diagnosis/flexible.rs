@@ -6,6 +6,7 @@ use crate::effects::Effect;
 use crate::fit::fitting::{fit_added, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::linear_gain;
+use crate::quantity::Quantity;
 use rayon::prelude::*;
 
 /// Share of the residual that they have to take off what the simpler ones leave.
@@ -14,25 +15,15 @@ const LEAST_GAIN: f64 = 0.05;
 const FAR: f64 = 2.5;
 /// Of the sum of squares that the simple effects leave, what a linear step with a flexible one leaves at most.
 const PROMISING: f64 = 3.0;
-/// Uncertainties within which an exponent is a whole number.
-const WHOLE: f64 = 2.0;
-/// Yield angle, as a share of the amplitude, below which hysteresis is dry friction whose turning points are round.
-pub(super) const AT_ONCE: f64 = 0.05;
 
-/// Whether what bends in `model` bends to what an effect with a name of its own is: a power of the rate to dry friction,
-/// viscous or quadratic damping, a spring that yields at once to dry friction.
+/// Whether what bends in `model` bends to what an effect with a name of its own is.
 pub(super) fn is_simple(model: &Fitted, decay: &FreeDecay) -> bool {
     let numbers = model.effect_parameters();
-    let number = |effect: Effect, name: &str| {
-        let name = format!("{effect}.{name}");
-        numbers.iter().find(|(n, _)| *n == name).map(|(_, q)| *q)
-    };
-    let power = number(Effect::PowerDamping, "n").is_some_and(|n| {
-        let near = |whole: f64| (n.value - whole).abs() <= WHOLE * n.u;
-        !n.u.is_finite() || [0.0, 1.0, 2.0].into_iter().any(near)
-    });
-    let yields = number(Effect::Hysteresis, "y");
-    power || yields.is_some_and(|y| y.value < AT_ONCE * decay.amplitude_rad)
+    let mut numbers = numbers.iter().map(|(_, q)| *q);
+    model.structure.effects.iter().any(|effect| {
+        let own: Vec<Quantity> = numbers.by_ref().take(effect.parameters().len()).collect();
+        effect.is_simpler_one(&own, decay.amplitude_rad)
+    })
 }
 
 /// A model with one flexible effect that is clearly likelier than `accepted`, or as good with fewer effects: alone, beside

@@ -38,16 +38,20 @@ pub(super) fn refusal(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
 /// dying out as that power of the amplitude does.
 pub(super) fn no_mode(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     let numbers = model.effect_parameters();
-    let number = |name: &str| {
-        let name = format!("{}.{name}", Effect::SecondMode);
+    let mode = model.structure.effects.iter().find(|e| e.dies_out())?;
+    let line = mode.line()?;
+    let name = |place: usize| &mode.parameters()[place].name;
+    let number = |place: usize| {
+        let name = format!("{mode}.{}", name(place));
         numbers.iter().find(|(n, _)| *n == name).map(|(_, q)| q.value)
     };
-    let (w2_rad_s, zeta2) = (number("w2")?, number("zeta2")?);
+    let (w2_rad_s, zeta2) = (number(line.frequency)?, number(line.damping?)?);
+    let w2 = name(line.frequency);
     let wn_rad_s = decay.frequency_rad_s;
-    let refused = |reason| Some(Refusal { effect: Effect::SecondMode, reason });
+    let refused = |reason| Some(Refusal { effect: mode.clone(), reason });
     if (w2_rad_s - wn_rad_s).abs() < zeta2 * w2_rad_s {
         return refused(format!(
-            "w2 = {w2_rad_s:.4} rad/s is nearer to the natural frequency than its line is wide: it stands for what varies with the amplitude, no mode"
+            "{w2} = {w2_rad_s:.4} rad/s is nearer to the natural frequency than its line is wide: it stands for what varies with the amplitude, no mode"
         ));
     }
     let mut zetas: Vec<f64> = decay.windows.iter().map(|w| w.damping_ratio).collect();
@@ -57,7 +61,7 @@ pub(super) fn no_mode(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     let dies_with_it = zeta2 > zeta / ALIKE && zeta2 < zeta * ALIKE;
     match dies_with_it {
         true => refused(format!(
-            "w2 = {w2_rad_s:.2} rad/s is {order} times the natural frequency and dies out as that power of the amplitude: a harmonic of the restoring moment or of the sensor, no mode"
+            "{w2} = {w2_rad_s:.2} rad/s is {order} times the natural frequency and dies out as that power of the amplitude: a harmonic of the restoring moment or of the sensor, no mode"
         )),
         false => None,
     }

@@ -4,7 +4,6 @@
 //! first. Numbers that count from the release (amplitude and phase of that mode) are then off by its decay. With the
 //! model known the record is fitted again from where the model was let go.
 
-use crate::effects::Effect;
 use crate::fit::fitting::{refitted, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::record::Record;
@@ -15,7 +14,7 @@ const STILL_FREE: f64 = 1.05;
 /// `model` of `decay` fitted from the very release of `record`; none where that is where it begins already, or where
 /// the earlier part is no free motion of the model.
 pub(crate) fn from_release(record: &Record, decay: &FreeDecay, model: &Fitted) -> Option<Fitted> {
-    if !model.structure.effects.contains(&Effect::SecondMode) {
+    if !model.structure.effects.iter().any(|e| e.dies_out()) {
         return None;
     }
     let (mut longer, held) = decay.begun_at_release(record)?;

@@ -143,34 +143,20 @@ pub(crate) fn plain_start(decay: &FreeDecay) -> (Structure, [f64; 3]) {
     if zeta > 0.0 {
         structure.limits.push(Limit { number: Number::DampingRatio, low: 0.0, high: 0.7 });
     }
-    structure.limits.push(Limit {
-        number: Number::Of(Effect::CubicDamping, 0),
+    // Where more than noise is left, damping that falls with the amplitude bends to whatever else is missing.
+    let losses = Effect::ALL.into_iter().filter(Effect::takes_energy_out);
+    structure.limits.extend(losses.map(|effect| Limit {
+        number: Number::Of(effect, 0),
         low: 0.0,
         high: f64::INFINITY,
-    });
+    }));
     (structure, [mean(&|w| w.natural_frequency_rad_s), zeta, middle])
 }
 
-/// Whether `effect` is one that pieces of a free decay show as the whole does: of the state, its strength a number.
-pub(super) fn is_of_the_state(effect: &Effect) -> bool {
-    matches!(
-        effect,
-        Effect::CoulombFriction
-            | Effect::QuadraticDamping
-            | Effect::CubicDamping
-            | Effect::CubicStiffness
-            | Effect::QuadraticStiffness
-            | Effect::OddQuadraticStiffness
-            | Effect::QuinticStiffness
-            | Effect::PendulumGravity
-            | Effect::StaticOffset
-    )
-}
-
-/// `structure`, all of whose effects are of the state, fitted to the whole free decay over ever longer pieces, whatever
-/// their order; none where one is another.
+/// `structure`, all of whose effects are strengths of the state, fitted to the whole free decay over ever longer pieces,
+/// whatever their order; none where one is another.
 pub fn fit_over_pieces(decay: &FreeDecay, structure: &Structure) -> Option<Fitted> {
-    if !structure.effects.iter().all(is_of_the_state) {
+    if !structure.effects.iter().all(Effect::is_strength_of_state) {
         return None;
     }
     let mut sorted = structure.clone();

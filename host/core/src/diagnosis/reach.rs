@@ -7,7 +7,7 @@ use crate::fit::problem::{problem_of_one, Release};
 use crate::solver::{Normal, Rows};
 use nalgebra::{Cholesky, DMatrix};
 
-/// Damping ratios at which a second mode is tried.
+/// Damping ratios at which a line that dies out is tried.
 const MODE_DAMPING: [f64; 3] = [0.003, 0.015, 0.05];
 
 /// Residual over noise that one linear step with every effect of `candidates` beside `model` would leave. Bounds are
@@ -34,11 +34,14 @@ pub(super) fn reach(decay: &FreeDecay, model: &Fitted, candidates: &[Effect]) ->
         for start in
             crate::fit::starts::of(decay, model, effect).into_iter().filter(|s| s[0] == 0.0)
         {
-            if *effect == Effect::SecondMode {
-                for zeta in MODE_DAMPING {
-                    add(Some(effect.clone()), &[0.0, 0.0, start[2], zeta]);
-                }
-            } else {
+            let damping = effect.line().and_then(|line| effect.varied_place(line.damping?));
+            let Some(at) = damping else {
+                add(Some(effect.clone()), &start);
+                continue;
+            };
+            for zeta in MODE_DAMPING {
+                let mut start = start.clone();
+                start[at] = zeta;
                 add(Some(effect.clone()), &start);
             }
         }

@@ -169,7 +169,7 @@ pub(crate) fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
             .collect(),
     };
     let library: Vec<Effect> = Effect::deterministic()
-        .filter(|e| !(zero && *e == Effect::StaticOffset) && *e != Effect::PendulumGravity)
+        .filter(|e| !(zero && e.moves_rest()) && e.distinct_from_rad() == 0.0)
         .filter(|e| !e.is_flexible())
         .chain(options.own.iter().filter(|e| e.is_own()).cloned())
         .collect();

@@ -6,9 +6,10 @@
 //! comes from the others.
 
 use crate::diagnosis::account;
+use crate::diagnosis::account::MOST_LEFT;
 use crate::diagnosis::alike::alike_in_releases;
 use crate::diagnosis::answer::Left;
-use crate::diagnosis::diagnose::{modal, Modal, Status, Step, MOST_LEFT, SECOND_ORDER, SMALL};
+use crate::diagnosis::diagnose::{modal, Modal, Status, Step, SECOND_ORDER, SMALL};
 use crate::diagnosis::likelihood::is_explained;
 use crate::diagnosis::prediction::Prediction;
 use crate::diagnosis::shared_set::{Begun, Set};

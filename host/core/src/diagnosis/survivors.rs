@@ -4,15 +4,15 @@
 //! rest. Effects are added one at a time, the one whose addition predicts best first, as long as the prediction of
 //! what was not fitted gains by it; what others have made needless is taken out again.
 
-use crate::diagnosis::flexible::AT_ONCE;
 use crate::diagnosis::over_pieces::{fitted, plain_start, with_from, without, Lengths, Model};
 use crate::diagnosis::prediction::{predict, Prediction, LEAST_GAIN};
-use crate::effects::Effect;
+use crate::effects::{Effect, Series};
 use crate::error::Result;
 use crate::fit::fitting::Structure;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::pieces::Piece;
 use crate::fit::segments::{fit_pieces, ROUGH};
+use crate::quantity::Quantity;
 use rayon::prelude::*;
 
 /// Gain in prediction, in standard errors and as a share, of an effect that bends to what simpler ones explain.
@@ -25,8 +25,6 @@ const MOST_EFFECTS: usize = 6;
 /// Models of a round, best fits first, from which the next is made, and whose prediction is tried.
 const BEAM: usize = 3;
 const TRIED: usize = 3;
-/// Amplitude below which a sine cannot be distinguished from a cube, rad.
-pub(crate) const SINE_FROM: f64 = 0.4;
 
 /// A model with what it predicts.
 #[derive(Clone, Debug)]
@@ -36,11 +34,9 @@ pub(crate) struct Judged {
 }
 
 fn with(lengths: &Lengths, inner: &Model, effect: &Effect) -> Model {
-    let start = match effect {
-        // Its numbers need not be a strength: a width of zero is none.
-        Effect::Own(_) => rough_start(lengths, inner, effect).map(|(_, start)| start),
-        _ => None,
-    };
+    // The numbers of a user's own need not be a strength: a width of zero is none.
+    let rough = || rough_start(lengths, inner, effect).map(|(_, start)| start);
+    let start = effect.is_own().then(rough).flatten();
     let start = start.unwrap_or_else(|| vec![0.0; effect.parameters().len()]);
     with_from(lengths, inner, effect, &start)
 }
@@ -81,25 +77,13 @@ impl Judged {
     }
 }
 
-/// A sine is a law of its own: a power of the angle beside it bends against it.
-pub(super) fn excludes(a: &Effect, b: &Effect) -> bool {
-    let power = |e: &Effect| {
-        matches!(
-            e,
-            Effect::CubicStiffness | Effect::QuinticStiffness | Effect::OddQuadraticStiffness
-        )
-    };
-    let sine = |e: &Effect| *e == Effect::PendulumGravity;
-    sine(a) && power(b) || sine(b) && power(a)
-}
-
 /// Every set with an effect more than one of `models`, fitted, best first.
 fn expanded(lengths: &Lengths, models: &[Model], all: &[Effect]) -> Vec<Model> {
     let mut seen: Vec<Vec<Effect>> = Vec::new();
     let mut jobs = Vec::new();
     for model in models {
         let there = &model.fit.structure.effects;
-        for effect in all.iter().filter(|e| there.iter().all(|t| t != *e && !excludes(t, e))) {
+        for effect in all.iter().filter(|e| there.iter().all(|t| t != *e && !t.excludes(e))) {
             let mut set = [&there[..], std::slice::from_ref(effect)].concat();
             set.sort_unstable();
             if !seen.contains(&set) {
@@ -113,20 +97,16 @@ fn expanded(lengths: &Lengths, models: &[Model], all: &[Effect]) -> Vec<Model> {
     out
 }
 
-/// Effects of the state: what follows time alone, or adds a line, is tried last, elsewhere.
+/// Effects of the state: what follows time alone, or adds a line, is tried last, elsewhere. The rest angle is in every
+/// model.
 pub(super) fn candidates(decay: &FreeDecay) -> Vec<Effect> {
-    let mut out = vec![
-        Effect::CoulombFriction,
-        Effect::QuadraticDamping,
-        Effect::CubicDamping,
-        Effect::CubicStiffness,
-        Effect::QuadraticStiffness,
-        Effect::OddQuadraticStiffness,
-    ];
-    if decay.amplitude_rad > SINE_FROM {
-        out.push(Effect::PendulumGravity);
-    }
-    out
+    let is_one = |e: &Effect| {
+        e.is_strength_of_state()
+            && !e.moves_rest()
+            && e.series() != Some(Series::HigherTerm)
+            && decay.amplitude_rad > e.distinct_from_rad()
+    };
+    Effect::ALL.into_iter().filter(is_one).collect()
 }
 
 /// What was found.
@@ -149,7 +129,7 @@ fn base(decay: &FreeDecay, lengths: &Lengths, present: &Structure) -> Model {
     structure.limits.extend(present.limits.iter().cloned());
     let plain = fitted(lengths, &structure, &start, None);
     // A constant moment is the rest angle's.
-    let effects = present.effects.iter().filter(|e| **e != Effect::StaticOffset);
+    let effects = present.effects.iter().filter(|e| !e.moves_rest());
     effects.fold(plain, |model, effect| with(lengths, &model, effect))
 }
 
@@ -232,12 +212,15 @@ fn with_own(
     }
 }
 
-/// Whether hysteresis, the last effect of `model`, is dry friction.
-fn yields_at_once(lengths: &Lengths, model: &Model) -> bool {
+/// Whether a simpler effect has another name for the last of `model`.
+fn is_simpler_one(lengths: &Lengths, model: &Model) -> bool {
     let fit = &model.fit;
-    let yield_rad = fit.common.last().copied().unwrap_or_default();
-    fit.structure.effects.last() == Some(&Effect::Hysteresis)
-        && yield_rad < AT_ONCE * lengths.scale.amplitude_rad
+    fit.structure.effects.last().is_some_and(|effect| {
+        let varied = &fit.common[fit.common.len() - effect.parameters().len()..];
+        let users: Vec<Quantity> =
+            effect.published(varied).0.into_iter().map(Quantity::exact).collect();
+        effect.is_simpler_one(&users, lengths.scale.amplitude_rad)
+    })
 }
 
 /// `here`, or where one that bends to much predicts clearly better, that one with what it leaves needed.
@@ -249,7 +232,7 @@ fn bent(lengths: &Lengths, there: &[Effect], here: Judged) -> Result<Judged> {
         .par_iter()
         .filter_map(|effect| Some((effect, promising(lengths, &here.model, effect)?)))
         .map(|(effect, start)| with_from(lengths, &here.model, effect, &start))
-        .filter(|model| !yields_at_once(lengths, model))
+        .filter(|model| !is_simpler_one(lengths, model))
         .map(|model| judged(lengths, model))
         .filter(|with| with.predicts_clearly_better_than(&here))
         .min_by(|a, b| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad()));

@@ -1,6 +1,6 @@
 //! A zero that drifts: reading = b + d t.
 
-use super::law::{any, reading, Card, Equation, Law, Parameter, Scale};
+use super::law::{any, reading, Acts, Card, Equation, Law, Parameter, Scale};
 use super::terms::Terms;
 
 pub(super) struct BaselineDrift;
@@ -25,6 +25,10 @@ impl Law for BaselineDrift {
 
     fn belongs_to_release(&self, _: usize) -> bool {
         true
+    }
+
+    fn acts_on(&self) -> Acts {
+        Acts::Time
     }
 
     fn equation(&self) -> Option<Equation<'_>> {

@@ -1,6 +1,6 @@
 //! A white random moment of intensity q: it has no definite course and is judged by likelihood, not simulated.
 
-use super::law::{not_negative, Card, Law, Parameter, Scale};
+use super::law::{not_negative, Acts, Card, Law, Parameter, Scale};
 use super::terms::Terms;
 
 pub(super) struct Buffeting;
@@ -21,8 +21,8 @@ impl Law for Buffeting {
 
     fn write(&self, _: &[f64], _: &mut Terms) {}
 
-    fn is_random(&self) -> bool {
-        true
+    fn acts_on(&self) -> Acts {
+        Acts::Random
     }
 
     fn card(&self) -> Card<'_> {
@@ -46,7 +46,7 @@ mod tests {
     fn it_has_no_course_to_follow() {
         let mut terms = Terms::default();
         Buffeting.write(&[0.3], &mut terms);
-        assert!(Buffeting.is_random());
+        assert_eq!(Buffeting.acts_on(), Acts::Random);
         assert_eq!(format!("{terms:?}"), format!("{:?}", Terms::default()));
     }
 }

@@ -24,6 +24,10 @@ impl Law for CoulombFriction {
         terms.dry_friction_rad_s2 += c;
     }
 
+    fn sticks(&self) -> bool {
+        true
+    }
+
     fn equation(&self) -> Option<Equation<'_>> {
         Some(Equation::moment("-c * sign(r)"))
     }

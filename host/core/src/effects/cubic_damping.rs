@@ -23,6 +23,10 @@ impl Law for CubicDamping {
         terms.add_moment::<Self>(p);
     }
 
+    fn takes_energy_out(&self) -> bool {
+        true
+    }
+
     fn equation(&self) -> Option<Equation<'_>> {
         Some(Self::EQUATION)
     }

@@ -1,6 +1,6 @@
 //! Hardening (k3 > 0) or softening, - k3 b^3.
 
-use super::law::{any, moment, Card, Equation, Law, Parameter, Scale};
+use super::law::{any, moment, Card, Equation, Law, Parameter, Scale, Series};
 use super::terms::Terms;
 
 pub(super) struct CubicStiffness;
@@ -21,6 +21,10 @@ impl Law for CubicStiffness {
 
     fn write(&self, p: &[f64], terms: &mut Terms) {
         terms.add_moment::<Self>(p);
+    }
+
+    fn series(&self) -> Option<Series> {
+        Some(Series::Term)
     }
 
     fn equation(&self) -> Option<Equation<'_>> {

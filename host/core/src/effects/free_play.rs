@@ -24,6 +24,11 @@ impl Law for FreePlay {
         terms.dead_zone_rad += g;
     }
 
+    /// The dead zone's edge is no strength.
+    fn is_proportional(&self) -> bool {
+        false
+    }
+
     fn equation(&self) -> Option<Equation<'_>> {
         Some(Equation::DeadZone("g"))
     }

@@ -4,6 +4,7 @@
 use super::law::{not_negative, numbers, within, Card, Equation, Law, Parameter, Scale, Seen};
 use super::memory::Memory;
 use super::terms::Terms;
+use crate::quantity::Quantity;
 
 pub(super) struct Hysteresis;
 
@@ -11,6 +12,9 @@ pub(super) struct Hysteresis;
 const YIELDS: [f64; 3] = [0.3, 0.1, 1.0];
 /// A spring that yields at less is dry friction, rad.
 const LEAST_YIELD_RAD: f64 = 1e-5;
+
+/// Yield angle, as a share of the amplitude, below which it yields at once.
+const AT_ONCE: f64 = 0.05;
 
 impl Law for Hysteresis {
     fn id(&self) -> &'static str {
@@ -25,6 +29,11 @@ impl Law for Hysteresis {
 
     fn sizes(&self, scale: &Scale) -> Vec<f64> {
         vec![scale.stiffness(), scale.amplitude_rad]
+    }
+
+    /// Dry friction whose turning points are round.
+    fn is_simpler_one(&self, users: &[Quantity], amplitude_rad: f64) -> bool {
+        users[1].value < AT_ONCE * amplitude_rad
     }
 
     fn equation(&self) -> Option<Equation<'_>> {

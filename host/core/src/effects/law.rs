@@ -5,6 +5,7 @@
 
 use super::lines;
 use super::terms::Terms;
+use crate::quantity::Quantity;
 use std::borrow::Cow;
 pub(super) use yawrig_expression::Parameter;
 
@@ -50,15 +51,79 @@ pub(crate) trait Law: Send + Sync {
         self.line().is_some() && number < 2
     }
 
+    /// What it depends on.
+    fn acts_on(&self) -> Acts {
+        match self.line() {
+            Some(_) => Acts::Line,
+            None => Acts::State,
+        }
+    }
+
+    /// Whether its only number is its strength, to which all that it does is in proportion.
+    fn is_proportional(&self) -> bool {
+        self.parameters().len() == 1
+    }
+
+    /// Whether it moves the angle of rest and does nothing else.
+    fn moves_rest(&self) -> bool {
+        false
+    }
+
+    /// Whether it holds the model at rest while the other moments are small.
+    fn sticks(&self) -> bool {
+        false
+    }
+
+    /// Whether its strength may be negative as far as its bounds go, and takes energy out where it is not.
+    fn takes_energy_out(&self) -> bool {
+        false
+    }
+
+    /// Where its moment is an odd function of the angle alone, which part of a series.
+    fn series(&self) -> Option<Series> {
+        None
+    }
+
+    /// Amplitude up to which it cannot be told from simpler effects, rad.
+    fn distinct_from_rad(&self) -> f64 {
+        0.0
+    }
+
     /// Whether it bends to what simpler effects explain.
     fn is_flexible(&self) -> bool {
         false
     }
 
-    /// Whether it takes another course every time.
-    fn is_random(&self) -> bool {
+    /// Whether with these of the users' numbers a simpler effect has another name for it; exact ones have u = 0.
+    fn is_simpler_one(&self, _users: &[Quantity], _amplitude_rad: f64) -> bool {
         false
     }
+}
+
+/// What an effect depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acts {
+    /// Angle and rate.
+    State,
+    /// Time alone, or the spring over time.
+    Time,
+    /// It is a line of the spectrum beside the yaw mode.
+    Line,
+    /// The reading, not the motion.
+    Sensor,
+    /// Chance: it takes another course every time.
+    Random,
+}
+
+/// A restoring moment that is odd in the angle, as a series in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Series {
+    /// Its first term.
+    Term,
+    /// One beyond the first, which bends to what that leaves.
+    HigherTerm,
+    /// A law with all of its terms.
+    Whole,
 }
 
 /// Sizes tried, of that at which an effect rivals the spring.

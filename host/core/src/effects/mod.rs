@@ -10,15 +10,16 @@ mod measured;
 mod memory;
 mod own;
 mod padded;
+mod says;
 mod terms;
 
 pub(crate) use curves::KNOTS;
 pub use curves::{Knots, Part};
-pub use law::{Card, Equation, LineParameters, Scale, Seen};
+pub use law::{Acts, Card, Equation, LineParameters, Scale, Seen, Series};
 pub(crate) use lines::FASTEST;
 pub use measured::{Line, MeasuredLaw, MEASURED_LAW};
 pub(crate) use memory::Memories;
-pub(crate) use terms::{Moments, LANES};
+pub(crate) use terms::{Moment, Moments, LANES};
 pub use terms::{State, Terms};
 pub use yawrig_expression::{Parameter, MOST_OWN};
 
@@ -113,19 +114,22 @@ impl Effect {
         self.law().id()
     }
 
-    /// Whether it takes another course every time, so that no simulation can follow it.
-    pub fn is_random(&self) -> bool {
-        self.law().is_random()
-    }
-
-    /// Whether it bends to what simpler effects explain, so that it is tried only where they leave more than they should.
-    pub fn is_flexible(&self) -> bool {
-        self.law().is_flexible()
-    }
-
     /// Whether it comes from a user's file.
     pub fn is_own(&self) -> bool {
         matches!(self, Self::Own(_))
+    }
+
+    /// The curves, where it is estimated from releases.
+    pub fn measured(&self) -> Option<&MeasuredLaw> {
+        match self {
+            Self::Measured(law) => Some(law),
+            _ => None,
+        }
+    }
+
+    /// Name of the first of its parameters as a result has it, `effect.name`.
+    pub fn first_name(&self) -> String {
+        format!("{self}.{}", self.parameters()[0].name)
     }
 
     /// As users read and write them. Friction, drag and play have one sign: they take energy out, or are lengths.
@@ -257,10 +261,7 @@ impl Effect {
     /// Rows over what the fit varies, in its sizes, whose squares are added to those of the residuals: what keeps a
     /// measured law smooth.
     pub(crate) fn penalty(&self) -> Option<nalgebra::DMatrix<f64>> {
-        match self {
-            Self::Measured(law) => Some(law.penalty()),
-            _ => None,
-        }
+        self.measured().map(MeasuredLaw::penalty)
     }
 
     /// Formula, cause, fingerprint, confirmation, remedy.

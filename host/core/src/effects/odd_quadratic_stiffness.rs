@@ -1,6 +1,6 @@
 //! Stiffness that changes in a straight line with amplitude, - k |b| b, as micro-slip in joints has it (k < 0).
 
-use super::law::{abs, any, moment, Card, Equation, Law, Parameter, Scale};
+use super::law::{abs, any, moment, Card, Equation, Law, Parameter, Scale, Series};
 use super::terms::Terms;
 
 pub(super) struct OddQuadraticStiffness;
@@ -21,6 +21,10 @@ impl Law for OddQuadraticStiffness {
 
     fn write(&self, p: &[f64], terms: &mut Terms) {
         terms.add_moment::<Self>(p);
+    }
+
+    fn series(&self) -> Option<Series> {
+        Some(Series::Term)
     }
 
     fn equation(&self) -> Option<Equation<'_>> {

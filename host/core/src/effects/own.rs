@@ -55,6 +55,11 @@ impl Law for Arc<OwnEffect> {
         terms.add_own(OwnTerm::new(self, p));
     }
 
+    /// What its parameters are is the user's.
+    fn is_proportional(&self) -> bool {
+        false
+    }
+
     fn equation(&self) -> Option<Equation<'_>> {
         // On one line: a term of its own.
         Some(Equation::Moment(self.formula.replace(['\n', '\r'], " ").into()))

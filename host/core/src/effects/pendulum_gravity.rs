@@ -1,6 +1,6 @@
 //! Weight about an axis that is not vertical, + g (b - sin b); g = wn^2 for a pendulum and nothing else.
 
-use super::law::{any, moment, sin, Card, Equation, Law, Parameter, Scale};
+use super::law::{any, moment, sin, Card, Equation, Law, Parameter, Scale, Series};
 use super::terms::Terms;
 
 pub(super) struct PendulumGravity;
@@ -21,6 +21,15 @@ impl Law for PendulumGravity {
 
     fn write(&self, p: &[f64], terms: &mut Terms) {
         terms.add_moment::<Self>(p);
+    }
+
+    fn series(&self) -> Option<Series> {
+        Some(Series::Whole)
+    }
+
+    /// Below, a sine is a cube.
+    fn distinct_from_rad(&self) -> f64 {
+        0.4
     }
 
     fn equation(&self) -> Option<Equation<'_>> {

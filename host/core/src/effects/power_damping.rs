@@ -2,11 +2,15 @@
 
 use super::law::{not_negative, numbers, within, Card, Equation, Law, Parameter, Scale, Seen};
 use super::terms::{Moment, State, Terms};
+use crate::quantity::Quantity;
 
 pub(super) struct PowerDamping;
 
 /// Exponents at which a fit begins.
 const EXPONENTS: [f64; 3] = [1.5, 0.5, 2.5];
+
+/// Uncertainties within which an exponent is a whole number.
+const WHOLE: f64 = 2.0;
 
 impl Law for PowerDamping {
     fn id(&self) -> &'static str {
@@ -34,6 +38,13 @@ impl Law for PowerDamping {
 
     fn is_flexible(&self) -> bool {
         true
+    }
+
+    /// Dry friction, viscous or quadratic damping.
+    fn is_simpler_one(&self, users: &[Quantity], _: f64) -> bool {
+        let n = users[1];
+        let near = |whole: f64| (n.value - whole).abs() <= WHOLE * n.u;
+        !n.u.is_finite() || [0.0, 1.0, 2.0].into_iter().any(near)
     }
 
     fn equation(&self) -> Option<Equation<'_>> {

@@ -1,6 +1,6 @@
 //! Hardening (k5 > 0) or softening that sets in late, - k5 b^5.
 
-use super::law::{any, moment, Card, Equation, Law, Parameter, Scale};
+use super::law::{any, moment, Card, Equation, Law, Parameter, Scale, Series};
 use super::terms::Terms;
 
 pub(super) struct QuinticStiffness;
@@ -21,6 +21,10 @@ impl Law for QuinticStiffness {
 
     fn write(&self, p: &[f64], terms: &mut Terms) {
         terms.add_moment::<Self>(p);
+    }
+
+    fn series(&self) -> Option<Series> {
+        Some(Series::HigherTerm)
     }
 
     fn equation(&self) -> Option<Equation<'_>> {

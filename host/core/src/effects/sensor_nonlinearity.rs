@@ -1,6 +1,6 @@
 //! A sensor whose scale is curved: reading = b + s b^2.
 
-use super::law::{any, reading, Card, Equation, Law, Parameter, Scale};
+use super::law::{any, reading, Acts, Card, Equation, Law, Parameter, Scale};
 use super::terms::Terms;
 
 pub(super) struct SensorNonlinearity;
@@ -21,6 +21,10 @@ impl Law for SensorNonlinearity {
 
     fn write(&self, p: &[f64], terms: &mut Terms) {
         terms.add_reading::<Self>(p);
+    }
+
+    fn acts_on(&self) -> Acts {
+        Acts::Sensor
     }
 
     fn equation(&self) -> Option<Equation<'_>> {

@@ -24,6 +24,10 @@ impl Law for StaticOffset {
         terms.constant_moment_rad_s2 += m;
     }
 
+    fn moves_rest(&self) -> bool {
+        true
+    }
+
     fn equation(&self) -> Option<Equation<'_>> {
         Some(Equation::moment("m"))
     }

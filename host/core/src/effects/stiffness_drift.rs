@@ -1,6 +1,6 @@
 //! Stiffness that drifts, wn^2 (1 + e t).
 
-use super::law::{any, moment, Card, Equation, Law, Parameter, Scale};
+use super::law::{any, moment, Acts, Card, Equation, Law, Parameter, Scale};
 use super::terms::Terms;
 
 pub(super) struct StiffnessDrift;
@@ -25,6 +25,10 @@ impl Law for StiffnessDrift {
 
     fn belongs_to_release(&self, _: usize) -> bool {
         true
+    }
+
+    fn acts_on(&self) -> Acts {
+        Acts::Time
     }
 
     fn equation(&self) -> Option<Equation<'_>> {

@@ -150,6 +150,11 @@ impl Terms {
         Self { readings: Vec::new(), ..self.clone() }
     }
 
+    /// The same without a periodic moment, with a sensor that shows the yaw angle: what a cycle of the free motion is of.
+    pub(crate) fn free(&self) -> Self {
+        Self { force_rad_s2: [0.0; 2], ..self.unread() }
+    }
+
     /// The periodic moment, to be followed in steps of `step_s` from `time_s` on.
     pub(crate) fn drive(&self, time_s: f64, step_s: f64) -> Drive {
         let w = self.force_frequency_rad_s;

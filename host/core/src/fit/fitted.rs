@@ -1,13 +1,30 @@
 //! A fitted model: its numbers, their covariance, and what it leaves of the record.
 
 use crate::bic;
+use crate::discrepancy::Discrepancy;
 use crate::effects::Effect;
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::problem::{problem_of_one, Release};
 use crate::fit::structure::{motion, Structure, PLAIN};
 use crate::motion::oscillator::{Grid, Motion};
 use crate::quantity::Quantity;
 use crate::statistics::independent_share;
 use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+/// Covariance of numbers by their names, rad/s for the natural frequency, the effects' own units for theirs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Covariance {
+    pub names: Vec<String>,
+    pub matrix: Vec<Vec<f64>>,
+}
+
+/// What two combinations of numbers have in common, given the numbers' covariance.
+fn between(covariance: &DMatrix<f64>, a: &[f64], b: &[f64]) -> f64 {
+    let used = |row: &[f64]| -> Vec<usize> { (0..row.len()).filter(|k| row[*k] != 0.0).collect() };
+    let pairs = used(a).into_iter().flat_map(|i| used(b).into_iter().map(move |j| (i, j)));
+    pairs.map(|(i, j)| a[i] * b[j] * covariance[(i, j)]).sum()
+}
 
 /// A fitted model.
 #[derive(Clone, Debug)]
@@ -27,6 +44,8 @@ pub struct Fitted {
     pub(crate) inflation: f64,
     /// The same for natural frequency and damping ratio.
     pub(crate) modal_inflation: f64,
+    /// What the model lacks, once it has been asked for and there is something.
+    pub(crate) discrepancy: Option<Discrepancy>,
     starts: Vec<usize>,
     wind_speed_m_s: f64,
 }
@@ -55,11 +74,44 @@ impl Fitted {
             residuals,
             inflation: 1.0,
             modal_inflation: 1.0,
+            discrepancy: None,
             wind_speed_m_s,
         };
         fitted.inflation = fitted.count as f64 / fitted.effective_count();
         fitted.modal_inflation = fitted.inflation;
         fitted
+    }
+    /// With uncertainties that hold what the model lacks, too, as far as what it leaves of `decay` shows how much that is.
+    pub fn with_discrepancy(mut self, decay: &FreeDecay) -> Self {
+        let Some(covariance) = &self.covariance else { return self };
+        let fixed: Vec<bool> = covariance.diagonal().iter().map(|v| *v == 0.0).collect();
+        let release = Release { decay, count: self.count };
+        let problem = problem_of_one(release, &self.structure, &self.parameters);
+        let Some(found) = problem.discrepancy(&self.parameters, &fixed) else { return self };
+        let share = found.left / self.over_noise(decay).powi(2);
+        self.covariance = Some(covariance * share + found.covariance());
+        (self.inflation, self.modal_inflation) = (1.0, 1.0);
+        self.discrepancy = Some(found);
+        self
+    }
+    /// With standard uncertainties of numbers that were not fitted but were known before, in the order of
+    /// [`Self::parameters`]; what they have in common is not known.
+    pub fn knowing(mut self, u: &[f64]) -> Self {
+        let inflation = self.inflation;
+        if let Some(covariance) = &mut self.covariance {
+            for (j, u) in u.iter().enumerate().filter(|(j, _)| *j < self.parameters.len()) {
+                if covariance[(j, j)] == 0.0 {
+                    covariance[(j, j)] = u * u / inflation;
+                }
+            }
+        }
+        self
+    }
+
+    /// Covariance of the numbers by noise alone.
+    pub(crate) fn covariance_of_noise(&self) -> Option<DMatrix<f64>> {
+        let all = self.covariance.as_ref()? * self.inflation;
+        Some(self.discrepancy.as_ref().map_or_else(|| all.clone(), |d| &all - d.covariance()))
     }
     pub fn rms_rad(&self) -> f64 {
         (self.sum_of_squares / self.degrees_of_freedom()).sqrt()
@@ -107,23 +159,47 @@ impl Fitted {
     }
     /// `effect.name` and value of everything the effects are made of.
     pub fn effect_parameters(&self) -> Vec<(String, Quantity)> {
-        let mut out = Vec::new();
-        for (effect, &at) in self.structure.effects.iter().zip(&self.starts) {
+        let of = |(name, value, row): (String, f64, Vec<f64>)| {
+            let variance = self.covariance.as_ref().map_or(f64::NAN, |c| between(c, &row, &row));
+            (name, Quantity::new(value, (variance * self.inflation).max(0.0).sqrt()))
+        };
+        self.published().map(of).collect()
+    }
+
+    /// Covariance of natural frequency, damping ratio and everything the effects are made of. `None` where the fit has none, or
+    /// did not fit them.
+    pub fn named_covariance(&self) -> Option<Covariance> {
+        let covariance = self.covariance.as_ref().filter(|c| c[(0, 0)] > 0.0)?;
+        let unit =
+            |at: usize| (0..self.parameters.len()).map(|k| f64::from(u8::from(k == at))).collect();
+        let modal = ["natural_frequency_rad_s", "damping_ratio"];
+        let modal = modal
+            .iter()
+            .enumerate()
+            .map(|(at, name)| ((*name).to_owned(), unit(at), self.modal_inflation.sqrt()));
+        let effects = self.published().map(|(name, _, row)| (name, row, self.inflation.sqrt()));
+        let all: Vec<(String, Vec<f64>, f64)> = modal.chain(effects).collect();
+        let of = |a: &(String, Vec<f64>, f64), b: &(String, Vec<f64>, f64)| {
+            between(covariance, &a.1, &b.1) * a.2 * b.2
+        };
+        let matrix = all.iter().map(|a| all.iter().map(|b| of(a, b)).collect()).collect();
+        Some(Covariance { names: all.into_iter().map(|a| a.0).collect(), matrix })
+    }
+
+    /// Name, value and derivatives by the fitted numbers of each of the users' numbers of the effects.
+    fn published(&self) -> impl Iterator<Item = (String, f64, Vec<f64>)> + '_ {
+        self.structure.effects.iter().zip(&self.starts).flat_map(move |(effect, &at)| {
             let varied = self.of_effect(effect, at);
             let (values, rows) = effect.published(varied);
-            for (i, parameter) in effect.parameters().iter().enumerate() {
-                let variance = self.covariance.as_ref().map_or(f64::NAN, |c| {
-                    let n = varied.len();
-                    (0..n)
-                        .flat_map(|a| (0..n).map(move |b| (a, b)))
-                        .map(|(a, b)| rows[i][a] * rows[i][b] * c[(at + a, at + b)])
-                        .sum::<f64>()
-                });
-                let u = (variance * self.inflation).max(0.0).sqrt();
-                out.push((format!("{effect}.{}", parameter.name), Quantity::new(values[i], u)));
-            }
-        }
-        out
+            let names = effect.parameters().iter().map(move |p| format!("{effect}.{}", p.name));
+            let all = self.parameters.len();
+            let row = move |own: Vec<f64>| {
+                let mut row = vec![0.0; all];
+                row[at..at + own.len()].copy_from_slice(&own);
+                row
+            };
+            names.zip(values).zip(rows).map(move |((name, value), own)| (name, value, row(own)))
+        })
     }
     fn of_effect(&self, effect: &Effect, at: usize) -> &[f64] {
         let n = effect.parameters().len();

@@ -1,7 +1,7 @@
 //! A model with effects fitted to a free decay: natural frequency, damping, initial state and every coefficient.
 
 use crate::effects::Effect;
-pub use crate::fit::fitted::Fitted;
+pub use crate::fit::fitted::{Covariance, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::{solve_one, Release, EVALUATIONS};
 use crate::fit::structure::{motion, PLAIN};

@@ -9,6 +9,7 @@
 //! other: simulated on all cores, their normal equations summed block by block ([`crate::solver::Rows::part`]).
 
 use crate::bic;
+use crate::discrepancy::Discrepancy;
 use crate::effects::Effect;
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
@@ -36,6 +37,7 @@ pub struct JointFit {
     pub parameters: Vec<f64>,
     /// Not inflated for correlated residuals.
     covariance: Option<DMatrix<f64>>,
+    inflation: f64,
     places: Places,
 }
 
@@ -85,8 +87,37 @@ impl JointFit {
             converged,
             parameters: fit.parameters,
             covariance,
+            inflation,
             places: together.places,
         }
+    }
+
+    /// With uncertainties that hold what the model lacks, too: one discrepancy of all `releases`, which are those of one rig.
+    pub fn with_discrepancy(mut self, releases: &[Release]) -> Self {
+        let Some(covariance) = &self.covariance else { return self };
+        let starts: Vec<Vec<f64>> = self.fits.iter().map(|fit| fit.parameters.clone()).collect();
+        let problem = JointProblem::new(releases, &self.structure, &self.sharing, &starts);
+        let fixed: Vec<bool> = covariance
+            .diagonal()
+            .iter()
+            .zip(&problem.bounds)
+            .zip(&self.parameters)
+            .map(|((v, (low, high)), p)| *v == 0.0 || p <= low || p >= high)
+            .collect();
+        let Some(found) = problem.discrepancy(&self.parameters, &fixed) else { return self };
+        let covariance = covariance * (found.left / self.over_noise().powi(2)) + found.covariance();
+        for (fit, places) in self.fits.iter_mut().zip(&self.places.of) {
+            let n = places.len();
+            let own = |a: usize, b: usize| covariance[(places[a], places[b])];
+            fit.covariance = Some(DMatrix::from_fn(n, n, own));
+            fit.modal_inflation /= fit.inflation;
+            fit.inflation = 1.0;
+            let shift =
+                DMatrix::from_fn(n, found.shift.ncols(), |a, k| found.shift[(places[a], k)]);
+            fit.discrepancy = Some(Discrepancy { shift, ..found.clone() });
+        }
+        (self.covariance, self.inflation) = (Some(covariance), 1.0);
+        self
     }
 
     /// Residuals that count as independent.
@@ -119,8 +150,7 @@ impl JointFit {
 
     /// Covariance of two of [`Self::parameters`], inflated for correlated residuals. NaN where the fit has none.
     pub fn covariance(&self, a: usize, b: usize) -> f64 {
-        let inflation = self.count as f64 / self.effective_count();
-        self.covariance.as_ref().map_or(f64::NAN, |c| c[(a, b)] * inflation)
+        self.covariance.as_ref().map_or(f64::NAN, |c| c[(a, b)] * self.inflation)
     }
 
     /// One of [`Self::parameters`].

@@ -12,9 +12,9 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 pub(crate) fn linear_gain(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> (f64, usize) {
     let structure = inner.structure.with(effect);
     let n = inner.parameters.len();
-    if let Effect::Own(own) = effect {
+    if effect.is_own() {
         // Its parameters may be many and none of them a size: it is always worth a try.
-        return (0.0, own.parameters.len());
+        return (0.0, effect.parameters().len());
     }
     let mut best = (inner.sum_of_squares, 1);
     for start in crate::fit::starts::of(decay, inner, effect) {

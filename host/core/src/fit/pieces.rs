@@ -29,7 +29,7 @@ impl Own {
     pub(crate) const ALONE: Self = Self { modal: 0, rest: 2, more: 0 };
 
     /// Of a number in the order of [`crate::fit::fitting::Fitted`]; none for the state.
-    pub(super) fn place(&self, j: usize, structure: &Structure) -> Option<usize> {
+    pub(crate) fn place(&self, j: usize, structure: &Structure) -> Option<usize> {
         match j {
             0 | 1 => Some(self.modal + j),
             2 | 3 => None,

@@ -1,5 +1,6 @@
 //! The residuals of one or several releases as a problem to be minimised.
 
+use crate::discrepancy::{self, Discrepancy, Observed};
 use crate::effects::Effect;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::sharing::{Places, Sharing};
@@ -106,6 +107,24 @@ impl Part<'_> {
         (residuals, columns)
     }
 
+    /// The rows from which a discrepancy is estimated at the numbers `all`, those marked `fixed` apart.
+    fn observed(&self, all: &[f64], fixed: &[bool]) -> Observed {
+        let decay = self.release.decay;
+        let (residuals, columns) = self.linearised(all);
+        let free = self.free.iter().map(|&j| self.places[j]).zip(columns);
+        let (places, columns) = free.filter(|(at, _)| !fixed[*at]).unzip();
+        let p: Vec<f64> = self.places.iter().map(|&at| all[at]).collect();
+        let step = if adapts_steps(&self.structure) { OWN_DIFFERENCE } else { DIFFERENCE };
+        let (motion, _) = self.motion(&p);
+        let mut responses =
+            discrepancy::responses(&motion, &self.grid(), decay.amplitude_rad, step);
+        for response in &mut responses {
+            response.iter_mut().for_each(|y| *y /= decay.noise_rad);
+            response.resize(residuals.len(), 0.0);
+        }
+        Observed { residuals, count: self.release.count, places, columns, responses }
+    }
+
     /// The roughness of a measured law as further residuals: in proportion to the means, so that pieces of a free decay
     /// add up to the whole.
     fn add_penalty(&self, p: &[f64], residuals: &mut Vec<f64>, columns: &mut [Vec<f64>]) {
@@ -202,6 +221,14 @@ impl<'a> JointProblem<'a> {
             }
         }
         sums.iter().map(|s| if s.0 > 0.0 { s.1 / s.0 } else { s.3 / s.2 }).collect()
+    }
+
+    /// What the model lacks at its fitted numbers `all`, those marked `fixed` apart; `None` where it lacks nothing that shows.
+    pub(crate) fn discrepancy(&self, all: &[f64], fixed: &[bool]) -> Option<Discrepancy> {
+        let releases: Vec<Observed> =
+            self.parts.par_iter().map(|part| part.observed(all, fixed)).collect();
+        let may_be_noise = releases.iter().all(Observed::may_be_noise);
+        discrepancy::of(&releases, all.len(), may_be_noise).filter(|found| !found.is_none())
     }
 
     pub(crate) fn minimise(&self, start: &[f64], max_evaluations: usize) -> Fit {

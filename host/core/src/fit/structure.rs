@@ -118,7 +118,7 @@ impl Structure {
 
     /// Whether a measured law is among the effects.
     pub(crate) fn has_law(&self) -> bool {
-        self.effects.iter().any(|e| matches!(e, Effect::Measured(_)))
+        self.effects.iter().any(|e| e.measured().is_some())
     }
 
     pub(crate) fn limits_effect(&self, effect: &Effect) -> bool {

@@ -86,6 +86,9 @@ pub struct Estimate {
     pub residual_rms_deg: f64,
     /// Three cycles each, in order of time.
     pub windows: Vec<WindowEstimate>,
+    /// By least squares, from the largest amplitude of the windows to the smallest; of other methods none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub at_amplitude: Vec<AtAmplitude>,
     pub flags: Vec<Flag>,
     /// Least standard deviations any unbiased method could reach in white noise of the residual's size.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -101,6 +104,27 @@ pub struct WindowEstimate {
     pub amplitude_deg: f64,
     pub natural_frequency_rad_s: f64,
     pub damping_ratio: f64,
+}
+
+/// wn and zeta at one amplitude.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AtAmplitude {
+    pub amplitude_deg: f64,
+    /// 2 pi over the period of a cycle begun there.
+    pub natural_frequency_rad_s: Quantity,
+    /// ln(A0/A1)/(2 pi) of the amplitudes at its ends.
+    pub damping_ratio: Quantity,
+}
+
+/// Amplitudes at which wn and zeta are given.
+const AMPLITUDES: usize = 7;
+
+impl AtAmplitude {
+    /// Amplitudes from the `first` to the `last` at which they are given: geometric, both among them.
+    pub(crate) fn amplitudes(first: f64, last: f64) -> impl Iterator<Item = f64> {
+        (0..AMPLITUDES)
+            .map(move |k| first * (last / first).powf(k as f64 / (AMPLITUDES - 1) as f64))
+    }
 }
 
 /// A method without an answer.

@@ -66,6 +66,7 @@ pub fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
         natural_frequency_rad_s: Quantity::new(wn, (wd / wn * u_wd).hypot(zeta * u_s)),
         damping_ratio: Quantity::new(zeta, (u_s / wn).hypot(zeta / wn * u_wd)),
         windows: Vec::new(),
+        at_amplitude: Vec::new(),
         flags,
         cramer_rao: None,
     })

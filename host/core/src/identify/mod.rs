@@ -29,7 +29,9 @@ use crate::error::{Error, Result};
 use crate::record::Record;
 
 pub(crate) use answer::FEWEST_CYCLES;
-pub use answer::{AmplitudeWindow, Estimate, Identification, Refusal, Unavailable, WindowEstimate};
+pub use answer::{
+    AmplitudeWindow, AtAmplitude, Estimate, Identification, Refusal, Unavailable, WindowEstimate,
+};
 pub use prepared::{prepare, Prepared, Values};
 pub use settings::{Method, Settings};
 

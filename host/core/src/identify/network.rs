@@ -68,6 +68,7 @@ pub(crate) fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
         natural_frequency_rad_s: quantity(wn),
         damping_ratio: quantity(zeta),
         windows,
+        at_amplitude: Vec::new(),
         flags,
         cramer_rao: None,
     })

@@ -9,7 +9,9 @@ use super::release::{self, FreeSpan};
 use super::samples::{Samples, Stretch};
 use super::uncertainty::{self, Bound};
 use super::windows::{self, Window};
-use super::{trend, AmplitudeWindow, Estimate, Method, Refusal, Settings, WindowEstimate};
+use super::{
+    trend, AmplitudeWindow, AtAmplitude, Estimate, Method, Refusal, Settings, WindowEstimate,
+};
 use crate::quantity::Quantity;
 use crate::record::Record;
 use crate::statistics::{median, sample_noise};
@@ -48,6 +50,7 @@ pub struct Values {
     pub damping_ratio: Quantity,
     /// The method's own windows of three cycles, where it has them.
     pub windows: Vec<WindowEstimate>,
+    pub at_amplitude: Vec<AtAmplitude>,
     /// What only the method knows.
     pub flags: Vec<Flag>,
     pub cramer_rao: Option<Bound>,
@@ -167,6 +170,7 @@ impl Prepared<'_> {
             ),
             damping_ratio: Quantity::new(mode.damping_ratio(), u.damping_ratio),
             windows: self.windows.iter().map(WindowEstimate::of).collect(),
+            at_amplitude: windows::at_amplitudes(&self.windows),
             flags: Vec::new(),
             cramer_rao: Some(u.bound),
         })
@@ -185,8 +189,8 @@ impl Prepared<'_> {
             .ok_or("no oscillation has its values")?;
         let misfit = self.misfit(&mode);
         let trends = trend::of(&self.windows);
-        wn.u = wn.u.hypot(trends.frequency.unwrap_or(0.0));
-        zeta.u = zeta.u.hypot(trends.damping.unwrap_or(0.0));
+        wn.u = wn.u.max(trends.frequency.unwrap_or(0.0));
+        zeta.u = zeta.u.max(trends.damping.unwrap_or(0.0));
         let mut flags = values.flags;
         flags.extend(&self.span.flags);
         let tests = [
@@ -210,6 +214,7 @@ impl Prepared<'_> {
             damping_ratio: zeta,
             residual_rms_deg: misfit.rms_deg,
             windows: values.windows,
+            at_amplitude: values.at_amplitude,
             flags,
             cramer_rao: values.cramer_rao,
         })

@@ -8,6 +8,9 @@
 use super::damped_sinusoid::{DampedSinusoid, Mode};
 use super::least_squares::ModeFit;
 use super::samples::Stretch;
+use crate::discrepancy::{self, Observed};
+use crate::effects::Terms;
+use crate::motion::simulate::{Grid, Motion};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -16,6 +19,9 @@ use std::f64::consts::TAU;
 const HALF_WIDTH: usize = 12;
 /// Fewest bins on either side: with three cycles nothing narrower holds enough.
 const LEAST_HALF_WIDTH: usize = 3;
+/// Means a cycle on which it is seen what a mode lacks, and the step by which a law is tried there.
+const MEANS_PER_CYCLE: f64 = 50.0;
+const DIFFERENCE: f64 = 1e-6;
 /// Complex bins that fitting amplitude, phase, wn and zeta takes out of the residual.
 const ABSORBED: f64 = 2.0;
 
@@ -42,8 +48,63 @@ impl ModeFit {
     /// Standard uncertainties of wn and zeta, from the residual as it is.
     pub fn uncertainty(&self, stretch: &Stretch<'_>) -> Option<Uncertainty> {
         let residuals = DampedSinusoid { stretch: *stretch }.residuals_deg(&self.mode);
-        of(self, stretch, &residuals)
+        let noise = of(self, stretch, &residuals)?;
+        let Some(law) = by_law(&self.mode, stretch, &residuals) else { return Some(noise) };
+        Some(Uncertainty {
+            natural_frequency_rad_s: noise
+                .natural_frequency_rad_s
+                .hypot(law.natural_frequency_rad_s),
+            damping_ratio: noise.damping_ratio.hypot(law.damping_ratio),
+            ..noise
+        })
     }
+}
+
+/// Standard deviations of wn and zeta by a smooth law beside one mode, as large as the residuals (record - mode) show it
+/// ([`crate::discrepancy`]). `None` where they show none.
+fn by_law(mode: &Mode, stretch: &Stretch<'_>, residuals_deg: &[f64]) -> Option<Bound> {
+    let per_cycle = TAU / mode.damped_frequency_rad_s / stretch.step_s;
+    let step_s = (per_cycle / MEANS_PER_CYCLE).floor().max(1.0) * stretch.step_s;
+    let count = (stretch.duration_s() / step_s) as usize;
+    let (mut sums, mut seen) = (vec![0.0; count], vec![0.0f64; count]);
+    for (k, residual_deg) in residuals_deg.iter().enumerate().filter(|(k, _)| !stretch.excluded[*k])
+    {
+        let bin = ((stretch.time_s[k] - stretch.start_s()) / step_s + 1e-6) as usize;
+        if bin < count {
+            sums[bin] -= residual_deg.to_radians();
+            seen[bin] += 1.0;
+        }
+    }
+    let start_s = stretch.start_s() + 0.5 * (step_s - stretch.step_s);
+    let motion = Motion {
+        natural_frequency_rad_s: mode.natural_frequency_rad_s(),
+        damping_ratio: mode.damping_ratio(),
+        yaw_rad: (mode.yaw_deg(start_s) - mode.offset_deg).to_radians(),
+        rate_rad_s: mode.rate_deg_s(start_s).to_radians(),
+        terms: Terms::default(),
+    };
+    let yaw_rad =
+        mode.amplitude_deg(start_s).max(mode.amplitude_deg(start_s + stretch.duration_s()));
+    let grid = Grid { start_s: 0.0, step_s, count, mean_width_s: 0.0 };
+    let mut responses = discrepancy::responses(&motion, &grid, yaw_rad.to_radians(), DIFFERENCE);
+    let [a, b, _, s, w] = mode.parameters_at(start_s);
+    let mut columns = vec![vec![0.0; count]; 5];
+    for (k, seen) in seen.iter().enumerate().filter(|(_, seen)| **seen > 0.0) {
+        let t = k as f64 * step_s;
+        let (e, (sin, cos)) = ((-s * t).exp(), (w * t).sin_cos());
+        let (u, v) = (e * cos, e * sin);
+        let slopes = [u, v, 1.0, -t * (a * u + b * v), t * (b * u - a * v)];
+        columns.iter_mut().zip(slopes).for_each(|(column, slope)| column[k] = slope.to_radians());
+        sums[k] /= seen;
+    }
+    // Where no sample counts nothing is observed.
+    for (k, _) in seen.iter().enumerate().filter(|(_, seen)| **seen == 0.0) {
+        responses.iter_mut().for_each(|response| response[k] = 0.0);
+    }
+    let places = (0..5).collect();
+    let observed = Observed { residuals: sums, count, places, columns, responses };
+    let found = discrepancy::of(&[observed], 5, true).filter(|found| !found.is_none())?;
+    Some(modal_deviations(mode, &found.covariance()))
 }
 
 /// From a fit and its residuals (record - model, at every sample of the stretch).

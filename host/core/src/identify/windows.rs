@@ -3,7 +3,8 @@
 use super::damped_sinusoid::DampedSinusoid;
 use super::least_squares::{fit_mode, linear_start, refine, ModeFit};
 use super::samples::{Samples, Stretch};
-use super::uncertainty;
+use super::{uncertainty, AtAmplitude};
+use crate::quantity::Quantity;
 use crate::statistics::median;
 use std::f64::consts::TAU;
 
@@ -53,6 +54,34 @@ impl Window {
             0.0
         }
     }
+}
+
+/// wn and zeta from the windows' largest amplitude to their smallest, each between its two neighbours in proportion to the
+/// logarithm of the amplitude.
+pub(super) fn at_amplitudes(windows: &[Window]) -> Vec<AtAmplitude> {
+    let mut sorted: Vec<&Window> = windows.iter().filter(|w| w.amplitude_deg > 0.0).collect();
+    sorted.sort_by(|a, b| b.amplitude_deg.total_cmp(&a.amplitude_deg));
+    let (Some(first), Some(last)) = (sorted.first(), sorted.last()) else { return Vec::new() };
+    let at = |amplitude_deg: f64| {
+        let next = sorted.partition_point(|w| w.amplitude_deg > amplitude_deg);
+        let (below, above) = (sorted[next.min(sorted.len() - 1)], sorted[next.saturating_sub(1)]);
+        let between = (above.amplitude_deg / below.amplitude_deg).ln();
+        let share = match between > 0.0 {
+            true => ((above.amplitude_deg / amplitude_deg).ln() / between).clamp(0.0, 1.0),
+            false => 0.0,
+        };
+        let mean = |of: fn(&Window) -> (f64, f64)| {
+            let ((a, u_a), (b, u_b)) = (of(above), of(below));
+            let value = a + share * (b - a);
+            Quantity::new(value, ((1.0 - share) * u_a).hypot(share * u_b))
+        };
+        AtAmplitude {
+            amplitude_deg,
+            natural_frequency_rad_s: mean(|w| (w.natural_frequency_rad_s, w.natural_frequency_u)),
+            damping_ratio: mean(|w| (w.damping_ratio, w.damping_ratio_u)),
+        }
+    };
+    AtAmplitude::amplitudes(first.amplitude_deg, last.amplitude_deg).map(at).collect()
 }
 
 /// Consecutive windows over `from_s..to_s` and the spectral density, as a variance, of what they leave about the

@@ -5,7 +5,7 @@ use super::releases::Releases;
 use crate::diagnosis::forced::is_random;
 use crate::diagnosis::over_pieces::Lengths;
 use crate::diagnosis::prediction::{predict_within, Prediction};
-use crate::effects::Effect;
+use crate::effects::{Acts, Effect};
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::segments::{fit_from, fit_towards, PieceFit, ROUGH};
@@ -39,6 +39,17 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// `None`: of the state, which a law holds.
+    fn of(acts: Acts) -> Option<Self> {
+        match acts {
+            Acts::State => None,
+            Acts::Time => Some(Self::Time),
+            Acts::Line => Some(Self::SecondFrequency),
+            Acts::Sensor => Some(Self::Sensor),
+            Acts::Random => Some(Self::Randomness),
+        }
+    }
+
     /// As JSON has it.
     pub fn name(self) -> &'static str {
         match self {
@@ -64,13 +75,14 @@ pub struct Beside {
     pub residuals_rad: Vec<f64>,
 }
 
-const TRIED: [(Effect, Kind); 5] = [
-    (Effect::HarmonicForcing, Kind::SecondFrequency),
-    (Effect::SecondMode, Kind::SecondFrequency),
-    (Effect::StiffnessDrift, Kind::Time),
-    (Effect::BaselineDrift, Kind::Time),
-    (Effect::SensorNonlinearity, Kind::Sensor),
-];
+/// The effects that are not of the state and have a definite course.
+fn tried() -> Vec<(Effect, Kind)> {
+    let of = |effect: Effect| {
+        let kind = Kind::of(effect.acts_on())?;
+        Some((effect, kind))
+    };
+    Effect::deterministic().filter_map(of).collect()
+}
 
 /// An effect fitted beside the law.
 struct Tried {
@@ -150,8 +162,9 @@ pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -
     structure.effects.pop();
     let structure = structure.with(&Effect::Measured(Arc::new(found.law.without_line(None))));
     let whole = fit_whole(decay, &structure, &found.fit.numbers(0));
-    let all =
-        TRIED.par_iter().flat_map(|one| fitted(decay, lengths, &structure, (found, &whole), one));
+    let all = tried()
+        .into_par_iter()
+        .flat_map(|one| fitted(decay, lengths, &structure, (found, &whole), &one));
     let all: Vec<Tried> = all.collect();
     let mut all: Vec<Tried> = all.into_iter().filter(|tried| !tried.is_harmonic(decay)).collect();
     all.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
@@ -180,7 +193,7 @@ pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -
     }
     is_random(decay, &whole).then_some(Beside {
         kind: Kind::Randomness,
-        effect: Effect::Buffeting,
+        effect: Effect::random(),
         held_out_over_noise: found.held_out_over_noise,
         frequency_rad_s: None,
         residuals_rad: whole.residuals,

@@ -11,6 +11,7 @@ use crate::diagnosis::over_pieces::{whole, Lengths};
 use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::{Effect, MeasuredLaw, Part};
 use crate::error::{Error, Result};
+use crate::fit::at_amplitude::{at_amplitudes, AtAmplitude};
 use crate::fit::fitting::{refitted, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::pieces::{Piece, Pieces};
@@ -151,7 +152,7 @@ pub fn measure_showing(
     let plain = fit_all(&structure, &common)?;
     let short = fit_from(&lengths.short, &structure, &common, ROUGH);
     let (yaw, rate) = reached(&lengths.short, &short);
-    let friction = !structure.effects.contains(&Effect::CoulombFriction);
+    let friction = !structure.effects.iter().any(Effect::sticks);
     let with = |law: &MeasuredLaw| structure.with(&Effect::Measured(Arc::new(law.clone())));
     let begin = short.common.len();
     let mut best: Option<Candidate> = None;
@@ -308,6 +309,21 @@ impl Measured {
     /// Of the linear part, beside a dissipation without a line.
     pub fn damping_ratio(&self) -> Quantity {
         Quantity::new(self.fit.common[1], self.covariance[(1, 1)].max(0.0).sqrt())
+    }
+
+    /// Natural frequency and damping ratio of `decay`, the release with the largest angle, under the law.
+    pub fn at_amplitude(&self, decay: &FreeDecay) -> Vec<AtAmplitude> {
+        let (structure, own) = (&self.fit.structure, self.fit.own[0]);
+        let numbers = self.fit.numbers(0);
+        let place: Vec<_> = (0..numbers.len()).map(|j| own.place(j, structure)).collect();
+        let covariance = DMatrix::from_fn(numbers.len(), numbers.len(), |a, b| {
+            place[a].zip(place[b]).map_or(0.0, |(a, b)| self.covariance[(a, b)])
+        });
+        let left = vec![0.0; decay.yaw_rad.len()];
+        let wind_speed_m_s = decay.wind_speed_m_s;
+        let whole =
+            Fitted::new(structure.clone(), numbers, left, true, Some(covariance), wind_speed_m_s);
+        at_amplitudes(decay, &whole)
     }
 
     /// With all that it was fitted beside.

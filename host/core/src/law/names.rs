@@ -108,7 +108,7 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     stop.check()?;
     let least = |a: &Tried, b: &Tried| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad());
     let yields = YIELDS.par_iter().filter_map(|y| {
-        trial.fitted(Effect::Hysteresis, &[YIELDING * wn * wn, y * found.law.yaw_rad])
+        trial.fitted(Effect::with_memory(), &[YIELDING * wn * wn, y * found.law.yaw_rad])
     });
     let memory = yields.min_by(least);
     stop.check()?;

@@ -49,9 +49,14 @@ impl Motion {
     /// What its moments with a state of their own remember at the first instant of a grid that starts at `start_s`.
     pub(crate) fn memories(&self, start_s: f64) -> Memories {
         let wn = self.natural_frequency_rad_s;
-        let middle = self.terms.constant_moment_rad_s2 / (wn * wn);
+        let middle = self.rest_rad();
         let swinging = start_s * wn > std::f64::consts::TAU;
         self.terms.memories([self.yaw_rad, self.rate_rad_s], wn, middle, swinging)
+    }
+
+    /// Where the linear spring holds against the constant moment.
+    pub(crate) fn rest_rad(&self) -> f64 {
+        self.terms.constant_moment_rad_s2 / self.natural_frequency_rad_s.powi(2)
     }
 
     pub(crate) fn flow(&self, time_s: f64) -> Flow {
@@ -61,7 +66,7 @@ impl Motion {
     /// Angle and rate `time_s` after the first instant (before it where negative), effects apart.
     pub(crate) fn linear_state(&self, time_s: f64) -> (f64, f64) {
         let Flow([p, q, u, v]) = self.flow(time_s);
-        let middle = self.terms.constant_moment_rad_s2 / self.natural_frequency_rad_s.powi(2);
+        let middle = self.rest_rad();
         let x = self.yaw_rad - middle;
         (middle + p * x + q * self.rate_rad_s, u * x + v * self.rate_rad_s)
     }

@@ -17,10 +17,7 @@ const REACH: f64 = 1.05;
 impl Rival<'_> {
     /// Its measured law, which within its range takes the shape of any formula, and says nothing beyond.
     pub(super) fn law(&self) -> Option<&MeasuredLaw> {
-        self.fit.structure.effects.iter().find_map(|effect| match effect {
-            Effect::Measured(law) => Some(&**law),
-            _ => None,
-        })
+        self.fit.structure.effects.iter().find_map(Effect::measured)
     }
 
     /// Whether it is known what it does in `release`.

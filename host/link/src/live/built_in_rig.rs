@@ -33,6 +33,8 @@ pub struct BuiltInRig {
     rests: bool,
     begun: Instant,
     played: u64,
+    /// Number of the first sample of the release that was ordered last; none: it is still to begin.
+    ordered_from: Option<u64>,
 }
 
 impl BuiltInRig {
@@ -47,6 +49,7 @@ impl BuiltInRig {
             rests: false,
             begun: Instant::now(),
             played: 0,
+            ordered_from: None,
         }
     }
 
@@ -63,16 +66,27 @@ impl BuiltInRig {
         let condition = Condition { spring: Spring::named(spring)?, axis, wind_speed_m_s };
         self.rig.modal(&condition)?;
         self.order = Order::Release(condition);
+        self.ordered_from = None;
         if self.rests {
             self.samples = None;
         }
         Ok(())
     }
 
+    /// The release that was ordered last is let go no sooner than with this sample, the first one played being 0.
+    pub fn ordered_from(&self) -> u64 {
+        self.ordered_from.unwrap_or(self.played)
+    }
+
     /// Plays what is due by now.
     pub fn go_on(&mut self, bench: &mut Bench) -> Result<()> {
         let due = self.begun.elapsed().as_secs_f64() * self.speed * f64::from(SAMPLE_RATE_HZ);
         let count = ((due as u64).saturating_sub(self.played)).min(2000) as usize;
+        self.play(bench, count)
+    }
+
+    /// Plays at most so many samples, whatever the clock says.
+    pub fn play(&mut self, bench: &mut Bench, count: usize) -> Result<()> {
         let samples = match &mut self.samples {
             Some(samples) => samples,
             None => {
@@ -97,6 +111,7 @@ impl BuiltInRig {
         let condition = match self.order {
             Order::Release(condition) => {
                 self.order = Order::Wait;
+                self.ordered_from = Some(self.played);
                 condition
             }
             Order::Tour => {

@@ -35,6 +35,8 @@ pub struct Session {
     items: VecDeque<Item>,
     windows: Windows,
     clock: Clock,
+    /// Time of the latest event.
+    latest: u64,
     /// The port is gone.
     gone: bool,
     /// Where it was, if it is there again under another path and that has not been reported.
@@ -96,6 +98,7 @@ impl Session {
             items: VecDeque::new(),
             windows: Windows::default(),
             clock,
+            latest: 0,
             gone: false,
             moved_from: None,
             ask_at: Instant::now(),
@@ -313,9 +316,10 @@ impl Session {
             Event::Phase { at_sample, .. } => *at_sample,
             Event::Window(window) => window.sent_sample,
             Event::Release(result) => result.finished_sample,
-            // Of a release that was over before.
+            // Of a release that was over before; samples up to what was said before it may be still to come.
             Event::Refined(_) => {
-                self.items.push_back(Item::Event { at: self.now(), event, trends: Vec::new() });
+                let at = self.now().max(self.latest);
+                self.items.push_back(Item::Event { at, event, trends: Vec::new() });
                 return;
             }
         };
@@ -324,6 +328,7 @@ impl Session {
             self.clock = Clock { device: sample, session, known: Instant::now() };
         }
         let at = self.clock.of(sample);
+        self.latest = self.latest.max(at);
         let trends = self.windows.take(&event);
         self.items.push_back(Item::Event { at, event, trends });
     }

@@ -1,6 +1,8 @@
 //! The image that goes on ST's NUCLEO-F446RE, unmodified, executed: `tests/nucleo/machine.py` is the microcontroller. Beside
 //! it the same firmware in this process, given the same bytes and readings: what both send must be the same, bit for bit.
 
+mod accuracy;
+
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -93,15 +95,11 @@ fn device(flash: MemoryFlash, cause: Cause) -> Device<MemoryFlash> {
 }
 
 /// Conversions of a sample.
-const CONVERSIONS: u16 = 16;
+const CONVERSIONS: usize = 16;
 
-/// The converter's 12 bits of each of a sample's conversions, which are not all the same, and the sample that they make.
-fn converted(reading: u16) -> (Vec<u16>, u16) {
-    let readings: Vec<u16> = (0..CONVERSIONS)
-        .map(|k| reading.saturating_add(k % 3).saturating_sub(1).min(4095))
-        .collect();
-    let sum: u32 = readings.iter().map(|reading| u32::from(*reading)).sum();
-    (readings, (sum + (sum >> 12)) as u16)
+/// The converter's 12 bits of each of a sample's conversions, which are not all the same.
+fn converted(reading: u16) -> impl Iterator<Item = u16> {
+    (0..CONVERSIONS as u16).map(move |k| reading.saturating_add(k % 3).saturating_sub(1).min(4095))
 }
 
 impl Both {
@@ -115,14 +113,13 @@ impl Both {
         both
     }
 
-    /// Bytes of the line, then readings; what is sent, which is the same.
-    fn give(&mut self, bytes: &[u8], readings: &[u16]) -> Vec<u8> {
+    /// Bytes of the line, then conversions, sixteen a sample; what is sent, which is the same.
+    fn give(&mut self, bytes: &[u8], conversions: &[u16]) -> Vec<u8> {
         if !bytes.is_empty() {
             self.machine.ask(&format!("line {}", data_encoding::HEXLOWER.encode(bytes)));
         }
-        if !readings.is_empty() {
-            let all = readings.iter().flat_map(|reading| converted(*reading).0);
-            let text: String = all.map(|reading| format!("{reading:04x}")).collect();
+        if !conversions.is_empty() {
+            let text: String = conversions.iter().map(|c| format!("{c:04x}")).collect();
             self.machine.ask(&format!("samples {text}"));
         }
         let (there, reset) = self.machine.run("run");
@@ -133,12 +130,12 @@ impl Both {
         };
         bytes.iter().for_each(|byte| self.here.receive(*byte));
         listen(&mut self.here);
-        for reading in readings {
-            self.here.sample(converted(*reading).1);
+        for sample in conversions.chunks_exact(CONVERSIONS) {
+            self.here.sample(sample.iter().sum());
             self.here.work();
             listen(&mut self.here);
         }
-        assert_eq!(there, here, "after {} readings", readings.len());
+        assert_eq!(there, here, "after {} conversions", conversions.len());
         there
     }
 
@@ -160,7 +157,9 @@ impl Both {
     fn ask_while(&mut self, request: &Request, readings: &[u16]) -> Reply {
         self.sequence += 1;
         let frame = encode(self.sequence, request).expect("a frame");
-        let sent = self.give(&frame, readings);
+        let conversions: Vec<u16> =
+            readings.iter().flat_map(|reading| converted(*reading)).collect();
+        let sent = self.give(&frame, &conversions);
         self.understood(&sent).unwrap_or_else(|| panic!("no answer to {request:?}"))
     }
 
@@ -176,8 +175,18 @@ impl Both {
     }
 
     fn play(&mut self, readings: &[u16]) {
-        let sent = self.give(&[], readings);
-        self.understood(&sent);
+        let conversions: Vec<u16> =
+            readings.iter().flat_map(|reading| converted(*reading)).collect();
+        self.convert(&conversions);
+    }
+
+    /// Whole samples' conversions, one by one.
+    fn convert(&mut self, conversions: &[u16]) {
+        let whole = conversions.len() / CONVERSIONS * CONVERSIONS;
+        for some in conversions[..whole].chunks(1000 * CONVERSIONS) {
+            let sent = self.give(&[], some);
+            self.understood(&sent);
+        }
     }
 
     /// Off and on again.

@@ -1,0 +1,166 @@
+//! Natural frequency and damping ratio of a model against amplitude: what an engineer takes away where a law is not linear.
+
+use crate::discrepancy::{add_shape, SHAPES};
+use crate::fit::fitted::Fitted;
+use crate::fit::free_decay::FreeDecay;
+use crate::fit::structure::motion;
+pub use crate::identify::AtAmplitude;
+use crate::motion::simulate::{Grid, Motion};
+use crate::quantity::Quantity;
+use std::f64::consts::TAU;
+
+/// Instants of a cycle, and natural periods within which one has to end.
+const INSTANTS: f64 = 400.0;
+const PERIODS: f64 = 4.0;
+/// Step of the differences by which uncertainties are carried over, of a number's size.
+const DIFFERENCE: f64 = 1e-5;
+
+/// wn and zeta of `model` at amplitudes from the largest to the smallest that it was fitted to in `decay`, geometric. Periodic
+/// forcing is left out, what drifts is taken as it is when the decay passes the amplitude; uncertainties hold what the model
+/// lacks where [`Fitted::with_discrepancy`] has asked for it. Amplitudes from which no cycle ends are left out.
+pub fn at_amplitudes(decay: &FreeDecay, model: &Fitted) -> Vec<AtAmplitude> {
+    let own = model.motion();
+    let wn = own.natural_frequency_rad_s;
+    let grid = Grid { count: model.count, ..decay.grid };
+    let unread = Motion { terms: own.terms.free(), ..own };
+    let rest = unread.rest_rad();
+    let (yaw, rate) = unread.readings_and_rates(&grid);
+    let envelope: Vec<f64> = yaw.iter().zip(&rate).map(|(b, r)| (b - rest).hypot(r / wn)).collect();
+    let (Some(&first), Some(&last)) = (envelope.first(), envelope.last()) else { return vec![] };
+    let at = |amplitude_rad: f64| {
+        let passed = envelope.iter().position(|a| *a <= amplitude_rad * (1.0 + 1e-9));
+        of_cycle(model, amplitude_rad, decay.grid.time_s(passed?), decay)
+    };
+    AtAmplitude::amplitudes(first, last).filter_map(at).collect()
+}
+
+fn of_cycle(
+    model: &Fitted,
+    amplitude_rad: f64,
+    start_s: f64,
+    decay: &FreeDecay,
+) -> Option<AtAmplitude> {
+    let starts = model.structure.starts();
+    let of = |p: &[f64], lacking: Option<(usize, f64)>| {
+        let (mut motion, _) = motion(&model.structure, &starts, p, decay.wind_speed_m_s);
+        if let Some((which, strength)) = lacking {
+            add_shape(&mut motion, which, strength, decay.amplitude_rad);
+        }
+        cycle(&motion, amplitude_rad, start_s)
+    };
+    let values = of(&model.parameters, None)?;
+    let mut variances = [f64::NAN; 2];
+    if let Some(covariance) = model.covariance_of_noise() {
+        let sizes = model.structure.sizes(decay);
+        let mut p = model.parameters.clone();
+        // By each number but the state and the sensor's zero, which a cycle from rest has not.
+        let mut rows = [vec![0.0; p.len()], vec![0.0; p.len()]];
+        let free = |j: &usize| {
+            !(2..model.structure.own_numbers()).contains(j) && covariance[(*j, *j)] > 0.0
+        };
+        for j in (0..p.len()).filter(free) {
+            let step = DIFFERENCE * sizes[j];
+            p[j] = model.parameters[j] + step;
+            let there = of(&p, None)?;
+            p[j] = model.parameters[j];
+            for q in 0..2 {
+                rows[q][j] = (there[q] - values[q]) / step;
+            }
+        }
+        for q in 0..2 {
+            let row = nalgebra::DVector::from_column_slice(&rows[q]);
+            variances[q] = (row.transpose() * &covariance * &row)[(0, 0)];
+        }
+        if let Some(lacking) = &model.discrepancy {
+            for which in 0..SHAPES {
+                let there = of(&model.parameters, Some((which, DIFFERENCE)))?;
+                for q in 0..2 {
+                    let own = (there[q] - values[q]) / DIFFERENCE;
+                    let shifted: f64 = rows[q]
+                        .iter()
+                        .enumerate()
+                        .map(|(j, row)| row * lacking.shift[(j, which)])
+                        .sum();
+                    variances[q] += lacking.squares[which] * (shifted - own).powi(2);
+                }
+            }
+        }
+    }
+    let quantity = |q: usize| Quantity::new(values[q], variances[q].max(0.0).sqrt());
+    Some(AtAmplitude {
+        amplitude_deg: amplitude_rad.to_degrees(),
+        natural_frequency_rad_s: quantity(0),
+        damping_ratio: quantity(1),
+    })
+}
+
+/// wn and zeta of the cycle that begins at `start_s` at rest, `amplitude_rad` from the rest angle. `None` where none ends.
+fn cycle(motion: &Motion, amplitude_rad: f64, start_s: f64) -> Option<[f64; 2]> {
+    let free = Motion { terms: motion.terms.free(), ..motion.clone() };
+    let rest = free.rest_rad();
+    let begun = Motion { yaw_rad: rest + amplitude_rad, rate_rad_s: 0.0, ..free };
+    let step_s = TAU / begun.natural_frequency_rad_s / INSTANTS;
+    let count = (PERIODS * INSTANTS) as usize;
+    let grid = Grid { start_s, step_s, count, mean_width_s: 0.0 };
+    let (yaw, rate) = begun.readings_and_rates(&grid);
+    // Through zero rate on the far side, then on this one.
+    let far = (1..count - 1).find(|&k| rate[k] > 0.0)?;
+    let near = (far..count - 1).find(|&k| rate[k] > 0.0 && rate[k + 1] <= 0.0)?;
+    let share = rate[near] / (rate[near] - rate[near + 1]);
+    let period_s = (near as f64 + share) * step_s;
+    let end = yaw[near] + 0.5 * rate[near] * share * step_s - rest;
+    (end > 0.0).then(|| [TAU / period_s, (amplitude_rad / end).ln() / TAU])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{Effect, Terms};
+    use std::f64::consts::PI;
+
+    /// Periods and decrements that have a closed form.
+    #[test]
+    fn a_cycle_has_the_period_and_the_decrement_of_the_closed_forms() {
+        let (wn, a) = (7.0, 1.2f64);
+        let of = |zeta: f64, effect: Option<(Effect, &[f64])>| {
+            let terms = Terms::of(effect);
+            let motion = Motion {
+                natural_frequency_rad_s: wn,
+                damping_ratio: zeta,
+                yaw_rad: 0.1,
+                rate_rad_s: 0.0,
+                terms,
+            };
+            cycle(&motion, a, 0.0).expect("a cycle")
+        };
+        let damped = wn * (1.0 - 0.02f64 * 0.02).sqrt();
+        let [frequency, zeta] = of(0.02, None);
+        assert!((frequency / damped - 1.0).abs() < 1e-6, "{frequency}");
+        assert!((zeta / (0.02 * wn / damped) - 1.0).abs() < 1e-4, "{zeta}");
+        // A pendulum's period is an elliptic integral: pi / (2 agm(1, cos(a/2))) of the small one's quarter.
+        let (mut x, mut y) = (1.0, (a / 2.0).cos());
+        for _ in 0..8 {
+            (x, y) = (0.5 * (x + y), f64::sqrt(x * y));
+        }
+        let [frequency, zeta] = of(0.0, Some((Effect::PendulumGravity, &[wn * wn])));
+        // A kick in the middle of a step errs by (wn h)^2 / 24, 5e-5 of the moment at four hundred steps a cycle.
+        assert!((frequency / (wn * x) - 1.0).abs() < 2e-5, "{frequency} {}", wn * x);
+        assert!(zeta.abs() < 2e-6, "{zeta}");
+        // Dry friction takes 4 c / wn^2 off the amplitude in a cycle and leaves its period.
+        let c = 0.5;
+        let [frequency, zeta] = of(0.0, Some((Effect::CoulombFriction, &[c])));
+        let end = a - 4.0 * c / (wn * wn);
+        assert!((frequency / wn - 1.0).abs() < 1e-6, "{frequency}");
+        assert!((zeta / ((a / end).ln() / (2.0 * PI)) - 1.0).abs() < 1e-4, "{zeta}");
+        // One that is held before the cycle ends has none.
+        let held = Terms::of([(Effect::CoulombFriction, &[30.0][..])]);
+        let motion = Motion {
+            natural_frequency_rad_s: wn,
+            damping_ratio: 0.0,
+            yaw_rad: 0.1,
+            rate_rad_s: 0.0,
+            terms: held,
+        };
+        assert_eq!(cycle(&motion, a, 0.0), None);
+    }
+}
