@@ -7,7 +7,7 @@ use std::time::Instant;
 use yawrig::campaign::simulated::{describe, plan, Planned};
 use yawrig_core::derivatives::campaign::Campaign;
 use yawrig_core::derivatives::table::Point;
-use yawrig_core::diagnosis::campaign::{diagnose_decays, CampaignDiagnosis, HeldOut};
+use yawrig_core::diagnosis::campaign::{diagnose_records, CampaignDiagnosis, HeldOut};
 use yawrig_core::diagnosis::diagnose::{Options, Status};
 use yawrig_core::diagnosis::origin::Origin;
 use yawrig_core::effects::Effect;
@@ -48,7 +48,7 @@ impl Default for Wanted<'_> {
 }
 
 /// The records, held a second and released from 12 deg on both axes, noise 0.05 deg.
-fn planted(wanted: &Wanted) -> (Campaign, Vec<FreeDecay>) {
+fn planted(wanted: &Wanted) -> (Campaign, Vec<Record>) {
     let rig = Rig::default();
     let mut planned: Vec<Planned> = Vec::new();
     for &speed in wanted.speeds_m_s {
@@ -66,21 +66,21 @@ fn planted(wanted: &Wanted) -> (Campaign, Vec<FreeDecay>) {
     }
     let start = Start { amplitude_deg: 12.0, hold_s: 1.0, end: End::After(wanted.seconds) };
     let sensor = Sensor { noise_deg: 0.05, rate_hz: wanted.rate_hz, ..Sensor::default() };
-    let decays = planned
+    let records = planned
         .par_iter()
         .map(|p| {
             let release = rig.release_with(&p.condition, &p.effects, &start, &sensor, p.seed);
             let samples = release.unwrap().samples;
             let (time_s, yaw_deg) = samples.map(|sample| (sample.time_s, sample.yaw_deg)).unzip();
-            FreeDecay::of(&Record::new(p.file.clone(), time_s, yaw_deg)).unwrap()
+            Record::new(p.file.clone(), time_s, yaw_deg)
         })
         .collect();
-    (describe(&rig, &planned), decays)
+    (describe(&rig, &planned), records)
 }
 
 fn diagnosed(wanted: &Wanted) -> CampaignDiagnosis {
-    let (file, decays) = planted(wanted);
-    let found = diagnose_decays(&file, &decays, &Options::default()).unwrap();
+    let (file, records) = planted(wanted);
+    let found = diagnose_records(&file, &records, &Options::default()).unwrap();
     let last = found.steps.last().unwrap();
     println!(
         "{:?} {:?}: {:.3} -> {:.3} times the noise, held out {:.3}; {:?} {:?}",
@@ -249,7 +249,7 @@ fn rubbing(seed: u64) -> Vec<FreeDecay> {
     let springs = &["K3"];
     let wanted =
         Wanted { springs, repeats: 2, seconds: 20.0, hidden: &hidden, seed, ..Wanted::default() };
-    planted(&wanted).1
+    planted(&wanted).1.iter().map(|record| FreeDecay::of(record).unwrap()).collect()
 }
 
 #[test]
@@ -348,12 +348,12 @@ fn a_full_campaign_takes() {
     for hidden in [NOTHING, &coulomb] {
         let wanted =
             Wanted { springs, seconds: 40.0, rate_hz: 1000.0, hidden, ..Wanted::default() };
-        let (file, decays) = planted(&wanted);
+        let (file, records) = planted(&wanted);
         let begun = Instant::now();
-        let found = diagnose_decays(&file, &decays, &Options::default()).unwrap();
+        let found = diagnose_records(&file, &records, &Options::default()).unwrap();
         let seconds = begun.elapsed().as_secs_f64();
-        println!("{} releases, {:?}: {seconds:.1} s", decays.len(), found.effects);
-        assert_eq!(decays.len(), 32);
+        println!("{} releases, {:?}: {seconds:.1} s", records.len(), found.effects);
+        assert_eq!(records.len(), 32);
     }
 }
 

@@ -1,4 +1,4 @@
-//! A campaign's records read and diagnosed in one joint fit.
+//! A campaign's records read and diagnosed as one.
 
 use super::CampaignFile;
 use rayon::prelude::*;
@@ -6,7 +6,7 @@ use yawrig_base::error::Result;
 use yawrig_base::interrupt;
 use yawrig_core::diagnosis::campaign::{self, CampaignDiagnosis, Diagnosed};
 use yawrig_core::diagnosis::diagnose::Options;
-use yawrig_core::fit::free_decay::FreeDecay;
+use yawrig_core::record::Record;
 
 /// Judges the campaign in `file`.
 ///
@@ -23,17 +23,15 @@ pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<CampaignDiagno
 pub fn diagnose_with_fits(file: &CampaignFile, options: &Options) -> Result<Diagnosed> {
     let read = |index: usize| {
         interrupt::check()?;
-        let mut decay = FreeDecay::of(&yawrig_records::read(&file.record_path(index))?)?;
-        decay.stop = options.stop.clone();
-        decay.wind_speed_m_s = file.campaign.release[index].wind_speed_m_s;
-        Ok(decay)
+        yawrig_records::read(&file.record_path(index))
     };
     let releases = 0..file.campaign.release.len();
-    let decays: Vec<Result<FreeDecay>> = releases.into_par_iter().map(read).collect();
+    let records: Vec<Result<Record>> = releases.into_par_iter().map(read).collect();
     // Collected first, so that of several bad records always the first is named.
-    let decays = decays.into_iter().collect::<Result<Vec<_>>>()?;
-    for warning in decays.iter().flat_map(|decay| &decay.warnings) {
+    let records = records.into_iter().collect::<Result<Vec<_>>>()?;
+    let diagnosed = campaign::diagnose_with_fits(&file.campaign, &records, options)?;
+    for warning in diagnosed.decays.iter().flat_map(|decay| &decay.warnings) {
         crate::say!("yawrig: warning: {warning}");
     }
-    Ok(campaign::diagnose_with_fits(&file.campaign, decays, options)?)
+    Ok(diagnosed)
 }

@@ -22,7 +22,6 @@ use yawrig_core::diagnosis::diagnose::{
     diagnose_with_fits, Diagnosed, Diagnosis, Options, Status, SECOND_ORDER,
 };
 use yawrig_core::diagnosis::several::{diagnose_several, Common, SeveralDiagnosis};
-use yawrig_core::effects::Effect;
 
 /// Which physical effect a second-order model of a record lacks.
 ///
@@ -97,7 +96,7 @@ impl Diagnose {
             |file: &Path| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
         let files = self.release.of(&self.files)?;
         if files.len() > 1 {
-            return self.run_several(&files, Vec::new());
+            return self.run_several(&files, options);
         }
         let asked = self.same_rig || !self.share.is_empty() || !self.own.is_empty();
         if let (true, [file]) = (asked, &files[..]) {
@@ -135,7 +134,12 @@ impl Diagnose {
             (None, all) => {
                 let files: Vec<PathBuf> =
                     all.iter().map(|entry| Model::record_path(path, entry)).collect();
-                return self.run_several(&files, structure(&model)?.effects);
+                let options = Options {
+                    zero_unknown: options.zero_unknown || model.unknown_zero,
+                    present: structure(&model)?,
+                    ..options
+                };
+                return self.run_several(&files, options);
             }
         };
         let options = Options {
@@ -182,8 +186,8 @@ impl Diagnose {
         }
     }
 
-    /// What `files`, releases of one rig, lack beside the effects that are `present`.
-    fn run_several(&self, files: &[PathBuf], present: Vec<Effect>) -> Result<()> {
+    /// What `files`, releases of one rig, lack.
+    fn run_several(&self, files: &[PathBuf], options: Options) -> Result<()> {
         if let Some(file) = files.iter().find(|f| f.extension().is_some_and(|e| e == "toml")) {
             return Err(Error::usage(format!("{} among several records", file.display()))
                 .help("give records only, or one campaign.toml alone"));
@@ -195,13 +199,14 @@ impl Diagnose {
                 .help("give one of them: by itself a coefficient is common to all"));
         }
         let begin = std::time::Instant::now();
-        let candidates = self.effects.effects()?;
-        let stop = interrupt::stop();
-        let common = Common { same_rig: self.same_rig, own, candidates, present, stop };
+        let common = Common { same_rig: self.same_rig, own };
         let records = files.iter().map(|file| yawrig_records::read(file));
         let records: Vec<_> = records.collect::<Result<_>>()?;
         crate::say!("judging {} releases as one", records.len());
-        let diagnosis = &diagnose_several(&records, &common)?;
+        let diagnosis = &diagnose_several(&records, &common, &options)?;
+        for warning in &diagnosis.warnings {
+            crate::say!("yawrig: warning: {warning}");
+        }
         if self.csv {
             let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
             return csv::diagnosed(&names.join(" "), &diagnosis.status, &diagnosis.steps);
@@ -214,6 +219,7 @@ impl Diagnose {
     }
 
     fn run_campaign(&self, path: &Path, options: &Options) -> Result<()> {
+        let begin = std::time::Instant::now();
         let file = CampaignFile::read_releases(path)?;
         crate::say!("fitting {} releases", file.campaign.release.len());
         let diagnosis = &crate::campaign::diagnose(&file, options)?;
@@ -226,7 +232,8 @@ impl Diagnose {
         }
         if self.judge.json {
             let (schema_version, campaign) = (SCHEMA_VERSION, path);
-            return print_json(&CampaignObject { schema_version, campaign, diagnosis });
+            let seconds = begin.elapsed().as_secs_f64();
+            return print_json(&CampaignObject { schema_version, campaign, diagnosis, seconds });
         }
         print_line(&diagnosis_text::of_campaign(&path.display().to_string(), diagnosis))
     }
@@ -252,6 +259,7 @@ struct CampaignObject<'a> {
     campaign: &'a Path,
     #[serde(flatten)]
     diagnosis: &'a campaign::CampaignDiagnosis,
+    seconds: f64,
 }
 
 #[derive(Serialize)]

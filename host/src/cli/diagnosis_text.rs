@@ -103,6 +103,12 @@ pub fn of_several(d: &SeveralDiagnosis) -> String {
         ]);
     }
     let _ = writeln!(out, "\n{rows}");
+    for r in &d.records {
+        let rows = amplitude_rows(&r.at_amplitude);
+        if !rows.is_empty() {
+            let _ = writeln!(out, "  {}:\n{rows}", r.file);
+        }
+    }
     for (effect, _) in d.sharing.iter().filter(|(_, how)| how.starts_with("each")) {
         for r in &d.records {
             for (name, value) in r.parameters.iter().filter(|(n, _)| n.starts_with(effect)) {
@@ -119,9 +125,10 @@ pub fn of_several(d: &SeveralDiagnosis) -> String {
 /// The verdict and what it rests on.
 pub fn of_campaign(file: &str, d: &CampaignDiagnosis) -> String {
     let mut out = format!(
-        "{file}, {} releases: {}\n  noise {:.4} deg\n",
+        "{file}, {} releases: {}\n  {}\n  noise {:.4} deg\n",
         d.releases.len(),
         verdict(d.status, &d.effects, SECOND_ORDER),
+        d.sentence,
         d.noise_rms_deg
     );
     let held_out = match d.held_out {

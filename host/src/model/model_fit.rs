@@ -361,7 +361,7 @@ pub fn later_part(data: &Data, structure: &Structure, fits: &[Fitted]) -> Result
     let sharing = data.sharing(structure.effects.len());
     let partial = joint::fit(&parts, structure, &sharing, &numbers(fits));
     interrupt::check()?;
-    Ok(partial.held_out_over_noise(&data.decays()).unwrap_or(f64::NAN))
+    Ok(partial.held_out_over_noise(data.decays()).unwrap_or(f64::NAN))
 }
 
 /// Natural frequency and damping of `entry`, as far as known.

@@ -55,7 +55,11 @@ fn fits_worse(sum: f64, survivor: f64) -> bool {
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
-pub(super) fn alike_in_releases(set: &Set, prediction: &Prediction) -> Result<Vec<[Effect; 2]>> {
+pub(super) fn alike_in_releases(
+    set: &Set,
+    prediction: &Prediction,
+    present: &[Effect],
+) -> Result<Vec<[Effect; 2]>> {
     let all: Vec<usize> = (0..set.begun.len()).collect();
     let squares =
         |set: &Set| -> f64 { set.fitted(&all).fits.iter().map(|f| f.sum_of_squares).sum() };
@@ -64,13 +68,13 @@ pub(super) fn alike_in_releases(set: &Set, prediction: &Prediction) -> Result<Ve
         set.begun.iter().max_by(|a, b| a.decay.amplitude_rad.total_cmp(&b.decay.amplitude_rad));
     let outside = candidates(&widest.expect("a release").decay);
     let mut out = Vec::new();
-    for inside in set.effects.iter().filter(|e| !set.common.present.contains(e)) {
+    for inside in set.effects.iter().filter(|e| !present.contains(e)) {
         let smaller = set.without(inside);
         let fits = |other: &&Effect| {
             !set.effects.contains(other) && !smaller.effects.iter().any(|e| e.excludes(other))
         };
         for other in outside.iter().filter(fits) {
-            set.common.stop.check()?;
+            set.stop.check()?;
             let swapped = smaller.with(other);
             if !fits_worse(squares(&swapped), here)
                 && !prediction.is_better_than(&swapped.predicted()?)

@@ -13,6 +13,11 @@ use std::collections::BTreeMap;
 /// Share of the record that is fitted when the rest is held out.
 pub const FITTED_SHARE: f64 = 0.65;
 
+/// Share of the amplitude that may be left where a model mostly explains a record.
+const SMALL: f64 = 0.01;
+/// The same of the plain model's mean square.
+pub(super) const MOST_LEFT: f64 = 0.25;
+
 /// How a record is judged.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
@@ -63,6 +68,20 @@ pub struct Left {
     /// Kind and amplitudes, in words.
     #[serde(rename = "where")]
     pub where_: String,
+}
+
+impl Left {
+    /// What is to be said where `effects` leave this: of a definite model, chosen by what it predicts.
+    pub(crate) fn status(&self, is_explained: bool, effects: &[Effect]) -> Status {
+        let more = effects.iter().any(|e| !e.moves_rest());
+        match (is_explained, effects.is_empty()) {
+            (true, true) => Status::Adequate,
+            (true, false) => Status::Explained,
+            (false, _) if self.share_of_amplitude < SMALL => Status::MostlyExplained,
+            (false, _) if more && self.share_of_misfit < MOST_LEFT => Status::MostlyExplained,
+            (false, _) => Status::Unexplained,
+        }
+    }
 }
 
 /// All that is said about one record. Rms in deg, ratios to the noise floor of block means.

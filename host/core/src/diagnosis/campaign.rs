@@ -9,7 +9,10 @@ use crate::diagnosis::buffeting::Buffeted;
 pub use crate::diagnosis::campaign_fit::HeldOut;
 use crate::diagnosis::campaign_fit::{Campaign, Shared, SharedEffect, OWN};
 use crate::diagnosis::compare::{self, Where};
-use crate::diagnosis::diagnose::{Candidate, Modal, Options, Status, Step};
+use crate::diagnosis::account;
+use crate::diagnosis::answer::Left;
+use crate::diagnosis::diagnose::{Candidate, Modal, Options, Status, Step, SECOND_ORDER};
+use crate::diagnosis::several;
 use crate::diagnosis::origin::{self, Origin, Plan};
 use crate::diagnosis::releases::{self, Judged, Releases};
 use crate::diagnosis::search::is_explained;
@@ -17,8 +20,11 @@ use crate::diagnosis::search::EXPLAINED;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::Fitted;
+use crate::fit::at_amplitude::{at_amplitudes, AtAmplitude};
+use crate::fit::fitting::{Covariance, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
+use crate::record::Record;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -31,6 +37,8 @@ const MOST_LOG_DEVIATION: f64 = 3.0;
 #[derive(Clone, Debug, Serialize)]
 pub struct CampaignDiagnosis {
     pub noise_rms_deg: f64,
+    /// The same of the block means, to which `residual_over_noise` refers.
+    pub mean_noise_deg: f64,
     pub status: Status,
     /// In the order in which they help.
     pub effects: Vec<Effect>,
@@ -45,7 +53,7 @@ pub struct CampaignDiagnosis {
     pub steps: Vec<Step>,
     /// What `held_out_over_noise` was held out.
     pub held_out: HeldOut,
-    /// Every effect alone, best first, in the releases (eight at most) that the plain model explains worst.
+    /// Every effect alone, best first: the gains added of the releases (eight at most) that the plain model explains worst.
     pub candidates: Vec<Candidate>,
     /// By effect: the first of its numbers in each condition, free of all others.
     pub coefficients: BTreeMap<String, Vec<Coefficient>>,
@@ -54,6 +62,9 @@ pub struct CampaignDiagnosis {
     #[serde(rename = "where")]
     pub where_: Where,
     pub where_release: String,
+    pub left: Left,
+    /// The answer in one sentence.
+    pub sentence: String,
     /// `null` where there is no point to compute.
     pub derivatives: Option<BeforeAndAfter>,
 }
@@ -84,6 +95,10 @@ pub struct ReleaseVerdict {
     /// Of the final model, its shared coefficients in common.
     pub residual_over_noise: f64,
     pub explained: bool,
+    /// Of the final model, from the largest amplitude to the smallest; none where it is random.
+    pub at_amplitude: Vec<AtAmplitude>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<Covariance>,
 }
 
 /// The derivatives from wn and zeta of the plain model and of the final one.
@@ -104,51 +119,42 @@ pub struct Diagnosed {
     pub last: Vec<Fitted>,
 }
 
-/// Judges free decays, one for each release of `made` in its order.
+/// Judges `records`, one for each release of `made` in its order.
 ///
 /// # Errors
-/// Interrupted, once somebody asked for it.
-pub fn diagnose_decays(
+/// As [`diagnose_with_fits`].
+pub fn diagnose_records(
     made: &Made,
-    decays: &[FreeDecay],
+    records: &[Record],
     options: &Options,
 ) -> Result<CampaignDiagnosis> {
-    Ok(judged(made, decays, options)?.0)
+    Ok(diagnose_with_fits(made, records, options)?.diagnosis)
 }
 
-/// Judges free decays, one for each release of `made` in its order, and keeps what was fitted.
+/// Judges `records`, one for each release of `made` in its order, and keeps what was fitted.
 ///
 /// # Errors
-/// Interrupted, once somebody asked for it.
+/// Naming the record without a free decay; interrupted.
 pub fn diagnose_with_fits(
     made: &Made,
-    decays: Vec<FreeDecay>,
+    records: &[Record],
     options: &Options,
 ) -> Result<Diagnosed> {
-    let (diagnosis, plain, last) = judged(made, &decays, options)?;
-    Ok(Diagnosed { diagnosis, decays, plain, last })
-}
-
-/// The diagnosis, and the plain and the final model of each release.
-fn judged(
-    made: &Made,
-    decays: &[FreeDecay],
-    options: &Options,
-) -> Result<(CampaignDiagnosis, Vec<Fitted>, Vec<Fitted>)> {
     let wind_speed_m_s = made.release.iter().map(|r| r.wind_speed_m_s).collect();
-    let releases = Releases { decays: decays.iter().collect(), wind_speed_m_s };
-    let judged = releases::judge(&releases, options)?;
+    let mut releases = Releases::of(records, wind_speed_m_s, options)?;
+    let structure = Structure { zero_unknown: options.zero_unknown, ..Structure::default() };
+    let judged = releases::judge(records, &mut releases, &structure, options)?;
     let campaign = Campaign { made, settings: settings(made), releases: &releases };
     let shared: Vec<Shared> =
         judged.path.iter().map(|model| campaign.shared(model)).collect::<Result<_>>()?;
     let forced = campaign.randomly_forced(&judged, shared.last().expect("a model"));
     let diagnosis = campaign.verdict(&judged, &shared, forced)?;
-    let plain = judged.path[0].fits.clone();
+    let plain: Vec<Fitted> = shared[0].joint.fits.clone();
     let last = match &diagnosis.effects[..] {
         [only] if only.is_random() => plain.clone(),
         _ => shared.last().expect("a model").joint.fits.clone(),
     };
-    Ok((diagnosis, plain, last))
+    Ok(Diagnosed { diagnosis, decays: releases.decays, plain, last })
 }
 
 impl Campaign<'_> {
@@ -161,13 +167,12 @@ impl Campaign<'_> {
         let step = |shared| self.releases.check().map(|()| self.step(shared));
         let steps: Vec<(HeldOut, Step)> = shared.iter().map(step).collect::<Result<_>>()?;
         let last = shared.last().expect("a model");
-        let plain = &judged.path[0].fits;
+        let plain = &shared[0].joint.fits;
         let decays = &self.releases.decays;
-        let status = match (last.is_explained(decays), last.effects.is_empty()) {
-            (true, true) => Status::Adequate,
-            (true, false) => Status::Explained,
-            (false, _) => Status::Unexplained,
-        };
+        let files: Vec<&str> = self.made.release.iter().map(|r| r.file.as_str()).collect();
+        let left = several::left(plain, &last.joint.fits, decays, &files);
+        let effects: Vec<Effect> = last.effects.iter().map(|e| e.effect.clone()).collect();
+        let status = left.status(last.is_explained(decays), &effects);
         let modal = |fit: &Fitted| (fit.natural_frequency_rad_s(), fit.damping_ratio());
         let mut after: Vec<(Quantity, Quantity)> = last.joint.fits.iter().map(modal).collect();
         let rows = (0..decays.len()).map(|i| {
@@ -181,9 +186,11 @@ impl Campaign<'_> {
                 noise_rms_deg: decays[i].sample_noise_rad.to_degrees(),
                 natural_frequency_rad_s: after[i].0,
                 damping_ratio: after[i].1,
-                before_over_noise: plain[i].over_noise(decays[i]),
-                residual_over_noise: fit.over_noise(decays[i]),
-                explained: is_explained(fit, decays[i]),
+                before_over_noise: plain[i].over_noise(&decays[i]),
+                residual_over_noise: fit.over_noise(&decays[i]),
+                explained: is_explained(fit, &decays[i]),
+                at_amplitude: at_amplitudes(&decays[i], fit),
+                covariance: fit.named_covariance(),
             }
         });
         let mut releases: Vec<ReleaseVerdict> = rows.collect();
@@ -197,21 +204,20 @@ impl Campaign<'_> {
         let mut out = CampaignDiagnosis {
             noise_rms_deg: (mean_square / decays.len() as f64).sqrt(),
             status,
-            effects: last.effects.iter().map(|e| e.effect.clone()).collect(),
-            indistinguishable: judged
-                .indistinguishable
-                .iter()
-                .map(|(a, b)| [a.clone(), b.clone()])
-                .collect(),
+            mean_noise_deg: several::mean_noise_deg(decays),
+            indistinguishable: judged.alone.indistinguishable(&effects),
+            sentence: account::sentence(&effects, &left, SECOND_ORDER),
+            effects,
+            left,
             origin: BTreeMap::new(),
             origin_reason: BTreeMap::new(),
             sharing: BTreeMap::new(),
             modal: None,
             held_out: steps[0].0,
             steps: steps.into_iter().map(|s| s.1).collect(),
-            candidates: candidates(judged),
+            candidates: judged.alone.candidates(),
             coefficients: BTreeMap::new(),
-            where_: compare::locate(decays[worst], &last.joint.fits[worst]),
+            where_: compare::locate(&decays[worst], &last.joint.fits[worst]),
             where_release: releases[worst].file.clone(),
             releases: Vec::new(),
             derivatives: None,
@@ -225,6 +231,8 @@ impl Campaign<'_> {
                 );
                 releases[i].residual_over_noise = b.over_noise;
                 releases[i].explained = b.over_noise <= EXPLAINED;
+                releases[i].at_amplitude.clear();
+                releases[i].covariance = None;
                 (releases[i].natural_frequency_rad_s, releases[i].damping_ratio) = after[i];
             }
             self.add_forced(&mut out, forced);
@@ -321,15 +329,4 @@ impl CampaignDiagnosis {
         });
         self.coefficients.insert(id, rows.collect());
     }
-}
-
-fn candidates(judged: &Judged) -> Vec<Candidate> {
-    let each = judged.singles.iter().map(|single| Candidate {
-        reason: None,
-        effect: single.effect.clone(),
-        residual_over_noise: single.residual_over_noise,
-        evidence: single.evidence,
-        converged: single.converged,
-    });
-    each.collect()
 }

@@ -6,7 +6,7 @@ use crate::derivatives::condition::Setting;
 use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::diagnose::{Step, FITTED_SHARE};
 use crate::diagnosis::origin::{self, weighted_mean, Origin, Plan, Seen};
-use crate::diagnosis::releases::{self, coefficient, over_noise, Judged, Model, Releases};
+use crate::diagnosis::releases::{coefficient, over_noise, Judged, Model, Releases};
 use crate::diagnosis::search;
 use crate::effects::Effect;
 use crate::error::Result;
@@ -40,7 +40,7 @@ pub(super) struct Shared {
 
 impl Shared {
     /// Whether every release is down to its noise.
-    pub(super) fn is_explained(&self, decays: &[&FreeDecay]) -> bool {
+    pub(super) fn is_explained(&self, decays: &[FreeDecay]) -> bool {
         self.joint.fits.iter().zip(decays).all(|(fit, decay)| search::is_explained(fit, decay))
     }
 }
@@ -57,12 +57,12 @@ pub(super) struct SharedEffect {
 pub(super) struct Campaign<'a> {
     pub made: &'a Made,
     pub settings: Vec<Setting>,
-    pub releases: &'a Releases<'a>,
+    pub releases: &'a Releases,
 }
 
 impl Campaign<'_> {
     fn whole(&self) -> Vec<Release<'_>> {
-        self.releases.decays.iter().map(|decay| Release::whole(decay)).collect()
+        self.releases.decays.iter().map(Release::whole).collect()
     }
 
     /// One coefficient for each condition.
@@ -109,6 +109,7 @@ impl Campaign<'_> {
         let fewer = numbers.saturating_sub(joint.parameters.len()) as f64;
         let lost = bic::gain(joint.sum_of_squares, squares, effective, fewer);
         if joint.converged && lost < MARGIN {
+            let joint = joint.with_discrepancy(&whole);
             return Ok(Shared { joint, effects: attributed });
         }
         for effect in &mut attributed {
@@ -120,7 +121,7 @@ impl Campaign<'_> {
             effects: attributed.iter().map(|e| e.plan.groups.clone()).collect(),
             ..sharing
         };
-        let joint = joint::fit_from(&whole, &structure, &sharing, &fits);
+        let joint = joint::fit_from(&whole, &structure, &sharing, &fits).with_discrepancy(&whole);
         Ok(Shared { joint, effects: attributed })
     }
 
@@ -180,7 +181,7 @@ impl Campaign<'_> {
             modal: (0..kept.len()).collect(),
             effects: joint.sharing.effects.iter().map(of).collect(),
         };
-        let releases: Vec<Release> = kept.iter().map(|&i| Release::whole(decays[i])).collect();
+        let releases: Vec<Release> = kept.iter().map(|&i| Release::whole(&decays[i])).collect();
         let kept_starts: Vec<Vec<f64>> = kept.iter().map(|&i| starts[i].clone()).collect();
         let others = joint::fit(&releases, &joint.structure, &sharing, &kept_starts);
         let fits: Vec<Fitted> = held
@@ -202,11 +203,10 @@ impl Campaign<'_> {
                         structure.limits.push(Limit { number, low: value, high: value });
                     }
                 }
-                fitting::refitted(decays[i], &structure, &starts[i])
+                fitting::refitted(&decays[i], &structure, &starts[i])
             })
             .collect();
-        let held_decays: Vec<&FreeDecay> = held.iter().map(|&i| decays[i]).collect();
-        (HeldOut::Releases, over_noise(&fits, &held_decays))
+        (HeldOut::Releases, over_noise(&fits, held.iter().map(|&i| &decays[i])))
     }
 
     /// Place in `kept` of another release of the same condition.
@@ -223,29 +223,13 @@ impl Campaign<'_> {
             (n, n * decay.raw_rms_deg(fit.rms_rad()).powi(2))
         });
         let (n, squares) = raw.fold((0.0, 0.0), |s, (n, q)| (s.0 + n, s.1 + q));
-        let mut parameters = BTreeMap::new();
-        for SharedEffect { effect, .. } in &shared.effects {
-            for (number, parameter) in effect.parameters().iter().enumerate() {
-                if effect.belongs_to_release(number) {
-                    continue;
-                }
-                // Once for each group, whatever releases share it.
-                let mut places: Vec<usize> =
-                    (0..decays.len()).filter_map(|i| joint.place(effect, number, i)).collect();
-                places.sort_unstable();
-                places.dedup();
-                let mean = weighted_mean(places.into_iter().map(|at| joint.quantity(at)));
-                let name = format!("{}.{}", effect, parameter.name);
-                parameters.extend(mean.map(|mean| (name, mean)));
-            }
-        }
         let (kind, held_out_over_noise) = self.held_out(shared);
         let step = Step {
             added: joint.structure.effects.last().cloned(),
             residual_rms_deg: (squares / n).sqrt(),
             residual_over_noise: joint.over_noise(),
             held_out_over_noise,
-            parameters,
+            parameters: in_common(joint),
         };
         (kind, step)
     }
@@ -255,11 +239,34 @@ impl Campaign<'_> {
         if last.is_explained(&self.releases.decays) && last.effects.len() < 2 {
             return None;
         }
-        let (plain, best) = (judged.path.first()?, judged.path.last()?);
-        if !releases::is_forced(self.releases, plain, best) {
+        let is_on = |i: usize| self.releases.wind_speed_m_s[i] > 0.0;
+        let random = Effect::random();
+        if !judged.alone.mostly(&random, is_on) && !judged.alone.mostly(&random, |i| !is_on(i)) {
             return None;
         }
-        let each = self.releases.decays.par_iter().zip(&plain.fits);
+        let each = self.releases.decays.par_iter().zip(&judged.path[0].fits);
         each.map(|(decay, plain)| buffeting::fit(decay, plain)).collect()
     }
+}
+
+/// The effects' numbers that releases have in common; of those of several groups their mean.
+pub(super) fn in_common(joint: &JointFit) -> BTreeMap<String, Quantity> {
+    let mut parameters = BTreeMap::new();
+    for effect in &joint.structure.effects {
+        for (index, parameter) in effect.parameters().iter().enumerate() {
+            let Some(number) = effect.varied_place(index) else { continue };
+            if effect.belongs_to_release(number) {
+                continue;
+            }
+            // Once for each group, whatever releases share it.
+            let mut places: Vec<usize> =
+                (0..joint.fits.len()).filter_map(|i| joint.place(effect, number, i)).collect();
+            places.sort_unstable();
+            places.dedup();
+            let mean = weighted_mean(places.into_iter().map(|at| joint.quantity(at)));
+            let name = format!("{}.{}", effect, parameter.name);
+            parameters.extend(mean.map(|mean| (name, mean)));
+        }
+    }
+    parameters
 }

@@ -32,8 +32,6 @@ const MISSED: f64 = 1.5;
 const FAR_FROM_FLOOR: f64 = 5.0;
 /// Residual of the plain model over the noise beyond which the likelihood is not used.
 const NEAR: f64 = 40.0;
-/// Share of the amplitude that may be left where a model mostly explains a record.
-pub(crate) const SMALL: f64 = 0.01;
 /// What a diagnosis begins with where no model is there.
 pub const SECOND_ORDER: &str = "the second-order model";
 /// The same where a model with effects is.
@@ -80,7 +78,7 @@ pub fn diagnose_with_fits(record: &Record, options: &Options) -> Result<Diagnose
     judged(record, decay, options)
 }
 
-fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagnosed> {
+pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagnosed> {
     let present = &options.present;
     // Pieces of a free decay do not show what follows time, and a flexible effect is not looked for beside another.
     if !present.effects.iter().all(|e| e.is_strength_of_state() || e.is_own()) {
@@ -167,13 +165,7 @@ fn by_prediction(
     let last = &account.last().model;
     let where_ = compare::locate(&decay, last);
     let left = account.left(&decay, &where_);
-    let status = match (search::is_explained(last, &decay), account.effects.is_empty()) {
-        (true, true) => Status::Adequate,
-        (true, false) => Status::Explained,
-        (false, _) if left.share_of_amplitude < SMALL => Status::MostlyExplained,
-        (false, _) if account.explains_most() => Status::MostlyExplained,
-        (false, _) => Status::Unexplained,
-    };
+    let status = left.status(search::is_explained(last, &decay), &account.effects);
     let step = |s: &account::Step| Step {
         added: s.added.clone(),
         residual_rms_deg: decay.raw_rms_deg(s.model.rms_rad()),

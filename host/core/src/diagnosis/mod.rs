@@ -2,6 +2,7 @@
 
 pub(crate) mod account;
 mod alike;
+pub(crate) mod alone;
 pub mod amplitude;
 pub(crate) mod answer;
 mod begun;

@@ -1,45 +1,57 @@
-//! Which effects the releases of a campaign need: each has coefficients of its own, and all are judged as one.
+//! Which effects several releases need: each is judged by itself, and what their answers name is tried in all of them, each
+//! with numbers of its own.
 
 use crate::bic::{self, MARGIN};
+use crate::diagnosis::alone::Alone;
 use crate::diagnosis::diagnose::Options;
-use crate::diagnosis::forced::forced_rather_than;
 use crate::diagnosis::origin::weighted_mean;
-use crate::diagnosis::search;
 use crate::effects::Effect;
 use crate::error::Result;
-use crate::fit::fitting::{fit_added, fit_plain, fit_removed, Fitted};
+use crate::fit::fitting::{
+    fit_added, fit_plain_within, fit_removed, refitted, Fitted, Limit, Number, Structure,
+};
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::joint::{self, JointFit, Release, Sharing};
 use crate::quantity::Quantity;
+use crate::record::Record;
 use rayon::prelude::*;
 
-/// Every effect is tried on so many releases, those that are explained worst; the likeliest then on all.
-const SCREENED: usize = 8;
-const MOST_PROPOSED: usize = 3;
-const MOST_EFFECTS: usize = 4;
-/// Evidence for a line over that for an effect of the state, from which on the line comes first.
-const CLEARLY: f64 = 1.5;
+/// So many releases are judged by themselves, those that the model explains worst that is there already.
+const JUDGED: usize = 8;
+/// Effects that are tried in common, those of most releases first.
+pub(super) const MOST_EFFECTS: usize = 5;
 /// An effect whose course is less than this share of the noise floor in every release does not matter, squared: more
 /// than in one record, the largest of many being more by chance.
 const LEAST_SHARE_SQUARED: f64 = 0.03;
 
 /// The releases with the wind speed of each.
-pub(crate) struct Releases<'a> {
-    pub decays: Vec<&'a FreeDecay>,
+pub(crate) struct Releases {
+    pub decays: Vec<FreeDecay>,
     pub wind_speed_m_s: Vec<f64>,
 }
 
-impl Releases<'_> {
+impl Releases {
+    /// # Errors
+    /// Naming the record without a free decay.
+    pub(crate) fn of(
+        records: &[Record],
+        wind_speed_m_s: Vec<f64>,
+        options: &Options,
+    ) -> Result<Self> {
+        let one = |(record, wind_speed_m_s): (&Record, &f64)| {
+            let (wind_speed_m_s, stop) = (*wind_speed_m_s, options.stop.clone());
+            Ok(FreeDecay { wind_speed_m_s, stop, ..FreeDecay::of(record)? })
+        };
+        // Collected first, so that of several bad records always the first is named.
+        let decays: Vec<Result<FreeDecay>> =
+            records.par_iter().zip(&wind_speed_m_s).map(one).collect();
+        Ok(Self { decays: decays.into_iter().collect::<Result<_>>()?, wind_speed_m_s })
+    }
+
     /// # Errors
     /// [`Error::Interrupted`](crate::error::Error::Interrupted) once somebody has asked for it.
     pub(crate) fn check(&self) -> Result<()> {
         self.decays.iter().try_for_each(|decay| decay.stop.check())
-    }
-
-    fn pick(&self, which: &[usize]) -> Self {
-        Self {
-            decays: which.iter().map(|&i| self.decays[i]).collect(),
-            wind_speed_m_s: which.iter().map(|&i| self.wind_speed_m_s[i]).collect(),
-        }
     }
 }
 
@@ -51,44 +63,28 @@ pub(crate) struct Model {
 }
 
 impl Model {
-    fn pick(&self, which: &[usize]) -> Self {
-        let fits = which.iter().map(|&i| self.fits[i].clone()).collect();
-        Self { effects: self.effects.clone(), fits }
-    }
-
     /// The releases it explains worst.
     fn worst(&self, releases: &Releases) -> Vec<usize> {
         let over: Vec<f64> =
             self.fits.iter().zip(&releases.decays).map(|(f, decay)| f.over_noise(decay)).collect();
         let mut all: Vec<usize> = (0..over.len()).collect();
         all.sort_by(|&a, &b| over[b].total_cmp(&over[a]));
-        all.truncate(SCREENED);
+        all.truncate(JUDGED);
         all.sort_unstable();
         all
     }
 }
 
-/// An effect added to a model in the screened releases.
-pub(crate) struct Single {
-    pub effect: Effect,
-    pub residual_over_noise: f64,
-    pub evidence: f64,
-    pub converged: bool,
-    model: Model,
-}
-
 pub(crate) struct Judged {
-    /// Every effect alone, best first, in the releases that the plain model explains worst.
-    pub singles: Vec<Single>,
-    /// From plain to final, an effect more each.
+    pub alone: Alone,
+    /// From the model that is there to the final one, an effect more each.
     pub path: Vec<Model>,
-    pub indistinguishable: Vec<(Effect, Effect)>,
 }
 
 /// Pooled rms of the residuals over each release's noise.
 pub(crate) fn over_noise<'a>(
     fits: impl IntoIterator<Item = &'a Fitted>,
-    decays: &[&FreeDecay],
+    decays: impl IntoIterator<Item = &'a FreeDecay>,
 ) -> f64 {
     let (mut sum, mut n) = (0.0, 0.0);
     for (fit, decay) in fits.into_iter().zip(decays) {
@@ -107,7 +103,7 @@ pub(crate) fn coefficient(fit: &Fitted, effect: &Effect) -> Option<Quantity> {
 /// Gain in the information criterion by `effect`, which `larger` has and `smaller` has not. The best of: a coefficient
 /// of its own in each release that needs one; one coefficient for all releases, for the wind-on or the wind-off ones.
 fn evidence(
-    releases: &Releases<'_>,
+    releases: &Releases,
     smaller: &[Fitted],
     larger: &[Fitted],
     effect: &Effect,
@@ -146,7 +142,7 @@ fn evidence(
 
 /// Whether the effect shows in some release.
 fn matters(releases: &Releases, smaller: &[Fitted], larger: &[Fitted]) -> bool {
-    let share = |((small, large), decay): ((&Fitted, &Fitted), &&FreeDecay)| {
+    let share = |((small, large), decay): ((&Fitted, &Fitted), &FreeDecay)| {
         large.converged
             && small.over_noise(decay).powi(2) - large.over_noise(decay).powi(2)
                 > LEAST_SHARE_SQUARED
@@ -154,122 +150,58 @@ fn matters(releases: &Releases, smaller: &[Fitted], larger: &[Fitted]) -> bool {
     smaller.iter().zip(larger).zip(&releases.decays).any(share)
 }
 
-/// Judges all releases as one.
+/// Judges all releases as one, from a model of `structure` on. Noise floors become those that the releases' own answers show.
 ///
 /// # Errors
-/// Interrupted, once somebody asked for it.
-pub(crate) fn judge(releases: &Releases, options: &Options) -> Result<Judged> {
-    let zero = options.zero_unknown;
-    let plain = Model {
-        effects: Vec::new(),
-        fits: releases
-            .decays
-            .par_iter()
-            .map(|decay| fit_plain(decay, zero, decay.yaw_rad.len()))
-            .collect(),
+/// Where a model that is there cannot be fitted; interrupted.
+pub(crate) fn judge(
+    records: &[Record],
+    releases: &mut Releases,
+    structure: &Structure,
+    options: &Options,
+) -> Result<Judged> {
+    let plain = |decay: &FreeDecay| {
+        let plain = fit_plain_within(decay, structure, decay.yaw_rad.len());
+        structure.effects.iter().fold(plain, |model, effect| fit_added(decay, &model, effect))
     };
-    let library: Vec<Effect> = Effect::deterministic()
-        .filter(|e| !(zero && e.moves_rest()) && e.distinct_from_rad() == 0.0)
-        .filter(|e| !e.is_flexible())
-        .chain(options.own.iter().filter(|e| e.is_own()).cloned())
-        .collect();
-    let singles = screened(releases, &plain, &library)?;
-    let mut path = vec![plain];
-    while path.len() <= MOST_EFFECTS {
-        let here = path.last().expect("the plain model");
-        let others;
-        let screen = if here.effects.is_empty() {
-            &singles
-        } else {
-            others = screened(releases, here, &library)?;
-            &others
-        };
-        let proposed: Vec<(f64, Model)> = screen
+    let effects = structure.effects.clone();
+    let there = effects.len();
+    let plain = Model { effects, fits: releases.decays.par_iter().map(plain).collect() };
+    releases.check()?;
+    let alone = Alone::of(records, plain.worst(releases), releases, options)?;
+    for (of, release) in alone.answers.iter().zip(&alone.which) {
+        releases.decays[*release] = of.decay.clone();
+    }
+    let known = |e: &Effect| plain.effects.contains(e) || structure.zero_unknown && e.moves_rest();
+    let mut named = alone.named();
+    named.retain(|effect| !known(effect));
+    named.truncate(MOST_EFFECTS);
+    let mut all = plain.clone();
+    for effect in &named {
+        all = added(releases, &all, effect)?;
+    }
+    // From all down to what is there, what is missed least taken out first.
+    let mut path = vec![pruned(releases, all, there)?];
+    while let Some(larger) = path.last().filter(|model| model.effects.len() > there + 1) {
+        let smaller = larger.effects[there..]
             .iter()
-            .filter(|single| single.evidence > 0.0)
-            .take(MOST_PROPOSED)
-            .map(|single| {
-                let larger = added(releases, here, &single.effect)?;
-                Ok((evidence(releases, &here.fits, &larger.fits, &single.effect), larger))
-            })
-            .collect::<Result<_>>()?;
-        let next = proposed
-            .into_iter()
-            .filter(|(evidence, larger)| {
-                *evidence > MARGIN && matters(releases, &here.fits, &larger.fits)
-            })
-            .max_by(|a, b| clear_of_lines(a).total_cmp(&clear_of_lines(b)));
-        let Some((_, next)) = next else { break };
-        path.push(next);
-        // Chance is not chased with ever more effects.
-        if path.len() == 2 && is_forced(releases, &path[0], &path[1]) {
-            break;
-        }
+            .map(|effect| removed(releases, larger, effect))
+            .collect::<Result<Vec<_>>>()?;
+        let worst = |model: &Model| over_noise(&model.fits, &releases.decays);
+        let least = smaller.into_iter().min_by(|a, b| worst(a).total_cmp(&worst(b)));
+        path.push(least.expect("an effect"));
     }
-    let last = path.pop().expect("a model");
-    let all = last.effects.clone();
-    let kept = pruned(releases, last)?;
-    if kept.effects == all || kept.effects.is_empty() {
-        path.truncate(kept.effects.len());
-    } else {
-        // The way there once more, without what was taken out of it.
-        path.truncate(1);
-        for effect in &kept.effects[..kept.effects.len() - 1] {
-            path.push(added(releases, path.last().expect("a model"), &effect.clone())?);
-        }
+    if path[path.len() - 1].effects.len() > there {
+        path.push(plain);
     }
-    path.push(kept);
-    let indistinguishable = rivals(releases, &path, &singles, &library)?;
-    Ok(Judged { singles, path, indistinguishable })
-}
-
-/// The evidence for a model's last effect against others': what adds a line, with numbers for each release, stands for much
-/// that bends where the right effects are not all there yet.
-fn clear_of_lines((evidence, model): &(f64, Model)) -> f64 {
-    let is_line = model.effects.last().is_some_and(|e| e.line().is_some());
-    if is_line {
-        evidence / CLEARLY
-    } else {
-        *evidence
+    path.reverse();
+    // In the order in which they help.
+    for k in 1..path.len() {
+        let before = path[k - 1].effects.clone();
+        let new = path[k].effects.iter().find(|e| !before.contains(e)).cloned();
+        path[k].effects = before.into_iter().chain(new).collect();
     }
-}
-
-/// Whether most releases with the wind on, or with it off, are randomly forced rather than explained by `best`.
-pub(crate) fn is_forced(releases: &Releases, plain: &Model, best: &Model) -> bool {
-    let each = releases.decays.par_iter().zip(&plain.fits).zip(&best.fits);
-    let forced: Vec<bool> = each
-        .map(|((decay, plain), best)| {
-            !search::is_explained(best, decay) && forced_rather_than(decay, plain, best).is_some()
-        })
-        .collect();
-    let mostly = |on: bool| {
-        let inside = forced.iter().zip(&releases.wind_speed_m_s).filter(|(_, v)| (**v > 0.0) == on);
-        let (all, some) = inside.fold((0, 0), |(n, k), (f, _)| (n + 1, k + usize::from(*f)));
-        2 * some > all
-    };
-    mostly(true) || mostly(false)
-}
-
-/// Every other effect added to `inner` in the releases it explains worst; the likeliest first.
-fn screened(releases: &Releases, inner: &Model, library: &[Effect]) -> Result<Vec<Single>> {
-    let which = inner.worst(releases);
-    let (releases, inner) = (releases.pick(&which), inner.pick(&which));
-    let mut out: Vec<Single> = library
-        .par_iter()
-        .filter(|e| !inner.effects.contains(e))
-        .map(|effect| {
-            let model = added(&releases, &inner, effect)?;
-            Ok(Single {
-                effect: effect.clone(),
-                residual_over_noise: over_noise(&model.fits, &releases.decays),
-                evidence: evidence(&releases, &inner.fits, &model.fits, effect),
-                converged: model.fits.iter().all(|fit| fit.converged),
-                model,
-            })
-        })
-        .collect::<Result<_>>()?;
-    out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    Ok(out)
+    Ok(Judged { alone, path })
 }
 
 /// `fit` in every release, unless the user stops it.
@@ -295,11 +227,10 @@ fn removed(releases: &Releases, model: &Model, effect: &Effect) -> Result<Model>
     Ok(Model { effects, fits })
 }
 
-/// Takes out again what the others have made needless.
-fn pruned(releases: &Releases, mut model: Model) -> Result<Model> {
-    while model.effects.len() > 1 {
-        let without: Vec<(f64, Model)> = model
-            .effects
+/// Takes out again what the others have made needless, but for what is `there` from the beginning.
+fn pruned(releases: &Releases, mut model: Model, there: usize) -> Result<Model> {
+    while model.effects.len() > there {
+        let without: Vec<(f64, Model)> = model.effects[there..]
             .iter()
             .map(|effect| {
                 let smaller = removed(releases, &model, effect)?;
@@ -320,33 +251,42 @@ fn pruned(releases: &Releases, mut model: Model) -> Result<Model> {
     Ok(model)
 }
 
-/// Which effect does as well in the place of one of the model's, in the releases that the plain model explains worst.
-fn rivals(
-    releases: &Releases,
-    path: &[Model],
-    singles: &[Single],
-    library: &[Effect],
-) -> Result<Vec<(Effect, Effect)>> {
-    let which = path[0].worst(releases);
-    let releases = &releases.pick(&which);
-    let model = path.last().expect("a model").pick(&which);
-    let mut out = Vec::new();
-    for inside in &model.effects {
-        let alone = model.effects.len() == 1;
-        let inner = if alone { path[0].pick(&which) } else { removed(releases, &model, inside)? };
-        let here = evidence(releases, &inner.fits, &model.fits, inside);
-        for outside in library.iter().filter(|e| !model.effects.contains(e)) {
-            let known = singles.iter().find(|s| alone && s.effect == *outside);
-            let other = match known {
-                Some(single) => single.model.clone(),
-                None => added(releases, &inner, outside)?,
-            };
-            let there = evidence(releases, &inner.fits, &other.fits, outside);
-            let mut each = other.fits.iter().zip(&releases.decays);
-            if here - there < MARGIN && each.all(|(fit, decay)| search::is_explained(fit, decay)) {
-                out.push((inside.clone(), outside.clone()));
+/// Residual over noise of each release with what it has in common with the others known from them; its own numbers are
+/// estimated anew.
+pub(super) fn predicted_from_others(decays: &[FreeDecay], joint: &JointFit) -> f64 {
+    let each = (0..decays.len()).into_par_iter().map(|held| {
+        let kept: Vec<usize> = (0..decays.len()).filter(|i| *i != held).collect();
+        let part = |groups: &Vec<Option<usize>>| kept.iter().map(|&i| groups[i]).collect();
+        let sharing = Sharing {
+            modal: kept.iter().map(|&i| joint.sharing.modal[i]).collect(),
+            effects: joint.sharing.effects.iter().map(part).collect(),
+        };
+        let whole: Vec<Release> = kept.iter().map(|&i| Release::whole(&decays[i])).collect();
+        let starts: Vec<Vec<f64>> =
+            kept.iter().map(|&i| joint.fits[i].parameters.clone()).collect();
+        let others = joint::fit(&whole, &joint.structure, &sharing, &starts);
+        let mut structure = joint.fits[held].structure.clone();
+        let mut fix = |number, value| {
+            structure.limits.push(Limit { number, low: value, high: value });
+        };
+        let modal = sharing.modal.iter().position(|m| *m == joint.sharing.modal[held]);
+        if let Some(partner) = modal {
+            fix(Number::NaturalFrequency, others.fits[partner].parameters[0]);
+            fix(Number::DampingRatio, others.fits[partner].parameters[1]);
+        }
+        for (effect, groups) in joint.structure.effects.iter().zip(&joint.sharing.effects) {
+            let partner = kept.iter().position(|&j| groups[j] == groups[held]);
+            let Some(partner) = partner else { continue };
+            for number in 0..effect.parameters().len() {
+                if let (false, Some(at)) =
+                    (effect.belongs_to_release(number), others.place(effect, number, partner))
+                {
+                    fix(Number::Of(effect.clone(), number), others.parameters[at]);
+                }
             }
         }
-    }
-    Ok(out)
+        refitted(&decays[held], &structure, &joint.fits[held].parameters)
+    });
+    let fits: Vec<Fitted> = each.collect();
+    over_noise(&fits, decays)
 }

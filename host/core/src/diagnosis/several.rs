@@ -1,34 +1,39 @@
 //! What several releases of one rig lack, judged as one.
 //!
 //! Each release has a natural frequency, damping ratio, rest angle and state of its own, and unless asked otherwise one
-//! coefficient of each effect is common to all. The effects are those that survive in the single releases, less those
-//! without which a release that was left out is predicted as well: its own numbers are estimated anew, what is common
-//! comes from the others.
+//! coefficient of each effect is common to all. The effects are those that the releases' own answers name, as far as all of
+//! them need them ([`releases`]). Where a model with these is not down to the noise, those are kept without which a release
+//! that was left out is predicted worse: its own numbers are estimated anew, what is common comes from the others.
 
 use crate::diagnosis::account;
-use crate::diagnosis::account::MOST_LEFT;
 use crate::diagnosis::alike::alike_in_releases;
-use crate::diagnosis::answer::Left;
-use crate::diagnosis::diagnose::{modal, Modal, Status, Step, SECOND_ORDER, SMALL};
+use crate::diagnosis::answer::{Candidate, Left, Options};
+use crate::diagnosis::campaign_fit::in_common;
+use crate::diagnosis::compare::{self, Where};
+use crate::diagnosis::diagnose::{modal, Modal, Status, Step, SECOND_ORDER};
 use crate::diagnosis::likelihood::is_explained;
-use crate::diagnosis::prediction::Prediction;
+use crate::diagnosis::origin::weighted_mean;
+use crate::diagnosis::releases::{self, Judged, Releases, MOST_EFFECTS};
 use crate::diagnosis::shared_set::{Begun, Set};
 use crate::diagnosis::survivors;
 use crate::effects::Effect;
 use crate::error::Result;
+use crate::fit::at_amplitude::{at_amplitudes, AtAmplitude};
+use crate::fit::fitting::{Covariance, Fitted, Structure};
 use crate::fit::floor;
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::joint::JointFit;
-use crate::fit::structure::Structure;
+use crate::fit::joint::{self, JointFit, Release, Sharing};
+use crate::identify::gaps::Warning;
 use crate::quantity::Quantity;
 use crate::record::Record;
+
 use serde::Serialize;
 use std::collections::BTreeMap;
 
 pub use crate::diagnosis::shared_set::Common;
 
-/// Effects that are tried in common, those of most releases first.
-const MOST_EFFECTS: usize = 5;
+/// Where a coefficient is not common.
+const EACH_ITS_OWN: &str = "each release its own";
 
 /// All that is said about several releases. Rms in deg, ratios to the noise floor of block means.
 #[derive(Clone, Debug, Serialize)]
@@ -39,6 +44,8 @@ pub struct SeveralDiagnosis {
     /// In the order in which they help.
     pub effects: Vec<Effect>,
     pub indistinguishable: Vec<[Effect; 2]>,
+    /// Every effect alone, best first: the gains added of the releases (eight at most) that are explained worst.
+    pub candidates: Vec<Candidate>,
     /// Of all releases, where they have it in common.
     pub modal: Option<Modal>,
     pub steps: Vec<Step>,
@@ -49,6 +56,13 @@ pub struct SeveralDiagnosis {
     pub left: Left,
     pub sentence: String,
     pub records: Vec<OfRecord>,
+    /// Of the release that is explained worst.
+    #[serde(rename = "where")]
+    pub where_: Where,
+    pub where_release: String,
+    /// What is to be said of the records, each with its name.
+    #[serde(skip)]
+    pub warnings: Vec<Warning>,
 }
 
 /// One release's share of the answer.
@@ -60,30 +74,109 @@ pub struct OfRecord {
     pub residual_rms_deg: f64,
     pub residual_over_noise: f64,
     pub parameters: BTreeMap<String, Quantity>,
+    /// From the largest amplitude to the smallest; none where the model is random.
+    pub at_amplitude: Vec<AtAmplitude>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<Covariance>,
+}
+
+/// Models of all releases from plain to final, and what each predicts.
+struct Path {
+    effects: Vec<Effect>,
+    joint: JointFit,
+    held_out_over_noise: f64,
 }
 
 /// Judges `records`, releases of one rig, as one.
 ///
 /// # Errors
-/// Naming the record without a free decay; interrupted.
-pub fn diagnose_several(records: &[Record], common: &Common) -> Result<SeveralDiagnosis> {
+/// Naming the record without a free decay; a present model that cannot be fitted; interrupted.
+pub fn diagnose_several(
+    records: &[Record],
+    common: &Common,
+    options: &Options,
+) -> Result<SeveralDiagnosis> {
+    let wind_speed_m_s = vec![options.wind_speed_m_s; records.len()];
+    let mut releases = Releases::of(records, wind_speed_m_s, options)?;
+    let structure = Structure { zero_unknown: true, ..options.present.clone() };
+    let judged = releases::judge(records, &mut releases, &structure, options)?;
+    let random = Effect::random();
+    let rest = Effect::of_rest();
+    let is_forced = judged.alone.mostly(&random, |_| true);
+    let mut named = Vec::new();
+    if !options.zero_unknown && judged.alone.mostly(&rest, |_| true) {
+        named.push(rest);
+    }
+    let explains = |fits: &[Fitted]| {
+        fits.iter().zip(&releases.decays).all(|(fit, decay)| is_explained(fit, decay))
+    };
+    let each = judged.path.last().expect("a model");
+    let near = (is_forced || explains(&each.fits))
+        .then(|| in_common_at_once(&releases, &judged, common))
+        .filter(|path| is_forced || path.last().is_some_and(|p| explains(&p.joint.fits)));
+    let (path, indistinguishable) = match near {
+        Some(path) => (path, judged.alone.indistinguishable(&each.effects)),
+        None => by_prediction(records, &releases, &judged, common, options)?,
+    };
+    options.stop.check()?;
+    let mut found = told(records, &releases, &path, common, named, &options.present.effects);
+    found.candidates = judged.alone.candidates();
+    found.indistinguishable = indistinguishable;
+    if is_forced && found.status != Status::Explained {
+        found.add_random(&judged, &random);
+    }
+    Ok(found)
+}
+
+/// The models that the releases' own answers lead to, with what is common in common.
+fn in_common_at_once(releases: &Releases, judged: &Judged, common: &Common) -> Vec<Path> {
+    let whole: Vec<Release> = releases.decays.iter().map(Release::whole).collect();
+    let n = whole.len();
+    let of_model = |model: &releases::Model| {
+        let each = |is_own: bool| (0..n).map(move |i| if is_own { i } else { 0 });
+        let groups = |e: &Effect| each(common.own.contains(e)).map(Some).collect();
+        let sharing = Sharing {
+            modal: each(!common.same_rig).collect(),
+            effects: model.effects.iter().map(groups).collect(),
+        };
+        let structure =
+            Structure { effects: model.effects.clone(), ..model.fits[0].structure.clone() };
+        let fits: Vec<&Fitted> = model.fits.iter().collect();
+        let joint = joint::fit_from(&whole, &structure, &sharing, &fits);
+        let held_out_over_noise = releases::predicted_from_others(&releases.decays, &joint);
+        let joint = joint.with_discrepancy(&whole);
+        Path { effects: model.effects.clone(), joint, held_out_over_noise }
+    };
+    judged.path.iter().map(of_model).collect()
+}
+
+/// The models whose effects survive prediction, release by release.
+fn by_prediction(
+    records: &[Record],
+    releases: &Releases,
+    judged: &Judged,
+    common: &Common,
+    options: &Options,
+) -> Result<(Vec<Path>, Vec<[Effect; 2]>)> {
     let begun: Vec<Begun> = records
         .iter()
-        .map(|record| {
-            let decay = FreeDecay { stop: common.stop.clone(), ..FreeDecay::of(record)? };
-            let survivors = survivors::search(&decay, &common.candidates, &Structure::default())?;
-            Ok(Begun { decay: floor::with_steps(decay, record), survivors })
+        .zip(&releases.decays)
+        .map(|(record, decay)| {
+            let survivors = survivors::search(decay, &options.own, &Structure::default())?;
+            Ok(Begun { decay: floor::with_steps(decay.clone(), record), survivors })
         })
         .collect::<Result<_>>()?;
+    let present = &options.present.effects;
     // From all that survives somewhere down to the plain model, what is missed least left out first.
-    let mut sets = vec![Set { begun: &begun, common, effects: proposed(&begun, common) }];
+    let effects = proposed(&begun, judged, present);
+    let mut sets = vec![Set { begun: &begun, common, effects, stop: &options.stop }];
     let mut predictions = vec![sets[0].predicted()?];
     while let Some(larger) =
-        sets.last().filter(|s| s.effects.len() > common.present.len()).map(|s| s.effects.clone())
+        sets.last().filter(|s| s.effects.len() > present.len()).map(|s| s.effects.clone())
     {
         let from = sets.last().expect("a set");
         let mut smaller = Vec::new();
-        for effect in larger.iter().filter(|e| !common.present.contains(e)) {
+        for effect in larger.iter().filter(|e| !present.contains(e)) {
             let set = from.without(effect);
             smaller.push((set.predicted()?, set));
         }
@@ -103,133 +196,191 @@ pub fn diagnose_several(records: &[Record], common: &Common) -> Result<SeveralDi
         }
     }
     sets.truncate(last + 1);
-    let wholes: Vec<JointFit> = sets.iter().map(Set::whole).collect();
-    common.stop.check()?;
-    let indistinguishable = alike_in_releases(&sets[last], &predictions[last])?;
-    let told = told(records, &begun, &sets, &wholes, &predictions);
-    Ok(SeveralDiagnosis { indistinguishable, ..told })
+    let alike = alike_in_releases(&sets[last], &predictions[last], present)?;
+    let noise_rad = mean_square(&releases.decays, |d| d.noise_rad);
+    let whole: Vec<Release> = begun.iter().map(|b| Release::whole(&b.decay)).collect();
+    let path = sets.iter().zip(&predictions).map(|(set, prediction)| Path {
+        effects: set.effects.clone(),
+        joint: set.whole().with_discrepancy(&whole),
+        held_out_over_noise: prediction.rms_rad() / noise_rad,
+    });
+    Ok((path.collect(), alike))
 }
 
 /// Effects that survive somewhere, those of most releases first, behind those that stay.
-fn proposed(begun: &[Begun], common: &Common) -> Vec<Effect> {
+fn proposed(begun: &[Begun], judged: &Judged, present: &[Effect]) -> Vec<Effect> {
     let mut votes: BTreeMap<Effect, usize> = BTreeMap::new();
     for effect in begun.iter().flat_map(|b| &b.alone().structure.effects) {
         *votes.entry(effect.clone()).or_default() += 1;
     }
+    let of_pieces = |e: &Effect| e.is_strength_of_state() || e.is_own();
+    for effect in judged.alone.named().into_iter().filter(of_pieces) {
+        votes.entry(effect).or_insert(1);
+    }
     let mut out: Vec<(Effect, usize)> =
-        votes.into_iter().filter(|(e, _)| !common.present.contains(e)).collect();
+        votes.into_iter().filter(|(e, _)| !present.contains(e) && !e.moves_rest()).collect();
     out.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
     out.truncate(MOST_EFFECTS);
-    common.present.iter().cloned().chain(out.into_iter().map(|(e, _)| e)).collect()
+    present.iter().cloned().chain(out.into_iter().map(|(e, _)| e)).collect()
+}
+
+fn mean_square(decays: &[FreeDecay], of: impl Fn(&FreeDecay) -> f64) -> f64 {
+    let sum: f64 = decays.iter().map(|d| of(d).powi(2)).sum();
+    (sum / decays.len() as f64).sqrt()
+}
+
+/// Root of the mean square of the releases' noise floors.
+pub(super) fn mean_noise_deg(decays: &[FreeDecay]) -> f64 {
+    mean_square(decays, |d| d.noise_rad).to_degrees()
+}
+
+/// What the `last` model of each release leaves of what the `plain` one misses.
+pub(super) fn left(plain: &[Fitted], last: &[Fitted], decays: &[FreeDecay], files: &[&str]) -> Left {
+    let squares = |fits: &[Fitted]| fits.iter().map(|f| f.sum_of_squares).sum::<f64>();
+    let count: usize = last.iter().map(|f| f.count).sum();
+    let rms_rad = (squares(last) / count as f64).sqrt();
+    let amplitude_rad = decays.iter().map(|d| d.amplitude_rad).fold(0.0, f64::max);
+    let explained = last.iter().zip(decays).all(|(f, decay)| is_explained(f, decay));
+    Left {
+        rms_deg: rms_rad.to_degrees(),
+        share_of_amplitude: rms_rad / amplitude_rad,
+        share_of_misfit: (squares(last) / squares(plain)).min(1.0),
+        where_: match explained {
+            true => account::NOISE.into(),
+            false => format!("most of it in {}", files[worst(last, decays)]),
+        },
+    }
+}
+
+/// The release that is explained worst.
+fn worst(fits: &[Fitted], decays: &[FreeDecay]) -> usize {
+    let over = |i: &usize| fits[*i].over_noise(&decays[*i]);
+    (0..fits.len()).max_by(|a, b| over(a).total_cmp(&over(b))).unwrap_or(0)
 }
 
 fn told(
     records: &[Record],
-    begun: &[Begun],
-    sets: &[Set],
-    wholes: &[JointFit],
-    predictions: &[Prediction],
+    releases: &Releases,
+    path: &[Path],
+    common: &Common,
+    named: Vec<Effect>,
+    present: &[Effect],
 ) -> SeveralDiagnosis {
-    let mean_square = |of: &dyn Fn(&FreeDecay) -> f64| {
-        let sum: f64 = begun.iter().map(|b| of(&b.decay).powi(2)).sum();
-        (sum / begun.len() as f64).sqrt()
-    };
-    let noise_rad = mean_square(&|d| d.noise_rad);
-    let count: usize = begun.iter().map(|b| b.decay.yaw_rad.len()).sum();
-    let rms_rad = |joint: &JointFit| {
-        let sum: f64 = joint.fits.iter().map(|f| f.sum_of_squares).sum();
-        (sum / count as f64).sqrt()
-    };
+    let decays = &releases.decays;
     let mut held_out = f64::INFINITY;
-    let steps: Vec<Step> = wholes
-        .iter()
-        .zip(predictions)
-        .zip(sets)
-        .enumerate()
-        .map(|(k, ((joint, prediction), set))| {
-            held_out = held_out.min(prediction.rms_rad() / noise_rad);
-            let before = k.checked_sub(1).map(|k| &sets[k].effects);
-            let new = |e: &&Effect| before.is_some_and(|b| !b.contains(e));
-            let raw = |f: &crate::fit::fitting::Fitted, b: &Begun| b.decay.raw_rms_deg(f.rms_rad());
-            let raws = joint.fits.iter().zip(begun).map(|(f, b)| raw(f, b).powi(2));
-            Step {
-                added: set.effects.iter().find(new).cloned(),
-                residual_rms_deg: (raws.sum::<f64>() / begun.len() as f64).sqrt(),
-                residual_over_noise: joint.over_noise(),
-                held_out_over_noise: held_out,
-                parameters: shared_numbers(joint, set),
-            }
-        })
-        .collect();
-    let (plain, last) = (&wholes[0], wholes.last().expect("a model"));
-    let effects: Vec<Effect> = steps.iter().filter_map(|s| s.added.clone()).collect();
-    let worst = last
-        .fits
-        .iter()
-        .zip(records)
-        .max_by(|a, b| a.0.rms_rad().total_cmp(&b.0.rms_rad()))
-        .map_or(String::new(), |(_, record)| record.file.display().to_string());
-    let explained = last.fits.iter().zip(begun).all(|(f, b)| is_explained(f, &b.decay));
-    let amplitude = begun.iter().map(|b| b.decay.amplitude_rad).fold(0.0, f64::max);
-    let left = Left {
-        rms_deg: rms_rad(last).to_degrees(),
-        share_of_amplitude: rms_rad(last) / amplitude,
-        share_of_misfit: (rms_rad(last) / rms_rad(plain)).powi(2).min(1.0),
-        where_: match explained {
-            true => account::NOISE.into(),
-            false => format!("most of it in {worst}"),
-        },
-    };
-    let status = match (explained, effects.is_empty()) {
-        (true, true) => Status::Adequate,
-        (true, false) => Status::Explained,
-        (false, _) if left.share_of_amplitude < SMALL => Status::MostlyExplained,
-        (false, false) if left.share_of_misfit < MOST_LEFT => Status::MostlyExplained,
-        (false, _) => Status::Unexplained,
-    };
-    let common = sets[0].common;
+    let mut before: &[Effect] = present;
+    let mut effects = named;
+    let mut steps = Vec::new();
+    for Path { effects: here, joint, held_out_over_noise } in path {
+        held_out = held_out.min(*held_out_over_noise);
+        let added = here.iter().find(|e| !before.contains(e)).cloned();
+        before = here;
+        effects.extend(added.clone());
+        let raw = |(f, d): (&Fitted, &FreeDecay)| d.raw_rms_deg(f.rms_rad()).powi(2);
+        let raws = joint.fits.iter().zip(decays).map(raw);
+        let own = |name: &str| {
+            let of = |e: &Effect| name.strip_prefix(e.id()).is_some_and(|n| n.starts_with('.'));
+            common.own.iter().any(of)
+        };
+        steps.push(Step {
+            added,
+            residual_rms_deg: (raws.sum::<f64>() / decays.len() as f64).sqrt(),
+            residual_over_noise: joint.over_noise(),
+            held_out_over_noise: held_out,
+            parameters: in_common(joint).into_iter().filter(|(name, _)| !own(name)).collect(),
+        });
+    }
+    let last = &path.last().expect("a model").joint.fits;
+    let names: Vec<String> = records.iter().map(|r| r.file.display().to_string()).collect();
+    let files: Vec<&str> = names.iter().map(String::as_str).collect();
+    let left = left(&path[0].joint.fits, last, decays, &files);
+    let explained = last.iter().zip(decays).all(|(f, decay)| is_explained(f, decay));
     let sharing = effects.iter().map(|e| {
-        let own = common.own.contains(e);
-        (e.to_string(), if own { "each release its own" } else { "one for all releases" })
+        let own = common.own.contains(e) || e.moves_rest();
+        (e.to_string(), if own { EACH_ITS_OWN } else { "one for all releases" })
     });
+    let sharing = sharing.collect();
+    let worst = worst(last, decays);
+    let record = |((fit, file), decay): ((&Fitted, &String), &FreeDecay)| {
+        let rest = account::rest_angle(fit);
+        let mut parameters: BTreeMap<String, Quantity> =
+            fit.effect_parameters().into_iter().collect();
+        parameters.extend(
+            effects.iter().any(Effect::moves_rest).then(|| account::moment_of_rest(fit)),
+        );
+        OfRecord {
+            file: file.clone(),
+            modal: modal(fit),
+            rest_angle_deg: Quantity::new(rest.value.to_degrees(), rest.u.to_degrees()),
+            residual_rms_deg: decay.raw_rms_deg(fit.rms_rad()),
+            residual_over_noise: fit.over_noise(decay),
+            parameters,
+            at_amplitude: at_amplitudes(decay, fit),
+            covariance: fit.named_covariance(),
+        }
+    };
     SeveralDiagnosis {
-        noise_rms_deg: mean_square(&|d| d.sample_noise_rad).to_degrees(),
-        mean_noise_deg: noise_rad.to_degrees(),
-        status,
+        noise_rms_deg: mean_square(decays, |d| d.sample_noise_rad).to_degrees(),
+        mean_noise_deg: mean_noise_deg(decays),
+        status: left.status(explained, &effects),
         indistinguishable: Vec::new(),
-        modal: common.same_rig.then(|| modal(&last.fits[0])),
+        candidates: Vec::new(),
+        modal: common.same_rig.then(|| modal(&last[0])),
         steps,
         held_out: "each release, from the others",
-        sharing: sharing.collect(),
+        sharing,
         sentence: account::sentence(&effects, &left, SECOND_ORDER),
+        records: last.iter().zip(&names).zip(decays).map(record).collect(),
         effects,
         left,
-        records: last
-            .fits
-            .iter()
-            .zip(records)
-            .zip(begun)
-            .map(|((fit, record), b)| {
-                let rest = account::rest_angle(fit);
-                OfRecord {
-                    file: record.file.display().to_string(),
-                    modal: modal(fit),
-                    rest_angle_deg: Quantity::new(rest.value.to_degrees(), rest.u.to_degrees()),
-                    residual_rms_deg: b.decay.raw_rms_deg(fit.rms_rad()),
-                    residual_over_noise: fit.over_noise(&b.decay),
-                    parameters: fit.effect_parameters().into_iter().collect(),
-                }
-            })
-            .collect(),
+        where_: compare::locate(&decays[worst], &last[worst]),
+        where_release: names[worst].clone(),
+        warnings: decays.iter().flat_map(|d| d.warnings.clone()).collect(),
     }
 }
 
-/// Numbers that are the same in all releases.
-fn shared_numbers(joint: &JointFit, set: &Set) -> BTreeMap<String, Quantity> {
-    let own = |name: &str| {
-        set.common.own.iter().any(|e| name.strip_prefix(e.id()).is_some_and(|n| n.starts_with('.')))
-    };
-    joint.fits[0].effect_parameters().into_iter().filter(|(name, _)| !own(name)).collect()
+impl SeveralDiagnosis {
+    /// What most releases name alone: a random moment, of another course in each, beside what they have in common.
+    fn add_random(&mut self, judged: &Judged, random: &Effect) {
+        let said = |of: &crate::diagnosis::answer::Diagnosed| of.diagnosis.status == Status::Explained;
+        let all = judged.alone.answers.iter().all(said);
+        self.status = if all { Status::Explained } else { Status::Unexplained };
+        self.effects.retain(|e| judged.alone.mostly(e, |_| true));
+        self.effects.push(random.clone());
+        self.sharing.insert(random.to_string(), EACH_ITS_OWN);
+        for (release, answer) in judged.alone.which.iter().zip(&judged.alone.answers) {
+            let last = answer.diagnosis.steps.last().expect("a step");
+            let record = &mut self.records[*release];
+            record.modal = answer.diagnosis.modal;
+            record.parameters.clone_from(&last.parameters);
+            record.residual_over_noise = last.residual_over_noise;
+            record.residual_rms_deg = last.residual_rms_deg;
+            record.at_amplitude.clear();
+            record.covariance = None;
+        }
+        let over: f64 = self.records.iter().map(|r| r.residual_over_noise.powi(2)).sum();
+        let over = (over / self.records.len() as f64).sqrt();
+        let raw: f64 = self.records.iter().map(|r| r.residual_rms_deg.powi(2)).sum();
+        self.steps.push(Step {
+            added: Some(random.clone()),
+            residual_rms_deg: (raw / self.records.len() as f64).sqrt(),
+            residual_over_noise: over,
+            // Innovations are one step ahead throughout.
+            held_out_over_noise: over,
+            parameters: BTreeMap::new(),
+        });
+        let mean = |of: fn(&Modal) -> Quantity| {
+            weighted_mean(self.records.iter().map(|r| of(&r.modal)))
+        };
+        let both = mean(|m| m.natural_frequency_rad_s).zip(mean(|m| m.damping_ratio));
+        if let (Some(modal), Some((wn, zeta))) = (&mut self.modal, both) {
+            *modal = Modal { natural_frequency_rad_s: wn, damping_ratio: zeta };
+        }
+        if all {
+            self.left.where_ = account::NOISE.into();
+        }
+        self.sentence = account::sentence(&self.effects, &self.left, SECOND_ORDER);
+    }
 }
 
 #[cfg(test)]

@@ -35,12 +35,15 @@ fn release(k: usize, amplitude_deg: f64) -> Record {
 #[test]
 fn three_releases_share_their_coefficients_and_not_their_rest() {
     let records = [release(0, 30.0), release(1, 18.0), release(2, 24.0)];
-    let found = diagnose_several(&records, &Common::default()).unwrap();
+    let found = diagnose_several(&records, &Common::default(), &Options::default()).unwrap();
     println!("{:?} {:?} {}", found.status, found.effects, found.sentence);
-    for effect in [Effect::CoulombFriction, Effect::CubicStiffness] {
-        assert!(found.effects.contains(&effect), "{effect}");
+    // Two of the three rest off the sensor's zero, each where it does.
+    let planted = [Effect::StaticOffset, Effect::CoulombFriction, Effect::CubicStiffness];
+    for effect in &planted {
+        assert!(found.effects.contains(effect), "{effect}");
     }
-    assert_eq!(found.effects.len(), 2);
+    assert_eq!(found.effects.len(), planted.len());
+    assert_eq!(found.sharing["static_offset"], "each release its own");
     assert_eq!(found.status, Status::Explained);
     assert!(found.sentence.ends_with("is left, no more than the noise"), "{}", found.sentence);
     let last = found.steps.last().unwrap();
@@ -58,8 +61,8 @@ fn three_releases_share_their_coefficients_and_not_their_rest() {
 #[test]
 fn one_spring_or_a_coefficient_each_where_asked() {
     let records = [release(0, 30.0), release(1, 18.0)];
-    let common = Common { same_rig: true, own: vec![Effect::CoulombFriction], ..Common::default() };
-    let found = diagnose_several(&records, &common).unwrap();
+    let common = Common { same_rig: true, own: vec![Effect::CoulombFriction] };
+    let found = diagnose_several(&records, &common, &Options::default()).unwrap();
     let [a, b] = &found.records[..] else { panic!("two records") };
     assert_eq!(a.modal.natural_frequency_rad_s.value, b.modal.natural_frequency_rad_s.value);
     assert_eq!(
@@ -96,12 +99,12 @@ fn hardening(seed: u64, amplitude_deg: f64, damping_ratio: f64) -> Record {
 fn laws_that_several_releases_cannot_separate_are_a_group() {
     let odd_square = Effect::OddQuadraticStiffness;
     let near = [hardening(1, 12.0, 0.004), hardening(2, 11.0, 0.004)];
-    let found = diagnose_several(&near, &Common::default()).unwrap();
+    let found = diagnose_several(&near, &Common::default(), &Options::default()).unwrap();
     println!("{:?} {:?}", found.effects, found.indistinguishable);
     let odd = |pairs: &[[Effect; 2]]| pairs.iter().flatten().any(|e| *e == odd_square);
     assert!(odd(&found.indistinguishable));
     let apart = [hardening(3, 35.0, 0.02), hardening(4, 15.0, 0.02)];
-    let found = diagnose_several(&apart, &Common::default()).unwrap();
+    let found = diagnose_several(&apart, &Common::default(), &Options::default()).unwrap();
     println!("{:?} {:?}", found.effects, found.indistinguishable);
     assert!(found.effects.contains(&Effect::CubicStiffness), "{:?}", found.effects);
     assert!(!odd(&found.indistinguishable), "{:?}", found.indistinguishable);

@@ -19,11 +19,6 @@ pub struct Common {
     pub same_rig: bool,
     /// Effects of which each release has a coefficient of its own.
     pub own: Vec<Effect>,
-    /// A user's own effects, which compete with those of the library.
-    pub candidates: Vec<Effect>,
-    /// Effects of the model that is there already: they stay.
-    pub present: Vec<Effect>,
-    pub stop: Stop,
 }
 
 /// A release with what survives in it alone.
@@ -50,6 +45,7 @@ pub(super) struct Set<'a> {
     pub begun: &'a [Begun],
     pub common: &'a Common,
     pub effects: Vec<Effect>,
+    pub stop: &'a Stop,
 }
 
 impl Set<'_> {
@@ -144,7 +140,7 @@ impl Set<'_> {
         let all: Vec<usize> = (0..self.begun.len()).collect();
         let mut errors = Vec::new();
         for i in all.iter().copied() {
-            self.common.stop.check()?;
+            self.stop.check()?;
             let others: Vec<usize> = all.iter().copied().filter(|j| *j != i).collect();
             let (numbers, modal) = self.numbers(&self.fitted(&others));
             let fit = self.given(i, &numbers, self.common.same_rig.then_some(modal));

@@ -83,11 +83,15 @@ impl Fitted {
     }
     /// With uncertainties that hold what the model lacks, too, as far as what it leaves of `decay` shows how much that is.
     pub fn with_discrepancy(mut self, decay: &FreeDecay) -> Self {
-        let Some(covariance) = &self.covariance else { return self };
+        let Some(covariance) = self.covariance.take() else { return self };
         let fixed: Vec<bool> = covariance.diagonal().iter().map(|v| *v == 0.0).collect();
         let release = Release { decay, count: self.count };
         let problem = problem_of_one(release, &self.structure, &self.parameters);
-        let Some(found) = problem.discrepancy(&self.parameters, &fixed) else { return self };
+        let covariance = problem.off_bounds(&self.parameters, &covariance);
+        let Some(found) = problem.discrepancy(&self.parameters, &fixed) else {
+            self.covariance = Some(covariance);
+            return self;
+        };
         let share = found.left / self.over_noise(decay).powi(2);
         self.covariance = Some(covariance * share + found.covariance());
         (self.inflation, self.modal_inflation) = (1.0, 1.0);

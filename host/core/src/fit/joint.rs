@@ -18,7 +18,7 @@ use crate::fit::problem::{JointProblem, EVALUATIONS};
 use crate::fit::sharing::Places;
 pub use crate::fit::sharing::Sharing;
 use crate::quantity::Quantity;
-use crate::solver::Fit;
+use crate::solver::{off_bounds, Fit};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
@@ -159,7 +159,10 @@ impl JointFit {
     }
 
     /// Residual over noise on the means after those fitted; `None` where there are none.
-    pub fn held_out_over_noise(&self, decays: &[&FreeDecay]) -> Option<f64> {
+    pub fn held_out_over_noise<'a>(
+        &self,
+        decays: impl IntoIterator<Item = &'a FreeDecay>,
+    ) -> Option<f64> {
         let mut sum = (0.0, 0.0);
         for (fit, decay) in self.fits.iter().zip(decays) {
             let n = decay.yaw_rad.len().saturating_sub(fit.count) as f64;
@@ -193,20 +196,11 @@ fn widening(releases: &[Release], sharing: &Sharing, fits: &[Fitted], common: f6
     sharing.modal.iter().map(|group| of_group(*group)).collect()
 }
 
-/// The covariance with a variance for numbers that ended on a bound without being fixed: what it would be off it. A
-/// friction of zero is known no better than one that is there.
+/// The covariance with a variance for numbers that ended on a bound without being fixed.
 fn with_pressed(fit: &Fit, bounds: &[(f64, f64)]) -> Option<DMatrix<f64>> {
     let covariance = fit.covariance.as_ref().ok()?;
-    let (n, variance) = (&fit.normal_matrix, fit.variance());
-    let mut out = covariance.clone();
-    for (j, (low, high)) in bounds.iter().enumerate() {
-        if fit.at_bound[j] && low < high {
-            let column = n.column(j);
-            let left = n[(j, j)] - column.dot(&(covariance * column)) / variance;
-            out[(j, j)] = if left > 0.0 { variance / left } else { f64::INFINITY };
-        }
-    }
-    Some(out)
+    let is_pressed = |j: usize| fit.at_bound[j] && bounds[j].0 < bounds[j].1;
+    Some(off_bounds(covariance, &fit.normal_matrix, fit.variance(), is_pressed))
 }
 
 /// Fits `structure` to `releases` at once, from `starts`: each release's numbers in the order of [`Fitted`], of which

@@ -6,7 +6,7 @@ use crate::fit::free_decay::FreeDecay;
 use crate::fit::sharing::{Places, Sharing};
 use crate::fit::structure::{motion, Structure};
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
-use crate::solver::{minimise, Fit, Options, Problem, Rows};
+use crate::solver::{minimise, off_bounds, Fit, Options, Problem, Rows};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -229,6 +229,24 @@ impl<'a> JointProblem<'a> {
             self.parts.par_iter().map(|part| part.observed(all, fixed)).collect();
         let may_be_noise = releases.iter().all(Observed::may_be_noise);
         discrepancy::of(&releases, all.len(), may_be_noise).filter(|found| !found.is_none())
+    }
+
+    /// `covariance` at the numbers `all` of one release, with a variance for those that ended on a bound without being fixed.
+    pub(crate) fn off_bounds(&self, all: &[f64], covariance: &DMatrix<f64>) -> DMatrix<f64> {
+        let is_pressed =
+            |j: usize| covariance[(j, j)] == 0.0 && self.bounds[j].0 < self.bounds[j].1;
+        if !(0..all.len()).any(is_pressed) {
+            return covariance.clone();
+        }
+        let part = &self.parts[0];
+        let (residuals, columns) = part.linearised(all);
+        let mut jacobian = DMatrix::zeros(residuals.len(), all.len());
+        for (&j, column) in part.free.iter().zip(&columns) {
+            jacobian.column_mut(j).copy_from_slice(column);
+        }
+        let freedom = residuals.len().saturating_sub(part.free.len()).max(1);
+        let variance = residuals.iter().map(|r| r * r).sum::<f64>() / freedom as f64;
+        off_bounds(covariance, &jacobian.tr_mul(&jacobian), variance, is_pressed)
     }
 
     pub(crate) fn minimise(&self, start: &[f64], max_evaluations: usize) -> Fit {

@@ -129,6 +129,23 @@ pub struct Fit {
     pub covariance: Result<DMatrix<f64>, NoCovariance>,
 }
 
+/// `covariance` with a variance for numbers that are pressed against a bound: what it would be off it. A friction of zero
+/// is known no better than one that is there.
+pub(crate) fn off_bounds(
+    covariance: &DMatrix<f64>,
+    normal_matrix: &DMatrix<f64>,
+    variance: f64,
+    is_pressed: impl Fn(usize) -> bool,
+) -> DMatrix<f64> {
+    let mut out = covariance.clone();
+    for j in (0..covariance.nrows()).filter(|&j| is_pressed(j)) {
+        let column = normal_matrix.column(j);
+        let left = normal_matrix[(j, j)] - column.dot(&(covariance * column)) / variance;
+        out[(j, j)] = if left > 0.0 { variance / left } else { f64::INFINITY };
+    }
+    out
+}
+
 impl Fit {
     /// Residuals less free parameters.
     pub(crate) fn degrees_of_freedom(&self) -> usize {

@@ -1,0 +1,102 @@
+//! The releases of a rig, each judged by itself, and what their answers say together.
+
+use crate::diagnosis::answer::{Candidate, Diagnosed, Options};
+use crate::diagnosis::diagnose::judged;
+use crate::diagnosis::releases::Releases;
+use crate::effects::Effect;
+use crate::error::Result;
+use crate::record::Record;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+pub(crate) struct Alone {
+    /// Which releases were judged, and what was said of each.
+    pub which: Vec<usize>,
+    pub answers: Vec<Diagnosed>,
+}
+
+impl Alone {
+    /// # Errors
+    /// A present model that cannot be fitted; interrupted.
+    pub(crate) fn of(
+        records: &[Record],
+        which: Vec<usize>,
+        releases: &Releases,
+        options: &Options,
+    ) -> Result<Self> {
+        let one = |&i: &usize| judged(&records[i], releases.decays[i].clone(), options);
+        let answers: Vec<Result<Diagnosed>> = which.par_iter().map(one).collect();
+        Ok(Self { which, answers: answers.into_iter().collect::<Result<_>>()? })
+    }
+
+    fn names(&self, answer: usize, effect: &Effect) -> bool {
+        self.answers[answer].diagnosis.effects.contains(effect)
+    }
+
+    /// Effects with a definite course that are named, those of most releases first.
+    pub(crate) fn named(&self) -> Vec<Effect> {
+        let mut votes: BTreeMap<&Effect, usize> = BTreeMap::new();
+        for effect in self.answers.iter().flat_map(|a| &a.diagnosis.effects) {
+            *votes.entry(effect).or_default() += usize::from(!effect.is_random());
+        }
+        let mut named: Vec<(&Effect, usize)> = votes.into_iter().filter(|(_, n)| *n > 0).collect();
+        named.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
+        named.into_iter().map(|(effect, _)| effect.clone()).collect()
+    }
+
+    /// Whether most of the releases `among` those judged name `effect`.
+    pub(crate) fn mostly(&self, effect: &Effect, among: impl Fn(usize) -> bool) -> bool {
+        let inside: Vec<usize> =
+            (0..self.which.len()).filter(|&k| among(self.which[k])).collect();
+        2 * inside.iter().filter(|&&k| self.names(k, effect)).count() > inside.len()
+    }
+
+    /// Pairs of one of `effects` and another that none of the releases distinguishes which name either.
+    pub(crate) fn indistinguishable(&self, effects: &[Effect]) -> Vec<[Effect; 2]> {
+        let same = |a: &[Effect; 2], b: &[Effect; 2]| a.iter().all(|e| b.contains(e));
+        let mut out: Vec<[Effect; 2]> = Vec::new();
+        for pair in self.answers.iter().flat_map(|a| &a.diagnosis.indistinguishable) {
+            let [a, b] = pair;
+            let ordered = match (effects.contains(a), effects.contains(b)) {
+                (true, false) => [a.clone(), b.clone()],
+                (false, true) => [b.clone(), a.clone()],
+                _ => continue,
+            };
+            let all = (0..self.answers.len())
+                .filter(|&k| self.names(k, a) || self.names(k, b))
+                .all(|k| self.answers[k].diagnosis.indistinguishable.iter().any(|p| same(p, pair)));
+            if all && !out.contains(&ordered) {
+                out.push(ordered);
+            }
+        }
+        out.sort_unstable();
+        out
+    }
+
+    /// Every effect alone, best first: the releases' gains added.
+    pub(crate) fn candidates(&self) -> Vec<Candidate> {
+        let mut all: BTreeMap<Effect, (Candidate, f64)> = BTreeMap::new();
+        for answer in &self.answers {
+            let n = answer.decay.yaw_rad.len() as f64;
+            for c in &answer.diagnosis.candidates {
+                let square = n * c.residual_over_noise.powi(2);
+                let first = || (Candidate { residual_over_noise: 0.0, evidence: 0.0, ..c.clone() }, 0.0);
+                let (sum, count) = all.entry(c.effect.clone()).or_insert_with(first);
+                sum.residual_over_noise += square;
+                sum.evidence += c.evidence;
+                sum.converged &= c.converged;
+                if sum.reason.is_none() {
+                    sum.reason.clone_from(&c.reason);
+                }
+                *count += n;
+            }
+        }
+        let mean = |(c, n): (Candidate, f64)| {
+            let residual_over_noise = (c.residual_over_noise / n).sqrt();
+            Candidate { residual_over_noise, ..c }
+        };
+        let mut out: Vec<Candidate> = all.into_values().map(mean).collect();
+        out.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+        out
+    }
+}

@@ -1,0 +1,118 @@
+//! The same effect asked in four ways: of one release, of two repeats of other amplitudes, of a model's two records,
+//! and of a campaign of the two. Every figure asserted is printed: `cargo test --release -p yawrig --test same_answer
+//! -- --nocapture`. YAWRIG_SEED moves the rigs that are drawn, YAWRIG_ONLY names an effect.
+
+#[allow(dead_code)]
+mod hidden;
+
+use hidden::laws::{draw, Law};
+use hidden::{scaled, simulate, Setup};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use yawrig_core::derivatives::campaign::Campaign;
+use yawrig_core::diagnosis::campaign::diagnose_records;
+use yawrig_core::diagnosis::diagnose::{diagnose, Options, Status};
+use yawrig_core::diagnosis::several::{diagnose_several, Common};
+use yawrig_core::effects::Effect;
+use yawrig_core::record::Record;
+
+/// Released from, deg.
+const AMPLITUDES_DEG: [f64; 2] = [16.0, 12.0];
+
+/// Two releases of one rig with `effect` of a size at which the plain model leaves 2.5 to 20 times the noise of the first.
+fn releases(effect: &Effect, seed: u64) -> [Record; 2] {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    loop {
+        let [first, second] = {
+            let setup = Setup::draw(&mut rng);
+            AMPLITUDES_DEG.map(|deg| {
+                let mut setup = setup.clone();
+                setup.amplitude = deg.to_radians();
+                setup
+            })
+        };
+        let law = Law::Known(effect.clone(), draw(effect.clone(), &first, &mut rng));
+        let target = rng.random_range(2.5f64.ln()..20f64.ln()).exp();
+        let Some(law) = scaled(&first, law, target, rng.random()) else { continue };
+        let law = [law];
+        let mut record = |setup: &Setup| simulate(setup, &law, rng.random());
+        let planted = [record(&first), record(&second)];
+        println!("{}", planted[0].described);
+        return planted.map(|p| p.record);
+    }
+}
+
+/// Both with the wind off.
+fn campaign() -> Campaign {
+    toml::from_str(
+        r#"
+        schema_version = 1
+        model = { name = "planted", length_m = 0.625, frontal_area_m2 = 0.022 }
+        air = { density_kg_m3 = 1.2 }
+        rig = { spring_arm_m = 0.1, axis_offset_m = 0.1 }
+        stiffness_n_per_m = { K1 = 100.0 }
+        release = [
+            { file = "a.csv", spring = "K1", axis = "mid", wind_speed_m_s = 0.0 },
+            { file = "b.csv", spring = "K1", axis = "mid", wind_speed_m_s = 0.0 },
+        ]
+        "#,
+    )
+    .unwrap()
+}
+
+type Answer = (Status, Vec<Effect>, Vec<[Effect; 2]>, f64);
+
+fn asked(records: &[Record; 2]) -> [(&'static str, Answer); 4] {
+    let options = Options::default();
+    let begin = || std::time::Instant::now();
+    let one = || {
+        let (begin, found) = (begin(), diagnose(&records[0], &options).unwrap());
+        (found.status, found.effects, found.indistinguishable, begin.elapsed().as_secs_f64())
+    };
+    let several = |same_rig| {
+        let common = Common { same_rig, ..Common::default() };
+        let (begin, found) = (begin(), diagnose_several(records, &common, &options).unwrap());
+        (found.status, found.effects, found.indistinguishable, begin.elapsed().as_secs_f64())
+    };
+    let made = || {
+        let (begin, found) = (begin(), diagnose_records(&campaign(), records, &options).unwrap());
+        (found.status, found.effects, found.indistinguishable, begin.elapsed().as_secs_f64())
+    };
+    [("one", one()), ("two", several(true)), ("model", several(false)), ("campaign", made())]
+}
+
+/// Whether `effect` alone is named, or what the record cannot tell from it.
+fn is_right(effect: &Effect, (status, effects, alike, _): &Answer) -> bool {
+    let [only] = &effects[..] else { return false };
+    let stands_for = |pair: &[Effect; 2]| pair.contains(only) && pair.contains(effect);
+    *status == Status::Explained && (only == effect || alike.iter().any(stands_for))
+}
+
+#[test]
+fn an_effect_is_named_the_same_whichever_way_one_asks() {
+    let seed = std::env::var("YAWRIG_SEED").map_or(1, |s| s.parse().unwrap());
+    let only = std::env::var("YAWRIG_ONLY").ok();
+    // Below 20 deg a pendulum is a cube, and |b| b is as near to both.
+    let alike = [Effect::PendulumGravity, Effect::OddQuadraticStiffness];
+    let effects = Effect::ALL.into_iter().filter(|e| !alike.contains(e));
+    let (mut right, mut same, mut count) = (0, 0, 0);
+    for (k, effect) in effects.enumerate() {
+        if only.as_ref().is_some_and(|only| only != effect.id()) {
+            continue;
+        }
+        let answers = asked(&releases(&effect, 1000 * seed + k as u64));
+        let are_right = answers.each_ref().map(|(_, answer)| is_right(&effect, answer));
+        right += are_right.iter().filter(|r| **r).count();
+        same += usize::from(are_right.iter().all(|r| *r));
+        count += 1;
+        println!("{effect}");
+        for ((way, (status, names, pairs, seconds)), is_right) in answers.iter().zip(are_right) {
+            let mark = if is_right { "ok" } else { "NO" };
+            println!("  {mark} {way} {status:?} {names:?} {pairs:?} {seconds:.1} s");
+        }
+    }
+    println!("right {right} of {}, in all four ways {same} of {count}", 4 * count);
+    // Of a hundred effects drawn three are not named for what they are in any way, their course being another's: of 17
+    // one at most, as a rule.
+    assert!(same + 1 >= count, "in all four ways {same} of {count}");
+}
