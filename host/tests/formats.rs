@@ -157,8 +157,9 @@ fn what_is_unclear_is_asked_and_never_guessed() {
     // What the file says stands against the flag.
     says(refused("groups.h5", &selection("", "run1/theta", Some(Unit::Deg))), &["rad", "deg"]);
     says(refused("v5.mat", &selection("", "", Some(Unit::Rad))), &["yaw_deg", "rad"]);
-    // Milliseconds under a flag that says seconds: 0.1 Hz is no rate of a record.
-    says(refused("zstd.parquet", &selection("ms", "angle", Some(Unit::Rad))), &["sampled at 0.1"]);
+    // Milliseconds without a unit: 0.1 Hz is hardly the rate of a record.
+    let error = refused("zstd.parquet", &selection("ms", "angle", Some(Unit::Rad)));
+    says(error, &["the unit of the time in ms is not known"]);
 }
 
 #[test]

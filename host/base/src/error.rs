@@ -95,9 +95,9 @@ impl From<yawrig_core::error::Error> for Error {
             Core::Gaps { .. } => {
                 (Exit::Data, "correct the time stamps, or cut the record where they jump")
             }
-            Core::Rate { .. } => (
+            Core::TooCoarse { .. } => (
                 Exit::Data,
-                "see that time_s is in seconds; thin a faster record out, measure a slower one again",
+                "see that time_s is in seconds; measure again with more samples a second",
             ),
             Core::NotFitted => (
                 Exit::Quality,

@@ -18,8 +18,8 @@ pub enum Error {
     TooFewSamples { record: String, samples: usize },
     #[error("{record}: {samples} samples over {span_s:.0} s leave gaps that nothing can fill")]
     Gaps { record: String, samples: usize, span_s: f64 },
-    #[error("{record}: sampled at {rate_hz:.4} Hz, outside 20 Hz to 10 kHz")]
-    Rate { record: String, rate_hz: f64 },
+    #[error("{record}: {per_cycle:.1} samples a cycle, at least {fewest:.0} are needed")]
+    TooCoarse { record: String, per_cycle: f64, fewest: f64 },
     /// Effects that a model is said to have leave no motion that is near the record.
     #[error("the model's own effects cannot be fitted to this record")]
     NotFitted,

@@ -9,8 +9,9 @@ use yawrig_core::record::Record;
 use yawrig_shared::units::deg_from_rad;
 use yawrig_text::quoted;
 
-/// Rates that a record may have, Hz: times between samples that belong to none of them are in another unit.
-const RATES_HZ: std::ops::RangeInclusive<f64> = 20.0..=10_000.0;
+/// Rates that records have as a rule, Hz: times without a unit that belong to another may be in milliseconds, or numbers
+/// of samples.
+const RATES_HZ: std::ops::RangeInclusive<f64> = 5.0..=100_000.0;
 
 /// The channels of `table` that `selection` means as a record. `by_name`: names that say time and yaw angle in the field's
 /// words are taken, numbers that are missing are gaps.
@@ -308,7 +309,7 @@ impl<'a> Asked<'a> {
                 .help("say what it is with `yawrig convert --time-unit` (s, ms or us), or give --rate-hz")
             }),
             // Of all units but seconds a record would be too slow or too fast.
-            None if !self.by_name || is_in_seconds(time) => Ok(1.0),
+            None if is_in_seconds(time) => Ok(1.0),
             None => Err(self.unclear(&format!("the unit of the time in {} is not known", time.name))),
         }
     }

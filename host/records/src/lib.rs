@@ -32,7 +32,7 @@ use yawrig_core::record::Record;
 ///
 /// # Errors
 /// Exit 3, naming file and line or sample: not readable, other columns, not a number, NaN or infinity, time not
-/// increasing, nothing or too little in it, a sampling rate outside 20 Hz to 10 kHz.
+/// increasing, nothing or too little in it.
 pub fn read(file: &Path) -> Result<Record> {
     read_selected(file, &Selection::default())
 }
@@ -61,7 +61,6 @@ pub fn read_selected(named: &Path, selection: &Selection) -> Result<Record> {
             record => record?,
         }
     };
-    record.check_rate()?;
     turns::take_out(&mut record.yaw_deg);
     if let Some(number) = release {
         let parts = several::releases(&record);

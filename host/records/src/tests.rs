@@ -63,14 +63,6 @@ fn an_empty_cell_is_a_gap_and_the_second_of_two_with_one_time_stamp_is_left_out(
 }
 
 #[test]
-fn a_rate_no_rig_has_is_refused() {
-    let milliseconds: String = (0..50)
-        .map(|i| format!("{i},{}\n", i % 7))
-        .fold("time_s,yaw_deg\n".to_owned(), |a, b| a + &b);
-    refused(milliseconds, None, "20 Hz to 10 kHz");
-}
-
-#[test]
 fn a_missing_file_and_a_folder_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     for file in [folder.path().to_owned(), folder.path().join("absent.csv")] {

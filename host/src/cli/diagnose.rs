@@ -19,7 +19,7 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_core::diagnosis::campaign;
 use yawrig_core::diagnosis::diagnose::{
-    diagnose_with_fits, Diagnosed, Diagnosis, Options, Status, SECOND_ORDER,
+    diagnose_with_fits, name_of, Diagnosed, Diagnosis, Options, Status, SECOND_ORDER,
 };
 use yawrig_core::diagnosis::several::{diagnose_several, Common, SeveralDiagnosis};
 
@@ -35,12 +35,13 @@ use yawrig_core::diagnosis::several::{diagnose_several, Common, SeveralDiagnosis
 /// With --model the present model's effects stay, and what it lacks beside them is looked for; without a FILE in the
 /// model's own record.
 ///
-/// Several FILEs are releases of one rig, judged as one: each has its own natural frequency, damping ratio and rest angle
-/// (--same-rig: the first two in common), and one coefficient of each effect is common to all unless --own names it. What
-/// is held out is each release, predicted from the others.
+/// Several FILEs are releases of one rig: each is judged by itself, and what their answers name is tried in all of them
+/// at once. Each has its own natural frequency, damping ratio and rest angle (--same-rig: the first two in common), and one
+/// coefficient of each effect is common to all unless --own names it. What is held out is each release, predicted from the
+/// others.
 ///
-/// A campaign.toml has all its releases judged by one joint fit: which effects they need, whether each is there with the wind
-/// off (mechanical) or only with it on (aerodynamic), and what it does to the derivatives.
+/// A campaign.toml has its releases judged likewise: which effects they need, whether each is there with the wind off
+/// (mechanical) or only with it on (aerodynamic), and what it does to the derivatives.
 #[derive(Args, Debug, Clone)]
 pub struct Diagnose {
     /// Record (CSV: time_s,yaw_deg), several of one rig, or campaign.toml; none: the model's records
@@ -215,7 +216,7 @@ impl Diagnose {
             let (schema_version, seconds) = (SCHEMA_VERSION, begin.elapsed().as_secs_f64());
             return print_json(&SeveralObject { schema_version, diagnosis, seconds });
         }
-        print_line(&diagnosis_text::of_several(diagnosis))
+        print_line(&diagnosis_text::of_several(diagnosis, name_of(&options.present.effects)))
     }
 
     fn run_campaign(&self, path: &Path, options: &Options) -> Result<()> {

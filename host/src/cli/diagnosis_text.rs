@@ -81,14 +81,14 @@ fn groups(pairs: &[[Effect; 2]], place: &str) -> String {
 }
 
 /// The verdict on several releases of one rig.
-pub fn of_several(d: &SeveralDiagnosis) -> String {
+pub fn of_several(d: &SeveralDiagnosis, model: &str) -> String {
     let mut out = format!(
         "{} releases: {}\n  {}\n",
         d.records.len(),
-        verdict(d.status, &d.effects, SECOND_ORDER),
+        verdict(d.status, &d.effects, model),
         d.sentence
     );
-    let _ = writeln!(out, "{}\n  held out: {}", step_rows(&d.steps, SECOND_ORDER), d.held_out);
+    let _ = writeln!(out, "{}\n  held out: {}", step_rows(&d.steps, model), d.held_out);
     for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
         let _ = writeln!(out, "  {} for all", parameter(name, value));
     }

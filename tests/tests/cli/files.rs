@@ -55,13 +55,21 @@ fn files_with_nothing_in_them() {
 }
 
 #[test]
-fn rates_no_potentiometer_is_read_at() {
+fn too_few_samples_a_cycle() {
     let record = |step_s: f64| {
-        let rows = (0..100).map(|k| format!("{:.7},{}\n", f64::from(k) * step_s, k % 7));
+        let rows = (0..100).map(|k| {
+            let turn = f64::from(k) * std::f64::consts::TAU / 4.5;
+            format!("{:.7},{:.4}\n", f64::from(k) * step_s, 8.0 * turn.cos())
+        });
         format!("time_s,yaw_deg\n{}", rows.collect::<String>())
     };
-    refused(record(1.0).as_bytes()).says("sampled at 1").says("outside 20 Hz to 10 kHz");
-    refused(record(1e-5).as_bytes()).says("outside 20 Hz to 10 kHz");
+    for step_s in [1.0, 1e-5] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("coarse.csv");
+        std::fs::write(&file, record(step_s)).expect("room for it");
+        let ended = yawrig("identify").and(&file).run().exits(3).says("coarse.csv").helps();
+        ended.says("4.5 samples a cycle, at least 6 are needed");
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! How much of what a plain model misses the surviving effects account for, and what is left.
 
 use crate::bic;
-use crate::diagnosis::answer::{Candidate, Left, MOST_LEFT};
+use crate::diagnosis::answer::{Candidate, Left, MOST_LEFT, NOISE};
 use crate::diagnosis::compare::{self, Where};
 use crate::diagnosis::flexible::is_simple;
 use crate::diagnosis::guards::{self, Refusal};
@@ -23,9 +23,6 @@ const OFF_ZERO: f64 = 3.0;
 const LEAST_OFFSET: f64 = 0.005;
 /// Residual of a part of the amplitudes, over that of all, from which on it is named.
 const STANDS_OUT: f64 = 1.3;
-
-/// What is left where a model explains the record.
-pub(super) const NOISE: &str = "no more than the noise";
 
 /// One model on the way from plain to final.
 pub(crate) struct Step {

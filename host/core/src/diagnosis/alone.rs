@@ -2,9 +2,9 @@
 
 use crate::diagnosis::answer::{Candidate, Diagnosed, Options};
 use crate::diagnosis::diagnose::judged;
-use crate::diagnosis::releases::Releases;
 use crate::effects::Effect;
 use crate::error::Result;
+use crate::fit::free_decay::FreeDecay;
 use crate::record::Record;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -21,12 +21,17 @@ impl Alone {
     pub(crate) fn of(
         records: &[Record],
         which: Vec<usize>,
-        releases: &Releases,
+        decays: &[FreeDecay],
         options: &Options,
     ) -> Result<Self> {
-        let one = |&i: &usize| judged(&records[i], releases.decays[i].clone(), options);
+        let one = |&i: &usize| judged(&records[i], decays[i].clone(), options);
         let answers: Vec<Result<Diagnosed>> = which.par_iter().map(one).collect();
         Ok(Self { which, answers: answers.into_iter().collect::<Result<_>>()? })
+    }
+
+    /// What was said of a release, where it was judged.
+    pub(crate) fn of_release(&self, release: usize) -> Option<&Diagnosed> {
+        self.which.iter().position(|&i| i == release).map(|k| &self.answers[k])
     }
 
     fn names(&self, answer: usize, effect: &Effect) -> bool {
@@ -46,8 +51,7 @@ impl Alone {
 
     /// Whether most of the releases `among` those judged name `effect`.
     pub(crate) fn mostly(&self, effect: &Effect, among: impl Fn(usize) -> bool) -> bool {
-        let inside: Vec<usize> =
-            (0..self.which.len()).filter(|&k| among(self.which[k])).collect();
+        let inside: Vec<usize> = (0..self.which.len()).filter(|&k| among(self.which[k])).collect();
         2 * inside.iter().filter(|&&k| self.names(k, effect)).count() > inside.len()
     }
 
@@ -80,7 +84,8 @@ impl Alone {
             let n = answer.decay.yaw_rad.len() as f64;
             for c in &answer.diagnosis.candidates {
                 let square = n * c.residual_over_noise.powi(2);
-                let first = || (Candidate { residual_over_noise: 0.0, evidence: 0.0, ..c.clone() }, 0.0);
+                let first =
+                    || (Candidate { residual_over_noise: 0.0, evidence: 0.0, ..c.clone() }, 0.0);
                 let (sum, count) = all.entry(c.effect.clone()).or_insert_with(first);
                 sum.residual_over_noise += square;
                 sum.evidence += c.evidence;

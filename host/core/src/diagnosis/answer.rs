@@ -18,6 +18,9 @@ const SMALL: f64 = 0.01;
 /// The same of the plain model's mean square.
 pub(super) const MOST_LEFT: f64 = 0.25;
 
+/// What is left where a model explains the record.
+pub(super) const NOISE: &str = "no more than the noise";
+
 /// How a record is judged.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
@@ -71,6 +74,17 @@ pub struct Left {
 }
 
 impl Left {
+    /// Made what a filter does not foresee, in place of what a definite model leaves.
+    pub(super) fn is_of_innovations(&mut self, rms_deg: f64, is_explained: bool) {
+        let share = rms_deg / self.rms_deg;
+        self.rms_deg = rms_deg;
+        self.share_of_amplitude *= share;
+        self.share_of_misfit *= share * share;
+        if is_explained {
+            self.where_ = NOISE.into();
+        }
+    }
+
     /// What is to be said where `effects` leave this: of a definite model, chosen by what it predicts.
     pub(crate) fn status(&self, is_explained: bool, effects: &[Effect]) -> Status {
         let more = effects.iter().any(|e| !e.moves_rest());

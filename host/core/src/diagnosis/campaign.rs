@@ -5,22 +5,22 @@ use crate::derivatives::campaign::Campaign as Made;
 use crate::derivatives::condition::{settings, Identified};
 use crate::derivatives::table::{Point, Table};
 use crate::derivatives::Computed;
+use crate::diagnosis::account;
+use crate::diagnosis::answer::Left;
 use crate::diagnosis::buffeting::Buffeted;
 pub use crate::diagnosis::campaign_fit::HeldOut;
 use crate::diagnosis::campaign_fit::{Campaign, Shared, SharedEffect, OWN};
 use crate::diagnosis::compare::{self, Where};
-use crate::diagnosis::account;
-use crate::diagnosis::answer::Left;
 use crate::diagnosis::diagnose::{Candidate, Modal, Options, Status, Step, SECOND_ORDER};
-use crate::diagnosis::several;
 use crate::diagnosis::origin::{self, Origin, Plan};
 use crate::diagnosis::releases::{self, Judged, Releases};
 use crate::diagnosis::search::is_explained;
 use crate::diagnosis::search::EXPLAINED;
+use crate::diagnosis::several;
 use crate::effects::Effect;
 use crate::error::Result;
-use crate::fit::fitting::Fitted;
 use crate::fit::at_amplitude::{at_amplitudes, AtAmplitude};
+use crate::fit::fitting::Fitted;
 use crate::fit::fitting::{Covariance, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
@@ -135,11 +135,7 @@ pub fn diagnose_records(
 ///
 /// # Errors
 /// Naming the record without a free decay; interrupted.
-pub fn diagnose_with_fits(
-    made: &Made,
-    records: &[Record],
-    options: &Options,
-) -> Result<Diagnosed> {
+pub fn diagnose_with_fits(made: &Made, records: &[Record], options: &Options) -> Result<Diagnosed> {
     let wind_speed_m_s = made.release.iter().map(|r| r.wind_speed_m_s).collect();
     let mut releases = Releases::of(records, wind_speed_m_s, options)?;
     let structure = Structure { zero_unknown: options.zero_unknown, ..Structure::default() };
@@ -290,6 +286,8 @@ impl Campaign<'_> {
         out.status = if explained { Status::Explained } else { Status::Unexplained };
         out.effects = vec![effect.clone()];
         out.indistinguishable.clear();
+        out.left.is_of_innovations(over * out.mean_noise_deg, explained);
+        out.sentence = account::sentence(&out.effects, &out.left, SECOND_ORDER);
         out.add(&SharedEffect { effect, origin, reason, plan, seen });
     }
 

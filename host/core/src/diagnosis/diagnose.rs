@@ -37,6 +37,15 @@ pub const SECOND_ORDER: &str = "the second-order model";
 /// The same where a model with effects is.
 const PRESENT: &str = "the present model";
 
+/// What a diagnosis begins with, where these effects are there already.
+pub fn name_of(present: &[Effect]) -> &'static str {
+    if present.is_empty() {
+        SECOND_ORDER
+    } else {
+        PRESENT
+    }
+}
+
 /// The verdict in one line; `model` says what was there before.
 pub fn verdict(status: Status, effects: &[Effect], model: &str) -> String {
     let names: Vec<&str> = effects.iter().map(|e| e.id()).collect();
@@ -90,7 +99,7 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
     let account = account::account(&decay, survivors, rest_is_known)?;
     let best = &account.last().model;
     let decay = with_floor_of(decay, best);
-    let name = if present.effects.is_empty() { SECOND_ORDER } else { PRESENT };
+    let name = name_of(&present.effects);
     let begun = match Begun::of(&decay, options) {
         // About the sensor's zero the present model may have no fit where it has one about its rest angle.
         Err(Error::NotFitted) => return by_prediction(record, decay, account, name),

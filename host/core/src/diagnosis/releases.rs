@@ -5,6 +5,7 @@ use crate::bic::{self, MARGIN};
 use crate::diagnosis::alone::Alone;
 use crate::diagnosis::diagnose::Options;
 use crate::diagnosis::origin::weighted_mean;
+use crate::diagnosis::search::sharpened;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{
@@ -102,12 +103,7 @@ pub(crate) fn coefficient(fit: &Fitted, effect: &Effect) -> Option<Quantity> {
 
 /// Gain in the information criterion by `effect`, which `larger` has and `smaller` has not. The best of: a coefficient
 /// of its own in each release that needs one; one coefficient for all releases, for the wind-on or the wind-off ones.
-fn evidence(
-    releases: &Releases,
-    smaller: &[Fitted],
-    larger: &[Fitted],
-    effect: &Effect,
-) -> f64 {
+fn evidence(releases: &Releases, smaller: &[Fitted], larger: &[Fitted], effect: &Effect) -> f64 {
     let more = effect.parameters().len() as f64;
     let gains: Vec<(f64, f64)> = smaller
         .iter()
@@ -168,7 +164,7 @@ pub(crate) fn judge(
     let there = effects.len();
     let plain = Model { effects, fits: releases.decays.par_iter().map(plain).collect() };
     releases.check()?;
-    let alone = Alone::of(records, plain.worst(releases), releases, options)?;
+    let alone = Alone::of(records, plain.worst(releases), &releases.decays, options)?;
     for (of, release) in alone.answers.iter().zip(&alone.which) {
         releases.decays[*release] = of.decay.clone();
     }
@@ -178,14 +174,14 @@ pub(crate) fn judge(
     named.truncate(MOST_EFFECTS);
     let mut all = plain.clone();
     for effect in &named {
-        all = added(releases, &all, effect)?;
+        all = added(releases, &alone, &all, effect)?;
     }
     // From all down to what is there, what is missed least taken out first.
-    let mut path = vec![pruned(releases, all, there)?];
+    let mut path = vec![pruned(releases, &alone, all, there)?];
     while let Some(larger) = path.last().filter(|model| model.effects.len() > there + 1) {
         let smaller = larger.effects[there..]
             .iter()
-            .map(|effect| removed(releases, larger, effect))
+            .map(|effect| removed(releases, &alone, larger, effect))
             .collect::<Result<Vec<_>>>()?;
         let worst = |model: &Model| over_noise(&model.fits, &releases.decays);
         let least = smaller.into_iter().min_by(|a, b| worst(a).total_cmp(&worst(b)));
@@ -201,39 +197,59 @@ pub(crate) fn judge(
         let new = path[k].effects.iter().find(|e| !before.contains(e)).cloned();
         path[k].effects = before.into_iter().chain(new).collect();
     }
+    for (decay, fit) in releases.decays.iter_mut().zip(&path[path.len() - 1].fits) {
+        *decay = sharpened(decay.clone(), fit);
+    }
     Ok(Judged { alone, path })
 }
 
-/// `fit` in every release, unless the user stops it.
+/// `fit` in every release, unless the user stops it; from where the release's own answer is, where that is nearer.
 fn each(
     releases: &Releases,
+    alone: &Alone,
     inner: &Model,
     fit: impl Fn(&FreeDecay, &Fitted) -> Fitted + Sync,
 ) -> Result<Vec<Fitted>> {
-    let all = inner.fits.par_iter().zip(&releases.decays);
-    all.map(|(inner, decay)| decay.stop.check().map(|()| fit(decay, inner))).collect()
+    let one = |(i, inner): (usize, &Fitted)| {
+        let decay = &releases.decays[i];
+        decay.stop.check()?;
+        let fitted = fit(decay, inner);
+        let same = |model: &&Fitted| {
+            let (a, b) = (&model.structure.effects, &fitted.structure.effects);
+            let rest = |e: &Effect| fitted.structure.zero_unknown && e.moves_rest();
+            b.iter().all(|e| a.contains(e)) && a.iter().all(|e| b.contains(e) || rest(e))
+        };
+        let known = alone.of_release(i).and_then(|answer| answer.path.iter().find(same));
+        let known = known.and_then(|model| {
+            let start = model.numbers_for(&fitted.structure)?;
+            Some(refitted(decay, &fitted.structure, &start))
+        });
+        let nearer = |known: &Fitted| known.sum_of_squares < fitted.sum_of_squares;
+        Ok(known.filter(nearer).unwrap_or(fitted))
+    };
+    inner.fits.par_iter().enumerate().map(one).collect()
 }
 
-fn added(releases: &Releases, inner: &Model, effect: &Effect) -> Result<Model> {
+fn added(releases: &Releases, alone: &Alone, inner: &Model, effect: &Effect) -> Result<Model> {
     let mut effects = inner.effects.clone();
     effects.push(effect.clone());
-    let fits = each(releases, inner, |decay, fit| fit_added(decay, fit, effect))?;
+    let fits = each(releases, alone, inner, |decay, fit| fit_added(decay, fit, effect))?;
     Ok(Model { effects, fits })
 }
 
-fn removed(releases: &Releases, model: &Model, effect: &Effect) -> Result<Model> {
+fn removed(releases: &Releases, alone: &Alone, model: &Model, effect: &Effect) -> Result<Model> {
     let effects = model.effects.iter().filter(|&e| *e != *effect).cloned().collect();
-    let fits = each(releases, model, |decay, fit| fit_removed(decay, fit, effect))?;
+    let fits = each(releases, alone, model, |decay, fit| fit_removed(decay, fit, effect))?;
     Ok(Model { effects, fits })
 }
 
 /// Takes out again what the others have made needless, but for what is `there` from the beginning.
-fn pruned(releases: &Releases, mut model: Model, there: usize) -> Result<Model> {
+fn pruned(releases: &Releases, alone: &Alone, mut model: Model, there: usize) -> Result<Model> {
     while model.effects.len() > there {
         let without: Vec<(f64, Model)> = model.effects[there..]
             .iter()
             .map(|effect| {
-                let smaller = removed(releases, &model, effect)?;
+                let smaller = removed(releases, alone, &model, effect)?;
                 let worth = evidence(releases, &smaller.fits, &model.fits, effect);
                 let shows = matters(releases, &smaller.fits, &model.fits);
                 Ok((if shows { worth } else { 0.0 }, smaller))

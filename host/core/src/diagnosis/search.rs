@@ -100,19 +100,18 @@ pub fn search(decay: &FreeDecay, begun: &Begun) -> Result<Found> {
     Ok(found)
 }
 
+/// `decay` with the noise floor as the `leader` shows it, where that is near it: what is far off shows more than noise.
+pub(super) fn sharpened(decay: FreeDecay, leader: &Fitted) -> FreeDecay {
+    match leader.over_noise(&decay) < NEAR_NOISE {
+        true => decay.with_noise_of(&leader.residuals),
+        false => decay,
+    }
+}
+
 fn search_from(decay: &FreeDecay, begun: Begun) -> Result<Found> {
     let Begun { plain, candidates, singles } = begun;
     let count = decay.yaw_rad.len();
     let leading = best(&singles).filter(|s| criterion(s) < criterion(&plain)).unwrap_or(&plain);
-    let sharpened = |decay: FreeDecay, leader: &Fitted| {
-        // What is far from the noise shows more than noise.
-        let near = leader.over_noise(&decay) < NEAR_NOISE;
-        if near {
-            decay.with_noise_of(&leader.residuals)
-        } else {
-            decay
-        }
-    };
     let mut decay = sharpened(decay.clone(), leading);
     let best_count = |models: &[Fitted]| best(models).map_or(count as f64, Fitted::effective_count);
 

@@ -2,15 +2,15 @@
 //!
 //! Each release has a natural frequency, damping ratio, rest angle and state of its own, and unless asked otherwise one
 //! coefficient of each effect is common to all. The effects are those that the releases' own answers name, as far as all of
-//! them need them ([`releases`]). Where a model with these is not down to the noise, those are kept without which a release
+//! them need them. Where a model with these is not down to the noise, those are kept without which a release
 //! that was left out is predicted worse: its own numbers are estimated anew, what is common comes from the others.
 
 use crate::diagnosis::account;
 use crate::diagnosis::alike::alike_in_releases;
-use crate::diagnosis::answer::{Candidate, Left, Options};
+use crate::diagnosis::answer::{Candidate, Left, Options, NOISE};
 use crate::diagnosis::campaign_fit::in_common;
 use crate::diagnosis::compare::{self, Where};
-use crate::diagnosis::diagnose::{modal, Modal, Status, Step, SECOND_ORDER};
+use crate::diagnosis::diagnose::{modal, name_of, Modal, Status, Step};
 use crate::diagnosis::likelihood::is_explained;
 use crate::diagnosis::origin::weighted_mean;
 use crate::diagnosis::releases::{self, Judged, Releases, MOST_EFFECTS};
@@ -123,7 +123,7 @@ pub fn diagnose_several(
     found.candidates = judged.alone.candidates();
     found.indistinguishable = indistinguishable;
     if is_forced && found.status != Status::Explained {
-        found.add_random(&judged, &random);
+        found.add_random(&judged, &random, name_of(&options.present.effects));
     }
     Ok(found)
 }
@@ -235,7 +235,12 @@ pub(super) fn mean_noise_deg(decays: &[FreeDecay]) -> f64 {
 }
 
 /// What the `last` model of each release leaves of what the `plain` one misses.
-pub(super) fn left(plain: &[Fitted], last: &[Fitted], decays: &[FreeDecay], files: &[&str]) -> Left {
+pub(super) fn left(
+    plain: &[Fitted],
+    last: &[Fitted],
+    decays: &[FreeDecay],
+    files: &[&str],
+) -> Left {
     let squares = |fits: &[Fitted]| fits.iter().map(|f| f.sum_of_squares).sum::<f64>();
     let count: usize = last.iter().map(|f| f.count).sum();
     let rms_rad = (squares(last) / count as f64).sqrt();
@@ -246,7 +251,7 @@ pub(super) fn left(plain: &[Fitted], last: &[Fitted], decays: &[FreeDecay], file
         share_of_amplitude: rms_rad / amplitude_rad,
         share_of_misfit: (squares(last) / squares(plain)).min(1.0),
         where_: match explained {
-            true => account::NOISE.into(),
+            true => NOISE.into(),
             false => format!("most of it in {}", files[worst(last, decays)]),
         },
     }
@@ -305,9 +310,8 @@ fn told(
         let rest = account::rest_angle(fit);
         let mut parameters: BTreeMap<String, Quantity> =
             fit.effect_parameters().into_iter().collect();
-        parameters.extend(
-            effects.iter().any(Effect::moves_rest).then(|| account::moment_of_rest(fit)),
-        );
+        parameters
+            .extend(effects.iter().any(Effect::moves_rest).then(|| account::moment_of_rest(fit)));
         OfRecord {
             file: file.clone(),
             modal: modal(fit),
@@ -329,7 +333,7 @@ fn told(
         steps,
         held_out: "each release, from the others",
         sharing,
-        sentence: account::sentence(&effects, &left, SECOND_ORDER),
+        sentence: account::sentence(&effects, &left, name_of(present)),
         records: last.iter().zip(&names).zip(decays).map(record).collect(),
         effects,
         left,
@@ -341,8 +345,9 @@ fn told(
 
 impl SeveralDiagnosis {
     /// What most releases name alone: a random moment, of another course in each, beside what they have in common.
-    fn add_random(&mut self, judged: &Judged, random: &Effect) {
-        let said = |of: &crate::diagnosis::answer::Diagnosed| of.diagnosis.status == Status::Explained;
+    fn add_random(&mut self, judged: &Judged, random: &Effect, model: &str) {
+        let said =
+            |of: &crate::diagnosis::answer::Diagnosed| of.diagnosis.status == Status::Explained;
         let all = judged.alone.answers.iter().all(said);
         self.status = if all { Status::Explained } else { Status::Unexplained };
         self.effects.retain(|e| judged.alone.mostly(e, |_| true));
@@ -369,17 +374,14 @@ impl SeveralDiagnosis {
             held_out_over_noise: over,
             parameters: BTreeMap::new(),
         });
-        let mean = |of: fn(&Modal) -> Quantity| {
-            weighted_mean(self.records.iter().map(|r| of(&r.modal)))
-        };
+        let mean =
+            |of: fn(&Modal) -> Quantity| weighted_mean(self.records.iter().map(|r| of(&r.modal)));
         let both = mean(|m| m.natural_frequency_rad_s).zip(mean(|m| m.damping_ratio));
         if let (Some(modal), Some((wn, zeta))) = (&mut self.modal, both) {
             *modal = Modal { natural_frequency_rad_s: wn, damping_ratio: zeta };
         }
-        if all {
-            self.left.where_ = account::NOISE.into();
-        }
-        self.sentence = account::sentence(&self.effects, &self.left, SECOND_ORDER);
+        self.left.is_of_innovations(over * self.mean_noise_deg, all);
+        self.sentence = account::sentence(&self.effects, &self.left, model);
     }
 }
 

@@ -226,6 +226,17 @@ impl Fitted {
         let variance = |at: &Option<usize>| Some(self.covariance.as_ref()?[((*at)?, (*at)?)]);
         (from.iter().map(value).collect(), from.iter().map(variance).collect())
     }
+    /// The numbers for a fit of `structure`, a zero that was known being zero; none where it has an effect more.
+    pub(crate) fn numbers_for(&self, structure: &Structure) -> Option<Vec<f64>> {
+        let mut p = self.parameters[..PLAIN].to_vec();
+        if structure.zero_unknown {
+            p.push(if self.structure.zero_unknown { self.parameters[PLAIN] } else { 0.0 });
+        }
+        for effect in &structure.effects {
+            p.extend(self.varied(effect)?);
+        }
+        Some(p)
+    }
     /// Where the numbers of `effect`, which is in the model, begin.
     pub(crate) fn start_of(&self, effect: &Effect) -> usize {
         let k = self.structure.effects.iter().position(|e| e == effect);

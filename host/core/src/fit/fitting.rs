@@ -4,7 +4,7 @@ use crate::effects::Effect;
 pub use crate::fit::fitted::{Covariance, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::{solve_one, Release, EVALUATIONS};
-use crate::fit::structure::{motion, PLAIN};
+use crate::fit::structure::motion;
 pub use crate::fit::structure::{Limit, Number, Structure};
 use crate::motion::simulate::Grid;
 use crate::solver::Fit;
@@ -241,20 +241,14 @@ pub fn refit(decay: &FreeDecay, model: &Fitted, count: usize) -> Fitted {
 /// `model` with its effects in another order, its values kept and fitted once more.
 pub(crate) fn reordered(decay: &FreeDecay, model: &Fitted, effects: &[Effect]) -> Fitted {
     let structure = Structure { effects: effects.to_vec(), ..model.structure.clone() };
-    let mut p = model.parameters[..PLAIN + usize::from(structure.zero_unknown)].to_vec();
-    for effect in effects {
-        p.extend(model.varied(effect).expect("an effect of the model"));
-    }
+    let p = model.numbers_for(&structure).expect("effects of the model");
     finished(decay, &structure, solve(decay, &structure, &p, model.count), model.count)
 }
 
 /// `model` less `effect`, fitted from what is left of its values.
 pub(crate) fn fit_removed(decay: &FreeDecay, model: &Fitted, effect: &Effect) -> Fitted {
     let structure = model.structure.without(effect);
-    let mut p = model.parameters[..PLAIN + usize::from(structure.zero_unknown)].to_vec();
-    for other in &structure.effects {
-        p.extend(model.varied(other).expect("an effect of the model"));
-    }
+    let p = model.numbers_for(&structure).expect("effects of the model");
     fit_from(decay, &structure, &p, model.count)
 }
 

@@ -11,12 +11,18 @@ use serde::{Deserialize, Serialize};
 /// Fewest cycles an estimate is made from.
 pub(crate) const FEWEST_CYCLES: f64 = 3.0;
 
+/// Fewest samples of a cycle.
+pub(crate) const FEWEST_PER_CYCLE: f64 = 6.0;
+
 /// Why a record gives nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Refusal {
     NoOscillation,
     TooFewCycles {
         cycles: f64,
+    },
+    TooCoarse {
+        per_cycle: f64,
     },
     /// Nobody asked for amplitudes beyond half a turn: more likely the unit is another.
     BeyondHalfTurn {
@@ -37,6 +43,9 @@ impl Refusal {
             Refusal::NoOscillation => Error::NoOscillation { record },
             Refusal::TooFewCycles { cycles } => {
                 Error::TooFewCycles { record, cycles, fewest: FEWEST_CYCLES }
+            }
+            Refusal::TooCoarse { per_cycle } => {
+                Error::TooCoarse { record, per_cycle, fewest: FEWEST_PER_CYCLE }
             }
             Refusal::BeyondHalfTurn { peak_deg } => Error::BeyondHalfTurn { record, peak_deg },
             Refusal::Elsewhere { most_deg, least_deg } => {

@@ -5,30 +5,61 @@ use super::spectrum::Periodogram;
 use crate::solver::linear_fit;
 use std::f64::consts::TAU;
 
-/// Rate to which the record is averaged before its spectrum is looked at, Hz.
-const SPECTRUM_RATE_HZ: f64 = 200.0;
-/// Up to this frequency the spectrum is weighted like that of the yaw rate (rad/s): the step from the hold to the
-/// swing, which fills the low frequencies, then weighs less than the swing. Above, noise would win.
-const RATE_WEIGHT_TO_RAD_S: f64 = 30.0;
-/// Highest frequency looked for, as a share of the sampling rate and in Hz.
+/// Highest frequency looked for, as a share of the sampling rate.
 const HIGHEST_SHARE: f64 = 0.35;
-const HIGHEST_HZ: f64 = 50.0;
+/// Over the noise of a periodogram's bins, beyond the largest of them: what stands out by more is no noise.
+const STANDS_OUT: f64 = 3.0;
+/// An amplitude over what the sinusoid leaves of its own cycle, from which on there is an oscillation: a ramp comes to 1.8.
+const CLEAR: f64 = 2.0;
+/// Peaks nearer to each other are one.
+const SAME: f64 = 0.1;
+/// Block means per cycle in which an oscillation is looked at.
+pub(super) const MEANS_PER_CYCLE: f64 = 24.0;
 /// Points of the envelope per cycle.
 pub(crate) const POINTS_PER_CYCLE: usize = 8;
 
 /// Frequency of the strongest oscillation in the record, rad/s, to a few percent; `None` for a constant.
+///
+/// The step from the hold to the swing fills the low frequencies, vibration and noise the high ones. So the peaks of the
+/// spectra of angle, rate, and between them, as far as they stand out of the noise, are held against each other by their
+/// energy where they are clear of all else.
 pub(crate) fn strongest_frequency_rad_s(samples: &Samples<'_>) -> Option<f64> {
-    let block = (samples.rate_hz() / SPECTRUM_RATE_HZ).floor().max(1.0);
-    let step_s = block / samples.rate_hz();
-    let means = samples.all().block_means(block as usize);
+    let step_s = samples.rate_hz().recip();
+    let means = samples.all().block_means(1);
     let even = evenly(&means.time_s, &means.yaw_deg, step_s);
     // Twice the length at least, so that the peak is well sampled.
     let periodogram = Periodogram::of(&even, step_s, 2 * even.len());
-    let lowest = 2.0 / samples.all().duration_s();
-    let highest = (HIGHEST_SHARE * samples.rate_hz()).min(HIGHEST_HZ);
-    let weight = |hz: f64| (hz * TAU).min(RATE_WEIGHT_TO_RAD_S).powi(2);
-    let bin = periodogram.strongest_bin(lowest..=highest, weight)?;
-    Some(periodogram.interpolated_hz(bin) * TAU)
+    let range = 2.0 / samples.all().duration_s()..=HIGHEST_SHARE * samples.rate_hz();
+    let floor = periodogram.noise(&range) * (STANDS_OUT + (even.len() as f64).ln());
+    let mut peaks: Vec<f64> = Vec::new();
+    for power in 0..3 {
+        let weight = |hz: f64, of_bin: f64| if of_bin > floor { hz.powi(power) } else { 0.0 };
+        let peak = periodogram.strongest_bin(&range, weight);
+        let peak = peak.or_else(|| periodogram.strongest_bin(&range, |hz, _| hz.powi(power)));
+        peaks.push(periodogram.interpolated_hz(peak?) * TAU);
+    }
+    let energy = |frequency: f64| {
+        let block = block_of(samples, frequency);
+        let means = samples.all().block_means(block);
+        let none = vec![false; means.len()];
+        let points = envelope(&means.stretch(&none), frequency);
+        let clear = points.iter().filter(|p| p.amplitude_deg > CLEAR * p.scatter_deg);
+        // Times the time of a point, which is as the period, and the frequency: between the energy of angle and of rate.
+        clear.map(|p| p.amplitude_deg.powi(2)).sum::<f64>()
+    };
+    let first = peaks[0];
+    if peaks.iter().all(|p| (p / first - 1.0).abs() < SAME) {
+        return Some(first);
+    }
+    peaks.sort_by(f64::total_cmp);
+    peaks.dedup_by(|a, b| (*a / *b - 1.0).abs() < SAME);
+    let energies = peaks.iter().map(|p| (energy(*p), *p));
+    energies.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, frequency)| frequency)
+}
+
+/// Samples in a block mean where the oscillation has this frequency.
+pub(super) fn block_of(samples: &Samples<'_>, frequency_rad_s: f64) -> usize {
+    (TAU / frequency_rad_s * samples.rate_hz() / MEANS_PER_CYCLE).floor().max(1.0) as usize
 }
 
 /// Straight lines through (time, value) read off every `step`.

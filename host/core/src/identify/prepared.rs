@@ -1,11 +1,12 @@
 //! A record with its free decay found, and the residual and the flags of any method's values on it.
 
+use super::answer::FEWEST_PER_CYCLE;
 use super::damped_sinusoid::{DampedSinusoid, Mode};
 use super::flag::Flag;
 use super::gaps::{self, Filled, Gap};
 use super::least_squares::{self, ModeFit};
 use super::outliers;
-use super::release::{self, FreeSpan};
+use super::release::{self, FreeSpan, HALF_TURN_DEG};
 use super::samples::{Samples, Stretch};
 use super::uncertainty::{self, Bound};
 use super::windows::{self, Window};
@@ -63,14 +64,40 @@ pub struct Values {
 pub fn prepare<'a>(record: &'a Record, settings: &Settings) -> Result<Prepared<'a>, Refusal> {
     let mut samples = Samples::new(&record.time_s, &record.yaw_deg);
     outliers::exclude_spikes(&mut samples);
-    let span = release::find(&samples, settings)?;
-    let (windows, density) =
-        windows::windows(&mut samples, span.from_s, span.to_s, span.frequency_rad_s);
-    if !oscillates(&windows, sample_noise(&record.yaw_deg)) {
-        return Err(Refusal::NoOscillation);
+    let mut seen_with = |settings: &Settings| {
+        let span = release::find(&samples, settings)?;
+        seen_in(&mut samples, span, &record.yaw_deg).ok_or(Refusal::NoOscillation)
+    };
+    let (span, windows, density) = match seen_with(settings) {
+        // Amplitudes that were asked for and are lost in something else: those that the record has.
+        Err(refusal) if !settings.only_between => {
+            let from_deg = settings.from_deg.max(HALF_TURN_DEG);
+            let all = Settings { from_deg, to_deg: 0.0, ..*settings };
+            let mut seen = seen_with(&all).map_err(|_| refusal)?;
+            if !seen.0.flags.contains(&Flag::AmplitudeOutsideWindow) {
+                seen.0.flags.push(Flag::AmplitudeOutsideWindow);
+            }
+            seen
+        }
+        seen => seen?,
+    };
+    let per_cycle = TAU / span.frequency_rad_s * samples.rate_hz();
+    if per_cycle < FEWEST_PER_CYCLE {
+        return Err(Refusal::TooCoarse { per_cycle });
     }
     let whole = least_squares::fit_mode(&span.stretch(&samples), span.frequency_rad_s);
     Ok(Prepared { record, samples, span, windows, settings: *settings, density, whole })
+}
+
+/// The windows in `span` and the spectral density of what they leave, where there is an oscillation in it.
+fn seen_in(
+    samples: &mut Samples<'_>,
+    span: FreeSpan,
+    yaw_deg: &[f64],
+) -> Option<(FreeSpan, Vec<Window>, f64)> {
+    let (from_s, to_s, frequency) = (span.from_s, span.to_s, span.frequency_rad_s);
+    let (windows, density) = windows::windows(samples, from_s, to_s, frequency);
+    oscillates(&windows, sample_noise(yaw_deg)).then_some((span, windows, density))
 }
 
 /// Whether the windows hold one and the same oscillation rather than whatever fits noise best.
@@ -157,10 +184,9 @@ impl Prepared<'_> {
 
     /// Least squares over all of the window.
     pub fn least_squares(&self) -> Result<Values, String> {
-        let found = self
-            .whole
-            .as_ref()
-            .ok_or("the fit of one mode to the whole window did not converge")?;
+        let Some(found) = &self.whole else {
+            return self.of_windows().ok_or_else(|| "no mode could be fitted".into());
+        };
         let u = found.uncertainty(&self.stretch()).ok_or("the fit leaves a parameter open")?;
         let mode = &found.mode;
         Ok(Values {
@@ -173,6 +199,28 @@ impl Prepared<'_> {
             at_amplitude: windows::at_amplitudes(&self.windows),
             flags: Vec::new(),
             cramer_rao: Some(u.bound),
+        })
+    }
+
+    /// Where no one mode can be followed through the whole window, its frequency changing by so much: the mean of every three
+    /// cycles', and their spread, since one number then stands for many.
+    fn of_windows(&self) -> Option<Values> {
+        if self.windows.len() < 2 {
+            return None;
+        }
+        let n = self.windows.len() as f64;
+        let spread = |of: fn(&Window) -> f64| {
+            let mean = self.windows.iter().map(of).sum::<f64>() / n;
+            let squares: f64 = self.windows.iter().map(|w| (of(w) - mean).powi(2)).sum();
+            Quantity::new(mean, (squares / (n - 1.0)).sqrt())
+        };
+        Some(Values {
+            natural_frequency_rad_s: spread(|w| w.natural_frequency_rad_s),
+            damping_ratio: spread(|w| w.damping_ratio),
+            windows: self.windows.iter().map(WindowEstimate::of).collect(),
+            at_amplitude: windows::at_amplitudes(&self.windows),
+            flags: Vec::new(),
+            cramer_rao: None,
         })
     }
 

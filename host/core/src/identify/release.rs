@@ -1,6 +1,6 @@
 //! Where the free decay is: release, hold, end, and the part of it inside the amplitude window.
 
-use super::envelope::{envelope, strongest_frequency_rad_s, Point, POINTS_PER_CYCLE};
+use super::envelope::{block_of, envelope, strongest_frequency_rad_s, Point, POINTS_PER_CYCLE};
 use super::flag::Flag;
 use super::samples::{Samples, Stretch};
 use super::windows::LEAST_SHARE;
@@ -8,12 +8,10 @@ use super::{Refusal, Settings, FEWEST_CYCLES};
 use crate::statistics::{median, sample_noise};
 use std::f64::consts::TAU;
 
-/// Block means per cycle in which the free decay is looked for.
-const MEANS_PER_CYCLE: f64 = 24.0;
 /// An amplitude this far above the envelope's own noise counts as an oscillation.
 const AMPLITUDE_OVER_NOISE: f64 = 4.0;
 /// A yaw angle beyond it is more likely one in another unit.
-const HALF_TURN_DEG: f64 = 180.0;
+pub(super) const HALF_TURN_DEG: f64 = 180.0;
 /// Share of the largest amplitude below which the oscillation has died out.
 const DIED_OUT: f64 = 0.01;
 /// The envelope is known to this share: what is released at the upper limit is not to lose a sample.
@@ -44,8 +42,7 @@ impl FreeSpan {
 pub(crate) fn find(samples: &Samples<'_>, settings: &Settings) -> Result<FreeSpan, Refusal> {
     let frequency = strongest_frequency_rad_s(samples).ok_or(Refusal::NoOscillation)?;
     let period = TAU / frequency;
-    let block = (period * samples.rate_hz() / MEANS_PER_CYCLE).floor().max(1.0) as usize;
-    let means = samples.all().block_means(block);
+    let means = samples.all().block_means(block_of(samples, frequency));
     let none = vec![false; means.len()];
     let means = means.stretch(&none);
     let points = envelope(&means, frequency);

@@ -1,5 +1,6 @@
 //! Periodogram of an evenly sampled stretch and its peak.
 
+use crate::statistics::median;
 use realfft::RealFftPlanner;
 use std::cell::RefCell;
 use std::ops::RangeInclusive;
@@ -40,14 +41,24 @@ impl Periodogram {
         from..(to + 1).min(self.power.len())
     }
 
-    /// The strongest bin within `hz` after weighting by `weight(frequency in Hz)`.
+    /// Mean power of white noise within `hz`: that of most bins.
+    pub(crate) fn noise(&self, hz: &RangeInclusive<f64>) -> f64 {
+        let mut power: Vec<f64> = self.bins(hz).map(|k| self.power[k]).collect();
+        if power.is_empty() {
+            return 0.0;
+        }
+        // The median of an exponential distribution is its mean times ln 2.
+        median(&mut power) / std::f64::consts::LN_2
+    }
+
+    /// The strongest bin within `hz` after weighting by `weight(frequency in Hz, power of the bin)`.
     pub(crate) fn strongest_bin(
         &self,
-        hz: RangeInclusive<f64>,
-        weight: impl Fn(f64) -> f64,
+        hz: &RangeInclusive<f64>,
+        weight: impl Fn(f64, f64) -> f64,
     ) -> Option<usize> {
-        self.bins(&hz)
-            .map(|k| (k, self.power[k] * weight(k as f64 * self.resolution_hz)))
+        self.bins(hz)
+            .map(|k| (k, self.power[k] * weight(k as f64 * self.resolution_hz, self.power[k])))
             .filter(|(_, p)| *p > 0.0)
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .map(|(k, _)| k)
@@ -93,12 +104,12 @@ mod tests {
     #[test]
     fn the_peak_is_the_nearest_bin_and_interpolation_comes_nearer() {
         let periodogram = Periodogram::of(&swing(1.27, 1000), 0.01, 1000);
-        let bin = periodogram.strongest_bin(0.0..=20.0, |_| 1.0).unwrap();
+        let bin = periodogram.strongest_bin(&(0.0..=20.0), |_, _| 1.0).unwrap();
         assert_eq!(bin, 13);
         assert!((periodogram.frequency_hz(bin) - 13.0 / 10.24).abs() < 1e-12);
         // Filled up fourfold, as interpolation wants it: a parabola fits only the tip of the peak.
         let filled = Periodogram::of(&swing(1.27, 1000), 0.01, 4000);
-        let bin = filled.strongest_bin(0.0..=20.0, |_| 1.0).unwrap();
+        let bin = filled.strongest_bin(&(0.0..=20.0), |_, _| 1.0).unwrap();
         let error = (filled.interpolated_hz(bin) - 1.27).abs();
         assert!(error < 0.004, "{error}");
     }
@@ -106,6 +117,6 @@ mod tests {
     #[test]
     fn a_constant_has_no_peak() {
         let periodogram = Periodogram::of(&[3.0; 64], 0.01, 64);
-        assert_eq!(periodogram.strongest_bin(0.0..=50.0, |_| 1.0), None);
+        assert_eq!(periodogram.strongest_bin(&(0.0..=50.0), |_, _| 1.0), None);
     }
 }

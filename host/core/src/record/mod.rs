@@ -9,9 +9,6 @@ use crate::error::{Error, Result};
 use crate::statistics::sample_noise;
 use std::path::PathBuf;
 
-/// Rates a record may have, Hz, with room for a clock that is 5 % out.
-const RATE_HZ: std::ops::RangeInclusive<f64> = 19.0..=10_500.0;
-
 /// A record is resampled to at most so many times the samples that its rate would make of those it has, and so many more.
 const MOST_FILLED: f64 = 20.0;
 const ALWAYS_FILLED: f64 = 1e5;
@@ -66,18 +63,6 @@ impl Record {
     /// With fewer than two samples; a record that was read has more.
     pub fn timing(&self) -> Timing {
         timing::measure(&self.time_s)
-    }
-
-    /// Whether its sampling rate is one that can be analysed.
-    ///
-    /// # Errors
-    /// For a rate outside 20 Hz to 10 kHz.
-    pub fn check_rate(&self) -> Result<()> {
-        let rate_hz = self.timing().rate_hz;
-        if RATE_HZ.contains(&rate_hz) {
-            return Ok(());
-        }
-        Err(Error::Rate { record: self.file.display().to_string(), rate_hz })
     }
 
     /// Standard deviation of white sample noise, deg, from the median of third differences; 0 for fewer than
