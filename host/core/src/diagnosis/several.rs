@@ -98,13 +98,17 @@ pub fn diagnose_several(
 ) -> Result<SeveralDiagnosis> {
     let wind_speed_m_s = vec![options.wind_speed_m_s; records.len()];
     let mut releases = Releases::of(records, wind_speed_m_s, options)?;
-    let structure = Structure { zero_unknown: true, ..options.present.clone() };
+    // Each release has a rest angle of its own, which a constant moment would be once more.
+    let (rests, present): (Vec<Effect>, Vec<Effect>) =
+        options.present.effects.iter().cloned().partition(Effect::moves_rest);
+    let effects = present.clone();
+    let structure = Structure { zero_unknown: true, effects, ..options.present.clone() };
     let judged = releases::judge(records, &mut releases, &structure, options)?;
     let random = Effect::random();
     let rest = Effect::of_rest();
     let is_forced = judged.alone.mostly(&random, |_| true);
     let mut named = Vec::new();
-    if !options.zero_unknown && judged.alone.mostly(&rest, |_| true) {
+    if !options.zero_unknown && rests.is_empty() && judged.alone.mostly(&rest, |_| true) {
         named.push(rest);
     }
     let explains = |fits: &[Fitted]| {
@@ -116,7 +120,7 @@ pub fn diagnose_several(
         .filter(|path| is_forced || path.last().is_some_and(|p| explains(&p.joint.fits)));
     let (path, indistinguishable) = match near {
         Some(path) => (path, judged.alone.indistinguishable(&each.effects)),
-        None => by_prediction(records, &releases, &judged, common, options)?,
+        None => by_prediction(records, &releases, &judged, common, options, &present)?,
     };
     options.stop.check()?;
     let mut found = told(records, &releases, &path, common, named, &options.present.effects);
@@ -157,6 +161,7 @@ fn by_prediction(
     judged: &Judged,
     common: &Common,
     options: &Options,
+    present: &[Effect],
 ) -> Result<(Vec<Path>, Vec<[Effect; 2]>)> {
     let begun: Vec<Begun> = records
         .iter()
@@ -166,7 +171,6 @@ fn by_prediction(
             Ok(Begun { decay: floor::with_steps(decay.clone(), record), survivors })
         })
         .collect::<Result<_>>()?;
-    let present = &options.present.effects;
     // From all that survives somewhere down to the plain model, what is missed least left out first.
     let effects = proposed(&begun, judged, present);
     let mut sets = vec![Set { begun: &begun, common, effects, stop: &options.stop }];
