@@ -92,6 +92,9 @@ impl From<yawrig_core::error::Error> for Error {
             }
             Core::NoEstimate { .. } => (Exit::Data, "try another --method"),
             Core::TooFewSamples { .. } => (Exit::Data, ""),
+            Core::TooSlow { .. } => {
+                (Exit::Data, "`yawrig identify` takes it as it is; a device wants it measured faster")
+            }
             Core::Gaps { .. } => {
                 (Exit::Data, "correct the time stamps, or cut the record where they jump")
             }

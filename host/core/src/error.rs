@@ -16,6 +16,10 @@ pub enum Error {
     NoEstimate { record: String, reason: String },
     #[error("{record}: {samples} samples are too few to interpolate")]
     TooFewSamples { record: String, samples: usize },
+    #[error(
+        "{record}: sampled at {rate_hz:.4} Hz, too slow for a device, which needs {least_hz:.0} Hz"
+    )]
+    TooSlow { record: String, rate_hz: f64, least_hz: f64 },
     #[error("{record}: {samples} samples over {span_s:.0} s leave gaps that nothing can fill")]
     Gaps { record: String, samples: usize, span_s: f64 },
     #[error("{record}: {per_cycle:.1} samples a cycle, at least {fewest:.0} are needed")]

@@ -7,6 +7,8 @@ use std::f64::consts::TAU;
 
 /// Highest frequency looked for, as a share of the sampling rate.
 const HIGHEST_SHARE: f64 = 0.35;
+/// Values that gaps are filled with, times the samples there are.
+const MOST_FILLED: f64 = 4.0;
 /// Over the noise of a periodogram's bins, beyond the largest of them: what stands out by more is no noise.
 const STANDS_OUT: f64 = 3.0;
 /// An amplitude over what the sinusoid leaves of its own cycle, from which on there is an oscillation: a ramp comes to 1.8.
@@ -24,12 +26,15 @@ pub(crate) const POINTS_PER_CYCLE: usize = 8;
 /// spectra of angle, rate, and between them, as far as they stand out of the noise, are held against each other by their
 /// energy where they are clear of all else.
 pub(crate) fn strongest_frequency_rad_s(samples: &Samples<'_>) -> Option<f64> {
-    let step_s = samples.rate_hz().recip();
+    // Where most of the time nothing was sampled, no finer than there are samples.
+    let duration_s = samples.all().duration_s();
+    let finest_s = duration_s / (MOST_FILLED * samples.all().len() as f64);
+    let step_s = samples.rate_hz().recip().max(finest_s);
     let means = samples.all().block_means(1);
     let even = evenly(&means.time_s, &means.yaw_deg, step_s);
     // Twice the length at least, so that the peak is well sampled.
     let periodogram = Periodogram::of(&even, step_s, 2 * even.len());
-    let range = 2.0 / samples.all().duration_s()..=HIGHEST_SHARE * samples.rate_hz();
+    let range = 2.0 / duration_s..=HIGHEST_SHARE / step_s;
     let floor = periodogram.noise(&range) * (STANDS_OUT + (even.len() as f64).ln());
     let mut peaks: Vec<f64> = Vec::new();
     for power in 0..3 {

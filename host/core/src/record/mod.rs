@@ -9,6 +9,8 @@ use crate::error::{Error, Result};
 use crate::statistics::sample_noise;
 use std::path::PathBuf;
 
+/// Samples of another rate for each of the record's own, at most: a record of 20 Hz at the device's 1 kHz.
+const MOST_BETWEEN: f64 = 50.0;
 /// A record is resampled to at most so many times the samples that its rate would make of those it has, and so many more.
 const MOST_FILLED: f64 = 20.0;
 const ALWAYS_FILLED: f64 = 1e5;
@@ -79,11 +81,20 @@ impl Record {
     /// 160 Hz. A record faster than `rate_hz` is sampled at points, as the device's converter would.
     ///
     /// # Errors
-    /// For fewer than four samples, and for gaps that are most of the record.
+    /// For fewer than four samples, for fewer than one of its own in fifty, and for gaps that are most of the record.
     pub fn resampled(&self, rate_hz: f64) -> Result<Self> {
         if self.len() < 4 {
             let record = self.file.display().to_string();
             return Err(Error::TooFewSamples { record, samples: self.len() });
+        }
+        let own_hz = self.timing().rate_hz;
+        if rate_hz > MOST_BETWEEN * own_hz {
+            let record = self.file.display().to_string();
+            return Err(Error::TooSlow {
+                record,
+                rate_hz: own_hz,
+                least_hz: rate_hz / MOST_BETWEEN,
+            });
         }
         let span_s = self.time_s[self.len() - 1] - self.time_s[0];
         let expected = self.len() as f64 * rate_hz / self.timing().rate_hz;
