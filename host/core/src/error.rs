@@ -22,7 +22,7 @@ pub enum Error {
     TooSlow { record: String, rate_hz: f64, least_hz: f64 },
     #[error("{record}: {samples} samples over {span_s:.0} s leave gaps that nothing can fill")]
     Gaps { record: String, samples: usize, span_s: f64 },
-    #[error("{record}: {per_cycle:.1} samples a cycle, at least {fewest:.0} are needed")]
+    #[error("{record}: {per_cycle:.1} samples a cycle, at least {fewest} are needed")]
     TooCoarse { record: String, per_cycle: f64, fewest: f64 },
     /// Effects that a model is said to have leave no motion that is near the record.
     #[error("the model's own effects cannot be fitted to this record")]

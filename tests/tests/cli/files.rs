@@ -68,7 +68,7 @@ fn too_few_samples_a_cycle() {
         let file = folder.path().join("coarse.csv");
         std::fs::write(&file, record(step_s)).expect("room for it");
         let ended = yawrig("identify").and(&file).run().exits(3).says("coarse.csv").helps();
-        ended.says("4.5 samples a cycle, at least 6 are needed");
+        ended.says("4.5 samples a cycle, at least 4.7 are needed");
     }
 }
 

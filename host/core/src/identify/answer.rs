@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 /// Fewest cycles an estimate is made from.
 pub(crate) const FEWEST_CYCLES: f64 = 3.0;
 
-/// Fewest samples of a cycle.
-pub(crate) const FEWEST_PER_CYCLE: f64 = 6.0;
+/// Fewest samples of a cycle: what the fastest mode of a rig has at 20 Hz.
+pub(crate) const FEWEST_PER_CYCLE: f64 = 4.7;
 
 /// Why a record gives nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
