@@ -112,7 +112,7 @@ fn an_effect_is_named_the_same_whichever_way_one_asks() {
         }
     }
     println!("right {right} of {}, in all four ways {same} of {count}", 4 * count);
-    // Of a hundred effects drawn three are not named for what they are in any way, their course being another's: of 17
-    // one at most, as a rule.
+    // Of 68 effects, drawn with seeds 1 to 4, three are not named for what they are, their course being another's: of 17 one
+    // at most, as a rule.
     assert!(same + 1 >= count, "in all four ways {same} of {count}");
 }

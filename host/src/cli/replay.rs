@@ -56,6 +56,7 @@ pub fn run(arguments: &Replay) -> Result<()> {
         for warning in warnings {
             crate::say!("yawrig: warning: {warning}");
         }
+        whole.check_resampling(f64::from(SAMPLE_RATE_HZ))?;
         Ok(whole.into_owned())
     };
     let records: Vec<Record> = arguments.files.iter().map(read).collect::<Result<_>>()?;

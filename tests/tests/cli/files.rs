@@ -55,6 +55,13 @@ fn files_with_nothing_in_them() {
 }
 
 #[test]
+fn a_record_too_slow_for_a_device() {
+    let rows = (0..100).map(|k| format!("{k},{}\n", k % 7));
+    let text = format!("time_s,yaw_deg\n{}", rows.collect::<String>());
+    refused(text.as_bytes()).says("sampled at 1").says("too slow for a device, which needs 20 Hz");
+}
+
+#[test]
 fn too_few_samples_a_cycle() {
     let record = |step_s: f64| {
         let rows = (0..100).map(|k| {

@@ -13,10 +13,9 @@ use crate::diagnosis::campaign_fit::{Campaign, Shared, SharedEffect, OWN};
 use crate::diagnosis::compare::{self, Where};
 use crate::diagnosis::diagnose::{Candidate, Modal, Options, Status, Step, SECOND_ORDER};
 use crate::diagnosis::origin::{self, Origin, Plan};
-use crate::diagnosis::releases::{self, Judged, Releases};
+use crate::diagnosis::releases::{self, left, mean_square, worst, Judged, Releases};
 use crate::diagnosis::search::is_explained;
 use crate::diagnosis::search::EXPLAINED;
-use crate::diagnosis::several;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::at_amplitude::{at_amplitudes, AtAmplitude};
@@ -166,7 +165,7 @@ impl Campaign<'_> {
         let plain = &shared[0].joint.fits;
         let decays = &self.releases.decays;
         let files: Vec<&str> = self.made.release.iter().map(|r| r.file.as_str()).collect();
-        let left = several::left(plain, &last.joint.fits, decays, &files);
+        let left = left(plain, &last.joint.fits, decays, &files);
         let effects: Vec<Effect> = last.effects.iter().map(|e| e.effect.clone()).collect();
         let status = left.status(last.is_explained(decays), &effects);
         let modal = |fit: &Fitted| (fit.natural_frequency_rad_s(), fit.damping_ratio());
@@ -190,17 +189,11 @@ impl Campaign<'_> {
             }
         });
         let mut releases: Vec<ReleaseVerdict> = rows.collect();
-        let worst = (0..decays.len())
-            .max_by(|&a, &b| {
-                releases[a].residual_over_noise.total_cmp(&releases[b].residual_over_noise)
-            })
-            .unwrap_or(0);
-        let mean_square =
-            decays.iter().map(|s| s.sample_noise_rad.to_degrees().powi(2)).sum::<f64>();
+        let worst = worst(&last.joint.fits, decays);
         let mut out = CampaignDiagnosis {
-            noise_rms_deg: (mean_square / decays.len() as f64).sqrt(),
+            noise_rms_deg: mean_square(decays, |d| d.sample_noise_rad).to_degrees(),
             status,
-            mean_noise_deg: several::mean_noise_deg(decays),
+            mean_noise_deg: mean_square(decays, |d| d.noise_rad).to_degrees(),
             indistinguishable: judged.alone.indistinguishable(&effects),
             sentence: account::sentence(&effects, &left, SECOND_ORDER),
             effects,

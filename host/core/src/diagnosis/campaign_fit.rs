@@ -5,12 +5,12 @@ use crate::derivatives::campaign::Campaign as Made;
 use crate::derivatives::condition::Setting;
 use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::diagnose::{Step, FITTED_SHARE};
+use crate::diagnosis::likelihood::are_explained;
 use crate::diagnosis::origin::{self, weighted_mean, Origin, Plan, Seen};
-use crate::diagnosis::releases::{coefficient, over_noise, Judged, Model, Releases};
-use crate::diagnosis::search;
+use crate::diagnosis::releases::{coefficient, from_others, over_noise, Judged, Model, Releases};
 use crate::effects::Effect;
 use crate::error::Result;
-use crate::fit::fitting::{self, Fitted, Limit, Number, Structure};
+use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, JointFit, Release, Sharing};
 use crate::quantity::Quantity;
@@ -41,7 +41,7 @@ pub(super) struct Shared {
 impl Shared {
     /// Whether every release is down to its noise.
     pub(super) fn is_explained(&self, decays: &[FreeDecay]) -> bool {
-        self.joint.fits.iter().zip(decays).all(|(fit, decay)| search::is_explained(fit, decay))
+        are_explained(&self.joint.fits, decays)
     }
 }
 
@@ -167,45 +167,15 @@ impl Campaign<'_> {
             .filter(|s| s.releases.len() > 1)
             .filter_map(|s| s.releases.last().copied())
             .collect();
-        let starts: Vec<Vec<f64>> = joint.fits.iter().map(|f| f.parameters.clone()).collect();
         if held.is_empty() {
+            let starts: Vec<Vec<f64>> = joint.fits.iter().map(|f| f.parameters.clone()).collect();
             let early: Vec<Release> =
                 decays.iter().map(|decay| Release::part(decay, FITTED_SHARE)).collect();
             let early = joint::fit(&early, &joint.structure, &joint.sharing, &starts);
             let later = early.held_out_over_noise(decays);
             return (HeldOut::LaterPart, later.unwrap_or(f64::NAN));
         }
-        let kept: Vec<usize> = (0..decays.len()).filter(|i| !held.contains(i)).collect();
-        let of = |groups: &Vec<Option<usize>>| kept.iter().map(|&i| groups[i]).collect();
-        let sharing = Sharing {
-            modal: (0..kept.len()).collect(),
-            effects: joint.sharing.effects.iter().map(of).collect(),
-        };
-        let releases: Vec<Release> = kept.iter().map(|&i| Release::whole(&decays[i])).collect();
-        let kept_starts: Vec<Vec<f64>> = kept.iter().map(|&i| starts[i].clone()).collect();
-        let others = joint::fit(&releases, &joint.structure, &sharing, &kept_starts);
-        let fits: Vec<Fitted> = held
-            .par_iter()
-            .map(|&i| {
-                let mut structure = joint.fits[i].structure.clone();
-                for (k, effect) in joint.structure.effects.iter().enumerate() {
-                    // Who shares the coefficients, else a repeat.
-                    let groups = &joint.sharing.effects[k];
-                    let partner = kept.iter().position(|&j| groups[j] == groups[i]);
-                    let partner = partner.or_else(|| self.repeat_of(i, &kept));
-                    for number in 0..effect.parameters().len() {
-                        if effect.belongs_to_release(number) {
-                            continue;
-                        }
-                        let place = partner.and_then(|j| others.place(effect, number, j));
-                        let Some(value) = place.map(|at| others.parameters[at]) else { continue };
-                        let number = Number::Of(effect.clone(), number);
-                        structure.limits.push(Limit { number, low: value, high: value });
-                    }
-                }
-                fitting::refitted(&decays[i], &structure, &starts[i])
-            })
-            .collect();
+        let fits = from_others(decays, joint, &held, |i, kept| self.repeat_of(i, kept));
         (HeldOut::Releases, over_noise(&fits, held.iter().map(|&i| &decays[i])))
     }
 

@@ -24,6 +24,11 @@ pub fn is_explained(fitted: &Fitted, decay: &FreeDecay) -> bool {
     fitted.over_noise(decay) <= explained_up_to(fitted.effective_count())
 }
 
+/// The same of every release.
+pub(super) fn are_explained(fits: &[Fitted], decays: &[FreeDecay]) -> bool {
+    fits.iter().zip(decays).all(|(fit, decay)| is_explained(fit, decay))
+}
+
 /// What `model` holds beyond `plain`, whose effects come first in it.
 pub fn beyond<'a>(plain: &Fitted, model: &'a Fitted) -> &'a [Effect] {
     &model.structure.effects[plain.structure.effects.len()..]

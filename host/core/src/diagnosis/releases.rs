@@ -3,7 +3,8 @@
 
 use crate::bic::{self, MARGIN};
 use crate::diagnosis::alone::Alone;
-use crate::diagnosis::diagnose::Options;
+use crate::diagnosis::answer::{Left, Options, NOISE};
+use crate::diagnosis::likelihood::are_explained;
 use crate::diagnosis::origin::weighted_mean;
 use crate::diagnosis::search::sharpened;
 use crate::effects::Effect;
@@ -267,42 +268,78 @@ fn pruned(releases: &Releases, alone: &Alone, mut model: Model, there: usize) ->
     Ok(model)
 }
 
-/// Residual over noise of each release with what it has in common with the others known from them; its own numbers are
-/// estimated anew.
-pub(super) fn predicted_from_others(decays: &[FreeDecay], joint: &JointFit) -> f64 {
-    let each = (0..decays.len()).into_par_iter().map(|held| {
-        let kept: Vec<usize> = (0..decays.len()).filter(|i| *i != held).collect();
-        let part = |groups: &Vec<Option<usize>>| kept.iter().map(|&i| groups[i]).collect();
-        let sharing = Sharing {
-            modal: kept.iter().map(|&i| joint.sharing.modal[i]).collect(),
-            effects: joint.sharing.effects.iter().map(part).collect(),
-        };
-        let whole: Vec<Release> = kept.iter().map(|&i| Release::whole(&decays[i])).collect();
-        let starts: Vec<Vec<f64>> =
-            kept.iter().map(|&i| joint.fits[i].parameters.clone()).collect();
-        let others = joint::fit(&whole, &joint.structure, &sharing, &starts);
-        let mut structure = joint.fits[held].structure.clone();
+/// The releases `held` fitted with what they have in common with the others known from these; their own numbers are
+/// estimated anew. `repeat_of`: the place, among the others, of one that stands for a release which shares with none.
+pub(super) fn from_others(
+    decays: &[FreeDecay],
+    joint: &JointFit,
+    held: &[usize],
+    repeat_of: impl Fn(usize, &[usize]) -> Option<usize> + Sync,
+) -> Vec<Fitted> {
+    let kept: Vec<usize> = (0..decays.len()).filter(|i| !held.contains(i)).collect();
+    let part = |groups: &Vec<Option<usize>>| kept.iter().map(|&i| groups[i]).collect();
+    let sharing = Sharing {
+        modal: kept.iter().map(|&i| joint.sharing.modal[i]).collect(),
+        effects: joint.sharing.effects.iter().map(part).collect(),
+    };
+    let whole: Vec<Release> = kept.iter().map(|&i| Release::whole(&decays[i])).collect();
+    let starts: Vec<Vec<f64>> = kept.iter().map(|&i| joint.fits[i].parameters.clone()).collect();
+    let others = joint::fit(&whole, &joint.structure, &sharing, &starts);
+    let known = |&release: &usize| {
+        let mut structure = joint.fits[release].structure.clone();
         let mut fix = |number, value| {
             structure.limits.push(Limit { number, low: value, high: value });
         };
-        let modal = sharing.modal.iter().position(|m| *m == joint.sharing.modal[held]);
+        let modal = sharing.modal.iter().position(|m| *m == joint.sharing.modal[release]);
         if let Some(partner) = modal {
             fix(Number::NaturalFrequency, others.fits[partner].parameters[0]);
             fix(Number::DampingRatio, others.fits[partner].parameters[1]);
         }
         for (effect, groups) in joint.structure.effects.iter().zip(&joint.sharing.effects) {
-            let partner = kept.iter().position(|&j| groups[j] == groups[held]);
-            let Some(partner) = partner else { continue };
-            for number in 0..effect.parameters().len() {
-                if let (false, Some(at)) =
-                    (effect.belongs_to_release(number), others.place(effect, number, partner))
-                {
+            let partner = kept.iter().position(|&j| groups[j] == groups[release]);
+            let Some(partner) = partner.or_else(|| repeat_of(release, &kept)) else { continue };
+            for number in (0..effect.parameters().len()).filter(|k| !effect.belongs_to_release(*k))
+            {
+                if let Some(at) = others.place(effect, number, partner) {
                     fix(Number::Of(effect.clone(), number), others.parameters[at]);
                 }
             }
         }
-        refitted(&decays[held], &structure, &joint.fits[held].parameters)
-    });
-    let fits: Vec<Fitted> = each.collect();
-    over_noise(&fits, decays)
+        refitted(&decays[release], &structure, &joint.fits[release].parameters)
+    };
+    held.par_iter().map(known).collect()
+}
+
+/// Root of the mean square of what each release has.
+pub(super) fn mean_square(decays: &[FreeDecay], of: impl Fn(&FreeDecay) -> f64) -> f64 {
+    let sum: f64 = decays.iter().map(|d| of(d).powi(2)).sum();
+    (sum / decays.len() as f64).sqrt()
+}
+
+/// The release that is explained worst.
+pub(super) fn worst(fits: &[Fitted], decays: &[FreeDecay]) -> usize {
+    let over = |i: &usize| fits[*i].over_noise(&decays[*i]);
+    (0..fits.len()).max_by(|a, b| over(a).total_cmp(&over(b))).unwrap_or(0)
+}
+
+/// What the `last` model of each release leaves of what the `plain` one misses.
+pub(super) fn left(
+    plain: &[Fitted],
+    last: &[Fitted],
+    decays: &[FreeDecay],
+    files: &[&str],
+) -> Left {
+    let squares = |fits: &[Fitted]| fits.iter().map(|f| f.sum_of_squares).sum::<f64>();
+    let count: usize = last.iter().map(|f| f.count).sum();
+    let rms_rad = (squares(last) / count as f64).sqrt();
+    let amplitude_rad = decays.iter().map(|d| d.amplitude_rad).fold(0.0, f64::max);
+    Left {
+        rms_deg: rms_rad.to_degrees(),
+        share_of_amplitude: rms_rad / amplitude_rad,
+        share_of_misfit: (squares(last) / squares(plain)).min(1.0),
+        where_: match are_explained(last, decays) {
+            true => NOISE.into(),
+            false => format!("most of it in {}", files[worst(last, decays)]),
+        },
+    }
 }

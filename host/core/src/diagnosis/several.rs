@@ -7,13 +7,14 @@
 
 use crate::diagnosis::account;
 use crate::diagnosis::alike::alike_in_releases;
-use crate::diagnosis::answer::{Candidate, Left, Options, NOISE};
+use crate::diagnosis::alone::most_first;
+use crate::diagnosis::answer::{Candidate, Left, Options};
 use crate::diagnosis::campaign_fit::in_common;
 use crate::diagnosis::compare::{self, Where};
 use crate::diagnosis::diagnose::{modal, name_of, Modal, Status, Step};
-use crate::diagnosis::likelihood::is_explained;
+use crate::diagnosis::likelihood::are_explained;
 use crate::diagnosis::origin::weighted_mean;
-use crate::diagnosis::releases::{self, Judged, Releases, MOST_EFFECTS};
+use crate::diagnosis::releases::{self, mean_square, Judged, Releases, MOST_EFFECTS};
 use crate::diagnosis::shared_set::{Begun, Set};
 use crate::diagnosis::survivors;
 use crate::effects::Effect;
@@ -26,7 +27,7 @@ use crate::fit::joint::{self, JointFit, Release, Sharing};
 use crate::identify::gaps::Warning;
 use crate::quantity::Quantity;
 use crate::record::Record;
-
+use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -111,9 +112,7 @@ pub fn diagnose_several(
     if !options.zero_unknown && rests.is_empty() && judged.alone.mostly(&rest, |_| true) {
         named.push(rest);
     }
-    let explains = |fits: &[Fitted]| {
-        fits.iter().zip(&releases.decays).all(|(fit, decay)| is_explained(fit, decay))
-    };
+    let explains = |fits: &[Fitted]| are_explained(fits, &releases.decays);
     let each = judged.path.last().expect("a model");
     let near = (is_forced || explains(&each.fits))
         .then(|| in_common_at_once(&releases, &judged, common))
@@ -123,7 +122,7 @@ pub fn diagnose_several(
         None => by_prediction(records, &releases, &judged, common, options, &present)?,
     };
     options.stop.check()?;
-    let mut found = told(records, &releases, &path, common, named, &options.present.effects);
+    let mut found = told(records, &releases.decays, &path, common, named, &options.present.effects);
     found.candidates = judged.alone.candidates();
     found.indistinguishable = indistinguishable;
     if is_forced && found.status != Status::Explained {
@@ -147,7 +146,10 @@ fn in_common_at_once(releases: &Releases, judged: &Judged, common: &Common) -> V
             Structure { effects: model.effects.clone(), ..model.fits[0].structure.clone() };
         let fits: Vec<&Fitted> = model.fits.iter().collect();
         let joint = joint::fit_from(&whole, &structure, &sharing, &fits);
-        let held_out_over_noise = releases::predicted_from_others(&releases.decays, &joint);
+        // Each is held out once.
+        let alone = |i| releases::from_others(&releases.decays, &joint, &[i], |_, _| None);
+        let held: Vec<Fitted> = (0..n).into_par_iter().flat_map(alone).collect();
+        let held_out_over_noise = releases::over_noise(&held, &releases.decays);
         let joint = joint.with_discrepancy(&whole);
         Path { effects: model.effects.clone(), joint, held_out_over_noise }
     };
@@ -221,61 +223,18 @@ fn proposed(begun: &[Begun], judged: &Judged, present: &[Effect]) -> Vec<Effect>
     for effect in judged.alone.named().into_iter().filter(of_pieces) {
         votes.entry(effect).or_insert(1);
     }
-    let mut out: Vec<(Effect, usize)> =
-        votes.into_iter().filter(|(e, _)| !present.contains(e) && !e.moves_rest()).collect();
-    out.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
-    out.truncate(MOST_EFFECTS);
-    present.iter().cloned().chain(out.into_iter().map(|(e, _)| e)).collect()
-}
-
-fn mean_square(decays: &[FreeDecay], of: impl Fn(&FreeDecay) -> f64) -> f64 {
-    let sum: f64 = decays.iter().map(|d| of(d).powi(2)).sum();
-    (sum / decays.len() as f64).sqrt()
-}
-
-/// Root of the mean square of the releases' noise floors.
-pub(super) fn mean_noise_deg(decays: &[FreeDecay]) -> f64 {
-    mean_square(decays, |d| d.noise_rad).to_degrees()
-}
-
-/// What the `last` model of each release leaves of what the `plain` one misses.
-pub(super) fn left(
-    plain: &[Fitted],
-    last: &[Fitted],
-    decays: &[FreeDecay],
-    files: &[&str],
-) -> Left {
-    let squares = |fits: &[Fitted]| fits.iter().map(|f| f.sum_of_squares).sum::<f64>();
-    let count: usize = last.iter().map(|f| f.count).sum();
-    let rms_rad = (squares(last) / count as f64).sqrt();
-    let amplitude_rad = decays.iter().map(|d| d.amplitude_rad).fold(0.0, f64::max);
-    let explained = last.iter().zip(decays).all(|(f, decay)| is_explained(f, decay));
-    Left {
-        rms_deg: rms_rad.to_degrees(),
-        share_of_amplitude: rms_rad / amplitude_rad,
-        share_of_misfit: (squares(last) / squares(plain)).min(1.0),
-        where_: match explained {
-            true => NOISE.into(),
-            false => format!("most of it in {}", files[worst(last, decays)]),
-        },
-    }
-}
-
-/// The release that is explained worst.
-fn worst(fits: &[Fitted], decays: &[FreeDecay]) -> usize {
-    let over = |i: &usize| fits[*i].over_noise(&decays[*i]);
-    (0..fits.len()).max_by(|a, b| over(a).total_cmp(&over(b))).unwrap_or(0)
+    votes.retain(|e, _| !present.contains(e) && !e.moves_rest());
+    present.iter().cloned().chain(most_first(votes).into_iter().take(MOST_EFFECTS)).collect()
 }
 
 fn told(
     records: &[Record],
-    releases: &Releases,
+    decays: &[FreeDecay],
     path: &[Path],
     common: &Common,
     named: Vec<Effect>,
     present: &[Effect],
 ) -> SeveralDiagnosis {
-    let decays = &releases.decays;
     let mut held_out = f64::INFINITY;
     let mut before: &[Effect] = present;
     let mut effects = named;
@@ -302,14 +261,13 @@ fn told(
     let last = &path.last().expect("a model").joint.fits;
     let names: Vec<String> = records.iter().map(|r| r.file.display().to_string()).collect();
     let files: Vec<&str> = names.iter().map(String::as_str).collect();
-    let left = left(&path[0].joint.fits, last, decays, &files);
-    let explained = last.iter().zip(decays).all(|(f, decay)| is_explained(f, decay));
+    let left = releases::left(&path[0].joint.fits, last, decays, &files);
     let sharing = effects.iter().map(|e| {
         let own = common.own.contains(e) || e.moves_rest();
         (e.to_string(), if own { EACH_ITS_OWN } else { "one for all releases" })
     });
     let sharing = sharing.collect();
-    let worst = worst(last, decays);
+    let worst = releases::worst(last, decays);
     let record = |((fit, file), decay): ((&Fitted, &String), &FreeDecay)| {
         let rest = account::rest_angle(fit);
         let mut parameters: BTreeMap<String, Quantity> =
@@ -329,8 +287,8 @@ fn told(
     };
     SeveralDiagnosis {
         noise_rms_deg: mean_square(decays, |d| d.sample_noise_rad).to_degrees(),
-        mean_noise_deg: mean_noise_deg(decays),
-        status: left.status(explained, &effects),
+        mean_noise_deg: mean_square(decays, |d| d.noise_rad).to_degrees(),
+        status: left.status(are_explained(last, decays), &effects),
         indistinguishable: Vec::new(),
         candidates: Vec::new(),
         modal: common.same_rig.then(|| modal(&last[0])),

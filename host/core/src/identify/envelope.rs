@@ -49,7 +49,7 @@ pub(crate) fn strongest_frequency_rad_s(samples: &Samples<'_>) -> Option<f64> {
         let none = vec![false; means.len()];
         let points = envelope(&means.stretch(&none), frequency);
         let clear = points.iter().filter(|p| p.amplitude_deg > CLEAR * p.scatter_deg);
-        // Times the time of a point, which is as the period, and the frequency: between the energy of angle and of rate.
+        // Each stands for a share of a period: times the frequency that is the same for all.
         clear.map(|p| p.amplitude_deg.powi(2)).sum::<f64>()
     };
     let first = peaks[0];

@@ -64,18 +64,16 @@ pub struct Values {
 pub fn prepare<'a>(record: &'a Record, settings: &Settings) -> Result<Prepared<'a>, Refusal> {
     let mut samples = Samples::new(&record.time_s, &record.yaw_deg);
     outliers::exclude_spikes(&mut samples);
-    let mut seen_with = |settings: &Settings| {
-        let span = release::find(&samples, settings)?;
-        seen_in(&mut samples, span, &record.yaw_deg).ok_or(Refusal::NoOscillation)
-    };
-    let (span, windows, density) = match seen_with(settings) {
+    let seen = |settings: &Settings| seen_with(samples.clone(), settings, &record.yaw_deg);
+    let (samples, span, windows, density) = match seen(settings) {
         // Amplitudes that were asked for and are lost in something else: those that the record has.
         Err(refusal) if !settings.only_between => {
             let from_deg = settings.from_deg.max(HALF_TURN_DEG);
             let all = Settings { from_deg, to_deg: 0.0, ..*settings };
-            let mut seen = seen_with(&all).map_err(|_| refusal)?;
-            if !seen.0.flags.contains(&Flag::AmplitudeOutsideWindow) {
-                seen.0.flags.push(Flag::AmplitudeOutsideWindow);
+            let mut seen = seen(&all).map_err(|_| refusal)?;
+            let flags = &mut seen.1.flags;
+            if !flags.contains(&Flag::AmplitudeOutsideWindow) {
+                flags.push(Flag::AmplitudeOutsideWindow);
             }
             seen
         }
@@ -89,15 +87,19 @@ pub fn prepare<'a>(record: &'a Record, settings: &Settings) -> Result<Prepared<'
     Ok(Prepared { record, samples, span, windows, settings: *settings, density, whole })
 }
 
-/// The windows in `span` and the spectral density of what they leave, where there is an oscillation in it.
-fn seen_in(
-    samples: &mut Samples<'_>,
-    span: FreeSpan,
+/// The free decay in `samples`, less what is wild in its windows, with these and the spectral density of what they leave.
+fn seen_with<'a>(
+    mut samples: Samples<'a>,
+    settings: &Settings,
     yaw_deg: &[f64],
-) -> Option<(FreeSpan, Vec<Window>, f64)> {
+) -> Result<(Samples<'a>, FreeSpan, Vec<Window>, f64), Refusal> {
+    let span = release::find(&samples, settings)?;
     let (from_s, to_s, frequency) = (span.from_s, span.to_s, span.frequency_rad_s);
-    let (windows, density) = windows::windows(samples, from_s, to_s, frequency);
-    oscillates(&windows, sample_noise(yaw_deg)).then_some((span, windows, density))
+    let (windows, density) = windows::windows(&mut samples, from_s, to_s, frequency);
+    match oscillates(&windows, sample_noise(yaw_deg)) {
+        true => Ok((samples, span, windows, density)),
+        false => Err(Refusal::NoOscillation),
+    }
 }
 
 /// Whether the windows hold one and the same oscillation rather than whatever fits noise best.

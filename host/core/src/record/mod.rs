@@ -73,6 +73,28 @@ impl Record {
         sample_noise(&self.yaw_deg)
     }
 
+    /// Whether it can be had at `rate_hz`.
+    ///
+    /// # Errors
+    /// As [`Self::resampled`].
+    pub fn check_resampling(&self, rate_hz: f64) -> Result<()> {
+        let record = || self.file.display().to_string();
+        if self.len() < 4 {
+            return Err(Error::TooFewSamples { record: record(), samples: self.len() });
+        }
+        let own_hz = self.timing().rate_hz;
+        let least_hz = rate_hz / MOST_BETWEEN;
+        if own_hz < least_hz {
+            return Err(Error::TooSlow { record: record(), rate_hz: own_hz, least_hz });
+        }
+        let span_s = self.time_s[self.len() - 1] - self.time_s[0];
+        let expected = self.len() as f64 * rate_hz / own_hz;
+        if span_s * rate_hz > MOST_FILLED * expected + ALWAYS_FILLED {
+            return Err(Error::Gaps { record: record(), samples: self.len(), span_s });
+        }
+        Ok(())
+    }
+
     /// The same record at a uniform `rate_hz`, from its first sample to its last, by a cubic spline through
     /// every sample (not-a-knot ends).
     ///
@@ -81,27 +103,9 @@ impl Record {
     /// 160 Hz. A record faster than `rate_hz` is sampled at points, as the device's converter would.
     ///
     /// # Errors
-    /// For fewer than four samples, for fewer than one of its own in fifty, and for gaps that are most of the record.
+    /// For fewer than four samples, where fifty and more would stand for each of its own, and for gaps that are most of the record.
     pub fn resampled(&self, rate_hz: f64) -> Result<Self> {
-        if self.len() < 4 {
-            let record = self.file.display().to_string();
-            return Err(Error::TooFewSamples { record, samples: self.len() });
-        }
-        let own_hz = self.timing().rate_hz;
-        if rate_hz > MOST_BETWEEN * own_hz {
-            let record = self.file.display().to_string();
-            return Err(Error::TooSlow {
-                record,
-                rate_hz: own_hz,
-                least_hz: rate_hz / MOST_BETWEEN,
-            });
-        }
-        let span_s = self.time_s[self.len() - 1] - self.time_s[0];
-        let expected = self.len() as f64 * rate_hz / self.timing().rate_hz;
-        if span_s * rate_hz > MOST_FILLED * expected + ALWAYS_FILLED {
-            let record = self.file.display().to_string();
-            return Err(Error::Gaps { record, samples: self.len(), span_s });
-        }
+        self.check_resampling(rate_hz)?;
         let (time_s, yaw_deg) = resample::uniform(&self.time_s, &self.yaw_deg, rate_hz);
         Ok(self.with(time_s, yaw_deg))
     }
