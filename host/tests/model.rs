@@ -2,6 +2,7 @@
 //! other sampling rates. The records come from another integrator and sensor chain than the fits'.
 
 #[allow(dead_code)] // Each test uses its own part.
+#[path = "../core/tests/hidden/mod.rs"]
 mod hidden;
 
 use hidden::{plant, Plan, Planted};

@@ -47,7 +47,7 @@ fn an_unknown_study_is_refused_with_all_names() {
 
 /// Against bounds with room for another processor's rounding, from what the studies print.
 #[test]
-#[ignore = "takes minutes: cargo test --release -p yawrig --lib figures_at_full_size -- --ignored"]
+#[ignore = "takes minutes: tests/run --long runs it"]
 fn figures_at_full_size() {
     let setting = StudySetting { size: Size::Full, progress: &|_| {} };
     let report = |name: &str| Study::named(name).unwrap().run(&setting).unwrap();

@@ -15,6 +15,17 @@ use yawrig_core::fit::fitting::fit_plain;
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::record::Record;
 
+/// Those that are hidden: below 20 deg a pendulum is a cube, and |b| b is as near to both.
+pub fn hidden() -> Vec<Effect> {
+    let alike = [Effect::PendulumGravity, Effect::OddQuadraticStiffness];
+    Effect::ALL.into_iter().filter(|e| !alike.contains(e) && !e.is_flexible()).collect()
+}
+
+/// The number in an environment variable, or `default`.
+pub fn number(name: &str, default: u64) -> u64 {
+    std::env::var(name).ok().and_then(|n| n.parse().ok()).unwrap_or(default)
+}
+
 /// What was planted.
 pub struct Planted {
     pub record: Record,

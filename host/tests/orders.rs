@@ -1,7 +1,10 @@
-//! Hidden pairs whose effects are added in either order: YAWRIG_ORDERS says how many.
+//! Hidden pairs whose effects are added in either order: YAWRIG_ORDERS says how many, YAWRIG_SEED which.
 
-use super::{hidden, number};
-use crate::hidden::{plant, Plan};
+#[allow(dead_code)] // Each test uses its own part.
+#[path = "../core/tests/hidden/mod.rs"]
+mod hidden;
+
+use hidden::{hidden, number, plant, Plan};
 use rayon::prelude::*;
 use yawrig::model::comparison::{compare, Comparison};
 use yawrig_core::effects::Effect;

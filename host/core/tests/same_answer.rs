@@ -1,5 +1,5 @@
 //! The same effect asked in four ways: of one release, of two repeats of other amplitudes, of a model's two records,
-//! and of a campaign of the two. Every figure asserted is printed: `cargo test --release -p yawrig --test same_answer
+//! and of a campaign of the two. Every figure asserted is printed: `cargo test --release -p yawrig-core --test same_answer
 //! -- --nocapture`. YAWRIG_SEED moves the rigs that are drawn, YAWRIG_ONLY names an effect.
 
 #[allow(dead_code)]

@@ -1,4 +1,4 @@
-//! The verdicts on records with a hidden effect. Every figure asserted is printed: `cargo test --release -p yawrig
+//! The verdicts on records with a hidden effect. Every figure asserted is printed: `cargo test --release -p yawrig-core
 //! --test diagnose -- --nocapture`. Chance is fixed by the seeds; YAWRIG_SEED moves all of them, and YAWRIG_HIDDEN,
 //! YAWRIG_PLAIN, YAWRIG_PAIRS and YAWRIG_OUTSIDE say how many of each.
 
@@ -9,23 +9,11 @@ mod faint;
 mod hidden;
 #[path = "hidden/least.rs"]
 mod least;
-#[path = "hidden/orders.rs"]
-mod orders;
 
-use hidden::{plant, Outside, Plan, Planted};
+use hidden::{hidden, number, plant, Outside, Plan, Planted};
 use rayon::prelude::*;
 use yawrig_core::diagnosis::diagnose::{diagnose, Diagnosis, Options, Status};
 use yawrig_core::effects::Effect;
-
-/// Those that are hidden: below 20 deg a pendulum is a cube, and |b| b is as near to both.
-fn hidden() -> Vec<Effect> {
-    let alike = [Effect::PendulumGravity, Effect::OddQuadraticStiffness];
-    Effect::ALL.into_iter().filter(|e| !alike.contains(e) && !e.is_flexible()).collect()
-}
-
-fn number(name: &str, default: u64) -> u64 {
-    std::env::var(name).ok().and_then(|n| n.parse().ok()).unwrap_or(default)
-}
 
 struct Case {
     plan: Plan,
