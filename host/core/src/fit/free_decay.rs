@@ -153,15 +153,22 @@ impl FreeDecay {
                 colour.mean_variance(block).sqrt(),
             ),
             // White noise is known best from the single samples; where the means show more, from them.
-            None if TAU / frequency / step_s >= FINE => match &uneven {
-                None => (thirds, white_floor(&yaw_rad, thirds, block)),
-                Some(taken) => {
-                    let sample = rms_of_uneven_sixths(&taken.time_s, &taken.yaw_deg).to_radians();
-                    let mean = sample * share_of_noise(&taken.time_s, timing.rate_hz, block);
-                    (sample, mean.max(rms_of_sixths(&yaw_rad)))
-                }
-            },
-            None => (thirds, prepared.noise_rms_deg().to_radians() / (block as f64).sqrt()),
+            None => {
+                let (sample, mean) = match &uneven {
+                    None => (thirds, white_floor(&yaw_rad, thirds, block)),
+                    Some(taken) => {
+                        let sample =
+                            rms_of_uneven_sixths(&taken.time_s, &taken.yaw_deg).to_radians();
+                        let mean = sample * share_of_noise(&taken.time_s, timing.rate_hz, block);
+                        (sample, mean.max(rms_of_sixths(&yaw_rad)))
+                    }
+                };
+                // Of a coarse record differences hold some of the oscillation, and what its modes leave some misfit: each is the
+                // noise or more.
+                let is_fine = TAU / frequency / step_s >= FINE;
+                let left = prepared.noise_rms_deg().to_radians() / (block as f64).sqrt();
+                (sample, if is_fine { mean } else { mean.min(left) })
+            }
         };
         let amplitude_rad =
             prepared.windows.iter().map(|w| w.amplitude_deg).fold(0.0, f64::max).to_radians();
