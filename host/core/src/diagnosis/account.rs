@@ -10,6 +10,7 @@ use crate::diagnosis::over_pieces;
 use crate::diagnosis::survivors::{self, Judged, Survivors};
 use crate::effects::Effect;
 use crate::error::Result;
+use crate::fit::at_amplitude::with_discrepancy;
 use crate::fit::fitting::{refitted, Fitted, Limit, Number};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::structure::PLAIN;
@@ -141,7 +142,7 @@ pub(crate) fn account(
     }
     let plain = steps.len();
     for (model, judged) in fits.into_iter().zip(&survivors.path) {
-        let model = model.with_discrepancy(decay);
+        let model = with_discrepancy(model, decay);
         let is_new = |e: &&Effect| !effects.contains(e) && !survivors.there().contains(e);
         let new = model.structure.effects.iter().find(is_new).cloned();
         effects.extend(new.clone());

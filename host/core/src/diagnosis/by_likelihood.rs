@@ -13,7 +13,7 @@ use crate::diagnosis::late_release;
 use crate::diagnosis::search::{self, beyond, criterion, Begun};
 use crate::effects::{Acts, Effect};
 use crate::error::Result;
-use crate::fit::at_amplitude::at_amplitudes;
+use crate::fit::at_amplitude::{at_amplitudes, with_discrepancy};
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
@@ -80,7 +80,7 @@ fn name_rest(answer: &mut Diagnosed, about_zero: &Diagnosed) {
 fn one_answer(record: &Record, decay: &FreeDecay, begun: &Begun) -> Result<(Diagnosed, bool)> {
     let mut found = search::search(decay, begun)?;
     let decay = &found.decay;
-    found.path = found.path.into_iter().map(|model| model.with_discrepancy(decay)).collect();
+    found.path = found.path.into_iter().map(|model| with_discrepancy(model, decay)).collect();
     let last = found.path.last().expect("the plain model");
     let alone = found.explained && beyond(&found.plain, last).len() < 2;
     // Random forcing that hardly shows bends a single effect to it; then it has to be likelier by itself.

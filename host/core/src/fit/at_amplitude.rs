@@ -5,6 +5,7 @@ use crate::fit::fitted::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::structure::motion;
 pub use crate::identify::AtAmplitude;
+use crate::identify::WindowEstimate;
 use crate::motion::simulate::{Grid, Motion};
 use crate::quantity::Quantity;
 use std::f64::consts::TAU;
@@ -17,7 +18,7 @@ const DIFFERENCE: f64 = 1e-5;
 
 /// wn and zeta of `model` at amplitudes from the largest to the smallest that it was fitted to in `decay`, geometric. Periodic
 /// forcing is left out, what drifts is taken as it is when the decay passes the amplitude; uncertainties hold what the model
-/// lacks where [`Fitted::with_discrepancy`] has asked for it. Amplitudes from which no cycle ends are left out.
+/// lacks where [`with_discrepancy`] has asked for it. Amplitudes from which no cycle ends are left out.
 pub fn at_amplitudes(decay: &FreeDecay, model: &Fitted) -> Vec<AtAmplitude> {
     let own = model.motion();
     let wn = own.natural_frequency_rad_s;
@@ -32,6 +33,38 @@ pub fn at_amplitudes(decay: &FreeDecay, model: &Fitted) -> Vec<AtAmplitude> {
         of_cycle(model, amplitude_rad, decay.grid.time_s(passed?), decay)
     };
     AtAmplitude::amplitudes(first, last).filter_map(at).collect()
+}
+
+/// `model` with uncertainties that hold what it lacks, too: as far as what it leaves of `decay` shows how much that is, and,
+/// where a linear step from the model does not get there, as far as the record's own windows are off it.
+pub fn with_discrepancy(model: Fitted, decay: &FreeDecay) -> Fitted {
+    with_windows(model.with_discrepancy(decay), decay)
+}
+
+/// The same of a `model` that has its discrepancy already.
+pub(crate) fn with_windows(mut model: Fitted, decay: &FreeDecay) -> Fitted {
+    let smallest = decay.measured.last().map(|m| m.amplitude_deg.to_radians());
+    model.missed = smallest.map_or([0.0; 2], |amplitude_rad| missed(decay, &model, amplitude_rad));
+    model
+}
+
+/// By how much the model's natural frequency and damping ratio are off the record's own, as its windows show them at the nearest
+/// amplitude, beyond what noise leaves uncertain of these: squares.
+fn missed(decay: &FreeDecay, model: &Fitted, amplitude_rad: f64) -> [f64; 2] {
+    let apart = |m: &&AtAmplitude| (m.amplitude_deg.to_radians() / amplitude_rad).ln().abs();
+    let nearest = decay.measured.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+    let Some(seen) = nearest.filter(|_| model.discrepancy.is_some()) else { return [0.0; 2] };
+    let window = |w: &&WindowEstimate| (w.amplitude_deg - seen.amplitude_deg).abs();
+    let passed = decay.windows.iter().min_by(|a, b| window(a).total_cmp(&window(b)));
+    let start_s = passed.map_or(0.0, |w| w.time_s - decay.release_time_s);
+    let Some(there) = cycle(&model.motion(), seen.amplitude_deg.to_radians(), start_s) else {
+        return [0.0; 2];
+    };
+    let zeta = seen.damping_ratio;
+    let damped = seen.natural_frequency_rad_s.value * (1.0 - zeta.value.powi(2)).max(0.0).sqrt();
+    let off =
+        [(damped - there[0], seen.natural_frequency_rad_s.u), (zeta.value - there[1], zeta.u)];
+    off.map(|(off, u)| (off * off - u * u).max(0.0))
 }
 
 fn of_cycle(
@@ -49,6 +82,7 @@ fn of_cycle(
         cycle(&motion, amplitude_rad, start_s)
     };
     let values = of(&model.parameters, None)?;
+    let missed = missed(decay, model, amplitude_rad);
     let mut variances = [f64::NAN; 2];
     if let Some(covariance) = model.covariance_of_noise() {
         let sizes = model.structure.sizes(decay);
@@ -86,7 +120,7 @@ fn of_cycle(
             }
         }
     }
-    let quantity = |q: usize| Quantity::new(values[q], variances[q].max(0.0).sqrt());
+    let quantity = |q: usize| Quantity::new(values[q], (variances[q].max(0.0) + missed[q]).sqrt());
     Some(AtAmplitude {
         amplitude_deg: amplitude_rad.to_degrees(),
         natural_frequency_rad_s: quantity(0),

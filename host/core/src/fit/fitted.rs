@@ -46,6 +46,8 @@ pub struct Fitted {
     pub(crate) modal_inflation: f64,
     /// What the model lacks, once it has been asked for and there is something.
     pub(crate) discrepancy: Option<Discrepancy>,
+    /// Squares of what natural frequency and damping ratio at rest are off the record's own at its smallest amplitudes.
+    pub(crate) missed: [f64; 2],
     starts: Vec<usize>,
     wind_speed_m_s: f64,
 }
@@ -75,6 +77,7 @@ impl Fitted {
             inflation: 1.0,
             modal_inflation: 1.0,
             discrepancy: None,
+            missed: [0.0; 2],
             wind_speed_m_s,
         };
         fitted.inflation = fitted.count as f64 / fitted.effective_count();
@@ -143,7 +146,8 @@ impl Fitted {
         let u = self
             .covariance
             .as_ref()
-            .map_or(f64::NAN, |c| (c[(index, index)] * self.modal_inflation).max(0.0).sqrt());
+            .map_or(f64::NAN, |c| (c[(index, index)] * self.modal_inflation).max(0.0).sqrt())
+            .hypot(self.missed[index].sqrt());
         Quantity::new(self.parameters[index], u)
     }
     pub fn natural_frequency_rad_s(&self) -> Quantity {
@@ -186,7 +190,11 @@ impl Fitted {
         let of = |a: &(String, Vec<f64>, f64), b: &(String, Vec<f64>, f64)| {
             between(covariance, &a.1, &b.1) * a.2 * b.2
         };
-        let matrix = all.iter().map(|a| all.iter().map(|b| of(a, b)).collect()).collect();
+        let mut matrix: Vec<Vec<f64>> =
+            all.iter().map(|a| all.iter().map(|b| of(a, b)).collect()).collect();
+        for (at, missed) in self.missed.iter().enumerate() {
+            matrix[at][at] += missed;
+        }
         Some(Covariance { names: all.into_iter().map(|a| a.0).collect(), matrix })
     }
 

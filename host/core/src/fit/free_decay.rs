@@ -7,7 +7,8 @@ use crate::fit::noise::{self, Colour};
 use crate::identify::gaps::{self, Warning};
 use crate::identify::outliers::exclude_spikes;
 use crate::identify::samples::{Means, Samples, Stretch};
-use crate::identify::{self, Settings, WindowEstimate};
+use crate::identify::windows::at_amplitudes;
+use crate::identify::{self, AtAmplitude, Settings, WindowEstimate};
 use crate::motion::simulate::Grid;
 use crate::record::{resample, Record};
 use crate::statistics::{rms_of_sixths, rms_of_thirds, rms_of_uneven_sixths};
@@ -80,6 +81,8 @@ pub struct FreeDecay {
     pub wind_speed_m_s: f64,
     /// wn and zeta over three cycles each: the amplitude picture.
     pub windows: Vec<WindowEstimate>,
+    /// The same against amplitude, each with what noise leaves uncertain.
+    pub measured: Vec<AtAmplitude>,
     /// What is taken out of the reading.
     pub lines: Vec<SteadyLine>,
     /// What was done about samples that are missing, and about lines.
@@ -186,6 +189,7 @@ impl FreeDecay {
             lines,
             warnings,
             stop: Stop::default(),
+            measured: at_amplitudes(&prepared.windows),
             windows: prepared
                 .windows
                 .iter()

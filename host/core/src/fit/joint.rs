@@ -11,6 +11,7 @@
 use crate::bic;
 use crate::discrepancy::Discrepancy;
 use crate::effects::Effect;
+use crate::fit::at_amplitude::with_windows;
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 pub use crate::fit::problem::Release;
@@ -116,6 +117,8 @@ impl JointFit {
                 DMatrix::from_fn(n, found.shift.ncols(), |a, k| found.shift[(places[a], k)]);
             fit.discrepancy = Some(Discrepancy { shift, ..found.clone() });
         }
+        let each = self.fits.into_iter().zip(releases);
+        self.fits = each.map(|(fit, release)| with_windows(fit, release.decay)).collect();
         (self.covariance, self.inflation) = (Some(covariance), 1.0);
         self
     }
@@ -313,6 +316,7 @@ mod tests {
             amplitude_rad: 0.2,
             release_time_s: 0.0,
             windows: Vec::new(),
+            measured: Vec::new(),
             wind_speed_m_s: 0.0,
         }
     }

@@ -58,7 +58,7 @@ impl Window {
 
 /// wn and zeta from the windows' largest amplitude to their smallest, each between its two neighbours in proportion to the
 /// logarithm of the amplitude.
-pub(super) fn at_amplitudes(windows: &[Window]) -> Vec<AtAmplitude> {
+pub(crate) fn at_amplitudes(windows: &[Window]) -> Vec<AtAmplitude> {
     let mut sorted: Vec<&Window> = windows.iter().filter(|w| w.amplitude_deg > 0.0).collect();
     sorted.sort_by(|a, b| b.amplitude_deg.total_cmp(&a.amplitude_deg));
     let (Some(first), Some(last)) = (sorted.first(), sorted.last()) else { return Vec::new() };
