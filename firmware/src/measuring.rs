@@ -8,15 +8,15 @@ use crate::reference::{Known, Reference};
 use crate::refining::Refining;
 use crate::release::{Step, Watch};
 use crate::sampler::Sampler;
-use crate::signal::Signal;
+use crate::signal::{Gap, Signal, BRIDGED, LONGEST_GAP};
 use yawrig_shared::history::{Moment, BLOCK};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::network::{Estimate, Network};
 use yawrig_shared::window::{Extreme, Finding, Limits, Tracker};
 use yawrig_shared::wire::{Condition, Event, Flags, Phase, Refusal, ReleaseResult, Settings};
 
-/// Lost samples that are bridged by the last one before them; more end the release.
-const BRIDGED: u32 = 20;
+/// Samples until a released model has turned twice: a cycle and a half at 0.3 rad/s.
+const PATIENCE: u32 = 31_416;
 
 /// A turn is one of the model's where the block means come back by this many times their noise.
 const LEAST_SWING_NOISE: f32 = 7.0;
@@ -35,6 +35,9 @@ struct Current {
     spoilt_until: Option<u32>,
     /// Where the last window ended.
     windows_end: u32,
+    /// Where it last was seen to turn, or was let go, and how many samples it takes to turn again, once known.
+    turned_sample: u32,
+    half_period: u32,
 }
 
 /// What measuring needs from the rest of the device.
@@ -89,48 +92,82 @@ impl Measuring {
         }
     }
 
-    /// `count` samples before the next one were lost. Few are bridged, many end the release.
+    /// `count` samples before the next one were lost.
     pub fn lost(&mut self, count: u32, context: &mut Context) {
         if count == 0 {
             return;
         }
         self.lost_samples = self.lost_samples.saturating_add(count);
         self.current.flags.set(Flags::LOST_SAMPLES);
-        // Bridged by the last one; of many, only what is left beside whole blocks.
-        let (blocks, bridged) = if count > BRIDGED {
-            self.finish(Flags::CUT_SHORT, self.now(), context);
-            (count / BLOCK as u32, count % BLOCK as u32)
-        } else {
-            (0, count)
+        // Of many, only what is left beside whole blocks.
+        let (blocks, bridged) = match count {
+            ..=LONGEST_GAP => (0, count),
+            _ => (count / BLOCK as u32, count % BLOCK as u32),
         };
-        for _ in 0..bridged {
-            self.take(self.signal.last(), context);
+        let from = self.now();
+        if blocks > 0 {
+            self.give_up(from, context);
         }
+        (0..bridged).for_each(|_| self.take(self.signal.last(), context));
+        self.tracker.skip(blocks);
         if count > BRIDGED {
-            self.tracker.skip(blocks);
-            self.tracker.restart(None);
-            self.watch = Watch::new();
             self.signal.rejoin();
+            self.after_gap(from, context);
         }
-        self.spoil(context);
     }
 
     /// The next sample of the converter, 1 ms after the one before.
     pub fn sample(&mut self, counts: u16, context: &mut Context) {
         let raw = Sampler::centred(counts);
-        let good = self.signal.sample(raw);
-        if good == raw && self.sampler.saturated(counts) {
+        let at_end = self.sampler.saturated(counts);
+        let good = self.signal.sample(raw, at_end);
+        if let Some(gap) = self.signal.take_gap() {
+            self.gap(gap, context);
+        }
+        if good == raw && at_end {
             self.current.flags.set(Flags::SATURATED);
-            self.spoil(context);
+            self.spoil(self.now(), context);
         }
         self.take(good, context);
         self.end_if_due(context);
     }
 
-    /// What has come so far is of no use for windows, nor for the record.
-    fn spoil(&mut self, context: &mut Context) {
+    /// Readings were not the model's for a while.
+    fn gap(&mut self, gap: Gap, context: &mut Context) {
+        let from = self.now().wrapping_sub(gap.length);
+        let too_long = gap.length > LONGEST_GAP;
+        // A jump without a gap is none of the contact's.
+        let disturbed = too_long || gap.jumped && gap.length <= BRIDGED;
+        self.current.flags.set(if disturbed { Flags::DISTURBED } else { Flags::SPIKES });
+        // And after a release it is a hand that moves the model.
+        if too_long || gap.jumped && self.watch.phase() == Phase::Finished {
+            self.give_up(from, context);
+        }
+        if gap.length > BRIDGED || gap.jumped {
+            self.after_gap(from, context);
+        }
+    }
+
+    /// Tracks anew: no turning point in a gap, or before it, is one of what comes.
+    fn after_gap(&mut self, from: u32, context: &mut Context) {
+        self.spoil(from, context);
+        self.restart(None);
+        self.current.turned_sample = self.now();
+    }
+
+    /// Ends the release that is going on, if one is, and waits for whatever comes.
+    fn give_up(&mut self, end: u32, context: &mut Context) {
+        self.finish(Flags::CUT_SHORT, end, context);
+        if self.watch.phase() != Phase::Waiting {
+            self.watch = Watch::new();
+            self.announce(self.now(), context);
+        }
+    }
+
+    /// What has come since `from` is of no use for windows, nor for the record.
+    fn spoil(&mut self, from: u32, context: &mut Context) {
         self.current.spoilt_until = Some(self.now());
-        context.refining.abandon();
+        context.refining.interrupt(from, self.current.smallest_deg);
     }
 
     fn is_spoilt(&self, start: u32) -> bool {
@@ -200,11 +237,13 @@ impl Measuring {
             Some(Finding::Window(window)) if watching == Phase::Ringing => {
                 self.window(&window, context)
             }
-            Some(Finding::Extreme { extreme, amplitude_deg: Some(amplitude) })
-                if matches!(watching, Phase::Waiting | Phase::Released | Phase::Ringing) =>
-            {
-                self.record(amplitude, context);
-                self.extreme(extreme.at, amplitude, context);
+            Some(Finding::Extreme { extreme, amplitude_deg }) => {
+                let moves = matches!(watching, Phase::Waiting | Phase::Released | Phase::Ringing);
+                if let Some(amplitude) = amplitude_deg.filter(|_| moves) {
+                    self.record(amplitude, context);
+                    self.extreme(extreme.at, amplitude, context);
+                }
+                self.current.turned_sample = self.now();
             }
             _ => {}
         }
@@ -220,13 +259,7 @@ impl Measuring {
             let to_deg = self.sampler.settings().to_deg;
             let noise = self.signal.block_noise_deg();
             match self.watch.block(at, mean, noise, self.tracker.midline_deg(), to_deg) {
-                Some(Step::LetGo(held)) => {
-                    self.prepare(context);
-                    context.refining.abandon();
-                    self.current.begun_sample = held.at;
-                    self.restart(Some(held));
-                    self.announce(held.at, context);
-                }
+                Some(Step::LetGo(held)) => self.let_go(held, context),
                 Some(Step::AtRest) => {
                     self.at_rest(watching, context);
                 }
@@ -235,19 +268,43 @@ impl Measuring {
                     self.restart(None);
                     self.announce(at, context);
                 }
-                None => {}
+                None => self.time_out(context),
             }
+        }
+    }
+
+    fn let_go(&mut self, held: Extreme, context: &mut Context) {
+        let Current { spoilt_until, flags, .. } = self.current;
+        let in_gap = self.is_spoilt(held.at);
+        self.prepare(context);
+        context.refining.abandon();
+        if in_gap {
+            // Where and when it was let go nobody saw.
+            (self.current.spoilt_until, self.current.flags) = (spoilt_until, flags);
+        }
+        self.current.begun_sample = held.at;
+        self.current.turned_sample = held.at;
+        self.restart(Some(held).filter(|_| !in_gap));
+        self.announce(held.at, context);
+    }
+
+    /// A model that does not turn for three cycles swings no longer, or nobody sees it.
+    fn time_out(&mut self, context: &mut Context) {
+        let patience = match self.current.half_period {
+            0 => PATIENCE,
+            half_period => 6 * half_period,
+        };
+        if self.is_releasing() && self.now().wrapping_sub(self.current.turned_sample) > patience {
+            self.give_up(self.now(), context);
+            self.restart(None);
         }
     }
 
     /// What is the matter with the signal goes down on the release that is going on.
     fn judge(&mut self) {
         let flags = &mut self.current.flags;
-        let (spikes, jumps) = self.signal.take_spikes_and_jumps();
         let moving = matches!(self.watch.phase(), Phase::Released | Phase::Ringing);
         for (found, flag) in [
-            (spikes, Flags::SPIKES),
-            (jumps, Flags::DISTURBED),
             (moving && self.signal.is_stuck(), Flags::STUCK),
             (self.signal.is_noisy(), Flags::NOISY),
             (self.signal.is_senseless(), Flags::NO_SENSOR),
@@ -326,6 +383,7 @@ impl Measuring {
             self.watch.set_phase(Phase::Ringing);
             self.announce(at, context);
         }
+        self.current.half_period = self.tracker.half_period().unwrap_or_default();
         self.current.largest_deg = self.current.largest_deg.max(amplitude_deg);
         self.current.smallest_deg = self.current.smallest_deg.min(amplitude_deg);
         if amplitude_deg < self.sampler.settings().to_deg {
@@ -339,11 +397,13 @@ impl Measuring {
             Phase::Ringing => self.finish(Flags::CUT_SHORT, self.now(), context),
             Phase::Finished => {}
             // The host waits for a result; what came gives none.
-            _ => {
+            phase => {
                 if self.signal.is_stuck() {
                     self.current.flags.set(Flags::STUCK);
                 }
-                self.watch.set_phase(Phase::Ringing);
+                if phase != Phase::Released {
+                    self.watch.set_phase(Phase::Ringing);
+                }
                 self.finish(Flags::CUT_SHORT, self.now(), context);
             }
         }
@@ -353,7 +413,8 @@ impl Measuring {
 
     /// Sends the release's result, if one is running, and begins to refine it from the samples before `end`.
     fn finish(&mut self, extra: Flags, end: u32, context: &mut Context) {
-        if self.watch.phase() != Phase::Ringing {
+        let rings = self.watch.phase() == Phase::Ringing;
+        if !self.is_releasing() {
             return;
         }
         self.watch.set_phase(Phase::Finished);
@@ -361,7 +422,7 @@ impl Measuring {
         let mut flags = current.flags;
         flags.set(extra);
         if current.windows.count() == 0 {
-            let small = current.largest_deg < self.sampler.settings().to_deg;
+            let small = rings && current.largest_deg < self.sampler.settings().to_deg;
             flags.set(if small { Flags::TOO_SMALL } else { Flags::TOO_FEW_CYCLES });
         }
         let (rms, bias) =

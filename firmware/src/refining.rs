@@ -27,9 +27,10 @@ struct Release {
 enum Stage {
     /// Nothing is recorded.
     Idle,
-    /// The next block is the one that begins with this sample.
+    /// The next block is the one that begins with this sample; from `end` on there is none that is of use.
     Recording {
         next: u32,
+        end: Option<u32>,
     },
     Fitting,
     Judging,
@@ -40,6 +41,8 @@ enum Stage {
 pub struct Refining {
     record: Decimated,
     stage: Stage,
+    /// Amplitude at its beginning.
+    begun_deg: f32,
     // Of the last two stages; beside the stage and not in it, so that the device is made where it stays.
     release: Release,
     fit: Fit,
@@ -60,6 +63,7 @@ impl Refining {
         Self {
             record: Decimated::new(),
             stage: Stage::Idle,
+            begun_deg: 0.0,
             release: Release { number: 0, flags: Flags(0), condition: None, clock_u: 0.0 },
             fit: Fit::NONE,
             residual: Residual::NONE,
@@ -84,7 +88,8 @@ impl Refining {
         // Blocks keep their place when the clock wraps around.
         let first = from_sample.wrapping_add(BLOCK as u32 - 1) & !(BLOCK as u32 - 1);
         self.record.begin(first, amplitude_deg, midline_deg);
-        self.stage = Stage::Recording { next: first };
+        self.begun_deg = amplitude_deg;
+        self.stage = Stage::Recording { next: first, end: None };
     }
 
     /// The coming releases are made under this condition.
@@ -104,11 +109,22 @@ impl Refining {
         }
     }
 
+    /// From this sample on it is of no use until another is begun. The longer part counts: with half the amplitude
+    /// three quarters of what a decay tells have come, and the record ends.
+    pub fn interrupt(&mut self, at: u32, amplitude_deg: f32) {
+        match &mut self.stage {
+            Stage::Recording { end: Some(_), .. } => {}
+            Stage::Recording { end, .. } if amplitude_deg < 0.5 * self.begun_deg => *end = Some(at),
+            _ => self.abandon(),
+        }
+    }
+
     /// Takes blocks that are complete; called for each of them, it catches up with those before it by and by.
     pub fn follow<S: Copy + Default + Into<f32>>(&mut self, history: &History<S>) {
-        let Stage::Recording { next } = &mut self.stage else { return };
+        let Stage::Recording { next, end } = &mut self.stage else { return };
+        let end = end.unwrap_or(history.next_index());
         for _ in 0..AT_ONCE {
-            if (history.next_index().wrapping_sub(*next) as i32) < BLOCK as i32 {
+            if (end.wrapping_sub(*next) as i32) < BLOCK as i32 {
                 break;
             }
             self.record.block(history, *next);
@@ -137,12 +153,10 @@ impl Refining {
         if condition.is_some_and(|condition| condition.wind.speed_m_s == 0.0) {
             self.reference.judge(number, None, &mut unrefined, condition.as_ref());
         }
-        if !self.is_recording() {
-            return;
-        }
+        let Stage::Recording { end: interrupted, .. } = self.stage else { return };
         self.stage = Stage::Idle;
         let Some(estimate) = estimate else { return };
-        self.record.end_before(end);
+        self.record.end_before(interrupted.unwrap_or(end));
         let count = self.record.points().len();
         let per_point = self.seconds_per_point();
         let decay = f64::from(estimate.damping_ratio * estimate.natural_frequency_rad_s);

@@ -8,15 +8,23 @@ use yawrig_shared::history::BLOCK;
 
 /// A step between two samples that no model makes: 60 deg at 26.5 rad/s pass 1.6 deg in 1 ms.
 const WILD_DEG: f32 = 3.0;
-/// Wild samples in a row that are bridged by the last good one; after more the signal has jumped.
-const BRIDGED: u8 = 5;
+/// And not by noise alone: the step of two samples has 1.4 times the rms of one, and four times that once in an hour.
+const WILD_NOISE: f32 = 6.0;
+/// Samples in a row that the last good one bridges as if nothing had been: the model goes on by a tenth of a radian.
+pub const BRIDGED: u32 = 5;
+/// Readings in a row that follow from each other: the signal is back.
+const BACK: u8 = 5;
+/// Longest gap that a release goes on after, in samples: 100 ms, and those by which it is seen that it is over.
+pub const LONGEST_GAP: u32 = 100 + BACK as u32;
 /// Whatever comes next is taken.
-const ANYTHING: u8 = u8::MAX;
+const ANYTHING: u32 = u32::MAX;
 /// No oscillation gives so many equal readings: at the slowest turning point, 1 deg and 2.5 rad/s, a converter of 12 bits
 /// over a full turn stays at one count for 340.
 const STUCK_SAMPLES: u16 = 500;
 /// Blocks over which the noise is averaged: 4 s.
-const AVERAGED: u16 = 512;
+const AVERAGED: u16 = 508;
+/// Block means before the one that makes a fourth difference.
+const ORDER: u16 = 4;
 /// Mean size of the fourth difference of white noise with an rms of one: sqrt(70) sqrt(2 / pi).
 const GAIN: f32 = 6.676;
 /// Root of [`BLOCK`]. Instructions of a sample in the mean, rustup's compiler: 220 with libm's root, 205 with micromath's or this.
@@ -26,24 +34,34 @@ const _: () = assert!(BLOCK == 8);
 const NOISY_DEG: f32 = 0.25;
 const SENSELESS_DEG: f32 = 2.5;
 
-fn wild_counts(degrees_per_count: f32) -> u32 {
-    (WILD_DEG / degrees_per_count.abs()) as u32
+/// Readings that were not the model's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap {
+    /// Samples.
+    pub length: u32,
+    /// The reading came back to what no model gets to from the last good one.
+    pub jumped: bool,
 }
 
 /// Follows the readings.
 #[derive(Clone, Copy, Debug)]
 pub struct Signal {
+    degrees_per_count: f32,
     wild_counts: u32,
+    /// The last good reading, and the last one.
     last: i16,
-    /// Wild samples up to here, or [`ANYTHING`].
-    wild: u8,
+    raw: i16,
+    /// Wild readings up to here, or [`ANYTHING`]; the last so many of them follow from each other.
+    wild: u32,
+    following: u8,
     /// Equal readings up to here.
     same: u16,
-    /// Samples bridged, and jumps, since they were last asked for.
-    spikes: u16,
-    jumps: u16,
+    /// A gap that is over, or longer than a release goes on after.
+    gap: Option<Gap>,
     /// Means of the last four blocks, oldest first.
-    means: [f32; 4],
+    means: [f32; ORDER as usize],
+    /// Blocks whose fourth difference still has a step of the signal's own in it, or its beginning.
+    unsettled: u16,
     averaged: u16,
     /// Mean size of the fourth differences, degrees.
     fourth: f32,
@@ -52,13 +70,17 @@ pub struct Signal {
 impl Signal {
     pub fn new(degrees_per_count: f32) -> Self {
         Self {
-            wild_counts: wild_counts(degrees_per_count),
+            degrees_per_count,
+            wild_counts: (WILD_DEG / degrees_per_count.abs()) as u32,
             last: 0,
+            raw: 0,
             wild: ANYTHING,
+            following: 0,
             same: 0,
-            spikes: 0,
-            jumps: 0,
-            means: [0.0; 4],
+            gap: None,
+            means: [0.0; ORDER as usize],
+            // The first ones begin at zero degrees, wherever the model is.
+            unsettled: ORDER,
             averaged: 0,
             fourth: 0.0,
         }
@@ -66,9 +88,10 @@ impl Signal {
 
     /// Counts mean other degrees from now on, `times` as many as before; what is known of the noise stays known.
     pub fn rescale(&mut self, degrees_per_count: f32, times: f32) {
-        self.wild_counts = wild_counts(degrees_per_count);
+        self.degrees_per_count = degrees_per_count;
         self.means = self.means.map(|mean| mean * times);
         self.fourth *= times.abs();
+        self.set_wild();
     }
 
     /// The last good reading.
@@ -76,46 +99,65 @@ impl Signal {
         self.last
     }
 
-    /// Takes a reading; gives what is to be measured: the reading, or the last good one where this one is wild.
+    /// Takes a reading; gives what is to be measured: the reading, or the last good one where this one is wild. Readings
+    /// at an end of the converter, where a lost contact leaves it, say nothing of where the model is.
     #[inline]
-    pub fn sample(&mut self, raw: i16) -> i16 {
-        let step = i32::from(raw) - i32::from(self.last);
-        if step.unsigned_abs() > self.wild_counts {
-            return self.wild(raw);
+    pub fn sample(&mut self, raw: i16, at_end: bool) -> i16 {
+        self.same = if raw == self.raw { self.same.saturating_add(1) } else { 0 };
+        let step = self.is_step(self.last, raw);
+        if step || self.wild != 0 {
+            return self.wild(raw, step, at_end);
         }
-        if self.wild != 0 {
-            self.settled();
-        }
-        self.same = if step == 0 { self.same.saturating_add(1) } else { 0 };
+        self.raw = raw;
         self.last = raw;
         raw
     }
 
+    #[inline]
+    fn is_step(&self, from: i16, to: i16) -> bool {
+        (i32::from(to) - i32::from(from)).unsigned_abs() > self.wild_counts
+    }
+
     #[cold]
-    fn wild(&mut self, raw: i16) -> i16 {
-        if self.wild < BRIDGED {
-            self.wild += 1;
+    fn wild(&mut self, raw: i16, step: bool, at_end: bool) -> i16 {
+        let follows = !at_end && !self.is_step(self.raw, raw);
+        self.following = if follows { self.following.saturating_add(1) } else { 0 };
+        self.raw = raw;
+        // One reading near the last good one is no proof of many that were not.
+        let back = self.following >= BACK || !step && self.wild <= BRIDGED;
+        if back || self.wild == ANYTHING {
+            if self.wild != ANYTHING {
+                self.gap = Some(Gap { length: self.wild, jumped: step });
+                if step || self.wild > BRIDGED {
+                    self.unsettled = ORDER;
+                }
+            }
+            (self.wild, self.following) = (0, 0);
+            self.last = raw;
+            return raw;
+        }
+        self.wild = (self.wild + 1).min(ANYTHING - 1);
+        if self.wild <= LONGEST_GAP {
             return self.last;
         }
-        self.jumps += u16::from(self.wild == BRIDGED);
-        self.wild = 0;
-        self.same = 0;
-        self.last = raw;
+        if self.wild == LONGEST_GAP + 1 {
+            self.gap = Some(Gap { length: self.wild, jumped: true });
+            self.unsettled = ORDER;
+        }
         raw
     }
 
-    #[cold]
-    fn settled(&mut self) {
-        if self.wild != ANYTHING {
-            self.spikes = self.spikes.saturating_add(u16::from(self.wild));
-        }
-        self.wild = 0;
+    /// The gap that this reading ended, or made too long.
+    #[inline]
+    pub fn take_gap(&mut self) -> Option<Gap> {
+        self.gap.take()
     }
 
     /// After a gap: the next reading may be anything.
     pub fn rejoin(&mut self) {
         self.wild = ANYTHING;
         self.same = 0;
+        self.unsettled = ORDER;
     }
 
     /// Takes the mean of a block, degrees.
@@ -123,12 +165,18 @@ impl Signal {
         let [a, b, c, d] = self.means;
         self.means = [b, c, d, mean_deg];
         let fourth = (a + mean_deg - 4.0 * (b + d) + 6.0 * c).abs();
-        // The first ones begin at zero degrees, wherever the model is.
-        self.averaged = (self.averaged + 1).min(AVERAGED);
-        if self.averaged <= 4 {
+        if self.unsettled > 0 {
+            self.unsettled -= 1;
             return;
         }
-        self.fourth += (fourth - self.fourth) / f32::from(self.averaged - 4);
+        self.averaged = (self.averaged + 1).min(AVERAGED);
+        self.fourth += (fourth - self.fourth) / f32::from(self.averaged);
+        self.set_wild();
+    }
+
+    fn set_wild(&mut self) {
+        let wild_deg = WILD_DEG.max(WILD_NOISE * self.noise_deg());
+        self.wild_counts = (wild_deg / self.degrees_per_count.abs()) as u32;
     }
 
     /// Rms of the noise of a block's mean, degrees.
@@ -152,12 +200,5 @@ impl Signal {
 
     pub fn is_stuck(&self) -> bool {
         self.same >= STUCK_SAMPLES
-    }
-
-    /// Whether samples were bridged, and whether the signal jumped, since this was last asked.
-    pub fn take_spikes_and_jumps(&mut self) -> (bool, bool) {
-        let found = (self.spikes > 0, self.jumps > 0);
-        (self.spikes, self.jumps) = (0, 0);
-        found
     }
 }

@@ -33,7 +33,7 @@ impl Flags {
     pub const STUCK: Self = Self(512);
     /// More noise, or hum, than a potentiometer in order has.
     pub const NOISY: Self = Self(1024);
-    /// Single wild samples were bridged.
+    /// Wild samples, for a tenth of a second at most, were bridged or left out.
     pub const SPIKES: Self = Self(2048);
     /// No potentiometer's signal at all: nothing is connected.
     pub const NO_SENSOR: Self = Self(4096);

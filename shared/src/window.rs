@@ -139,6 +139,12 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         (self.midline.count > 0).then_some(self.midline.degrees)
     }
 
+    /// Samples between turning points, once three have been seen.
+    pub fn half_period(&self) -> Option<u32> {
+        let (first, last) = (self.extremes.front()?, self.extremes.back()?);
+        self.extremes.is_full().then(|| last.at.wrapping_sub(first.at) / 2)
+    }
+
     /// Where the window that is under way begins.
     pub fn window_start(&self) -> Option<Moment> {
         self.crossings.front().map(|crossing| crossing.at)

@@ -5,8 +5,8 @@
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_shared::wire::{
-    encode, Decoder, Event, Refined, ReleaseResult, Reply, Request, Samples, Status, WindowResult,
-    CHUNK, SAMPLES_KEY,
+    encode, Decoder, Event, Phase, Refined, ReleaseResult, Reply, Request, Samples, Status,
+    WindowResult, CHUNK, SAMPLES_KEY,
 };
 
 /// A device, the number of the last request, and what it has said unasked.
@@ -17,6 +17,7 @@ pub struct Desk {
     pub windows: Vec<WindowResult>,
     pub releases: Vec<ReleaseResult>,
     pub refined: Vec<Refined>,
+    pub phases: Vec<Phase>,
     samples: Vec<u16>,
 }
 
@@ -29,6 +30,7 @@ impl Desk {
             windows: Vec::new(),
             releases: Vec::new(),
             refined: Vec::new(),
+            phases: Vec::new(),
             samples: Vec::new(),
         }
     }
@@ -48,6 +50,7 @@ impl Desk {
                 continue;
             }
             match frame.message::<Event>() {
+                Some(Ok(Event::Phase { phase, .. })) => self.phases.push(phase),
                 Some(Ok(Event::Window(window))) => self.windows.push(window),
                 Some(Ok(Event::Release(release))) => self.releases.push(release),
                 Some(Ok(Event::Refined(refined))) => self.refined.push(refined),

@@ -56,7 +56,7 @@ const ADVICE: [(Flags, &str); Flags::NAMES.len()] = [
         Flags::NOISY,
         "noisy: more noise or hum than 0.25 deg rms; check shielding, ground and supply of the potentiometer",
     ),
-    (Flags::SPIKES, "spikes: single outlying readings were left out; look for a loose contact or a worn potentiometer track"),
+    (Flags::SPIKES, "spikes: outlying readings were left out; look for a loose contact or a worn potentiometer track"),
     (
         Flags::MISFIT,
         "misfit: the second-order model does not explain the record; look at it on the host with `yawrig diagnose`",
