@@ -251,12 +251,11 @@ impl Refining {
             refined.flags.set(Flags::MISFIT);
         }
         let known = Known { modal, natural_frequency_u: wn_u, damping_ratio_u: zeta_u, clock_u };
-        refined.derivatives = self.reference.judge(
-            refined.release,
-            Some(known),
-            &mut refined.flags,
-            self.release.condition.as_ref(),
-        );
+        let mut flags = refined.flags.of_record();
+        let condition = self.release.condition.as_ref();
+        refined.derivatives =
+            self.reference.judge(refined.release, Some(known), &mut flags, condition);
+        refined.flags.set(flags);
         refined
     }
 }

@@ -117,9 +117,7 @@ fn another_spring_has_no_reference_until_it_has_its_own() {
 fn a_reference_gives_way_to_a_wind_off_release_that_is_unusable_flagged_or_not_refined() {
     let good = swing(SOFT[0]);
     let short = Swing { seconds: 4.0, ..good }.counts(2);
-    let mut wild = good.counts(2);
-    wild[6000] = 1000;
-    for spoilt in [short, wild] {
+    for spoilt in [short, touched(&good, 2)] {
         let mut desk = Desk::new(MemoryFlash::new());
         desk.release(condition("K1", OFF), good);
         desk.play(spoilt);
@@ -143,6 +141,55 @@ fn a_reference_gives_way_to_a_wind_off_release_that_is_unusable_flagged_or_not_r
     desk.end();
     assert_eq!(desk.status().reference, Some(2));
     assert_eq!(desk.status().refined_reference, Some(1));
+}
+
+/// A hand on the model in mid-decay: an eighth of the amplitude is gone at once.
+fn touched(swing: &Swing, seed: u32) -> Vec<u16> {
+    let mut counts = swing.counts(seed);
+    for count in counts.iter_mut().skip(6000) {
+        *count = (32_768.0 + 0.875 * (f64::from(*count) - 32_768.0)) as u16;
+    }
+    counts
+}
+
+/// What a wind-off release is worth says the uncertainty of its own refined estimate.
+#[test]
+fn noise_spikes_and_bridged_samples_void_no_refined_reference() {
+    let (off, on) = (swing(SOFT[0]), swing(SOFT[1]));
+    let noisy = Swing { noise_deg: 0.5, ..off };
+    let truth = planted(SOFT[1], SOFT[0]);
+    let mut beyond = 0;
+    for seed in 0..20 {
+        for (what, flag) in
+            [("noise", Flags::NOISY), ("spike", Flags::SPIKES), ("lost", Flags::LOST_SAMPLES)]
+        {
+            let mut desk = Desk::new(MemoryFlash::new());
+            desk.announce(condition("K1", OFF));
+            let mut counts = if what == "noise" { noisy.counts(seed) } else { off.counts(seed) };
+            let at = 4000 + 150 * seed as usize;
+            if what == "spike" {
+                counts[at] = 1000;
+            }
+            desk.play(counts[..at].iter().copied());
+            if what == "lost" {
+                desk.device.lost(1);
+            }
+            desk.play(counts[at + usize::from(what == "lost")..].iter().copied());
+            desk.end();
+            assert!(desk.flags().has(flag), "{what} {seed}");
+            assert_eq!(desk.status().refined_reference, Some(0), "{what} {seed}");
+            let [_, refined] = desk.release(condition("K1", ON), on);
+            let found = refined.expect("derivatives");
+            assert_eq!(found.reference_release, 0);
+            for (found, truth) in [(found.cn_beta, truth.cn_beta), (found.cn_r, truth.cn_r)] {
+                let miss = (f64::from(found.value) - truth) / f64::from(found.u);
+                assert!(miss.abs() < 4.0, "{what} {seed}: {miss:+.1} u");
+                beyond += usize::from(miss.abs() > 2.0);
+            }
+        }
+    }
+    // One in twenty of 120, and twice that at most.
+    assert!(beyond <= 12, "{beyond} of 120 beyond two standard uncertainties");
 }
 
 /// The release that is going on ends under the condition it began with.

@@ -76,6 +76,21 @@ impl Flags {
         self.0 & !(Self::CUT_SHORT.0 | Self::MID_SWING.0) != 0
     }
 
+    /// What of a release's flags matters to the fit to its record: not what concerns the windows and the network, nor
+    /// what is not in the record, nor noise, which its uncertainty holds.
+    pub fn of_record(self) -> Self {
+        let not_its_own = [
+            Self::TOO_SMALL,
+            Self::TOO_FEW_CYCLES,
+            Self::OUT_OF_RANGE,
+            Self::SATURATED,
+            Self::LOST_SAMPLES,
+            Self::SPIKES,
+            Self::NOISY,
+        ];
+        not_its_own.into_iter().fold(self, |flags, not| Self(flags.0 & !not.0))
+    }
+
     /// Whether the release gives no result to rely on.
     pub fn unusable(self) -> bool {
         let unusable = [

@@ -412,7 +412,7 @@ fn refined_text(refined: &Refined, record: &str) -> String {
         refined.residual_over_noise,
         refined.noise_rms_deg,
     );
-    if refined.flags.unusable() {
+    if refined.flags.of_record().unusable() {
         text.push_str(" (not usable)");
     }
     text.push_str(&derivatives_text(refined.derivatives.as_ref()));

@@ -36,7 +36,7 @@ impl Answer {
 
     /// The same of its refined estimate.
     fn is_refined_reference(&self) -> bool {
-        let fit = |r: &Refined| is_refined(r) && !r.flags.unfit_as_reference();
+        let fit = |r: &Refined| is_refined(r) && !r.flags.of_record().unfit_as_reference();
         self.refined.as_ref().is_some_and(fit)
     }
 
