@@ -1,5 +1,5 @@
 //! Power cuts at every flash operation of an update, and inside it; then again at every operation of the update that
-//! mends it; on flash of every write size from 1 to 16 and of small and large sectors.
+//! mends it; on flash as the boards have it and, with `tests/run --long`, of other write sizes and sectors.
 //! `cargo test --release -p yawrig-firmware --test power_cuts -- --nocapture` prints how many.
 //!
 //! After each cut the device starts from what its flash holds. It must run the network that ran before or, once the
@@ -255,15 +255,16 @@ macro_rules! flash {
 }
 
 flash! {
-    bytes_and_4_kib: 1, 4 * 1024;
-    bytes_and_16_kib: 1, 16 * 1024;
-    words_and_4_kib: 4, 4 * 1024;
-    words_and_16_kib: 4, 16 * 1024;
-    words_and_128_kib: 4, 128 * 1024;
-    double_words_and_4_kib: 8, 4 * 1024;
-    double_words_and_16_kib: 8, 16 * 1024;
-    quad_words_and_4_kib: 16, 4 * 1024;
-    quad_words_and_16_kib: 16, 16 * 1024;
+    words_and_16_kib_as_the_nucleo_has: 4, 16 * 1024;
+    pages_and_4_kib_as_the_pico_has: 256, 4 * 1024;
+    bytes_and_4_kib_at_full_size: 1, 4 * 1024;
+    bytes_and_16_kib_at_full_size: 1, 16 * 1024;
+    words_and_4_kib_at_full_size: 4, 4 * 1024;
+    words_and_128_kib_at_full_size: 4, 128 * 1024;
+    double_words_and_4_kib_at_full_size: 8, 4 * 1024;
+    double_words_and_16_kib_at_full_size: 8, 16 * 1024;
+    quad_words_and_4_kib_at_full_size: 16, 4 * 1024;
+    quad_words_and_16_kib_at_full_size: 16, 16 * 1024;
 }
 
 /// Else the tests above would pass over a device that writes a unit twice, or half of one.

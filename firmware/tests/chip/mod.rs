@@ -147,7 +147,7 @@ impl<const WRITE: usize, const ERASE: usize> Chip<WRITE, ERASE> {
                 };
                 self.set(unit, &left, state);
                 torn(self, unit * WRITE);
-                self.set(unit, &[0xff; 64][..WRITE], Unit::Erased);
+                self.set(unit, &[0xff; WRITE], Unit::Erased);
             }
             self.set(unit, new, Unit::Written);
         }
@@ -181,7 +181,7 @@ impl<const WRITE: usize, const ERASE: usize> Chip<WRITE, ERASE> {
                 torn(&left);
             }
             for &unit in &used {
-                self.set(unit, &[0xff; 64][..WRITE], Unit::Erased);
+                self.set(unit, &[0xff; WRITE], Unit::Erased);
             }
         }
         Ok(())
@@ -219,7 +219,7 @@ impl<const WRITE: usize, const ERASE: usize> NorFlash for Chip<WRITE, ERASE> {
         check_erase(self, from, to)?;
         for unit in from as usize / WRITE..to as usize / WRITE {
             if self.units[unit] != Unit::Erased {
-                self.set(unit, &[0xff; 64][..WRITE], Unit::Erased);
+                self.set(unit, &[0xff; WRITE], Unit::Erased);
             }
         }
         Ok(())
