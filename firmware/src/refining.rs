@@ -27,10 +27,9 @@ struct Release {
 enum Stage {
     /// Nothing is recorded.
     Idle,
-    /// The next block is the one that begins with this sample; from `end` on there is none that is of use.
+    /// The next block is the one that begins with this sample.
     Recording {
         next: u32,
-        end: Option<u32>,
     },
     Fitting,
     Judging,
@@ -41,8 +40,9 @@ enum Stage {
 pub struct Refining {
     record: Decimated,
     stage: Stage,
-    /// Amplitude at its beginning.
+    /// Amplitude at its beginning, and the sample from which on it is of no use, if there is one.
     begun_deg: f32,
+    useless_from: Option<u32>,
     // Of the last two stages; beside the stage and not in it, so that the device is made where it stays.
     release: Release,
     fit: Fit,
@@ -64,6 +64,7 @@ impl Refining {
             record: Decimated::new(),
             stage: Stage::Idle,
             begun_deg: 0.0,
+            useless_from: None,
             release: Release { number: 0, flags: Flags(0), condition: None, clock_u: 0.0 },
             fit: Fit::NONE,
             residual: Residual::NONE,
@@ -89,7 +90,8 @@ impl Refining {
         let first = from_sample.wrapping_add(BLOCK as u32 - 1) & !(BLOCK as u32 - 1);
         self.record.begin(first, amplitude_deg, midline_deg);
         self.begun_deg = amplitude_deg;
-        self.stage = Stage::Recording { next: first, end: None };
+        self.useless_from = None;
+        self.stage = Stage::Recording { next: first };
     }
 
     /// The coming releases are made under this condition.
@@ -112,17 +114,20 @@ impl Refining {
     /// From this sample on it is of no use until another is begun. The longer part counts: with half the amplitude
     /// three quarters of what a decay tells have come, and the record ends.
     pub fn interrupt(&mut self, at: u32, amplitude_deg: f32) {
-        match &mut self.stage {
-            Stage::Recording { end: Some(_), .. } => {}
-            Stage::Recording { end, .. } if amplitude_deg < 0.5 * self.begun_deg => *end = Some(at),
-            _ => self.abandon(),
+        if self.useless_from.is_some() {
+            return;
+        }
+        if self.is_recording() && amplitude_deg < 0.5 * self.begun_deg {
+            self.useless_from = Some(at);
+        } else {
+            self.abandon();
         }
     }
 
     /// Takes blocks that are complete; called for each of them, it catches up with those before it by and by.
     pub fn follow<S: Copy + Default + Into<f32>>(&mut self, history: &History<S>) {
-        let Stage::Recording { next, end } = &mut self.stage else { return };
-        let end = end.unwrap_or(history.next_index());
+        let Stage::Recording { next } = &mut self.stage else { return };
+        let end = self.useless_from.unwrap_or(history.next_index());
         for _ in 0..AT_ONCE {
             if (end.wrapping_sub(*next) as i32) < BLOCK as i32 {
                 break;
@@ -153,10 +158,12 @@ impl Refining {
         if condition.is_some_and(|condition| condition.wind.speed_m_s == 0.0) {
             self.reference.judge(number, None, &mut unrefined, condition.as_ref());
         }
-        let Stage::Recording { end: interrupted, .. } = self.stage else { return };
+        if !self.is_recording() {
+            return;
+        }
         self.stage = Stage::Idle;
         let Some(estimate) = estimate else { return };
-        self.record.end_before(interrupted.unwrap_or(end));
+        self.record.end_before(self.useless_from.unwrap_or(end));
         let count = self.record.points().len();
         let per_point = self.seconds_per_point();
         let decay = f64::from(estimate.damping_ratio * estimate.natural_frequency_rad_s);
