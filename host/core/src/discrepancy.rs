@@ -20,7 +20,7 @@ use crate::effects::{Moment, State};
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
 use crate::solver::{Normal, Rows};
 use crate::statistics::independent_share;
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 /// Shapes of the restoring moment, then of the dissipation.
 pub(crate) const SHAPES: usize = STIFFNESS + DAMPING;
@@ -89,8 +89,9 @@ fn order(which: usize) -> f64 {
 /// What is not in the model, as far as the residual shows how large it is.
 #[derive(Clone, Debug)]
 pub(crate) struct Discrepancy {
-    /// Squares of the strengths, which are shares of the spring's moment at the largest amplitude.
-    pub squares: DVector<f64>,
+    /// Strengths of the shapes, shares of the spring's moment at the largest amplitude: a column for each combination of
+    /// shapes that the residual tells from the others.
+    pub strengths: DMatrix<f64>,
     /// Derivatives of the fitted numbers by the strengths: a row for each number of the fit, a column for each shape.
     pub shift: DMatrix<f64>,
     /// Variance of what is left of the residuals over the noise, each counted as one of so many independent.
@@ -100,11 +101,12 @@ pub(crate) struct Discrepancy {
 impl Discrepancy {
     /// The covariance that it adds to the fitted numbers.
     pub(crate) fn covariance(&self) -> DMatrix<f64> {
-        &self.shift * DMatrix::from_diagonal(&self.squares) * self.shift.transpose()
+        let moved = &self.shift * &self.strengths;
+        &moved * moved.transpose()
     }
 
     pub(crate) fn is_none(&self) -> bool {
-        self.squares.iter().all(|v| *v == 0.0)
+        self.strengths.iter().all(|v| *v == 0.0)
     }
 }
 
@@ -156,8 +158,8 @@ pub(crate) fn of(releases: &[Observed], numbers: usize, may_be_noise: bool) -> O
     let first = sums.likeliest(AT_FIRST, needed)?;
     let share = independent_share(sums.correlation(releases, &first));
     let best = sums.likeliest(share, needed)?;
-    let squares = best.strengths.map(|s| s * s);
-    Some(Discrepancy { squares, shift: sums.shift, left: best.noise / share })
+    let strengths = sums.apart(&best);
+    Some(Discrepancy { strengths, shift: sums.shift, left: best.noise / share })
 }
 
 /// The rows as sums, the model's numbers eliminated.
@@ -174,6 +176,8 @@ struct Sums {
 
 /// Strengths of the likeliest size, and the variance of the residuals that is left.
 struct Likeliest {
+    /// The sizes, a standard deviation for each shape.
+    deviations: DVector<f64>,
     strengths: DVector<f64>,
     noise: f64,
 }
@@ -219,14 +223,25 @@ impl Sums {
         enough.then_some(Self { count, numbers, used, matrix, gradient, squares, shift })
     }
 
-    /// Logarithm of the evidence for strengths of `variances`, with the strengths and the noise at their best, `share` of the
+    /// The strengths parted along the combinations of shapes that are seen independently of each other: the principal axes of
+    /// what the residual tells of strengths of these sizes.
+    fn apart(&self, found: &Likeliest) -> DMatrix<f64> {
+        let Likeliest { deviations, strengths, .. } = found;
+        let seen = SymmetricEigen::new(self.scaled(deviations));
+        let whitened = strengths.zip_map(deviations, |s, d| if d > 0.0 { s / d } else { 0.0 });
+        let along = seen.eigenvectors.transpose() * whitened;
+        DMatrix::from_diagonal(deviations) * seen.eigenvectors * DMatrix::from_diagonal(&along)
+    }
+
+    fn scaled(&self, deviations: &DVector<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(SHAPES, SHAPES, |i, j| self.matrix[(i, j)] * deviations[i] * deviations[j])
+    }
+
+    /// Logarithm of the evidence for strengths of these `deviations`, with the strengths and the noise at their best, `share` of the
     /// residuals being independent.
-    fn evidence(&self, variances: &DVector<f64>, share: f64) -> Option<(f64, DVector<f64>, f64)> {
+    fn evidence(&self, deviations: DVector<f64>, share: f64) -> Option<(f64, Likeliest)> {
         let freedom = self.count - self.used.len() as f64;
-        let deviations = variances.map(f64::sqrt);
-        let scaled = DMatrix::from_fn(SHAPES, SHAPES, |i, j| {
-            self.matrix[(i, j)] * deviations[i] * deviations[j]
-        });
+        let scaled = self.scaled(&deviations);
         let pull = self.gradient.component_mul(&deviations);
         let at = |noise: f64| {
             let weight = share / noise;
@@ -245,7 +260,8 @@ impl Sums {
             - 0.5 * own.norm_squared()
             - posterior.l().diagonal().iter().map(|d| d.ln()).sum::<f64>()
             - 0.5 * left * share / noise;
-        Some((evidence, own.component_mul(&deviations), noise))
+        let strengths = own.component_mul(&deviations);
+        Some((evidence, Likeliest { deviations, strengths, noise }))
     }
 
     /// The sizes of the discrepancy that make the residuals likeliest; none where either gains less than `needed`.
@@ -254,20 +270,18 @@ impl Sums {
             0 => 0.0,
             _ => SMALLEST.powf(1.0 - (step - 1) as f64 / (SIZES - 1) as f64),
         };
-        let variances = |stiffness: usize, damping: usize| {
+        let deviations = |stiffness: usize, damping: usize| {
             DVector::from_fn(SHAPES, |k, _| {
-                let tau = size(if k < STIFFNESS { stiffness } else { damping });
-                (tau / order(k)).powi(2)
+                size(if k < STIFFNESS { stiffness } else { damping }) / order(k)
             })
         };
-        let (none, strengths, noise) = self.evidence(&variances(0, 0), share)?;
-        let plain = Likeliest { strengths, noise };
+        let (none, plain) = self.evidence(deviations(0, 0), share)?;
         let steps = (0..=SIZES).flat_map(|k| (0..=SIZES).map(move |d| (k, d)));
         let best = steps
             .filter_map(|(k, d)| {
                 let cost = needed * f64::from(u8::from(k > 0) + u8::from(d > 0));
-                let (evidence, strengths, noise) = self.evidence(&variances(k, d), share)?;
-                Some((evidence - cost, Likeliest { strengths, noise }))
+                let (evidence, found) = self.evidence(deviations(k, d), share)?;
+                Some((evidence - cost, found))
             })
             .max_by(|a, b| a.0.total_cmp(&b.0));
         Some(best.filter(|b| b.0 > none).map_or(plain, |b| b.1))

@@ -106,17 +106,19 @@ fn of_cycle(
             variances[q] = (row.transpose() * &covariance * &row)[(0, 0)];
         }
         if let Some(lacking) = &model.discrepancy {
+            let mut off = [vec![0.0; SHAPES], vec![0.0; SHAPES]];
             for which in 0..SHAPES {
                 let there = of(&model.parameters, Some((which, DIFFERENCE)))?;
                 for q in 0..2 {
                     let own = (there[q] - values[q]) / DIFFERENCE;
-                    let shifted: f64 = rows[q]
-                        .iter()
-                        .enumerate()
-                        .map(|(j, row)| row * lacking.shift[(j, which)])
-                        .sum();
-                    variances[q] += lacking.squares[which] * (shifted - own).powi(2);
+                    let shift = lacking.shift.column(which);
+                    let shifted: f64 = rows[q].iter().zip(&shift).map(|(row, by)| row * by).sum();
+                    off[q][which] = shifted - own;
                 }
+            }
+            for q in 0..2 {
+                let off = nalgebra::RowDVector::from_row_slice(&off[q]) * &lacking.strengths;
+                variances[q] += off.norm_squared();
             }
         }
     }
@@ -150,6 +152,8 @@ fn cycle(motion: &Motion, amplitude_rad: f64, start_s: f64) -> Option<[f64; 2]> 
 mod tests {
     use super::*;
     use crate::effects::{Effect, Terms};
+    use crate::fit::fitting::{fit_added, fit_plain};
+    use crate::record::Record;
     use std::f64::consts::PI;
 
     /// Periods and decrements that have a closed form.
@@ -196,5 +200,43 @@ mod tests {
             terms: held,
         };
         assert_eq!(cycle(&motion, a, 0.0), None);
+    }
+
+    /// A spring that is softer within ten degrees, as where a magnet stands behind the model; no effect is, and no small step
+    /// from a model leads there. What the record's windows show holds the truth.
+    #[test]
+    fn a_model_that_is_far_off_at_small_amplitudes_knows_its_natural_frequency_as_badly() {
+        let (wn, zeta, share, width_rad) = (10.0, 0.012, 0.25, 10f64.to_radians());
+        let truth = wn * f64::sqrt(1.0 - share);
+        let rate_of = |b: f64, r: f64| {
+            -wn * wn * b * (1.0 - share * (-(b / width_rad).powi(4)).exp()) - 2.0 * zeta * wn * r
+        };
+        // Runge and Kutta's steps of half a millisecond.
+        let (h, mut b, mut r) = (0.0005, 60f64.to_radians(), 0.0);
+        let (mut time_s, mut yaw_deg) = (Vec::new(), Vec::new());
+        for k in 0..60_000 {
+            if k % 20 == 0 {
+                time_s.push(h * f64::from(k));
+                yaw_deg.push(b.to_degrees() + 0.02 * f64::from(k % 3));
+            }
+            let [mut db, mut dr] = [0.0, 0.0];
+            let (mut kb, mut kr) = (0.0, 0.0);
+            for (part, weight) in [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {
+                let (bb, rr) = (b + part * h * kb, r + part * h * kr);
+                (kb, kr) = (rr, rate_of(bb, rr));
+                db += weight * kb / 6.0;
+                dr += weight * kr / 6.0;
+            }
+            (b, r) = (b + h * db, r + h * dr);
+        }
+        let decay = FreeDecay::of(&Record::new("soft", time_s, yaw_deg)).expect("a free decay");
+        let plain = fit_plain(&decay, false, decay.yaw_rad.len());
+        let fit = fit_added(&decay, &plain, &Effect::OddQuadraticStiffness);
+        let miss = |q: Quantity| (q.value - truth).abs() / q.u;
+        let linear = fit.clone().with_discrepancy(&decay).natural_frequency_rad_s();
+        let held = with_discrepancy(fit, &decay).natural_frequency_rad_s();
+        println!("planted {truth:.3}: {linear} by a linear step, {held} with the windows");
+        assert!(miss(held) < 2.0, "{held}, planted {truth}");
+        assert!(miss(linear) > miss(held), "{linear}, {held}");
     }
 }
