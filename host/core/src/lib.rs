@@ -75,5 +75,6 @@ pub mod plan;
 pub mod quantity;
 pub mod record;
 pub mod solver;
+pub(crate) mod spectrum;
 pub mod statistics;
 pub mod stop;

@@ -88,8 +88,9 @@ fn beating(seen: &Seen) -> Vec<f64> {
     let wn = seen.natural_frequency_rad_s;
     let apart = RESOLVED_TURNS * std::f64::consts::TAU / (n * seen.step_s);
     let sides = [(wn + apart, (1.0 + NEAREST) * wn), ((1.0 - NEAREST) * wn, wn - apart)];
-    let wide = sides.into_iter().filter(|(from, to)| from < to);
-    wide.filter_map(|(from, to)| lines::strongest(seen.residuals_rad, seen.step_s, from, to)).collect()
+    let strongest = lines::strongest(seen.residuals_rad, seen.step_s, sides);
+    let found = sides.into_iter().zip(strongest);
+    found.filter(|((from, to), _)| from < to).map(|(_, strongest)| strongest).collect()
 }
 
 impl Reading for SecondMode {

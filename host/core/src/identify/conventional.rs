@@ -9,9 +9,9 @@
 use super::flag::Flag;
 use super::lowpass;
 pub use super::settings::{Conventional as Options, Decay, SpectralPeak};
-use super::spectrum::Periodogram;
 use super::{Prepared, Values};
 use crate::quantity::Quantity;
+use crate::spectrum::Periodogram;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{LN_2, TAU};
 use yawrig_shared::modal::Modal;

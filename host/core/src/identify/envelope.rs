@@ -1,8 +1,8 @@
 //! Amplitude of the oscillation as it goes, before any model of its decay.
 
 use super::samples::{Samples, Stretch};
-use super::spectrum::Periodogram;
 use crate::solver::linear_fit;
+use crate::spectrum::Periodogram;
 use std::f64::consts::TAU;
 
 /// Highest frequency looked for, as a share of the sampling rate.

@@ -20,7 +20,6 @@ pub(crate) mod release;
 pub mod samples;
 mod settings;
 pub mod several;
-pub(crate) mod spectrum;
 mod trend;
 pub mod uncertainty;
 pub(crate) mod windows;
