@@ -9,7 +9,7 @@
 pub const MARGIN: f64 = 10.0;
 
 /// What `numbers` fitted numbers cost against `independent` residuals.
-pub fn cost(numbers: f64, independent: f64) -> f64 {
+pub(crate) fn cost(numbers: f64, independent: f64) -> f64 {
     numbers * independent.ln()
 }
 
@@ -38,9 +38,11 @@ pub fn gain(smaller_squares: f64, larger_squares: f64, independent: f64, more: f
 /// What a fit by least squares puts into a difference of BIC.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Score {
+    /// Of the residuals, in their unit squared.
     pub sum_of_squares: f64,
     /// Residuals that count as independent.
     pub independent: f64,
+    /// Fitted numbers of the model.
     pub numbers: usize,
 }
 

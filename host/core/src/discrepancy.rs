@@ -91,11 +91,11 @@ fn order(which: usize) -> f64 {
 pub(crate) struct Discrepancy {
     /// Strengths of the shapes, shares of the spring's moment at the largest amplitude: a column for each combination of
     /// shapes that the residual tells from the others.
-    pub strengths: DMatrix<f64>,
+    pub(crate) strengths: DMatrix<f64>,
     /// Derivatives of the fitted numbers by the strengths: a row for each number of the fit, a column for each shape.
-    pub shift: DMatrix<f64>,
+    pub(crate) shift: DMatrix<f64>,
     /// Variance of what is left of the residuals over the noise, each counted as one of so many independent.
-    pub left: f64,
+    pub(crate) left: f64,
 }
 
 impl Discrepancy {
@@ -113,13 +113,13 @@ impl Discrepancy {
 /// Rows of one release: residuals (model less record) with their derivatives by the model's numbers and by the shapes'
 /// strengths, all over the noise.
 pub(crate) struct Observed {
-    pub residuals: Vec<f64>,
+    pub(crate) residuals: Vec<f64>,
     /// The means among them; what follows keeps a law smooth.
-    pub count: usize,
+    pub(crate) count: usize,
     /// Of each column but the shapes': its number's place among all.
-    pub places: Vec<usize>,
-    pub columns: Vec<Vec<f64>>,
-    pub responses: Vec<Vec<f64>>,
+    pub(crate) places: Vec<usize>,
+    pub(crate) columns: Vec<Vec<f64>>,
+    pub(crate) responses: Vec<Vec<f64>>,
 }
 
 impl Observed {

@@ -1,33 +1,6 @@
-//! Free decays in memory: identified, simulated with effects, fitted, diagnosed, and turned into derivatives.
+#![doc = include_str!("../README.md")]
 //!
-//! Nothing here reads a file, prints, exits or asks a global: records come in as numbers, answers go out as plain
-//! structs, warnings are returned, errors are [`error::Error`], and long work heeds a [`stop::Stop`].
-//!
-//! ```
-//! use yawrig_core::diagnosis::diagnose::{diagnose, Options, Status};
-//! use yawrig_core::identify::{identify, Method, Settings};
-//! use yawrig_core::record::Record;
-//!
-//! // A damped oscillation of 7 rad/s, sampled at 200 Hz, with a trace of noise.
-//! let noise = |k: u64| ((k.wrapping_mul(2_654_435_761) >> 7) % 1000) as f64 * 1e-4 - 0.05;
-//! let (time_s, yaw_deg) = (0..4000u64)
-//!     .map(|k| {
-//!         let t = k as f64 / 200.0;
-//!         (t, 12.0 * (-0.07 * t).exp() * (7.0 * t).cos() + noise(k))
-//!     })
-//!     .unzip();
-//! let record = Record::new("example", time_s, yaw_deg);
-//!
-//! let found = identify(&record, &[Method::LeastSquares], &Settings::default())?;
-//! let wn = found.estimates[0].natural_frequency_rad_s;
-//! assert!(wn.holds(7.0f64.hypot(0.07), 4.0), "{wn}");
-//!
-//! // The second-order model explains it: no effect is missing.
-//! assert_eq!(diagnose(&record, &Options::default())?.status, Status::Adequate);
-//! # Ok::<(), yawrig_core::error::Error>(())
-//! ```
-//!
-//! # What is here
+//! # Where to begin
 //!
 //! | to | use |
 //! |---|---|
@@ -59,7 +32,7 @@
 //! Signs: yaw angle b and rate r positive to one side, moments divided by Izz; damping ratio negative where the
 //! oscillation grows; Cn_beta > 0 lowers the stiffness, Cn_r < 0 adds damping (the thesis's convention).
 #![forbid(unsafe_code)]
-#![warn(unreachable_pub)]
+#![warn(missing_docs, unnameable_types, unreachable_pub)]
 
 pub mod bic;
 pub mod derivatives;

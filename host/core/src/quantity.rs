@@ -14,11 +14,14 @@ use std::fmt;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Quantity {
+    /// Best estimate.
     pub value: f64,
+    /// Standard uncertainty (k = 1); infinite or not a number where nothing is known.
     pub u: f64,
 }
 
 impl Quantity {
+    /// `value` with its standard uncertainty, of the same unit.
     pub fn new(value: f64, u: f64) -> Self {
         Self { value, u }
     }

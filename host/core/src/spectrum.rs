@@ -14,8 +14,8 @@ thread_local! {
 /// |FFT|^2 by bin, bin k at k times `resolution_hz`.
 #[derive(Clone, Debug)]
 pub(crate) struct Periodogram {
-    pub resolution_hz: f64,
-    pub power: Vec<f64>,
+    pub(crate) resolution_hz: f64,
+    pub(crate) power: Vec<f64>,
 }
 
 impl Periodogram {

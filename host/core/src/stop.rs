@@ -32,12 +32,12 @@ impl Stop {
         Self(Arc::new(State { parent: Some(self.clone()), ..State::default() }))
     }
 
-    /// Asks for it; whether somebody had already.
+    /// Asks the work to stop; whether somebody had already.
     pub fn request(&self) -> bool {
         self.0.requested.swap(true, Ordering::SeqCst)
     }
 
-    /// Ready for the next piece of work.
+    /// Withdraws the request, for the next piece of work.
     pub fn renew(&self) {
         self.0.looks.store(0, Ordering::Relaxed);
         self.0.requested.store(false, Ordering::SeqCst);
@@ -48,12 +48,15 @@ impl Stop {
         self.0.looks.load(Ordering::Relaxed)
     }
 
+    /// Whether somebody asked for it, here or of the one it is a child of; counts as a look.
     pub fn is_requested(&self) -> bool {
         self.0.looks.fetch_add(1, Ordering::Relaxed);
         self.0.requested.load(Ordering::SeqCst)
             || self.0.parent.as_ref().is_some_and(Self::is_requested)
     }
 
+    /// Ends the work that calls it, by `?`, once it is to stop.
+    ///
     /// # Errors
     /// [`Error::Interrupted`] once it was asked for.
     pub fn check(&self) -> Result<()> {

@@ -102,7 +102,7 @@ impl Case {
         let Self { planted, found, .. } = self;
         [RootDamping, PowerDamping, Stribeck, AsymmetricDamping]
             .contains(&planted.kind)
-            .then(|| (planted.zeta, found.plain.common[1], found.damping_ratio()))
+            .then(|| (planted.zeta, found.plain_damping_ratio(), found.damping_ratio()))
     }
 
     fn print(&self) {

@@ -4,7 +4,7 @@ use super::CampaignFile;
 use rayon::prelude::*;
 use yawrig_base::error::Result;
 use yawrig_base::interrupt;
-use yawrig_core::diagnosis::campaign::{self, CampaignDiagnosis, Diagnosed};
+use yawrig_core::diagnosis::campaign::{self, CampaignDiagnosis, DiagnosedCampaign};
 use yawrig_core::diagnosis::diagnose::Options;
 use yawrig_core::record::Record;
 
@@ -20,7 +20,7 @@ pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<CampaignDiagno
 ///
 /// # Errors
 /// Exit 3 where a record cannot be read or has no free decay in it, 130 where the user stops it.
-pub fn diagnose_with_fits(file: &CampaignFile, options: &Options) -> Result<Diagnosed> {
+pub fn diagnose_with_fits(file: &CampaignFile, options: &Options) -> Result<DiagnosedCampaign> {
     let read = |index: usize| {
         interrupt::check()?;
         yawrig_records::read(&file.record_path(index))

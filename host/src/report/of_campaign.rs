@@ -14,7 +14,7 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::table::Table;
-use yawrig_core::diagnosis::campaign::{Diagnosed, HeldOut};
+use yawrig_core::diagnosis::campaign::{DiagnosedCampaign, HeldOut};
 use yawrig_core::diagnosis::diagnose::Options;
 use yawrig_core::fit::fitting::Fitted;
 use yawrig_core::identify::{identify, Method, Settings};
@@ -75,7 +75,7 @@ pub fn of_campaign(
     Ok(report)
 }
 
-fn criticism(diagnosed: &Diagnosed) -> Criticism {
+fn criticism(diagnosed: &DiagnosedCampaign) -> Criticism {
     let d = &diagnosed.diagnosis;
     let values = d.steps.last().map(|s| s.parameters.clone()).unwrap_or_default();
     let mut effects = effects(&d.effects, &values);
@@ -105,7 +105,7 @@ fn criticism(diagnosed: &Diagnosed) -> Criticism {
 fn release(
     file: &CampaignFile,
     options: &Options,
-    diagnosed: &Diagnosed,
+    diagnosed: &DiagnosedCampaign,
     table: &Table,
     index: usize,
 ) -> Result<ReleaseReport> {

@@ -165,7 +165,7 @@ pub fn view(app: &App, id: usize, span: [Option<f64>; 2], ghost: Option<&str>) -
     };
     let w = &view.where_;
     let is_white = w.correlation.abs() <= w.correlation_of_white;
-    let predicted = |p: &yawrig_core::diagnosis::amplitude::Prediction| json!({"name": p.name, "points": points_json(&p.points, decay.release_time_s)});
+    let predicted = |p: &yawrig_core::diagnosis::amplitude::PredictedAmplitudes| json!({"name": p.name, "points": points_json(&p.points, decay.release_time_s)});
     let trial = |g: &Arc<Ghost>| {
         let points = g.picture.predictions.first().map(predicted);
         json!({"effect": g.name, "points": points.map(|p| p["points"].clone())})

@@ -33,12 +33,16 @@ impl Loaded {
     /// Those of [`Record::read`].
     pub fn read(path: &Path, wind_speed_m_s: f64) -> Result<Self> {
         let record = yawrig_records::read(path)?;
-        let decay = FreeDecay::of(&record).map(|decay| FreeDecay { wind_speed_m_s, ..decay });
+        let mut decay = FreeDecay::of(&record);
+        if let Ok(decay) = &mut decay {
+            decay.wind_speed_m_s = wind_speed_m_s;
+        }
         Ok(Self { record, decay: decay.map_err(Error::from) })
     }
 
     pub fn recorded(&self, entry: &RecordEntry) -> Result<Recorded> {
-        let decay = FreeDecay { stop: interrupt::stop(), ..self.decay.clone()? };
+        let mut decay = self.decay.clone()?;
+        decay.stop = interrupt::stop();
         Ok(Recorded { entry: entry.clone(), path: self.record.file.clone(), decay })
     }
 }

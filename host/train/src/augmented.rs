@@ -89,14 +89,7 @@ impl Augmented {
     /// Draws a free decay of this natural frequency and damping ratio; `None` where the effects leave none.
     pub fn swing(&self, modal: &Modal, random: &mut ChaCha8Rng) -> Option<Response> {
         let Modal { natural_frequency_rad_s: wn, damping_ratio } = *modal;
-        // Nearer, a periodic moment is resonance and a second mode is the first.
-        let resonates = |(effect, varied): &(Effect, Vec<f64>)| {
-            effect
-                .line()
-                .zip(effect.line_of(varied))
-                .is_some_and(|(line, (w, _))| (w - wn).abs() < line.nearest * wn)
-        };
-        if self.effects.iter().any(resonates) {
+        if self.effects.iter().any(|(effect, varied)| effect.resonates(varied, wn)) {
             return None;
         }
         let [low, high] = AMPLITUDE_DEG.map(f64::ln);
@@ -105,7 +98,7 @@ impl Augmented {
         let (sin, cos) = phase().sin_cos();
         let mut terms = Terms::in_wind(self.wind_speed_m_s);
         // A release comes upon a periodic moment and rings a second mode at any phase.
-        let lines = Effect::ALL.into_iter().filter(|e| e.line().is_some());
+        let lines = Effect::ALL.into_iter().filter(Effect::is_line);
         let turns: Vec<(Effect, f64)> = lines.map(|line| (line, phase())).collect();
         for (effect, varied) in &self.effects {
             let turn = turns.iter().find(|(line, _)| line == effect).map_or(0.0, |t| t.1);

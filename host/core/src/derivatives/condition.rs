@@ -12,10 +12,13 @@ use yawrig_shared::axis::Axis;
 /// What a method found in one record.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Identified {
+    /// Of the linear part, undamped.
     pub natural_frequency_rad_s: Quantity,
+    /// Negative where the oscillation grows.
     pub damping_ratio: Quantity,
-    /// Beginning and end of what was analysed, on the record's clock.
+    /// Beginning of what was analysed, on the record's clock.
     pub from_s: f64,
+    /// End of what was analysed, on the record's clock.
     pub to_s: f64,
     /// What a reader must know besides.
     pub flags: Vec<Flag>,
@@ -38,16 +41,16 @@ impl Identified {
 
 /// A mean and where its standard uncertainty comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mean {
-    pub value: f64,
-    pub u_fit: f64,
-    pub u_repeatability: f64,
+pub(crate) struct Mean {
+    pub(crate) value: f64,
+    pub(crate) u_fit: f64,
+    pub(crate) u_repeatability: f64,
     /// By how much the repeats scatter more than their fits state, where that is more than chance; else 1.
-    pub birge_ratio: f64,
+    pub(crate) birge_ratio: f64,
 }
 
 impl Mean {
-    pub fn u(&self) -> f64 {
+    pub(crate) fn u(&self) -> f64 {
         self.u_fit.hypot(self.u_repeatability)
     }
 }
@@ -62,19 +65,19 @@ pub fn is_same_speed(a: f64, b: f64) -> bool {
 
 /// Which releases belong together: one spring and axis at one wind speed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Setting {
-    pub spring: String,
-    pub axis: Axis,
+pub(crate) struct Setting {
+    pub(crate) spring: String,
+    pub(crate) axis: Axis,
     /// Mean over the releases; 0: wind off.
-    pub wind_speed_m_s: f64,
+    pub(crate) wind_speed_m_s: f64,
     /// The largest of theirs: repeats share the tunnel's error.
-    pub wind_speed_u_m_s: f64,
+    pub(crate) wind_speed_u_m_s: f64,
     /// Indices into the campaign's releases.
-    pub releases: Vec<usize>,
+    pub(crate) releases: Vec<usize>,
 }
 
 /// The settings in the order of their first release. Wind speeds within 2 % of each other are one.
-pub fn settings(campaign: &Campaign) -> Vec<Setting> {
+pub(crate) fn settings(campaign: &Campaign) -> Vec<Setting> {
     let mut settings: Vec<Setting> = Vec::new();
     let mut places: HashMap<_, Vec<usize>> = HashMap::new();
     for (index, release) in campaign.release.iter().enumerate() {
@@ -103,18 +106,18 @@ pub fn settings(campaign: &Campaign) -> Vec<Setting> {
 
 /// All releases of one spring and axis at one wind speed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Condition {
-    pub spring: String,
-    pub axis: Axis,
+pub(crate) struct Condition {
+    pub(crate) spring: String,
+    pub(crate) axis: Axis,
     /// Mean over the releases; 0: wind off.
-    pub wind_speed_m_s: f64,
+    pub(crate) wind_speed_m_s: f64,
     /// The largest of theirs: repeats share the tunnel's error.
-    pub wind_speed_u_m_s: f64,
+    pub(crate) wind_speed_u_m_s: f64,
     /// Indices into the campaign's releases.
-    pub releases: Vec<usize>,
-    pub natural_frequency_rad_s: Mean,
+    pub(crate) releases: Vec<usize>,
+    pub(crate) natural_frequency_rad_s: Mean,
     /// 2 zeta wn.
-    pub damping_rad_s: Mean,
+    pub(crate) damping_rad_s: Mean,
 }
 
 impl Condition {
@@ -148,7 +151,7 @@ impl Condition {
 /// little, and it counts for the conditions released once too. Where the repeats of one condition scatter more than
 /// their fits state by more than chance, its mean's uncertainty is the stated one times the Birge ratio at least
 /// (R. T. Birge, Phys. Rev. 40, 1932).
-pub fn group(campaign: &Campaign, identified: &[Identified]) -> Vec<Condition> {
+pub(crate) fn group(campaign: &Campaign, identified: &[Identified]) -> Vec<Condition> {
     let nothing = Mean { value: 0.0, u_fit: 0.0, u_repeatability: 0.0, birge_ratio: 1.0 };
     let condition = |setting: Setting| Condition {
         spring: setting.spring,

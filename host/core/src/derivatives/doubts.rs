@@ -22,6 +22,7 @@ const SIGNIFICANT: f64 = 5.0;
 pub struct Doubt {
     /// The release whose entry it is about, by index.
     pub release: Option<usize>,
+    /// One sentence for the user, without a full stop.
     pub what: String,
     /// No table can come of it.
     pub is_impossible: bool,

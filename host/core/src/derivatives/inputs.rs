@@ -28,25 +28,25 @@ pub(super) enum Source {
 /// What is computed for each point: per radian, NaN where the front axis was not measured.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PointValues {
-    pub reduced_frequency: f64,
-    pub mid: YawDerivatives,
-    pub front: YawDerivatives,
-    pub cy_beta: f64,
-    pub cy_r: f64,
+    pub(crate) reduced_frequency: f64,
+    pub(crate) mid: YawDerivatives,
+    pub(crate) front: YawDerivatives,
+    pub(crate) cy_beta: f64,
+    pub(crate) cy_r: f64,
 }
 
 /// Which conditions belong together, as indices into the list of conditions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair {
-    pub on: usize,
-    pub off: usize,
+    pub(crate) on: usize,
+    pub(crate) off: usize,
 }
 
 /// A wind-on condition at the middle axis and, where there is one, its partner at the front axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
-    pub mid: Pair,
-    pub front: Option<Pair>,
+    pub(crate) mid: Pair,
+    pub(crate) front: Option<Pair>,
 }
 
 /// The numbers.
@@ -73,14 +73,14 @@ type Change = Box<dyn Fn(&mut Inputs, f64)>;
 
 /// One number's standard uncertainty and how to change it.
 pub(super) struct Uncertain {
-    pub source: Source,
-    pub u: f64,
-    pub change: Change,
+    pub(crate) source: Source,
+    pub(crate) u: f64,
+    pub(crate) change: Change,
 }
 
 /// The campaign's structure, which no uncertainty changes.
 pub(super) struct Layout {
-    pub places: Vec<Place>,
+    pub(crate) places: Vec<Place>,
     /// Name of each spring.
     springs: Vec<String>,
     /// By axis, for each wind-off condition: the condition, its spring, u(wn^2) and u(Kr).

@@ -9,25 +9,25 @@ const ITERATIONS: usize = 50;
 
 /// A point with the standard uncertainties of its coordinates, not both zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
-    pub x: f64,
-    pub u_x: f64,
-    pub y: f64,
-    pub u_y: f64,
+pub(crate) struct Point {
+    pub(crate) x: f64,
+    pub(crate) u_x: f64,
+    pub(crate) y: f64,
+    pub(crate) u_y: f64,
 }
 
 /// y = intercept + slope x.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StraightLine {
-    pub slope: f64,
-    pub intercept: f64,
+pub(crate) struct StraightLine {
+    pub(crate) slope: f64,
+    pub(crate) intercept: f64,
     /// From the points' stated uncertainties alone, k = 1.
-    pub u_slope: f64,
-    pub u_intercept: f64,
+    pub(crate) u_slope: f64,
+    pub(crate) u_intercept: f64,
     /// Weighted sum of squared misfits; about `degrees_of_freedom` where the stated uncertainties are true.
-    pub chi_squared: f64,
+    pub(crate) chi_squared: f64,
     /// Points less two.
-    pub degrees_of_freedom: usize,
+    pub(crate) degrees_of_freedom: usize,
 }
 
 impl StraightLine {
@@ -42,7 +42,7 @@ impl StraightLine {
 }
 
 /// The line, or `None` for fewer than two different x.
-pub fn fit(points: &[Point]) -> Option<StraightLine> {
+pub(crate) fn fit(points: &[Point]) -> Option<StraightLine> {
     let n = points.len() as f64;
     let (mean_x, mean_y) = points.iter().fold((0.0, 0.0), |(x, y), p| (x + p.x / n, y + p.y / n));
     let (sxx, sxy) = points.iter().fold((0.0, 0.0), |(sxx, sxy), p| {

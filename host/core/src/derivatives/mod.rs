@@ -1,7 +1,7 @@
 //! A campaign of releases, wind off and on, to aerodynamic derivatives.
 //!
 //! Records are identified one by one, repeats averaged ([`condition`]), the inertia taken from a straight line
-//! ([`mod@line`]), the derivatives computed by the formulas host and device share, and every uncertainty carried
+//! (`line`), the derivatives computed by the formulas host and device share, and every uncertainty carried
 //! through all of it.
 
 pub mod campaign;
@@ -9,7 +9,7 @@ mod computed;
 pub mod condition;
 mod doubts;
 mod inputs;
-pub mod line;
+pub(crate) mod line;
 mod propagation;
 pub mod table;
 pub mod validation;

@@ -11,10 +11,13 @@ use yawrig_shared::axis::Axis;
 pub struct Budget {
     /// Scatter between releases of one condition beyond their fits' uncertainties.
     pub repeatability: f64,
+    /// The uncertainties that the identification of each record states.
     pub fit: f64,
     /// Springs, arm, scatter about the line, or the given inertia's own.
     pub inertia: f64,
+    /// Of the air's density, as the campaign states it.
     pub air_density: f64,
+    /// Of the wind speeds, as the releases state them.
     pub wind_speed: f64,
     /// Length, frontal area, axis offset.
     pub geometry: f64,
@@ -25,38 +28,54 @@ pub struct Budget {
 /// The budgets of one point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PointBudget {
+    /// What the u of [`Point::cn_beta`] is made of.
     pub cn_beta: Budget,
+    /// What the u of [`Point::cn_r`] is made of.
     pub cn_r: Budget,
+    /// What the u of [`Point::cy_beta`] is made of.
     pub cy_beta: Option<Budget>,
+    /// What the u of [`Point::cy_r`] is made of.
     pub cy_r: Option<Budget>,
 }
 
 /// The derivatives on one spring at one wind speed, per radian; `cn_*` at the middle axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Point {
+    /// Name of the springs.
     pub spring: String,
+    /// Mean wind speed of the wind-on releases.
     pub wind_speed_m_s: f64,
+    /// Damped frequency of the wind-on oscillation, made dimensionless with length and wind speed.
     pub reduced_frequency: f64,
+    /// Yaw moment by yaw angle; > 0 lowers the stiffness.
     pub cn_beta: Quantity,
     /// Combined: Cn_r - Cn_betadot.
     pub cn_r: Quantity,
+    /// Side force by yaw angle; `None` without releases at the front axis.
     pub cy_beta: Option<Quantity>,
+    /// Side force by yaw rate; `None` without releases at the front axis.
     pub cy_r: Option<Quantity>,
+    /// Yaw moment by yaw angle about the front axis, where it was released there.
     pub cn_beta_front: Option<Quantity>,
+    /// Yaw moment by yaw rate about the front axis, where it was released there.
     pub cn_r_front: Option<Quantity>,
+    /// What the uncertainties above are made of.
     pub budget: PointBudget,
 }
 
 /// A value for each axis; `None` where nothing is known of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ByAxis<T> {
+    /// At the middle axis.
     pub mid: Option<T>,
+    /// At the front axis.
     pub front: Option<T>,
 }
 
 /// The straight line of Kr against wn_off^2.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct InertiaLine {
+    /// Points on the line: springs released with the wind off.
     pub springs: usize,
     /// Kr at wn_off^2 = 0, N m/rad: zero where 2 Ks b^2 is all the stiffness there is. Widened for scatter.
     pub intercept_nm: Quantity,
@@ -67,6 +86,7 @@ pub struct InertiaLine {
 /// By how much repeats scatter more than their fits state, where that is more than chance; else 1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct BirgeRatio {
+    /// Of wn.
     pub natural_frequency: f64,
     /// Of 2 zeta wn.
     pub damping: f64,
@@ -75,12 +95,17 @@ pub struct BirgeRatio {
 /// The mean of the releases of one spring and axis at one wind speed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ConditionRow {
+    /// Name of the springs.
     pub spring: String,
+    /// The axis that the model turns about.
     pub axis: Axis,
     /// 0: wind off.
     pub wind_speed_m_s: f64,
+    /// Releases that the mean is of.
     pub repeats: usize,
+    /// Mean of the releases, u widened where they scatter by more than they state.
     pub natural_frequency_rad_s: Quantity,
+    /// From the means of wn and 2 zeta wn; negative where the oscillation grows.
     pub damping_ratio: Quantity,
     /// `null` for what was released once.
     pub birge_ratio: Option<BirgeRatio>,
@@ -110,10 +135,15 @@ impl ConditionRow {
 /// One release with what was found in it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReleaseRow {
+    /// As the campaign names it.
     pub file: String,
+    /// Name of the springs.
     pub spring: String,
+    /// The axis that the model turns about.
     pub axis: Axis,
+    /// 0: wind off.
     pub wind_speed_m_s: f64,
+    /// Its natural frequency and damping ratio.
     #[serde(flatten)]
     pub identified: Identified,
     /// Mean squared difference between the record and the response computed from the derivatives, over what was
@@ -124,16 +154,26 @@ pub struct ReleaseRow {
 /// Everything `derivatives` has to say.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Table {
+    /// The layout of this table in JSON.
     pub schema_version: u32,
+    /// The campaign's file.
     pub campaign: PathBuf,
+    /// Name of the car model.
     pub model: String,
+    /// By which natural frequency and damping ratio were found.
     pub method: String,
+    /// Izz about each axis, given or from the wind-off releases.
     pub inertia_kg_m2: ByAxis<Quantity>,
+    /// The lines that the inertia was read from; `None` where it was given.
     pub inertia_line: ByAxis<InertiaLine>,
+    /// The derivatives, a row for each spring and wind speed.
     pub points: Vec<Point>,
+    /// The means that the derivatives are computed from.
     pub conditions: Vec<ConditionRow>,
+    /// In the order of the campaign.
     pub releases: Vec<ReleaseRow>,
     /// Entries of the campaign file left out, whose uncertainty is taken as zero.
     pub assumed_zero: Vec<String>,
+    /// What a reader must know besides, a sentence each.
     pub notes: Vec<String>,
 }

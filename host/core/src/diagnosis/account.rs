@@ -27,24 +27,24 @@ const STANDS_OUT: f64 = 1.3;
 
 /// One model on the way from plain to final.
 pub(crate) struct Step {
-    pub added: Option<Effect>,
-    pub model: Fitted,
+    pub(crate) added: Option<Effect>,
+    pub(crate) model: Fitted,
     /// Rms of what was predicted, by this model or a smaller one on the way that predicts better, rad.
-    pub held_out_rad: f64,
-    pub parameters: BTreeMap<String, Quantity>,
+    pub(crate) held_out_rad: f64,
+    pub(crate) parameters: BTreeMap<String, Quantity>,
 }
 
 /// What survives prediction, fitted to the whole record.
 pub(crate) struct Account {
-    pub steps: Vec<Step>,
+    pub(crate) steps: Vec<Step>,
     /// In the order in which they help; a constant moment among them where the zero is known.
-    pub effects: Vec<Effect>,
-    pub rest_angle: Quantity,
+    pub(crate) effects: Vec<Effect>,
+    pub(crate) rest_angle: Quantity,
     /// The plain model whose rest angle is fitted: its place among the steps.
     plain: usize,
     /// Every effect alone, best first.
-    pub candidates: Vec<Candidate>,
-    pub survivors: Survivors,
+    pub(crate) candidates: Vec<Candidate>,
+    pub(crate) survivors: Survivors,
 }
 
 /// Every effect alone on long pieces. What they leave follows the motion: an independent residual each half cycle.

@@ -18,8 +18,8 @@ pub(super) fn most_first(votes: BTreeMap<Effect, usize>) -> Vec<Effect> {
 
 pub(crate) struct Alone {
     /// Which releases were judged, and what was said of each.
-    pub which: Vec<usize>,
-    pub answers: Vec<Diagnosed>,
+    pub(crate) which: Vec<usize>,
+    pub(crate) answers: Vec<Diagnosed>,
 }
 
 impl Alone {

@@ -11,7 +11,7 @@ use crate::identify::windows::{windows, Window};
 use crate::quantity::Quantity;
 use serde::{Deserialize, Serialize};
 
-/// Three cycles.
+/// A window of three cycles, as it was measured or as a model predicts it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AmplitudePoint {
     /// Middle of the window, from the release.
@@ -20,6 +20,7 @@ pub struct AmplitudePoint {
     pub amplitude_deg: f64,
     /// Uncertainties are those of the measurement; zero where a model predicts it.
     pub natural_frequency_rad_s: Quantity,
+    /// Negative where the oscillation grows.
     pub damping_ratio: Quantity,
     /// Mid-line of the oscillation.
     pub midline_deg: Quantity,
@@ -27,16 +28,20 @@ pub struct AmplitudePoint {
 
 /// What a model predicts for the same windows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Prediction {
+pub struct PredictedAmplitudes {
+    /// Name of the model.
     pub name: String,
+    /// One for each window of the measurement; empty where the simulation has run away.
     pub points: Vec<AmplitudePoint>,
 }
 
+/// What was measured in windows of three cycles, and what models predict for the same windows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AmplitudePicture {
     /// In order of time, largest amplitude first where the oscillation decays.
     pub measured: Vec<AmplitudePoint>,
-    pub predictions: Vec<Prediction>,
+    /// In the order of the models.
+    pub predictions: Vec<PredictedAmplitudes>,
 }
 
 /// The picture of `decay` with what each of `models`, fitted to it, predicts. A model whose simulation has run away
@@ -67,7 +72,7 @@ pub fn picture(decay: &FreeDecay, models: &[(&str, &Fitted)]) -> AmplitudePictur
             ..p
         };
         let points = points(decay, &readings).into_iter().map(exact).collect();
-        Prediction { name: (*name).to_owned(), points }
+        PredictedAmplitudes { name: (*name).to_owned(), points }
     });
     AmplitudePicture { predictions: predictions.collect(), measured: points(decay, &decay.yaw_rad) }
 }

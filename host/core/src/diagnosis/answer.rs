@@ -30,23 +30,29 @@ pub struct Options {
     pub own: Vec<Effect>,
     /// Effects and limits of the model that is there: they stay, and what it lacks is looked for.
     pub present: Structure,
-    /// On which the user's own effects may depend.
+    /// On which the user's own effects may depend; 0: off, or not known.
     pub wind_speed_m_s: f64,
     /// The search ends when this asks for it.
     pub stop: Stop,
 }
 
+/// An effect tried beside the model that was there, by itself.
 #[derive(Clone, Debug, Serialize)]
 pub struct Candidate {
+    /// Of the library, or the user's own.
     pub effect: Effect,
+    /// What the model with it leaves, over the noise of block means: about 1 where nothing is missing.
     pub residual_over_noise: f64,
+    /// Difference of BIC in favour of the model with it; above [`crate::bic::MARGIN`] it is believed.
     pub evidence: f64,
+    /// Whether its fit reached a minimum; what has not is not ranked.
     pub converged: bool,
     /// Why it does not stand although it helps: numbers that physics forbids or that the record does not fix.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
 }
 
+/// The verdict.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
@@ -63,10 +69,11 @@ pub enum Status {
 /// What a model leaves. Rms of block means.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Left {
+    /// Rms of the block means less the model.
     pub rms_deg: f64,
-    /// Of the largest amplitude.
+    /// The rms as a share of the largest amplitude.
     pub share_of_amplitude: f64,
-    /// Of the mean square that the plain model, its rest angle fitted, leaves.
+    /// Its square as a share of the mean square that the plain model, its rest angle fitted, leaves.
     pub share_of_misfit: f64,
     /// Kind and amplitudes, in words.
     #[serde(rename = "where")]
@@ -101,23 +108,28 @@ impl Left {
 /// All that is said about one record. Rms in deg, ratios to the noise floor of block means.
 #[derive(Clone, Debug, Serialize)]
 pub struct Diagnosis {
+    /// Standard deviation of the noise of one sample.
     pub noise_rms_deg: f64,
     /// The same of the block means, to which `residual_over_noise` refers.
     pub mean_noise_deg: f64,
+    /// The verdict.
     pub status: Status,
     /// In the order in which they help.
     pub effects: Vec<Effect>,
     /// An accepted effect and one that does as well in its place.
     pub indistinguishable: Vec<[Effect; 2]>,
+    /// Natural frequency and damping ratio at rest, of the model of the verdict.
     pub modal: Modal,
     /// Of the model of the verdict, from the largest amplitude to the smallest; none where it is random.
     pub at_amplitude: Vec<AtAmplitude>,
     /// Of the numbers of the model of the verdict.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub covariance: Option<Covariance>,
+    /// From the model that was there to that of the verdict, an effect more at each.
     pub steps: Vec<Step>,
     /// Every effect alone, best first.
     pub candidates: Vec<Candidate>,
+    /// Where the model of the verdict fails, a random moment left out of it.
     #[serde(rename = "where")]
     pub where_: Where,
     /// What the model leaves, where it was chosen by prediction.
@@ -139,20 +151,27 @@ impl Diagnosis {
     }
 }
 
+/// The linear part of a model at rest: what small oscillations would show.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Modal {
+    /// Undamped.
     pub natural_frequency_rad_s: Quantity,
+    /// Negative where small oscillations grow.
     pub damping_ratio: Quantity,
 }
 
 /// One model on the way from plain to final.
 #[derive(Clone, Debug, Serialize)]
 pub struct Step {
+    /// The effect that the step before lacks; `None` for the model that was there.
     pub added: Option<Effect>,
+    /// Rms of the samples less the model.
     pub residual_rms_deg: f64,
+    /// Rms of the block means less the model, over the noise of such a mean.
     pub residual_over_noise: f64,
     /// On parts of the record that were not fitted; by a smaller model on the way where that predicts better.
     pub held_out_over_noise: f64,
+    /// `effect.name` and its value with u, in the units that [`Effect::parameters`] states.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, Quantity>,
 }
@@ -160,6 +179,7 @@ pub struct Step {
 /// A diagnosis with the fits it rests on.
 #[derive(Clone, Debug)]
 pub struct Diagnosed {
+    /// The answer.
     pub diagnosis: Diagnosis,
     /// With the noise floor as the best model shows it.
     pub decay: FreeDecay,
@@ -176,7 +196,8 @@ pub(crate) fn modal(model: &Fitted) -> Modal {
     }
 }
 
-/// Residuals of one model, on what it was fitted to and on the later part held out from another fit.
+/// What is said of `model`, whose last effect is the `effects`th (0: none was added): its residuals on what it was fitted
+/// to, and on the later part held out from another fit.
 pub fn step(decay: &FreeDecay, model: &Fitted, effects: usize) -> Step {
     let count = (FITTED_SHARE * decay.yaw_rad.len() as f64) as usize;
     let partial = refit(decay, model, count);

@@ -9,7 +9,7 @@ use crate::fit::fitting::{fit_added, fit_plain_within, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use rayon::prelude::*;
 
-/// The model that is there already.
+/// The model that is there already ([`Options::present`]), fitted to `decay`.
 ///
 /// # Errors
 /// Where it cannot be fitted, or interrupted.
@@ -27,17 +27,17 @@ pub fn present(decay: &FreeDecay, options: &Options) -> Result<Fitted> {
 
 /// The present model with every candidate beside it, one at a time: what a search begins with.
 #[derive(Clone)]
-pub struct Begun {
-    pub plain: Fitted,
-    pub candidates: Vec<Effect>,
+pub(crate) struct Begun {
+    pub(crate) plain: Fitted,
+    pub(crate) candidates: Vec<Effect>,
     /// In the order of the candidates.
-    pub singles: Vec<Fitted>,
+    pub(crate) singles: Vec<Fitted>,
 }
 
 impl Begun {
     /// # Errors
     /// Where the present model cannot be fitted, or interrupted.
-    pub fn of(decay: &FreeDecay, options: &Options) -> Result<Self> {
+    pub(crate) fn of(decay: &FreeDecay, options: &Options) -> Result<Self> {
         let zero_unknown = options.zero_unknown;
         let plain = present(decay, options)?;
         let mut candidates: Vec<Effect> =

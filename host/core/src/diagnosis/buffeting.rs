@@ -14,28 +14,28 @@ use crate::motion::oscillator::{Flow, Grid};
 /// A free decay under random forcing.
 #[derive(Clone, Debug)]
 pub(crate) struct Buffeted {
-    pub natural_frequency_rad_s: f64,
-    pub damping_ratio: f64,
+    pub(crate) natural_frequency_rad_s: f64,
+    pub(crate) damping_ratio: f64,
     /// rad2/s3.
-    pub intensity: f64,
+    pub(crate) intensity: f64,
     /// Intensity over the variance of the noise of one of the swing's means.
-    pub ratio: f64,
+    pub(crate) ratio: f64,
     /// Standard uncertainties of ln q, wn and zeta from the curvature of the likelihood.
-    pub deviations: [f64; 3],
+    pub(crate) deviations: [f64; 3],
     /// Minus twice the log likelihood, on the scale of n ln(residual sum of squares / n).
-    pub deviance: f64,
+    pub(crate) deviance: f64,
     /// Rms of the innovations over their expected one at the noise floor: 1 if explained.
-    pub over_noise: f64,
+    pub(crate) over_noise: f64,
     /// Lag-one correlation of the innovations outside the range from zero to that of the noise.
-    pub correlation_off: f64,
+    pub(crate) correlation_off: f64,
     /// What intensity, frequency and damping of each quarter's own would gain in deviance: 12 by chance.
-    pub unsteadiness: f64,
+    pub(crate) unsteadiness: f64,
     /// Largest innovation, in standard deviations.
-    pub largest: f64,
+    pub(crate) largest: f64,
     /// Strongest line in the innovations' spectrum, over its mean; ln(n/2) by chance.
-    pub line: f64,
+    pub(crate) line: f64,
     /// Dependence of the innovations on the state, in standard deviations.
-    pub state_dependence: f64,
+    pub(crate) state_dependence: f64,
 }
 
 /// Parts of a record that must agree.

@@ -13,7 +13,7 @@ use crate::diagnosis::campaign_fit::{Campaign, Shared, SharedEffect, OWN};
 use crate::diagnosis::compare::{self, Where};
 use crate::diagnosis::diagnose::{Candidate, Modal, Options, Status, Step, SECOND_ORDER};
 use crate::diagnosis::origin::{self, Origin, Plan};
-use crate::diagnosis::releases::{self, left, mean_square, worst, Judged, Releases};
+use crate::diagnosis::releases::{self, left, mean_square, worst, JudgedReleases, Releases};
 use crate::diagnosis::search::is_explained;
 use crate::diagnosis::search::EXPLAINED;
 use crate::effects::Effect;
@@ -35,20 +35,25 @@ const MOST_LOG_DEVIATION: f64 = 3.0;
 /// All that is said about a campaign. Rms in deg over all releases, ratios to the noise floor of block means.
 #[derive(Clone, Debug, Serialize)]
 pub struct CampaignDiagnosis {
+    /// Standard deviation of the noise of one sample, all releases together.
     pub noise_rms_deg: f64,
     /// The same of the block means, to which `residual_over_noise` refers.
     pub mean_noise_deg: f64,
+    /// The verdict for all releases.
     pub status: Status,
     /// In the order in which they help.
     pub effects: Vec<Effect>,
+    /// An accepted effect and one that does as well in its place.
     pub indistinguishable: Vec<[Effect; 2]>,
     /// By effect.
     pub origin: BTreeMap<String, Origin>,
+    /// By effect: what its origin was decided from, in words.
     pub origin_reason: BTreeMap<String, String>,
     /// By effect: which releases have one coefficient.
     pub sharing: BTreeMap<String, &'static str>,
     /// None for a campaign as a whole: see `releases`.
     pub modal: Option<Modal>,
+    /// From the plain model to the final one, an effect more at each.
     pub steps: Vec<Step>,
     /// What `held_out_over_noise` was held out.
     pub held_out: HeldOut,
@@ -56,11 +61,14 @@ pub struct CampaignDiagnosis {
     pub candidates: Vec<Candidate>,
     /// By effect: the first of its numbers in each condition, free of all others.
     pub coefficients: BTreeMap<String, Vec<Coefficient>>,
+    /// In the order of the campaign.
     pub releases: Vec<ReleaseVerdict>,
     /// Of the release that is explained worst.
     #[serde(rename = "where")]
     pub where_: Where,
+    /// File of that release.
     pub where_release: String,
+    /// What the final model leaves, all releases together.
     pub left: Left,
     /// The answer in one sentence.
     pub sentence: String,
@@ -68,34 +76,50 @@ pub struct CampaignDiagnosis {
     pub derivatives: Option<BeforeAndAfter>,
 }
 
+/// The size of an effect in one condition.
 #[derive(Clone, Debug, Serialize)]
 pub struct Coefficient {
+    /// Name of the springs.
     pub spring: String,
+    /// The axis that the model turns about.
     pub axis: Axis,
+    /// 0: wind off.
     pub wind_speed_m_s: f64,
+    /// Name of the parameter within the effect.
     pub name: String,
+    /// Of the value and its u.
     pub unit: String,
+    /// Fitted to the releases of this condition by themselves.
     #[serde(flatten)]
     pub quantity: Quantity,
 }
 
+/// What is said about one release of a campaign.
 #[derive(Clone, Debug, Serialize)]
 pub struct ReleaseVerdict {
+    /// As the campaign names it.
     pub file: String,
+    /// Name of the springs.
     pub spring: String,
+    /// The axis that the model turns about.
     pub axis: Axis,
+    /// 0: wind off.
     pub wind_speed_m_s: f64,
+    /// Standard deviation of the noise of one sample.
     pub noise_rms_deg: f64,
     /// Of the final model.
     pub natural_frequency_rad_s: Quantity,
+    /// Of the final model; negative where small oscillations grow.
     pub damping_ratio: Quantity,
     /// Of the plain model.
     pub before_over_noise: f64,
     /// Of the final model, its shared coefficients in common.
     pub residual_over_noise: f64,
+    /// Whether the final model leaves no more than noise of it.
     pub explained: bool,
     /// Of the final model, from the largest amplitude to the smallest; none where it is random.
     pub at_amplitude: Vec<AtAmplitude>,
+    /// Of the numbers of the final model; `None` where it has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub covariance: Option<Covariance>,
 }
@@ -103,14 +127,18 @@ pub struct ReleaseVerdict {
 /// The derivatives from wn and zeta of the plain model and of the final one.
 #[derive(Clone, Debug, Serialize)]
 pub struct BeforeAndAfter {
+    /// By the plain second-order model of each release.
     pub before: Vec<Point>,
+    /// By the final model of each release.
     pub after: Vec<Point>,
 }
 
 /// A diagnosis with the fits it rests on, in the order of the releases.
 #[derive(Clone, Debug)]
-pub struct Diagnosed {
+pub struct DiagnosedCampaign {
+    /// The answer.
     pub diagnosis: CampaignDiagnosis,
+    /// The free decay of each release.
     pub decays: Vec<FreeDecay>,
     /// The second-order model of each.
     pub plain: Vec<Fitted>,
@@ -134,7 +162,11 @@ pub fn diagnose_records(
 ///
 /// # Errors
 /// Naming the record without a free decay; interrupted.
-pub fn diagnose_with_fits(made: &Made, records: &[Record], options: &Options) -> Result<Diagnosed> {
+pub fn diagnose_with_fits(
+    made: &Made,
+    records: &[Record],
+    options: &Options,
+) -> Result<DiagnosedCampaign> {
     let wind_speed_m_s = made.release.iter().map(|r| r.wind_speed_m_s).collect();
     let mut releases = Releases::of(records, wind_speed_m_s, options)?;
     let structure = Structure { zero_unknown: options.zero_unknown, ..Structure::default() };
@@ -149,13 +181,13 @@ pub fn diagnose_with_fits(made: &Made, records: &[Record], options: &Options) ->
         [only] if only.is_random() => plain.clone(),
         _ => shared.last().expect("a model").joint.fits.clone(),
     };
-    Ok(Diagnosed { diagnosis, decays: releases.decays, plain, last })
+    Ok(DiagnosedCampaign { diagnosis, decays: releases.decays, plain, last })
 }
 
 impl Campaign<'_> {
     fn verdict(
         &self,
-        judged: &Judged,
+        judged: &JudgedReleases,
         shared: &[Shared],
         forced: Option<Vec<Buffeted>>,
     ) -> Result<CampaignDiagnosis> {

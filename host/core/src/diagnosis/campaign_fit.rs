@@ -7,7 +7,9 @@ use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::diagnose::{Step, FITTED_SHARE};
 use crate::diagnosis::likelihood::are_explained;
 use crate::diagnosis::origin::{self, weighted_mean, Origin, Plan, Seen};
-use crate::diagnosis::releases::{coefficient, from_others, over_noise, Judged, Model, Releases};
+use crate::diagnosis::releases::{
+    coefficient, from_others, over_noise, JudgedReleases, ModelOfReleases, Releases,
+};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{Fitted, Structure};
@@ -34,8 +36,8 @@ pub enum HeldOut {
 
 /// A model with the origin of its effects, and all releases fitted with the numbers they share.
 pub(super) struct Shared {
-    pub joint: JointFit,
-    pub effects: Vec<SharedEffect>,
+    pub(crate) joint: JointFit,
+    pub(crate) effects: Vec<SharedEffect>,
 }
 
 impl Shared {
@@ -47,17 +49,17 @@ impl Shared {
 
 /// An effect of the model: where it comes from, why, and which releases share its coefficient.
 pub(super) struct SharedEffect {
-    pub effect: Effect,
-    pub origin: Origin,
-    pub reason: String,
-    pub plan: Plan,
-    pub seen: Vec<Seen>,
+    pub(crate) effect: Effect,
+    pub(crate) origin: Origin,
+    pub(crate) reason: String,
+    pub(crate) plan: Plan,
+    pub(crate) seen: Vec<Seen>,
 }
 
 pub(super) struct Campaign<'a> {
-    pub made: &'a Made,
-    pub settings: Vec<Setting>,
-    pub releases: &'a Releases,
+    pub(crate) made: &'a Made,
+    pub(crate) settings: Vec<Setting>,
+    pub(crate) releases: &'a Releases,
 }
 
 impl Campaign<'_> {
@@ -79,7 +81,7 @@ impl Campaign<'_> {
     }
 
     /// The model with what its coefficients allow in common.
-    pub(super) fn shared(&self, model: &Model) -> Result<Shared> {
+    pub(super) fn shared(&self, model: &ModelOfReleases) -> Result<Shared> {
         let whole = self.whole();
         let effects = &model.effects;
         let structure = Structure { effects: effects.clone(), ..model.fits[0].structure.clone() };
@@ -205,7 +207,11 @@ impl Campaign<'_> {
     }
 
     /// Random forcing in most releases with the wind on, or with it off, where definite effects do not explain them.
-    pub(super) fn randomly_forced(&self, judged: &Judged, last: &Shared) -> Option<Vec<Buffeted>> {
+    pub(super) fn randomly_forced(
+        &self,
+        judged: &JudgedReleases,
+        last: &Shared,
+    ) -> Option<Vec<Buffeted>> {
         if last.is_explained(&self.releases.decays) && last.effects.len() < 2 {
             return None;
         }

@@ -23,7 +23,9 @@ const HALF_WIDTH: f64 = 0.12;
 /// Residual (record less model) where it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Where {
+    /// Along the release, of equal length.
     pub time: Vec<TimeBin>,
+    /// By the envelope of the oscillation.
     pub amplitude: Vec<AmplitudeBin>,
     /// Mean missing moment over yaw angle and yaw rate.
     pub phase: Vec<PhaseCell>,
@@ -31,6 +33,7 @@ pub struct Where {
     pub damping_law: Vec<DampingPoint>,
     /// The missing moment at zero rate against yaw: the stiffness law that is missing.
     pub stiffness_law: Vec<StiffnessPoint>,
+    /// Power spectrum of the residual, shares that add up to 1 at most.
     pub frequency: Vec<FrequencyBin>,
     /// Lag-one correlation of the residual's block means: 0 for white.
     pub correlation: f64,
@@ -38,24 +41,34 @@ pub struct Where {
     pub correlation_of_white: f64,
 }
 
-/// `from_s`, `to_s` from the release.
+/// Residual between two times.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimeBin {
+    /// Beginning of the bin, from the release.
     pub from_s: f64,
+    /// End of the bin, from the release.
     pub to_s: f64,
+    /// Of the residual of block means.
     pub rms_deg: f64,
 }
 
+/// Residual where the envelope lies between `from_deg` and `to_deg`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AmplitudeBin {
+    /// Smallest amplitude of the bin.
     pub from_deg: f64,
+    /// Largest amplitude of the bin.
     pub to_deg: f64,
+    /// Of the residual of block means.
     pub rms_deg: f64,
 }
 
+/// A cell of the plane of yaw angle and yaw rate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PhaseCell {
+    /// Middle of the cell.
     pub yaw_deg: f64,
+    /// Middle of the cell.
     pub rate_deg_s: f64,
     /// b'' of the record less that of the model at the same state.
     pub moment_rad_s2: f64,
@@ -64,23 +77,31 @@ pub struct PhaseCell {
 /// At zero yaw, mean over the passages with about this rate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DampingPoint {
+    /// Yaw rate of the passages.
     pub rate_deg_s: f64,
+    /// Missing moment over Izz; of the sign of the rate where it drives the motion.
     pub moment_rad_s2: f64,
+    /// Standard uncertainty of the moment.
     pub u_rad_s2: f64,
 }
 
 /// At zero rate, mean over the turning points at about this angle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StiffnessPoint {
+    /// Yaw angle of the turning points.
     pub yaw_deg: f64,
+    /// Missing moment over Izz; of the sign of the angle where it takes stiffness away.
     pub moment_rad_s2: f64,
+    /// Standard uncertainty of the moment.
     pub u_rad_s2: f64,
 }
 
 /// Share of the residual's power about `hz`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrequencyBin {
+    /// Middle of the bin.
     pub hz: f64,
+    /// Power in the bin over that of the whole residual, 0 to 1.
     pub share: f64,
 }
 

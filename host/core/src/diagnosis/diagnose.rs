@@ -4,7 +4,7 @@ use crate::diagnosis::account::{self, Account};
 use crate::diagnosis::alike::alike;
 pub(crate) use crate::diagnosis::answer::modal;
 pub use crate::diagnosis::answer::{
-    step, Candidate, Diagnosed, Diagnosis, Modal, Options, Status, Step, FITTED_SHARE,
+    step, Candidate, Diagnosed, Diagnosis, Left, Modal, Options, Status, Step, FITTED_SHARE,
 };
 use crate::diagnosis::by_likelihood::{by_likelihood, random_forcing};
 use crate::diagnosis::compare;

@@ -65,8 +65,8 @@ pub(super) fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) ->
 /// A model under random forcing.
 pub(crate) struct Forced {
     /// Fitted to whitened residuals; `residuals` are the plain ones.
-    pub model: Fitted,
-    pub forcing: Buffeted,
+    pub(crate) model: Fitted,
+    pub(crate) forcing: Buffeted,
 }
 
 struct Whitened<'a> {

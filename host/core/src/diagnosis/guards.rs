@@ -24,9 +24,9 @@ const ALIKE: f64 = 1.7;
 
 /// An effect that cannot stand, and why.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Refusal {
-    pub effect: Effect,
-    pub reason: String,
+pub(crate) struct Refusal {
+    pub(crate) effect: Effect,
+    pub(crate) reason: String,
 }
 
 /// The first effect of `model` that cannot stand.

@@ -8,7 +8,7 @@ use crate::fit::free_decay::FreeDecay;
 /// Residual over noise up to which a record counts as explained.
 pub(crate) const EXPLAINED: f64 = 1.10;
 /// Difference of BIC in favour of `larger`, on `effective` independent residuals.
-pub fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64 {
+pub(crate) fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64 {
     let more = larger.parameters.len() as f64 - smaller.parameters.len() as f64;
     bic::gain(smaller.sum_of_squares, larger.sum_of_squares, effective, more)
 }
@@ -30,6 +30,6 @@ pub(super) fn are_explained(fits: &[Fitted], decays: &[FreeDecay]) -> bool {
 }
 
 /// What `model` holds beyond `plain`, whose effects come first in it.
-pub fn beyond<'a>(plain: &Fitted, model: &'a Fitted) -> &'a [Effect] {
+pub(crate) fn beyond<'a>(plain: &Fitted, model: &'a Fitted) -> &'a [Effect] {
     &model.structure.effects[plain.structure.effects.len()..]
 }

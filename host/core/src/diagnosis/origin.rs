@@ -40,12 +40,12 @@ impl fmt::Display for Origin {
 
 /// An effect's coefficient in one condition.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Seen {
-    pub spring: String,
-    pub axis: Axis,
+pub(crate) struct Seen {
+    pub(crate) spring: String,
+    pub(crate) axis: Axis,
     /// 0: wind off.
-    pub wind_speed_m_s: f64,
-    pub coefficient: Quantity,
+    pub(crate) wind_speed_m_s: f64,
+    pub(crate) coefficient: Quantity,
 }
 
 impl Seen {
@@ -109,7 +109,7 @@ fn paired(seen: &[Seen]) -> Option<Paired> {
 }
 
 /// Where an effect with these coefficients comes from, and why.
-pub fn decide(seen: &[Seen], unit: &str) -> (Origin, String) {
+pub(crate) fn decide(seen: &[Seen], unit: &str) -> (Origin, String) {
     let undecided = |why: String| (Origin::Undecided, why);
     if seen.iter().all(|s| s.is_on()) {
         return undecided("there is no release with the wind off".into());
@@ -185,17 +185,17 @@ fn growth(seen: &[Seen]) -> Option<Growth> {
 
 /// Which releases have one coefficient.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub(crate) struct Plan {
     /// In words.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// Of each release; `None`: without the effect.
-    pub groups: Vec<Option<usize>>,
+    pub(crate) groups: Vec<Option<usize>>,
 }
 
 /// The fewest coefficients that tell the releases' own (in the order of `seen`, one for each) apart no worse than many
 /// do: sum of squared misfits over their uncertainties, and ln(`effective`) for each coefficient. An aerodynamic effect is
 /// left out of the wind-off releases.
-pub fn plan(origin: Origin, seen: &[Seen], effective: f64) -> Plan {
+pub(crate) fn plan(origin: Origin, seen: &[Seen], effective: f64) -> Plan {
     let aerodynamic = origin == Origin::Aerodynamic;
     type Same = fn(&Seen, &Seen) -> bool;
     let levels: [(&str, &str, Same); 5] = [

@@ -23,18 +23,18 @@ const FROM_SHORT: usize = 2;
 /// A set of effects on short pieces and on those that are predicted.
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
-    pub short: PieceFit,
-    pub fit: PieceFit,
+    pub(crate) short: PieceFit,
+    pub(crate) fit: PieceFit,
 }
 
 /// Pieces of every length.
 pub(crate) struct Lengths {
     pub(crate) short: Pieces,
     pub(crate) longer: Pieces,
-    pub long: Pieces,
+    pub(crate) long: Pieces,
     pub(crate) predicted: Pieces,
-    pub scale: Scale,
-    pub stop: Stop,
+    pub(crate) scale: Scale,
+    pub(crate) stop: Stop,
 }
 
 impl Lengths {

@@ -16,7 +16,7 @@ pub(crate) const LEAST_GAIN: f64 = 0.05;
 
 /// Errors of prediction, an item for each piece predicted in each split.
 #[derive(Clone, Debug)]
-pub struct Prediction {
+pub(crate) struct Prediction {
     /// Sum of squares (rad2) and number of means.
     errors: Vec<(f64, f64)>,
 }
@@ -56,7 +56,7 @@ fn begins(pieces: &Pieces, model: &PieceFit) -> Vec<[f64; 2]> {
 
 impl Prediction {
     /// Of errors of pieces: sum of squares (rad2) and number of means of each.
-    pub fn of(errors: Vec<(f64, f64)>) -> Self {
+    pub(crate) fn of(errors: Vec<(f64, f64)>) -> Self {
         Self { errors }
     }
 
@@ -88,14 +88,14 @@ impl Prediction {
         }
     }
 
-    pub fn rms_rad(&self) -> f64 {
+    pub(crate) fn rms_rad(&self) -> f64 {
         let (sum, n) = self.errors.iter().fold((0.0, 0.0), |s, e| (s.0 + e.0, s.1 + e.1));
         f64::sqrt(sum / f64::max(n, 1.0))
     }
 
     /// How much smaller the errors are than those of `other`, in standard errors over the pieces: the mean of
     /// the logarithm of their ratio, longer pieces weighing more.
-    pub fn gain_over(&self, other: &Self) -> f64 {
+    pub(crate) fn gain_over(&self, other: &Self) -> f64 {
         let floor = 1e-6 * other.rms_rad().powi(2);
         let mean = |e: &(f64, f64)| e.0 / e.1 + floor;
         let gains: Vec<(f64, f64)> = self

@@ -28,8 +28,8 @@ const LEAST_SHARE_SQUARED: f64 = 0.03;
 
 /// The releases with the wind speed of each.
 pub(crate) struct Releases {
-    pub decays: Vec<FreeDecay>,
-    pub wind_speed_m_s: Vec<f64>,
+    pub(crate) decays: Vec<FreeDecay>,
+    pub(crate) wind_speed_m_s: Vec<f64>,
 }
 
 impl Releases {
@@ -59,12 +59,12 @@ impl Releases {
 
 /// One structure, each release with numbers of its own.
 #[derive(Clone)]
-pub(crate) struct Model {
-    pub effects: Vec<Effect>,
-    pub fits: Vec<Fitted>,
+pub(crate) struct ModelOfReleases {
+    pub(crate) effects: Vec<Effect>,
+    pub(crate) fits: Vec<Fitted>,
 }
 
-impl Model {
+impl ModelOfReleases {
     /// The releases it explains worst.
     fn worst(&self, releases: &Releases) -> Vec<usize> {
         let over: Vec<f64> =
@@ -77,10 +77,10 @@ impl Model {
     }
 }
 
-pub(crate) struct Judged {
-    pub alone: Alone,
+pub(crate) struct JudgedReleases {
+    pub(crate) alone: Alone,
     /// From the model that is there to the final one, an effect more each.
-    pub path: Vec<Model>,
+    pub(crate) path: Vec<ModelOfReleases>,
 }
 
 /// Pooled rms of the residuals over each release's noise.
@@ -156,14 +156,14 @@ pub(crate) fn judge(
     releases: &mut Releases,
     structure: &Structure,
     options: &Options,
-) -> Result<Judged> {
+) -> Result<JudgedReleases> {
     let plain = |decay: &FreeDecay| {
         let plain = fit_plain_within(decay, structure, decay.yaw_rad.len());
         structure.effects.iter().fold(plain, |model, effect| fit_added(decay, &model, effect))
     };
     let effects = structure.effects.clone();
     let there = effects.len();
-    let plain = Model { effects, fits: releases.decays.par_iter().map(plain).collect() };
+    let plain = ModelOfReleases { effects, fits: releases.decays.par_iter().map(plain).collect() };
     releases.check()?;
     let alone = Alone::of(records, plain.worst(releases), &releases.decays, options)?;
     for (of, release) in alone.answers.iter().zip(&alone.which) {
@@ -184,7 +184,7 @@ pub(crate) fn judge(
             .iter()
             .map(|effect| removed(releases, &alone, larger, effect))
             .collect::<Result<Vec<_>>>()?;
-        let worst = |model: &Model| over_noise(&model.fits, &releases.decays);
+        let worst = |model: &ModelOfReleases| over_noise(&model.fits, &releases.decays);
         let least = smaller.into_iter().min_by(|a, b| worst(a).total_cmp(&worst(b)));
         path.push(least.expect("an effect"));
     }
@@ -201,14 +201,14 @@ pub(crate) fn judge(
     for (decay, fit) in releases.decays.iter_mut().zip(&path[path.len() - 1].fits) {
         *decay = sharpened(decay.clone(), fit);
     }
-    Ok(Judged { alone, path })
+    Ok(JudgedReleases { alone, path })
 }
 
 /// `fit` in every release, unless the user stops it; from where the release's own answer is, where that is nearer.
 fn each(
     releases: &Releases,
     alone: &Alone,
-    inner: &Model,
+    inner: &ModelOfReleases,
     fit: impl Fn(&FreeDecay, &Fitted) -> Fitted + Sync,
 ) -> Result<Vec<Fitted>> {
     let one = |(i, inner): (usize, &Fitted)| {
@@ -231,23 +231,38 @@ fn each(
     inner.fits.par_iter().enumerate().map(one).collect()
 }
 
-fn added(releases: &Releases, alone: &Alone, inner: &Model, effect: &Effect) -> Result<Model> {
+fn added(
+    releases: &Releases,
+    alone: &Alone,
+    inner: &ModelOfReleases,
+    effect: &Effect,
+) -> Result<ModelOfReleases> {
     let mut effects = inner.effects.clone();
     effects.push(effect.clone());
     let fits = each(releases, alone, inner, |decay, fit| fit_added(decay, fit, effect))?;
-    Ok(Model { effects, fits })
+    Ok(ModelOfReleases { effects, fits })
 }
 
-fn removed(releases: &Releases, alone: &Alone, model: &Model, effect: &Effect) -> Result<Model> {
+fn removed(
+    releases: &Releases,
+    alone: &Alone,
+    model: &ModelOfReleases,
+    effect: &Effect,
+) -> Result<ModelOfReleases> {
     let effects = model.effects.iter().filter(|&e| *e != *effect).cloned().collect();
     let fits = each(releases, alone, model, |decay, fit| fit_removed(decay, fit, effect))?;
-    Ok(Model { effects, fits })
+    Ok(ModelOfReleases { effects, fits })
 }
 
 /// Takes out again what the others have made needless, but for what is `there` from the beginning.
-fn pruned(releases: &Releases, alone: &Alone, mut model: Model, there: usize) -> Result<Model> {
+fn pruned(
+    releases: &Releases,
+    alone: &Alone,
+    mut model: ModelOfReleases,
+    there: usize,
+) -> Result<ModelOfReleases> {
     while model.effects.len() > there {
-        let without: Vec<(f64, Model)> = model.effects[there..]
+        let without: Vec<(f64, ModelOfReleases)> = model.effects[there..]
             .iter()
             .map(|effect| {
                 let smaller = removed(releases, alone, &model, effect)?;

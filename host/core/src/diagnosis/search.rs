@@ -1,12 +1,13 @@
 //! Which effects a free decay needs: each alone, the best in one model, the needless taken out again.
 
 use crate::bic::{self, MARGIN};
-pub use crate::diagnosis::begun::{present, Begun};
+pub use crate::diagnosis::begun::present;
+pub(crate) use crate::diagnosis::begun::Begun;
 use crate::diagnosis::flexible;
 use crate::diagnosis::forced::forced_rather_than;
 use crate::diagnosis::guards::{self, Refusal};
-pub(crate) use crate::diagnosis::likelihood::EXPLAINED;
-pub use crate::diagnosis::likelihood::{beyond, evidence, is_explained};
+pub use crate::diagnosis::likelihood::is_explained;
+pub(crate) use crate::diagnosis::likelihood::{beyond, evidence, EXPLAINED};
 use crate::diagnosis::reach::reach;
 use crate::effects::Effect;
 use crate::error::Result;
@@ -36,19 +37,19 @@ const PROMISING: f64 = 3.0;
 const RIVALLING: f64 = 0.7;
 
 /// What the search found.
-pub struct Found {
+pub(crate) struct Found {
     /// The free decay with the noise floor as the best model shows it.
-    pub decay: FreeDecay,
-    pub plain: Fitted,
+    pub(crate) decay: FreeDecay,
+    pub(crate) plain: Fitted,
     /// Every effect alone, in the order of the library.
-    pub singles: Vec<Fitted>,
+    pub(crate) singles: Vec<Fitted>,
     /// The models from plain to final, an effect more each.
-    pub path: Vec<Fitted>,
-    pub explained: bool,
+    pub(crate) path: Vec<Fitted>,
+    pub(crate) explained: bool,
     /// For an accepted effect those that do as well in its place.
-    pub indistinguishable: Vec<(Effect, Effect)>,
+    pub(crate) indistinguishable: Vec<(Effect, Effect)>,
     /// Effects that helped and cannot stand.
-    pub refused: Vec<Refusal>,
+    pub(crate) refused: Vec<Refusal>,
 }
 
 impl Found {
@@ -73,7 +74,7 @@ fn is_worth(smaller: &Fitted, larger: &Fitted, decay: &FreeDecay, effective: f64
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
-pub fn search(decay: &FreeDecay, begun: &Begun) -> Result<Found> {
+pub(crate) fn search(decay: &FreeDecay, begun: &Begun) -> Result<Found> {
     let singles = &begun.singles;
     let mut begun = begun.clone();
     let mut found = search_from(decay, begun.clone())?;

@@ -14,8 +14,8 @@ use crate::diagnosis::compare::{self, Where};
 use crate::diagnosis::diagnose::{modal, name_of, Modal, Status, Step};
 use crate::diagnosis::likelihood::are_explained;
 use crate::diagnosis::origin::weighted_mean;
-use crate::diagnosis::releases::{self, mean_square, Judged, Releases, MOST_EFFECTS};
-use crate::diagnosis::shared_set::{Begun, Set};
+use crate::diagnosis::releases::{self, mean_square, JudgedReleases, Releases, MOST_EFFECTS};
+use crate::diagnosis::shared_set::{Set, Surviving};
 use crate::diagnosis::survivors;
 use crate::effects::Effect;
 use crate::error::Result;
@@ -39,27 +39,36 @@ const EACH_ITS_OWN: &str = "each release its own";
 /// All that is said about several releases. Rms in deg, ratios to the noise floor of block means.
 #[derive(Clone, Debug, Serialize)]
 pub struct SeveralDiagnosis {
+    /// Standard deviation of the noise of one sample, all releases together.
     pub noise_rms_deg: f64,
+    /// The same of the block means, to which `residual_over_noise` refers.
     pub mean_noise_deg: f64,
+    /// The verdict for all releases.
     pub status: Status,
     /// In the order in which they help.
     pub effects: Vec<Effect>,
+    /// An accepted effect and one that does as well in its place.
     pub indistinguishable: Vec<[Effect; 2]>,
     /// Every effect alone, best first: the gains added of the releases (eight at most) that are explained worst.
     pub candidates: Vec<Candidate>,
     /// Of all releases, where they have it in common.
     pub modal: Option<Modal>,
+    /// From the model that was there to the final one, an effect more at each.
     pub steps: Vec<Step>,
     /// What `held_out_over_noise` was held out.
     pub held_out: &'static str,
     /// By effect: whether its coefficients are one for all releases.
     pub sharing: BTreeMap<String, &'static str>,
+    /// What the final model leaves, all releases together.
     pub left: Left,
+    /// The answer in one sentence.
     pub sentence: String,
+    /// In the order in which the records were given.
     pub records: Vec<OfRecord>,
     /// Of the release that is explained worst.
     #[serde(rename = "where")]
     pub where_: Where,
+    /// File of that release.
     pub where_release: String,
     /// What is to be said of the records, each with its name.
     #[serde(skip)]
@@ -69,14 +78,21 @@ pub struct SeveralDiagnosis {
 /// One release's share of the answer.
 #[derive(Clone, Debug, Serialize)]
 pub struct OfRecord {
+    /// The record's own name.
     pub file: String,
+    /// Of the final model at rest; the same in all where they have it in common.
     pub modal: Modal,
+    /// Where the motion comes to rest, on the sensor's scale.
     pub rest_angle_deg: Quantity,
+    /// Rms of the samples less the final model.
     pub residual_rms_deg: f64,
+    /// Rms of the block means less the final model, over the noise of such a mean.
     pub residual_over_noise: f64,
+    /// `effect.name` and its value with u, in the units that [`Effect::parameters`] states.
     pub parameters: BTreeMap<String, Quantity>,
     /// From the largest amplitude to the smallest; none where the model is random.
     pub at_amplitude: Vec<AtAmplitude>,
+    /// Of the numbers of the final model; `None` where it has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub covariance: Option<Covariance>,
 }
@@ -132,10 +148,10 @@ pub fn diagnose_several(
 }
 
 /// The models that the releases' own answers lead to, with what is common in common.
-fn in_common_at_once(releases: &Releases, judged: &Judged, common: &Common) -> Vec<Path> {
+fn in_common_at_once(releases: &Releases, judged: &JudgedReleases, common: &Common) -> Vec<Path> {
     let whole: Vec<Release> = releases.decays.iter().map(Release::whole).collect();
     let n = whole.len();
-    let of_model = |model: &releases::Model| {
+    let of_model = |model: &releases::ModelOfReleases| {
         let each = |is_own: bool| (0..n).map(move |i| if is_own { i } else { 0 });
         let groups = |e: &Effect| each(common.own.contains(e)).map(Some).collect();
         let sharing = Sharing {
@@ -160,17 +176,17 @@ fn in_common_at_once(releases: &Releases, judged: &Judged, common: &Common) -> V
 fn by_prediction(
     records: &[Record],
     releases: &Releases,
-    judged: &Judged,
+    judged: &JudgedReleases,
     common: &Common,
     options: &Options,
     present: &[Effect],
 ) -> Result<(Vec<Path>, Vec<[Effect; 2]>)> {
-    let begun: Vec<Begun> = records
+    let begun: Vec<Surviving> = records
         .iter()
         .zip(&releases.decays)
         .map(|(record, decay)| {
             let survivors = survivors::search(decay, &options.own, &Structure::default())?;
-            Ok(Begun { decay: floor::with_steps(decay.clone(), record), survivors })
+            Ok(Surviving { decay: floor::with_steps(decay.clone(), record), survivors })
         })
         .collect::<Result<_>>()?;
     // From all that survives somewhere down to the plain model, what is missed least left out first.
@@ -214,7 +230,7 @@ fn by_prediction(
 }
 
 /// Effects that survive somewhere, those of most releases first, behind those that stay.
-fn proposed(begun: &[Begun], judged: &Judged, present: &[Effect]) -> Vec<Effect> {
+fn proposed(begun: &[Surviving], judged: &JudgedReleases, present: &[Effect]) -> Vec<Effect> {
     let mut votes: BTreeMap<Effect, usize> = BTreeMap::new();
     for effect in begun.iter().flat_map(|b| &b.alone().structure.effects) {
         *votes.entry(effect.clone()).or_default() += 1;
@@ -307,7 +323,7 @@ fn told(
 
 impl SeveralDiagnosis {
     /// What most releases name alone: a random moment, of another course in each, beside what they have in common.
-    fn add_random(&mut self, judged: &Judged, random: &Effect, model: &str) {
+    fn add_random(&mut self, judged: &JudgedReleases, random: &Effect, model: &str) {
         let said =
             |of: &crate::diagnosis::answer::Diagnosed| of.diagnosis.status == Status::Explained;
         let all = judged.alone.answers.iter().all(said);

@@ -22,12 +22,12 @@ pub struct Common {
 }
 
 /// A release with what survives in it alone.
-pub(super) struct Begun {
-    pub decay: FreeDecay,
-    pub survivors: Survivors,
+pub(super) struct Surviving {
+    pub(crate) decay: FreeDecay,
+    pub(crate) survivors: Survivors,
 }
 
-impl Begun {
+impl Surviving {
     pub(super) fn alone(&self) -> &PieceFit {
         &self.survivors.path.last().expect("the plain model").model.fit
     }
@@ -42,10 +42,10 @@ impl Begun {
 }
 
 pub(super) struct Set<'a> {
-    pub begun: &'a [Begun],
-    pub common: &'a Common,
-    pub effects: Vec<Effect>,
-    pub stop: &'a Stop,
+    pub(crate) begun: &'a [Surviving],
+    pub(crate) common: &'a Common,
+    pub(crate) effects: Vec<Effect>,
+    pub(crate) stop: &'a Stop,
 }
 
 impl Set<'_> {

@@ -29,8 +29,8 @@ const TRIED: usize = 3;
 /// A model with what it predicts.
 #[derive(Clone, Debug)]
 pub(crate) struct Judged {
-    pub model: Model,
-    pub prediction: Prediction,
+    pub(crate) model: Model,
+    pub(crate) prediction: Prediction,
 }
 
 fn with(lengths: &Lengths, inner: &Model, effect: &Effect) -> Model {
@@ -111,13 +111,13 @@ pub(super) fn candidates(decay: &FreeDecay) -> Vec<Effect> {
 
 /// What was found.
 pub(crate) struct Survivors {
-    pub lengths: Lengths,
+    pub(crate) lengths: Lengths,
     /// From the plain model on, an effect more each.
-    pub path: Vec<Judged>,
+    pub(crate) path: Vec<Judged>,
     /// Every effect alone, best first.
-    pub singles: Vec<Model>,
+    pub(crate) singles: Vec<Model>,
     /// Every set that was fitted on the way.
-    pub sets: Vec<Model>,
+    pub(crate) sets: Vec<Model>,
     /// What survives of the simple effects alone.
     simple: Judged,
 }

@@ -32,6 +32,7 @@ pub enum Part {
 }
 
 impl Part {
+    /// In the order in which a law's parameters and knots are kept.
     pub const ALL: [Self; 4] =
         [Self::Stiffness, Self::UnevenStiffness, Self::Damping, Self::UnevenDamping];
 

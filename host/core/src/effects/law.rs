@@ -102,7 +102,7 @@ pub(crate) trait Law: Send + Sync {
 
 /// What an effect depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Acts {
+pub(crate) enum Acts {
     /// Angle and rate.
     State,
     /// Time alone, or the spring over time.
@@ -117,7 +117,7 @@ pub enum Acts {
 
 /// A restoring moment that is odd in the angle, as a series in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Series {
+pub(crate) enum Series {
     /// Its first term.
     Term,
     /// One beyond the first, which bends to what that leaves.
@@ -131,36 +131,36 @@ pub(super) const SMALL: f64 = 0.02;
 
 /// Which of an effect's parameters say what of its line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LineParameters {
-    pub size: usize,
-    pub phase: usize,
-    pub frequency: usize,
+pub(crate) struct LineParameters {
+    pub(crate) size: usize,
+    pub(crate) phase: usize,
+    pub(crate) frequency: usize,
     /// Of a line that dies out.
-    pub damping: Option<usize>,
+    pub(crate) damping: Option<usize>,
     /// Nearest to the natural frequency, as a share of it.
-    pub nearest: f64,
+    pub(crate) nearest: f64,
     /// Slowest, in natural frequencies.
-    pub slowest: f64,
+    pub(crate) slowest: f64,
 }
 
 /// What a start is estimated from: what the model without the effect leaves of the record.
-pub struct Seen<'a> {
+pub(crate) struct Seen<'a> {
     /// Whether the amplitude rises again after it has fallen, as beats do.
-    pub beats: bool,
-    pub scale: Scale,
+    pub(crate) beats: bool,
+    pub(crate) scale: Scale,
     /// Model less record, rad, at every `step_s`.
-    pub residuals_rad: &'a [f64],
-    pub step_s: f64,
+    pub(crate) residuals_rad: &'a [f64],
+    pub(crate) step_s: f64,
     /// Residuals in a cycle.
-    pub per_cycle: f64,
+    pub(crate) per_cycle: f64,
     /// Of the model.
-    pub natural_frequency_rad_s: f64,
+    pub(crate) natural_frequency_rad_s: f64,
 }
 
 impl Seen<'_> {
     /// Frequencies of the strongest lines below and above the natural frequency in each of `parts`, rad/s, none twice:
     /// from `slowest` natural frequencies on, `nearest` of it away.
-    pub fn lines(&self, parts: &[&[f64]], slowest: f64, nearest: f64) -> Vec<f64> {
+    pub(crate) fn lines(&self, parts: &[&[f64]], slowest: f64, nearest: f64) -> Vec<f64> {
         let wn = self.natural_frequency_rad_s;
         let all =
             parts.iter().flat_map(|part| lines::peaks(part, self.step_s, wn, slowest, nearest));
@@ -170,15 +170,15 @@ impl Seen<'_> {
 
 /// The size of a free decay, from which sizes of effects follow.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scale {
-    pub amplitude_rad: f64,
-    pub natural_frequency_rad_s: f64,
-    pub duration_s: f64,
+pub(crate) struct Scale {
+    pub(crate) amplitude_rad: f64,
+    pub(crate) natural_frequency_rad_s: f64,
+    pub(crate) duration_s: f64,
 }
 
 impl Scale {
     /// Of the spring over the inertia, 1/s2.
-    pub fn stiffness(&self) -> f64 {
+    pub(crate) fn stiffness(&self) -> f64 {
         self.natural_frequency_rad_s * self.natural_frequency_rad_s
     }
 }
@@ -195,7 +195,12 @@ pub enum Equation<'a> {
     /// Added to the reading.
     Reading(&'a str),
     /// Added to b'', with a state `z` of its own and the rate of that.
-    Remembered { moment: &'a str, rate: &'a str },
+    Remembered {
+        /// The moment, of `z` besides what all equations are of.
+        moment: &'a str,
+        /// dz/dt.
+        rate: &'a str,
+    },
 }
 
 impl<'a> Equation<'a> {
@@ -258,11 +263,17 @@ pub(super) fn sin(x: f64) -> f64 {
 /// Formula, usual cause on a yaw rig, fingerprint, how to confirm it, how to remove it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Card<'a> {
+    /// The effect in a few words.
     pub title: &'a str,
+    /// What it adds to b'', or makes of the reading.
     pub formula: &'a str,
+    /// What usually brings it about on a yaw rig.
     pub cause: &'a str,
+    /// What it looks like in a record.
     pub fingerprint: &'a str,
+    /// What to do at the rig to see that it is this.
     pub confirm: &'a str,
+    /// How to be rid of it.
     pub remove: &'a str,
     /// The release that would distinguish it from the effects it resembles.
     pub release: &'a str,

@@ -28,7 +28,9 @@ pub type Line = [f64; KNOTS];
 /// The shape of a measured law: its curves, where their knots are, and how rough they may be. Its values are parameters.
 #[derive(Clone, Debug)]
 pub struct MeasuredLaw {
+    /// Largest yaw angle about the rest that the law was measured at.
     pub yaw_rad: f64,
+    /// Largest yaw rate that the law was measured at.
     pub rate_rad_s: f64,
     /// Each with the weight of its roughness; larger is smoother.
     pub parts: Vec<(Part, f64)>,
@@ -84,13 +86,13 @@ impl MeasuredLaw {
         law.placed(knots)
     }
 
-    /// With knots elsewhere.
+    /// The same law with its knots elsewhere and no line taken out of its dissipation.
     pub fn placed(&self, knots: [Knots; 4]) -> Self {
         let shapes = self.parts.iter().map(|(p, _)| Shape::new(*p, &knots[*p as usize])).collect();
         Self { knots, shapes, line: None, ..self.clone() }
     }
 
-    /// Whose dissipation has no `line` in it.
+    /// The same law, with `line` taken out of its dissipation.
     pub fn without_line(&self, line: Option<Line>) -> Self {
         Self { line, ..self.clone() }
     }
@@ -139,12 +141,12 @@ impl MeasuredLaw {
     }
 
     /// With other parts or weights, and with or without friction.
-    pub fn with(&self, parts: Vec<(Part, f64)>, friction: bool) -> Self {
+    pub(crate) fn with(&self, parts: Vec<(Part, f64)>, friction: bool) -> Self {
         let law = Self::new(self.yaw_rad, self.rate_rad_s, parts, friction, self.dissipative);
         Self { line: self.line, ..law.placed(self.knots) }
     }
 
-    /// Whether it holds nothing that could differ from zero.
+    /// Whether it has no curve and no friction.
     pub fn is_none(&self) -> bool {
         self.parameters.is_empty()
     }
@@ -184,7 +186,7 @@ impl MeasuredLaw {
     }
 
     /// K at `yaw_rad` and D at `rate_rad_s` as rows that the parameters are multiplied with, rad/s2. D at zero is zero.
-    pub fn rows(&self, yaw_rad: f64, rate_rad_s: f64) -> [DVector<f64>; 2] {
+    pub(crate) fn rows(&self, yaw_rad: f64, rate_rad_s: f64) -> [DVector<f64>; 2] {
         let n = self.parameters.len();
         let (mut stiffness, mut damping) = (DVector::zeros(n), DVector::zeros(n));
         let sign = |x: f64| if x == 0.0 { 0.0 } else { x.signum() };

@@ -15,12 +15,14 @@ mod terms;
 
 pub(crate) use curves::KNOTS;
 pub use curves::{Knots, Part};
-pub use law::{Acts, Card, Equation, LineParameters, Scale, Seen, Series};
+pub(crate) use law::{Acts, LineParameters, Scale, Seen, Series};
+pub use law::{Card, Equation};
 pub(crate) use lines::FASTEST;
 pub use measured::{Line, MeasuredLaw, MEASURED_LAW};
 pub(crate) use memory::Memories;
+pub(crate) use terms::State;
+pub use terms::Terms;
 pub(crate) use terms::{Moment, Moments, LANES};
-pub use terms::{State, Terms};
 pub use yawrig_expression::{Parameter, MOST_OWN};
 
 use law::Law;
@@ -32,7 +34,7 @@ use yawrig_expression::OwnEffect;
 
 /// The library: a file and a name each.
 macro_rules! library {
-    ($($module:ident :: $effect:ident),* $(,)?) => {
+    ($(#[doc = $card:literal] $module:ident :: $effect:ident),* $(,)?) => {
         $(mod $module;)*
 
         /// Every effect of the library, and the user's own. In files and JSON it is its identifier.
@@ -48,7 +50,7 @@ macro_rules! library {
         /// ```
         #[derive(Clone, Debug)]
         pub enum Effect {
-            $($effect,)*
+            $(#[doc = $card] $effect,)*
             /// A moment from a user's file.
             Own(Arc<OwnEffect>),
             /// Curves estimated from releases.
@@ -56,7 +58,7 @@ macro_rules! library {
         }
 
         impl Effect {
-            /// The library, in its order.
+            /// The library, in its order, without what is measured or the user's own.
             pub const ALL: [Self; [$(stringify!($effect)),*].len()] = [$(Self::$effect),*];
 
             fn law(&self) -> &dyn Law {
@@ -71,29 +73,48 @@ macro_rules! library {
 }
 
 library! {
+    /// Dry friction: `- c sign(r)`.
     coulomb_friction::CoulombFriction,
+    /// Damping with the square of the rate: `- d |r| r`.
     quadratic_damping::QuadraticDamping,
+    /// Damping with the square of the angle: `- c b^2 r`.
     cubic_damping::CubicDamping,
+    /// Restoring moment that hardens or softens: `- k3 b^3`.
     cubic_stiffness::CubicStiffness,
+    /// Restoring moment stiffer to one side: `- k2 b^2`.
     quadratic_stiffness::QuadraticStiffness,
+    /// Constant moment: `+ m`.
     static_offset::StaticOffset,
+    /// Free play: the spring does not act within `+-g`.
     free_play::FreePlay,
+    /// Periodic moment: `+ f cos(w t + phi)`.
     harmonic_forcing::HarmonicForcing,
+    /// Stiffness drifting in time: `wn^2 (1 + e t)`.
     stiffness_drift::StiffnessDrift,
+    /// Random moment of intensity q.
     buffeting::Buffeting,
+    /// A second mode in the reading, which dies out by itself.
     second_mode::SecondMode,
+    /// Curved sensor scale: the reading is `b + s b^2`.
     sensor_nonlinearity::SensorNonlinearity,
+    /// Zero drifting in time: the reading is `b + d t`.
     baseline_drift::BaselineDrift,
+    /// Restoring moment that hardens or softens late: `- k5 b^5`.
     quintic_stiffness::QuinticStiffness,
+    /// Pendulum: `+ g (b - sin b)`.
     pendulum_gravity::PendulumGravity,
+    /// Stiffness that falls in a straight line with amplitude: `- k |b| b`.
     odd_quadratic_stiffness::OddQuadraticStiffness,
+    /// Damping with a power of the rate: `- c |r|^n sign(r)`.
     power_damping::PowerDamping,
+    /// End stop: `- k (|b| - g) sign(b)` beyond g.
     end_stop::EndStop,
+    /// Hysteresis of the spring: `- h z`, `z' = r - |r| z / y`.
     hysteresis::Hysteresis,
 }
 
 impl Effect {
-    /// Of the library.
+    /// The effect of the library with this identifier.
     pub fn from_id(id: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|e| e.id() == id)
     }
@@ -128,7 +149,7 @@ impl Effect {
     }
 
     /// Name of the first of its parameters as a result has it, `effect.name`.
-    pub fn first_name(&self) -> String {
+    pub(crate) fn first_name(&self) -> String {
         format!("{self}.{}", self.parameters()[0].name)
     }
 
@@ -139,12 +160,12 @@ impl Effect {
 
     /// Sizes at which the effect rivals the spring, one for each number the fit varies; of a user's own, many times its
     /// starts.
-    pub fn sizes(&self, scale: &Scale) -> Vec<f64> {
+    pub(crate) fn sizes(&self, scale: &Scale) -> Vec<f64> {
         self.law().sizes(scale)
     }
 
     /// Starting values of what the fit varies; the first leaves the motion as it is without the effect.
-    pub fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
+    pub(crate) fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
         self.law().starts(seen)
     }
 
@@ -154,7 +175,7 @@ impl Effect {
     }
 
     /// The line in the spectrum that it is, if it is one.
-    pub fn line(&self) -> Option<LineParameters> {
+    pub(crate) fn line(&self) -> Option<LineParameters> {
         self.law().line()
     }
 
@@ -165,7 +186,7 @@ impl Effect {
         (0..count).filter(move |&place| place != size && place != phase)
     }
 
-    /// The users' numbers from what the fit varies, and the rows of d users'/d varied.
+    /// The users' numbers from what the fit varies, and the derivatives of each by what the fit varies.
     pub fn published(&self, p: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
         let unit = |at: usize| (0..p.len()).map(|j| f64::from(u8::from(at == j))).collect();
         let Some(line) = self.line() else {
@@ -186,7 +207,7 @@ impl Effect {
         (values, rows)
     }
 
-    /// What the fit varies from the users' numbers.
+    /// What the fit varies, from the users' numbers: those themselves, but cosine and sine part of a line.
     pub fn varied(&self, users: &[f64]) -> Vec<f64> {
         let Some(line) = self.line() else { return users.to_vec() };
         let (s, c) = users[line.phase].sin_cos();
@@ -216,12 +237,25 @@ impl Effect {
     }
 
     /// Damped frequency and decay of a line, rad/s and 1/s, from what the fit varies.
-    pub fn line_of(&self, varied: &[f64]) -> Option<(f64, f64)> {
+    pub(crate) fn line_of(&self, varied: &[f64]) -> Option<(f64, f64)> {
         let line = self.line()?;
         let w = varied[self.varied_place(line.frequency)?];
         let zeta =
             line.damping.and_then(|place| self.varied_place(place)).map_or(0.0, |at| varied[at]);
         Some((w * (1.0 - zeta * zeta).sqrt(), zeta * w))
+    }
+
+    /// Whether it is a line in the spectrum: a periodic moment, or a second mode.
+    pub fn is_line(&self) -> bool {
+        self.line().is_some()
+    }
+
+    /// Whether it is a line so near to `natural_frequency_rad_s` that a periodic moment is resonance and a second mode is
+    /// the first; `varied` is what the fit varies.
+    pub fn resonates(&self, varied: &[f64], natural_frequency_rad_s: f64) -> bool {
+        let wn = natural_frequency_rad_s;
+        let place = self.line().zip(self.line_of(varied));
+        place.is_some_and(|(line, (w, _))| (w - wn).abs() < line.nearest * wn)
     }
 
     /// Whether the `number`th of what the fit varies belongs to one release alone: phases and sizes of lines, drifts.
@@ -231,7 +265,7 @@ impl Effect {
 
     /// Bounds of what the fit varies, with its frequency kept on the side of the yaw mode where `start` is, and where it
     /// begins near that, half as far from it at least.
-    pub fn bounds(&self, start: &[f64], natural_frequency_rad_s: f64) -> Vec<(f64, f64)> {
+    pub(crate) fn bounds(&self, start: &[f64], natural_frequency_rad_s: f64) -> Vec<(f64, f64)> {
         let own = |p: &Parameter| (p.min, p.max);
         let Some(line) = self.line() else { return self.parameters().iter().map(own).collect() };
         let wn = natural_frequency_rad_s;
@@ -253,7 +287,7 @@ impl Effect {
         bounds
     }
 
-    /// It as text, from which other languages are written; `None` where it is random.
+    /// The effect as text, from which other languages are written; `None` where it is random.
     pub fn equation(&self) -> Option<Equation<'_>> {
         self.law().equation()
     }

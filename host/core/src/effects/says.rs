@@ -6,7 +6,7 @@ use crate::quantity::Quantity;
 
 impl Effect {
     /// The one that takes another course every time.
-    pub fn random() -> Self {
+    pub(crate) fn random() -> Self {
         Self::the(Self::is_random)
     }
 
@@ -30,7 +30,7 @@ impl Effect {
     }
 
     /// What it depends on; a user's own is taken to depend on the state.
-    pub fn acts_on(&self) -> Acts {
+    pub(crate) fn acts_on(&self) -> Acts {
         self.law().acts_on()
     }
 
@@ -61,7 +61,7 @@ impl Effect {
     }
 
     /// Whether it cannot stand beside `other`: a term of a series beside a law that has all of them bends against it.
-    pub fn excludes(&self, other: &Self) -> bool {
+    pub(crate) fn excludes(&self, other: &Self) -> bool {
         let (Some(a), Some(b)) = (self.series(), other.series()) else { return false };
         (a == Series::Whole) != (b == Series::Whole)
     }

@@ -12,13 +12,13 @@ pub(crate) const LANES: usize = 4;
 
 /// Where a moment is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State {
-    pub yaw_rad: f64,
-    pub rate_rad_s: f64,
+pub(crate) struct State {
+    pub(crate) yaw_rad: f64,
+    pub(crate) rate_rad_s: f64,
     /// From the release.
-    pub time_s: f64,
+    pub(crate) time_s: f64,
     /// Of the linear spring over the inertia, which a dead zone keeps from acting.
-    pub spring_moment_rad_s2: f64,
+    pub(crate) spring_moment_rad_s2: f64,
 }
 
 /// A smooth moment over the inertia, rad/s2.
@@ -60,10 +60,11 @@ fn lanes<M: Moment>(
 #[derive(Clone, Debug, Default)]
 pub struct Terms {
     /// Dry friction, rad/s2; the rate sticks at zero while the other moments are below it.
-    pub dry_friction_rad_s2: f64,
+    pub(crate) dry_friction_rad_s2: f64,
+    /// Over Izz; it moves the rest angle by itself over wn^2.
     pub constant_moment_rad_s2: f64,
     /// Half the width within which the spring does not act.
-    pub dead_zone_rad: f64,
+    pub(crate) dead_zone_rad: f64,
     /// Cosine and sine part of a periodic moment, rad/s2: `force[0] cos wt + force[1] sin wt`.
     force_rad_s2: [f64; 2],
     force_frequency_rad_s: f64,
@@ -76,9 +77,9 @@ pub struct Terms {
     /// Of a measured law.
     curves: Option<Arc<Curves>>,
     /// For own effects that depend on it; 0: off, or not known.
-    pub wind_speed_m_s: f64,
+    pub(crate) wind_speed_m_s: f64,
     /// Integrated by the steps that adapt themselves, as own effects are.
-    pub precise: bool,
+    pub(crate) precise: bool,
     /// Own effects that are not steep are followed by fixed steps: quicker, and less exact.
     pub(crate) swift: bool,
 }

@@ -18,7 +18,8 @@ const DIFFERENCE: f64 = 1e-5;
 
 /// wn and zeta of `model` at amplitudes from the largest to the smallest that it was fitted to in `decay`, geometric. Periodic
 /// forcing is left out, what drifts is taken as it is when the decay passes the amplitude; uncertainties hold what the model
-/// lacks where [`with_discrepancy`] has asked for it. Amplitudes from which no cycle ends are left out.
+/// lacks where [`crate::fit::joint::JointFit::with_discrepancy`] has asked for it. Amplitudes from which no cycle ends are
+/// left out.
 pub fn at_amplitudes(decay: &FreeDecay, model: &Fitted) -> Vec<AtAmplitude> {
     let own = model.motion();
     let wn = own.natural_frequency_rad_s;
@@ -37,7 +38,7 @@ pub fn at_amplitudes(decay: &FreeDecay, model: &Fitted) -> Vec<AtAmplitude> {
 
 /// `model` with uncertainties that hold what it lacks, too: as far as what it leaves of `decay` shows how much that is, and,
 /// where a linear step from the model does not get there, as far as the record's own windows are off it.
-pub fn with_discrepancy(model: Fitted, decay: &FreeDecay) -> Fitted {
+pub(crate) fn with_discrepancy(model: Fitted, decay: &FreeDecay) -> Fitted {
     with_windows(model.with_discrepancy(decay), decay)
 }
 

@@ -15,7 +15,9 @@ use serde::{Deserialize, Serialize};
 /// Covariance of numbers by their names, rad/s for the natural frequency, the effects' own units for theirs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Covariance {
+    /// Of the rows and columns: `natural_frequency_rad_s`, `damping_ratio`, then `effect.name`.
     pub names: Vec<String>,
+    /// Symmetric, row by row; its diagonal is u squared.
     pub matrix: Vec<Vec<f64>>,
 }
 
@@ -29,17 +31,21 @@ fn between(covariance: &DMatrix<f64>, a: &[f64], b: &[f64]) -> f64 {
 /// A fitted model.
 #[derive(Clone, Debug)]
 pub struct Fitted {
+    /// What the model holds.
     pub structure: Structure,
     /// wn, zeta, yaw, rate, sensor's zero where unknown, then each effect's.
     pub parameters: Vec<f64>,
+    /// Of the residuals, rad2.
     pub sum_of_squares: f64,
+    /// Block means that were fitted.
     pub count: usize,
+    /// Whether the fit reached a minimum.
     pub converged: bool,
-    pub covariance: Option<DMatrix<f64>>,
+    pub(crate) covariance: Option<DMatrix<f64>>,
     /// Model less record, rad.
     pub residuals: Vec<f64>,
     /// Lag-one correlation of the residuals.
-    pub correlation: f64,
+    pub(crate) correlation: f64,
     /// Variance inflation of the parameters by correlated residuals.
     pub(crate) inflation: f64,
     /// The same for natural frequency and damping ratio.
@@ -85,7 +91,7 @@ impl Fitted {
         fitted
     }
     /// With uncertainties that hold what the model lacks, too, as far as what it leaves of `decay` shows how much that is.
-    pub fn with_discrepancy(mut self, decay: &FreeDecay) -> Self {
+    pub(crate) fn with_discrepancy(mut self, decay: &FreeDecay) -> Self {
         let Some(covariance) = self.covariance.take() else { return self };
         let fixed: Vec<bool> = covariance.diagonal().iter().map(|v| *v == 0.0).collect();
         let release = Release { decay, count: self.count };
@@ -120,12 +126,14 @@ impl Fitted {
         let all = self.covariance.as_ref()? * self.inflation;
         Some(self.discrepancy.as_ref().map_or_else(|| all.clone(), |d| &all - d.covariance()))
     }
+    /// Root mean square of the residuals, less the numbers fitted.
     pub fn rms_rad(&self) -> f64 {
         (self.sum_of_squares / self.degrees_of_freedom()).sqrt()
     }
     fn degrees_of_freedom(&self) -> f64 {
         self.count.saturating_sub(self.parameters.len()).max(1) as f64
     }
+    /// Rms of the residuals over the noise of a block mean: about 1 where nothing is missing.
     pub fn over_noise(&self, decay: &FreeDecay) -> f64 {
         self.rms_rad() / decay.noise_rad
     }
@@ -133,7 +141,7 @@ impl Fitted {
     pub fn effective_count(&self) -> f64 {
         (self.count as f64 * independent_share(self.correlation)).max(2.0)
     }
-    /// For a difference of BIC.
+    /// What it puts into a difference of BIC ([`bic::Score::gain_over`]).
     pub fn bic(&self) -> bic::Score {
         let Self { sum_of_squares, .. } = *self;
         bic::Score {
@@ -150,9 +158,11 @@ impl Fitted {
             .hypot(self.missed[index].sqrt());
         Quantity::new(self.parameters[index], u)
     }
+    /// At rest; its u holds the residual's own correlation and what the model lacks.
     pub fn natural_frequency_rad_s(&self) -> Quantity {
         self.modal_quantity(0)
     }
+    /// At rest, negative where small oscillations grow; its u as that of the natural frequency.
     pub fn damping_ratio(&self) -> Quantity {
         self.modal_quantity(1)
     }
@@ -165,7 +175,7 @@ impl Fitted {
         let u = (variance * self.inflation).max(0.0).sqrt();
         Some(Quantity::new(self.parameters[PLAIN], u))
     }
-    /// `effect.name` and value of everything the effects are made of.
+    /// `effect.name` and value with u of every number of the effects, in the units that [`Effect::parameters`] states.
     pub fn effect_parameters(&self) -> Vec<(String, Quantity)> {
         let of = |(name, value, row): (String, f64, Vec<f64>)| {
             let variance = self.covariance.as_ref().map_or(f64::NAN, |c| between(c, &row, &row));
@@ -217,7 +227,7 @@ impl Fitted {
         let n = effect.parameters().len();
         &self.parameters[at..at + n]
     }
-    /// The numbers of `effect`, if it is in the model.
+    /// The numbers of `effect` as the fit varies them ([`Effect::varied`]); `None` where it is not in the model.
     pub fn varied(&self, effect: &Effect) -> Option<&[f64]> {
         let k = self.structure.effects.iter().position(|e| e == effect)?;
         Some(self.of_effect(effect, self.starts[k]))
@@ -250,6 +260,7 @@ impl Fitted {
         let k = self.structure.effects.iter().position(|e| e == effect);
         self.starts[k.expect("an effect of the model")]
     }
+    /// The model's motion, from its fitted state at the first instant.
     pub fn motion(&self) -> Motion {
         motion(&self.structure, &self.starts, &self.parameters, self.wind_speed_m_s).0
     }

@@ -71,12 +71,12 @@ pub(crate) fn finished(decay: &FreeDecay, structure: &Structure, fit: Fit, count
     Fitted::new(structure.clone(), fit.parameters, residuals, converged, covariance, wind_speed_m_s)
 }
 
-/// The plain model (with a free zero of the sensor if `zero_unknown`).
+/// The second-order model fitted to the first `count` means, with a free zero of the sensor if `zero_unknown`.
 pub fn fit_plain(decay: &FreeDecay, zero_unknown: bool, count: usize) -> Fitted {
     fit_plain_within(decay, &Structure { zero_unknown, ..Structure::default() }, count)
 }
 
-/// The plain model of `structure`, whose effects are left out, within its limits.
+/// The same within the limits of `structure`, whose effects are left out.
 pub fn fit_plain_within(decay: &FreeDecay, structure: &Structure, count: usize) -> Fitted {
     let structure = Structure { effects: Vec::new(), ..structure.clone() };
     let wn = decay.windows.first().map_or(decay.frequency_rad_s, |w| w.natural_frequency_rad_s);
@@ -217,8 +217,8 @@ fn fit_own(
     nested(decay, inner, structure, fit, &added)
 }
 
-/// `structure` fitted from given numbers (in the order of [`Fitted::parameters`]), directly and over lengthening
-/// horizons.
+/// `structure` fitted to the first `count` means from given numbers (in the order of [`Fitted::parameters`]), directly
+/// and over lengthening horizons.
 pub fn fit_from(decay: &FreeDecay, structure: &Structure, start: &[f64], count: usize) -> Fitted {
     let direct = solve(decay, structure, start, count);
     let longer = lengthened(decay, structure, start, count);

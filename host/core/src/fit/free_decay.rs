@@ -64,7 +64,9 @@ fn settings() -> Settings {
 /// A free decay. Angles in rad, time from the release in s.
 #[derive(Clone, Debug)]
 pub struct FreeDecay {
+    /// Instants of the block means.
     pub grid: Grid,
+    /// Block means of the reading, with the sensor's zero in it.
     pub yaw_rad: Vec<f64>,
     /// Samples in a mean.
     pub block: usize,
@@ -73,9 +75,12 @@ pub struct FreeDecay {
     /// Noise of one sample.
     pub sample_noise_rad: f64,
     /// The noise where it is correlated from sample to sample.
-    pub colour: Option<Colour>,
+    pub(crate) colour: Option<Colour>,
+    /// Of the oscillation, about; from the identification.
     pub frequency_rad_s: f64,
+    /// Largest amplitude, at the beginning.
     pub amplitude_rad: f64,
+    /// Instant of the release, on the record's own clock.
     pub release_time_s: f64,
     /// For own effects that depend on it; 0: off, or not known.
     pub wind_speed_m_s: f64,
@@ -83,7 +88,7 @@ pub struct FreeDecay {
     pub windows: Vec<WindowEstimate>,
     /// The same against amplitude, each with what noise leaves uncertain.
     pub measured: Vec<AtAmplitude>,
-    /// What is taken out of the reading.
+    /// Steady lines that are taken out of the reading.
     pub lines: Vec<SteadyLine>,
     /// What was done about samples that are missing, and about lines.
     pub warnings: Vec<Warning>,
@@ -272,7 +277,7 @@ impl FreeDecay {
         }
     }
 
-    pub fn scale(&self) -> Scale {
+    pub(crate) fn scale(&self) -> Scale {
         Scale {
             amplitude_rad: self.amplitude_rad,
             natural_frequency_rad_s: self.frequency_rad_s,
@@ -281,7 +286,7 @@ impl FreeDecay {
     }
 
     /// Whether the amplitude rises again after it has fallen, from one window to the next or within one.
-    pub fn beats(&self) -> bool {
+    pub(crate) fn beats(&self) -> bool {
         let largest = self.windows.iter().map(|w| w.amplitude_deg).fold(0.0, f64::max);
         let shown = |w: &WindowEstimate| w.amplitude_deg > BEATING_FROM * largest;
         let rises = |w: &[WindowEstimate]| {

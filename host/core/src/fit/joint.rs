@@ -6,7 +6,7 @@
 //! over each release's noise floor. One release is the case that [`crate::fit::fitting`] builds on.
 //!
 //! A release touches its own numbers and the shared ones only, so that many releases cost no more than one after the
-//! other: simulated on all cores, their normal equations summed block by block ([`crate::solver::Rows::part`]).
+//! other: simulated on all cores, their normal equations summed block by block (`Rows::part` of the solver).
 
 use crate::bic;
 use crate::discrepancy::Discrepancy;
@@ -26,13 +26,16 @@ use rayon::prelude::*;
 /// A model fitted to several releases at once.
 #[derive(Clone, Debug)]
 pub struct JointFit {
+    /// What the model of the releases holds.
     pub structure: Structure,
-    pub sharing: Sharing,
+    pub(crate) sharing: Sharing,
     /// Each release with its numbers; their uncertainties are those of the joint fit.
     pub fits: Vec<Fitted>,
-    /// Over the noise, squared.
+    /// Of the residuals over each release's noise.
     pub sum_of_squares: f64,
+    /// Block means that were fitted, of all releases.
     pub count: usize,
+    /// Whether the fit reached a minimum.
     pub converged: bool,
     /// All numbers, the shared ones once.
     pub parameters: Vec<f64>,
@@ -128,7 +131,7 @@ impl JointFit {
         self.fits.iter().map(Fitted::effective_count).sum()
     }
 
-    /// For a difference of BIC.
+    /// What it puts into a difference of BIC ([`bic::Score::gain_over`]).
     pub fn bic(&self) -> bic::Score {
         let Self { sum_of_squares, .. } = *self;
         bic::Score {
@@ -152,11 +155,11 @@ impl JointFit {
     }
 
     /// Covariance of two of [`Self::parameters`], inflated for correlated residuals. NaN where the fit has none.
-    pub fn covariance(&self, a: usize, b: usize) -> f64 {
+    pub(crate) fn covariance(&self, a: usize, b: usize) -> f64 {
         self.covariance.as_ref().map_or(f64::NAN, |c| c[(a, b)] * self.inflation)
     }
 
-    /// One of [`Self::parameters`].
+    /// One of [`Self::parameters`], its u inflated for correlated residuals.
     pub fn quantity(&self, index: usize) -> Quantity {
         Quantity::new(self.parameters[index], self.covariance(index, index).max(0.0).sqrt())
     }

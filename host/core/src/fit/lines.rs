@@ -23,13 +23,13 @@ const LOBE_BINS: usize = 7;
 /// A sine in the reading, of time from the record's own zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SteadyLine {
-    pub frequency_rad_s: f64,
-    pub cosine_deg: f64,
-    pub sine_deg: f64,
+    pub(crate) frequency_rad_s: f64,
+    pub(crate) cosine_deg: f64,
+    pub(crate) sine_deg: f64,
 }
 
 impl SteadyLine {
-    pub fn amplitude_deg(&self) -> f64 {
+    pub(crate) fn amplitude_deg(&self) -> f64 {
         self.cosine_deg.hypot(self.sine_deg)
     }
 
@@ -40,14 +40,14 @@ impl SteadyLine {
 }
 
 /// `record` without `lines`.
-pub fn without(record: &Record, lines: &[SteadyLine]) -> Record {
+pub(crate) fn without(record: &Record, lines: &[SteadyLine]) -> Record {
     let rows = record.time_s.iter().zip(&record.yaw_deg);
     let yaw_deg = rows.map(|(t, y)| y - lines.iter().map(|l| l.at(*t)).sum::<f64>()).collect();
     Record { yaw_deg, ..record.clone() }
 }
 
 /// The steady lines in `yaw_deg`, samples from `start_s` on every `step_s`, of an oscillation of `natural_frequency_rad_s`.
-pub fn steady(
+pub(crate) fn steady(
     yaw_deg: &[f64],
     start_s: f64,
     step_s: f64,

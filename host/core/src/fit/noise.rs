@@ -38,10 +38,10 @@ const ROBUST: f64 = 3.0;
 
 /// Noise of single samples: white, and correlated by `correlation` from one to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Colour {
-    pub white_variance: f64,
-    pub coloured_variance: f64,
-    pub correlation: f64,
+pub(crate) struct Colour {
+    pub(crate) white_variance: f64,
+    pub(crate) coloured_variance: f64,
+    pub(crate) correlation: f64,
 }
 
 impl Colour {

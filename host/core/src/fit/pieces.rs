@@ -18,10 +18,10 @@ const SETTLED: f64 = 1e-6;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Own {
     /// Of the natural frequency; the damping ratio is next.
-    pub modal: usize,
-    pub rest: usize,
+    pub(crate) modal: usize,
+    pub(crate) rest: usize,
     /// How many there are beyond the first release's.
-    pub more: usize,
+    pub(crate) more: usize,
 }
 
 impl Own {
@@ -65,8 +65,8 @@ impl Own {
 /// A piece of a free decay.
 #[derive(Clone, Debug)]
 pub(crate) struct Piece {
-    pub decay: FreeDecay,
-    pub own: Own,
+    pub(crate) decay: FreeDecay,
+    pub(crate) own: Own,
 }
 
 impl Deref for Piece {
@@ -101,7 +101,7 @@ impl Piece {
 
 /// Consecutive pieces of free decays.
 pub(crate) struct Pieces {
-    pub decays: Vec<Piece>,
+    pub(crate) decays: Vec<Piece>,
 }
 
 impl Pieces {

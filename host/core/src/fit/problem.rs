@@ -25,11 +25,14 @@ pub(crate) const EVALUATIONS: usize = 30;
 /// The first `count` means of a free decay.
 #[derive(Clone, Copy, Debug)]
 pub struct Release<'a> {
+    /// The free decay.
     pub decay: &'a FreeDecay,
+    /// Block means of it that are fitted, from the first on.
     pub count: usize,
 }
 
 impl<'a> Release<'a> {
+    /// All of it.
     pub fn whole(decay: &'a FreeDecay) -> Self {
         Self { decay, count: decay.yaw_rad.len() }
     }
@@ -41,14 +44,14 @@ impl<'a> Release<'a> {
 
 /// One release's share of the problem.
 pub(crate) struct Part<'a> {
-    pub release: Release<'a>,
-    pub structure: Structure,
+    pub(crate) release: Release<'a>,
+    pub(crate) structure: Structure,
     starts: Vec<usize>,
     /// Of each number of the release: its place among all.
-    pub places: Vec<usize>,
+    pub(crate) places: Vec<usize>,
     /// Numbers that are not fixed, in the order of their places.
-    pub free: Vec<usize>,
-    pub bounds: Vec<(f64, f64)>,
+    pub(crate) free: Vec<usize>,
+    pub(crate) bounds: Vec<(f64, f64)>,
     steps: Vec<f64>,
 }
 
@@ -153,9 +156,9 @@ fn adapts_steps(structure: &Structure) -> bool {
 
 /// Residuals of all releases over their noise.
 pub(crate) struct JointProblem<'a> {
-    pub parts: Vec<Part<'a>>,
-    pub places: Places,
-    pub bounds: Vec<(f64, f64)>,
+    pub(crate) parts: Vec<Part<'a>>,
+    pub(crate) places: Places,
+    pub(crate) bounds: Vec<(f64, f64)>,
 }
 
 impl<'a> JointProblem<'a> {

@@ -21,30 +21,30 @@ pub(crate) const STEPS: usize = 40;
 
 /// A model on pieces: what they have in common, and the state of each at its first instant.
 #[derive(Clone, Debug)]
-pub struct PieceFit {
-    pub structure: Structure,
+pub(crate) struct PieceFit {
+    pub(crate) structure: Structure,
     /// wn, zeta, the rest angle where it is free, those of further releases, then each effect's numbers.
-    pub common: Vec<f64>,
+    pub(crate) common: Vec<f64>,
     /// Of each piece.
     pub(crate) own: Vec<Own>,
-    pub states: Vec<[f64; 2]>,
+    pub(crate) states: Vec<[f64; 2]>,
     /// Sum of squares of each piece, rad2.
-    pub squares: Vec<f64>,
-    pub converged: bool,
+    pub(crate) squares: Vec<f64>,
+    pub(crate) converged: bool,
 }
 
 impl PieceFit {
-    pub fn sum(&self) -> f64 {
+    pub(crate) fn sum(&self) -> f64 {
         self.squares.iter().sum()
     }
 
     /// Numbers in the order of [`crate::fit::fitting::Fitted`].
-    pub fn numbers(&self, piece: usize) -> Vec<f64> {
+    pub(crate) fn numbers(&self, piece: usize) -> Vec<f64> {
         self.own[piece].numbers(&self.structure, &self.common, self.states[piece])
     }
 
     /// Where in `common` the numbers of the structure's `k`th effect begin.
-    pub fn start_of(&self, k: usize) -> usize {
+    pub(crate) fn start_of(&self, k: usize) -> usize {
         self.structure.starts()[k] - 2 + self.more()
     }
 
@@ -264,10 +264,10 @@ pub(crate) fn fit_pieces(
 
 /// A piece's sum of squares over the noise as a quadratic of the free shared parameters, its state eliminated.
 pub(crate) struct Quadratic {
-    pub matrix: DMatrix<f64>,
+    pub(crate) matrix: DMatrix<f64>,
     /// Half the slope.
-    pub gradient: DVector<f64>,
-    pub squares: f64,
+    pub(crate) gradient: DVector<f64>,
+    pub(crate) squares: f64,
 }
 
 /// The quadratics of all pieces at `common`; which of the shared parameters are free; and the bounds of all.

@@ -14,7 +14,7 @@ pub struct Sharing {
 }
 
 impl Sharing {
-    /// Nothing in common.
+    /// So many releases and effects with nothing in common.
     pub fn none(releases: usize, effects: usize) -> Self {
         let own = (0..releases).map(Some).collect();
         Self { modal: (0..releases).collect(), effects: vec![own; effects] }
@@ -24,13 +24,6 @@ impl Sharing {
     pub fn with(&self, groups: Vec<Option<usize>>) -> Self {
         let mut effects = self.effects.clone();
         effects.push(groups);
-        Self { effects, ..self.clone() }
-    }
-
-    /// Without the effect at `place` of the structure.
-    pub fn without(&self, place: usize) -> Self {
-        let mut effects = self.effects.clone();
-        effects.remove(place);
         Self { effects, ..self.clone() }
     }
 
@@ -46,8 +39,8 @@ impl Sharing {
 /// Where each release's numbers are among all.
 #[derive(Clone, Debug)]
 pub(crate) struct Places {
-    pub of: Vec<Vec<usize>>,
-    pub count: usize,
+    pub(crate) of: Vec<Vec<usize>>,
+    pub(crate) count: usize,
 }
 
 impl Places {

@@ -10,25 +10,35 @@ pub(crate) const PLAIN: usize = 4;
 /// A number that a limit can be set on. Those of an effect are counted as the fit varies them.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Number {
+    /// wn, rad/s.
     NaturalFrequency,
+    /// zeta.
     DampingRatio,
+    /// The reading at no yaw, rad.
     SensorZero,
+    /// A number of this effect, by its place in [`Effect::varied`].
     Of(Effect, usize),
 }
 
 /// Narrower bounds than a number's own; `low` = `high`: fixed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limit {
+    /// What is limited.
     pub number: Number,
+    /// In the unit in which the fit varies it.
     pub low: f64,
+    /// In the unit in which the fit varies it.
     pub high: f64,
 }
 
 /// Which effects a model holds, whether the sensor's zero is unknown, and what is fixed or kept within limits.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Structure {
+    /// Beside the second-order response, in the order in which their numbers are kept.
     pub effects: Vec<Effect>,
+    /// The sensor's zero is a number of the fit.
     pub zero_unknown: bool,
+    /// One for each number that is fixed or kept within narrower bounds.
     pub limits: Vec<Limit>,
     /// Simulated without the error that the step of a splitting has: some ten times slower.
     pub precise: bool,
@@ -37,13 +47,14 @@ pub struct Structure {
 }
 
 impl Structure {
+    /// The same with `effect` behind the others.
     pub fn with(&self, effect: &Effect) -> Self {
         let mut effects = self.effects.clone();
         effects.push(effect.clone());
         Self { effects, ..self.clone() }
     }
 
-    pub fn without(&self, effect: &Effect) -> Self {
+    pub(crate) fn without(&self, effect: &Effect) -> Self {
         let effects = self.effects.iter().filter(|&e| *e != *effect).cloned().collect();
         Self { effects, ..self.clone() }
     }

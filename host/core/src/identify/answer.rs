@@ -17,27 +17,35 @@ pub(crate) const FEWEST_PER_CYCLE: f64 = 4.7;
 /// Why a record gives nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Refusal {
+    /// Nothing swings.
     NoOscillation,
+    /// The free decay is too short.
     TooFewCycles {
+        /// Cycles of free oscillation that were found.
         cycles: f64,
     },
+    /// Too few samples in a cycle.
     TooCoarse {
+        /// Samples a cycle that there are.
         per_cycle: f64,
     },
     /// Nobody asked for amplitudes beyond half a turn: more likely the unit is another.
     BeyondHalfTurn {
+        /// Largest yaw angle from the rest.
         peak_deg: f64,
     },
     /// Fewer than three cycles between the amplitudes that were asked for; those of the record.
     Elsewhere {
+        /// Largest amplitude of the record.
         most_deg: f64,
+        /// Smallest amplitude of the record.
         least_deg: f64,
     },
 }
 
 impl Refusal {
     /// The error for `record`.
-    pub fn of(self, record: &Record) -> Error {
+    pub(crate) fn of(self, record: &Record) -> Error {
         let record = record.file.display().to_string();
         match self {
             Refusal::NoOscillation => Error::NoOscillation { record },
@@ -58,17 +66,21 @@ impl Refusal {
 /// All that was found in one record.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Identification {
+    /// The record's own name.
     pub file: String,
     /// Beginning of the free motion on the record's own clock; the first sample where the release came before it
     /// (flag `starts_in_mid_swing`).
     pub release_time_s: f64,
+    /// Samples a second.
     pub rate_hz: f64,
+    /// The part that was analysed.
     pub window: AmplitudeWindow,
     /// Standard deviation of the noise: of what one mode leaves of the window where it explains it, of what three-cycle
     /// fits leave where it does not.
     pub noise_rms_deg: f64,
     /// Wild samples left out.
     pub outliers: usize,
+    /// In the order in which the methods were asked.
     pub estimates: Vec<Estimate>,
     /// Methods that could not say anything about this record.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -78,18 +90,26 @@ pub struct Identification {
 /// What was analysed: amplitudes at its ends, not those asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AmplitudeWindow {
+    /// Amplitude at the beginning.
     pub from_deg: f64,
+    /// Amplitude at the end.
     pub to_deg: f64,
+    /// Of damped oscillation, in between.
     pub cycles: f64,
+    /// Beginning, on the record's clock.
     pub from_s: f64,
+    /// End, on the record's clock.
     pub to_s: f64,
 }
 
 /// One method's answer.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Estimate {
+    /// The method whose answer it is.
     pub method: Method,
+    /// Undamped; a mean over the window where it depends on the amplitude.
     pub natural_frequency_rad_s: Quantity,
+    /// Negative where the oscillation grows; a mean over the window where it depends on the amplitude.
     pub damping_ratio: Quantity,
     /// Raw rms of record minus the mode with these two values, amplitude, phase and offset fitted.
     pub residual_rms_deg: f64,
@@ -98,6 +118,7 @@ pub struct Estimate {
     /// By least squares, from the largest amplitude of the windows to the smallest; of other methods none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub at_amplitude: Vec<AtAmplitude>,
+    /// What a reader must know besides.
     pub flags: Vec<Flag>,
     /// Least standard deviations any unbiased method could reach in white noise of the residual's size.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -111,13 +132,16 @@ pub struct WindowEstimate {
     pub time_s: f64,
     /// Envelope there.
     pub amplitude_deg: f64,
+    /// Undamped.
     pub natural_frequency_rad_s: f64,
+    /// Negative where the oscillation grows.
     pub damping_ratio: f64,
 }
 
 /// wn and zeta at one amplitude.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AtAmplitude {
+    /// At the beginning of the cycle.
     pub amplitude_deg: f64,
     /// 2 pi over the period of a cycle begun there.
     pub natural_frequency_rad_s: Quantity,
@@ -139,6 +163,8 @@ impl AtAmplitude {
 /// A method without an answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Unavailable {
+    /// The method that has no answer.
     pub method: Method,
+    /// Why it has none, in words.
     pub reason: String,
 }

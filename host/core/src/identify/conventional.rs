@@ -26,7 +26,7 @@ const DEGREE: usize = 5;
 const FILLED: usize = 4;
 
 /// The method on a prepared record; why not in words.
-pub fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
+pub(crate) fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
     let options = prepared.settings.conventional;
     let mut flags = Vec::new();
     let rate_hz = prepared.samples.rate_hz();

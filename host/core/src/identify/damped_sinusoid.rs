@@ -15,11 +15,15 @@ const BLOCK: usize = 128;
 pub struct Mode {
     /// Time at which the phase and the amplitude below hold, s.
     pub origin_s: f64,
+    /// Part in cos(w t) at the origin.
     pub cosine_deg: f64,
+    /// Part in sin(w t) at the origin.
     pub sine_deg: f64,
+    /// Mid-line of the oscillation.
     pub offset_deg: f64,
     /// zeta wn; negative for a growing oscillation.
     pub decay_rate_1_s: f64,
+    /// wn sqrt(1 - zeta^2), positive.
     pub damped_frequency_rad_s: f64,
 }
 
@@ -51,22 +55,24 @@ impl Mode {
             self.damped_frequency_rad_s,
         ]
     }
+    /// Undamped: wn.
     pub fn natural_frequency_rad_s(&self) -> f64 {
         self.damped_frequency_rad_s.hypot(self.decay_rate_1_s)
     }
+    /// Negative where the oscillation grows.
     pub fn damping_ratio(&self) -> f64 {
         self.decay_rate_1_s / self.natural_frequency_rad_s()
     }
     /// Envelope of the oscillation about its offset.
-    pub fn amplitude_deg(&self, time_s: f64) -> f64 {
+    pub(crate) fn amplitude_deg(&self, time_s: f64) -> f64 {
         self.cosine_deg.hypot(self.sine_deg)
             * (-self.decay_rate_1_s * (time_s - self.origin_s)).exp()
     }
-    pub fn yaw_deg(&self, time_s: f64) -> f64 {
+    pub(crate) fn yaw_deg(&self, time_s: f64) -> f64 {
         let [a, _, c, _, _] = self.parameters_at(time_s);
         a + c
     }
-    pub fn rate_deg_s(&self, time_s: f64) -> f64 {
+    pub(crate) fn rate_deg_s(&self, time_s: f64) -> f64 {
         let [a, b, _, s, w] = self.parameters_at(time_s);
         w * b - s * a
     }
@@ -80,6 +86,7 @@ impl Mode {
 
 /// Residuals model - record over a stretch, time counted from the stretch's first sample.
 pub struct DampedSinusoid<'a> {
+    /// What the mode is compared with.
     pub stretch: Stretch<'a>,
 }
 

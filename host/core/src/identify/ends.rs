@@ -26,8 +26,8 @@ const PUSHED_SHARE: f64 = 0.25;
 const SWUNG: usize = 6;
 
 pub(super) struct Onset {
-    pub release_s: f64,
-    pub free_from_s: f64,
+    pub(crate) release_s: f64,
+    pub(crate) free_from_s: f64,
 }
 
 impl Search<'_> {

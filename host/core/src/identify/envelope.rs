@@ -86,10 +86,10 @@ fn evenly(time: &[f64], value: &[f64], step: f64) -> Vec<f64> {
 /// Amplitude about the local mean at one time, from one cycle centred there.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Point {
-    pub time_s: f64,
-    pub amplitude_deg: f64,
+    pub(crate) time_s: f64,
+    pub(crate) amplitude_deg: f64,
     /// Standard deviation of what the sinusoid leaves.
-    pub scatter_deg: f64,
+    pub(crate) scatter_deg: f64,
 }
 
 /// Envelope of `means` at `frequency_rad_s`: a sinusoid and a constant fitted to each cycle, eight a cycle.

@@ -6,24 +6,43 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Flag {
+    /// The samples are not evenly spaced.
     IrregularTimeStamps,
+    /// Several samples share a time stamp.
     StampsSpread,
+    /// The method works on an even grid that was interpolated.
     Resampled,
+    /// Short gaps hold a fit to their neighbourhood.
     GapsFilled,
+    /// Wild samples do not count.
     OutliersExcluded,
+    /// The release came before the record.
     StartsInMidSwing,
+    /// Something still drove the model after the release.
     PushedAtStart,
+    /// Something stopped or drove the model before it came to rest.
     StoppedEarly,
+    /// What was analysed lies partly beyond the amplitudes that were asked for.
     AmplitudeOutsideWindow,
+    /// The smallest amplitude that was asked for is not reached.
     EndsAboveWindow,
+    /// The uncertainties rest on little.
     FewCycles,
+    /// The damping ratio is negative.
     Grows,
+    /// The damping is not linear.
     AmplitudeDependentDamping,
+    /// The stiffness is not linear.
     AmplitudeDependentFrequency,
+    /// The second-order model lacks something: [`crate::diagnosis`] says what.
     ResidualAboveNoise,
+    /// Conventional method: its filter needs a faster record.
     LowPassNotApplied,
+    /// Conventional method: its filter may damp the oscillation itself.
     LowPassTooNear,
+    /// Network: at least one window is extrapolated.
     OutsideTrainedRange,
+    /// Others than the analysed release are in the record.
     SeveralReleases,
 }
 

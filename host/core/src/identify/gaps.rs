@@ -28,8 +28,8 @@ const EDGE: f64 = 0.05;
 /// No samples between these two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gap {
-    pub from_s: f64,
-    pub to_s: f64,
+    pub(crate) from_s: f64,
+    pub(crate) to_s: f64,
 }
 
 impl Gap {
@@ -46,12 +46,12 @@ impl std::fmt::Display for Gap {
 
 /// What became of the gaps of a record.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Filled {
+pub(crate) struct Filled {
     /// Without gaps.
-    pub record: Record,
-    pub filled: Vec<Gap>,
+    pub(crate) record: Record,
+    pub(crate) filled: Vec<Gap>,
     /// Those at which the record was cut; the longest free decay between them is kept.
-    pub parting: Vec<Gap>,
+    pub(crate) parting: Vec<Gap>,
 }
 
 /// Where `record` has longer steps than other records have.
@@ -66,7 +66,7 @@ fn gaps(record: &Record) -> Vec<Gap> {
 }
 
 /// `record` without its gaps; none where it has none, or no oscillation.
-pub fn filled(record: &Record) -> Option<Filled> {
+pub(crate) fn filled(record: &Record) -> Option<Filled> {
     let mut gaps = gaps(record);
     if gaps.is_empty() {
         return None;
@@ -124,11 +124,32 @@ pub fn without(record: &Record) -> (Cow<'_, Record>, Vec<Warning>) {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Warning {
     /// A steady line far above the oscillation is taken out of the reading.
-    Line { record: String, line: SteadyLine },
+    Line {
+        /// Name of the record.
+        record: String,
+        /// What was taken out.
+        line: SteadyLine,
+    },
     /// Short gaps are filled by fits to the cycles about them.
-    Filled { record: String, longest: Gap, others: usize },
+    Filled {
+        /// Name of the record.
+        record: String,
+        /// The longest of the gaps.
+        longest: Gap,
+        /// How many shorter ones there are.
+        others: usize,
+    },
     /// A gap too long for that: the part between these times is used.
-    Parted { record: String, gap: Gap, from_s: f64, to_s: f64 },
+    Parted {
+        /// Name of the record.
+        record: String,
+        /// The first such gap.
+        gap: Gap,
+        /// Beginning of the part, on the record's clock.
+        from_s: f64,
+        /// End of the part, on the record's clock.
+        to_s: f64,
+    },
 }
 
 impl fmt::Display for Warning {

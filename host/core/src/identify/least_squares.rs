@@ -22,15 +22,9 @@ const LENGTHENING: f64 = 2.0;
 /// A mode fitted to a stretch.
 #[derive(Clone, Debug)]
 pub struct ModeFit {
+    /// The mode at the least sum of squares.
     pub mode: Mode,
-    pub fit: Fit,
-}
-
-impl ModeFit {
-    /// Raw rms of record minus model, samples left out not counted.
-    pub fn residual_rms_deg(&self) -> f64 {
-        self.fit.residual_rms()
-    }
+    pub(crate) fit: Fit,
 }
 
 /// Fits one mode to all of `stretch`; `frequency_rad_s` is known to some ten percent. `None` where no fit reaches a
@@ -44,7 +38,7 @@ pub fn fit_mode(stretch: &Stretch<'_>, frequency_rad_s: f64) -> Option<ModeFit> 
 }
 
 /// The last steps on all samples, from a mode that is already near.
-pub fn refine(stretch: &Stretch<'_>, start: &Mode) -> Option<ModeFit> {
+pub(crate) fn refine(stretch: &Stretch<'_>, start: &Mode) -> Option<ModeFit> {
     fit_from(stretch, start, &Options { damping: 1e-6, ..Options::default() })
 }
 
@@ -115,7 +109,8 @@ fn starts(stretch: &Stretch<'_>, frequency_rad_s: f64) -> Vec<Mode> {
     by_pencil.chain(by_spectrum).filter_map(|(s, w)| linear_start(stretch, s, w)).collect()
 }
 
-/// With decay rate and frequency given, amplitude, phase and offset are linear.
+/// The mode with this decay rate (1/s) and damped frequency (rad/s): its amplitude, phase and offset by linear least
+/// squares. `None` where the samples do not determine them.
 pub fn linear_start(stretch: &Stretch<'_>, decay_rate: f64, frequency: f64) -> Option<Mode> {
     if stretch.is_empty() {
         return None;

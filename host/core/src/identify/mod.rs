@@ -31,7 +31,7 @@ pub(crate) use answer::FEWEST_CYCLES;
 pub use answer::{
     AmplitudeWindow, AtAmplitude, Estimate, Identification, Refusal, Unavailable, WindowEstimate,
 };
-pub use prepared::{prepare, Prepared, Values};
+pub(crate) use prepared::{prepare, Prepared, Values};
 pub use settings::{Method, Settings};
 
 /// Applies `methods` to a record: release, hold, end and offset are found in it. See the example of the crate.

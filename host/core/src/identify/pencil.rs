@@ -9,8 +9,8 @@ use nalgebra::DMatrix;
 /// One pole e^(s T) as its decay rate -Re s (1/s) and frequency Im s (rad/s).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pole {
-    pub decay_rate_1_s: f64,
-    pub frequency_rad_s: f64,
+    pub(crate) decay_rate_1_s: f64,
+    pub(crate) frequency_rad_s: f64,
 }
 
 /// Oscillating poles of a constant plus one damped sinusoid in `values`, sampled every `step_s`.

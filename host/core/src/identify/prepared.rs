@@ -32,12 +32,12 @@ const ABOVE_NOISE: f64 = 2.5;
 const VISIBLE: f64 = 1.1;
 
 /// A record as every method gets it.
-pub struct Prepared<'a> {
-    pub record: &'a Record,
-    pub samples: Samples<'a>,
-    pub span: FreeSpan,
-    pub windows: Vec<Window>,
-    pub settings: Settings,
+pub(crate) struct Prepared<'a> {
+    pub(crate) record: &'a Record,
+    pub(crate) samples: Samples<'a>,
+    pub(crate) span: FreeSpan,
+    pub(crate) windows: Vec<Window>,
+    pub(crate) settings: Settings,
     /// Spectral density of what three-cycle fits leave, about the oscillation's frequency; as a variance.
     density: f64,
     /// One mode over the whole window.
@@ -46,22 +46,25 @@ pub struct Prepared<'a> {
 
 /// A method's values, before they are compared with the record.
 #[derive(Clone, Debug)]
-pub struct Values {
-    pub natural_frequency_rad_s: Quantity,
-    pub damping_ratio: Quantity,
+pub(crate) struct Values {
+    pub(crate) natural_frequency_rad_s: Quantity,
+    pub(crate) damping_ratio: Quantity,
     /// The method's own windows of three cycles, where it has them.
-    pub windows: Vec<WindowEstimate>,
-    pub at_amplitude: Vec<AtAmplitude>,
+    pub(crate) windows: Vec<WindowEstimate>,
+    pub(crate) at_amplitude: Vec<AtAmplitude>,
     /// What only the method knows.
-    pub flags: Vec<Flag>,
-    pub cramer_rao: Option<Bound>,
+    pub(crate) flags: Vec<Flag>,
+    pub(crate) cramer_rao: Option<Bound>,
 }
 
 /// Finds the free decay in `record` and fits its three-cycle windows and the whole.
 ///
 /// # Errors
 /// See [`Refusal`].
-pub fn prepare<'a>(record: &'a Record, settings: &Settings) -> Result<Prepared<'a>, Refusal> {
+pub(crate) fn prepare<'a>(
+    record: &'a Record,
+    settings: &Settings,
+) -> Result<Prepared<'a>, Refusal> {
     let mut samples = Samples::new(&record.time_s, &record.yaw_deg);
     outliers::exclude_spikes(&mut samples);
     let seen = |settings: &Settings| seen_with(samples.clone(), settings, &record.yaw_deg);
@@ -116,7 +119,7 @@ fn oscillates(windows: &[Window], white_noise_deg: f64) -> bool {
 
 impl Prepared<'_> {
     /// The analysed part of the record.
-    pub fn stretch(&self) -> Stretch<'_> {
+    pub(crate) fn stretch(&self) -> Stretch<'_> {
         self.span.stretch(&self.samples)
     }
 
@@ -155,7 +158,7 @@ impl Prepared<'_> {
     }
 
     /// Standard deviation of the noise; see [`super::Identification::noise_rms_deg`].
-    pub fn noise_rms_deg(&self) -> f64 {
+    pub(crate) fn noise_rms_deg(&self) -> f64 {
         match &self.whole {
             Some(whole) if !self.misfit(&whole.mode).above_noise => whole.fit.variance().sqrt(),
             _ => {
@@ -167,7 +170,7 @@ impl Prepared<'_> {
     }
 
     /// The analysed amplitudes and times.
-    pub fn window(&self) -> AmplitudeWindow {
+    pub(crate) fn window(&self) -> AmplitudeWindow {
         let (from_s, to_s) = (self.span.from_s, self.span.to_s);
         let amplitude = |w: &Window, time_s: f64| {
             let middle = 0.5 * (w.from_s + w.to_s);
@@ -185,7 +188,7 @@ impl Prepared<'_> {
     }
 
     /// Least squares over all of the window.
-    pub fn least_squares(&self) -> Result<Values, String> {
+    pub(crate) fn least_squares(&self) -> Result<Values, String> {
         let Some(found) = &self.whole else {
             return self.of_windows().ok_or_else(|| "no mode could be fitted".into());
         };
@@ -231,7 +234,7 @@ impl Prepared<'_> {
     ///
     /// # Errors
     /// In words, where no oscillation has these values.
-    pub fn judged(&self, method: Method, values: Values) -> Result<Estimate, String> {
+    pub(crate) fn judged(&self, method: Method, values: Values) -> Result<Estimate, String> {
         let (mut wn, mut zeta) = (values.natural_frequency_rad_s, values.damping_ratio);
         let decay_rate = zeta.value * wn.value;
         let damped_frequency = (wn.value.powi(2) - decay_rate.powi(2)).sqrt();

@@ -18,19 +18,19 @@ const DIED_OUT: f64 = 0.01;
 const ENVELOPE_SHARE: f64 = 0.02;
 /// The free decay of a record and what of it is analysed.
 #[derive(Clone, Debug)]
-pub struct FreeSpan {
+pub(crate) struct FreeSpan {
     /// Strongest frequency of the record, rad/s, to a few percent.
-    pub frequency_rad_s: f64,
+    pub(crate) frequency_rad_s: f64,
     /// Beginning of the free motion: the release, or the first sample where the release is not in the record.
-    pub release_time_s: f64,
+    pub(crate) release_time_s: f64,
     /// What is analysed.
-    pub from_s: f64,
-    pub to_s: f64,
-    pub flags: Vec<Flag>,
+    pub(crate) from_s: f64,
+    pub(crate) to_s: f64,
+    pub(crate) flags: Vec<Flag>,
 }
 
 impl FreeSpan {
-    pub fn stretch<'a>(&self, samples: &'a Samples<'_>) -> Stretch<'a> {
+    pub(crate) fn stretch<'a>(&self, samples: &'a Samples<'_>) -> Stretch<'a> {
         samples.between(self.from_s, self.to_s)
     }
 }
@@ -63,20 +63,20 @@ fn noise_of_means(means: &Stretch<'_>, points: &[Point]) -> f64 {
 }
 
 pub(super) struct Search<'a> {
-    pub means: Stretch<'a>,
+    pub(crate) means: Stretch<'a>,
     /// First sample, and one step after the last: the means lie inside.
-    pub begin_s: f64,
-    pub end_s: f64,
-    pub period: f64,
-    pub noise: f64,
-    pub points: Vec<Point>,
+    pub(crate) begin_s: f64,
+    pub(crate) end_s: f64,
+    pub(crate) period: f64,
+    pub(crate) noise: f64,
+    pub(crate) points: Vec<Point>,
 }
 
 /// Consecutive points of the envelope, ends included.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Run {
-    pub first: usize,
-    pub last: usize,
+    pub(crate) first: usize,
+    pub(crate) last: usize,
 }
 
 impl Search<'_> {

@@ -36,17 +36,14 @@ impl<'a> Samples<'a> {
         Self { time_s, yaw_deg, excluded: vec![false; yaw_deg.len()], step_s, uniform }
     }
     /// Samples a second, from the median time step.
-    pub fn rate_hz(&self) -> f64 {
+    pub(crate) fn rate_hz(&self) -> f64 {
         1.0 / self.step_s
     }
     pub(crate) fn is_uniform(&self) -> bool {
         self.uniform
     }
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.yaw_deg.len()
-    }
-    pub fn is_empty(&self) -> bool {
-        false
     }
     pub(crate) fn excluded(&self) -> usize {
         self.excluded.iter().filter(|&&e| e).count()
@@ -54,11 +51,12 @@ impl<'a> Samples<'a> {
     pub(crate) fn exclude(&mut self, index: usize) {
         self.excluded[index] = true;
     }
+    /// The whole record as one stretch.
     pub fn all(&self) -> Stretch<'_> {
         self.stretch(0, self.len())
     }
     /// Samples `from..to` by index.
-    pub fn stretch(&self, from: usize, to: usize) -> Stretch<'_> {
+    pub(crate) fn stretch(&self, from: usize, to: usize) -> Stretch<'_> {
         Stretch {
             time_s: &self.time_s[from..to],
             yaw_deg: &self.yaw_deg[from..to],
@@ -69,7 +67,7 @@ impl<'a> Samples<'a> {
         }
     }
     /// Samples with `from_s <= t < to_s`.
-    pub fn between(&self, from_s: f64, to_s: f64) -> Stretch<'_> {
+    pub(crate) fn between(&self, from_s: f64, to_s: f64) -> Stretch<'_> {
         self.all().between(from_s, to_s)
     }
 }
@@ -77,32 +75,32 @@ impl<'a> Samples<'a> {
 /// Consecutive samples of a record.
 #[derive(Clone, Copy, Debug)]
 pub struct Stretch<'a> {
-    pub time_s: &'a [f64],
-    pub yaw_deg: &'a [f64],
-    pub excluded: &'a [bool],
+    pub(crate) time_s: &'a [f64],
+    pub(crate) yaw_deg: &'a [f64],
+    pub(crate) excluded: &'a [bool],
     /// Median time step of the record.
-    pub step_s: f64,
+    pub(crate) step_s: f64,
     /// Whether all time stamps lie on an even grid.
-    pub uniform: bool,
+    pub(crate) uniform: bool,
     /// Index in the record of the first sample.
-    pub first: usize,
+    pub(crate) first: usize,
 }
 
 impl<'a> Stretch<'a> {
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.yaw_deg.len()
     }
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.yaw_deg.is_empty()
     }
-    pub fn start_s(&self) -> f64 {
+    pub(crate) fn start_s(&self) -> f64 {
         self.time_s[0]
     }
     /// From the first sample to one step after the last.
-    pub fn duration_s(&self) -> f64 {
+    pub(crate) fn duration_s(&self) -> f64 {
         self.time_s[self.len() - 1] - self.time_s[0] + self.step_s
     }
-    pub fn between(&self, from_s: f64, to_s: f64) -> Stretch<'a> {
+    pub(crate) fn between(&self, from_s: f64, to_s: f64) -> Stretch<'a> {
         let a = self.time_s.partition_point(|&t| t < from_s);
         let b = self.time_s.partition_point(|&t| t < to_s).max(a);
         Stretch {
@@ -114,7 +112,7 @@ impl<'a> Stretch<'a> {
         }
     }
     /// `(t, y)` of the samples that count.
-    pub fn kept(&self) -> impl Iterator<Item = (f64, f64)> + 'a {
+    pub(crate) fn kept(&self) -> impl Iterator<Item = (f64, f64)> + 'a {
         let this = *self;
         (0..this.len())
             .filter(move |&k| !this.excluded[k])
@@ -169,21 +167,18 @@ impl<'a> Stretch<'a> {
 
 /// Block means of a stretch.
 #[derive(Clone, Debug)]
-pub struct Means {
-    pub time_s: Vec<f64>,
-    pub yaw_deg: Vec<f64>,
+pub(crate) struct Means {
+    pub(crate) time_s: Vec<f64>,
+    pub(crate) yaw_deg: Vec<f64>,
     pub(crate) uniform: bool,
 }
 
 impl Means {
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.yaw_deg.len()
     }
-    pub fn is_empty(&self) -> bool {
-        self.yaw_deg.is_empty()
-    }
     /// The means as a stretch of their own; `excluded` is all false and as long as they are.
-    pub fn stretch<'a>(&'a self, excluded: &'a [bool]) -> Stretch<'a> {
+    pub(crate) fn stretch<'a>(&'a self, excluded: &'a [bool]) -> Stretch<'a> {
         let n = self.len();
         let step_s =
             if n > 1 { (self.time_s[n - 1] - self.time_s[0]) / (n - 1) as f64 } else { 1.0 };

@@ -11,6 +11,7 @@ pub struct Settings {
     pub to_deg: f64,
     /// Refuse a record with fewer than three cycles between the two, which else is analysed on what there is.
     pub only_between: bool,
+    /// Choices of the conventional method; the others heed none.
     pub conventional: Conventional,
 }
 
@@ -29,8 +30,11 @@ impl Default for Settings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
+    /// One damped mode fitted to the samples, at the information limit in white noise.
     LeastSquares,
+    /// Peak of the spectrum and decay of the maxima, as the thesis has it.
     Conventional,
+    /// The network that the device carries, over windows of three cycles.
     Network,
 }
 
@@ -57,6 +61,8 @@ pub enum Decay {
 /// Choices within the conventional method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Conventional {
+    /// Where the damped frequency comes from.
     pub spectral_peak: SpectralPeak,
+    /// Where the damping ratio comes from.
     pub decay: Decay,
 }

@@ -9,8 +9,8 @@ const SIGNIFICANT: f64 = 5.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Trends {
     /// rad/s.
-    pub frequency: Option<f64>,
-    pub damping: Option<f64>,
+    pub(crate) frequency: Option<f64>,
+    pub(crate) damping: Option<f64>,
 }
 
 pub(super) fn of(windows: &[Window]) -> Trends {

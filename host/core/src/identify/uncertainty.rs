@@ -28,19 +28,21 @@ const ABSORBED: f64 = 2.0;
 /// Standard uncertainties (k = 1) of one fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uncertainty {
-    pub natural_frequency_rad_s: f64,
-    pub damping_ratio: f64,
+    pub(crate) natural_frequency_rad_s: f64,
+    pub(crate) damping_ratio: f64,
     /// What an unbiased estimate could reach at best if the residual were white noise.
-    pub bound: Bound,
+    pub(crate) bound: Bound,
     /// S(w) over the residual's variance: 1 for white noise, (1 + r)/(1 - r) at low frequency for lag-one
     /// correlation r.
-    pub spectral_ratio: f64,
+    pub(crate) spectral_ratio: f64,
 }
 
 /// Cramer-Rao bound on the standard deviations of wn and zeta.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bound {
+    /// Least standard deviation of wn.
     pub natural_frequency_rad_s: f64,
+    /// Least standard deviation of zeta.
     pub damping_ratio: f64,
 }
 
@@ -108,7 +110,11 @@ fn by_law(mode: &Mode, stretch: &Stretch<'_>, residuals_deg: &[f64]) -> Option<B
 }
 
 /// From a fit and its residuals (record - model, at every sample of the stretch).
-pub fn of(found: &ModeFit, stretch: &Stretch<'_>, residuals_deg: &[f64]) -> Option<Uncertainty> {
+pub(crate) fn of(
+    found: &ModeFit,
+    stretch: &Stretch<'_>,
+    residuals_deg: &[f64],
+) -> Option<Uncertainty> {
     let bound = white(found)?;
     let frequency = found.mode.damped_frequency_rad_s;
     let ratio = spectral_density(stretch, residuals_deg, frequency) / found.fit.variance();
@@ -123,7 +129,7 @@ pub fn of(found: &ModeFit, stretch: &Stretch<'_>, residuals_deg: &[f64]) -> Opti
 }
 
 /// What the covariance of the fit says by itself: standard deviations for a white residual.
-pub fn white(found: &ModeFit) -> Option<Bound> {
+pub(crate) fn white(found: &ModeFit) -> Option<Bound> {
     Some(modal_deviations(&found.mode, found.fit.covariance.as_ref().ok()?))
 }
 

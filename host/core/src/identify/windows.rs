@@ -24,28 +24,28 @@ const LEFT_OVER: f64 = 3.0 - 0.30 - 0.30 - 0.08;
 
 /// One window. Uncertainties hold for noise as coloured as the residuals of all windows.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Window {
-    pub from_s: f64,
-    pub to_s: f64,
+pub(crate) struct Window {
+    pub(crate) from_s: f64,
+    pub(crate) to_s: f64,
     /// Envelope at the middle of the window.
-    pub amplitude_deg: f64,
+    pub(crate) amplitude_deg: f64,
     /// Mid-line of the oscillation.
-    pub midline_deg: f64,
+    pub(crate) midline_deg: f64,
     /// For white noise.
-    pub midline_u_deg: f64,
-    pub natural_frequency_rad_s: f64,
-    pub natural_frequency_u: f64,
-    pub damping_ratio: f64,
-    pub damping_ratio_u: f64,
+    pub(crate) midline_u_deg: f64,
+    pub(crate) natural_frequency_rad_s: f64,
+    pub(crate) natural_frequency_u: f64,
+    pub(crate) damping_ratio: f64,
+    pub(crate) damping_ratio_u: f64,
     /// Standard deviation of the residual.
-    pub noise_deg: f64,
+    pub(crate) noise_deg: f64,
     /// Standard deviation of the angle.
-    pub motion_deg: f64,
+    pub(crate) motion_deg: f64,
 }
 
 impl Window {
     /// Share of the motion that the fit explains, white noise of the given standard deviation taken off both.
-    pub fn explained(&self, white_noise_deg: f64) -> f64 {
+    pub(crate) fn explained(&self, white_noise_deg: f64) -> f64 {
         let white = white_noise_deg.powi(2);
         let motion = self.motion_deg.powi(2) - white;
         if motion > 0.1 * white {

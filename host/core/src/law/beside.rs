@@ -32,9 +32,13 @@ const MOST_HARMONIC: u32 = 5;
 /// What no law of angle and rate holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
+    /// Something that follows time alone, as a drift.
     Time,
+    /// A line of the spectrum beside the yaw mode.
     SecondFrequency,
+    /// A change of the reading, not of the motion.
     Sensor,
+    /// A random moment.
     Randomness,
 }
 
@@ -50,7 +54,7 @@ impl Kind {
         }
     }
 
-    /// As JSON has it.
+    /// As it is written in JSON.
     pub fn name(self) -> &'static str {
         match self {
             Self::Time => "time",
@@ -64,15 +68,17 @@ impl Kind {
 /// What stands beside a law.
 #[derive(Clone, Debug)]
 pub struct Beside {
+    /// What kind of thing it is.
     pub kind: Kind,
-    /// Of the library.
+    /// The effect of the library that shows it.
     pub effect: Effect,
-    /// The law with the effect; of randomness, which cannot be predicted, the law alone.
+    /// Residual over noise, on pieces not fitted, of the law with the effect; of randomness, which cannot be predicted, of
+    /// the law alone.
     pub held_out_over_noise: f64,
     /// Of a line, rad/s.
     pub frequency_rad_s: Option<f64>,
     /// Of the whole release what is not the law's, rad: the law as it is beside the effect; of randomness, alone.
-    pub residuals_rad: Vec<f64>,
+    pub(crate) residuals_rad: Vec<f64>,
 }
 
 /// The effects that are not of the state and have a definite course.

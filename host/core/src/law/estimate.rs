@@ -54,11 +54,13 @@ const REACH: f64 = 1.001;
 /// A law as an equation of motion.
 #[derive(Clone, Debug)]
 pub struct Curve {
+    /// Its linear part, its curves as effects, and the state at the first instant.
     pub motion: Motion,
     /// Where the motion comes to rest, on the sensor, rad.
     pub rest_rad: f64,
-    /// The largest yaw angle about the rest and the largest yaw rate: it is known as far as that.
+    /// The largest yaw angle about the rest: it is known as far as that.
     pub yaw_rad: f64,
+    /// The largest yaw rate: it is known as far as that.
     pub rate_rad_s: f64,
 }
 
@@ -73,30 +75,35 @@ impl Curve {
 /// A law with what it was fitted to.
 #[derive(Clone, Debug)]
 pub struct Measured {
+    /// The shape; its values are [`Self::effect_numbers`].
     pub law: Arc<MeasuredLaw>,
-    pub fit: PieceFit,
+    pub(crate) fit: PieceFit,
     /// wn (rad/s) and zeta of each release, in the order in which they were given.
     pub modal: Vec<[f64; 2]>,
     /// Of `fit.common`, widened for residuals above the noise and for their correlation.
-    pub covariance: DMatrix<f64>,
-    pub prediction: Prediction,
+    pub(crate) covariance: DMatrix<f64>,
+    pub(crate) prediction: Prediction,
+    /// Rms of the block means less the law, over the noise of such a mean.
     pub residual_over_noise: f64,
+    /// The same on pieces that were not fitted, their state estimated anew.
     pub held_out_over_noise: f64,
     /// The same without a law.
-    pub plain: PieceFit,
+    pub(crate) plain: PieceFit,
+    /// `residual_over_noise` without a law.
     pub plain_residual_over_noise: f64,
+    /// `held_out_over_noise` without a law.
     pub plain_held_out_over_noise: f64,
 }
 
 /// A law fitted with one choice of its curves and their roughness.
-struct Candidate {
+struct Trial {
     law: MeasuredLaw,
     fit: PieceFit,
     covariance: DMatrix<f64>,
     prediction: Prediction,
 }
 
-impl Candidate {
+impl Trial {
     fn is_better_than(&self, other: &Self) -> bool {
         let ratio = self.prediction.rms_rad() / other.prediction.rms_rad();
         match self.law.parts.len().cmp(&other.law.parts.len()) {
@@ -155,14 +162,14 @@ pub fn measure_showing(
     let friction = !structure.effects.iter().any(Effect::sticks);
     let with = |law: &MeasuredLaw| structure.with(&Effect::Measured(Arc::new(law.clone())));
     let begin = short.common.len();
-    let mut best: Option<Candidate> = None;
-    let judged = |law: &MeasuredLaw, fit: &PieceFit| -> Option<(Candidate, MeasuredLaw)> {
+    let mut best: Option<Trial> = None;
+    let judged = |law: &MeasuredLaw, fit: &PieceFit| -> Option<(Trial, MeasuredLaw)> {
         let found = states(&lengths.predicted, &fit.structure, &fit.common);
         let begins: Vec<[f64; 2]> = found.iter().map(|f| f.0).collect();
         let nearby = Nearby::new(&lengths.predicted, &begins, fit, law, begin)?;
         let covariance = nearby.covariance()?;
         let prediction = predict_within(&lengths.predicted, fit);
-        let candidate = Candidate { law: law.clone(), fit: fit.clone(), covariance, prediction };
+        let candidate = Trial { law: law.clone(), fit: fit.clone(), covariance, prediction };
         Some((candidate, nearby.best()))
     };
     let fitted = |from: &MeasuredLaw, fit: &PieceFit, law: &MeasuredLaw| -> Result<PieceFit> {
@@ -173,7 +180,7 @@ pub fn measure_showing(
         Ok(fit)
     };
     // Rounds in which a law's roughness, and with `bends` its knots, are chosen anew; the best is kept.
-    let improve = |best: &mut Option<Candidate>, law, fit, bends: bool| -> Result<()> {
+    let improve = |best: &mut Option<Trial>, law, fit, bends: bool| -> Result<()> {
         let (mut law, mut fit): (MeasuredLaw, PieceFit) = (law, fit);
         let rounds = if bends { BENDS } else { ROUNDS };
         for round in 0..=rounds {
@@ -204,7 +211,7 @@ pub fn measure_showing(
         }
         improve(&mut best, law, fit, false)?;
     }
-    if let Some(Candidate { law, fit, .. }) = &best {
+    if let Some(Trial { law, fit, .. }) = &best {
         let (law, fit) = (law.clone(), fit.clone());
         improve(&mut best, law, fit, true)?;
     }
@@ -217,8 +224,8 @@ pub fn measure_showing(
         }
     }
     // The line of its dissipation is the damping ratio's.
-    let without_line = |best: &Candidate| -> Option<(MeasuredLaw, Vec<f64>)> {
-        let Candidate { law, fit, covariance, .. } = best;
+    let without_line = |best: &Trial| -> Option<(MeasuredLaw, Vec<f64>)> {
+        let Trial { law, fit, covariance, .. } = best;
         let found = Tables { law, common: &fit.common, covariance };
         let law = law.without_line(Some(line(&lengths, &plain.structure, &found)?));
         let (values, slope_per_s) = law.leveled(&fit.common[begin..])?;
@@ -235,7 +242,7 @@ pub fn measure_showing(
             }
         }
     }
-    let Candidate { law, fit, covariance, prediction } = best;
+    let Trial { law, fit, covariance, prediction } = best;
     // A law of no curvature is the plain model: what is worse was not found.
     if fit.sum() > 1.01 * plain.sum() {
         return Err(Error::NoLaw);
@@ -311,6 +318,11 @@ impl Measured {
         Quantity::new(self.fit.common[1], self.covariance[(1, 1)].max(0.0).sqrt())
     }
 
+    /// Of the release from the largest angle without a law: what takes the place of the law's dissipation is in it.
+    pub fn plain_damping_ratio(&self) -> f64 {
+        self.plain.common[1]
+    }
+
     /// Natural frequency and damping ratio of `decay`, the release with the largest angle, under the law.
     pub fn at_amplitude(&self, decay: &FreeDecay) -> Vec<AtAmplitude> {
         let (structure, own) = (&self.fit.structure, self.fit.own[0]);
@@ -326,7 +338,7 @@ impl Measured {
         at_amplitudes(decay, &whole)
     }
 
-    /// With all that it was fitted beside.
+    /// The law as an equation of motion, with all that it was fitted beside.
     pub fn curve(&self, decay: &FreeDecay) -> Curve {
         Curve::of(decay, &self.fit, &self.law)
     }

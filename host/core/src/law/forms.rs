@@ -5,7 +5,7 @@ use yawrig_expression::{OwnEffect, State};
 
 /// What a parameter is to its form.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Role {
+pub(crate) enum Role {
     /// The moment is in proportion to it.
     Size,
     /// Tried at these values.
@@ -15,12 +15,12 @@ pub enum Role {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FormParameter {
-    pub name: &'static str,
-    pub unit: &'static str,
-    pub role: Role,
+pub(crate) struct FormParameter {
+    pub(crate) name: &'static str,
+    pub(crate) unit: &'static str,
+    pub(crate) role: Role,
     /// Whether it is above zero.
-    pub positive: bool,
+    pub(crate) positive: bool,
 }
 
 impl FormParameter {
@@ -43,16 +43,16 @@ const LEAST_OF_REACH: f64 = 0.05;
 
 /// A formula for a part of a law.
 #[derive(Clone, Copy, Debug)]
-pub struct Form {
-    pub id: &'static str,
-    pub title: &'static str,
+pub(crate) struct Form {
+    pub(crate) id: &'static str,
+    pub(crate) title: &'static str,
     /// What is added to b''.
-    pub moment: &'static str,
-    pub parameters: &'static [FormParameter],
+    pub(crate) moment: &'static str,
+    pub(crate) parameters: &'static [FormParameter],
     /// Of the yaw angle alone; else it takes energy out.
-    pub is_stiffness: bool,
+    pub(crate) is_stiffness: bool,
     /// What a damping of angle and rate does at one frequency, as a law of the rate alone.
-    pub alike: Option<&'static str>,
+    pub(crate) alike: Option<&'static str>,
 }
 
 const fn size(name: &'static str, unit: &'static str) -> FormParameter {
@@ -183,12 +183,12 @@ pub(crate) const FORMS: &[Form] = &[
 
 /// One form or a sum of two, as an own effect.
 #[derive(Clone, Debug)]
-pub struct Formula {
-    pub forms: Vec<&'static Form>,
+pub(crate) struct Formula {
+    pub(crate) forms: Vec<&'static Form>,
 }
 
 impl Formula {
-    pub fn id(&self) -> String {
+    pub(crate) fn id(&self) -> String {
         let ids: Vec<&str> = self.forms.iter().map(|f| f.id).collect();
         let whole = ids.join("_and_");
         if whole.len() <= LONGEST_ID {
@@ -199,19 +199,19 @@ impl Formula {
         ids.iter().map(short).collect::<Vec<_>>().join("_and_")
     }
 
-    pub fn title(&self) -> String {
+    pub(crate) fn title(&self) -> String {
         let title = self.forms.iter().map(|f| f.title).collect::<Vec<_>>().join(" and ");
         let mut letters = title.chars();
         letters.next().map_or_else(String::new, |c| c.to_uppercase().chain(letters).collect())
     }
 
-    pub fn parameters(&self) -> impl Iterator<Item = &'static FormParameter> + '_ {
+    pub(crate) fn parameters(&self) -> impl Iterator<Item = &'static FormParameter> + '_ {
         self.forms.iter().flat_map(|f| f.parameters)
     }
 
     /// The text of its file, `starts` being where a fit begins; `moment` of each form; `reach` the largest yaw angle (rad)
     /// and rate (rad/s).
-    pub fn text(
+    pub(crate) fn text(
         &self,
         starts: &[f64],
         reach: (f64, f64),
@@ -239,13 +239,13 @@ impl Formula {
     }
 
     /// Starts with which any formula passes the checks of an own effect.
-    pub fn typical(&self) -> Vec<f64> {
+    pub(crate) fn typical(&self) -> Vec<f64> {
         let of = |p: &FormParameter| if matches!(p.role, Role::OfReach(_)) { 0.05 } else { 0.5 };
         self.parameters().map(of).collect()
     }
 
     /// Compiled, to be fitted from `starts`.
-    pub fn effect(
+    pub(crate) fn effect(
         &self,
         starts: &[f64],
         reach: (f64, f64),

@@ -36,12 +36,14 @@ pub enum Over {
 /// Lines, each by its x, ascending, and y.
 #[derive(Clone, Debug)]
 pub struct Left {
+    /// What x and y of the lines are.
     pub over: Over,
+    /// Each `[x, y]`, of equal length.
     pub lines: Vec<[Vec<f64>; 2]>,
 }
 
 impl Left {
-    /// Of what stands `beside` a law of `decay`.
+    /// What is to be drawn of what stands `beside` a law of `decay`.
     pub fn beside(decay: &FreeDecay, beside: &Beside) -> Self {
         let residuals = &beside.residuals_rad;
         let (over, line) = match beside.kind {
@@ -55,7 +57,7 @@ impl Left {
         Self { over, lines: vec![line] }
     }
 
-    /// Of the memory in `fit`, which a law of angle and rate has no place for.
+    /// The loops of the memory in `fit`, which a law of angle and rate has no place for.
     pub fn memory(decay: &FreeDecay, fit: &Fitted) -> Self {
         let mut lines = Vec::new();
         for amplitude_rad in AMPLITUDES.map(|share| share * decay.amplitude_rad) {

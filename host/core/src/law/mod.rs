@@ -2,7 +2,7 @@
 
 pub mod beside;
 pub mod estimate;
-pub mod forms;
+pub(crate) mod forms;
 pub mod left;
 mod line;
 pub mod names;

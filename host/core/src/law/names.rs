@@ -40,13 +40,17 @@ const LITTLE: f64 = 0.01;
 /// A formula fitted to the record in place of the law.
 #[derive(Clone, Debug)]
 pub struct Name {
+    /// The formula: of the library, or written as a user's own.
     pub effect: Effect,
+    /// Fitted to the releases whole; the first one's numbers.
     pub fit: Fitted,
     /// By name; u is not a number where the record gives none.
     pub parameters: Vec<(String, Quantity)>,
     /// The file of an own effect, beginning at these numbers; `None` for an effect of the library.
     pub text: Option<String>,
+    /// Rms of the block means less the formula, over the noise of such a mean.
     pub residual_over_noise: f64,
+    /// The same on pieces that were not fitted, their state estimated anew.
     pub held_out_over_noise: f64,
 }
 

@@ -21,8 +21,8 @@ pub struct Releases<'a> {
 }
 
 impl<'a> Releases<'a> {
-    /// At least one release; those of one `modal` number (springs, wind) have natural frequency and damping ratio in
-    /// common.
+    /// At least one release, each with the number of its condition (springs, wind): those of one number have natural
+    /// frequency and damping ratio in common.
     pub fn new(releases: &[(&'a FreeDecay, usize)]) -> Self {
         let mut given: Vec<usize> = (0..releases.len()).collect();
         given.sort_by(|&a, &b| releases[b].0.amplitude_rad.total_cmp(&releases[a].0.amplitude_rad));
@@ -43,7 +43,7 @@ impl<'a> Releases<'a> {
         Self::new(&[(decay, 0)])
     }
 
-    /// The one from the largest yaw angle.
+    /// The release from the largest yaw angle.
     pub fn first(&self) -> &'a FreeDecay {
         self.decays[0]
     }

@@ -12,15 +12,15 @@ const POINTS: usize = 41;
 pub struct Point {
     /// Yaw angle in rad, or yaw rate in rad/s.
     pub at: f64,
-    /// Over Izz, rad/s2; positive where it opposes a positive angle or rate.
+    /// Moment over Izz, rad/s2; positive where it opposes a positive angle or rate.
     pub moment_rad_s2: Quantity,
 }
 
 /// A law among the shared parameters of a fit, which it ends; natural frequency and damping ratio are the first two.
 pub(super) struct Tables<'a> {
-    pub law: &'a MeasuredLaw,
-    pub common: &'a [f64],
-    pub covariance: &'a DMatrix<f64>,
+    pub(crate) law: &'a MeasuredLaw,
+    pub(crate) common: &'a [f64],
+    pub(crate) covariance: &'a DMatrix<f64>,
 }
 
 impl Tables<'_> {

@@ -5,14 +5,18 @@ use crate::effects::{Memories, Terms};
 /// Even grid of instants at which the reading is wanted, time from the release.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
+    /// The first instant.
     pub start_s: f64,
+    /// From one instant to the next.
     pub step_s: f64,
+    /// How many instants.
     pub count: usize,
     /// Width over which a reading is averaged; 0 for a point sample.
     pub mean_width_s: f64,
 }
 
 impl Grid {
+    /// The `k`th instant, from 0 on.
     pub fn time_s(&self, k: usize) -> f64 {
         self.start_s + k as f64 * self.step_s
     }
@@ -21,10 +25,15 @@ impl Grid {
 /// A motion: the plain model, the effects, and the state at the grid's first instant.
 #[derive(Clone, Debug)]
 pub struct Motion {
+    /// wn of the linear part.
     pub natural_frequency_rad_s: f64,
+    /// zeta of the linear part; negative where it drives the motion.
     pub damping_ratio: f64,
+    /// b at the grid's first instant.
     pub yaw_rad: f64,
+    /// r = db/dt at the grid's first instant.
     pub rate_rad_s: f64,
+    /// The effects with their numbers.
     pub terms: Terms,
 }
 

@@ -37,7 +37,7 @@ const FOLLOWED: f64 = 8.0;
 #[derive(Debug, Default)]
 pub(crate) struct Steps {
     /// Steps that the walker was asked for, of each step of the grid.
-    pub substeps: f64,
+    pub(crate) substeps: f64,
     /// Halvings of each step taken; [`END`] where the next one asked for begins.
     halvings: Vec<u8>,
 }

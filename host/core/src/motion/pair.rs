@@ -27,9 +27,9 @@ pub(super) const ERROR: [f64; 7] = [
 
 /// The plain model's flow to the nodes of a step, and of a unit moment back from them.
 pub(super) struct Flows {
-    pub step_s: f64,
-    pub there: [Flow; 5],
-    pub back: [[f64; 2]; 5],
+    pub(crate) step_s: f64,
+    pub(crate) there: [Flow; 5],
+    pub(crate) back: [[f64; 2]; 5],
 }
 
 impl Flows {

@@ -19,7 +19,7 @@ const LOOKED_AT: [f64; 9] = [-1.0, -0.7, -0.4, -0.1, 0.02, 0.1, 0.4, 0.7, 1.0];
 pub(super) struct SmoothOwn {
     each: RefCell<Vec<Prepared>>,
     /// The jump at r = 0 as dry friction, rad/s2.
-    pub friction_rad_s2: f64,
+    pub(crate) friction_rad_s2: f64,
 }
 
 impl SmoothOwn {

@@ -39,17 +39,17 @@ const MEANS_PER_CYCLE: f64 = 50.0;
 /// A possible release, and what it would tell.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Ranked {
+    /// What to do at the rig.
     #[serde(flatten)]
     pub release: Possible,
-    /// Of the pair that it parts least.
+    /// S of [`crate::plan`] for the pair that it parts least, in standard deviations.
     pub separation_sigma: f64,
-    /// That it leaves the right rival alone, whichever that is: every other's BIC is worse by [`MARGIN`].
+    /// Probability that it leaves the right rival alone, whichever that is: every other's BIC is worse by [`MARGIN`].
     pub chance_to_decide: f64,
 }
 
 /// Ranks `possible`, best first; those in which a rival does not stay finite, or is a measured law that ends before, are
-/// left out. `decays` are the releases
-/// that the rivals were fitted to, `done` hears of each release that is through.
+/// left out. `decays` are the releases that the rivals were fitted to, `done` hears of each release that is through.
 ///
 /// # Errors
 /// A rival whose numbers have no errors; or interrupted.

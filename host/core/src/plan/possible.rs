@@ -7,7 +7,9 @@ use yawrig_shared::axis::Axis;
 
 /// A model fitted to the records there are.
 pub struct Rival<'a> {
+    /// As the plan prints it.
     pub name: String,
+    /// Fitted to the records there are.
     pub fit: &'a JointFit,
 }
 
@@ -34,26 +36,34 @@ impl Rival<'_> {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Can {
+    /// Amplitudes from which the model can be released.
     pub amplitudes_deg: Vec<f64>,
-    /// Lengths of records.
+    /// Lengths of the records that it can make.
     pub seconds: Vec<f64>,
-    /// Of other springs, where a model is not of a campaign.
+    /// With other springs, where a model is not of a campaign.
     pub natural_frequencies_rad_s: Vec<f64>,
-    /// Among those of the records there are.
+    /// Names of the springs it can have, among those of the records there are.
     pub springs: Vec<String>,
+    /// Wind speeds it can have; 0: wind off.
     pub wind_speeds_m_s: Vec<f64>,
+    /// Axes about which the model can turn.
     pub axes: Vec<Axis>,
 }
 
 /// A release that can be made.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Possible {
+    /// Amplitude from which it is released.
     pub amplitude_deg: f64,
+    /// Name of the springs; `None` outside a campaign.
     pub spring: Option<String>,
+    /// Wind speed, 0: wind off; `None` outside a campaign.
     pub wind_speed_m_s: Option<f64>,
+    /// The axis that the model turns about; `None` outside a campaign.
     pub axis: Option<Axis>,
+    /// Length of the record.
     pub seconds: f64,
-    /// Of the linear part, about.
+    /// Of the linear part, roughly.
     pub natural_frequency_rad_s: f64,
     /// Which of the releases there are it is most like: its sensor, its direction, its effects.
     #[serde(skip)]

@@ -13,13 +13,21 @@ use yawrig_shared::axis::Axis;
 /// A condition released once more, and the point of the table whose error that narrows most.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Narrowed {
+    /// Springs of the condition.
     pub spring: String,
+    /// Axis of the condition.
     pub axis: Axis,
+    /// Wind speed of the condition; 0: off.
     pub wind_speed_m_s: f64,
+    /// Name of the derivative.
     pub derivative: String,
+    /// Springs of the point whose error is narrowed.
     pub point_spring: String,
+    /// Wind speed of the point whose error is narrowed.
     pub point_wind_speed_m_s: f64,
+    /// Standard uncertainty of the derivative now, per radian.
     pub u: f64,
+    /// The same after the release.
     pub u_after: f64,
 }
 

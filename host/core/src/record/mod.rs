@@ -51,10 +51,12 @@ impl Record {
         Self { file: self.file.clone(), time_s, yaw_deg, stamps_spread: self.stamps_spread }
     }
 
+    /// Number of samples.
     pub fn len(&self) -> usize {
         self.time_s.len()
     }
 
+    /// Whether there is no sample.
     pub fn is_empty(&self) -> bool {
         self.time_s.is_empty()
     }
@@ -73,7 +75,7 @@ impl Record {
         sample_noise(&self.yaw_deg)
     }
 
-    /// Whether it can be had at `rate_hz`.
+    /// Whether the record can be resampled at `rate_hz`.
     ///
     /// # Errors
     /// As [`Self::resampled`].

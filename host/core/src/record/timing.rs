@@ -4,13 +4,13 @@
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timing {
     /// Median step, s: dropped samples and jitter do not move it.
-    pub step_s: f64,
+    pub(crate) step_s: f64,
     /// 1 / median step, Hz.
     pub rate_hz: f64,
     /// Rms departure of the steps from their median, as a share of it. A lost sample counts.
-    pub jitter: f64,
+    pub(crate) jitter: f64,
     /// Longest step, s: a gap where it is many times the median.
-    pub longest_step_s: f64,
+    pub(crate) longest_step_s: f64,
     /// Last time stamp less the first, s.
     pub duration_s: f64,
 }

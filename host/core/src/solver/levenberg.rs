@@ -1,6 +1,6 @@
 //! Levenberg-Marquardt with Nielsen's damping, bounds by projection.
 
-use super::{Fit, NoCovariance, Normal, Problem, Stop};
+use super::{Ended, Fit, NoCovariance, Normal, Problem};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Step, as a share of the parameters in the scaling of J, that is lost in rounding.
@@ -8,16 +8,16 @@ const ROUNDING: f64 = 1e-13;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
-pub struct Options {
+pub(crate) struct Options {
     /// Evaluations of the model allowed.
-    pub max_evaluations: usize,
+    pub(crate) max_evaluations: usize,
     /// Distance to the minimum, in standard errors of the parameters, that is near enough.
-    pub tolerance: f64,
+    pub(crate) tolerance: f64,
     /// By how much, of the residuals' variance, an evaluation's sum of squares may err: a step that promises no more, and
     /// keeps less than half of it, is the last. 0: exact.
-    pub accuracy: f64,
+    pub(crate) accuracy: f64,
     /// First damping, relative to the diagonal of J'J: small for a good start, near 1 for a poor one.
-    pub damping: f64,
+    pub(crate) damping: f64,
 }
 
 impl Default for Options {
@@ -42,12 +42,12 @@ pub(crate) fn minimise(problem: &impl Problem, start: &[f64], options: &Options)
 
     let stop = 'fit: loop {
         if !here.is_finite() {
-            break Stop::NotFinite;
+            break Ended::NotFinite;
         }
         let (jtj, jtr) = (here.matrix(), here.gradient());
         let free = free_parameters(problem, &p, &jtr);
         if here.residuals() < free.len() || here.residuals() == 0 {
-            break Stop::TooFewResiduals;
+            break Ended::TooFewResiduals;
         }
         for i in 0..n {
             scale[i] = scale[i].max(jtj[(i, i)]);
@@ -56,18 +56,18 @@ pub(crate) fn minimise(problem: &impl Problem, start: &[f64], options: &Options)
         let a = restrict(&jtj, &free);
         let g = DVector::from_iterator(free.len(), free.iter().map(|&i| jtr[i]));
         if g.amax() == 0.0 {
-            break Stop::Converged;
+            break Ended::Converged;
         }
         if let Some(full) = Cholesky::new(a.clone()) {
             // g'(J'J)^-1 g / s^2 is the squared distance to the minimum in standard errors.
             let distance = full.solve(&g).dot(&g);
             if distance <= options.tolerance.powi(2) * variance {
-                break Stop::Converged;
+                break Ended::Converged;
             }
         }
         loop {
             if evaluations >= options.max_evaluations {
-                break 'fit Stop::MaxEvaluations;
+                break 'fit Ended::MaxEvaluations;
             }
             let mut damped = a.clone();
             for (k, &i) in free.iter().enumerate() {
@@ -83,7 +83,7 @@ pub(crate) fn minimise(problem: &impl Problem, start: &[f64], options: &Options)
                     free.iter().map(|&i| scale[i] * v(i).powi(2)).sum::<f64>().sqrt()
                 };
                 if norm(&|i| trial[i] - p[i]) <= ROUNDING * norm(&|i| p[i]) {
-                    break 'fit Stop::SmallStep;
+                    break 'fit Ended::SmallStep;
                 }
                 there.clear();
                 problem.evaluate(&trial, &mut there);
@@ -101,18 +101,18 @@ pub(crate) fn minimise(problem: &impl Problem, start: &[f64], options: &Options)
                     p = trial;
                     std::mem::swap(&mut here, &mut there);
                     if last {
-                        break 'fit Stop::Converged;
+                        break 'fit Ended::Converged;
                     }
                     continue 'fit;
                 }
                 if last && there.is_finite() {
-                    break 'fit Stop::Converged;
+                    break 'fit Ended::Converged;
                 }
             }
             damping *= growth;
             growth *= 2.0;
             if damping > 1e16 {
-                break 'fit Stop::NoDescent;
+                break 'fit Ended::NoDescent;
             }
         }
     };
@@ -123,7 +123,7 @@ fn finish(
     problem: &impl Problem,
     p: Vec<f64>,
     normal: &Normal,
-    stop: Stop,
+    stop: Ended,
     evaluations: usize,
 ) -> Fit {
     let gradient = normal.gradient();
@@ -139,7 +139,6 @@ fn finish(
         evaluations,
         at_bound,
         normal_matrix,
-        gradient,
         covariance,
     }
 }
@@ -148,7 +147,7 @@ fn covariance(
     jtj: &DMatrix<f64>,
     free: &[usize],
     normal: &Normal,
-    stop: Stop,
+    stop: Ended,
 ) -> Result<DMatrix<f64>, NoCovariance> {
     if !stop.is_minimum() {
         return Err(NoCovariance::NotAMinimum(stop));
@@ -268,12 +267,13 @@ mod tests {
     fn covariance_is_that_of_linear_regression_at_the_minimum() {
         let problem = decay(f64::NEG_INFINITY);
         let fit = minimise(&problem, &[1.0, 0.1], &Options::default());
-        assert_eq!(fit.stop, Stop::Converged);
+        assert_eq!(fit.stop, Ended::Converged);
         assert!((fit.parameters[1] - 0.7).abs() < 0.01, "{:?}", fit.parameters);
         let covariance = fit.covariance.clone().unwrap();
         let product = covariance * &fit.normal_matrix / fit.variance();
         assert!((product - DMatrix::identity(2, 2)).amax() < 1e-9);
-        assert!((fit.residual_rms() - 0.01).abs() < 1e-4);
+        let rms = (fit.sum_of_squares / fit.residuals as f64).sqrt();
+        assert!((rms - 0.01).abs() < 1e-4, "{rms}");
     }
 
     #[test]
@@ -306,14 +306,14 @@ mod tests {
     #[test]
     fn a_start_that_is_not_finite_is_said_so() {
         let fit = minimise(&decay(f64::NEG_INFINITY), &[f64::NAN, 0.1], &Options::default());
-        assert_eq!(fit.stop, Stop::NotFinite);
-        assert_eq!(fit.covariance.unwrap_err(), NoCovariance::NotAMinimum(Stop::NotFinite));
+        assert_eq!(fit.stop, Ended::NotFinite);
+        assert_eq!(fit.covariance.unwrap_err(), NoCovariance::NotAMinimum(Ended::NotFinite));
     }
 
     #[test]
     fn running_out_of_evaluations_is_said_so() {
         let options = Options { max_evaluations: 3, ..Options::default() };
-        assert_eq!(minimise(&Valley, &[-1.2, 1.0], &options).stop, Stop::MaxEvaluations);
+        assert_eq!(minimise(&Valley, &[-1.2, 1.0], &options).stop, Ended::MaxEvaluations);
     }
 
     #[test]

@@ -13,16 +13,16 @@ mod normal;
 mod within;
 
 pub(crate) use levenberg::minimise;
-pub use levenberg::Options;
+pub(crate) use levenberg::Options;
 pub use linear::linear_fit;
-pub use normal::Normal;
+pub(crate) use normal::Normal;
 pub(crate) use within::step_within;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use std::fmt;
 
 /// Where a problem puts its residuals and the rows of its Jacobian, in any grouping.
-pub trait Rows {
+pub(crate) trait Rows {
     /// One residual r and its derivatives dr/dp, as many as there are parameters.
     fn row(&mut self, residual: f64, derivatives: &[f64]);
     /// Several at once, the Jacobian by columns: `columns[j][k]` is d `residuals[k]` / d p_j.
@@ -50,7 +50,7 @@ pub(crate) trait Problem {
 
 /// Why a fit stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stop {
+pub(crate) enum Ended {
     /// The minimum is nearer than the asked fraction of a standard error.
     Converged,
     /// The step is below the rounding of the parameters, as with data without noise.
@@ -65,31 +65,31 @@ pub enum Stop {
     TooFewResiduals,
 }
 
-impl Stop {
+impl Ended {
     /// Whether the parameters can be taken for a minimum.
     pub(crate) fn is_minimum(self) -> bool {
-        matches!(self, Stop::Converged | Stop::SmallStep | Stop::NoDescent)
+        matches!(self, Ended::Converged | Ended::SmallStep | Ended::NoDescent)
     }
 }
 
-impl fmt::Display for Stop {
+impl fmt::Display for Ended {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Stop::Converged => "converged",
-            Stop::SmallStep => "step below rounding",
-            Stop::NoDescent => "no step makes the sum of squares smaller",
-            Stop::MaxEvaluations => "evaluations used up",
-            Stop::NotFinite => "the model is not finite at the start",
-            Stop::TooFewResiduals => "fewer residuals than free parameters",
+            Ended::Converged => "converged",
+            Ended::SmallStep => "step below rounding",
+            Ended::NoDescent => "no step makes the sum of squares smaller",
+            Ended::MaxEvaluations => "evaluations used up",
+            Ended::NotFinite => "the model is not finite at the start",
+            Ended::TooFewResiduals => "fewer residuals than free parameters",
         })
     }
 }
 
 /// Why a fit has no covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoCovariance {
+pub(crate) enum NoCovariance {
     /// The fit did not reach a minimum.
-    NotAMinimum(Stop),
+    NotAMinimum(Ended),
     /// The residuals do not depend on this parameter apart from the others.
     Undetermined { parameter: usize },
     /// As many parameters as residuals: nothing is left to estimate the noise from.
@@ -110,23 +110,21 @@ impl fmt::Display for NoCovariance {
 
 /// What a fit found.
 #[derive(Clone, Debug)]
-pub struct Fit {
-    pub parameters: Vec<f64>,
+pub(crate) struct Fit {
+    pub(crate) parameters: Vec<f64>,
     /// r'r at the parameters, in the residual's unit squared.
-    pub sum_of_squares: f64,
+    pub(crate) sum_of_squares: f64,
     /// How many residuals there were.
-    pub residuals: usize,
-    pub stop: Stop,
+    pub(crate) residuals: usize,
+    pub(crate) stop: Ended,
     /// How often the model was evaluated.
-    pub evaluations: usize,
+    pub(crate) evaluations: usize,
     /// Parameters that ended on a bound and are taken for known in `covariance` (their rows are zero).
-    pub at_bound: Vec<bool>,
+    pub(crate) at_bound: Vec<bool>,
     /// J'J at the parameters.
-    pub normal_matrix: DMatrix<f64>,
-    /// J'r at the parameters, half the gradient.
-    pub gradient: DVector<f64>,
+    pub(crate) normal_matrix: DMatrix<f64>,
     /// s^2 (J'J)^-1 with s^2 = r'r / (residuals - free parameters): right for white residuals only.
-    pub covariance: Result<DMatrix<f64>, NoCovariance>,
+    pub(crate) covariance: Result<DMatrix<f64>, NoCovariance>,
 }
 
 /// `covariance` with a variance for numbers that are pressed against a bound: what it would be off it. A friction of zero
@@ -153,11 +151,7 @@ impl Fit {
         self.residuals.saturating_sub(free)
     }
     /// s^2, the variance of one residual.
-    pub fn variance(&self) -> f64 {
+    pub(crate) fn variance(&self) -> f64 {
         self.sum_of_squares / self.degrees_of_freedom().max(1) as f64
-    }
-    /// Root mean square of the residuals.
-    pub(crate) fn residual_rms(&self) -> f64 {
-        (self.sum_of_squares / self.residuals.max(1) as f64).sqrt()
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Sums over all rows streamed so far.
 #[derive(Clone, Debug)]
-pub struct Normal {
+pub(crate) struct Normal {
     parameters: usize,
     /// Upper triangle of J'J, row by row.
     upper: Vec<f64>,
@@ -15,7 +15,7 @@ pub struct Normal {
 }
 
 impl Normal {
-    pub fn new(parameters: usize) -> Self {
+    pub(crate) fn new(parameters: usize) -> Self {
         Self {
             parameters,
             upper: vec![0.0; parameters * (parameters + 1) / 2],
@@ -24,20 +24,20 @@ impl Normal {
             residuals: 0,
         }
     }
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.upper.fill(0.0);
         self.gradient.fill(0.0);
         self.sum_of_squares = 0.0;
         self.residuals = 0;
     }
-    pub fn sum_of_squares(&self) -> f64 {
+    pub(crate) fn sum_of_squares(&self) -> f64 {
         self.sum_of_squares
     }
-    pub fn residuals(&self) -> usize {
+    pub(crate) fn residuals(&self) -> usize {
         self.residuals
     }
     /// J'J.
-    pub fn matrix(&self) -> DMatrix<f64> {
+    pub(crate) fn matrix(&self) -> DMatrix<f64> {
         let n = self.parameters;
         let mut m = DMatrix::zeros(n, n);
         let mut at = 0;
@@ -51,10 +51,10 @@ impl Normal {
         m
     }
     /// J'r.
-    pub fn gradient(&self) -> DVector<f64> {
+    pub(crate) fn gradient(&self) -> DVector<f64> {
         DVector::from_column_slice(&self.gradient)
     }
-    pub fn is_finite(&self) -> bool {
+    pub(crate) fn is_finite(&self) -> bool {
         self.sum_of_squares.is_finite()
             && self.gradient.iter().chain(&self.upper).all(|x| x.is_finite())
     }
