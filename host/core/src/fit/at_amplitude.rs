@@ -8,6 +8,7 @@ pub use crate::identify::AtAmplitude;
 use crate::identify::WindowEstimate;
 use crate::motion::simulate::{Grid, Motion};
 use crate::quantity::Quantity;
+use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
 /// Instants of a cycle, and natural periods within which one has to end.
@@ -107,19 +108,18 @@ fn of_cycle(
             variances[q] = (row.transpose() * &covariance * &row)[(0, 0)];
         }
         if let Some(lacking) = &model.discrepancy {
-            let mut off = [vec![0.0; SHAPES], vec![0.0; SHAPES]];
+            let mut off = DMatrix::zeros(2, SHAPES);
             for which in 0..SHAPES {
                 let there = of(&model.parameters, Some((which, DIFFERENCE)))?;
-                for q in 0..2 {
-                    let own = (there[q] - values[q]) / DIFFERENCE;
-                    let shift = lacking.shift.column(which);
-                    let shifted: f64 = rows[q].iter().zip(&shift).map(|(row, by)| row * by).sum();
-                    off[q][which] = shifted - own;
+                let shift = lacking.shift.column(which);
+                for (q, row) in rows.iter().enumerate() {
+                    let shifted: f64 = row.iter().zip(&shift).map(|(row, by)| row * by).sum();
+                    off[(q, which)] = shifted - (there[q] - values[q]) / DIFFERENCE;
                 }
             }
-            for q in 0..2 {
-                let off = nalgebra::RowDVector::from_row_slice(&off[q]) * &lacking.strengths;
-                variances[q] += off.norm_squared();
+            let off = off * &lacking.strengths;
+            for (variance, off) in variances.iter_mut().zip(off.row_iter()) {
+                *variance += off.norm_squared();
             }
         }
     }
