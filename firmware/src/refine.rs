@@ -131,8 +131,7 @@ impl Sums {
 
     /// Lower triangle of the Cholesky factor of J'J; none where its columns are not independent. Those of s and w may be
     /// left out, where nothing swings yet and they are zero.
-    // By hand: with nalgebra text is 66 148 bytes of 65 536 (65 112), an estimate 2 336 260 instructions (2 321 187), RAM as
-    // it is; with its `inverse`, too, 66 964, and a piece of the work takes 52 873 of 26 000.
+    // By hand: with nalgebra's `inverse` a piece of the work takes 52 873 instructions of 26 000.
     #[inline(never)]
     fn factor(&self, without_swing: bool) -> Option<[[f64; N]; N]> {
         let mut l = [[0.0; N]; N];

@@ -28,7 +28,7 @@ pub fn run(mut after_round: impl FnMut(u32)) -> ! {
     // This board has no flash: a restart begins with the network compiled in.
     // SAFETY: main runs once.
     let slots = unsafe { flash::erased() };
-    // Without the lock: with it the code would not keep to its 64 KiB.
+    // Without the lock, which would be gone with the next start.
     let mut device = Device::without_lock(slots, "mps2-an386");
     device.start();
     let mut decoder = Decoder::default();
