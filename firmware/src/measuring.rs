@@ -245,6 +245,10 @@ impl Measuring {
                 }
                 self.current.turned_sample = self.now();
             }
+            Some(Finding::Anew { from }) => {
+                self.anew(from, context);
+                self.current.turned_sample = self.now();
+            }
             _ => {}
         }
         if let Some(mean) = block {
@@ -286,6 +290,19 @@ impl Measuring {
         self.current.turned_sample = held.at;
         self.restart(Some(held).filter(|_| !in_gap));
         self.announce(held.at, context);
+    }
+
+    /// What was seen before this turning point is no part of the free oscillation: a hand has turned the model there, or
+    /// has pushed it in mid-release.
+    fn anew(&mut self, from: Extreme, context: &mut Context) {
+        if self.current.windows.count() > 0 {
+            self.current.flags.set(Flags::DISTURBED);
+            self.spoil(from.at, context);
+        } else if self.is_releasing() {
+            context.refining.abandon();
+            self.current.begun_sample = from.at;
+            (self.current.largest_deg, self.current.smallest_deg) = (0.0, f32::INFINITY);
+        }
     }
 
     /// A model that does not turn for three cycles swings no longer, or nobody sees it.

@@ -35,14 +35,14 @@ pub(crate) struct Crossing {
     pub number: u32,
 }
 
-/// The moment of the crossing between two extremes, and the slope in degrees per sample.
+/// The moment of the crossing between two extremes, half a period apart without a hold, and the slope in degrees per sample.
 pub(crate) fn line_through<S: Copy + Default + Into<f32>>(
     history: &History<S>,
     midline_deg: f32,
     before: Extreme,
     after: Extreme,
+    half_period: u32,
 ) -> Option<(Moment, f32)> {
-    let half_period = after.at.wrapping_sub(before.at) as i32;
     let sign = if after.yaw_deg > before.yaw_deg { 1.0 } else { -1.0 };
     // Block means are monotone between extremes but for noise: bisect.
     let (mut low, mut high) = (before.at, after.at);

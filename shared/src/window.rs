@@ -14,6 +14,9 @@ use heapless::Deque;
 /// Rate of the device's samples.
 pub const SAMPLE_RATE_HZ: f32 = 1000.0;
 
+/// No free oscillation's swing is so much larger than the one before: damping ratios down to -0.058.
+const GROWN: f32 = 1.2;
+
 /// What the tracker looks for. All in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
@@ -59,6 +62,9 @@ pub enum Finding {
     Extreme { extreme: Extreme, amplitude_deg: Option<f32> },
     /// Three cycles are complete.
     Window(Window),
+    /// A swing larger than a free one, after a turn by hand or a push: what was before this turning point is another
+    /// motion, and is forgotten.
+    Anew { from: Extreme },
 }
 
 /// Follows an oscillation sample by sample.
@@ -73,6 +79,11 @@ pub struct Tracker<S> {
     /// Highest and lowest block mean since the last extreme.
     high: Option<Extreme>,
     low: Option<Extreme>,
+    /// When it last was near the highest or the lowest one, and near the last extreme: a model that is held there has
+    /// not been let go before that.
+    near_high: u32,
+    near_low: u32,
+    left: u32,
     /// Last three extremes, newest last.
     extremes: Deque<Extreme, 3>,
     /// 1: rising towards a maximum, -1: falling, 0: not known yet.
@@ -110,6 +121,9 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
             mid_swing: true,
             high: None,
             low: None,
+            near_high: 0,
+            near_low: 0,
+            left: 0,
             extremes: Deque::new(),
             heading: 0,
             midline: Midline { degrees: 0.0, count: 0 },
@@ -159,8 +173,9 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
     /// that is the new oscillation's first extreme.
     pub fn restart(&mut self, held: Option<Extreme>) {
         self.mid_swing = held.is_none();
-        self.high = held;
-        self.low = held;
+        (self.high, self.low) = (held, held);
+        let at = held.map_or(self.history.next_index(), |held| held.at);
+        (self.near_high, self.near_low) = (at, at);
         self.extremes.clear();
         self.heading = 0;
         self.midline = Midline::default();
@@ -197,22 +212,30 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         if mean < low.yaw_deg {
             self.low = Some(now);
         }
+        let near = self.limits.least_swing_deg;
+        if mean > high.yaw_deg - near {
+            self.near_high = at;
+        }
+        if mean < low.yaw_deg + near {
+            self.near_low = at;
+        }
         let swing = match (self.extremes.back(), self.heading) {
             (Some(last), 1) => high.yaw_deg - last.yaw_deg,
             (Some(last), -1) => last.yaw_deg - low.yaw_deg,
             _ => 0.0,
         };
         let enough = (0.25 * swing).max(self.limits.least_swing_deg);
-        let (extreme, heading) = if self.heading >= 0 && high.yaw_deg - mean > enough {
-            (high, -1)
+        let (extreme, heading, left) = if self.heading >= 0 && high.yaw_deg - mean > enough {
+            (high, -1, self.near_high)
         } else if self.heading <= 0 && mean - low.yaw_deg > enough {
-            (low, 1)
+            (low, 1, self.near_low)
         } else {
             return None;
         };
         self.heading = heading;
-        self.high = Some(now);
-        self.low = Some(now);
+        (self.high, self.low) = (Some(now), Some(now));
+        (self.near_high, self.near_low) = (at, at);
+        let left_before = core::mem::replace(&mut self.left, left);
         if core::mem::take(&mut self.mid_swing) {
             // Where the record began, or too near it to be sure that it turned there.
             return None;
@@ -222,9 +245,28 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         }
         // Room was made above.
         let _ = self.extremes.push_back(extreme);
+        if let Some(mut from) = self.grown() {
+            from.at = left_before;
+            self.restart(Some(from));
+            (self.high, self.low, self.heading) = (Some(now), Some(now), heading);
+            (self.near_high, self.near_low, self.mid_swing) = (at, at, false);
+            // There is room for three.
+            let _ = self.extremes.push_back(from);
+            let _ = self.extremes.push_back(extreme);
+            return Some(Finding::Anew { from });
+        }
         let amplitude_deg = self.place_midline();
         self.cross();
         Some(Finding::Extreme { extreme, amplitude_deg })
+    }
+
+    /// The turning point at which a swing began that is no free one's successor.
+    fn grown(&self) -> Option<Extreme> {
+        let mut e = self.extremes.iter();
+        let (e0, e1, e2) = (e.next()?, e.next()?, e.next()?);
+        let (before, after) = ((e1.yaw_deg - e0.yaw_deg).abs(), (e2.yaw_deg - e1.yaw_deg).abs());
+        let grown = after > GROWN * before && after - before > self.limits.least_swing_deg;
+        grown.then_some(*e1)
     }
 
     /// Mid-line from three extremes: e0 - c, e1 - c, e2 - c are a geometric series whatever the
@@ -242,13 +284,17 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
     fn cross(&mut self) {
         let mut e = self.extremes.iter().copied();
         let (Some(e0), Some(e1), Some(e2)) = (e.next(), e.next(), e.next()) else { return };
+        let half_period = e2.at.wrapping_sub(e1.at);
         if self.crossings_seen == 0 {
-            self.time_crossing(e0, e1);
+            // The first extreme may be anywhere in a hold.
+            let first = e1.at.wrapping_sub(e0.at);
+            let held = first > half_period + half_period / 4;
+            self.time_crossing(e0, e1, if held { half_period } else { first });
         }
-        self.time_crossing(e1, e2);
+        self.time_crossing(e1, e2, half_period);
     }
 
-    fn time_crossing(&mut self, before: Extreme, after: Extreme) {
+    fn time_crossing(&mut self, before: Extreme, after: Extreme, half_period: u32) {
         self.crossings_seen += 1;
         let number = self.crossings_seen;
         let amplitude = (after.yaw_deg - self.midline.degrees).abs();
@@ -259,7 +305,7 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         if !wanted {
             return;
         }
-        let found = line_through(&self.history, self.midline.degrees, before, after);
+        let found = line_through(&self.history, self.midline.degrees, before, after, half_period);
         let Some((at, slope)) = found else { return };
         self.starts_at.get_or_insert(number);
         let crossing = Crossing { at, weight: slope * slope, rising: slope > 0.0, number };
