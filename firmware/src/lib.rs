@@ -75,6 +75,7 @@ pub mod serial;
 pub mod signal;
 pub mod slots;
 pub mod stream;
+pub mod swings;
 
 /// The network of last resort, when no slot holds a valid one.
 pub const BUILT_IN: &[u8] = include_bytes!("../networks/built-in.yrn");

@@ -1,5 +1,6 @@
 //! From samples to results: the tracker, the release logic and the network put together.
 
+mod free;
 mod windows;
 
 use crate::estimator::Collector;
@@ -9,7 +10,8 @@ use crate::refining::Refining;
 use crate::release::{Step, Watch};
 use crate::sampler::Sampler;
 use crate::signal::{Gap, Signal, BRIDGED, LONGEST_GAP};
-use yawrig_shared::history::{Moment, BLOCK};
+use crate::swings::Swings;
+use yawrig_shared::history::BLOCK;
 use yawrig_shared::modal::Modal;
 use yawrig_shared::network::{Estimate, Network};
 use yawrig_shared::window::{Extreme, Finding, Limits, Tracker};
@@ -38,6 +40,7 @@ struct Current {
     /// Where it last was seen to turn, or was let go, and how many samples it takes to turn again, once known.
     turned_sample: u32,
     half_period: u32,
+    swings: Swings,
 }
 
 /// What measuring needs from the rest of the device.
@@ -152,6 +155,7 @@ impl Measuring {
     fn after_gap(&mut self, from: u32, context: &mut Context) {
         self.spoil(from, context);
         self.restart(None);
+        self.current.swings = Swings::default();
         self.current.turned_sample = self.now();
     }
 
@@ -239,8 +243,10 @@ impl Measuring {
             }
             Some(Finding::Extreme { extreme, amplitude_deg }) => {
                 let moves = matches!(watching, Phase::Waiting | Phase::Released | Phase::Ringing);
+                if moves {
+                    self.record(extreme, context);
+                }
                 if let Some(amplitude) = amplitude_deg.filter(|_| moves) {
-                    self.record(amplitude, context);
                     self.extreme(extreme.at, amplitude, context);
                 }
                 self.current.turned_sample = self.now();
@@ -262,7 +268,8 @@ impl Measuring {
             let at = self.now().wrapping_sub(BLOCK as u32 / 2 + 1);
             let to_deg = self.sampler.settings().to_deg;
             let noise = self.signal.block_noise_deg();
-            match self.watch.block(at, mean, noise, self.tracker.midline_deg(), to_deg) {
+            let swing = self.swing_samples();
+            match self.watch.block(at, mean, noise, swing, self.tracker.midline_deg(), to_deg) {
                 Some(Step::LetGo(held)) => self.let_go(held, context),
                 Some(Step::AtRest) => {
                     self.at_rest(watching, context);
@@ -290,19 +297,6 @@ impl Measuring {
         self.current.turned_sample = held.at;
         self.restart(Some(held).filter(|_| !in_gap));
         self.announce(held.at, context);
-    }
-
-    /// What was seen before this turning point is no part of the free oscillation: a hand has turned the model there, or
-    /// has pushed it in mid-release.
-    fn anew(&mut self, from: Extreme, context: &mut Context) {
-        if self.current.windows.count() > 0 {
-            self.current.flags.set(Flags::DISTURBED);
-            self.spoil(from.at, context);
-        } else if self.is_releasing() {
-            context.refining.abandon();
-            self.current.begun_sample = from.at;
-            (self.current.largest_deg, self.current.smallest_deg) = (0.0, f32::INFINITY);
-        }
     }
 
     /// A model that does not turn for three cycles swings no longer, or nobody sees it.
@@ -346,18 +340,6 @@ impl Measuring {
         self.tracker.configure(settings.degrees_per_count, limits);
     }
 
-    /// The record for the refined estimate begins where the windows do.
-    fn record(&self, amplitude_deg: f32, context: &mut Context) {
-        if context.refining.is_recording() {
-            return;
-        }
-        let begun = self.tracker.window_start().map(Moment::next_sample);
-        let begun = begun.filter(|start| !self.is_spoilt(*start));
-        if let (Some(start), Some(midline_deg)) = (begun, self.tracker.midline_deg()) {
-            context.refining.begin(start, amplitude_deg, midline_deg);
-        }
-    }
-
     /// A new release may begin: settings and condition that were waiting for it take effect.
     fn prepare(&mut self, context: &mut Context) {
         self.take_condition(context);
@@ -379,6 +361,9 @@ impl Measuring {
             self.finish(Flags::CUT_SHORT, self.current.windows_end, context);
             self.watch.set_phase(Phase::Held);
         }
+        if was == Phase::Released {
+            self.died_at_once(context);
+        }
         self.prepare(context);
         self.announce(self.now(), context);
     }
@@ -390,9 +375,15 @@ impl Measuring {
 
     /// A turning point with a known amplitude.
     fn extreme(&mut self, at: u32, amplitude_deg: f32, context: &mut Context) {
+        if let Some(swing) = self.tracker.swing() {
+            self.current.swings.add(&swing);
+            context.refining.set_cycle(2.0 * self.current.swings.samples());
+        }
         if self.watch.phase() != Phase::Ringing {
             if self.watch.phase() == Phase::Waiting {
+                let swings = self.current.swings;
                 self.prepare(context);
+                self.current.swings = swings;
                 self.current.flags.set(Flags::MID_SWING);
                 self.current.begun_sample = at;
             }
@@ -477,7 +468,7 @@ impl Measuring {
             flags,
         };
         context.line.event(&Event::Release(result));
-        let estimate = Some(mean).filter(|_| result.windows > 0 && context.second_order);
+        let estimate = current.swings.start().filter(|_| context.second_order);
         let clock_u = self.clock_u();
         context.refining.finish(self.releases, of_release, estimate, self.condition, clock_u, end);
         self.releases = self.releases.wrapping_add(1);

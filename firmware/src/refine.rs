@@ -20,7 +20,7 @@ pub const PIECE: usize = 64;
 /// Length of the first horizon, cycles.
 const FIRST_CYCLES: f64 = 3.0;
 /// Fewest means that are fitted.
-pub const FEWEST_POINTS: usize = 16;
+pub const FEWEST_POINTS: usize = 8;
 /// Steps on a horizon that is not the last, and on the last.
 const STEPS: [u8; 2] = [1, 5];
 /// The last step gains less than this share of one mean's variance: a thirtieth of a standard uncertainty.

@@ -81,15 +81,27 @@ impl Refining {
         matches!(self.stage, Stage::Fitting | Stage::Judging)
     }
 
-    /// A swing worth recording began at this sample. While the one before is being refined the buffer is not free.
-    pub fn begin(&mut self, from_sample: u32, amplitude_deg: f32, midline_deg: f32) {
+    /// What is recorded began within the range.
+    pub fn is_confirmed(&self) -> bool {
+        self.is_recording() && self.begun_deg > 0.0
+    }
+
+    /// What is recorded began within the range, with this amplitude.
+    pub fn confirm(&mut self, amplitude_deg: f32) {
+        if self.begun_deg == 0.0 {
+            self.begun_deg = amplitude_deg;
+        }
+    }
+
+    /// A swing that may be worth recording began before this sample. While the one before is being refined the buffer is not free.
+    pub fn begin(&mut self, from_sample: u32, least_deg: f32, near_deg: f32) {
         if self.is_busy() {
             return;
         }
         // Blocks keep their place when the clock wraps around.
         let first = from_sample.wrapping_add(BLOCK as u32 - 1) & !(BLOCK as u32 - 1);
-        self.record.begin(first, amplitude_deg, midline_deg);
-        self.begun_deg = amplitude_deg;
+        self.record.begin(first, least_deg, near_deg);
+        self.begun_deg = 0.0;
         self.useless_from = None;
         self.stage = Stage::Recording { next: first };
     }
@@ -137,12 +149,12 @@ impl Refining {
         }
     }
 
-    /// The network has seen how long a cycle is.
+    /// The turning points have shown how long a cycle is.
     pub fn set_cycle(&mut self, samples: f32) {
         self.record.set_cycle(samples);
     }
 
-    /// The release is over: begins to refine the network's estimate from the samples before `end`.
+    /// The release is over: begins to refine what its turning points say from the samples before `end`.
     pub fn finish(
         &mut self,
         number: u32,
@@ -166,9 +178,9 @@ impl Refining {
         self.record.end_before(self.useless_from.unwrap_or(end));
         let count = self.record.points().len();
         let per_point = self.seconds_per_point();
-        let decay = f64::from(estimate.damping_ratio * estimate.natural_frequency_rad_s);
-        let frequency = f64::from(estimate.natural_frequency_rad_s);
-        // A network far from its range may say anything.
+        let Estimate { natural_frequency_rad_s: wn, damping_ratio: zeta } = estimate;
+        let decay = f64::from(zeta * wn);
+        let frequency = f64::from(wn * libm::sqrtf(1.0 - zeta * zeta));
         if count >= FEWEST_POINTS && frequency > 0.0 && decay.abs() < frequency {
             self.fit = Fit::new(count, decay * per_point, frequency * per_point);
             self.release = Release { number, flags, condition, clock_u };

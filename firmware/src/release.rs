@@ -1,14 +1,14 @@
 //! Where in a release the model is, from the potentiometer alone.
 //!
-//! Held: block means stay within a band for longer than half the slowest period, which no
-//! oscillation of interest does. Released: they leave their rest. Ringing: three turning points,
+//! Held: block means stay within a band for longer than the model's swings take, or, where they are
+//! not known, than half the period of a slow one. Released: they leave their rest. Ringing: three turning points,
 //! so that there is a mid-line and an amplitude. Finished: the amplitude is below the range.
 
 use yawrig_shared::history::BLOCK;
 use yawrig_shared::window::Extreme;
 use yawrig_shared::wire::Phase;
 
-/// Longer than half a period at 2.5 rad/s (1.26 s), in samples.
+/// Longer than half a period at 2.5 rad/s (1.26 s), in samples; slower models take longer.
 const STILL_SAMPLES: u32 = 1304;
 /// The same for the last of a decay, of which half a period may show one side alone: its rest would be put off its
 /// mid-line, and its other side would look like a release.
@@ -83,6 +83,11 @@ impl Watch {
         self.phase
     }
 
+    /// Where the model is held, or was.
+    pub fn rest_deg(&self) -> f32 {
+        self.rest_deg
+    }
+
     /// Sets what the turning points and windows have shown.
     pub fn set_phase(&mut self, phase: Phase) {
         self.phase = phase;
@@ -96,18 +101,20 @@ impl Watch {
         self.rest_deg *= times;
     }
 
-    /// Takes the next block mean and its noise's rms; `at` is the block's middle, `midline_deg` the last known one.
+    /// Takes the next block mean and its noise's rms; `at` is the block's middle, `midline_deg` the last known one; the
+    /// model's swings are known to take so many samples at least.
     pub fn block(
         &mut self,
         at: u32,
         mean_deg: f32,
         noise_deg: f32,
+        swing_samples: u32,
         midline_deg: Option<f32>,
         to_deg: f32,
     ) -> Option<Step> {
         // A mean of four blocks has half the noise of one.
         let band_deg = (0.5 * STILL_BAND_NOISE * noise_deg).clamp(STILL_BAND_DEG, MOST_BAND_DEG);
-        let still = self.still(mean_deg, band_deg);
+        let still = self.still(mean_deg, band_deg, swing_samples);
         match self.phase {
             Phase::Held => {
                 let rest_deg = self.rest_deg;
@@ -138,7 +145,7 @@ impl Watch {
     }
 
     /// Whether the model has kept to the band for long enough.
-    fn still(&mut self, mean_deg: f32, band_deg: f32) -> bool {
+    fn still(&mut self, mean_deg: f32, band_deg: f32, swing_samples: u32) -> bool {
         self.smooth_sum += mean_deg;
         self.smooth_blocks += 1;
         if self.smooth_blocks < SMOOTHED {
@@ -155,6 +162,6 @@ impl Watch {
             self.still_blocks = SMOOTHED;
         }
         let needed = if self.phase == Phase::Finished { DIED_DOWN_SAMPLES } else { STILL_SAMPLES };
-        self.still_blocks.saturating_mul(BLOCK as u32) >= needed
+        self.still_blocks.saturating_mul(BLOCK as u32) >= needed.max(swing_samples)
     }
 }

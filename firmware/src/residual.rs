@@ -1,8 +1,8 @@
 //! What a fit leaves of a record, held against the noise.
 //!
 //! Where only noise is left, the power of the residual's means over a twelfth of a cycle goes by a chi-square law: over
-//! the noise's it is one, and scatters by the root of two over the degrees of freedom of either. Beyond three and a half
-//! of that, which chance does twice in a thousand records at most, and beyond 1.7 times the noise's power, which
+//! the noise's it is one, and scatters with the degrees of freedom of either. Beyond what chance does once in a thousand
+//! records, and beyond 1.7 times the noise's power, which
 //! leaves room for noise of some colour, something is missing. On means of a fiftieth of a cycle, the measure of the host, that is
 //! 1.08 times the noise; a misfit at 1.5 times the noise has six times the noise's power.
 //!
@@ -15,9 +15,9 @@ use crate::refine::{Parameters, Phasor, PIECE};
 const PER_CYCLE: f32 = 12.0;
 /// And those the host compares them on.
 const HOST_PER_CYCLE: f32 = 50.0;
-/// Power of the residual beyond that of the noise at which something is missing: at least, and in standard deviations.
-const MISSING: f32 = 0.7;
-const BEYOND_CHANCE: f32 = 3.5;
+/// Power of the residual over that of the noise at which something is missing: at least, and in standard deviations.
+const MISSING: f32 = 1.7;
+const BEYOND_CHANCE: f32 = 3.0;
 /// Numbers that a fit takes out of the residual; and those of them that lie about the damped frequency, as complex ones.
 const PARAMETERS: f32 = 5.0;
 const ABSORBED: f32 = 2.0;
@@ -146,15 +146,22 @@ impl Residual {
         let variance = self.squares / freedom(self.at as u32, PARAMETERS);
         let power = self.twelfths.0 / together / freedom(self.twelfths.1, PARAMETERS);
         let density = self.segments.0 / self.segment as f32 / freedom(self.segments.1, ABSORBED);
-        let chance = BEYOND_CHANCE
-            * libm::sqrtf(2.0 / freedom(self.twelfths.1, PARAMETERS) + 2.0 / noise_freedom);
+        // Where chance leads, by Wilson and Hilferty (PNAS 17, 1931).
+        let spread = 2.0 / 9.0 * (1.0 / freedom(self.twelfths.1, PARAMETERS) + 1.0 / noise_freedom);
+        let root = 1.0 - spread + BEYOND_CHANCE * libm::sqrtf(spread);
+        let chance = root * root * root;
         // Excess power is the same on finer means, and the noise is more.
         let per_cycle = (core::f64::consts::TAU / self.model.frequency) as f32 / together;
         let share = (power / noise - 1.0) * per_cycle / HOST_PER_CYCLE;
+        let mut colour = density / variance;
+        if self.segments.1 < SEGMENTS as u32 {
+            // Known from so few, it is no proof of less than a white one's, nor of less than the noise.
+            colour = colour.max(1.0).max(noise / variance);
+        }
         Judged {
             over_noise: libm::sqrtf((1.0 + share).max(0.0)),
-            misfit: power > (1.0 + MISSING.max(chance)) * noise,
-            colour: density / variance,
+            misfit: power > MISSING.max(chance) * noise,
+            colour,
         }
     }
 }

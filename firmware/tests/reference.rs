@@ -89,11 +89,29 @@ fn derivatives_are_those_of_their_own_spring_and_say_against_what() {
 fn another_spring_whose_wind_off_release_is_spoilt_has_no_reference() {
     let mut desk = Desk::new(MemoryFlash::new());
     desk.release(condition("K1", OFF), swing(SOFT[0]));
-    desk.release(condition("K4", OFF), Swing { seconds: 4.0, ..swing(STIFF[0]) });
+    desk.release(condition("K4", OFF), Swing { seconds: 2.1, ..swing(STIFF[0]) });
     assert!(desk.flags().unusable());
     assert_eq!(desk.release(condition("K4", ON), swing(STIFF[1])), [None; 2]);
     assert!(desk.flags().has(Flags::NO_REFERENCE));
     assert!(desk.refined.last().expect("refined").flags.has(Flags::NO_REFERENCE));
+}
+
+/// Too little of it for a window: its record is enough for the refined one.
+#[test]
+fn a_wind_off_release_of_two_cycles_is_a_refined_reference() {
+    let mut desk = Desk::new(MemoryFlash::new());
+    let two_cycles_s = 2.0 + 2.0 * std::f64::consts::TAU / SOFT[0].0;
+    desk.release(
+        condition("K1", OFF),
+        Swing { seconds: two_cycles_s, from_deg: 9.0, ..swing(SOFT[0]) },
+    );
+    assert!(desk.flags().unusable());
+    let [network, refined] = desk.release(condition("K1", ON), swing(SOFT[1]));
+    assert_eq!(network, None);
+    let (found, truth) = (refined.expect("derivatives"), planted(SOFT[1], SOFT[0]));
+    for (found, truth) in [(found.cn_beta, truth.cn_beta), (found.cn_r, truth.cn_r)] {
+        assert!((f64::from(found.value) - truth).abs() < 4.0 * f64::from(found.u), "{found:?}");
+    }
 }
 
 #[test]
@@ -116,7 +134,7 @@ fn another_spring_has_no_reference_until_it_has_its_own() {
 #[test]
 fn a_reference_gives_way_to_a_wind_off_release_that_is_unusable_flagged_or_not_refined() {
     let good = swing(SOFT[0]);
-    let short = Swing { seconds: 4.0, ..good }.counts(2);
+    let short = Swing { seconds: 2.1, ..good }.counts(2);
     for spoilt in [short, touched(&good, 2)] {
         let mut desk = Desk::new(MemoryFlash::new());
         desk.release(condition("K1", OFF), good);

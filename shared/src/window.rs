@@ -55,6 +55,19 @@ impl Window {
     }
 }
 
+/// From one turning point to the next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Swing {
+    pub from: Extreme,
+    pub to: Extreme,
+}
+
+impl Swing {
+    pub fn size_deg(&self) -> f32 {
+        (self.to.yaw_deg - self.from.yaw_deg).abs()
+    }
+}
+
 /// What one sample brought to light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finding {
@@ -159,9 +172,17 @@ impl<S: Copy + Default + Into<f32>> Tracker<S> {
         self.extremes.is_full().then(|| last.at.wrapping_sub(first.at) / 2)
     }
 
-    /// Where the window that is under way begins.
-    pub fn window_start(&self) -> Option<Moment> {
-        self.crossings.front().map(|crossing| crossing.at)
+    /// The newest swing, from one turning point to the next, once there have been two.
+    pub fn swing(&self) -> Option<Swing> {
+        let mut e = self.extremes.iter().rev();
+        let (to, from) = (e.next()?, e.next()?);
+        Some(Swing { from: *from, to: *to })
+    }
+
+    /// What has come of the swing since the newest turning point.
+    pub fn unfinished_swing(&self) -> Option<Swing> {
+        let to = if self.heading > 0 { self.high } else { self.low };
+        Some(Swing { from: *self.extremes.back()?, to: to? })
     }
 
     /// Passes over whole blocks of samples that never came; to be restarted then.

@@ -5,7 +5,7 @@ use yawrig_shared::features::{features, FeatureKind, Features, SHAPE};
 use yawrig_shared::history::BLOCK;
 use yawrig_shared::misfit::misfit;
 use yawrig_shared::network::Estimate;
-use yawrig_shared::window::{Window, CYCLES};
+use yawrig_shared::window::Window;
 use yawrig_shared::wire::{Event, Flags, WindowResult};
 
 /// What of a window may be left over by one damped oscillation: this many times the noise, and a share of its rms;
@@ -40,7 +40,6 @@ impl Measuring {
             self.current.flags.set(Flags::DISTURBED);
             return;
         }
-        context.refining.set_cycle(window.length / CYCLES as f32);
         let mut flags = Flags::default();
         if !network.range.holds(&estimate) {
             flags.set(Flags::OUT_OF_RANGE);

@@ -24,7 +24,8 @@ const ADVICE: [(Flags, &str); Flags::NAMES.len()] = [
     (Flags::TOO_SMALL, "too_small: the oscillation never rose above the lower end of the range; release it from further out"),
     (
         Flags::TOO_FEW_CYCLES,
-        "too_few_cycles: no three clean cycles lay within the range; widen it or release from further out",
+        "too_few_cycles: the network found no three clean cycles within the range, at 2.5 rad/s or more; a refined estimate \
+         needs one alone, and stands; for the network's, widen the range or release from further out",
     ),
     (
         Flags::SATURATED,
@@ -63,7 +64,7 @@ const ADVICE: [(Flags, &str); Flags::NAMES.len()] = [
     ),
     (
         Flags::NOT_REFINED,
-        "not_refined: no damped oscillation fits the whole record; the estimate from its windows stands",
+        "not_refined: no damped oscillation fits the whole record; the estimate from its windows, if there is one, stands",
     ),
     (
         Flags::NO_REFERENCE,

@@ -1,0 +1,75 @@
+//! Which stretch of the samples is a free swing: what the record for the refined estimate holds.
+
+use super::{Context, Measuring};
+use crate::swings::Swings;
+use yawrig_shared::window::Extreme;
+use yawrig_shared::wire::{Flags, Phase};
+
+/// A swing that overshoots its rest by this share of where it began is an oscillation: damping ratios up to 0.5.
+const LEAST_OVERSHOOT: f32 = 0.16;
+
+impl Measuring {
+    /// What was seen before this turning point is no part of the free oscillation: a hand has turned the model there, or
+    /// has pushed it in mid-release.
+    pub(super) fn anew(&mut self, from: Extreme, context: &mut Context) {
+        if self.current.windows.count() > 0 {
+            self.current.flags.set(Flags::DISTURBED);
+            self.spoil(from.at, context);
+        } else if self.is_releasing() {
+            context.refining.abandon();
+            self.record(from, context);
+            self.current.swings = Swings::default();
+            self.current.begun_sample = from.at;
+            (self.current.largest_deg, self.current.smallest_deg) = (0.0, f32::INFINITY);
+        }
+    }
+
+    /// How long the model's swings take, at least.
+    pub(super) fn swing_samples(&self) -> u32 {
+        if let Some(swing) = self.tracker.swing() {
+            let one = swing.to.at.wrapping_sub(swing.from.at);
+            return self.tracker.half_period().unwrap_or(one);
+        }
+        // Before it has turned, half of what has passed, the rest of it still.
+        let since = self.now().wrapping_sub(self.current.turned_sample) / 2;
+        if self.watch.phase() == Phase::Released {
+            since
+        } else {
+            0
+        }
+    }
+
+    /// The record for the refined estimate begins as the model leaves the first turning point from which it swings within
+    /// the range.
+    pub(super) fn record(&mut self, extreme: Extreme, context: &mut Context) {
+        let height_deg = self.tracker.swing().map(|swing| 0.5 * swing.size_deg());
+        let from_deg = self.sampler.settings().from_deg;
+        match height_deg {
+            Some(height_deg) if context.refining.is_recording() && height_deg <= from_deg => {
+                context.refining.confirm(height_deg);
+            }
+            _ if context.refining.is_confirmed() => {}
+            _ => {
+                let least_deg = self.tracker.limits().least_swing_deg;
+                context.refining.begin(self.now(), least_deg, extreme.yaw_deg);
+            }
+        }
+    }
+
+    /// A model that is damped so heavily that it is seen to turn only once: its rest shows its swing's mid-line.
+    pub(super) fn died_at_once(&mut self, context: &mut Context) {
+        let swing = self.tracker.swing().or_else(|| self.tracker.unfinished_swing());
+        let Some(swing) = swing else { return };
+        let rest_deg = self.watch.rest_deg();
+        let [from, to] = [swing.from, swing.to].map(|end| end.yaw_deg - rest_deg);
+        // Any less damped one, and it is none that a hand has turned to its rest.
+        if -to / from < LEAST_OVERSHOOT {
+            return;
+        }
+        self.current.swings.add_halves(&swing, from, to);
+        self.watch.set_phase(Phase::Ringing);
+        self.current.largest_deg = to.abs();
+        self.finish(Flags::default(), self.now(), context);
+        self.watch.set_phase(Phase::Held);
+    }
+}
