@@ -306,6 +306,7 @@ impl Measuring {
             half_period => 6 * half_period,
         };
         if self.is_releasing() && self.now().wrapping_sub(self.current.turned_sample) > patience {
+            self.die_down(self.now(), context);
             self.give_up(self.now(), context);
             self.restart(None);
         }
@@ -358,7 +359,7 @@ impl Measuring {
         if was == Phase::Ringing {
             self.watch.set_phase(Phase::Ringing);
             // It was caught some time after that.
-            self.finish(Flags::CUT_SHORT, self.current.windows_end, context);
+            self.die_down(self.current.windows_end, context);
             self.watch.set_phase(Phase::Held);
         }
         if was == Phase::Released {
@@ -394,7 +395,9 @@ impl Measuring {
         self.current.half_period = self.tracker.half_period().unwrap_or_default();
         self.current.largest_deg = self.current.largest_deg.max(amplitude_deg);
         self.current.smallest_deg = self.current.smallest_deg.min(amplitude_deg);
-        if amplitude_deg < self.sampler.settings().to_deg {
+        // One that began below the range goes on while its swings are seen: its record is refined.
+        let to_deg = self.sampler.settings().to_deg;
+        if amplitude_deg < to_deg && self.current.largest_deg >= to_deg {
             self.finish(Flags::default(), self.now(), context);
         }
     }

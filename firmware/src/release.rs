@@ -15,16 +15,19 @@ const STILL_SAMPLES: u32 = 1304;
 const DIED_DOWN_SAMPLES: u32 = 1800;
 /// Peak to peak, degrees: above the noise of the means it is held against, far below any release.
 const STILL_BAND_DEG: f32 = 0.35;
+/// And below the smallest swing that is analysed, which goes from one side to the other.
+const STILL_BAND_SHARE: f32 = 1.5;
 /// The same where the noise of the means is more: so many times it holds all of some forty normal deviates but once in
 /// ten thousand; up to 1 deg of a sample's noise, or an oscillation would be taken for noise.
 const STILL_BAND_NOISE: f32 = 6.5;
 const MOST_BAND_DEG: f32 = 1.15;
 /// Blocks whose mean that is: 32 ms take little from the fastest swing and most from noise and hum.
 const SMOOTHED: u32 = 4;
-/// How far from its rest a held model must be to have been let go: beyond the band, and beyond
-/// most of the smallest swing that is analysed.
+/// How far from its rest a held model must be to have been let go: this, or where the band is narrow so many times the
+/// band; and beyond this share of the lower end of the range.
 const LET_GO_DEG: f32 = 0.5;
-const LET_GO_SHARE: f32 = 0.6;
+const LET_GO_BANDS: f32 = 1.5;
+const LET_GO_SHARE: f32 = 0.5;
 /// And beyond this many times the noise of a block's mean.
 const LET_GO_NOISE: f32 = 6.0;
 /// Time constant of the rest's drift, blocks: 1 s.
@@ -113,14 +116,16 @@ impl Watch {
         to_deg: f32,
     ) -> Option<Step> {
         // A mean of four blocks has half the noise of one.
-        let band_deg = (0.5 * STILL_BAND_NOISE * noise_deg).clamp(STILL_BAND_DEG, MOST_BAND_DEG);
+        let least_band_deg = STILL_BAND_DEG.min(STILL_BAND_SHARE * to_deg);
+        let band_deg = (0.5 * STILL_BAND_NOISE * noise_deg).clamp(least_band_deg, MOST_BAND_DEG);
         let still = self.still(mean_deg, band_deg, swing_samples);
         match self.phase {
             Phase::Held => {
                 let rest_deg = self.rest_deg;
                 self.rest_deg += (mean_deg - rest_deg) / DRIFT_BLOCKS;
                 // The last of a decay oscillates about its rest, too, but not so far.
-                let least = LET_GO_DEG.max(LET_GO_SHARE * to_deg).max(LET_GO_NOISE * noise_deg);
+                let band = LET_GO_DEG.min(LET_GO_BANDS * band_deg);
+                let least = band.max(LET_GO_SHARE * to_deg).max(LET_GO_NOISE * noise_deg);
                 let let_go = (mean_deg - rest_deg).abs() > least;
                 let_go.then(|| {
                     self.phase = Phase::Released;

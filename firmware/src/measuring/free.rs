@@ -72,4 +72,14 @@ impl Measuring {
         self.finish(Flags::default(), self.now(), context);
         self.watch.set_phase(Phase::Held);
     }
+
+    /// Its swings are seen no longer: so ends one that began below the range; any other is cut short, at `end`.
+    pub(super) fn die_down(&mut self, end: u32, context: &mut Context) {
+        let below = self.current.largest_deg < self.settings().to_deg;
+        if below && self.watch.phase() == Phase::Ringing {
+            self.finish(Flags::default(), self.current.turned_sample, context);
+        } else {
+            self.finish(Flags::CUT_SHORT, end, context);
+        }
+    }
 }

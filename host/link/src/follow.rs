@@ -21,7 +21,7 @@ pub fn flag_advice(flags: Flags) -> impl Iterator<Item = &'static str> {
 }
 
 const ADVICE: [(Flags, &str); Flags::NAMES.len()] = [
-    (Flags::TOO_SMALL, "too_small: the oscillation never rose above the lower end of the range; release it from further out"),
+    (Flags::TOO_SMALL, "too_small: the oscillation never rose above the lower end of the network's range; a refined estimate stands; for the network's, release it from further out"),
     (
         Flags::TOO_FEW_CYCLES,
         "too_few_cycles: the network found no three clean cycles within the range, at 2.5 rad/s or more; a refined estimate \
