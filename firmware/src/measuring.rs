@@ -242,7 +242,7 @@ impl Measuring {
                 self.window(&window, context)
             }
             Some(Finding::Extreme { extreme, amplitude_deg }) => {
-                let moves = matches!(watching, Phase::Waiting | Phase::Released | Phase::Ringing);
+                let moves = self.may_swing();
                 if moves {
                     self.record(extreme, context);
                 }

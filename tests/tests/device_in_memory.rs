@@ -105,7 +105,7 @@ fn settings_that_make_no_sense_are_refused() {
 #[test]
 fn a_release_too_small_says_so() {
     let mut desk = Desk::default();
-    let start = Start { amplitude_deg: 0.9, hold_s: 2.0, end: End::After(15.0) };
+    let start = Start { amplitude_deg: 0.15, hold_s: 2.0, end: End::After(15.0) };
     desk.play(counts(&modal(7.5, 0.01), &start, &Sensor::default(), 1));
     desk.end();
     let flags = desk.releases.first().expect("a result").flags;

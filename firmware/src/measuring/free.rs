@@ -1,6 +1,7 @@
 //! Which stretch of the samples is a free swing: what the record for the refined estimate holds.
 
 use super::{Context, Measuring};
+use crate::estimator::Collector;
 use crate::swings::Swings;
 use yawrig_shared::window::Extreme;
 use yawrig_shared::wire::{Flags, Phase};
@@ -12,16 +13,23 @@ impl Measuring {
     /// What was seen before this turning point is no part of the free oscillation: a hand has turned the model there, or
     /// has pushed it in mid-release.
     pub(super) fn anew(&mut self, from: Extreme, context: &mut Context) {
-        if self.current.windows.count() > 0 {
+        // Of two motions the larger tells more: noise in a hold is none of a release.
+        let swing_deg = self.tracker.swing().map_or(0.0, |swing| 0.5 * swing.size_deg());
+        if self.current.windows.count() > 0 && swing_deg < self.current.largest_deg {
             self.current.flags.set(Flags::DISTURBED);
             self.spoil(from.at, context);
-        } else if self.is_releasing() {
+        } else if self.may_swing() {
             context.refining.abandon();
             self.record(from, context);
-            self.current.swings = Swings::default();
+            (self.current.swings, self.current.windows) = (Swings::default(), Collector::default());
             self.current.begun_sample = from.at;
             (self.current.largest_deg, self.current.smallest_deg) = (0.0, f32::INFINITY);
         }
+    }
+
+    /// Whether turning points are those of a release, one that nobody saw beginning among them.
+    pub(super) fn may_swing(&self) -> bool {
+        self.is_releasing() || self.watch.phase() == Phase::Waiting
     }
 
     /// How long the model's swings take, at least.

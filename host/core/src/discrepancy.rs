@@ -9,8 +9,9 @@
 //! one for stiffness and one for damping, is what makes the residual likeliest (its evidence, the numbers of the model and
 //! the strengths integrated out: M. C. Kennedy, A. O'Hagan, J. R. Stat. Soc. B 63, 2001), residuals counted by the
 //! correlation of what is then left of them. Least squares knows nothing of it: a strength delta puts an error
-//! (J'J)^-1 J'Phi delta into its numbers, Phi being the readings' derivatives by the strengths. Every strength counts as an
-//! error as large as the residual shows it, of a sign that is not known; the noise adds what is left of the residual.
+//! (J'J)^-1 J'Phi delta into its numbers, Phi being the readings' derivatives by the strengths. Each combination of strengths
+//! that the residual tells from the others, whatever the shapes they are written in, counts as an error as large as the residual
+//! shows it, of a sign that is not known; the noise adds what is left of the residual.
 //! Where the residual is noise there is no discrepancy, and nothing is added.
 //!
 //! With the strengths' whole prior in place of what is seen of them, uncertainties come out several times too wide: shapes

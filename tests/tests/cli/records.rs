@@ -201,10 +201,10 @@ fn a_record_without_a_usable_release_prints_its_result_and_ends_with_6() {
     let still: String = (0..8000).map(|k| format!("{:.3},1.5\n", f64::from(k) * 1e-3)).collect();
     unusable("still.csv", &format!("time_s,yaw_deg\n{still}"), &["no estimate to rely on"]);
 
-    // Swings between 0.6 and 0.3 deg: below the range from 10 to 1 deg.
+    // Swings between 0.2 and 0.1 deg: far below the range from 10 to 1 deg.
     let small: String = (0..8000)
         .map(|k| f64::from(k) * 1e-3)
-        .map(|t| format!("{t:.3},{:.5}\n", 0.6 * (-0.1 * t).exp() * (8.0 * t).cos()))
+        .map(|t| format!("{t:.3},{:.5}\n", 0.2 * (-0.1 * t).exp() * (8.0 * t).cos()))
         .collect();
     unusable("small.csv", &format!("time_s,yaw_deg\n{small}"), &["too_small"]);
 
