@@ -159,14 +159,17 @@ fn ctrl_c_leaves_whole_lines_and_the_rest_can_follow() {
     let first = record(folder.path(), "0.csv");
     let records = folder.path().join("records");
     std::fs::create_dir(&records).unwrap();
-    let count = 1500;
+    let count = 20;
     for k in 0..count {
         std::fs::hard_link(&first, records.join(format!("{k}.csv"))).unwrap();
     }
+    // One that is read for as long as nobody writes to it: the signal comes before the last is done.
+    let waits = records.join("waits.csv");
+    nix::unistd::mkfifo(&waits, nix::sys::stat::Mode::S_IRWXU).unwrap();
     let log = folder.path().join("results.jsonl");
-    let arguments = ["identify", records.to_str().unwrap(), "--out", log.to_str().unwrap()];
     let mut child = Command::new(env!("CARGO_BIN_EXE_yawrig"))
-        .args(arguments)
+        .args(["identify", "--out", log.to_str().unwrap()])
+        .args((0..count).map(|k| records.join(format!("{k}.csv"))).chain([waits.clone()]))
         .stderr(std::process::Stdio::null())
         .spawn()
         .unwrap();
@@ -175,14 +178,24 @@ fn ctrl_c_leaves_whole_lines_and_the_rest_can_follow() {
     }
     let pid = nix::unistd::Pid::from_raw(child.id() as i32);
     nix::sys::signal::kill(pid, nix::sys::signal::Signal::SIGINT).unwrap();
+    // Nobody reads it any more where the signal came before that.
+    let open = || {
+        let flags = nix::fcntl::OFlag::O_WRONLY | nix::fcntl::OFlag::O_NONBLOCK;
+        nix::fcntl::open(&waits, flags, nix::sys::stat::Mode::empty())
+    };
+    while child.try_wait().unwrap().is_none() && open().is_err() {
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
     assert_eq!(child.wait().unwrap().code(), Some(130));
     let before = names(&log).len();
-    assert!(before > 0 && before < count, "{before}");
-    let out = yawrig(arguments[0], &arguments[1..]);
+    assert!(before > 0 && before <= count, "{before}");
+    std::fs::remove_file(&waits).unwrap();
+    std::fs::hard_link(&first, &waits).unwrap();
+    let out = yawrig("identify", &[records.to_str().unwrap(), "--out", log.to_str().unwrap()]);
     assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
     let all = names(&log);
-    assert_eq!(all.len(), count);
-    assert_eq!(all.into_iter().collect::<BTreeSet<_>>().len(), count);
+    assert_eq!(all.len(), count + 1);
+    assert_eq!(all.into_iter().collect::<BTreeSet<_>>().len(), count + 1);
 }
 
 #[test]

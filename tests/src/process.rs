@@ -225,8 +225,13 @@ impl Running {
         self.has_printed_times(words, 1)
     }
 
+    /// How often these words are on its stdout by now.
+    pub fn printed_times(&self, words: &str) -> usize {
+        self.stdout.text().matches(words).count()
+    }
+
     pub fn has_printed_times(&mut self, words: &str, times: usize) -> bool {
-        let is_there = self.stdout.text().matches(words).count() >= times;
+        let is_there = self.printed_times(words) >= times;
         assert!(is_there || self.runs(), "{} ended: {}", self.line, self.report());
         is_there
     }

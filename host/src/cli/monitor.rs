@@ -18,7 +18,7 @@ use yawrig_link::live::session::{Follow, Session};
 use yawrig_link::live::stored::Stored;
 use yawrig_shared::wire::{Event, Request, Settings};
 
-/// How long the last samples of the last release are waited for.
+/// How long a device may take no sample before the last ones of the last release are no longer waited for.
 const LAST_SAMPLES: Duration = Duration::from_secs(2);
 
 /// Follow a device as it measures; --record keeps its trace and results
@@ -208,7 +208,8 @@ impl Following<'_> {
         let listens = self.arguments.record.is_some() || self.measuring.is_some();
         let typed = listens.then(keys::lines);
         let deadline = self.arguments.seconds.map(|s| Instant::now() + Duration::from_secs_f64(s));
-        let mut enough_at = None;
+        // Samples that the device had taken when that number last changed, and when it did.
+        let mut taken = (0, Instant::now());
         loop {
             if let Some(measuring) = &mut self.measuring {
                 measuring.go_on(&mut self.session, self.built_in.as_mut())?;
@@ -221,11 +222,14 @@ impl Following<'_> {
                 self.obey(typed)?;
             }
             if self.arguments.releases.is_some_and(|wanted| self.shown.releases >= wanted) {
-                let enough_at = *enough_at.get_or_insert_with(Instant::now);
+                let status = self.session.bench().client.status()?;
+                if status.samples != taken.0 {
+                    taken = (status.samples, Instant::now());
+                }
                 let records = self.recording.as_ref().is_some_and(Recording::waits);
-                if !records || enough_at.elapsed() > LAST_SAMPLES {
+                if !records || taken.1.elapsed() > LAST_SAMPLES {
                     // The last release's refined estimate is still to come.
-                    if self.shown.refined || !self.session.bench().client.status()?.refining {
+                    if self.shown.refined || !status.refining {
                         // What it had to say went out before it said so.
                         return self.take();
                     }

@@ -2,10 +2,11 @@
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
+use std::time::Duration;
 use yawrig_link::bench::{Bench, Target};
 use yawrig_rig::{Rig, Sensor, Start};
 use yawrig_tests::networks;
-use yawrig_tests::process::{yawrig, yawrig_as_anybody, Running};
+use yawrig_tests::process::{yawrig, yawrig_as_anybody, Ended, Running, Yawrig};
 
 /// A device that swings in the background, and its path.
 pub fn swinging() -> (Running, String) {
@@ -42,10 +43,55 @@ fn another_shell_asks_for_the_device() {
     assert!(ended.stdout.contains("compiled in"), "{}", ended.report());
 }
 
+/// A device that is swung by the test, and not by the clock.
+struct Swung {
+    bench: Bench,
+    rig: Rig,
+    path: String,
+    releases: u64,
+}
+
+impl Swung {
+    fn new() -> Self {
+        let bench = Bench::open(&Target::Emulated).expect("a device");
+        let path = bench.shared_path().to_owned();
+        Self { bench, rig: Rig::default(), path, releases: 0 }
+    }
+
+    /// Swings once; how many results there are by then.
+    fn swing(&mut self) -> u16 {
+        let condition = self.rig.conditions(10.0).nth(9).expect("a condition");
+        let (start, sensor) = (Start::default(), Sensor::default());
+        let release = self.rig.release(&condition, &start, &sensor, self.releases);
+        self.releases += 1;
+        let samples = release.expect("a release").samples.filter_map(|s| s.counts);
+        for some in samples.collect::<Vec<_>>().chunks(1000) {
+            self.bench.play(some).expect("it takes them");
+        }
+        self.bench.client.status().expect("its state").next_event
+    }
+
+    /// Starts a follower and swings until it has ended: again once it has printed `word`, as it does for each release.
+    fn until_it_ends(&mut self, follower: Yawrig, listens: &str, word: &str) -> Ended {
+        let mut follower = follower.and(&self.path).start();
+        follower.prints(listens);
+        let mut times = 0;
+        while follower.runs() {
+            self.swing();
+            times += 1;
+            while follower.runs() && follower.printed_times(word) < times {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+        }
+        follower.ends()
+    }
+}
+
 #[test]
 fn another_shell_follows_the_releases() {
-    let (_monitor, path) = swinging();
-    let ended = yawrig("monitor --jsonl --releases 2 --device").and(&path).run().exits(0);
+    let mut swung = Swung::new();
+    let follower = yawrig("monitor --jsonl --releases 2 --device");
+    let ended = swung.until_it_ends(follower, "\"device\"", "\"refined\"").exits(0);
     let events = ended.json_lines();
     let releases: Vec<&Value> = events.iter().filter(|e| e["event"] == "release").collect();
     assert_eq!(releases.len(), 2);
@@ -70,36 +116,19 @@ fn another_shell_follows_the_releases() {
             other => panic!("{other:?} in {event}"),
         }
     }
-    let ended = yawrig("monitor --releases 1 --device").and(&path).run().exits(0);
+    let follower = yawrig("monitor --releases 1 --device");
+    let ended = swung.until_it_ends(follower, "device", "refined").exits(0);
     assert!(ended.stdout.contains("rad/s, zeta"), "{}", ended.report());
 }
 
 #[test]
 fn who_comes_late_sees_what_happens_and_not_what_was_waiting_on_the_line() {
-    // A device that is swung here, a release at a time.
-    let mut bench = Bench::open(&Target::Emulated).expect("a device");
-    let rig = Rig::default();
-    let condition = rig.conditions(10.0).nth(9).expect("a condition");
-    let path = bench.shared_path().to_owned();
-    let mut swing = |number| {
-        let release = rig.release(&condition, &Start::default(), &Sensor::default(), number);
-        let samples = release.expect("a release").samples.filter_map(|s| s.counts);
-        for some in samples.collect::<Vec<_>>().chunks(1000) {
-            bench.play(some).expect("it takes them");
-        }
-        bench.client.status().expect("its state").next_event
-    };
+    let mut swung = Swung::new();
     // By then much more has been said than a line holds that nobody reads.
-    let said = (0..40).map(&mut swing).last().expect("releases");
+    let said = (0..40).map(|_| swung.swing()).last().expect("releases");
     assert!(said > 400, "{said} results");
-    let mut late = yawrig("monitor --jsonl --releases 1 --device").and(&path).start();
-    late.prints("\"device\"");
-    let mut swing_on = 40;
-    while late.runs() {
-        swing(swing_on);
-        swing_on += 1;
-    }
-    let ended = late.ends().exits(0);
+    let late = yawrig("monitor --jsonl --releases 1 --device");
+    let ended = swung.until_it_ends(late, "\"device\"", "\"refined\"").exits(0);
     assert!(!ended.stderr.contains("lost"), "{}", ended.report());
     for event in ended.json_lines().into_iter().filter(|event| event["event"] != "device") {
         assert!(event["release"].as_u64().is_some_and(|number| number >= 40), "{event}");
