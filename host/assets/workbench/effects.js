@@ -41,20 +41,29 @@ function drawDiagnosis(act) {
   const line = (text, className = "") => make("p", { textContent: `${text}.`, className });
   const is_open = verdict && ["unexplained", "mostly_explained"].includes(verdict.status);
   by("law-button").classList.toggle("primary", !!is_open && by("law").hidden);
-  if (!verdict || !verdict.verdict) return box.replaceChildren(make("p", { className: "caption", textContent: "Fits every effect to this release." }));
+  const together = verdict && verdict.together ? verdict.together.filter(Boolean).map((text, k) => line(capital(text), k ? "caption" : "verdict")) : [];
+  if (!verdict || !verdict.verdict) return box.replaceChildren(make("p", { className: "caption", textContent: "Fits every effect to this release." }), ...together);
   box.replaceChildren(...[
     line(`This release is ${verdict.verdict}`, "verdict"),
-    verdict.sentence ? line(verdict.sentence[0].toUpperCase() + verdict.sentence.slice(1)) : null,
+    verdict.sentence ? line(capital(verdict.sentence)) : null,
     ...[...verdict.refused, ...verdict.alike].map((text) => line(text, "caption")),
     is_open ? line("What is left may be a law that can be measured", "caption") : null,
     verdict.is_drawn ? make("button", { type: "button", textContent: is_drawn ? "Hide what it leaves" : "Draw what it leaves", "data-focus": "diagnosis", title: "The diagnosis' model over the record, and its residual in every panel", onclick: () => act({ do: "lay", ghost: is_drawn ? null : DIAGNOSIS }) }) : null,
+    ...together,
   ].filter(Boolean));
 }
+
+const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
 /** The step is the same on the command line: it says so. */
 function draw(state, act) {
   by("diagnose-button").disabled = !!state.job || seen.release === null;
   by("diagnose-button").classList.toggle("primary", !(verdict && verdict.verdict));
+  const few = !verdict || verdict.ticked < 2;
+  Object.assign(by("together-button"), {
+    disabled: !!state.job || few,
+    title: few ? "Tick two releases or more to be fitted" : `Judge the ${verdict.ticked} ticked releases as one: which effects all of them need, each with its own natural frequency, damping ratio and rest angle`,
+  });
   drawDiagnosis(act);
   const focus = document.activeElement && document.activeElement.dataset ? document.activeElement.dataset.focus : null;
   const place = focus && focus.startsWith("note-") ? document.activeElement.selectionStart : null;

@@ -237,6 +237,7 @@ function start() {
   by("fit-button").onclick = () => act({ do: "fit" });
   by("diagnose-button").onclick = diagnose;
   by("law-button").onclick = () => act({ do: "law" });
+  by("together-button").onclick = () => act({ do: "together" });
   by("cancel-button").onclick = cancel;
   for (const name of TABS) by(`tab-${name}`).onclick = () => tab(name);
   // What became known before the stream was open has been told to nobody: ask for all of it.

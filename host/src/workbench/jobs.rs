@@ -2,8 +2,9 @@
 
 use super::app::App;
 use super::law;
-use super::session::{Session, Standing};
-use super::view::{options, Ghost, View};
+use super::session::{Session, Standing, Together};
+use super::shown_law::about;
+use super::view::{options, Ghost, Loaded, View};
 use super::work::Job;
 use crate::model::document::RecordEntry;
 use crate::model::measured;
@@ -16,7 +17,9 @@ use std::sync::Arc;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_core::diagnosis::diagnose::{diagnose_with_fits, verdict, Diagnosed, SECOND_ORDER};
+use yawrig_core::diagnosis::several::{diagnose_several, Common};
 use yawrig_core::effects::{Effect, MEASURED_LAW};
+use yawrig_core::record::Record;
 
 /// A copy of what a job needs of the session, which stays unlocked meanwhile.
 struct Taken {
@@ -125,8 +128,10 @@ fn make_ready(app: &Arc<App>) -> bool {
 /// # Errors
 /// Those of the library's steps; 130 where it is stopped, and then nothing is changed.
 fn run(app: &Arc<App>, job: &Job) -> Result<String> {
-    if matches!(job, Job::Fit | Job::Law { .. } | Job::Add { .. } | Job::Reject { .. } | Job::Judge)
-    {
+    if !matches!(
+        job,
+        Job::Diagnose { .. } | Job::Try { .. } | Job::Remove { .. } | Job::Return { .. }
+    ) {
         leave_out_bad(app)?;
     }
     let taken = Taken::of(&app.session());
@@ -174,6 +179,7 @@ fn run(app: &Arc<App>, job: &Job) -> Result<String> {
             law::measure(app, &model, &taken.path, !may_drive)
         }
         Job::Judge => judge(app, &taken),
+        Job::Together => together(app, &taken),
         Job::Try { release, effect } => try_effect(app, &taken, *release, named(effect)?),
     }
 }
@@ -266,6 +272,34 @@ fn judge(app: &Arc<App>, taken: &Taken) -> Result<String> {
     let text = verdict(judged.status, &judged.effects, SECOND_ORDER);
     app.session().judged = Some(Arc::new(judged));
     Ok(text)
+}
+
+/// As `yawrig diagnose` judges several records.
+fn together(app: &Arc<App>, taken: &Taken) -> Result<String> {
+    let (sources, about) = {
+        let session = app.session();
+        (session.fitted_sources(), about(&session.next_model()))
+    };
+    if sources.len() < 2 {
+        return Err(Error::usage("fewer than two releases are ticked to be fitted")
+            .help("tick another in the list on the left, or ask what is missing in this one"));
+    }
+    let loaded = sources.iter().map(|source| source.loaded().map_err(Clone::clone));
+    let loaded: Vec<&Loaded> = loaded.collect::<Result<_>>()?;
+    let decay = loaded[0].decay.as_ref().map_err(Clone::clone)?;
+    let mut options =
+        options(taken.standing.model.as_deref(), decay, taken.unknown_zero, &taken.own)?;
+    if sources.iter().any(|s| s.wind_speed_m_s != decay.wind_speed_m_s) {
+        // The judgement knows one wind for all of them, or none.
+        options.wind_speed_m_s = 0.0;
+    }
+    let records: Vec<Record> = loaded.iter().map(|loaded| loaded.record.clone()).collect();
+    let found = diagnose_several(&records, &Common::default(), &options)?;
+    let text = verdict(found.status, &found.effects, presented(&taken.standing));
+    let said = format!("the {} ticked releases together: {text}", records.len());
+    let sentence = found.sentence;
+    app.session().together = Some(Together { about, text: said.clone(), sentence });
+    Ok(said)
 }
 
 fn try_effect(app: &Arc<App>, taken: &Taken, id: usize, effect: Effect) -> Result<String> {

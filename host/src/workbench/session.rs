@@ -116,6 +116,16 @@ fn stamp(path: &Path) -> Stamp {
     [of(path), of(&path_of(path))]
 }
 
+/// What several releases lack, judged as one.
+#[derive(Clone)]
+pub struct Together {
+    /// Of which model and releases; with others it is no answer.
+    pub about: String,
+    /// The verdict, and what is left, as sentences.
+    pub text: String,
+    pub sentence: String,
+}
+
 pub struct Session {
     pub model_path: PathBuf,
     pub unknown_zero: bool,
@@ -129,6 +139,8 @@ pub struct Session {
     /// By release, model, and name.
     pub ghosts: HashMap<(usize, u64, String), Arc<Ghost>>,
     pub judged: Option<Arc<CampaignDiagnosis>>,
+    /// What the ticked releases lack together.
+    pub together: Option<Together>,
     pub shown_law: Option<Arc<ShownLaw>>,
     /// Why no step can be taken.
     pub read_only: Option<String>,
@@ -178,6 +190,7 @@ impl Session {
             diagnosed: HashMap::new(),
             ghosts: HashMap::new(),
             judged: None,
+            together: None,
             shown_law: None,
             read_only: read_only.map(|why| why.message),
             model_path,
@@ -375,6 +388,17 @@ impl Session {
         let is_new = self.standing.model.is_none() || self.are_ticks_changed();
         let records = if is_new { self.wanted() } else { model.records.clone() };
         Model { records, ..model }
+    }
+
+    /// Of the releases that are ticked to be fitted.
+    pub fn fitted_sources(&self) -> Vec<Arc<RecordSource>> {
+        let fitted = self.releases.iter().filter(|r| r.used == Use::Fit);
+        fitted.map(|r| r.source.clone()).collect()
+    }
+
+    /// What the ticked releases lack together beside the present model, if they have been judged.
+    pub fn together(&self) -> Option<&Together> {
+        self.together.as_ref().filter(|found| found.about == about(&self.next_model()))
     }
 
     /// The law of the present model and ticks, if it has been measured.

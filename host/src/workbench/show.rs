@@ -274,6 +274,8 @@ pub fn candidates(app: &App, id: usize) -> Result<Value> {
         "refused": diagnosed.map(|d| d.diagnosis.refusals()),
         "is_drawn": session.ghosts.contains_key(&(id, standing.key, DIAGNOSIS.to_owned())),
         "alike": alike.collect::<Vec<_>>(),
+        "together": session.together().map(|t| [&t.text, &t.sentence]),
+        "ticked": session.fitted_sources().len(),
         "candidates": order.into_iter().map(row).collect::<Vec<_>>(),
     }))
 }

@@ -43,6 +43,8 @@ pub enum Job {
     },
     /// Which effects a campaign needs, and from where.
     Judge,
+    /// Which effects the ticked releases need, judged as releases of one rig.
+    Together,
     /// The law that the ticked releases show, and the formulas it may be.
     Law {
         #[serde(default)]
@@ -66,6 +68,7 @@ impl Job {
             Self::Diagnose { .. } => "looking for what is missing".to_owned(),
             Self::Law { .. } => "measuring the law".to_owned(),
             Self::Judge => "judging the whole campaign".to_owned(),
+            Self::Together => "judging the ticked releases together".to_owned(),
             Self::Try { effect, .. } => format!("trying {effect}"),
         }
     }

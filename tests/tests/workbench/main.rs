@@ -11,3 +11,4 @@ mod page;
 mod refusals;
 mod replay;
 mod tabs;
+mod together;
