@@ -119,8 +119,14 @@ impl Measuring {
         }
     }
 
-    /// The next sample of the converter, 1 ms after the one before.
-    pub fn sample(&mut self, counts: u16, context: &mut Context) {
+    /// Readings of the sensor come so many samples from one another.
+    pub fn set_spread(&mut self, samples: u32) {
+        self.signal.set_spread(samples);
+    }
+
+    /// The next sample of the converter, 1 ms after the one before, and what its sensor says is the matter.
+    pub fn sample(&mut self, counts: u16, flags: Flags, context: &mut Context) {
+        self.current.flags.set(flags);
         let raw = Sampler::centred(counts);
         let at_end = self.sampler.saturated(counts);
         let good = self.signal.sample(raw, at_end);
