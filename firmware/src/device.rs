@@ -206,6 +206,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
     /// clock, so that events come in the same order wherever it runs.
     pub fn work(&mut self) {
         if let Some(refined) = self.core.refining.work() {
+            self.core.measuring.refined(&refined);
             self.core.line.event(&Event::Refined(refined));
         }
     }

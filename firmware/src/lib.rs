@@ -64,6 +64,7 @@ pub mod device;
 pub mod estimator;
 mod flash;
 pub mod input;
+pub mod learning;
 pub mod line;
 pub mod lock;
 pub mod log;

@@ -208,11 +208,10 @@ fn all(count: u64) {
 
 #[test]
 fn what_each_sensor_s_releases_are_refined_to_is_what_was_planted() {
-    all(8);
+    all(4);
 }
 
 #[test]
-#[ignore = "minutes: tests/run --long runs it"]
 fn what_each_sensor_s_releases_are_refined_to_is_what_was_planted_at_full_size() {
     all(60);
 }
