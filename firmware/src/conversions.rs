@@ -1,13 +1,14 @@
-//! Samples of a converter that DMA empties into a ring: each is the sum of its conversions, since 12 bits over 340 deg are
-//! steps of 0.083 deg, and where noise of half a step blurs them the sum is four times finer. Its mean time is half a
-//! millisecond early, the same for all.
+//! Samples of a converter that DMA empties into a ring: each is the sum of its conversions
+//! ([`crate::sensors::potentiometer`]).
 
 use crate::device::Device;
+use crate::input::Input;
 use crate::ring::Reader;
+use crate::sensors::potentiometer::Potentiometer;
 use embedded_storage::nor_flash::NorFlash;
 use yawrig_shared::wire::FULL_SCALE_COUNTS;
 
-/// Conversions of a sample, all at one angle but for its noise.
+/// Conversions of a sample on our boards, all at one angle but for its noise.
 pub const CONVERSIONS: u32 = 16;
 /// Of 1000 samples a second.
 pub const CONVERSIONS_HZ: u32 = 1000 * CONVERSIONS;
@@ -21,34 +22,34 @@ pub const fn period(clock_hz: u32) -> Option<u32> {
     Some(clock_hz / CONVERSIONS_HZ - 1)
 }
 
-const _: () = assert!(FULL_SCALE_COUNTS as u32 == CONVERSIONS * 0x0fff);
+const _: () = assert!(FULL_SCALE_COUNTS == Potentiometer::<CONVERSIONS>::FULL_SCALE_COUNTS);
 
 impl<const N: usize> Reader<N> {
     /// Gives the device the samples that it has not had, of as many conversions as [`Reader::made`] knows of, `reading`
     /// each from its place. Without that a conversion went missing: what the device has not had is lost, and the board
     /// begins anew. Whether a sample came: a board that measures is well, and its watchdog is fed; one whose timer or
     /// converter stands still is not, though it answers.
-    pub fn give<F: NorFlash, const LOCKABLE: bool>(
+    pub fn give<F: NorFlash, const LOCKABLE: bool, const C: u32, const BITS: u32>(
         &mut self,
         triggers: u32,
         made: Option<u32>,
         reading: impl Fn(usize) -> u16,
+        input: &mut Input<Potentiometer<C, BITS>>,
         device: &mut Device<F, LOCKABLE>,
     ) -> bool {
         let Some(made) = made else {
-            device.lost(self.begin_anew(triggers).div_ceil(CONVERSIONS).max(1));
+            device.lost(self.begin_anew(triggers).div_ceil(C).max(1));
             return false;
         };
-        match self.overwritten(made, CONVERSIONS) {
+        match self.overwritten(made, C) {
             0 => {}
-            missed => device.lost(missed / CONVERSIONS),
+            missed => device.lost(missed / C),
         }
         let mut came = false;
-        while self.waiting(made) >= CONVERSIONS {
-            let places = (0..CONVERSIONS).filter_map(|_| self.next(made));
-            // As it is: a scale that were stretched to all of 16 bits would have steps, and be bent at each.
-            device.sample(places.map(|at| reading(at) & 0x0fff).sum());
-            device.work();
+        while self.waiting(made) >= C {
+            let places = (0..C).filter_map(|_| self.next(made));
+            let mask = Potentiometer::<C, BITS>::MASK;
+            input.take(Some(places.map(|at| reading(at) & mask).sum()), device);
             came = true;
         }
         came

@@ -31,6 +31,22 @@ const OVERLAP: f32 = 3.17;
 /// Fewest independent ones that a scale is believed with.
 const BELIEVED: f32 = 30.0;
 
+/// What sixth differences on a scale see of noise that is on straight lines between readings so many samples apart, over
+/// what they would of white noise as strong at low frequencies.
+fn seen_between(spread: u32, scale: usize) -> f32 {
+    let seen: [f32; SEEN] = match spread {
+        ..2 => [1.0; SEEN],
+        2..4 => [0.8259, 0.9129, 0.9565, 0.9782, 0.9891],
+        4 => [0.5865, 0.7932, 0.8966, 0.9483, 0.9742],
+        5..8 => [0.4741, 0.7370, 0.8685, 0.9343, 0.9671],
+        8..10 => [0.1931, 0.5715, 0.7858, 0.8929, 0.9464],
+        _ => [0.0868, 0.4625, 0.7311, 0.8656, 0.9328],
+    };
+    seen[scale.min(SEEN - 1)]
+}
+/// Scales on which it differs.
+const SEEN: usize = 5;
+
 /// Noise of a sample, as white noise has it whose means are those found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
@@ -94,6 +110,8 @@ pub struct Decimated {
     from_sample: u32,
     /// Samples in a cycle, once known.
     cycle: f32,
+    /// Samples from one of the sensor's readings to the next.
+    spread: u32,
     thirds: f32,
     thirds_seen: u32,
     scales: [Scale; SCALES],
@@ -123,6 +141,7 @@ impl Decimated {
             reference_deg: 0.0,
             from_sample: 0,
             cycle: f32::INFINITY,
+            spread: 1,
             thirds: 0.0,
             thirds_seen: 0,
             scales: NO_SCALES,
@@ -146,6 +165,11 @@ impl Decimated {
     /// Says how many samples a cycle takes.
     pub fn set_cycle(&mut self, samples: f32) {
         self.cycle = samples;
+    }
+
+    /// Readings of the sensor come so many samples from one another.
+    pub fn set_spread(&mut self, samples: u32) {
+        self.spread = samples;
     }
 
     pub fn points(&self) -> &[i16] {
@@ -235,13 +259,18 @@ impl Decimated {
         let white = Noise { variance_deg2: self.thirds / (THIRD * freedom), freedom };
         let mut samples = BLOCK as f32;
         let mut shown = white;
-        for scale in &self.scales {
+        for (index, scale) in self.scales.iter().enumerate() {
             let Some(noise) = scale.noise(samples) else { break };
             if samples * turn_rad > SMOOTH_RAD {
                 break;
             }
             shown = noise;
+            shown.variance_deg2 /= seen_between(self.spread, index);
             samples *= 2.0;
+        }
+        if self.spread > 1 {
+            // Samples lie on straight lines, on which there is no noise.
+            return shown;
         }
         if shown.variance_deg2 > white.variance_deg2 {
             shown

@@ -1,10 +1,13 @@
 //! The device: samples and bytes in, bytes out.
 
+use crate::input::ratio;
 use crate::line::{Asked, Line};
 use crate::lock::{self, Challenge, Lock};
 use crate::log;
 use crate::measuring::{Context, Measuring};
 use crate::refining::Refining;
+use crate::sensor::About;
+use crate::sensors::potentiometer::Potentiometer;
 use crate::slots::{Slot, Store};
 use crate::stream::Stream;
 use crate::BUILT_IN;
@@ -13,9 +16,12 @@ use yawrig_shared::blob::{self, EffectIds, Envelope, Provenance};
 use yawrig_shared::network::Network;
 use yawrig_shared::source::in_memory;
 use yawrig_shared::wire::{
-    self, Cause, Decoder, Event, Frame, HelloReply, NetworkStatus, Phase, Refusal, Reply, Request,
-    Settings, Signature, Start, Status, HELLO_KEY, TRIAL_SAMPLES,
+    self, Cause, Decoder, Event, Flags, Frame, HelloReply, NetworkStatus, Phase, Refusal, Reply,
+    Request, Settings, Signature, Start, Status, HELLO_KEY, TRIAL_SAMPLES,
 };
+
+/// What the samples are of where nothing else was said.
+const POTENTIOMETER: wire::Sensor = Potentiometer::<16, 12>::SENSOR;
 
 /// What is known of the network that runs.
 #[derive(Debug)]
@@ -64,6 +70,7 @@ struct Core<F, const LOCKABLE: bool> {
     challenges: u32,
     session: u32,
     start: Start,
+    sensor: wire::Sensor,
     lost_bytes: u32,
     line: Line,
     stream: Stream,
@@ -113,6 +120,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
                 challenges: 0,
                 session: 0,
                 start: Start { cause: Cause::Unknown, crash: None },
+                sensor: POTENTIOMETER,
                 lost_bytes: 0,
                 line: Line::new(),
                 stream: Stream::new(),
@@ -137,6 +145,22 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
         self.core.start = start;
     }
 
+    /// Says what the samples are of, where it is not a potentiometer that is read a thousand times a second. A sensor that
+    /// knows its scale sets it.
+    pub fn set_sensor(&mut self, about: &About) {
+        let About { sensor, degrees_per_count, step_deg, full_scale_counts } = *about;
+        self.core.sensor = sensor;
+        let spread = ratio(sensor.rate_hz).map_or(1, |(_, spread)| spread);
+        self.core.refining.set_readings(spread, step_deg);
+        let (measuring, mut context) = self.core.split();
+        measuring.set_spread(spread);
+        let settings = *measuring.next_settings();
+        let degrees_per_count = degrees_per_count.unwrap_or(settings.degrees_per_count);
+        let settings = Settings { degrees_per_count, full_scale_counts, ..settings };
+        // A sensor's own scale is in the range of those that may be set.
+        let _ = measuring.configure(settings, &mut context);
+    }
+
     /// Where in a release it is.
     pub fn phase(&self) -> Phase {
         self.core.measuring.phase()
@@ -159,10 +183,15 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
 
     /// The next sample of the converter, 1 ms after the one before.
     pub fn sample(&mut self, counts: u16) {
+        self.flagged(counts, Flags::default());
+    }
+
+    /// The same with what its sensor says is the matter.
+    pub fn flagged(&mut self, counts: u16, flags: Flags) {
         self.core.pass(1);
         self.core.show(counts);
         let (measuring, mut context) = self.core.split();
-        measuring.sample(counts, &mut context);
+        measuring.sample(counts, flags, &mut context);
     }
 
     /// `count` samples before the next one were lost. Few are bridged, many end the release.
@@ -177,6 +206,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
     /// clock, so that events come in the same order wherever it runs.
     pub fn work(&mut self) {
         if let Some(refined) = self.core.refining.work() {
+            self.core.measuring.refined(&refined);
             self.core.line.event(&Event::Refined(refined));
         }
     }
@@ -194,6 +224,12 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
             self.work();
         }
         busy
+    }
+
+    /// What has happened since this was last asked, for the program around the device: phases, windows, results. The last
+    /// [`wire::KEPT_EVENTS`] are kept; the host is told all of them beside this.
+    pub fn events(&mut self) -> impl Iterator<Item = Event> + '_ {
+        core::iter::from_fn(|| self.core.line.give())
     }
 
     /// A byte from the serial line.
@@ -476,6 +512,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
             reference: self.measuring.reference(),
             refined_reference: self.refining.reference(),
             start: self.start.clone(),
+            sensor: self.sensor,
         }
     }
 }

@@ -4,6 +4,9 @@
 //! line, take bytes for the line from it. It never blocks, allocates or asks for the time; its
 //! clock is the count of samples.
 //!
+//! In a program of one's own its results come as values, too ([`device::Device::events`]). [`sensors`] holds other sensors
+//! than a potentiometer, [`input`] takes them at their own rate, and [`queue`] lets an interrupt do the sampling.
+//!
 //! # A board
 //!
 //! brings three things of its own: flash for the networks, any [`NorFlash`](embedded_storage::nor_flash::NorFlash) of
@@ -60,10 +63,13 @@ pub mod decimated;
 pub mod device;
 pub mod estimator;
 mod flash;
+pub mod input;
+pub mod learning;
 pub mod line;
 pub mod lock;
 pub mod log;
 pub mod measuring;
+pub mod queue;
 pub mod reference;
 pub mod refine;
 pub mod refining;
@@ -71,6 +77,8 @@ pub mod release;
 pub mod residual;
 pub mod ring;
 pub mod sampler;
+pub mod sensor;
+pub mod sensors;
 pub mod serial;
 pub mod signal;
 pub mod slots;

@@ -42,6 +42,8 @@ pub struct Line {
     /// The last events, so that a host can ask for those it missed.
     kept: Deque<Event, KEPT_EVENTS>,
     next_event: u16,
+    /// Number of the next one that the program itself is to be given.
+    next_given: u16,
     lost_events: u32,
 }
 
@@ -61,6 +63,7 @@ impl Line {
             answers: Deque::new(),
             kept: Deque::new(),
             next_event: 0,
+            next_given: 0,
             lost_events: 0,
         }
     }
@@ -87,6 +90,22 @@ impl Line {
     pub fn kept(&self, number: u16) -> Result<&Event, u16> {
         let oldest = self.next_event.wrapping_sub(self.kept.len() as u16);
         self.kept.iter().nth(usize::from(number.wrapping_sub(oldest))).ok_or(oldest)
+    }
+
+    /// The next event for the program itself; those that are not kept any more are passed over.
+    pub fn give(&mut self) -> Option<Event> {
+        if self.next_given == self.next_event {
+            return None;
+        }
+        let event = match self.kept(self.next_given) {
+            Ok(event) => *event,
+            Err(oldest) => {
+                self.next_given = oldest;
+                *self.kept(oldest).ok()?
+            }
+        };
+        self.next_given = self.next_given.wrapping_add(1);
+        Some(event)
     }
 
     /// Queues an event, and keeps it for when it is asked for again.

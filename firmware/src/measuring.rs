@@ -4,6 +4,7 @@ mod free;
 mod windows;
 
 use crate::estimator::Collector;
+use crate::learning::{Learning, Seen};
 use crate::line::Line;
 use crate::reference::{Known, Reference};
 use crate::refining::Refining;
@@ -15,7 +16,9 @@ use yawrig_shared::history::BLOCK;
 use yawrig_shared::modal::Modal;
 use yawrig_shared::network::{Estimate, Network};
 use yawrig_shared::window::{Extreme, Finding, Limits, Tracker};
-use yawrig_shared::wire::{Condition, Event, Flags, Phase, Refusal, ReleaseResult, Settings};
+use yawrig_shared::wire::{
+    Condition, Event, Flags, Measured, Phase, Refined, Refusal, ReleaseResult, Settings,
+};
 
 /// Samples until a released model has turned twice: a cycle and a half at 0.3 rad/s.
 const PATIENCE: u32 = 31_416;
@@ -71,6 +74,7 @@ pub struct Measuring {
     next_condition: Option<Condition>,
     board_clock_u_ppm: f32,
     reference: Reference,
+    learning: Learning,
 }
 
 impl Measuring {
@@ -91,6 +95,7 @@ impl Measuring {
             next_condition: None,
             board_clock_u_ppm: 0.0,
             reference: Reference::new(),
+            learning: Learning::new(),
             tracker: Tracker::new(0, settings.degrees_per_count, limits(&settings)),
         }
     }
@@ -119,8 +124,14 @@ impl Measuring {
         }
     }
 
-    /// The next sample of the converter, 1 ms after the one before.
-    pub fn sample(&mut self, counts: u16, context: &mut Context) {
+    /// Readings of the sensor come so many samples from one another.
+    pub fn set_spread(&mut self, samples: u32) {
+        self.signal.set_spread(samples);
+    }
+
+    /// The next sample of the converter, 1 ms after the one before, and what its sensor says is the matter.
+    pub fn sample(&mut self, counts: u16, flags: Flags, context: &mut Context) {
+        self.current.flags.set(flags);
         let raw = Sampler::centred(counts);
         let at_end = self.sampler.saturated(counts);
         let good = self.signal.sample(raw, at_end);
@@ -226,6 +237,16 @@ impl Measuring {
     /// Another network runs: what the one before made of a wind-off release is none of its results.
     pub fn network_changed(&mut self) {
         self.reference.forget();
+        self.learning.forget();
+    }
+
+    /// A release has been refined: what it shows of the network's error holds for those that come.
+    pub fn refined(&mut self, refined: &Refined) {
+        if !refined.flags.of_record().unfit_as_reference() {
+            let Refined { natural_frequency_rad_s: wn, damping_ratio, .. } = refined;
+            let wn = Measured { value: wn.value as f32, u: wn.u };
+            self.learning.learn(refined.release, [wn, *damping_ratio]);
+        }
     }
 
     /// Index of the next sample: the device's clock.
@@ -438,7 +459,15 @@ impl Measuring {
         }
         let (rms, bias) =
             context.network.map_or(([0.0; 2], [0.0; 2]), |n| (n.test_rms, n.bias_rms));
-        let [natural_frequency_rad_s, damping_ratio] = current.windows.result(rms, bias);
+        let means = current.windows.result(rms, [0.0; 2]);
+        let windows = current.windows.count();
+        let seen = Seen { release: self.releases, means, windows, single: rms, bias };
+        let mut corrected = self.learning.result(&seen);
+        if current.windows.count() < 2 {
+            // One alone has the network's whole error.
+            (0..2).for_each(|output| corrected[output].u = means[output].u);
+        }
+        let [natural_frequency_rad_s, damping_ratio] = corrected;
         let mean = Estimate {
             natural_frequency_rad_s: natural_frequency_rad_s.value,
             damping_ratio: damping_ratio.value,
@@ -471,6 +500,9 @@ impl Measuring {
             flags,
         };
         context.line.event(&Event::Release(result));
+        if current.windows.count() > 1 && context.second_order && !of_release.unusable() {
+            self.learning.expect(seen);
+        }
         let estimate = current.swings.start().filter(|_| context.second_order);
         let clock_u = self.clock_u();
         context.refining.finish(self.releases, of_release, estimate, self.condition, clock_u, end);
@@ -515,6 +547,7 @@ impl Measuring {
         if let Some(condition) = self.next_condition.take() {
             self.condition = Some(condition);
             self.reference.mount(&condition);
+            self.learning.mount(&condition);
             context.refining.mount(&condition);
         }
     }

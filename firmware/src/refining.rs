@@ -47,6 +47,8 @@ pub struct Refining {
     release: Release,
     fit: Fit,
     residual: Residual,
+    /// Of the sensor.
+    step_deg: f32,
     /// The last refined wind-off result.
     reference: Reference,
 }
@@ -68,8 +70,15 @@ impl Refining {
             release: Release { number: 0, flags: Flags(0), condition: None, clock_u: 0.0 },
             fit: Fit::NONE,
             residual: Residual::NONE,
+            step_deg: 0.0,
             reference: Reference::new(),
         }
+    }
+
+    /// Readings of the sensor come so many samples from one another, and are steps apart that no noise blurs.
+    pub fn set_readings(&mut self, spread: u32, step_deg: f32) {
+        self.record.set_spread(spread);
+        self.step_deg = step_deg;
     }
 
     pub fn is_recording(&self) -> bool {
@@ -240,7 +249,9 @@ impl Refining {
         let turn = p.frequency as f32 / self.record.samples_per_point() as f32;
         let noise = self.record.noise(turn);
         let per_point = noise.variance_deg2 / self.record.samples_per_point() as f32;
-        let judged = self.residual.judged(per_point / (unit_deg * unit_deg), noise.freedom);
+        let per_unit = 1.0 / (unit_deg * unit_deg);
+        let steps = self.step_deg * self.step_deg * per_unit / 12.0;
+        let judged = self.residual.judged(per_point * per_unit, noise.freedom, steps);
         // wn^2 = w^2 + s^2, zeta = s / wn; and how they change with s and w.
         let (s, w) = (p.decay / seconds, p.frequency / seconds);
         let wn = libm::sqrt(w * w + s * s);

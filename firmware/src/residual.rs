@@ -139,8 +139,9 @@ impl Residual {
         }
     }
 
-    /// The judgement; `noise` is the variance of one mean, in the same units, known with so many degrees of freedom.
-    pub fn judged(&self, noise: f32, noise_freedom: f32) -> Judged {
+    /// The judgement; `noise` is the variance of one mean, in the same units, known with so many degrees of freedom. Steps of
+    /// the sensor's stand still while the model turns, however many samples make a mean: `steps` is their variance.
+    pub fn judged(&self, noise: f32, noise_freedom: f32, steps: f32) -> Judged {
         let together = self.together as f32;
         let freedom = |count: u32, taken: f32| (count as f32 - taken).max(1.0);
         let variance = self.squares / freedom(self.at as u32, PARAMETERS);
@@ -160,7 +161,7 @@ impl Residual {
         }
         Judged {
             over_noise: libm::sqrtf((1.0 + share).max(0.0)),
-            misfit: power > MISSING.max(chance) * noise,
+            misfit: power > MISSING.max(chance) * noise.max(together * steps),
             colour,
         }
     }

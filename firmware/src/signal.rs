@@ -63,8 +63,22 @@ pub struct Signal {
     /// Blocks whose fourth difference still has a step of the signal's own in it, or its beginning.
     unsettled: u16,
     averaged: u16,
-    /// Mean size of the fourth differences, degrees.
+    /// Mean size of the fourth differences, degrees; and of those of noise whose block means have an rms of one.
     fourth: f32,
+    gain: f32,
+}
+
+/// What fourth differences of block means show of noise that is on straight lines between readings so many samples apart,
+/// over what they would of white noise with the same block means.
+fn shown(spread: u32) -> f32 {
+    match spread {
+        ..2 => 1.0,
+        2..4 => 0.9577,
+        4 => 0.8780,
+        5..8 => 0.8270,
+        8..10 => 0.6238,
+        _ => 0.4776,
+    }
 }
 
 impl Signal {
@@ -83,7 +97,13 @@ impl Signal {
             unsettled: ORDER,
             averaged: 0,
             fourth: 0.0,
+            gain: GAIN,
         }
+    }
+
+    /// Readings of the sensor come so many samples from one another.
+    pub fn set_spread(&mut self, samples: u32) {
+        self.gain = GAIN * shown(samples);
     }
 
     /// Counts mean other degrees from now on, `times` as many as before; what is known of the noise stays known.
@@ -181,7 +201,7 @@ impl Signal {
 
     /// Rms of the noise of a block's mean, degrees.
     pub fn block_noise_deg(&self) -> f32 {
-        self.fourth / GAIN
+        self.fourth / self.gain
     }
 
     /// Rms of the white noise a sample would have to have, degrees.

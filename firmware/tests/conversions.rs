@@ -4,7 +4,9 @@ mod desk;
 
 use desk::{Desk, Swing};
 use yawrig_firmware::conversions::{period, CONVERSIONS, CONVERSIONS_HZ};
+use yawrig_firmware::input::Input;
 use yawrig_firmware::ring::Reader;
+use yawrig_firmware::sensors::potentiometer::Potentiometer;
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_shared::wire::{Phase, Reply, Request, Settings, STREAM_CHUNK};
 
@@ -134,6 +136,7 @@ fn a_sample_is_linear_in_its_readings_and_its_ends_are_known() {
     let mut desk = Desk::new(MemoryFlash::new());
     let mut counts = Vec::new();
     let mut reader = Reader::<RING>::new();
+    let mut input = Input::new(Potentiometer::<CONVERSIONS>);
     let mut written = 0;
     let sums = (0..=CONVERSIONS * 0x0fff).step_by(7).chain(4090..4100).chain(32_760..32_776);
     let sums: Vec<u32> = sums.chain([CONVERSIONS * 0x0fff]).collect();
@@ -142,7 +145,7 @@ fn a_sample_is_linear_in_its_readings_and_its_ends_are_known() {
         // As even as noise would leave them.
         let reading = |at: usize| (sum / CONVERSIONS + u32::from(at as u32 % 16 < sum % 16)) as u16;
         written += CONVERSIONS;
-        assert!(reader.give(written, Some(written), reading, &mut desk.device));
+        assert!(reader.give(written, Some(written), reading, &mut input, &mut desk.device));
         counts.extend(desk.streamed());
     }
     // Those that fill no message yet.
@@ -195,6 +198,7 @@ fn a_ring_s_samples_reach_the_device_whole_and_only_they_feed_the_watchdog() {
     const RING: usize = 1024;
     let mut desk = Desk::new(MemoryFlash::new());
     let mut reader = Reader::<RING>::new();
+    let mut input = Input::new(Potentiometer::<CONVERSIONS>);
     let mut ring = [0_u16; RING];
     let mut written = 0_u32;
     let mut convert = |conversions: u32, written: &mut u32| {
@@ -206,7 +210,7 @@ fn a_ring_s_samples_reach_the_device_whole_and_only_they_feed_the_watchdog() {
         ring
     };
     let mut give = |written: u32, made: Option<u32>, ring: &[u16; RING], desk: &mut Desk| {
-        let came = reader.give(written, made, |at| ring[at], &mut desk.device);
+        let came = reader.give(written, made, |at| ring[at], &mut input, &mut desk.device);
         desk.listen();
         (came, desk.device.samples())
     };

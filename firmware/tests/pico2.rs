@@ -5,6 +5,8 @@
 mod flash;
 #[path = "../boards/pico2/src/reset.rs"]
 mod reset;
+#[path = "../boards/pico2/src/serial_number.rs"]
+mod serial_number;
 #[path = "../boards/pico2/src/timing.rs"]
 mod timing;
 
@@ -133,4 +135,9 @@ fn the_cause_of_a_reset_is_told() {
     ] {
         assert_eq!(reset::cause(chip, watchdog), wanted, "{chip:#x} {watchdog}");
     }
+}
+
+#[test]
+fn the_chip_s_number_is_told_as_its_maker_writes_it() {
+    assert_eq!(&serial_number::digits([0x4d3c, 0x6f5e, 0x0b7a, 0xa1c9]), b"A1C90B7A6F5E4D3C");
 }

@@ -66,6 +66,7 @@ pub struct Payload {
 
 /// Why a blob was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BlobError {
     /// Shorter than its envelope says, or than an envelope, or not to be read to its end.
     Truncated,

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 /// The air stream.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Wind {
     /// rho, kg/m3.
     pub density_kg_m3: f64,
@@ -20,6 +21,7 @@ pub struct Wind {
 
 /// The model's reference quantities.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Model {
     /// l, m.
     pub length_m: f64,

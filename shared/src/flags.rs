@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 /// What is the matter with a result, as bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
-pub struct Flags(pub u16);
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Flags(pub u32);
 
 impl Flags {
     /// Never rose above the lower end of the analysed range.
@@ -42,8 +43,13 @@ impl Flags {
     /// Wind on, and there is no wind-off release of this spring and axis to hold it against: no derivatives.
     pub const NO_REFERENCE: Self = Self(32768);
 
+    /// The sensor says of its magnet that it is missing, too weak or too strong.
+    pub const MAGNET: Self = Self(65536);
+    /// An encoder's counts between two passes of its index are no whole turns.
+    pub const LOST_COUNTS: Self = Self(131_072);
+
     /// Every flag with its name in files and on screen.
-    pub const NAMES: [(Self, &'static str); 16] = [
+    pub const NAMES: [(Self, &'static str); 18] = [
         (Self::TOO_SMALL, "too_small"),
         (Self::TOO_FEW_CYCLES, "too_few_cycles"),
         (Self::SATURATED, "saturated"),
@@ -60,6 +66,8 @@ impl Flags {
         (Self::MISFIT, "misfit"),
         (Self::NOT_REFINED, "not_refined"),
         (Self::NO_REFERENCE, "no_reference"),
+        (Self::MAGNET, "magnet"),
+        (Self::LOST_COUNTS, "lost_counts"),
     ];
 
     pub fn set(&mut self, flag: Self) {
@@ -101,6 +109,7 @@ impl Flags {
             Self::NO_NETWORK,
             Self::STUCK,
             Self::NO_SENSOR,
+            Self::LOST_COUNTS,
         ];
         unusable.into_iter().any(|flag| self.has(flag))
     }

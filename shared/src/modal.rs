@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// The two modal parameters of one release.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Modal {
     /// wn, rad/s, positive.
     pub natural_frequency_rad_s: f64,

@@ -50,6 +50,7 @@ impl TrainedRange {
 
 /// Natural frequency and damping ratio of one window.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Estimate {
     pub natural_frequency_rad_s: f32,
     pub damping_ratio: f32,
@@ -80,6 +81,7 @@ pub struct Network {
 
 /// What is wrong with a network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum NetworkError {
     /// Not as many inputs as are made of a window, not two outputs, a layer too wide or empty, too
     /// many layers, or none that bends.

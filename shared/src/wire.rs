@@ -208,6 +208,7 @@ pub enum Reply {
 
 /// Why a request was not carried out.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Refusal {
     /// A setting out of its range.
     Settings,
@@ -247,6 +248,7 @@ pub enum Refusal {
 
 /// How the device sees the potentiometer and what it analyses.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
     pub degrees_per_count: f32,
     /// Counts at zero degrees.
@@ -276,6 +278,7 @@ impl Default for Settings {
 
 /// What a release is made under, so that the device can give derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Condition {
     /// Which spring and axis ([`rig_id`]): a wind-off release is a reference for those of the same rig and model alone.
     pub rig: u32,
@@ -293,6 +296,7 @@ pub fn rig_id(spring: &str, axis: &str) -> u32 {
 
 /// The quantity of a [`Condition`] that is no number, negative, or beyond what any tunnel and model have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ConditionFault {
     /// Outside 0.01 to 100 kg/m3.
     Density,
@@ -330,6 +334,7 @@ impl Condition {
 
 /// State of one slot of the network store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SlotState {
     Empty,
     /// Begun and not committed, or damaged.
@@ -342,6 +347,7 @@ pub enum SlotState {
 
 /// What the device is and runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status {
     pub network: NetworkStatus,
     pub slots: [SlotState; 2],
@@ -371,10 +377,37 @@ pub struct Status {
     pub reference: Option<u32>,
     pub refined_reference: Option<u32>,
     pub start: Start,
+    pub sensor: Sensor,
+}
+
+/// What the samples are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Sensor {
+    pub kind: SensorKind,
+    /// Readings of the sensor in a second, of which the device makes a thousand.
+    pub rate_hz: u16,
+    /// How late a sample is, at most: by the sensor's own filter and by what readings become samples. Frequencies and
+    /// damping do not depend on it.
+    pub delay_us: u16,
+}
+
+/// Kinds of sensors of an angle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SensorKind {
+    Potentiometer,
+    /// A magnetic encoder of ams OSRAM's.
+    As5600,
+    /// Two tracks whose edges are counted.
+    Quadrature,
+    /// An encoder that gives its angle as a number.
+    Absolute,
 }
 
 /// How this run of the device began.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Start {
     pub cause: Cause,
     /// What ended the run before, where the firmware itself did.
@@ -383,6 +416,7 @@ pub struct Start {
 
 /// What began it, by the processor's own account.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Cause {
     /// The board does not say.
     #[default]
@@ -399,6 +433,7 @@ pub enum Cause {
 
 /// Where the firmware gave up.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Crash {
     /// The end of the source file's path; empty: the processor refused an instruction.
     pub file: heapless::String<CRASH_FILE>,
@@ -408,6 +443,7 @@ pub struct Crash {
 
 /// The network that runs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NetworkStatus {
     /// CRC-32 of its payload.
     pub id: u32,
@@ -423,6 +459,7 @@ pub struct NetworkStatus {
 
 /// Where in a release the device is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Phase {
     /// Nothing to see yet, or moved by hand.
     Waiting,
@@ -436,6 +473,7 @@ pub enum Phase {
 
 /// What the device says unasked.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
     Phase {
         phase: Phase,
@@ -496,6 +534,7 @@ impl Samples {
 
 /// The network's estimate from three cycles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct WindowResult {
     pub release: u32,
     /// Number in the release, from 0.
@@ -515,6 +554,7 @@ pub struct WindowResult {
 
 /// A value and its standard uncertainty (k = 1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Measured {
     pub value: f32,
     pub u: f32,
@@ -522,6 +562,7 @@ pub struct Measured {
 
 /// The same of a value that an `f32` does not hold to its uncertainty.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Precise {
     pub value: f64,
     pub u: f32,
@@ -529,6 +570,7 @@ pub struct Precise {
 
 /// A damped oscillation with an offset, fitted to a release's whole record from the network's estimate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Refined {
     pub release: u32,
     /// The record: where it begins, and how many samples.
@@ -549,6 +591,7 @@ pub struct Refined {
 
 /// A release's mean over its windows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ReleaseResult {
     pub release: u32,
     /// Where it was let go, or where the device first saw it move.
@@ -565,6 +608,7 @@ pub struct ReleaseResult {
 /// Yaw derivatives about this axis, per radian, with the standard uncertainties that natural frequencies, damping
 /// ratios and the clock give them: those of density, speed, inertia and the model's measures come on top.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Derivatives {
     pub cn_beta: Measured,
     pub cn_r: Measured,

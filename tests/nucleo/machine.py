@@ -42,6 +42,7 @@ ADC1, ADC_CCR, GPIOA, RCC, FLASH_IF = 0x4001_2000, 0x4001_2304, 0x4002_0000, 0x4
 DMA1, DMA2 = 0x4002_6000, 0x4002_6400
 RCC_CR, RCC_PLLCFGR, RCC_CFGR, RCC_CSR = RCC, RCC + 0x04, RCC + 0x08, RCC + 0x74
 FLASH_ACR, FLASH_KEYR, FLASH_SR, FLASH_CR = FLASH_IF, FLASH_IF + 4, FLASH_IF + 0xC, FLASH_IF + 0x10
+FLASH_OPTKEYR, FLASH_OPTCR = FLASH_IF + 8, FLASH_IF + 0x14
 USART_SR, USART_DR, USART_BRR, USART_CR1, USART_CR3 = (USART2 + o for o in (0, 4, 8, 0xC, 0x14))
 HSE_HZ, LSI_HZ = 8_000_000, 32_000
 
@@ -93,6 +94,7 @@ class Machine:
         for at, data in self.image:
             for begin, length in WRITABLE:
                 assert at + len(data) <= begin or at >= begin + length, "code in a sector that is erased"
+        self.options = 0x0FFF_AAED  # 3.8.6: as they come, the brown-out reset off
         self.sectors = {begin: bytearray(b"\xff" * length) for begin, length in WRITABLE}
         self.power_on(csr=1 << 27)  # 6.3.21: PORRSTF
 
@@ -116,7 +118,7 @@ class Machine:
         uc.hook_add(UC_HOOK_MEM_WRITE, self.system_control, begin=AIRCR, end=AIRCR + 3)
         self.registers = defaultdict(int)
         self.registers.update({RCC_CR: 0x83, RCC_PLLCFGR: 0x2400_3010, RCC_CSR: csr, FLASH_CR: LOCK,
-                               IWDG + 8: 0xFFF})
+                               IWDG + 8: 0xFFF, FLASH_OPTCR: self.options})
         self.adc, self.link = Stream(self, DMA2 + 0x10), Stream(self, DMA1 + 0x10 + 0x18 * 5)
         self.wanted, self.bytes, self.sent = [], bytearray(), bytearray()
         self.keys, self.busy, self.erasing = [], 0, 0
@@ -214,6 +216,17 @@ class Machine:
                 self.keys = []
             else:
                 self.control_flash(value)
+        elif word == FLASH_OPTKEYR:  # 3.6.2
+            self.keys = (self.keys + [value])[-2:]
+            if self.keys == [0x0819_2A3B, 0x4C5D_6E7F]:
+                self.registers[FLASH_OPTCR] &= ~1
+        elif word == FLASH_OPTCR:
+            if self.registers[FLASH_OPTCR] & 1:
+                self.registers[FLASH_SR] |= PROTECTION_ERROR
+            else:
+                self.registers[FLASH_OPTCR] = value & ~2
+                if value & 2:  # OPTSTRT
+                    self.options, self.busy = value & ~2 | 1, WORD_LOOKS
         elif word == FLASH_SR:
             self.registers[word] &= ~value
         elif word == USART_DR:
@@ -348,7 +361,7 @@ class Machine:
         rate_hz = self.timer_hz()
         baud = self.apb1_hz / self.registers[USART_BRR]
         lit = self.registers[GPIOA + 0x18]
-        return f"state rate_hz={rate_hz} baud={baud:.0f} bsrr={lit} now_ms={self.now_ms} latency={self.registers[FLASH_ACR] & 15}"
+        return f"state rate_hz={rate_hz} baud={baud:.0f} bsrr={lit} now_ms={self.now_ms} latency={self.registers[FLASH_ACR] & 15} options={self.options:#x}"
 
     def obey(self, line):
         verb, _, rest = line.strip().partition(" ")

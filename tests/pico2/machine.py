@@ -5,7 +5,7 @@ them.
     machine.py ELF SECONDS
 
 The converter reads the middle of its range. Printed is `KEY=VALUE ...`: `samples` (sixteen conversions that DMA took to
-memory each), `reset` (whether the watchdog did, and at how many ms), `polls` (looks at what USB has), `lit` (share of the last
+memory each), `serial` (the chip's number, if it stands in RAM as text), `reset` (whether the watchdog did, and at how many ms), `polls` (looks at what USB has), `lit` (share of the last
 second that the LED was on).
 
 What it says nothing of: the host at the USB plug, the boot ROM and so the writing of the flash, how long the image takes (time
@@ -30,6 +30,9 @@ ADC_CS, ADC_FCS, ADC_DIV, ADC_FIFO = ADC, ADC + 8, ADC + 0x10, ADC + 0xC
 DMA_WRITE, DMA_COUNT, DMA_CTRL, DMA_COUNT_ALIAS, DMA_ABORT = DMA + 4, DMA + 8, DMA + 0xC, DMA + 0x1C, DMA + 0x464
 WATCHDOG_CTRL, WATCHDOG_LOAD = WATCHDOG, WATCHDOG + 4
 USB_INTS = USB + 0x98
+OTP_DATA = 0x4013_0000
+# 13.10: CHIPID0 to CHIPID3, two rows a word (13.1.1).
+CHIP_ID, NUMBER = {OTP_DATA: 0x6F5E_4D3C, OTP_DATA + 4: 0xA1C9_0B7A}, b"A1C90B7A6F5E4D3C"
 ADC_HZ, CONVERSIONS, MIDDLE, LED = 48_000_000, 16, 2048, 25
 # Microseconds that go by with a look at the timer or at where DMA is.
 LOOK_US = 10
@@ -37,7 +40,7 @@ LOOK_US = 10
 
 class Machine:
     def __init__(self, elf):
-        self.registers = defaultdict(int)
+        self.registers = defaultdict(int, CHIP_ID)
         self.now_us, self.converted, self.fed_us, self.dma_left = 0.0, 0.0, 0.0, None
         self.samples, self.reset_ms, self.polls, self.led, self.lit = 0, None, 0, 0, []
         self.uc = uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
@@ -153,7 +156,8 @@ class Machine:
         last = [led for at, led in self.lit if at > self.now_us - 1e6]
         lit = sum(last) / len(last)
         reset = "no" if self.reset_ms is None else self.reset_ms
-        return f"samples={self.samples // CONVERSIONS} reset={reset} polls={self.polls} lit={lit:.2f}"
+        serial = NUMBER.decode() if NUMBER in bytes(self.uc.mem_read(RAM, RAM_BYTES)) else "none"
+        return f"serial={serial} samples={self.samples // CONVERSIONS} reset={reset} polls={self.polls} lit={lit:.2f}"
 
 
 if __name__ == "__main__":

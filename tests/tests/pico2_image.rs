@@ -28,6 +28,7 @@ fn it_starts_samples_answers_the_host_and_sees_that_the_model_is_held() {
         found.unwrap_or_else(|| panic!("{name} in {said}")).to_owned()
     };
     assert_eq!(figure("reset="), "no", "by its watchdog");
+    assert_eq!(figure("serial="), "A1C90B7A6F5E4D3C");
     let samples: u32 = figure("samples=").parse().expect("a number");
     assert!((4490..=4500).contains(&samples), "{samples}");
     let polls: u32 = figure("polls=").parse().expect("a number");

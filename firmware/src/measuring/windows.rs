@@ -51,7 +51,8 @@ impl Measuring {
         let number = self.current.windows.count();
         self.current.windows.add(&estimate, features.amplitude_deg);
         self.current.windows_end = window.end;
-        let Estimate { natural_frequency_rad_s, damping_ratio } = estimate;
+        let Estimate { natural_frequency_rad_s, damping_ratio } =
+            self.learning.corrected(&estimate);
         context.line.event(&Event::Window(WindowResult {
             release: self.releases,
             window: number,

@@ -5,7 +5,7 @@ use serde_json::{json, Value};
 use yawrig_core::quantity::Quantity;
 use yawrig_shared::wire::{
     Cause, Crash, Derivatives, Event, Flags, Measured, Phase, Precise, Refined, ReleaseResult,
-    Start, Status, WindowResult,
+    Sensor, SensorKind, Start, Status, WindowResult,
 };
 
 /// Names of the flags that are set.
@@ -69,6 +69,14 @@ const ADVICE: [(Flags, &str); Flags::NAMES.len()] = [
     (
         Flags::NO_REFERENCE,
         "no_reference: there is no good wind-off release of this spring and axis; make one, then this one again",
+    ),
+    (
+        Flags::MAGNET,
+        "magnet: the encoder sees no magnet, or one too weak or too strong; mount it 0.5 to 3 mm away, in the middle",
+    ),
+    (
+        Flags::LOST_COUNTS,
+        "lost_counts: the encoder's index did not come after whole turns; check its supply, its cable and how fast it turns",
     ),
     (Flags::NO_SENSOR, "no_sensor: this is no potentiometer's signal; check that it is connected"),
     (
@@ -208,6 +216,30 @@ pub fn device_json(identity: &Identity, status: &Status) -> Value {
             "effects": status.network.effects.split_whitespace().collect::<Vec<_>>(),
         },
     })
+}
+
+/// What the samples are of.
+pub fn sensor_text(sensor: &Sensor) -> String {
+    let Sensor { rate_hz, delay_us, .. } = sensor;
+    format!(
+        "{}, read at {rate_hz} Hz, up to {} ms late",
+        sensor_name(sensor),
+        f64::from(*delay_us) / 1e3
+    )
+}
+
+/// The same as JSON.
+pub fn sensor_json(sensor: &Sensor) -> Value {
+    json!({"kind": sensor_name(sensor), "rate_hz": sensor.rate_hz, "delay_us": sensor.delay_us})
+}
+
+fn sensor_name(sensor: &Sensor) -> &'static str {
+    match sensor.kind {
+        SensorKind::Potentiometer => "potentiometer",
+        SensorKind::As5600 => "as5600",
+        SensorKind::Quadrature => "quadrature",
+        SensorKind::Absolute => "absolute",
+    }
 }
 
 /// How this run of the device began, and what ended the one before.

@@ -10,7 +10,7 @@ use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
-use yawrig_link::bench::Target;
+use yawrig_link::bench::{Bench, Target};
 use yawrig_link::live::built_in_rig::BuiltInRig;
 use yawrig_link::live::item::{time_s, Item};
 use yawrig_link::live::recording::Recording;
@@ -56,6 +56,12 @@ pub struct Monitor {
     /// on a port only
     #[arg(long, value_name = "PPM", allow_negative_numbers = true)]
     clock_u_ppm: Option<f64>,
+    /// Analyse from this amplitude down [default: as the device is set, 10]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    from_deg: Option<f64>,
+    /// Analyse down to this amplitude [default: as the device is set, 1]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    to_deg: Option<f64>,
 }
 
 pub fn run(arguments: &Monitor) -> Result<()> {
@@ -90,17 +96,13 @@ pub fn run(arguments: &Monitor) -> Result<()> {
             .help("leave it out, or name the port with --device"));
         }
     }
+    for (flag, given) in [("--from-deg", arguments.from_deg), ("--to-deg", arguments.to_deg)] {
+        // As the device takes them.
+        given.map_or(Ok(()), |deg| within(flag, deg, 1e-3, 360.0))?;
+    }
     let measuring = measuring(arguments, !on_a_port)?;
     let mut bench = arguments.device.open()?;
-    if arguments.travel_deg.is_some() || arguments.clock_u_ppm.is_some() {
-        let usual = Settings::default();
-        let degrees_per_count = arguments
-            .travel_deg
-            .map_or(usual.degrees_per_count, |travel_deg| (travel_deg / 65_536.0) as f32);
-        let clock_u_ppm = arguments.clock_u_ppm.map(|ppm| ppm as f32);
-        let settings = Settings { degrees_per_count, clock_u_ppm, ..usual };
-        bench.client.tell(&Request::Configure(settings), "the settings")?;
-    }
+    set(arguments, &mut bench)?;
     let built_in = match arguments.device.device {
         Target::Port(_) => None,
         _ => {
@@ -132,6 +134,30 @@ pub fn run(arguments: &Monitor) -> Result<()> {
     // However it ended: what was recorded is kept.
     let ended = following.stop();
     followed.and(ended)
+}
+
+/// Tells the device the settings that were given; the others stay as they are.
+fn set(arguments: &Monitor, bench: &mut Bench) -> Result<()> {
+    let Monitor { travel_deg, clock_u_ppm, from_deg, to_deg, .. } = arguments;
+    if [travel_deg, clock_u_ppm, from_deg, to_deg].iter().all(|given| given.is_none()) {
+        return Ok(());
+    }
+    let mut settings = bench.client.status()?.settings;
+    if let Some(travel_deg) = travel_deg {
+        settings.degrees_per_count = (travel_deg / 65_536.0) as f32;
+    }
+    if let Some(ppm) = clock_u_ppm {
+        settings.clock_u_ppm = Some(*ppm as f32);
+    }
+    let set = |to: &mut f32, given: &Option<f64>| *to = given.map_or(*to, |deg| deg as f32);
+    set(&mut settings.from_deg, from_deg);
+    set(&mut settings.to_deg, to_deg);
+    if settings.from_deg <= settings.to_deg {
+        let Settings { from_deg, to_deg, .. } = settings;
+        return Err(Error::usage(format!("from {from_deg} deg down to {to_deg} deg: no range"))
+            .help("give a larger --from-deg than --to-deg"));
+    }
+    bench.client.tell(&Request::Configure(settings), "the settings")
 }
 
 /// What is to be measured, and where that is kept.

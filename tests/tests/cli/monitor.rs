@@ -98,3 +98,20 @@ fn a_session_that_was_killed_is_kept_and_can_be_read() {
     assert!(again.stdout.contains("release 0:"), "{}", again.report());
     yawrig("monitor --replay nothing").in_folder(folder.path()).run().exits(3).helps();
 }
+
+#[test]
+fn the_range_of_amplitudes_is_set_on_the_live_device() {
+    let lines = yawrig("monitor --speed 300 --releases 1 --from-deg 6 --to-deg 3 --jsonl");
+    let lines = lines.run().exits(0).json_lines();
+    let windows: Vec<f64> = lines
+        .iter()
+        .filter(|line| line["event"] == "window")
+        .map(|line| line["amplitude_deg"].as_f64().expect("an amplitude"))
+        .collect();
+    assert!(!windows.is_empty());
+    assert!(windows.iter().all(|amplitude| (3.0..=6.0).contains(amplitude)), "{windows:?}");
+    // Against what the device has: 1 deg.
+    let refused = yawrig("monitor --from-deg 0.5").run().exits(2).helps();
+    refused.says("from 0.5 deg down to 1 deg");
+    yawrig("monitor --to-deg nan").run().exits(2).helps().says("--to-deg");
+}

@@ -405,3 +405,19 @@ fn after_a_fault_or_a_panic_it_starts_again_and_says_where_it_was() {
     assert_eq!((cause, crash.file.as_str()), (Cause::Software, "src/main.rs"));
     assert_eq!(crash.line as usize, line);
 }
+
+#[test]
+#[ignore = "needs unicorn: tests/run runs it"]
+fn below_the_supply_at_which_flash_is_written_well_the_chip_holds_itself_in_reset() {
+    let mut both = Both::start();
+    assert_eq!(both.status().samples, 0);
+    // As the option bytes come, but for the level of the brown-out reset: 2.7 V.
+    let options = |both: &mut Both| {
+        let state = both.machine.ask("state");
+        state.split_whitespace().find_map(|pair| pair.strip_prefix("options=")).map(str::to_owned)
+    };
+    assert_eq!(options(&mut both).as_deref(), Some("0xfffaae1"));
+    both.power_cycle();
+    assert_eq!(both.status().samples, 0);
+    assert_eq!(options(&mut both).as_deref(), Some("0xfffaae1"));
+}

@@ -13,9 +13,16 @@ static mut STAND_IN: MaybeUninit<MemoryFlash> = MaybeUninit::uninit();
 /// # Safety
 /// Called once.
 pub unsafe fn erased() -> &'static mut MemoryFlash {
-    let slots = addr_of_mut!(STAND_IN);
-    // SAFETY: bytes throughout, of which any value is one; the only reference, since there is only this call. Not
-    // by a value of its type, which would lie on the stack.
+    // SAFETY: the only reference, since there is only this call.
+    unsafe { erase(addr_of_mut!(STAND_IN)) }
+}
+
+/// The same of other RAM.
+///
+/// # Safety
+/// There is no other reference to it.
+pub unsafe fn erase(slots: *mut MaybeUninit<MemoryFlash>) -> &'static mut MemoryFlash {
+    // SAFETY: bytes throughout, of which any value is one. Not by a value of its type, which would lie on the stack.
     unsafe {
         slots.cast::<u8>().write_bytes(ERASED, size_of::<MemoryFlash>());
         (*slots).assume_init_mut()

@@ -6,6 +6,7 @@
 #![no_std]
 #![no_main]
 
+mod brown_out;
 mod flash;
 mod link;
 mod registers;
@@ -72,8 +73,9 @@ fn main() -> ! {
     let _wiper = pins.pa0.into_analog();
     let mut link =
         Link::begin(peripherals.USART2, (pins.pa2, pins.pa3), peripherals.DMA1, &mut rcc);
-    let mut device =
-        Device::stopped(Slots::new(Registers::new(peripherals.FLASH)), "nucleo-f446re");
+    let mut registers = Registers::new(peripherals.FLASH);
+    brown_out::set(&mut registers);
+    let mut device = Device::stopped(Slots::new(registers), "nucleo-f446re");
     device.start();
     device.set_clock(CLOCK_U_PPM);
     device.set_start(start);

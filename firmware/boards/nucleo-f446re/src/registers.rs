@@ -1,6 +1,7 @@
 //! The flash interface itself.
 
-use crate::flash::Controller;
+use crate::brown_out::Options;
+use crate::flash::{Controller, SR_BUSY};
 use cortex_m::asm::dsb;
 use stm32f4xx_hal::pac::FLASH;
 use yawrig_firmware::slots::SLOT_BYTES;
@@ -69,5 +70,26 @@ impl Controller for Registers {
         // SAFETY: within the sector, aligned; the interface takes it as a word to program.
         unsafe { core::ptr::write_volatile((address(number) + offset) as *mut u32, word) };
         dsb();
+    }
+}
+
+impl Options for Registers {
+    fn control(&self) -> u32 {
+        self.flash.optcr().read().bits()
+    }
+
+    fn set_control(&mut self, value: u32) {
+        // SAFETY: as it was but for the level, which every supply of the board's is above.
+        self.flash.optcr().write(|w| unsafe { w.bits(value) });
+        dsb();
+    }
+
+    fn unlock(&mut self, key: u32) {
+        // SAFETY: the register is there for this.
+        self.flash.optkeyr().write(|w| unsafe { w.bits(key) });
+    }
+
+    fn is_busy(&self) -> bool {
+        self.flash.sr().read().bits() & SR_BUSY != 0
     }
 }

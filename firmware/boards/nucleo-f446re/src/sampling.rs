@@ -7,7 +7,9 @@ use stm32f4xx_hal::pac::{ADC1, ADC_COMMON, DMA2, TIM2, TIM5};
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 use yawrig_firmware::conversions::{period, CONVERSIONS};
 use yawrig_firmware::device::Device;
+use yawrig_firmware::input::Input;
 use yawrig_firmware::ring::Reader;
+use yawrig_firmware::sensors::potentiometer::Potentiometer;
 
 /// Readings kept: for longer than a flash sector takes to erase.
 const RING: usize = 1024 * CONVERSIONS as usize;
@@ -42,6 +44,7 @@ pub struct Sampling {
     pace: TIM2,
     count: TIM5,
     reader: Reader<RING>,
+    input: Input<Potentiometer<CONVERSIONS>>,
 }
 
 impl Sampling {
@@ -75,7 +78,8 @@ impl Sampling {
             count.smcr().write(|w| w.bits(TIM_SMCR_EXTERNAL_CLOCK | TIM_SMCR_ITR0));
             count.cr1().write(|w| w.bits(TIM_CR1_CEN));
         }
-        let mut sampling = Self { adc, dma, pace, count, reader: Reader::new() };
+        let mut sampling =
+            Self { adc, dma, pace, count, reader: Reader::new(), input: Input::new(Potentiometer) };
         sampling.start();
         sampling
     }
@@ -119,6 +123,6 @@ impl Sampling {
         }
         // SAFETY: in the ring, written by DMA only, and complete.
         let reading = |at: usize| unsafe { addr_of!(READINGS[at]).read_volatile() };
-        self.reader.give(triggers, made, reading, device)
+        self.reader.give(triggers, made, reading, &mut self.input, device)
     }
 }

@@ -8,6 +8,7 @@ mod flash;
 mod reset;
 mod rom;
 mod sampling;
+mod serial_number;
 mod timing;
 
 // Carries the log to the debug plug.
@@ -24,6 +25,7 @@ use rom::BootRom;
 use rp235x_hal::block::ImageDef;
 use rp235x_hal::clocks::init_clocks_and_plls;
 use rp235x_hal::fugit::ExtU32;
+use rp235x_hal::otp::read_ecc_word;
 use rp235x_hal::usb::UsbBus;
 use rp235x_hal::{pac, Adc, Clock, Sio, Timer, Watchdog};
 use sampling::Sampling;
@@ -100,7 +102,11 @@ fn main() -> ! {
         &mut chip.RESETS,
     ));
     let mut line = SerialPort::new(&usb);
-    let names = StringDescriptors::new(LangID::EN).manufacturer("yawrig").product("yawrig");
+    let number = serial_number::digits([0, 1, 2, 3].map(|row| read_ecc_word(row).unwrap_or(0)));
+    let names = StringDescriptors::new(LangID::EN)
+        .manufacturer("yawrig")
+        .product("yawrig")
+        .serial_number(core::str::from_utf8(&number).expect("digits"));
     let mut usb = UsbDeviceBuilder::new(&usb, USB_IDS)
         .strings(&[names])
         .expect("room for its names")

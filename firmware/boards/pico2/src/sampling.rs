@@ -9,7 +9,9 @@ use rp235x_hal::pac::{ADC, DMA};
 use rp235x_hal::timer::{CopyableTimer0, Timer};
 use yawrig_firmware::conversions::CONVERSIONS;
 use yawrig_firmware::device::Device;
+use yawrig_firmware::input::Input;
 use yawrig_firmware::ring::Reader;
+use yawrig_firmware::sensors::potentiometer::Potentiometer;
 
 /// Readings kept: for longer than the flash takes to erase a network's place.
 const RING: usize = 1024 * CONVERSIONS as usize;
@@ -30,6 +32,7 @@ pub struct Sampling {
     timer: Timer<CopyableTimer0>,
     first_us: u64,
     reader: Reader<RING>,
+    input: Input<Potentiometer<CONVERSIONS>>,
 }
 
 impl Sampling {
@@ -38,7 +41,14 @@ impl Sampling {
         let cycles = divider(clock_hz).expect("an exact rate");
         // SAFETY: any divider will do.
         adc.div().write(|w| unsafe { w.int().bits(cycles).frac().bits(0) });
-        let mut sampling = Self { adc, dma, timer, first_us: 0, reader: Reader::new() };
+        let mut sampling = Self {
+            adc,
+            dma,
+            timer,
+            first_us: 0,
+            reader: Reader::new(),
+            input: Input::new(Potentiometer),
+        };
         sampling.start();
         sampling
     }
@@ -98,6 +108,6 @@ impl Sampling {
         }
         // SAFETY: in the ring, written by DMA only, and complete.
         let reading = |at: usize| unsafe { addr_of!(READINGS.0[at]).read_volatile() };
-        self.reader.give(triggers, made, reading, device)
+        self.reader.give(triggers, made, reading, &mut self.input, device)
     }
 }

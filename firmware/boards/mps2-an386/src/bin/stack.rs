@@ -2,6 +2,7 @@
 #![no_std]
 #![no_main]
 
+use core::mem::MaybeUninit;
 use core::ptr::addr_of_mut;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug;
@@ -85,9 +86,11 @@ fn check_signature() {
         0x3a, 0x0e, 0xe1, 0x72, 0xf3, 0xda, 0xa6, 0x23, 0x25, 0xaf, 0x02, 0x1a, 0x68, 0xf7, 0x07,
         0x51, 0x1a,
     ];
-    static mut LOCKABLE: MemoryFlash = MemoryFlash::new();
+    // None of the RAM that the stack has on a board.
+    #[link_section = ".flash_stand_in"]
+    static mut LOCKABLE: MaybeUninit<MemoryFlash> = MaybeUninit::uninit();
     // SAFETY: called once.
-    let flash = unsafe { &mut *addr_of_mut!(LOCKABLE) };
+    let flash = unsafe { flash::erase(addr_of_mut!(LOCKABLE)) };
     lock::lock(flash, &POINT).expect("a key");
     let mut signature = Signature::from_slice(&POINT).expect("half of it");
     signature.resize(64, 1).expect("64 bytes");
