@@ -25,7 +25,7 @@ pub enum Step {
     Prints(Vec<String>),
     /// A `python` block.
     Python(String),
-    /// A row of a table whose first column is `field`: what the JSON of the last command holds.
+    /// A name in a table whose first column is `field`: what the JSON of the last command holds.
     Field(String),
     /// A line of an `sh hardware` block.
     Hardware(String),
@@ -58,10 +58,7 @@ impl Page {
                 (None, Some(kind)) => block = Some((kind, Vec::new())),
                 (None, None) if line.starts_with("| field |") => in_fields = true,
                 (None, None) if !line.starts_with('|') => in_fields = false,
-                (None, None) if in_fields => {
-                    let name = line.strip_prefix("| `").and_then(|rest| rest.split_once('`'));
-                    steps.extend(name.map(|(name, _)| Step::Field(name.to_owned())));
-                }
+                (None, None) if in_fields => steps.extend(fields(line).map(Step::Field)),
                 (None, None) => {}
             }
         }
@@ -88,6 +85,17 @@ impl Page {
     }
 }
 
+/// The names between backticks in the first column of a row; those after the first may leave out what is the same.
+fn fields(row: &str) -> impl Iterator<Item = String> + '_ {
+    let column = row.split('|').nth(1).unwrap_or("");
+    let names = || column.split('`').skip(1).step_by(2);
+    let beside = names().next().and_then(|first| first.rsplit_once('.')).map(|(parent, _)| parent);
+    names().map(move |name| match beside {
+        Some(parent) if !name.contains('.') => format!("{parent}.{name}"),
+        _ => name.to_owned(),
+    })
+}
+
 /// The README and all pages that the book's summary lists.
 pub fn pages() -> Vec<Page> {
     let listed = listed(&root()).into_iter().map(|page| Path::new("docs/src").join(page));
@@ -105,7 +113,7 @@ pub fn listed(root: &Path) -> Vec<PathBuf> {
 #[test]
 fn steps_come_in_the_order_of_a_page() {
     let text = "```toml a.toml\nx = 1\n```\n```sh\na b\nc\n```\n```text output\no 1\n```\n| field | what |\n|---|---|\n\
-                | `a.b` | c |\n\n| key |\n| `d` |\n```python\nprint(1)  # 1\n```\n```text\nno\n```\n";
+                | `a.b`, `c`, `d.e` | `f` |\n\n| key |\n| `d` |\n```python\nprint(1)  # 1\n```\n```text\nno\n```\n";
     let page = Page { path: "p.md".into(), text: text.to_owned() };
     let [run, field] = [Step::Run, Step::Field];
     let expected = [
@@ -115,6 +123,8 @@ fn steps_come_in_the_order_of_a_page() {
         Step::Ran,
         Step::Prints(vec!["o 1".into()]),
         field("a.b".into()),
+        field("a.c".into()),
+        field("d.e".into()),
         Step::Python("print(1)  # 1".into()),
     ];
     assert_eq!(page.steps(), expected);
