@@ -1,4 +1,4 @@
-//! The README's pictures: the command that draws them runs, and gives those that lie there.
+//! The book's pictures of results: the command that draws them runs, and gives those that lie there.
 //!
 //! What is compared is their lettering: training and fits may differ in the last bits from processor to processor.
 
@@ -16,7 +16,11 @@ fn are_drawn_anew_as_they_lie_there() {
         .expect("bash");
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{said}");
-    let readme = std::fs::read_to_string(root.join("README.md")).expect("the README");
+    let book = root.join("docs/src");
+    let folders = ["tutorial", "how-to"].map(|folder| book.join(folder).read_dir().expect("pages"));
+    let pages = folders.into_iter().flatten().flatten();
+    let pages: String =
+        pages.map(|page| std::fs::read_to_string(page.path()).expect("a page")).collect();
     let names = |folder: &Path| {
         let entries = folder.read_dir().expect("a folder").flatten();
         let mut names: Vec<String> =
@@ -24,10 +28,10 @@ fn are_drawn_anew_as_they_lie_there() {
         names.sort();
         names
     };
-    let kept = root.join(".pictures");
+    let kept = book.join("pictures");
     assert_eq!(names(folder.path()), names(&kept));
     for name in names(&kept) {
-        assert!(readme.contains(&format!("(.pictures/{name})")), "{name} is not in the README");
+        assert!(pages.contains(&format!("(../pictures/{name})")), "{name} is on no page");
         let [drawn, kept] = [folder.path(), kept.as_path()]
             .map(|folder| words(&std::fs::read_to_string(folder.join(&name)).expect("a picture")));
         assert!(drawn.len() >= 3, "{name} has little lettering: {drawn:?}");
