@@ -1,13 +1,12 @@
 //! The device: samples and bytes in, bytes out.
 
-use crate::input::ratio;
 use crate::line::{Asked, Line};
 use crate::lock::{self, Challenge, Lock};
 use crate::log;
 use crate::measuring::{Context, Measuring};
 use crate::memory::{Kept, Memory};
 use crate::refining::Refining;
-use crate::sensor::About;
+use crate::sensor::{ratio, About};
 use crate::sensors::potentiometer::Potentiometer;
 use crate::slots::{Slot, Store};
 use crate::stream::Stream;
