@@ -1,12 +1,12 @@
 //! The device: samples and bytes in, bytes out.
 
-use crate::input::ratio;
 use crate::line::{Asked, Line};
 use crate::lock::{self, Challenge, Lock};
 use crate::log;
 use crate::measuring::{Context, Measuring};
+use crate::memory::{Kept, Memory};
 use crate::refining::Refining;
-use crate::sensor::About;
+use crate::sensor::{ratio, About};
 use crate::sensors::potentiometer::Potentiometer;
 use crate::slots::{Slot, Store};
 use crate::stream::Stream;
@@ -71,6 +71,8 @@ struct Core<F, const LOCKABLE: bool> {
     session: u32,
     start: Start,
     sensor: wire::Sensor,
+    /// Releases of which all that is to be remembered was given out; one with a refined result still to come is none.
+    remembered: Option<u32>,
     lost_bytes: u32,
     line: Line,
     stream: Stream,
@@ -121,6 +123,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
                 session: 0,
                 start: Start { cause: Cause::Unknown, crash: None },
                 sensor: POTENTIOMETER,
+                remembered: Some(0),
                 lost_bytes: 0,
                 line: Line::new(),
                 stream: Stream::new(),
@@ -159,6 +162,30 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
         let settings = Settings { degrees_per_count, full_scale_counts, ..settings };
         // A sensor's own scale is in the range of those that may be set.
         let _ = measuring.configure(settings, &mut context);
+    }
+
+    /// What a board should keep where a reset leaves it ([`crate::memory`]), if it has changed since this was last asked.
+    pub fn memory(&mut self) -> Option<Memory> {
+        let (releases, reference, learning) = self.core.measuring.kept();
+        if self.core.remembered == Some(releases) {
+            return None;
+        }
+        self.core.remembered = Some(releases);
+        let network = self.core.running.as_ref().map_or(0, |running| running.id);
+        let refined_reference = self.core.refining.kept();
+        Some(Memory::of(&Kept { network, releases, reference, refined_reference, learning }))
+    }
+
+    /// What was kept over a reset holds again, once it has started; the condition has to be said anew.
+    pub fn recall(&mut self, memory: &Memory) {
+        let Some(kept) = memory.read() else { return };
+        let core = &mut self.core;
+        core.measuring.recall(kept.releases, kept.reference, kept.learning);
+        core.refining.recall(kept.refined_reference);
+        core.remembered = Some(kept.releases);
+        if core.running.as_ref().map_or(0, |running| running.id) != kept.network {
+            core.measuring.network_changed();
+        }
     }
 
     /// Where in a release it is.
@@ -207,6 +234,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
     pub fn work(&mut self) {
         if let Some(refined) = self.core.refining.work() {
             self.core.measuring.refined(&refined);
+            self.core.remembered = None;
             self.core.line.event(&Event::Refined(refined));
         }
     }

@@ -5,25 +5,13 @@
 //! remainder about the sensor's own rate. What is rounded off a sample goes to the next.
 
 use crate::device::Device;
-use crate::sensor::{About, Sensor, FINE_BITS};
+use crate::sensor::{ratio, About, Sensor, FINE_BITS};
 use embedded_storage::nor_flash::NorFlash;
 use yawrig_shared::wire::Flags;
 
-/// Samples in a second.
-const DEVICE_HZ: u16 = 1000;
 /// A reading without an angle, as the device knows it: at the end of the scale.
 const NO_ANGLE: u16 = 0;
 const HALF: i32 = 1 << (FINE_BITS - 1);
-
-/// How many readings make a sample and how many samples lie from one reading to the next: one of them is one. `None` for
-/// rates other than 1, 2, 3 and 4 kHz, 500, 250, 200, 125 and 100 Hz.
-pub const fn ratio(rate_hz: u16) -> Option<(u32, u32)> {
-    match rate_hz {
-        1000 | 2000 | 3000 | 4000 => Some((rate_hz as u32 / 1000, 1)),
-        100 | 125 | 200 | 250 | 500 => Some((1, DEVICE_HZ as u32 / rate_hz as u32)),
-        _ => None,
-    }
-}
 
 /// A sensor on its way to the device.
 #[derive(Clone, Debug)]

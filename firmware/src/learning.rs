@@ -7,6 +7,7 @@
 //! belongs to one network on one rig and is forgotten with either, with the power, and where a release contradicts it: then
 //! the rig is another than was said.
 
+use serde::{Deserialize, Serialize};
 use yawrig_shared::derivatives::Model;
 use yawrig_shared::network::Estimate;
 use yawrig_shared::wire::{Condition, Measured};
@@ -33,7 +34,7 @@ pub struct Seen {
 }
 
 /// An output's error as a line: weighted sums over releases, in `x`, its relative distance from the first one.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Line {
     first: f32,
     bias: f32,
@@ -86,11 +87,12 @@ impl Line {
 }
 
 /// What is known of one network on one rig.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Learning {
     rig: Option<(u32, Model)>,
     lines: [Line; 2],
     /// The release whose refined estimate is still to come.
+    #[serde(skip)]
     seen: Option<Seen>,
 }
 

@@ -69,6 +69,7 @@ pub mod line;
 pub mod lock;
 pub mod log;
 pub mod measuring;
+pub mod memory;
 pub mod queue;
 pub mod reference;
 pub mod refine;

@@ -240,6 +240,21 @@ impl Measuring {
         self.learning.forget();
     }
 
+    /// What of it a reset is to leave: releases so far, the reference, and what was learnt.
+    pub fn kept(&self) -> (u32, Reference, Learning) {
+        (self.releases, self.reference, self.learning)
+    }
+
+    /// The same, from before a reset.
+    pub fn recall(&mut self, releases: u32, reference: Reference, learning: Learning) {
+        (self.releases, self.reference, self.learning) = (releases, reference, learning);
+    }
+
+    /// Releases so far.
+    pub fn releases(&self) -> u32 {
+        self.releases
+    }
+
     /// A release has been refined: what it shows of the network's error holds for those that come.
     pub fn refined(&mut self, refined: &Refined) {
         if !refined.flags.of_record().unfit_as_reference() {

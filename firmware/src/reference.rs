@@ -4,12 +4,13 @@
 //! refined one. It is given up where the rig changes and where its last wind-off release is of no use, so that no
 //! release is ever held against another spring.
 
+use serde::{Deserialize, Serialize};
 use yawrig_shared::derivatives::{reduced_frequency, Model, YawDerivatives};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::wire::{Condition, Derivatives, Flags, Measured};
 
 /// A result with its standard uncertainties.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Known {
     pub modal: Modal,
     pub natural_frequency_u: f32,
@@ -19,7 +20,7 @@ pub struct Known {
 }
 
 /// Wind-off result of the rig at hand, once there is one.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Reference {
     rig: Option<(u32, Model)>,
     wind_off: Option<(u32, Known)>,

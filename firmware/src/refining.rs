@@ -120,6 +120,15 @@ impl Refining {
         self.reference.mount(condition);
     }
 
+    /// The reference, for a memory that outlives a reset, and from there.
+    pub fn kept(&self) -> Reference {
+        self.reference
+    }
+
+    pub fn recall(&mut self, reference: Reference) {
+        self.reference = reference;
+    }
+
     /// The wind-off release that refined results are held against.
     pub fn reference(&self) -> Option<u32> {
         self.reference.release()

@@ -42,3 +42,16 @@ pub trait Sensor {
     /// Counts of what was read.
     fn reading(&mut self, raw: Self::Raw) -> Reading;
 }
+
+/// Samples in a second.
+const DEVICE_HZ: u16 = 1000;
+
+/// How many readings make a sample and how many samples lie from one reading to the next: one of them is one. `None` for
+/// rates other than 1, 2, 3 and 4 kHz, 500, 250, 200, 125 and 100 Hz.
+pub const fn ratio(rate_hz: u16) -> Option<(u32, u32)> {
+    match rate_hz {
+        1000 | 2000 | 3000 | 4000 => Some((rate_hz as u32 / 1000, 1)),
+        100 | 125 | 200 | 250 | 500 => Some((1, DEVICE_HZ as u32 / rate_hz as u32)),
+        _ => None,
+    }
+}

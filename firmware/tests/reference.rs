@@ -3,6 +3,7 @@
 mod desk;
 
 use desk::{Desk, Swing};
+use yawrig_firmware::memory::{Memory, BYTES};
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_firmware::BUILT_IN;
 use yawrig_shared::blob;
@@ -299,4 +300,40 @@ fn what_cannot_be_is_refused() {
         assert_eq!(desk.status().condition, Some(good));
     }
     desk.announce(inertia(0.0));
+}
+
+/// A reset that leaves RAM as it is: the board kept what the device gave it to keep.
+#[test]
+fn a_reset_leaves_the_reference_and_the_number_of_the_next_release() {
+    let mut desk = Desk::new(MemoryFlash::new());
+    desk.release(condition("K1", OFF), swing(SOFT[0]));
+    let memory = desk.device.memory().expect("it has changed");
+    assert!(desk.device.memory().is_none(), "it has not since");
+
+    let reset = |memory: &Memory| {
+        let mut desk = Desk::new(MemoryFlash::new());
+        desk.device.recall(memory);
+        desk
+    };
+    let mut desk = reset(&memory);
+    let [network, refined] = desk.release(condition("K1", ON), swing(SOFT[1]));
+    let truth = planted(SOFT[1], SOFT[0]);
+    for found in [network, refined].map(|found| found.expect("derivatives")) {
+        assert_eq!(found.reference_release, 0);
+        let miss = f64::from(found.cn_beta.value) - truth.cn_beta;
+        let allowed = 4.0 * f64::from(found.cn_beta.u) + 0.01 * truth.cn_beta.abs();
+        assert!(miss.abs() < allowed, "{found:?}");
+    }
+    assert_eq!(desk.releases[0].release, 1);
+
+    // Another spring was mounted meanwhile, or power has gone: none.
+    for mut desk in [reset(&memory), reset(&Memory([0xa5; BYTES])), reset(&Memory::NONE)] {
+        assert_eq!(desk.release(condition("K4", ON), swing(STIFF[1])), [None; 2]);
+        assert!(desk.flags().has(Flags::NO_REFERENCE));
+    }
+    // A bit that has changed is found.
+    let mut damaged = memory;
+    damaged.0[20] ^= 1;
+    let mut desk = reset(&damaged);
+    assert_eq!(desk.release(condition("K1", ON), swing(SOFT[1])), [None; 2]);
 }

@@ -32,6 +32,7 @@ use stm32f4xx_hal::rcc::Config;
 use stm32f4xx_hal::watchdog::IndependentWatchdog;
 use yawrig_firmware::crash::Note;
 use yawrig_firmware::device::Device;
+use yawrig_firmware::memory::Memory;
 use yawrig_firmware::serial::{receive, send};
 use yawrig_shared::wire::Start;
 
@@ -47,6 +48,10 @@ const BYTES_AT_ONCE: u32 = 64;
 /// What ended the run before; the reset leaves it as it is.
 #[link_section = ".uninit.NOTE"]
 static mut NOTE: MaybeUninit<Note> = MaybeUninit::uninit();
+
+/// What the device is to remember after a reset.
+#[link_section = ".uninit.MEMORY"]
+static mut MEMORY: MaybeUninit<Memory> = MaybeUninit::uninit();
 
 fn note(note: Note) {
     // SAFETY: one processor, no interrupts; plain numbers, for which any bits are a value.
@@ -77,6 +82,8 @@ fn main() -> ! {
     brown_out::set(&mut registers);
     let mut device = Device::stopped(Slots::new(registers), "nucleo-f446re");
     device.start();
+    // SAFETY: bytes, of which any is one; read and written here alone.
+    device.recall(unsafe { &*addr_of!(MEMORY).cast::<Memory>() });
     device.set_clock(CLOCK_U_PPM);
     device.set_start(start);
     let mut sampling = Sampling::begin(
@@ -96,6 +103,10 @@ fn main() -> ! {
         send(&mut link, &mut device);
         if sampling.take(&mut device) {
             watchdog.feed();
+        }
+        if let Some(memory) = device.memory() {
+            // SAFETY: as above.
+            unsafe { addr_of_mut!(MEMORY).cast::<Memory>().write_volatile(memory) };
         }
         led.set_state(device.is_lit().into());
     }

@@ -35,6 +35,7 @@ use usb_device::LangID;
 use usbd_serial::{SerialPort, USB_CLASS_CDC};
 use yawrig_firmware::crash::Note;
 use yawrig_firmware::device::Device;
+use yawrig_firmware::memory::Memory;
 use yawrig_firmware::serial::{receive, send};
 use yawrig_shared::wire::Start;
 
@@ -57,6 +58,10 @@ const USB_IDS: UsbVidPid = UsbVidPid(0x16c0, 0x27dd);
 /// What ended the run before; the reset leaves it as it is.
 #[link_section = ".uninit.NOTE"]
 static mut NOTE: MaybeUninit<Note> = MaybeUninit::uninit();
+
+/// What the device is to remember after a reset.
+#[link_section = ".uninit.MEMORY"]
+static mut MEMORY: MaybeUninit<Memory> = MaybeUninit::uninit();
 
 fn note(note: Note) {
     // SAFETY: one processor, no interrupts; plain numbers, for which any bits are a value.
@@ -117,6 +122,8 @@ fn main() -> ! {
     // SAFETY: the only one; nothing here handles an interrupt or starts the other core.
     let mut device = Device::stopped(Slots::new(unsafe { BootRom::new() }), "pico2");
     device.start();
+    // SAFETY: bytes, of which any is one; read and written here alone.
+    device.recall(unsafe { &*addr_of!(MEMORY).cast::<Memory>() });
     device.set_clock(CLOCK_U_PPM);
     device.set_start(start);
     let adc = Adc::new(chip.ADC, &mut chip.RESETS).free();
@@ -139,6 +146,10 @@ fn main() -> ! {
         }
         if sampling.take(&mut device) {
             watchdog.feed();
+        }
+        if let Some(memory) = device.memory() {
+            // SAFETY: as above.
+            unsafe { addr_of_mut!(MEMORY).cast::<Memory>().write_volatile(memory) };
         }
         let _ = led.set_state(device.is_lit().into());
     }
