@@ -111,7 +111,7 @@ fn assumptions(table: &Table) -> String {
     match table.assumed_zero.is_empty() {
         true => "Every uncertainty of the instruments is stated.".to_owned(),
         false => format!(
-            "Uncertainties assumed zero, so that every u below is a lower bound: {}",
+            "Each u below is a lower bound; assumed zero: {}",
             table.assumed_zero.join(", ")
         ),
     }

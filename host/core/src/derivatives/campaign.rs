@@ -3,7 +3,7 @@
 //! Every `..._u_...` entry is the standard uncertainty of the entry it is named after, in its unit; left out,
 //! it is taken as zero and said to be.
 
-use super::plausible::Kind;
+use super::doubt::Kind;
 use crate::plan::Can;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

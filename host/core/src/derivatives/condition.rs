@@ -1,7 +1,6 @@
 //! Repeated releases of one condition, averaged.
 
 use super::campaign::Campaign;
-use super::table::Scatter;
 use crate::identify::flag::Flag;
 use crate::identify::Identification;
 use crate::quantity::Quantity;
@@ -38,6 +37,19 @@ impl Identified {
             flags: estimate.flags,
         })
     }
+}
+
+/// How releases of one condition scatter.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Scatter {
+    /// Standard deviation of wn between releases.
+    pub natural_frequency_rad_s: f64,
+    /// Against what the fits state, per degree of freedom; `null` where a release claims to be exact.
+    pub natural_frequency_chi_squared: Option<f64>,
+    /// Standard deviation of the damping ratio between releases.
+    pub damping_ratio: f64,
+    /// Against what the fits state, per degree of freedom.
+    pub damping_chi_squared: Option<f64>,
 }
 
 /// A mean and where its standard uncertainty comes from.

@@ -7,6 +7,7 @@
 pub mod campaign;
 mod computed;
 pub mod condition;
+mod doubt;
 mod inputs;
 pub(crate) mod line;
 pub mod plausible;

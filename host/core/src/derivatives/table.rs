@@ -1,7 +1,7 @@
 //! The derivative table of a campaign with its uncertainties: what is printed, as plain structs.
 
-use super::condition::{scatter, Condition, Identified};
-use super::plausible::Doubt;
+use super::condition::{scatter, Condition, Identified, Scatter};
+use super::doubt::Doubt;
 use crate::quantity::Quantity;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -91,19 +91,6 @@ pub struct BirgeRatio {
     pub natural_frequency: f64,
     /// Of 2 zeta wn.
     pub damping: f64,
-}
-
-/// How releases of one condition scatter.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Scatter {
-    /// Standard deviation of wn between releases.
-    pub natural_frequency_rad_s: f64,
-    /// Against what the fits state, per degree of freedom; `null` where a release claims to be exact.
-    pub natural_frequency_chi_squared: Option<f64>,
-    /// Standard deviation of the damping ratio between releases.
-    pub damping_ratio: f64,
-    /// Against what the fits state, per degree of freedom.
-    pub damping_chi_squared: Option<f64>,
 }
 
 /// A spring as the campaign states it.

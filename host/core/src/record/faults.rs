@@ -11,9 +11,12 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 /// A reading is cut off where so many more samples than next to it are at its end: two and a half times as many are where a
 /// motion that does not decay turns round.
 const PILED_UP: usize = 5;
-/// And at least so many, in at least so many swings.
+/// And at least so many, in at least so many swings, which are more samples apart than noise dips for; and the next
+/// reading is no further than this share of the range.
 const FEWEST_AT_END: usize = 10;
 const FEWEST_SWINGS: usize = 2;
+const DIP: usize = 3;
+const NEXT: f64 = 0.1;
 /// A hole in the angles that were read is so many times as wide as the distance of neighbouring ones (the largest of n
 /// distances of chance is ln n), so many steps of the reading, and this share of the amplitude.
 const HOLE: f64 = 30.0;
@@ -21,6 +24,8 @@ const HOLE_STEPS: f64 = 4.0;
 const HOLE_SHARE: f64 = 0.01;
 /// Share of the samples missing in a hole that are found beside it or at one value.
 const FOUND_BESIDE: f64 = 0.4;
+/// One in so many samples with the same reading is no accident.
+const MANY: usize = 20;
 /// Samples of a cycle below which a hole is chance.
 const FEWEST_OF_CYCLE: f64 = 20.0;
 /// Whole cycles on each side of a jump of the phase.
@@ -30,8 +35,10 @@ const JUMP: f64 = 8.0;
 const SMALLEST_JUMP_RAD: f64 = 0.05;
 /// Amplitudes below this share of the first are not looked at: friction and play bend the phase there.
 const SMALLEST_SHARE: f64 = 0.15;
-/// Successive readings that are hashed together, how many of them are kept, and how many two records must share.
-const BLOCK: usize = 12;
+/// Successive readings that are hashed together (coarse steps make a few of two releases the same), where one in how many
+/// places, how many hashes are kept, and how many two records must share.
+const BLOCK: usize = 200;
+const PLACES: u64 = 8;
 const SKETCH: usize = 64;
 const SHARED: usize = 6;
 
@@ -88,7 +95,7 @@ impl Facts {
 
     /// Whether two records have the same readings.
     pub fn is_same(&self, other: &Self) -> bool {
-        self.content == other.content && !self.sketch.is_empty()
+        self.content == other.content
     }
 
     /// Whether readings of one record are in the other, too.
@@ -108,10 +115,12 @@ fn content(yaw_deg: &[f64]) -> u64 {
     hash(yaw_deg)
 }
 
-/// Hashes of all blocks of successive readings that differ, the smallest of them.
+/// Hashes of blocks of successive readings that begin where the readings themselves say, the smallest of them.
 fn sketch(yaw_deg: &[f64]) -> Vec<u64> {
-    let differ = |block: &&[f64]| block.windows(2).filter(|y| y[0] != y[1]).count() > BLOCK / 2;
-    let mut all: Vec<u64> = yaw_deg.windows(BLOCK).filter(differ).map(hash).collect();
+    let begins = |block: &&[f64]| block[0] != block[1] && hash(&block[..3]) % PLACES == 0;
+    let differ = |block: &&[f64]| block.windows(2).filter(|y| y[0] != y[1]).count() > BLOCK / 8;
+    let blocks = yaw_deg.windows(BLOCK).filter(begins).filter(differ);
+    let mut all: Vec<u64> = blocks.map(hash).collect();
     all.sort_unstable();
     all.dedup();
     all.truncate(SKETCH);
@@ -134,6 +143,7 @@ fn counted(yaw_deg: &[f64]) -> Vec<(f64, usize)> {
 
 fn clipped(yaw_deg: &[f64]) -> Option<Fault> {
     let counted = counted(yaw_deg);
+    let range = counted.last()?.0 - counted[0].0;
     let ends = [counted.iter().take(4).collect::<Vec<_>>(), counted.iter().rev().take(4).collect()];
     let cut = ends.iter().find_map(|end| {
         let (&&(level, count), beside) = end.split_first()?;
@@ -143,12 +153,14 @@ fn clipped(yaw_deg: &[f64]) -> Option<Fault> {
         let mut away = usize::MAX;
         for y in yaw_deg {
             match *y == level {
-                true if away > FEWEST_AT_END => (swings, away) = (swings + 1, 0),
+                true if away > DIP => (swings, away) = (swings + 1, 0),
                 true => away = 0,
                 false => away = away.saturating_add(1),
             }
         }
-        let is_cut = count >= FEWEST_AT_END && count > PILED_UP * next && swings >= FEWEST_SWINGS;
+        let is_near = (beside[0].0 - level).abs() < NEXT * range;
+        let is_cut =
+            count >= FEWEST_AT_END && count > PILED_UP * next && swings >= FEWEST_SWINGS && is_near;
         is_cut.then_some((level, count, swings))
     });
     cut.map(|(level, count, swings)| Fault {
@@ -165,10 +177,17 @@ fn dead_spot(time_s: &[f64], yaw_deg: &[f64], wn: f64) -> Option<Fault> {
     if (time_s.len() as f64) * TAU / wn < FEWEST_OF_CYCLE * span_s {
         return None;
     }
-    let centre = median(&mut yaw_deg.to_vec());
-    let largest = yaw_deg.iter().map(|y| (y - centre).abs()).fold(0.0, f64::max);
+    // A reading that many samples have may be what a worn track falls to.
+    let (most_at, most) = counted(yaw_deg).into_iter().max_by_key(|(_, count)| *count)?;
+    let is_level = most * MANY > yaw_deg.len();
+    let moving: Vec<f64> = yaw_deg.iter().copied().filter(|y| !is_level || *y != most_at).collect();
+    if moving.is_empty() {
+        return None;
+    }
+    let centre = median(&mut moving.clone());
+    let largest = moving.iter().map(|y| (y - centre).abs()).fold(0.0, f64::max);
     let inside: Vec<f64> =
-        yaw_deg.iter().copied().filter(|y| (y - centre).abs() < 0.6 * largest).collect();
+        moving.iter().copied().filter(|y| (y - centre).abs() < 0.6 * largest).collect();
     if inside.len() < 200 {
         return None;
     }
@@ -186,8 +205,9 @@ fn dead_spot(time_s: &[f64], yaw_deg: &[f64], wn: f64) -> Option<Fault> {
     let per_deg = about / (2.0 * (reach - edge));
     let missing = per_deg * gap;
     let at_edges = number(low - edge, low + edge) + number(high - edge, high + edge);
-    let most = counted.iter().map(|(_, count)| *count).max()?;
-    let found = (at_edges - 2.0 * edge * per_deg).max(most as f64 - per_deg * step);
+    // Or the reading before, where a whole step of the motion is longer than the hole.
+    let twice = inside.windows(2).filter(|y| y[0] == y[1]).count() as f64;
+    let found = (at_edges - 2.0 * edge * per_deg).max(most as f64 - per_deg * step).max(twice);
     let passes = yaw_deg.windows(2).filter(|y| (y[0] <= low) != (y[1] <= low)).count();
     let is_hole = missing > HOLE
         && gap > HOLE_STEPS * step
@@ -277,6 +297,7 @@ fn lost_samples(time_s: &[f64], yaw_deg: &[f64], wn: f64) -> Option<Fault> {
 /// Pairs of records, the earlier first, that are the same or share readings; each later one once.
 pub fn copies(facts: &[Facts]) -> Vec<(usize, usize)> {
     let mut seen: HashMap<u64, Vec<usize>> = HashMap::new();
+    let mut whole: HashMap<u64, usize> = HashMap::new();
     let mut found = Vec::new();
     for (later, of) in facts.iter().enumerate() {
         let mut near: Vec<usize> = of
@@ -287,11 +308,10 @@ pub fn copies(facts: &[Facts]) -> Vec<(usize, usize)> {
             .collect();
         near.sort_unstable();
         near.dedup();
-        if let Some(earlier) =
-            near.into_iter().find(|&k| facts[k].is_same(of) || facts[k].shares(of))
-        {
-            found.push((earlier, later));
-        }
+        let same = whole.get(&of.content).copied();
+        let shares = || near.into_iter().find(|&k| facts[k].shares(of));
+        found.extend(same.or_else(shares).map(|earlier| (earlier, later)));
+        whole.entry(of.content).or_insert(later);
         of.sketch.iter().for_each(|hash| seen.entry(*hash).or_default().push(later));
     }
     found

@@ -1,9 +1,9 @@
 //! What would put right the releases that do not go with the others.
 
 use super::super::campaign::Campaign;
+use super::super::doubt::{Doubt, Kind};
 use super::frame::{Frame, Misfit, Node, Place, DISAGREES};
 use super::ranges::{STIFFNESS, WIND};
-use super::{Doubt, Kind};
 use yawrig_shared::axis::Axis;
 
 /// Mistakes that are looked for one after the other.

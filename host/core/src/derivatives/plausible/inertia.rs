@@ -2,8 +2,8 @@
 //! does against what it does to any body.
 
 use super::super::campaign::Campaign;
+use super::super::doubt::{Doubt, Kind};
 use super::frame::{Frame, Line, STIFFNESS_U};
-use super::{Doubt, Kind};
 use yawrig_shared::axis::Axis;
 use yawrig_shared::derivatives::side_force;
 

@@ -1,7 +1,7 @@
 //! What each number of a campaign usually is in its unit, and what it can be.
 
 use super::super::campaign::Campaign;
-use super::{Doubt, Kind};
+use super::super::doubt::{Doubt, Kind};
 
 /// A number's name, unit and ranges, outside of which it is doubted or refused.
 #[derive(Clone, Copy, Debug)]
