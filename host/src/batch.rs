@@ -1,8 +1,10 @@
-//! Many records: on all cores, in memory that does not grow with their number, resumable.
+//! Many records: on all cores, in memory that does not grow with their number, resumable. A stored answer says what it
+//! came from; where record, options or program are others now, it is made again.
 
+use nix::fcntl::{Flock, FlockArg};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::collections::HashSet;
+use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -11,6 +13,8 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_base::interrupt;
 use yawrig_core::identify::{identify, Identification, Method, Settings};
+use yawrig_records::place;
+use yawrig_shared::checksum::crc32;
 
 /// Version of what is written.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -23,8 +27,36 @@ const CHUNK: usize = 64;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Line {
     pub schema_version: u32,
+    /// In a file of answers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub of: Option<Source>,
     #[serde(flatten)]
     pub answer: Answer,
+}
+
+/// What an answer came from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Source {
+    /// Of the record's bytes.
+    pub crc32: String,
+    pub bytes: usize,
+    /// Methods and settings.
+    pub options: String,
+    /// Name and version.
+    pub program: String,
+}
+
+impl Source {
+    /// `None` where the record cannot be read: then it is asked again.
+    fn of(file: &Path, options: &str) -> Option<Self> {
+        let content = std::fs::read(place::parted(file).0).ok()?;
+        Some(Self {
+            crc32: format!("{:08x}", crc32(&content)),
+            bytes: content.len(),
+            options: options.to_owned(),
+            program: format!("yawrig {}", env!("CARGO_PKG_VERSION")),
+        })
+    }
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -48,6 +80,8 @@ pub struct Tally {
     pub refused: usize,
     /// Had an answer already and were skipped.
     pub kept: usize,
+    /// Had an answer of another record, other options or another version.
+    pub stale: usize,
 }
 
 /// Reads and identifies one file. A file that cannot be used is an answer; only an interruption is an error.
@@ -86,10 +120,12 @@ pub fn in_order(
 }
 
 /// Identifies `files` on all cores and appends a line for each to `out` as it comes, in any order. Files that have a
-/// line there already are left alone, so that the same call again goes on where it was stopped.
+/// line there already are left alone, so that the same call again goes on where it was stopped; where that line came
+/// from another record, other options or another version, it is taken out and made again.
 ///
 /// # Errors
-/// Exit 3 where `out` cannot be written or holds something else, 130 when the user stops it; whole lines only.
+/// Exit 3 where `out` cannot be written, holds something else or is being written by another process, 130 when the user
+/// stops it; whole lines only.
 pub fn to_log(
     files: &[PathBuf],
     methods: &[Method],
@@ -97,21 +133,41 @@ pub fn to_log(
     out: &Path,
     progress: impl Fn() + Sync,
 ) -> Result<Tally> {
+    let options = format!("{methods:?} {settings:?}");
+    // A device file may never end.
+    if out.exists() && !out.is_file() {
+        return Err(files::cannot_write(out, &"it is not a file"));
+    }
+    let mut log = locked(out)?;
     let done = finished(out)?;
-    let log = OpenOptions::new()
-        .create(true)
-        .append(true)
-        .open(out)
-        .map_err(|e| files::cannot_write(out, &e))?;
-    let state = Mutex::new((log, Tally::default()));
-    files.par_iter().try_for_each(|file| {
-        if done.contains(&fingerprint(&file.display().to_string())) {
+    let sources: Vec<Option<Source>> =
+        files.par_iter().map(|file| Source::of(file, &options)).collect();
+    let named = |file: &PathBuf| fingerprint(&file.display().to_string());
+    let is_kept = |file: &PathBuf, source: &Option<Source>| {
+        let known = done.get(&named(file));
+        source.as_ref().is_some_and(|source| known == Some(&fingerprint_of(Some(source))))
+    };
+    let stale: Vec<u64> = files
+        .iter()
+        .zip(&sources)
+        .filter(|(file, source)| done.contains_key(&named(file)) && !is_kept(file, source))
+        .map(|(file, _)| named(file))
+        .collect();
+    if !stale.is_empty() {
+        without(out, &stale)?;
+        log = locked(out)?;
+    }
+    let tally = Tally { stale: stale.len(), ..Tally::default() };
+    let state = Mutex::new((log, tally));
+    files.par_iter().zip(&sources).try_for_each(|(file, source)| {
+        if is_kept(file, source) {
             state.lock().unwrap_or_else(|e| e.into_inner()).1.kept += 1;
         } else {
             let answer = answer(file, methods, settings)?;
             let (log, tally) = &mut *state.lock().unwrap_or_else(|e| e.into_inner());
             tally.count(&answer);
-            log.write_all(line(answer)?.as_bytes()).map_err(|e| files::cannot_write(out, &e))?;
+            let line = Line { schema_version: SCHEMA_VERSION, of: source.clone(), answer };
+            log.write_all(text(&line)?.as_bytes()).map_err(|e| files::cannot_write(out, &e))?;
         }
         progress();
         Ok::<(), Error>(())
@@ -119,31 +175,57 @@ pub fn to_log(
     Ok(state.into_inner().unwrap_or_else(|e| e.into_inner()).1)
 }
 
+/// `out` to append to, until it is dropped this process's alone.
+fn locked(out: &Path) -> Result<Flock<File>> {
+    let log = OpenOptions::new()
+        .create(true)
+        .append(true)
+        .open(out)
+        .map_err(|e| files::cannot_write(out, &e))?;
+    Flock::lock(log, FlockArg::LockExclusiveNonblock).map_err(|(_, e)| match e {
+        nix::errno::Errno::EWOULDBLOCK => {
+            Error::data(format!("{} is being written by another yawrig", out.display()))
+                .help("wait for it to end, or give --out another file")
+        }
+        e => files::cannot_write(out, &e),
+    })
+}
+
+/// Takes the lines of these files out of `out`, which is whole at every instant.
+fn without(out: &Path, stale: &[u64]) -> Result<()> {
+    let old = std::fs::read(out).map_err(|e| files::cannot_write(out, &e))?;
+    let is_kept = |line: &&[u8]| {
+        let named: Option<Named> = serde_json::from_slice(line).ok();
+        named.is_none_or(|named| !stale.contains(&fingerprint(&named.file)))
+    };
+    let kept: Vec<&[u8]> = old.split_inclusive(|b| *b == b'\n').filter(is_kept).collect();
+    files::write_atomically(out, &kept.concat())
+}
+
 /// One line of JSON, its end included.
 pub fn line(answer: Answer) -> Result<String> {
-    let line = Line { schema_version: SCHEMA_VERSION, answer };
-    let mut text = serde_json::to_string(&line).map_err(|e| Error::internal(e.to_string()))?;
+    text(&Line { schema_version: SCHEMA_VERSION, of: None, answer })
+}
+
+fn text(line: &Line) -> Result<String> {
+    let mut text = serde_json::to_string(line).map_err(|e| Error::internal(e.to_string()))?;
     text.push('\n');
     Ok(text)
 }
 
-/// The files that have a whole line in `out`, by fingerprint: eight bytes each whatever their names. A last line
-/// without an end, left by a power cut, is taken off.
-fn finished(out: &Path) -> Result<HashSet<u64>> {
-    #[derive(Deserialize)]
-    struct Named {
-        file: String,
-    }
-    let mut done = HashSet::new();
-    // A device file may never end.
-    if out.exists() && !out.is_file() {
-        return Err(files::cannot_write(out, &"it is not a file"));
-    }
-    let log = match File::open(out) {
-        Ok(log) => log,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(done),
-        Err(e) => return Err(files::cannot_write(out, &e)),
-    };
+/// What a line of answers is about.
+#[derive(Deserialize)]
+struct Named {
+    file: String,
+    #[serde(default)]
+    of: Option<Source>,
+}
+
+/// The files that have a whole line in `out` and what it came from, by fingerprints: sixteen bytes each whatever their
+/// names. A last line without an end, left by a power cut, is taken off.
+fn finished(out: &Path) -> Result<HashMap<u64, u64>> {
+    let mut done = HashMap::new();
+    let log = File::open(out).map_err(|e| files::cannot_write(out, &e))?;
     let fail = |e: &dyn std::fmt::Display| Error::data(format!("{}: {e}", out.display()));
     let mut reader = BufReader::new(log);
     let (mut text, mut whole, mut number) = (Vec::new(), 0u64, 0);
@@ -162,7 +244,7 @@ fn finished(out: &Path) -> Result<HashSet<u64>> {
             break;
         }
         let named: Named = serde_json::from_slice(&text).map_err(|_| foreign())?;
-        done.insert(fingerprint(&named.file));
+        done.insert(fingerprint(&named.file), fingerprint_of(named.of.as_ref()));
         whole += text.len() as u64;
         text.clear();
     }
@@ -174,6 +256,10 @@ fn fingerprint(file: &str) -> u64 {
     let mut hasher = DefaultHasher::new();
     file.hash(&mut hasher);
     hasher.finish()
+}
+
+fn fingerprint_of(source: Option<&Source>) -> u64 {
+    fingerprint(&format!("{source:?}"))
 }
 
 impl Tally {

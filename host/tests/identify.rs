@@ -136,6 +136,25 @@ fn a_log_goes_on_where_it_stopped_and_does_not_depend_on_the_order() {
     let all: BTreeSet<String> = names(&log).into_iter().collect();
     assert_eq!((all.len(), names(&log).len()), (6, 6));
 
+    // Another record under the same name is done again, and so is all of it with other options.
+    let content = std::fs::read_to_string(&files[0]).unwrap();
+    std::fs::write(&files[0], content.trim_end().rsplit_once('\n').unwrap().0).unwrap();
+    let said = run(&files, &log);
+    assert!(said.contains("1 identified, 0 refused, 5 already there; 1 of them again"), "{said}");
+    assert_eq!((all.len(), names(&log).len()), (6, 6));
+    let narrower = [&as_text(&files)[..], &["--from-deg", "8", "--out", log.to_str().unwrap()]];
+    let out = yawrig("identify", &narrower.concat());
+    assert!(text(&out.stderr).contains("6 identified, 0 refused, 0 already there"), "{out:?}");
+    run(&files, &log);
+    // Two at once would write every line twice.
+    let held = std::fs::File::open(&log).unwrap();
+    held.lock().unwrap();
+    let out =
+        yawrig("identify", &[&as_text(&files)[..], &["--out", log.to_str().unwrap()]].concat());
+    assert_eq!(out.status.code(), Some(3), "{out:?}");
+    assert!(text(&out.stderr).contains("another yawrig"), "{out:?}");
+    held.unlock().unwrap();
+
     files.reverse();
     let other = folder.path().join("other.jsonl");
     run(&files, &other);

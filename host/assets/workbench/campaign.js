@@ -169,7 +169,8 @@ const tellWrong = (lines, kind = "error") => by("campaign-wrong").replaceChildre
 
 function wrong(found) {
   if (found.wrong.length) return tellWrong(found.wrong);
-  tellWrong([found.is_written ? "nothing is wrong; its records were looked at, too" : "nothing; the records are looked at when it is written", ...(found.doubtful || [])], "caption");
+  if (found.doubtful.length) return tellWrong(["doubtful:", ...found.doubtful, ...found.notes]);
+  tellWrong([found.is_written ? "nothing is wrong; its records were looked at, too" : "nothing; the records are looked at when it is written", ...found.notes], "caption");
 }
 
 async function write() {

@@ -114,6 +114,7 @@ mod tests {
             axis: Axis::Mid,
             wind_speed_m_s,
             wind_speed_u_m_s: None,
+            accept: Vec::new(),
         };
         let releases = [("K1", 0.0), ("K1", 10.0), ("K2", 0.0), ("K2", 10.0)].map(entry);
         let found = identified(&releases, &flags.map(answer), By::Refined);

@@ -1,20 +1,35 @@
 //! All that is wrong with a campaign, at once.
 
 use super::init::MISSING;
-use super::{evaluate, CampaignFile};
+use super::{doubts, looked_at, CampaignFile};
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::derivatives::condition::Identified;
+use yawrig_core::derivatives::plausible::{Doubt, Kind};
+use yawrig_core::derivatives::Computed;
 use yawrig_core::identify::{identify, Method, Settings};
 use yawrig_core::record::Record;
 
-/// What is wrong with a campaign and what is doubtful, in the order of its file.
+/// What is wrong with a campaign and what is doubtful, the errors first, in the order of its file.
 #[derive(Clone, Debug, Default)]
 pub struct Checked {
-    pub wrong: Vec<String>,
-    pub doubtful: Vec<String>,
+    pub doubts: Vec<Doubt>,
+    /// What a reader of its derivatives must know besides.
+    pub notes: Vec<String>,
     pub releases: usize,
     pub springs: usize,
+}
+
+impl Checked {
+    /// What refuses it.
+    pub fn errors(&self) -> impl Iterator<Item = &Doubt> {
+        self.doubts.iter().filter(|doubt| doubt.is_error)
+    }
+
+    /// What does not.
+    pub fn doubtful(&self) -> impl Iterator<Item = &Doubt> {
+        self.doubts.iter().filter(|doubt| !doubt.is_error)
+    }
 }
 
 /// Looks at everything in the campaign at `path`, its records too.
@@ -42,7 +57,9 @@ pub fn check_text(text: &str, path: &Path, records: bool) -> Checked {
         let is_missing = value.contains(MISSING) || value == "nan";
         if is_missing {
             let what = comment.trim().trim_start_matches(MISSING).trim_start_matches(':').trim();
-            checked.wrong.push(format!("{named}, line {}: {key} is missing: {what}", index + 1));
+            let doubt = Doubt::new(Kind::Missing, format!("{key} is missing: {what}"), "");
+            let (file, line) = (Some(named.to_string()), Some(index + 1));
+            checked.doubts.push(Doubt { file, line, ..doubt.field(key).error_if(true) });
         }
         filled += &match (is_missing, key) {
             (true, "axis") => "axis = \"mid\"".to_owned(),
@@ -53,11 +70,11 @@ pub fn check_text(text: &str, path: &Path, records: bool) -> Checked {
         };
         filled.push('\n');
     }
-    let is_whole = checked.wrong.is_empty();
+    let is_whole = checked.doubts.is_empty();
     let file = match CampaignFile::parsed(&filled, path) {
         Ok(file) => file,
         Err(error) => {
-            checked.wrong.push(error.to_string());
+            checked.doubts.push(unplaced(path, Kind::Entry, &error));
             return checked;
         }
     };
@@ -67,28 +84,65 @@ pub fn check_text(text: &str, path: &Path, records: bool) -> Checked {
     springs.dedup();
     checked.springs = springs.len();
     // A spring that is not named has no stiffness either.
-    let faults = file.faults().into_iter().map(|fault| fault.to_string());
-    checked.wrong.extend(faults.filter(|fault| !fault.contains(MISSING)));
+    let faults = file.faults().into_iter().filter(|fault| !fault.to_string().contains(MISSING));
+    checked.doubts.extend(faults.map(|fault| unplaced(path, Kind::Entry, &fault)));
     if is_whole {
-        checked.wrong.extend(file.check_references().err().iter().map(Error::to_string));
+        let reference = file.check_references().err();
+        checked.doubts.extend(reference.iter().map(|e| unplaced(path, Kind::Reference, e)));
     }
-    for index in 0..checked.releases {
-        let looked_at = || if records { found(&file, index).map(drop) } else { Ok(()) };
-        let fault = file.check_record(index).and_then(|()| looked_at());
-        checked.wrong.extend(fault.err().iter().map(Error::to_string));
+    let at = |index, error: &Error| {
+        let line = file.line_in_release(index, None);
+        Doubt { line, release: Some(index), ..unplaced(path, Kind::Record, error) }
+    };
+    if !records {
+        let missing = |index| file.check_record(index).err().map(|error| at(index, &error));
+        checked.doubts.extend((0..checked.releases).filter_map(missing));
+        if checked.doubts.is_empty() {
+            checked.doubts = doubts(&file, &[], &[]);
+        }
+        return checked;
     }
-    if records && checked.wrong.is_empty() {
-        let by = |record: &Record| of(record);
-        match evaluate(&file, "least-squares", &by) {
-            Ok(table) => checked.doubtful = table.notes,
-            Err(error) => checked.wrong.push(error.to_string()),
+    // Each of several bad records is said.
+    let found = match looked_at(&file, &of) {
+        Ok(found) => found,
+        Err(error) => {
+            checked.doubts.push(unplaced(path, Kind::Record, &error));
+            return checked;
+        }
+    };
+    let (mut identified, mut facts) = (Vec::new(), Vec::new());
+    for (index, found) in found.into_iter().enumerate() {
+        match file.check_record(index).and(found) {
+            Ok((of, its)) => (identified.push(of), facts.push(its)).0,
+            Err(error) => checked.doubts.push(at(index, &error)),
+        }
+    }
+    if checked.doubts.is_empty() {
+        checked.doubts = doubts(&file, &identified, &facts);
+        if checked.errors().next().is_none() {
+            match Computed::new(&file.campaign, &identified) {
+                Ok(computed) => checked.notes = computed.notes(),
+                Err(error) => checked.doubts.push(unplaced(path, Kind::Entry, &error.into())),
+            }
         }
     }
     checked
 }
 
-fn found(file: &CampaignFile, index: usize) -> Result<Identified> {
-    of(&yawrig_records::read(&file.record_path(index))?)
+/// An error as it names its place itself.
+fn unplaced(path: &Path, kind: Kind, error: &Error) -> Doubt {
+    let named = path.display().to_string();
+    let rest = error.message.strip_prefix(&format!("{named}, line "));
+    let placed = rest.and_then(|rest| rest.split_once(": "));
+    let (line, what) = match placed.and_then(|(n, what)| Some((n.parse().ok()?, what))) {
+        Some((line, what)) => (Some(line), what),
+        None => {
+            let what = error.message.strip_prefix(&format!("{named}: "));
+            (None, what.unwrap_or(&error.message))
+        }
+    };
+    let doubt = Doubt::new(kind, what, error.help.clone()).error_if(true);
+    Doubt { file: Some(named), line, ..doubt }
 }
 
 fn of(record: &Record) -> Result<Identified> {

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
+use yawrig_core::derivatives::plausible::ranges::{Range, RANGES, STIFFNESS};
 use yawrig_records::format;
 use yawrig_shared::axis::Axis;
 
@@ -25,37 +26,38 @@ pub struct Begun {
 }
 
 /// A number that no name says.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Number {
     #[serde(skip)]
     section: &'static str,
     pub name: &'static str,
     /// With its unit and what is usual.
-    pub what: &'static str,
+    pub what: String,
 }
 
-const fn number(section: &'static str, name: &'static str, what: &'static str) -> Number {
-    Number { section, name, what }
-}
+/// What each of [`RANGES`] is.
+const WORDS: [&str; 5] = [
+    "reference length",
+    "frontal area",
+    "air density (1.2 at 20 C and sea level)",
+    "distance of each spring from the axis",
+    "how far the front axis lies ahead of the middle one",
+];
 
 /// In the order of the file.
-pub const NUMBERS: [Number; 5] = [
-    number("model", "length_m", "reference length, m; usual: 0.2 to 2"),
-    number("model", "frontal_area_m2", "frontal area, m2; usual: 0.005 to 0.5"),
-    number(
-        "air",
-        "density_kg_m3",
-        "air density, kg/m3; usual: 1.1 to 1.3 (1.2 at 20 C and sea level)",
-    ),
-    number("rig", "spring_arm_m", "distance of each spring from the axis, m; usual: 0.05 to 0.5"),
-    number(
-        "rig",
-        "axis_offset_m",
-        "how far the front axis lies ahead of the middle one, m; usual: 0.02 to 0.2",
-    ),
-];
+pub fn numbers() -> Vec<Number> {
+    let number = |(range, what): (&Range, &str)| Number {
+        section: range.section,
+        name: range.name,
+        what: format!("{what}, {}", range.usual_text()),
+    };
+    RANGES.iter().zip(WORDS).map(number).collect()
+}
+
 /// Of one spring.
-pub const STIFFNESS: &str = "N/m; usual: 50 to 5000";
+pub fn stiffness() -> String {
+    STIFFNESS.usual_text()
+}
 
 /// Numbers that are known already.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -180,6 +182,17 @@ fn known_or_missing(name: &str, what: &str, known: Option<&f64>) -> String {
     known.map_or_else(|| missing(name, what), |value| format!("{name} = {value:?}\n"))
 }
 
+/// A line, off as yet, for the standard uncertainty of the entry before it.
+fn uncertainty(name: &str) -> String {
+    let (of, unit) = match name.strip_suffix("_kg_m3") {
+        Some(of) => (of, "kg_m3"),
+        None => name.rsplit_once('_').unwrap_or((name, "")),
+    };
+    format!(
+        "# {of}_u_{unit} = 0.0  # its standard uncertainty; left out it is assumed to be zero\n"
+    )
+}
+
 fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
@@ -197,16 +210,18 @@ fn text(folder: &Path, springs: &[String], found: &[(String, Named)], given: &Gi
          schema_version = 1\n\n[model]\nname = {}\n",
         quoted(&name)
     );
-    for (k, Number { section, name, what }) in NUMBERS.iter().enumerate() {
-        if k > 0 && NUMBERS[k - 1].section != *section {
+    let numbers = numbers();
+    for (k, Number { section, name, what }) in numbers.iter().enumerate() {
+        if k > 0 && numbers[k - 1].section != *section {
             let _ = write!(out, "\n[{section}]\n");
         }
         out += &known_or_missing(name, what, given.numbers.get(*name));
+        out += &uncertainty(name);
     }
     out += "\n[stiffness_n_per_m]  # of one spring; Kr = 2 Ks arm^2\n";
     for spring in springs {
         let known = given.stiffness_n_per_m.get(spring);
-        out += &known_or_missing(&quoted(spring), STIFFNESS, known);
+        out += &known_or_missing(&quoted(spring), &stiffness(), known);
     }
     for (file, named) in found {
         let _ = write!(out, "\n[[release]]\nfile = {}\n", quoted(file));

@@ -13,7 +13,7 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_core::derivatives::campaign::{Campaign, ReleaseEntry};
 use yawrig_core::derivatives::condition::{is_same_speed, Identified};
-use yawrig_core::derivatives::{inertia_kg_m2, Computed};
+use yawrig_core::derivatives::{inertia_kg_m2, plausible, Computed};
 use yawrig_link::condition::check;
 use yawrig_link::follow::flag_names;
 use yawrig_link::live::built_in_rig::BuiltInRig;
@@ -374,7 +374,8 @@ impl Measuring {
     fn derivatives(&self, at: u64) -> Option<Item> {
         let (campaign, identified) = self.so_far();
         let table = Computed::new(&campaign, &identified).ok()?;
-        let table = table.table(&self.file().unwrap_or_default(), "device");
+        let mut table = table.table(&self.file().unwrap_or_default(), "device");
+        table.doubts = plausible::doubts(&campaign, &identified, &[]);
         let text = text(&table, self.file().as_deref());
         Some(Item::Derivatives { at, table: serde_json::to_value(&table).ok()?, text })
     }

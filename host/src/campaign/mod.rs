@@ -6,6 +6,7 @@
 pub mod answers;
 pub mod check;
 mod diagnose;
+pub mod doubted;
 mod evaluate;
 pub mod init;
 pub mod measuring;
@@ -14,7 +15,7 @@ pub mod plan;
 pub mod simulated;
 
 pub use diagnose::{diagnose, diagnose_with_fits};
-pub use evaluate::{evaluate, Identify};
+pub use evaluate::{doubts, evaluate, looked_at, table, Identify};
 
 use serde::Deserialize;
 use std::collections::{HashMap, HashSet};
@@ -33,6 +34,8 @@ pub struct CampaignFile {
     pub campaign: Campaign,
     /// Line of each `[[release]]` in the file, counted from 1.
     pub release_lines: Vec<usize>,
+    /// As it was read, to say on which line an entry stands.
+    text: String,
 }
 
 /// Only the positions of the releases in the text.
@@ -101,13 +104,34 @@ impl CampaignFile {
                 release.spring_stiffness_n_per_m = of_spring.copied().unwrap_or(f64::NAN);
             }
         }
-        Ok(Self { path: path.to_owned(), campaign, release_lines })
+        Ok(Self { path: path.to_owned(), campaign, release_lines, text: text.to_owned() })
     }
 
     /// Where the record of release `index` is.
     pub fn record_path(&self, index: usize) -> PathBuf {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         folder.join(&self.campaign.release[index].file)
+    }
+
+    /// Line of the entry `field` of release `index`, or of the release where it is elsewhere.
+    pub fn line_in_release(&self, index: usize, field: Option<&str>) -> Option<usize> {
+        let first = *self.release_lines.get(index)?;
+        let Some(field) = field else { return Some(first) };
+        let of_entry = lines_from(&self.text, first).find(|(_, line)| is_entry(line, field));
+        let spring = &self.campaign.release[index].spring;
+        let of_spring = || self.line_of_entry(&format!("stiffness_n_per_m.{spring}"));
+        let of_spring = || of_spring().filter(|_| field.starts_with("spring_stiffness"));
+        of_entry.map(|(line, _)| line).or_else(of_spring).or(Some(first))
+    }
+
+    /// Line of `section.entry`.
+    pub fn line_of_entry(&self, name: &str) -> Option<usize> {
+        let (section, entry) = name.split_once('.')?;
+        let head =
+            |line: &str| line.split('#').next().unwrap_or("").trim() == format!("[{section}]");
+        let begins = 1 + self.text.lines().position(head)?;
+        let is_it = |(_, line): &(usize, &str)| is_entry(line, entry);
+        Some(lines_from(&self.text, begins).find(is_it).map_or(begins, |(line, _)| line))
     }
 
     /// An error at release `index`.
@@ -283,6 +307,16 @@ fn is_positive(value: f64) -> bool {
 
 fn is_not_negative(value: f64) -> bool {
     value.is_finite() && value >= 0.0
+}
+
+/// The lines after line `first`, a section's head, up to the next one, counted from 1.
+fn lines_from(text: &str, first: usize) -> impl Iterator<Item = (usize, &str)> {
+    let after = text.lines().enumerate().skip(first).map(|(index, line)| (index + 1, line));
+    after.take_while(|(_, line)| !line.trim_start().starts_with('['))
+}
+
+fn is_entry(line: &str, name: &str) -> bool {
+    line.split('=').next().is_some_and(|key| key.trim().trim_matches('"') == name)
 }
 
 fn line_of(text: &str, offset: usize) -> usize {

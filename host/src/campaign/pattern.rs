@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use yawrig_base::error::{Error, Result};
+use yawrig_core::derivatives::plausible::ranges::speed_unit;
 use yawrig_shared::axis::Axis;
 
 /// Fields that a pattern may have; any other name stands for anything.
@@ -68,7 +69,20 @@ impl Pattern {
             for (field, value) in found {
                 named.take(field, value);
             }
+            if let Some((_, m_s)) = self.unit_of_wind() {
+                named.wind_speed_m_s = named.wind_speed_m_s.map(|speed| speed * m_s);
+            }
             named
+        })
+    }
+}
+
+impl Pattern {
+    /// The unit that stands behind the wind speed in every name, and m/s in one of it.
+    fn unit_of_wind(&self) -> Option<(&'static str, f64)> {
+        self.parts.windows(2).find_map(|pair| match pair {
+            [Part::Field(field), Part::Text(text)] if field == "wind" => speed_unit(text),
+            _ => None,
         })
     }
 }
@@ -118,14 +132,20 @@ fn axis(word: &str) -> Option<Axis> {
     }
 }
 
-/// `10`, `10.5`, `10,5`, `10ms`, `off`.
+/// `10`, `10.5`, `10,5`, `10ms`, `36kmh`, `off`.
 fn wind_m_s(word: &str) -> Option<f64> {
     let lower = word.to_lowercase().replace(',', ".");
     if ["off", "aus", "no", "none"].contains(&lower.as_str()) {
         return Some(0.0);
     }
+    let digits = lower.trim_end_matches(|c: char| !c.is_ascii_digit());
+    let (lower, m_s) = match speed_unit(&lower[digits.len()..]) {
+        Some((_, m_s)) => (digits, m_s),
+        None => (lower.as_str(), 1.0),
+    };
     let number = lower.trim_end_matches("m/s").trim_end_matches("mps").trim_end_matches("ms");
-    number.trim().parse().ok().filter(|speed: &f64| speed.is_finite() && *speed >= 0.0)
+    let speed = number.trim().parse().ok().map(|speed: f64| speed * m_s);
+    speed.filter(|speed| speed.is_finite() && *speed >= 0.0)
 }
 
 #[cfg(test)]
@@ -151,6 +171,11 @@ mod tests {
         );
         assert_eq!(said(usual, "K1_Voff_mid_run1.csv"), Some((k1, Some(Axis::Mid), Some(0.0))));
         assert_eq!(said(usual, "notes.txt"), None);
+        // In km/h, by the pattern or by the name.
+        for pattern in ["{spring}_{wind}kmh_{axis}.csv", "{spring}_{wind}_{axis}.csv"] {
+            let speed = said(pattern, "K1_36kmh_mid.csv").unwrap().2.unwrap();
+            assert!((speed - 10.0).abs() < 1e-12, "{pattern}: {speed}");
+        }
         // A field may hold what stands between fields elsewhere.
         assert_eq!(
             said("{spring}_{wind}.txt", "soft_one_0.txt").unwrap().0.as_deref(),

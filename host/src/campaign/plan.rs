@@ -118,6 +118,7 @@ impl Wanted {
             wind_speed_u_m_s: entry
                 .filter(|e| e.wind_speed_m_s == wind_speed_m_s)
                 .and_then(|e| e.wind_speed_u_m_s),
+            accept: Vec::new(),
         }];
         Ok(Some(Plan { campaign: self.changed(campaign, Some(axis))?, stays: true }))
     }

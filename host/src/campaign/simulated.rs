@@ -60,6 +60,7 @@ pub fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
         axis: record.condition.axis,
         wind_speed_m_s: record.condition.wind_speed_m_s,
         wind_speed_u_m_s: None,
+        accept: Vec::new(),
     });
     Campaign {
         schema_version: SCHEMA_VERSION,
@@ -82,6 +83,7 @@ pub fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
         inertia: None,
         can: None,
         stiffness_n_per_m: Default::default(),
+        accept: Vec::new(),
         release: release.collect(),
     }
 }

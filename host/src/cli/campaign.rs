@@ -1,14 +1,17 @@
 //! `campaign`: the file that says what each record was made under, begun from the records' names and checked.
 
-use super::common::print_line;
+use super::common::{print_json, print_line};
 use crate::campaign::check::check;
+use crate::campaign::doubted;
 use crate::campaign::init::{begin, Begun, MISSING};
 use crate::campaign::pattern::Pattern;
 use crate::campaign::simulated::{refuse_existing, CAMPAIGN_FILE};
 use clap::{Args, Subcommand};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
+use yawrig_core::derivatives::plausible::Doubt;
 use yawrig_text::quoted;
 
 const EXAMPLE: &str = r#"A whole campaign.toml:
@@ -43,7 +46,8 @@ const EXAMPLE: &str = r#"A whole campaign.toml:
 Each number may have its standard uncertainty beside it, as length_u_m = 0.001 (also
 frontal_area_u_m2, density_u_kg_m3, spring_arm_u_m, axis_offset_u_m, clock_u_ppm under [rig],
 mid_u_kg_m2, front_u_kg_m2, and in a release spring_stiffness_u_n_per_m, wind_speed_u_m_s). A
-release may state spring_stiffness_n_per_m itself.
+release may state spring_stiffness_n_per_m itself. accept = ["no_wind"] in a release, or at the top
+of the file, marks doubts of that kind as looked into.
 
 Then: yawrig derivatives campaign.toml"#;
 
@@ -64,6 +68,9 @@ enum Act {
         /// The campaign's file
         #[arg(value_name = "campaign.toml")]
         campaign: PathBuf,
+        /// Print one JSON object
+        #[arg(long)]
+        json: bool,
     },
 }
 
@@ -71,8 +78,8 @@ enum Act {
 struct Init {
     /// The folder with the records
     folder: PathBuf,
-    /// How the records are called, as "{spring}_V{wind}_{axis}_run{n}.csv": {wind} is a speed in m/s or off, {axis} mid
-    /// or front, {n} or any other name stands for anything; folders are parted by /
+    /// How the records are called, as "{spring}_V{wind}_{axis}_run{number}.csv": {wind} is a speed in m/s (in km/h as
+    /// {wind}kmh) or off, {axis} mid or front, {number} or any other name stands for anything; folders are parted by /
     #[arg(long, value_name = "PATTERN")]
     pattern: String,
     /// The file to write [default: campaign.toml in the folder]
@@ -86,7 +93,7 @@ struct Init {
 pub fn run(arguments: &CampaignArgs) -> Result<()> {
     match &arguments.act {
         Act::Init(init) => init.run(),
-        Act::Check { campaign } => checked(campaign),
+        Act::Check { campaign, json } => checked(campaign, *json),
     }
 }
 
@@ -117,24 +124,52 @@ impl Init {
     }
 }
 
-fn checked(campaign: &Path) -> Result<()> {
+/// `campaign check --json`.
+#[derive(Serialize)]
+struct CheckedJson<'a> {
+    schema_version: u32,
+    errors: Vec<&'a Doubt>,
+    doubts: Vec<&'a Doubt>,
+    notes: &'a [String],
+}
+
+fn checked(campaign: &Path, json: bool) -> Result<()> {
     let found = check(campaign)?;
-    for wrong in &found.wrong {
-        print_line(wrong)?;
+    let errors: Vec<&Doubt> = found.errors().collect();
+    if json {
+        let doubts = found.doubtful().collect();
+        let (errors, notes) = (errors.clone(), &found.notes[..]);
+        print_json(&CheckedJson { schema_version: 1, errors, doubts, notes })?;
+    } else {
+        for error in &errors {
+            print_line(&doubted::line(error))?;
+        }
+        let doubtful: Vec<Doubt> = found.doubtful().cloned().collect();
+        for line in doubted::lines(&doubtful) {
+            print_line(&line)?;
+        }
     }
-    if !found.wrong.is_empty() {
-        let (n, s) = (found.wrong.len(), if found.wrong.len() == 1 { "" } else { "s" });
+    if !errors.is_empty() {
+        let (n, s) = (errors.len(), if errors.len() == 1 { "" } else { "s" });
         return Err(Error::data(format!("{}: {n} fault{s}, listed above", campaign.display()))
             .help("correct them and check again"));
     }
-    for doubtful in &found.doubtful {
-        print_line(&format!("Note: {doubtful}"))?;
+    if json {
+        return Ok(());
     }
+    for note in &found.notes {
+        print_line(&format!("Note: {note}"))?;
+    }
+    let open = found.doubtful().filter(|doubt| !doubt.accepted).count();
+    let (releases, springs) = (found.releases, found.springs);
+    let verdict = match open {
+        0 => format!("nothing is wrong with its {releases} releases of {springs} springs"),
+        1 => format!("{releases} releases of {springs} springs, one thing doubtful: see above"),
+        n => format!("{releases} releases of {springs} springs, {n} things doubtful: see above"),
+    };
     print_line(&format!(
-        "{}: nothing is wrong with its {} releases of {} springs; next: yawrig derivatives {}",
+        "{}: {verdict}; next: yawrig derivatives {}",
         campaign.display(),
-        found.releases,
-        found.springs,
         quoted(&campaign.to_string_lossy())
     ))
 }

@@ -1,6 +1,7 @@
 //! Results as CSV: one row a result, names and units in the header.
 
 use super::common::print;
+use crate::campaign::doubted;
 use crate::model::journal::JournalStep;
 use std::fmt::Write as _;
 use yawrig_base::error::Result;
@@ -72,7 +73,8 @@ pub fn identified(found: &Identification) -> String {
 /// A row for each point and method.
 pub fn derivatives(tables: &[Table]) -> Result<()> {
     let mut out = "method,spring,wind_speed_m_s,reduced_frequency,cn_beta_per_rad,cn_beta_u_per_rad,cn_r_per_rad,\
-        cn_r_u_per_rad,cy_beta_per_rad,cy_beta_u_per_rad,cy_r_per_rad,cy_r_u_per_rad\n"
+        cn_r_u_per_rad,cy_beta_per_rad,cy_beta_u_per_rad,cy_r_per_rad,cy_r_u_per_rad,validation_mse_deg2,\
+        flags,doubts,assumed_zero,notes\n"
         .to_owned();
     for table in tables {
         for point in &table.points {
@@ -93,7 +95,18 @@ pub fn derivatives(tables: &[Table]) -> Result<()> {
                 number(*reduced_frequency),
             ];
             let quantities = [Some(*cn_beta), Some(*cn_r), *cy_beta, *cy_r].map(quantity);
-            out += &row(first.into_iter().chain(quantities.into_iter().flatten()));
+            let flags = table.releases_of(point).flat_map(|release| {
+                let of = |flag| format!("{}:{}", release.file, name(flag));
+                release.identified.flags.iter().map(of)
+            });
+            let last = [
+                number(table.validation_mse_deg2(point)),
+                flags.collect::<Vec<_>>().join(" "),
+                table.doubts.iter().map(doubted::line).collect::<Vec<_>>().join("; "),
+                table.assumed_zero.join(" "),
+                table.notes.join("; "),
+            ];
+            out += &row(first.into_iter().chain(quantities.into_iter().flatten()).chain(last));
         }
     }
     print(&out)

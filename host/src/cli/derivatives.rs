@@ -1,8 +1,9 @@
 //! `derivatives`: a campaign of releases to the table of aerodynamic derivatives.
 
-use super::common::{bare, print_json, print_line, AnalysisArgs};
+use super::common::{bare, print_json, print_line, wrapped, AnalysisArgs};
 use super::csv;
 use super::identify::MethodChoice;
+use crate::campaign::doubted;
 use crate::campaign::evaluate;
 use crate::campaign::CampaignFile;
 use clap::Args;
@@ -10,10 +11,12 @@ use serde::Serialize;
 use std::path::PathBuf;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::derivatives::condition::Identified;
-use yawrig_core::derivatives::table::{Budget, ByAxis, Table};
+use yawrig_core::derivatives::table::{ByAxis, InertiaLine, InertiaOrigin, Table};
+use yawrig_core::identify::flag::Flag;
 use yawrig_core::identify::{identify, Method};
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Record;
+use yawrig_text::quoted;
 
 /// Aerodynamic derivatives of a campaign, with uncertainties, budget and validation.
 ///
@@ -77,53 +80,132 @@ fn name(method: Method) -> Result<String> {
     }
 }
 
-/// The table as a reader wants it.
+/// The table as a reader wants it: what could make it wrong first.
 fn text(table: &Table) -> String {
-    let mut text = vec![
-        format!("{} by {}, from {}", table.model, table.method, table.campaign.display()),
+    let mut text =
+        vec![format!("{} by {}, from {}", table.model, table.method, table.campaign.display())];
+    text.extend(doubted::lines(&table.doubts));
+    text.extend(wrapped(&assumptions(table)));
+    text.extend(flags(table).iter().flat_map(|line| wrapped(line)));
+    text.extend(table.notes.iter().flat_map(|note| wrapped(&format!("Note: {note}"))));
+    text.extend([
         inertia_lines(table),
         String::new(),
         point_rows(table).trim_fmt(),
         "per rad, about the middle axis, with standard uncertainties (k = 1).".to_owned(),
-        "Cn_r is the combined damping derivative Cn_r - Cn_betadot: in pure yaw the two are one motion.".to_owned(),
-        "mse: record less the response computed from the derivatives, mean over both axes' releases.".to_owned(),
-    ];
-    text.extend(table.notes.iter().map(|note| format!("Note: {note}")));
+        "Cn_r is the combined damping derivative Cn_r - Cn_betadot: in pure yaw the two".to_owned(),
+        "are one motion. mse: record less the response computed from the derivatives,".to_owned(),
+        "mean over both axes' releases, deg2.".to_owned(),
+    ]);
+    text.extend(repeats(table));
     text.extend([
         String::new(),
         "Where the uncertainty comes from, in percent of the value:".to_owned(),
         budget_rows(table).trim_fmt(),
     ]);
-    if !table.assumed_zero.is_empty() {
-        text.push(format!("Uncertainties assumed zero: {}", table.assumed_zero.join(", ")));
+    text.join("\n")
+}
+
+/// Which uncertainties nobody has given: the u below lacks them.
+fn assumptions(table: &Table) -> String {
+    match table.assumed_zero.is_empty() {
+        true => "Every uncertainty of the instruments is stated.".to_owned(),
+        false => format!(
+            "Each u below is a lower bound; assumed zero: {}",
+            table.assumed_zero.join(", ")
+        ),
     }
+}
+
+/// What was remarked of releases: each remark once, with the releases, and where to look.
+fn flags(table: &Table) -> Vec<String> {
+    let mut said: Vec<(Flag, Vec<&str>)> = Vec::new();
     for release in &table.releases {
-        for flag in &release.identified.flags {
-            text.push(format!("{}: {}", release.file, flag.reason()));
+        for &flag in &release.identified.flags {
+            match said.iter_mut().find(|(known, _)| *known == flag) {
+                Some((_, files)) => files.push(&release.file),
+                None => said.push((flag, vec![&release.file])),
+            }
         }
     }
-    text.join("\n")
+    let line = |(flag, files): (Flag, Vec<&str>)| {
+        let which = match files.len() {
+            n if n > 4 => format!("{n} of {} releases, {} first", table.releases.len(), files[0]),
+            _ => files.join(", "),
+        };
+        let next = match flag {
+            Flag::ResidualAboveNoise => {
+                format!(
+                    "; what is missing: yawrig diagnose {}",
+                    quoted(&table.campaign.to_string_lossy())
+                )
+            }
+            _ => String::new(),
+        };
+        format!("{which}: {}{next}", flag.reason())
+    };
+    said.into_iter().map(line).collect()
+}
+
+/// What was released several times: mean, scatter and number, and the scatter against what the fits state.
+fn repeats(table: &Table) -> Vec<String> {
+    let repeated: Vec<_> = table.conditions.iter().filter(|c| c.scatter.is_some()).collect();
+    if repeated.is_empty() {
+        return Vec::new();
+    }
+    let mut rows = bare(&[
+        "spring", "axis", "V m/s", "n", "wn rad/s", "sd", "chi2/n-1", "zeta", "sd", "chi2/n-1",
+    ]);
+    for c in repeated {
+        let Some(scatter) = &c.scatter else { continue };
+        let chi = |chi: Option<f64>, birge: f64| {
+            let widened = if birge > 1.0 { " w" } else { "" };
+            chi.map_or("-".to_owned(), |chi| format!("{chi:.2}{widened}"))
+        };
+        let birge = c.birge_ratio.map_or([1.0; 2], |b| [b.natural_frequency, b.damping]);
+        rows.add_row(vec![
+            c.spring.clone(),
+            c.axis.to_string(),
+            format!("{:.4}", c.wind_speed_m_s)
+                .trim_end_matches('0')
+                .trim_end_matches('.')
+                .to_owned(),
+            c.repeats.to_string(),
+            c.natural_frequency_rad_s.to_string(),
+            format!("{:.2e}", scatter.natural_frequency_rad_s),
+            chi(scatter.natural_frequency_chi_squared, birge[0]),
+            c.damping_ratio.to_string(),
+            format!("{:.2e}", scatter.damping_ratio),
+            chi(scatter.damping_chi_squared, birge[1]),
+        ]);
+    }
+    vec![
+        String::new(),
+        "Repeats: mean, standard deviation between releases, chi squared a degree of".to_owned(),
+        "freedom against what the fits state (w: the mean's u is widened for it):".to_owned(),
+        rows.trim_fmt(),
+    ]
 }
 
 fn inertia_lines(table: &Table) -> String {
     let ByAxis { mid, front } = table.inertia_kg_m2;
-    let lines =
-        [("middle", mid, table.inertia_line.mid), ("front", front, table.inertia_line.front)];
-    lines
-        .into_iter()
-        .filter_map(|(axis, inertia, line)| {
-            let inertia = inertia?;
-            let origin = match line {
-                Some(line) => format!(
-                    "from {} springs, Kr intercept {} N m/rad",
-                    line.springs, line.intercept_nm
-                ),
-                None => "given, or from one spring".to_owned(),
-            };
-            Some(format!("Izz about the {axis} axis {inertia} kg m2 ({origin})"))
-        })
-        .collect::<Vec<_>>()
-        .join("\n")
+    let axes = [
+        ("middle", mid, table.inertia_origin.mid, table.inertia_line.mid),
+        ("front", front, table.inertia_origin.front, table.inertia_line.front),
+    ];
+    let line = |(axis, inertia, origin, line): (&str, Option<Quantity>, _, Option<InertiaLine>)| {
+        let inertia = inertia?;
+        let origin = match (origin, line) {
+            (_, Some(line)) => format!(
+                "from {} springs,\n  Kr intercept {} N m/rad",
+                line.springs, line.intercept_nm
+            ),
+            (Some(InertiaOrigin::Given), _) => "given in the campaign's file".to_owned(),
+            _ => "from one spring,\n  other stiffness taken as zero".to_owned(),
+        };
+        Some(format!("Izz about the {axis} axis {inertia} kg m2 ({origin})"))
+    };
+    axes.into_iter().filter_map(line).collect::<Vec<_>>().join("\n")
 }
 
 fn point_rows(table: &Table) -> comfy_table::Table {
@@ -137,18 +219,9 @@ fn point_rows(table: &Table) -> comfy_table::Table {
         "Cy_r",
         "mse deg²",
     ]);
-    let shown = |quantity: Option<Quantity>| quantity.map_or("-".to_owned(), |q| format!("{q:.4}"));
+    let shown = |quantity: Option<Quantity>| quantity.map_or("-".to_owned(), |q| q.to_string());
     for point in &table.points {
-        let errors: Vec<f64> = table
-            .releases
-            .iter()
-            .filter(|r| r.spring == point.spring && r.wind_speed_m_s > 0.0)
-            .filter(|r| {
-                (r.wind_speed_m_s - point.wind_speed_m_s).abs() < 0.05 * point.wind_speed_m_s
-            })
-            .filter_map(|r| r.validation_mse_deg2)
-            .collect();
-        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        let mean = table.validation_mse_deg2(point);
         rows.add_row(vec![
             point.spring.clone(),
             format!("{:.4}", point.wind_speed_m_s)
@@ -160,7 +233,7 @@ fn point_rows(table: &Table) -> comfy_table::Table {
             shown(Some(point.cn_r)),
             shown(point.cy_beta),
             shown(point.cy_r),
-            if errors.is_empty() { "-".to_owned() } else { format!("{mean:.5}") },
+            if mean.is_nan() { "-".to_owned() } else { format!("{mean:.5}") },
         ]);
     }
     rows
@@ -168,16 +241,7 @@ fn point_rows(table: &Table) -> comfy_table::Table {
 
 fn budget_rows(table: &Table) -> comfy_table::Table {
     let mut rows = bare(&[
-        "spring",
-        "",
-        "all",
-        "fit",
-        "repeatability",
-        "inertia",
-        "air density",
-        "wind speed",
-        "geometry",
-        "clock",
+        "spring", "", "all", "fit", "repeat", "inertia", "density", "wind", "geometry", "clock",
     ]);
     for point in &table.points {
         let budget = &point.budget;
@@ -194,11 +258,8 @@ fn budget_rows(table: &Table) -> comfy_table::Table {
                 share if share < 0.0005 => "<0.001".to_owned(),
                 share => format!("{share:.3}"),
             };
-            let Budget { repeatability, fit, inertia, air_density, wind_speed, geometry, clock } =
-                budget;
             let mut row = vec![point.spring.clone(), name.to_owned(), percent(quantity.u)];
-            let sources = [fit, repeatability, inertia, air_density, wind_speed, geometry, clock];
-            row.extend(sources.into_iter().map(percent));
+            row.extend(budget.sources().map(|(_, u)| percent(u)));
             rows.add_row(row);
         }
     }

@@ -37,7 +37,8 @@ pub struct Identify {
     /// Print a line of JSON for each record
     #[arg(long, conflicts_with = "out")]
     pub jsonl: bool,
-    /// Append a line of JSON for each record to this file as it comes; files that have one are not done again
+    /// Append a line of JSON for each record to this file as it comes; files
+    /// that have one are not done again, unless record, options or version have changed
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
 }
@@ -70,8 +71,14 @@ impl Identify {
             let bar = bar(files.len() as u64, "identifying");
             let tally = batch::to_log(&files, methods, &settings, out, || bar.inc(1))?;
             bar.finish_and_clear();
+            let stale = match tally.stale {
+                0 => String::new(),
+                n => format!(
+                    "; {n} of them again: the record, the options or the version had changed"
+                ),
+            };
             crate::say!(
-                "{}: {} identified, {} refused, {} already there",
+                "{}: {} identified, {} refused, {} already there{stale}",
                 out.display(),
                 tally.identified,
                 tally.refused,

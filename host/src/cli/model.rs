@@ -84,6 +84,10 @@ pub fn summary(revision: &Revision) -> String {
             <std::option::Option<yawrig_core::effects::Effect> as Clone>::clone(&revision.removed)
                 .map_or_else(String::new, |effect| format!(" for {effect}"));
         let _ = write!(out, "; difference of BIC{of} {evidence:.1}");
+        if let Some(effect) = revision.added.as_ref().filter(|_| evidence < 0.0) {
+            let _ =
+                write!(out, "\n  {effect} does not help: it costs more numbers than it explains");
+        }
     }
     out.push('\n');
     for c in &a.conditions {

@@ -4,13 +4,14 @@ use super::common::{bar, network_id, print_json, print_line, SCHEMA_VERSION};
 use crate::model::training;
 use clap::Args;
 use indicatif::ProgressBar;
+use std::io::Read as _;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_base::interrupt;
-use yawrig_shared::blob::{EffectIds, Envelope};
+use yawrig_shared::blob::{EffectIds, Envelope, MAGIC};
 use yawrig_shared::features::{FeatureKind, FEATURES};
 use yawrig_train::augmented::{Augmented, Source};
 use yawrig_train::continued::Unfinished;
@@ -272,9 +273,24 @@ fn job(arguments: &Train) -> Result<Job> {
     Ok(Job { settings, model, from: None, out })
 }
 
+/// # Errors
+/// Exit 2 where something else than a network is at `out`.
+fn refuse_others(out: &Path) -> Result<()> {
+    let mut head = [0; MAGIC.len()];
+    let read = std::fs::File::open(out).and_then(|mut file| file.read_exact(&mut head));
+    match read {
+        Ok(()) if head == MAGIC => Ok(()),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        _ if out.metadata().is_ok_and(|there| there.len() == 0) => Ok(()),
+        _ => Err(Error::usage(format!("{} is there and is no network", out.display()))
+            .help("give --out another name, as network.yrn, or move that file away")),
+    }
+}
+
 pub fn run(arguments: &Train) -> Result<()> {
     let Job { settings, model, from, out } = job(arguments)?;
     files::check_writable(&out)?;
+    refuse_others(&out)?;
     let begun = Instant::now();
     let mut bar = Bar::new((settings.training.epochs * settings.training.restarts) as u64);
     let outcome = match &from {

@@ -80,6 +80,7 @@ pub fn report(
         .iter()
         .map(|(point, t)| report::PointReport {
             truth: Some([t.cn_beta, t.cn_r, t.cy_beta, t.cy_r]),
+            budget: None,
             ..report::PointReport::from(point)
         })
         .collect();

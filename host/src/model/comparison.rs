@@ -89,6 +89,12 @@ pub fn compare(comparison: &Comparison) -> Result<Revision> {
     let mut current = Current::fitted(&model, &data)?;
     let mut change = Change::to(&current, &data)?;
     for effect in &comparison.effects {
+        if current.model.effect(effect.clone()).is_some() {
+            crate::say!(
+                "{effect} is in the model already: all of it is fitted, with nothing on top"
+            );
+            continue;
+        }
         check_addable(&current.model, effect.clone())?;
         let outer = tried(&current, &data, effect.clone())?;
         let mut next = Change::to(&outer, &data)?;

@@ -10,7 +10,9 @@ mod of_model;
 mod of_models;
 mod of_records;
 mod sections;
+mod table;
 pub mod trace;
+mod trust;
 
 pub use of_campaign::of_campaign;
 pub use of_model::of_model;
@@ -22,6 +24,8 @@ use std::path::Path;
 use std::time::SystemTime;
 use trace::Trace;
 use yawrig_base::error::{Error, Result};
+use yawrig_core::derivatives::plausible::Doubt;
+use yawrig_core::derivatives::table::{PointBudget, SpringRow};
 use yawrig_core::diagnosis::amplitude::AmplitudePicture;
 use yawrig_core::diagnosis::compare::Where;
 use yawrig_core::identify::AtAmplitude;
@@ -56,7 +60,15 @@ pub struct Report {
     pub sources: Vec<SourceFile>,
     /// One sentence.
     pub verdict: String,
+    /// What could make it wrong.
+    #[serde(default)]
+    pub doubts: Vec<Doubt>,
+    /// Entries of a campaign left out, whose uncertainty is taken as zero.
+    #[serde(default)]
+    pub assumed_zero: Vec<String>,
     pub inertia_kg_m2: Vec<(Axis, Quantity)>,
+    #[serde(default)]
+    pub springs: Vec<SpringRow>,
     pub points: Vec<PointReport>,
     /// The same points before effects were added, where there are any.
     pub points_before: Vec<PointReport>,
@@ -154,6 +166,9 @@ pub struct PointReport {
     pub cy_r: Option<Quantity>,
     /// Planted; cn_beta, cn_r, cy_beta, cy_r.
     pub truth: Option<[f64; 4]>,
+    /// What the uncertainties are made of.
+    #[serde(default)]
+    pub budget: Option<PointBudget>,
 }
 
 impl From<&yawrig_core::derivatives::table::Point> for PointReport {
@@ -167,6 +182,7 @@ impl From<&yawrig_core::derivatives::table::Point> for PointReport {
             cy_beta: p.cy_beta,
             cy_r: p.cy_r,
             truth: None,
+            budget: Some(p.budget),
         }
     }
 }
@@ -324,6 +340,9 @@ impl Report {
             settings: Vec::new(),
             sources: Vec::new(),
             verdict: String::new(),
+            doubts: Vec::new(),
+            assumed_zero: Vec::new(),
+            springs: Vec::new(),
             inertia_kg_m2: Vec::new(),
             points: Vec::new(),
             points_before: Vec::new(),

@@ -44,6 +44,7 @@ pub fn of_campaign(
     report.settings = analysis(settings);
     let campaign = &file.campaign;
     report.settings.extend([
+        SettingRow::new("campaign", path.display(), ""),
         SettingRow::new("model", &campaign.model.name, ""),
         SettingRow::new("length", campaign.model.length_m, "m"),
         SettingRow::new("frontal area", campaign.model.frontal_area_m2, "m²"),
@@ -61,10 +62,10 @@ pub fn of_campaign(
         report.points_before = derivatives.before.iter().map(PointReport::from).collect();
         report.points = derivatives.after.iter().map(PointReport::from).collect();
     }
-    if !table.assumed_zero.is_empty() {
-        let list = table.assumed_zero.join(", ");
-        report.notes.push(format!("Uncertainties assumed zero: {list}."));
-    }
+    report.title = campaign.model.name.clone();
+    report.doubts = table.doubts.clone();
+    report.assumed_zero = table.assumed_zero.clone();
+    report.springs = table.springs.clone();
     report.notes.extend(table.notes.iter().cloned());
     report.criticism = Some(criticism(&diagnosed));
     for index in 0..count {

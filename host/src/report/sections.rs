@@ -2,6 +2,8 @@
 
 use super::charts::{self, Chart};
 use super::escape::escaped;
+use super::table::table;
+use super::trust::{budget, doubts, springs};
 use super::{Criticism, EffectFound, Estimate, PointReport, ReleaseReport, Report};
 use crate::plot::Plot;
 use std::fmt::Write as _;
@@ -16,6 +18,7 @@ pub fn body(report: &Report) -> Result<String> {
             sections.push((id, title, text));
         }
     };
+    add("doubts", "What could make it wrong", doubts(report));
     add("derivatives", "Derivatives", derivatives(report)?);
     if let Some(criticism) = &report.criticism {
         add("model", "What the second-order model lacks", lacking(criticism)?);
@@ -65,32 +68,6 @@ fn figure(chart: &Chart) -> Result<String> {
     ))
 }
 
-/// The first `left` columns are text. Cells are HTML already; a column of dashes is left out.
-fn table<R: IntoIterator<Item = String>>(
-    header: &[&str],
-    left: usize,
-    rows: impl IntoIterator<Item = R>,
-) -> String {
-    let rows: Vec<Vec<String>> = rows.into_iter().map(|row| row.into_iter().collect()).collect();
-    let says = |k: &usize| rows.iter().any(|row| row.get(*k).is_some_and(|cell| cell != "-"));
-    let columns: Vec<usize> = (0..header.len()).filter(says).collect();
-    let class = |k: usize| if k < left { " class=\"text\"" } else { "" };
-    let mut out = "<div class=\"wide\"><table>\n<thead><tr>".to_owned();
-    for &k in &columns {
-        let _ = write!(out, "<th{}>{}</th>", class(k), escaped(header[k]));
-    }
-    out.push_str("</tr></thead>\n<tbody>\n");
-    for row in &rows {
-        out.push_str("<tr>");
-        for &k in &columns {
-            let _ = write!(out, "<td{}>{}</td>", class(k), row.get(k).map_or("-", String::as_str));
-        }
-        out.push_str("</tr>\n");
-    }
-    out.push_str("</tbody></table></div>\n");
-    out
-}
-
 fn shown(q: Option<Quantity>) -> String {
     q.map_or("-".to_owned(), quantity)
 }
@@ -114,6 +91,7 @@ fn derivatives(report: &Report) -> Result<String> {
     if !inertia.is_empty() {
         let _ = writeln!(out, "<p>Izz: {}.</p>", inertia.join("; "));
     }
+    out.push_str(&springs(report));
     out.push_str(&figure(&charts::derivatives(report))?);
     let before = report.points_before.as_slice();
     match before.is_empty() {
@@ -128,6 +106,7 @@ fn derivatives(report: &Report) -> Result<String> {
          <b>Cn_r is the combined damping derivative Cn_r - Cn_betadot</b>: in pure yaw about a fixed axis yaw rate and \
          rate of sideslip are one motion, and no free-oscillation rig tells them apart.</p>\n",
     );
+    out.push_str(&budget(&report.points));
     Ok(out)
 }
 

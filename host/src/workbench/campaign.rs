@@ -1,8 +1,9 @@
 //! A campaign.toml made on the page, as `yawrig campaign init` makes it.
 
 use super::app::App;
-use crate::campaign::check::{check, check_text};
-use crate::campaign::init::{begun, placed, records, Begun, Given, Placing, NUMBERS, STIFFNESS};
+use crate::campaign::check::{check, check_text, Checked};
+use crate::campaign::doubted;
+use crate::campaign::init::{begun, numbers, placed, records, stiffness, Begun, Given, Placing};
 use crate::campaign::pattern::{Named, Pattern};
 use crate::campaign::simulated::{refuse_existing, CAMPAIGN_FILE};
 use crate::campaign::CampaignFile;
@@ -64,8 +65,8 @@ pub fn begin(folder: &str) -> Result<Value> {
     Ok(json!({
         "folder": name,
         "files": records(&path)?,
-        "numbers": NUMBERS,
-        "stiffness": STIFFNESS,
+        "numbers": numbers(),
+        "stiffness": stiffness(),
         "exists": file_of(&path).exists(),
     }))
 }
@@ -101,7 +102,7 @@ impl CampaignForm {
     /// Exit 2 for a folder that is not below this one.
     pub fn check(self) -> Result<Value> {
         let (out, text) = self.text()?;
-        Ok(json!({ "wrong": check_text(&text, &out, false).wrong }))
+        Ok(told(&check_text(&text, &out, false)))
     }
 
     /// Writes the file, looks at everything in it, and opens it where nothing is wrong and no campaign is open.
@@ -115,11 +116,20 @@ impl CampaignForm {
         }
         files::write_atomically(&out, text.as_bytes())?;
         let checked = check(&out)?;
-        let is_open = checked.wrong.is_empty() && open(app, &out)?;
-        Ok(json!({
-            "file": out.display().to_string(), "wrong": checked.wrong, "doubtful": checked.doubtful, "is_open": is_open,
-        }))
+        let is_open = checked.errors().next().is_none() && open(app, &out)?;
+        let mut told = told(&checked);
+        told["file"] = json!(out.display().to_string());
+        told["is_open"] = json!(is_open);
+        Ok(told)
     }
+}
+
+/// What is wrong and what is doubtful, a line each.
+fn told(checked: &Checked) -> Value {
+    let wrong: Vec<String> = checked.errors().map(doubted::line).collect();
+    let open = checked.doubtful().filter(|doubt| !doubt.accepted);
+    let doubtful: Vec<String> = open.map(doubted::line).collect();
+    json!({ "wrong": wrong, "doubtful": doubtful, "notes": checked.notes })
 }
 
 /// Lists the releases of the campaign at `path`. Whether there was none.

@@ -7,6 +7,7 @@ mod condition;
 mod demo;
 mod devices;
 mod doctor;
+mod doubts;
 mod export;
 mod files;
 mod foreign;

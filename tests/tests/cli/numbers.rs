@@ -78,63 +78,65 @@ fn a_campaign_in_the_wrong_units_is_refused_or_doubted_at_its_entry() {
     let folder = folder.path();
     campaign(folder);
     let clean = run(folder, "derivatives c/campaign.toml --json").exits(0).json();
-    let notes = |table: &Value| table["notes"].to_string();
+    let doubts = |table: &Value| table["doubts"].to_string();
     let by_network = run(folder, "derivatives c/campaign.toml --json --method network").exits(0);
     let noisy = by_network.stdout.matches("residual_above_noise").count();
     assert!(noisy < 8, "{noisy} of 32 clean releases");
-    for word in ["exchanged", "disagrees", "is it in N/m", "kg/m3"] {
-        assert!(!notes(&clean).contains(word), "{clean}");
-    }
+    assert_eq!(clean["doubts"], serde_json::json!([]), "{clean}");
     let sound = std::fs::read_to_string(folder.join("c/campaign.toml")).expect("a campaign");
     let changed = |from: &str, to: &str| {
         std::fs::write(folder.join("c/campaign.toml"), &sound).expect("room for it");
         edit(folder, "c/campaign.toml", from, to);
         run(folder, "derivatives c/campaign.toml --json")
     };
-    // One spring in N/mm; the stiffest one turns the sign of the inertia.
+    // One spring in N/mm.
     let line = |of: &str| {
         let text = std::fs::read_to_string(folder.join("c/campaign.toml")).expect("a campaign");
         1 + text.lines().position(|l| l.contains(of)).expect(of)
     };
-    let ended = changed("spring_stiffness_n_per_m = 2594.0", "spring_stiffness_n_per_m = 2.594");
-    let place = format!("campaign.toml, line {}", line("K8-") - 1);
-    match ended.report().contains("no body has") {
-        true => drop(ended.exits(3).says(&place).says("spring K8").helps()),
-        false => {
-            let text = notes(&ended.exits(0).json());
-            assert!(text.contains(&place) && text.contains("is it in N/m"), "{text}");
-        }
+    for (spring, from) in [("K8", "2594.0"), ("K5", "1051.0")] {
+        let to = from.parse::<f64>().expect("a number") / 1000.0;
+        let of = "spring_stiffness_n_per_m = ";
+        let ended = changed(&format!("{of}{from}"), &format!("{of}{to}"));
+        let place = format!("campaign.toml, line {}", line(&format!("{of}{to}")));
+        ended.exits(3).says(&place).says(&format!("spring {spring}")).says("is it in N/m").helps();
     }
-    let text = notes(
-        &changed("spring_stiffness_n_per_m = 1051.0", "spring_stiffness_n_per_m = 1.051")
-            .exits(0)
-            .json(),
-    );
-    assert!(text.contains("spring K5") && text.contains("is it in N/m"), "{text}");
     // A tenth off is seen against the other springs.
-    let text = notes(
-        &changed("spring_stiffness_n_per_m = 1051.0", "spring_stiffness_n_per_m = 1510.0")
-            .exits(0)
-            .json(),
+    let table = changed("spring_stiffness_n_per_m = 1051.0", "spring_stiffness_n_per_m = 1510.0")
+        .exits(0)
+        .json();
+    let text = doubts(&table);
+    assert!(text.contains("spring K5 disagrees") && text.contains("K5-mid-off.csv"), "{text}");
+    assert_eq!(table["doubts"][0]["line"], line("spring_stiffness_n_per_m = 1510.0"), "{text}");
+    // Looked into and right all the same.
+    edit(
+        folder,
+        "c/campaign.toml",
+        "schema_version = 1",
+        "schema_version = 1\naccept = [\"spring_disagrees\"]",
     );
-    assert!(text.contains("spring K5 disagrees"), "{text}");
+    let table = run(folder, "derivatives c/campaign.toml --json").exits(0).json();
+    assert_eq!(table["doubts"][0]["accepted"], true, "{table}");
+    let text = run(folder, "derivatives c/campaign.toml").exits(0).stdout;
+    assert!(!text.contains("K5 disagrees") && text.contains("accepted in the file"), "{text}");
+    let check = run(folder, "campaign check c/campaign.toml").exits(0).stdout;
+    assert!(check.contains("nothing is wrong"), "{check}");
+    edit(folder, "c/campaign.toml", "spring_disagrees", "springs_disagree");
+    run(folder, "derivatives c/campaign.toml").exits(3).says("spring_disagrees").helps();
     // An arm in mm.
     changed("spring_arm_m = 0.1", "spring_arm_m = 100.0")
         .exits(3)
-        .says("denser than any metal")
+        .says("in mm")
         .says("spring_arm_m")
         .helps();
-    changed("spring_arm_m = 0.1", "spring_arm_m = 0.001").exits(3).says("lighter than air").helps();
+    changed("spring_arm_m = 0.1", "spring_arm_m = 0.002").exits(3).says("lighter than air").helps();
     // Wind on and off exchanged on one spring.
     let swapped = sound.replace("K3-mid-off.csv", "KX").replace("K3-mid-on.csv", "K3-mid-off.csv");
     let swapped = swapped.replace("KX", "K3-mid-on.csv");
     assert_ne!(swapped, sound, "{sound}");
     std::fs::write(folder.join("c/campaign.toml"), swapped).expect("room for it");
-    let text = notes(&run(folder, "derivatives c/campaign.toml --json").exits(0).json());
-    assert!(
-        text.contains("exchanged") && text.contains("K3-mid-on.csv, with the wind off"),
-        "{text}"
-    );
+    let text = doubts(&run(folder, "derivatives c/campaign.toml --json").exits(0).json());
+    assert!(text.contains("wind_exchanged") && text.contains("K3-mid-on.csv"), "{text}");
 }
 
 #[test]

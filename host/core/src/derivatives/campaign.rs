@@ -3,6 +3,7 @@
 //! Every `..._u_...` entry is the standard uncertainty of the entry it is named after, in its unit; left out,
 //! it is taken as zero and said to be.
 
+use super::doubt::Kind;
 use crate::plan::Can;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -36,6 +37,9 @@ pub struct Campaign {
     /// Of each spring by its name, for releases that do not say it themselves, N/m.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub stiffness_n_per_m: BTreeMap<String, f64>,
+    /// Doubts about any of it that were looked into and are not said any more.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub accept: Vec<Kind>,
     /// The releases, wind off and on, in the order of the file.
     #[serde(default)]
     pub release: Vec<ReleaseEntry>,
@@ -128,4 +132,7 @@ pub struct ReleaseEntry {
     /// Standard uncertainty of `wind_speed_m_s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wind_speed_u_m_s: Option<f64>,
+    /// Doubts about it that were looked into and are not said any more.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub accept: Vec<Kind>,
 }

@@ -4,7 +4,9 @@ use super::campaign::{Campaign, ReleaseEntry};
 use super::condition::{group, Condition, Identified};
 use super::inputs::{axis_index, uncertain, Inputs, Layout};
 use super::propagation::Propagation;
-use super::table::{ByAxis, ConditionRow, InertiaLine, ReleaseRow, Table};
+use super::table::{
+    ByAxis, ConditionRow, InertiaLine, InertiaOrigin, ReleaseRow, SpringRow, Table,
+};
 use crate::error::{Error, Result};
 use crate::quantity::Quantity;
 use std::path::Path;
@@ -29,6 +31,7 @@ use yawrig_shared::modal::Modal;
 ///     axis: Axis::Mid,
 ///     wind_speed_m_s,
 ///     wind_speed_u_m_s: None,
+///     accept: Vec::new(),
 /// };
 /// let campaign = Campaign {
 ///     schema_version: SCHEMA_VERSION,
@@ -50,6 +53,7 @@ use yawrig_shared::modal::Modal;
 ///     inertia: Some(InertiaEntry { mid_kg_m2: Some(0.5), ..InertiaEntry::default() }),
 ///     can: None,
 ///     stiffness_n_per_m: Default::default(),
+///     accept: Vec::new(),
 ///     release: vec![release("off.csv", 0.0), release("on.csv", 10.0)],
 /// };
 /// let identified = [(8.0, 0.010), (7.9, 0.015)].map(|(wn, zeta)| Identified {
@@ -111,15 +115,25 @@ impl<'a> Computed<'a> {
                 mid: propagation.inertia(Axis::Mid),
                 front: propagation.inertia(Axis::Front),
             },
+            inertia_origin: ByAxis {
+                mid: self.inertia_origin(Axis::Mid),
+                front: self.inertia_origin(Axis::Front),
+            },
+            springs: self.springs(),
             inertia_line: ByAxis {
                 mid: self.inertia_line(Axis::Mid),
                 front: self.inertia_line(Axis::Front),
             },
             points: propagation.points(&self.conditions),
-            conditions: self.conditions.iter().map(ConditionRow::of).collect(),
+            conditions: self
+                .conditions
+                .iter()
+                .map(|condition| ConditionRow::of(condition, self.identified))
+                .collect(),
             releases: self.campaign.release.iter().zip(self.identified).map(row).collect(),
             assumed_zero: assumed_zero(self.campaign),
             notes: self.notes(),
+            doubts: Vec::new(),
         }
     }
 
@@ -164,7 +178,33 @@ impl<'a> Computed<'a> {
         })
     }
 
-    fn notes(&self) -> Vec<String> {
+    fn inertia_origin(&self, axis: Axis) -> Option<InertiaOrigin> {
+        let known = self.campaign.inertia.clone().unwrap_or_default();
+        let known = [known.mid_kg_m2, known.front_kg_m2][axis_index(axis)];
+        if known.is_some() {
+            return Some(InertiaOrigin::Given);
+        }
+        self.layout.inertia_kg_m2(&self.inputs, axis)?;
+        Some(match self.layout.line(&self.inputs, axis) {
+            Some(_) => InertiaOrigin::Line,
+            None => InertiaOrigin::OneSpring,
+        })
+    }
+
+    fn springs(&self) -> Vec<SpringRow> {
+        let mut springs: Vec<SpringRow> = Vec::new();
+        for entry in &self.campaign.release {
+            if springs.iter().all(|row| row.spring != entry.spring) {
+                let u = entry.spring_stiffness_u_n_per_m.unwrap_or(0.0);
+                let stiffness_n_per_m = Quantity::new(entry.spring_stiffness_n_per_m, u);
+                springs.push(SpringRow { spring: entry.spring.clone(), stiffness_n_per_m });
+            }
+        }
+        springs
+    }
+
+    /// What a reader of the table must know besides, a sentence each.
+    pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         if self.conditions.iter().all(|condition| condition.releases.len() == 1) {
             notes.push("repeatability is not assessed: no condition was released twice".to_owned());

@@ -39,6 +39,19 @@ impl Identified {
     }
 }
 
+/// How releases of one condition scatter.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Scatter {
+    /// Standard deviation of wn between releases.
+    pub natural_frequency_rad_s: f64,
+    /// Against what the fits state, per degree of freedom; `null` where a release claims to be exact.
+    pub natural_frequency_chi_squared: Option<f64>,
+    /// Standard deviation of the damping ratio between releases.
+    pub damping_ratio: f64,
+    /// Against what the fits state, per degree of freedom.
+    pub damping_chi_squared: Option<f64>,
+}
+
 /// A mean and where its standard uncertainty comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Mean {
@@ -216,10 +229,9 @@ fn excess_scatter(groups: &[Vec<Quantity>]) -> f64 {
     }
 }
 
-/// Square root of chi squared per degree of freedom of repeats against their stated uncertainties, and what the weighted
-/// mean's would be by those; `None` where chance alone exceeds it once in a hundred or more often, or where a release
-/// claims to be exact.
-fn birge(values: &[Quantity]) -> Option<(f64, f64)> {
+/// Chi squared of repeats against their stated uncertainties with its degrees of freedom, and what the weighted mean's
+/// uncertainty would be by those; `None` for one release, or where one claims to be exact.
+fn chi_squared(values: &[Quantity]) -> Option<(f64, f64, f64)> {
     let freedom = values.len().checked_sub(1).filter(|n| *n > 0)? as f64;
     if !values.iter().all(|q| q.u > 0.0 && q.u.is_finite()) {
         return None;
@@ -228,8 +240,36 @@ fn birge(values: &[Quantity]) -> Option<(f64, f64)> {
     let total: f64 = values.iter().map(weight).sum();
     let mean = values.iter().map(|q| weight(q) * q.value).sum::<f64>() / total;
     let chi_squared: f64 = values.iter().map(|q| weight(q) * (q.value - mean).powi(2)).sum();
+    Some((chi_squared, freedom, total.sqrt().recip()))
+}
+
+/// Square root of chi squared per degree of freedom, and what the weighted mean's uncertainty would be as stated; `None`
+/// also where chance alone exceeds it once in a hundred or more often.
+fn birge(values: &[Quantity]) -> Option<(f64, f64)> {
+    let (chi_squared, freedom, stated) = chi_squared(values)?;
     let is_rare = chi_squared > rare_chi_squared(freedom);
-    is_rare.then(|| ((chi_squared / freedom).sqrt(), total.sqrt().recip()))
+    is_rare.then(|| ((chi_squared / freedom).sqrt(), stated))
+}
+
+/// How repeats of one condition scatter; `None` for what was released once.
+pub(super) fn scatter(found: &[&Identified]) -> Option<Scatter> {
+    let freedom = found.len().checked_sub(1).filter(|n| *n > 0)? as f64;
+    let of = |of: &dyn Fn(&Identified) -> Quantity| {
+        let values: Vec<Quantity> = found.iter().map(|f| of(f)).collect();
+        let mean = values.iter().map(|q| q.value).sum::<f64>() / values.len() as f64;
+        let squares: f64 = values.iter().map(|q| (q.value - mean).powi(2)).sum();
+        let chi = chi_squared(&values).map(|(chi, freedom, _)| chi / freedom);
+        ((squares / freedom).sqrt(), chi)
+    };
+    let (natural_frequency_rad_s, natural_frequency_chi_squared) =
+        of(&|f| f.natural_frequency_rad_s);
+    let (damping_ratio, damping_chi_squared) = of(&|f| f.damping_ratio);
+    Some(Scatter {
+        natural_frequency_rad_s,
+        natural_frequency_chi_squared,
+        damping_ratio,
+        damping_chi_squared,
+    })
 }
 
 /// Weighted by 1 / (u^2 + tau^2); unweighted where a release claims to be exact.

@@ -7,12 +7,12 @@
 pub mod campaign;
 mod computed;
 pub mod condition;
-mod doubts;
+mod doubt;
 mod inputs;
 pub(crate) mod line;
+pub mod plausible;
 mod propagation;
 pub mod table;
 pub mod validation;
 
 pub use computed::{inertia_kg_m2, Computed};
-pub use doubts::Doubt;

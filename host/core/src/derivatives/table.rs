@@ -1,13 +1,14 @@
 //! The derivative table of a campaign with its uncertainties: what is printed, as plain structs.
 
-use super::condition::{Condition, Identified};
+use super::condition::{scatter, Condition, Identified, Scatter};
+use super::doubt::Doubt;
 use crate::quantity::Quantity;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use yawrig_shared::axis::Axis;
 
 /// Contributions to a standard uncertainty (k = 1), in the unit of the value; their squares add up to its square.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
     /// Scatter between releases of one condition beyond their fits' uncertainties.
     pub repeatability: f64,
@@ -26,7 +27,7 @@ pub struct Budget {
 }
 
 /// The budgets of one point.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PointBudget {
     /// What the u of [`Point::cn_beta`] is made of.
     pub cn_beta: Budget,
@@ -92,6 +93,27 @@ pub struct BirgeRatio {
     pub damping: f64,
 }
 
+/// A spring as the campaign states it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SpringRow {
+    /// Name of the springs.
+    pub spring: String,
+    /// u is zero where it is not stated.
+    pub stiffness_n_per_m: Quantity,
+}
+
+/// Where an inertia comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum InertiaOrigin {
+    /// From the campaign's file.
+    Given,
+    /// From Kr / wn_off^2 of the only spring: other stiffness is taken as zero.
+    OneSpring,
+    /// From the line through several springs.
+    Line,
+}
+
 /// The mean of the releases of one spring and axis at one wind speed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ConditionRow {
@@ -109,10 +131,13 @@ pub struct ConditionRow {
     pub damping_ratio: Quantity,
     /// `null` for what was released once.
     pub birge_ratio: Option<BirgeRatio>,
+    /// `null` for what was released once.
+    pub scatter: Option<Scatter>,
 }
 
 impl ConditionRow {
-    pub(super) fn of(condition: &Condition) -> Self {
+    pub(super) fn of(condition: &Condition, identified: &[Identified]) -> Self {
+        let found: Vec<&Identified> = condition.releases.iter().map(|&k| &identified[k]).collect();
         let (wn, damping) = (condition.natural_frequency_rad_s, condition.damping_rad_s);
         let zeta = damping.value / (2.0 * wn.value);
         let u_zeta = (damping.u() / (2.0 * wn.value)).hypot(zeta * wn.u() / wn.value);
@@ -128,6 +153,7 @@ impl ConditionRow {
                 natural_frequency: wn.birge_ratio,
                 damping: damping.birge_ratio,
             }),
+            scatter: scatter(&found),
         }
     }
 }
@@ -164,6 +190,10 @@ pub struct Table {
     pub method: String,
     /// Izz about each axis, given or from the wind-off releases.
     pub inertia_kg_m2: ByAxis<Quantity>,
+    /// How each inertia is known.
+    pub inertia_origin: ByAxis<InertiaOrigin>,
+    /// As the campaign states them, in the order of their first release.
+    pub springs: Vec<SpringRow>,
     /// The lines that the inertia was read from; `None` where it was given.
     pub inertia_line: ByAxis<InertiaLine>,
     /// The derivatives, a row for each spring and wind speed.
@@ -176,4 +206,41 @@ pub struct Table {
     pub assumed_zero: Vec<String>,
     /// What a reader must know besides, a sentence each.
     pub notes: Vec<String>,
+    /// What could make it wrong, as [`super::plausible::doubts`] has it; empty where that was not asked.
+    pub doubts: Vec<Doubt>,
+}
+
+impl Budget {
+    /// Each source with its contribution, the largest kinds of campaigns first.
+    pub fn sources(&self) -> [(&'static str, f64); 7] {
+        let Self { repeatability, fit, inertia, air_density, wind_speed, geometry, clock } = *self;
+        [
+            ("fit", fit),
+            ("repeatability", repeatability),
+            ("inertia", inertia),
+            ("air density", air_density),
+            ("wind speed", wind_speed),
+            ("geometry", geometry),
+            ("clock", clock),
+        ]
+    }
+}
+
+impl Table {
+    /// The releases on this point's spring, with the wind off or at its speed.
+    pub fn releases_of(&self, point: &Point) -> impl Iterator<Item = &ReleaseRow> + use<'_> {
+        let (spring, speed) = (point.spring.clone(), point.wind_speed_m_s);
+        let is_its = move |r: &&ReleaseRow| {
+            let off = r.wind_speed_m_s - speed;
+            r.spring == spring && (r.wind_speed_m_s == 0.0 || off.abs() < 0.05 * speed)
+        };
+        self.releases.iter().filter(is_its)
+    }
+
+    /// Mean over this point's wind-on releases; NaN where none was validated.
+    pub fn validation_mse_deg2(&self, point: &Point) -> f64 {
+        let errors: Vec<f64> =
+            self.releases_of(point).filter_map(|release| release.validation_mse_deg2).collect();
+        errors.iter().sum::<f64>() / errors.len() as f64
+    }
 }

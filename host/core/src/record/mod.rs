@@ -1,5 +1,6 @@
 //! Yaw angle over time as it comes from a file, at whatever rate and with whatever jitter.
 
+pub mod faults;
 pub(crate) mod resample;
 mod timing;
 

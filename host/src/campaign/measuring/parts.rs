@@ -1,5 +1,6 @@
 //! What a campaign that is being measured is made of: its head, the releases that are there, conditions, its table in lines.
 
+use crate::campaign::doubted;
 use crate::campaign::CampaignFile;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
@@ -43,8 +44,10 @@ pub(super) fn condition(
 
 /// The table in lines.
 pub(super) fn text(table: &Table, file: Option<&Path>) -> String {
-    let mut lines =
-        vec!["derivatives by the device's estimates, per rad, about the middle axis:".to_owned()];
+    let mut lines = doubted::lines(&table.doubts);
+    lines.extend([
+        "derivatives by the device's estimates, per rad, about the middle axis:".to_owned()
+    ]);
     for point in &table.points {
         let mut line = format!(
             "  {} at {} m/s, reduced frequency {:.3}: Cn_beta {}, Cn_r {}",

@@ -1,0 +1,401 @@
+//! What would put right the releases that do not go with the others.
+
+use super::super::campaign::Campaign;
+use super::super::doubt::{Doubt, Kind};
+use super::frame::{Frame, Misfit, Node, Place, DISAGREES};
+use super::ranges::{STIFFNESS, WIND};
+use yawrig_shared::axis::Axis;
+
+/// Mistakes that are looked for one after the other.
+const MOST: usize = 6;
+/// Releases of which every exchange with any other is tried.
+const MOST_TRIED: usize = 24;
+/// A spring so many times too stiff or too soft is no spring that is a little off.
+const IMPOSSIBLE: f64 = 3.0;
+/// Ln of wn^2 within which a record is like another.
+const LIKE: f64 = 5e-3;
+
+/// A stiffness or a speed stated in this is so many times what it is in the unit asked for.
+const STIFFNESS_UNITS: [(f64, &str); 8] = [
+    (1e-3, "it is in N/mm"),
+    (1e3, "it is in mN/m"),
+    (1.0 / 9.806_65, "it is in kgf/m"),
+    (9.806_65, "it was multiplied by 9.81"),
+    (1e-2, "it is in N/cm"),
+    (0.1, "a digit is missing"),
+    (10.0, "there is a digit too many"),
+    (1.0 / 175.127, "it is in lbf/in"),
+];
+const HALVES: [(f64, &str); 2] =
+    [(2.0, "it is of both springs together"), (0.5, "it is of half a spring")];
+const WIND_UNITS: [(f64, &str); 5] = [
+    (3.6, "it is in km/h"),
+    (1.0 / 3.6, "it is 3.6 times too small"),
+    (1.943_844, "it is in knots"),
+    (2.236_936, "it is in miles per hour"),
+    (0.1, "a digit is missing"),
+];
+/// A record whose time runs so many times too fast, or too slowly.
+const CLOCKS: [f64; 10] = [2.0, 0.5, 10.0, 0.1, 5.0, 0.2, 4.0, 0.25, 1000.0, 0.001];
+
+/// A mistake that may have been made.
+#[derive(Clone, Debug)]
+enum Mistake {
+    Exchanged(Vec<(usize, usize)>),
+    Stiffness(usize, usize),
+    StiffnessUnit(usize, f64, &'static str),
+    WindUnit(Vec<usize>, f64, &'static str),
+    Clock(usize, f64),
+}
+
+impl Mistake {
+    /// The campaign without it.
+    fn undone(&self, frame: &Frame) -> Frame {
+        let mut frame = frame.clone();
+        match self {
+            Self::Exchanged(pairs) => {
+                for &(a, b) in pairs {
+                    let (one, other) = (frame.nodes[a], frame.nodes[b]);
+                    let found = |is: Node, of: Node| Node {
+                        release: of.release,
+                        square: of.square,
+                        u: of.u,
+                        damping: of.damping,
+                        u_damping: of.u_damping,
+                        ..is
+                    };
+                    (frame.nodes[a], frame.nodes[b]) = (found(one, other), found(other, one));
+                }
+            }
+            Self::Stiffness(a, b) => frame.stiffness_nm.swap(*a, *b),
+            Self::StiffnessUnit(spring, factor, _) => frame.stiffness_nm[*spring] /= factor,
+            Self::WindUnit(nodes, factor, _) => {
+                nodes.iter().for_each(|&node| frame.nodes[node].speed_m_s /= factor);
+            }
+            Self::Clock(node, factor) => {
+                let node = &mut frame.nodes[*node];
+                (node.square, node.u) = (node.square * factor * factor, node.u * factor * factor);
+            }
+        }
+        frame
+    }
+
+    /// Those of this list that come first are believed first where several would do.
+    fn order(&self) -> usize {
+        match self {
+            Self::StiffnessUnit(..) | Self::WindUnit(..) => 0,
+            Self::Exchanged(pairs) if pairs.len() == 1 => 1,
+            Self::Stiffness(..) => 2,
+            Self::Exchanged(_) | Self::Clock(..) => 3,
+        }
+    }
+}
+
+pub(super) fn doubts(campaign: &Campaign, frame: &Frame) -> Vec<Doubt> {
+    let mut frame = frame.clone();
+    let mut all = Vec::new();
+    for _ in 0..MOST {
+        let Some((mistake, told)) = mistake(campaign, &frame) else { break };
+        frame = mistake.undone(&frame);
+        all.push(told);
+    }
+    let left: Vec<Misfit> = frame.misfits().into_iter().filter(|m| m.z > DISAGREES).collect();
+    all.extend(unexplained(campaign, &frame, &left));
+    all.extend(as_a_whole(&frame, &all));
+    all
+}
+
+/// The mistake without which most goes together.
+fn mistake(campaign: &Campaign, frame: &Frame) -> Option<(Mistake, Doubt)> {
+    let misfits = frame.misfits();
+    let flagged: Vec<&Misfit> = misfits.iter().filter(|m| m.z > DISAGREES).collect();
+    if flagged.is_empty() {
+        return None;
+    }
+    let (count, total) = frame.cost();
+    let tried = candidates(frame, &flagged).into_iter().map(|mistake| {
+        let (left, cost) = mistake.undone(frame).cost();
+        (left, mistake.order(), cost, mistake)
+    });
+    let better = tried.filter(|(left, _, cost, _)| *left < count && *cost < total - 2.0);
+    let (left, _, cost, mistake) =
+        better.min_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)))?;
+    let worst = flagged.iter().map(|m| m.z).fold(0.0, f64::max);
+    let evidence = format!(
+        "{count} comparisons do not agree as it stands, the worst by {worst:.0} standard uncertainties, {left} without it; \
+         misfit {total:.1} and {cost:.1}"
+    );
+    let told = told(campaign, frame, &mistake, &evidence);
+    Some((mistake, told))
+}
+
+/// Nodes that a misfit is about.
+fn about(frame: &Frame, place: Place) -> Vec<usize> {
+    let all = || frame.nodes.iter().enumerate();
+    let of = |is: &dyn Fn(&Node) -> bool| -> Vec<usize> {
+        all().filter(|(_, node)| is(node)).map(|(index, _)| index).collect()
+    };
+    match place {
+        Place::Line { axis, spring } => {
+            of(&|n| (n.axis, n.spring) == (axis, spring) && n.speed_m_s == 0.0)
+        }
+        Place::Origin { axis } => of(&|n| n.axis == axis && n.speed_m_s == 0.0),
+        Place::Axes { spring } => of(&|n| n.spring == spring && n.speed_m_s == 0.0),
+        Place::Wind { node } => {
+            let Node { spring, axis, .. } = frame.nodes[node];
+            let mut about = of(&|n| (n.axis, n.spring) == (axis, spring) && n.speed_m_s == 0.0);
+            about.push(node);
+            about
+        }
+        Place::Repeat { node } => vec![node],
+    }
+}
+
+fn candidates(frame: &Frame, flagged: &[&Misfit]) -> Vec<Mistake> {
+    let mut nodes: Vec<usize> = flagged.iter().flat_map(|m| about(frame, m.place)).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let mut springs: Vec<usize> = nodes.iter().map(|&node| frame.nodes[node].spring).collect();
+    springs.sort_unstable();
+    springs.dedup();
+    let mut all = Vec::new();
+    let condition = |n: &Node| (n.spring, n.axis, n.speed_m_s.to_bits());
+    for &a in nodes.iter().take(MOST_TRIED) {
+        for b in 0..frame.nodes.len() {
+            let is_known = nodes.iter().take(MOST_TRIED).any(|node| *node == b) && b < a;
+            if !is_known && condition(&frame.nodes[a]) != condition(&frame.nodes[b]) {
+                all.push(Mistake::Exchanged(vec![(a, b)]));
+            }
+        }
+        all.extend(CLOCKS.map(|factor| Mistake::Clock(a, factor)));
+    }
+    for &spring in springs.iter().take(MOST_TRIED) {
+        for other in (0..frame.springs.len()).filter(|other| *other != spring) {
+            all.push(Mistake::Stiffness(spring, other));
+            all.extend([0, 1].map(|axis| groups(frame, (spring, axis), (other, axis))));
+        }
+        all.push(groups(frame, (spring, 0), (spring, 1)));
+        for (factor, unit) in STIFFNESS_UNITS.into_iter().chain(HALVES) {
+            all.push(Mistake::StiffnessUnit(spring, factor, unit));
+        }
+        let on: Vec<usize> = (0..frame.nodes.len())
+            .filter(|&k| frame.nodes[k].spring == spring && frame.nodes[k].speed_m_s > 0.0)
+            .collect();
+        for (factor, unit) in WIND_UNITS {
+            all.push(Mistake::WindUnit(on.clone(), factor, unit));
+            for axis in [0, 1] {
+                let of_axis = on.iter().copied().filter(|&k| frame.nodes[k].axis == axis);
+                all.push(Mistake::WindUnit(of_axis.collect(), factor, unit));
+            }
+            all.extend(on.iter().map(|&node| Mistake::WindUnit(vec![node], factor, unit)));
+        }
+    }
+    let is_one = |mistake: &Mistake| match mistake {
+        Mistake::Exchanged(pairs) => !pairs.is_empty(),
+        Mistake::WindUnit(nodes, ..) => !nodes.is_empty(),
+        _ => true,
+    };
+    all.retain(is_one);
+    all
+}
+
+/// All records of one spring and axis exchanged with those of another, wind off and on.
+fn groups(frame: &Frame, one: (usize, usize), other: (usize, usize)) -> Mistake {
+    let of = |(spring, axis): (usize, usize)| {
+        let all = frame.nodes.iter().enumerate();
+        all.filter(move |(_, n)| (n.spring, n.axis) == (spring, axis)).map(|(k, _)| k)
+    };
+    let mut left: Vec<usize> = of(other).collect();
+    let mut pairs = Vec::new();
+    for a in of(one) {
+        let same = |b: &usize| frame.nodes[*b].speed_m_s == frame.nodes[a].speed_m_s;
+        let Some(place) = left.iter().position(|b| same(b)) else { continue };
+        pairs.push((a, left.remove(place)));
+    }
+    Mistake::Exchanged(if pairs.len() > 1 { pairs } else { Vec::new() })
+}
+
+fn axis_name(axis: usize) -> Axis {
+    Axis::BOTH[axis]
+}
+
+fn told(campaign: &Campaign, frame: &Frame, mistake: &Mistake, evidence: &str) -> Doubt {
+    let file = |node: usize| &campaign.release[frame.nodes[node].release].file;
+    let at = |kind, what: String, release: usize, field: &str| {
+        Doubt::new(kind, what, evidence).at(release, field)
+    };
+    let first_of = |spring: usize| {
+        let is_it = |n: &&Node| n.spring == spring;
+        frame.nodes.iter().filter(is_it).map(|n| n.release).min().unwrap_or(0)
+    };
+    match mistake {
+        Mistake::Exchanged(pairs) => {
+            let (a, b) = pairs[0];
+            let (one, other) = (frame.nodes[a], frame.nodes[b]);
+            let kind = match (one.spring == other.spring, one.axis == other.axis) {
+                (true, true) => Kind::WindExchanged,
+                (true, false) => Kind::AxesExchanged,
+                _ => Kind::RecordsExchanged,
+            };
+            let names = |which: fn(&(usize, usize)) -> usize| {
+                pairs.iter().map(|pair| file(which(pair)).as_str()).collect::<Vec<_>>().join(", ")
+            };
+            let both = match kind {
+                Kind::WindExchanged => "wind off and on, are exchanged",
+                Kind::AxesExchanged => "the two axes, are exchanged",
+                _ => "are exchanged",
+            };
+            let what = format!(
+                "{} and {}, {both}, it seems: the other way round they go with the other releases",
+                names(|pair| pair.0),
+                names(|pair| pair.1)
+            );
+            at(kind, what, one.release.min(other.release), "file")
+        }
+        Mistake::Stiffness(a, b) => {
+            let (one, other) = (&frame.springs[*a], &frame.springs[*b]);
+            let what = format!(
+                "the stiffnesses of springs {one} and {other} are exchanged, it seems: the other way round they go with the \
+                 frequencies of all releases"
+            );
+            at(Kind::StiffnessExchanged, what, first_of(*a), STIFFNESS.name)
+        }
+        Mistake::StiffnessUnit(spring, factor, unit) => {
+            let release = first_of(*spring);
+            let stated = campaign.release[release].spring_stiffness_n_per_m;
+            let what = format!(
+                "spring {} disagrees with the others: its frequencies ask for {:.5} N/m where {stated} is stated ({}): \
+                 {unit}, it seems; is it in N/m?",
+                frame.springs[*spring],
+                stated / factor,
+                campaign.release[release].file
+            );
+            let is_impossible = !(1.0 / IMPOSSIBLE..=IMPOSSIBLE).contains(factor);
+            at(Kind::StiffnessUnit, what, release, STIFFNESS.name).error_if(is_impossible)
+        }
+        Mistake::WindUnit(nodes, factor, unit) => {
+            let release = frame.nodes[nodes[0]].release;
+            let stated = campaign.release[release].wind_speed_m_s;
+            let what = format!(
+                "the wind of {} is {:.4} m/s by what it does, where {stated} is stated: {unit}, it seems",
+                nodes.iter().map(|&node| file(node).as_str()).collect::<Vec<_>>().join(", "),
+                stated / factor
+            );
+            at(Kind::WindUnit, what, release, WIND.name)
+        }
+        Mistake::Clock(node, factor) => {
+            let what = format!(
+                "{}: its oscillation is {factor} times too slow for the other releases: was it sampled at {factor} times the \
+                 rate that it says?",
+                file(*node)
+            );
+            at(Kind::Clock, what, frame.nodes[*node].release, "file")
+        }
+    }
+}
+
+/// What does not go with the others and by no mistake that is known.
+fn unexplained(campaign: &Campaign, frame: &Frame, left: &[Misfit]) -> Vec<Doubt> {
+    let mut all: Vec<Doubt> = Vec::new();
+    let mut told: Vec<usize> = Vec::new();
+    // What a spring is doubted for at first explains the rest of it.
+    for misfit in left {
+        let about = about(frame, misfit.place);
+        let Some(&first) = about.last() else { continue };
+        let spring = frame.nodes[first].spring;
+        let is_of_spring = matches!(misfit.place, Place::Line { .. } | Place::Origin { .. });
+        if is_of_spring && told.contains(&spring) {
+            continue;
+        }
+        let file = |node: usize| &campaign.release[frame.nodes[node].release].file;
+        let name = &frame.springs[spring];
+        let release = frame.nodes[first].release;
+        let percent = 100.0 * (misfit.ratio - 1.0);
+        let (kind, field, what) = match misfit.place {
+            Place::Line { axis, .. } => {
+                told.push(spring);
+                let off = about.iter().map(|&node| file(node).as_str()).collect::<Vec<_>>().join(", ");
+                (Kind::SpringDisagrees, STIFFNESS.name, format!(
+                    "spring {name} disagrees with the others about the {} axis ({off}): its stiffness is {percent:+.0} % off \
+                     what its frequency asks for",
+                    axis_name(axis)
+                ))
+            }
+            Place::Origin { axis } => (Kind::SpringDisagrees, STIFFNESS.name, format!(
+                "the springs' stiffnesses do not go with their frequencies about the {} axis ({}): there would have to be \
+                 more other stiffness than springs",
+                axis_name(axis),
+                about.iter().map(|&node| file(node).as_str()).collect::<Vec<_>>().join(", ")
+            )),
+            Place::Axes { .. } => (Kind::AxesDisagree, "file", format!(
+                "spring {name}: the frequencies about the two axes ({}) are {percent:+.1} % off the ratio of the other springs",
+                about.iter().map(|&node| file(node).as_str()).collect::<Vec<_>>().join(", ")
+            )),
+            Place::Wind { node } => {
+                let quiet = misfit.ratio.abs() < 0.1;
+                let (kind, what) = match quiet {
+                    true => (Kind::NoWind, "has the frequency of the wind off: was the wind on?".to_owned()),
+                    false => (Kind::WindDisagrees, format!(
+                        "says that the wind does {:.2} times what it does on the other springs",
+                        misfit.ratio
+                    )),
+                };
+                let off = about[..about.len() - 1].iter().map(|&node| file(node).as_str());
+                (kind, "file", format!("{} beside {}: {what}", file(node), off.collect::<Vec<_>>().join(", ")))
+            }
+            Place::Repeat { node } => (Kind::RepeatsDisagree, "file", format!(
+                "{} is {percent:+.1} % in wn^2 off its repeats",
+                file(node)
+            )),
+        };
+        let like = frame.nodes.iter().enumerate().find(|(k, node)| {
+            !about.contains(k) && (node.square / frame.nodes[first].square).ln().abs() < LIKE
+        });
+        let like = like.map_or(String::new(), |(k, _)| {
+            format!("; {} has the frequency of {}", file(first), file(k))
+        });
+        let is_impossible = matches!(misfit.place, Place::Line { .. } | Place::Origin { .. })
+            && !(1.0 / IMPOSSIBLE..=IMPOSSIBLE).contains(&misfit.ratio);
+        let evidence = format!("{:.0} standard uncertainties{like}", misfit.z);
+        all.push(
+            Doubt::new(kind, what + &like, evidence).at(release, field).error_if(is_impossible),
+        );
+    }
+    all
+}
+
+/// Mistakes that were made with all records at once.
+fn as_a_whole(frame: &Frame, known: &[Doubt]) -> Vec<Doubt> {
+    let mut all = Vec::new();
+    let has = |kind: Kind| known.iter().any(|doubt| doubt.kind == kind);
+    if let Some(ratio) =
+        frame.axes_ratio().filter(|ratio| *ratio < 1.0 && !has(Kind::AxesExchanged))
+    {
+        all.push(
+            Doubt::new(
+                Kind::AxesExchanged,
+                "the model turns more easily about the front axis than about the middle one: are the records, or the \
+                 entries axis, of the two exchanged?",
+                format!("wn_off^2 about the middle axis is {ratio:.4} times that about the front one; more than 1 is usual"),
+            )
+            .at(0, "axis"),
+        );
+    }
+    let against =
+        |axis: &usize| frame.wind(*axis).is_some_and(|(shift, damps)| shift < 0.0 && !damps);
+    if (0..2).any(|axis| against(&axis)) && !has(Kind::WindExchanged) {
+        let axis = axis_name((0..2).find(against).unwrap_or(0));
+        all.push(
+            Doubt::new(
+                Kind::WindExchanged,
+                format!(
+                    "about the {axis} axis the wind stiffens the model and takes its damping away: are the records with the \
+                     wind off and on exchanged? (Else the wind feeds the oscillation: Cn_r > 0.)"
+                ),
+                "Cn_beta < 0 and Cn_r > 0 on most springs",
+            )
+            .at(0, WIND.name),
+        );
+    }
+    all
+}
