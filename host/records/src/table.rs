@@ -99,7 +99,10 @@ impl Channel {
     pub(super) fn described(&self) -> String {
         let unit = self.unit.as_ref().map_or(String::new(), |unit| format!(", {unit}"));
         match &self.values {
-            Ok(values) => format!("{} ({} numbers{unit})", self.name, values.len()),
+            Ok(values) => {
+                let count = values.iter().filter(|value| value.is_finite()).count();
+                format!("{} ({count} numbers{unit})", self.name)
+            }
             Err(why) => format!("{} ({why})", self.name),
         }
     }
