@@ -48,7 +48,6 @@ impl<R, const N: usize> Queue<R, N> {
 }
 
 /// Where an interrupt puts readings.
-
 pub struct Readings<'a, R> {
     queue: spsc::Producer<'a, Entry<R>>,
     without_room: u32,
@@ -65,7 +64,6 @@ impl<R> Readings<'_, R> {
 }
 
 /// Where the program takes them.
-
 pub struct Waiting<'a, R> {
     queue: spsc::Consumer<'a, Entry<R>>,
 }

@@ -59,7 +59,7 @@ impl Turns {
     /// Where it is, from counts of zero on: their middle is that of the turn.
     pub fn fine(&self) -> i32 {
         let at = i64::from(self.at.unwrap_or(0));
-        ((at * self.factor >> FACTOR_BITS) + TURN) as i32
+        (((at * self.factor) >> FACTOR_BITS) + TURN) as i32
     }
 }
 
