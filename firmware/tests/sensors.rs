@@ -131,9 +131,13 @@ fn tabulate(
     wrong
 }
 
+fn noise_of(case: &Case) -> Noise {
+    Noise((case.seed as u32).wrapping_mul(2_654_435_761) | 1)
+}
+
 /// Sixteen conversions a sample, whose first step is at half of one.
 fn potentiometer(case: &Case) -> Option<Refined> {
-    let mut noise = Noise((case.seed as u32).wrapping_mul(2_654_435_761) | 1);
+    let mut noise = noise_of(case);
     // A track of 340 deg, on whose middle third the rig rests.
     let rest_deg = 110.0 * (case.rest_turns - 0.5);
     let conversions: Vec<u16> = shaft(case, 16_000.0)
@@ -149,7 +153,7 @@ fn potentiometer(case: &Case) -> Option<Refined> {
 /// The sensor has an angle every 150 us, to which its noise belongs, and gives the mean of the last sixteen; it is read
 /// every so many steps of 50 us, by another clock.
 fn as5600(case: &Case, rate_hz: u16) -> Option<Refined> {
-    let mut noise = Noise((case.seed as u32).wrapping_mul(2_654_435_761) | 1);
+    let mut noise = noise_of(case);
     let every = 20_000 / usize::from(rate_hz);
     let (mut means, mut held) = ([0.0; 16], 0.0);
     let readings = shaft(case, 20_000.0).enumerate().filter_map(move |(k, yaw_deg)| {
@@ -172,7 +176,7 @@ fn within_turn(case: &Case, yaw_deg: f64, per_turn: u32) -> u32 {
 }
 
 fn absolute(case: &Case, bits: u32, rate_hz: u16) -> Option<Refined> {
-    let mut noise = Noise((case.seed as u32).wrapping_mul(2_654_435_761) | 1);
+    let mut noise = noise_of(case);
     let readings = shaft(case, f64::from(rate_hz))
         .map(move |yaw_deg| within_turn(case, yaw_deg + case.noise_deg * noise.next(), 1 << bits));
     refined(Absolute::new(bits, rate_hz, 0), readings)
@@ -180,7 +184,7 @@ fn absolute(case: &Case, bits: u32, rate_hz: u16) -> Option<Refined> {
 
 /// Edges are where they are: no noise but that of a shaft that trembles.
 fn quadrature(case: &Case, edges: u32, rate_hz: u16) -> Option<Refined> {
-    let mut noise = Noise((case.seed as u32).wrapping_mul(2_654_435_761) | 1);
+    let mut noise = noise_of(case);
     let readings = shaft(case, f64::from(rate_hz)).map(move |yaw_deg| {
         let turns = case.rest_turns + (yaw_deg + case.noise_deg * noise.next()) / 360.0;
         Counted { counts: (turns * f64::from(edges)).floor() as i64 as u16, index: None }
