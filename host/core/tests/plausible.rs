@@ -82,7 +82,9 @@ fn sound(seed: u64) -> Option<Made> {
         let stiffness_n_per_m = wn * wn * mid_inertia_kg_m2 / (2.0 * rig.spring_arm_m.powi(2));
         let apart = |s: &Spring| (s.stiffness_n_per_m / stiffness_n_per_m).ln().abs() > 0.2;
         if springs.iter().all(apart) {
-            springs.push(Spring { stiffness_n_per_m, ..known[springs.len()] });
+            let mut spring = known[springs.len()];
+            spring.stiffness_n_per_m = stiffness_n_per_m;
+            springs.push(spring);
         }
     }
     let repeats = *[1u32, 1, 1, 2, 3].choose(random)?;

@@ -22,8 +22,8 @@ const NEXT: f64 = 0.1;
 const HOLE: f64 = 30.0;
 const HOLE_STEPS: f64 = 4.0;
 const HOLE_SHARE: f64 = 0.01;
-/// Share of the samples missing in a hole that are found beside it or at one value.
-const FOUND_BESIDE: f64 = 0.4;
+/// Share of the samples missing in a hole that have the reading before, or are found at one value.
+const FOUND_ELSEWHERE: f64 = 0.4;
 /// One in so many samples with the same reading is no accident.
 const MANY: usize = 20;
 /// Samples of a cycle below which a hole is chance.
@@ -204,16 +204,15 @@ fn dead_spot(time_s: &[f64], yaw_deg: &[f64], wn: f64) -> Option<Fault> {
     let about = number(low - reach, low - edge) + number(high + edge, high + reach);
     let per_deg = about / (2.0 * (reach - edge));
     let missing = per_deg * gap;
-    let at_edges = number(low - edge, low + edge) + number(high - edge, high + edge);
-    // Or the reading before, where a whole step of the motion is longer than the hole.
+    // What was read in its place: the reading before again, or one that it falls to.
     let twice = inside.windows(2).filter(|y| y[0] == y[1]).count() as f64;
-    let found = (at_edges - 2.0 * edge * per_deg).max(most as f64 - per_deg * step).max(twice);
+    let found = twice.max(most as f64 - per_deg * step);
     let passes = yaw_deg.windows(2).filter(|y| (y[0] <= low) != (y[1] <= low)).count();
     let is_hole = missing > HOLE
         && gap > HOLE_STEPS * step
         && gap > HOLE_SHARE * largest
         && passes >= 6
-        && found > FOUND_BESIDE * missing;
+        && found > FOUND_ELSEWHERE * missing;
     is_hole.then(|| Fault {
         kind: FaultKind::DeadSpot,
         message: format!(

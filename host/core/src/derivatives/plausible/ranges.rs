@@ -68,7 +68,7 @@ pub const STIFFNESS: Range = Range {
     section: "",
     name: "spring_stiffness_n_per_m",
     unit: "N/m",
-    usual: [20.0, 50_000.0],
+    usual: [20.0, 500_000.0],
     possible: [0.01, 1e7],
     units: &[(1e-3, "N/mm"), (1.0 / 9.806_65, "kgf/m"), (1e-2, "N/cm")],
 };
