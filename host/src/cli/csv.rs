@@ -95,7 +95,7 @@ pub fn derivatives(tables: &[Table]) -> Result<()> {
                 number(*reduced_frequency),
             ];
             let quantities = [Some(*cn_beta), Some(*cn_r), *cy_beta, *cy_r].map(quantity);
-            let flags = table.releases_of(point).flat_map(|release| {
+            let flags = table.releases_of(point).into_iter().flat_map(|release| {
                 let of = |flag| format!("{}:{}", release.file, name(flag));
                 release.identified.flags.iter().map(of)
             });

@@ -228,19 +228,19 @@ impl Budget {
 
 impl Table {
     /// The releases on this point's spring, with the wind off or at its speed.
-    pub fn releases_of(&self, point: &Point) -> impl Iterator<Item = &ReleaseRow> + use<'_> {
-        let (spring, speed) = (point.spring.clone(), point.wind_speed_m_s);
-        let is_its = move |r: &&ReleaseRow| {
+    pub fn releases_of(&self, point: &Point) -> Vec<&ReleaseRow> {
+        let speed = point.wind_speed_m_s;
+        let is_its = |r: &&ReleaseRow| {
             let off = r.wind_speed_m_s - speed;
-            r.spring == spring && (r.wind_speed_m_s == 0.0 || off.abs() < 0.05 * speed)
+            r.spring == point.spring && (r.wind_speed_m_s == 0.0 || off.abs() < 0.05 * speed)
         };
-        self.releases.iter().filter(is_its)
+        self.releases.iter().filter(is_its).collect()
     }
 
     /// Mean over this point's wind-on releases; NaN where none was validated.
     pub fn validation_mse_deg2(&self, point: &Point) -> f64 {
-        let errors: Vec<f64> =
-            self.releases_of(point).filter_map(|release| release.validation_mse_deg2).collect();
+        let releases = self.releases_of(point).into_iter();
+        let errors: Vec<f64> = releases.filter_map(|release| release.validation_mse_deg2).collect();
         errors.iter().sum::<f64>() / errors.len() as f64
     }
 }

@@ -10,6 +10,8 @@ use yawrig_shared::axis::Axis;
 const MOST: usize = 6;
 /// Releases of which every exchange with any other is tried.
 const MOST_TRIED: usize = 24;
+/// A unit or a clock has to fit so well, in standard uncertainties: nearly any number is some unit's.
+const FITS: f64 = 2.5;
 /// A spring so many times too stiff or too soft is no spring that is a little off.
 const IMPOSSIBLE: f64 = 3.0;
 /// Ln of wn^2 within which a record is like another.
@@ -80,6 +82,17 @@ impl Mistake {
         frame
     }
 
+    /// Whether what it is about goes with the others in the frame without it.
+    fn fits(&self, undone: &Frame) -> bool {
+        let concerns = |place: Place| match (self, place) {
+            (Self::WindUnit(nodes, ..), Place::Wind { node }) => nodes.contains(&node),
+            (Self::StiffnessUnit(of, ..), Place::Line { spring, .. }) => *of == spring,
+            (Self::Clock(node, _), place) => about(undone, place).contains(node),
+            _ => false,
+        };
+        undone.misfits().iter().all(|m| m.z < FITS || !concerns(m.place))
+    }
+
     /// Those of this list that come first are believed first where several would do.
     fn order(&self) -> usize {
         match self {
@@ -113,11 +126,14 @@ fn mistake(campaign: &Campaign, frame: &Frame) -> Option<(Mistake, Doubt)> {
         return None;
     }
     let (count, total) = frame.cost();
-    let tried = candidates(frame, &flagged).into_iter().map(|mistake| {
-        let (left, cost) = mistake.undone(frame).cost();
-        (left, mistake.order(), cost, mistake)
+    let tried = candidates(frame, &flagged).into_iter().filter_map(|mistake| {
+        let undone = mistake.undone(frame);
+        let (left, cost) = undone.cost();
+        // Dear, and only of those that may win.
+        let is_better = left < count && mistake.fits(&undone);
+        is_better.then(|| (left, mistake.order(), cost, mistake))
     });
-    let better = tried.filter(|(left, _, cost, _)| *left < count && *cost < total - 2.0);
+    let better = tried.filter(|(_, _, cost, _)| *cost < total - 2.0);
     let (left, _, cost, mistake) =
         better.min_by(|a, b| (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)))?;
     let worst = flagged.iter().map(|m| m.z).fold(0.0, f64::max);
