@@ -2,10 +2,10 @@
 //! against each other. All of it before any derivative is computed.
 //!
 //! Each release has a natural frequency that the others foretell: its spring's stiffness on the line through all
-//! springs, the other axis, the wind's share on the other springs, its repeats ([`frame`]). Where one is off by more
+//! springs, the other axis, the wind's share on the other springs, its repeats (`frame`). Where one is off by more
 //! than its own stated uncertainty and the scatter of sound campaigns allow, it is asked what would put it right: which
-//! two records exchanged, which unit ([`explain`]). What the numbers say by themselves is in [`ranges`] and
-//! [`inertia`].
+//! two records exchanged, which unit (`explain`). What the numbers say by themselves is in `ranges` and
+//! `inertia`.
 
 mod copies;
 mod explain;
