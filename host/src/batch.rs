@@ -47,9 +47,10 @@ pub struct Source {
 }
 
 impl Source {
-    /// `None` where the record cannot be read: then it is asked again.
+    /// `None` where the record cannot be read, or only once (a pipe): then it is asked again.
     fn of(file: &Path, options: &str) -> Option<Self> {
-        let content = std::fs::read(place::parted(file).0).ok()?;
+        let (file, _) = place::parted(file);
+        let content = file.is_file().then(|| std::fs::read(&file).ok())??;
         Some(Self {
             crc32: format!("{:08x}", crc32(&content)),
             bytes: content.len(),
@@ -140,8 +141,8 @@ pub fn to_log(
     }
     let mut log = locked(out)?;
     let done = finished(out)?;
-    let sources: Vec<Option<Source>> =
-        files.par_iter().map(|file| Source::of(file, &options)).collect();
+    let source = |file: &PathBuf| interrupt::check().map(|()| Source::of(file, &options));
+    let sources: Vec<Option<Source>> = files.par_iter().map(source).collect::<Result<_>>()?;
     let named = |file: &PathBuf| fingerprint(&file.display().to_string());
     let is_kept = |file: &PathBuf, source: &Option<Source>| {
         let known = done.get(&named(file));
