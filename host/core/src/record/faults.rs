@@ -117,7 +117,7 @@ fn content(yaw_deg: &[f64]) -> u64 {
 
 /// Hashes of blocks of successive readings that begin where the readings themselves say, the smallest of them.
 fn sketch(yaw_deg: &[f64]) -> Vec<u64> {
-    let begins = |block: &&[f64]| block[0] != block[1] && hash(&block[..3]) % PLACES == 0;
+    let begins = |block: &&[f64]| block[0] != block[1] && hash(&block[..3]).is_multiple_of(PLACES);
     let differ = |block: &&[f64]| block.windows(2).filter(|y| y[0] != y[1]).count() > BLOCK / 8;
     let blocks = yaw_deg.windows(BLOCK).filter(begins).filter(differ);
     let mut all: Vec<u64> = blocks.map(hash).collect();

@@ -225,7 +225,7 @@ fn groups(frame: &Frame, one: (usize, usize), other: (usize, usize)) -> Mistake 
     let mut pairs = Vec::new();
     for a in of(one) {
         let same = |b: &usize| frame.nodes[*b].speed_m_s == frame.nodes[a].speed_m_s;
-        let Some(place) = left.iter().position(|b| same(b)) else { continue };
+        let Some(place) = left.iter().position(same) else { continue };
         pairs.push((a, left.remove(place)));
     }
     Mistake::Exchanged(if pairs.len() > 1 { pairs } else { Vec::new() })
