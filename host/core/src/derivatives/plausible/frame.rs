@@ -50,7 +50,7 @@ pub(super) struct Frame {
     /// Kr of each spring, N m/rad, and its relative standard uncertainty.
     pub(super) stiffness_nm: Vec<f64>,
     stiffness_u: Vec<f64>,
-    /// Half of density times area times length, kg/m2... the moment at 1 m/s and a coefficient of 1, N m.
+    /// The moment at 1 m/s and a coefficient of 1, N m.
     pub(super) moment_nm: f64,
 }
 
