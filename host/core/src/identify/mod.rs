@@ -5,9 +5,7 @@
 
 mod answer;
 pub mod conventional;
-pub mod cycle;
 pub mod damped_sinusoid;
-mod driven;
 mod ends;
 pub(crate) mod envelope;
 pub mod flag;
@@ -31,8 +29,7 @@ use crate::record::Record;
 
 pub(crate) use answer::FEWEST_CYCLES;
 pub use answer::{
-    AmplitudeWindow, AtAmplitude, Begin, End, Estimate, Identification, Refusal, Span, Unavailable,
-    WindowEstimate,
+    AmplitudeWindow, AtAmplitude, Estimate, Identification, Refusal, Unavailable, WindowEstimate,
 };
 pub(crate) use prepared::{prepare, Prepared, Values};
 pub use settings::{Method, Settings};
@@ -66,7 +63,7 @@ pub fn identify(
     settings: &Settings,
 ) -> Result<Identification> {
     let prepared = prepare(record, settings).map_err(|refusal| refusal.of(record))?;
-    let other_releases = several::beside(&prepared);
+    let more = several::are_in(&prepared);
     let mut estimates = Vec::new();
     let mut unavailable = Vec::new();
     for &method in methods {
@@ -77,7 +74,7 @@ pub fn identify(
         };
         match answer.and_then(|values| prepared.judged(method, values)) {
             Ok(mut estimate) => {
-                if !other_releases.is_empty() {
+                if more {
                     estimate.flags.push(flag::Flag::SeveralReleases);
                 }
                 estimates.push(estimate);
@@ -92,9 +89,6 @@ pub fn identify(
     Ok(Identification {
         file: record.file.display().to_string(),
         release_time_s: prepared.span.release_time_s,
-        begins: prepared.span.begin,
-        ends: prepared.span.end,
-        other_releases,
         rate_hz: prepared.samples.rate_hz(),
         window: prepared.window(),
         noise_rms_deg: prepared.noise_rms_deg(),
