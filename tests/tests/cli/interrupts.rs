@@ -70,22 +70,24 @@ fn half_a_campaign_is_none() {
 fn a_training_interrupted_before_its_first_epoch_leaves_an_older_network_alone() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("n.yrn");
-    std::fs::write(&file, "an older one").expect("room for it");
+    let older = yawrig_tests::networks::sound();
+    std::fs::write(&file, &older).expect("room for it");
     interrupted(yawrig("train --samples 3000 --epochs 1000000 --out").and(&file).start());
     assert_eq!(names(folder.path()), ["n.yrn"]);
-    assert_eq!(std::fs::read(&file).expect("the older one"), b"an older one");
+    assert_eq!(std::fs::read(&file).expect("the older one"), older);
 }
 
 #[test]
 fn an_interrupted_training_lies_beside_an_older_network() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("n.yrn");
-    std::fs::write(&file, "an older one").expect("room for it");
+    let older = yawrig_tests::networks::sound();
+    std::fs::write(&file, &older).expect("room for it");
     let train = "train --json --samples 300 --epochs 1000000 --restarts 1000 --out";
     let mut running = yawrig(train).and(&file).drawing().start();
     running.draws_step(3);
     let ended = interrupted(running);
-    assert_eq!(std::fs::read(&file).expect("the older one"), b"an older one");
+    assert_eq!(std::fs::read(&file).expect("the older one"), older);
     let partial = folder.path().join("n.yrn.partial");
     blob::decode(&std::fs::read(&partial).expect("the new one")).expect("a whole network");
     assert_eq!(ended.json()["network"], partial.display().to_string());

@@ -72,9 +72,10 @@ impl Swung {
     }
 
     /// Starts a follower and swings until it has ended: again once it has printed `word`, as it does for each release.
-    fn until_it_ends(&mut self, follower: Yawrig, listens: &str, word: &str) -> Ended {
+    fn until_it_ends(&mut self, follower: Yawrig, word: &str) -> Ended {
         let mut follower = follower.and(&self.path).start();
-        follower.prints(listens);
+        // From when it listens on.
+        follower.says("on emulated");
         let mut times = 0;
         while follower.runs() {
             self.swing();
@@ -91,7 +92,7 @@ impl Swung {
 fn another_shell_follows_the_releases() {
     let mut swung = Swung::new();
     let follower = yawrig("monitor --jsonl --releases 2 --device");
-    let ended = swung.until_it_ends(follower, "\"device\"", "\"refined\"").exits(0);
+    let ended = swung.until_it_ends(follower, "\"refined\"").exits(0);
     let events = ended.json_lines();
     let releases: Vec<&Value> = events.iter().filter(|e| e["event"] == "release").collect();
     assert_eq!(releases.len(), 2);
@@ -117,7 +118,7 @@ fn another_shell_follows_the_releases() {
         }
     }
     let follower = yawrig("monitor --releases 1 --device");
-    let ended = swung.until_it_ends(follower, "device", "refined").exits(0);
+    let ended = swung.until_it_ends(follower, "rad/s, zeta").exits(0);
     assert!(ended.stdout.contains("rad/s, zeta"), "{}", ended.report());
 }
 
@@ -128,7 +129,7 @@ fn who_comes_late_sees_what_happens_and_not_what_was_waiting_on_the_line() {
     let said = (0..40).map(|_| swung.swing()).last().expect("releases");
     assert!(said > 400, "{said} results");
     let late = yawrig("monitor --jsonl --releases 1 --device");
-    let ended = swung.until_it_ends(late, "\"device\"", "\"refined\"").exits(0);
+    let ended = swung.until_it_ends(late, "\"refined\"").exits(0);
     assert!(!ended.stderr.contains("lost"), "{}", ended.report());
     for event in ended.json_lines().into_iter().filter(|event| event["event"] != "device") {
         assert!(event["release"].as_u64().is_some_and(|number| number >= 40), "{event}");
