@@ -70,10 +70,9 @@ fn print(wn: f64, zeta: f64, noise: f64, correlation: f64, f: &Figures) {
 
 const HEAD: &str = "   wn   zeta  noise   rho | rms/CRB wn zeta | inside 1u: wn zeta (%)";
 
-#[test]
-fn white_noise() {
+fn white(noises_deg: &[f64]) {
     println!("{HEAD}");
-    for noise in [0.02, 0.1, 0.2] {
+    for &noise in noises_deg {
         let mut covered = 0.0;
         for (wn, zeta) in MODES {
             let f = figures(wn, zeta, noise, 0.0);
@@ -90,11 +89,10 @@ fn white_noise() {
     }
 }
 
-#[test]
-fn coloured_noise() {
+fn coloured(correlations: &[f64], noises_deg: &[f64]) {
     println!("{HEAD}");
-    for correlation in [0.9, 0.99] {
-        for noise in [0.02, 0.1, 0.2] {
+    for &correlation in correlations {
+        for &noise in noises_deg {
             for (wn, zeta) in MODES {
                 let f = figures(wn, zeta, noise, correlation);
                 print(wn, zeta, noise, correlation, &f);
@@ -105,4 +103,25 @@ fn coloured_noise() {
             }
         }
     }
+}
+
+#[test]
+fn white_noise() {
+    white(&[0.1]);
+}
+
+#[test]
+fn less_and_more_white_noise_at_full_size() {
+    white(&[0.02, 0.2]);
+}
+
+#[test]
+fn coloured_noise() {
+    coloured(&[0.9], &[0.1]);
+}
+
+#[test]
+fn other_coloured_noise_at_full_size() {
+    coloured(&[0.9], &[0.02, 0.2]);
+    coloured(&[0.99], &[0.02, 0.1, 0.2]);
 }

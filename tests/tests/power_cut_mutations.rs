@@ -85,7 +85,7 @@ fn power_cuts(at: &Path, target: &Path) -> Output {
 }
 
 #[test]
-fn the_power_cut_test_fails_without_the_safeguards() {
+fn the_power_cut_test_fails_without_the_safeguards_at_full_size() {
     let folder = tempfile::tempdir().expect("a folder");
     let target: PathBuf = folder.path().join("target");
     let run = |name: &str, mutation: &Mutation| {

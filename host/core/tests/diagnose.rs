@@ -148,7 +148,7 @@ fn one_hidden_effect_is_named_and_its_size_found() {
 /// What bends to much is named where simple effects leave more than they should; where they do as well, they stand.
 #[test]
 fn a_flexible_effect_is_named_where_simple_ones_do_not_explain() {
-    let n = number("YAWRIG_FLEXIBLE", 6);
+    let n = number("YAWRIG_FLEXIBLE", 4);
     let all: Vec<Effect> = Effect::ALL.into_iter().filter(Effect::is_flexible).collect();
     let plan = |i: u64| Plan {
         effects: vec![all[i as usize % all.len()].clone()],
@@ -166,7 +166,7 @@ fn a_flexible_effect_is_named_where_simple_ones_do_not_explain() {
 
 #[test]
 fn nothing_hidden_is_adequate() {
-    let n = number("YAWRIG_PLAIN", 8);
+    let n = number("YAWRIG_PLAIN", 5);
     let cases = cases((0..n).map(|i| Plan { seed: 90_000 + i, ..Plan::default() }).collect());
     let wrong: Vec<&Case> = cases.iter().filter(|c| c.found.status != Status::Adequate).collect();
     wrong.iter().for_each(|c| c.print());
@@ -210,7 +210,7 @@ fn two_hidden_effects_are_both_named_and_nothing_else() {
 
 #[test]
 fn what_the_library_lacks_is_unexplained() {
-    let n = number("YAWRIG_OUTSIDE", 6);
+    let n = number("YAWRIG_OUTSIDE", 4);
     let plan = |i: u64| {
         let outside = Outside::ALL[i as usize % Outside::ALL.len()];
         Plan { outside: Some(outside), seed: 70_000 + i, ..Plan::default() }

@@ -7,6 +7,8 @@ use std::process::Command;
 use tempfile::TempDir;
 use yawrig_tests::process::{yawrig, Yawrig};
 
+/// Readings asked of Octave, which takes half a minute for some laws over the whole record.
+const FOR_OCTAVE: usize = 400;
 /// Largest difference from the program's own readings, of the amplitude.
 const MOST: f64 = 1e-6;
 
@@ -70,7 +72,7 @@ impl Bench {
     }
 
     fn record(&self, name: &str, wn: f64) {
-        let rig = format!("--natural-frequency {wn} --damping 0.006 --seconds 16 --rate-hz 100");
+        let rig = format!("--natural-frequency {wn} --damping 0.006 --seconds 8 --rate-hz 100");
         self.of(&format!("simulate {rig} --out {name}")).run().exits(0);
     }
 
@@ -133,7 +135,7 @@ impl Bench {
                 std::array::from_fn(|_| fields.next().expect("a field").parse().expect("a number"))
             })
             .collect();
-        assert!(rows.len() > 1000, "{}", rows.len());
+        assert!(rows.len() > 500, "{}", rows.len());
         assert!(rows.iter().all(|r| (r[2] - r[1] - r[3]).abs() < 1e-8));
         self.export("python", "taken.py");
         self.export("matlab", "taken_m.m");
@@ -146,7 +148,8 @@ impl Bench {
             let amplitude = rows.iter().map(|r| r[2].abs()).fold(0.0, f64::max);
             let yaw: Vec<f64> =
                 printed.lines().map(|l| l.trim().parse().expect("a number")).collect();
-            assert_eq!(yaw.len(), rows.len(), "{what}, {language}");
+            let wanted = if language == "octave" { FOR_OCTAVE } else { rows.len() };
+            assert_eq!(yaw.len(), wanted, "{what}, {language}");
             let worst = yaw.iter().zip(&rows).map(|(y, r)| (y - r[2]).abs()).fold(0.0, f64::max)
                 / amplitude;
             println!("{what}, {language}: {worst:.1e} of the amplitude");
@@ -165,11 +168,11 @@ impl Bench {
     }
 
     fn octave(&self) -> String {
-        self.write(
-            "run_m.m",
+        let script = format!(
             "m = taken_m(); release = m.releases(1);\nt = load('times.txt') - release.release_time_s;\n\
-             printf('%.12g\\n', m.simulate(release, t) * 180 / pi);\n",
+             printf('%.12g\\n', m.simulate(release, t(1:{FOR_OCTAVE})) * 180 / pi);\n"
         );
+        self.write("run_m.m", &script);
         self.run(Path::new("octave-cli"), &["--norc", "--no-history", "run_m.m"])
     }
 
@@ -191,7 +194,7 @@ impl Bench {
         };
         compile("as_it_stands");
         let printed = self.run(&self.path().join("as_it_stands"), &[]);
-        assert!(printed.starts_with("time_s,yaw_deg\n") && printed.lines().count() > 1000);
+        assert!(printed.starts_with("time_s,yaw_deg\n") && printed.lines().count() > 500);
         let at_times = program
             .replace("puts(\"time_s,yaw_deg\");", "double t;")
             .replace(
@@ -269,7 +272,7 @@ fn every_record_of_a_model_is_in_the_program() {
     bench.of("fit r.csv other.csv --unknown-zero").run().exits(0);
     bench.export("python", "both.py");
     let printed = bench.run(&python(), &["both.py", "2"]);
-    assert!(printed.starts_with("time_s,yaw_deg\n") && printed.lines().count() > 700, "{printed}");
+    assert!(printed.starts_with("time_s,yaw_deg\n") && printed.lines().count() > 300, "{printed}");
     let text = bench.read("both.py");
     let zeros: Vec<&str> = text.split("\"zero_rad\": ").skip(1).collect();
     assert_eq!(zeros.len(), 4, "{text}");
