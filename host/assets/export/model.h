@@ -52,6 +52,9 @@ typedef struct {
 static const @NAME@_release @NAME@_releases[] = {
 @RELEASES@
 };
+/* Covariance of the numbers of the first release, u squared on its diagonal; not there where the model was edited
+ * after its fit. */
+@COVARIANCE@
 
 /* Time from the release (s), yaw angle (rad), yaw rate (rad/s), its sign: 0 at rest@Z(; what is remembered (rad))Z@. */
 typedef struct {

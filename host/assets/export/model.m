@@ -18,6 +18,8 @@ function m = @NAME@()
 )Z@% The numbers of each release (p) and their standard uncertainties (u; 0: taken as known, NaN: not known):
 @NUMBERS@
 
+% Of the numbers of the first release, u squared on its diagonal; empty where the model was edited after its fit.
+@COVARIANCE@
 m.releases = releases();
 m.acceleration = @acceleration;@Z(
 m.memory = @memory;)Z@

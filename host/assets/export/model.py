@@ -25,6 +25,8 @@ STICKS = @STICKS@
 RELEASES = [
 @RELEASES@
 ]
+# Of the numbers of the first release, u squared on its diagonal; empty where the model was edited after its fit.
+@COVARIANCE@
 
 
 def sign(x):

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::{Effect, Equation};
+use yawrig_core::fit::fitting::Covariance;
 use yawrig_expression::{translate, Language};
 
 /// For whom.
@@ -109,6 +110,35 @@ impl Dialect {
         }
     }
 
+    /// Names and matrix, empty where the model's file was not written by a fit.
+    fn covariance(&self, covariance: Option<&Covariance>) -> String {
+        let names = covariance.map_or(&[][..], |c| &c.names);
+        let name = |name: &String| match name.as_str() {
+            "natural_frequency_rad_s" => self.text("wn"),
+            "damping_ratio" => self.text("zeta"),
+            name => self.text(&name.replace('.', "_")),
+        };
+        let names = names.iter().map(name).collect::<Vec<_>>().join(", ");
+        let row =
+            |row: &Vec<f64>| row.iter().map(|c| self.value(*c)).collect::<Vec<_>>().join(", ");
+        let rows: Vec<String> = covariance.iter().flat_map(|c| &c.matrix).map(row).collect();
+        match self.target {
+            Target::Python => {
+                let rows: String = rows.iter().map(|row| format!("    [{row}],\n")).collect();
+                format!("COVARIANCE_OF = [{names}]\nCOVARIANCE = [\n{rows}]")
+            }
+            Target::Matlab => {
+                let rows = rows.join("; ...\n    ");
+                format!("m.covariance_of = {{{names}}};\nm.covariance = [{rows}];")
+            }
+            Target::C if rows.is_empty() => String::new(),
+            Target::C => format!(
+                "#define @NAME@_COVARIANCE_OF {{{names}}}\n#define @NAME@_COVARIANCE {{ \\\n    {{{}}}}}",
+                rows.join("}, \\\n    {")
+            ),
+        }
+    }
+
     fn release(&self, index: usize, release: &Release) -> String {
         let (entry, decay) = (&release.recorded.entry, &release.recorded.decay);
         let (grid, state) = (&decay.grid, &release.fit.parameters);
@@ -153,6 +183,7 @@ pub fn written(
     file: &Path,
     effects: &[Effect],
     releases: &[Release],
+    covariance: Option<&Covariance>,
 ) -> Result<String> {
     let dialect = Dialect::of(target);
     let name = identifier(target, file)?;
@@ -172,6 +203,7 @@ pub fn written(
         ("@MEMORY@", memory.as_deref().unwrap_or_default()),
         ("@STICKS@", dialect.truth[usize::from(sticks)]),
         ("@NUMBERS@", &numbers.join("\n")),
+        ("@COVARIANCE@", &dialect.covariance(covariance)),
         ("@TITLE@", &title),
         ("@FILE@", &file),
         ("@NAME@", &name),

@@ -7,7 +7,8 @@ mod table;
 
 pub use code::Target;
 
-use crate::model::document::Model;
+use crate::model::document::{read_text, Model};
+use crate::model::journal::Journal;
 use crate::model::model_fit::{held_against, Data, Recorded};
 use rayon::prelude::*;
 use release::Release;
@@ -42,6 +43,10 @@ pub fn exported(path: &Path, what: What, name: &Path) -> Result<String> {
     interrupt::check()?;
     match what {
         What::Table => table::written(&releases),
-        What::Code(target) => code::written(target, path, name, &effects, &releases),
+        What::Code(target) => {
+            let journal = Journal::of(path)?;
+            let covariance = journal.covariance_of(&read_text(path)?);
+            code::written(target, path, name, &effects, &releases, covariance)
+        }
     }
 }

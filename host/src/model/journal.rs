@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 use yawrig_base::error::{Error, Exit, Result};
+use yawrig_core::fit::fitting::Covariance;
 use yawrig_core::quantity::Quantity;
 
 /// The version of a line's layout.
@@ -51,6 +52,9 @@ pub struct JournalStep {
     pub parameters: BTreeMap<String, Known>,
     /// wn and zeta under each condition.
     pub modal: BTreeMap<String, KnownModal>,
+    /// Of the numbers of the first record's model, where the step fitted them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<Covariance>,
     /// The whole text of the model's file.
     pub model: String,
 }
@@ -109,6 +113,7 @@ impl JournalStep {
             after: None,
             parameters: BTreeMap::new(),
             modal: BTreeMap::new(),
+            covariance: None,
             model,
         }
     }
@@ -213,6 +218,12 @@ impl Journal {
 
     pub fn last(&self) -> Option<&JournalStep> {
         self.steps.last()
+    }
+
+    /// Covariance of the numbers of a model whose file reads `text`; none where no step has fitted it so.
+    pub fn covariance_of(&self, text: &str) -> Option<&Covariance> {
+        let steps = self.steps.iter().rev().filter(|step| step.model == text);
+        steps.filter_map(|step| step.covariance.as_ref()).next()
     }
 
     /// Step `number`, counted from 1.

@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
 use yawrig_core::effects::{Effect, MOST_OWN};
+use yawrig_core::fit::fitting::Covariance;
 use yawrig_core::fit::joint::JointFit;
 use yawrig_text::nearest;
 
@@ -410,6 +411,7 @@ fn finish(store: Store, asked: &Asked, step: JournalStep, change: Change) -> Res
             .map(|(n, q)| (n.clone(), Known::from(*q)))
             .collect(),
         modal: appraisal.conditions.iter().map(known).collect(),
+        covariance: appraisal.covariance.clone().filter(Covariance::is_finite),
         model: change.model.text(store.text())?,
         ..step
     };

@@ -282,6 +282,51 @@ fn every_record_of_a_model_is_in_the_program() {
     assert!(table.contains("r.csv\n") && table.contains("other.csv\n"));
 }
 
+/// As `compare` gives it for the same numbers; none of a model that was edited since.
+#[test]
+fn the_covariance_of_the_fit_is_in_the_program() {
+    let bench = Bench::with_record("r.csv", 7.0);
+    bench.of("fit r.csv").run().exits(0);
+    let added = bench.of("add cubic_stiffness --json").run().exits(0).json();
+    let fitted = &added["covariance"];
+    assert_eq!(fitted["names"][2], "cubic_stiffness.k3", "{added}");
+    let fitted: Vec<Vec<f64>> = serde_json::from_value(fitted["matrix"].clone()).expect("a matrix");
+    let shown = |file: &str| {
+        let script = format!(
+            "import json, {file} as m\nu = m.RELEASES[0]['u']\n\
+             print(json.dumps([m.COVARIANCE_OF, m.COVARIANCE, [u[n] for n in m.COVARIANCE_OF]]))"
+        );
+        let said = bench.run(&python(), &["-c", &script]);
+        serde_json::from_str::<(Vec<String>, Vec<Vec<f64>>, Vec<f64>)>(&said).expect("three lists")
+    };
+    bench.export("python", "fitted.py");
+    let (names, matrix, u) = shown("fitted");
+    assert_eq!(names, ["wn", "zeta", "cubic_stiffness_k3"]);
+    assert_eq!(matrix, fitted);
+    // The model's file has them to four digits.
+    for (at, u) in u.iter().enumerate() {
+        assert!((matrix[at][at].sqrt() / u - 1.0).abs() < 1e-3, "{}: {u}", names[at]);
+    }
+    bench.export("matlab", "fitted_m.m");
+    let script = "m = fitted_m(); printf('%.17g\\n', m.covariance');";
+    let said = bench.run(Path::new("octave-cli"), &["--norc", "--eval", script]);
+    let said: Vec<f64> = said.lines().map(|l| l.trim().parse().expect("a number")).collect();
+    assert_eq!(said, matrix.concat());
+    bench.export("c", "fitted_c.h");
+    let header = bench.read("fitted_c.h");
+    assert!(header.contains("#define fitted_c_COVARIANCE_OF {\"wn\", \"zeta\","), "{header}");
+    let program = "#include <stdio.h>\n#include \"fitted_c.h\"\n\
+        int main(void) { double c[3][3] = fitted_c_COVARIANCE; printf(\"%.17g\", c[2][0]); return 0; }";
+    bench.write("covariance.c", program);
+    bench.run(Path::new("cc"), &["-std=c99", "covariance.c", "-o", "covariance", "-lm"]);
+    let said = bench.run(&bench.path().join("covariance"), &[]);
+    assert_eq!(said.parse::<f64>().expect("a number"), matrix[2][0]);
+    let text = bench.read("model.toml");
+    bench.write("model.toml", &format!("# looked at\n{text}"));
+    bench.export("python", "edited.py");
+    assert_eq!(shown("edited").0, [""; 0]);
+}
+
 #[test]
 fn what_cannot_be_exported_is_refused_with_the_reason() {
     let bench = Bench::new();

@@ -21,6 +21,13 @@ pub struct Covariance {
     pub matrix: Vec<Vec<f64>>,
 }
 
+impl Covariance {
+    /// Whether every number of it is known.
+    pub fn is_finite(&self) -> bool {
+        self.matrix.iter().flatten().all(|c| c.is_finite())
+    }
+}
+
 /// What two combinations of numbers have in common, given the numbers' covariance.
 fn between(covariance: &DMatrix<f64>, a: &[f64], b: &[f64]) -> f64 {
     let used = |row: &[f64]| -> Vec<usize> { (0..row.len()).filter(|k| row[*k] != 0.0).collect() };
