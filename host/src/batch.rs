@@ -13,6 +13,7 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_base::interrupt;
 use yawrig_core::identify::{identify, Identification, Method, Settings};
+use yawrig_core::record::Record;
 use yawrig_records::place;
 use yawrig_shared::checksum::crc32;
 
@@ -96,6 +97,45 @@ fn answer(file: &Path, methods: &[Method], settings: &Settings) -> Result<Answer
             refused: error.to_string(),
         })),
     }
+}
+
+/// What `--json` prints of several records.
+#[derive(Debug, Serialize)]
+pub struct Object {
+    pub schema_version: u32,
+    pub records: Vec<Identification>,
+    pub refused: Vec<Refused>,
+}
+
+/// Identifies records in memory on all cores. `each` is called as one is done.
+///
+/// # Errors
+/// Exit 130 when the user stops it.
+pub fn in_memory(
+    records: &[Record],
+    methods: &[Method],
+    settings: &Settings,
+    each: impl Fn() + Sync,
+) -> Result<Object> {
+    let stop = interrupt::stop();
+    let one = |record: &Record| {
+        stop.check()?;
+        let found = identify(record, methods, settings).map_err(|e| Refused {
+            file: record.file.display().to_string(),
+            refused: Error::from(e).to_string(),
+        });
+        each();
+        Ok(found)
+    };
+    let found: Vec<_> = records.par_iter().map(one).collect::<Result<_>>()?;
+    let (mut records, mut refused) = (Vec::new(), Vec::new());
+    for one in found {
+        match one {
+            Ok(found) => records.push(found),
+            Err(why) => refused.push(why),
+        }
+    }
+    Ok(Object { schema_version: SCHEMA_VERSION, records, refused })
 }
 
 /// Identifies `files` on all cores and hands every answer to `each` in the order of `files`.

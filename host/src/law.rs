@@ -13,6 +13,7 @@ use yawrig_core::law::beside::{Beside, Kind};
 use yawrig_core::law::estimate::{Curve, Measured};
 use yawrig_core::law::left::Left;
 use yawrig_core::law::names::{names, Names};
+use yawrig_core::record::Record;
 
 /// Formulas that are written.
 const WRITTEN: usize = 6;
@@ -64,6 +65,16 @@ pub fn found(paths: &[PathBuf], dissipative: bool) -> Result<Found> {
     let data = Data::of(&model, &at)?;
     interrupt::check()?;
     beside(&model, &data, dissipative, &|_, _| {})
+}
+
+/// As [`found`], of records in memory.
+///
+/// # Errors
+/// As [`found`].
+pub fn found_in(records: Vec<Record>, dissipative: bool) -> Result<Found> {
+    let data = Data::of_records(records)?;
+    let records = data.fitted.iter().map(|r| r.entry.clone()).collect();
+    beside(&Model { records, ..Model::default() }, &data, dissipative, &|_, _| {})
 }
 
 /// Measures and names the law of `data` beside the effects of `model`; `show` is given a first law, and the law

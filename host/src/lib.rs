@@ -1,15 +1,30 @@
 //! Natural frequency, damping and aerodynamic derivatives from a yawing wind-tunnel model.
 #![forbid(unsafe_code)]
 
-/// A line on stderr. `eprintln!` would panic where nobody reads it any more (`2>&1 | head`).
+/// A line on stderr, or to who listens instead.
 #[macro_export]
 macro_rules! say {
-    ($($text:tt)*) => {{
-        use std::io::Write as _;
-        let _ = writeln!(std::io::stderr(), $($text)*);
-    }};
+    ($($text:tt)*) => { $crate::said(format_args!($($text)*)) };
 }
 
+static LISTENER: std::sync::OnceLock<fn(String)> = std::sync::OnceLock::new();
+
+/// Has `listener` told, from now on, what would stand on stderr; the first is kept.
+pub fn listen(listener: fn(String)) {
+    LISTENER.get_or_init(|| listener);
+}
+
+#[doc(hidden)]
+pub fn said(text: std::fmt::Arguments) {
+    use std::io::Write as _;
+    match LISTENER.get() {
+        Some(listener) => listener(text.to_string()),
+        // `eprintln!` would panic where nobody reads it any more (`2>&1 | head`).
+        None => drop(writeln!(std::io::stderr(), "{text}")),
+    }
+}
+
+pub mod answer;
 mod batch;
 pub mod campaign;
 pub mod cli;

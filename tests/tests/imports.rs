@@ -33,7 +33,7 @@ const PURE: &[&str] = &[
 /// The library that programs are made of does not parse arguments and serves no page.
 const NO_PROGRAM: &[&str] = &["clap", "axum", "tokio", "indicatif", "comfy_table"];
 
-const ROOMS: [Room; 11] = [
+const ROOMS: [Room; 12] = [
     Room { name: "yawrig_shared", sources: "shared/src", imports: &[], never: PURE },
     Room {
         name: "yawrig_firmware",
@@ -108,6 +108,12 @@ const ROOMS: [Room; 11] = [
             "yawrig_train",
         ],
         never: &[],
+    },
+    Room {
+        name: "yawrig_python",
+        sources: "host/python/src",
+        imports: &["yawrig", "yawrig_base", "yawrig_core", "yawrig_records"],
+        never: NO_PROGRAM,
     },
 ];
 

@@ -335,7 +335,7 @@ fn numbers<'a>(file: &Path, channel: &'a Channel) -> Result<&'a [f64]> {
 }
 
 /// What `csv_file` refuses line by line.
-fn check(record: &Record) -> Result<()> {
+pub(super) fn check(record: &Record) -> Result<()> {
     let refuse = |index: usize, what: String| {
         let file = record.file.display();
         Error::data(format!("{file}, sample {}: {what}", index + 1))

@@ -176,6 +176,15 @@ pub fn write(record: &Record, file: &Path) -> Result<()> {
     write_samples(file, record.time_s.iter().copied().zip(record.yaw_deg.iter().copied()))
 }
 
+/// To a microsecond and a microdegree.
+const DECIMALS: usize = 6;
+
+/// Time and angle as a file holds them.
+pub fn as_written((time_s, yaw_deg): (f64, f64)) -> (f64, f64) {
+    let read = |number: f64| format!("{number:.DECIMALS$}").parse().unwrap_or(number);
+    (read(time_s), read(yaw_deg))
+}
+
 /// Writes (time in s, yaw angle in deg) as they come, whole or not at all.
 ///
 /// # Errors
@@ -185,7 +194,7 @@ pub fn write_samples(file: &Path, samples: impl Iterator<Item = (f64, f64)>) -> 
         let fail = |e: std::io::Error| files::cannot_write(file, &e);
         writeln!(out, "time_s,yaw_deg").map_err(fail)?;
         for (row, (time_s, yaw_deg)) in samples.enumerate() {
-            writeln!(out, "{time_s:.6},{yaw_deg:.6}").map_err(fail)?;
+            writeln!(out, "{time_s:.DECIMALS$},{yaw_deg:.DECIMALS$}").map_err(fail)?;
             if row % ROWS_PER_CHECK == 0 {
                 interrupt::check()?;
             }

@@ -12,13 +12,14 @@ mod mat;
 mod names;
 mod parquet_file;
 pub mod place;
+mod standard_input;
 mod table;
 mod tdms;
 mod text;
 mod turns;
 mod xlsx;
 
-pub use csv_file::{write, write_samples, ACCEPTED_COLUMNS};
+pub use csv_file::{as_written, write, write_samples, ACCEPTED_COLUMNS};
 pub use kept::keep;
 pub use table::{Selection, TimeUnit, Unit};
 
@@ -28,7 +29,7 @@ use yawrig_core::identify::several;
 use yawrig_core::record::Record;
 
 /// Reads one release of `r.csv#2`, or all of `r.csv`: `time_s` and `yaw_deg` (or `yaw_rad`, converted) from a file: CSV, MATLAB, HDF5, TDMS or
-/// Parquet, whatever it is called.
+/// Parquet, whatever it is called; `-` is standard input.
 ///
 /// # Errors
 /// Exit 3, naming file and line or sample: not readable, other columns, not a number, NaN or infinity, time not
@@ -42,6 +43,9 @@ pub fn read(file: &Path) -> Result<Record> {
 /// # Errors
 /// As [`read`]; with the channels there are where it is not clear which are meant.
 pub fn read_selected(named: &Path, selection: &Selection) -> Result<Record> {
+    if let Some(part) = standard_input::part(named) {
+        return standard_input::read(named, part, |file| read_selected(file, selection));
+    }
     let (file, release) = place::parted(named);
     let file = file.as_path();
     let format = format::of(file)?;
@@ -72,6 +76,16 @@ pub fn read_selected(named: &Path, selection: &Selection) -> Result<Record> {
         record = several::sliced(&record, part);
         record.file = named.to_owned();
     }
+    Ok(record)
+}
+
+/// A record in memory as one that was read: whole turns taken out.
+///
+/// # Errors
+/// Exit 3, naming record and sample, for what is refused of a file.
+pub fn checked(mut record: Record) -> Result<Record> {
+    asked::check(&record)?;
+    turns::take_out(&mut record.yaw_deg);
     Ok(record)
 }
 

@@ -1,5 +1,6 @@
 //! `r.csv#2`: one of several releases in one file.
 
+use super::standard_input;
 use std::path::{Path, PathBuf};
 
 /// The file that `named` means, and which of its releases, from 1; the whole of it where none is named.
@@ -27,11 +28,19 @@ pub fn is_file(named: &Path) -> bool {
     parted(named).0.is_file()
 }
 
-/// As [`Path::canonicalize`].
+/// Whether it is `-`, the record that comes by standard input, or a release of it.
+pub fn is_standard_input(named: &Path) -> bool {
+    standard_input::part(named).is_some()
+}
+
+/// As [`Path::canonicalize`]; standard input has its name everywhere.
 ///
 /// # Errors
 /// Where the file is not there.
 pub fn canonical(named: &Path) -> std::io::Result<PathBuf> {
+    if is_standard_input(named) {
+        return Ok(named.to_owned());
+    }
     let (file, release) = parted(named);
     let real = file.canonicalize()?;
     Ok(release.map_or(real.clone(), |number| with_release(&real, number)))

@@ -1,10 +1,12 @@
 //! `compare`: a model, with any effects on top, against records.
 
 use super::common::{bare, print_json, print_line, EffectsArg, SCHEMA_VERSION};
-use super::model::{print_revision, summary, JudgeArgs, DEFAULT};
+use super::model::{print_revision, revised, summary, JudgeArgs, DEFAULT};
+use crate::answer::{Answer, Drawn, OfRecord};
 use crate::model::appraisal::Appraisal;
-use crate::model::comparison::{compare, Comparison};
+use crate::model::comparison::{compare, compare_records, Compared, Comparison};
 use crate::model::document::is_model;
+use crate::model::model_fit::Recorded;
 use crate::model::revise::Revision;
 use crate::model::side_by_side::{side_by_side, Side};
 use clap::Args;
@@ -13,7 +15,9 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
+use yawrig_core::fit::fitting::Fitted;
 use yawrig_core::quantity::Quantity;
+use yawrig_core::record::Record;
 
 /// Compare a model with records and show where it fails.
 ///
@@ -77,6 +81,31 @@ impl Compare {
 }
 
 impl Compare {
+    /// The answer about `records`, which are in memory: of a second-order model, or of the one that --model names.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn answer(&self, records: Vec<Record>) -> Result<Answer> {
+        let model = self.model.first().cloned();
+        let comparison = Comparison {
+            model: model.clone(),
+            files: Vec::new(),
+            effects: self.effects.effects()?,
+            unknown_zero: self.judge.unknown_zero,
+        };
+        let Compared { revision, recorded, fits } = compare_records(&comparison, records)?;
+        let a = &revision.appraisal;
+        let with: String = a.effects.iter().map(|e| format!(" + {e}")).collect();
+        let sentence = format!(
+            "second order{with}: residual {:.3} times the noise, held out {:.3}",
+            a.residuals.residual_over_noise, a.residuals.held_out_over_noise
+        );
+        let of = |(recorded, model): (Recorded, Fitted)| OfRecord { decay: recorded.decay, model };
+        let fitted = recorded.into_iter().zip(fits).map(of).collect();
+        let object = revised(model.as_deref(), &revision);
+        Ok(Answer::new(&object, sentence)?.drawn_from(Drawn::Fitted(fitted)))
+    }
+
     fn side_by_side(&self, models: &[PathBuf], files: &[PathBuf]) -> Result<()> {
         if !self.effects.effects()?.is_empty() {
             return Err(Error::usage("--effect beside several models")

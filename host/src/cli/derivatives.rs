@@ -3,12 +3,14 @@
 use super::common::{bare, print_json, print_line, wrapped, AnalysisArgs};
 use super::csv;
 use super::identify::MethodChoice;
+use crate::answer::{Answer, Drawn, Progress};
 use crate::campaign::doubted;
 use crate::campaign::evaluate;
 use crate::campaign::CampaignFile;
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::table::{ByAxis, InertiaLine, InertiaOrigin, Table};
@@ -50,17 +52,7 @@ struct Tables {
 
 impl Derivatives {
     pub fn run(&self) -> Result<()> {
-        let settings = self.analysis.settings()?;
-        let file = CampaignFile::read(&self.campaign)?;
-        let mut tables = Vec::new();
-        for &method in self.method.iter().flat_map(|choice| choice.methods()) {
-            tables.push(evaluate(&file, &name(method)?, &|record: &Record| {
-                let found = identify(record, &[method], &settings)?;
-                Identified::of(found).ok_or_else(|| {
-                    Error::internal(format!("{}: no estimate", record.file.display()))
-                })
-            })?);
-        }
+        let mut tables = self.tables(&|_, _| {})?;
         if self.csv {
             return csv::derivatives(&tables);
         }
@@ -69,6 +61,41 @@ impl Derivatives {
         }
         let first = tables.remove(0);
         print_json(&Tables { first, others: tables })
+    }
+}
+
+impl Derivatives {
+    fn tables(&self, progress: &Progress) -> Result<Vec<Table>> {
+        let settings = self.analysis.settings()?;
+        let file = CampaignFile::read(&self.campaign)?;
+        let methods: Vec<Method> =
+            self.method.iter().flat_map(|choice| choice.methods()).copied().collect();
+        let all = methods.len() * file.campaign.release.len();
+        let done = AtomicUsize::new(0);
+        let mut tables = Vec::new();
+        for method in methods {
+            tables.push(evaluate(&file, &name(method)?, &|record: &Record| {
+                let found = identify(record, &[method], &settings)?;
+                progress(done.fetch_add(1, Ordering::Relaxed) + 1, all);
+                Identified::of(found).ok_or_else(|| {
+                    Error::internal(format!("{}: no estimate", record.file.display()))
+                })
+            })?);
+        }
+        Ok(tables)
+    }
+
+    /// The answer that `--json` prints.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn answer(&self, progress: &Progress) -> Result<Answer> {
+        let mut tables = self.tables(progress)?;
+        let (first, others) = (tables.remove(0), tables);
+        let sentence =
+            format!("{} by {}: {} points", first.model, first.method, first.points.len());
+        let drawn = Drawn::Derivatives(Box::new(first.clone()));
+        Ok(Answer::new(&Tables { first, others }, sentence)?.drawn_from(drawn))
     }
 }
 

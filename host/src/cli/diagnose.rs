@@ -6,8 +6,9 @@ use super::diagnosis_text;
 use super::law;
 use super::model::{JudgeArgs, DEFAULT};
 use super::releases::{warn_of_more, ReleaseArg};
+use crate::answer::{Answer, Drawn};
 use crate::campaign::CampaignFile;
-use crate::law::{found, Found};
+use crate::law::{found_in, Found};
 use crate::model::document::{is_model, Model, RecordEntry};
 use crate::model::effects::named;
 use crate::model::limits::structure;
@@ -17,11 +18,12 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
-use yawrig_core::diagnosis::campaign;
+use yawrig_core::diagnosis::campaign::CampaignDiagnosis;
 use yawrig_core::diagnosis::diagnose::{
-    diagnose_with_fits, name_of, Diagnosed, Diagnosis, Options, Status, SECOND_ORDER,
+    diagnose_with_fits, name_of, verdict, Diagnosed, Diagnosis, Options, Status, SECOND_ORDER,
 };
 use yawrig_core::diagnosis::several::{diagnose_several, Common, SeveralDiagnosis};
+use yawrig_core::record::Record;
 
 /// Which physical effect a second-order model of a record lacks.
 ///
@@ -73,31 +75,121 @@ pub struct Diagnose {
     pub csv: bool,
 }
 
-#[derive(Serialize)]
-struct Object<'a> {
-    schema_version: u32,
-    #[serde(flatten)]
-    diagnosis: &'a Diagnosis,
-    seconds: f64,
-    /// As `law` prints it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    law: Option<serde_json::Value>,
+/// What is judged, and beside which model.
+enum Case {
+    Record(Record, Options, &'static str),
+    Several(Vec<Record>, Options),
+    Campaign(PathBuf, Options),
+}
+
+/// What came of it.
+enum Judged {
+    Record {
+        record: Record,
+        diagnosed: Box<Diagnosed>,
+        law: Option<Box<Found>>,
+        model: &'static str,
+        seconds: f64,
+    },
+    Several {
+        files: Vec<String>,
+        diagnosis: SeveralDiagnosis,
+        model: &'static str,
+        seconds: f64,
+    },
+    Campaign {
+        path: PathBuf,
+        diagnosis: CampaignDiagnosis,
+        seconds: f64,
+    },
 }
 
 impl Diagnose {
     pub fn run(&self) -> Result<()> {
-        let own = self.effects.effects()?;
-        let options = Options {
+        match self.judged(self.case()?, !self.csv)? {
+            Judged::Record { record, diagnosed, law, model, seconds } => {
+                let Diagnosed { diagnosis, .. } = *diagnosed;
+                let file = record.file.display().to_string();
+                if self.csv {
+                    return csv::diagnosed(&file, &diagnosis.status, &diagnosis.steps);
+                }
+                let files = match &law {
+                    Some(found) => law::written(found, self.out.as_deref())?,
+                    None => Vec::new(),
+                };
+                if self.judge.json {
+                    return print_json(&object(&diagnosis, law.as_deref(), &files, seconds));
+                }
+                let text = diagnosis_text::of_record(&file, &diagnosis, model);
+                let measure = law::command(&[record.file], false);
+                match law.and_then(|found| law::in_short(&found, &files, &measure)) {
+                    Some(law) => print_line(&format!("{text}\n\n{law}")),
+                    None => print_line(&text),
+                }
+            }
+            Judged::Several { files, diagnosis, model, seconds } => {
+                if self.csv {
+                    return csv::diagnosed(&files.join(" "), &diagnosis.status, &diagnosis.steps);
+                }
+                if self.judge.json {
+                    return print_json(&several_object(&diagnosis, seconds));
+                }
+                print_line(&diagnosis_text::of_several(&diagnosis, model))
+            }
+            Judged::Campaign { path, diagnosis, seconds } => {
+                let file = path.display().to_string();
+                if self.csv {
+                    return csv::diagnosed(&file, &diagnosis.status, &diagnosis.steps);
+                }
+                if self.judge.json {
+                    return print_json(&campaign_object(&path, &diagnosis, seconds));
+                }
+                print_line(&diagnosis_text::of_campaign(&file, &diagnosis))
+            }
+        }
+    }
+
+    /// The answer about these records in memory, or, where there are none, about the files. Nothing is written.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn answer(&self, records: Vec<Record>) -> Result<Answer> {
+        let case = if records.is_empty() { self.case()? } else { self.case_of(records)? };
+        match self.judged(case, true)? {
+            Judged::Record { record, diagnosed, law, model, seconds } => {
+                let object = object(&diagnosed.diagnosis, law.as_deref(), &[], seconds);
+                let d = &diagnosed.diagnosis;
+                let sentence = verdict(d.status, &d.effects, model);
+                Ok(Answer::new(&object, sentence)?
+                    .drawn_from(Drawn::Diagnosed(Box::new((record, *diagnosed)))))
+            }
+            Judged::Several { diagnosis, model, seconds, .. } => {
+                let sentence = verdict(diagnosis.status, &diagnosis.effects, model);
+                Answer::new(&several_object(&diagnosis, seconds), sentence)
+            }
+            Judged::Campaign { path, diagnosis, seconds } => {
+                let sentence = verdict(diagnosis.status, &diagnosis.effects, SECOND_ORDER);
+                Answer::new(&campaign_object(&path, &diagnosis, seconds), sentence)
+            }
+        }
+    }
+
+    fn options(&self) -> Result<Options> {
+        Ok(Options {
             zero_unknown: self.judge.unknown_zero,
-            own,
+            own: self.effects.effects()?,
             stop: interrupt::stop(),
             ..Options::default()
-        };
+        })
+    }
+
+    fn case(&self) -> Result<Case> {
+        let options = self.options()?;
         let is_toml =
             |file: &Path| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
         let files = self.release.of(&self.files)?;
         if files.len() > 1 {
-            return self.run_several(&files, options);
+            return several(&files, options);
         }
         let asked = self.same_rig || !self.share.is_empty() || !self.own.is_empty();
         if let (true, [file]) = (asked, &files[..]) {
@@ -109,144 +201,129 @@ impl Diagnose {
         }
         let file = files.first();
         match (file, &self.model) {
-            (Some(file), None) if is_toml(file) && is_model(file) => {
-                self.run_beside(file, None, options)
-            }
-            (Some(file), None) if is_toml(file) => self.run_campaign(file, &options),
+            (Some(file), None) if is_toml(file) && is_model(file) => beside(file, None, options),
+            (Some(file), None) if is_toml(file) => Ok(Case::Campaign(file.clone(), options)),
             (Some(file), Some(_)) if is_toml(file) => {
                 Err(Error::usage("a campaign beside --model")
                     .help("leave --model out: a campaign is judged from a second-order model on"))
             }
-            (Some(file), None) => self.judge(file, &options, SECOND_ORDER),
+            (Some(file), None) => one(file, options, SECOND_ORDER),
             (file, model) => {
                 let model = model.as_deref().unwrap_or(Path::new(DEFAULT));
-                self.run_beside(model, file.map(PathBuf::as_path), options)
+                beside(model, file.map(PathBuf::as_path), options)
             }
         }
     }
 
-    /// What the model at `path` lacks, in `file` or its own record.
-    fn run_beside(&self, path: &Path, file: Option<&Path>, options: Options) -> Result<()> {
-        let model = Model::read(path)?;
-        let fitted: Vec<&RecordEntry> = model.records.iter().filter(|r| !r.held_out).collect();
-        let entry = match (file, fitted.as_slice()) {
-            (Some(file), _) => records::known_or_new(&model, path, file)?,
-            (None, [entry]) => (*entry).clone(),
-            (None, all) => {
-                let files: Vec<PathBuf> =
-                    all.iter().map(|entry| Model::record_path(path, entry)).collect();
-                let options = Options {
-                    zero_unknown: options.zero_unknown || model.unknown_zero,
-                    present: structure(&model)?,
-                    ..options
+    fn case_of(&self, mut records: Vec<Record>) -> Result<Case> {
+        let mut options = self.options()?;
+        if let Some(path) = &self.model {
+            let model = Model::read(path)?;
+            options.zero_unknown |= model.unknown_zero;
+            options.present = structure(&model)?;
+        }
+        let model = match self.model {
+            Some(_) => PRESENT,
+            None => SECOND_ORDER,
+        };
+        Ok(match records.len() {
+            1 => Case::Record(records.remove(0), options, model),
+            _ => Case::Several(records, options),
+        })
+    }
+
+    /// `with_law`: the law of a record that nothing explains is measured.
+    fn judged(&self, case: Case, with_law: bool) -> Result<Judged> {
+        let begin = std::time::Instant::now();
+        match case {
+            Case::Record(record, options, model) => {
+                let diagnosed = diagnose_with_fits(&record, &options)?;
+                for warning in &diagnosed.decay.warnings {
+                    crate::say!("yawrig: warning: {warning}");
+                }
+                let seconds = begin.elapsed().as_secs_f64();
+                let law = match with_law {
+                    true => law_of(&record, &diagnosed.diagnosis, &options)?,
+                    false => None,
                 };
-                return self.run_several(&files, options);
+                let (diagnosed, law) = (Box::new(diagnosed), law.map(Box::new));
+                Ok(Judged::Record { record, diagnosed, law, model, seconds })
             }
-        };
-        let options = Options {
-            stop: interrupt::stop(),
-            zero_unknown: options.zero_unknown || model.unknown_zero,
-            present: structure(&model)?,
-            wind_speed_m_s: entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s),
-            ..options
-        };
-        self.judge(&Model::record_path(path, &entry), &options, "the present model")
-    }
-
-    fn judge(&self, file: &Path, options: &Options, model: &str) -> Result<()> {
-        warn_of_more(file);
-        let begin = std::time::Instant::now();
-        let Diagnosed { diagnosis, decay, .. } =
-            diagnose_with_fits(&yawrig_records::read(file)?, options)?;
-        for warning in &decay.warnings {
-            crate::say!("yawrig: warning: {warning}");
+            Case::Several(records, options) => {
+                let named =
+                    |ids: &[String]| ids.iter().map(|id| named(id)).collect::<Result<Vec<_>>>();
+                let (shared, own) = (named(&self.share)?, named(&self.own)?);
+                if let Some(both) = own.iter().find(|e| shared.contains(e)) {
+                    return Err(Error::usage(format!("--own {both} and --share {both}"))
+                        .help("give one of them: by itself a coefficient is common to all"));
+                }
+                let common = Common { same_rig: self.same_rig, own };
+                crate::say!("judging {} releases as one", records.len());
+                let diagnosis = diagnose_several(&records, &common, &options)?;
+                for warning in &diagnosis.warnings {
+                    crate::say!("yawrig: warning: {warning}");
+                }
+                let files = records.iter().map(|r| r.file.display().to_string()).collect();
+                let model = name_of(&options.present.effects);
+                let seconds = begin.elapsed().as_secs_f64();
+                Ok(Judged::Several { files, diagnosis, model, seconds })
+            }
+            Case::Campaign(path, options) => {
+                let file = CampaignFile::read_releases(&path)?;
+                crate::say!("fitting {} releases", file.campaign.release.len());
+                let diagnosis = crate::campaign::diagnose(&file, &options)?;
+                Ok(Judged::Campaign { path, diagnosis, seconds: begin.elapsed().as_secs_f64() })
+            }
         }
-        let seconds = begin.elapsed().as_secs_f64();
-        if self.csv {
-            return csv::diagnosed(
-                &file.display().to_string(),
-                &diagnosis.status,
-                &diagnosis.steps,
-            );
-        }
-        let found = law_of(file, &diagnosis, options)?;
-        let files = match &found {
-            Some(found) => law::written(found, self.out.as_deref())?,
-            None => Vec::new(),
-        };
-        if self.judge.json {
-            let (schema_version, diagnosis) = (SCHEMA_VERSION, &diagnosis);
-            let law = found.as_ref().map(|found| law::object(found, &files));
-            return print_json(&Object { schema_version, diagnosis, seconds, law });
-        }
-        let text = diagnosis_text::of_record(&file.display().to_string(), &diagnosis, model);
-        let measure = law::command(&[file.to_path_buf()], false);
-        match found.as_ref().and_then(|found| law::in_short(found, &files, &measure)) {
-            Some(law) => print_line(&format!("{text}\n\n{law}")),
-            None => print_line(&text),
-        }
-    }
-
-    /// What `files`, releases of one rig, lack.
-    fn run_several(&self, files: &[PathBuf], options: Options) -> Result<()> {
-        if let Some(file) = files.iter().find(|f| f.extension().is_some_and(|e| e == "toml")) {
-            return Err(Error::usage(format!("{} among several records", file.display()))
-                .help("give records only, or one campaign.toml alone"));
-        }
-        let named = |ids: &[String]| ids.iter().map(|id| named(id)).collect::<Result<Vec<_>>>();
-        let (shared, own) = (named(&self.share)?, named(&self.own)?);
-        if let Some(both) = own.iter().find(|e| shared.contains(e)) {
-            return Err(Error::usage(format!("--own {both} and --share {both}"))
-                .help("give one of them: by itself a coefficient is common to all"));
-        }
-        let begin = std::time::Instant::now();
-        let common = Common { same_rig: self.same_rig, own };
-        let records = files.iter().map(|file| yawrig_records::read(file));
-        let records: Vec<_> = records.collect::<Result<_>>()?;
-        crate::say!("judging {} releases as one", records.len());
-        let diagnosis = &diagnose_several(&records, &common, &options)?;
-        for warning in &diagnosis.warnings {
-            crate::say!("yawrig: warning: {warning}");
-        }
-        if self.csv {
-            let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
-            return csv::diagnosed(&names.join(" "), &diagnosis.status, &diagnosis.steps);
-        }
-        if self.judge.json {
-            let (schema_version, seconds) = (SCHEMA_VERSION, begin.elapsed().as_secs_f64());
-            return print_json(&SeveralObject { schema_version, diagnosis, seconds });
-        }
-        print_line(&diagnosis_text::of_several(diagnosis, name_of(&options.present.effects)))
-    }
-
-    fn run_campaign(&self, path: &Path, options: &Options) -> Result<()> {
-        let begin = std::time::Instant::now();
-        let file = CampaignFile::read_releases(path)?;
-        crate::say!("fitting {} releases", file.campaign.release.len());
-        let diagnosis = &crate::campaign::diagnose(&file, options)?;
-        if self.csv {
-            return csv::diagnosed(
-                &path.display().to_string(),
-                &diagnosis.status,
-                &diagnosis.steps,
-            );
-        }
-        if self.judge.json {
-            let (schema_version, campaign) = (SCHEMA_VERSION, path);
-            let seconds = begin.elapsed().as_secs_f64();
-            return print_json(&CampaignObject { schema_version, campaign, diagnosis, seconds });
-        }
-        print_line(&diagnosis_text::of_campaign(&path.display().to_string(), diagnosis))
     }
 }
 
+fn one(file: &Path, options: Options, model: &'static str) -> Result<Case> {
+    warn_of_more(file);
+    Ok(Case::Record(yawrig_records::read(file)?, options, model))
+}
+
+/// `files`, releases of one rig.
+fn several(files: &[PathBuf], options: Options) -> Result<Case> {
+    if let Some(file) = files.iter().find(|f| f.extension().is_some_and(|e| e == "toml")) {
+        return Err(Error::usage(format!("{} among several records", file.display()))
+            .help("give records only, or one campaign.toml alone"));
+    }
+    let records = files.iter().map(|file| yawrig_records::read(file));
+    Ok(Case::Several(records.collect::<Result<_>>()?, options))
+}
+
+/// What the model at `path` lacks, in `file` or its own records.
+fn beside(path: &Path, file: Option<&Path>, options: Options) -> Result<Case> {
+    let model = Model::read(path)?;
+    let fitted: Vec<&RecordEntry> = model.records.iter().filter(|r| !r.held_out).collect();
+    let options = Options {
+        zero_unknown: options.zero_unknown || model.unknown_zero,
+        present: structure(&model)?,
+        ..options
+    };
+    let entry = match (file, fitted.as_slice()) {
+        (Some(file), _) => records::known_or_new(&model, path, file)?,
+        (None, [entry]) => (*entry).clone(),
+        (None, all) => {
+            let files: Vec<PathBuf> =
+                all.iter().map(|entry| Model::record_path(path, entry)).collect();
+            return several(&files, options);
+        }
+    };
+    let wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
+    one(&Model::record_path(path, &entry), Options { wind_speed_m_s, ..options }, PRESENT)
+}
+
+const PRESENT: &str = "the present model";
+
 /// The law of a record of which nothing in the library explains what is missing.
-fn law_of(file: &Path, diagnosis: &Diagnosis, options: &Options) -> Result<Option<Found>> {
+fn law_of(record: &Record, diagnosis: &Diagnosis, options: &Options) -> Result<Option<Found>> {
     if diagnosis.status != Status::Unexplained || !options.present.effects.is_empty() {
         return Ok(None);
     }
     crate::say!("no effect explains it; measuring its law");
-    let law = found(&[file.to_path_buf()], true);
+    let law = found_in(vec![record.clone()], true);
     interrupt::check()?;
     if let Err(error) = &law {
         crate::say!("yawrig: warning: no law was measured: {error}");
@@ -255,18 +332,36 @@ fn law_of(file: &Path, diagnosis: &Diagnosis, options: &Options) -> Result<Optio
 }
 
 #[derive(Serialize)]
-struct CampaignObject<'a> {
+struct Object<'a, D> {
     schema_version: u32,
-    campaign: &'a Path,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    campaign: Option<&'a Path>,
     #[serde(flatten)]
-    diagnosis: &'a campaign::CampaignDiagnosis,
+    diagnosis: &'a D,
     seconds: f64,
+    /// As `law` prints it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    law: Option<serde_json::Value>,
 }
 
-#[derive(Serialize)]
-struct SeveralObject<'a> {
-    schema_version: u32,
-    #[serde(flatten)]
-    diagnosis: &'a SeveralDiagnosis,
+fn object<'a>(
+    diagnosis: &'a Diagnosis,
+    law: Option<&Found>,
+    files: &[PathBuf],
     seconds: f64,
+) -> Object<'a, Diagnosis> {
+    let law = law.map(|found| law::object(found, files));
+    Object { schema_version: SCHEMA_VERSION, campaign: None, diagnosis, seconds, law }
+}
+
+fn several_object(diagnosis: &SeveralDiagnosis, seconds: f64) -> Object<'_, SeveralDiagnosis> {
+    Object { schema_version: SCHEMA_VERSION, campaign: None, diagnosis, seconds, law: None }
+}
+
+fn campaign_object<'a>(
+    path: &'a Path,
+    diagnosis: &'a CampaignDiagnosis,
+    seconds: f64,
+) -> Object<'a, CampaignDiagnosis> {
+    Object { schema_version: SCHEMA_VERSION, campaign: Some(path), diagnosis, seconds, law: None }
 }

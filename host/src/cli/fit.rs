@@ -1,11 +1,13 @@
 //! `fit`: makes a model of records, or fits the one there is again.
 
-use super::model::{asked, print_revision, JudgeArgs, ModelArg};
+use super::model::{asked, print_revision, revised, JudgeArgs, ModelArg};
 use super::releases::{warn_of_more, ReleaseArg};
-use crate::model::revise::{self, Wanted};
+use crate::answer::Answer;
+use crate::model::revise::{self, Asked, Revision, Wanted};
 use clap::Args;
 use std::path::PathBuf;
-use yawrig_base::error::Result;
+use yawrig_base::error::{Error, Result};
+use yawrig_records::place::is_standard_input;
 
 /// Make a second-order model of records, or fit the model there is to its records again.
 ///
@@ -28,6 +30,33 @@ pub struct Fit {
 
 impl Fit {
     pub fn run(&self) -> Result<()> {
+        let revision = self.revision(&asked(None))?;
+        print_revision(Some(&self.model.model), &revision, self.judge.json)
+    }
+
+    /// The answer that `--json` prints; `command` is what the journal keeps.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn answer(&self, command: String) -> Result<Answer> {
+        let revision = self.revision(&Asked { command, why: None })?;
+        let a = &revision.appraisal;
+        let sentence = format!(
+            "{}: residual {:.3} times the noise, held out {:.3}",
+            self.model.model.display(),
+            a.residuals.residual_over_noise,
+            a.residuals.held_out_over_noise
+        );
+        Answer::new(&revised(Some(&self.model.model), &revision), sentence)
+    }
+
+    fn revision(&self, asked: &Asked) -> Result<Revision> {
+        if self.files.iter().chain(&self.hold_out).any(|file| is_standard_input(file)) {
+            return Err(Error::usage(
+                "a model keeps the names of its records, and standard input has none",
+            )
+            .help("write the record to a file first"));
+        }
         let files = self.release.of(&self.files)?;
         files.iter().for_each(|file| warn_of_more(file));
         let wanted = Wanted {
@@ -35,7 +64,6 @@ impl Fit {
             hold_out: self.hold_out.clone(),
             unknown_zero: self.judge.unknown_zero,
         };
-        let path = &self.model.model;
-        print_revision(Some(path), &revise::fit(path, &wanted, &asked(None))?, self.judge.json)
+        revise::fit(&self.model.model, &wanted, asked)
     }
 }

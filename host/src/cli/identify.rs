@@ -3,13 +3,16 @@
 use super::common::{bar, print, AnalysisArgs};
 use super::csv;
 use super::releases::ReleaseArg;
-use crate::batch::{self, Answer, Refused, Tally, SCHEMA_VERSION};
+use crate::answer::{self, Drawn, Progress};
+use crate::batch::{self, Answer, Object, Refused, Tally, SCHEMA_VERSION};
 use clap::{Args, ValueEnum};
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::identify::flag::Flag;
-use yawrig_core::identify::{Identification, Method, Settings};
+use yawrig_core::identify::{identify, Identification, Method, Settings};
+use yawrig_core::record::Record;
 use yawrig_records::format;
 
 /// Natural frequency and damping ratio of recorded releases, with their uncertainties.
@@ -18,7 +21,7 @@ use yawrig_records::format;
 /// any file could not be used.
 #[derive(Args, Debug, Clone)]
 pub struct Identify {
-    /// Records (CSV with time_s,yaw_deg, or another format) or folders of them
+    /// Records (CSV with time_s,yaw_deg, or another format; -: standard input) or folders of them
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// How
@@ -119,6 +122,31 @@ impl Identify {
             )));
         }
         Ok(())
+    }
+}
+
+impl Identify {
+    /// The answer about `records`, which are in memory. One that cannot be used is refused in it, or, alone, an error.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn answer(&self, mut records: Vec<Record>, progress: &Progress) -> Result<answer::Answer> {
+        let (settings, methods) = (self.analysis.settings()?, self.method.methods());
+        if let [record] = &records[..] {
+            let found = identify(record, methods, &settings)?;
+            let first = &found.estimates[0];
+            let (wn, zeta) = (first.natural_frequency_rad_s, first.damping_ratio);
+            let sentence = format!("natural frequency {wn} rad/s, damping ratio {zeta}");
+            let object =
+                Object { schema_version: SCHEMA_VERSION, records: vec![found], refused: vec![] };
+            let drawn = Drawn::Identified(Box::new(records.remove(0)), [wn.value, zeta.value]);
+            return Ok(answer::Answer::new(&object, sentence)?.drawn_from(drawn));
+        }
+        let done = AtomicUsize::new(0);
+        let each = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, records.len());
+        let object = batch::in_memory(&records, methods, &settings, each)?;
+        let (found, refused) = (object.records.len(), object.refused.len());
+        answer::Answer::new(&object, format!("{found} identified, {refused} refused"))
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
 use super::model::amplitude_rows;
-use crate::law::{found, File, Found};
+use crate::answer::Answer;
+use crate::law::{found, found_in, File, Found};
 use crate::model::revise::quoted;
 use clap::Args;
 use serde_json::json;
@@ -11,6 +12,7 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::Result;
 use yawrig_core::law::names::Name;
 use yawrig_core::law::tables::Point;
+use yawrig_core::record::Record;
 
 /// Measure the law that a record shows: restoring moment over yaw angle, dissipation over yaw rate
 ///
@@ -45,6 +47,28 @@ impl Law {
             return print_json(&object(&found, &files));
         }
         print_line(text(&found, &files, &command(&self.files, self.may_drive)).trim_end())
+    }
+}
+
+impl Law {
+    /// The answer about `records` in memory, or, where there are none, about the files. Nothing is written.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn answer(&self, records: Vec<Record>) -> Result<Answer> {
+        let found = match records.is_empty() {
+            true => found(&self.files, !self.may_drive)?,
+            false => found_in(records, !self.may_drive)?,
+        };
+        let sentence = match found.names.ranked.first() {
+            Some(best) => format!(
+                "best formula, held out {:.3} times the noise: {}",
+                best.held_out_over_noise,
+                best.effect.card().formula
+            ),
+            None => "no law beside the second-order response that has a name".to_owned(),
+        };
+        Answer::new(&object(&found, &[]), sentence)
     }
 }
 

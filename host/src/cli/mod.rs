@@ -31,13 +31,17 @@ mod releases;
 mod replay;
 mod report;
 mod simulate;
+mod simulated;
 mod story;
 mod study;
 mod train;
 mod workbench;
 
-use clap::{CommandFactory, Parser, Subcommand};
-use yawrig_base::error::Result;
+use crate::answer::{Answer, Progress};
+use crate::model::revise::quoted;
+use clap::{Args, Command, CommandFactory, Parser, Subcommand};
+use yawrig_base::error::{Error, Result};
+use yawrig_core::record::Record;
 
 /// Natural frequency, damping and aerodynamic derivatives from a yawing wind-tunnel model.
 #[derive(Parser, Debug)]
@@ -83,6 +87,45 @@ pub enum Verb {
     Ports(ports::Ports),
     Doctor(doctor::Doctor),
     Completions(completions::Completions),
+}
+
+/// What a verb answers, asked as on the command line, about `records` in memory: those that are its files, by their
+/// names. With none of them it reads its files.
+///
+/// # Errors
+/// As the verb, and exit 2 for one that answers on the command line only.
+pub fn answer(
+    verb: &str,
+    arguments: &[String],
+    records: Vec<Record>,
+    progress: &Progress,
+) -> Result<Answer> {
+    match verb {
+        "identify" => parsed::<identify::Identify>(arguments)?.answer(records, progress),
+        "diagnose" => parsed::<diagnose::Diagnose>(arguments)?.answer(records),
+        "compare" => parsed::<compare::Compare>(arguments)?.answer(records),
+        "law" => parsed::<law::Law>(arguments)?.answer(records),
+        "simulate" => parsed::<simulate::Simulate>(arguments)?.answer(),
+        "derivatives" => parsed::<derivatives::Derivatives>(arguments)?.answer(progress),
+        "plan" => parsed::<plan::Plan>(arguments)?.answer(progress),
+        "fit" => {
+            let command = ["yawrig fit".to_owned()].into_iter();
+            let command: Vec<String> = command.chain(arguments.iter().map(|a| quoted(a))).collect();
+            parsed::<fit::Fit>(arguments)?.answer(command.join(" "))
+        }
+        other => Err(Error::usage(format!("{other} answers on the command line only"))),
+    }
+}
+
+fn parsed<T: Args>(arguments: &[String]) -> Result<T> {
+    let command = T::augment_args(Command::new("yawrig").no_binary_name(true));
+    let matches = command.try_get_matches_from(arguments);
+    let found = matches.and_then(|matches| T::from_arg_matches(&matches));
+    found.map_err(|e| {
+        let text = e.to_string();
+        let first = text.split("\n\n").next().unwrap_or_default();
+        Error::usage(first.trim_start_matches("error: ").trim_end())
+    })
 }
 
 /// Runs one verb: results on stdout, progress and messages on stderr.

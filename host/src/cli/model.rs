@@ -41,11 +41,16 @@ pub fn asked(why: Option<&str>) -> Asked {
 }
 
 #[derive(Serialize)]
-struct Object<'a> {
+pub(super) struct Object<'a> {
     schema_version: u32,
     model: Option<&'a Path>,
     #[serde(flatten)]
     revision: &'a Revision,
+}
+
+/// What `--json` prints of a step.
+pub(super) fn revised<'a>(model: Option<&'a Path>, revision: &'a Revision) -> Object<'a> {
+    Object { schema_version: SCHEMA_VERSION, model, revision }
 }
 
 /// Prints what a step has done, as JSON or as text.
@@ -54,7 +59,7 @@ struct Object<'a> {
 /// Where stdout cannot be written.
 pub fn print_revision(model: Option<&Path>, revision: &Revision, json: bool) -> Result<()> {
     if json {
-        return print_json(&Object { schema_version: SCHEMA_VERSION, model, revision });
+        return print_json(&revised(model, revision));
     }
     let mut out = String::new();
     let what = match (revision.added.clone(), revision.removed.clone()) {

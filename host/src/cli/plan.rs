@@ -2,11 +2,13 @@
 
 use super::choices::Derivative;
 use super::common::{bar, bare, print_json, print_line, SCHEMA_VERSION};
+use crate::answer::{Answer, Progress};
 use crate::plan::{self, Asked, Planned};
 use clap::Args;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use yawrig_base::error::Result;
 use yawrig_core::bic::MARGIN;
 
@@ -47,6 +49,38 @@ struct Object<'a> {
 impl Plan {
     pub fn run(&self) -> Result<()> {
         let begin = std::time::Instant::now();
+        let asked = self.asked()?;
+        crate::say!("fitting rivals");
+        let bar = bar(0, "releases");
+        let planned = plan::plan(&self.file, &asked, &|count| match count {
+            Some(count) => bar.set_length(count as u64),
+            None => bar.inc(1),
+        })?;
+        bar.finish_and_clear();
+        if self.json {
+            return print_json(&object(&planned, begin));
+        }
+        print_line(text(&planned).trim_end())
+    }
+
+    /// The answer that `--json` prints.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn answer(&self, progress: &Progress) -> Result<Answer> {
+        let begin = std::time::Instant::now();
+        let (done, all) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let planned = plan::plan(&self.file, &self.asked()?, &|count| match count {
+            Some(count) => all.store(count, Ordering::Relaxed),
+            None => {
+                progress(done.fetch_add(1, Ordering::Relaxed) + 1, all.load(Ordering::Relaxed));
+            }
+        })?;
+        let sentence = format!("rivals: {}", planned.rivals.join(", "));
+        Answer::new(&object(&planned, begin), sentence)
+    }
+
+    fn asked(&self) -> Result<Asked> {
         let set = |text: &String| -> Vec<String> {
             text.split('+').filter(|e| *e != "second_order").map(str::to_owned).collect()
         };
@@ -57,21 +91,13 @@ impl Plan {
             )
             .help("name two or more, or none: then they are looked for"));
         }
-        let asked = Asked { rivals, derivative: Some(self.derivative.of()) };
-        crate::say!("fitting rivals");
-        let bar = bar(0, "releases");
-        let planned = plan::plan(&self.file, &asked, &|count| match count {
-            Some(count) => bar.set_length(count as u64),
-            None => bar.inc(1),
-        })?;
-        bar.finish_and_clear();
-        if self.json {
-            let seconds = begin.elapsed().as_secs_f64();
-            let schema_version = SCHEMA_VERSION;
-            return print_json(&Object { schema_version, planned: &planned, seconds });
-        }
-        print_line(text(&planned).trim_end())
+        Ok(Asked { rivals, derivative: Some(self.derivative.of()) })
     }
+}
+
+fn object(planned: &Planned, begin: std::time::Instant) -> Object<'_> {
+    let seconds = begin.elapsed().as_secs_f64();
+    Object { schema_version: SCHEMA_VERSION, planned, seconds }
 }
 
 fn text(planned: &Planned) -> String {

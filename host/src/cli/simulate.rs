@@ -2,15 +2,23 @@
 
 use super::choices;
 use super::common::{print_json, print_line, within};
+use super::simulated::{
+    campaign_json, condition_json, effect_ids, effect_parameters, points, Seen,
+};
+use crate::answer::{Answer, Drawn};
 use crate::campaign::simulated::{self, refuse_existing, Planned};
 use clap::Args;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
-use yawrig_records::write_samples;
-use yawrig_rig::{Condition, Effect, Effects, End, Rig, Samples, Sensor, Spring, Start, LIBRARY};
+use yawrig_base::interrupt;
+use yawrig_core::record::Record;
+use yawrig_records::{as_written, write_samples};
+use yawrig_rig::{
+    Condition, Effect, Effects, End, Rig, Sample, Samples, Sensor, Spring, Start, LIBRARY,
+};
 use yawrig_shared::axis::Axis;
-use yawrig_shared::derivatives::reduced_frequency;
+use yawrig_shared::derivatives::{reduced_frequency, YawDerivatives};
 use yawrig_shared::modal::Modal;
 
 /// Write records of a virtual rig, its truth printed beside them.
@@ -171,66 +179,23 @@ impl Simulate {
         sensor: &Sensor,
         start: &Start,
     ) -> Result<()> {
-        let rig = Rig::default();
-        let (truth, condition) = self.subject(&rig)?;
-        if 2.0 * truth.damped_frequency_hz() >= sensor.rate_hz {
-            return Err(Error::usage(format!(
-                "--rate-hz {}: an oscillation at {:.3} Hz needs more than two samples a cycle",
-                sensor.rate_hz,
-                truth.damped_frequency_hz()
-            ))
-            .help("sample faster"));
-        }
+        let made = self.made(effects, sensor, start)?;
         if !self.force {
             refuse_existing(file)?;
         }
-        let wind_speed_m_s = condition.map_or(0.0, |c| c.wind_speed_m_s);
-        let effects = &effects.clone().in_wind(wind_speed_m_s);
-        let start = start.limited(&truth, effects);
-        let mut samples = 0u64;
-        let (mut last_s, mut saturated) = (0.0, 0u64);
-        let readings = Samples::with_effects(&truth, effects, &start, sensor, self.seed)?;
-        write_samples(
-            file,
-            readings.map(|sample| {
-                samples += 1;
-                last_s = sample.time_s;
-                saturated += u64::from(matches!(sample.counts, Some(0 | u16::MAX)));
-                (sample.time_s, sample.yaw_deg)
-            }),
-        )?;
-        if saturated > 0 {
-            crate::say!("yawrig: {saturated} of {samples} readings are at an end of the converter");
-        }
-        let derivatives = condition
-            .filter(|condition| condition.wind_speed_m_s > 0.0)
-            .map(|condition| rig.derivatives(&condition.spring, condition.axis));
+        let mut seen = Seen::default();
+        let samples = self.samples(&made)?;
+        write_samples(file, samples.map(|sample| seen.of(sample)))?;
+        seen.warn();
         if self.json {
-            return print_json(&json!({
-                "schema_version": 1,
-                "file": file,
-                "samples": samples,
-                "seconds": last_s,
-                "rate_hz": sensor.rate_hz,
-                "release_time_s": start.hold_s,
-                "seed": self.seed,
-                "condition": condition.map(|c| condition_json(&c)),
-                "truth": {
-                    "natural_frequency_rad_s": truth.natural_frequency_rad_s,
-                    "damping_ratio": truth.damping_ratio,
-                    "amplitude_deg": start.amplitude_deg,
-                    "offset_deg": sensor.offset_deg,
-                    "noise_rms_deg": sensor.noise_deg,
-                    "cn_beta": derivatives.map(|d| d.cn_beta),
-                    "cn_r": derivatives.map(|d| d.cn_r),
-                    "effects": effect_ids(effects),
-                    "parameters": effect_parameters(effects),
-                },
-            }));
+            return print_json(&self.object(file, &made, &seen));
         }
+        let Made { truth, effects, derivatives, .. } = &made;
         let mut text = format!(
-            "{}: {samples} samples, {last_s:.3} s\nnatural frequency  {:.6} rad/s\ndamping ratio      {:.7}\n",
+            "{}: {} samples, {:.3} s\nnatural frequency  {:.6} rad/s\ndamping ratio      {:.7}\n",
             file.display(),
+            seen.samples,
+            seen.last_s,
             truth.natural_frequency_rad_s,
             truth.damping_ratio
         );
@@ -246,6 +211,86 @@ impl Simulate {
         print_line(text.trim_end())
     }
 
+    /// The record in memory, or, with --campaign, what was written.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn answer(&self) -> Result<Answer> {
+        let (sensor, start, effects) = (self.sensor()?, self.start()?, self.effects()?);
+        let Some(file) = &self.out else {
+            let folder = self.campaign.as_deref().unwrap_or(Path::new(""));
+            let (rig, file, planned) = self.campaign_made(folder, &effects, &sensor, &start)?;
+            let sentence = format!("{}: {} releases", file.display(), planned.len());
+            return Answer::new(&campaign_json(&rig, &file, &planned), sentence);
+        };
+        let made = self.made(&effects, &sensor, &start)?;
+        let mut seen = Seen::default();
+        let (mut time_s, mut yaw_deg) = (Vec::new(), Vec::new());
+        for (row, sample) in self.samples(&made)?.enumerate() {
+            let (t, yaw) = as_written(seen.of(sample));
+            time_s.push(t);
+            yaw_deg.push(yaw);
+            if row % ROWS_PER_CHECK == 0 {
+                interrupt::check()?;
+            }
+        }
+        seen.warn();
+        let Modal { natural_frequency_rad_s: wn, damping_ratio: zeta } = made.truth;
+        let sentence = format!("natural frequency {wn:.6} rad/s, damping ratio {zeta:.7}");
+        let record = Record::new(file, time_s, yaw_deg);
+        Ok(Answer::new(&self.object(file, &made, &seen), sentence)?
+            .drawn_from(Drawn::Made(Box::new(record))))
+    }
+
+    fn made(&self, effects: &Effects, sensor: &Sensor, start: &Start) -> Result<Made> {
+        let rig = Rig::default();
+        let (truth, condition) = self.subject(&rig)?;
+        if 2.0 * truth.damped_frequency_hz() >= sensor.rate_hz {
+            return Err(Error::usage(format!(
+                "--rate-hz {}: an oscillation at {:.3} Hz needs more than two samples a cycle",
+                sensor.rate_hz,
+                truth.damped_frequency_hz()
+            ))
+            .help("sample faster"));
+        }
+        let effects = effects.clone().in_wind(condition.map_or(0.0, |c| c.wind_speed_m_s));
+        let start = start.limited(&truth, &effects);
+        let derivatives = condition
+            .filter(|condition| condition.wind_speed_m_s > 0.0)
+            .map(|condition| rig.derivatives(&condition.spring, condition.axis));
+        Ok(Made { truth, condition, effects, start, sensor: *sensor, derivatives })
+    }
+
+    fn samples(&self, made: &Made) -> Result<impl Iterator<Item = Sample>> {
+        let Made { truth, effects, start, sensor, .. } = made;
+        Ok(Samples::with_effects(truth, effects, start, sensor, self.seed)?)
+    }
+
+    fn object(&self, file: &Path, made: &Made, seen: &Seen) -> Value {
+        let Made { truth, condition, effects, start, sensor, derivatives } = made;
+        json!({
+            "schema_version": 1,
+            "file": file,
+            "samples": seen.samples,
+            "seconds": seen.last_s,
+            "rate_hz": sensor.rate_hz,
+            "release_time_s": start.hold_s,
+            "seed": self.seed,
+            "condition": condition.map(|c| condition_json(&c)),
+            "truth": {
+                "natural_frequency_rad_s": truth.natural_frequency_rad_s,
+                "damping_ratio": truth.damping_ratio,
+                "amplitude_deg": start.amplitude_deg,
+                "offset_deg": sensor.offset_deg,
+                "noise_rms_deg": sensor.noise_deg,
+                "cn_beta": derivatives.map(|d| d.cn_beta),
+                "cn_r": derivatives.map(|d| d.cn_r),
+                "effects": effect_ids(effects),
+                "parameters": effect_parameters(effects),
+            },
+        })
+    }
+
     fn write_campaign(
         &self,
         folder: &Path,
@@ -253,17 +298,7 @@ impl Simulate {
         sensor: &Sensor,
         start: &Start,
     ) -> Result<()> {
-        let rig = Rig::default();
-        let wind_speed_m_s = self.wind.unwrap_or(10.0);
-        within("--wind", wind_speed_m_s, 0.1, 300.0)?;
-        let mut planned = simulated::plan(&rig, wind_speed_m_s, self.repeats, self.seed)?;
-        for record in &mut planned {
-            if !self.aerodynamic || record.condition.wind_speed_m_s > 0.0 {
-                record.effects = effects.clone();
-            }
-        }
-        crate::say!("writing {} records to {}", planned.len(), folder.display());
-        let file = simulated::write(folder, &rig, &planned, start, sensor, self.force)?;
+        let (rig, file, planned) = self.campaign_made(folder, effects, sensor, start)?;
         if self.json {
             return print_json(&campaign_json(&rig, &file, &planned));
         }
@@ -282,70 +317,41 @@ impl Simulate {
         }
         print_line(text.trim_end())
     }
+
+    /// Writes a campaign; its rig, its file and what it is of.
+    fn campaign_made(
+        &self,
+        folder: &Path,
+        effects: &Effects,
+        sensor: &Sensor,
+        start: &Start,
+    ) -> Result<(Rig, PathBuf, Vec<Planned>)> {
+        let rig = Rig::default();
+        let wind_speed_m_s = self.wind.unwrap_or(10.0);
+        within("--wind", wind_speed_m_s, 0.1, 300.0)?;
+        let mut planned = simulated::plan(&rig, wind_speed_m_s, self.repeats, self.seed)?;
+        for record in &mut planned {
+            if !self.aerodynamic || record.condition.wind_speed_m_s > 0.0 {
+                record.effects = effects.clone();
+            }
+        }
+        crate::say!("writing {} records to {}", planned.len(), folder.display());
+        let file = simulated::write(folder, &rig, &planned, start, sensor, self.force)?;
+        Ok((rig, file, planned))
+    }
 }
 
-/// The wind-on conditions at the middle axis, once each: the points of the derivative table.
-fn points(planned: &[Planned]) -> impl Iterator<Item = (&Condition, &Modal)> {
-    let mut last = None;
-    planned.iter().filter_map(move |record| {
-        let Condition { spring, axis, wind_speed_m_s } = &record.condition;
-        let wanted = *axis == Axis::Mid && *wind_speed_m_s > 0.0 && last != Some(spring.name);
-        wanted.then(|| {
-            last = Some(spring.name);
-            (&record.condition, &record.truth)
-        })
-    })
-}
+/// Samples between two looks for a request to stop.
+const ROWS_PER_CHECK: usize = 10_000;
 
-fn campaign_json(rig: &Rig, file: &Path, planned: &[Planned]) -> Value {
-    let releases: Vec<Value> = planned
-        .iter()
-        .map(|record| {
-            let mut entry = condition_json(&record.condition);
-            entry["file"] = json!(record.file);
-            entry["truth"] = json!({
-                "natural_frequency_rad_s": record.truth.natural_frequency_rad_s,
-                "damping_ratio": record.truth.damping_ratio,
-                "effects": effect_ids(&record.effects),
-                "parameters": effect_parameters(&record.effects),
-            });
-            entry
-        })
-        .collect();
-    let points: Vec<Value> = points(planned)
-        .map(|(condition, modal)| {
-            json!({
-                "spring": condition.spring.name,
-                "wind_speed_m_s": condition.wind_speed_m_s,
-                "reduced_frequency":
-                    reduced_frequency(modal, &rig.wind(condition.wind_speed_m_s), &rig.model),
-                "truth": rig.truth(&condition.spring),
-            })
-        })
-        .collect();
-    json!({
-        "schema_version": 1,
-        "campaign": file,
-        "inertia_kg_m2": { "mid": rig.mid_inertia_kg_m2, "front": rig.front_inertia_kg_m2 },
-        "releases": releases,
-        "points": points,
-    })
-}
-
-fn effect_ids(effects: &Effects) -> Vec<&str> {
-    effects.iter().map(Effect::id).collect()
-}
-
-/// `{"coulomb_friction.c": 0.12}`, in the units of the library.
-fn effect_parameters(effects: &Effects) -> Value {
-    let parameter = |effect: &Effect| {
-        let id = effect.id();
-        effect
-            .parameters()
-            .map(|(parameter, value)| (format!("{id}.{}", parameter.name), json!(value)))
-            .collect::<Vec<_>>()
-    };
-    Value::Object(effects.iter().flat_map(parameter).collect())
+/// What one record is made of.
+struct Made {
+    truth: Modal,
+    condition: Option<Condition>,
+    effects: Effects,
+    start: Start,
+    sensor: Sensor,
+    derivatives: Option<YawDerivatives>,
 }
 
 /// The library as `--help` shows it.
@@ -359,12 +365,4 @@ fn effects_help() -> String {
     }
     let examples = LIBRARY.iter().map(|kind| format!(" --effect {}:{}", kind.id, kind.example));
     text + "\nExample:" + &examples.take(2).collect::<String>()
-}
-
-fn condition_json(condition: &Condition) -> Value {
-    json!({
-        "spring": condition.spring.name,
-        "axis": condition.axis,
-        "wind_speed_m_s": condition.wind_speed_m_s,
-    })
 }

@@ -14,6 +14,7 @@ use yawrig_core::diagnosis::diagnose::FITTED_SHARE;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{held_out_over_noise, Fitted};
 use yawrig_core::quantity::Quantity;
+use yawrig_core::record::Record;
 
 /// A model as it is against other records; the later part of each is held out, the record's own numbers having been
 /// fitted to the earlier part.
@@ -86,9 +87,59 @@ pub fn compare(comparison: &Comparison) -> Result<Revision> {
         model.records = entries;
     }
     let data = Data::of(&model, path)?;
-    let mut current = Current::fitted(&model, &data)?;
-    let mut change = Change::to(&current, &data)?;
-    for effect in &comparison.effects {
+    let (change, current) = on_top(&model, &data, &comparison.effects)?;
+    if comparison.model.is_none() {
+        warn_of_zero(&current, &data);
+    }
+    Ok(change.into_revision(None))
+}
+
+/// What a model was compared with, and how it came out.
+pub struct Compared {
+    pub revision: Revision,
+    pub recorded: Vec<Recorded>,
+    pub fits: Vec<Fitted>,
+}
+
+/// As [`compare`], of `records` in memory in place of the files.
+///
+/// # Errors
+/// As [`compare`].
+pub fn compare_records(comparison: &Comparison, records: Vec<Record>) -> Result<Compared> {
+    let data = Data::of_records(records)?;
+    let mut model = match &comparison.model {
+        Some(path) => Model::read(path)?,
+        None => Model { unknown_zero: comparison.unknown_zero, ..Model::default() },
+    };
+    if comparison.model.is_some() && comparison.effects.is_empty() {
+        let fits = data.fitted.iter().map(|r| held_against(&model, r, 1.0));
+        let fits = fits.collect::<Result<_>>()?;
+        let appraisal = as_it_is_elsewhere(&model, &data.fitted)?;
+        let revision = Revision {
+            step: None,
+            added: None,
+            removed: None,
+            before: None,
+            evidence: None,
+            appraisal,
+        };
+        return Ok(Compared { revision, recorded: data.fitted, fits });
+    }
+    model.records = data.fitted.iter().map(|r| r.entry.clone()).collect();
+    model.modal.retain(|c, _| model.records.iter().any(|e| e.condition == *c));
+    let (change, current) = on_top(&model, &data, &comparison.effects)?;
+    if comparison.model.is_none() {
+        warn_of_zero(&current, &data);
+    }
+    let fits = current.fit.fits;
+    Ok(Compared { revision: change.into_revision(None), recorded: data.fitted, fits })
+}
+
+/// `model` fitted with `effects` on top of it, one after the other.
+fn on_top(model: &Model, data: &Data, effects: &[Effect]) -> Result<(Change, Current)> {
+    let mut current = Current::fitted(model, data)?;
+    let mut change = Change::to(&current, data)?;
+    for effect in effects {
         if current.model.effect(effect.clone()).is_some() {
             crate::say!(
                 "{effect} is in the model already: all of it is fitted, with nothing on top"
@@ -96,19 +147,15 @@ pub fn compare(comparison: &Comparison) -> Result<Revision> {
             continue;
         }
         check_addable(&current.model, effect.clone())?;
-        let outer = tried(&current, &data, effect.clone())?;
-        let mut next = Change::to(&outer, &data)?;
+        let outer = tried(&current, data, effect.clone())?;
+        let mut next = Change::to(&outer, data)?;
         next.added = Some(effect.clone());
         next.before = Some(change.appraisal.residuals);
         next.evidence = Some(outer.fit.bic().gain_over(&current.fit.bic()));
         change = next;
         current = outer;
     }
-    let current = current.settled()?;
-    if comparison.model.is_none() {
-        warn_of_zero(&current, &data);
-    }
-    Ok(change.into_revision(None))
+    Ok((change, current.settled()?))
 }
 
 /// Warns where the sensor's zero, taken as known, is not where the model rests: where a free zero is worth as much as

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::Effect;
 use yawrig_records::format::is_record;
+use yawrig_records::place::is_standard_input;
 use yawrig_shared::axis::Axis;
 
 /// The model that is worked on where none is named.
@@ -147,7 +148,11 @@ impl Model {
 
     /// Where the record `entry` is, the model's file being `path`.
     pub fn record_path(path: &Path, entry: &RecordEntry) -> PathBuf {
-        path.parent().unwrap_or(Path::new("")).join(&entry.file)
+        let file = Path::new(&entry.file);
+        match is_standard_input(file) {
+            true => file.to_owned(),
+            false => path.parent().unwrap_or(Path::new("")).join(file),
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::model::document::{is_own, EffectEntry, ModalEntry, Model, ParameterEntry, RecordEntry};
 use crate::model::limits::{limits_of, structure};
+use crate::model::records;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
@@ -15,6 +16,7 @@ use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::fit::joint::{self, JointFit, Release, Sharing};
 use yawrig_core::law::estimate::fit_whole;
 use yawrig_core::quantity::Quantity;
+use yawrig_core::record::Record;
 use yawrig_records::place;
 
 /// Residual over noise up to which the fit of an added effect is not looked for by another way.
@@ -36,7 +38,15 @@ impl Recorded {
     /// # Errors
     /// Exit 3 where it cannot be read or there is no free decay in it.
     pub fn read(entry: RecordEntry, path: PathBuf) -> Result<Self> {
-        let mut decay = FreeDecay::of(&yawrig_records::read(&path)?)?;
+        Self::of(entry, &yawrig_records::read(&path)?, path)
+    }
+
+    /// What was read already, from `path`.
+    ///
+    /// # Errors
+    /// Exit 3 where there is no free decay in it.
+    pub fn of(entry: RecordEntry, record: &Record, path: PathBuf) -> Result<Self> {
+        let mut decay = FreeDecay::of(record)?;
         decay.stop = interrupt::stop();
         for warning in &decay.warnings {
             crate::say!("yawrig: warning: {warning}");
@@ -76,6 +86,23 @@ impl Data {
                 .help("a [[record]] with held_out = false is needed"));
         }
         Ok(Self { fitted, held_out })
+    }
+
+    /// Records in memory, each of a condition of its own, by its name.
+    ///
+    /// # Errors
+    /// Exit 2 where two have one name, 3 where there is no free decay in one.
+    pub fn of_records(records: Vec<Record>) -> Result<Self> {
+        let mut fitted: Vec<Recorded> = Vec::new();
+        for record in records {
+            let entry = records::in_memory(&record);
+            if fitted.iter().any(|other| other.entry.file == entry.file) {
+                return Err(Error::usage(format!("{} is given twice", entry.file))
+                    .help("give each record once, and a name of its own"));
+            }
+            fitted.push(Recorded::of(entry, &record, record.file.clone())?);
+        }
+        Ok(Self { fitted, held_out: Vec::new() })
     }
 
     fn decays(&self) -> Vec<&FreeDecay> {

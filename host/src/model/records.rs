@@ -4,7 +4,8 @@ use crate::campaign::CampaignFile;
 use crate::model::document::{of_file, MadeUnder, Model, RecordEntry};
 use std::path::{Component, Path, PathBuf};
 use yawrig_base::error::{Error, Result};
-use yawrig_records::place::canonical;
+use yawrig_core::record::Record;
+use yawrig_records::place::{canonical, is_standard_input};
 
 /// A record, and what is wrong with it as far as that is known without reading it.
 #[derive(Clone, Debug)]
@@ -69,10 +70,19 @@ fn entry(file: &Path, made_under: Option<MadeUnder>, model: &Path) -> Result<Lis
         Ok(real) => (real, None),
         Err(e) => (where_it_would_be(file), Some(cannot_read(file, &e))),
     };
-    let file = relative(&real, &folder(model)?);
+    let file = match is_standard_input(&real) {
+        true => real.display().to_string(),
+        false => relative(&real, &folder(model)?),
+    };
     let condition = made_under.as_ref().map_or_else(|| of_file(&file), MadeUnder::condition);
     let entry = RecordEntry { file, condition, held_out: false, made_under, line: 0 };
     Ok(Listed { entry, fault })
+}
+
+/// An entry for a record that is in memory, under its name.
+pub fn in_memory(record: &Record) -> RecordEntry {
+    let file = record.file.display().to_string();
+    RecordEntry { condition: of_file(&file), file, held_out: false, made_under: None, line: 0 }
 }
 
 /// The entry of `model` (its file being `path`) for `file`, else a new one.

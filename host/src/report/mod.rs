@@ -14,10 +14,10 @@ mod table;
 pub mod trace;
 mod trust;
 
-pub use of_campaign::of_campaign;
+pub use of_campaign::{of_campaign, of_table};
 pub use of_model::of_model;
 pub use of_models::of_models;
-pub use of_records::of_records;
+pub use of_records::{drawn_of, of_diagnosed, of_records, with_effects};
 
 use serde::{Deserialize, Serialize};
 use std::path::Path;

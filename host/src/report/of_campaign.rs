@@ -76,6 +76,13 @@ pub fn of_campaign(
     Ok(report)
 }
 
+/// The report of a table, for its drawing.
+pub fn of_table(table: &Table) -> Report {
+    let points = table.points.iter().map(PointReport::from).collect();
+    let made = Made::now(String::new());
+    Report { points, ..Report::new(Kind::Campaign, table.model.clone(), made) }
+}
+
 fn criticism(diagnosed: &DiagnosedCampaign) -> Criticism {
     let d = &diagnosed.diagnosis;
     let values = d.steps.last().map(|s| s.parameters.clone()).unwrap_or_default();

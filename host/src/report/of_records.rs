@@ -1,5 +1,6 @@
 //! The report of records: each identified by every method and diagnosed.
 
+use super::charts::{self, Chart};
 use super::criticism::{
     candidates, capital, effects, pairs, status, steps, verdict, LATER_PART, SECOND_ORDER,
 };
@@ -88,6 +89,22 @@ pub fn of_records(
         );
     }
     Ok(report)
+}
+
+/// The report of a record that was judged, for its drawings: without the estimates of methods.
+pub fn of_diagnosed(record: &Record, diagnosed: &Diagnosed) -> Report {
+    let made = Made::now(String::new());
+    let mut report = Report::new(Kind::Records, record.file.display().to_string(), made);
+    let mut release = release(record, diagnosed, Vec::new(), TRACE_NUMBERS, &mut report.verdict);
+    report.criticism = release.criticism.take();
+    report.releases.push(release);
+    report
+}
+
+/// The drawings of a free decay beside `models`.
+pub fn drawn_of(decay: &FreeDecay, models: &[(&str, &Fitted)]) -> [Chart; 2] {
+    let trace = trace::of(decay, models, values(TRACE_NUMBERS, 2 + 2 * models.len()));
+    [charts::residual(&trace), charts::amplitude(&picture(decay, models), None)]
 }
 
 /// How releases are analysed.
@@ -189,7 +206,7 @@ fn release(
 }
 
 /// `second order + coulomb_friction`.
-pub(super) fn with_effects(model: &Fitted) -> String {
+pub fn with_effects(model: &Fitted) -> String {
     let ids = model.structure.effects.iter().map(|e| format!(" + {e}"));
     format!("{SECOND_ORDER}{}", ids.collect::<String>())
 }

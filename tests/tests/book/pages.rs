@@ -76,7 +76,8 @@ impl Page {
             "text output" => steps.push(Step::Prints(owned().collect())),
             "python" => steps.push(Step::Python(lines.join("\n"))),
             "sh hardware" => steps.extend(owned().map(Step::Hardware)),
-            "text" | "toml" => {}
+            // Of the Python package, whose tests run them (tests/python).
+            "text" | "toml" | "python package" => {}
             _ => match kind.strip_prefix("toml ") {
                 Some(name) => steps.push(Step::File(name.to_owned(), lines.join("\n"))),
                 None => panic!("{}: a block of kind {kind:?}", self.path.display()),

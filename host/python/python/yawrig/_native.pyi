@@ -1,0 +1,28 @@
+from typing import Any, Callable, List, Optional, Tuple
+
+Given = Tuple[str, bytes, bytes, bool]
+Answered = Tuple[
+    str,
+    str,
+    Tuple[
+        Callable[[], Optional[Given]],
+        Callable[[], List[List[bytes]]],
+        Callable[[int, bytes], bytes],
+        Callable[[], List[Tuple[str, str]]],
+    ],
+    List[str],
+]
+
+__version__: str
+
+class YawrigError(ValueError):
+    exit_code: int
+
+def ask(
+    verb: str,
+    arguments: List[str],
+    records: List[Given],
+    progress: Optional[Callable[[int, int], Any]],
+) -> Answered: ...
+def read(path: str, selection: str) -> Given: ...
+def releases(of: Given) -> List[Tuple[int, int]]: ...

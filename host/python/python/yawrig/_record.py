@@ -1,0 +1,113 @@
+"""Records in memory."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import Any, List, Optional, Union
+
+import numpy
+
+from . import _native
+
+
+def as_bytes(values: Any, what: str = "values") -> bytes:
+    """Numbers of eight bytes each, of anything that numpy takes for numbers in a row."""
+    array = numpy.ascontiguousarray(values, dtype=numpy.float64)
+    if array.ndim != 1:
+        raise _native.YawrigError(f"{what} has {array.ndim} dimensions\n  help: give numbers in a row, shape (n,)")
+    return array.tobytes()
+
+
+def as_array(numbers: bytes) -> numpy.ndarray:
+    """The array of these bytes."""
+    return numpy.frombuffer(numbers, dtype=numpy.float64)
+
+
+class Record:
+    """A recorded release.
+
+    Parameters
+    ----------
+    time_s : array of shape (n,)
+        Seconds, increasing, from any origin.
+    angle_deg : array of shape (n,)
+        Angle in degrees as the sensor shows it.
+    name : str
+        What messages and results call it.
+    """
+
+    def __init__(self, time_s: Any, angle_deg: Any, name: str = "record") -> None:
+        time, angle = as_bytes(time_s, "time_s"), as_bytes(angle_deg, "angle_deg")
+        if len(time) != len(angle):
+            raise _native.YawrigError(
+                f"{name}: {len(time) // 8} times and {len(angle) // 8} angles\n  help: give an angle for each time"
+            )
+        self._given = (name, time, angle, False)
+
+    @classmethod
+    def _of(cls, given: _native.Given) -> "Record":
+        record = cls.__new__(cls)
+        record._given = given
+        return record
+
+    @property
+    def name(self) -> str:
+        """What messages and results call it."""
+        return self._given[0]
+
+    @property
+    def time_s(self) -> numpy.ndarray:
+        """Times in seconds, shape (n,)."""
+        return as_array(self._given[1])
+
+    @property
+    def angle_deg(self) -> numpy.ndarray:
+        """Angles in degrees, shape (n,)."""
+        return as_array(self._given[2])
+
+    def releases(self) -> List["Record"]:
+        """The releases in it, each a record: ``name#1``, ``name#2``, ...; itself where it holds one."""
+        parts = _native.releases(self._given)
+        if len(parts) == 1:
+            return [self]
+        name, _, _, spread = self._given
+        return [
+            Record._of((f"{name}#{k + 1}", as_bytes(self.time_s[a:b]), as_bytes(self.angle_deg[a:b]), spread))
+            for k, (a, b) in enumerate(parts)
+        ]
+
+    def __len__(self) -> int:
+        return len(self._given[1]) // 8
+
+    def __repr__(self) -> str:
+        return f"<yawrig.Record {self.name}: {len(self)} samples, {self.time_s[0]:.3f} to {self.time_s[-1]:.3f} s>"
+
+
+def read(
+    path: Union[str, "os.PathLike[str]"],
+    *,
+    time: Optional[str] = None,
+    yaw: Optional[str] = None,
+    unit: Optional[str] = None,
+    time_unit: Optional[str] = None,
+    rate_hz: Optional[float] = None,
+) -> Record:
+    """Reads a record: text, a workbook, MATLAB, HDF5, TDMS or Parquet, whatever it is called.
+
+    Parameters
+    ----------
+    path : path
+        ``r.csv``, or ``r.csv#2`` for the second release in it.
+    time, yaw : str
+        Channels, by name or by number from 1, where their names do not say what they are.
+    unit : "deg" or "rad"
+        Of the angle.
+    time_unit : "s", "ms", "us" or "samples"
+        Of the time.
+    rate_hz : float
+        Samples a second, where there is no time.
+    """
+    asked = {"time": time, "yaw": yaw, "unit": unit, "time_unit": time_unit, "rate_hz": rate_hz}
+    selection = json.dumps({name: value for name, value in asked.items() if value is not None})
+    return Record._of(_native.read(os.fspath(path), selection))

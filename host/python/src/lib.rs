@@ -1,0 +1,170 @@
+//! `yawrig._native`: the verbs' answers about records in memory. What a user sees of it is in `python/yawrig`.
+//!
+//! Records come and go as bytes, numbers of eight bytes each in the machine's order, and answers as the JSON that
+//! the program prints.
+#![deny(unsafe_code)]
+
+mod entry;
+mod work;
+
+use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
+use pyo3::types::{PyBytes, PyCFunction, PyTuple};
+use pyo3::{create_exception, IntoPyObjectExt};
+use std::ffi::CStr;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+use work::{worked, On};
+use yawrig::answer::{self, Answer};
+use yawrig_base::error::{Error, Exit};
+use yawrig_core::identify::several;
+use yawrig_core::record::Record;
+use yawrig_records::Selection;
+
+create_exception!(
+    yawrig,
+    YawrigError,
+    PyValueError,
+    "What failed, where and why, and one thing to do about it. `exit_code` is that of the program."
+);
+
+/// Name, times and angles, and whether its stamps were spread.
+type Given = (String, PyBackedBytes, PyBackedBytes, bool);
+type Bytes = Py<PyBytes>;
+type Function = Py<PyCFunction>;
+
+/// What would be said on stderr.
+static SAID: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+fn raised(py: Python<'_>, error: Error) -> PyErr {
+    if error.exit == Exit::Interrupted {
+        return PyKeyboardInterrupt::new_err(());
+    }
+    let raised = YawrigError::new_err(error.to_string());
+    match raised.value(py).setattr("exit_code", error.exit as u8) {
+        Ok(()) => raised,
+        Err(other) => other,
+    }
+}
+
+fn numbers(bytes: &[u8]) -> Vec<f64> {
+    let (whole, _) = bytes.as_chunks();
+    whole.iter().map(|eight| f64::from_ne_bytes(*eight)).collect()
+}
+
+fn bytes(py: Python<'_>, numbers: &[f64]) -> Bytes {
+    let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_ne_bytes()).collect();
+    PyBytes::new(py, &bytes).unbind()
+}
+
+fn record((name, time_s, yaw_deg, stamps_spread): Given) -> yawrig_base::error::Result<Record> {
+    let record = Record::new(name, numbers(&time_s), numbers(&yaw_deg));
+    yawrig_records::checked(Record { stamps_spread, ..record })
+}
+
+fn given(py: Python<'_>, record: &Record) -> (String, Bytes, Bytes, bool) {
+    let name = record.file.display().to_string();
+    (name, bytes(py, &record.time_s), bytes(py, &record.yaw_deg), record.stamps_spread)
+}
+
+/// A function of Python's.
+fn function<R: for<'py> IntoPyObject<'py>>(
+    py: Python<'_>,
+    name: &'static CStr,
+    does: impl Fn(&Bound<'_, PyTuple>) -> PyResult<R> + Send + Sync + 'static,
+) -> PyResult<Function> {
+    let does = move |arguments: &Bound<'_, PyTuple>,
+                     _: Option<&Bound<'_, _>>|
+          -> PyResult<Py<PyAny>> { does(arguments)?.into_py_any(arguments.py()) };
+    Ok(PyCFunction::new_closure(py, Some(name), None, does)?.unbind())
+}
+
+/// The answer of a verb: its JSON, its sentence, functions that give the rest of it, and what else was said.
+type Answered = (String, String, [Function; 4], Vec<String>);
+
+/// verb, arguments, records, progress
+fn ask(arguments: &Bound<'_, PyTuple>) -> PyResult<Answered> {
+    type Arguments = (String, Vec<String>, Vec<Given>, Option<Py<PyAny>>);
+    let (verb, options, records, progress): Arguments = arguments.extract()?;
+    let py = arguments.py();
+    // One record is identified sooner than threads are begun.
+    let on = match verb == "identify" && records.len() == 1 {
+        true => On::OneThread,
+        false => On::AllCores,
+    };
+    let answer = worked(py, on, progress, move |counter| {
+        let records = records.into_iter().map(record).collect::<Result<Vec<_>, _>>()?;
+        yawrig::cli::answer(&verb, &options, records, &|done, all| counter.set(done, all))
+    });
+    let said = std::mem::take(&mut *SAID.lock().unwrap_or_else(|e| e.into_inner()));
+    let answer = Arc::new(answer?);
+    Ok((answer.json.clone(), answer.sentence.clone(), rest(py, &answer)?, said))
+}
+
+/// The record that was made; curves of each record and its model; the model's readings; pictures.
+fn rest(py: Python<'_>, answer: &Arc<Answer>) -> PyResult<[Function; 4]> {
+    let of = answer.clone();
+    let made = function(py, c"made", move |arguments| {
+        Ok(of.made().map(|record| given(arguments.py(), record)))
+    })?;
+    let of = answer.clone();
+    let curves = function(py, c"curves", move |arguments| {
+        let (py, of) = (arguments.py(), of.clone());
+        let all = worked(py, On::OneThread, None, move |_| {
+            let fits = of.fits()?;
+            Ok(fits.into_iter().map(|(d, m)| answer::curves(d, m)).collect::<Vec<_>>())
+        })?;
+        let three = |c: answer::Curves| [c.time_s, c.angle_deg, c.model_deg].map(|v| bytes(py, &v));
+        Ok(all.into_iter().map(three).collect::<Vec<_>>())
+    })?;
+    let of = answer.clone();
+    let model = function(py, c"model", move |arguments| {
+        let (py, of) = (arguments.py(), of.clone());
+        let (index, time_s): (usize, PyBackedBytes) = arguments.extract()?;
+        let angles = worked(py, On::OneThread, None, move |_| {
+            let fits = of.fits()?;
+            let none = || Error::usage("this result has no model of one record");
+            let (decay, model) = fits.get(index).ok_or_else(none)?;
+            Ok(answer::model_at(decay, model, &numbers(&time_s)))
+        })?;
+        Ok(bytes(py, &angles))
+    })?;
+    let of = answer.clone();
+    let pictures = function(py, c"pictures", move |arguments| {
+        let of = of.clone();
+        worked(arguments.py(), On::AllCores, None, move |_| of.pictures())
+    })?;
+    Ok([made, curves, model, pictures])
+}
+
+/// path, selection as JSON
+fn read(arguments: &Bound<'_, PyTuple>) -> PyResult<(String, Bytes, Bytes, bool)> {
+    let (path, selection): (PathBuf, String) = arguments.extract()?;
+    let py = arguments.py();
+    let selection: Selection = serde_json::from_str(&selection)
+        .map_err(|e| raised(py, Error::usage(format!("how it is to be read: {e}"))))?;
+    let read =
+        worked(py, On::AllCores, None, move |_| yawrig_records::read_selected(&path, &selection))?;
+    Ok(given(py, &read))
+}
+
+/// First sample and the one after the last of each release in a record.
+fn releases(arguments: &Bound<'_, PyTuple>) -> PyResult<Vec<(usize, usize)>> {
+    let (of,): (Given,) = arguments.extract()?;
+    worked(arguments.py(), On::OneThread, None, move |_| {
+        let parts = several::releases(&record(of)?);
+        Ok(parts.into_iter().map(|part| (part.start, part.end)).collect())
+    })
+}
+
+/// All that is in the module.
+fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    let py = module.py();
+    yawrig::listen(|said| SAID.lock().unwrap_or_else(|e| e.into_inner()).push(said));
+    module.add("YawrigError", py.get_type::<YawrigError>())?;
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("ask", function(py, c"ask", ask)?)?;
+    module.add("read", function(py, c"read", read)?)?;
+    module.add("releases", function(py, c"releases", releases)?)
+}

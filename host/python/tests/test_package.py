@@ -1,0 +1,253 @@
+"""What a user of Python sees, beside the numbers."""
+
+import doctest
+import pickle
+import signal
+import threading
+import warnings
+
+import numpy
+import pandas
+import pytest
+import yawrig
+from yawrig import _record, _results, _verbs
+
+
+@pytest.fixture(scope="module")
+def record():
+    made = yawrig.simulate(
+        natural_frequency_rad_s=7, damping_ratio=0.006, seconds=16, rate_hz=100, effects=["coulomb_friction:c=0.15"]
+    )
+    return made.record
+
+
+@pytest.fixture(scope="module")
+def diagnosis(record):
+    return yawrig.diagnose(record)
+
+
+def test_examples_of_the_documentation():
+    for module in [yawrig, _record, _results, _verbs]:
+        failed, _ = doctest.testmod(module)
+        assert failed == 0
+    assert doctest.testmod(_verbs).attempted > 3
+
+
+def test_everything_has_a_docstring_and_is_typed():
+    for name in yawrig.__all__:
+        thing = getattr(yawrig, name)
+        assert name == "__version__" or thing.__doc__, name
+    for verb in [yawrig.identify, yawrig.diagnose, yawrig.compare, yawrig.law, yawrig.simulate, yawrig.read]:
+        assert "return" in verb.__annotations__
+
+
+@pytest.mark.parametrize("of", [list, tuple, numpy.array, pandas.Series, lambda a: numpy.array(a, dtype="f8")[::1]])
+def test_any_numbers_in_a_row(record, of):
+    expected = yawrig.identify(record.time_s, record.angle_deg).to_dict()
+    assert yawrig.identify(of(record.time_s), of(record.angle_deg)).to_dict() == expected
+    assert yawrig.identify((record.time_s, record.angle_deg)).to_dict() == expected
+
+
+def test_strided_arrays_and_single_precision(record):
+    both = numpy.column_stack([record.time_s, record.angle_deg])
+    assert yawrig.identify(both[:, 0], both[:, 1]).to_dict() == yawrig.identify(record.time_s, record.angle_deg).to_dict()
+    found = yawrig.identify(record.time_s, record.angle_deg.astype("f4"))
+    assert abs(found.natural_frequency_rad_s.value - 7) < 0.05
+
+
+def test_a_quantity(record):
+    found = yawrig.identify(record)
+    wn = found.natural_frequency_rad_s
+    assert float(wn) == wn.value and wn.u > 0 and "\u00b1" in str(wn)
+    value, u = wn
+    assert (value, u) == (wn.value, wn.u)
+
+
+def test_names_of_the_json_are_attributes(record, diagnosis):
+    found = yawrig.identify(record, method="all")
+    assert found.schema_version == 1 and found.file == "simulated"
+    assert found.window.cycles == found.to_dict()["records"][0]["window"]["cycles"]
+    assert [estimate.method for estimate in found.estimates] == ["least-squares", "conventional", "network"]
+    assert found.at_amplitude[0].damping_ratio.u > 0
+    assert {"window", "damping_ratio", "to_dict"} <= set(dir(found))
+    with pytest.raises(AttributeError, match="natural_frequency_rad_s"):
+        found.frequency
+    assert diagnosis.parameters["coulomb_friction.c"].value == pytest.approx(0.15, rel=0.05)
+    assert diagnosis.damping_ratio == diagnosis.modal.damping_ratio
+
+
+def test_covariance(record, diagnosis):
+    assert diagnosis.covariance.shape == (3, 3)
+    at = diagnosis.covariance_names.index("coulomb_friction.c")
+    u = diagnosis.parameters["coulomb_friction.c"].u
+    assert diagnosis.covariance[at, at] ** 0.5 == pytest.approx(u, rel=1e-9)
+    assert yawrig.identify(record).covariance is None
+
+
+def test_model_and_residual(record, diagnosis):
+    curves = diagnosis.curves
+    assert curves.time_s.shape == curves.angle_deg.shape == diagnosis.residual.shape
+    assert numpy.sqrt(numpy.mean(diagnosis.residual**2)) < 0.1
+    # The same equation at the samples, in any order and shape.
+    later = record.time_s > curves.time_s[0]
+    angle = diagnosis.model(record.time_s[later][::-1])[::-1]
+    assert numpy.std(angle - record.angle_deg[later]) < 0.1
+    assert diagnosis.model(record.time_s[:4].reshape(2, 2)).shape == (2, 2)
+    assert numpy.isnan(diagnosis.model(-1.0))
+    # A second-order model misses the friction.
+    plain = yawrig.compare(record)
+    assert numpy.std(plain.residual) > 3 * numpy.std(diagnosis.residual)
+    assert numpy.std(yawrig.identify(record).residual) > numpy.std(diagnosis.residual)
+
+
+def test_tables(record, diagnosis):
+    found = yawrig.identify(record).to_dataframe()
+    assert found.natural_frequency_rad_s[0] > 6 and found.natural_frequency_rad_s_u[0] > 0
+    assert list(diagnosis.to_dataframe().added)[1:] == ["coulomb_friction"]
+    assert len(yawrig.compare([record, (record.time_s, record.angle_deg)]).to_dataframe()) == 2
+
+
+def test_a_notebook_shows_sentence_table_and_pictures(diagnosis):
+    page = diagnosis._repr_html_()
+    assert page.startswith(f"<p><b>{diagnosis.sentence}</b></p><table>") and "explained" in diagnosis.sentence
+    assert page.count("<svg") == len(diagnosis.pictures) >= 3
+    assert "Residual over noise" in page and "<script" not in page
+    assert repr(diagnosis) == f"<yawrig.Diagnosis: {diagnosis.sentence}>"
+
+
+def test_what_a_result_shows_is_no_markup():
+    t = numpy.arange(0, 20, 0.01)
+    found = yawrig.identify(t, 12 * numpy.exp(-0.06 * t) * numpy.cos(6 * t), name="<img src=x>")
+    assert "<img" not in found._repr_html_()
+
+
+def test_plots(record, diagnosis, campaign):
+    made = yawrig.simulate(natural_frequency_rad_s=7, damping_ratio=0.01, rate_hz=50)
+    table = yawrig.Campaign.from_toml(campaign).derivatives()
+    for result in [diagnosis, yawrig.identify(record), made, table]:
+        figure = result.plot()
+        figure.canvas.draw()
+        assert figure.axes
+    assert len(table.pictures) == 1 and len(table.to_dataframe()) == 8
+
+
+def test_an_effect_of_ones_own(record):
+    friction = yawrig.Effect("rubbing", "-c * tanh(r / 0.002)", {"c": {"unit": "rad/s2", "start": 0.05, "min": 0.0}})
+    found = yawrig.compare(record, effects=[friction])
+    assert found.effects == ["rubbing"]
+    assert found.parameters["rubbing.c"].value == pytest.approx(0.15, rel=0.1)
+    with pytest.raises(yawrig.YawrigError, match="rubbing"):
+        yawrig.compare(record, effects=[yawrig.Effect("rubbing", "-c * nonsense(r)", {})])
+
+
+def test_errors_have_the_sentence_of_the_program(program, record):
+    t = numpy.arange(100) / 50.0
+    with pytest.raises(yawrig.YawrigError, match="no free oscillation|oscillation") as raised:
+        yawrig.identify(t, numpy.ones(100))
+    assert "help:" in str(raised.value) and raised.value.exit_code == 3 and isinstance(raised.value, ValueError)
+    with pytest.raises(yawrig.YawrigError, match="record, sample 4: not a finite number"):
+        yawrig.identify(t, [0.0, 1.0, 2.0, float("nan")] + [0.0] * 96)
+    with pytest.raises(yawrig.YawrigError, match="time runs"):
+        yawrig.identify(t[::-1], t)
+    with pytest.raises(yawrig.YawrigError, match="100 times and 99 angles"):
+        yawrig.identify(t, t[1:])
+    with pytest.raises(yawrig.YawrigError, match="dimensions"):
+        yawrig.identify(t.reshape(2, 50), t.reshape(2, 50))
+    with pytest.raises(yawrig.YawrigError, match="there is no effect") as raised:
+        yawrig.compare(record, effects=["coulomb"])
+    assert raised.value.exit_code == 2
+    with pytest.raises(yawrig.YawrigError, match="cannot read missing.csv"):
+        yawrig.read("missing.csv")
+    with pytest.raises(yawrig.YawrigError, match="given twice"):
+        yawrig.compare([record, record])
+    with pytest.raises(yawrig.YawrigError, match="methodical"):
+        yawrig.identify(record, method="methodical")
+    said = program.run("identify", "missing.csv")
+    with pytest.raises(yawrig.YawrigError) as raised:
+        yawrig.identify("missing.csv")
+    assert f"yawrig: {raised.value}" in said.stderr
+
+
+def test_a_record_that_cannot_be_used_does_not_stop_the_others(record):
+    flat = yawrig.Record(record.time_s, numpy.zeros(len(record)), "flat")
+    found = yawrig.identify_each([record, flat])
+    assert [r.file for r in found.records] == ["simulated"] and found.refused[0].file == "flat"
+
+
+def test_warnings_are_warnings(record):
+    angle = record.angle_deg.copy()
+    keep = numpy.ones(len(angle), dtype=bool)
+    keep[700:760] = False
+    with pytest.warns(yawrig.YawrigWarning):
+        yawrig.diagnose(record.time_s[keep], angle[keep])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        yawrig.diagnose(record)
+
+
+def test_progress(record, campaign):
+    told = []
+    several = [yawrig.Record(record.time_s, record.angle_deg, f"r{k}") for k in range(20)]
+    yawrig.identify_each(several, progress=lambda done, of: told.append((done, of)))
+    yawrig.Campaign(campaign).derivatives(progress=lambda done, of: told.append((done, of)))
+    assert told and told == sorted(told, key=lambda t: (t[1], t[0])) and {of for _, of in told} <= {20, 32}
+    assert (20, 20) in told and (32, 32) in told
+
+    def stop(done, of):
+        raise KeyError("enough")
+
+    with pytest.raises(KeyError, match="enough"):
+        yawrig.identify_each(several, progress=stop)
+
+
+def test_several_releases_in_a_record():
+    one = yawrig.simulate(natural_frequency_rad_s=7, damping_ratio=0.03, rate_hz=100, seconds=30).record
+    angle = numpy.concatenate([one.angle_deg, one.angle_deg])
+    both = yawrig.Record(numpy.arange(len(angle)) / 100, angle, "both")
+    parts = both.releases()
+    assert [part.name for part in parts] == ["both#1", "both#2"]
+    first, second = (yawrig.identify(part).natural_frequency_rad_s for part in parts)
+    assert abs(first.value - second.value) < 3 * (first.u + second.u)
+    assert one.releases() == [one]
+
+
+def test_results_and_records_travel(record, diagnosis):
+    copy = pickle.loads(pickle.dumps(diagnosis))
+    assert copy.to_dict() == diagnosis.to_dict() and copy.status == "explained"
+    with pytest.raises(yawrig.YawrigError, match="where it was made"):
+        copy.residual
+    again = pickle.loads(pickle.dumps(record))
+    assert yawrig.identify(again).to_dict() == yawrig.identify(record).to_dict()
+
+
+def test_other_threads_go_on_meanwhile(record):
+    turns, ended = [0], threading.Event()
+
+    def count():
+        while not ended.is_set():
+            turns[0] += 1
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    before = turns[0]
+    yawrig.diagnose(record)
+    during = turns[0] - before
+    ended.set()
+    thread.join()
+    # With Python's lock held there would be the few of its own switches.
+    assert during > 1000
+
+
+@pytest.mark.skipif(threading.current_thread() is not threading.main_thread(), reason="signals reach the main thread")
+def test_ctrl_c_ends_what_is_going_on(record):
+    begun = threading.Event()
+    asked = threading.Thread(target=lambda: (begun.wait(), signal.raise_signal(signal.SIGINT)))
+    asked.start()
+    with pytest.raises(KeyboardInterrupt):
+        begun.set()
+        # Until it comes.
+        while True:
+            yawrig.diagnose(record)
+    asked.join()
+    # And all goes on after it.
+    assert yawrig.identify(record).natural_frequency_rad_s.value > 6

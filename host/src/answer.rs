@@ -1,0 +1,151 @@
+//! What a verb answers about records that a program holds in memory: the object that `--json` prints, and what can be
+//! drawn and simulated of it.
+
+use crate::report::charts::{self, Chart};
+use crate::report::{drawn_of, of_diagnosed, of_table, with_effects};
+use serde::Serialize;
+use std::sync::OnceLock;
+use yawrig_base::error::{Error, Result};
+use yawrig_core::derivatives::table::Table;
+use yawrig_core::diagnosis::diagnose::Diagnosed;
+use yawrig_core::fit::fitting::{fit_plain_within, Fitted, Limit, Number, Structure};
+use yawrig_core::fit::free_decay::FreeDecay;
+use yawrig_core::motion::readings_at;
+use yawrig_core::record::Record;
+
+/// Progress of a verb that works through many records: how many are done, of how many.
+pub type Progress<'a> = dyn Fn(usize, usize) + Sync + 'a;
+
+/// A verb's answer.
+pub struct Answer {
+    /// One JSON object, as `--json` prints it.
+    pub json: String,
+    /// The verdict.
+    pub sentence: String,
+    drawn: Drawn,
+    fits: OnceLock<Vec<OfRecord>>,
+}
+
+/// What an answer is drawn from.
+pub enum Drawn {
+    Nothing,
+    /// A record, with the natural frequency and damping ratio that were identified.
+    Identified(Box<Record>, [f64; 2]),
+    Diagnosed(Box<(Record, Diagnosed)>),
+    Fitted(Vec<OfRecord>),
+    Derivatives(Box<Table>),
+    /// A record that was made.
+    Made(Box<Record>),
+}
+
+/// A record and the model that was fitted to it.
+pub struct OfRecord {
+    pub decay: FreeDecay,
+    pub model: Fitted,
+}
+
+/// Block means of a record, a fiftieth of a period each, and the model there.
+pub struct Curves {
+    /// On the record's own clock.
+    pub time_s: Vec<f64>,
+    pub angle_deg: Vec<f64>,
+    pub model_deg: Vec<f64>,
+}
+
+impl Answer {
+    /// # Errors
+    /// Exit 1, for a defect of this program only.
+    pub fn new(object: &impl Serialize, sentence: String) -> Result<Self> {
+        let json = serde_json::to_string(object)
+            .map_err(|e| Error::internal(format!("cannot write JSON: {e}")))?;
+        Ok(Self { json, sentence, drawn: Drawn::Nothing, fits: OnceLock::new() })
+    }
+
+    /// With what it is drawn from.
+    pub fn drawn_from(self, drawn: Drawn) -> Self {
+        Self { drawn, ..self }
+    }
+
+    /// The record that was made, where that is the answer.
+    pub fn made(&self) -> Option<&Record> {
+        match &self.drawn {
+            Drawn::Made(record) => Some(record),
+            _ => None,
+        }
+    }
+
+    /// The records with their models; none where the answer has no one model of a record.
+    ///
+    /// # Errors
+    /// Exit 3 where a record that was identified has too little in it for a fit.
+    pub fn fits(&self) -> Result<Vec<(&FreeDecay, &Fitted)>> {
+        Ok(match &self.drawn {
+            Drawn::Diagnosed(both) => {
+                both.1.path.last().map(|model| vec![(&both.1.decay, model)]).unwrap_or_default()
+            }
+            Drawn::Fitted(all) => all.iter().map(|r| (&r.decay, &r.model)).collect(),
+            Drawn::Identified(record, values) => {
+                if self.fits.get().is_none() {
+                    // Another thread may have been quicker, with the same.
+                    let _ = self.fits.set(vec![held(record, *values)?]);
+                }
+                self.fits.get().into_iter().flatten().map(|r| (&r.decay, &r.model)).collect()
+            }
+            Drawn::Nothing | Drawn::Derivatives(_) | Drawn::Made(_) => Vec::new(),
+        })
+    }
+
+    /// The pictures of a report's page, each an SVG of its own with its caption.
+    ///
+    /// # Errors
+    /// As [`Self::fits`].
+    pub fn pictures(&self) -> Result<Vec<(String, String)>> {
+        let charts = match &self.drawn {
+            Drawn::Nothing | Drawn::Made(_) => Vec::new(),
+            Drawn::Diagnosed(both) => charts::of(&of_diagnosed(&both.0, &both.1)),
+            Drawn::Derivatives(table) => vec![charts::derivatives(&of_table(table))],
+            Drawn::Identified(..) | Drawn::Fitted(_) => {
+                let of = |(decay, model): (&FreeDecay, &Fitted)| {
+                    drawn_of(decay, &[(with_effects(model).as_str(), model)])
+                };
+                self.fits()?.into_iter().flat_map(of).collect()
+            }
+        };
+        let file = |chart: Chart| Ok((chart.file()?, chart.caption));
+        charts.into_iter().map(file).collect()
+    }
+}
+
+/// The second-order model with these values; the record's own initial state is fitted.
+fn held(record: &Record, [natural_frequency_rad_s, damping_ratio]: [f64; 2]) -> Result<OfRecord> {
+    let decay = FreeDecay::of(record)?;
+    let fixed = |number, value| Limit { number, low: value, high: value };
+    let structure = Structure {
+        limits: vec![
+            fixed(Number::NaturalFrequency, natural_frequency_rad_s),
+            fixed(Number::DampingRatio, damping_ratio),
+        ],
+        ..Structure::default()
+    };
+    let model = fit_plain_within(&decay, &structure, decay.yaw_rad.len());
+    Ok(OfRecord { decay, model })
+}
+
+/// The means of `decay` and what `model` makes of them.
+pub fn curves(decay: &FreeDecay, model: &Fitted) -> Curves {
+    let degrees = |rad: &[f64]| rad.iter().map(|y| y.to_degrees()).collect();
+    let time_s = |k| decay.release_time_s + decay.grid.time_s(k);
+    Curves {
+        time_s: (0..decay.yaw_rad.len()).map(time_s).collect(),
+        angle_deg: degrees(&decay.yaw_rad),
+        model_deg: degrees(&model.readings(&decay.grid)),
+    }
+}
+
+/// What `model` reads at these instants of the record's own clock, in order, deg; NaN before its first.
+pub fn model_at(decay: &FreeDecay, model: &Fitted, time_s: &[f64]) -> Vec<f64> {
+    let times: Vec<f64> = time_s.iter().map(|t| t - decay.release_time_s).collect();
+    let zero = model.sensor_zero_rad().map_or(0.0, |zero| zero.value);
+    let readings = readings_at(&model.motion(), decay.grid.start_s, &times);
+    readings.into_iter().map(|y| (y + zero).to_degrees()).collect()
+}
