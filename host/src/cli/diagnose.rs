@@ -9,6 +9,7 @@ use super::releases::{warn_of_more, ReleaseArg};
 use crate::campaign::CampaignFile;
 use crate::law::{found, Found};
 use crate::model::document::{is_model, Model, RecordEntry};
+use crate::model::edits;
 use crate::model::effects::named;
 use crate::model::limits::structure;
 use crate::model::records;
@@ -128,7 +129,13 @@ impl Diagnose {
     /// What the model at `path` lacks, in `file` or its own record.
     fn run_beside(&self, path: &Path, file: Option<&Path>, options: Options) -> Result<()> {
         let model = Model::read(path)?;
+        edits::warn(&model, path);
         let fitted: Vec<&RecordEntry> = model.records.iter().filter(|r| !r.held_out).collect();
+        for entry in &model.records {
+            if let Some(changed) = records::changed(entry, &Model::record_path(path, entry)) {
+                crate::say!("yawrig: warning: {changed}");
+            }
+        }
         let entry = match (file, fitted.as_slice()) {
             (Some(file), _) => records::known_or_new(&model, path, file)?,
             (None, [entry]) => (*entry).clone(),

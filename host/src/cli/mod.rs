@@ -34,6 +34,7 @@ mod simulate;
 mod story;
 mod study;
 mod train;
+mod typeset;
 mod workbench;
 
 use clap::{CommandFactory, Parser, Subcommand};

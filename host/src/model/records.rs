@@ -4,7 +4,8 @@ use crate::campaign::CampaignFile;
 use crate::model::document::{of_file, MadeUnder, Model, RecordEntry};
 use std::path::{Component, Path, PathBuf};
 use yawrig_base::error::{Error, Result};
-use yawrig_records::place::canonical;
+use yawrig_records::place::{canonical, parted};
+use yawrig_shared::checksum::crc32;
 
 /// A record, and what is wrong with it as far as that is known without reading it.
 #[derive(Clone, Debug)]
@@ -57,7 +58,10 @@ fn of_campaign(file: &Path, model: &Path) -> Result<Vec<Listed>> {
             axis: release.axis,
             wind_speed_m_s: release.wind_speed_m_s,
         };
-        let Listed { entry, fault } = entry(&campaign.record_path(index), Some(made), model)?;
+        let Listed { mut entry, fault } = entry(&campaign.record_path(index), Some(made), model)?;
+        if !release.at.is_empty() {
+            entry.condition = format!("{}, {}", entry.condition, release.at);
+        }
         // In the campaign's words, with its line.
         Ok(Listed { entry, fault: campaign.check_record(index).err().or(fault) })
     };
@@ -71,7 +75,7 @@ fn entry(file: &Path, made_under: Option<MadeUnder>, model: &Path) -> Result<Lis
     };
     let file = relative(&real, &folder(model)?);
     let condition = made_under.as_ref().map_or_else(|| of_file(&file), MadeUnder::condition);
-    let entry = RecordEntry { file, condition, held_out: false, made_under, line: 0 };
+    let entry = RecordEntry { file, condition, held_out: false, made_under, crc32: None, line: 0 };
     Ok(Listed { entry, fault })
 }
 
@@ -85,6 +89,25 @@ pub fn known_or_new(model: &Model, path: &Path, file: &Path) -> Result<RecordEnt
         return Err(fault);
     }
     Ok(find(model, path, &new).map_or(new, |k| model.records[k].clone()))
+}
+
+/// Of the bytes of the record's file; none where it is read only once, as a pipe.
+pub fn content(file: &Path) -> Option<String> {
+    let (file, _) = parted(file);
+    let bytes = file.is_file().then(|| std::fs::read(&file).ok())??;
+    Some(format!("{:08x}", crc32(&bytes)))
+}
+
+/// What to say where the record in `file` is not the one that the model was fitted to.
+pub fn changed(entry: &RecordEntry, file: &Path) -> Option<String> {
+    let (was, is) = (entry.crc32.as_ref()?, content(file)?);
+    (*was != is).then(|| {
+        format!(
+            "{} has changed since the model was fitted to it (checksum {was}, now {is}): the model's numbers are those of the \
+             earlier file; `yawrig fit` fits it anew",
+            file.display()
+        )
+    })
 }
 
 /// Which of the model's records is `entry`'s.
