@@ -103,7 +103,8 @@ function drawHead() {
   leftOut.hidden = !overall.left_out;
   leftOut.textContent = leftOut.title = overall.left_out || "";
   const figures = panels.figures();
-  const edited = (model.read_only ? "to look at only, its folder cannot be written; " : "") + (model.edited && model.exists ? "edited by hand since the last step; " : "");
+  const edited = (model.read_only ? "to look at only, its folder cannot be written; " : "") + (model.edited && model.exists ? "edited by hand since the last step; " : "")
+    + (model.changed_records && model.changed_records.length ? `changed since the fit: ${model.changed_records.join(", ")}; ` : "");
   by("subtitle").textContent = `${model.file}${model.exists || model.fault ? "" : " (not made yet)"} · ${edited}${release ? [release.name, figures].filter(Boolean).join(" · ") : "no record is open"}`;
   by("subtitle").title = by("subtitle").textContent;
   const set = (id, x) => { const e = by(id); e.textContent = ratio(x); e.className = x === null || x === undefined ? "" : x <= 1.1 ? "good" : "warn"; };

@@ -181,6 +181,8 @@ fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
         axis: p.condition.axis,
         wind_speed_m_s: p.condition.wind_speed_m_s,
         wind_speed_u_m_s: None,
+        density_kg_m3: None,
+        at: Default::default(),
         accept: Vec::new(),
     });
     Campaign {

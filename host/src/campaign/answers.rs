@@ -114,6 +114,8 @@ mod tests {
             axis: Axis::Mid,
             wind_speed_m_s,
             wind_speed_u_m_s: None,
+            density_kg_m3: None,
+            at: Default::default(),
             accept: Vec::new(),
         };
         let releases = [("K1", 0.0), ("K1", 10.0), ("K2", 0.0), ("K2", 10.0)].map(entry);

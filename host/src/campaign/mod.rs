@@ -18,11 +18,12 @@ pub use diagnose::{diagnose, diagnose_with_fits};
 pub use evaluate::{doubts, evaluate, looked_at, table, Identify};
 
 use serde::Deserialize;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use yawrig_base::error::{Error, Result};
+use yawrig_core::derivatives::at::{At, Value};
 use yawrig_core::derivatives::campaign::{Campaign, ReleaseEntry, SCHEMA_VERSION};
 use yawrig_records::format::is_record;
 use yawrig_records::place;
@@ -241,12 +242,14 @@ impl CampaignFile {
 
     fn check_references(&self) -> Result<()> {
         let release = &self.campaign.release;
-        let references: HashSet<_> = release
-            .iter()
-            .filter(|release| release.wind_speed_m_s == 0.0)
-            .map(|release| (&release.spring, release.axis))
-            .collect();
-        let missing = |r: &ReleaseEntry| !references.contains(&(&r.spring, r.axis));
+        let mut references: HashMap<_, Vec<&At>> = HashMap::new();
+        for off in release.iter().filter(|release| release.wind_speed_m_s == 0.0) {
+            references.entry((&off.spring, off.axis)).or_default().push(&off.at);
+        }
+        let missing = |r: &ReleaseEntry| {
+            let there = references.get(&(&r.spring, r.axis)).into_iter().flatten();
+            r.wind_speed_m_s > 0.0 && !there.into_iter().any(|off| off.serves(&r.at))
+        };
         if let Some(index) = release.iter().position(missing) {
             return Err(self.no_reference(index));
         }
@@ -277,6 +280,17 @@ impl CampaignFile {
                 .error_at(index, "wind_speed_m_s is negative or not a number")
                 .help("give 0 for wind off"));
         }
+        if release.density_kg_m3.is_some_and(|density| !is_positive(density)) {
+            return Err(self
+                .error_at(index, "density_kg_m3 is not a positive number")
+                .help("correct the entry, or leave it out where it is that of [air]"));
+        }
+        let is_number = |value: &Value| !matches!(value, Value::Number(x) if !x.is_finite());
+        if let Some((name, _)) = release.at.0.iter().find(|(_, value)| !is_number(value)) {
+            return Err(self
+                .error_at(index, format!("at.{name} is not a number"))
+                .help("give a number, or a configuration's name in quotes"));
+        }
         for (name, u) in [
             ("spring_stiffness_u_n_per_m", release.spring_stiffness_u_n_per_m),
             ("wind_speed_u_m_s", release.wind_speed_u_m_s),
@@ -291,9 +305,10 @@ impl CampaignFile {
     }
 
     fn no_reference(&self, index: usize) -> Error {
-        let ReleaseEntry { file, spring, axis, .. } = &self.campaign.release[index];
+        let ReleaseEntry { file, spring, axis, at, .. } = &self.campaign.release[index];
+        let under = if at.is_empty() { String::new() } else { format!(" that serves {at}") };
         let what = format!(
-            "{file} was made with the wind on, but there is no wind-off release of spring {spring} on the {axis} axis"
+            "{file} was made with the wind on, but there is no wind-off release of spring {spring} on the {axis} axis{under}"
         );
         self.error_at(index, what).help(format!(
             "add a [[release]] with spring = \"{spring}\", axis = \"{axis}\", wind_speed_m_s = 0.0"

@@ -115,6 +115,8 @@ impl Wanted {
             spring,
             axis,
             wind_speed_m_s,
+            density_kg_m3: entry.as_ref().and_then(|e| e.density_kg_m3),
+            at: entry.as_ref().map(|e| e.at.clone()).unwrap_or_default(),
             wind_speed_u_m_s: entry
                 .filter(|e| e.wind_speed_m_s == wind_speed_m_s)
                 .and_then(|e| e.wind_speed_u_m_s),

@@ -60,6 +60,8 @@ pub fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
         axis: record.condition.axis,
         wind_speed_m_s: record.condition.wind_speed_m_s,
         wind_speed_u_m_s: None,
+        density_kg_m3: None,
+        at: Default::default(),
         accept: Vec::new(),
     });
     Campaign {

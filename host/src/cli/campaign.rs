@@ -19,39 +19,42 @@ const EXAMPLE: &str = r#"A whole campaign.toml:
   schema_version = 1
   [model]
   name = "Davis model"
-  length_m = 0.625             # reference length
+  length_m = 0.625         # reference length
   frontal_area_m2 = 0.036
   [air]
   density_kg_m3 = 1.2
   [rig]
-  spring_arm_m = 0.1           # distance of each spring from the axis
-  axis_offset_m = 0.05         # how far the front axis lies ahead of the middle one
-  # [inertia]                  # optional; else Izz comes from the wind-off releases, one per axis
+  spring_arm_m = 0.1       # distance of each spring from the axis
+  axis_offset_m = 0.05     # how far the front axis lies ahead of the middle one
+  # [inertia]              # optional; else from the wind-off releases, by axis
   # mid_kg_m2 = 0.101
   # front_kg_m2 = 0.1205
-  [stiffness_n_per_m]          # of one spring, by its name; Kr = 2 Ks arm^2
+  [stiffness_n_per_m]      # of one spring, by its name; Kr = 2 Ks arm^2
   K1 = 119.0
   K2 = 214.0
-  [[release]]                  # repeated; several of one condition are repeats
-  file = "K1-mid-off.csv"      # relative to this file; r.csv#2 is the second release in r.csv
+  [[release]]              # repeated; several of one condition are repeats
+  file = "K1-mid-off.csv"  # relative to this file; r.csv#2: its second release
   spring = "K1"
-  axis = "mid"                 # or "front"
-  wind_speed_m_s = 0.0         # 0: wind off; each wind-on release needs its wind-off one
+  axis = "mid"             # or "front"
+  wind_speed_m_s = 0.0     # 0: wind off; each wind-on release needs one
   [[release]]
   file = "K1-mid-on.csv"
   spring = "K1"
   axis = "mid"
   wind_speed_m_s = 10.0
+  # density_kg_m3 = 1.18   # where it is not that of [air]
+  # at = { ride_height_mm = 40, wing = "low" }  # groups the derivatives
 
-Each number may have its standard uncertainty beside it, as length_u_m = 0.001 (also
-frontal_area_u_m2, density_u_kg_m3, spring_arm_u_m, axis_offset_u_m, clock_u_ppm under [rig],
-mid_u_kg_m2, front_u_kg_m2, and in a release spring_stiffness_u_n_per_m, wind_speed_u_m_s). A
-release may state spring_stiffness_n_per_m itself. accept = ["no_wind"] in a release, or at the top
+Each number may have its standard uncertainty beside it, as length_u_m = 0.001
+(also frontal_area_u_m2, density_u_kg_m3, spring_arm_u_m, axis_offset_u_m,
+clock_u_ppm under [rig], mid_u_kg_m2, front_u_kg_m2, and in a release
+spring_stiffness_u_n_per_m, wind_speed_u_m_s). A release may state
+spring_stiffness_n_per_m itself. accept = ["no_wind"] in a release, or at the top
 of the file, marks doubts of that kind as looked into.
 
 Then: yawrig derivatives campaign.toml"#;
 
-/// Begin the file that says what each record was made under, from the records' names; or check one
+/// Begin the file that says what each record was made under, or check one
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLE)]
 pub struct CampaignArgs {
@@ -61,7 +64,7 @@ pub struct CampaignArgs {
 
 #[derive(Subcommand, Debug)]
 enum Act {
-    /// Write a campaign.toml for the records of a folder, what is missing marked
+    /// Write a campaign.toml for a folder of records, what is missing marked
     Init(Init),
     /// Say all that is wrong with a campaign, its records too
     Check {

@@ -1,6 +1,6 @@
 //! `compare`: a model, with any effects on top, against records.
 
-use super::common::{bare, print_json, print_line, EffectsArg, SCHEMA_VERSION};
+use super::common::{bare, print_json, print_line, wrapped, EffectsArg, SCHEMA_VERSION};
 use super::model::{print_revision, revised, summary, JudgeArgs, DEFAULT};
 use crate::answer::{Answer, Drawn, OfRecord};
 use crate::model::appraisal::Appraisal;
@@ -165,7 +165,10 @@ fn text(model: Option<&Path>, revision: &Revision) -> String {
     let a = &revision.appraisal;
     let with: String = a.effects.iter().map(|e| format!(" + {e}")).collect();
     let name = model.map_or_else(String::new, |m| format!("{}: ", m.display()));
-    let mut out = format!("{name}second order{with}\n{}", summary(revision));
+    let mut out = format!("{name}second order{with}\n");
+    let stale = a.stale.iter().flat_map(|line| wrapped(&format!("Not of what is here: {line}")));
+    stale.for_each(|line| out.push_str(&format!("{line}\n")));
+    out.push_str(&summary(revision));
     let w = &a.where_;
     let white = if w.correlation.abs() <= w.correlation_of_white { "white" } else { "not white" };
     let _ = writeln!(

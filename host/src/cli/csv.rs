@@ -5,6 +5,7 @@ use crate::campaign::doubted;
 use crate::model::journal::JournalStep;
 use std::fmt::Write as _;
 use yawrig_base::error::Result;
+use yawrig_core::derivatives::at::At;
 use yawrig_core::derivatives::table::{Point, Table};
 use yawrig_core::diagnosis::diagnose::Step;
 use yawrig_core::identify::Identification;
@@ -74,8 +75,11 @@ pub fn identified(found: &Identification) -> String {
 pub fn derivatives(tables: &[Table]) -> Result<()> {
     let mut out = "method,spring,wind_speed_m_s,reduced_frequency,cn_beta_per_rad,cn_beta_u_per_rad,cn_r_per_rad,\
         cn_r_u_per_rad,cy_beta_per_rad,cy_beta_u_per_rad,cy_r_per_rad,cy_r_u_per_rad,validation_mse_deg2,\
-        flags,doubts,assumed_zero,notes\n"
+        flags,doubts,assumed_zero,notes"
         .to_owned();
+    let names = At::names(tables.iter().flat_map(|table| &table.points).map(|point| &point.at));
+    out += &names.iter().map(|name| format!(",{name}")).collect::<String>();
+    out.push('\n');
     for table in tables {
         for point in &table.points {
             let Point {
@@ -106,7 +110,9 @@ pub fn derivatives(tables: &[Table]) -> Result<()> {
                 table.assumed_zero.join(" "),
                 table.notes.join("; "),
             ];
-            out += &row(first.into_iter().chain(quantities.into_iter().flatten()).chain(last));
+            let at = names.iter().map(|name| point.at.shown(name));
+            let cells = first.into_iter().chain(quantities.into_iter().flatten()).chain(last);
+            out += &row(cells.chain(at));
         }
     }
     print(&out)

@@ -3,6 +3,7 @@
 use super::common::{bare, print_json, print_line, wrapped, AnalysisArgs};
 use super::csv;
 use super::identify::MethodChoice;
+use super::typeset::Typeset;
 use crate::answer::{Answer, Drawn, Progress};
 use crate::campaign::doubted;
 use crate::campaign::evaluate;
@@ -12,8 +13,9 @@ use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use yawrig_base::error::{Error, Result};
+use yawrig_core::derivatives::at::At;
 use yawrig_core::derivatives::condition::Identified;
-use yawrig_core::derivatives::table::{ByAxis, InertiaLine, InertiaOrigin, Table};
+use yawrig_core::derivatives::table::{ByAxis, InertiaLine, InertiaOrigin, Point, Table};
 use yawrig_core::identify::flag::Flag;
 use yawrig_core::identify::{identify, Method};
 use yawrig_core::quantity::Quantity;
@@ -37,6 +39,9 @@ pub struct Derivatives {
     /// Print CSV, a row for each point and method, units in the header
     #[arg(long, conflicts_with = "json")]
     pub csv: bool,
+    /// Print the table for another document
+    #[arg(long, value_name = "KIND", value_enum, conflicts_with_all = ["csv", "json"])]
+    pub table: Option<Typeset>,
     /// Print one JSON object; the tables of further methods under "others"
     #[arg(long)]
     pub json: bool,
@@ -55,6 +60,10 @@ impl Derivatives {
         let mut tables = self.tables(&|_, _| {})?;
         if self.csv {
             return csv::derivatives(&tables);
+        }
+        if let Some(kind) = self.table {
+            let all: Vec<String> = tables.iter().map(|table| kind.of(table)).collect();
+            return print_line(all.join("\n\n").trim_end());
         }
         if !self.json {
             return print_line(&tables.iter().map(text).collect::<Vec<_>>().join("\n\n"));
@@ -118,7 +127,7 @@ fn text(table: &Table) -> String {
     text.extend([
         inertia_lines(table),
         String::new(),
-        point_rows(table).trim_fmt(),
+        groups(table).join("\n\n"),
         "per rad, about the middle axis, with standard uncertainties (k = 1).".to_owned(),
         "Cn_r is the combined damping derivative Cn_r - Cn_betadot: in pure yaw the two".to_owned(),
         "are one motion. mse: record less the response computed from the derivatives,".to_owned(),
@@ -235,32 +244,59 @@ fn inertia_lines(table: &Table) -> String {
     axes.into_iter().filter_map(line).collect::<Vec<_>>().join("\n")
 }
 
-fn point_rows(table: &Table) -> comfy_table::Table {
-    let mut rows = bare(&[
-        "spring",
-        "V m/s",
-        "km",
-        "Cn_beta",
-        "Cn_r - Cn_betadot",
-        "Cy_beta",
-        "Cy_r",
-        "mse deg²",
-    ]);
-    let shown = |quantity: Option<Quantity>| quantity.map_or("-".to_owned(), |q| q.to_string());
+/// The points, those of each setting by themselves; moments and side forces in a table each, for 80 columns.
+fn groups(table: &Table) -> Vec<String> {
+    let mut ats: Vec<&At> = Vec::new();
     for point in &table.points {
+        if !ats.contains(&&point.at) {
+            ats.push(&point.at);
+        }
+    }
+    let one = |at: &At| {
+        let points: Vec<&Point> = table.points.iter().filter(|point| point.at == *at).collect();
+        let mut rows = vec![moment_rows(table, &points).trim_fmt()];
+        if points.iter().any(|point| point.cy_beta.is_some()) {
+            rows.extend([String::new(), force_rows(&points).trim_fmt()]);
+        }
+        if !at.is_empty() {
+            rows.insert(0, format!("At {at}:"));
+        }
+        rows.join("\n")
+    };
+    ats.into_iter().map(one).collect()
+}
+
+fn speed(point: &Point) -> String {
+    let text = format!("{:.4}", point.wind_speed_m_s);
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
+fn moment_rows(table: &Table, points: &[&Point]) -> comfy_table::Table {
+    let mut rows = bare(&["spring", "V m/s", "km", "Cn_beta", "Cn_r - Cn_betadot", "mse deg²"]);
+    for point in points {
         let mean = table.validation_mse_deg2(point);
-        rows.add_row(vec![
+        rows.add_row([
             point.spring.clone(),
-            format!("{:.4}", point.wind_speed_m_s)
-                .trim_end_matches('0')
-                .trim_end_matches('.')
-                .to_owned(),
+            speed(point),
             format!("{:.3}", point.reduced_frequency),
-            shown(Some(point.cn_beta)),
-            shown(Some(point.cn_r)),
+            point.cn_beta.to_string(),
+            point.cn_r.to_string(),
+            if mean.is_nan() { "-".to_owned() } else { format!("{mean:.5}") },
+        ]);
+    }
+    rows
+}
+
+fn force_rows(points: &[&Point]) -> comfy_table::Table {
+    let mut rows = bare(&["spring", "V m/s", "km", "Cy_beta", "Cy_r"]);
+    let shown = |quantity: Option<Quantity>| quantity.map_or("-".to_owned(), |q| q.to_string());
+    for point in points {
+        rows.add_row([
+            point.spring.clone(),
+            speed(point),
+            format!("{:.3}", point.reduced_frequency),
             shown(point.cy_beta),
             shown(point.cy_r),
-            if mean.is_nan() { "-".to_owned() } else { format!("{mean:.5}") },
         ]);
     }
     rows

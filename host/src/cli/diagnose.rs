@@ -10,6 +10,7 @@ use crate::answer::{Answer, Drawn};
 use crate::campaign::CampaignFile;
 use crate::law::{found_in, Found};
 use crate::model::document::{is_model, Model, RecordEntry};
+use crate::model::edits;
 use crate::model::effects::named;
 use crate::model::limits::structure;
 use crate::model::records;
@@ -296,7 +297,13 @@ fn several(files: &[PathBuf], options: Options) -> Result<Case> {
 /// What the model at `path` lacks, in `file` or its own records.
 fn beside(path: &Path, file: Option<&Path>, options: Options) -> Result<Case> {
     let model = Model::read(path)?;
+    edits::warn(&model, path);
     let fitted: Vec<&RecordEntry> = model.records.iter().filter(|r| !r.held_out).collect();
+    for entry in &model.records {
+        if let Some(changed) = records::changed(entry, &Model::record_path(path, entry)) {
+            crate::say!("yawrig: warning: {changed}");
+        }
+    }
     let options = Options {
         zero_unknown: options.zero_unknown || model.unknown_zero,
         present: structure(&model)?,

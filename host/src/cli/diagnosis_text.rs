@@ -207,11 +207,11 @@ fn derivative_rows(derivatives: &BeforeAndAfter) -> comfy_table::Table {
     let mut rows = bare(&["spring", "V (m/s)", "", "Cn_beta", "Cn_r", "Cy_beta", "Cy_r"]);
     let shown = |q: Option<Quantity>| q.map_or("-".to_owned(), |q| format!("{q:.4}"));
     for (before, after) in derivatives.before.iter().zip(&derivatives.after) {
-        for (when, Point { spring, wind_speed_m_s, cn_beta, cn_r, cy_beta, cy_r, .. }) in
+        for (when, Point { spring, at, wind_speed_m_s, cn_beta, cn_r, cy_beta, cy_r, .. }) in
             [("before", before), ("after", after)]
         {
             rows.add_row([
-                spring.clone(),
+                [spring.clone(), at.to_string()].join(" ").trim_end().to_owned(),
                 format!("{wind_speed_m_s:.3}"),
                 when.to_owned(),
                 shown(Some(*cn_beta)),

@@ -35,6 +35,7 @@ mod simulated;
 mod story;
 mod study;
 mod train;
+mod typeset;
 mod workbench;
 
 use crate::answer::{Answer, Progress};

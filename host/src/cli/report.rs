@@ -6,7 +6,10 @@ use super::model::asked;
 use crate::campaign::simulated::{refuse_existing, CAMPAIGN_FILE};
 use crate::demo::results;
 use crate::model::document::{is_model, DEFAULT};
-use crate::report::{charts, html, of_campaign, of_model, of_models, of_records, Made, Report};
+use crate::report::{
+    charts, data, html, of_campaign, of_model, of_models, of_records, xlsx, Also, Kind, Made,
+    Report,
+};
 use clap::Args;
 use serde::de::IgnoredAny;
 use std::path::{Path, PathBuf};
@@ -34,6 +37,12 @@ pub struct ReportArgs {
     /// Write the page's drawings to this folder, too, one SVG each
     #[arg(long, value_name = "FOLDER")]
     pub pictures: Option<PathBuf>,
+    /// Write all tables to this workbook, too
+    #[arg(long, value_name = "FILE.xlsx")]
+    pub xlsx: Option<PathBuf>,
+    /// Another campaign.toml, or the report of one, beside this campaign's derivatives
+    #[arg(long, value_name = "OTHER")]
+    pub beside: Option<PathBuf>,
     #[command(flatten)]
     pub analysis: AnalysisArgs,
     #[command(flatten)]
@@ -57,6 +66,10 @@ impl ReportArgs {
         self.check()?;
         let report = self.report()?;
         write(&report, &self.out)?;
+        if let Some(file) = &self.xlsx {
+            files::write_atomically(file, &xlsx::workbook(&report)?)?;
+            crate::say!("{}", file.display());
+        }
         for chart in self.pictures.iter().flat_map(|_| charts::of(&report)) {
             let file = self.picture(chart.name);
             files::write_atomically(&file, chart.file()?.as_bytes())?;
@@ -74,10 +87,12 @@ impl ReportArgs {
 
     /// Whether there is room, asked before the work.
     fn check(&self) -> Result<()> {
-        if !self.force {
-            refuse_existing(&self.out)?;
+        for file in [Some(&self.out), self.xlsx.as_ref()].into_iter().flatten() {
+            if !self.force {
+                refuse_existing(file)?;
+            }
+            files::check_writable(file)?;
         }
-        files::check_writable(&self.out)?;
         let Some(folder) = &self.pictures else { return Ok(()) };
         files::make_folder(folder)?;
         match charts::NAMES.iter().map(|name| self.picture(name)).find(|file| file.exists()) {
@@ -96,13 +111,27 @@ impl ReportArgs {
             ..Options::default()
         };
         let made = Made::now(asked(None).command);
+        let also = Also { settings: &settings, options: &options, beside: self.beside.as_deref() };
+        let report = self.of_files(&also, made)?;
+        match (&self.beside, report.kind) {
+            (Some(_), kind) if kind != Kind::Campaign => {
+                Err(Error::usage("--beside without a campaign").help(
+                    "name a campaign.toml, whose derivatives another's are put beside: yawrig report campaign.toml --beside OTHER.toml",
+                ))
+            }
+            _ => Ok(report),
+        }
+    }
+
+    fn of_files(&self, also: &Also, made: Made) -> Result<Report> {
+        let Also { settings, options, .. } = *also;
         match self.files.as_slice() {
-            [folder] if folder.is_dir() => self.of_folder(folder, &settings, &options, made),
+            [folder] if folder.is_dir() => self.of_folder(folder, also, made),
             [file] if is_toml(file) && is_model(file) => of_model(file, made),
             files if files.len() > 1 && files.iter().all(|f| is_toml(f) && is_model(f)) => {
                 of_models(files, made)
             }
-            [file] if is_toml(file) => of_campaign(file, &settings, &options, made),
+            [file] if is_toml(file) => of_campaign(file, also, made),
             files => {
                 if let Some(other) = files.iter().find(|f| is_toml(f) || f.is_dir()) {
                     return Err(Error::usage(format!("{} beside other files", other.display()))
@@ -110,18 +139,12 @@ impl ReportArgs {
                         "report on several records or several models at once, but on a campaign or a folder alone",
                     ));
                 }
-                of_records(files, &settings, &options, made)
+                of_records(files, settings, options, made)
             }
         }
     }
 
-    fn of_folder(
-        &self,
-        folder: &Path,
-        settings: &yawrig_core::identify::Settings,
-        options: &Options,
-        made: Made,
-    ) -> Result<Report> {
+    fn of_folder(&self, folder: &Path, also: &Also, made: Made) -> Result<Report> {
         let [demo, model, campaign] =
             [results::FILE, DEFAULT, CAMPAIGN_FILE].map(|name| folder.join(name));
         if demo.exists() {
@@ -131,7 +154,7 @@ impl ReportArgs {
             return of_model(&model, made);
         }
         if campaign.exists() {
-            return of_campaign(&campaign, settings, options, made);
+            return of_campaign(&campaign, also, made);
         }
         let records = expanded(&[folder.to_owned()]).map_err(|_| {
             Error::data(format!(
@@ -141,7 +164,7 @@ impl ReportArgs {
             ))
             .help("give a folder that holds one of them")
         })?;
-        of_records(&records, settings, options, made)
+        of_records(&records, also.settings, also.options, made)
     }
 }
 
@@ -166,7 +189,7 @@ fn taken_out(page: &Path) -> Result<()> {
             .help("name a page that `yawrig report` has written")
     };
     let text = std::fs::read_to_string(page).map_err(|e| no_report(&e))?;
-    let data = html::data(&text).ok_or_else(|| no_report(&"there is no report's data in it"))?;
+    let data = data::of(&text).ok_or_else(|| no_report(&"there is no report's data in it"))?;
     let _: IgnoredAny =
         serde_json::from_str(data).map_err(|e| no_report(&format!("its data are spoilt: {e}")))?;
     print_line(data)

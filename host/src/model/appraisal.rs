@@ -1,6 +1,7 @@
 //! How far a model is from its records, and where.
 
 use crate::model::document::{is_own, Model};
+use crate::model::edits;
 use crate::model::journal::Residuals;
 use crate::model::limits;
 use crate::model::model_fit::{combined, held_against, later_part, modal_of, Data, Recorded};
@@ -43,6 +44,9 @@ pub struct Appraisal {
     #[serde(rename = "where")]
     pub where_: Where,
     pub where_file: String,
+    /// What the model's numbers are not of: records that have changed since, values that were edited.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stale: Vec<String>,
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -129,6 +133,11 @@ pub fn appraise(
         windows: worst_swing.windows.clone(),
         where_: compare::locate(worst_swing, &fits[worst]),
         where_file: recorded[worst].path.display().to_string(),
+        stale: recorded
+            .iter()
+            .filter_map(|r| r.changed.clone())
+            .chain(edits::said(model))
+            .collect(),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::model::appraisal::{appraise, as_it_is, Appraisal};
 use crate::model::document::{Model, RecordEntry, DEFAULT};
+use crate::model::edits;
 use crate::model::model_fit::{combined, held_against, Data, Recorded};
 use crate::model::records;
 use crate::model::revise::{check_addable, tried, Change, Current, Revision};
@@ -70,6 +71,7 @@ pub fn compare(comparison: &Comparison) -> Result<Revision> {
                 let file = Model::record_path(path, &entry);
                 Recorded::read(entry, file)
             };
+            edits::warn(&model, path);
             let recorded: Vec<Recorded> = entries.into_iter().map(read).collect::<Result<_>>()?;
             as_it_is_elsewhere(&model, &recorded)
         }?;

@@ -39,6 +39,8 @@ pub struct RecordEntry {
     pub held_out: bool,
     /// As the campaign has it.
     pub made_under: Option<MadeUnder>,
+    /// Of the bytes of the file that the model was fitted to.
+    pub crc32: Option<String>,
     /// Line in the model's file, counted from 1.
     pub line: usize,
 }
@@ -70,7 +72,8 @@ pub struct EffectEntry {
 pub struct ParameterEntry {
     /// None: not fitted yet.
     pub value: Option<f64>,
-    /// Standard uncertainty; None: taken as known, or not to be obtained from the record.
+    /// Standard uncertainty; None: taken as known, or not to be obtained from the record; not a number where the value
+    /// was edited since it was fitted, and u is another value's.
     pub u: Option<f64>,
     pub min: f64,
     pub max: f64,

@@ -4,6 +4,7 @@ pub mod adding;
 pub mod appraisal;
 pub mod comparison;
 pub mod document;
+pub mod edits;
 pub mod effects;
 pub mod journal;
 pub mod limits;

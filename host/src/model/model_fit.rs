@@ -2,7 +2,7 @@
 
 use crate::model::document::{is_own, EffectEntry, ModalEntry, Model, ParameterEntry, RecordEntry};
 use crate::model::limits::{limits_of, structure};
-use crate::model::records;
+use crate::model::{edits, records};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
@@ -30,6 +30,8 @@ pub struct Recorded {
     pub entry: RecordEntry,
     pub path: PathBuf,
     pub decay: FreeDecay,
+    /// What to say where it is not the record that the model was fitted to.
+    pub changed: Option<String>,
 }
 
 impl Recorded {
@@ -48,11 +50,13 @@ impl Recorded {
     pub fn of(entry: RecordEntry, record: &Record, path: PathBuf) -> Result<Self> {
         let mut decay = FreeDecay::of(record)?;
         decay.stop = interrupt::stop();
-        for warning in &decay.warnings {
+        let changed = records::changed(&entry, &path);
+        let warnings = decay.warnings.iter().map(ToString::to_string);
+        for warning in warnings.chain(changed.clone()) {
             crate::say!("yawrig: warning: {warning}");
         }
         decay.wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
-        Ok(Self { entry, path, decay })
+        Ok(Self { entry, path, decay, changed })
     }
 }
 
@@ -79,6 +83,7 @@ impl Data {
             }
             Recorded::read(entry.clone(), file)
         };
+        edits::warn(model, path);
         let all: Vec<Recorded> = model.records.par_iter().map(read).collect::<Result<_>>()?;
         let (held_out, fitted): (Vec<_>, Vec<_>) = all.into_iter().partition(|r| r.entry.held_out);
         if fitted.is_empty() {
@@ -284,6 +289,10 @@ pub fn updated(model: &Model, data: &Data, fit: &JointFit) -> Model {
         }
     };
     let mut new = model.clone();
+    for entry in &mut new.records {
+        let read = data.fitted.iter().chain(&data.held_out).find(|r| r.entry.file == entry.file);
+        entry.crc32 = read.and_then(|r| records::content(&r.path)).or(entry.crc32.take());
+    }
     new.modal.clear();
     for (recorded, fitted) in data.fitted.iter().zip(&fit.fits) {
         let condition = &recorded.entry.condition;

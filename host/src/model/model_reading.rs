@@ -1,10 +1,11 @@
 //! Reading `model.toml`: every entry checked, errors pointing at the character.
 
-use super::effects;
+use super::{edits, effects};
 use crate::model::document::{
     is_own, of_file, read_text, EffectEntry, MadeUnder, ModalEntry, Model, ParameterEntry,
     RecordEntry, DAMPING_RATIO, NATURAL_FREQUENCY, SCHEMA_VERSION,
 };
+use crate::model::journal::Journal;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -51,6 +52,7 @@ struct RawRecord {
     spring: Option<String>,
     axis: Option<Axis>,
     wind_speed_m_s: Option<f64>,
+    crc32: Option<String>,
 }
 
 #[derive(Deserialize)]
@@ -124,10 +126,13 @@ impl Model {
     /// Exit 3, naming file and line: not there, not TOML, an entry missing, unknown or out of range, an effect that
     /// the library does not hold.
     pub fn read(path: &Path) -> Result<Self> {
-        Self::parse(&read_text(path)?, path)
+        let text = read_text(path)?;
+        // What is wrong with the journal is for those who read it for its own sake.
+        let steps = Journal::of(path).unwrap_or_default().steps;
+        Ok(edits::seen(Self::parse(&text, path)?, &text, path, &steps))
     }
 
-    /// The model in `text`, which was read from `path`.
+    /// The model in `text`, which was read from `path`, with its numbers as they stand there.
     ///
     /// # Errors
     /// As [`Model::read`].
@@ -245,6 +250,7 @@ impl Reader<'_> {
             condition,
             held_out: raw.held_out,
             made_under,
+            crc32: raw.crc32.clone(),
             line: self.line(&raw.file.span()),
         })
     }

@@ -108,6 +108,9 @@ impl RecordEntry {
             put(table, "axis", made.axis.to_string());
             put(table, "wind_speed_m_s", made.wind_speed_m_s);
         }
+        if let Some(crc32) = &self.crc32 {
+            put(table, "crc32", crc32.as_str());
+        }
     }
 }
 
@@ -123,8 +126,9 @@ impl ParameterEntry {
     }
 
     fn fill(&self, entry: &mut dyn TableLike, unit: &str) {
+        let u = self.u.filter(|u| u.is_finite());
         for (key, value) in
-            [("value", self.value.map(|v| rounded(v, self.u))), ("u", self.u.map(four_digits))]
+            [("value", self.value.map(|v| rounded(v, u))), ("u", u.map(four_digits))]
         {
             match value {
                 Some(value) => put(entry, key, value),

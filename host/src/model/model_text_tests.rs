@@ -16,6 +16,7 @@ fn sample() -> Model {
         condition: "releases/a".into(),
         held_out: false,
         made_under: None,
+        crc32: None,
         line: 0,
     };
     Model {

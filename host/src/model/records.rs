@@ -5,7 +5,8 @@ use crate::model::document::{of_file, MadeUnder, Model, RecordEntry};
 use std::path::{Component, Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::record::Record;
-use yawrig_records::place::{canonical, is_standard_input};
+use yawrig_records::place::{canonical, is_standard_input, parted};
+use yawrig_shared::checksum::crc32;
 
 /// A record, and what is wrong with it as far as that is known without reading it.
 #[derive(Clone, Debug)]
@@ -58,7 +59,10 @@ fn of_campaign(file: &Path, model: &Path) -> Result<Vec<Listed>> {
             axis: release.axis,
             wind_speed_m_s: release.wind_speed_m_s,
         };
-        let Listed { entry, fault } = entry(&campaign.record_path(index), Some(made), model)?;
+        let Listed { mut entry, fault } = entry(&campaign.record_path(index), Some(made), model)?;
+        if !release.at.is_empty() {
+            entry.condition = format!("{}, {}", entry.condition, release.at);
+        }
         // In the campaign's words, with its line.
         Ok(Listed { entry, fault: campaign.check_record(index).err().or(fault) })
     };
@@ -75,14 +79,21 @@ fn entry(file: &Path, made_under: Option<MadeUnder>, model: &Path) -> Result<Lis
         false => relative(&real, &folder(model)?),
     };
     let condition = made_under.as_ref().map_or_else(|| of_file(&file), MadeUnder::condition);
-    let entry = RecordEntry { file, condition, held_out: false, made_under, line: 0 };
+    let entry = RecordEntry { file, condition, held_out: false, made_under, crc32: None, line: 0 };
     Ok(Listed { entry, fault })
 }
 
 /// An entry for a record that is in memory, under its name.
 pub fn in_memory(record: &Record) -> RecordEntry {
     let file = record.file.display().to_string();
-    RecordEntry { condition: of_file(&file), file, held_out: false, made_under: None, line: 0 }
+    RecordEntry {
+        condition: of_file(&file),
+        file,
+        held_out: false,
+        made_under: None,
+        crc32: None,
+        line: 0,
+    }
 }
 
 /// The entry of `model` (its file being `path`) for `file`, else a new one.
@@ -95,6 +106,25 @@ pub fn known_or_new(model: &Model, path: &Path, file: &Path) -> Result<RecordEnt
         return Err(fault);
     }
     Ok(find(model, path, &new).map_or(new, |k| model.records[k].clone()))
+}
+
+/// Of the bytes of the record's file; none where it is read only once, as a pipe.
+pub fn content(file: &Path) -> Option<String> {
+    let (file, _) = parted(file);
+    let bytes = file.is_file().then(|| std::fs::read(&file).ok())??;
+    Some(format!("{:08x}", crc32(&bytes)))
+}
+
+/// What to say where the record in `file` is not the one that the model was fitted to.
+pub fn changed(entry: &RecordEntry, file: &Path) -> Option<String> {
+    let (was, is) = (entry.crc32.as_ref()?, content(file)?);
+    (*was != is).then(|| {
+        format!(
+            "{} has changed since the model was fitted to it (checksum {was}, now {is}): the model's numbers are those of the \
+             earlier file; `yawrig fit` fits it anew",
+            file.display()
+        )
+    })
 }
 
 /// Which of the model's records is `entry`'s.

@@ -90,7 +90,10 @@ impl Current {
         }
         let fitted = data.fitted.len();
         let over_noise = self.fit.over_noise();
-        Ok(appraise(&self.model, &recorded, &fits, fitted, over_noise, self.held_out_over_noise))
+        let held_out = self.held_out_over_noise;
+        let found = appraise(&self.model, &recorded, &fits, fitted, over_noise, held_out);
+        // It has just been fitted to these.
+        Ok(Appraisal { stale: Vec::new(), ..found })
     }
 }
 

@@ -6,6 +6,7 @@
 //! part of a line is cut off.
 
 use crate::model::document::{read_text, Model};
+use crate::model::edits;
 use crate::model::journal::{path_of, Action, Journal, JournalStep};
 use nix::errno::Errno;
 use nix::fcntl::{Flock, FlockArg};
@@ -104,7 +105,13 @@ impl Store {
     /// # Errors
     /// As [`Model::read`].
     pub fn model(&self) -> Result<Option<Model>> {
-        self.text.as_deref().map(|text| Model::parse(text, &self.path)).transpose()
+        let Some(text) = self.text.as_deref() else { return Ok(None) };
+        Ok(Some(edits::seen(
+            Model::parse(text, &self.path)?,
+            text,
+            &self.path,
+            &self.journal.steps,
+        )))
     }
 
     /// Whether the file was changed since the last step.

@@ -6,6 +6,7 @@ use super::{Criticism, PointReport, Report, TrainingReport};
 use crate::drawn;
 use crate::plot::{svg, svg_in_columns, Axis, Curve, Plot, COLOURS};
 use yawrig_base::error::Result;
+use yawrig_core::derivatives::at::At;
 use yawrig_core::diagnosis::amplitude::{AmplitudePicture, AmplitudePoint};
 use yawrig_core::quantity::Quantity;
 
@@ -137,11 +138,27 @@ pub fn derivatives(report: &Report) -> Chart {
         let truth: Vec<(f64, f64)> =
             report.points.iter().filter_map(|p| Some((p.reduced_frequency, p.truth?[k]))).collect();
         let mut curves = Vec::new();
-        if report.points_before.is_empty() {
+        let mut ats: Vec<&At> = report.points.iter().map(|p| &p.at).collect();
+        ats.dedup();
+        if ats.len() > 1 {
+            // Each setting has a curve of its own.
+            let mut told: Vec<&At> = Vec::new();
+            for at in ats {
+                if !told.contains(&at) {
+                    told.push(at);
+                    let its: Vec<PointReport> =
+                        report.points.iter().filter(|p| p.at == *at).cloned().collect();
+                    curves.push(Curve::bars(format!("{at}, k = 2"), bars(&its)));
+                }
+            }
+        } else if report.points_before.is_empty() {
             curves.push(Curve::bars("measured, k = 2", measured));
         } else {
             curves.push(Curve::bars("with the effects, k = 2", measured));
             curves.push(Curve::bars("second order, k = 2", bars(&report.points_before)));
+        }
+        if let Some(beside) = &report.beside {
+            curves.push(Curve::bars(format!("{}, k = 2", beside.name), bars(&beside.points)));
         }
         if !truth.is_empty() {
             curves.push(Curve::crosses("truth", truth));

@@ -1,6 +1,7 @@
 //! A report as one page that needs nothing but itself. A pure function of the report. HTML by hand: one function makes
 //! every table, one ([`escaped`]) passes every text, and a template crate would add 4 s to the first build.
 
+use super::data::{DATA, DATA_END};
 use super::escape::escaped;
 use super::sections;
 use super::{Report, MOST_BYTES};
@@ -11,10 +12,6 @@ const UPLOT_STYLE: &str = include_str!("../../assets/uplot/uplot.min.css");
 const UPLOT_LICENCE: &str = include_str!("../../assets/uplot/LICENSE");
 const SCRIPT: &str = include_str!("../../assets/report.js");
 const STYLE: &str = include_str!("../../assets/report.css");
-
-/// Around the data in the page.
-const DATA: &str = "<script type=\"application/json\" id=\"report-data\">";
-const DATA_END: &str = "</script>";
 
 /// The whole page.
 ///
@@ -45,15 +42,9 @@ pub fn page(report: &Report) -> Result<String> {
     Ok(page)
 }
 
-/// The data of a page as [`Report::json`] gave them; `None` where it is no report.
-pub fn data(page: &str) -> Option<&str> {
-    let (_, rest) = page.split_once(DATA)?;
-    Some(rest.split_once(DATA_END)?.0)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::{Kind, Made};
+    use super::super::{data, Kind, Made};
     use super::*;
 
     #[test]
@@ -65,9 +56,9 @@ mod tests {
         report.made.command = evil.to_owned();
         let page = page(&report).unwrap();
         assert!(!page.contains("<script>alert"), "{page}");
-        let back: Report = serde_json::from_str(data(&page).unwrap()).unwrap();
+        let back: Report = serde_json::from_str(data::of(&page).unwrap()).unwrap();
         assert_eq!(back, report);
-        assert_eq!(data("<html>"), None);
+        assert_eq!(data::of("<html>"), None);
         for reference in ["src=\"http", "href=\"http", "url(", "@import"] {
             assert!(!page.contains(reference), "{reference}");
         }

@@ -1,8 +1,10 @@
 //! The report: what is known of records, a campaign, a model or a demo as plain structs, which `--json` prints and the
 //! page holds; [`html`] makes the page of them and [`charts`] its drawings.
 
+mod beside;
 pub mod charts;
 mod criticism;
+pub mod data;
 mod escape;
 pub mod html;
 mod of_campaign;
@@ -13,8 +15,9 @@ mod sections;
 mod table;
 pub mod trace;
 mod trust;
+pub mod xlsx;
 
-pub use of_campaign::{of_campaign, of_table};
+pub use of_campaign::{of_campaign, of_table, Also};
 pub use of_model::of_model;
 pub use of_models::of_models;
 pub use of_records::{drawn_of, of_diagnosed, of_records, with_effects};
@@ -24,6 +27,7 @@ use std::path::Path;
 use std::time::SystemTime;
 use trace::Trace;
 use yawrig_base::error::{Error, Result};
+use yawrig_core::derivatives::at::At;
 use yawrig_core::derivatives::plausible::Doubt;
 use yawrig_core::derivatives::table::{PointBudget, SpringRow};
 use yawrig_core::diagnosis::amplitude::AmplitudePicture;
@@ -70,6 +74,9 @@ pub struct Report {
     #[serde(default)]
     pub springs: Vec<SpringRow>,
     pub points: Vec<PointReport>,
+    /// Another campaign's, where one was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub beside: Option<Beside>,
     /// The same points before effects were added, where there are any.
     pub points_before: Vec<PointReport>,
     pub criticism: Option<Criticism>,
@@ -159,6 +166,8 @@ pub struct PointReport {
     pub spring: String,
     pub wind_speed_m_s: f64,
     pub reduced_frequency: f64,
+    #[serde(default, skip_serializing_if = "At::is_empty")]
+    pub at: At,
     pub cn_beta: Quantity,
     /// Combined: Cn_r - Cn_betadot.
     pub cn_r: Quantity,
@@ -177,6 +186,7 @@ impl From<&yawrig_core::derivatives::table::Point> for PointReport {
             spring: p.spring.clone(),
             wind_speed_m_s: p.wind_speed_m_s,
             reduced_frequency: p.reduced_frequency,
+            at: p.at.clone(),
             cn_beta: p.cn_beta,
             cn_r: p.cn_r,
             cy_beta: p.cy_beta,
@@ -185,6 +195,14 @@ impl From<&yawrig_core::derivatives::table::Point> for PointReport {
             budget: Some(p.budget),
         }
     }
+}
+
+/// What another campaign has found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Beside {
+    /// Its model and file.
+    pub name: String,
+    pub points: Vec<PointReport>,
 }
 
 /// One release, recorded or made.
@@ -346,6 +364,7 @@ impl Report {
             inertia_kg_m2: Vec::new(),
             points: Vec::new(),
             points_before: Vec::new(),
+            beside: None,
             criticism: None,
             journal: Vec::new(),
             releases: Vec::new(),

@@ -3,8 +3,8 @@
 use super::criticism::{candidates, effects, pairs, status, steps, verdict, SECOND_ORDER};
 use super::of_records::{analysis, blank, drawn_release, method_name, over_noise, with_effects};
 use super::{
-    Criticism, Estimate, Kind, Made, PointReport, ReleaseReport, Report, SettingRow, SourceFile,
-    TRACE_NUMBERS,
+    beside, Criticism, Estimate, Kind, Made, PointReport, ReleaseReport, Report, SettingRow,
+    SourceFile, TRACE_NUMBERS,
 };
 use crate::campaign::diagnose_with_fits;
 use crate::campaign::evaluate;
@@ -21,23 +21,30 @@ use yawrig_core::identify::{identify, Method, Settings};
 use yawrig_core::record::Record;
 use yawrig_shared::axis::Axis;
 
+/// How it is analysed, and what else is asked for.
+pub struct Also<'a> {
+    pub settings: &'a Settings,
+    pub options: &'a Options,
+    /// Another campaign, or its report.
+    pub beside: Option<&'a Path>,
+}
+
 /// The report of the campaign at `path`.
 ///
 /// # Errors
 /// Those of [`evaluate`] and [`diagnose_with_fits`].
-pub fn of_campaign(
-    path: &Path,
-    settings: &Settings,
-    options: &Options,
-    made: Made,
-) -> Result<Report> {
+pub fn of_campaign(path: &Path, also: &Also, made: Made) -> Result<Report> {
+    let Also { settings, options, beside } = *also;
+    let identified = |record: &Record| {
+        Identified::of(identify(record, &[Method::LeastSquares], settings)?)
+            .ok_or_else(|| Error::internal(format!("{}: no estimate", record.file.display())))
+    };
+    let method = method_name(Method::LeastSquares);
+    let beside = beside.map(|path| beside::read(path, method, &identified)).transpose()?;
     let file = CampaignFile::read(path)?;
     let count = file.campaign.release.len();
     crate::say!("{count} releases: identifying them");
-    let table = evaluate(&file, method_name(Method::LeastSquares), &|record: &Record| {
-        Identified::of(identify(record, &[Method::LeastSquares], settings)?)
-            .ok_or_else(|| Error::internal(format!("{}: no estimate", record.file.display())))
-    })?;
+    let table = evaluate(&file, method, &identified)?;
     crate::say!("{count} releases: looking for what they lack");
     let diagnosed = diagnose_with_fits(&file, options)?;
     let mut report = Report::new(Kind::Campaign, path.display().to_string(), made);
@@ -62,6 +69,7 @@ pub fn of_campaign(
         report.points_before = derivatives.before.iter().map(PointReport::from).collect();
         report.points = derivatives.after.iter().map(PointReport::from).collect();
     }
+    report.beside = beside;
     report.title = campaign.model.name.clone();
     report.doubts = table.doubts.clone();
     report.assumed_zero = table.assumed_zero.clone();

@@ -42,6 +42,7 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
     if read_text(path)? != journal.last().map_or("", |step| step.model.as_str()) {
         report.notes.push("The model's file is not as its last step left it.".to_owned());
     }
+    report.notes.extend(appraisal.stale.iter().cloned());
     report.journal = journal.steps.iter().map(row).collect();
     let recorded: Vec<&Recorded> = data.fitted.iter().chain(&data.held_out).collect();
     let numbers = TRACE_NUMBERS / recorded.len();

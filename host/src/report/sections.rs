@@ -1,5 +1,6 @@
 //! The sections of a report's page.
 
+use super::beside;
 use super::charts::{self, Chart};
 use super::escape::escaped;
 use super::table::table;
@@ -8,6 +9,7 @@ use super::{Criticism, EffectFound, Estimate, PointReport, ReleaseReport, Report
 use crate::plot::Plot;
 use std::fmt::Write as _;
 use yawrig_base::error::Result;
+use yawrig_core::derivatives::at::At;
 use yawrig_core::quantity::Quantity;
 
 /// Everything the reader sees.
@@ -91,8 +93,7 @@ fn derivatives(report: &Report) -> Result<String> {
     if !inertia.is_empty() {
         let _ = writeln!(out, "<p>Izz: {}.</p>", inertia.join("; "));
     }
-    out.push_str(&springs(report));
-    out.push_str(&figure(&charts::derivatives(report))?);
+    // The result first: it is what a printed first page is for.
     let before = report.points_before.as_slice();
     match before.is_empty() {
         true => out.push_str(&points(&report.points, "")),
@@ -106,6 +107,9 @@ fn derivatives(report: &Report) -> Result<String> {
          <b>Cn_r is the combined damping derivative Cn_r - Cn_betadot</b>: in pure yaw about a fixed axis yaw rate and \
          rate of sideslip are one motion, and no free-oscillation rig tells them apart.</p>\n",
     );
+    out.push_str(&figure(&charts::derivatives(report))?);
+    out.push_str(&beside::section(report));
+    out.push_str(&springs(report));
     out.push_str(&budget(&report.points));
     Ok(out)
 }
@@ -113,6 +117,8 @@ fn derivatives(report: &Report) -> Result<String> {
 fn points(points: &[PointReport], caption: &str) -> String {
     let mut header =
         vec!["spring", "V (m/s)", "km", "Cn_beta", "Cn_r - Cn_betadot", "Cy_beta", "Cy_r"];
+    let names = At::names(points.iter().map(|p| &p.at));
+    header.splice(1..1, names.iter().map(String::as_str));
     let planted = points.iter().any(|p| p.truth.is_some());
     if planted {
         header.extend(["Cn_beta planted", "Cn_r planted", "Cy_beta planted", "Cy_r planted"]);
@@ -127,6 +133,7 @@ fn points(points: &[PointReport], caption: &str) -> String {
             shown(p.cy_beta),
             shown(p.cy_r),
         ];
+        row.splice(1..1, names.iter().map(|name| escaped(&p.at.shown(name))));
         if let (true, Some(truth)) = (planted, p.truth) {
             row.extend(truth.map(|t| format!("{t:.4}")));
         }

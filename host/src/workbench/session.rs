@@ -6,9 +6,9 @@ use super::view::{Ghost, Loaded, View};
 use crate::campaign::CampaignFile;
 use crate::law::File;
 use crate::model::document::{is_model, read_text, Model, RecordEntry, DEFAULT};
-use crate::model::effects;
 use crate::model::journal::{path_of, Journal, JournalStep};
 use crate::model::records::{self, Listed};
+use crate::model::{edits, effects};
 use serde::{Deserialize, Serialize};
 use std::collections::hash_map::DefaultHasher;
 use std::collections::HashMap;
@@ -69,6 +69,8 @@ pub struct Standing {
     pub steps: Arc<Vec<JournalStep>>,
     /// The file was changed since the last step.
     pub is_edited: bool,
+    /// Records that have changed since the model was fitted to them.
+    pub changed: Vec<String>,
     /// Why it cannot be used.
     pub fault: Option<Error>,
     /// Hash of the model's text; 0 without one.
@@ -86,6 +88,7 @@ impl Standing {
         let read = || {
             let text = read_text(path)?;
             let model = Model::parse(&text, path)?;
+            let model = edits::seen(model, &text, path, &steps);
             Ok((text, model))
         };
         match read() {
@@ -94,6 +97,12 @@ impl Standing {
                 text.hash(&mut hasher);
                 Self {
                     is_edited: steps.last().map(|s| s.model.as_str()) != Some(text.as_str()),
+                    changed: model
+                        .records
+                        .iter()
+                        .filter(|e| records::changed(e, &Model::record_path(path, e)).is_some())
+                        .map(|e| e.file.clone())
+                        .collect(),
                     key: hasher.finish().max(1),
                     model: Some(Arc::new(model)),
                     steps,

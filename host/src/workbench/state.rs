@@ -35,7 +35,7 @@ fn fault(error: &Error) -> Value {
 }
 
 fn model(session: &Session) -> Value {
-    let Standing { model, is_edited, fault: wrong, .. } = &session.standing;
+    let Standing { model, is_edited, changed, fault: wrong, .. } = &session.standing;
     let effects = model.iter().flat_map(|m| &m.effects).map(|entry| {
         let parameters = entry.parameters.iter().zip(entry.effect.parameters()).map(|(p, known)| {
             json!({"name": known.name, "unit": known.unit, "value": p.value, "u": p.u, "free": p.free})
@@ -50,6 +50,7 @@ fn model(session: &Session) -> Value {
         "file": session.model_path.display().to_string(),
         "exists": model.is_some(),
         "edited": is_edited,
+        "changed_records": changed,
         "read_only": session.read_only,
         "fault": wrong.as_ref().map(fault),
         "effects": effects.collect::<Vec<_>>(),
@@ -60,7 +61,8 @@ fn model(session: &Session) -> Value {
 /// The model against all its records, and what to make of it.
 fn overall(session: &Session) -> Value {
     let standing = &session.standing;
-    let known = standing.steps.last().filter(|_| standing.model.is_some() && !standing.is_edited);
+    let is_stale = standing.is_edited || !standing.changed.is_empty();
+    let known = standing.steps.last().filter(|_| standing.model.is_some() && !is_stale);
     let of = |used| (0..session.releases.len()).filter(move |k| session.releases[*k].used == used);
     let views =
         |used| of(used).filter_map(|k| session.view(k)?.as_ref().ok().map(|v| (k, v.clone())));

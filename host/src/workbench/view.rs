@@ -4,6 +4,7 @@ use crate::drawn::Series;
 use crate::model::document::{Model, RecordEntry};
 use crate::model::limits::structure;
 use crate::model::model_fit::{held_against, modal_of, Recorded};
+use crate::model::records;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
@@ -43,7 +44,9 @@ impl Loaded {
     pub fn recorded(&self, entry: &RecordEntry) -> Result<Recorded> {
         let mut decay = self.decay.clone()?;
         decay.stop = interrupt::stop();
-        Ok(Recorded { entry: entry.clone(), path: self.record.file.clone(), decay })
+        let path = self.record.file.clone();
+        let changed = records::changed(entry, &path);
+        Ok(Recorded { entry: entry.clone(), path, decay, changed })
     }
 }
 

@@ -3,6 +3,7 @@
 //! Every `..._u_...` entry is the standard uncertainty of the entry it is named after, in its unit; left out,
 //! it is taken as zero and said to be.
 
+use super::at::At;
 use super::doubt::Kind;
 use crate::plan::Can;
 use serde::{Deserialize, Serialize};
@@ -132,6 +133,13 @@ pub struct ReleaseEntry {
     /// Standard uncertainty of `wind_speed_m_s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wind_speed_u_m_s: Option<f64>,
+    /// Density of the air in this release, where it is not [`AirEntry::density_kg_m3`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density_kg_m3: Option<f64>,
+    /// What else it was made under, by name (`ride_height_mm`, `wing`); empty with the wind off where the reference
+    /// serves every setting.
+    #[serde(default, skip_serializing_if = "At::is_empty")]
+    pub at: At,
     /// Doubts about it that were looked into and are not said any more.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub accept: Vec<Kind>,

@@ -31,6 +31,8 @@ use yawrig_shared::modal::Modal;
 ///     axis: Axis::Mid,
 ///     wind_speed_m_s,
 ///     wind_speed_u_m_s: None,
+///     density_kg_m3: None,
+///     at: Default::default(),
 ///     accept: Vec::new(),
 /// };
 /// let campaign = Campaign {
@@ -103,6 +105,7 @@ impl<'a> Computed<'a> {
             spring: entry.spring.clone(),
             axis: entry.axis,
             wind_speed_m_s: entry.wind_speed_m_s,
+            at: entry.at.clone(),
             identified: identified.clone(),
             validation_mse_deg2: None,
         };

@@ -1,5 +1,6 @@
 //! Repeated releases of one condition, averaged.
 
+use super::at::At;
 use super::campaign::Campaign;
 use crate::identify::flag::Flag;
 use crate::identify::Identification;
@@ -85,6 +86,10 @@ pub(crate) struct Setting {
     pub(crate) wind_speed_m_s: f64,
     /// The largest of theirs: repeats share the tunnel's error.
     pub(crate) wind_speed_u_m_s: f64,
+    /// Mean over the releases.
+    pub(crate) density_kg_m3: f64,
+    /// What else they were made under.
+    pub(crate) at: At,
     /// Indices into the campaign's releases.
     pub(crate) releases: Vec<usize>,
 }
@@ -93,10 +98,13 @@ pub(crate) struct Setting {
 pub(crate) fn settings(campaign: &Campaign) -> Vec<Setting> {
     let mut settings: Vec<Setting> = Vec::new();
     let mut places: HashMap<_, Vec<usize>> = HashMap::new();
+    let air = campaign.air.density_kg_m3;
     for (index, release) in campaign.release.iter().enumerate() {
         let speed = release.wind_speed_m_s;
         let known = places.entry((&release.spring, release.axis)).or_default();
-        let same = known.iter().find(|&&i| is_same_speed(settings[i].wind_speed_m_s, speed));
+        let same = known.iter().find(|&&i| {
+            settings[i].at == release.at && is_same_speed(settings[i].wind_speed_m_s, speed)
+        });
         let place = same.copied().unwrap_or_else(|| {
             known.push(settings.len());
             settings.push(Setting {
@@ -104,13 +112,18 @@ pub(crate) fn settings(campaign: &Campaign) -> Vec<Setting> {
                 axis: release.axis,
                 wind_speed_m_s: speed,
                 wind_speed_u_m_s: 0.0,
+                density_kg_m3: air,
+                at: release.at.clone(),
                 releases: Vec::new(),
             });
             settings.len() - 1
         });
         let setting = &mut settings[place];
         setting.releases.push(index);
-        setting.wind_speed_m_s += (speed - setting.wind_speed_m_s) / setting.releases.len() as f64;
+        let count = setting.releases.len() as f64;
+        setting.wind_speed_m_s += (speed - setting.wind_speed_m_s) / count;
+        let density = release.density_kg_m3.unwrap_or(air);
+        setting.density_kg_m3 += (density - setting.density_kg_m3) / count;
         let u = release.wind_speed_u_m_s.unwrap_or(0.0);
         setting.wind_speed_u_m_s = setting.wind_speed_u_m_s.max(u);
     }
@@ -126,6 +139,10 @@ pub(crate) struct Condition {
     pub(crate) wind_speed_m_s: f64,
     /// The largest of theirs: repeats share the tunnel's error.
     pub(crate) wind_speed_u_m_s: f64,
+    /// Mean over the releases.
+    pub(crate) density_kg_m3: f64,
+    /// What else they were made under.
+    pub(crate) at: At,
     /// Indices into the campaign's releases.
     pub(crate) releases: Vec<usize>,
     pub(crate) natural_frequency_rad_s: Mean,
@@ -171,6 +188,8 @@ pub(crate) fn group(campaign: &Campaign, identified: &[Identified]) -> Vec<Condi
         axis: setting.axis,
         wind_speed_m_s: setting.wind_speed_m_s,
         wind_speed_u_m_s: setting.wind_speed_u_m_s,
+        density_kg_m3: setting.density_kg_m3,
+        at: setting.at,
         releases: setting.releases,
         natural_frequency_rad_s: nothing,
         damping_rad_s: nothing,

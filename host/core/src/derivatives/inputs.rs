@@ -60,7 +60,9 @@ pub(super) struct Inputs {
     stiffness_n_per_m: Vec<f64>,
     spring_arm_m: f64,
     axis_offset_m: f64,
+    /// Of the campaign, and of each condition over it.
     density_kg_m3: f64,
+    density_ratio: Vec<f64>,
     model: Model,
     /// By axis: given in the campaign instead of taken from the line.
     known_inertia_kg_m2: [Option<f64>; 2],
@@ -96,23 +98,32 @@ pub(super) fn axis_index(axis: Axis) -> usize {
 
 impl Layout {
     pub(super) fn new(campaign: &Campaign, conditions: &[Condition]) -> Self {
-        // The nearest setting: the coefficients are made with each condition's own speed.
-        let find = |like: &Condition, axis: Axis, speed_m_s: f64| {
-            let off = |c: &Condition| (c.wind_speed_m_s - speed_m_s).abs();
+        // The nearest speed: the coefficients are made with each condition's own.
+        let find = |like: &Condition, axis: Axis| {
+            let off = |c: &Condition| (c.wind_speed_m_s - like.wind_speed_m_s).abs();
             (0..conditions.len())
                 .filter(|&i| conditions[i].spring == like.spring && conditions[i].axis == axis)
-                .filter(|&i| off(&conditions[i]) <= PARTNER_SPEED * speed_m_s)
+                .filter(|&i| off(&conditions[i]) <= PARTNER_SPEED * like.wind_speed_m_s)
+                .filter(|&i| conditions[i].at == like.at)
                 .min_by(|&i, &j| off(&conditions[i]).total_cmp(&off(&conditions[j])))
         };
+        // The reference that shares most of what the condition was made under.
         let pair = |on: usize| {
             let c = &conditions[on];
-            find(c, c.axis, 0.0).map(|off| Pair { on, off })
+            let is_its = |i: &usize| {
+                let off = &conditions[*i];
+                (&off.spring, off.axis, off.wind_speed_m_s) == (&c.spring, c.axis, 0.0)
+                    && off.at.serves(&c.at)
+            };
+            let off =
+                (0..conditions.len()).filter(is_its).max_by_key(|&i| conditions[i].at.0.len());
+            Some(Pair { on, off: off? })
         };
         let places = (0..conditions.len())
             .filter(|&i| conditions[i].axis == Axis::Mid && conditions[i].wind_speed_m_s > 0.0)
             .filter_map(|on| {
                 let c = &conditions[on];
-                let front = find(c, Axis::Front, c.wind_speed_m_s).and_then(pair);
+                let front = find(c, Axis::Front).and_then(pair);
                 Some(Place { mid: pair(on)?, front })
             })
             .collect();
@@ -216,6 +227,10 @@ impl Inputs {
             spring_arm_m: campaign.rig.spring_arm_m,
             axis_offset_m: campaign.rig.axis_offset_m,
             density_kg_m3: campaign.air.density_kg_m3,
+            density_ratio: conditions
+                .iter()
+                .map(|c| c.density_kg_m3 / campaign.air.density_kg_m3)
+                .collect(),
             model: Model {
                 length_m: campaign.model.length_m,
                 frontal_area_m2: campaign.model.frontal_area_m2,
@@ -232,7 +247,10 @@ impl Inputs {
     }
 
     pub(super) fn wind(&self, condition: usize) -> Wind {
-        Wind { density_kg_m3: self.density_kg_m3, speed_m_s: self.wind_speed_m_s[condition] }
+        Wind {
+            density_kg_m3: self.density_kg_m3 * self.density_ratio[condition],
+            speed_m_s: self.wind_speed_m_s[condition],
+        }
     }
 
     pub(super) fn model(&self) -> &Model {

@@ -4,6 +4,7 @@
 //! (`line`), the derivatives computed by the formulas host and device share, and every uncertainty carried
 //! through all of it.
 
+pub mod at;
 pub mod campaign;
 mod computed;
 pub mod condition;

@@ -90,6 +90,7 @@ impl<'a> Propagation<'a> {
             Some(Point {
                 spring: on.spring.clone(),
                 wind_speed_m_s: on.wind_speed_m_s,
+                at: on.at.clone(),
                 reduced_frequency: self.values.points[index].reduced_frequency,
                 cn_beta,
                 cn_r,

@@ -1,5 +1,6 @@
 //! The derivative table of a campaign with its uncertainties: what is printed, as plain structs.
 
+use super::at::At;
 use super::condition::{scatter, Condition, Identified, Scatter};
 use super::doubt::Doubt;
 use crate::quantity::Quantity;
@@ -46,6 +47,9 @@ pub struct Point {
     pub spring: String,
     /// Mean wind speed of the wind-on releases.
     pub wind_speed_m_s: f64,
+    /// What else it was made under.
+    #[serde(skip_serializing_if = "At::is_empty")]
+    pub at: At,
     /// Damped frequency of the wind-on oscillation, made dimensionless with length and wind speed.
     pub reduced_frequency: f64,
     /// Yaw moment by yaw angle; > 0 lowers the stiffness.
@@ -123,6 +127,9 @@ pub struct ConditionRow {
     pub axis: Axis,
     /// 0: wind off.
     pub wind_speed_m_s: f64,
+    /// What else it was made under.
+    #[serde(skip_serializing_if = "At::is_empty")]
+    pub at: At,
     /// Releases that the mean is of.
     pub repeats: usize,
     /// Mean of the releases, u widened where they scatter by more than they state.
@@ -146,6 +153,7 @@ impl ConditionRow {
             spring: condition.spring.clone(),
             axis: condition.axis,
             wind_speed_m_s: condition.wind_speed_m_s,
+            at: condition.at.clone(),
             repeats,
             natural_frequency_rad_s: Quantity::new(wn.value, wn.u()),
             damping_ratio: Quantity::new(zeta, u_zeta),
@@ -169,6 +177,9 @@ pub struct ReleaseRow {
     pub axis: Axis,
     /// 0: wind off.
     pub wind_speed_m_s: f64,
+    /// What else it was made under.
+    #[serde(skip_serializing_if = "At::is_empty")]
+    pub at: At,
     /// Its natural frequency and damping ratio.
     #[serde(flatten)]
     pub identified: Identified,
@@ -232,7 +243,8 @@ impl Table {
         let speed = point.wind_speed_m_s;
         let is_its = |r: &&ReleaseRow| {
             let off = r.wind_speed_m_s - speed;
-            r.spring == point.spring && (r.wind_speed_m_s == 0.0 || off.abs() < 0.05 * speed)
+            let is_off = r.wind_speed_m_s == 0.0 && r.at.serves(&point.at);
+            r.spring == point.spring && (is_off || off.abs() < 0.05 * speed && r.at == point.at)
         };
         self.releases.iter().filter(is_its).collect()
     }

@@ -205,7 +205,10 @@ fn dead_spot(time_s: &[f64], yaw_deg: &[f64], wn: f64) -> Option<Fault> {
     let per_deg = about / (2.0 * (reach - edge));
     let missing = per_deg * gap;
     // What was read in its place: the reading before again, or one that it falls to.
-    let twice = inside.windows(2).filter(|y| y[0] == y[1]).count() as f64;
+    // Repeats elsewhere are those of turning points and of coarse steps.
+    let fastest = yaw_deg.windows(2).map(|y| (y[1] - y[0]).abs()).fold(0.0, f64::max);
+    let is_beside = |y: f64| low - fastest <= y && y <= high + fastest;
+    let twice = yaw_deg.windows(2).filter(|y| y[0] == y[1] && is_beside(y[0])).count() as f64;
     let found = twice.max(most as f64 - per_deg * step);
     let passes = yaw_deg.windows(2).filter(|y| (y[0] <= low) != (y[1] <= low)).count();
     let is_hole = missing > HOLE

@@ -36,7 +36,10 @@ pub(super) fn condition(
     let Campaign { model, air, .. } = campaign;
     Condition {
         rig: rig_id(&entry.spring, entry.axis.name()),
-        wind: Wind { density_kg_m3: air.density_kg_m3, speed_m_s: entry.wind_speed_m_s },
+        wind: Wind {
+            density_kg_m3: entry.density_kg_m3.unwrap_or(air.density_kg_m3),
+            speed_m_s: entry.wind_speed_m_s,
+        },
         model: Model { length_m: model.length_m, frontal_area_m2: model.frontal_area_m2 },
         inertia_kg_m2: inertia_kg_m2.unwrap_or(0.0),
     }

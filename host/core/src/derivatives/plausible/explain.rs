@@ -175,7 +175,7 @@ fn candidates(frame: &Frame, flagged: &[&Misfit]) -> Vec<Mistake> {
     springs.sort_unstable();
     springs.dedup();
     let mut all = Vec::new();
-    let condition = |n: &Node| (n.spring, n.axis, n.speed_m_s.to_bits());
+    let condition = |n: &Node| (n.spring, n.axis, n.at, n.speed_m_s.to_bits());
     for &a in nodes.iter().take(MOST_TRIED) {
         for b in 0..frame.nodes.len() {
             let is_known = nodes.iter().take(MOST_TRIED).any(|node| *node == b) && b < a;
@@ -248,8 +248,9 @@ fn told(campaign: &Campaign, frame: &Frame, mistake: &Mistake, evidence: &str) -
         Mistake::Exchanged(pairs) => {
             let (a, b) = pairs[0];
             let (one, other) = (frame.nodes[a], frame.nodes[b]);
+            let is_wind = (one.speed_m_s == 0.0) != (other.speed_m_s == 0.0);
             let kind = match (one.spring == other.spring, one.axis == other.axis) {
-                (true, true) => Kind::WindExchanged,
+                (true, true) if is_wind => Kind::WindExchanged,
                 (true, false) => Kind::AxesExchanged,
                 _ => Kind::RecordsExchanged,
             };

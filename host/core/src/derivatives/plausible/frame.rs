@@ -1,5 +1,6 @@
 //! What each release's natural frequency has to be by the others, and by how much it is not.
 
+use super::super::at::At;
 use super::super::campaign::Campaign;
 use super::super::condition::{is_same_speed, Identified};
 use super::super::inputs::axis_index;
@@ -32,7 +33,9 @@ pub(super) struct Node {
     pub(super) release: usize,
     pub(super) spring: usize,
     pub(super) axis: usize,
-    /// 0: wind off.
+    /// In [`Frame::ats`].
+    pub(super) at: usize,
+    /// 0: wind off. In air of the campaign's density: the speed of the same dynamic pressure.
     pub(super) speed_m_s: f64,
     /// wn^2 and its standard uncertainty, rad2/s2.
     pub(super) square: f64,
@@ -47,6 +50,8 @@ pub(super) struct Node {
 pub(super) struct Frame {
     pub(super) nodes: Vec<Node>,
     pub(super) springs: Vec<String>,
+    /// What else the releases were made under.
+    ats: Vec<At>,
     /// Kr of each spring, N m/rad, and its relative standard uncertainty.
     pub(super) stiffness_nm: Vec<f64>,
     stiffness_u: Vec<f64>,
@@ -90,6 +95,7 @@ pub(super) struct Line {
 struct Group {
     spring: usize,
     axis: usize,
+    at: usize,
     speed_m_s: f64,
     nodes: Vec<usize>,
     square: f64,
@@ -101,6 +107,7 @@ impl Frame {
         let mut frame = Self {
             nodes: Vec::new(),
             springs: Vec::new(),
+            ats: Vec::new(),
             stiffness_nm: Vec::new(),
             stiffness_u: Vec::new(),
             moment_nm: 0.5 * air.density_kg_m3 * model.frontal_area_m2 * model.length_m,
@@ -117,12 +124,19 @@ impl Frame {
                 frame.stiffness_u.push(u.map_or(STIFFNESS_U, |u| u.hypot(STIFFNESS_LEAST_U)));
                 frame.springs.len() - 1
             });
+            let at = frame.ats.iter().position(|at| *at == entry.at).unwrap_or_else(|| {
+                frame.ats.push(entry.at.clone());
+                frame.ats.len() - 1
+            });
+            let density_ratio =
+                entry.density_kg_m3.unwrap_or(air.density_kg_m3) / air.density_kg_m3;
             let (wn, zeta) = (found.natural_frequency_rad_s, found.damping_ratio);
             frame.nodes.push(Node {
                 release,
                 spring,
                 axis: axis_index(entry.axis),
-                speed_m_s: entry.wind_speed_m_s,
+                at,
+                speed_m_s: entry.wind_speed_m_s * density_ratio.sqrt(),
                 square: wn.value * wn.value,
                 u: 2.0 * wn.value * wn.u,
                 damping: 2.0 * zeta.value * wn.value,
@@ -135,15 +149,21 @@ impl Frame {
     fn groups(&self) -> Vec<Group> {
         let mut groups: Vec<Group> = Vec::new();
         for (index, node) in self.nodes.iter().enumerate() {
-            let Node { spring, axis, speed_m_s, .. } = *node;
+            let Node { spring, axis, at, speed_m_s, .. } = *node;
             let is_it = |g: &&mut Group| {
-                (g.spring, g.axis) == (spring, axis) && is_same_speed(g.speed_m_s, speed_m_s)
+                (g.spring, g.axis, g.at) == (spring, axis, at)
+                    && is_same_speed(g.speed_m_s, speed_m_s)
             };
             match groups.iter_mut().find(is_it) {
                 Some(group) => group.nodes.push(index),
-                None => {
-                    groups.push(Group { spring, axis, speed_m_s, nodes: vec![index], square: 0.0 })
-                }
+                None => groups.push(Group {
+                    spring,
+                    axis,
+                    at,
+                    speed_m_s,
+                    nodes: vec![index],
+                    square: 0.0,
+                }),
             }
         }
         for group in &mut groups {
@@ -157,6 +177,15 @@ impl Frame {
     fn off(groups: &[Group], axis: usize, spring: usize) -> Option<f64> {
         let is_it = |g: &&Group| (g.axis, g.spring) == (axis, spring) && g.speed_m_s == 0.0;
         groups.iter().find(is_it).map(|group| group.square)
+    }
+
+    /// The wind-off group that a wind-on one is held against.
+    fn reference<'a>(&self, groups: &'a [Group], on: &Group) -> Option<&'a Group> {
+        let is_its = |off: &&Group| {
+            (off.axis, off.spring, off.speed_m_s) == (on.axis, on.spring, 0.0)
+                && self.ats[off.at].serves(&self.ats[on.at])
+        };
+        groups.iter().filter(is_its).max_by_key(|off| self.ats[off.at].0.len())
     }
 
     /// The line that most springs are on.
@@ -242,12 +271,10 @@ impl Frame {
     pub(super) fn wind(&self, axis: usize) -> Option<(f64, bool)> {
         let groups = self.groups();
         let shifts: Vec<f64> =
-            Self::shifts(&groups, axis).iter().map(|(_, shift)| *shift).collect();
+            self.shifts(&groups, axis, |_| true).iter().map(|(_, shift)| *shift).collect();
         let damped =
             groups.iter().filter(|g| g.axis == axis && g.speed_m_s > 0.0).filter_map(|on| {
-                let off = groups
-                    .iter()
-                    .find(|g| (g.axis, g.spring, g.speed_m_s) == (axis, on.spring, 0.0))?;
+                let off = self.reference(&groups, on)?;
                 Some(self.nodes[on.nodes[0]].damping > self.nodes[off.nodes[0]].damping)
             });
         let (yes, no): (Vec<bool>, Vec<bool>) = damped.partition(|is| *is);
@@ -255,10 +282,16 @@ impl Frame {
     }
 
     /// Of each wind-on group with its wind-off one: the group, and the shift of wn^2 at 1 m/s.
-    fn shifts(groups: &[Group], axis: usize) -> Vec<(usize, f64)> {
-        let on = groups.iter().enumerate().filter(|(_, g)| g.axis == axis && g.speed_m_s > 0.0);
+    fn shifts(
+        &self,
+        groups: &[Group],
+        axis: usize,
+        which: impl Fn(usize) -> bool,
+    ) -> Vec<(usize, f64)> {
+        let is_on = |g: &Group| g.axis == axis && g.speed_m_s > 0.0 && which(g.at);
+        let on = groups.iter().enumerate().filter(|(_, g)| is_on(g));
         let of = |(index, g): (usize, &Group)| {
-            let off = Self::off(groups, axis, g.spring)?;
+            let off = self.reference(groups, g)?.square;
             Some((index, (off - g.square) / g.speed_m_s.powi(2)))
         };
         on.filter_map(of).collect()
@@ -276,7 +309,9 @@ impl Frame {
                 all.extend(scaled(springs.into_iter().map(of).collect()));
                 all.push(Misfit { place: Place::Origin { axis }, z: origin, ratio: 1.0 });
             }
-            all.extend(scaled(self.of_wind(&groups, axis)));
+            for at in 0..self.ats.len() {
+                all.extend(scaled(self.of_wind(&groups, axis, at)));
+            }
         }
         let ratios = self.axes_ratios(&groups);
         if ratios.len() > 1 {
@@ -300,8 +335,9 @@ impl Frame {
         all
     }
 
-    fn of_wind(&self, groups: &[Group], axis: usize) -> Vec<Misfit> {
-        let shifts = Self::shifts(groups, axis);
+    /// Of the springs at one setting: at another the wind does something else.
+    fn of_wind(&self, groups: &[Group], axis: usize, at: usize) -> Vec<Misfit> {
+        let shifts = self.shifts(groups, axis, |of| of == at);
         if shifts.len() < 2 {
             return Vec::new();
         }
@@ -309,7 +345,7 @@ impl Frame {
         let mut all = Vec::new();
         for (index, _) in shifts {
             let Group { spring, speed_m_s, ref nodes, .. } = groups[index];
-            let off = Self::off(groups, axis, spring).unwrap_or(f64::NAN);
+            let off = self.reference(groups, &groups[index]).map_or(f64::NAN, |off| off.square);
             let speed2 = speed_m_s * speed_m_s;
             // 1 / Izz by this spring.
             let per_moment = off / self.stiffness_nm[spring];
@@ -333,10 +369,7 @@ impl Frame {
         let flagged = misfits.iter().filter(|m| m.z > DISAGREES).count();
         let groups = self.groups();
         let fed = groups.iter().filter(|g| g.speed_m_s > 0.0).filter(|on| {
-            let off = groups
-                .iter()
-                .find(|g| (g.axis, g.spring, g.speed_m_s) == (on.axis, on.spring, 0.0));
-            let Some(off) = off else { return false };
+            let Some(off) = self.reference(&groups, on) else { return false };
             let (on, off) = (&self.nodes[on.nodes[0]], &self.nodes[off.nodes[0]]);
             off.damping - on.damping > DISAGREES * off.u_damping.hypot(on.u_damping)
         });

@@ -38,14 +38,7 @@ pub const RANGES: [Range; 5] = [
         possible: [1e-5, 100.0],
         units: &[(1e6, "mm2"), (1e4, "cm2")],
     },
-    Range {
-        section: "air",
-        name: "density_kg_m3",
-        unit: "kg/m3",
-        usual: [0.9, 1.4],
-        possible: [0.05, 1100.0],
-        units: &[(1e3, "g/m3"), (1e-3, "g/cm3")],
-    },
+    DENSITY,
     Range {
         section: "rig",
         name: "spring_arm_m",
@@ -63,12 +56,20 @@ pub const RANGES: [Range; 5] = [
         units: &LENGTHS,
     },
 ];
+const DENSITY: Range = Range {
+    section: "air",
+    name: "density_kg_m3",
+    unit: "kg/m3",
+    usual: [0.9, 1.4],
+    possible: [0.05, 1100.0],
+    units: &[(1e3, "g/m3"), (1e-3, "g/cm3")],
+};
 /// Of one spring.
 pub const STIFFNESS: Range = Range {
     section: "",
     name: "spring_stiffness_n_per_m",
     unit: "N/m",
-    usual: [20.0, 500_000.0],
+    usual: [2.0, 500_000.0],
     possible: [0.01, 1e7],
     units: &[(1e-3, "N/mm"), (1.0 / 9.806_65, "kgf/m"), (1e-2, "N/cm")],
 };
@@ -152,6 +153,10 @@ pub(super) fn doubts(campaign: &Campaign) -> Vec<Doubt> {
             let of = format!(" of spring {}", entry.spring);
             let doubt = STIFFNESS.doubt(entry.spring_stiffness_n_per_m, &of);
             all.extend(doubt.map(|doubt| doubt.at(index, STIFFNESS.name)));
+        }
+        if let Some(density) = entry.density_kg_m3 {
+            let doubt = DENSITY.doubt(density, &format!(" of {}", entry.file));
+            all.extend(doubt.map(|doubt| doubt.at(index, DENSITY.name)));
         }
         if entry.wind_speed_m_s > 0.0 {
             let doubt = WIND.doubt(entry.wind_speed_m_s, &format!(" of {}", entry.file));
