@@ -5,29 +5,23 @@
 #![deny(unsafe_code)]
 
 mod entry;
+mod error;
 mod work;
 
-use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
+use error::{raised, YawrigError};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::{PyBytes, PyCFunction, PyTuple};
-use pyo3::{create_exception, IntoPyObjectExt};
+use pyo3::IntoPyObjectExt;
 use std::ffi::CStr;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use work::{worked, On};
 use yawrig::answer::{self, Answer};
-use yawrig_base::error::{Error, Exit};
+use yawrig_base::error::Error;
 use yawrig_core::identify::several;
 use yawrig_core::record::Record;
 use yawrig_records::Selection;
-
-create_exception!(
-    yawrig,
-    YawrigError,
-    PyValueError,
-    "What failed, where and why, and one thing to do about it. `exit_code` is that of the program."
-);
 
 /// Name, times and angles, and whether its stamps were spread.
 type Given = (String, PyBackedBytes, PyBackedBytes, bool);
@@ -36,17 +30,6 @@ type Function = Py<PyCFunction>;
 
 /// What would be said on stderr.
 static SAID: Mutex<Vec<String>> = Mutex::new(Vec::new());
-
-fn raised(py: Python<'_>, error: Error) -> PyErr {
-    if error.exit == Exit::Interrupted {
-        return PyKeyboardInterrupt::new_err(());
-    }
-    let raised = YawrigError::new_err(error.to_string());
-    match raised.value(py).setattr("exit_code", error.exit as u8) {
-        Ok(()) => raised,
-        Err(other) => other,
-    }
-}
 
 fn numbers(bytes: &[u8]) -> Vec<f64> {
     let (whole, _) = bytes.as_chunks();

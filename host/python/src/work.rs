@@ -1,6 +1,6 @@
 //! Work beside Python: without its lock, heeding Ctrl-C, telling how far it is.
 
-use crate::raised;
+use crate::error::raised;
 use pyo3::prelude::*;
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -43,7 +43,7 @@ fn every_verb_that_reads_a_record_takes_it_from_standard_input() {
     let planted = "--natural-frequency 7 --damping 0.006 --seconds 16 --rate-hz 100 --effect coulomb_friction:c=0.15";
     of(&format!("simulate {planted} --out r.csv")).run().exits(0);
     // Formats are told by what is in them.
-    of("convert r.csv --out r.parquet").run().exits(0);
+    of("convert r.csv r.parquet").run().exits(0);
     for (verb, file) in [
         ("identify - --json", "r.csv"),
         ("identify - --json", "r.parquet"),
@@ -62,7 +62,7 @@ fn every_verb_that_reads_a_record_takes_it_from_standard_input() {
     assert_eq!(named["records"][0]["file"], "-");
     let (code, stdout, stderr) = fed(at, "identify - --release 1", "r.csv");
     assert_eq!((code, stdout.lines().next()), (Some(0), Some("-#1")), "{stderr}");
-    assert_eq!(fed(at, "convert - --out copy.csv", "r.csv").0, Some(0));
+    assert_eq!(fed(at, "convert - copy.csv", "r.csv").0, Some(0));
     let bytes = |name: &str| std::fs::read(at.join(name)).expect("a file");
     assert_eq!(bytes("copy.csv"), bytes("r.csv"));
 }
