@@ -19,6 +19,11 @@ pub fn reject(path: &Path, effect: Effect, asked: &Asked) -> Result<JournalStep>
     }
     let last = store.journal().last().filter(|_| !store.is_edited());
     let standing = last.and_then(|last| last.after);
+    // As it stands: what was edited is still not of a fit.
+    let text = match store.text() {
+        Some(text) => text.to_owned(),
+        None => model.text(None)?,
+    };
     let mut step = JournalStep {
         rejected: Some(effect.id().into()),
         why: asked.why.clone(),
@@ -26,7 +31,7 @@ pub fn reject(path: &Path, effect: Effect, asked: &Asked) -> Result<JournalStep>
         after: standing,
         parameters: last.map(|last| last.parameters.clone()).unwrap_or_default(),
         modal: last.map(|last| last.modal.clone()).unwrap_or_default(),
-        ..JournalStep::now(Action::Reject, &asked.command, model.text(store.text())?)
+        ..JournalStep::now(Action::Reject, &asked.command, text)
     };
     step.step = store.commit(step.clone())?;
     Ok(step)

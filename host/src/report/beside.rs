@@ -4,11 +4,19 @@ use super::escape::escaped;
 use super::table::table;
 use super::{data, Beside, PointReport, Report};
 use crate::campaign::{evaluate, CampaignFile, Identify};
+use serde::Deserialize;
 use std::fmt::Write as _;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::derivatives::condition::is_same_speed;
 use yawrig_core::quantity::Quantity;
+
+/// Of a report's data, which may hold numbers elsewhere that are not known.
+#[derive(Deserialize)]
+struct Known {
+    title: String,
+    points: Vec<PointReport>,
+}
 
 /// Of a campaign's file, whose records are identified by `identify`, or of a report that was made of one.
 ///
@@ -27,7 +35,7 @@ pub fn read(path: &Path, method: &str, identify: &Identify) -> Result<Beside> {
     };
     let text = std::fs::read_to_string(path).map_err(|e| none(&e))?;
     let data = data::of(&text).ok_or_else(|| none(&"there is no report's data in it"))?;
-    let other: Report = serde_json::from_str(data).map_err(|e| none(&e))?;
+    let other: Known = serde_json::from_str(data).map_err(|e| none(&e))?;
     match other.points.is_empty() {
         true => Err(none(&"there are no derivatives in it")),
         false => Ok(Beside { name: format!("{} ({named})", other.title), points: other.points }),

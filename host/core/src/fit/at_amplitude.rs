@@ -123,7 +123,9 @@ fn of_cycle(
             }
         }
     }
-    let quantity = |q: usize| Quantity::new(values[q], (variances[q].max(0.0) + missed[q]).sqrt());
+    // By `max` what is not known would be zero.
+    let known = |variance: f64| if variance < 0.0 { 0.0 } else { variance };
+    let quantity = |q: usize| Quantity::new(values[q], (known(variances[q]) + missed[q]).sqrt());
     Some(AtAmplitude {
         amplitude_deg: amplitude_rad.to_degrees(),
         natural_frequency_rad_s: quantity(0),
