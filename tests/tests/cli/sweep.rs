@@ -136,7 +136,7 @@ fn settings_group_the_derivatives() {
         assert_eq!(value, Some(cn_beta(point)), "{point}");
     }
     let about = book.worksheet_range("about").expect("its sheet");
-    assert!(about.rows().any(|row| row[1].to_string() == "A_1 & co"));
-    assert!(about.rows().any(|row| row[1].to_string() == "rig.spring_arm_u_m"));
+    assert!(about.rows().any(|row| row[1] == *"A_1 & co"));
+    assert!(about.rows().any(|row| row[1] == *"rig.spring_arm_u_m"));
     run(folder, "report K3-off.csv --beside low.toml --out r.html").exits(2).says("--beside");
 }
