@@ -40,7 +40,8 @@ pub(super) fn of_text(text: &str) -> Result<Vec<Channel>, String> {
         .map(|(separator, rows)| {
             let comma = separator.is_decimal_comma_possible();
             let score = rows.iter().filter(|row| numbers(row, comma) >= 2).count();
-            (score, comma, rows)
+            // Fewer are no columns: a line of settings above one column.
+            (if score < BEGINNING { 0 } else { score }, comma, rows)
         })
         // The first of those that do as well.
         .rev()

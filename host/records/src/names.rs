@@ -102,7 +102,10 @@ pub(super) fn counts_samples(name: &str) -> bool {
     is_count(&stem(name))
 }
 
-/// Seconds of `12:03:04.125`, or of a date with such a time behind it, from the year 0 on.
+/// 2020-03-01, in days from the year 0 on.
+const SPRING_2020: i64 = 737_791;
+
+/// Seconds of `12:03:04.125`, or of a date with such a time behind it, from spring 2020 on.
 pub(super) fn clock_s(text: &str) -> Option<f64> {
     let (date, time) = match text.trim().trim_end_matches('Z').rsplit_once(['T', ' ']) {
         Some((date, time)) => (Some(date), time),
@@ -124,16 +127,19 @@ pub(super) fn clock_s(text: &str) -> Option<f64> {
     Some(86_400.0 * days + 3600.0 * f64::from(hours) + 60.0 * f64::from(minutes) + seconds)
 }
 
-/// Days of `2026-03-01`, counted from some day.
+/// Days of `2026-03-01` or `01.03.2026`, counted from a day so near that their seconds keep their digits.
 fn days(date: &str) -> Option<f64> {
-    let mut parts = date.split('-');
-    let (year, month, day) = (parts.next()?, parts.next()?, parts.next()?);
+    let is_reversed = date.contains('.');
+    let parts: Vec<&str> = date.split(if is_reversed { '.' } else { '-' }).collect();
+    let [first, month, last] = parts[..] else { return None };
+    let (year, day) = if is_reversed { (last, first) } else { (first, last) };
     let (year, month, day): (i64, i64, i64) =
         (year.parse().ok()?, month.parse().ok()?, day.parse().ok()?);
-    if parts.next().is_some() || !(1..=12).contains(&month) || !(1..=31).contains(&day) {
+    if !(1..=12).contains(&month) || !(1..=31).contains(&day) {
         return None;
     }
     // March is the first month, so that a leap day is a year's last.
     let (year, month) = if month < 3 { (year - 1, month + 9) } else { (year, month - 3) };
-    Some((365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day) as f64)
+    let since_year_0 = 365 * year + year / 4 - year / 100 + year / 400;
+    Some((since_year_0 + (153 * month + 2) / 5 + day - SPRING_2020) as f64)
 }
