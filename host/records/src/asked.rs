@@ -13,6 +13,9 @@ use yawrig_text::quoted;
 /// of samples.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 5.0..=100_000.0;
 
+/// A date's seconds are known to their seventh decimal.
+const CLOCK_DIGITS: f64 = 1e7;
+
 /// The channels of `table` that `selection` means as a record. `by_name`: names that say time and yaw angle in the field's
 /// words are taken, numbers that are missing are gaps.
 ///
@@ -279,7 +282,12 @@ impl<'a> Asked<'a> {
             .copied()
             .filter(|first| self.by_name && first.abs() > 1e6)
             .unwrap_or(0.0);
-        Ok(values.iter().map(|value| (value - begin) * scale).collect())
+        // What their own digits leave is taken off.
+        let since = |value: &f64| match begin == 0.0 {
+            true => *value,
+            false => ((value - begin) * CLOCK_DIGITS).round() / CLOCK_DIGITS,
+        };
+        Ok(values.iter().map(|value| since(value) * scale).collect())
     }
 
     fn seconds_per_unit(&self, time: &Channel) -> Result<f64> {
