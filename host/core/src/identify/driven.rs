@@ -21,8 +21,11 @@ const DRIVEN_SHARE: f64 = 0.3;
 const FEWEST_POINTS: usize = 6;
 /// A rise from the least amplitude so far: beats rise again, what is pushed, too.
 const RISES: f64 = 1.15;
-/// Down to this share of the amplitude at the release no rise is allowed, and it has to be reached.
+/// The share of the amplitude at the release that has to be reached, and the one above which no rise is allowed for some
+/// time more, in times that this takes: two modes that beat have risen again by then.
 const FALLS_TO: f64 = 0.5;
+const RETURNS_TO: f64 = 0.25;
+const RETURNS_AFTER: f64 = 1.8;
 /// Most points that are looked at: of a longer envelope every second, third, ...
 const MOST_POINTS: usize = 8192;
 /// Loss of amplitude while it is kept up, over what noise makes of it.
@@ -59,17 +62,24 @@ impl Search<'_> {
         let reaches = |share: f64| (k..amplitude.len()).find(|&j| amplitude[j] < share * level);
         let [begun, fallen] = [reaches(FALL[0])?, reaches(FALL[1])?];
         let halved = reaches(FALLS_TO)?;
+        let until = k + (RETURNS_AFTER * (halved - k) as f64) as usize;
         let mut least = f64::INFINITY;
-        let rises = amplitude[k..halved].iter().any(|a| {
+        let rises = amplitude[k..until.min(amplitude.len())].iter().any(|a| {
             least = least.min(*a);
-            *a > RISES * least
+            *a > RETURNS_TO * level && *a > RISES * least
         });
+        // Where the record ends before: beats do not stand as long as they fall.
+        let stood = amplitude[..k].iter().rev();
+        let stood = stood.take_while(|a| **a > FALL[1] * level && **a < level / FALL[0]).count();
+        if rises || (until > amplitude.len() && stood < until - k) {
+            return None;
+        }
         let kept_up = amplitude[..k].iter().rev().take_while(|a| **a > FALLS_TO * level);
         let before = (fallen - k).min(kept_up.count());
         let long = before * every >= DRIVEN_CYCLES * POINTS_PER_CYCLE
             && before >= FEWEST_POINTS
             && before as f64 >= DRIVEN_SHARE * (fallen - k) as f64;
-        if rises || !long {
+        if !long {
             return None;
         }
         let fall = |points: std::ops::Range<usize>| {

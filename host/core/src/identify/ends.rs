@@ -19,8 +19,6 @@ const CLEAR: f64 = 20.0;
 const GUARD_CYCLES: f64 = 0.02;
 /// Fall of the amplitude within a cycle that no damping in range explains (damping ratio 0.15).
 const STOPPED_RATIO: f64 = 2.5;
-/// Amplitude lost in the last cycle over that in the one before, beyond which it was stopped.
-const LOSES_MORE: f64 = 1.5;
 /// A rise of the amplitude within three cycles, by this factor and this share of the largest, that is a push where the fall
 /// within the two cycles before it is less than its root: a beat falls as fast as it rises.
 const PUSHED_RATIO: f64 = 1.5;
@@ -226,17 +224,12 @@ impl Search<'_> {
             true => (self.end_s, End::Record),
             false => (last.time_s, End::DiedOut),
         };
-        let largest_in = |cycles: usize| {
-            let first = run.last.saturating_sub(cycles * POINTS_PER_CYCLE).max(run.first);
-            self.points[first..=run.last].iter().map(|p| p.amplitude_deg).fold(0.0, f64::max)
-        };
-        let [largest, before] = [1, 2].map(largest_in);
-        // What a free decay loses in a cycle never grows: dry friction takes as much, all else less.
-        let loses_more = largest - last.amplitude_deg > LOSES_MORE * (before - largest);
+        let cycle = run.last.saturating_sub(POINTS_PER_CYCLE).max(run.first)..=run.last;
+        let largest = cycle.map(|i| self.points[i].amplitude_deg).fold(0.0, f64::max);
         // Two cycles clear of what made the amplitude change, continued to the end.
         let core_to = if let Some(pushed) = self.push(run).filter(|_| self.is_clear(run)) {
             self.points[pushed].time_s - 0.75 * self.period
-        } else if largest >= STOPPED_RATIO * last.amplitude_deg && loses_more {
+        } else if largest >= STOPPED_RATIO * last.amplitude_deg {
             last.time_s - 1.75 * self.period
         } else {
             return natural;
