@@ -1,18 +1,23 @@
 //! Records as files: text, workbooks, MATLAB, HDF5, TDMS and Parquet.
 #![forbid(unsafe_code)]
 
+mod archive;
 mod asked;
 mod clock;
+mod computed;
 mod csv_file;
 mod cut;
 pub mod format;
 mod grid;
 mod hdf5;
 mod kept;
+mod labx;
+mod lvm;
 mod mat;
 mod names;
 mod parquet_file;
 pub mod place;
+mod suggest;
 mod table;
 mod tdms;
 mod text;
@@ -47,7 +52,7 @@ pub fn read_selected(named: &Path, selection: &Selection) -> Result<Record> {
     let (file, part) = place::parted(named);
     let file = file.as_path();
     let format = format::of(file)?;
-    let is_text = matches!(format, format::Format::Csv | format::Format::Xlsx);
+    let is_text = format.names_its_channels();
     let nothing_said = *selection == Selection::default();
     // What the file does not say may have been said for its folder.
     let kept = if nothing_said { kept::for_record(file)? } else { Selection::default() };

@@ -13,6 +13,12 @@ pub(super) fn seconds(unit: &str) -> Option<f64> {
 /// Whether a name counts samples.
 fn is_count(text: &str) -> bool {
     ["sample", "samples", "sample number", "index", "n", "nr", "no"].contains(&text)
+        || is_frame(text)
+}
+
+/// Whether a name counts pictures.
+fn is_frame(text: &str) -> bool {
+    ["frame", "frames", "frame number", "frame no", "bild"].contains(&text)
 }
 
 /// A unit that stands alone in a field, with or without brackets: `[s]`, `deg`.
@@ -50,6 +56,10 @@ fn stem(name: &str) -> String {
     cut.trim_end_matches(" in").trim_matches([' ', '_', '/', ',']).replace('_', " ")
 }
 
+fn is_number(text: &str) -> bool {
+    text.bytes().all(|byte| byte.is_ascii_digit())
+}
+
 /// How surely a name says time: 0 surely, `None` not at all.
 pub(super) fn as_time(name: &str) -> Option<u8> {
     let stem = stem(name);
@@ -70,8 +80,10 @@ pub(super) fn as_time(name: &str) -> Option<u8> {
     if surely.contains(&stem.as_str()) || seconds(&stem).is_some_and(|_| stem.len() > 2) {
         return Some(0);
     }
+    let is_numbered = stem.len() > 1 && stem.strip_prefix('t').is_some_and(is_number);
     (["x value", "x", "date", "datetime"].contains(&stem.as_str())
         || stem.contains("time")
+        || is_numbered
         || is_count(&stem))
     .then_some(1)
 }
@@ -95,6 +107,20 @@ pub(super) fn as_yaw(name: &str) -> Option<u8> {
         return Some(1);
     }
     ["angle", "winkel"].contains(&stem.as_str()).then_some(2)
+}
+
+/// How surely a name says angle, where it does not say yaw: as it is written in formulas.
+pub(super) fn as_angle(name: &str) -> Option<u8> {
+    const ANGLES: [&str; 10] =
+        ["angle", "winkel", "theta", "phi", "alpha", "θ", "φ", "ϑ", "α", "roll"];
+    let stem = stem(name);
+    let bare = stem.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end();
+    ANGLES.contains(&bare).then_some(3)
+}
+
+/// Whether a name counts the pictures of a camera.
+pub(super) fn counts_frames(name: &str) -> bool {
+    is_frame(&stem(name))
 }
 
 /// Whether a name counts samples instead of seconds.

@@ -90,9 +90,13 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// Name without group.
+    /// Name without group; a stroke in a unit parts none.
     pub(super) fn own_name(&self) -> &str {
-        self.name.rsplit('/').next().unwrap_or(&self.name)
+        let end = self.name.find(['(', '[']).unwrap_or(self.name.len());
+        match self.name[..end].rfind('/') {
+            Some(stroke) => &self.name[stroke + 1..],
+            None => &self.name,
+        }
     }
 
     /// `run/yaw_deg (4000 numbers, V)`.

@@ -22,7 +22,7 @@ pub struct Convert {
     /// Channel of the time, by its name or number (default: the one whose name says it)
     #[arg(long, value_name = "NAME")]
     time: Option<String>,
-    /// Channel of the yaw angle (default: the one whose name says it)
+    /// Channel of the yaw angle, or an expression of channels such as 'atan2(x, -y)' (default: the one whose name says it)
     #[arg(long, value_name = "NAME")]
     yaw: Option<String>,
     /// What the yaw angle is in, where the file does not say it

@@ -27,6 +27,7 @@ mod report;
 mod riddle;
 mod shells;
 mod study;
+mod suggestions;
 mod terminals;
 mod train;
 mod usage;
