@@ -82,6 +82,29 @@ fn matrices_and_structures_of_octave_are_read() {
     assert!(error.to_string().contains("data(:,2) (300 numbers)"), "{error}");
 }
 
+/// Cells by their number, a matrix on its side by its rows.
+#[test]
+fn cells_and_matrices_on_their_side_are_read() {
+    for (time, yaw, unit, sign) in [
+        ("runs{1}(:,1)", "runs{1}(:,2)", Unit::Deg, 1.0),
+        ("runs{2}(1,:)", "runs{2}(2,:)", Unit::Deg, -1.0),
+        ("wide(1,:)", "wide(2,:)", Unit::Rad, 1.0),
+        ("5", "6", Unit::Rad, 1.0),
+    ] {
+        let chosen = selection(time, yaw, Some(unit));
+        let record = yawrig_records::read_selected(&file("cells.mat"), &chosen);
+        is_the_swing(&record.unwrap_or_else(|e| panic!("{yaw}: {e}")), sign, 0.0, DOUBLE);
+    }
+    let error = refused("cells.mat", &Selection::default()).to_string();
+    // Whichever it is, with its own time.
+    let pairs = [
+        "--time 'runs{1}(:,1)' --yaw 'runs{1}(:,2)' --unit deg",
+        "--time 'runs{2}(1,:)' --yaw 'runs{2}(2,:)' --unit deg",
+        "--time 'wide(1,:)' --yaw 'wide(2,:)' --unit rad",
+    ];
+    assert!(pairs.iter().any(|pair| error.contains(pair)), "{error}");
+}
+
 #[test]
 fn the_format_is_what_the_file_holds_and_not_what_it_is_called() {
     let folder = tempfile::tempdir().unwrap();
@@ -137,13 +160,13 @@ fn what_is_unclear_is_asked_and_never_guessed() {
             "t (300 numbers)",
             "theta (300 numbers)",
             "both(:,2) (300 numbers)",
-            "--yaw theta --unit deg",
+            "--yaw theta --unit rad",
         ],
     );
     says(refused("waveform.tdms", &none), &["Rig/Yaw (300 numbers, deg)", "yawrig convert"]);
     // Which unit.
     let error = refused("v5-compressed.mat", &selection("t", "theta", None));
-    says(error, &["theta", "unknown unit", "--yaw theta --unit deg"]);
+    says(error, &["theta", "unknown unit", "--yaw theta --unit rad"]);
     // Which time.
     let error = refused("zstd.parquet", &selection("", "angle", Some(Unit::Rad)));
     says(error, &["time_s", "--time t ", "--yaw angle"]);

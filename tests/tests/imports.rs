@@ -69,7 +69,13 @@ const ROOMS: [Room; 12] = [
     Room {
         name: "yawrig_records",
         sources: "host/records/src",
-        imports: &["yawrig_base", "yawrig_core", "yawrig_shared", "yawrig_text"],
+        imports: &[
+            "yawrig_base",
+            "yawrig_core",
+            "yawrig_expression",
+            "yawrig_shared",
+            "yawrig_text",
+        ],
         never: NO_PROGRAM,
     },
     Room {

@@ -17,6 +17,7 @@
 
 #![forbid(unsafe_code)]
 
+mod channels;
 mod checks;
 mod document;
 mod error;
@@ -30,6 +31,7 @@ mod source;
 mod translate;
 mod units;
 
+pub use channels::OfChannels;
 pub use error::{Error, Result};
 pub use file::{from_text, read};
 pub use prepared::Prepared;

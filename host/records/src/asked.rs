@@ -1,17 +1,18 @@
 //! Which channels of a file are a record's time and yaw angle, and what is asked where that is not clear.
 
 use super::clock;
+use super::computed;
 use super::names;
+use super::suggest;
 use super::table::{Channel, Selection, TimeUnit, Unit, FEWEST_SAMPLES, LONGEST_S};
+use std::borrow::Cow;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::record::Record;
 use yawrig_shared::units::deg_from_rad;
-use yawrig_text::quoted;
 
-/// Rates that records have as a rule, Hz: times without a unit that belong to another may be in milliseconds, or numbers
-/// of samples.
-const RATES_HZ: std::ops::RangeInclusive<f64> = 5.0..=100_000.0;
+/// A date's seconds are known to their seventh decimal.
+const CLOCK_DIGITS: f64 = 1e7;
 
 /// The channels of `table` that `selection` means as a record. `by_name`: names that say time and yaw angle in the field's
 /// words are taken, numbers that are missing are gaps.
@@ -25,7 +26,11 @@ pub(super) fn record(
     selection: &Selection,
     by_name: bool,
 ) -> Result<Record> {
-    let asked = Asked { file, table, selection, by_name };
+    let mut table = Cow::Borrowed(table);
+    for name in [&selection.yaw, &selection.time] {
+        table = computed::with(table, name.as_deref(), file)?;
+    }
+    let asked = Asked { file, table: &table, selection, by_name };
     let yaw = asked.yaw()?;
     let unit = asked.unit(yaw)?;
     let values = numbers(file, yaw)?;
@@ -40,7 +45,7 @@ pub(super) fn record(
         clock::leave_out_gaps(&mut record);
         clock::spread(&mut record);
     }
-    check(&record)?;
+    check(&record, &yaw.name)?;
     Ok(record)
 }
 
@@ -61,74 +66,8 @@ impl<'a> Asked<'a> {
                 .help("export the record again, or as CSV with time_s,yaw_deg");
         }
         let there = there.join(", ");
-        Error::data(format!("{file}: {what}; its channels: {there}")).help(self.command())
-    }
-
-    /// What to type, complete, with the channels that are most likely meant.
-    fn command(&self) -> String {
-        let Selection { unit, time_unit, rate_hz, .. } = self.selection;
-        let usable = || self.table.iter().filter(|c| c.values.as_ref().is_ok_and(|v| v.len() > 1));
-        let increases = |c: &&Channel| {
-            let values = c.values.as_deref().unwrap_or_default();
-            values.windows(2).all(|v| v[1] > v[0])
-        };
-        let named = |wanted: &Option<String>| {
-            let wanted = wanted.as_ref()?;
-            self.table.iter().find(|c| c.name == *wanted || c.own_name() == wanted)
-        };
-        let time = named(&self.selection.time).or_else(|| {
-            let by_name = usable().filter_map(|c| Some((names::as_time(c.own_name())?, c)));
-            by_name
-                .min_by_key(|(rank, _)| *rank)
-                .map(|(_, c)| c)
-                .or_else(|| usable().find(increases))
-        });
-        let other = |c: &&Channel| time.is_none_or(|time| time.name != c.name);
-        let yaw = named(&self.selection.yaw).or_else(|| {
-            let by_name =
-                usable().filter(other).filter_map(|c| Some((names::as_yaw(c.own_name())?, c)));
-            let angle =
-                || usable().filter(other).find(|c| c.unit.as_deref().and_then(Unit::of).is_some());
-            by_name
-                .min_by_key(|(rank, _)| *rank)
-                .map(|(_, c)| c)
-                .or_else(angle)
-                .or_else(|| usable().find(other))
-        });
-        let called = |c: &Channel| match c.name.strip_prefix("column ") {
-            Some(number) => number.to_owned(),
-            None => quoted(&c.name),
-        };
-        let mut out = format!("yawrig convert {} record.csv", quoted(&self.file.to_string_lossy()));
-        match (rate_hz, time) {
-            (Some(hz), _) => out += &format!(" --rate-hz {hz}"),
-            (None, Some(time)) if names::counts_samples(time.own_name()) => {
-                out += " --rate-hz 1000"
-            }
-            (None, Some(time)) => out += &format!(" --time {}", called(time)),
-            (None, None) => out += " --rate-hz 1000",
-        }
-        if let (Some(time), None) = (time, rate_hz) {
-            let unknown = time.unit.as_deref().and_then(names::seconds).is_none();
-            if time_unit.is_none()
-                && unknown
-                && !names::counts_samples(time.own_name())
-                && !is_in_seconds(time)
-            {
-                out += " --time-unit ms";
-            }
-        }
-        out += &format!(" --yaw {}", yaw.map_or("NAME".to_owned(), called));
-        let known = yaw.is_some_and(|c| {
-            let by_name = c.own_name().rsplit_once('_').and_then(|(_, unit)| Unit::of(unit));
-            by_name.or(c.unit.as_deref().and_then(Unit::of)).is_some()
-        });
-        match unit {
-            Some(unit) => out += &format!(" --unit {}", unit.name()),
-            None if !known => out += " --unit deg",
-            None => {}
-        }
-        out + "   (with --keep every file of its folder is read this way)"
+        let command = suggest::command(self.file, self.table, self.selection);
+        Error::data(format!("{file}: {what}; its channels: {there}")).help(command)
     }
 
     /// The channel of this name, with or without its group, or of this number.
@@ -202,7 +141,7 @@ impl<'a> Asked<'a> {
             };
             let what = format!("{file}: channel {} is {other}", yaw.name);
             let chosen = Selection { yaw: Some(yaw.name.clone()), ..self.selection.clone() };
-            let command = Asked { selection: &chosen, ..*self }.command();
+            let command = suggest::command(self.file, self.table, &chosen);
             return Err(Error::data(what).help(format!("if it is an angle: {command}")));
         };
         // A voltage is no angle, whatever the flag says.
@@ -279,7 +218,12 @@ impl<'a> Asked<'a> {
             .copied()
             .filter(|first| self.by_name && first.abs() > 1e6)
             .unwrap_or(0.0);
-        Ok(values.iter().map(|value| (value - begin) * scale).collect())
+        // What their own digits leave is taken off.
+        let since = |value: &f64| match begin == 0.0 {
+            true => *value,
+            false => ((value - begin) * CLOCK_DIGITS).round() / CLOCK_DIGITS,
+        };
+        Ok(values.iter().map(|value| since(value) * scale).collect())
     }
 
     fn seconds_per_unit(&self, time: &Channel) -> Result<f64> {
@@ -309,19 +253,9 @@ impl<'a> Asked<'a> {
                 .help("say what it is with `yawrig convert --time-unit` (s, ms or us), or give --rate-hz")
             }),
             // Of all units but seconds a record would be too slow or too fast.
-            None if is_in_seconds(time) => Ok(1.0),
+            None if suggest::is_in_seconds(time) => Ok(1.0),
             None => Err(self.unclear(&format!("the unit of the time in {} is not known", time.name))),
         }
-    }
-}
-
-/// Whether times without a unit can be seconds.
-fn is_in_seconds(time: &Channel) -> bool {
-    let values = time.values.as_deref().unwrap_or_default();
-    let known: Vec<f64> = values.iter().copied().filter(|t| t.is_finite()).collect();
-    match known.as_slice() {
-        [first, .., last] => RATES_HZ.contains(&((known.len() - 1) as f64 / (last - first))),
-        _ => false,
     }
 }
 
@@ -335,7 +269,7 @@ fn numbers<'a>(file: &Path, channel: &'a Channel) -> Result<&'a [f64]> {
 }
 
 /// What `csv_file` refuses line by line.
-pub(super) fn check(record: &Record) -> Result<()> {
+pub(super) fn check(record: &Record, yaw: &str) -> Result<()> {
     let refuse = |index: usize, what: String| {
         let file = record.file.display();
         Error::data(format!("{file}, sample {}: {what}", index + 1))
@@ -347,7 +281,11 @@ pub(super) fn check(record: &Record) -> Result<()> {
         }
         if index > 0 && *time_s <= record.time_s[index - 1] {
             let before = record.time_s[index - 1];
-            return Err(refuse(index, format!("time runs from {before} s to {time_s} s")));
+            let error = refuse(index, format!("time runs from {before} s to {time_s} s"));
+            return Err(match suggest::by_rate(record, index, *time_s, yaw) {
+                Some(command) => error.help(command),
+                None => error,
+            });
         }
         if time_s - record.time_s[0] > LONGEST_S {
             return Err(refuse(index, "more than a day after the first sample".to_owned()));

@@ -1,6 +1,7 @@
 //! Records as CSV files.
 
 use super::clock;
+use super::suggest;
 use super::table::{FEWEST_SAMPLES, LONGEST_S};
 use csv::ByteRecord;
 use std::fs::File;
@@ -11,6 +12,7 @@ use yawrig_base::files;
 use yawrig_base::interrupt;
 use yawrig_core::record::Record;
 use yawrig_shared::units::deg_from_rad;
+use yawrig_text::quoted;
 
 /// The first lines a record may have.
 pub const ACCEPTED_COLUMNS: &str = "time_s,yaw_deg or time_s,yaw_rad";
@@ -27,11 +29,14 @@ fn unit_deg(file: &Path, header: &ByteRecord) -> Result<f64> {
         .iter()
         .map(|name| String::from_utf8_lossy(name).trim_start_matches('\u{feff}').trim().to_owned())
         .collect();
+    let named = |k: usize| names.get(k).map_or("NAME".to_owned(), |name| quoted(name));
     let fail = |what: &str| {
         Error::data(format!("{}, line 1: {what}", file.display())).help(format!(
             "make the first line {ACCEPTED_COLUMNS}, or name its columns: \
-                 yawrig convert {} record.csv --time NAME --yaw NAME --unit deg",
-            file.display()
+                 yawrig convert {} record.csv --time {} --yaw {} --unit deg",
+            quoted(&file.to_string_lossy()),
+            named(0),
+            named(1)
         ))
     };
     match names.iter().map(String::as_str).collect::<Vec<_>>()[..] {
@@ -94,12 +99,18 @@ pub(super) fn read(file: &Path) -> Result<Record> {
             .help(format!("a record starts with {ACCEPTED_COLUMNS}")));
     }
     let unit_deg = unit_deg(file, &row)?;
+    let yaw_name = String::from_utf8_lossy(&row[1]).into_owned();
+    let as_gaps = format!(
+        "where it is a gap, leave the field empty, or read it so: yawrig convert {} record.csv --yaw {}",
+        quoted(&file.to_string_lossy()),
+        yaw_name
+    );
     let mut record = Record::new(file.to_owned(), Vec::new(), Vec::new());
     let mut line = 1;
     while reader.read_byte_record(&mut row).map_err(|e| unreadable(&e))? {
         line = row.position().map_or(line + 1, csv::Position::line);
         let fail = |what: String, help: &str| {
-            Error::data(format!("{named}, line {line}: {what}")).help(help)
+            Error::data(format!("{named}, line {line}: {what}")).help(help.to_owned())
         };
         if row.len() != 2 {
             let what = match row.len() {
@@ -115,11 +126,15 @@ pub(super) fn read(file: &Path) -> Result<Record> {
         if row[1].is_empty() {
             continue;
         }
+        let is_gap = row[1].eq_ignore_ascii_case(b"nan");
+        let repair = if is_gap { as_gaps.as_str() } else { repair };
         let yaw =
             number(&row[1], separator).map_err(|why| fail(format!("yaw angle: {why}"), repair))?;
         if let Some(&before) = record.time_s.last().filter(|before| time_s < **before) {
             let what = format!("time runs backwards, from {before} s to {time_s} s");
-            return Err(fail(what, "sort the record by time, or cut it here"));
+            let command = suggest::by_rate(&record, record.len(), time_s, &yaw_name);
+            let sort = "sort the record by time, or cut it here".to_owned();
+            return Err(fail(what, &command.unwrap_or(sort)));
         }
         // A clock set anew in mid-record, or seconds since 1970 after seconds since the start: to fill
         // such a gap at the device's rate would take more memory than there is.

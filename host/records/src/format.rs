@@ -1,7 +1,7 @@
 //! Which format a file has, by what stands in it, and what is written under which name.
 
 use super::table::Channel;
-use super::{csv_file, grid, hdf5, mat, parquet_file, tdms, text, xlsx};
+use super::{archive, csv_file, grid, hdf5, labx, lvm, mat, parquet_file, tdms, text, xlsx};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -19,12 +19,25 @@ pub enum Format {
     Tdms,
     Parquet,
     Xlsx,
+    /// An archive of texts.
+    Zip,
+    /// Leybold's CASSY Lab.
+    Labx,
+}
+
+impl Format {
+    /// Whether a person or a measuring program named its channels, so that their names say what they are.
+    pub(super) fn names_its_channels(self) -> bool {
+        matches!(self, Self::Csv | Self::Xlsx | Self::Zip | Self::Labx)
+    }
 }
 
 /// Whether a file's name ends as those of records do.
 pub fn is_named_so(file: &Path) -> bool {
-    const ENDINGS: [&str; 12] =
-        ["csv", "tsv", "txt", "dat", "asc", "lvm", "xlsx", "mat", "h5", "hdf5", "tdms", "parquet"];
+    const ENDINGS: [&str; 14] = [
+        "csv", "tsv", "txt", "dat", "asc", "lvm", "labx", "xlsx", "zip", "mat", "h5", "hdf5",
+        "tdms", "parquet",
+    ];
     let ending = file.extension();
     ending.is_some_and(|e| ENDINGS.iter().any(|ending| e.eq_ignore_ascii_case(ending)))
 }
@@ -61,7 +74,8 @@ pub(super) fn of(file: &Path) -> Result<Format> {
         return Ok(Format::Mat);
     }
     if head.starts_with(b"PK\x03\x04") {
-        return Ok(Format::Xlsx);
+        let archive = File::open(file).map_err(|e| fail(&e))?;
+        return Ok(if archive::is_workbook(archive) { Format::Xlsx } else { Format::Zip });
     }
     if head.starts_with(b"\xd0\xcf\x11\xe0") {
         return Err(Error::data(format!("{named} is a workbook of Excel until 2003"))
@@ -92,7 +106,7 @@ pub(super) fn of(file: &Path) -> Result<Format> {
         return Err(Error::data(format!("{named} is neither text nor of a format that is read"))
             .help("give a record: CSV with time_s,yaw_deg, MATLAB, HDF5, TDMS or Parquet"));
     }
-    Ok(Format::Csv)
+    Ok(if labx::is_one(&head) { Format::Labx } else { Format::Csv })
 }
 
 /// Whether a text is a record in CSV and not a file of another kind.
@@ -109,6 +123,8 @@ pub(super) fn channels(file: &Path, format: Format) -> Result<Vec<Channel>> {
         Format::Tdms => tdms::read(file),
         Format::Parquet => parquet_file::read(file),
         Format::Xlsx => xlsx::read(file),
+        Format::Zip => archive::read(file),
+        Format::Labx => text_of(file).and_then(|text| labx::of_text(&text)),
     };
     read.map_err(|why| {
         Error::data(format!("cannot read {}: {why}", file.display()))
@@ -118,8 +134,16 @@ pub(super) fn channels(file: &Path, format: Format) -> Result<Vec<Channel>> {
 
 /// The channels of a text, whatever parts its columns.
 fn text_channels(file: &Path) -> std::result::Result<Vec<Channel>, String> {
+    let text = text_of(file)?;
+    match lvm::is_one(&text) {
+        true => lvm::of_text(&text),
+        false => grid::of_text(&text),
+    }
+}
+
+fn text_of(file: &Path) -> std::result::Result<String, String> {
     let bytes = std::fs::read(file).map_err(|e| e.to_string())?;
-    grid::of_text(&text::decoded(&bytes))
+    Ok(text::decoded(&bytes).into_owned())
 }
 
 /// Writes a record under a name whose ending says the format.

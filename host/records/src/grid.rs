@@ -6,6 +6,8 @@ use super::text::{rows, Row, Separator};
 
 /// So many rows of numbers one after the other are the beginning of the data.
 const BEGINNING: usize = 3;
+/// Lines that show what parts the columns.
+const SAMPLE: usize = 2000;
 
 /// What a field says.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,35 +20,76 @@ enum Cell {
 }
 
 fn cell(field: &str, is_decimal_comma_possible: bool) -> Cell {
-    let missing = ["", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--"];
-    if missing.contains(&field.to_lowercase().as_str()) {
-        return Cell::Missing;
-    }
+    const MISSING: [&str; 9] = ["", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--"];
     let comma =
         is_decimal_comma_possible && !field.contains('.') && field.matches(',').count() == 1;
     let parsed = if comma { field.replace(',', ".").parse() } else { field.parse::<f64>() };
     match parsed {
         Ok(value) if value.is_finite() => Cell::Number(value),
         Ok(_) => Cell::Missing,
+        Err(_) if MISSING.iter().any(|missing| missing.eq_ignore_ascii_case(field)) => {
+            Cell::Missing
+        }
         Err(_) => names::clock_s(field).map_or(Cell::Text, Cell::Clock),
     }
 }
 
 /// The channels of a text, parted by whatever gives the most columns of numbers.
 pub(super) fn of_text(text: &str) -> Result<Vec<Channel>, String> {
-    let best = Separator::ALL
-        .into_iter()
-        .map(|separator| (separator, rows(text, separator)))
-        .map(|(separator, rows)| {
-            let comma = separator.is_decimal_comma_possible();
-            let score = rows.iter().filter(|row| numbers(row, comma) >= 2).count();
-            (score, comma, rows)
-        })
-        // The first of those that do as well.
-        .rev()
-        .max_by_key(|(score, ..)| *score);
-    let (_, comma, rows) = best.expect("four separators");
-    of_rows(&rows, comma)
+    let mut lines = text.char_indices().filter(|(_, c)| *c == '\n').map(|(at, _)| at);
+    let sample = &text[..lines.nth(SAMPLE).unwrap_or(text.len())];
+    let separator = separator_of(sample).or_else(|| separator_of(text));
+    let separator = separator.unwrap_or(Separator::ALL[0]);
+    let comma = separator.is_decimal_comma_possible();
+    let rows = rows(text, separator);
+    match with_decimal_commas(&rows).filter(|_| !comma) {
+        Some(joined) => of_rows(&joined, true),
+        None => of_rows(&rows, comma),
+    }
+}
+
+/// What gives a text the most rows of several numbers: the first of those that do as well; none where nothing gives enough.
+fn separator_of(text: &str) -> Option<Separator> {
+    let score = |separator: &Separator| {
+        let comma = separator.is_decimal_comma_possible();
+        rows(text, *separator).iter().filter(|row| numbers(row, comma) >= 2).count()
+    };
+    let scores = Separator::ALL.into_iter().map(|separator| (score(&separator), separator));
+    // Fewer are no columns: a line of settings above one column.
+    let best = scores.rev().max_by_key(|(score, _)| *score)?;
+    (best.0 >= BEGINNING).then_some(best.1)
+}
+
+/// Where the comma parts the columns and is the decimal sign, too, the rows with each number's two halves put together: all
+/// are whole, twice as many as names, or with zeros in front that no whole number has.
+fn with_decimal_commas<'a>(rows: &[Row<'a>]) -> Option<Vec<Row<'a>>> {
+    let digits = |field: &str| !field.is_empty() && field.bytes().all(|b| b.is_ascii_digit());
+    let first = rows.iter().position(|row| {
+        !row.is_comment && row.fields.iter().all(|f| digits(f.trim_start_matches('-')))
+    })?;
+    let (heads, data) = rows.split_at(first);
+    let width = data[0].fields.len();
+    let pairs = |row: &Row| {
+        row.fields.len() == width
+            && row
+                .fields
+                .chunks(2)
+                .all(|half| digits(half[0].trim_start_matches('-')) && digits(&half[1]))
+    };
+    if width % 2 != 0 || width < 4 || !data.iter().all(pairs) {
+        return None;
+    }
+    let named = heads.last().is_some_and(|names| 2 * names.fields.len() == width);
+    let zeros =
+        |row: &Row| row.fields.chunks(2).any(|half| half[1].len() > 1 && half[1].starts_with('0'));
+    if !named && !data.iter().any(zeros) {
+        return None;
+    }
+    let joined = |row: &Row<'a>| Row {
+        fields: row.fields.chunks(2).map(|half| half.join(",").into()).collect(),
+        ..row.clone()
+    };
+    Some(heads.iter().cloned().chain(data.iter().map(joined)).collect())
 }
 
 /// Numbers of a row, times of day and gaps beside a number counted.
@@ -115,7 +158,7 @@ fn header(heads: &[Row], width: usize) -> Vec<(String, Option<String>)> {
     };
     (0..width)
         .map(|k| {
-            let field = |row: Option<&Row>| row.and_then(|r| r.fields.get(k)).cloned();
+            let field = |row: Option<&Row>| Some(row?.fields.get(k)?.clone().into_owned());
             let name = field(names).filter(|n| !n.is_empty());
             let name = name.unwrap_or_else(|| format!("column {}", k + 1));
             let unit = field(units).and_then(|text| names::bracketed(&text));

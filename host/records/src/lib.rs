@@ -1,18 +1,24 @@
 //! Records as files: text, workbooks, MATLAB, HDF5, TDMS and Parquet.
 #![forbid(unsafe_code)]
 
+mod archive;
 mod asked;
 mod clock;
+mod computed;
 mod csv_file;
+mod cut;
 pub mod format;
 mod grid;
 mod hdf5;
 mod kept;
+mod labx;
+mod lvm;
 mod mat;
 mod names;
 mod parquet_file;
 pub mod place;
 mod standard_input;
+mod suggest;
 mod table;
 mod tdms;
 mod text;
@@ -23,13 +29,15 @@ pub use csv_file::{as_written, write, write_samples, ACCEPTED_COLUMNS};
 pub use kept::keep;
 pub use table::{Selection, TimeUnit, Unit};
 
+use place::Part;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::identify::several;
 use yawrig_core::record::Record;
 
-/// Reads one release of `r.csv#2`, or all of `r.csv`: `time_s` and `yaw_deg` (or `yaw_rad`, converted) from a file: CSV, MATLAB, HDF5, TDMS or
-/// Parquet, whatever it is called; `-` is standard input.
+/// Reads one release of `r.csv#2`, what lies between two times of `r.csv#12.5s..40s`, or all of `r.csv`: `time_s` and
+/// `yaw_deg` (or `yaw_rad`, converted) from a file: CSV, MATLAB, HDF5, TDMS or Parquet, whatever it is called; `-` is
+/// standard input.
 ///
 /// # Errors
 /// Exit 3, naming file and line or sample: not readable, other columns, not a number, NaN or infinity, time not
@@ -46,34 +54,34 @@ pub fn read_selected(named: &Path, selection: &Selection) -> Result<Record> {
     if let Some(part) = standard_input::part(named) {
         return standard_input::read(named, part, |file| read_selected(file, selection));
     }
-    let (file, release) = place::parted(named);
+    let (file, part) = place::parted(named);
     let file = file.as_path();
     let format = format::of(file)?;
-    let is_text = matches!(format, format::Format::Csv | format::Format::Xlsx);
+    let is_text = format.names_its_channels();
     let nothing_said = *selection == Selection::default();
+    // What the file does not say may have been said for its folder.
+    let kept = if nothing_said { kept::for_record(file)? } else { Selection::default() };
     let mut record = if format == format::Format::Csv && nothing_said && csv_file::is_ours(file)? {
         csv_file::read(file)?
     } else {
         let table = format::channels(file, format)?;
         let with = |selection: &Selection| asked::record(file, &table, selection, is_text);
         match with(selection) {
-            // What the file does not say may have been said for its folder.
-            Err(unclear) if nothing_said => match kept::for_record(file)? {
-                kept if kept == Selection::default() => return Err(unclear),
-                kept => with(&kept)?,
-            },
-            record => record?,
+            Err(unclear) if kept == Selection::default() => return Err(unclear),
+            Err(_) => with(&kept)?,
+            Ok(record) => record,
         }
     };
     turns::take_out(&mut record.yaw_deg);
-    if let Some(number) = release {
-        let parts = several::releases(&record);
-        let Some(part) = parts.get(number - 1) else {
-            let what = format!("{} holds {} of them", file.display(), parts.len());
-            return Err(Error::data(format!("there is no release {number}: {what}"))
-                .help(format!("choose one from 1 to {}", parts.len())));
-        };
-        record = several::sliced(&record, part);
+    match part {
+        // What is said of one record goes before what is kept for its folder.
+        Some(Part::Between(times)) => record = cut::between(record, times, false)?,
+        Some(Part::Release(number)) => {
+            record = release(cut::between(record, kept.times(), true)?, number)?
+        }
+        None => record = cut::between(record, kept.times(), true)?,
+    }
+    if part.is_some() {
         record.file = named.to_owned();
     }
     Ok(record)
@@ -84,9 +92,20 @@ pub fn read_selected(named: &Path, selection: &Selection) -> Result<Record> {
 /// # Errors
 /// Exit 3, naming record and sample, for what is refused of a file.
 pub fn checked(mut record: Record) -> Result<Record> {
-    asked::check(&record)?;
+    asked::check(&record, "yaw_deg")?;
     turns::take_out(&mut record.yaw_deg);
     Ok(record)
+}
+
+/// Release `number` of `record`.
+fn release(record: Record, number: usize) -> Result<Record> {
+    let parts = several::releases(&record);
+    let Some(part) = parts.get(number - 1) else {
+        let what = format!("{} holds {} of them", record.file.display(), parts.len());
+        return Err(Error::data(format!("there is no release {number}: {what}"))
+            .help(format!("choose one from 1 to {}", parts.len())));
+    };
+    Ok(several::sliced(&record, part))
 }
 
 /// How many releases a file holds.

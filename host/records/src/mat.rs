@@ -21,7 +21,7 @@ const LARGEST: u64 = 1 << 30;
 const DEEPEST: usize = 8;
 
 /// A variable is a channel, a column of a matrix `data(:,2)`, a field of a structure `run/yaw_deg`, of one of several
-/// `run(3)/yaw_deg`.
+/// `run(3)/yaw_deg`, of a cell `runs{3}`; a matrix that lies on its side has rows, `data(2,:)`.
 pub(super) fn read(file: &Path) -> Result<Vec<Channel>> {
     let bytes = std::fs::read(file).map_err(|e| e.to_string())?;
     let (header, body) = bytes.split_at_checked(HEADER).ok_or_else(cut)?;
@@ -111,7 +111,7 @@ fn variable(
         Ok(())
     };
     match flags & 0xff {
-        1 => unread("a cell array"),
+        1 => cells(elements, &name, &size, depth, channels),
         2 => structure(elements, &name, &size, depth, channels),
         4 => unread("a text"),
         5 => unread("a sparse matrix"),
@@ -127,6 +127,33 @@ fn variable(
         }
         _ => unread("an object"),
     }
+}
+
+/// Cells of a variable that are channels, at most: more are a list of something else.
+const MOST_CELLS: usize = 1024;
+
+fn cells(
+    mut elements: Elements,
+    name: &str,
+    size: &[usize],
+    depth: usize,
+    channels: &mut Vec<Channel>,
+) -> Result<()> {
+    if depth == DEEPEST {
+        return Err(format!("cells within cells more than {DEEPEST} deep"));
+    }
+    let count = size.iter().try_fold(1, |n: usize, s| n.checked_mul(*s)).ok_or_else(cut)?;
+    if count > MOST_CELLS {
+        let values = Err(format!("{count} cells, of which none is read"));
+        channels.push(Channel { name: name.to_owned(), unit: None, step_s: None, values });
+        return Ok(());
+    }
+    for k in 0..count {
+        let (kind, data) = elements.next()?;
+        let cell = Some(format!("{name}{{{}}}", k + 1));
+        variable(kind, elements.of(data), cell, depth + 1, channels)?;
+    }
+    Ok(())
 }
 
 fn structure(
@@ -166,10 +193,16 @@ fn matrix(name: &str, size: &[usize], values: Vec<f64>, channels: &mut Vec<Chann
         channels.push(Channel { name, unit: None, step_s: None, values });
     };
     match *size {
-        // Column by column.
-        [rows, 2..=MOST_COLUMNS] if rows > 1 => {
+        // The numbers stand column by column.
+        [rows, columns @ 2..=MOST_COLUMNS] if rows > 1 && columns <= rows => {
             for (k, column) in values.chunks(rows).enumerate() {
                 add(column_name(name, k), Ok(column.to_vec()));
+            }
+        }
+        [rows @ 2..=MOST_COLUMNS, columns] if rows < columns => {
+            for k in 0..rows {
+                let row = values.iter().skip(k).step_by(rows).copied().collect();
+                add(format!("{name}({},:)", k + 1), Ok(row));
             }
         }
         _ => add(name.to_owned(), vector(size).map(|()| values)),

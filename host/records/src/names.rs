@@ -13,6 +13,12 @@ pub(super) fn seconds(unit: &str) -> Option<f64> {
 /// Whether a name counts samples.
 fn is_count(text: &str) -> bool {
     ["sample", "samples", "sample number", "index", "n", "nr", "no"].contains(&text)
+        || is_frame(text)
+}
+
+/// Whether a name counts pictures.
+fn is_frame(text: &str) -> bool {
+    ["frame", "frames", "frame number", "frame no", "bild"].contains(&text)
 }
 
 /// A unit that stands alone in a field, with or without brackets: `[s]`, `deg`.
@@ -50,6 +56,10 @@ fn stem(name: &str) -> String {
     cut.trim_end_matches(" in").trim_matches([' ', '_', '/', ',']).replace('_', " ")
 }
 
+fn is_number(text: &str) -> bool {
+    text.bytes().all(|byte| byte.is_ascii_digit())
+}
+
 /// How surely a name says time: 0 surely, `None` not at all.
 pub(super) fn as_time(name: &str) -> Option<u8> {
     let stem = stem(name);
@@ -70,8 +80,10 @@ pub(super) fn as_time(name: &str) -> Option<u8> {
     if surely.contains(&stem.as_str()) || seconds(&stem).is_some_and(|_| stem.len() > 2) {
         return Some(0);
     }
+    let is_numbered = stem.len() > 1 && stem.strip_prefix('t').is_some_and(is_number);
     (["x value", "x", "date", "datetime"].contains(&stem.as_str())
         || stem.contains("time")
+        || is_numbered
         || is_count(&stem))
     .then_some(1)
 }
@@ -97,12 +109,29 @@ pub(super) fn as_yaw(name: &str) -> Option<u8> {
     ["angle", "winkel"].contains(&stem.as_str()).then_some(2)
 }
 
+/// How surely a name says angle, where it does not say yaw: as it is written in formulas.
+pub(super) fn as_angle(name: &str) -> Option<u8> {
+    const ANGLES: [&str; 10] =
+        ["angle", "winkel", "theta", "phi", "alpha", "θ", "φ", "ϑ", "α", "roll"];
+    let stem = stem(name);
+    let bare = stem.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end();
+    ANGLES.contains(&bare).then_some(3)
+}
+
+/// Whether a name counts the pictures of a camera.
+pub(super) fn counts_frames(name: &str) -> bool {
+    is_frame(&stem(name))
+}
+
 /// Whether a name counts samples instead of seconds.
 pub(super) fn counts_samples(name: &str) -> bool {
     is_count(&stem(name))
 }
 
-/// Seconds of `12:03:04.125`, or of a date with such a time behind it, from the year 0 on.
+/// 2020-03-01, in days from the year 0 on.
+const SPRING_2020: i64 = 737_791;
+
+/// Seconds of `12:03:04.125`, or of a date with such a time behind it, from spring 2020 on.
 pub(super) fn clock_s(text: &str) -> Option<f64> {
     let (date, time) = match text.trim().trim_end_matches('Z').rsplit_once(['T', ' ']) {
         Some((date, time)) => (Some(date), time),
@@ -124,16 +153,19 @@ pub(super) fn clock_s(text: &str) -> Option<f64> {
     Some(86_400.0 * days + 3600.0 * f64::from(hours) + 60.0 * f64::from(minutes) + seconds)
 }
 
-/// Days of `2026-03-01`, counted from some day.
+/// Days of `2026-03-01` or `01.03.2026`, counted from a day so near that their seconds keep their digits.
 fn days(date: &str) -> Option<f64> {
-    let mut parts = date.split('-');
-    let (year, month, day) = (parts.next()?, parts.next()?, parts.next()?);
+    let is_reversed = date.contains('.');
+    let parts: Vec<&str> = date.split(if is_reversed { '.' } else { '-' }).collect();
+    let [first, month, last] = parts[..] else { return None };
+    let (year, day) = if is_reversed { (last, first) } else { (first, last) };
     let (year, month, day): (i64, i64, i64) =
         (year.parse().ok()?, month.parse().ok()?, day.parse().ok()?);
-    if parts.next().is_some() || !(1..=12).contains(&month) || !(1..=31).contains(&day) {
+    if !(1..=12).contains(&month) || !(1..=31).contains(&day) {
         return None;
     }
     // March is the first month, so that a leap day is a year's last.
     let (year, month) = if month < 3 { (year - 1, month + 9) } else { (year, month - 3) };
-    Some((365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day) as f64)
+    let since_year_0 = 365 * year + year / 4 - year / 100 + year / 400;
+    Some((since_year_0 + (153 * month + 2) / 5 + day - SPRING_2020) as f64)
 }

@@ -1,5 +1,6 @@
 //! Channels of a file of any format, and how they are chosen from.
 
+use super::place::Times;
 use serde::{Deserialize, Serialize};
 
 /// Fewer samples than this hold no three cycles at any rate: the fastest mode (4.2 Hz) at 20 Hz has 14.
@@ -62,6 +63,18 @@ pub struct Selection {
     /// Samples a second, where there is no time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
+    /// Read from this time of the record's own clock on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from_s: Option<f64>,
+    /// Read up to this time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to_s: Option<f64>,
+}
+
+impl Selection {
+    pub(super) fn times(&self) -> Times {
+        Times { from_s: self.from_s, to_s: self.to_s }
+    }
 }
 
 /// One channel of a file.
@@ -77,16 +90,23 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// Name without group.
+    /// Name without group; a stroke in a unit parts none.
     pub(super) fn own_name(&self) -> &str {
-        self.name.rsplit('/').next().unwrap_or(&self.name)
+        let end = self.name.find(['(', '[']).unwrap_or(self.name.len());
+        match self.name[..end].rfind('/') {
+            Some(stroke) => &self.name[stroke + 1..],
+            None => &self.name,
+        }
     }
 
     /// `run/yaw_deg (4000 numbers, V)`.
     pub(super) fn described(&self) -> String {
         let unit = self.unit.as_ref().map_or(String::new(), |unit| format!(", {unit}"));
         match &self.values {
-            Ok(values) => format!("{} ({} numbers{unit})", self.name, values.len()),
+            Ok(values) => {
+                let count = values.iter().filter(|value| value.is_finite()).count();
+                format!("{} ({count} numbers{unit})", self.name)
+            }
             Err(why) => format!("{} ({why})", self.name),
         }
     }

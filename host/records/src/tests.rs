@@ -109,3 +109,47 @@ fn what_is_written_is_read_back() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary file stays");
     assert!(crate::write(&record, &folder.path().join("absent/release.csv")).is_err());
 }
+
+#[test]
+fn one_column_under_a_line_of_settings_is_read_with_its_rate() {
+    let rows: String = (0..50).map(|k| format!("{}.5\n", k % 7)).collect();
+    let (_folder, file) = file_with(format!("45, 1000, 5\n{rows}").as_bytes());
+    let selection = crate::Selection {
+        yaw: Some("1".to_owned()),
+        rate_hz: Some(1000.0),
+        unit: Some(crate::Unit::Deg),
+        ..crate::Selection::default()
+    };
+    let record = crate::read_selected(&file, &selection).unwrap();
+    assert_eq!(record.len(), 50);
+    assert!((record.time_s[49] - 0.049).abs() < 1e-12 && record.yaw_deg[8] == 1.5);
+}
+
+#[test]
+fn dates_of_both_orders_keep_the_milliseconds_of_their_times() {
+    for date in ["2026-11-24T", "24.11.2026 "] {
+        let row = |k: usize| format!("{date}10:00:{:06.3};{}\n", k as f64 * 1e-3, k % 7);
+        let rows: String = (0..2000).map(row).collect();
+        let (_folder, file) = file_with(format!("time;yaw_deg\n{rows}").as_bytes());
+        let record = crate::read(&file).unwrap();
+        let rate_hz = record.timing().rate_hz;
+        assert!((rate_hz - 1000.0).abs() < 0.01, "{date}: {rate_hz}");
+    }
+}
+
+#[test]
+fn a_part_is_named_by_its_times() {
+    let (_folder, file) = file_with(with_line(50, 1, "time_s,yaw_deg").as_bytes());
+    let between = |from_s, to_s| {
+        let times = crate::place::Times { from_s, to_s };
+        crate::read(&crate::place::with_part(&file, crate::place::Part::Between(times)))
+    };
+    let part = between(Some(0.1), Some(0.3)).unwrap();
+    assert_eq!((part.time_s[0], part.len()), (0.1, 21));
+    assert!(part.file.to_string_lossy().ends_with("release.csv#0.1s..0.3s"));
+    for (from_s, to_s) in [(Some(0.6), None), (None, Some(-1.0)), (Some(0.2), Some(0.22))] {
+        let error = between(from_s, to_s).unwrap_err();
+        assert_eq!(error.exit, Exit::Data);
+        assert!(error.help.contains("between 0.000 and 0.490"), "{error}");
+    }
+}

@@ -4,9 +4,9 @@ use std::borrow::Cow;
 
 /// A line's fields, and its number in the file, from 1.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Row {
+pub(super) struct Row<'a> {
     pub line: usize,
-    pub fields: Vec<String>,
+    pub fields: Vec<Cow<'a, str>>,
     /// It stands behind a comment sign.
     pub is_comment: bool,
 }
@@ -54,29 +54,33 @@ fn utf8_or_latin1(bytes: &[u8]) -> Cow<'_, str> {
 }
 
 /// The lines that hold something, split.
-pub(super) fn rows(text: &str, separator: Separator) -> Vec<Row> {
-    let row = |(index, line): (usize, &str)| {
-        let trimmed = line.trim();
-        let bare = trimmed.trim_start_matches(['#', '%']);
-        let bare = bare.strip_prefix("//").unwrap_or(bare);
-        let is_comment = bare.len() < trimmed.len();
-        let line = if is_comment { bare.trim() } else { line.trim_end_matches(['\r', ' ']) };
-        (!line.trim().is_empty()).then(|| Row {
-            line: index + 1,
-            fields: split(line, separator),
-            is_comment,
-        })
-    };
-    text.lines().enumerate().filter_map(row).collect()
+pub(super) fn rows(text: &str, separator: Separator) -> Vec<Row<'_>> {
+    text.lines().enumerate().filter_map(|(index, line)| row(index + 1, line, separator)).collect()
 }
 
-fn split(line: &str, separator: Separator) -> Vec<String> {
+fn row(number: usize, line: &str, separator: Separator) -> Option<Row<'_>> {
+    let trimmed = line.trim();
+    let bare = trimmed.trim_start_matches(['#', '%']);
+    let bare = bare.strip_prefix("//").unwrap_or(bare);
+    let is_comment = bare.len() < trimmed.len();
+    let line = if is_comment { bare.trim() } else { line.trim_end_matches(['\r', ' ']) };
+    (!line.trim().is_empty()).then(|| Row {
+        line: number,
+        fields: split(line, separator),
+        is_comment,
+    })
+}
+
+fn split(line: &str, separator: Separator) -> Vec<Cow<'_, str>> {
     let sign = match separator {
         Separator::Tab => '\t',
         Separator::Semicolon => ';',
         Separator::Comma => ',',
         Separator::Blanks => return by_blanks(line),
     };
+    if !line.contains('"') {
+        return line.split(sign).map(|field| Cow::Borrowed(field.trim())).collect();
+    }
     let mut fields = vec![String::new()];
     let mut is_quoted = false;
     for c in line.chars() {
@@ -86,17 +90,18 @@ fn split(line: &str, separator: Separator) -> Vec<String> {
             c => fields.last_mut().expect("one at least").push(c),
         }
     }
-    fields.iter_mut().for_each(|field| *field = field.trim().to_owned());
-    fields
+    fields.iter().map(|field| Cow::Owned(field.trim().to_owned())).collect()
 }
 
 /// A unit in brackets belongs to the word before it.
-fn by_blanks(line: &str) -> Vec<String> {
-    let mut fields: Vec<String> = Vec::new();
+fn by_blanks(line: &str) -> Vec<Cow<'_, str>> {
+    let mut fields: Vec<Cow<str>> = Vec::new();
     for word in line.split_whitespace() {
         match fields.last_mut() {
-            Some(last) if word.starts_with(['(', '[']) => *last = format!("{last} {word}"),
-            _ => fields.push(word.trim_matches('"').to_owned()),
+            Some(last) if word.starts_with(['(', '[']) => {
+                *last = Cow::Owned(format!("{last} {word}"));
+            }
+            _ => fields.push(Cow::Borrowed(word.trim_matches('"'))),
         }
     }
     fields

@@ -2,6 +2,7 @@
 
 use super::common::{bare, print_json, print_line, wrapped, EffectsArg, SCHEMA_VERSION};
 use super::model::{print_revision, revised, summary, JudgeArgs, DEFAULT};
+use super::releases::ReleaseArg;
 use crate::answer::{Answer, Drawn, OfRecord};
 use crate::model::appraisal::Appraisal;
 use crate::model::comparison::{compare, compare_records, Compared, Comparison};
@@ -31,6 +32,8 @@ pub struct Compare {
     #[arg(value_name = "FILE")]
     pub files: Vec<PathBuf>,
     #[command(flatten)]
+    pub release: ReleaseArg,
+    #[command(flatten)]
     pub effects: EffectsArg,
     /// The model's file [default: model.toml where there is one]; several are compared with each other
     #[arg(long, value_name = "MODEL")]
@@ -46,6 +49,7 @@ impl Compare {
     pub fn run(&self) -> Result<()> {
         let (models, files): (Vec<PathBuf>, Vec<PathBuf>) =
             self.files.iter().cloned().partition(|file| is_model(file));
+        let files = self.release.of(&files)?;
         let mut named = self.model.clone();
         named.extend(models);
         if let [_, _, ..] = named.as_slice() {

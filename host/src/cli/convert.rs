@@ -8,6 +8,7 @@ use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
+use yawrig_records::place::Times;
 use yawrig_records::Selection;
 
 /// Write a record in another format, or with other channels chosen: text, MATLAB, HDF5, TDMS (read
@@ -21,7 +22,7 @@ pub struct Convert {
     /// Channel of the time, by its name or number (default: the one whose name says it)
     #[arg(long, value_name = "NAME")]
     time: Option<String>,
-    /// Channel of the yaw angle (default: the one whose name says it)
+    /// Channel of the yaw angle, or an expression of channels such as 'atan2(x, -y)' (default: the one whose name says it)
     #[arg(long, value_name = "NAME")]
     yaw: Option<String>,
     /// What the yaw angle is in, where the file does not say it
@@ -57,6 +58,7 @@ impl Convert {
             unit: self.unit.map(Into::into),
             time_unit: self.time_unit.map(Into::into),
             rate_hz: self.rate_hz,
+            ..Selection::default()
         };
         let from = self.release.of(std::slice::from_ref(&self.from))?;
         let many = from.len() > 1;
@@ -65,6 +67,8 @@ impl Convert {
             self.one(from, &to, &selection)?;
         }
         if self.keep {
+            let Times { from_s, to_s } = self.release.times();
+            let selection = Selection { from_s, to_s, ..selection };
             let kept = yawrig_records::keep(&self.from, &selection)?;
             crate::say!("{}: the other records beside it are read this way, too", kept.display());
         }

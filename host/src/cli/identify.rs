@@ -10,6 +10,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use yawrig_base::error::{Error, Result};
+use yawrig_core::identify::cycle::Cycle;
 use yawrig_core::identify::flag::Flag;
 use yawrig_core::identify::{identify, Identification, Method, Settings};
 use yawrig_core::record::Record;
@@ -212,9 +213,13 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
     let w = &found.window;
     let _ = writeln!(
         text,
-        "{}\n  released at {:.3} s, {:.2} to {:.2} deg in {:.1} cycles, {:.2} Hz, noise {:.4} deg, {} outliers",
+        "{}\n  released at {:.3} s ({}), analysed from {:.3} to {:.3} s ({}), {:.2} to {:.2} deg in {:.1} cycles, {:.2} Hz, noise {:.4} deg, {} outliers",
         found.file,
         found.release_time_s,
+        found.begins.words(),
+        w.from_s,
+        w.to_s,
+        found.ends.words(),
         w.from_deg,
         w.to_deg,
         w.cycles,
@@ -237,6 +242,15 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
             estimate.residual_rms_deg
         );
     }
+    if let Some(estimate) = found.estimates.first() {
+        let Cycle { frequency_hz, period_s, quality_factor, logarithmic_decrement } =
+            &estimate.cycle;
+        let q = quality_factor.map_or("none".to_owned(), |q| q.to_string());
+        let _ = writeln!(
+            text,
+            "  frequency {frequency_hz} Hz (damped), period {period_s} s, Q {q}, logarithmic decrement {logarithmic_decrement}"
+        );
+    }
     for missing in &found.unavailable {
         let _ = writeln!(text, "  {:<14} none: {}", name(missing.method), missing.reason);
     }
@@ -254,8 +268,13 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
                 false => format!("{}: ", whose.join(", ")),
             };
             let more = match flag {
-                Flag::SeveralReleases => ": --release 1 or --release all",
-                _ => "",
+                Flag::SeveralReleases => {
+                    let others = found.other_releases.iter();
+                    let at: Vec<String> =
+                        others.map(|o| format!("{:.3} to {:.3} s", o.from_s, o.to_s)).collect();
+                    format!(", and not {}: --release 1 or --release all", at.join(", "))
+                }
+                _ => String::new(),
             };
             let _ = writeln!(text, "  note: {whose}{}{more}", flag.reason());
         }

@@ -2,6 +2,7 @@
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
 use super::model::amplitude_rows;
+use super::releases::ReleaseArg;
 use crate::answer::Answer;
 use crate::law::{found, found_in, File, Found};
 use crate::model::revise::quoted;
@@ -31,6 +32,8 @@ pub struct Law {
     /// The damping may put energy in
     #[arg(long)]
     pub may_drive: bool,
+    #[command(flatten)]
+    pub release: ReleaseArg,
     /// Where the named formulas are written, as files that `yawrig add` takes
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
@@ -41,12 +44,13 @@ pub struct Law {
 
 impl Law {
     pub fn run(&self) -> Result<()> {
-        let found = found(&self.files, !self.may_drive)?;
+        let given = self.release.of(&self.files)?;
+        let found = found(&given, !self.may_drive)?;
         let files = written(&found, self.out.as_deref())?;
         if self.json {
             return print_json(&object(&found, &files));
         }
-        print_line(text(&found, &files, &command(&self.files, self.may_drive)).trim_end())
+        print_line(text(&found, &files, &command(&given, self.may_drive)).trim_end())
     }
 }
 
@@ -57,7 +61,7 @@ impl Law {
     /// As [`Self::run`].
     pub fn answer(&self, records: Vec<Record>) -> Result<Answer> {
         let found = match records.is_empty() {
-            true => found(&self.files, !self.may_drive)?,
+            true => found(&self.release.of(&self.files)?, !self.may_drive)?,
             false => found_in(records, !self.may_drive)?,
         };
         let sentence = match found.names.ranked.first() {

@@ -1,16 +1,22 @@
-//! `--release N|all`: which release of a record that holds several.
+//! `--release N|all`, `--from-s`, `--to-s`: which part of a record.
 
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use yawrig_base::error::{Error, Result};
-use yawrig_records::place::{parted, with_release};
+use yawrig_records::place::{parted, with_part, Part, Times};
 
 #[derive(Args, Debug, Clone)]
 pub struct ReleaseArg {
     /// Which release of a record that holds several, from 1, or `all` of them; also written r.csv#2
     #[arg(long, value_name = "N|all")]
     release: Option<Which>,
+    /// Use what comes after this time of the record's own clock; also written r.csv#12.5s..40s
+    #[arg(long, value_name = "S", allow_negative_numbers = true, conflicts_with = "release")]
+    from_s: Option<f64>,
+    /// Use what comes before this time
+    #[arg(long, value_name = "S", allow_negative_numbers = true, conflicts_with = "release")]
+    to_s: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +38,11 @@ impl FromStr for Which {
 }
 
 impl ReleaseArg {
+    /// The times that were asked for.
+    pub fn times(&self) -> Times {
+        Times { from_s: self.from_s, to_s: self.to_s }
+    }
+
     /// `files` with the releases that are meant; a record that holds several, of which none was chosen, is said to.
     ///
     /// # Errors
@@ -46,16 +57,30 @@ impl ReleaseArg {
 
     fn of_one(&self, file: &Path) -> Result<Vec<PathBuf>> {
         let chosen = parted(file).1.is_some() || file.extension().is_some_and(|e| e == "toml");
+        let times = self.times();
+        if times != Times::default() {
+            if let (Some(from_s), Some(to_s)) = (self.from_s, self.to_s) {
+                if from_s >= to_s {
+                    let what = format!("--from-s {from_s} is not before --to-s {to_s}");
+                    return Err(Error::usage(what).help("give a time before the other"));
+                }
+            }
+            return match chosen {
+                true => Err(Error::usage(format!("--from-s or --to-s beside {}", file.display()))
+                    .help("give them with a record, without a # in its name")),
+                false => Ok(vec![with_part(file, Part::Between(times))]),
+            };
+        }
         match self.release {
             None => Ok(vec![file.to_owned()]),
             Some(_) if chosen => Err(Error::usage(format!("--release beside {}", file.display()))
                 .help("leave --release out")),
-            Some(Which::Nth(number)) => Ok(vec![with_release(file, number)]),
+            Some(Which::Nth(number)) => Ok(vec![with_part(file, Part::Release(number))]),
             Some(Which::All) => {
                 let count = yawrig_records::releases(file)?;
                 Ok(match count {
                     1 => vec![file.to_owned()],
-                    _ => (1..=count).map(|number| with_release(file, number)).collect(),
+                    _ => (1..=count).map(|number| with_part(file, Part::Release(number))).collect(),
                 })
             }
         }

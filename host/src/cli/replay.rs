@@ -2,6 +2,7 @@
 
 use super::common::{print_json, print_line, within, DeviceArg, SCHEMA_VERSION};
 use super::flash::Bar;
+use super::releases::ReleaseArg;
 use clap::Args;
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
@@ -24,6 +25,8 @@ pub struct Replay {
     /// Records: CSV with `time_s,yaw_deg` or `time_s,yaw_rad`
     #[arg(required = true)]
     files: Vec<PathBuf>,
+    #[command(flatten)]
+    release: ReleaseArg,
     #[command(flatten)]
     device: DeviceArg,
     /// Write this network to the device first
@@ -59,7 +62,8 @@ pub fn run(arguments: &Replay) -> Result<()> {
         whole.check_resampling(f64::from(SAMPLE_RATE_HZ))?;
         Ok(whole.into_owned())
     };
-    let records: Vec<Record> = arguments.files.iter().map(read).collect::<Result<_>>()?;
+    let files = arguments.release.of(&arguments.files)?;
+    let records: Vec<Record> = files.iter().map(read).collect::<Result<_>>()?;
     let network = arguments.network.as_deref().map(flash::read).transpose()?;
     let mut bench = arguments.device.open()?;
     if let Some((blob, _)) = network {

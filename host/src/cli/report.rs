@@ -3,6 +3,7 @@
 use super::common::{print_json, print_line, AnalysisArgs, EffectsArg};
 use super::identify::expanded;
 use super::model::asked;
+use super::releases::ReleaseArg;
 use crate::campaign::simulated::{refuse_existing, CAMPAIGN_FILE};
 use crate::demo::results;
 use crate::model::document::{is_model, DEFAULT};
@@ -43,6 +44,8 @@ pub struct ReportArgs {
     /// Another campaign.toml, or the report of one, beside this campaign's derivatives
     #[arg(long, value_name = "OTHER")]
     pub beside: Option<PathBuf>,
+    #[command(flatten)]
+    pub release: ReleaseArg,
     #[command(flatten)]
     pub analysis: AnalysisArgs,
     #[command(flatten)]
@@ -139,7 +142,7 @@ impl ReportArgs {
                         "report on several records or several models at once, but on a campaign or a folder alone",
                     ));
                 }
-                of_records(files, settings, options, made)
+                of_records(&self.release.of(files)?, settings, options, made)
             }
         }
     }

@@ -45,6 +45,16 @@ def matlab():
         file.write(text.ljust(116) + b"\0" * 8 + struct.pack("<HH", 0x0200, 0x4D49))
 
 
+def cells():
+    runs = numpy.empty(2, dtype=object)
+    runs[0] = numpy.column_stack([time_s, yaw_deg])
+    runs[1] = numpy.vstack([time_s, -yaw_deg])
+    wide = numpy.vstack([time_s, yaw_rad])
+    scipy.io.savemat(
+        here / "cells.mat", {"runs": runs, "wide": wide, "name": "K4"}, do_compression=True
+    )
+
+
 def octave():
     program = """
         t = (0:299)' / 100;
@@ -144,6 +154,7 @@ def parquet():
 
 
 matlab()
+cells()
 octave()
 hdf5()
 tdms()

@@ -5,21 +5,21 @@ use std::path::Path;
 use std::process::Command;
 use yawrig_tests::process::{binary, yawrig};
 
-const ROWS: usize = 3000;
-const RATE_HZ: f64 = 200.0;
+pub const ROWS: usize = 3000;
+pub const RATE_HZ: f64 = 200.0;
 
-fn time_s(k: usize) -> f64 {
+pub fn time_s(k: usize) -> f64 {
     k as f64 / RATE_HZ
 }
 
-fn yaw_deg(k: usize) -> f64 {
+pub fn yaw_deg(k: usize) -> f64 {
     let t = time_s(k);
     let noise = 0.02 * ((k * 7919 % 1009) as f64 / 504.0 - 1.0);
     11.0 * (-0.12 * t).exp() * (8.0 * t).cos() + noise
 }
 
 /// `head`, then a row of each sample.
-fn table(head: &str, row: impl Fn(usize) -> String) -> String {
+pub fn table(head: &str, row: impl Fn(usize) -> String) -> String {
     let mut text = head.to_owned();
     for k in 0..ROWS {
         let _ = writeln!(text, "{}", row(k));
@@ -27,7 +27,7 @@ fn table(head: &str, row: impl Fn(usize) -> String) -> String {
     text
 }
 
-fn comma(x: f64) -> String {
+pub fn comma(x: f64) -> String {
     format!("{x:.5}").replace('.', ",")
 }
 
@@ -184,7 +184,7 @@ fn files() -> Vec<(&'static str, Vec<u8>, bool)> {
     ]
 }
 
-/// A workbook with this sheet, as a zip archive without compression.
+/// A workbook with this sheet.
 fn workbook(sheet: &str) -> Vec<u8> {
     let head = "<?xml version=\"1.0\" encoding=\"UTF-8\" standalone=\"yes\"?>\n";
     let main = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
@@ -206,8 +206,13 @@ fn workbook(sheet: &str) -> Vec<u8> {
             format!("{head}<worksheet xmlns=\"{main}\"><sheetData>{sheet}</sheetData></worksheet>"),
         ),
     ];
+    archive(&parts)
+}
+
+/// A zip archive of these texts, without compression.
+pub fn archive(parts: &[(&str, String)]) -> Vec<u8> {
     let (mut files, mut directory) = (Vec::new(), Vec::new());
-    for (name, text) in &parts {
+    for (name, text) in parts {
         let at = files.len() as u32;
         let mut about = vec![20, 0, 0, 0, 0, 0, 0, 0, 0, 0];
         about.extend(crc(text.as_bytes()).to_le_bytes());
@@ -267,10 +272,28 @@ fn a_workbook_is_read_from_its_first_sheet() {
     yawrig("identify bad.xlsx").in_folder(folder.path()).run().exits(3);
 }
 
-fn frequency(folder: &Path, file: &str) -> f64 {
+pub fn frequency(folder: &Path, file: &str) -> f64 {
     let ended = yawrig("identify --json").and(file).in_folder(folder).run().exits(0);
     let object = ended.json();
     object["records"][0]["estimates"][0]["natural_frequency_rad_s"]["value"].as_f64().expect("wn")
+}
+
+/// The command in what is printed.
+pub fn suggested(text: &str) -> String {
+    let line = text.lines().find(|l| l.contains("yawrig convert")).expect("a command");
+    let command = &line[line.find("yawrig convert").expect("it")..];
+    command.split("   (").next().expect("it").to_owned()
+}
+
+/// Types a command in `folder`.
+pub fn typed(folder: &Path, command: &str) {
+    let ran = Command::new("sh")
+        .args(["-c", &format!("yawrig() {{ \"$PROGRAM\" \"$@\"; }}; {command} --force")])
+        .env("PROGRAM", binary())
+        .current_dir(folder)
+        .output()
+        .expect("a shell");
+    assert!(ran.status.success(), "{command}: {}", String::from_utf8_lossy(&ran.stderr));
 }
 
 #[test]
@@ -287,23 +310,13 @@ fn a_folder_of_foreign_files() {
             assert!((frequency(folder, name) - expected).abs() < 2e-3, "{name}");
             continue;
         }
-        // The command is typed as it is printed.
-        let ended = ended.exits(3).helps();
-        let line = ended.stderr.lines().find(|l| l.contains("yawrig convert")).expect("a command");
-        let command = &line[line.find("yawrig convert").expect("it")..];
-        let command = command.split("   (").next().expect("it").to_owned();
+        let command = suggested(&ended.exits(3).helps().stderr);
         println!("{name}: {command}");
         assert!(
             name != "no header.txt" || command.ends_with("--time 1 --yaw 2 --unit deg"),
             "{command}"
         );
-        let ran = Command::new("sh")
-            .args(["-c", &format!("yawrig() {{ \"$PROGRAM\" \"$@\"; }}; {command} --force")])
-            .env("PROGRAM", binary())
-            .current_dir(folder)
-            .output()
-            .expect("a shell");
-        assert!(ran.status.success(), "{command}: {}", String::from_utf8_lossy(&ran.stderr));
+        typed(folder, &command);
         assert!((frequency(folder, "record.csv") - expected).abs() < 2e-3, "{command}");
     }
 }

@@ -30,6 +30,7 @@ mod shells;
 mod stale;
 mod standard_input;
 mod study;
+mod suggestions;
 mod sweep;
 mod terminals;
 mod train;

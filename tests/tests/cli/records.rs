@@ -299,3 +299,57 @@ fn stamps_in_bursts_are_spread_and_that_is_said() {
     let text = of("identify bursts.csv").run().exits(0).stdout;
     assert!(text.contains("share a time stamp"), "{text}");
 }
+
+/// A decay of 8 rad/s that something keeps at 20 deg until it is left at 12 s.
+fn driven() -> String {
+    let rows = (0..4000).map(|k| {
+        let t = f64::from(k) / 100.0;
+        let amplitude = 20.0 * (-0.15 * (t - 12.0).max(0.0)).exp();
+        let noise = 0.05 * (f64::from(k) * 12.9898).sin();
+        format!("{t:.2},{:.4}\n", amplitude * (8.0 * t).cos() + noise)
+    });
+    format!("time_s,yaw_deg\n{}", rows.collect::<String>())
+}
+
+#[test]
+fn what_is_driven_is_left_out_and_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let record = folder.path().join("driven.csv");
+    std::fs::write(&record, driven()).expect("written");
+    let found = yawrig("identify --json").and(&record).run().exits(0).json()["records"][0].clone();
+    let release_s = found["release_time_s"].as_f64().expect("a time");
+    assert!((release_s - 12.0).abs() < 0.8, "{release_s}");
+    assert_eq!(found["begins"], "driven");
+    let estimate = &found["estimates"][0];
+    assert!(estimate["flags"].as_array().expect("flags").contains(&"driven_before".into()));
+    let value = |name: &str| estimate[name]["value"].as_f64().expect("a number");
+    assert!((value("frequency_hz") * std::f64::consts::TAU - 8.0).abs() < 0.02);
+    assert!((value("period_s") * value("frequency_hz") - 1.0).abs() < 1e-9);
+    assert!((value("quality_factor") - 8.0 / 0.3).abs() < 1.5);
+    assert!((value("logarithmic_decrement") - 0.15 * value("period_s")).abs() < 0.006);
+    let text = yawrig("identify").and(&record).run().exits(0).stdout;
+    assert!(text.contains("(driven until then)") && text.contains("Q 2"), "{text}");
+}
+
+#[test]
+fn times_choose_a_part_of_a_record_and_wrong_ones_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let record = folder.path().join("driven.csv");
+    std::fs::write(&record, driven()).expect("written");
+    let asked = |arguments: &str| yawrig(arguments).and(&record).run();
+    let found = asked("identify --json --from-s 20 --to-s 30").exits(0).json();
+    let window = found["records"][0]["window"].clone();
+    assert!(window["from_s"].as_f64().is_some_and(|s| s >= 20.0), "{window}");
+    assert!(window["to_s"].as_f64().is_some_and(|s| s <= 30.1), "{window}");
+    let beyond = asked("identify --from-s 50").exits(3).stderr;
+    assert!(beyond.contains("--from-s 50 is not in the record, which goes from 0.000"), "{beyond}");
+    let short = asked("identify --from-s 20 --to-s 20.05").exits(3).stderr;
+    assert!(short.contains("too few for three cycles"), "{short}");
+    asked("identify --from-s 20 --to-s 10").exits(2);
+    // Kept for the folder.
+    let kept = folder.path().join("part.csv");
+    let keep = yawrig("convert --keep --from-s 20 --to-s 30").and(&record).and(&kept);
+    keep.run().exits(0);
+    let again = asked("identify --json").exits(0).json()["records"][0]["window"].clone();
+    assert_eq!(again, window);
+}

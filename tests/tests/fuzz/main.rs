@@ -26,4 +26,4 @@ macro_rules! fuzz {
     )*};
 }
 
-fuzz!(frames messages device samples blob record campaign model effect expression);
+fuzz!(frames messages device samples blob record foreign campaign model effect expression);

@@ -204,9 +204,10 @@ fn folder(names: &[&str]) -> PathBuf {
     folder
 }
 
-pub fn record() -> Target {
+/// Reads bytes as a record, whatever they are.
+fn as_record() -> impl Fn(&[u8]) -> String + 'static {
     let file = folder(&[]).join("record.csv");
-    let read = move |input: &[u8]| {
+    move |input: &[u8]| {
         std::fs::write(&file, input).expect("room for it");
         let record = yawrig_records::read(&file);
         if let Ok(record) = &record {
@@ -219,12 +220,30 @@ pub fn record() -> Target {
             };
         }
         said(record.map_err(|e| e.message))
-    };
-    text(
-        read,
-        &["time_s", "yaw_rad", "yaw_deg", ",", "\n", "\r\n", "\u{feff}", "\"", " ", ";"],
-        4000,
-    )
+    }
+}
+
+pub fn record() -> Target {
+    let words = &["time_s", "yaw_rad", "yaw_deg", ",", "\n", "\r\n", "\u{feff}", "\"", " ", ";"];
+    text(as_record(), words, 4000)
+}
+
+/// Files of other programs.
+pub fn foreign() -> Target {
+    let words = &[
+        "<channel>",
+        "</channel>",
+        "<value>",
+        "<value />",
+        "</values>",
+        "&amp;",
+        "X_Columns\tNo\r\n",
+        "X_Columns\tMulti\r\n",
+        "***End_of_Header***",
+        "X_Value",
+        "\t",
+    ];
+    text(as_record(), words, 4000)
 }
 
 pub fn campaign() -> Target {

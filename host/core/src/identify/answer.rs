@@ -1,5 +1,6 @@
 //! What was found in a record, or why nothing was.
 
+use super::cycle::Cycle;
 use super::flag::Flag;
 use super::settings::Method;
 use super::uncertainty::Bound;
@@ -71,6 +72,15 @@ pub struct Identification {
     /// Beginning of the free motion on the record's own clock; the first sample where the release came before it
     /// (flag `starts_in_mid_swing`).
     pub release_time_s: f64,
+    /// How the free motion begins.
+    #[serde(default)]
+    pub begins: Begin,
+    /// How what was analysed ends.
+    #[serde(default)]
+    pub ends: End,
+    /// The other releases of the record, which were not used.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub other_releases: Vec<Span>,
     /// Samples a second.
     pub rate_hz: f64,
     /// The part that was analysed.
@@ -85,6 +95,72 @@ pub struct Identification {
     /// Methods that could not say anything about this record.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unavailable: Vec<Unavailable>,
+}
+
+/// How a free motion begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Begin {
+    /// Let go after it was held still.
+    Held,
+    /// Left to itself after it was driven.
+    Driven,
+    /// Behind a push or a hand.
+    Pushed,
+    /// The record begins in the middle of it.
+    MidSwing,
+    /// With the record.
+    #[default]
+    Record,
+}
+
+impl Begin {
+    /// In words, behind a time.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Held => "let go from a hold",
+            Self::Driven => "driven until then",
+            Self::Pushed => "pushed until then",
+            Self::MidSwing => "the record begins in mid swing",
+            Self::Record => "the record begins there",
+        }
+    }
+}
+
+/// How what was analysed of a free motion ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum End {
+    /// At the smallest amplitude that was asked for.
+    Amplitude,
+    /// Where it is lost in the noise.
+    DiedOut,
+    /// Stopped or pushed.
+    Stopped,
+    /// With the record.
+    #[default]
+    Record,
+}
+
+impl End {
+    /// In words, behind a time.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Amplitude => "the smallest amplitude asked for",
+            Self::DiedOut => "died out",
+            Self::Stopped => "stopped or pushed there",
+            Self::Record => "the record ends there",
+        }
+    }
+}
+
+/// A part of a record, on its own clock.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Span {
+    /// Its beginning.
+    pub from_s: f64,
+    /// Its end.
+    pub to_s: f64,
 }
 
 /// What was analysed: amplitudes at its ends, not those asked for.
@@ -111,6 +187,9 @@ pub struct Estimate {
     pub natural_frequency_rad_s: Quantity,
     /// Negative where the oscillation grows; a mean over the window where it depends on the amplitude.
     pub damping_ratio: Quantity,
+    /// The same in the words of other fields.
+    #[serde(flatten)]
+    pub cycle: Cycle,
     /// Raw rms of record minus the mode with these two values, amplitude, phase and offset fitted.
     pub residual_rms_deg: f64,
     /// Three cycles each, in order of time.

@@ -6,6 +6,7 @@ use super::flag::Flag;
 use super::least_squares;
 use super::release::{Run, Search};
 use super::samples::Stretch;
+use super::{Begin, End};
 use crate::statistics::median;
 use std::f64::consts::TAU;
 
@@ -23,23 +24,25 @@ const STOPPED_RATIO: f64 = 2.5;
 const PUSHED_RATIO: f64 = 1.5;
 const PUSHED_SHARE: f64 = 0.25;
 /// Cycles that the model has swung before it can have been pushed again: what wanders is no swing.
-const SWUNG: usize = 6;
+const SWUNG: usize = 3;
 
 pub(super) struct Onset {
     pub(crate) release_s: f64,
     pub(crate) free_from_s: f64,
+    pub(crate) begin: Begin,
 }
 
 impl Search<'_> {
     /// The beginning of the free motion that `run` belongs to.
     pub(super) fn onset(&self, run: Run, flags: &mut Vec<Flag>) -> Onset {
-        let peak = (run.first..=run.last)
-            .max_by(|&a, &b| self.points[a].amplitude_deg.total_cmp(&self.points[b].amplitude_deg))
-            .unwrap_or(run.first);
+        // What a later push brings is another motion.
+        let pushed = self.push(run).filter(|_| self.is_clear(run)).unwrap_or(run.last);
+        let peak = self.largest(run.first, pushed);
         let first_s = (self.points[run.first].time_s - 0.5 * self.period).max(self.begin_s);
         // Where it is not seen to be let go from standing still, an amplitude that grows grows by itself.
         let grows = peak - run.first > 2 * POINTS_PER_CYCLE;
-        let by_itself = Onset { release_s: first_s, free_from_s: first_s };
+        let begin = Begin::Record;
+        let by_itself = Onset { release_s: first_s, free_from_s: first_s, begin };
         let is_clear = self.is_clear(run);
         if grows && !is_clear {
             return by_itself;
@@ -56,7 +59,8 @@ impl Search<'_> {
                     return by_itself;
                 }
                 flags.push(Flag::StartsInMidSwing);
-                return Onset { release_s: free_s, free_from_s: free_s };
+                let begin = Begin::MidSwing;
+                return Onset { release_s: free_s, free_from_s: free_s, begin };
             };
             let before = self.means.between(free_s - 0.5 * self.period, free_s);
             let misfit = self.misfits(&before, &mode).last();
@@ -80,12 +84,30 @@ impl Search<'_> {
                 }
                 let rate = mode.rate_deg_s(self.begin_s).abs();
                 let fastest = mode.amplitude_deg(self.begin_s) * mode.natural_frequency_rad_s();
-                if rate > 0.15 * fastest {
+                let in_mid_swing = rate > 0.15 * fastest;
+                if in_mid_swing {
                     flags.push(Flag::StartsInMidSwing);
                 }
-                return Onset { release_s: self.begin_s, free_from_s: self.begin_s };
+                let begin = if in_mid_swing { Begin::MidSwing } else { Begin::Record };
+                return Onset { release_s: self.begin_s, free_from_s: self.begin_s, begin };
             }
         }
+    }
+
+    /// The point with the largest amplitude.
+    fn largest(&self, first: usize, last: usize) -> usize {
+        (first..=last)
+            .max_by(|&a, &b| self.points[a].amplitude_deg.total_cmp(&self.points[b].amplitude_deg))
+            .unwrap_or(first)
+    }
+
+    /// The end of a push behind which the motion is free for longer than before it.
+    pub(super) fn pushed_until(&self) -> Option<f64> {
+        let least = self.least();
+        let run = self.longest_run(|p| p.amplitude_deg >= least)?;
+        let pushed = self.push(run).filter(|_| self.is_clear(run))?;
+        let peak = self.largest(pushed, (pushed + 3 * POINTS_PER_CYCLE).min(run.last));
+        (run.last - peak > pushed - run.first).then(|| self.points[peak].time_s)
     }
 
     /// Whether a hand, a push and a swing can be distinguished: far above the noise.
@@ -109,15 +131,15 @@ impl Search<'_> {
 
     /// The release, seen to be over at `free_s` from the free motion after it.
     fn released(&self, free_s: f64, mode: &Mode, flags: &mut Vec<Flag>) -> Onset {
-        let release_s = match self.hold_before(free_s, mode.amplitude_deg(free_s)) {
+        let (release_s, begin) = match self.hold_before(free_s, mode.amplitude_deg(free_s)) {
             None => {
                 flags.push(Flag::PushedAtStart);
-                free_s
+                (free_s, Begin::Pushed)
             }
-            Some(hold_deg) => self.leaves(mode, hold_deg, free_s),
+            Some(hold_deg) => (self.leaves(mode, hold_deg, free_s), Begin::Held),
         };
         let guarded = release_s + GUARD_CYCLES * self.period;
-        Onset { release_s, free_from_s: free_s.max(guarded) }
+        Onset { release_s, free_from_s: free_s.max(guarded), begin }
     }
 
     fn mode_of(&self, stretch: &Stretch<'_>) -> Option<Mode> {
@@ -195,10 +217,13 @@ impl Search<'_> {
     }
 
     /// The end of the free motion that `run` belongs to: where it dies out, is stopped, or the record ends.
-    pub(super) fn end(&self, run: Run, flags: &mut Vec<Flag>) -> f64 {
+    pub(super) fn end(&self, run: Run, flags: &mut Vec<Flag>) -> (f64, End) {
         let last = self.points[run.last];
         let reaches_end = run.last + 1 == self.points.len();
-        let natural = if reaches_end { self.end_s } else { last.time_s };
+        let natural = match reaches_end {
+            true => (self.end_s, End::Record),
+            false => (last.time_s, End::DiedOut),
+        };
         let cycle = run.last.saturating_sub(POINTS_PER_CYCLE).max(run.first)..=run.last;
         let largest = cycle.map(|i| self.points[i].amplitude_deg).fold(0.0, f64::max);
         // Two cycles clear of what made the amplitude change, continued to the end.
@@ -211,12 +236,12 @@ impl Search<'_> {
         };
         let core = self.means.between(core_to - 2.0 * self.period, core_to);
         let Some(mode) = self.mode_of(&core) else { return natural };
-        let after = self.means.between(core_to, natural);
+        let after = self.means.between(core_to, natural.0);
         let first_misfit = self.misfits(&after, &mode).next();
         match first_misfit {
             Some(k) => {
                 flags.push(Flag::StoppedEarly);
-                after.time_s[k.saturating_sub(1)] - self.means.step_s
+                (after.time_s[k.saturating_sub(1)] - self.means.step_s, End::Stopped)
             }
             None => natural,
         }

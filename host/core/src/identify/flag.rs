@@ -18,6 +18,8 @@ pub enum Flag {
     OutliersExcluded,
     /// The release came before the record.
     StartsInMidSwing,
+    /// Something kept the amplitude up until the release.
+    DrivenBefore,
     /// Something still drove the model after the release.
     PushedAtStart,
     /// Something stopped or drove the model before it came to rest.
@@ -60,6 +62,7 @@ impl Flag {
             }
             Flag::OutliersExcluded => "outliers were left out",
             Flag::StartsInMidSwing => "the record starts in the middle of the oscillation; the release is not in it",
+            Flag::DrivenBefore => "the model was driven until the release; that part was left out",
             Flag::PushedAtStart => "the model was still pushed at the start; that part was left out",
             Flag::StoppedEarly => "the oscillation was stopped or pushed before it had died out; analysed up to there",
             Flag::AmplitudeOutsideWindow => {

@@ -5,7 +5,9 @@
 
 mod answer;
 pub mod conventional;
+pub mod cycle;
 pub mod damped_sinusoid;
+mod driven;
 mod ends;
 pub(crate) mod envelope;
 pub mod flag;
@@ -29,7 +31,8 @@ use crate::record::Record;
 
 pub(crate) use answer::FEWEST_CYCLES;
 pub use answer::{
-    AmplitudeWindow, AtAmplitude, Estimate, Identification, Refusal, Unavailable, WindowEstimate,
+    AmplitudeWindow, AtAmplitude, Begin, End, Estimate, Identification, Refusal, Span, Unavailable,
+    WindowEstimate,
 };
 pub(crate) use prepared::{prepare, Prepared, Values};
 pub use settings::{Method, Settings};
@@ -63,7 +66,7 @@ pub fn identify(
     settings: &Settings,
 ) -> Result<Identification> {
     let prepared = prepare(record, settings).map_err(|refusal| refusal.of(record))?;
-    let more = several::are_in(&prepared);
+    let other_releases = several::beside(&prepared);
     let mut estimates = Vec::new();
     let mut unavailable = Vec::new();
     for &method in methods {
@@ -74,7 +77,7 @@ pub fn identify(
         };
         match answer.and_then(|values| prepared.judged(method, values)) {
             Ok(mut estimate) => {
-                if more {
+                if !other_releases.is_empty() {
                     estimate.flags.push(flag::Flag::SeveralReleases);
                 }
                 estimates.push(estimate);
@@ -89,6 +92,9 @@ pub fn identify(
     Ok(Identification {
         file: record.file.display().to_string(),
         release_time_s: prepared.span.release_time_s,
+        begins: prepared.span.begin,
+        ends: prepared.span.end,
+        other_releases,
         rate_hz: prepared.samples.rate_hz(),
         window: prepared.window(),
         noise_rms_deg: prepared.noise_rms_deg(),

@@ -69,6 +69,7 @@ fn off_the_curve(time_s: &[f64], mut yaw: Vec<f64>, wild: Vec<usize>, least: f64
         let pair = |i: usize| yaw[k - i] + yaw[k + i];
         yaw[k] - (15.0 * pair(1) - 6.0 * pair(2) + pair(3)) / 20.0
     };
+    let is_known: Vec<bool> = (0..n).map(|k| is_even(k) || !(3..n - 3).contains(&k)).collect();
     let mut found = wild;
     let mut offs = vec![0.0; n];
     loop {
@@ -79,11 +80,16 @@ fn off_the_curve(time_s: &[f64], mut yaw: Vec<f64>, wild: Vec<usize>, least: f64
             }
         }
         (0..n).filter(|&k| is_even(k)).for_each(|k| offs[k] = off(&yaw, k));
-        let noise = median(&mut offs.iter().map(|e| e.abs()).collect::<Vec<f64>>()) / 0.6745;
+        // Where samples are missing nothing is known of how far one is off.
+        let known = |range: std::ops::Range<usize>| -> Vec<f64> {
+            range.filter(|&k| is_known[k]).map(|k| offs[k].abs()).collect()
+        };
+        let noise = median(&mut known(0..n)) / 0.6745;
         // The larger side: where the model is let go, the other stands still.
         let beside = |k: usize| {
-            let side = |range: std::ops::Range<usize>| {
-                median(&mut offs[range].iter().map(|e| e.abs()).collect::<Vec<f64>>())
+            let side = |range: std::ops::Range<usize>| match known(range.clone()) {
+                few if 2 * few.len() < range.len() => f64::INFINITY,
+                mut offs => median(&mut offs),
             };
             side(k.saturating_sub(11)..k - 3).max(side(k + 4..(k + 12).min(n)))
         };
@@ -191,6 +197,33 @@ mod tests {
         yaw[37] += 9.0;
         yaw[201] -= 6.0;
         assert_eq!(found(&yaw), [37, 201]);
+    }
+
+    #[test]
+    fn where_samples_are_missing_at_random_none_is_wild_for_that() {
+        let mut number = 1u64;
+        let mut draw = || {
+            number = number.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (number >> 40) as f64 / (1u64 << 24) as f64
+        };
+        let (mut t, mut yaw) = (Vec::new(), Vec::new());
+        for k in 0..20_000 {
+            let time_s = 0.01 * f64::from(k);
+            let noise = (0..4).map(|_| draw() - 0.5).sum::<f64>();
+            if draw() > 0.1 {
+                t.push(time_s);
+                yaw.push(20.0 * (-0.01 * time_s).exp() * (7.0 * time_s).cos() + 0.05 * noise);
+            }
+        }
+        let excluded = |yaw: &[f64]| {
+            let mut samples = Samples::new(&t, yaw);
+            exclude_spikes(&mut samples);
+            let excluded = samples.all().excluded;
+            (0..yaw.len()).filter(|&k| excluded[k]).collect::<Vec<usize>>()
+        };
+        assert!(excluded(&yaw).is_empty(), "{:?}", excluded(&yaw).len());
+        yaw[5000] += 15.0;
+        assert_eq!(excluded(&yaw), [5000]);
     }
 
     #[test]

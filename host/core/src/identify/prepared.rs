@@ -1,6 +1,7 @@
 //! A record with its free decay found, and the residual and the flags of any method's values on it.
 
 use super::answer::FEWEST_PER_CYCLE;
+use super::cycle::Cycle;
 use super::damped_sinusoid::{DampedSinusoid, Mode};
 use super::flag::Flag;
 use super::gaps::{self, Filled, Gap};
@@ -265,6 +266,7 @@ impl Prepared<'_> {
             method,
             natural_frequency_rad_s: wn,
             damping_ratio: zeta,
+            cycle: Cycle::of(wn, zeta),
             residual_rms_deg: misfit.rms_deg,
             windows: values.windows,
             at_amplitude: values.at_amplitude,

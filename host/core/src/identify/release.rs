@@ -4,7 +4,7 @@ use super::envelope::{block_of, envelope, strongest_frequency_rad_s, Point, POIN
 use super::flag::Flag;
 use super::samples::{Samples, Stretch};
 use super::windows::LEAST_SHARE;
-use super::{Refusal, Settings, FEWEST_CYCLES};
+use super::{Begin, End, Refusal, Settings, FEWEST_CYCLES};
 use crate::statistics::{median, sample_noise};
 use std::f64::consts::TAU;
 
@@ -23,6 +23,8 @@ pub(crate) struct FreeSpan {
     pub(crate) frequency_rad_s: f64,
     /// Beginning of the free motion: the release, or the first sample where the release is not in the record.
     pub(crate) release_time_s: f64,
+    pub(crate) begin: Begin,
+    pub(crate) end: End,
     /// What is analysed.
     pub(crate) from_s: f64,
     pub(crate) to_s: f64,
@@ -40,6 +42,22 @@ impl FreeSpan {
 /// # Errors
 /// No oscillation, or fewer than three cycles of one.
 pub(crate) fn find(samples: &Samples<'_>, settings: &Settings) -> Result<FreeSpan, Refusal> {
+    let (left_alone, found) = searched(samples, |s| (s.left_alone(), s.find(settings)))?;
+    let Some((released_s, begin)) = left_alone else { return found };
+    // What drove it may have had another frequency.
+    let free = samples.after(released_s);
+    let mut span = searched(&free, |search| search.find(settings))??;
+    if span.begin != Begin::Held {
+        span.begin = begin;
+        span.flags.retain(|flag| *flag != Flag::StartsInMidSwing && *flag != Flag::PushedAtStart);
+        let driven = begin == Begin::Driven;
+        span.flags.push(if driven { Flag::DrivenBefore } else { Flag::PushedAtStart });
+    }
+    Ok(span)
+}
+
+/// What `look` finds in the envelope of `samples`.
+fn searched<T>(samples: &Samples<'_>, look: impl FnOnce(&Search<'_>) -> T) -> Result<T, Refusal> {
     let frequency = strongest_frequency_rad_s(samples).ok_or(Refusal::NoOscillation)?;
     let period = TAU / frequency;
     let means = samples.all().block_means(block_of(samples, frequency));
@@ -51,8 +69,8 @@ pub(crate) fn find(samples: &Samples<'_>, settings: &Settings) -> Result<FreeSpa
     }
     let noise = noise_of_means(&means, &points);
     let (begin_s, duration_s) = (samples.all().start_s(), samples.all().duration_s());
-    let search = Search { means, begin_s, end_s: begin_s + duration_s, period, noise, points };
-    search.find(settings, frequency)
+    let end_s = begin_s + duration_s;
+    Ok(look(&Search { means, begin_s, end_s, frequency, period, noise, points }))
 }
 
 /// Standard deviation of the means' noise: the smaller of two values that the motion itself makes too large, one where it
@@ -67,6 +85,8 @@ pub(super) struct Search<'a> {
     /// First sample, and one step after the last: the means lie inside.
     pub(crate) begin_s: f64,
     pub(crate) end_s: f64,
+    /// Strongest, rad/s, and its period.
+    pub(crate) frequency: f64,
     pub(crate) period: f64,
     pub(crate) noise: f64,
     pub(crate) points: Vec<Point>,
@@ -80,12 +100,9 @@ pub(super) struct Run {
 }
 
 impl Search<'_> {
-    fn find(&self, settings: &Settings, frequency: f64) -> Result<FreeSpan, Refusal> {
+    fn find(&self, settings: &Settings) -> Result<FreeSpan, Refusal> {
         let largest = self.points.iter().map(|p| p.amplitude_deg).fold(0.0, f64::max);
-        // A sinusoid's amplitude from n samples of noise s is known to s sqrt(2/n).
-        let per_cycle = (self.period / self.means.step_s).max(1.0);
-        let amplitude_noise = self.noise * (2.0 / per_cycle).sqrt();
-        let least = (AMPLITUDE_OVER_NOISE * amplitude_noise).max(DIED_OUT * largest);
+        let least = self.least();
         let everything = self
             .longest_run(|p| p.amplitude_deg >= least)
             .filter(|_| largest > 0.0)
@@ -110,12 +127,15 @@ impl Search<'_> {
         }
         let around = self.grown(chosen, |p| p.amplitude_deg >= least);
         let onset = self.onset(around, &mut flags);
-        let end = self.end(around, &mut flags);
+        let (free_to_s, mut end) = self.end(around, &mut flags);
         let mut from = onset.free_from_s;
-        let mut to = end;
+        let mut to = free_to_s;
         if windowed.is_some() {
             from = from.max(self.start_inside(chosen, from, settings.from_deg));
-            to = to.min(self.end_inside(chosen, end));
+            let inside = self.end_inside(chosen, free_to_s);
+            if inside < to {
+                (to, end) = (inside, End::Amplitude);
+            }
             let above = self.points[chosen.last].amplitude_deg > 1.3 * settings.to_deg;
             if above && chosen.last + 1 == self.points.len() {
                 flags.push(Flag::EndsAboveWindow);
@@ -125,22 +145,41 @@ impl Search<'_> {
         // The frequency is known to a few percent only here.
         if cycles < LEAST_SHARE * FEWEST_CYCLES {
             // Noise alone stands above itself for a moment, though never by much.
-            if largest < 2.0 * AMPLITUDE_OVER_NOISE * amplitude_noise {
+            if largest < 2.0 * AMPLITUDE_OVER_NOISE * self.amplitude_noise() {
                 return Err(Refusal::NoOscillation);
             }
             return Err(Refusal::TooFewCycles { cycles: cycles.max(0.0) });
         }
         Ok(FreeSpan {
-            frequency_rad_s: frequency,
+            frequency_rad_s: self.frequency,
             release_time_s: onset.release_s,
+            begin: onset.begin,
+            end,
             from_s: from,
             to_s: to,
             flags,
         })
     }
 
+    /// The time from which it is left alone, and what it was before; none where the search finds that by itself.
+    fn left_alone(&self) -> Option<(f64, Begin)> {
+        let driven = self.driven_until().map(|until_s| (until_s, Begin::Driven));
+        driven.or_else(|| Some((self.pushed_until()?, Begin::Pushed)))
+    }
+
+    /// The least amplitude of an oscillation.
+    pub(super) fn least(&self) -> f64 {
+        let largest = self.points.iter().map(|p| p.amplitude_deg).fold(0.0, f64::max);
+        (AMPLITUDE_OVER_NOISE * self.amplitude_noise()).max(DIED_OUT * largest)
+    }
+
+    /// A sinusoid's amplitude from n samples of noise s is known to s sqrt(2/n).
+    pub(super) fn amplitude_noise(&self) -> f64 {
+        self.noise * (2.0 / (self.period / self.means.step_s).max(1.0)).sqrt()
+    }
+
     /// The longest stretch of points for which `accept` holds, gaps shorter than a cycle bridged.
-    fn longest_run(&self, accept: impl Fn(&Point) -> bool) -> Option<Run> {
+    pub(super) fn longest_run(&self, accept: impl Fn(&Point) -> bool) -> Option<Run> {
         let mut best: Option<Run> = None;
         let mut open: Option<Run> = None;
         for (i, point) in self.points.iter().enumerate() {

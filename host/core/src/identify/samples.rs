@@ -51,6 +51,16 @@ impl<'a> Samples<'a> {
     pub(crate) fn exclude(&mut self, index: usize) {
         self.excluded[index] = true;
     }
+    /// The samples from `from_s` on by themselves.
+    pub(crate) fn after(&self, from_s: f64) -> Self {
+        let first = self.time_s.partition_point(|t| *t < from_s).min(self.len() - 2);
+        Self {
+            time_s: &self.time_s[first..],
+            yaw_deg: &self.yaw_deg[first..],
+            excluded: self.excluded[first..].to_vec(),
+            ..*self
+        }
+    }
     /// The whole record as one stretch.
     pub fn all(&self) -> Stretch<'_> {
         self.stretch(0, self.len())

@@ -1,6 +1,6 @@
 //! Where a record holds several releases: one free decay after the other, the model caught and let go again.
 
-use super::answer::FEWEST_CYCLES;
+use super::answer::{Span, FEWEST_CYCLES};
 use super::prepared::{prepare, Prepared};
 use super::settings::Settings;
 use crate::record::Record;
@@ -11,6 +11,8 @@ use std::ops::Range;
 const LEAST_SHARE: f64 = 0.1;
 /// Where the free decay goes on, its amplitude is what it was; where it was released anew it is larger by more than this.
 const LEAST_JUMP: f64 = 1.5;
+/// Share of its amplitude down to which a release is seen to fall.
+const DECAYS_TO: f64 = 0.9;
 /// Natural frequencies of releases of one model differ less, relative.
 const SAME_MODEL: f64 = 0.3;
 /// What stands outside one release and moves less than this share of it, rms, holds no other.
@@ -30,8 +32,10 @@ impl Decay {
     fn of(prepared: &Prepared) -> Option<Self> {
         let (first, last) = (prepared.windows.first()?, prepared.windows.last()?);
         let most = prepared.windows.iter().map(|w| w.amplitude_deg).fold(0.0, f64::max);
-        // What grows by itself was not released.
-        (first.amplitude_deg > 0.8 * most).then_some(Self {
+        // What grows by itself was not released, what is kept up is not left to itself.
+        let ends = prepared.window();
+        let decays = ends.to_deg < DECAYS_TO * ends.from_deg;
+        (first.amplitude_deg > 0.8 * most && decays).then_some(Self {
             from_s: prepared.span.release_time_s,
             to_s: prepared.span.to_s,
             frequency_rad_s: prepared.span.frequency_rad_s,
@@ -43,12 +47,7 @@ impl Decay {
 
 /// The parts of `record` that hold one release each, by samples, in order of time: all of it where there is one, or none.
 pub fn releases(record: &Record) -> Vec<Range<usize>> {
-    let mut decays: Vec<Decay> = Vec::new();
-    search(record, 0..record.len(), &mut decays);
-    decays.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
-    let largest = decays.iter().map(|d| d.first_deg).fold(0.0, f64::max);
-    decays.retain(|d| d.first_deg >= LEAST_SHARE * largest);
-    decays.dedup_by(|next, before| next.first_deg < LEAST_JUMP * before.last_deg);
+    let decays = decays(record);
     let ends = decays.iter().map(|d| record.time_s.partition_point(|t| *t < d.to_s));
     let mut parts = Vec::new();
     let mut begin = 0;
@@ -63,11 +62,21 @@ pub fn releases(record: &Record) -> Vec<Range<usize>> {
     parts
 }
 
-/// Whether the record of `prepared` holds several releases.
-pub(super) fn are_in(prepared: &Prepared) -> bool {
+fn decays(record: &Record) -> Vec<Decay> {
+    let mut decays: Vec<Decay> = Vec::new();
+    search(record, 0..record.len(), &mut decays);
+    decays.sort_by(|a, b| a.from_s.total_cmp(&b.from_s));
+    let largest = decays.iter().map(|d| d.first_deg).fold(0.0, f64::max);
+    decays.retain(|d| d.first_deg >= LEAST_SHARE * largest);
+    decays.dedup_by(|next, before| next.first_deg < LEAST_JUMP * before.last_deg);
+    decays
+}
+
+/// The releases in the record of `prepared` besides the one that is analysed.
+pub(super) fn beside(prepared: &Prepared) -> Vec<Span> {
     let record = prepared.record;
     let (Some(first), Some(last)) = (prepared.windows.first(), prepared.windows.last()) else {
-        return false;
+        return Vec::new();
     };
     let at = |time_s: f64| record.time_s.partition_point(|t| *t < time_s);
     let span = &prepared.span;
@@ -76,7 +85,12 @@ pub(super) fn are_in(prepared: &Prepared) -> bool {
     let after = record.yaw_deg[at(span.to_s)..].iter();
     let after = after.map(|yaw| (yaw - last.midline_deg).abs()).fold(0.0, f64::max);
     let moves = before > AT_REST * first.amplitude_deg || after > LEAST_JUMP * last.amplitude_deg;
-    moves && releases(record).len() > 1
+    if !moves {
+        return Vec::new();
+    }
+    let decays = decays(record).into_iter();
+    let others = decays.filter(|d| d.from_s >= span.to_s || d.to_s <= span.from_s);
+    others.map(|d| Span { from_s: d.from_s, to_s: d.to_s }).collect()
 }
 
 /// Finds the free decay in a part of the record, and those before and after it.

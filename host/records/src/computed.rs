@@ -1,0 +1,72 @@
+//! Channels that are computed from others: `--yaw 'atan2(x, -y)'`.
+
+use super::table::Channel;
+use std::borrow::Cow;
+use std::path::Path;
+use yawrig_base::error::{Error, Result};
+use yawrig_expression::OfChannels;
+
+/// `table`, with the channel that `name` is an expression of, if it is one.
+///
+/// # Errors
+/// Exit 3 where it is an expression of channels that are not there, or cannot be used.
+pub(super) fn with<'a>(
+    table: Cow<'a, [Channel]>,
+    name: Option<&str>,
+    file: &Path,
+) -> Result<Cow<'a, [Channel]>> {
+    let there = |name: &str| {
+        let mut found = table.iter().filter(|c| c.name == name || c.own_name() == name);
+        found.next().filter(|_| found.next().is_none())
+    };
+    let Some(name) = name.filter(|name| there(name).is_none() && is_computed(name)) else {
+        return Ok(table);
+    };
+    let fail = |what: String, help: &str| {
+        Err(Error::data(format!("{}: in {name:?}, {what}", file.display())).help(help))
+    };
+    let expression = match OfChannels::parse(name) {
+        Ok(expression) => expression,
+        Err(flaw) => return fail(flaw.message, &flaw.help),
+    };
+    let mut inputs = Vec::new();
+    for input in expression.names() {
+        match there(input).map(|channel| channel.values.as_deref()) {
+            Some(Ok(values)) => inputs.push(values),
+            Some(Err(why)) => {
+                return fail(format!("channel {input} cannot be used: {why}"), "choose others")
+            }
+            None => {
+                let all: Vec<String> = table.iter().map(Channel::described).collect();
+                let what =
+                    format!("there is no channel {input:?}; its channels: {}", all.join(", "));
+                return fail(
+                    what,
+                    "name channels of the file, of which each has a name of letters, digits and _",
+                );
+            }
+        }
+    }
+    let length = inputs[0].len();
+    if inputs.iter().any(|values| values.len() != length) {
+        return fail("the channels are not as long as each other".to_owned(), "choose others");
+    }
+    let value = |k: usize| {
+        let values: Vec<f64> = inputs.iter().map(|values| values[k]).collect();
+        expression.evaluate(&values)
+    };
+    let computed = Channel {
+        name: name.to_owned(),
+        unit: expression.is_angle_rad().then(|| "rad".to_owned()),
+        step_s: table.iter().find(|c| c.own_name() == expression.names()[0]).and_then(|c| c.step_s),
+        values: Ok((0..length).map(value).collect()),
+    };
+    let mut table = table.into_owned();
+    table.push(computed);
+    Ok(Cow::Owned(table))
+}
+
+/// Whether there is more in it than a name or a number.
+fn is_computed(name: &str) -> bool {
+    name.contains(['+', '-', '*', '/', '^', '(']) && OfChannels::parse(name).is_ok()
+}
