@@ -77,10 +77,10 @@ pub(super) fn section(report: &Report) -> String {
         return out;
     }
     let header = ["spring", "", "here", "there", "difference", "difference / u"];
-    let _ = write!(
+    let _ = writeln!(
         out,
         "{}<p class=\"note\">The uncertainty of a difference takes both as independent: instruments that both \
-         share make it less.</p>\n",
+         share make it less.</p>",
         table(&header, 2, rows)
     );
     out
