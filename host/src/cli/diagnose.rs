@@ -184,8 +184,21 @@ impl Diagnose {
         })
     }
 
+    /// What several releases have in common.
+    fn common(&self) -> Result<Common> {
+        let named = |ids: &[String]| ids.iter().map(|id| named(id)).collect::<Result<Vec<_>>>();
+        let (shared, own) = (named(&self.share)?, named(&self.own)?);
+        if let Some(both) = own.iter().find(|e| shared.contains(e)) {
+            return Err(Error::usage(format!("--own {both} and --share {both}"))
+                .help("give one of them: by itself a coefficient is common to all"));
+        }
+        Ok(Common { same_rig: self.same_rig, own })
+    }
+
     fn case(&self) -> Result<Case> {
         let options = self.options()?;
+        // Before anything is read.
+        self.common()?;
         let is_toml =
             |file: &Path| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
         let files = self.release.of(&self.files)?;
@@ -251,14 +264,7 @@ impl Diagnose {
                 Ok(Judged::Record { record, diagnosed, law, model, seconds })
             }
             Case::Several(records, options) => {
-                let named =
-                    |ids: &[String]| ids.iter().map(|id| named(id)).collect::<Result<Vec<_>>>();
-                let (shared, own) = (named(&self.share)?, named(&self.own)?);
-                if let Some(both) = own.iter().find(|e| shared.contains(e)) {
-                    return Err(Error::usage(format!("--own {both} and --share {both}"))
-                        .help("give one of them: by itself a coefficient is common to all"));
-                }
-                let common = Common { same_rig: self.same_rig, own };
+                let common = self.common()?;
                 crate::say!("judging {} releases as one", records.len());
                 let diagnosis = diagnose_several(&records, &common, &options)?;
                 for warning in &diagnosis.warnings {
