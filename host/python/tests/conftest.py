@@ -3,6 +3,10 @@ import os
 import subprocess
 
 import pytest
+import signal
+
+# What runs in the background of a shell is born with interrupts ignored, and Python then leaves them so.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 class Program:
