@@ -38,7 +38,10 @@ pub(super) fn read(file: &Path) -> Result<Vec<Channel>, String> {
     for name in &names {
         let mut bytes = Vec::new();
         let entry = archive.by_name(name).map_err(|e| format!("{name}: {e}"))?;
-        entry.take(LARGEST).read_to_end(&mut bytes).map_err(|e| format!("{name}: {e}"))?;
+        entry.take(LARGEST + 1).read_to_end(&mut bytes).map_err(|e| format!("{name}: {e}"))?;
+        if bytes.len() as u64 > LARGEST {
+            return Err(format!("{name} is larger than {} MiB", LARGEST >> 20));
+        }
         // A text without numbers is about something else.
         let Ok(mut inside) = grid::of_text(&text::decoded(&bytes)) else { continue };
         if names.len() > 1 {

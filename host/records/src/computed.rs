@@ -19,15 +19,10 @@ pub(super) fn with<'a>(
         let mut found = table.iter().filter(|c| c.name == name || c.own_name() == name);
         found.next().filter(|_| found.next().is_none())
     };
-    let Some(name) = name.filter(|name| there(name).is_none() && is_computed(name)) else {
-        return Ok(table);
-    };
+    let Some(name) = name.filter(|name| there(name).is_none()) else { return Ok(table) };
+    let Some(expression) = computed(name) else { return Ok(table) };
     let fail = |what: String, help: &str| {
         Err(Error::data(format!("{}: in {name:?}, {what}", file.display())).help(help))
-    };
-    let expression = match OfChannels::parse(name) {
-        Ok(expression) => expression,
-        Err(flaw) => return fail(flaw.message, &flaw.help),
     };
     let mut inputs = Vec::new();
     for input in expression.names() {
@@ -66,7 +61,7 @@ pub(super) fn with<'a>(
     Ok(Cow::Owned(table))
 }
 
-/// Whether there is more in it than a name or a number.
-fn is_computed(name: &str) -> bool {
-    name.contains(['+', '-', '*', '/', '^', '(']) && OfChannels::parse(name).is_ok()
+/// The expression, where there is more in it than a name or a number.
+fn computed(name: &str) -> Option<OfChannels> {
+    name.contains(['+', '-', '*', '/', '^', '(']).then(|| OfChannels::parse(name).ok())?
 }

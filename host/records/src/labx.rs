@@ -50,11 +50,12 @@ pub(super) fn of_text(text: &str) -> Result<Vec<Channel>, String> {
     let mut reader = Reader::from_str(text);
     let mut channels = Vec::new();
     let mut open: Option<Open> = None;
-    let (mut inside, mut run) = (String::new(), 0);
+    let (mut inside, mut run, mut depth) = (String::new(), 0, 0usize);
     loop {
         let at = reader.buffer_position();
         match reader.read_event().map_err(|e| format!("at byte {at}: {e}"))? {
             Event::Start(element) => {
+                depth += 1;
                 inside = element.name().as_ref().to_owned();
                 match inside.as_str() {
                     // Its channels are repeats of one quantity.
@@ -84,9 +85,13 @@ pub(super) fn of_text(text: &str) -> Result<Vec<Channel>, String> {
             }
             Event::End(element) => {
                 inside.clear();
+                depth = depth.saturating_sub(1);
                 if element.name().as_ref() == "channel" {
                     channels.extend(open.take().and_then(|open| open.channel(run)));
                 }
+            }
+            Event::Eof if depth > 0 => {
+                return Err("it ends within an element: it was cut".to_owned())
             }
             Event::Eof => break,
             _ => {}
@@ -122,6 +127,10 @@ mod tests {
         let angle = channels[1].values.clone().expect("numbers");
         assert!(angle[0] == 1.5 && angle.len() == 3 && angle[1].is_nan() && angle[2].is_nan());
         assert_eq!(channels[2].values, Err("\"a\" is not a number".to_owned()));
-        assert!(of_text(&text[..text.len() / 2]).is_err() || !channels.is_empty());
+        // Cut after a whole channel, too.
+        for end in [text.len() / 2, text.rfind("</allchannels>").expect("its end")] {
+            let cut = of_text(text.get(..end).expect("between two letters"));
+            assert!(cut.is_err_and(|why| why.contains("cut") || why.contains("byte")), "{end}");
+        }
     }
 }
