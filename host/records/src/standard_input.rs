@@ -35,6 +35,11 @@ pub(super) fn read(
     let shown = file.display().to_string();
     match read(Path::new(&format!("{shown}{part}"))) {
         Ok(record) => Ok(Record { file: named.to_owned(), ..record }),
-        Err(e) => Err(Error { message: e.message.replace(&shown, "standard input"), ..e }),
+        // A command that is printed takes it in again.
+        Err(e) => Err(Error {
+            message: e.message.replace(&shown, "standard input"),
+            help: e.help.replace(&shown, "-"),
+            ..e
+        }),
     }
 }
