@@ -64,11 +64,57 @@
   // On paper the colours are those of the light page.
   matchMedia("print").addEventListener("change", again);
 
-  document.getElementById("save-data").addEventListener("click", () => {
+  function save(blob, name) {
     const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob([JSON.stringify(report, null, 1)], { type: "application/json" }));
-    link.download = "report.json";
+    link.href = URL.createObjectURL(blob);
+    link.download = name;
     link.click();
     URL.revokeObjectURL(link.href);
+  }
+
+  // A drawing as an image of its own: the page's colours are written into it.
+  function image(svg) {
+    const { width, height } = svg.viewBox.baseVal;
+    const copy = svg.cloneNode(true);
+    for (const [name, value] of [["xmlns", "http://www.w3.org/2000/svg"], ["width", width], ["height", height]]) copy.setAttribute(name, value);
+    copy.setAttribute("font-family", "sans-serif");
+    const text = copy.outerHTML.replace(/var\((--[\w-]+)[^)]*\)/g, (_, name) => colour(name));
+    return new Promise((done, fail) => {
+      const one = new Image();
+      one.onload = () => done({ one, width, height });
+      one.onerror = fail;
+      one.src = "data:image/svg+xml;charset=utf-8," + encodeURIComponent(text);
+    });
+  }
+
+  // All drawings of a figure below each other, two pixels for each of theirs.
+  async function png(figure, name) {
+    const parts = await Promise.all([...figure.querySelectorAll("svg")].map(image));
+    const canvas = document.createElement("canvas"), scale = 2;
+    canvas.width = scale * Math.max(...parts.map(p => p.width));
+    canvas.height = scale * parts.reduce((sum, p) => sum + p.height, 0);
+    const pen = canvas.getContext("2d");
+    pen.fillStyle = colour("--paper");
+    pen.fillRect(0, 0, canvas.width, canvas.height);
+    let y = 0;
+    for (const { one, width, height } of parts) {
+      pen.drawImage(one, 0, y, scale * width, scale * height);
+      y += scale * height;
+    }
+    canvas.toBlob(blob => save(blob, name), "image/png");
+  }
+
+  document.querySelectorAll("main > section figure").forEach((figure, k) => {
+    if (!figure.querySelector(":scope > svg") || figure.closest(".small")) return;
+    const button = document.createElement("button");
+    button.type = "button";
+    button.className = "save";
+    button.textContent = "PNG";
+    button.title = "Save this drawing as a PNG file";
+    button.addEventListener("click", () => png(figure, "drawing-" + (k + 1) + ".png"));
+    figure.querySelector("figcaption").before(button);
   });
+
+  document.getElementById("save-data").addEventListener("click", () =>
+    save(new Blob([JSON.stringify(report, null, 1)], { type: "application/json" }), "report.json"));
 })();

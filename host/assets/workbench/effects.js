@@ -24,12 +24,19 @@ export async function refresh(state, act) {
 let drawn = "";
 const found = () => [list, verdict, seen.release];
 
+// As the program shows it: what lies a million times within its uncertainty the data say nothing about.
+function valued({ value, u }) {
+  if (value === null) return "each release its own";
+  if (u > 1e6 * Math.abs(value) && value !== 0) return "not determined";
+  return digits(value, 4) + (u ? ` ± ${digits(u, 2)}` : "");
+}
+
 function drawModel(state, act) {
   const { model } = state;
   const chip = (e) => make("div", { className: "chip" },
     make("strong", { textContent: e.effect, title: e.title }),
     make("button", { type: "button", textContent: "Remove", "data-remove": e.effect, disabled: !!state.job, onclick: () => act({ do: "remove", effect: e.effect }) }),
-    make("span", { className: "values", textContent: e.parameters.map((p) => `${p.name} = ${p.value === null ? "each release its own" : `${digits(p.value, 4)}${p.u ? ` ± ${digits(p.u, 2)}` : ""}`} ${p.unit === "1" || p.value === null ? "" : p.unit}`).join(",  ") }));
+    make("span", { className: "values", textContent: e.parameters.map((p) => `${p.name} = ${valued(p)} ${p.unit === "1" || p.value === null ? "" : p.unit}`).join(",  ") }));
   by("in-model").replaceChildren(
     make("p", { className: "caption", textContent: model.fault ? `${model.file} cannot be used: correct it, or return to one of the steps below` : !model.exists ? `No model yet: the first step makes ${model.file}` : model.effects.length ? "In the model, beside the second-order response:" : "The model is a second-order response, no effects." }),
     ...model.effects.map(chip));

@@ -31,6 +31,12 @@ impl Quantity {
         Self { value, u: 0.0 }
     }
 
+    /// Whether the data say something about it. By chance an estimate comes as near to zero as a millionth of its
+    /// uncertainty once in a million times: one that does was not moved from where it began. Exactly zero is a bound.
+    pub fn is_determined(&self) -> bool {
+        self.value == 0.0 || !self.u.is_finite() || self.u < 1e6 * self.value.abs()
+    }
+
     /// Whether `truth` lies within `k` standard uncertainties.
     pub fn holds(&self, truth: f64, k: f64) -> bool {
         (truth - self.value).abs() <= k * self.u
@@ -38,7 +44,7 @@ impl Quantity {
 }
 
 /// The value to the second significant digit of its uncertainty, then the uncertainty: `0.5321 ± 0.0017`; one that is
-/// not a number, as of a parameter at its bound, is unknown.
+/// not a number, as of a parameter at its bound, is unknown; a value that the data say nothing about is not determined.
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let decimals = if self.u > 0.0 && self.u.is_finite() {
@@ -48,7 +54,9 @@ impl fmt::Display for Quantity {
         } else {
             f.precision().unwrap_or(6)
         };
-        let text = if self.u.is_nan() {
+        let text = if !self.is_determined() {
+            format!("not determined (u {:.0e})", self.u)
+        } else if self.u.is_nan() {
             format!("{:.decimals$} (uncertainty unknown)", self.value)
         } else {
             format!("{:.decimals$} ± {:.decimals$}", self.value, self.u)
@@ -70,6 +78,13 @@ mod tests {
         assert_eq!(Quantity::new(-12.0, 3.0).to_string(), "-12.0 ± 3.0");
         assert_eq!(format!("{:.2}", Quantity::exact(1.0)), "1.00 ± 0.00");
         assert_eq!(format!("{:.2}", Quantity::new(1.0, f64::NAN)), "1.00 (uncertainty unknown)");
+    }
+
+    #[test]
+    fn a_value_far_within_its_uncertainty_is_not_determined() {
+        assert_eq!(Quantity::new(12.3, 366_186_469.0).to_string(), "not determined (u 4e8)");
+        assert_eq!(Quantity::new(0.0, 0.02).to_string(), "0.000 ± 0.020");
+        assert_eq!(Quantity::new(1e-4, 0.02).to_string(), "0.000 ± 0.020");
     }
 
     #[test]

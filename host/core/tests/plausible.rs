@@ -173,17 +173,9 @@ fn doubted(made: &Made) -> Vec<Doubt> {
 
 /// The campaign's file.
 fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
-    let release = planned.iter().map(|p| ReleaseEntry {
-        file: p.file.clone(),
-        spring: p.condition.spring.name.to_owned(),
-        spring_stiffness_n_per_m: p.condition.spring.stiffness_n_per_m,
-        spring_stiffness_u_n_per_m: None,
-        axis: p.condition.axis,
-        wind_speed_m_s: p.condition.wind_speed_m_s,
-        wind_speed_u_m_s: None,
-        density_kg_m3: None,
-        at: Default::default(),
-        accept: Vec::new(),
+    let release = planned.iter().map(|p| {
+        let spring = (p.condition.spring.name, p.condition.spring.stiffness_n_per_m);
+        ReleaseEntry::new(&p.file, spring, p.condition.axis, p.condition.wind_speed_m_s)
     });
     Campaign {
         schema_version: SCHEMA_VERSION,
@@ -194,7 +186,7 @@ fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
             frontal_area_m2: rig.model.frontal_area_m2,
             frontal_area_u_m2: None,
         },
-        air: AirEntry { density_kg_m3: rig.air_density_kg_m3, density_u_kg_m3: None },
+        air: AirEntry::of(rig.air_density_kg_m3),
         rig: RigEntry {
             spring_arm_m: rig.spring_arm_m,
             spring_arm_u_m: None,

@@ -106,17 +106,8 @@ mod tests {
     }
 
     fn frequencies(flags: [Flags; 4]) -> Vec<f64> {
-        let entry = |(spring, wind_speed_m_s): (&str, f64)| ReleaseEntry {
-            file: String::new(),
-            spring: spring.to_owned(),
-            spring_stiffness_n_per_m: 100.0,
-            spring_stiffness_u_n_per_m: None,
-            axis: Axis::Mid,
-            wind_speed_m_s,
-            wind_speed_u_m_s: None,
-            density_kg_m3: None,
-            at: Default::default(),
-            accept: Vec::new(),
+        let entry = |(spring, wind_speed_m_s): (&str, f64)| {
+            ReleaseEntry::new("", (spring, 100.0), Axis::Mid, wind_speed_m_s)
         };
         let releases = [("K1", 0.0), ("K1", 10.0), ("K2", 0.0), ("K2", 10.0)].map(entry);
         let found = identified(&releases, &flags.map(answer), By::Refined);

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
+use yawrig_core::derivatives::at::Value;
 use yawrig_core::derivatives::plausible::ranges::{Range, RANGES, STIFFNESS};
 use yawrig_records::format;
 use yawrig_shared::axis::Axis;
@@ -248,6 +249,14 @@ fn text(folder: &Path, springs: &[String], found: &[(String, Named)], given: &Gi
                     &format!("m/s, 0 for wind off; usual: 5 to 40{unknown}"),
                 )
             }
+        }
+        if !named.at.is_empty() {
+            let setting = |(name, value): (&String, &Value)| match value {
+                Value::Number(x) => format!("{name} = {x:?}"),
+                Value::Text(text) => format!("{name} = {}", quoted(text)),
+            };
+            let settings: Vec<String> = named.at.0.iter().map(setting).collect();
+            let _ = writeln!(out, "at = {{ {} }}", settings.join(", "));
         }
     }
     out

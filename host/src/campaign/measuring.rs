@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_core::derivatives::campaign::{Campaign, ReleaseEntry};
-use yawrig_core::derivatives::condition::{is_same_speed, Identified};
+use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::{inertia_kg_m2, plausible, Computed};
 use yawrig_link::condition::check;
 use yawrig_link::follow::flag_names;
@@ -108,11 +108,11 @@ impl Measuring {
         }
         let mut there: Vec<&ReleaseEntry> = kept.release.iter().collect();
         let mut is_there = |wanted: &ReleaseEntry| {
-            let same = |r: &&ReleaseEntry| {
-                (&r.spring, r.axis) == (&wanted.spring, wanted.axis)
-                    && is_same_speed(r.wind_speed_m_s, wanted.wind_speed_m_s)
-            };
-            there.iter().position(same).map(|place| there.remove(place)).is_some()
+            there
+                .iter()
+                .position(|r| r.is_repeat_of(wanted))
+                .map(|place| there.remove(place))
+                .is_some()
         };
         let skipped = plan.campaign.release.iter().map(|r| !plan.stays && is_there(r)).collect();
         let mut measuring = Self {
@@ -177,8 +177,8 @@ impl Measuring {
         let entry = &self.plan.campaign.release[place];
         let mut listed = self.kept.release.iter().skip(self.before.len());
         let same = listed.rposition(|r| {
-            (&r.spring, r.axis, r.wind_speed_m_s)
-                == (&entry.spring, entry.axis, entry.wind_speed_m_s)
+            (&r.spring, r.axis, &r.at, r.wind_speed_m_s)
+                == (&entry.spring, entry.axis, &entry.at, entry.wind_speed_m_s)
         });
         let Some(at) = same else { return Ok(()) };
         self.kept.release.remove(self.before.len() + at);
@@ -344,7 +344,8 @@ impl Measuring {
             spring: entry.spring.clone(),
             axis: entry.axis,
             wind_speed_m_s: entry.wind_speed_m_s,
-            density_kg_m3: self.plan.campaign.air.density_kg_m3,
+            density_kg_m3: self.plan.campaign.density_kg_m3(entry),
+            at: entry.at.to_string(),
             inertia_kg_m2: self.inertia_kg_m2(entry.axis),
             place: (!self.plan.stays).then_some([self.at + 1, self.plan.campaign.release.len()]),
             not_counted: self.not_counted.take(),

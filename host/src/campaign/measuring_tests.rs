@@ -1,4 +1,5 @@
 use super::*;
+use yawrig_core::derivatives::at::{At, Value};
 use yawrig_link::bench::{Bench, Target};
 use yawrig_link::live::session::Follow;
 use yawrig_shared::wire::{Flags, Precise, Refined};
@@ -139,4 +140,31 @@ fn a_release_that_the_rig_had_begun_before_does_not_count() {
     let truth = rig.modal(&made).expect("it swings").natural_frequency_rad_s;
     let found = f64::from(measuring.made[0].1.result.natural_frequency_rad_s.value);
     assert!((found / truth - 1.0).abs() < 0.02, "{found} {truth}");
+}
+
+#[test]
+fn a_reference_at_one_setting_is_another_rig_to_the_device() {
+    let rig = yawrig_rig::Rig::default();
+    let planned = super::super::simulated::plan(&rig, 10.0, 1, 1).expect("a plan");
+    let mut campaign = super::super::simulated::describe(&rig, &planned[..4]);
+    let at = |wing: &str| At([("wing".to_owned(), Value::Text(wing.to_owned()))].into());
+    let off = campaign.release[0].clone();
+    assert_eq!(off.wind_speed_m_s, 0.0);
+    let made = |wind_speed_m_s, at| ReleaseEntry { wind_speed_m_s, at, ..off.clone() };
+    let id = |campaign: &Campaign, entry: &ReleaseEntry| condition(campaign, entry, None).rig;
+
+    // One reference that serves all settings.
+    campaign.release = vec![off.clone(), made(10.0, at("low")), made(10.0, at("high"))];
+    let rigs: Vec<u32> = campaign.release.iter().map(|r| id(&campaign, r)).collect();
+    assert!(rigs.iter().all(|rig| *rig == rigs[0]), "{rigs:?}");
+    // One each.
+    let [low, high] = ["low", "high"].map(at);
+    campaign.release = [(0.0, &low), (0.0, &high), (10.0, &low), (10.0, &high)]
+        .map(|(wind, at)| made(wind, at.clone()))
+        .to_vec();
+    let rigs: Vec<u32> = campaign.release.iter().map(|r| id(&campaign, r)).collect();
+    assert_eq!((rigs[0], rigs[1]), (rigs[2], rigs[3]));
+    assert_ne!(rigs[0], rigs[1]);
+    // A record of one setting is none of the other.
+    assert!(!campaign.release[0].is_repeat_of(&campaign.release[1]));
 }

@@ -23,7 +23,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use yawrig_base::error::{Error, Result};
-use yawrig_core::derivatives::at::{At, Value};
+use yawrig_core::derivatives::at::Value;
 use yawrig_core::derivatives::campaign::{Campaign, ReleaseEntry, SCHEMA_VERSION};
 use yawrig_records::format::is_record;
 use yawrig_records::place;
@@ -99,13 +99,15 @@ impl CampaignFile {
         let places: Places = toml::from_str(text).map_err(|e| malformed(&e))?;
         let release_lines =
             places.release.iter().map(|release| line_of(text, release.span().start)).collect();
-        for release in &mut campaign.release {
-            if release.spring_stiffness_n_per_m.is_nan() {
-                let of_spring = campaign.stiffness_n_per_m.get(&release.spring);
-                release.spring_stiffness_n_per_m = of_spring.copied().unwrap_or(f64::NAN);
-            }
-        }
-        Ok(Self { path: path.to_owned(), campaign, release_lines, text: text.to_owned() })
+        let filled = campaign.fill_in();
+        let file = Self { path: path.to_owned(), campaign, release_lines, text: text.to_owned() };
+        filled.map(|()| file.clone()).map_err(|(release, what)| {
+            let error = match release {
+                Some(index) => file.error_at(index, what),
+                None => Error::data(format!("{named}: {what}")),
+            };
+            error.help("state each quantity once; `yawrig campaign --help` shows a whole file")
+        })
     }
 
     /// Where the record of release `index` is.
@@ -166,10 +168,12 @@ impl CampaignFile {
             ("inertia.front_kg_m2", inertia.front_kg_m2),
         ] {
             if value.is_some_and(|value| !is_positive(value)) {
-                faults.push(
-                    Error::data(format!("{named}: {name} is not a positive number"))
-                        .help("correct the entry"),
-                );
+                let help = match name {
+                    "air.density_kg_m3" => "give it, or temperature_deg_c and pressure_pa",
+                    _ => "correct the entry",
+                };
+                let what = format!("{named}: {name} is not a positive number");
+                faults.push(Error::data(what).help(help));
             }
         }
         for (name, u) in [
@@ -242,14 +246,8 @@ impl CampaignFile {
 
     fn check_references(&self) -> Result<()> {
         let release = &self.campaign.release;
-        let mut references: HashMap<_, Vec<&At>> = HashMap::new();
-        for off in release.iter().filter(|release| release.wind_speed_m_s == 0.0) {
-            references.entry((&off.spring, off.axis)).or_default().push(&off.at);
-        }
-        let missing = |r: &ReleaseEntry| {
-            let there = references.get(&(&r.spring, r.axis)).into_iter().flatten();
-            r.wind_speed_m_s > 0.0 && !there.into_iter().any(|off| off.serves(&r.at))
-        };
+        let missing =
+            |r: &ReleaseEntry| r.wind_speed_m_s > 0.0 && self.campaign.reference_of(r).is_none();
         if let Some(index) = release.iter().position(missing) {
             return Err(self.no_reference(index));
         }
@@ -278,12 +276,17 @@ impl CampaignFile {
         if !is_not_negative(release.wind_speed_m_s) {
             return Err(self
                 .error_at(index, "wind_speed_m_s is negative or not a number")
-                .help("give 0 for wind off"));
+                .help("give 0 for wind off; dynamic_pressure_pa may stand in its place"));
         }
         if release.density_kg_m3.is_some_and(|density| !is_positive(density)) {
             return Err(self
                 .error_at(index, "density_kg_m3 is not a positive number")
                 .help("correct the entry, or leave it out where it is that of [air]"));
+        }
+        if let Some(name) = release.at.unusable_name() {
+            return Err(self
+                .error_at(index, format!("at.\"{name}\" cannot be a setting's name"))
+                .help("name it by letters, digits, _ and -, and unlike any other entry"));
         }
         let is_number = |value: &Value| !matches!(value, Value::Number(x) if !x.is_finite());
         if let Some((name, _)) = release.at.0.iter().find(|(_, value)| !is_number(value)) {

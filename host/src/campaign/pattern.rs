@@ -2,11 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 use yawrig_base::error::{Error, Result};
+use yawrig_core::derivatives::at::{At, Value};
 use yawrig_core::derivatives::plausible::ranges::speed_unit;
 use yawrig_shared::axis::Axis;
 
-/// Fields that a pattern may have; any other name stands for anything.
+/// Fields that a pattern may have, besides settings; any other name stands for anything.
 const FIELDS: [&str; 3] = ["spring", "wind", "axis"];
+/// What a field begins with that says a setting, as `{at.ride_height_mm}`.
+const SETTING: &str = "at.";
 
 #[derive(Clone, Debug, PartialEq)]
 enum Part {
@@ -26,6 +29,8 @@ pub struct Named {
     pub spring: Option<String>,
     pub axis: Option<Axis>,
     pub wind_speed_m_s: Option<f64>,
+    #[serde(default)]
+    pub at: At,
     /// Words that stand for an axis or a speed and are understood as none.
     pub unknown: Vec<String>,
 }
@@ -57,6 +62,14 @@ impl Pattern {
         let known = |part: &Part| matches!(part, Part::Field(f) if FIELDS.contains(&f.as_str()));
         if !parts.iter().any(known) {
             return fail("it has none of the fields {spring}, {wind} and {axis}");
+        }
+        let settings = parts.iter().filter_map(|part| match part {
+            Part::Field(field) => field.strip_prefix(SETTING),
+            Part::Text(_) => None,
+        });
+        let settings = At(settings.map(|name| (name.to_owned(), Value::Number(0.0))).collect());
+        if let Some(name) = settings.unusable_name() {
+            return fail(&format!("{name:?} cannot be a setting's name"));
         }
         Ok(Self { parts })
     }
@@ -119,9 +132,19 @@ impl Named {
                 Some(speed) => self.wind_speed_m_s = Some(speed),
                 None => self.unknown.push(value.to_owned()),
             },
-            _ => {}
+            _ => {
+                if let Some(name) = field.strip_prefix(SETTING) {
+                    self.at.0.insert(name.to_owned(), setting(value));
+                }
+            }
         }
     }
+}
+
+/// `40`, `-2,5` or a configuration's name.
+fn setting(word: &str) -> Value {
+    let number = word.replace(',', ".").parse().ok().filter(|x: &f64| x.is_finite());
+    number.map_or_else(|| Value::Text(word.to_owned()), Value::Number)
 }
 
 fn axis(word: &str) -> Option<Axis> {
@@ -176,6 +199,9 @@ mod tests {
             let speed = said(pattern, "K1_36kmh_mid.csv").unwrap().2.unwrap();
             assert!((speed - 10.0).abs() < 1e-12, "{pattern}: {speed}");
         }
+        let wings = Pattern::new("{spring}_{wind}_h{at.ride_height_mm}_{at.wing}.csv").unwrap();
+        let at = wings.named("K1_10_h-2,5_low.csv").unwrap().at;
+        assert_eq!(at.to_string(), "ride_height_mm -2.5, wing low");
         // A field may hold what stands between fields elsewhere.
         assert_eq!(
             said("{spring}_{wind}.txt", "soft_one_0.txt").unwrap().0.as_deref(),
@@ -189,7 +215,8 @@ mod tests {
 
     #[test]
     fn a_pattern_that_cannot_be_is_refused() {
-        for text in ["{spring", "{spring}{wind}.csv", "run{n}.csv", ""] {
+        let of_settings = ["{spring}_{at.spring}.csv", "{spring}_{at.ride,height}.csv"];
+        for text in ["{spring", "{spring}{wind}.csv", "run{n}.csv", ""].iter().chain(&of_settings) {
             assert!(Pattern::new(text).is_err(), "{text}");
         }
     }

@@ -106,21 +106,17 @@ impl Wanted {
             })?;
         let setting =
             if wind_speed_m_s == 0.0 { "off".to_owned() } else { wind_speed_m_s.to_string() };
+        let file = format!("{spring}-{axis}-{setting}.csv");
         campaign.release = vec![ReleaseEntry {
-            file: format!("{spring}-{axis}-{setting}.csv"),
-            spring_stiffness_n_per_m: stiffness,
             spring_stiffness_u_n_per_m: known
                 .filter(|r| r.spring_stiffness_n_per_m == stiffness)
                 .and_then(|r| r.spring_stiffness_u_n_per_m),
-            spring,
-            axis,
-            wind_speed_m_s,
             density_kg_m3: entry.as_ref().and_then(|e| e.density_kg_m3),
             at: entry.as_ref().map(|e| e.at.clone()).unwrap_or_default(),
             wind_speed_u_m_s: entry
                 .filter(|e| e.wind_speed_m_s == wind_speed_m_s)
                 .and_then(|e| e.wind_speed_u_m_s),
-            accept: Vec::new(),
+            ..ReleaseEntry::new(&file, (&spring, stiffness), axis, wind_speed_m_s)
         }];
         Ok(Some(Plan { campaign: self.changed(campaign, Some(axis))?, stays: true }))
     }

@@ -52,17 +52,10 @@ pub fn plan(rig: &Rig, wind_speed_m_s: f64, repeats: u32, seed: u64) -> Result<V
 
 /// The campaign file of these records.
 pub fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
-    let release = planned.iter().map(|record| ReleaseEntry {
-        file: record.file.clone(),
-        spring: record.condition.spring.name.to_owned(),
-        spring_stiffness_n_per_m: record.condition.spring.stiffness_n_per_m,
-        spring_stiffness_u_n_per_m: None,
-        axis: record.condition.axis,
-        wind_speed_m_s: record.condition.wind_speed_m_s,
-        wind_speed_u_m_s: None,
-        density_kg_m3: None,
-        at: Default::default(),
-        accept: Vec::new(),
+    let release = planned.iter().map(|record| {
+        let condition = &record.condition;
+        let spring = (condition.spring.name, condition.spring.stiffness_n_per_m);
+        ReleaseEntry::new(&record.file, spring, condition.axis, condition.wind_speed_m_s)
     });
     Campaign {
         schema_version: SCHEMA_VERSION,
@@ -73,7 +66,7 @@ pub fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
             frontal_area_m2: rig.model.frontal_area_m2,
             frontal_area_u_m2: None,
         },
-        air: AirEntry { density_kg_m3: rig.air_density_kg_m3, density_u_kg_m3: None },
+        air: AirEntry::of(rig.air_density_kg_m3),
         rig: RigEntry {
             spring_arm_m: rig.spring_arm_m,
             spring_arm_u_m: None,

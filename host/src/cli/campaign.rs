@@ -42,7 +42,9 @@ const EXAMPLE: &str = r#"A whole campaign.toml:
   spring = "K1"
   axis = "mid"
   wind_speed_m_s = 10.0
-  # density_kg_m3 = 1.18   # where it is not that of [air]
+  # density_kg_m3 = 1.18   # where it is not that of [air]; or temperature_deg_c
+                           # and pressure_pa; here and in [air]
+  # dynamic_pressure_pa = 60.0  # in place of wind_speed_m_s
   # at = { ride_height_mm = 40, wing = "low" }  # groups the derivatives
 
 Each number may have its standard uncertainty beside it, as length_u_m = 0.001
@@ -82,7 +84,8 @@ struct Init {
     /// The folder with the records
     folder: PathBuf,
     /// How the records are called, as "{spring}_V{wind}_{axis}_run{number}.csv": {wind} is a speed in m/s (in km/h as
-    /// {wind}kmh) or off, {axis} mid or front, {number} or any other name stands for anything; folders are parted by /
+    /// {wind}kmh) or off, {axis} mid or front, {at.ride_height_mm} a setting of that name, {number} or any other name stands for anything;
+    /// folders are parted by /
     #[arg(long, value_name = "PATTERN")]
     pattern: String,
     /// The file to write [default: campaign.toml in the folder]

@@ -46,7 +46,7 @@ use yawrig_core::record::Record;
 
 /// Natural frequency, damping and aerodynamic derivatives from a yawing wind-tunnel model.
 #[derive(Parser, Debug)]
-#[command(version, about)]
+#[command(version, about, max_term_width = 80)]
 pub struct Cli {
     #[command(subcommand)]
     pub verb: Verb,

@@ -123,6 +123,7 @@ fn release(made: &Made) -> ReleaseReport {
     let wind = made.condition.wind_speed_m_s;
     ReleaseReport {
         name: format!("{} {} axis, {wind} m/s", made.condition.spring.name, made.condition.axis),
+        condition: None,
         held_out: false,
         samples: made.trace.as_ref().map_or(0, |t| t.of),
         rate_hz: f64::from(yawrig_shared::window::SAMPLE_RATE_HZ),

@@ -3,6 +3,7 @@
 
 mod beside;
 pub mod charts;
+mod conditions;
 mod criticism;
 pub mod data;
 mod escape;
@@ -210,6 +211,9 @@ pub struct Beside {
 pub struct ReleaseReport {
     /// The record's file, or what the release was made under.
     pub name: String,
+    /// What a campaign says that it was made under.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub condition: Option<String>,
     pub held_out: bool,
     pub samples: usize,
     pub rate_hz: f64,

@@ -159,11 +159,18 @@ fn release(
             remarks: Vec::new(),
         },
     ];
-    let name = format!(
-        "{} ({}, {} axis, {} m/s)",
-        entry.file, entry.spring, entry.axis, entry.wind_speed_m_s
-    );
+    let mut condition =
+        format!("{}, {} axis, {} m/s", entry.spring, entry.axis, rounded(entry.wind_speed_m_s));
+    if !entry.at.is_empty() {
+        condition += &format!(", {}", entry.at);
+    }
+    let name = format!("{} ({condition})", entry.file);
     let numbers = TRACE_NUMBERS / diagnosed.decays.len();
-    let release = ReleaseReport { estimates, ..blank(name) };
+    let release = ReleaseReport { estimates, condition: Some(condition), ..blank(name) };
     Ok(drawn_release(&record, decay, &models, &models, numbers, release))
+}
+
+/// A wind speed as it is shown: one that was computed has no end of digits.
+fn rounded(speed_m_s: f64) -> f64 {
+    (speed_m_s * 1e3).round() / 1e3
 }

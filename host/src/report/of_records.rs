@@ -214,6 +214,7 @@ pub fn with_effects(model: &Fitted) -> String {
 pub(super) fn blank(name: String) -> ReleaseReport {
     ReleaseReport {
         name,
+        condition: None,
         held_out: false,
         samples: 0,
         rate_hz: 0.0,

@@ -2,6 +2,7 @@
 
 use super::beside;
 use super::charts::{self, Chart};
+use super::conditions;
 use super::escape::escaped;
 use super::table::table;
 use super::trust::{budget, doubts, springs};
@@ -246,7 +247,7 @@ fn releases(report: &Report) -> Result<String> {
     if all.is_empty() {
         return Ok(String::new());
     }
-    let mut out = table(&HEADER, 2, all.iter().flat_map(rows));
+    let mut out = conditions::pictures(all) + &table(&HEADER, 2, all.iter().flat_map(rows));
     let mut remarks: Vec<String> = Vec::new();
     for release in all {
         for text in release.estimates.iter().flat_map(|e| &e.remarks) {

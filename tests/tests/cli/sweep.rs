@@ -82,6 +82,29 @@ fn settings_group_the_derivatives() {
         assert!((ratio * 1.1 - 1.0).abs() < 1e-9, "{ratio}");
     }
 
+    // By temperature, pressure and a Pitot tube: dry air at 15 deg C and 101 325 Pa has 1.22499 kg/m3.
+    let by_gauges = std::fs::read_to_string(folder.join("low.toml"))
+        .expect("it")
+        .replace("density_kg_m3 = 1.2\n", "temperature_deg_c = 15.0\npressure_pa = 101325\n")
+        .replace("wind_speed_m_s = 10.0", "dynamic_pressure_pa = 61.2495");
+    std::fs::write(folder.join("gauges.toml"), &by_gauges).expect("room");
+    for (gauge, low) in points(folder, "gauges.toml").iter().zip(&low) {
+        let speed = gauge["wind_speed_m_s"].as_f64().expect("a speed");
+        assert!((speed - 10.0).abs() < 1e-4, "{speed}");
+        let ratio = cn_beta(gauge) / cn_beta(low) * 1.22499 / 1.2;
+        assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
+    }
+    for (more, says) in [
+        ("wind_speed_m_s = 10.0", "wind_speed_m_s is stated and dynamic_pressure_pa, too"),
+        ("density_kg_m3 = 1.2\ntemperature_deg_c = 20", "density_kg_m3 is stated and temperature"),
+        ("at = { \"a,b\" = 1 }", "at.\"a,b\" cannot be a setting's name"),
+        ("at = { spring = \"soft\" }", "at.\"spring\" cannot be"),
+    ] {
+        let twice = by_gauges.replacen("dynamic", &format!("{more}\ndynamic"), 1);
+        std::fs::write(folder.join("twice.toml"), twice).expect("room");
+        run(folder, "derivatives twice.toml").exits(3).says(says).says("line 17");
+    }
+
     let text = run(folder, "derivatives both.toml").exits(0).stdout;
     assert!(text.contains("At ride_height_mm 40, wing high:"), "{text}");
     let csv = run(folder, "derivatives both.toml --csv").exits(0).stdout;

@@ -4,6 +4,20 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
 
+/// Names that a release or a point of a table has already.
+const TAKEN: [&str; 10] = [
+    "method",
+    "file",
+    "spring",
+    "axis",
+    "wind_speed_m_s",
+    "density_kg_m3",
+    "reduced_frequency",
+    "flags",
+    "doubts",
+    "notes",
+];
+
 /// A setting's value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
@@ -28,6 +42,28 @@ impl At {
     /// Whether a wind-off release at this is the reference of one at `other`: nothing that it states is otherwise there.
     pub fn serves(&self, other: &Self) -> bool {
         self.0.iter().all(|(name, value)| other.0.get(name) == Some(value))
+    }
+
+    /// Of wind-off releases and what each was made under, the reference of one made under this: the one that serves it and
+    /// shares most of it, the first of such.
+    pub fn reference<'a, T>(&self, off: impl Iterator<Item = (T, &'a Self)>) -> Option<T> {
+        let serving = off.filter(|(_, at)| at.serves(self));
+        let more = |best: (T, &'a Self), next: (T, &'a Self)| {
+            if next.1 .0.len() > best.1 .0.len() {
+                next
+            } else {
+                best
+            }
+        };
+        serving.reduce(more).map(|(which, _)| which)
+    }
+
+    /// What cannot be the name of a setting: it becomes a column beside those that are there, and a key without quotes.
+    pub fn unusable_name(&self) -> Option<&str> {
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        let is_usable =
+            |name: &str| !name.is_empty() && name.chars().all(plain) && !TAKEN.contains(&name);
+        self.0.keys().map(String::as_str).find(|name| !is_usable(name))
     }
 
     /// The value of `name` as it is shown; empty where it is not stated.

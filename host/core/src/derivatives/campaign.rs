@@ -4,6 +4,7 @@
 //! it is taken as zero and said to be.
 
 use super::at::At;
+use super::condition::is_same_speed;
 use super::doubt::Kind;
 use crate::plan::Can;
 use serde::{Deserialize, Serialize};
@@ -68,11 +69,18 @@ pub struct ModelEntry {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AirEntry {
-    /// At the time of the wind-on releases.
+    /// At the time of the wind-on releases. Not a number where it follows from temperature and pressure.
+    #[serde(default = "not_said")]
     pub density_kg_m3: f64,
     /// Standard uncertainty of `density_kg_m3`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density_u_kg_m3: Option<f64>,
+    /// In place of the density, with `pressure_pa`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature_deg_c: Option<f64>,
+    /// Absolute, not reduced to sea level; in place of the density, with `temperature_deg_c`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pressure_pa: Option<f64>,
 }
 
 /// Lengths of the rig, and how well its clock is known.
@@ -128,14 +136,24 @@ pub struct ReleaseEntry {
     pub spring_stiffness_u_n_per_m: Option<f64>,
     /// The axis that the model turns about.
     pub axis: Axis,
-    /// 0: wind off.
+    /// 0: wind off. Not a number where it follows from `dynamic_pressure_pa`.
+    #[serde(default = "not_said")]
     pub wind_speed_m_s: f64,
     /// Standard uncertainty of `wind_speed_m_s`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wind_speed_u_m_s: Option<f64>,
+    /// In place of the wind's speed: what the tunnel's Pitot tube shows, half density times speed squared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub dynamic_pressure_pa: Option<f64>,
     /// Density of the air in this release, where it is not [`AirEntry::density_kg_m3`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density_kg_m3: Option<f64>,
+    /// In place of the density, with `pressure_pa` here or in [`AirEntry`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature_deg_c: Option<f64>,
+    /// Absolute; in place of the density, with `temperature_deg_c` here or in [`AirEntry`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pressure_pa: Option<f64>,
     /// What else it was made under, by name (`ride_height_mm`, `wing`); empty with the wind off where the reference
     /// serves every setting.
     #[serde(default, skip_serializing_if = "At::is_empty")]
@@ -143,4 +161,109 @@ pub struct ReleaseEntry {
     /// Doubts about it that were looked into and are not said any more.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub accept: Vec<Kind>,
+}
+
+/// Density of dry air, kg/m3, as an ideal gas; moist air is lighter, by 1 % at 30 deg C and 60 %.
+pub fn dry_air_density_kg_m3(temperature_deg_c: f64, pressure_pa: f64) -> f64 {
+    const GAS_CONSTANT_J_KG_K: f64 = 287.05;
+    pressure_pa / (GAS_CONSTANT_J_KG_K * (temperature_deg_c + 273.15))
+}
+
+impl AirEntry {
+    /// Air of this density, its uncertainty not stated.
+    pub fn of(density_kg_m3: f64) -> Self {
+        Self { density_kg_m3, density_u_kg_m3: None, temperature_deg_c: None, pressure_pa: None }
+    }
+}
+
+impl ReleaseEntry {
+    /// A release on `spring`, wind off at 0 m/s, with nothing else stated.
+    pub fn new(
+        file: &str,
+        (spring, spring_stiffness_n_per_m): (&str, f64),
+        axis: Axis,
+        wind_speed_m_s: f64,
+    ) -> Self {
+        Self {
+            file: file.to_owned(),
+            spring: spring.to_owned(),
+            spring_stiffness_n_per_m,
+            spring_stiffness_u_n_per_m: None,
+            axis,
+            wind_speed_m_s,
+            wind_speed_u_m_s: None,
+            dynamic_pressure_pa: None,
+            density_kg_m3: None,
+            temperature_deg_c: None,
+            pressure_pa: None,
+            at: At::default(),
+            accept: Vec::new(),
+        }
+    }
+
+    /// Whether `other` is a repeat of it: the same spring, axis, wind and settings.
+    pub fn is_repeat_of(&self, other: &Self) -> bool {
+        (&self.spring, self.axis, &self.at) == (&other.spring, other.axis, &other.at)
+            && is_same_speed(self.wind_speed_m_s, other.wind_speed_m_s)
+    }
+}
+
+impl Campaign {
+    /// Density of the air in a release.
+    pub fn density_kg_m3(&self, release: &ReleaseEntry) -> f64 {
+        release.density_kg_m3.unwrap_or(self.air.density_kg_m3)
+    }
+
+    /// What a wind-on release at `spring` and `axis` is held against: the settings of its wind-off reference.
+    pub fn reference_of(&self, release: &ReleaseEntry) -> Option<&At> {
+        let is_its = |off: &&ReleaseEntry| {
+            (&off.spring, off.axis, off.wind_speed_m_s) == (&release.spring, release.axis, 0.0)
+        };
+        let offs = self.release.iter().filter(is_its);
+        release.at.reference(offs.map(|off| (&off.at, &off.at)))
+    }
+
+    /// Fills in what is stated in another way: the stiffness by the spring's name, the density by temperature and
+    /// pressure, the wind's speed by its dynamic pressure. What is not stated at all stays not a number.
+    ///
+    /// # Errors
+    /// The release, none for the head, and the entry that is said in two ways or wants another one.
+    pub fn fill_in(&mut self) -> Result<(), (Option<usize>, String)> {
+        let density = |temperature: Option<f64>, pressure: Option<f64>| {
+            Some(dry_air_density_kg_m3(temperature?, pressure?))
+        };
+        let both = |entry: &str, other: &str| format!("{entry} is stated and {other}, too");
+        let air = &mut self.air;
+        let (temperature, pressure) = (air.temperature_deg_c.take(), air.pressure_pa.take());
+        if let Some(density) = density(temperature, pressure) {
+            if !self.air.density_kg_m3.is_nan() {
+                return Err((None, both("air.density_kg_m3", "temperature_deg_c, pressure_pa")));
+            }
+            self.air.density_kg_m3 = density;
+        }
+        for (index, entry) in self.release.iter_mut().enumerate() {
+            let fault = |what: String| (Some(index), what);
+            if entry.spring_stiffness_n_per_m.is_nan() {
+                let of_spring = self.stiffness_n_per_m.get(&entry.spring);
+                entry.spring_stiffness_n_per_m = of_spring.copied().unwrap_or(f64::NAN);
+            }
+            let own = [entry.temperature_deg_c.take(), entry.pressure_pa.take()];
+            if own.iter().any(Option::is_some) {
+                if entry.density_kg_m3.is_some() {
+                    return Err(fault(both("density_kg_m3", "temperature_deg_c or pressure_pa")));
+                }
+                let its = density(own[0].or(temperature), own[1].or(pressure));
+                let wanting = "temperature_deg_c and pressure_pa are both needed, here or in [air]";
+                entry.density_kg_m3 = Some(its.ok_or_else(|| fault(wanting.to_owned()))?);
+            }
+            if let Some(pressure) = entry.dynamic_pressure_pa.take() {
+                if !entry.wind_speed_m_s.is_nan() {
+                    return Err(fault(both("wind_speed_m_s", "dynamic_pressure_pa")));
+                }
+                let density = entry.density_kg_m3.unwrap_or(self.air.density_kg_m3);
+                entry.wind_speed_m_s = (2.0 * pressure / density).sqrt();
+            }
+        }
+        Ok(())
+    }
 }

@@ -23,17 +23,8 @@ use yawrig_shared::modal::Modal;
 /// use yawrig_core::quantity::Quantity;
 /// use yawrig_shared::axis::Axis;
 ///
-/// let release = |file: &str, wind_speed_m_s| ReleaseEntry {
-///     file: file.to_owned(),
-///     spring: "K4".to_owned(),
-///     spring_stiffness_n_per_m: 800.0,
-///     spring_stiffness_u_n_per_m: None,
-///     axis: Axis::Mid,
-///     wind_speed_m_s,
-///     wind_speed_u_m_s: None,
-///     density_kg_m3: None,
-///     at: Default::default(),
-///     accept: Vec::new(),
+/// let release = |file: &str, wind_speed_m_s| {
+///     ReleaseEntry::new(file, ("K4", 800.0), Axis::Mid, wind_speed_m_s)
 /// };
 /// let campaign = Campaign {
 ///     schema_version: SCHEMA_VERSION,
@@ -44,7 +35,7 @@ use yawrig_shared::modal::Modal;
 ///         frontal_area_m2: 0.05,
 ///         frontal_area_u_m2: None,
 ///     },
-///     air: AirEntry { density_kg_m3: 1.2, density_u_kg_m3: None },
+///     air: AirEntry::of(1.2),
 ///     rig: RigEntry {
 ///         spring_arm_m: 0.2,
 ///         spring_arm_u_m: None,

@@ -122,7 +122,7 @@ pub(crate) fn settings(campaign: &Campaign) -> Vec<Setting> {
         setting.releases.push(index);
         let count = setting.releases.len() as f64;
         setting.wind_speed_m_s += (speed - setting.wind_speed_m_s) / count;
-        let density = release.density_kg_m3.unwrap_or(air);
+        let density = campaign.density_kg_m3(release);
         setting.density_kg_m3 += (density - setting.density_kg_m3) / count;
         let u = release.wind_speed_u_m_s.unwrap_or(0.0);
         setting.wind_speed_u_m_s = setting.wind_speed_u_m_s.max(u);

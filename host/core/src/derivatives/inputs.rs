@@ -107,17 +107,13 @@ impl Layout {
                 .filter(|&i| conditions[i].at == like.at)
                 .min_by(|&i, &j| off(&conditions[i]).total_cmp(&off(&conditions[j])))
         };
-        // The reference that shares most of what the condition was made under.
         let pair = |on: usize| {
             let c = &conditions[on];
-            let is_its = |i: &usize| {
-                let off = &conditions[*i];
+            let is_its = |(_, off): &(usize, &Condition)| {
                 (&off.spring, off.axis, off.wind_speed_m_s) == (&c.spring, c.axis, 0.0)
-                    && off.at.serves(&c.at)
             };
-            let off =
-                (0..conditions.len()).filter(is_its).max_by_key(|&i| conditions[i].at.0.len());
-            Some(Pair { on, off: off? })
+            let offs = conditions.iter().enumerate().filter(is_its);
+            Some(Pair { on, off: c.at.reference(offs.map(|(i, off)| (i, &off.at)))? })
         };
         let places = (0..conditions.len())
             .filter(|&i| conditions[i].axis == Axis::Mid && conditions[i].wind_speed_m_s > 0.0)

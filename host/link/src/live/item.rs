@@ -50,6 +50,9 @@ pub struct Next {
     pub axis: Axis,
     pub wind_speed_m_s: f64,
     pub density_kg_m3: f64,
+    /// What else it is made under, as it is shown; mostly empty.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub at: String,
     /// Not known: the device gives no derivatives.
     pub inertia_kg_m2: Option<f64>,
     /// Its place in the campaign, from 1, and how many there are; one condition over and over has neither.
@@ -67,6 +70,9 @@ impl fmt::Display for Next {
         match self.wind_speed_m_s {
             0.0 => write!(f, "wind off")?,
             speed_m_s => write!(f, "wind {speed_m_s} m/s")?,
+        }
+        if !self.at.is_empty() {
+            write!(f, ", at {}", self.at)?;
         }
         if let Some([number, of]) = self.place {
             write!(f, " (release {number} of {of})")?;

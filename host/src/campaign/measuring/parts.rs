@@ -33,11 +33,20 @@ pub(super) fn condition(
     entry: &ReleaseEntry,
     inertia_kg_m2: Option<f64>,
 ) -> Condition {
-    let Campaign { model, air, .. } = campaign;
+    let model = &campaign.model;
+    // The device holds a wind-on release against the wind-off ones of its rig: what a reference was made under is of it.
+    let reference = match entry.wind_speed_m_s {
+        0.0 => &entry.at,
+        _ => campaign.reference_of(entry).unwrap_or(&entry.at),
+    };
+    let mounted = match reference.is_empty() {
+        true => entry.spring.clone(),
+        false => format!("{}, {reference}", entry.spring),
+    };
     Condition {
-        rig: rig_id(&entry.spring, entry.axis.name()),
+        rig: rig_id(&mounted, entry.axis.name()),
         wind: Wind {
-            density_kg_m3: entry.density_kg_m3.unwrap_or(air.density_kg_m3),
+            density_kg_m3: campaign.density_kg_m3(entry),
             speed_m_s: entry.wind_speed_m_s,
         },
         model: Model { length_m: model.length_m, frontal_area_m2: model.frontal_area_m2 },

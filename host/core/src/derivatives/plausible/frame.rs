@@ -128,8 +128,7 @@ impl Frame {
                 frame.ats.push(entry.at.clone());
                 frame.ats.len() - 1
             });
-            let density_ratio =
-                entry.density_kg_m3.unwrap_or(air.density_kg_m3) / air.density_kg_m3;
+            let density_ratio = campaign.density_kg_m3(entry) / air.density_kg_m3;
             let (wn, zeta) = (found.natural_frequency_rad_s, found.damping_ratio);
             frame.nodes.push(Node {
                 release,
@@ -181,11 +180,10 @@ impl Frame {
 
     /// The wind-off group that a wind-on one is held against.
     fn reference<'a>(&self, groups: &'a [Group], on: &Group) -> Option<&'a Group> {
-        let is_its = |off: &&Group| {
-            (off.axis, off.spring, off.speed_m_s) == (on.axis, on.spring, 0.0)
-                && self.ats[off.at].serves(&self.ats[on.at])
-        };
-        groups.iter().filter(is_its).max_by_key(|off| self.ats[off.at].0.len())
+        let is_its =
+            |off: &&Group| (off.axis, off.spring, off.speed_m_s) == (on.axis, on.spring, 0.0);
+        let offs = groups.iter().filter(is_its).map(|off| (off, &self.ats[off.at]));
+        self.ats[on.at].reference(offs)
     }
 
     /// The line that most springs are on.
