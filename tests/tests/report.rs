@@ -6,7 +6,9 @@ use yawrig_tests::browser::{Browser, Window};
 use yawrig_tests::process::yawrig;
 
 const MOST_BYTES: u64 = 5_000_000;
-const WINDOWS: [Window; 4] = [
+const WINDOWS: [Window; 6] = [
+    Window { width: 390, height: 844, is_dark: false },
+    Window { width: 800, height: 1000, is_dark: false },
     Window { width: 1280, height: 720, is_dark: false },
     Window { width: 1280, height: 720, is_dark: true },
     Window { width: 1920, height: 1080, is_dark: false },
@@ -53,6 +55,15 @@ fn looked_at(page: &Path, words: &[&str], plots: u64) {
             browser.picture(&Path::new(&folder).join(file));
         }
     }
+    // A drawing is saved as an image, two pixels for each of its own.
+    browser.value(
+        "(() => { URL.createObjectURL = (blob) => { createImageBitmap(blob).then((i) => { window.saved = [blob.type, i.width]; }); \
+         return '#'; }; document.querySelector('button.save').click(); })()",
+    );
+    browser.wait("!!window.saved");
+    let width = "2 * document.querySelector('button.save').parentElement.querySelector('svg').viewBox.baseVal.width";
+    let width = browser.value(width);
+    assert_eq!(browser.value("window.saved"), json!(["image/png", width]), "{name}");
     browser.is_clean("file://");
 }
 
@@ -108,6 +119,9 @@ fn of_a_campaign() {
     holds(folder, "campaign.html", &printed);
     assert_eq!(printed["releases"].as_array().map(Vec::len), Some(32));
     assert_eq!(printed["points"].as_array().map(Vec::len), Some(8));
+    let page = std::fs::read_to_string(folder.join("campaign.html")).expect("a page");
+    // A picture of each condition.
+    assert_eq!(page.matches("<b>K5, ").count(), 4);
     looked_at(&folder.join("campaign.html"), &["combined damping derivative", "mechanical"], 2);
 }
 

@@ -234,6 +234,6 @@ fn fifty_sound_campaigns_are_neither_refused_nor_doubted() {
 
 #[test]
 fn four_hundred_others_at_full_size() {
-    let (refused, doubtful) = judged(10_000, 400);
+    let (refused, doubtful) = judged(20_000, 400);
     assert!(refused == 0 && doubtful <= 16, "{refused} refused, {doubtful} doubted");
 }

@@ -66,8 +66,16 @@ fn picture(name: &str, releases: &[&ReleaseReport], most: usize) -> String {
     format!(
         "<figure><svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{name}\">\
          <path d=\"M0 {0}H{WIDTH}\"/>{lines}</svg>\
-         <figcaption><b>{name}</b>{repeats}: {largest_deg:.3} deg, {last_s:.4} s{worst}</figcaption></figure>\n",
+         <figcaption><b>{name}</b>{repeats}: {1} deg, {2} s{worst}</figcaption></figure>\n",
         0.5 * HEIGHT,
+        digits(largest_deg),
+        digits(last_s),
         name = escaped(name),
     )
+}
+
+/// Three of them.
+fn digits(x: f64) -> String {
+    let decimals = (2.0 - x.abs().max(1e-9).log10().floor()).clamp(0.0, 9.0);
+    format!("{x:.0$}", decimals as usize)
 }

@@ -248,7 +248,8 @@ fn releases(report: &Report) -> Result<String> {
         return Ok(String::new());
     }
     let mut out = conditions::pictures(all) + &table(&HEADER, 2, all.iter().flat_map(rows));
-    let mut remarks: Vec<String> = Vec::new();
+    // Each remark once, with all that it is about.
+    let mut remarks: Vec<(&String, Vec<String>)> = Vec::new();
     for release in all {
         for text in release.estimates.iter().flat_map(|e| &e.remarks) {
             let say_so: Vec<&str> = (release.estimates.iter())
@@ -259,14 +260,19 @@ fn releases(report: &Report) -> Result<String> {
                 true => release.name.clone(),
                 false => format!("{}, {}", release.name, say_so.join(" and ")),
             };
-            let remark = format!("<li>{}: {}</li>", escaped(&whose), escaped(text));
-            if !remarks.contains(&remark) {
-                remarks.push(remark);
+            match remarks.iter_mut().find(|(known, _)| *known == text) {
+                Some((_, about)) if about.contains(&whose) => {}
+                Some((_, about)) => about.push(whose),
+                None => remarks.push((text, vec![whose])),
             }
         }
     }
     if !remarks.is_empty() {
-        let _ = writeln!(out, "<ul class=\"note\">{}</ul>", remarks.concat());
+        let item = |(text, about): &(&String, Vec<String>)| {
+            format!("<li>{}: {}</li>", escaped(text), escaped(&about.join("; ")))
+        };
+        let items: String = remarks.iter().map(item).collect();
+        let _ = writeln!(out, "<ul class=\"note\">{items}</ul>");
     }
     // The release with the largest residual over noise is unfolded.
     let over = |r: &ReleaseReport| r.residual_over_noise.last().copied().unwrap_or(0.0);

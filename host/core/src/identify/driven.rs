@@ -22,7 +22,8 @@ const FEWEST_POINTS: usize = 6;
 /// A rise from the least amplitude so far: beats rise again, what is pushed, too.
 const RISES: f64 = 1.15;
 /// The share of the amplitude at the release that has to be reached, and the one above which no rise is allowed for some
-/// time more, in times that this takes: two modes that beat have risen again by then.
+/// time more, in times that this takes: two equal modes beat as the size of a cosine does, which is down to a half at 60
+/// degrees and up to a quarter again at 104.5, 1.74 times that.
 const FALLS_TO: f64 = 0.5;
 const RETURNS_TO: f64 = 0.25;
 const RETURNS_AFTER: f64 = 1.8;
