@@ -195,7 +195,7 @@ pub fn to_log(
         .map(|(file, _)| named(file))
         .collect();
     if !stale.is_empty() {
-        without(out, &stale)?;
+        without(out, log, &stale)?;
         log = locked(out)?;
     }
     log.seek(std::io::SeekFrom::End(0)).map_err(|e| files::cannot_write(out, &e))?;
@@ -225,15 +225,19 @@ fn locked(out: &Path) -> Result<File> {
     })
 }
 
-/// Takes the lines of these files out of `out`, which is whole at every instant.
-fn without(out: &Path, stale: &[u64]) -> Result<()> {
+/// Takes the lines of these files out of `out`, which is whole at every instant and was locked by `log`.
+fn without(out: &Path, log: File, stale: &[u64]) -> Result<()> {
     let old = std::fs::read(out).map_err(|e| files::cannot_write(out, &e))?;
     let is_kept = |line: &&[u8]| {
         let named: Option<Named> = serde_json::from_slice(line).ok();
         named.is_none_or(|named| !stale.contains(&fingerprint(&named.file)))
     };
     let kept: Vec<&[u8]> = old.split_inclusive(|b| *b == b'\n').filter(is_kept).collect();
-    files::write_atomically(out, &kept.concat())
+    // What Windows does not replace is a file that is open.
+    let open = (!cfg!(windows)).then_some(log);
+    files::write_atomically(out, &kept.concat())?;
+    drop(open);
+    Ok(())
 }
 
 /// One line of JSON, its end included.

@@ -21,10 +21,8 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Exit};
 use yawrig_link::bench::{Bench, Target};
+use yawrig_link::image;
 use yawrig_link::port;
-
-/// A folder for each board that an image can be built for, where this program was built.
-const BOARDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/boards");
 
 /// Result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -81,7 +79,9 @@ pub fn device(path: &str) -> Vec<Check> {
             }
             let found = format!("{found}; this program is {ours}");
             let board = identity.board.as_str();
-            let command = match !board.is_empty() && Path::new(BOARDS).join(board).is_dir() {
+            let is_there =
+                |boards: &str| !board.is_empty() && Path::new(boards).join(board).is_dir();
+            let command = match image::SOURCES.is_some_and(is_there) {
                 true => format!("firmware/boards/build {board}"),
                 false => "yawrig --version".to_owned(),
             };
