@@ -1,17 +1,17 @@
 //! Many records: on all cores, in memory that does not grow with their number, resumable. A stored answer says what it
 //! came from; where record, options or program are others now, it is made again.
 
-use nix::fcntl::{Flock, FlockArg};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
-use std::fs::{File, OpenOptions};
-use std::io::{BufRead, BufReader, Write};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_base::interrupt;
+use yawrig_base::lock;
 use yawrig_core::identify::{identify, Identification, Method, Settings};
 use yawrig_core::record::Record;
 use yawrig_records::place;
@@ -180,7 +180,7 @@ pub fn to_log(
         return Err(files::cannot_write(out, &"it is not a file"));
     }
     let mut log = locked(out)?;
-    let done = finished(out)?;
+    let done = finished(out, &log)?;
     let source = |file: &PathBuf| interrupt::check().map(|()| Source::of(file, &options));
     let sources: Vec<Option<Source>> = files.par_iter().map(source).collect::<Result<_>>()?;
     let named = |file: &PathBuf| fingerprint(&file.display().to_string());
@@ -195,9 +195,10 @@ pub fn to_log(
         .map(|(file, _)| named(file))
         .collect();
     if !stale.is_empty() {
-        without(out, &stale)?;
+        without(out, log, &stale)?;
         log = locked(out)?;
     }
+    log.seek(std::io::SeekFrom::End(0)).map_err(|e| files::cannot_write(out, &e))?;
     let tally = Tally { stale: stale.len(), ..Tally::default() };
     let state = Mutex::new((log, tally));
     files.par_iter().zip(&sources).try_for_each(|(file, source)| {
@@ -216,31 +217,27 @@ pub fn to_log(
     Ok(state.into_inner().unwrap_or_else(|e| e.into_inner()).1)
 }
 
-/// `out` to append to, until it is dropped this process's alone.
-fn locked(out: &Path) -> Result<Flock<File>> {
-    let log = OpenOptions::new()
-        .create(true)
-        .append(true)
-        .open(out)
-        .map_err(|e| files::cannot_write(out, &e))?;
-    Flock::lock(log, FlockArg::LockExclusiveNonblock).map_err(|(_, e)| match e {
-        nix::errno::Errno::EWOULDBLOCK => {
-            Error::data(format!("{} is being written by another yawrig", out.display()))
-                .help("wait for it to end, or give --out another file")
-        }
-        e => files::cannot_write(out, &e),
+/// `out`, until it is dropped this process's alone.
+fn locked(out: &Path) -> Result<File> {
+    lock::open(out).map_err(|e| files::cannot_write(out, &e))?.ok_or_else(|| {
+        Error::data(format!("{} is being written by another yawrig", out.display()))
+            .help("wait for it to end, or give --out another file")
     })
 }
 
-/// Takes the lines of these files out of `out`, which is whole at every instant.
-fn without(out: &Path, stale: &[u64]) -> Result<()> {
+/// Takes the lines of these files out of `out`, which is whole at every instant and was locked by `log`.
+fn without(out: &Path, log: File, stale: &[u64]) -> Result<()> {
     let old = std::fs::read(out).map_err(|e| files::cannot_write(out, &e))?;
     let is_kept = |line: &&[u8]| {
         let named: Option<Named> = serde_json::from_slice(line).ok();
         named.is_none_or(|named| !stale.contains(&fingerprint(&named.file)))
     };
     let kept: Vec<&[u8]> = old.split_inclusive(|b| *b == b'\n').filter(is_kept).collect();
-    files::write_atomically(out, &kept.concat())
+    // What Windows does not replace is a file that is open.
+    let open = (!cfg!(windows)).then_some(log);
+    files::write_atomically(out, &kept.concat())?;
+    drop(open);
+    Ok(())
 }
 
 /// One line of JSON, its end included.
@@ -264,9 +261,8 @@ struct Named {
 
 /// The files that have a whole line in `out` and what it came from, by fingerprints: sixteen bytes each whatever their
 /// names. A last line without an end, left by a power cut, is taken off.
-fn finished(out: &Path) -> Result<HashMap<u64, u64>> {
+fn finished(out: &Path, log: &File) -> Result<HashMap<u64, u64>> {
     let mut done = HashMap::new();
-    let log = File::open(out).map_err(|e| files::cannot_write(out, &e))?;
     let fail = |e: &dyn std::fmt::Display| Error::data(format!("{}: {e}", out.display()));
     let mut reader = BufReader::new(log);
     let (mut text, mut whole, mut number) = (Vec::new(), 0u64, 0);
@@ -280,7 +276,6 @@ fn finished(out: &Path) -> Result<HashMap<u64, u64>> {
             if !text.starts_with(&LINE_START[..text.len().min(LINE_START.len())]) {
                 return Err(foreign());
             }
-            let log = OpenOptions::new().write(true).open(out).map_err(|e| fail(&e))?;
             log.set_len(whole).map_err(|e| fail(&e))?;
             break;
         }

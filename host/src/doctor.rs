@@ -1,16 +1,28 @@
 //! What is wrong with a port, or with this machine, and one command that puts it right.
 
-use nix::unistd::{access, AccessFlags};
+#[cfg(unix)]
+mod port_file;
+/// Elsewhere a port is no file: it is opened, and what that says is all there is.
+#[cfg(not(unix))]
+mod port_file {
+    use std::path::Path;
+
+    pub fn closed(_: &Path) -> Option<(String, String)> {
+        None
+    }
+
+    pub fn holders(_: &Path) -> Vec<(u32, String)> {
+        Vec::new()
+    }
+}
+
+use port_file::{closed, holders};
 use serde::Serialize;
-use std::fs;
-use std::os::unix::fs::{FileTypeExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Exit};
 use yawrig_link::bench::{Bench, Target};
+use yawrig_link::image;
 use yawrig_link::port;
-
-/// A folder for each board that an image can be built for, where this program was built.
-const BOARDS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/boards");
 
 /// Result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -51,92 +63,10 @@ impl Check {
     }
 }
 
-/// A program that has a file open.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Holder {
-    pub process: u32,
-    pub name: String,
-}
-
-/// The programs that have `path` open, as far as this user may see them.
-pub fn holders(path: &Path) -> Vec<Holder> {
-    let Ok(path) = path.canonicalize() else { return Vec::new() };
-    let Ok(processes) = fs::read_dir("/proc") else { return Vec::new() };
-    let own = std::process::id();
-    let numbers = processes.flatten().filter_map(|e| e.file_name().to_str()?.parse().ok());
-    let holds = |process: &u32| {
-        fs::read_dir(format!("/proc/{process}/fd")).is_ok_and(|files| {
-            files.flatten().any(|file| fs::read_link(file.path()).is_ok_and(|to| to == path))
-        })
-    };
-    let named = |process: u32| {
-        let name = fs::read_to_string(format!("/proc/{process}/comm")).unwrap_or_default();
-        Holder { process, name: name.trim().to_owned() }
-    };
-    let found = numbers.filter(|process| *process != own).filter(holds).map(named);
-    let mut found: Vec<Holder> = found.collect();
-    // The maker of a pseudo-terminal has it open, too; its user has locked it: lockers come first.
-    let lockers = lockers(&path);
-    found.sort_by_key(|holder| !lockers.contains(&holder.process));
-    found
-}
-
-/// The processes that have locked a file, as serial programs do.
-fn lockers(path: &Path) -> Vec<u32> {
-    let Ok(inode) = fs::metadata(path).map(|meta| meta.ino()) else { return Vec::new() };
-    let locks = fs::read_to_string("/proc/locks").unwrap_or_default();
-    // `1: FLOCK  ADVISORY  WRITE 4711 00:1b:7 0 EOF`
-    let holder = |line: &str| {
-        let mut fields = line.split_whitespace().skip(1);
-        let is_flock = fields.next()? == "FLOCK";
-        let process = fields.nth(2)?.parse().ok()?;
-        let of: u64 = fields.next()?.rsplit(':').next()?.parse().ok()?;
-        (is_flock && of == inode).then_some(process)
-    };
-    locks.lines().filter_map(holder).collect()
-}
-
-/// What can be said of a port without opening it; none where it may be opened.
-fn closed(path: &Path) -> Option<Check> {
-    let check = path.display().to_string();
-    let Ok(meta) = fs::metadata(path) else {
-        return Some(Check::wrong(&check, "there is no such port", "yawrig ports"));
-    };
-    if !meta.file_type().is_char_device() {
-        return Some(Check::wrong(&check, "it is not a serial port", "yawrig ports"));
-    }
-    if access(path, AccessFlags::R_OK | AccessFlags::W_OK).is_err() {
-        let group = group_name(meta.gid());
-        let shared = meta.mode() & 0o060 == 0o060 && meta.gid() != 0;
-        return Some(match group {
-            Some(group) if shared => Check::wrong(
-                &check,
-                format!("you may not open it: it is for the group {group}; that counts from your next login on"),
-                format!("sudo usermod -aG {group} $USER"),
-            ),
-            _ => Check::wrong(
-                &check,
-                format!("you may not open it (mode {:o})", meta.mode() & 0o777),
-                format!("sudo chmod a+rw {check}"),
-            ),
-        });
-    }
-    None
-}
-
-fn group_name(group: u32) -> Option<String> {
-    let groups = fs::read_to_string("/etc/group").ok()?;
-    groups.lines().find_map(|line| {
-        let mut fields = line.split(':');
-        let name = fields.next()?;
-        (fields.nth(1)?.parse() == Ok(group)).then(|| name.to_owned())
-    })
-}
-
 /// Looks at a port and at what is behind it. A device is asked who it is and nothing else.
 pub fn device(path: &str) -> Vec<Check> {
-    if let Some(check) = closed(Path::new(path)) {
-        return vec![check];
+    if let Some((found, command)) = closed(Path::new(path)).filter(|_| !port::is_socket(path)) {
+        return vec![Check::wrong(path, found, command)];
     }
     let found = Bench::open(&Target::Port(path.to_owned()))
         .and_then(|mut bench| bench.client.status().map(|_| bench.client.identity.clone()));
@@ -149,7 +79,9 @@ pub fn device(path: &str) -> Vec<Check> {
             }
             let found = format!("{found}; this program is {ours}");
             let board = identity.board.as_str();
-            let command = match !board.is_empty() && Path::new(BOARDS).join(board).is_dir() {
+            let is_there =
+                |boards: &str| !board.is_empty() && Path::new(boards).join(board).is_dir();
+            let command = match image::SOURCES.is_some_and(is_there) {
                 true => format!("firmware/boards/build {board}"),
                 false => "yawrig --version".to_owned(),
             };
@@ -159,16 +91,18 @@ pub fn device(path: &str) -> Vec<Check> {
     };
     let holders = holders(Path::new(path));
     let check = match &holders[..] {
-        [first, ..] if error.message.contains("another program") => Check::wrong(
+        [(process, name), ..] if error.message.contains("another program") => Check::wrong(
             path,
-            format!("{} (process {}) has it open", first.name, first.process),
-            format!("kill {}", first.process),
+            format!("{name} (process {process}) has it open"),
+            format!("kill {process}"),
         ),
-        [] if error.message.contains("another program") => Check::wrong(
-            path,
-            "a program of another user has it open",
-            format!("sudo fuser -v {path}"),
-        ),
+        [] if cfg!(unix) && !port::is_socket(path) && error.message.contains("another program") => {
+            Check::wrong(
+                path,
+                "a program of another user has it open",
+                format!("sudo fuser -v {path}"),
+            )
+        }
         _ => {
             let command = error.help.split('`').nth(1).map_or("yawrig ports", |command| command);
             Check::wrong(path, format!("{}; {}", error.message, error.help), command)
@@ -186,23 +120,32 @@ pub fn machine() -> Vec<Check> {
         }
         Ok(ports) => checks.extend(ports.iter().map(|port| {
             let path = Path::new(&port.path);
-            if let Some(check) = closed(path) {
-                return check;
+            if let Some((found, command)) = closed(path) {
+                return Check::wrong(&port.path, found, command);
             }
             match holders(path).first() {
-                Some(holder) => Check::wrong(
+                Some((process, name)) => Check::wrong(
                     &port.path,
-                    format!("{} (process {}) has it open", holder.name, holder.process),
-                    format!("kill {}", holder.process),
+                    format!("{name} (process {process}) has it open"),
+                    format!("kill {process}"),
                 ),
-                None => Check::well(&port.path, format!("{}, free", port.description)),
+                None if cfg!(unix) => {
+                    Check::well(&port.path, format!("{}, free", port.description))
+                }
+                None => Check::well(&port.path, &port.description),
             }
         })),
-        Err(error) => checks.push(Check::wrong("serial ports", error.message, "ls -l /dev/tty*")),
+        Err(error) => checks.push(Check::wrong("serial ports", error.message, "yawrig ports")),
     }
-    checks.push(tool("qemu-system-arm", "--device qemu", "sudo apt-get install qemu-system-arm"));
-    checks.push(toolchain());
-    checks.push(tool("chromium", "the tests of the web page", "sudo apt-get install chromium"));
+    if cfg!(unix) {
+        checks.push(tool(
+            "qemu-system-arm",
+            "--device qemu",
+            "sudo apt-get install qemu-system-arm",
+        ));
+        checks.push(toolchain());
+        checks.push(tool("chromium", "the tests of the web page", "sudo apt-get install chromium"));
+    }
     // No port was named: a blocked one is no error.
     for check in checks.iter_mut().filter(|check| check.state == State::Wrong) {
         check.state = State::Missing;

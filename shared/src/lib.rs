@@ -6,6 +6,11 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+// Its example is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
+
 pub mod axis;
 pub mod blob;
 pub mod checksum;

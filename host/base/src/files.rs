@@ -73,8 +73,15 @@ pub fn write_atomically_with(
     buffer.flush().map_err(fail)?;
     drop(buffer);
     file.as_file().sync_all().map_err(fail)?;
-    let permissions = std::os::unix::fs::PermissionsExt::from_mode(0o644);
-    file.as_file().set_permissions(permissions).map_err(fail)?;
-    file.persist(path).map_err(|e| fail(e.error))?;
-    Ok(())
+    #[cfg(unix)]
+    {
+        let permissions = std::os::unix::fs::PermissionsExt::from_mode(0o644);
+        file.as_file().set_permissions(permissions).map_err(fail)?;
+    }
+    // Not `persist`, which on Windows does not replace a file that somebody reads.
+    let written = file.into_temp_path().keep().map_err(|e| fail(e.error))?;
+    std::fs::rename(&written, path).map_err(|e| {
+        let _ = std::fs::remove_file(&written);
+        fail(e)
+    })
 }

@@ -1,7 +1,8 @@
-//! What every crate of the host that touches the outside shares: an error as the user sees it, files written whole, and
-//! Ctrl-C.
+//! What every crate of the host that touches the outside shares: an error as the user sees it, files written whole or by
+//! one at a time, and Ctrl-C.
 #![forbid(unsafe_code)]
 
 pub mod error;
 pub mod files;
 pub mod interrupt;
+pub mod lock;

@@ -5,6 +5,7 @@ use crate::emulated;
 use crate::hub::Hub;
 pub use crate::hub::Potentiometer;
 use crate::port::{self, PortInfo, UsbId};
+#[cfg(unix)]
 use crate::qemu;
 use std::convert::Infallible;
 use std::str::FromStr;
@@ -68,6 +69,12 @@ impl Bench {
                 let (device, potentiometer) = emulated::start();
                 (Hub::start(device)?, Box::new(potentiometer))
             }
+            #[cfg(not(unix))]
+            Target::Qemu => {
+                return Err(Error::usage("--device qemu is for Unix systems only")
+                    .help("use --device emulated, the same logic in this process"));
+            }
+            #[cfg(unix)]
             Target::Qemu => {
                 let (board, potentiometer) = qemu::start()?;
                 (Hub::start(board)?, Box::new(potentiometer))
@@ -106,9 +113,9 @@ impl Bench {
     }
 
     /// Whether the device may be plugged in again: not one of this program, nor of another, whose
-    /// pseudo-terminal goes with it.
+    /// terminal goes with it.
     pub fn may_come_back(&self) -> bool {
-        self.hub.is_none() && !self.client.path().starts_with("/dev/pts/")
+        self.hub.is_none() && !port::is_of_a_program(self.client.path())
     }
 
     /// The terminal by which another shell can follow this device.

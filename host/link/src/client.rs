@@ -10,10 +10,9 @@ mod reading;
 use crate::events::Events;
 use crate::port;
 use reading::{passing, read, Incoming};
-use serialport::TTYPort;
 use std::cmp::Ordering;
 use std::collections::VecDeque;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::sync::atomic::{self, AtomicBool};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::sync::Arc;
@@ -59,7 +58,7 @@ pub struct Identity {
 /// One end of the link.
 pub struct Client {
     path: String,
-    port: TTYPort,
+    port: Box<dyn Write + Send>,
     incoming: Receiver<Incoming>,
     events: Events,
     /// Of the stream, where this client has asked for it.
@@ -87,9 +86,7 @@ impl Client {
     /// # Errors
     /// Exit 4: no such port, busy, forbidden, another protocol; exit 7: nobody answers.
     pub fn open(path: &str) -> Result<Self> {
-        let port = port::open(path)?;
-        let fail = |e: &dyn std::fmt::Display| Error::device(format!("port {path} failed: {e}"));
-        let reading = port.try_clone_native().map_err(|e| fail(&e))?;
+        let (reading, port) = port::open(path)?;
         let (sender, incoming) = mpsc::channel();
         let stop = Arc::new(AtomicBool::new(false));
         let bytes = Arc::new(std::sync::atomic::AtomicU64::new(0));
@@ -136,6 +133,10 @@ impl Client {
                 self.path
             ))
             .help("choose another port (`yawrig ports`) or write yawrig's firmware to the board"),
+            LinkError::Gone(_) if self.bytes() == 0 && port::is_socket(&self.path) => {
+                Error::device(format!("cannot open port {}: another program has it open", self.path))
+                    .help("close that program")
+            }
             other => self.explain(other, "its name"),
         })?;
         if body.is_empty() {
@@ -291,8 +292,7 @@ impl Client {
         frame: &Encoded,
         patience: Duration,
     ) -> std::result::Result<Vec<u8>, LinkError> {
-        let is_program = self.path.starts_with("/dev/pts/");
-        for _ in 0..if is_program { TRIES_OF_A_PROGRAM } else { TRIES } {
+        for _ in 0..if port::is_of_a_program(&self.path) { TRIES_OF_A_PROGRAM } else { TRIES } {
             self.send(frame)?;
             let deadline = Instant::now() + patience;
             while let Some(left) = deadline.checked_duration_since(Instant::now()) {
@@ -313,8 +313,11 @@ impl Client {
         let mut left: &[u8] = frame;
         let deadline = Instant::now() + ANSWER;
         while !left.is_empty() {
-            match self.port.write(left) {
-                Ok(0) => return Err(LinkError::Gone("nothing more can be written".into())),
+            // By 0 Windows says that the port takes nothing for the moment.
+            match self.port.write(left).and_then(|n| match n {
+                0 => Err(ErrorKind::TimedOut.into()),
+                n => Ok(n),
+            }) {
                 Ok(n) => left = &left[n..],
                 Err(e) if passing(&e) && Instant::now() < deadline => {}
                 Err(e) if passing(&e) => {

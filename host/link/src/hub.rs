@@ -1,4 +1,4 @@
-//! One emulated device behind two pseudo-terminals: one for this program, one for any other.
+//! One emulated device behind two terminals: one for this program, one for any other.
 //!
 //! Everything the device says goes to both; whole frames from either go to the device.
 
@@ -39,7 +39,14 @@ pub struct Hub {
 
 impl Hub {
     pub fn start(side: impl Side) -> Result<Self> {
-        let (own, shared) = (Terminal::new()?, Terminal::new()?);
+        Self::between(side, Terminal::new()?, Terminal::new()?)
+    }
+
+    /// Between the device and these terminals.
+    ///
+    /// # Errors
+    /// Exit 1 where the system gives no thread.
+    pub fn between(side: impl Side, own: Terminal, shared: Terminal) -> Result<Self> {
         let (own_path, shared_path) = (own.path().to_owned(), shared.path().to_owned());
         let stop = Arc::new(AtomicBool::new(false));
         let thread = {

@@ -1,11 +1,11 @@
-//! The keys a device is locked with: ed25519, the private one in a file that only its owner may read.
+//! The keys a device is locked with: ed25519, the private one in a file that only its owner may read (on Windows those
+//! who may read its folder).
 
 use crate::client::{Client, LinkError};
 use ed25519_compact::{KeyPair, PublicKey, Seed};
 use rand::TryRngCore;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_shared::wire::{
@@ -40,15 +40,17 @@ pub fn generate(path: &Path) -> Result<[u8; 32]> {
     rand::rngs::OsRng
         .try_fill_bytes(&mut seed)
         .map_err(|e| Error::internal(format!("the system gives no random numbers: {e}")))?;
-    let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(path).map_err(
-        |e| match e.kind() {
-            ErrorKind::AlreadyExists => {
-                Error::data(format!("{} exists, and a key is never overwritten", path.display()))
-                    .help("choose another name; with the old key gone its devices stay locked")
-            }
-            _ => yawrig_base::files::cannot_write(path, &e),
-        },
-    )?;
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let mut file = options.open(path).map_err(|e| match e.kind() {
+        ErrorKind::AlreadyExists => {
+            Error::data(format!("{} exists, and a key is never overwritten", path.display()))
+                .help("choose another name; with the old key gone its devices stay locked")
+        }
+        _ => yawrig_base::files::cannot_write(path, &e),
+    })?;
     let text = format!("{KIND}\n{}\n", hex(&seed));
     file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).map_err(|e| {
         // Half a key is none.
@@ -151,14 +153,18 @@ fn why(client: &Client, error: LinkError) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::os::unix::fs::PermissionsExt;
 
     #[test]
     fn a_key_is_its_owner_s_and_stays() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("key.txt");
         let made = generate(&path).unwrap();
-        assert_eq!(std::fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            let permissions = std::fs::metadata(&path).unwrap().permissions();
+            assert_eq!(permissions.mode() & 0o777, 0o600);
+        }
         assert_eq!(*read(&path).unwrap().pk, made);
         assert_eq!(public(path.to_str().unwrap()).unwrap(), made);
         assert_eq!(public(&hex(&made)).unwrap(), made);

@@ -15,6 +15,10 @@ pub mod image;
 pub mod key;
 pub mod live;
 pub mod port;
+#[cfg(unix)]
+mod pty;
+#[cfg(unix)]
 pub mod qemu;
 pub mod replay;
+mod socket;
 pub mod terminal;

@@ -1,11 +1,8 @@
 //! Opening a serial port, and saying what is wrong with one that does not open.
 
-use nix::fcntl::OFlag;
-use nix::sys::termios::{tcgetattr, tcsetattr, ControlFlags, SetArg};
-use serialport::{ClearBuffer, ErrorKind, SerialPort, SerialPortType, TTYPort, UsbPortInfo};
-use std::fs::OpenOptions;
-use std::io;
-use std::os::unix::fs::OpenOptionsExt;
+use crate::socket;
+use serialport::{ClearBuffer, ErrorKind, SerialPort, SerialPortType, UsbPortInfo};
+use std::io::{self, Read, Write};
 use std::path::Path;
 use std::time::Duration;
 use yawrig_base::error::{Error, Exit, Result};
@@ -16,58 +13,120 @@ pub const BAUD: u32 = 115_200;
 /// How long one read waits before it looks whether it should stop.
 pub const READ_SLICE: Duration = Duration::from_millis(20);
 
+/// What is read and what is written.
+pub type Ends = (Box<dyn Read + Send>, Box<dyn Write + Send>);
+
 /// Opens `path` for this program alone and drops what was waiting in it.
 ///
 /// # Errors
 /// Exit code 4, saying whether the port is absent, busy, forbidden or no port at all.
-pub fn open(path: &str) -> Result<TTYPort> {
-    keep_lines_up(path);
-    let port = TTYPort::open(&serialport::new(path, BAUD).timeout(READ_SLICE))
-        .map_err(|e| explain(path, &e))?;
-    port.clear(ClearBuffer::Input).map_err(|e| explain(path, &e))?;
-    Ok(port)
+pub fn open(path: &str) -> Result<Ends> {
+    if is_socket(path) {
+        let (reading, writing) = socket::connect(path)?;
+        return Ok((Box::new(reading), Box::new(writing)));
+    }
+    system::keep_lines_up(path);
+    let opened = || {
+        let port = system::builder(path).timeout(READ_SLICE).open_native()?;
+        port.clear(ClearBuffer::Input)?;
+        Ok((port.try_clone_native()?, port))
+    };
+    let (reading, writing) = opened().map_err(|e| explain(path, &e))?;
+    Ok((Box::new(reading), Box::new(writing)))
 }
 
-/// Has the system leave DTR and RTS as they are when the port is closed. Boards that take a falling
-/// DTR for a reset are then left running, and find no edge when the port is opened again. What does
-/// not open here will not open a moment later, and is explained there.
-fn keep_lines_up(path: &str) {
-    let flags = OFlag::O_NOCTTY | OFlag::O_NONBLOCK;
-    let port = OpenOptions::new().read(true).write(true).custom_flags(flags.bits()).open(path);
-    if let Ok(port) = port {
-        if let Ok(mut settings) = tcgetattr(&port) {
-            settings.control_flags.remove(ControlFlags::HUPCL);
-            // Where it cannot be set, the board may be reset at the end, as by any other program.
-            let _ = tcsetattr(&port, SetArg::TCSANOW, &settings);
+/// Whether it is not a serial port but a socket of this machine.
+pub fn is_socket(path: &str) -> bool {
+    path.starts_with(socket::SCHEME)
+}
+
+/// Whether a program is at the other end, which may have to wait for its turn on a busy machine, and does not come back
+/// there once it has gone.
+pub fn is_of_a_program(path: &str) -> bool {
+    path.starts_with("/dev/pts/") || is_socket(path)
+}
+
+#[cfg(unix)]
+mod system {
+    use nix::fcntl::OFlag;
+    use nix::sys::termios::{tcgetattr, tcsetattr, ControlFlags, SetArg};
+    use std::fs::OpenOptions;
+    use std::os::unix::fs::OpenOptionsExt;
+
+    pub fn builder(path: &str) -> serialport::SerialPortBuilder {
+        serialport::new(path, super::BAUD)
+    }
+
+    pub const WHO_HAS_IT: &str = "close that program (`fuser -v` with the port's path names it)";
+
+    pub fn is_no_terminal(error: &serialport::Error) -> bool {
+        error.description == nix::errno::Errno::ENOTTY.desc()
+    }
+
+    /// Has the system leave DTR and RTS as they are when the port is closed. Boards that take a falling
+    /// DTR for a reset are then left running, and find no edge when the port is opened again. What does
+    /// not open here will not open a moment later, and is explained there.
+    pub fn keep_lines_up(path: &str) {
+        let flags = OFlag::O_NOCTTY | OFlag::O_NONBLOCK;
+        let port = OpenOptions::new().read(true).write(true).custom_flags(flags.bits()).open(path);
+        if let Ok(port) = port {
+            if let Ok(mut settings) = tcgetattr(&port) {
+                settings.control_flags.remove(ControlFlags::HUPCL);
+                // Where it cannot be set, the board may be reset at the end, as by any other program.
+                let _ = tcsetattr(&port, SetArg::TCSANOW, &settings);
+            }
         }
     }
 }
 
+#[cfg(windows)]
+mod system {
+    /// Unlike elsewhere DTR, for which boards wait that have their USB themselves, does not rise by itself.
+    pub fn builder(path: &str) -> serialport::SerialPortBuilder {
+        serialport::new(path, super::BAUD).dtr_on_open(true)
+    }
+
+    pub const WHO_HAS_IT: &str = "close that program";
+
+    pub fn is_no_terminal(_: &serialport::Error) -> bool {
+        false
+    }
+
+    /// The driver decides what DTR does when the port is closed.
+    pub fn keep_lines_up(_: &str) {}
+}
+
 fn explain(path: &str, error: &serialport::Error) -> Error {
-    let no_port =
-        ("it is not a serial port".to_owned(), "list the ports there are with `yawrig ports`");
+    const NAMES: &str = "list the ports there are with `yawrig ports`";
     let (why, help) = match error.kind() {
-        ErrorKind::Io(io::ErrorKind::NotFound) => {
-            ("there is no such port".to_owned(), "list the ports there are with `yawrig ports`")
-        }
+        _ if is_absent(path, error) => ("there is no such port".to_owned(), NAMES),
         ErrorKind::Io(io::ErrorKind::PermissionDenied) => (
             "you may not open it".to_owned(),
             "join the group that owns it (mostly `sudo usermod -aG dialout $USER`) and log in again",
         ),
-        ErrorKind::NoDevice => (
-            "another program has it open".to_owned(),
-            "close that program (`fuser -v` with the port's path names it)",
-        ),
-        _ if error.description == nix::errno::Errno::ENOTTY.desc() => no_port,
-        _ if Path::new(path).is_dir() => no_port,
+        ErrorKind::NoDevice => ("another program has it open".to_owned(), system::WHO_HAS_IT),
+        _ if system::is_no_terminal(error) || Path::new(path).is_dir() => {
+            ("it is not a serial port".to_owned(), NAMES)
+        }
         _ => (error.to_string(), "unplug the device, plug it in again, and try once more"),
     };
-    let near = match error.kind() {
-        ErrorKind::Io(io::ErrorKind::NotFound) => nearest(path, ["emulated", "qemu"]),
-        _ => None,
+    let near = match is_absent(path, error) {
+        true => nearest(path, ["emulated", "qemu"]),
+        false => None,
     };
     let help = near.map_or(help.to_owned(), |near| format!("did you mean {near}?"));
     Error::new(Exit::Device, format!("cannot open port {path}: {why}")).help(help)
+}
+
+/// Windows says the same of a port that is absent and of one that another program has.
+fn is_absent(path: &str, error: &serialport::Error) -> bool {
+    match error.kind() {
+        ErrorKind::Io(io::ErrorKind::NotFound) => true,
+        ErrorKind::NoDevice if cfg!(windows) => {
+            list().is_ok_and(|ports| ports.iter().all(|port| !port.path.eq_ignore_ascii_case(path)))
+        }
+        _ => false,
+    }
 }
 
 /// A serial port of this machine.
@@ -224,6 +283,7 @@ mod tests {
         }
     }
 
+    #[cfg(unix)]
     #[test]
     fn a_link_to_a_port_is_that_port() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,21 +1,18 @@
-//! Pseudo-terminals: what stands where a board's serial port would.
+//! What stands where a board's serial port would: a pseudo-terminal, or a socket where the system has none.
 
-use nix::fcntl::{open, OFlag};
-use nix::pty::{grantpt, posix_openpt, ptsname_r, unlockpt};
-use nix::sys::stat::Mode;
-use nix::sys::termios::{cfmakeraw, tcgetattr, tcsetattr, SetArg};
-use rustix::termios::ioctl_tiocnxcl;
-use std::fs::File;
+#[cfg(unix)]
+use crate::pty::Pty;
+use crate::socket::Socket;
 use std::io::{self, Read, Write};
-use std::os::fd::OwnedFd;
 use yawrig_base::error::{Error, Result};
 
-/// The device's end of a pseudo-terminal.
-#[derive(Debug)]
+/// Bytes from and to a client, none of them waited for.
+trait Near: Read + Write + Send {}
+impl<T: Read + Write + Send> Near for T {}
+
+/// The device's end of a line.
 pub struct Terminal {
-    near: File,
-    /// Held open so that a client may come and go without the near end failing.
-    far: OwnedFd,
+    near: Box<dyn Near>,
     path: String,
     /// Frames begun by the client and not ended yet.
     partial: Vec<u8>,
@@ -24,29 +21,32 @@ pub struct Terminal {
 }
 
 impl Terminal {
+    /// What this system has.
+    ///
+    /// # Errors
+    /// Exit 4 where it has no more of them.
     pub fn new() -> Result<Self> {
-        let fail = |e: nix::Error| Error::device(format!("cannot open a pseudo-terminal: {e}"));
-        // Not `openpty`: a program started meanwhile would inherit both ends and keep the line up
-        // when this one has gone.
-        let flags = OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_CLOEXEC;
-        let near = posix_openpt(flags | OFlag::O_NONBLOCK).map_err(fail)?;
-        grantpt(&near).map_err(fail)?;
-        unlockpt(&near).map_err(fail)?;
-        let path = ptsname_r(&near).map_err(fail)?;
-        let far = open(path.as_str(), flags, Mode::empty()).map_err(fail)?;
-        let mut settings = tcgetattr(&far).map_err(fail)?;
-        cfmakeraw(&mut settings);
-        tcsetattr(&far, SetArg::TCSANOW, &settings).map_err(fail)?;
-        Ok(Self {
-            near: File::from(OwnedFd::from(near)),
-            far,
-            path,
-            partial: Vec::new(),
-            backlog: Vec::new(),
-        })
+        #[cfg(unix)]
+        return Self::on(Pty::new(), "a pseudo-terminal");
+        #[cfg(not(unix))]
+        return Self::socket();
     }
 
-    /// What a client opens: `/dev/pts/7`.
+    /// A socket, wherever.
+    ///
+    /// # Errors
+    /// As [`Terminal::new`].
+    pub fn socket() -> Result<Self> {
+        Self::on(Socket::new(), "a socket")
+    }
+
+    fn on(opened: io::Result<(impl Near + 'static, String)>, what: &str) -> Result<Self> {
+        let (near, path) =
+            opened.map_err(|e| Error::device(format!("cannot open {what} for the device: {e}")))?;
+        Ok(Self { near: Box::new(near), path, partial: Vec::new(), backlog: Vec::new() })
+    }
+
+    /// What a client opens: `/dev/pts/7` or `tcp://127.0.0.1:50123`.
     pub fn path(&self) -> &str {
         &self.path
     }
@@ -54,9 +54,6 @@ impl Terminal {
     /// Whole frames the client has sent, zeros included: two clients of one device must not cut
     /// into each other's.
     pub fn take_frames(&mut self) -> io::Result<Vec<u8>> {
-        // A client marks the terminal as its own. Killed, it leaves the mark, which the system takes
-        // away only when the last end is closed, and that is ours. Living clients hold a lock, too.
-        ioctl_tiocnxcl(&self.far)?;
         let mut buffer = [0; 1024];
         loop {
             match self.near.read(&mut buffer) {

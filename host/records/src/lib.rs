@@ -1,6 +1,11 @@
 //! Records as files: text, workbooks, MATLAB, HDF5, TDMS and Parquet.
 #![forbid(unsafe_code)]
 
+// Its example is tested.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
+
 mod archive;
 mod asked;
 mod clock;

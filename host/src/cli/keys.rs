@@ -1,8 +1,6 @@
 //! Lines typed while a verb runs.
 
-use nix::poll::{poll, PollFd, PollFlags, PollTimeout};
-use std::io::{BufRead, IsTerminal};
-use std::os::fd::AsFd;
+use std::io::BufRead;
 use std::sync::mpsc::{self, Receiver};
 use std::time::Duration;
 
@@ -28,7 +26,11 @@ pub fn lines() -> Receiver<String> {
 
 /// Whether there is something to read that is meant for this program: the system stops a program in
 /// the background that reads what is typed for another.
+#[cfg(unix)]
 fn is_typed_for_us() -> bool {
+    use nix::poll::{poll, PollFd, PollFlags, PollTimeout};
+    use std::io::IsTerminal;
+    use std::os::fd::AsFd;
     const WAIT_MS: u16 = 200;
     let stdin = std::io::stdin();
     if !stdin.is_terminal() {
@@ -40,4 +42,9 @@ fn is_typed_for_us() -> bool {
     }
     let mut typed = [PollFd::new(stdin.as_fd(), PollFlags::POLLIN)];
     poll(&mut typed, PollTimeout::from(WAIT_MS)).is_ok_and(|count| count > 0)
+}
+
+#[cfg(not(unix))]
+fn is_typed_for_us() -> bool {
+    true
 }

@@ -8,16 +8,14 @@
 use crate::model::document::{read_text, Model};
 use crate::model::edits;
 use crate::model::journal::{path_of, Action, Journal, JournalStep};
-use nix::errno::Errno;
-use nix::fcntl::{Flock, FlockArg};
-use std::fs::{File, OpenOptions};
-use std::io::{ErrorKind, Read, Seek, Write};
-use std::os::unix::fs::MetadataExt;
+use std::fs::File;
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use yawrig_base::error::Result;
 use yawrig_base::files;
 use yawrig_base::interrupt;
+use yawrig_base::lock;
 
 /// How often a lock is asked for.
 const PATIENCE: Duration = Duration::from_millis(50);
@@ -27,7 +25,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 pub struct Store {
     path: PathBuf,
     journal: Journal,
-    file: Flock<File>,
+    file: File,
     /// The model's file as it was found.
     text: Option<String>,
 }
@@ -156,7 +154,8 @@ impl Store {
 
     fn append(&mut self, lines: &str) -> Result<()> {
         self.file
-            .write_all(lines.as_bytes())
+            .seek(SeekFrom::End(0))
+            .and_then(|_| self.file.write_all(lines.as_bytes()))
             .and_then(|()| self.file.sync_all())
             .and_then(|()| sync_folder(&self.path))
             .map_err(|e| files::cannot_write(&path_of(&self.path), &e))
@@ -179,36 +178,21 @@ impl Drop for Store {
 }
 
 /// Opens (or makes) the journal and takes its lock.
-fn locked(path: &Path) -> Result<Flock<File>> {
+fn locked(path: &Path) -> Result<File> {
     let mut warned = false;
     loop {
-        let mut file = OpenOptions::new().read(true).append(true).create(true).open(path).map_err(
-            |e| match e.kind() {
-                ErrorKind::PermissionDenied => {
-                    files::cannot_write(path, &"you may not write there")
-                }
-                _ => files::cannot_write(path, &e),
-            },
-        )?;
-        let lock = loop {
-            match Flock::lock(file, FlockArg::LockExclusiveNonblock) {
-                Ok(lock) => break lock,
-                Err((back, Errno::EWOULDBLOCK | Errno::EINTR)) => file = back,
-                Err((_, e)) => return Err(files::cannot_write(path, &e)),
-            }
-            if !std::mem::replace(&mut warned, true) {
-                crate::say!("{}: another yawrig is at work on this model; waiting", path.display());
-            }
-            interrupt::check()?;
-            std::thread::sleep(PATIENCE);
-        };
-        // The one who had it may have deleted an empty journal: then this is a file without a name.
-        let is_same = |there: std::fs::Metadata| {
-            lock.metadata().is_ok_and(|ours| (ours.dev(), ours.ino()) == (there.dev(), there.ino()))
-        };
-        if path.metadata().is_ok_and(is_same) {
-            return Ok(lock);
+        let found = lock::open(path).map_err(|e| match e.kind() {
+            ErrorKind::PermissionDenied => files::cannot_write(path, &"you may not write there"),
+            _ => files::cannot_write(path, &e),
+        })?;
+        if let Some(file) = found {
+            return Ok(file);
         }
+        if !std::mem::replace(&mut warned, true) {
+            crate::say!("{}: another yawrig is at work on this model; waiting", path.display());
+        }
+        interrupt::check()?;
+        std::thread::sleep(PATIENCE);
     }
 }
 
@@ -219,6 +203,10 @@ fn next_of(path: &Path) -> PathBuf {
 }
 
 fn sync_folder(path: &Path) -> std::io::Result<()> {
+    // Elsewhere the system keeps its folders by itself.
+    if !cfg!(unix) {
+        return Ok(());
+    }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     File::open(folder)?.sync_all()
 }

@@ -75,8 +75,13 @@ pub fn serve(options: &ServeOptions, ready: impl FnOnce(&str) -> Result<()>) -> 
 
 /// In the user's browser.
 fn open(url: &str) {
-    let program = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
+    let (program, before): (_, &[_]) = match std::env::consts::OS {
+        "macos" => ("open", &[]),
+        "windows" => ("rundll32", &["url.dll,FileProtocolHandler"]),
+        _ => ("xdg-open", &[]),
+    };
     let started = std::process::Command::new(program)
+        .args(before)
         .arg(url)
         .stdin(std::process::Stdio::null())
         .stdout(std::process::Stdio::null())

@@ -1,6 +1,5 @@
 //! The thread that takes frames off a port.
 
-use serialport::TTYPort;
 use std::io::{self, Read};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::Sender;
@@ -23,7 +22,7 @@ pub(super) fn passing(error: &io::Error) -> bool {
 
 /// Reads until it is stopped, or the receiver is gone.
 pub(super) fn read(
-    mut port: TTYPort,
+    mut port: Box<dyn Read + Send>,
     sender: &Sender<Incoming>,
     stop: &AtomicBool,
     bytes: &AtomicU64,
