@@ -31,6 +31,11 @@ impl Quantity {
         Self { value, u: 0.0 }
     }
 
+    /// In another unit: `scaled` multiplies by what it is of that.
+    pub(crate) fn by(self, scaled: impl Fn(f64) -> f64) -> Self {
+        Self { value: scaled(self.value), u: scaled(self.u) }
+    }
+
     /// Whether `truth` lies within `k` standard uncertainties.
     pub fn holds(&self, truth: f64, k: f64) -> bool {
         (truth - self.value).abs() <= k * self.u
