@@ -14,7 +14,7 @@ use yawrig_base::interrupt;
 use yawrig_base::lock;
 use yawrig_core::identify::{identify, Identification, Method, Settings};
 use yawrig_core::record::Record;
-use yawrig_records::place;
+use yawrig_records::{place, Selection};
 use yawrig_shared::checksum::crc32;
 
 /// Version of what is written.
@@ -86,10 +86,30 @@ pub struct Tally {
     pub stale: usize,
 }
 
+/// How records are read and identified.
+#[derive(Clone, Copy, Debug)]
+pub struct How<'a> {
+    pub methods: &'a [Method],
+    pub settings: &'a Settings,
+    pub selection: &'a Selection,
+}
+
+impl How<'_> {
+    /// As a log of answers keeps it.
+    fn described(&self) -> String {
+        let Self { methods, settings, selection } = self;
+        match selection.is_empty() {
+            true => format!("{methods:?} {settings:?}"),
+            false => format!("{methods:?} {settings:?} {selection:?}"),
+        }
+    }
+}
+
 /// Reads and identifies one file. A file that cannot be used is an answer; only an interruption is an error.
-fn answer(file: &Path, methods: &[Method], settings: &Settings) -> Result<Answer> {
+fn answer(file: &Path, how: How<'_>) -> Result<Answer> {
     interrupt::check()?;
-    match yawrig_records::read(file).and_then(|record| Ok(identify(&record, methods, settings)?)) {
+    let found = yawrig_records::read_selected(file, how.selection);
+    match found.and_then(|record| Ok(identify(&record, how.methods, how.settings)?)) {
         Ok(found) => Ok(Answer::Identified(Box::new(found))),
         Err(error) if error.exit == yawrig_base::error::Exit::Interrupted => Err(error),
         Err(error) => Ok(Answer::Refused(Refused {
@@ -144,14 +164,13 @@ pub fn in_memory(
 /// Those of `each`, and exit 130 when the user stops it.
 pub fn in_order(
     files: &[PathBuf],
-    methods: &[Method],
-    settings: &Settings,
+    how: How<'_>,
     mut each: impl FnMut(Answer) -> Result<()>,
 ) -> Result<Tally> {
     let mut tally = Tally::default();
     for chunk in files.chunks(CHUNK) {
         let answers: Vec<Answer> =
-            chunk.par_iter().map(|file| answer(file, methods, settings)).collect::<Result<_>>()?;
+            chunk.par_iter().map(|file| answer(file, how)).collect::<Result<_>>()?;
         for answer in answers {
             tally.count(&answer);
             each(answer)?;
@@ -169,12 +188,11 @@ pub fn in_order(
 /// stops it; whole lines only.
 pub fn to_log(
     files: &[PathBuf],
-    methods: &[Method],
-    settings: &Settings,
+    how: How<'_>,
     out: &Path,
     progress: impl Fn() + Sync,
 ) -> Result<Tally> {
-    let options = format!("{methods:?} {settings:?}");
+    let options = how.described();
     // A device file may never end.
     if out.exists() && !out.is_file() {
         return Err(files::cannot_write(out, &"it is not a file"));
@@ -205,7 +223,7 @@ pub fn to_log(
         if is_kept(file, source) {
             state.lock().unwrap_or_else(|e| e.into_inner()).1.kept += 1;
         } else {
-            let answer = answer(file, methods, settings)?;
+            let answer = answer(file, how)?;
             let (log, tally) = &mut *state.lock().unwrap_or_else(|e| e.into_inner());
             tally.count(&answer);
             let line = Line { schema_version: SCHEMA_VERSION, of: source.clone(), answer };

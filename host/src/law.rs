@@ -13,7 +13,8 @@ use yawrig_core::law::beside::{Beside, Kind};
 use yawrig_core::law::estimate::{Curve, Measured};
 use yawrig_core::law::left::Left;
 use yawrig_core::law::names::{names, Names};
-use yawrig_core::record::Record;
+use yawrig_core::record::{Measurand, Record};
+use yawrig_records::Selection;
 
 /// Formulas that are written.
 const WRITTEN: usize = 6;
@@ -23,6 +24,8 @@ pub struct Found {
     /// The record from the largest angle, whose curve is drawn, and how many the law was measured from.
     pub file: PathBuf,
     pub records: usize,
+    /// What they hold.
+    pub measurand: Measurand,
     pub measured: Measured,
     pub at_amplitude: Vec<AtAmplitude>,
     pub curve: Curve,
@@ -48,17 +51,17 @@ impl File {
     }
 }
 
-/// Measures and names the law of records, or of a model's beside its effects. Nothing is written.
+/// Measures and names the law of records, read as `reading` says, or of a model's beside its effects. Nothing is written.
 ///
 /// # Errors
 /// Exit 3 where a file cannot be used, 6 where no law can be fitted, 130 where the user stops it.
-pub fn found(paths: &[PathBuf], dissipative: bool) -> Result<Found> {
+pub fn found(paths: &[PathBuf], reading: &Selection, dissipative: bool) -> Result<Found> {
     let (model, at) = match paths {
         [model] if is_model(model) => (Model::read(model)?, model.clone()),
         _ => {
             // Entries are relative to a model's file, which lies here.
             let at = PathBuf::from(crate::model::document::DEFAULT);
-            let records = records::entries(paths, &at)?;
+            let records = records::entries(paths, reading, &at)?;
             (Model { records, ..Model::default() }, at)
         }
     };
@@ -100,7 +103,8 @@ pub fn beside(
     let left =
         of_memory.or_else(|| names.beside.as_ref().map(|beside| Left::beside(decay, beside)));
     let at_amplitude = measured.at_amplitude(decay);
-    Ok(Found { file, records, measured, at_amplitude, curve, names, left })
+    let measurand = decay.measurand.clone();
+    Ok(Found { file, records, measurand, measured, at_amplitude, curve, names, left })
 }
 
 impl Found {

@@ -21,6 +21,7 @@ use yawrig_core::fit::joint::JointFit;
 use yawrig_core::identify::{identify, Method, Settings};
 use yawrig_core::plan::{self, Can, Narrowed, Possible, Ranked, Rival};
 use yawrig_core::quantity::Quantity;
+use yawrig_records::Selection;
 
 /// Most rivals that are looked for.
 const MOST_RIVALS: usize = 3;
@@ -108,7 +109,7 @@ fn read(path: &Path) -> Result<(Model, PathBuf, Option<CampaignFile>)> {
     let file = CampaignFile::read_releases(path)?;
     // A model that is not written, beside the campaign.
     let at = path.with_file_name(".plan.toml");
-    let records = records::entries(&[path.to_owned()], &at)?;
+    let records = records::entries(&[path.to_owned()], &Selection::default(), &at)?;
     Ok((Model { records, ..Model::default() }, at, Some(file)))
 }
 

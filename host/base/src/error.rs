@@ -102,6 +102,9 @@ impl From<yawrig_core::error::Error> for Error {
                 Exit::Data,
                 "see that time_s is in seconds; measure again with more samples a second",
             ),
+            Core::OtherMeasurand { .. } => {
+                (Exit::Data, "give records of one quantity and unit, or one after the other")
+            }
             Core::NotFitted => (
                 Exit::Quality,
                 "`yawrig compare` shows where it fails; `yawrig remove` takes an effect out",

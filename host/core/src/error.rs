@@ -24,11 +24,11 @@ pub enum Error {
     BeyondHalfTurn {
         /// Name of the record.
         record: String,
-        /// Largest yaw angle from the rest, if the record is in degrees.
+        /// Largest yaw angle from the rest, if the record's unit is what it is said to be.
         peak_deg: f64,
     },
     /// The record has no three cycles between the amplitudes that were asked for.
-    #[error("{record}: fewer than three cycles between the amplitudes asked for; its own go from {most_deg:.3} to {least_deg:.3} deg")]
+    #[error("{record}: fewer than three cycles between the amplitudes asked for; its own go from {most_deg:.3} to {least_deg:.3} {unit}")]
     Elsewhere {
         /// Name of the record.
         record: String,
@@ -36,6 +36,8 @@ pub enum Error {
         most_deg: f64,
         /// Smallest amplitude of the record.
         least_deg: f64,
+        /// Of these.
+        unit: String,
     },
     /// No method that was asked for has an answer.
     #[error("{record}: {reason}")]
@@ -84,6 +86,18 @@ pub enum Error {
         per_cycle: f64,
         /// Samples a cycle that are needed.
         fewest: f64,
+    },
+    /// Records of different quantities, of which no number is common.
+    #[error("{record} holds another quantity ({quantity} in {unit}) than {first}")]
+    OtherMeasurand {
+        /// Name of the record.
+        record: String,
+        /// What it holds.
+        quantity: String,
+        /// Its unit.
+        unit: String,
+        /// Name of the first record.
+        first: String,
     },
     /// Effects that a model is said to have leave no motion that is near the record.
     #[error("the model's own effects cannot be fitted to this record")]

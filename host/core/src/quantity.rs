@@ -37,6 +37,11 @@ impl Quantity {
         self.value == 0.0 || !self.u.is_finite() || self.u < 1e6 * self.value.abs()
     }
 
+    /// In another unit: `scaled` multiplies by what it is of that.
+    pub(crate) fn by(self, scaled: impl Fn(f64) -> f64) -> Self {
+        Self { value: scaled(self.value), u: scaled(self.u) }
+    }
+
     /// Whether `truth` lies within `k` standard uncertainties.
     pub fn holds(&self, truth: f64, k: f64) -> bool {
         (truth - self.value).abs() <= k * self.u

@@ -3,13 +3,13 @@
 use super::clock;
 use super::computed;
 use super::names;
+use super::quantity::{self, Meant, Quantity, Unclear};
 use super::suggest;
-use super::table::{Channel, Selection, TimeUnit, Unit, FEWEST_SAMPLES, LONGEST_S};
+use super::table::{Channel, Selection, TimeUnit, FEWEST_SAMPLES, LONGEST_S};
 use std::borrow::Cow;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::record::Record;
-use yawrig_shared::units::deg_from_rad;
 
 /// A date's seconds are known to their seventh decimal.
 const CLOCK_DIGITS: f64 = 1e7;
@@ -32,15 +32,12 @@ pub(super) fn record(
     }
     let asked = Asked { file, table: &table, selection, by_name };
     let yaw = asked.yaw()?;
-    let unit = asked.unit(yaw)?;
+    let Meant { measurand, scale } = asked.meant(yaw)?;
     let values = numbers(file, yaw)?;
-    let scale = match unit {
-        Unit::Deg => 1.0,
-        Unit::Rad => deg_from_rad(1.0),
-    };
     let time_s = asked.time(yaw, values.len())?;
     let yaw_deg = values.iter().map(|value| value * scale).collect();
     let mut record = Record::new(file.to_owned(), time_s, yaw_deg);
+    record.measurand = measurand;
     if by_name {
         clock::leave_out_gaps(&mut record);
         clock::spread(&mut record);
@@ -95,26 +92,45 @@ impl<'a> Asked<'a> {
         if let Some(name) = &self.selection.yaw {
             return self.named(name);
         }
+        if matches!(self.selection.quantity, None | Some(Quantity::Angle)) {
+            if let Some(yaw) = self.called_yaw()? {
+                return Ok(yaw);
+            }
+        }
+        // Of two, one the time and the other by its unit what is meant, that is it.
+        let numbers = self.table.iter().filter(|c| c.values.is_ok());
+        let others: Vec<&Channel> = numbers.filter(|c| names::as_time(&c.name).is_none()).collect();
+        let is_meant = |c: &Channel| match (self.selection.quantity, c.unit.as_deref()) {
+            (quantity, Some(unit)) => quantity::meant(quantity, Some(unit)).is_ok(),
+            (quantity, None) => quantity.is_some() && self.selection.unit.is_some(),
+        };
+        let fit: Vec<&Channel> = others.iter().copied().filter(|c| is_meant(c)).collect();
+        match (others.as_slice(), fit.as_slice()) {
+            ([_], [one]) => Ok(one),
+            // Of several, what alone is of the quantity that somebody names.
+            (_, [one]) if self.selection.quantity.is_some() => Ok(one),
+            _ => Err(self.unclear(&match self.selection.quantity {
+                None | Some(Quantity::Angle) => {
+                    "no channel's name says that it is the yaw angle".to_owned()
+                }
+                Some(quantity) => format!("which channel is the {}?", quantity.name()),
+            })),
+        }
+    }
+
+    /// The channel whose name says that it is the yaw angle.
+    fn called_yaw(&self) -> Result<Option<&'a Channel>> {
         let mut found =
             self.table.iter().filter(|channel| matches!(channel.own_name(), "yaw_deg" | "yaw_rad"));
         match (found.next(), found.next()) {
-            (Some(channel), None) => return Ok(channel),
+            (Some(channel), None) => return Ok(Some(channel)),
             (Some(_), Some(_)) => return Err(self.unclear("several channels may be the yaw angle")),
             (None, _) if !self.by_name => {
                 return Err(self.unclear("no channel is called yaw_deg or yaw_rad"))
             }
             (None, _) => {}
         }
-        if let Some(channel) = self.surest(names::as_yaw, "the yaw angle")? {
-            return Ok(channel);
-        }
-        // Of two, one the time and the other an angle by its unit, that is it.
-        let numbers = self.table.iter().filter(|c| c.values.is_ok());
-        let others: Vec<&Channel> = numbers.filter(|c| names::as_time(&c.name).is_none()).collect();
-        match others.as_slice() {
-            [one] if one.unit.as_deref().and_then(Unit::of).is_some() => Ok(one),
-            _ => Err(self.unclear("no channel's name says that it is the yaw angle")),
-        }
+        self.surest(names::as_yaw, "the yaw angle")
     }
 
     /// The channel whose name says it most surely.
@@ -128,42 +144,56 @@ impl<'a> Asked<'a> {
         }
     }
 
-    fn unit(&self, yaw: &Channel) -> Result<Unit> {
-        let by_name = yaw.own_name().rsplit_once('_').and_then(|(_, unit)| Unit::of(unit));
-        let by_property = yaw.unit.as_deref().and_then(Unit::of);
-        let said = [by_name, by_property, self.selection.unit];
-        let mut units = said.into_iter().flatten();
+    /// What the numbers of `yaw` are.
+    fn meant(&self, yaw: &Channel) -> Result<Meant> {
+        let (quantity, unit) = (self.selection.quantity, self.selection.unit.as_deref());
+        if let (Some(meant), None) = (quantity::of_column(yaw.own_name()), unit) {
+            if quantity.is_none_or(|said| said.name() == meant.measurand.quantity()) {
+                return Ok(meant);
+            }
+        }
+        let by_name = yaw.own_name().rsplit_once('_').map(|(_, unit)| unit);
+        let by_name = by_name.filter(|unit| quantity::angular(unit).is_some());
+        let own = by_name.or(yaw.unit.as_deref()).map(str::trim).filter(|unit| !unit.is_empty());
         let file = self.file.display();
-        let Some(unit) = units.next() else {
-            let other = match &yaw.unit {
-                Some(unit) => format!("in {unit:?}"),
-                None => "in an unknown unit".to_owned(),
-            };
-            let what = format!("{file}: channel {} is {other}", yaw.name);
-            let chosen = Selection { yaw: Some(yaw.name.clone()), ..self.selection.clone() };
-            let command = suggest::command(self.file, self.table, &chosen);
-            return Err(Error::data(what).help(format!("if it is an angle: {command}")));
+        if let (Some(own), Some(said)) = (own, unit) {
+            // A voltage is no angle, whatever the flag says.
+            let same = own == said
+                || quantity::angular(own).is_some_and(|u| Some(u) == quantity::angular(said));
+            if !same {
+                return Err(Error::data(format!(
+                    "{file}: channel {} is in {own:?}, not in {said}",
+                    yaw.name
+                ))
+                .help("leave --unit away; to convert it, an expression of channels: --yaw '(V - 0.217) * 3.38'"));
+            }
+        }
+        let unclear = match quantity::meant(quantity, own.or(unit)) {
+            Ok(meant) => return Ok(meant),
+            Err(unclear) => unclear,
         };
-        // A voltage is no angle, whatever the flag says.
-        let other = yaw.unit.as_deref().filter(|u| !u.trim().is_empty() && Unit::of(u).is_none());
-        if let Some(other) = other {
-            return Err(Error::data(format!(
-                "{file}: channel {} is in {other:?}, not in {}",
-                yaw.name,
-                unit.name()
-            ))
-            .help("scale it to an angle first"));
-        }
-        if let Some(against) = units.find(|other| *other != unit) {
-            return Err(Error::data(format!(
-                "{file}: channel {} is said to be in {} and in {}",
-                yaw.name,
-                unit.name(),
-                against.name()
-            ))
-            .help("leave --unit away, or correct the file"));
-        }
-        Ok(unit)
+        let what = match unclear {
+            Unclear::NoUnit => format!("channel {} is in an unknown unit", yaw.name),
+            Unclear::NoAngle => {
+                let unit = own.or(unit).unwrap_or_default();
+                format!("channel {} is in {unit:?}, which is no angle", yaw.name)
+            }
+            Unclear::Against(said, is) => {
+                let unit = own.or(unit).unwrap_or_default();
+                let (said, is) = (said.name(), is.name());
+                format!(
+                    "channel {} is in {unit:?}: its numbers are no {said}, and may be a {is}",
+                    yaw.name
+                )
+            }
+        };
+        let chosen = Selection {
+            yaw: Some(yaw.name.clone()),
+            quantity: quantity.filter(|_| unclear == Unclear::NoUnit),
+            ..self.selection.clone()
+        };
+        let command = suggest::command(self.file, self.table, &chosen);
+        Err(Error::data(format!("{file}: {what}")).help(command))
     }
 
     fn time(&self, yaw: &Channel, length: usize) -> Result<Vec<f64>> {

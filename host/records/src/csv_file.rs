@@ -1,6 +1,7 @@
 //! Records as CSV files.
 
 use super::clock;
+use super::quantity::{self, Meant};
 use super::suggest;
 use super::table::{FEWEST_SAMPLES, LONGEST_S};
 use csv::ByteRecord;
@@ -10,8 +11,7 @@ use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_base::interrupt;
-use yawrig_core::record::Record;
-use yawrig_shared::units::deg_from_rad;
+use yawrig_core::record::{Measurand, Record};
 use yawrig_text::quoted;
 
 /// The first lines a record may have.
@@ -23,8 +23,8 @@ const LONGEST_HEADER: u64 = 65_536;
 /// Rows between two looks at Ctrl-C.
 const ROWS_PER_CHECK: usize = 100_000;
 
-/// The size of one unit of the second column in degrees, from the first line.
-fn unit_deg(file: &Path, header: &ByteRecord) -> Result<f64> {
+/// What stands in the second column, from the first line.
+fn second_column(file: &Path, header: &ByteRecord) -> Result<Meant> {
     let names: Vec<String> = header
         .iter()
         .map(|name| String::from_utf8_lossy(name).trim_start_matches('\u{feff}').trim().to_owned())
@@ -40,11 +40,8 @@ fn unit_deg(file: &Path, header: &ByteRecord) -> Result<f64> {
         ))
     };
     match names.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["time_s", "yaw_deg"] => Ok(1.0),
-        ["time_s", "yaw_rad"] => Ok(deg_from_rad(1.0)),
-        ["time_s", other] => {
-            Err(fail(&format!("the second column is {other:?}, not yaw_deg or yaw_rad")))
-        }
+        ["time_s", name] => quantity::of_column(name)
+            .ok_or_else(|| fail(&format!("the second column is {name:?}, not yaw_deg or yaw_rad"))),
         [other, _] => Err(fail(&format!("the first column is {other:?}, not time_s"))),
         [_] => Err(fail("one column instead of two")),
         _ => Err(fail(&format!("{} columns instead of two", names.len()))),
@@ -98,7 +95,7 @@ pub(super) fn read(file: &Path) -> Result<Record> {
         return Err(Error::data(format!("{named}, line 1: the file is empty"))
             .help(format!("a record starts with {ACCEPTED_COLUMNS}")));
     }
-    let unit_deg = unit_deg(file, &row)?;
+    let Meant { measurand, scale } = second_column(file, &row)?;
     let yaw_name = String::from_utf8_lossy(&row[1]).into_owned();
     let as_gaps = format!(
         "where it is a gap, leave the field empty, or read it so: yawrig convert {} record.csv --yaw {}",
@@ -106,6 +103,7 @@ pub(super) fn read(file: &Path) -> Result<Record> {
         yaw_name
     );
     let mut record = Record::new(file.to_owned(), Vec::new(), Vec::new());
+    record.measurand = measurand;
     let mut line = 1;
     while reader.read_byte_record(&mut row).map_err(|e| unreadable(&e))? {
         line = row.position().map_or(line + 1, csv::Position::line);
@@ -143,7 +141,7 @@ pub(super) fn read(file: &Path) -> Result<Record> {
                 format!("time runs on to {time_s} s, more than a day after the first sample");
             return Err(fail(what, "cut the record here, or give time_s in seconds"));
         }
-        let yaw_deg = yaw * unit_deg;
+        let yaw_deg = yaw * scale;
         if !yaw_deg.is_finite() {
             return Err(fail(format!("yaw angle: {yaw} is too large"), repair));
         }
@@ -183,12 +181,14 @@ pub(super) fn is_ours(file: &Path) -> Result<bool> {
     Ok(names[0].trim() == "time_s" && names.len() <= 2)
 }
 
-/// Writes `time_s,yaw_deg` with microdegrees and microseconds, whole or not at all.
+/// Writes `time_s,yaw_deg` with microdegrees and microseconds, or another quantity with its unit and all its digits, whole
+/// or not at all.
 ///
 /// # Errors
 /// Exit 3 where the file cannot be written, 130 where the user stops it.
 pub fn write(record: &Record, file: &Path) -> Result<()> {
-    write_samples(file, record.time_s.iter().copied().zip(record.yaw_deg.iter().copied()))
+    let samples = record.time_s.iter().copied().zip(record.yaw_deg.iter().copied());
+    write_samples_of(file, &record.measurand, samples)
 }
 
 /// To a microsecond and a microdegree.
@@ -205,11 +205,28 @@ pub fn as_written((time_s, yaw_deg): (f64, f64)) -> (f64, f64) {
 /// # Errors
 /// Exit 3 where the file cannot be written, 130 where the user stops it.
 pub fn write_samples(file: &Path, samples: impl Iterator<Item = (f64, f64)>) -> Result<()> {
+    write_samples_of(file, &Measurand::default(), samples)
+}
+
+/// The same of (time in s, what `measurand` says).
+///
+/// # Errors
+/// Exit 3 where the file cannot be written, 130 where the user stops it.
+pub fn write_samples_of(
+    file: &Path,
+    measurand: &Measurand,
+    samples: impl Iterator<Item = (f64, f64)>,
+) -> Result<()> {
     files::write_atomically_with(file, |out| {
         let fail = |e: std::io::Error| files::cannot_write(file, &e);
-        writeln!(out, "time_s,yaw_deg").map_err(fail)?;
+        writeln!(out, "time_s,{}", quantity::column(measurand)).map_err(fail)?;
         for (row, (time_s, yaw_deg)) in samples.enumerate() {
-            writeln!(out, "{time_s:.DECIMALS$},{yaw_deg:.DECIMALS$}").map_err(fail)?;
+            // A displacement may be of any size.
+            let written = match measurand.is_of_angle() {
+                true => writeln!(out, "{time_s:.DECIMALS$},{yaw_deg:.DECIMALS$}"),
+                false => writeln!(out, "{time_s:.DECIMALS$},{yaw_deg}"),
+            };
+            written.map_err(fail)?;
             if row % ROWS_PER_CHECK == 0 {
                 interrupt::check()?;
             }

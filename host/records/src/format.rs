@@ -154,6 +154,14 @@ pub(super) fn write(record: &Record, file: &Path) -> Result<()> {
     let ending = file.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let bytes = match ending.as_str() {
         "csv" => return csv_file::write(record, file),
+        "parquet" | "h5" | "hdf5" | "mat" if !record.measurand.is_angle() => {
+            return Err(Error::usage(format!(
+                "{}: a {} is written to .csv only, whose header keeps its unit",
+                file.display(),
+                record.measurand.quantity()
+            ))
+            .help("give it a name that ends in .csv"))
+        }
         "parquet" => parquet_file::bytes(record),
         "h5" | "hdf5" => hdf5::bytes(record),
         "mat" => hdf5::mat_bytes(record),

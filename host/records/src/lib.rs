@@ -22,6 +22,7 @@ mod mat;
 mod names;
 mod parquet_file;
 pub mod place;
+mod quantity;
 mod standard_input;
 mod suggest;
 mod table;
@@ -30,9 +31,10 @@ mod text;
 mod turns;
 mod xlsx;
 
-pub use csv_file::{as_written, write, write_samples, ACCEPTED_COLUMNS};
+pub use csv_file::{as_written, write, write_samples, write_samples_of, ACCEPTED_COLUMNS};
 pub use kept::keep;
-pub use table::{Selection, TimeUnit, Unit};
+pub use quantity::Quantity;
+pub use table::{Selection, TimeUnit};
 
 use place::Part;
 use std::path::Path;
@@ -63,21 +65,23 @@ pub fn read_selected(named: &Path, selection: &Selection) -> Result<Record> {
     let file = file.as_path();
     let format = format::of(file)?;
     let is_text = format.names_its_channels();
-    let nothing_said = *selection == Selection::default();
-    // What the file does not say may have been said for its folder.
-    let kept = if nothing_said { kept::for_record(file)? } else { Selection::default() };
+    let nothing_said = selection.is_empty();
+    // What neither the file nor the user says may have been said for its folder.
+    let kept = kept::for_record(file)?;
     let mut record = if format == format::Format::Csv && nothing_said && csv_file::is_ours(file)? {
         csv_file::read(file)?
     } else {
         let table = format::channels(file, format)?;
         let with = |selection: &Selection| asked::record(file, &table, selection, is_text);
         match with(selection) {
-            Err(unclear) if kept == Selection::default() => return Err(unclear),
-            Err(_) => with(&kept)?,
+            Err(unclear) if kept.is_empty() => return Err(unclear),
+            Err(_) => with(&selection.over(&kept))?,
             Ok(record) => record,
         }
     };
-    turns::take_out(&mut record.yaw_deg);
+    if record.measurand.is_angle() {
+        turns::take_out(&mut record.yaw_deg);
+    }
     match part {
         // What is said of one record goes before what is kept for its folder.
         Some(Part::Between(times)) => record = cut::between(record, times, false)?,
@@ -98,7 +102,9 @@ pub fn read_selected(named: &Path, selection: &Selection) -> Result<Record> {
 /// Exit 3, naming record and sample, for what is refused of a file.
 pub fn checked(mut record: Record) -> Result<Record> {
     asked::check(&record, "yaw_deg")?;
-    turns::take_out(&mut record.yaw_deg);
+    if record.measurand.is_angle() {
+        turns::take_out(&mut record.yaw_deg);
+    }
     Ok(record)
 }
 
@@ -113,12 +119,12 @@ fn release(record: Record, number: usize) -> Result<Record> {
     Ok(several::sliced(&record, part))
 }
 
-/// How many releases a file holds.
+/// How many releases a file holds, read as `selection` says.
 ///
 /// # Errors
-/// As [`read`].
-pub fn releases(file: &Path) -> Result<usize> {
-    Ok(several::releases(&read(file)?).len())
+/// As [`read_selected`].
+pub fn releases(file: &Path, selection: &Selection) -> Result<usize> {
+    Ok(several::releases(&read_selected(file, selection)?).len())
 }
 
 /// Writes the record in the format that the name's ending says: csv, parquet, h5, hdf5 or mat (7.3).

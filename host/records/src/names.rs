@@ -26,7 +26,10 @@ pub(super) fn bracketed(field: &str) -> Option<String> {
     let inner = field.trim().trim_matches(['(', ')', '[', ']']).trim();
     let known = [
         "deg", "degree", "degrees", "°", "rad", "radian", "radians", "v", "volt", "volts", "mv",
-        "g", "hz", "-", "deg/s", "°/s", "rad/s", "m/s",
+        "g", "hz", "-", "deg/s", "°/s", "rad/s", "m/s", "mrad", "turn", "turns", "rev", "gon",
+        "rpm", "rad/s2", "rad/s^2", "rad/s²", "deg/s2", "deg/s^2", "deg/s²", "°/s2", "°/s²", "m",
+        "cm", "mm", "um", "µm", "μm", "px", "pixel", "pixels", "mm/s", "cm/s", "m/s2", "m/s^2",
+        "m/s²", "mm/s2", "mm/s^2", "mm/s²",
     ];
     let is_known = known.contains(&inner.to_lowercase().as_str()) || seconds(inner).is_some();
     is_known.then(|| inner.to_owned())

@@ -2,7 +2,8 @@
 //! meant by what their numbers do.
 
 use super::names;
-use super::table::{Channel, Selection, Unit, FEWEST_SAMPLES};
+use super::quantity::{self, Quantity, Unclear};
+use super::table::{Channel, Selection, FEWEST_SAMPLES};
 use std::path::Path;
 use yawrig_core::identify::{identify, Method, Settings};
 use yawrig_core::record::Record;
@@ -57,19 +58,45 @@ pub(super) fn command(file: &Path, table: &[Channel], selection: &Selection) -> 
         (None, None) => out += &unknown_rate(SAMPLES_HZ, &mut about),
     }
     out += &format!(" --yaw {}", yaw.map_or("NAME".to_owned(), |yaw| called(table, yaw)));
-    let known = yaw.is_some_and(|c| {
-        let by_name = c.own_name().rsplit_once('_').and_then(|(_, unit)| Unit::of(unit));
-        by_name.or(c.unit.as_deref().and_then(Unit::of)).is_some()
-    });
-    match selection.unit {
-        Some(unit) => out += &format!(" --unit {}", unit.name()),
-        None if !known => {
-            let unit = yaw.map_or(Unit::Deg, likely_unit);
-            out += &format!(" --unit {}", unit.name());
-            let other = if unit == Unit::Deg { Unit::Rad } else { Unit::Deg };
-            about.push(format!("or --unit {}: the file does not say it", other.name()));
+    let own = yaw.and_then(unit_of);
+    match quantity::meant(selection.quantity, own.or(selection.unit.as_deref())) {
+        Ok(meant) => {
+            // What the unit says need not be said again, but is better seen.
+            if let Some(said) = selection.quantity.filter(|_| !meant.measurand.is_angle()) {
+                out += &format!(" --quantity {}", said.name());
+            } else if !meant.measurand.is_angle() {
+                out += &format!(" --quantity {}", meant.measurand.quantity());
+            }
         }
-        None => {}
+        Err(Unclear::NoUnit) => {
+            let unit = match selection.quantity {
+                None | Some(Quantity::Angle) => {
+                    let unit = yaw.map_or("deg", likely_unit);
+                    let other = if unit == "deg" { "rad" } else { "deg" };
+                    about.push(format!("or --unit {other}: the file does not say it"));
+                    about.push("no angle: --quantity displacement, with its unit".to_owned());
+                    unit
+                }
+                Some(said) => {
+                    out += &format!(" --quantity {}", said.name());
+                    about.push("with the channel's own unit".to_owned());
+                    match said {
+                        Quantity::Displacement => "mm",
+                        Quantity::Rate => "rad/s",
+                        _ => "m/s2",
+                    }
+                }
+            };
+            out += &format!(" --unit {unit}");
+        }
+        Err(Unclear::NoAngle) => {
+            let likely = Quantity::likely(own.or(selection.unit.as_deref()).unwrap_or_default());
+            out += &format!(" --quantity {}", likely.name());
+        }
+        Err(Unclear::Against(_, is)) => out += &format!(" --quantity {}", is.name()),
+    }
+    if let (Some(unit), None) = (&selection.unit, own) {
+        out += &format!(" --unit {}", quoted(unit));
     }
     about.push("with --keep every file of its folder is read this way".to_owned());
     format!("{out}   ({})", about.join("; "))
@@ -159,7 +186,7 @@ fn likely_yaw<'a>(table: &'a [Channel], time: Option<&Channel>) -> Option<&'a Ch
     };
     let rank = |c: &Channel| {
         let by_name = names::as_yaw(c.own_name()).or_else(|| names::as_angle(c.own_name()));
-        let is_angle = c.unit.as_deref().and_then(Unit::of).is_some();
+        let is_angle = unit_of(c).is_some_and(|unit| quantity::meant(None, Some(unit)).is_ok());
         (by_name.unwrap_or(u8::MAX), !is_angle)
     };
     let others = || table.iter().filter(is_other);
@@ -198,12 +225,19 @@ fn misfit(channel: &Channel) -> Option<f64> {
     Some(estimate.residual_rms_deg / found.window.from_deg)
 }
 
-fn likely_unit(channel: &Channel) -> Unit {
+/// The unit that a channel says it is in.
+fn unit_of(channel: &Channel) -> Option<&str> {
+    let by_name = channel.own_name().rsplit_once('_').map(|(_, unit)| unit);
+    let by_name = by_name.filter(|unit| quantity::angular(unit).is_some());
+    by_name.or(channel.unit.as_deref()).map(str::trim).filter(|unit| !unit.is_empty())
+}
+
+fn likely_unit(channel: &Channel) -> &'static str {
     let largest = finite(channel).iter().fold(0.0f64, |most, value| most.max(value.abs()));
     // A swing of so few degrees would be a small one.
     match largest <= LARGEST_RAD {
-        true => Unit::Rad,
-        false => Unit::Deg,
+        true => "rad",
+        false => "deg",
     }
 }
 

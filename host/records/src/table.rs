@@ -1,6 +1,7 @@
 //! Channels of a file of any format, and how they are chosen from.
 
 use super::place::Times;
+use super::quantity::Quantity;
 use serde::{Deserialize, Serialize};
 
 /// Fewer samples than this hold no three cycles at any rate: the fastest mode (4.2 Hz) at 20 Hz has 14.
@@ -8,32 +9,6 @@ pub(super) const FEWEST_SAMPLES: usize = 10;
 
 /// Longest record, s.
 pub(super) const LONGEST_S: f64 = 86_400.0;
-
-/// What the yaw angle of a file is counted in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Unit {
-    Deg,
-    Rad,
-}
-
-impl Unit {
-    /// The unit of this name or symbol, as measurement programs write it.
-    pub(super) fn of(text: &str) -> Option<Self> {
-        match text.trim().to_lowercase().as_str() {
-            "deg" | "degree" | "degrees" | "°" => Some(Self::Deg),
-            "rad" | "radian" | "radians" => Some(Self::Rad),
-            _ => None,
-        }
-    }
-
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Deg => "deg",
-            Self::Rad => "rad",
-        }
-    }
-}
 
 /// What the time of a file is counted in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -53,11 +28,15 @@ pub struct Selection {
     /// Channel of the time, by its name or its number from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<String>,
-    /// Channel of the yaw angle.
+    /// Channel of the yaw angle, or of what else was recorded of the motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub yaw: Option<String>,
+    /// What this channel holds, where its unit does not say it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub unit: Option<Unit>,
+    pub quantity: Option<Quantity>,
+    /// Of its numbers.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<TimeUnit>,
     /// Samples a second, where there is no time.
@@ -74,6 +53,29 @@ pub struct Selection {
 impl Selection {
     pub(super) fn times(&self) -> Times {
         Times { from_s: self.from_s, to_s: self.to_s }
+    }
+
+    /// Whether nothing is said.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The same, and of what is not said here what `kept` says. Times are not chosen so.
+    pub(super) fn over(&self, kept: &Self) -> Self {
+        let text = |own: &Option<String>, kept: &Option<String>| own.clone().or(kept.clone());
+        // What was said of one channel is not said of another.
+        let same = self.yaw.is_none() || self.yaw == kept.yaw;
+        let of_channel = if same { kept } else { &Self::default() };
+        Self {
+            time: text(&self.time, &kept.time),
+            yaw: text(&self.yaw, &kept.yaw),
+            quantity: self.quantity.or(of_channel.quantity),
+            unit: text(&self.unit, &of_channel.unit),
+            time_unit: self.time_unit.or(kept.time_unit),
+            rate_hz: self.rate_hz.or(kept.rate_hz),
+            from_s: self.from_s,
+            to_s: self.to_s,
+        }
     }
 }
 

@@ -117,7 +117,7 @@ fn one_column_under_a_line_of_settings_is_read_with_its_rate() {
     let selection = crate::Selection {
         yaw: Some("1".to_owned()),
         rate_hz: Some(1000.0),
-        unit: Some(crate::Unit::Deg),
+        unit: Some("deg".to_owned()),
         ..crate::Selection::default()
     };
     let record = crate::read_selected(&file, &selection).unwrap();

@@ -87,6 +87,14 @@ impl Trajectory {
         }
     }
 
+    /// b'' without a random moment, rad/s2; none where it is stuck.
+    pub fn acceleration(&self) -> f64 {
+        match self.piece.rate == 0.0 {
+            true => 0.0,
+            false => self.moments.acceleration(self.time_s, self.state, self.piece, 0.0),
+        }
+    }
+
     /// One step of `h` s.
     ///
     /// The random moment is constant over it and has the variance q / h, so that the yaw rate wanders by q h

@@ -20,7 +20,7 @@ pub use effects::{Effect, Effects};
 pub use error::{Error, Quantity, Result};
 pub use library::{Kind, Parameter, LIBRARY};
 pub use motion::{End, Motion, Sample, Samples, Start};
-pub use sensor::Sensor;
+pub use sensor::{Sees, Sensor};
 pub use springs::{Spring, SPRINGS};
 
 use serde::Serialize;

@@ -168,7 +168,7 @@ impl Distortion {
         }
     }
 
-    /// What the sensor sees of the angle b (rad) at t (s), rad. The second mode rings from the release on.
+    /// What the sensor shows of what it sees (b, of the angle rad) at t (s). The second mode rings from the release on.
     pub fn reading(&self, t: f64, b: f64) -> f64 {
         let [amplitude, phase, w2, zeta2] = self.second_mode;
         let ringing = if amplitude == 0.0 || t < 0.0 {

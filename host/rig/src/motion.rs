@@ -4,7 +4,7 @@ use super::corners::{self, Trajectory};
 use super::effects::Effects;
 use super::moments::{Distortion, Moments};
 use super::runge_kutta::runge_kutta;
-use super::sensor::{Reader, Sensor};
+use super::sensor::{Reader, Sees, Sensor};
 use crate::error::Result;
 use std::f64::consts::{PI, TAU};
 use yawrig_shared::modal::Modal;
@@ -102,7 +102,7 @@ impl Start {
 pub struct Sample {
     /// From the first sample, s.
     pub time_s: f64,
-    /// Offset, noise and converter included.
+    /// Offset, noise and converter included; of a rate or an acceleration deg/s or deg/s2.
     pub yaw_deg: f64,
     /// The converter's counts, 32768 at zero degrees; `None` without a converter.
     pub counts: Option<u16>,
@@ -112,6 +112,7 @@ pub struct Sample {
 #[derive(Clone, Debug)]
 pub struct Samples {
     motion: Motion,
+    sees: Sees,
     reader: Reader,
     rate_hz: f64,
     step_s: f64,
@@ -141,6 +142,7 @@ impl Samples {
         let steps_per_sample = (1.0 / (sensor.rate_hz * LONGEST_STEP_S)).ceil().max(1.0);
         Self {
             motion,
+            sees: sensor.sees,
             reader: Reader::new(sensor, seed),
             rate_hz: sensor.rate_hz,
             step_s: 1.0 / (sensor.rate_hz * steps_per_sample),
@@ -190,6 +192,14 @@ impl Samples {
         }
     }
 
+    /// Where it is, rad/s2.
+    fn acceleration(&self) -> f64 {
+        match &self.effects {
+            None => self.motion.acceleration(self.state[0], self.state[1]),
+            Some(with) => with.trajectory.acceleration(),
+        }
+    }
+
     /// From one sample to the next.
     fn advance(&mut self) {
         let Some(with) = &mut self.effects else {
@@ -233,12 +243,20 @@ impl Iterator for Samples {
         if self.is_over(time_s) || !self.state[0].is_finite() {
             return None;
         }
+        let moving = self.next > self.held_samples;
+        let seen = match self.sees {
+            Sees::Angle => self.state[0],
+            Sees::Rate => self.state[1],
+            // A hand holds it until it is let go.
+            Sees::Acceleration if moving => self.acceleration(),
+            Sees::Acceleration => 0.0,
+        };
         let seen_rad = match &self.effects {
-            None => self.state[0],
+            None => seen,
             Some(_) if self.state[0].abs() > PI => return None,
             Some(with) => {
                 let released_s = self.held_samples as f64 / self.rate_hz;
-                with.distortion.reading(time_s - released_s, self.state[0])
+                with.distortion.reading(time_s - released_s, seen)
             }
         };
         self.next += 1;

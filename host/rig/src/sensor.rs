@@ -7,9 +7,22 @@ use rand_distr::{Distribution, StandardNormal};
 /// Counts at zero degrees: the middle of a 16-bit converter.
 const ZERO_COUNTS: f64 = 32768.0;
 
-/// How the yaw angle is read.
+/// What a sensor sees of the motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sees {
+    /// The yaw angle: a potentiometer.
+    #[default]
+    Angle,
+    /// The yaw rate: a gyroscope.
+    Rate,
+    /// The yaw acceleration.
+    Acceleration,
+}
+
+/// How the yaw angle is read. Where another derivative of it is seen, `deg` is deg/s or deg/s2.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensor {
+    pub sees: Sees,
     pub rate_hz: f64,
     /// Rms of the noise, deg.
     pub noise_deg: f64,
@@ -25,6 +38,7 @@ impl Default for Sensor {
     /// 1 kHz, 0.05 deg white noise, 0.005 deg a count.
     fn default() -> Self {
         Self {
+            sees: Sees::Angle,
             rate_hz: 1000.0,
             noise_deg: 0.05,
             noise_correlation: 0.0,

@@ -5,7 +5,7 @@ use crate::plan::Of;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::ValueEnum;
 use yawrig_core::identify::conventional;
-use yawrig_records::{TimeUnit, Unit};
+use yawrig_records::{Quantity, TimeUnit};
 use yawrig_shared::axis::Axis;
 
 /// How the damped frequency is read off the spectrum.
@@ -46,18 +46,25 @@ impl From<Decay> for conventional::Decay {
     }
 }
 
-/// What a file's yaw angle is in.
+/// What was recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum YawUnit {
-    Deg,
-    Rad,
+pub enum QuantityChoice {
+    Angle,
+    /// Of an angle (a gyroscope's) or of a displacement.
+    Rate,
+    /// Of an angle or of a displacement.
+    Acceleration,
+    /// Or anything in proportion to it: a strain, a voltage.
+    Displacement,
 }
 
-impl From<YawUnit> for Unit {
-    fn from(chosen: YawUnit) -> Self {
+impl From<QuantityChoice> for Quantity {
+    fn from(chosen: QuantityChoice) -> Self {
         match chosen {
-            YawUnit::Deg => Self::Deg,
-            YawUnit::Rad => Self::Rad,
+            QuantityChoice::Angle => Self::Angle,
+            QuantityChoice::Rate => Self::Rate,
+            QuantityChoice::Acceleration => Self::Acceleration,
+            QuantityChoice::Displacement => Self::Displacement,
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::common::{bare, print_json, print_line, wrapped, EffectsArg, SCHEMA_VERSION};
 use super::model::{print_revision, revised, summary, JudgeArgs, DEFAULT};
 use super::releases::ReleaseArg;
+use super::units::sized;
 use crate::answer::{Answer, Drawn, OfRecord};
 use crate::model::appraisal::Appraisal;
 use crate::model::comparison::{compare, compare_records, Compared, Comparison};
@@ -18,7 +19,7 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::fit::fitting::Fitted;
 use yawrig_core::quantity::Quantity;
-use yawrig_core::record::Record;
+use yawrig_core::record::{Measurand, Record};
 
 /// Compare a model with records and show where it fails.
 ///
@@ -74,6 +75,7 @@ impl Compare {
         let revision = compare(&Comparison {
             model: model.clone(),
             files,
+            reading: self.release.selection()?,
             effects: self.effects.effects()?,
             unknown_zero: self.judge.unknown_zero,
         })?;
@@ -94,6 +96,7 @@ impl Compare {
         let comparison = Comparison {
             model: model.clone(),
             files: Vec::new(),
+            reading: self.release.selection()?,
             effects: self.effects.effects()?,
             unknown_zero: self.judge.unknown_zero,
         };
@@ -115,7 +118,7 @@ impl Compare {
             return Err(Error::usage("--effect beside several models")
                 .help("add it to one of them first: yawrig add EFFECT --model MODEL"));
         }
-        let sides = side_by_side(models, files)?;
+        let sides = side_by_side(models, files, &self.release.selection()?)?;
         if self.judge.json {
             return print_json(&json!({"schema_version": SCHEMA_VERSION, "models": sides}));
         }
@@ -132,7 +135,9 @@ fn columns(sides: &[Side]) -> String {
     let mut add = |name: &str, of: &dyn Fn(&Side) -> String| {
         table.add_row(std::iter::once(name.to_owned()).chain(sides.iter().map(of)));
     };
-    add("residual (deg)", &|s| format!("{:.4}", s.appraisal.residuals.residual_rms_deg));
+    let measurand = sides.first().map(|s| s.appraisal.said.measurand()).unwrap_or_default();
+    let residual = format!("residual ({})", measurand.unit());
+    add(&residual, &|s| sized(&measurand, s.appraisal.residuals.residual_rms_deg, 4));
     add("over noise", &|s| format!("{:.3}", s.appraisal.residuals.residual_over_noise));
     add("held out over noise", &|s| format!("{:.3}", s.appraisal.residuals.held_out_over_noise));
     add("numbers fitted", &|s| s.numbers.to_string());
@@ -155,10 +160,12 @@ fn columns(sides: &[Side]) -> String {
     if let Some(first) = sides.first() {
         for bin in &first.appraisal.where_.amplitude {
             let at = 0.5 * (bin.from_deg + bin.to_deg);
-            add(&format!("residual (deg) at {:.2} - {:.2} deg", bin.from_deg, bin.to_deg), &|s| {
+            let [from, to] = [bin.from_deg, bin.to_deg].map(|at| sized(&measurand, at, 2));
+            let unit = measurand.coordinate_unit();
+            add(&format!("{residual} at {from} - {to} {unit}"), &|s| {
                 let bins = &s.appraisal.where_.amplitude;
                 let found = bins.iter().find(|b| b.from_deg <= at && at <= b.to_deg);
-                found.map_or("-".to_owned(), |b| format!("{:.4}", b.rms_deg))
+                found.map_or("-".to_owned(), |b| sized(&measurand, b.rms_deg, 4))
             });
         }
     }
@@ -167,6 +174,7 @@ fn columns(sides: &[Side]) -> String {
 
 fn text(model: Option<&Path>, revision: &Revision) -> String {
     let a = &revision.appraisal;
+    let measurand = &a.said.measurand();
     let with: String = a.effects.iter().map(|e| format!(" + {e}")).collect();
     let name = model.map_or_else(String::new, |m| format!("{}: ", m.display()));
     let mut out = format!("{name}second order{with}\n");
@@ -177,19 +185,24 @@ fn text(model: Option<&Path>, revision: &Revision) -> String {
     let white = if w.correlation.abs() <= w.correlation_of_white { "white" } else { "not white" };
     let _ = writeln!(
         out,
-        "  noise {:.4} deg; residual {white}: lag-one correlation {:.3}, of white noise within {:.3}",
-        a.noise_rms_deg, w.correlation, w.correlation_of_white
+        "  noise {} {}; residual {white}: lag-one correlation {:.3}, of white noise within {:.3}",
+        sized(measurand, a.noise_rms_deg, 4),
+        measurand.unit(),
+        w.correlation,
+        w.correlation_of_white
     );
     let _ = write!(
         out,
         "\nwhat is left of {}, and where; residuals below are of means over a fiftieth of a period, as in \"over noise\"\n\n",
         a.where_file
     );
-    out.push_str(&tables(a).map(|t| t.trim_fmt()).join("\n\n"));
+    let tables = tables(a, measurand);
+    let tables = tables.iter().filter(|t| !t.is_empty()).map(|t| t.trim_fmt());
+    out.push_str(&tables.collect::<Vec<_>>().join("\n\n"));
     out
 }
 
-fn tables(a: &Appraisal) -> [comfy_table::Table; 6] {
+fn tables(a: &Appraisal, measurand: &Measurand) -> [comfy_table::Table; 6] {
     let w = &a.where_;
     let rows = |header: [&str; 2], rows: Vec<(String, f64, String)>| {
         let mut table = bare(&[header[0], header[1], ""]);
@@ -202,13 +215,16 @@ fn tables(a: &Appraisal) -> [comfy_table::Table; 6] {
         }
         table
     };
-    let deg = |at: String, rms: f64| (at, rms, format!("{rms:.4}"));
+    let deg = |at: String, rms: f64| (at, rms, sized(measurand, rms, 4));
+    let at = |x: f64| sized(measurand, x, 2);
     let law = |at: f64, moment: f64, u: f64| {
-        (format!("{at:.2}"), moment, Quantity::new(moment, u).to_string())
+        (sized(measurand, at, 2), moment, Quantity::new(moment, u).to_string())
     };
     let time = w.time.iter().map(|t| deg(format!("{:.2} - {:.2}", t.from_s, t.to_s), t.rms_deg));
-    let amplitude =
-        w.amplitude.iter().map(|t| deg(format!("{:.2} - {:.2}", t.from_deg, t.to_deg), t.rms_deg));
+    let by_amplitude = w
+        .amplitude
+        .iter()
+        .map(|t| deg(format!("{} - {}", at(t.from_deg), at(t.to_deg)), t.rms_deg));
     let damping = w.damping_law.iter().map(|p| law(p.rate_deg_s, p.moment_rad_s2, p.u_rad_s2));
     let stiffness = w.stiffness_law.iter().map(|p| law(p.yaw_deg, p.moment_rad_s2, p.u_rad_s2));
     let frequency = w
@@ -216,19 +232,23 @@ fn tables(a: &Appraisal) -> [comfy_table::Table; 6] {
         .iter()
         .filter(|f| f.share >= 0.005)
         .map(|f| (format!("{:.3}", f.hz), f.share, format!("{:.1}", 100.0 * f.share)));
-    let mut windows = bare(&["amplitude (deg)", "wn (rad/s)", "zeta"]);
+    let (unit, of) = (measurand.unit(), measurand.coordinate_unit());
+    let (residual, amplitude) = (format!("residual ({unit})"), format!("amplitude ({of})"));
+    let (rate, moment) = (measurand.rate_unit(), measurand.parameter_unit("rad/s2"));
+    let moment = format!("missing moment ({moment})");
+    let mut windows = bare(&[&amplitude, "wn (rad/s)", "zeta"]);
     for w in &a.windows {
         windows.add_row([
-            format!("{:.3}", w.amplitude_deg),
+            sized(measurand, w.amplitude_deg, 3),
             format!("{:.4}", w.natural_frequency_rad_s),
             format!("{:.5}", w.damping_ratio),
         ]);
     }
     [
-        rows(["time (s)", "residual (deg)"], time.collect()),
-        rows(["amplitude (deg)", "residual (deg)"], amplitude.collect()),
-        rows(["rate at zero yaw (deg/s)", "missing moment (rad/s2)"], damping.collect()),
-        rows(["yaw at zero rate (deg)", "missing moment (rad/s2)"], stiffness.collect()),
+        rows(["time (s)", &residual], time.collect()),
+        rows([&amplitude, &residual], by_amplitude.collect()),
+        rows([&format!("rate at zero yaw ({rate})"), &moment], damping.collect()),
+        rows([&format!("yaw at zero rate ({of})"), &moment], stiffness.collect()),
         rows(["frequency (Hz)", "share of the residual (%)"], frequency.collect()),
         windows,
     ]

@@ -1,7 +1,6 @@
 //! `yawrig convert`: a record from one format to another.
 
-use super::choices::{ClockUnit, YawUnit};
-use super::common::{print_json, print_line, within, SCHEMA_VERSION};
+use super::common::{print_json, print_line, SCHEMA_VERSION};
 use super::releases::ReleaseArg;
 use crate::campaign::simulated::refuse_existing;
 use clap::Args;
@@ -19,21 +18,6 @@ pub struct Convert {
     from: PathBuf,
     /// The file to write: .csv, .parquet, .h5, .hdf5 or .mat (7.3)
     to: PathBuf,
-    /// Channel of the time, by its name or number (default: the one whose name says it)
-    #[arg(long, value_name = "NAME")]
-    time: Option<String>,
-    /// Channel of the yaw angle, or an expression of channels such as 'atan2(x, -y)' (default: the one whose name says it)
-    #[arg(long, value_name = "NAME")]
-    yaw: Option<String>,
-    /// What the yaw angle is in, where the file does not say it
-    #[arg(long, value_enum)]
-    unit: Option<YawUnit>,
-    /// What the time is in, where the file does not say it
-    #[arg(long, value_enum)]
-    time_unit: Option<ClockUnit>,
-    /// Samples a second, where there is no channel of the time or it counts samples
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
-    rate_hz: Option<f64>,
     /// Read all records of this one's folder so from now on (kept in its records.toml)
     #[arg(long)]
     keep: bool,
@@ -49,17 +33,7 @@ pub struct Convert {
 
 impl Convert {
     pub fn run(&self) -> Result<()> {
-        if let Some(rate_hz) = self.rate_hz {
-            within("--rate-hz", rate_hz, 20.0, 10_000.0)?;
-        }
-        let selection = Selection {
-            time: self.time.clone(),
-            yaw: self.yaw.clone(),
-            unit: self.unit.map(Into::into),
-            time_unit: self.time_unit.map(Into::into),
-            rate_hz: self.rate_hz,
-            ..Selection::default()
-        };
+        let selection = self.release.selection()?;
         let from = self.release.of(std::slice::from_ref(&self.from))?;
         let many = from.len() > 1;
         for (index, from) in from.iter().enumerate() {

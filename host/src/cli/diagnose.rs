@@ -25,6 +25,7 @@ use yawrig_core::diagnosis::diagnose::{
 };
 use yawrig_core::diagnosis::several::{diagnose_several, Common, SeveralDiagnosis};
 use yawrig_core::record::Record;
+use yawrig_records::Selection;
 
 /// Which physical effect a second-order model of a record lacks.
 ///
@@ -203,7 +204,7 @@ impl Diagnose {
             |file: &Path| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
         let files = self.release.of(&self.files)?;
         if files.len() > 1 {
-            return several(&files, options);
+            return several(&files, &self.release.selection()?, options);
         }
         let asked = self.same_rig || !self.share.is_empty() || !self.own.is_empty();
         if let (true, [file]) = (asked, &files[..]) {
@@ -213,18 +214,21 @@ impl Diagnose {
             ))
             .help("name the other releases too: yawrig diagnose A.csv B.csv"));
         }
+        let reading = self.release.selection()?;
         let file = files.first();
         match (file, &self.model) {
-            (Some(file), None) if is_toml(file) && is_model(file) => beside(file, None, options),
+            (Some(file), None) if is_toml(file) && is_model(file) => {
+                beside(file, None, &reading, options)
+            }
             (Some(file), None) if is_toml(file) => Ok(Case::Campaign(file.clone(), options)),
             (Some(file), Some(_)) if is_toml(file) => {
                 Err(Error::usage("a campaign beside --model")
                     .help("leave --model out: a campaign is judged from a second-order model on"))
             }
-            (Some(file), None) => one(file, options, SECOND_ORDER),
+            (Some(file), None) => one(file, &reading, options, SECOND_ORDER),
             (file, model) => {
                 let model = model.as_deref().unwrap_or(Path::new(DEFAULT));
-                beside(model, file.map(PathBuf::as_path), options)
+                beside(model, file.map(PathBuf::as_path), &reading, options)
             }
         }
     }
@@ -285,23 +289,23 @@ impl Diagnose {
     }
 }
 
-fn one(file: &Path, options: Options, model: &'static str) -> Result<Case> {
-    warn_of_more(file);
-    Ok(Case::Record(yawrig_records::read(file)?, options, model))
+fn one(file: &Path, reading: &Selection, options: Options, model: &'static str) -> Result<Case> {
+    warn_of_more(file, reading);
+    Ok(Case::Record(yawrig_records::read_selected(file, reading)?, options, model))
 }
 
 /// `files`, releases of one rig.
-fn several(files: &[PathBuf], options: Options) -> Result<Case> {
+fn several(files: &[PathBuf], reading: &Selection, options: Options) -> Result<Case> {
     if let Some(file) = files.iter().find(|f| f.extension().is_some_and(|e| e == "toml")) {
         return Err(Error::usage(format!("{} among several records", file.display()))
             .help("give records only, or one campaign.toml alone"));
     }
-    let records = files.iter().map(|file| yawrig_records::read(file));
+    let records = files.iter().map(|file| yawrig_records::read_selected(file, reading));
     Ok(Case::Several(records.collect::<Result<_>>()?, options))
 }
 
 /// What the model at `path` lacks, in `file` or its own records.
-fn beside(path: &Path, file: Option<&Path>, options: Options) -> Result<Case> {
+fn beside(path: &Path, file: Option<&Path>, reading: &Selection, options: Options) -> Result<Case> {
     let model = Model::read(path)?;
     edits::warn(&model, path);
     let fitted: Vec<&RecordEntry> = model.records.iter().filter(|r| !r.held_out).collect();
@@ -316,16 +320,23 @@ fn beside(path: &Path, file: Option<&Path>, options: Options) -> Result<Case> {
         ..options
     };
     let entry = match (file, fitted.as_slice()) {
-        (Some(file), _) => records::known_or_new(&model, path, file)?,
+        (Some(file), _) => records::known_or_new(&model, path, file)?.read_as(reading),
         (None, [entry]) => (*entry).clone(),
         (None, all) => {
-            let files: Vec<PathBuf> =
-                all.iter().map(|entry| Model::record_path(path, entry)).collect();
-            return several(&files, options);
+            let read = |entry: &&RecordEntry| {
+                yawrig_records::read_selected(&Model::record_path(path, entry), &entry.reading)
+            };
+            let records = all.iter().map(read).collect::<Result<_>>()?;
+            return Ok(Case::Several(records, options));
         }
     };
     let wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
-    one(&Model::record_path(path, &entry), Options { wind_speed_m_s, ..options }, PRESENT)
+    one(
+        &Model::record_path(path, &entry),
+        &entry.reading,
+        Options { wind_speed_m_s, ..options },
+        PRESENT,
+    )
 }
 
 const PRESENT: &str = "the present model";

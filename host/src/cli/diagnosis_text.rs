@@ -2,6 +2,7 @@
 
 use super::common::bare;
 use super::model::{amplitude_rows, parameter};
+use super::units::sized;
 use std::fmt::Write as _;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::diagnosis::campaign::{BeforeAndAfter, CampaignDiagnosis, HeldOut};
@@ -9,6 +10,7 @@ use yawrig_core::diagnosis::diagnose::{verdict, Diagnosis, Status, Step, SECOND_
 use yawrig_core::diagnosis::several::SeveralDiagnosis;
 use yawrig_core::effects::Effect;
 use yawrig_core::quantity::Quantity;
+use yawrig_core::record::Measurand;
 
 /// What the difference of BIC of the candidates is; the first is what `compare --effect` prints, too.
 const BIC_OF_WHOLE: &str =
@@ -19,6 +21,7 @@ const BIC_OF_PIECES: &str = "difference of BIC of pieces fitted each with its ow
 
 /// The verdict on a record. `model`: what its effects were looked for beside.
 pub fn of_record(file: &str, d: &Diagnosis, model: &str) -> String {
+    let measurand = &d.said.measurand();
     let verdict = verdict(d.status, &d.effects, model);
     let mut out = format!("{file}: {verdict}\n");
     if let Some(sentence) = &d.sentence {
@@ -26,14 +29,17 @@ pub fn of_record(file: &str, d: &Diagnosis, model: &str) -> String {
     }
     let _ = writeln!(
         out,
-        "  wn {} rad/s, zeta {}, noise {:.4} deg",
-        d.modal.natural_frequency_rad_s, d.modal.damping_ratio, d.noise_rms_deg
+        "  wn {} rad/s, zeta {}, noise {} {}",
+        d.modal.natural_frequency_rad_s,
+        d.modal.damping_ratio,
+        sized(measurand, d.noise_rms_deg, 4),
+        measurand.unit()
     );
-    let _ = writeln!(out, "{}", step_rows(&d.steps, model));
+    let _ = writeln!(out, "{}", step_rows(measurand, &d.steps, model));
     for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
-        let _ = writeln!(out, "  {}", parameter(name, value));
+        let _ = writeln!(out, "  {}", parameter(measurand, name, value));
     }
-    out.push_str(&amplitude_rows(&d.at_amplitude));
+    out.push_str(&amplitude_rows(measurand, &d.at_amplitude));
     let mut candidates = bare(&["effect alone", "over noise", "difference of BIC"]);
     for c in d.candidates.iter().take(5) {
         let evidence =
@@ -88,11 +94,13 @@ pub fn of_several(d: &SeveralDiagnosis, model: &str) -> String {
         verdict(d.status, &d.effects, model),
         d.sentence
     );
-    let _ = writeln!(out, "{}\n  held out: {}", step_rows(&d.steps, model), d.held_out);
+    let measurand = &d.said.measurand();
+    let _ = writeln!(out, "{}\n  held out: {}", step_rows(measurand, &d.steps, model), d.held_out);
     for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
-        let _ = writeln!(out, "  {} for all", parameter(name, value));
+        let _ = writeln!(out, "  {} for all", parameter(measurand, name, value));
     }
-    let mut rows = bare(&["record", "wn (rad/s)", "zeta", "rest (deg)", "over noise"]);
+    let rest = format!("rest ({})", measurand.unit());
+    let mut rows = bare(&["record", "wn (rad/s)", "zeta", &rest, "over noise"]);
     for r in &d.records {
         rows.add_row([
             r.file.clone(),
@@ -104,7 +112,7 @@ pub fn of_several(d: &SeveralDiagnosis, model: &str) -> String {
     }
     let _ = writeln!(out, "\n{rows}");
     for r in &d.records {
-        let rows = amplitude_rows(&r.at_amplitude);
+        let rows = amplitude_rows(measurand, &r.at_amplitude);
         if !rows.is_empty() {
             let _ = writeln!(out, "  {}:\n{rows}", r.file);
         }
@@ -112,7 +120,7 @@ pub fn of_several(d: &SeveralDiagnosis, model: &str) -> String {
     for (effect, _) in d.sharing.iter().filter(|(_, how)| how.starts_with("each")) {
         for r in &d.records {
             for (name, value) in r.parameters.iter().filter(|(n, _)| n.starts_with(effect)) {
-                let _ = writeln!(out, "  {}: {}", r.file, parameter(name, value));
+                let _ = writeln!(out, "  {}: {}", r.file, parameter(measurand, name, value));
             }
         }
     }
@@ -124,12 +132,14 @@ pub fn of_several(d: &SeveralDiagnosis, model: &str) -> String {
 
 /// The verdict and what it rests on.
 pub fn of_campaign(file: &str, d: &CampaignDiagnosis) -> String {
+    let measurand = &d.said.measurand();
     let mut out = format!(
-        "{file}, {} releases: {}\n  {}\n  noise {:.4} deg\n",
+        "{file}, {} releases: {}\n  {}\n  noise {} {}\n",
         d.releases.len(),
         verdict(d.status, &d.effects, SECOND_ORDER),
         d.sentence,
-        d.noise_rms_deg
+        sized(measurand, d.noise_rms_deg, 4),
+        measurand.unit()
     );
     let held_out = match d.held_out {
         HeldOut::Releases => {
@@ -137,9 +147,10 @@ pub fn of_campaign(file: &str, d: &CampaignDiagnosis) -> String {
         }
         HeldOut::LaterPart => "the later part of each release",
     };
-    let _ = writeln!(out, "{}\n  held out: {held_out}", step_rows(&d.steps, SECOND_ORDER));
+    let _ =
+        writeln!(out, "{}\n  held out: {held_out}", step_rows(measurand, &d.steps, SECOND_ORDER));
     for (name, value) in d.steps.last().iter().flat_map(|s| &s.parameters) {
-        let _ = writeln!(out, "  {}", parameter(name, value));
+        let _ = writeln!(out, "  {}", parameter(measurand, name, value));
     }
     for id in d.effects.iter().map(|e| e.id()) {
         let _ = write!(
@@ -224,13 +235,14 @@ fn derivative_rows(derivatives: &BeforeAndAfter) -> comfy_table::Table {
     rows
 }
 
-fn step_rows(steps: &[Step], model: &str) -> comfy_table::Table {
+fn step_rows(measurand: &Measurand, steps: &[Step], model: &str) -> comfy_table::Table {
     let first = model.trim_start_matches("the ");
-    let mut rows = bare(&["model", "residual (deg)", "over noise", "held out over noise"]);
+    let residual = format!("residual ({})", measurand.unit());
+    let mut rows = bare(&["model", &residual, "over noise", "held out over noise"]);
     for step in steps {
         rows.add_row([
             step.added.clone().map_or(first.to_owned(), |e| format!("+ {e}")),
-            format!("{:.4}", step.residual_rms_deg),
+            sized(measurand, step.residual_rms_deg, 4),
             format!("{:.3}", step.residual_over_noise),
             format!("{:.3}", step.held_out_over_noise),
         ]);

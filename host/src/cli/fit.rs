@@ -58,9 +58,11 @@ impl Fit {
             .help("write the record to a file first"));
         }
         let files = self.release.of(&self.files)?;
-        files.iter().for_each(|file| warn_of_more(file));
+        let reading = self.release.selection()?;
+        files.iter().for_each(|file| warn_of_more(file, &reading));
         let wanted = Wanted {
             files,
+            reading,
             hold_out: self.hold_out.clone(),
             unknown_zero: self.judge.unknown_zero,
         };

@@ -3,8 +3,9 @@
 use super::common::{bar, print, AnalysisArgs};
 use super::csv;
 use super::releases::ReleaseArg;
+use super::units::sized;
 use crate::answer::{self, Drawn, Progress};
-use crate::batch::{self, Answer, Object, Refused, Tally, SCHEMA_VERSION};
+use crate::batch::{self, Answer, How, Object, Refused, Tally, SCHEMA_VERSION};
 use clap::{Args, ValueEnum};
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -12,7 +13,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::identify::cycle::Cycle;
 use yawrig_core::identify::flag::Flag;
-use yawrig_core::identify::{identify, Identification, Method, Settings};
+use yawrig_core::identify::{identify, Identification, Method};
 use yawrig_core::record::Record;
 use yawrig_records::format;
 
@@ -71,9 +72,11 @@ impl Identify {
         let settings = self.analysis.settings()?;
         let files = self.release.of(&expanded(&self.files)?)?;
         let methods = self.method.methods();
+        let selection = self.release.selection()?;
+        let how = How { methods, settings: &settings, selection: &selection };
         let tally = if let Some(out) = &self.out {
             let bar = bar(files.len() as u64, "identifying");
-            let tally = batch::to_log(&files, methods, &settings, out, || bar.inc(1))?;
+            let tally = batch::to_log(&files, how, out, || bar.inc(1))?;
             bar.finish_and_clear();
             let stale = match tally.stale {
                 0 => String::new(),
@@ -90,10 +93,10 @@ impl Identify {
             );
             tally
         } else if self.json {
-            json(&files, methods, &settings)?
+            json(&files, how)?
         } else if self.csv {
             print(csv::IDENTIFIED)?;
-            batch::in_order(&files, methods, &settings, |answer| {
+            batch::in_order(&files, how, |answer| {
                 complain(&answer);
                 match answer {
                     Answer::Identified(found) => print(&csv::identified(&found)),
@@ -101,13 +104,13 @@ impl Identify {
                 }
             })?
         } else if self.jsonl {
-            batch::in_order(&files, methods, &settings, |answer| {
+            batch::in_order(&files, how, |answer| {
                 complain(&answer);
                 print(&batch::line(answer)?)
             })?
         } else {
             let with_windows = files.len() == 1;
-            batch::in_order(&files, methods, &settings, |answer| {
+            batch::in_order(&files, how, |answer| {
                 complain(&answer);
                 match answer {
                     Answer::Identified(found) => print(&table(&found, with_windows)),
@@ -178,11 +181,11 @@ pub(super) fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>> {
 }
 
 /// One object, written as the answers come.
-fn json(files: &[PathBuf], methods: &[Method], settings: &Settings) -> Result<Tally> {
+fn json(files: &[PathBuf], how: How<'_>) -> Result<Tally> {
     let mut refused: Vec<Refused> = Vec::new();
     let mut separator = "";
     print(&format!(r#"{{"schema_version":{SCHEMA_VERSION},"records":["#))?;
-    let tally = batch::in_order(files, methods, settings, |answer| {
+    let tally = batch::in_order(files, how, |answer| {
         complain(&answer);
         match answer {
             Answer::Identified(found) => {
@@ -211,35 +214,45 @@ fn complain(answer: &Answer) {
 pub fn table(found: &Identification, with_windows: bool) -> String {
     let mut text = String::new();
     let w = &found.window;
+    let measurand = found.said.measurand();
+    let quantity = match measurand.is_angle() {
+        true => String::new(),
+        false => format!(": {} in {}", measurand.quantity(), measurand.unit()),
+    };
     let _ = writeln!(
         text,
-        "{}\n  released at {:.3} s ({}), analysed from {:.3} to {:.3} s ({}), {:.2} to {:.2} deg in {:.1} cycles, {:.2} Hz, noise {:.4} deg, {} outliers",
+        "{}{quantity}\n  released at {:.3} s ({}), analysed from {:.3} to {:.3} s ({}), {} to {} {} in {:.1} cycles, {:.2} Hz, noise {} {}, {} outliers",
         found.file,
         found.release_time_s,
         found.begins.words(),
         w.from_s,
         w.to_s,
         found.ends.words(),
-        w.from_deg,
-        w.to_deg,
+        sized(&measurand, w.from_deg, 2),
+        sized(&measurand, w.to_deg, 2),
+        measurand.coordinate_unit(),
         w.cycles,
         found.rate_hz,
-        found.noise_rms_deg,
+        sized(&measurand, found.noise_rms_deg, 4),
+        measurand.unit(),
         found.outliers
     );
     let _ = writeln!(
         text,
         "  {:<14} {:>24} {:>26} {:>13}",
-        "method", "wn (rad/s)", "zeta", "residual (deg)"
+        "method",
+        "wn (rad/s)",
+        "zeta",
+        format!("residual ({})", measurand.unit())
     );
     for estimate in &found.estimates {
         let _ = writeln!(
             text,
-            "  {:<14} {:>24} {:>26} {:>13.4}",
+            "  {:<14} {:>24} {:>26} {:>13}",
             name(estimate.method),
             estimate.natural_frequency_rad_s.to_string(),
             estimate.damping_ratio.to_string(),
-            estimate.residual_rms_deg
+            sized(&measurand, estimate.residual_rms_deg, 4)
         );
     }
     if let Some(estimate) = found.estimates.first() {
@@ -284,14 +297,17 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
         let _ = writeln!(
             text,
             "  {:>10} {:>15} {:>12} {:>10}",
-            "time (s)", "amplitude (deg)", "wn (rad/s)", "zeta"
+            "time (s)",
+            format!("amplitude ({})", measurand.coordinate_unit()),
+            "wn (rad/s)",
+            "zeta"
         );
         for window in &estimate.windows {
             let _ = writeln!(
                 text,
-                "  {:>10.3} {:>15.3} {:>12.4} {:>10.5}",
+                "  {:>10.3} {:>15} {:>12.4} {:>10.5}",
                 window.time_s,
-                window.amplitude_deg,
+                sized(&measurand, window.amplitude_deg, 3),
                 window.natural_frequency_rad_s,
                 window.damping_ratio
             );

@@ -3,6 +3,7 @@
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
 use super::model::amplitude_rows;
 use super::releases::ReleaseArg;
+use super::units::sized;
 use crate::answer::Answer;
 use crate::law::{found, found_in, File, Found};
 use crate::model::revise::quoted;
@@ -45,7 +46,7 @@ pub struct Law {
 impl Law {
     pub fn run(&self) -> Result<()> {
         let given = self.release.of(&self.files)?;
-        let found = found(&given, !self.may_drive)?;
+        let found = found(&given, &self.release.selection()?, !self.may_drive)?;
         let files = written(&found, self.out.as_deref())?;
         if self.json {
             return print_json(&object(&found, &files));
@@ -61,7 +62,10 @@ impl Law {
     /// As [`Self::run`].
     pub fn answer(&self, records: Vec<Record>) -> Result<Answer> {
         let found = match records.is_empty() {
-            true => found(&self.release.of(&self.files)?, !self.may_drive)?,
+            true => {
+                let given = self.release.of(&self.files)?;
+                found(&given, &self.release.selection()?, !self.may_drive)?
+            }
             false => found_in(records, !self.may_drive)?,
         };
         let sentence = match found.names.ranked.first() {
@@ -103,11 +107,12 @@ fn adding(found: &Found, files: &[PathBuf], measure: &str) -> Option<String> {
 
 /// `files`: of the best formulas, in their order, where they were written.
 pub(super) fn object(found: &Found, files: &[PathBuf]) -> serde_json::Value {
-    let Found { file, measured, names, .. } = found;
+    let Found { file, measured, names, measurand, .. } = found;
+    let shown = |x: f64| measurand.shown(x);
     let points = |points: Vec<Point>, at: &str| -> Vec<serde_json::Value> {
         let point = |p: Point| {
             json!({
-                at: p.at.to_degrees(), "moment_rad_s2": p.moment_rad_s2.value, "u": p.moment_rad_s2.u,
+                at: shown(p.at), "moment_rad_s2": p.moment_rad_s2.value, "u": p.moment_rad_s2.u,
             })
         };
         points.into_iter().map(point).collect()
@@ -124,19 +129,19 @@ pub(super) fn object(found: &Found, files: &[PathBuf]) -> serde_json::Value {
     };
     let wn = measured.natural_frequency_rad_s();
     let zeta = measured.damping_ratio();
-    json!({
+    let mut object = json!({
         "schema_version": SCHEMA_VERSION,
         "record": file,
         "records": found.records,
         "stiffness": points(measured.stiffness(), "yaw_deg"),
         "damping": points(measured.damping(), "rate_deg_s"),
         "known": {
-            "yaw_deg": measured.law.yaw_rad.to_degrees(),
-            "rate_deg_s": measured.law.rate_rad_s.to_degrees(),
+            "yaw_deg": shown(measured.law.yaw_rad),
+            "rate_deg_s": shown(measured.law.rate_rad_s),
         },
         "modal": { "natural_frequency_rad_s": wn, "damping_ratio": zeta },
         "at_amplitude": found.at_amplitude,
-        "rest_deg": measured.rest_rad().to_degrees(),
+        "rest_deg": shown(measured.rest_rad()),
         "residual_over_noise": measured.residual_over_noise,
         "held_out_over_noise": measured.held_out_over_noise,
         "without": {
@@ -153,20 +158,31 @@ pub(super) fn object(found: &Found, files: &[PathBuf]) -> serde_json::Value {
         "hysteresis": names.memory.as_ref().map(|memory| name(memory, None)),
         "names": names.ranked.iter().enumerate().map(|(k, n)| name(n, files.get(k))).collect::<Vec<_>>(),
         "indistinguishable": names.indistinguishable,
-    })
+    });
+    if let (Some(object), Ok(serde_json::Value::Object(said))) =
+        (object.as_object_mut(), serde_json::to_value(measurand.said()))
+    {
+        object.extend(said);
+    }
+    object
 }
 
 fn text(found: &Found, files: &[PathBuf], measure: &str) -> String {
-    let Found { file, measured, names, .. } = found;
+    let Found { file, measured, names, measurand, .. } = found;
+    let what = match measurand.is_of_angle() {
+        true => "yaw angle and yaw rate",
+        false => "displacement and rate",
+    };
     let mut out = format!(
-        "{}: a law of yaw angle and yaw rate, beside wn {} rad/s and zeta {} at rest ({:.3} deg)\n",
+        "{}: a law of {what}, beside wn {} rad/s and zeta {} at rest ({} {})\n",
         match found.records {
             1 => file.display().to_string(),
             n => format!("{n} records, the largest {}", file.display()),
         },
         measured.natural_frequency_rad_s(),
         measured.damping_ratio(),
-        measured.rest_rad().to_degrees(),
+        sized(measurand, measurand.shown(measured.rest_rad()), 3),
+        measurand.unit(),
     );
     let _ = writeln!(
         out,
@@ -178,23 +194,28 @@ fn text(found: &Found, files: &[PathBuf], measure: &str) -> String {
     );
     let _ = writeln!(
         out,
-        "  known up to {:.2} deg and {:.1} deg/s; beyond, it goes on at its end slope\n",
-        measured.law.yaw_rad.to_degrees(),
-        measured.law.rate_rad_s.to_degrees(),
+        "  known up to {} {} and {} {}; beyond, it goes on at its end slope\n",
+        sized(measurand, measurand.shown(measured.law.yaw_rad), 2),
+        measurand.coordinate_unit(),
+        sized(measurand, measurand.shown(measured.law.rate_rad_s), 1),
+        measurand.rate_unit(),
     );
-    out.push_str(&amplitude_rows(&found.at_amplitude));
+    out.push_str(&amplitude_rows(measurand, &found.at_amplitude));
     out.push('\n');
+    let (of, per_s) = (measurand.coordinate_unit(), measurand.rate_unit());
+    let moment = measurand.parameter_unit("rad/s2");
     for (title, at, points) in [
-        ("restoring moment K (rad/s2)", "yaw (deg)", measured.stiffness()),
-        ("dissipation D (rad/s2)", "rate (deg/s)", measured.damping()),
+        (format!("restoring moment K ({moment})"), format!("yaw ({of})"), measured.stiffness()),
+        (format!("dissipation D ({moment})"), format!("rate ({per_s})"), measured.damping()),
     ] {
         if points.iter().all(|p| p.moment_rad_s2.value == 0.0) {
             let _ = writeln!(out, "{title}: none beside the linear one\n");
             continue;
         }
-        let mut table = bare(&[at, title]);
+        let mut table = bare(&[&at, &title]);
         for p in points.iter().step_by(SHOWN) {
-            table.add_row([format!("{:.2}", p.at.to_degrees()), p.moment_rad_s2.to_string()]);
+            let at = sized(measurand, measurand.shown(p.at), 2);
+            table.add_row([at, p.moment_rad_s2.to_string()]);
         }
         let _ = writeln!(out, "{}\n", table.trim_fmt());
     }

@@ -36,6 +36,7 @@ mod story;
 mod study;
 mod train;
 mod typeset;
+mod units;
 mod workbench;
 
 use crate::answer::{Answer, Progress};

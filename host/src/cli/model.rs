@@ -1,6 +1,7 @@
 //! What the verbs of the model have in common: which model, and what they print.
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
+use super::units::sized;
 use crate::model::appraisal::{Appraisal, RecordAppraisal};
 use crate::model::journal::Residuals;
 use crate::model::revise::{quoted, Asked, Revision};
@@ -12,6 +13,7 @@ use yawrig_base::error::Result;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::at_amplitude::AtAmplitude;
 use yawrig_core::quantity::Quantity;
+use yawrig_core::record::Measurand;
 
 pub use crate::model::document::DEFAULT;
 
@@ -78,11 +80,14 @@ pub fn print_revision(model: Option<&Path>, revision: &Revision, json: bool) -> 
 /// Residuals before and after, and every value of the model.
 pub fn summary(revision: &Revision) -> String {
     let a = &revision.appraisal;
+    let measurand = &a.said.measurand();
+    let plain = |number| format!("{number:.3}");
     let mut out = format!(
-        "  residual {} deg; over noise {}; held out {}",
-        change(revision.before, &a.residuals, |r| r.residual_rms_deg, 4),
-        change(revision.before, &a.residuals, |r| r.residual_over_noise, 3),
-        change(revision.before, &a.residuals, |r| r.held_out_over_noise, 3),
+        "  residual {} {}; over noise {}; held out {}",
+        change(revision, |r| sized(measurand, r.residual_rms_deg, 4)),
+        measurand.unit(),
+        change(revision, |r| plain(r.residual_over_noise)),
+        change(revision, |r| plain(r.held_out_over_noise)),
     );
     if let Some(evidence) = revision.evidence {
         let of =
@@ -108,27 +113,26 @@ pub fn summary(revision: &Revision) -> String {
         for known in effect.parameters() {
             let name = format!("{effect}.{}", known.name);
             if let Some(value) = a.parameters.get(&name) {
-                let unit = Some(&*known.unit).filter(|unit| *unit != "1");
-                let unit = unit.map_or_else(String::new, |unit| format!(" {unit}"));
-                let _ = writeln!(out, "  {name} = {value}{unit}");
+                let _ = writeln!(out, "  {}", parameter_of(measurand, effect, &name, value));
             }
         }
     }
     out.push_str(&records(a));
-    out.push_str(&amplitude_rows(&a.at_amplitude));
+    out.push_str(&amplitude_rows(measurand, &a.at_amplitude));
     out
 }
 
 /// Natural frequency and damping ratio against amplitude, and where they change, of what the values above them are; nothing
 /// without rows.
-pub fn amplitude_rows(rows: &[AtAmplitude]) -> String {
+pub fn amplitude_rows(measurand: &Measurand, rows: &[AtAmplitude]) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    let mut table = bare(&["  amplitude (deg)", "wn (rad/s)", "zeta"]);
+    let amplitude = format!("  amplitude ({})", measurand.coordinate_unit());
+    let mut table = bare(&[&amplitude, "wn (rad/s)", "zeta"]);
     for row in rows {
         table.add_row([
-            format!("  {:.4}", row.amplitude_deg),
+            format!("  {}", sized(measurand, row.amplitude_deg, 4)),
             row.natural_frequency_rad_s.to_string(),
             row.damping_ratio.to_string(),
         ]);
@@ -144,29 +148,26 @@ pub fn amplitude_rows(rows: &[AtAmplitude]) -> String {
 }
 
 /// An effect's parameter (`coulomb_friction.c`) with its value and unit.
-pub fn parameter(name: &str, value: &Quantity) -> String {
-    let unit = || {
-        let (effect, parameter) = name.split_once('.')?;
-        let effect = Effect::from_id(effect)?;
-        let known = effect.parameters().iter().find(|p| p.name == parameter)?;
-        Some(known.unit.to_string())
-    };
-    match unit().filter(|unit| unit != "1") {
-        Some(unit) => format!("{name} = {value} {unit}"),
+pub fn parameter(measurand: &Measurand, name: &str, value: &Quantity) -> String {
+    match name.split_once('.').and_then(|(effect, _)| Effect::from_id(effect)) {
+        Some(effect) => parameter_of(measurand, &effect, name, value),
         None => format!("{name} = {value}"),
     }
 }
 
-fn change(
-    before: Option<Residuals>,
-    after: &Residuals,
-    which: impl Fn(&Residuals) -> f64,
-    digits: usize,
-) -> String {
-    let after = which(after);
-    match before {
-        Some(before) => format!("{:.digits$} -> {after:.digits$}", which(&before)),
-        None => format!("{after:.digits$}"),
+fn parameter_of(measurand: &Measurand, effect: &Effect, name: &str, value: &Quantity) -> String {
+    let own = name.rsplit_once('.').map_or(name, |(_, own)| own);
+    match effect.unit_in(measurand, own).as_str() {
+        "" | "1" => format!("{name} = {value}"),
+        unit => format!("{name} = {value} {unit}"),
+    }
+}
+
+fn change(revision: &Revision, shown: impl Fn(&Residuals) -> String) -> String {
+    let after = shown(&revision.appraisal.residuals);
+    match &revision.before {
+        Some(before) => format!("{} -> {after}", shown(before)),
+        None => after,
     }
 }
 
@@ -175,14 +176,16 @@ fn records(a: &Appraisal) -> String {
     if a.records.len() < 2 {
         return String::new();
     }
-    let mut rows = bare(&["record", "", "noise (deg)", "residual (deg)", "over noise"]);
+    let measurand = &a.said.measurand();
+    let [noise, residual] = ["noise", "residual"].map(|of| format!("{of} ({})", measurand.unit()));
+    let mut rows = bare(&["record", "", &noise, &residual, "over noise"]);
     for r in &a.records {
         let RecordAppraisal { file, held_out, .. } = r;
         rows.add_row([
             file.clone(),
             if *held_out { "held out" } else { "fitted" }.to_owned(),
-            format!("{:.4}", r.noise_rms_deg),
-            format!("{:.4}", r.residual_rms_deg),
+            sized(measurand, r.noise_rms_deg, 4),
+            sized(measurand, r.residual_rms_deg, 4),
             format!("{:.3}", r.residual_over_noise),
         ]);
     }

@@ -1,10 +1,13 @@
-//! `--release N|all`, `--from-s`, `--to-s`: which part of a record.
+//! `--release N|all`, `--from-s`, `--to-s`: which part of a record; `--quantity`, `--yaw` and their like: how it is read.
 
+use super::choices::{ClockUnit, QuantityChoice};
+use super::common::within;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use yawrig_base::error::{Error, Result};
 use yawrig_records::place::{parted, with_part, Part, Times};
+use yawrig_records::Selection;
 
 #[derive(Args, Debug, Clone)]
 pub struct ReleaseArg {
@@ -17,6 +20,32 @@ pub struct ReleaseArg {
     /// Use what comes before this time
     #[arg(long, value_name = "S", allow_negative_numbers = true, conflicts_with = "release")]
     to_s: Option<f64>,
+    #[command(flatten)]
+    reading: ReadingArgs,
+}
+
+/// How records are read whose files do not say it.
+#[derive(Args, Debug, Clone)]
+pub struct ReadingArgs {
+    /// What was recorded [default: what its unit says, else an angle]
+    #[arg(long, value_enum)]
+    quantity: Option<QuantityChoice>,
+    /// What it is in, where the file does not say it: deg, rad/s, mm, V, ...
+    #[arg(long, value_name = "UNIT")]
+    unit: Option<String>,
+    /// Channel of it, by its name or number, or an expression of channels such as 'atan2(x, -y)' [default: the one whose
+    /// name says it]
+    #[arg(long, value_name = "NAME")]
+    yaw: Option<String>,
+    /// Channel of the time, by its name or number [default: the one whose name says it]
+    #[arg(long, value_name = "NAME")]
+    time: Option<String>,
+    /// What the time is in, where the file does not say it
+    #[arg(long, value_enum)]
+    time_unit: Option<ClockUnit>,
+    /// Samples a second, where there is no channel of the time or it counts samples
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    rate_hz: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +67,26 @@ impl FromStr for Which {
 }
 
 impl ReleaseArg {
+    /// How records are to be read, as far as it was said.
+    ///
+    /// # Errors
+    /// Exit 2 for a rate that no record has.
+    pub fn selection(&self) -> Result<Selection> {
+        let ReadingArgs { quantity, unit, yaw, time, time_unit, rate_hz } = &self.reading;
+        if let Some(rate_hz) = rate_hz {
+            within("--rate-hz", *rate_hz, 20.0, 10_000.0)?;
+        }
+        Ok(Selection {
+            time: time.clone(),
+            yaw: yaw.clone(),
+            quantity: quantity.map(Into::into),
+            unit: unit.clone(),
+            time_unit: time_unit.map(Into::into),
+            rate_hz: *rate_hz,
+            ..Selection::default()
+        })
+    }
+
     /// The times that were asked for.
     pub fn times(&self) -> Times {
         Times { from_s: self.from_s, to_s: self.to_s }
@@ -77,7 +126,7 @@ impl ReleaseArg {
                 .help("leave --release out")),
             Some(Which::Nth(number)) => Ok(vec![with_part(file, Part::Release(number))]),
             Some(Which::All) => {
-                let count = yawrig_records::releases(file)?;
+                let count = yawrig_records::releases(file, &self.selection()?)?;
                 Ok(match count {
                     1 => vec![file.to_owned()],
                     _ => (1..=count).map(|number| with_part(file, Part::Release(number))).collect(),
@@ -87,12 +136,12 @@ impl ReleaseArg {
     }
 }
 
-/// Says that a record holds more releases than the one that is judged.
-pub fn warn_of_more(file: &Path) {
+/// Says that a record, read so, holds more releases than the one that is judged.
+pub fn warn_of_more(file: &Path, selection: &Selection) {
     if parted(file).1.is_some() {
         return;
     }
-    if let Ok(count @ 2..) = yawrig_records::releases(file) {
+    if let Ok(count @ 2..) = yawrig_records::releases(file, selection) {
         crate::say!(
             "yawrig: warning: {} holds {count} releases; one of them is used: choose with --release N, or --release all",
             file.display()

@@ -52,9 +52,16 @@ pub fn run(arguments: &Replay) -> Result<()> {
         )));
     }
     let range = Range { from_deg: arguments.from_deg, to_deg: arguments.to_deg };
+    let selection = arguments.release.selection()?;
     // All are read before a device is started: a wrong name is found at once.
     let read = |file: &PathBuf| {
-        let record = yawrig_records::read(file)?;
+        let record = yawrig_records::read_selected(file, &selection)?;
+        if !record.measurand.is_angle() {
+            let (quantity, unit) = (record.measurand.quantity(), record.measurand.unit());
+            let what =
+                format!("{}: a {quantity} in {unit}, and a device reads angles", file.display());
+            return Err(Error::data(what).help("identify it: yawrig identify"));
+        }
         let (whole, warnings) = gaps::without(&record);
         for warning in warnings {
             crate::say!("yawrig: warning: {warning}");

@@ -142,7 +142,13 @@ impl ReportArgs {
                         "report on several records or several models at once, but on a campaign or a folder alone",
                     ));
                 }
-                of_records(&self.release.of(files)?, settings, options, made)
+                of_records(
+                    &self.release.of(files)?,
+                    &self.release.selection()?,
+                    settings,
+                    options,
+                    made,
+                )
             }
         }
     }
@@ -167,7 +173,7 @@ impl ReportArgs {
             ))
             .help("give a folder that holds one of them")
         })?;
-        of_records(&records, also.settings, also.options, made)
+        of_records(&records, &self.release.selection()?, also.settings, also.options, made)
     }
 }
 

@@ -7,13 +7,13 @@ use super::simulated::{
 };
 use crate::answer::{Answer, Drawn};
 use crate::campaign::simulated::{self, refuse_existing, Planned};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
-use yawrig_core::record::Record;
-use yawrig_records::{as_written, write_samples};
+use yawrig_core::record::{Derivative, Measurand, Record};
+use yawrig_records::{as_written, write_samples_of};
 use yawrig_rig::{
     Condition, Effect, Effects, End, Rig, Sample, Samples, Sensor, Spring, Start, LIBRARY,
 };
@@ -62,6 +62,10 @@ pub struct Simulate {
     /// Axis the model turns about
     #[arg(long, value_parser = choices::axis(), default_value_t = Axis::Mid)]
     pub axis: Axis,
+    /// What the sensor sees of one record's motion: of a rate or an acceleration, noise, offset and converter are in deg/s or
+    /// deg/s2
+    #[arg(long, value_enum, default_value_t = Sees::Angle, conflicts_with = "campaign")]
+    pub quantity: Sees,
     /// Angle the model is released from
     #[arg(long, value_name = "DEG", default_value_t = 15.0, allow_negative_numbers = true)]
     pub amplitude_deg: f64,
@@ -103,7 +107,35 @@ pub struct Simulate {
     pub json: bool,
 }
 
+/// What a sensor sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Sees {
+    /// A potentiometer's.
+    Angle,
+    /// A gyroscope's.
+    Rate,
+    Acceleration,
+}
+
+impl From<Sees> for yawrig_rig::Sees {
+    fn from(chosen: Sees) -> Self {
+        match chosen {
+            Sees::Angle => Self::Angle,
+            Sees::Rate => Self::Rate,
+            Sees::Acceleration => Self::Acceleration,
+        }
+    }
+}
+
 impl Simulate {
+    fn measurand(&self) -> Measurand {
+        Measurand::angular(match self.quantity {
+            Sees::Angle => Derivative::None,
+            Sees::Rate => Derivative::Rate,
+            Sees::Acceleration => Derivative::Acceleration,
+        })
+    }
+
     pub fn run(&self) -> Result<()> {
         let (sensor, start, effects) = (self.sensor()?, self.start()?, self.effects()?);
         match (&self.campaign, &self.out) {
@@ -125,6 +157,7 @@ impl Simulate {
         within("--adc-step-deg", self.adc_step_deg, 0.0, 10.0)?;
         within("--offset-deg", self.offset_deg, -360.0, 360.0)?;
         Ok(Sensor {
+            sees: self.quantity.into(),
             rate_hz: self.rate_hz,
             noise_deg: self.noise_deg,
             noise_correlation: self.noise_correlation,
@@ -185,7 +218,7 @@ impl Simulate {
         }
         let mut seen = Seen::default();
         let samples = self.samples(&made)?;
-        write_samples(file, samples.map(|sample| seen.of(sample)))?;
+        write_samples_of(file, &self.measurand(), samples.map(|sample| seen.of(sample)))?;
         seen.warn();
         if self.json {
             return print_json(&self.object(file, &made, &seen));
@@ -237,7 +270,8 @@ impl Simulate {
         seen.warn();
         let Modal { natural_frequency_rad_s: wn, damping_ratio: zeta } = made.truth;
         let sentence = format!("natural frequency {wn:.6} rad/s, damping ratio {zeta:.7}");
-        let record = Record::new(file, time_s, yaw_deg);
+        let mut record = Record::new(file, time_s, yaw_deg);
+        record.measurand = self.measurand();
         Ok(Answer::new(&self.object(file, &made, &seen), sentence)?
             .drawn_from(Drawn::Made(Box::new(record))))
     }

@@ -13,7 +13,7 @@ pub fn written(releases: &[Release]) -> Result<String> {
     let mut out = "time_s,yaw_deg,model_yaw_deg,residual_deg,file\n".to_owned();
     for Release { recorded, fit, .. } in releases {
         let (decay, file) = (&recorded.decay, recorded.path.display().to_string());
-        let record = yawrig_records::read(&recorded.path)?;
+        let record = yawrig_records::read_selected(&recorded.path, &recorded.entry.reading)?;
         let grid = &decay.grid;
         let end_s = grid.time_s(grid.count);
         let kept: Vec<(f64, f64)> = record
@@ -32,7 +32,7 @@ pub fn written(releases: &[Release]) -> Result<String> {
             false => file,
         };
         for ((t, yaw_deg), reading) in kept.iter().zip(model) {
-            let model_deg = (reading + zero).to_degrees();
+            let model_deg = decay.measurand.shown(reading + zero);
             let time_s = t + decay.release_time_s;
             let residual_deg = model_deg - yaw_deg;
             let _ = writeln!(out, "{time_s},{yaw_deg},{model_deg:.9},{residual_deg:.9},{file}");

@@ -18,10 +18,14 @@ use yawrig_core::fit::fitting::{Covariance, Fitted};
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::identify::WindowEstimate;
 use yawrig_core::quantity::Quantity;
+use yawrig_core::record::Said;
 
 /// A model against its records. Rms in deg, ratios to the noise floor of block means.
 #[derive(Clone, Debug, Serialize)]
 pub struct Appraisal {
+    /// What the records hold, where that is no angle in deg.
+    #[serde(flatten)]
+    pub said: Said,
     pub noise_rms_deg: f64,
     /// Under the condition of the first record.
     pub modal: Modal,
@@ -107,7 +111,7 @@ pub fn appraise(
             file: recorded[k].path.display().to_string(),
             condition: recorded[k].entry.condition.clone(),
             held_out: k >= fitted || recorded[k].entry.held_out,
-            noise_rms_deg: decay(k).sample_noise_rad.to_degrees(),
+            noise_rms_deg: decay(k).measurand.shown(decay(k).sample_noise_rad),
             residual_rms_deg: raw(k),
             residual_over_noise: fits[k].over_noise(decay(k)),
             at_amplitude: match many {
@@ -121,7 +125,8 @@ pub fn appraise(
     let worst = (0..fitted).max_by(|a, b| over(a).total_cmp(&over(b))).expect("a fitted record");
     let worst_swing: &FreeDecay = decay(worst);
     Appraisal {
-        noise_rms_deg: decay(0).sample_noise_rad.to_degrees(),
+        said: decay(0).measurand.said(),
+        noise_rms_deg: decay(0).measurand.shown(decay(0).sample_noise_rad),
         modal: conditions[0].modal,
         at_amplitude: at_amplitudes(decay(0), &known(model, recorded[0], &fits[0])),
         covariance: fits[0].named_covariance(),

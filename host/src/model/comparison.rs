@@ -16,6 +16,7 @@ use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{held_out_over_noise, Fitted};
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Record;
+use yawrig_records::Selection;
 
 /// A model as it is against other records; the later part of each is held out, the record's own numbers having been
 /// fitted to the earlier part.
@@ -43,6 +44,8 @@ pub struct Comparison {
     pub model: Option<PathBuf>,
     /// Records; none for the model's own.
     pub files: Vec<PathBuf>,
+    /// How these are read, where their files do not say it.
+    pub reading: Selection,
     /// Effects to be tried on top of the model, all of which is then fitted.
     pub effects: Vec<Effect>,
     pub unknown_zero: bool,
@@ -61,7 +64,8 @@ pub fn compare(comparison: &Comparison) -> Result<Revision> {
     };
     let mut entries = Vec::new();
     for file in &comparison.files {
-        entries.push(RecordEntry { held_out: false, ..records::known_or_new(&model, path, file)? });
+        let entry = records::known_or_new(&model, path, file)?.read_as(&comparison.reading);
+        entries.push(RecordEntry { held_out: false, ..entry });
     }
     if comparison.model.is_some() && comparison.effects.is_empty() {
         let appraisal = if entries.is_empty() {
@@ -89,6 +93,7 @@ pub fn compare(comparison: &Comparison) -> Result<Revision> {
         model.records = entries;
     }
     let data = Data::of(&model, path)?;
+    let model = data.seen(model);
     let (change, current) = on_top(&model, &data, &comparison.effects)?;
     if comparison.model.is_none() {
         warn_of_zero(&current, &data);
@@ -129,6 +134,7 @@ pub fn compare_records(comparison: &Comparison, records: Vec<Record>) -> Result<
     }
     model.records = data.fitted.iter().map(|r| r.entry.clone()).collect();
     model.modal.retain(|c, _| model.records.iter().any(|e| e.condition == *c));
+    let model = data.seen(model);
     let (change, current) = on_top(&model, &data, &comparison.effects)?;
     if comparison.model.is_none() {
         warn_of_zero(&current, &data);
@@ -149,6 +155,7 @@ fn on_top(model: &Model, data: &Data, effects: &[Effect]) -> Result<(Change, Cur
             continue;
         }
         check_addable(&current.model, effect.clone())?;
+        data.check_seen(effect)?;
         let outer = tried(&current, data, effect.clone())?;
         let mut next = Change::to(&outer, data)?;
         next.added = Some(effect.clone());

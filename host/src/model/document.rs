@@ -9,6 +9,7 @@ use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::Effect;
 use yawrig_records::format::is_record;
 use yawrig_records::place::is_standard_input;
+use yawrig_records::Selection;
 use yawrig_shared::axis::Axis;
 
 /// The model that is worked on where none is named.
@@ -35,6 +36,8 @@ pub struct RecordEntry {
     pub file: String,
     /// Records of one condition share natural frequency and damping.
     pub condition: String,
+    /// How it is read, as far as its file does not say it.
+    pub reading: Selection,
     /// Not fitted: the model is tried on it.
     pub held_out: bool,
     /// As the campaign has it.

@@ -16,7 +16,7 @@ use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::fit::joint::{self, JointFit, Release, Sharing};
 use yawrig_core::law::estimate::fit_whole;
 use yawrig_core::quantity::Quantity;
-use yawrig_core::record::Record;
+use yawrig_core::record::{Measurand, Record};
 use yawrig_records::place;
 
 /// Residual over noise up to which the fit of an added effect is not looked for by another way.
@@ -40,7 +40,8 @@ impl Recorded {
     /// # Errors
     /// Exit 3 where it cannot be read or there is no free decay in it.
     pub fn read(entry: RecordEntry, path: PathBuf) -> Result<Self> {
-        Self::of(entry, &yawrig_records::read(&path)?, path)
+        let record = yawrig_records::read_selected(&path, &entry.reading)?;
+        Self::of(entry, &record, path)
     }
 
     /// What was read already, from `path`.
@@ -57,6 +58,24 @@ impl Recorded {
         }
         decay.wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
         Ok(Self { entry, path, decay, changed })
+    }
+}
+
+/// Whether all hold the same quantity.
+///
+/// # Errors
+/// Exit 3 naming one that does not.
+fn check_same(all: &[Recorded]) -> Result<()> {
+    let Some(first) = all.first() else { return Ok(()) };
+    match all.iter().find(|other| other.decay.measurand != first.decay.measurand) {
+        None => Ok(()),
+        Some(other) => Err(yawrig_core::error::Error::OtherMeasurand {
+            record: other.path.display().to_string(),
+            quantity: other.decay.measurand.quantity().to_owned(),
+            unit: other.decay.measurand.unit().to_owned(),
+            first: first.path.display().to_string(),
+        }
+        .into()),
     }
 }
 
@@ -85,6 +104,7 @@ impl Data {
         };
         edits::warn(model, path);
         let all: Vec<Recorded> = model.records.par_iter().map(read).collect::<Result<_>>()?;
+        check_same(&all)?;
         let (held_out, fitted): (Vec<_>, Vec<_>) = all.into_iter().partition(|r| r.entry.held_out);
         if fitted.is_empty() {
             return Err(Error::data(format!("{}: there is no record to fit", path.display()))
@@ -107,7 +127,36 @@ impl Data {
             }
             fitted.push(Recorded::of(entry, &record, record.file.clone())?);
         }
+        check_same(&fitted)?;
         Ok(Self { fitted, held_out: Vec::new() })
+    }
+
+    /// What the records hold.
+    pub fn measurand(&self) -> &Measurand {
+        &self.fitted[0].decay.measurand
+    }
+
+    /// `model` of what the records show: where that is no angle, their sensor's zero is its own.
+    pub fn seen(&self, model: Model) -> Model {
+        let unknown_zero = model.unknown_zero || !self.measurand().shows_rest();
+        Model { unknown_zero, ..model }
+    }
+
+    /// Whether the records can show `effect`.
+    ///
+    /// # Errors
+    /// Exit 2 where they cannot.
+    pub fn check_seen(&self, effect: &Effect) -> Result<()> {
+        let measurand = self.measurand();
+        if effect.is_seen_in(measurand) {
+            return Ok(());
+        }
+        let (quantity, unit) = (measurand.quantity(), measurand.unit());
+        let why = match measurand.is_of_angle() {
+            true => format!("a {quantity} does not show where the motion comes to rest"),
+            false => format!("it is a law of an angle, and the record is a {quantity} in {unit}"),
+        };
+        Err(Error::usage(format!("{effect}: {why}")).help("take another effect: yawrig effects"))
     }
 
     fn decays(&self) -> Vec<&FreeDecay> {
@@ -353,8 +402,8 @@ pub fn held_against(model: &Model, recorded: &Recorded, share: f64) -> Result<Fi
         }
     }
     let effects = model.effects.iter().map(|e| e.effect.clone()).collect();
-    let structure =
-        Structure { effects, zero_unknown: model.unknown_zero, limits, ..Structure::default() };
+    let zero_unknown = model.unknown_zero || !decay.measurand.shows_rest();
+    let structure = Structure { effects, zero_unknown, limits, ..Structure::default() };
     let plain = fit_plain_within(decay, &structure, count);
     let start = start(model, &recorded.entry.condition, &plain).expect("values, as seen above");
     let mut fit = fit_from(decay, &structure, &start, count);

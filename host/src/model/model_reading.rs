@@ -16,6 +16,7 @@ use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::{Effect, Knots, Line, MeasuredLaw, Part, MEASURED_LAW, MOST_OWN};
 use yawrig_core::plan::Can;
 use yawrig_expression::is_file;
+use yawrig_records::Selection;
 use yawrig_shared::axis::Axis;
 use yawrig_text::pointed;
 
@@ -47,6 +48,8 @@ struct RawModel {
 struct RawRecord {
     file: Spanned<String>,
     condition: Option<String>,
+    #[serde(default)]
+    reading: Selection,
     #[serde(default)]
     held_out: bool,
     spring: Option<String>,
@@ -248,6 +251,7 @@ impl Reader<'_> {
         Ok(RecordEntry {
             file: raw.file.get_ref().clone(),
             condition,
+            reading: raw.reading.clone(),
             held_out: raw.held_out,
             made_under,
             crc32: raw.crc32.clone(),

@@ -6,6 +6,7 @@ use toml_edit::{
 };
 use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::{Effect, MeasuredLaw, Part};
+use yawrig_records::Selection;
 
 const HEADER: &str = "\
 # Second-order model of the yaw motion, b'' = -2 zeta wn r - wn^2 b, and the effects added to it; angles in rad,
@@ -103,6 +104,10 @@ impl RecordEntry {
     fn write(&self, table: &mut Table) {
         put(table, "condition", self.condition.as_str());
         put(table, "held_out", self.held_out);
+        match self.reading.is_empty() {
+            true => drop(table.remove("reading")),
+            false => put(table, "reading", Value::InlineTable(as_told(&self.reading))),
+        }
         if let Some(made) = &self.made_under {
             put(table, "spring", made.spring.as_str());
             put(table, "axis", made.axis.to_string());
@@ -112,6 +117,13 @@ impl RecordEntry {
             put(table, "crc32", crc32.as_str());
         }
     }
+}
+
+/// As `records.toml` has it.
+fn as_told(reading: &Selection) -> InlineTable {
+    let told: DocumentMut =
+        toml::to_string(reading).unwrap_or_default().parse().unwrap_or_default();
+    told.as_table().clone().into_inline_table()
 }
 
 impl ParameterEntry {

@@ -6,6 +6,7 @@ use std::path::{Component, Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::record::Record;
 use yawrig_records::place::{canonical, is_standard_input, parted};
+use yawrig_records::Selection;
 use yawrig_shared::checksum::crc32;
 
 /// A record, and what is wrong with it as far as that is known without reading it.
@@ -15,13 +16,24 @@ pub struct Listed {
     pub fault: Option<Error>,
 }
 
-/// Entries for `files`, records or campaigns, of a model whose file is `model`.
+/// Entries for `files`, records or campaigns, of a model whose file is `model`; records are read as `reading` says.
 ///
 /// # Errors
 /// Exit 3 where one is not there, 2 where one is given twice; those of [`CampaignFile::read_releases`].
-pub fn entries(files: &[PathBuf], model: &Path) -> Result<Vec<RecordEntry>> {
+pub fn entries(files: &[PathBuf], reading: &Selection, model: &Path) -> Result<Vec<RecordEntry>> {
     let read = |listed: Listed| listed.fault.map_or(Ok(listed.entry), Err);
+    let read = |listed| read(listed).map(|entry| entry.read_as(reading));
     listed(files, model)?.into_iter().map(read).collect()
+}
+
+impl RecordEntry {
+    /// The same, to be read as `reading` says, if that says anything.
+    pub fn read_as(mut self, reading: &Selection) -> Self {
+        if !reading.is_empty() {
+            self.reading = reading.clone();
+        }
+        self
+    }
 }
 
 /// As [`entries`], including records that are missing.
@@ -79,7 +91,15 @@ fn entry(file: &Path, made_under: Option<MadeUnder>, model: &Path) -> Result<Lis
         false => relative(&real, &folder(model)?),
     };
     let condition = made_under.as_ref().map_or_else(|| of_file(&file), MadeUnder::condition);
-    let entry = RecordEntry { file, condition, held_out: false, made_under, crc32: None, line: 0 };
+    let entry = RecordEntry {
+        file,
+        condition,
+        reading: Selection::default(),
+        held_out: false,
+        made_under,
+        crc32: None,
+        line: 0,
+    };
     Ok(Listed { entry, fault })
 }
 
@@ -89,6 +109,7 @@ pub fn in_memory(record: &Record) -> RecordEntry {
     RecordEntry {
         condition: of_file(&file),
         file,
+        reading: Selection::default(),
         held_out: false,
         made_under: None,
         crc32: None,

@@ -14,6 +14,7 @@ use yawrig_base::interrupt;
 use yawrig_core::effects::{Effect, MOST_OWN};
 use yawrig_core::fit::fitting::Covariance;
 use yawrig_core::fit::joint::JointFit;
+use yawrig_records::Selection;
 use yawrig_text::nearest;
 
 /// A step that has been taken, and the model after it.
@@ -109,6 +110,8 @@ fn not_converged(model: &Model) -> Error {
 pub struct Wanted {
     /// Records and campaigns.
     pub files: Vec<PathBuf>,
+    /// How they are read, where their files do not say it.
+    pub reading: Selection,
     pub hold_out: Vec<PathBuf>,
     pub unknown_zero: bool,
 }
@@ -157,7 +160,7 @@ fn fit_in(store: Store, old: Option<Model>, model: &Model, asked: &Asked) -> Res
         None => None,
     };
     interrupt::check()?;
-    let current = Current::fitted(model, &data)?;
+    let current = Current::fitted(&data.seen(model.clone()), &data)?;
     finish(
         store,
         asked,
@@ -180,7 +183,7 @@ fn begun(store: &Store, wanted: &Wanted) -> Result<Model> {
                 .help("name the records it is to be made of: yawrig fit RECORD.csv"),
         });
     }
-    let records = records::entries(&wanted.files, path)?;
+    let records = records::entries(&wanted.files, &wanted.reading, path)?;
     Ok(Model { unknown_zero: wanted.unknown_zero, records, ..Model::default() })
 }
 
@@ -189,7 +192,7 @@ fn check_same(model: &Model, path: &Path, files: &[PathBuf]) -> Result<()> {
     if files.is_empty() {
         return Ok(());
     }
-    let given = records::entries(files, path)?;
+    let given = records::entries(files, &Selection::default(), path)?;
     let found: Vec<Option<usize>> = given.iter().map(|e| records::find(model, path, e)).collect();
     let all =
         (0..model.records.len()).all(|k| model.records[k].held_out || found.contains(&Some(k)));
@@ -207,7 +210,7 @@ fn check_same(model: &Model, path: &Path, files: &[PathBuf]) -> Result<()> {
 }
 
 fn with_held_out(mut model: Model, path: &Path, wanted: &Wanted) -> Result<Model> {
-    for entry in records::entries(&wanted.hold_out, path)? {
+    for entry in records::entries(&wanted.hold_out, &wanted.reading, path)? {
         match records::find(&model, path, &entry) {
             Some(k) => model.records[k].held_out = true,
             None => model.records.push(RecordEntry { held_out: true, ..entry }),
@@ -278,6 +281,7 @@ pub(super) fn add_by(
     let data = Data::of(&model, path)?;
     let inner = Current::fitted(&model, &data)?;
     let (effect, outer) = adding(&inner, &data)?;
+    data.check_seen(&effect)?;
     let step = JournalStep {
         added: Some(effect.id().into()),
         ..JournalStep::now(Action::Add, "", String::new())

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::bic;
 use yawrig_records::place::canonical;
+use yawrig_records::Selection;
 
 /// One of the models.
 #[derive(Clone, Debug, Serialize)]
@@ -39,11 +40,16 @@ impl Side {
 ///
 /// # Errors
 /// Exit 2 where they are about different records and none is named; as [`compare`].
-pub fn side_by_side(models: &[PathBuf], files: &[PathBuf]) -> Result<Vec<Side>> {
+pub fn side_by_side(
+    models: &[PathBuf],
+    files: &[PathBuf],
+    reading: &Selection,
+) -> Result<Vec<Side>> {
     if files.is_empty() {
         check_same_records(models)?;
     }
-    let mut sides: Vec<Side> = models.iter().map(|m| side(m, files)).collect::<Result<_>>()?;
+    let mut sides: Vec<Side> =
+        models.iter().map(|m| side(m, files, reading)).collect::<Result<_>>()?;
     let Some(first) = sides.first().cloned() else { return Ok(sides) };
     for side in &mut sides {
         side.bic_gain = side.bic().gain_over(&first.bic());
@@ -70,15 +76,20 @@ fn check_same_records(models: &[PathBuf]) -> Result<()> {
     }
 }
 
-fn side(path: &Path, files: &[PathBuf]) -> Result<Side> {
+fn side(path: &Path, files: &[PathBuf], reading: &Selection) -> Result<Side> {
     let model = Model::read(path)?;
-    let comparison =
-        Comparison { model: Some(path.to_owned()), files: files.to_vec(), ..Comparison::default() };
+    let comparison = Comparison {
+        model: Some(path.to_owned()),
+        files: files.to_vec(),
+        reading: reading.clone(),
+        ..Comparison::default()
+    };
     let appraisal = compare(&comparison)?.appraisal;
     let mut entries: Vec<RecordEntry> =
         model.records.iter().filter(|e| !e.held_out).cloned().collect();
     if !files.is_empty() {
-        let known = |file: &PathBuf| records::known_or_new(&model, path, file);
+        let known =
+            |file: &PathBuf| Ok(records::known_or_new(&model, path, file)?.read_as(reading));
         entries = files.iter().map(known).collect::<Result<_>>()?;
     }
     let fitted = |entry: &RecordEntry| {

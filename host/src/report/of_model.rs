@@ -50,7 +50,7 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
     for recorded in recorded {
         interrupt::check()?;
         let decay = &recorded.decay;
-        let record = yawrig_records::read(&recorded.path)?;
+        let record = yawrig_records::read_selected(&recorded.path, &recorded.entry.reading)?;
         report.sources.push(SourceFile::of(&recorded.path)?);
         let fit = known(&model, recorded, &held_against(&model, recorded, 1.0)?);
         let plain = fit_plain(decay, model.unknown_zero, decay.yaw_rad.len());

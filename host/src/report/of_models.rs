@@ -5,13 +5,14 @@ use super::{Made, Report, SideReport};
 use crate::model::side_by_side::{side_by_side, Side};
 use std::path::PathBuf;
 use yawrig_base::error::Result;
+use yawrig_records::Selection;
 
 /// The report of `models`, each with its releases.
 ///
 /// # Errors
 /// Exit 2 where they are about different records; those of [`of_model`].
 pub fn of_models(models: &[PathBuf], made: Made) -> Result<Report> {
-    let sides = side_by_side(models, &[])?;
+    let sides = side_by_side(models, &[], &Selection::default())?;
     let mut whole: Option<Report> = None;
     for model in models {
         let mut one = of_model(model, made.clone())?;

@@ -19,16 +19,18 @@ use yawrig_core::fit::fitting::{fit_plain_within, Fitted, Limit, Number, Structu
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::identify::{self, identify, Method};
 use yawrig_core::record::Record;
+use yawrig_records::Selection;
 
 /// Candidates whose prediction is drawn: the best of those that improve the fit.
 const CANDIDATES: usize = 4;
 
-/// The report of `files`.
+/// The report of `files`, read as `reading` says.
 ///
 /// # Errors
 /// Exit 2 without files; those of [`identify()`] and [`diagnose_with_fits`], each naming its file.
 pub fn of_records(
     files: &[PathBuf],
+    reading: &Selection,
     settings: &identify::Settings,
     options: &Options,
     made: Made,
@@ -54,7 +56,7 @@ pub fn of_records(
     for file in files {
         interrupt::check()?;
         crate::say!("judging {}", file.display());
-        let record = yawrig_records::read(file)?;
+        let record = yawrig_records::read_selected(file, reading)?;
         report.sources.push(SourceFile::of(file)?);
         let methods = [Method::LeastSquares, Method::Conventional, Method::Network];
         let identified = identify(&record, &methods, settings)?;

@@ -10,6 +10,7 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use yawrig_base::error::Result;
+use yawrig_records::Selection;
 
 pub struct App {
     pub access: Arc<Access>,
@@ -58,7 +59,11 @@ impl App {
 
     fn take_in(&self, record: &Path) {
         let model_path = self.session().model_path.clone();
-        let Ok(entries) = records::entries(&[PathBuf::from(record)], &model_path) else { return };
+        let Ok(entries) =
+            records::entries(&[PathBuf::from(record)], &Selection::default(), &model_path)
+        else {
+            return;
+        };
         let mut session = self.session();
         for entry in entries {
             let used = session.used_when_new();

@@ -14,6 +14,7 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
+use yawrig_records::Selection;
 
 /// A record and what is known of it.
 #[derive(Deserialize, Serialize)]
@@ -136,7 +137,7 @@ fn told(checked: &Checked) -> Value {
 fn open(app: &Arc<App>, path: &Path) -> Result<bool> {
     let model_path = app.session().model_path.clone();
     let campaign = CampaignFile::read_listed(path)?;
-    let entries = entries(&[path.to_owned()], &model_path)?;
+    let entries = entries(&[path.to_owned()], &Selection::default(), &model_path)?;
     let mut session = app.session();
     if session.campaign.is_some() || !session.releases.is_empty() {
         return Ok(false);

@@ -21,6 +21,7 @@ use yawrig_core::fit::fitting::Fitted;
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::quantity::Quantity;
 use yawrig_records::format;
+use yawrig_records::Selection;
 
 /// Most stretches a curve is cut into.
 const MOST_POINTS: usize = 4000;
@@ -339,7 +340,7 @@ pub fn open(app: &App, file: &str) -> Result<usize> {
         .help("start the workbench with the record's path"));
     }
     let model_path = app.session().model_path.clone();
-    let mut entries = records::entries(&[path.to_owned()], &model_path)?;
+    let mut entries = records::entries(&[path.to_owned()], &Selection::default(), &model_path)?;
     let entry: RecordEntry =
         entries.pop().ok_or_else(|| Error::internal("a file without an entry"))?;
     let mut session = app.session();

@@ -30,6 +30,7 @@ fn readings(truth: &Modal, case: &Case, seed: u64) -> Vec<u16> {
         noise_correlation: 0.0,
         offset_deg: case.zero_deg,
         adc_step_deg: 0.0,
+        ..Sensor::default()
     };
     let wiper_v = |yaw_deg: f64| SUPPLY_V * (0.5 + yaw_deg / TRAVEL_DEG);
     let reading = |volts: f64| (volts / SUPPLY_V * 4096.0).round().clamp(0.0, 4095.0) as u16;

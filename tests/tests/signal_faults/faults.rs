@@ -8,6 +8,7 @@ use yawrig_shared::modal::Modal;
 pub const OFFSET_DEG: f64 = 2.3;
 pub const HOLD_S: f64 = 2.0;
 const SENSOR: Sensor = Sensor {
+    sees: yawrig_rig::Sees::Angle,
     rate_hz: 1000.0,
     noise_deg: 0.0,
     noise_correlation: 0.0,

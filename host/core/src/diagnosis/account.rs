@@ -125,7 +125,7 @@ pub(crate) fn account(
     let rest = rest_angle(fits.last().expect("the plain model"));
     let offset = !zero_unknown
         && rest.value.abs() > OFF_ZERO * rest.u
-        && rest.value.abs() > LEAST_OFFSET * decay.amplitude_rad;
+        && rest.value.abs() > LEAST_OFFSET * decay.reading_rad();
     let mut steps = Vec::new();
     let mut effects = Vec::new();
     if offset {
@@ -186,8 +186,8 @@ impl Account {
     pub(crate) fn left(&self, decay: &FreeDecay, where_: &Where) -> Left {
         let last = &self.last().model;
         Left {
-            rms_deg: last.rms_rad().to_degrees(),
-            share_of_amplitude: last.rms_rad() / decay.amplitude_rad,
+            rms_deg: decay.measurand.shown(last.rms_rad()),
+            share_of_amplitude: last.rms_rad() / decay.reading_rad(),
             share_of_misfit: self.share_left(),
             where_: match is_explained(last, decay) {
                 true => NOISE.into(),

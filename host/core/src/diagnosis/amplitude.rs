@@ -9,6 +9,7 @@ use crate::fit::free_decay::FreeDecay;
 use crate::identify::samples::Samples;
 use crate::identify::windows::{windows, Window};
 use crate::quantity::Quantity;
+use crate::record::Derivative;
 use serde::{Deserialize, Serialize};
 
 /// A window of three cycles, as it was measured or as a model predicts it.
@@ -82,18 +83,19 @@ fn points(decay: &FreeDecay, yaw_rad: &[f64]) -> Vec<AmplitudePoint> {
         return Vec::new();
     }
     let time_s: Vec<f64> = (0..yaw_rad.len()).map(|k| decay.grid.time_s(k)).collect();
-    let yaw_deg: Vec<f64> = yaw_rad.iter().map(|y| y.to_degrees()).collect();
+    let yaw_deg: Vec<f64> = yaw_rad.iter().map(|y| decay.measurand.shown(*y)).collect();
     let mut samples = Samples::new(&time_s, &yaw_deg);
     let to_s = decay.grid.time_s(yaw_rad.len());
     let (windows, _) = windows(&mut samples, time_s[0], to_s, decay.frequency_rad_s);
-    windows.iter().map(AmplitudePoint::of).collect()
+    let derivative = decay.measurand.derivative();
+    windows.iter().map(|w| AmplitudePoint::of(w, derivative)).collect()
 }
 
 impl AmplitudePoint {
-    fn of(w: &Window) -> Self {
+    fn of(w: &Window, derivative: Derivative) -> Self {
         Self {
             time_s: 0.5 * (w.from_s + w.to_s),
-            amplitude_deg: w.amplitude_deg,
+            amplitude_deg: w.motion_amplitude_deg(derivative),
             natural_frequency_rad_s: Quantity::new(
                 w.natural_frequency_rad_s,
                 w.natural_frequency_u,

@@ -6,6 +6,7 @@ use crate::fit::at_amplitude::AtAmplitude;
 use crate::fit::fitting::{held_out_over_noise, refit, Covariance, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
+use crate::record::Said;
 use crate::stop::Stop;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -34,6 +35,14 @@ pub struct Options {
     pub wind_speed_m_s: f64,
     /// The search ends when this asks for it.
     pub stop: Stop,
+}
+
+impl Options {
+    /// For what is recorded in `decay`: where that is no angle, its zero is the sensor's own.
+    pub(crate) fn of(&self, decay: &FreeDecay) -> Self {
+        let zero_unknown = self.zero_unknown || !decay.measurand.shows_rest();
+        Self { zero_unknown, ..self.clone() }
+    }
 }
 
 /// An effect tried beside the model that was there, by itself.
@@ -108,6 +117,9 @@ impl Left {
 /// All that is said about one record. Rms in deg, ratios to the noise floor of block means.
 #[derive(Clone, Debug, Serialize)]
 pub struct Diagnosis {
+    /// What the record holds, where that is no angle in deg.
+    #[serde(flatten)]
+    pub said: Said,
     /// Standard deviation of the noise of one sample.
     pub noise_rms_deg: f64,
     /// The same of the block means, to which `residual_over_noise` refers.

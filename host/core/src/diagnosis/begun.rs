@@ -43,6 +43,7 @@ impl Begun {
         let mut candidates: Vec<Effect> =
             Effect::deterministic().filter(|e| !(zero_unknown && e.moves_rest())).collect();
         candidates.retain(|e| !e.is_flexible() && decay.amplitude_rad >= e.distinct_from_rad());
+        candidates.retain(|e| e.is_seen_in(&decay.measurand));
         for own in options.own.iter().filter(|e| e.is_own()) {
             if !candidates.contains(own) {
                 candidates.push(own.clone());

@@ -187,6 +187,10 @@ fn fit_series(
     model: &Fitted,
     states: Option<Vec<[f64; 2]>>,
 ) -> Option<Buffeted> {
+    // The filter reads the angle.
+    if !decay.measurand.shows_rest() {
+        return None;
+    }
     let means_per_block = means_per_block(decay);
     let yaw = &reduced(yaw, means_per_block)[..];
     let grid =

@@ -66,8 +66,7 @@ fn name_rest(answer: &mut Diagnosed, about_zero: &Diagnosed) {
     }
     if let Some(model) = answer.path.last() {
         let rest = account::rest_angle(model);
-        diagnosis.rest_angle_deg =
-            Some(Quantity::new(rest.value.to_degrees(), rest.u.to_degrees()));
+        diagnosis.rest_angle_deg = Some(rest.by(|x| answer.decay.measurand.shown(x)));
     }
     diagnosis.steps[0].added = Some(Effect::of_rest());
     diagnosis.steps.insert(0, about_zero.diagnosis.steps[0].clone());
@@ -110,8 +109,9 @@ fn one_answer(record: &Record, decay: &FreeDecay, begun: &Begun) -> Result<(Diag
         }
     }
     let diagnosis = Diagnosis {
-        noise_rms_deg: decay.sample_noise_rad.to_degrees(),
-        mean_noise_deg: decay.noise_rad.to_degrees(),
+        said: decay.measurand.said(),
+        noise_rms_deg: decay.measurand.shown(decay.sample_noise_rad),
+        mean_noise_deg: decay.measurand.shown(decay.noise_rad),
         status,
         effects,
         indistinguishable: found
@@ -217,8 +217,9 @@ fn buffeted_verdict(
     };
     candidates.insert(0, random);
     Diagnosis {
-        noise_rms_deg: decay.sample_noise_rad.to_degrees(),
-        mean_noise_deg: decay.noise_rad.to_degrees(),
+        said: decay.measurand.said(),
+        noise_rms_deg: decay.measurand.shown(decay.sample_noise_rad),
+        mean_noise_deg: decay.measurand.shown(decay.noise_rad),
         status: match forced {
             Some(forced) if !is_beyond_doubt(forced, decay) => Status::Unexplained,
             _ => Status::Explained,

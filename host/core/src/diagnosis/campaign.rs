@@ -23,7 +23,7 @@ use crate::fit::fitting::Fitted;
 use crate::fit::fitting::{Covariance, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
-use crate::record::Record;
+use crate::record::{Record, Said};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -35,6 +35,9 @@ const MOST_LOG_DEVIATION: f64 = 3.0;
 /// All that is said about a campaign. Rms in deg over all releases, ratios to the noise floor of block means.
 #[derive(Clone, Debug, Serialize)]
 pub struct CampaignDiagnosis {
+    /// What the records hold, where that is no angle in deg.
+    #[serde(flatten)]
+    pub said: Said,
     /// Standard deviation of the noise of one sample, all releases together.
     pub noise_rms_deg: f64,
     /// The same of the block means, to which `residual_over_noise` refers.
@@ -210,7 +213,7 @@ impl Campaign<'_> {
                 spring: entry.spring.clone(),
                 axis: entry.axis,
                 wind_speed_m_s: entry.wind_speed_m_s,
-                noise_rms_deg: decays[i].sample_noise_rad.to_degrees(),
+                noise_rms_deg: decays[i].measurand.shown(decays[i].sample_noise_rad),
                 natural_frequency_rad_s: after[i].0,
                 damping_ratio: after[i].1,
                 before_over_noise: plain[i].over_noise(&decays[i]),
@@ -222,10 +225,12 @@ impl Campaign<'_> {
         });
         let mut releases: Vec<ReleaseVerdict> = rows.collect();
         let worst = worst(&last.joint.fits, decays);
+        let shown = |rms_rad: f64| decays[0].measurand.shown(rms_rad);
         let mut out = CampaignDiagnosis {
-            noise_rms_deg: mean_square(decays, |d| d.sample_noise_rad).to_degrees(),
+            said: decays[0].measurand.said(),
+            noise_rms_deg: shown(mean_square(decays, |d| d.sample_noise_rad)),
             status,
-            mean_noise_deg: mean_square(decays, |d| d.noise_rad).to_degrees(),
+            mean_noise_deg: shown(mean_square(decays, |d| d.noise_rad)),
             indistinguishable: judged.alone.indistinguishable(&effects),
             sentence: account::sentence(&effects, &left, SECOND_ORDER),
             effects,

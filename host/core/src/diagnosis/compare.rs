@@ -3,6 +3,7 @@
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::quantity::Quantity;
+use crate::record::Measurand;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -127,21 +128,25 @@ pub fn locate(decay: &FreeDecay, model: &Fitted) -> Where {
 
 /// The same over some of the block means; the correlation stays that of all.
 pub fn locate_within(decay: &FreeDecay, model: &Fitted, part: Range<usize>) -> Where {
-    let motion = model.motion();
-    let (yaw, rate) = motion.readings_and_rates(&decay.grid);
+    let (yaw, rate) = model.motion().of_angle().readings_and_rates(&decay.grid);
     let (yaw, rate) = (&yaw[part.clone()], &rate[part.clone()]);
     let wn = model.parameters[0];
     let residual: Vec<f64> = model.residuals[part.clone()].iter().map(|r| -r).collect();
-    let states = missing_moments(decay, model, &residual, yaw, rate);
+    // Of a rate or an acceleration the residual shows no moment but by integration.
+    let states = match decay.measurand.shows_rest() {
+        true => missing_moments(decay, model, &residual, yaw, rate),
+        false => Vec::new(),
+    };
     let start_s = decay.grid.time_s(part.start);
+    let measurand = &decay.measurand;
     let (b_max, r_max) = (largest(yaw), largest(rate));
     Where {
         time: time(decay, start_s, &residual),
-        amplitude: amplitude(&residual, yaw, rate, wn),
+        amplitude: amplitude(measurand, &residual, yaw, rate, wn),
         damping_law: cut(&states, r_max, |s| (s.yaw_rad * wn, s.rate_rad_s))
             .into_iter()
             .map(|(rate, m)| DampingPoint {
-                rate_deg_s: rate.to_degrees(),
+                rate_deg_s: measurand.shown(rate),
                 moment_rad_s2: m.value,
                 u_rad_s2: m.u,
             })
@@ -149,25 +154,25 @@ pub fn locate_within(decay: &FreeDecay, model: &Fitted, part: Range<usize>) -> W
         stiffness_law: cut(&states, b_max, |s| (s.rate_rad_s / wn, s.yaw_rad))
             .into_iter()
             .map(|(yaw, m)| StiffnessPoint {
-                yaw_deg: yaw.to_degrees(),
+                yaw_deg: measurand.shown(yaw),
                 moment_rad_s2: m.value,
                 u_rad_s2: m.u,
             })
             .collect(),
-        phase: phase(&states, b_max, r_max),
+        phase: phase(measurand, &states, b_max, r_max),
         frequency: frequency(decay, &residual),
         correlation: model.correlation,
         correlation_of_white: 2.0 / (model.count as f64).sqrt(),
     }
 }
 
-fn rms_deg(values: impl Iterator<Item = f64>) -> Option<f64> {
+fn rms_deg(measurand: &Measurand, values: impl Iterator<Item = f64>) -> Option<f64> {
     let (mut n, mut sum) = (0.0, 0.0);
     for v in values {
         n += 1.0;
         sum += v * v;
     }
-    (n > 0.0).then(|| f64::sqrt(sum / n).to_degrees())
+    (n > 0.0).then(|| measurand.shown(f64::sqrt(sum / n)))
 }
 
 fn time(decay: &FreeDecay, start_s: f64, residual: &[f64]) -> Vec<TimeBin> {
@@ -179,13 +184,19 @@ fn time(decay: &FreeDecay, start_s: f64, residual: &[f64]) -> Vec<TimeBin> {
             Some(TimeBin {
                 from_s: start_s + decay.grid.step_s * (i * width) as f64,
                 to_s: start_s + decay.grid.step_s * (i * width + chunk.len()) as f64,
-                rms_deg: rms_deg(chunk.iter().copied())?,
+                rms_deg: rms_deg(&decay.measurand, chunk.iter().copied())?,
             })
         })
         .collect()
 }
 
-fn amplitude(residual: &[f64], yaw: &[f64], rate: &[f64], wn: f64) -> Vec<AmplitudeBin> {
+fn amplitude(
+    measurand: &Measurand,
+    residual: &[f64],
+    yaw: &[f64],
+    rate: &[f64],
+    wn: f64,
+) -> Vec<AmplitudeBin> {
     let size: Vec<f64> = yaw.iter().zip(rate).map(|(b, r)| b.hypot(r / wn)).collect();
     let largest = size.iter().copied().fold(0.0, f64::max);
     let edge = |k: usize| largest * k as f64 / AMPLITUDE_BINS as f64;
@@ -194,9 +205,9 @@ fn amplitude(residual: &[f64], yaw: &[f64], rate: &[f64], wn: f64) -> Vec<Amplit
             let inside = |a: f64| a > edge(k) && a <= edge(k + 1);
             let values = residual.iter().zip(&size).filter(|(_, a)| inside(**a)).map(|(r, _)| *r);
             Some(AmplitudeBin {
-                from_deg: edge(k).to_degrees(),
-                to_deg: edge(k + 1).to_degrees(),
-                rms_deg: rms_deg(values)?,
+                from_deg: measurand.shown(edge(k)),
+                to_deg: measurand.shown(edge(k + 1)),
+                rms_deg: rms_deg(measurand, values)?,
             })
         })
         .collect()
@@ -243,7 +254,7 @@ fn missing_moments(
 }
 
 /// Means in the cells of the plane.
-fn phase(states: &[Missing], b_max: f64, r_max: f64) -> Vec<PhaseCell> {
+fn phase(measurand: &Measurand, states: &[Missing], b_max: f64, r_max: f64) -> Vec<PhaseCell> {
     if b_max == 0.0 || r_max == 0.0 {
         return Vec::new();
     }
@@ -259,8 +270,8 @@ fn phase(states: &[Missing], b_max: f64, r_max: f64) -> Vec<PhaseCell> {
     (0..side * side)
         .filter(|at| sums[*at as usize].0 >= 3.0)
         .map(|at| PhaseCell {
-            yaw_deg: (f64::from(at / side - PHASE_CELLS) / width * b_max).to_degrees(),
-            rate_deg_s: (f64::from(at % side - PHASE_CELLS) / width * r_max).to_degrees(),
+            yaw_deg: measurand.shown(f64::from(at / side - PHASE_CELLS) / width * b_max),
+            rate_deg_s: measurand.shown(f64::from(at % side - PHASE_CELLS) / width * r_max),
             moment_rad_s2: sums[at as usize].1 / sums[at as usize].0,
         })
         .collect()

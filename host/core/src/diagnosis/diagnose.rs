@@ -19,7 +19,6 @@ use crate::fit::at_amplitude::at_amplitudes;
 use crate::fit::fitting::Fitted;
 use crate::fit::floor;
 use crate::fit::free_decay::FreeDecay;
-use crate::quantity::Quantity;
 use crate::record::Record;
 use rayon::prelude::*;
 
@@ -88,6 +87,7 @@ pub fn diagnose_with_fits(record: &Record, options: &Options) -> Result<Diagnose
 }
 
 pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagnosed> {
+    let options = &options.of(&decay);
     let present = &options.present;
     // Pieces of a free decay do not show what follows time, and a flexible effect is not looked for beside another.
     if !present.effects.iter().all(|e| e.is_strength_of_state() || e.is_own()) {
@@ -183,8 +183,9 @@ fn by_prediction(
         parameters: s.parameters.clone(),
     };
     let diagnosis = Diagnosis {
-        noise_rms_deg: decay.sample_noise_rad.to_degrees(),
-        mean_noise_deg: decay.noise_rad.to_degrees(),
+        said: decay.measurand.said(),
+        noise_rms_deg: decay.measurand.shown(decay.sample_noise_rad),
+        mean_noise_deg: decay.measurand.shown(decay.noise_rad),
         status,
         effects: account.effects.clone(),
         indistinguishable: alike(&decay, &account.survivors)?,
@@ -196,10 +197,7 @@ fn by_prediction(
         where_,
         sentence: Some(account::sentence(&account.effects, &left, model)),
         left: Some(left),
-        rest_angle_deg: Some(Quantity::new(
-            account.rest_angle.value.to_degrees(),
-            account.rest_angle.u.to_degrees(),
-        )),
+        rest_angle_deg: Some(account.rest_angle.by(|x| decay.measurand.shown(x))),
     };
     let path = account.steps.into_iter().map(|s| s.model).collect();
     Ok(Diagnosed { diagnosis, decay, singles: Vec::new(), path })

@@ -3,6 +3,7 @@
 use crate::effects::{Effect, Parameter, State, Terms};
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
+use crate::identify::WindowEstimate;
 use crate::statistics::median;
 use std::f64::consts::{PI, TAU};
 
@@ -134,7 +135,8 @@ fn cancelling(model: &Fitted) -> Option<Refusal> {
 /// Without wind nothing feeds the motion: where the damping would be below zero, of the model as a whole at some
 /// amplitude or of its plain part, the effect that makes it so.
 fn feeding(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
-    let amplitudes: Vec<f64> = decay.windows.iter().map(|w| w.amplitude_deg.to_radians()).collect();
+    let of_model = |w: &WindowEstimate| decay.measurand.of_model(w.amplitude_deg);
+    let amplitudes: Vec<f64> = decay.windows.iter().map(of_model).collect();
     let largest = amplitudes.iter().copied().fold(0.0, f64::max);
     let least = amplitudes.iter().copied().fold(largest, f64::min);
     let grows = decay.windows.iter().any(|w| w.damping_ratio < 0.0);
@@ -160,8 +162,9 @@ fn feeding(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
             return Some(Refusal {
                 effect: effects[worst].clone(),
                 reason: format!(
-                    "with it the damping ratio would be {total:.4} at {:.2} deg, and without wind nothing feeds the motion",
-                    amplitude.to_degrees()
+                    "with it the damping ratio would be {total:.4} at {:.2} {}, and without wind nothing feeds the motion",
+                    decay.measurand.shown(amplitude),
+                    decay.measurand.coordinate_unit()
                 ),
             });
         }
@@ -243,7 +246,7 @@ mod tests {
         });
         let residuals: Vec<f64> =
             (0..1000).map(|k| if k % 2 == 0 { 1e-4 } else { -1e-4 }).collect();
-        (Fitted::new(structure, p, residuals, true, Some(covariance), wind), decay)
+        (Fitted::new(structure, p, residuals, true, Some(covariance), decay.around()), decay)
     }
 
     #[test]
@@ -265,7 +268,8 @@ mod tests {
                 _ => 0.1,
             }));
             let covariance = DMatrix::identity(p.len(), p.len()) * 1e-8;
-            let model = Fitted::new(structure, p, vec![1e-4; 1000], true, Some(covariance), 0.0);
+            let model =
+                Fitted::new(structure, p, vec![1e-4; 1000], true, Some(covariance), decay.around());
             let found = no_mode(&model, &decay).map(|r| r.reason);
             assert_eq!(found.is_some(), refused, "{w2_rad_s} {zeta2}: {found:?}");
         }

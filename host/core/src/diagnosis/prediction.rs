@@ -84,7 +84,7 @@ impl Prediction {
             // As of the noise of the first.
             let squares = squares * (pieces.decays[0].noise_rad / piece.noise_rad).powi(2);
             let n = piece.yaw_rad.len() as f64;
-            self.errors.push((squares.min(n * (LOST * piece.amplitude_rad).powi(2)), n));
+            self.errors.push((squares.min(n * (LOST * piece.reading_rad()).powi(2)), n));
         }
     }
 

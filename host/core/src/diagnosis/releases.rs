@@ -15,7 +15,7 @@ use crate::fit::fitting::{
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, JointFit, Release, Sharing};
 use crate::quantity::Quantity;
-use crate::record::Record;
+use crate::record::{same_measurand, Record};
 use rayon::prelude::*;
 
 /// So many releases are judged by themselves, those that the model explains worst that is there already.
@@ -47,6 +47,7 @@ impl Releases {
         // Collected first, so that of several bad records always the first is named.
         let decays: Vec<Result<FreeDecay>> =
             records.par_iter().zip(&wind_speed_m_s).map(one).collect();
+        same_measurand(records)?;
         Ok(Self { decays: decays.into_iter().collect::<Result<_>>()?, wind_speed_m_s })
     }
 
@@ -347,9 +348,9 @@ pub(super) fn left(
     let squares = |fits: &[Fitted]| fits.iter().map(|f| f.sum_of_squares).sum::<f64>();
     let count: usize = last.iter().map(|f| f.count).sum();
     let rms_rad = (squares(last) / count as f64).sqrt();
-    let amplitude_rad = decays.iter().map(|d| d.amplitude_rad).fold(0.0, f64::max);
+    let amplitude_rad = decays.iter().map(FreeDecay::reading_rad).fold(0.0, f64::max);
     Left {
-        rms_deg: rms_rad.to_degrees(),
+        rms_deg: decays[0].measurand.shown(rms_rad),
         share_of_amplitude: rms_rad / amplitude_rad,
         share_of_misfit: (squares(last) / squares(plain)).min(1.0),
         where_: match are_explained(last, decays) {

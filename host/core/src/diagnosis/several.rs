@@ -26,7 +26,7 @@ use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, JointFit, Release, Sharing};
 use crate::identify::gaps::Warning;
 use crate::quantity::Quantity;
-use crate::record::Record;
+use crate::record::{Record, Said};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -39,6 +39,9 @@ const EACH_ITS_OWN: &str = "each release its own";
 /// All that is said about several releases. Rms in deg, ratios to the noise floor of block means.
 #[derive(Clone, Debug, Serialize)]
 pub struct SeveralDiagnosis {
+    /// What the records hold, where that is no angle in deg.
+    #[serde(flatten)]
+    pub said: Said,
     /// Standard deviation of the noise of one sample, all releases together.
     pub noise_rms_deg: f64,
     /// The same of the block means, to which `residual_over_noise` refers.
@@ -293,7 +296,7 @@ fn told(
         OfRecord {
             file: file.clone(),
             modal: modal(fit),
-            rest_angle_deg: Quantity::new(rest.value.to_degrees(), rest.u.to_degrees()),
+            rest_angle_deg: rest.by(|x| decay.measurand.shown(x)),
             residual_rms_deg: decay.raw_rms_deg(fit.rms_rad()),
             residual_over_noise: fit.over_noise(decay),
             parameters,
@@ -301,9 +304,11 @@ fn told(
             covariance: fit.named_covariance(),
         }
     };
+    let shown = |rms_rad: f64| decays[0].measurand.shown(rms_rad);
     SeveralDiagnosis {
-        noise_rms_deg: mean_square(decays, |d| d.sample_noise_rad).to_degrees(),
-        mean_noise_deg: mean_square(decays, |d| d.noise_rad).to_degrees(),
+        said: decays[0].measurand.said(),
+        noise_rms_deg: shown(mean_square(decays, |d| d.sample_noise_rad)),
+        mean_noise_deg: shown(mean_square(decays, |d| d.noise_rad)),
         status: left.status(are_explained(last, decays), &effects),
         indistinguishable: Vec::new(),
         candidates: Vec::new(),

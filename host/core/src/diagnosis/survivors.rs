@@ -103,6 +103,7 @@ pub(super) fn candidates(decay: &FreeDecay) -> Vec<Effect> {
     let is_one = |e: &Effect| {
         e.is_strength_of_state()
             && !e.moves_rest()
+            && e.is_seen_in(&decay.measurand)
             && e.series() != Some(Series::HigherTerm)
             && decay.amplitude_rad > e.distinct_from_rad()
     };

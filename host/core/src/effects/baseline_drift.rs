@@ -16,7 +16,7 @@ impl Law for BaselineDrift {
     }
 
     fn sizes(&self, scale: &Scale) -> Vec<f64> {
-        vec![scale.amplitude_rad / scale.duration_s]
+        vec![scale.reading_rad / scale.duration_s]
     }
 
     fn write(&self, p: &[f64], terms: &mut Terms) {

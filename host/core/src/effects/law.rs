@@ -64,6 +64,11 @@ pub(crate) trait Law: Send + Sync {
         self.parameters().len() == 1
     }
 
+    /// Whether it is a law of an angle, of no other displacement.
+    fn is_of_angle(&self) -> bool {
+        false
+    }
+
     /// Whether it moves the angle of rest and does nothing else.
     fn moves_rest(&self) -> bool {
         false
@@ -171,7 +176,10 @@ impl Seen<'_> {
 /// The size of a free decay, from which sizes of effects follow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scale {
+    /// Of the motion.
     pub(crate) amplitude_rad: f64,
+    /// Of what is read of it.
+    pub(crate) reading_rad: f64,
     pub(crate) natural_frequency_rad_s: f64,
     pub(crate) duration_s: f64,
 }

@@ -373,7 +373,12 @@ mod tests {
     #[test]
     fn a_rough_curve_costs_and_a_missing_one_does_not() {
         let law = law();
-        let scale = Scale { amplitude_rad: 1.0, natural_frequency_rad_s: 1.0, duration_s: 1.0 };
+        let scale = Scale {
+            amplitude_rad: 1.0,
+            reading_rad: 1.0,
+            natural_frequency_rad_s: 1.0,
+            duration_s: 1.0,
+        };
         assert_eq!(Law::sizes(&law, &scale).len(), law.parameters.len());
         let cost = |p: &[f64]| (law.penalty() * DVector::from_column_slice(p)).norm_squared();
         let smooth = values(&law, |b| b.powi(3), |_| 0.0);

@@ -20,8 +20,8 @@ pub use law::{Card, Equation};
 pub(crate) use lines::FASTEST;
 pub use measured::{Line, MeasuredLaw, MEASURED_LAW};
 pub(crate) use memory::Memories;
-pub(crate) use terms::State;
 pub use terms::Terms;
+pub(crate) use terms::{Drive, State};
 pub(crate) use terms::{Moment, Moments, LANES};
 pub use yawrig_expression::{Parameter, MOST_OWN};
 

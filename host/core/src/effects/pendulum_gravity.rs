@@ -23,6 +23,10 @@ impl Law for PendulumGravity {
         terms.add_moment::<Self>(p);
     }
 
+    fn is_of_angle(&self) -> bool {
+        true
+    }
+
     fn series(&self) -> Option<Series> {
         Some(Series::Whole)
     }

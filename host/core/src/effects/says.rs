@@ -3,6 +3,7 @@
 use super::law::{Acts, Equation, Series};
 use super::Effect;
 use crate::quantity::Quantity;
+use crate::record::Measurand;
 
 impl Effect {
     /// The one that takes another course every time.
@@ -43,6 +44,26 @@ impl Effect {
     /// Whether it moves the angle of rest and does nothing else, so that a sensor which was not zeroed looks the same.
     pub fn moves_rest(&self) -> bool {
         self.law().moves_rest()
+    }
+
+    /// Whether what is recorded shows it: a rate has no angle of rest, and a displacement no sine.
+    pub fn is_seen_in(&self, measurand: &Measurand) -> bool {
+        let of_angle = self.law().is_of_angle();
+        let needs_rest = self.moves_rest() || self.is_random();
+        (measurand.is_of_angle() || !of_angle) && (measurand.shows_rest() || !needs_rest)
+    }
+
+    /// The unit of its parameter of this name in a motion of this kind. Frequencies and phases of a line are none of the
+    /// motion's coordinate.
+    pub fn unit_in(&self, measurand: &Measurand, name: &str) -> String {
+        let Some(at) = self.parameters().iter().position(|p| p.name == name) else {
+            return String::new();
+        };
+        let unit = &self.parameters()[at].unit;
+        match self.line() {
+            Some(line) if at == line.phase || at == line.frequency => unit.to_string(),
+            _ => measurand.parameter_unit(unit),
+        }
     }
 
     /// Whether it holds the model at rest while the other moments are small, as dry friction does.

@@ -46,7 +46,7 @@ impl Law for SecondMode {
     }
 
     fn sizes(&self, scale: &Scale) -> Vec<f64> {
-        vec![scale.amplitude_rad, scale.amplitude_rad, 1.0 / scale.duration_s, 0.1]
+        vec![scale.reading_rad, scale.reading_rad, 1.0 / scale.duration_s, 0.1]
     }
 
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
@@ -82,7 +82,7 @@ impl Law for SecondMode {
 fn beating(seen: &Seen) -> Vec<f64> {
     let n = seen.residuals_rad.len().max(1) as f64;
     let square = seen.residuals_rad.iter().map(|r| r * r).sum::<f64>() / n;
-    if !seen.beats || square.sqrt() < BEATS * seen.scale.amplitude_rad {
+    if !seen.beats || square.sqrt() < BEATS * seen.scale.reading_rad {
         return Vec::new();
     }
     let wn = seen.natural_frequency_rad_s;

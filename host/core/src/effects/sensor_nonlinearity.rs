@@ -16,7 +16,7 @@ impl Law for SensorNonlinearity {
     }
 
     fn sizes(&self, scale: &Scale) -> Vec<f64> {
-        vec![1.0 / scale.amplitude_rad]
+        vec![1.0 / scale.reading_rad]
     }
 
     fn write(&self, p: &[f64], terms: &mut Terms) {

@@ -3,6 +3,7 @@
 use super::curves::Curves;
 use super::memory::{Memories, Memory, Remembered};
 use super::padded::{padded, MOST_NUMBERS};
+use crate::record::Derivative;
 use std::any::TypeId;
 use std::sync::Arc;
 use yawrig_expression::OwnTerm;
@@ -78,6 +79,8 @@ pub struct Terms {
     curves: Option<Arc<Curves>>,
     /// For own effects that depend on it; 0: off, or not known.
     pub(crate) wind_speed_m_s: f64,
+    /// What the sensor sees of the motion.
+    pub(crate) observed: Derivative,
     /// Integrated by the steps that adapt themselves, as own effects are.
     pub(crate) precise: bool,
     /// Own effects that are not steep are followed by fixed steps: quicker, and less exact.
@@ -146,14 +149,19 @@ impl Terms {
         self.dry_friction_rad_s2 > 0.0 || !self.remembered.is_empty()
     }
 
-    /// The same with a sensor that shows the yaw angle.
+    /// The same with a sensor that shows what it sees as it is.
     pub(crate) fn unread(&self) -> Self {
         Self { readings: Vec::new(), ..self.clone() }
     }
 
+    /// The same with a sensor that sees the yaw angle.
+    pub(crate) fn of_angle(&self) -> Self {
+        Self { observed: Derivative::None, ..self.clone() }
+    }
+
     /// The same without a periodic moment, with a sensor that shows the yaw angle: what a cycle of the free motion is of.
     pub(crate) fn free(&self) -> Self {
-        Self { force_rad_s2: [0.0; 2], ..self.unread() }
+        Self { force_rad_s2: [0.0; 2], observed: Derivative::None, ..self.unread() }
     }
 
     /// The periodic moment, to be followed in steps of `step_s` from `time_s` on.
@@ -184,16 +192,16 @@ impl Terms {
         self.moments.iter().map(|m| (m.one)(&m.p, state)).sum::<f64>() + curves + drive
     }
 
-    /// Whether the sensor shows something else than the yaw angle.
+    /// Whether the sensor shows something else than what it sees.
     pub(crate) fn changes_reading(&self) -> bool {
         !self.readings.is_empty()
     }
 
-    /// What the sensor shows of the yaw angle at a time, rad.
+    /// What the sensor shows, at a time, of what it sees: of the yaw angle rad.
     #[inline]
-    pub(crate) fn reading(&self, yaw_rad: f64, time_s: f64) -> f64 {
-        let change = |r: &ReadingChange| (r.change)(&r.p, yaw_rad, time_s);
-        yaw_rad + self.readings.iter().map(change).sum::<f64>()
+    pub(crate) fn reading(&self, seen: f64, time_s: f64) -> f64 {
+        let change = |r: &ReadingChange| (r.change)(&r.p, seen, time_s);
+        seen + self.readings.iter().map(change).sum::<f64>()
     }
 }
 

@@ -45,7 +45,8 @@ pub(crate) fn with_discrepancy(model: Fitted, decay: &FreeDecay) -> Fitted {
 
 /// The same of a `model` that has its discrepancy already.
 pub(crate) fn with_windows(mut model: Fitted, decay: &FreeDecay) -> Fitted {
-    let smallest = decay.measured.last().map(|m| m.amplitude_deg.to_radians());
+    let of_model = |m: &AtAmplitude| decay.measurand.of_model(m.amplitude_deg);
+    let smallest = decay.measured.last().map(of_model);
     model.missed = smallest.map_or([0.0; 2], |amplitude_rad| missed(decay, &model, amplitude_rad));
     model
 }
@@ -53,13 +54,14 @@ pub(crate) fn with_windows(mut model: Fitted, decay: &FreeDecay) -> Fitted {
 /// By how much the model's natural frequency and damping ratio are off the record's own, as its windows show them at the nearest
 /// amplitude, beyond what noise leaves uncertain of these: squares.
 fn missed(decay: &FreeDecay, model: &Fitted, amplitude_rad: f64) -> [f64; 2] {
-    let apart = |m: &&AtAmplitude| (m.amplitude_deg.to_radians() / amplitude_rad).ln().abs();
+    let of_model = |m: &AtAmplitude| decay.measurand.of_model(m.amplitude_deg);
+    let apart = |m: &&AtAmplitude| (of_model(m) / amplitude_rad).ln().abs();
     let nearest = decay.measured.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
     let Some(seen) = nearest.filter(|_| model.discrepancy.is_some()) else { return [0.0; 2] };
     let window = |w: &&WindowEstimate| (w.amplitude_deg - seen.amplitude_deg).abs();
     let passed = decay.windows.iter().min_by(|a, b| window(a).total_cmp(&window(b)));
     let start_s = passed.map_or(0.0, |w| w.time_s - decay.release_time_s);
-    let Some(there) = cycle(&model.motion(), seen.amplitude_deg.to_radians(), start_s) else {
+    let Some(there) = cycle(&model.motion(), of_model(seen), start_s) else {
         return [0.0; 2];
     };
     let zeta = seen.damping_ratio;
@@ -77,7 +79,7 @@ fn of_cycle(
 ) -> Option<AtAmplitude> {
     let starts = model.structure.starts();
     let of = |p: &[f64], lacking: Option<(usize, f64)>| {
-        let (mut motion, _) = motion(&model.structure, &starts, p, decay.wind_speed_m_s);
+        let (mut motion, _) = motion(&model.structure, &starts, p, decay.around());
         if let Some((which, strength)) = lacking {
             add_shape(&mut motion, which, strength, decay.amplitude_rad);
         }
@@ -127,7 +129,7 @@ fn of_cycle(
     let known = |variance: f64| if variance < 0.0 { 0.0 } else { variance };
     let quantity = |q: usize| Quantity::new(values[q], (known(variances[q]) + missed[q]).sqrt());
     Some(AtAmplitude {
-        amplitude_deg: amplitude_rad.to_degrees(),
+        amplitude_deg: decay.measurand.shown(amplitude_rad),
         natural_frequency_rad_s: quantity(0),
         damping_ratio: quantity(1),
     })

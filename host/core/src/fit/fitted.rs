@@ -5,7 +5,7 @@ use crate::discrepancy::Discrepancy;
 use crate::effects::Effect;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::{problem_of_one, Release};
-use crate::fit::structure::{motion, Structure, PLAIN};
+use crate::fit::structure::{motion, Around, Structure, PLAIN};
 use crate::motion::oscillator::{Grid, Motion};
 use crate::quantity::Quantity;
 use crate::statistics::independent_share;
@@ -62,18 +62,18 @@ pub struct Fitted {
     /// Squares of what natural frequency and damping ratio at rest are off the record's own at its smallest amplitudes.
     pub(crate) missed: [f64; 2],
     starts: Vec<usize>,
-    wind_speed_m_s: f64,
+    around: Around,
 }
 
 impl Fitted {
-    /// `residuals` in rad.
+    /// `residuals` in rad; of a rate in rad/s.
     pub(crate) fn new(
         structure: Structure,
         parameters: Vec<f64>,
         residuals: Vec<f64>,
         converged: bool,
         covariance: Option<DMatrix<f64>>,
-        wind_speed_m_s: f64,
+        around: Around,
     ) -> Self {
         let lag: f64 = residuals.windows(2).map(|w| w[0] * w[1]).sum();
         let power: f64 = residuals.iter().map(|r| r * r).sum();
@@ -91,7 +91,7 @@ impl Fitted {
             modal_inflation: 1.0,
             discrepancy: None,
             missed: [0.0; 2],
-            wind_speed_m_s,
+            around,
         };
         fitted.inflation = fitted.count as f64 / fitted.effective_count();
         fitted.modal_inflation = fitted.inflation;
@@ -269,7 +269,7 @@ impl Fitted {
     }
     /// The model's motion, from its fitted state at the first instant.
     pub fn motion(&self) -> Motion {
-        motion(&self.structure, &self.starts, &self.parameters, self.wind_speed_m_s).0
+        motion(&self.structure, &self.starts, &self.parameters, self.around).0
     }
 
     /// The states of what remembers, in the order of the effects, at the first instant of a grid that starts at `start_s`:
@@ -280,8 +280,7 @@ impl Fitted {
     }
     /// Readings of the model on `grid`, which begins where the free decay does.
     pub fn readings(&self, grid: &Grid) -> Vec<f64> {
-        let (motion, zero) =
-            motion(&self.structure, &self.starts, &self.parameters, self.wind_speed_m_s);
+        let (motion, zero) = motion(&self.structure, &self.starts, &self.parameters, self.around);
         let mut y = vec![0.0; grid.count];
         motion.readings(grid, &mut y);
         y.iter_mut().for_each(|y| *y += zero);

@@ -58,17 +58,16 @@ fn lengthened(decay: &FreeDecay, structure: &Structure, start: &[f64], count: us
 }
 
 pub(crate) fn finished(decay: &FreeDecay, structure: &Structure, fit: Fit, count: usize) -> Fitted {
-    let (motion, zero) =
-        motion(structure, &structure.starts(), &fit.parameters, decay.wind_speed_m_s);
+    let (motion, zero) = motion(structure, &structure.starts(), &fit.parameters, decay.around());
     let mut residuals = vec![0.0; count];
     motion.readings(&Grid { count, ..decay.grid }, &mut residuals);
     for (r, y) in residuals.iter_mut().zip(&decay.yaw_rad) {
         *r += zero - y;
     }
     let converged = fit.stop.is_minimum();
-    let wind_speed_m_s = decay.wind_speed_m_s;
+    let around = decay.around();
     let covariance = fit.covariance.ok();
-    Fitted::new(structure.clone(), fit.parameters, residuals, converged, covariance, wind_speed_m_s)
+    Fitted::new(structure.clone(), fit.parameters, residuals, converged, covariance, around)
 }
 
 /// The second-order model fitted to the first `count` means, with a free zero of the sensor if `zero_unknown`.
@@ -81,13 +80,14 @@ pub fn fit_plain_within(decay: &FreeDecay, structure: &Structure, count: usize) 
     let structure = Structure { effects: Vec::new(), ..structure.clone() };
     let wn = decay.windows.first().map_or(decay.frequency_rad_s, |w| w.natural_frequency_rad_s);
     let zeta = decay.windows.first().map_or(0.01, |w| w.damping_ratio);
-    let (b, r) = first_state(decay);
+    let middle = match structure.zero_unknown {
+        true => decay.yaw_rad.iter().sum::<f64>() / decay.yaw_rad.len() as f64,
+        false => 0.0,
+    };
+    let (y, slope) = first_reading(decay);
+    let [b, r] = decay.measurand.derivative().state([y - middle, slope], wn, zeta);
     let mut start = vec![wn, zeta, b, r];
-    if structure.zero_unknown {
-        let middle = decay.yaw_rad.iter().sum::<f64>() / decay.yaw_rad.len() as f64;
-        start[2] -= middle;
-        start.push(middle);
-    }
+    start.extend(structure.zero_unknown.then_some(middle));
     let fit = lengthened(decay, &structure, &start, count);
     // The whole record's mean frequency, where the first cycles' leads to another count of cycles.
     let mut mean = start.clone();
@@ -100,8 +100,8 @@ pub fn fit_plain_within(decay: &FreeDecay, structure: &Structure, count: usize) 
     finished(decay, &structure, fit, count)
 }
 
-/// Angle and rate at the first mean, from the first eighth of a cycle.
-fn first_state(decay: &FreeDecay) -> (f64, f64) {
+/// The first mean and its slope, from the first eighth of a cycle.
+fn first_reading(decay: &FreeDecay) -> (f64, f64) {
     let n = ((decay.per_cycle() / 8.0) as usize).clamp(2, decay.yaw_rad.len());
     let y = &decay.yaw_rad[..n];
     (y[0], (y[n - 1] - y[0]) / ((n - 1) as f64 * decay.grid.step_s) * 0.5)

@@ -4,13 +4,14 @@ use crate::effects::Scale;
 use crate::error::Result;
 use crate::fit::lines::{self, SteadyLine};
 use crate::fit::noise::{self, Colour};
+use crate::fit::structure::Around;
 use crate::identify::gaps::{self, Warning};
 use crate::identify::outliers::exclude_spikes;
 use crate::identify::samples::{Means, Samples, Stretch};
 use crate::identify::windows::at_amplitudes;
 use crate::identify::{self, AtAmplitude, Settings, WindowEstimate};
 use crate::motion::simulate::Grid;
-use crate::record::{resample, Record};
+use crate::record::{resample, Measurand, Record};
 use crate::statistics::{rms_of_sixths, rms_of_thirds, rms_of_uneven_sixths};
 use crate::stop::Stop;
 use std::f64::consts::TAU;
@@ -61,7 +62,8 @@ fn settings() -> Settings {
     Settings { from_deg: 360.0, to_deg: 1e-3, ..Settings::default() }
 }
 
-/// A free decay. Angles in rad, time from the release in s.
+/// A free decay. Angles in rad, time from the release in s. Of another measurand what is read is in its own unit (of a rate
+/// rad/s), and the motion's coordinate takes the angle's place.
 #[derive(Clone, Debug)]
 pub struct FreeDecay {
     /// Instants of the block means.
@@ -78,8 +80,10 @@ pub struct FreeDecay {
     pub(crate) colour: Option<Colour>,
     /// Of the oscillation, about; from the identification.
     pub frequency_rad_s: f64,
-    /// Largest amplitude, at the beginning.
+    /// Largest amplitude of the motion, at the beginning.
     pub amplitude_rad: f64,
+    /// What is read of the motion.
+    pub measurand: Measurand,
     /// Instant of the release, on the record's own clock.
     pub release_time_s: f64,
     /// For own effects that depend on it; 0: off, or not known.
@@ -145,14 +149,16 @@ impl FreeDecay {
         let step_s = block as f64 * stretch.step_s;
         let means = even(stretch.block_means(block), &stretch, step_s);
         let release_time_s = prepared.span.release_time_s;
-        let yaw_rad: Vec<f64> = means.yaw_deg.iter().map(|y| y.to_radians()).collect();
+        let measurand = record.measurand.clone();
+        let of_model = |shown: f64| measurand.of_model(shown);
+        let yaw_rad: Vec<f64> = means.yaw_deg.iter().map(|y| of_model(*y)).collect();
         let grid = Grid {
             start_s: means.time_s[0] - release_time_s,
             step_s,
             count: yaw_rad.len(),
             mean_width_s: if block > 1 { step_s } else { 0.0 },
         };
-        let kept: Vec<f64> = stretch.kept().map(|s| s.1.to_radians()).collect();
+        let kept: Vec<f64> = stretch.kept().map(|s| of_model(s.1)).collect();
         let thirds = rms_of_thirds(&kept);
         let colour = noise::colour(&kept, frequency * stretch.step_s);
         let (sample_noise_rad, floor) = match colour {
@@ -165,8 +171,7 @@ impl FreeDecay {
                 let (sample, mean) = match &uneven {
                     None => (thirds, white_floor(&yaw_rad, thirds, block)),
                     Some(taken) => {
-                        let sample =
-                            rms_of_uneven_sixths(&taken.time_s, &taken.yaw_deg).to_radians();
+                        let sample = of_model(rms_of_uneven_sixths(&taken.time_s, &taken.yaw_deg));
                         let mean = sample * share_of_noise(&taken.time_s, timing.rate_hz, block);
                         (sample, mean.max(rms_of_sixths(&yaw_rad)))
                     }
@@ -174,14 +179,16 @@ impl FreeDecay {
                 // Of a coarse record differences hold some of the oscillation, and what its modes leave some misfit: each is the
                 // noise or more.
                 let is_fine = TAU / frequency / step_s >= FINE;
-                let left = prepared.noise_rms_deg().to_radians() / (block as f64).sqrt();
+                let left = of_model(prepared.noise_rms_deg()) / (block as f64).sqrt();
                 (sample, if is_fine { mean } else { mean.min(left) })
             }
         };
-        let amplitude_rad =
-            prepared.windows.iter().map(|w| w.amplitude_deg).fold(0.0, f64::max).to_radians();
+        let windows = prepared.window_estimates();
+        let amplitude_deg = windows.iter().map(|w| w.amplitude_deg).fold(0.0, f64::max);
+        let amplitude_rad = of_model(amplitude_deg);
+        let reading_rad = measurand.derivative().recorded(amplitude_rad, frequency);
         Ok(Self {
-            noise_rad: floor.max(1e-9 * amplitude_rad),
+            noise_rad: floor.max(1e-9 * reading_rad),
             colour,
             sample_noise_rad,
             grid,
@@ -194,17 +201,9 @@ impl FreeDecay {
             lines,
             warnings,
             stop: Stop::default(),
-            measured: at_amplitudes(&prepared.windows),
-            windows: prepared
-                .windows
-                .iter()
-                .map(|w| WindowEstimate {
-                    time_s: 0.5 * (w.from_s + w.to_s),
-                    amplitude_deg: w.amplitude_deg,
-                    natural_frequency_rad_s: w.natural_frequency_rad_s,
-                    damping_ratio: w.damping_ratio,
-                })
-                .collect(),
+            measured: at_amplitudes(&prepared.windows, measurand.derivative()),
+            windows,
+            measurand,
         })
     }
 
@@ -220,7 +219,7 @@ impl FreeDecay {
         }
         let before = all.between(all.time_s[0], begin_s).block_means(self.block);
         let level = *before.yaw_deg.first()?;
-        let still = (6.0 * self.noise_rad).max(STILL * self.amplitude_rad).to_degrees();
+        let still = self.measurand.shown((6.0 * self.noise_rad).max(STILL * self.reading_rad()));
         let inside = before.yaw_deg.iter().take_while(|y| (*y - level).abs() <= still).count();
         let held = inside as f64 > 0.5 * self.per_cycle();
         let release_time_s = if held { before.time_s[inside - 1] } else { all.time_s[0] };
@@ -231,7 +230,7 @@ impl FreeDecay {
         let from_s = release_time_s + if held { 2.0 * self.grid.step_s } else { 0.0 };
         let stretch = all.between(from_s, prepared.span.to_s);
         let means = even(stretch.block_means(self.block), &stretch, self.grid.step_s);
-        let yaw_rad: Vec<f64> = means.yaw_deg.iter().map(|y| y.to_radians()).collect();
+        let yaw_rad: Vec<f64> = means.yaw_deg.iter().map(|y| self.measurand.of_model(*y)).collect();
         let grid =
             Grid { start_s: means.time_s[0] - release_time_s, count: yaw_rad.len(), ..self.grid };
         Some((Self { grid, yaw_rad, release_time_s, ..self.clone() }, held))
@@ -258,7 +257,7 @@ impl FreeDecay {
 
     fn coloured(mut self, colour: Option<Colour>) -> Self {
         if let Some(colour) = colour {
-            self.noise_rad = colour.mean_variance(self.block).sqrt().max(1e-9 * self.amplitude_rad);
+            self.noise_rad = colour.mean_variance(self.block).sqrt().max(1e-9 * self.reading_rad());
             self.sample_noise_rad = (colour.white_variance + colour.coloured_variance).sqrt();
             self.colour = Some(colour);
         }
@@ -277,9 +276,20 @@ impl FreeDecay {
         }
     }
 
+    /// Largest amplitude of what is read.
+    pub(crate) fn reading_rad(&self) -> f64 {
+        self.measurand.derivative().recorded(self.amplitude_rad, self.frequency_rad_s)
+    }
+
+    /// What its motion depends on that is no number of a model.
+    pub(crate) fn around(&self) -> Around {
+        Around { wind_speed_m_s: self.wind_speed_m_s, observed: self.measurand.derivative() }
+    }
+
     pub(crate) fn scale(&self) -> Scale {
         Scale {
             amplitude_rad: self.amplitude_rad,
+            reading_rad: self.reading_rad(),
             natural_frequency_rad_s: self.frequency_rad_s,
             duration_s: self.grid.step_s * self.grid.count as f64,
         }
@@ -301,11 +311,11 @@ impl FreeDecay {
         TAU / self.frequency_rad_s / self.grid.step_s
     }
 
-    /// Raw rms of a single sample about a model whose means are off by `rms_rad`, deg: what the means leave out
+    /// Raw rms of a single sample about a model whose means are off by `rms_rad`, deg or the measurand's unit: what the means leave out
     /// is the samples' noise.
     pub fn raw_rms_deg(&self, rms_rad: f64) -> f64 {
         let hidden = self.sample_noise_rad.powi(2) * (1.0 - 1.0 / self.block as f64);
-        (rms_rad * rms_rad + hidden).sqrt().to_degrees()
+        self.measurand.shown((rms_rad * rms_rad + hidden).sqrt())
     }
 }
 

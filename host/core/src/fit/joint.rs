@@ -69,9 +69,9 @@ impl JointFit {
                 let own = covariance
                     .as_ref()
                     .map(|c| DMatrix::from_fn(n, n, |a, b| c[(part.places[a], part.places[b])]));
-                let wind_speed_m_s = release.decay.wind_speed_m_s;
+                let around = release.decay.around();
                 let structure = part.structure.clone();
-                Fitted::new(structure, p, residuals, converged, own, wind_speed_m_s)
+                Fitted::new(structure, p, residuals, converged, own, around)
             })
             .collect();
         let count = fits.iter().map(|fit| fit.count).sum();
@@ -318,6 +318,7 @@ mod tests {
             frequency_rad_s: wn,
             amplitude_rad: 0.2,
             release_time_s: 0.0,
+            measurand: Default::default(),
             windows: Vec::new(),
             measured: Vec::new(),
             wind_speed_m_s: 0.0,

@@ -95,7 +95,8 @@ impl Piece {
 
     /// Its state at the first instant as its first means show it under a model.
     pub(crate) fn begun(&self, structure: &Structure, common: &[f64]) -> [f64; 2] {
-        first_state(self, self.own.rest_rad(structure, common))
+        let modal = [common[self.own.modal], common[self.own.modal + 1]];
+        first_state(self, self.own.rest_rad(structure, common), modal)
     }
 }
 
@@ -142,14 +143,16 @@ impl Pieces {
     }
 }
 
-/// Angle and rate at the beginning of a piece from a cubic through its first means, `zero` taken off.
-fn first_state(piece: &FreeDecay, zero: f64) -> [f64; 2] {
+/// Angle and rate at the beginning of a piece from a cubic through its first means, `zero` taken off, as a plain oscillation
+/// has them.
+fn first_state(piece: &FreeDecay, zero: f64, [wn, zeta]: [f64; 2]) -> [f64; 2] {
     let n = ((BEGINNING * piece.per_cycle()) as usize).clamp(4, 60).min(piece.yaw_rad.len());
     let h = 1.0 / n as f64;
     let a = DMatrix::from_fn(n, 4.min(n), |k, j| (k as f64 * h).powi(j as i32));
     let y = DVector::from_fn(n, |k, _| piece.yaw_rad[k] - zero);
     let fit = (a.transpose() * &a).cholesky().map(|c| c.solve(&(a.transpose() * y)));
-    fit.map_or([piece.yaw_rad[0] - zero, 0.0], |c| [c[0], c[1] * h / piece.grid.step_s])
+    let read = fit.map_or([piece.yaw_rad[0] - zero, 0.0], |c| [c[0], c[1] * h / piece.grid.step_s]);
+    piece.measurand.derivative().state(read, wn, zeta)
 }
 
 /// The state of `piece` that fits best under given common numbers, and its sum of squares (rad2).
@@ -167,12 +170,8 @@ pub(crate) fn fit_state(
         let moved = [x, [x[0] + steps[0], x[1]], [x[0], x[1] + steps[1]]];
         let mut zero = 0.0;
         let motions = moved.map(|x| {
-            let (m, z) = motion(
-                structure,
-                &starts,
-                &piece.numbers(structure, common, x),
-                piece.wind_speed_m_s,
-            );
+            let (m, z) =
+                motion(structure, &starts, &piece.numbers(structure, common, x), piece.around());
             zero = z;
             m
         });

@@ -57,7 +57,7 @@ pub(crate) struct Part<'a> {
 
 impl Part<'_> {
     fn motion(&self, p: &[f64]) -> (Motion, f64) {
-        motion(&self.structure, &self.starts, p, self.release.decay.wind_speed_m_s)
+        motion(&self.structure, &self.starts, p, self.release.decay.around())
     }
 
     fn grid(&self) -> Grid {
@@ -135,7 +135,7 @@ impl Part<'_> {
         for (effect, &at) in self.structure.effects.iter().zip(&self.starts) {
             let Some(rows) = effect.penalty() else { continue };
             let sizes = effect.sizes(&decay.scale());
-            let weight = (self.release.count as f64).sqrt() * decay.amplitude_rad / decay.noise_rad;
+            let weight = (self.release.count as f64).sqrt() * decay.reading_rad() / decay.noise_rad;
             let rows = DMatrix::from_fn(rows.nrows(), rows.ncols(), |i, j| {
                 weight * rows[(i, j)] / sizes[j]
             });

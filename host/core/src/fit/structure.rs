@@ -3,6 +3,7 @@
 use crate::effects::{Effect, Terms};
 use crate::fit::free_decay::FreeDecay;
 use crate::motion::oscillator::Motion;
+use crate::record::Derivative;
 
 /// wn, zeta, yaw angle and yaw rate at the first instant.
 pub(crate) const PLAIN: usize = 4;
@@ -94,7 +95,7 @@ impl Structure {
     pub(crate) fn sizes(&self, decay: &FreeDecay) -> Vec<f64> {
         let scale = decay.scale();
         let (wn, a) = (decay.frequency_rad_s, scale.amplitude_rad);
-        let mut sizes = vec![wn * 0.1, 1.0, a, wn * a, a];
+        let mut sizes = vec![wn * 0.1, 1.0, a, wn * a, scale.reading_rad];
         sizes.truncate(self.own_numbers());
         sizes.extend(self.effects.iter().flat_map(|e| e.sizes(&scale)));
         sizes
@@ -137,14 +138,24 @@ impl Structure {
     }
 }
 
+/// What a motion depends on that is no number of its model.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Around {
+    /// For own effects; 0: off, or not known.
+    pub(crate) wind_speed_m_s: f64,
+    /// What is recorded of it.
+    pub(crate) observed: Derivative,
+}
+
 /// The motion of a model with the numbers `p`, and the sensor's zero, rad; each effect's begin at its place in `starts`.
 pub(crate) fn motion(
     structure: &Structure,
     starts: &[usize],
     p: &[f64],
-    wind_speed_m_s: f64,
+    around: Around,
 ) -> (Motion, f64) {
-    let mut terms = Terms::in_wind(wind_speed_m_s);
+    let mut terms = Terms::in_wind(around.wind_speed_m_s);
+    terms.observed = around.observed;
     terms.precise = structure.precise;
     terms.swift = structure.swift;
     for (effect, &at) in structure.effects.iter().zip(starts) {

@@ -6,7 +6,7 @@ use super::settings::Method;
 use super::uncertainty::Bound;
 use crate::error::Error;
 use crate::quantity::Quantity;
-use crate::record::Record;
+use crate::record::{Record, Said};
 use serde::{Deserialize, Serialize};
 
 /// Fewest cycles an estimate is made from.
@@ -47,6 +47,7 @@ pub enum Refusal {
 impl Refusal {
     /// The error for `record`.
     pub(crate) fn of(self, record: &Record) -> Error {
+        let unit = record.measurand.coordinate_unit().to_owned();
         let record = record.file.display().to_string();
         match self {
             Refusal::NoOscillation => Error::NoOscillation { record },
@@ -58,7 +59,7 @@ impl Refusal {
             }
             Refusal::BeyondHalfTurn { peak_deg } => Error::BeyondHalfTurn { record, peak_deg },
             Refusal::Elsewhere { most_deg, least_deg } => {
-                Error::Elsewhere { record, most_deg, least_deg }
+                Error::Elsewhere { record, most_deg, least_deg, unit }
             }
         }
     }
@@ -69,6 +70,9 @@ impl Refusal {
 pub struct Identification {
     /// The record's own name.
     pub file: String,
+    /// What it holds, where that is no angle in deg.
+    #[serde(flatten)]
+    pub said: Said,
     /// Beginning of the free motion on the record's own clock; the first sample where the release came before it
     /// (flag `starts_in_mid_swing`).
     pub release_time_s: f64,

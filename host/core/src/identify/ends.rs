@@ -7,6 +7,7 @@ use super::least_squares;
 use super::release::{Run, Search};
 use super::samples::Stretch;
 use super::{Begin, End};
+use crate::record::Derivative;
 use crate::statistics::median;
 use std::f64::consts::TAU;
 
@@ -82,9 +83,10 @@ impl Search<'_> {
                 if grows {
                     return by_itself;
                 }
-                let rate = mode.rate_deg_s(self.begin_s).abs();
-                let fastest = mode.amplitude_deg(self.begin_s) * mode.natural_frequency_rad_s();
-                let in_mid_swing = rate > 0.15 * fastest;
+                let [_, rate] = self.state(&mode, self.begin_s);
+                let wn = mode.natural_frequency_rad_s();
+                let amplitude = self.derivative.of_motion(mode.amplitude_deg(self.begin_s), wn);
+                let in_mid_swing = rate.abs() > 0.15 * amplitude * wn;
                 if in_mid_swing {
                     flags.push(Flag::StartsInMidSwing);
                 }
@@ -92,6 +94,12 @@ impl Search<'_> {
                 return Onset { release_s: self.begin_s, free_from_s: self.begin_s, begin };
             }
         }
+    }
+
+    /// Coordinate and rate of the motion in `mode`.
+    fn state(&self, mode: &Mode, time_s: f64) -> [f64; 2] {
+        let recorded = [mode.yaw_deg(time_s) - mode.offset_deg, mode.rate_deg_s(time_s)];
+        self.derivative.state(recorded, mode.natural_frequency_rad_s(), mode.damping_ratio())
     }
 
     /// The point with the largest amplitude.
@@ -181,6 +189,9 @@ impl Search<'_> {
         let times = (0..=2 * steps).map(|i| seen_s + span * (i as f64 / steps as f64 - 1.0));
         let off = |t: f64| (mode.yaw_deg(t) - hold_deg).abs();
         let Some(nearest) = times.min_by(|a, b| off(*a).total_cmp(&off(*b))) else { return seen_s };
+        // Held still there is no acceleration, and the largest at once when it is let go.
+        let jumps = self.derivative == Derivative::Acceleration;
+        let nearest = if jumps { seen_s } else { nearest };
         // Newton on the rate: a turning point within a sixteenth of a cycle is the release from rest.
         let mut turning = nearest;
         let wn2 = mode.natural_frequency_rad_s().powi(2);
@@ -192,7 +203,7 @@ impl Search<'_> {
         }
         let near = (turning - nearest).abs() < self.period / 8.0;
         let allowed = (MISFIT_NOISE * self.noise).max(MISFIT_SHARE * mode.amplitude_deg(seen_s));
-        if near && off(turning) <= allowed {
+        if near && (jumps || off(turning) <= allowed) {
             turning
         } else {
             nearest

@@ -91,6 +91,7 @@ pub fn identify(
     }
     Ok(Identification {
         file: record.file.display().to_string(),
+        said: record.measurand.said(),
         release_time_s: prepared.span.release_time_s,
         begins: prepared.span.begin,
         ends: prepared.span.end,

@@ -26,13 +26,16 @@ fn built_in() -> Result<&'static Network, String> {
 pub(crate) fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
     let network = built_in()?;
     let analysed = prepared.window();
+    let derivative = prepared.record.measurand.derivative();
+    let frequency = prepared.span.frequency_rad_s;
+    let recorded = |amplitude: f64| derivative.recorded(amplitude, frequency) as f32;
     let mut flags = Vec::new();
     let record = prepared.evenly_sampled(f64::from(SAMPLE_RATE_HZ), &mut flags)?;
     let limits = Limits {
         // The first peak lies a little below the envelope, noise a little above it.
-        from_deg: (1.02 * analysed.from_deg) as f32,
-        to_deg: analysed.to_deg as f32,
-        least_swing_deg: (0.4 * analysed.to_deg) as f32,
+        from_deg: recorded(1.02 * analysed.from_deg),
+        to_deg: recorded(analysed.to_deg),
+        least_swing_deg: recorded(0.4 * analysed.to_deg),
     };
     // Half a cycle ahead, for the first turning point of a record that is cut into is not used.
     let lead_s = 0.5 * (analysed.to_s - analysed.from_s) / analysed.cycles;
@@ -54,7 +57,7 @@ pub(crate) fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
         let middle = window.moment(0.5).since(0);
         windows.push(WindowEstimate {
             time_s: record.time_s[begin] + f64::from(middle) / f64::from(SAMPLE_RATE_HZ),
-            amplitude_deg: f64::from(features.amplitude_deg),
+            amplitude_deg: derivative.of_motion(f64::from(features.amplitude_deg), frequency),
             natural_frequency_rad_s: f64::from(estimate.natural_frequency_rad_s),
             damping_ratio: f64::from(estimate.damping_ratio),
         });

@@ -7,7 +7,7 @@ use super::flag::Flag;
 use super::gaps::{self, Filled, Gap};
 use super::least_squares::{self, ModeFit};
 use super::outliers;
-use super::release::{self, FreeSpan, HALF_TURN_DEG};
+use super::release::{self, Amplitudes, FreeSpan};
 use super::samples::{Samples, Stretch};
 use super::uncertainty::{self, Bound};
 use super::windows::{self, Window};
@@ -68,13 +68,12 @@ pub(crate) fn prepare<'a>(
 ) -> Result<Prepared<'a>, Refusal> {
     let mut samples = Samples::new(&record.time_s, &record.yaw_deg);
     outliers::exclude_spikes(&mut samples);
-    let seen = |settings: &Settings| seen_with(samples.clone(), settings, &record.yaw_deg);
-    let (samples, span, windows, density) = match seen(settings) {
+    let amplitudes = Amplitudes::of(settings, &record.measurand);
+    let seen = |amplitudes: Amplitudes| seen_with(samples.clone(), amplitudes, record);
+    let (samples, span, windows, density) = match seen(amplitudes) {
         // Amplitudes that were asked for and are lost in something else: those that the record has.
         Err(refusal) if !settings.only_between => {
-            let from_deg = settings.from_deg.max(HALF_TURN_DEG);
-            let all = Settings { from_deg, to_deg: 0.0, ..*settings };
-            let mut seen = seen(&all).map_err(|_| refusal)?;
+            let mut seen = seen(amplitudes.all()).map_err(|_| refusal)?;
             let flags = &mut seen.1.flags;
             if !flags.contains(&Flag::AmplitudeOutsideWindow) {
                 flags.push(Flag::AmplitudeOutsideWindow);
@@ -94,13 +93,13 @@ pub(crate) fn prepare<'a>(
 /// The free decay in `samples`, less what is wild in its windows, with these and the spectral density of what they leave.
 fn seen_with<'a>(
     mut samples: Samples<'a>,
-    settings: &Settings,
-    yaw_deg: &[f64],
+    amplitudes: Amplitudes,
+    record: &Record,
 ) -> Result<(Samples<'a>, FreeSpan, Vec<Window>, f64), Refusal> {
-    let span = release::find(&samples, settings)?;
+    let span = release::find(&samples, amplitudes)?;
     let (from_s, to_s, frequency) = (span.from_s, span.to_s, span.frequency_rad_s);
     let (windows, density) = windows::windows(&mut samples, from_s, to_s, frequency);
-    match oscillates(&windows, sample_noise(yaw_deg)) {
+    match oscillates(&windows, sample_noise(&record.yaw_deg)) {
         true => Ok((samples, span, windows, density)),
         false => Err(Refusal::NoOscillation),
     }
@@ -173,9 +172,10 @@ impl Prepared<'_> {
     /// The analysed amplitudes and times.
     pub(crate) fn window(&self) -> AmplitudeWindow {
         let (from_s, to_s) = (self.span.from_s, self.span.to_s);
+        let derivative = self.record.measurand.derivative();
         let amplitude = |w: &Window, time_s: f64| {
             let middle = 0.5 * (w.from_s + w.to_s);
-            w.amplitude_deg
+            w.motion_amplitude_deg(derivative)
                 * (w.damping_ratio * w.natural_frequency_rad_s * (middle - time_s)).exp()
         };
         let frequencies: f64 = self.windows.iter().map(|w| w.natural_frequency_rad_s).sum();
@@ -188,12 +188,31 @@ impl Prepared<'_> {
         }
     }
 
+    /// wn and zeta over three cycles each, and the motion's amplitude.
+    pub(crate) fn window_estimates(&self) -> Vec<WindowEstimate> {
+        let derivative = self.record.measurand.derivative();
+        let of = |w: &Window| WindowEstimate {
+            time_s: 0.5 * (w.from_s + w.to_s),
+            amplitude_deg: w.motion_amplitude_deg(derivative),
+            natural_frequency_rad_s: w.natural_frequency_rad_s,
+            damping_ratio: w.damping_ratio,
+        };
+        self.windows.iter().map(of).collect()
+    }
+
+    fn at_amplitudes(&self) -> Vec<AtAmplitude> {
+        windows::at_amplitudes(&self.windows, self.record.measurand.derivative())
+    }
+
     /// Least squares over all of the window.
     pub(crate) fn least_squares(&self) -> Result<Values, String> {
         let Some(found) = &self.whole else {
             return self.of_windows().ok_or_else(|| "no mode could be fitted".into());
         };
-        let u = found.uncertainty(&self.stretch()).ok_or("the fit leaves a parameter open")?;
+        let derivative = self.record.measurand.derivative();
+        let u = found
+            .uncertainty(&self.stretch(), derivative)
+            .ok_or("the fit leaves a parameter open")?;
         let mode = &found.mode;
         Ok(Values {
             natural_frequency_rad_s: Quantity::new(
@@ -201,8 +220,8 @@ impl Prepared<'_> {
                 u.natural_frequency_rad_s,
             ),
             damping_ratio: Quantity::new(mode.damping_ratio(), u.damping_ratio),
-            windows: self.windows.iter().map(WindowEstimate::of).collect(),
-            at_amplitude: windows::at_amplitudes(&self.windows),
+            windows: self.window_estimates(),
+            at_amplitude: self.at_amplitudes(),
             flags: Vec::new(),
             cramer_rao: Some(u.bound),
         })
@@ -223,8 +242,8 @@ impl Prepared<'_> {
         Some(Values {
             natural_frequency_rad_s: spread(|w| w.natural_frequency_rad_s),
             damping_ratio: spread(|w| w.damping_ratio),
-            windows: self.windows.iter().map(WindowEstimate::of).collect(),
-            at_amplitude: windows::at_amplitudes(&self.windows),
+            windows: self.window_estimates(),
+            at_amplitude: self.at_amplitudes(),
             flags: Vec::new(),
             cramer_rao: None,
         })
@@ -302,15 +321,4 @@ impl Prepared<'_> {
 struct Misfit {
     rms_deg: f64,
     above_noise: bool,
-}
-
-impl WindowEstimate {
-    fn of(w: &Window) -> Self {
-        Self {
-            time_s: 0.5 * (w.from_s + w.to_s),
-            amplitude_deg: w.amplitude_deg,
-            natural_frequency_rad_s: w.natural_frequency_rad_s,
-            damping_ratio: w.damping_ratio,
-        }
-    }
 }

@@ -5,17 +5,61 @@ use super::flag::Flag;
 use super::samples::{Samples, Stretch};
 use super::windows::LEAST_SHARE;
 use super::{Begin, End, Refusal, Settings, FEWEST_CYCLES};
+use crate::record::{Derivative, Measurand};
 use crate::statistics::{median, sample_noise};
 use std::f64::consts::TAU;
 
 /// An amplitude this far above the envelope's own noise counts as an oscillation.
 const AMPLITUDE_OVER_NOISE: f64 = 4.0;
 /// A yaw angle beyond it is more likely one in another unit.
-pub(super) const HALF_TURN_DEG: f64 = 180.0;
+const HALF_TURN_DEG: f64 = 180.0;
 /// Share of the largest amplitude below which the oscillation has died out.
 const DIED_OUT: f64 = 0.01;
 /// The envelope is known to this share: what is released at the upper limit is not to lose a sample.
 const ENVELOPE_SHARE: f64 = 0.02;
+
+/// Amplitudes of the motion that are asked for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Amplitudes {
+    from: f64,
+    to: f64,
+    /// Beyond it the unit is more likely another.
+    most: f64,
+    only_between: bool,
+    derivative: Derivative,
+}
+
+impl Amplitudes {
+    /// Of a displacement, of whose size nothing is known, all unless some were named.
+    pub(crate) fn of(settings: &Settings, measurand: &Measurand) -> Self {
+        let Settings { from_deg, to_deg, only_between, .. } = *settings;
+        let usual = Self {
+            from: from_deg,
+            to: to_deg,
+            most: from_deg.max(HALF_TURN_DEG),
+            only_between,
+            derivative: measurand.derivative(),
+        };
+        let most = f64::INFINITY;
+        match measurand.is_of_angle() {
+            true => usual,
+            false if only_between => Self { most, ..usual },
+            false => Self { from: most, to: 0.0, most, ..usual },
+        }
+    }
+
+    /// Those that the record has.
+    pub(crate) fn all(self) -> Self {
+        Self { from: self.most, to: 0.0, ..self }
+    }
+
+    /// Of what is recorded, about this frequency.
+    fn recorded(self, frequency_rad_s: f64) -> Self {
+        let recorded = |amplitude| self.derivative.recorded(amplitude, frequency_rad_s);
+        Self { from: recorded(self.from), to: recorded(self.to), most: recorded(self.most), ..self }
+    }
+}
+
 /// The free decay of a record and what of it is analysed.
 #[derive(Clone, Debug)]
 pub(crate) struct FreeSpan {
@@ -41,12 +85,13 @@ impl FreeSpan {
 ///
 /// # Errors
 /// No oscillation, or fewer than three cycles of one.
-pub(crate) fn find(samples: &Samples<'_>, settings: &Settings) -> Result<FreeSpan, Refusal> {
-    let (left_alone, found) = searched(samples, |s| (s.left_alone(), s.find(settings)))?;
+pub(crate) fn find(samples: &Samples<'_>, amplitudes: Amplitudes) -> Result<FreeSpan, Refusal> {
+    let (left_alone, found) =
+        searched(samples, amplitudes.derivative, |s| (s.left_alone(), s.find(amplitudes)))?;
     let Some((released_s, begin)) = left_alone else { return found };
     // What drove it may have had another frequency.
     let free = samples.after(released_s);
-    let mut span = searched(&free, |search| search.find(settings))??;
+    let mut span = searched(&free, amplitudes.derivative, |search| search.find(amplitudes))??;
     if span.begin != Begin::Held {
         span.begin = begin;
         span.flags.retain(|flag| *flag != Flag::StartsInMidSwing && *flag != Flag::PushedAtStart);
@@ -57,7 +102,11 @@ pub(crate) fn find(samples: &Samples<'_>, settings: &Settings) -> Result<FreeSpa
 }
 
 /// What `look` finds in the envelope of `samples`.
-fn searched<T>(samples: &Samples<'_>, look: impl FnOnce(&Search<'_>) -> T) -> Result<T, Refusal> {
+fn searched<T>(
+    samples: &Samples<'_>,
+    derivative: Derivative,
+    look: impl FnOnce(&Search<'_>) -> T,
+) -> Result<T, Refusal> {
     let frequency = strongest_frequency_rad_s(samples).ok_or(Refusal::NoOscillation)?;
     let period = TAU / frequency;
     let means = samples.all().block_means(block_of(samples, frequency));
@@ -70,7 +119,7 @@ fn searched<T>(samples: &Samples<'_>, look: impl FnOnce(&Search<'_>) -> T) -> Re
     let noise = noise_of_means(&means, &points);
     let (begin_s, duration_s) = (samples.all().start_s(), samples.all().duration_s());
     let end_s = begin_s + duration_s;
-    Ok(look(&Search { means, begin_s, end_s, frequency, period, noise, points }))
+    Ok(look(&Search { derivative, means, begin_s, end_s, frequency, period, noise, points }))
 }
 
 /// Standard deviation of the means' noise: the smaller of two values that the motion itself makes too large, one where it
@@ -81,6 +130,8 @@ fn noise_of_means(means: &Stretch<'_>, points: &[Point]) -> f64 {
 }
 
 pub(super) struct Search<'a> {
+    /// What the samples are of the motion.
+    pub(crate) derivative: Derivative,
     pub(crate) means: Stretch<'a>,
     /// First sample, and one step after the last: the means lie inside.
     pub(crate) begin_s: f64,
@@ -100,7 +151,9 @@ pub(super) struct Run {
 }
 
 impl Search<'_> {
-    fn find(&self, settings: &Settings) -> Result<FreeSpan, Refusal> {
+    fn find(&self, amplitudes: Amplitudes) -> Result<FreeSpan, Refusal> {
+        let asked = amplitudes.recorded(self.frequency);
+        let of_motion = |recorded| asked.derivative.of_motion(recorded, self.frequency);
         let largest = self.points.iter().map(|p| p.amplitude_deg).fold(0.0, f64::max);
         let least = self.least();
         let everything = self
@@ -108,20 +161,21 @@ impl Search<'_> {
             .filter(|_| largest > 0.0)
             .ok_or(Refusal::NoOscillation)?;
         let inside = |p: &Point| {
-            p.amplitude_deg <= (1.0 + ENVELOPE_SHARE) * settings.from_deg
-                && p.amplitude_deg >= settings.to_deg.max(least)
+            p.amplitude_deg <= (1.0 + ENVELOPE_SHARE) * asked.from
+                && p.amplitude_deg >= asked.to.max(least)
         };
-        if largest > settings.from_deg.max(HALF_TURN_DEG) {
-            return Err(Refusal::BeyondHalfTurn { peak_deg: largest });
+        if largest > asked.most {
+            return Err(Refusal::BeyondHalfTurn { peak_deg: of_motion(largest) });
         }
         let mut flags = Vec::new();
         let windowed = self.longest_run(inside).filter(|r| self.cycles(*r) >= FEWEST_CYCLES);
         let chosen = windowed.unwrap_or(everything);
         if windowed.is_none() {
-            if settings.only_between {
+            if asked.only_between {
                 let of = |at: usize| self.points[at].amplitude_deg;
                 let least_deg = (chosen.first..=chosen.last).map(of).fold(largest, f64::min);
-                return Err(Refusal::Elsewhere { most_deg: largest, least_deg });
+                let (most_deg, least_deg) = (of_motion(largest), of_motion(least_deg));
+                return Err(Refusal::Elsewhere { most_deg, least_deg });
             }
             flags.push(Flag::AmplitudeOutsideWindow);
         }
@@ -131,12 +185,12 @@ impl Search<'_> {
         let mut from = onset.free_from_s;
         let mut to = free_to_s;
         if windowed.is_some() {
-            from = from.max(self.start_inside(chosen, from, settings.from_deg));
+            from = from.max(self.start_inside(chosen, from, asked.from));
             let inside = self.end_inside(chosen, free_to_s);
             if inside < to {
                 (to, end) = (inside, End::Amplitude);
             }
-            let above = self.points[chosen.last].amplitude_deg > 1.3 * settings.to_deg;
+            let above = self.points[chosen.last].amplitude_deg > 1.3 * asked.to;
             if above && chosen.last + 1 == self.points.len() {
                 flags.push(Flag::EndsAboveWindow);
             }

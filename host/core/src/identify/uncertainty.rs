@@ -11,6 +11,7 @@ use super::samples::Stretch;
 use crate::discrepancy::{self, Observed};
 use crate::effects::Terms;
 use crate::motion::simulate::{Grid, Motion};
+use crate::record::Derivative;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -47,11 +48,17 @@ pub struct Bound {
 }
 
 impl ModeFit {
-    /// Standard uncertainties of wn and zeta, from the residual as it is.
-    pub fn uncertainty(&self, stretch: &Stretch<'_>) -> Option<Uncertainty> {
+    /// Standard uncertainties of wn and zeta, from the residual as it is, what is recorded being of this `derivative`.
+    pub fn uncertainty(
+        &self,
+        stretch: &Stretch<'_>,
+        derivative: Derivative,
+    ) -> Option<Uncertainty> {
         let residuals = DampedSinusoid { stretch: *stretch }.residuals_deg(&self.mode);
         let noise = of(self, stretch, &residuals)?;
-        let Some(law) = by_law(&self.mode, stretch, &residuals) else { return Some(noise) };
+        let Some(law) = by_law(&self.mode, stretch, derivative, &residuals) else {
+            return Some(noise);
+        };
         Some(Uncertainty {
             natural_frequency_rad_s: noise
                 .natural_frequency_rad_s
@@ -64,7 +71,12 @@ impl ModeFit {
 
 /// Standard deviations of wn and zeta by a smooth law beside one mode, as large as the residuals (record - mode) show it
 /// ([`crate::discrepancy`]). `None` where they show none.
-fn by_law(mode: &Mode, stretch: &Stretch<'_>, residuals_deg: &[f64]) -> Option<Bound> {
+fn by_law(
+    mode: &Mode,
+    stretch: &Stretch<'_>,
+    derivative: Derivative,
+    residuals_deg: &[f64],
+) -> Option<Bound> {
     let per_cycle = TAU / mode.damped_frequency_rad_s / stretch.step_s;
     let step_s = (per_cycle / MEANS_PER_CYCLE).floor().max(1.0) * stretch.step_s;
     let count = (stretch.duration_s() / step_s) as usize;
@@ -78,15 +90,16 @@ fn by_law(mode: &Mode, stretch: &Stretch<'_>, residuals_deg: &[f64]) -> Option<B
         }
     }
     let start_s = stretch.start_s() + 0.5 * (step_s - stretch.step_s);
-    let motion = Motion {
-        natural_frequency_rad_s: mode.natural_frequency_rad_s(),
-        damping_ratio: mode.damping_ratio(),
-        yaw_rad: (mode.yaw_deg(start_s) - mode.offset_deg).to_radians(),
-        rate_rad_s: mode.rate_deg_s(start_s).to_radians(),
-        terms: Terms::default(),
-    };
-    let yaw_rad =
+    let (wn, zeta) = (mode.natural_frequency_rad_s(), mode.damping_ratio());
+    let recorded = [mode.yaw_deg(start_s) - mode.offset_deg, mode.rate_deg_s(start_s)];
+    let [yaw_rad, rate_rad_s] = derivative.state(recorded.map(f64::to_radians), wn, zeta);
+    let mut terms = Terms::default();
+    terms.observed = derivative;
+    let motion =
+        Motion { natural_frequency_rad_s: wn, damping_ratio: zeta, yaw_rad, rate_rad_s, terms };
+    let largest =
         mode.amplitude_deg(start_s).max(mode.amplitude_deg(start_s + stretch.duration_s()));
+    let yaw_rad = derivative.of_motion(largest, wn);
     let grid = Grid { start_s: 0.0, step_s, count, mean_width_s: 0.0 };
     let mut responses = discrepancy::responses(&motion, &grid, yaw_rad.to_radians(), DIFFERENCE);
     let [a, b, _, s, w] = mode.parameters_at(start_s);

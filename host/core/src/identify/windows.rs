@@ -5,6 +5,7 @@ use super::least_squares::{fit_mode, linear_start, refine, ModeFit};
 use super::samples::{Samples, Stretch};
 use super::{uncertainty, AtAmplitude};
 use crate::quantity::Quantity;
+use crate::record::Derivative;
 use crate::statistics::median;
 use std::f64::consts::TAU;
 
@@ -27,7 +28,7 @@ const LEFT_OVER: f64 = 3.0 - 0.30 - 0.30 - 0.08;
 pub(crate) struct Window {
     pub(crate) from_s: f64,
     pub(crate) to_s: f64,
-    /// Envelope at the middle of the window.
+    /// Envelope at the middle of the window, of what is recorded.
     pub(crate) amplitude_deg: f64,
     /// Mid-line of the oscillation.
     pub(crate) midline_deg: f64,
@@ -44,6 +45,11 @@ pub(crate) struct Window {
 }
 
 impl Window {
+    /// Amplitude of the motion at its middle.
+    pub(crate) fn motion_amplitude_deg(&self, derivative: Derivative) -> f64 {
+        derivative.of_motion(self.amplitude_deg, self.natural_frequency_rad_s)
+    }
+
     /// Share of the motion that the fit explains, white noise of the given standard deviation taken off both.
     pub(crate) fn explained(&self, white_noise_deg: f64) -> f64 {
         let white = white_noise_deg.powi(2);
@@ -56,15 +62,17 @@ impl Window {
     }
 }
 
-/// wn and zeta from the windows' largest amplitude to their smallest, each between its two neighbours in proportion to the
-/// logarithm of the amplitude.
-pub(crate) fn at_amplitudes(windows: &[Window]) -> Vec<AtAmplitude> {
-    let mut sorted: Vec<&Window> = windows.iter().filter(|w| w.amplitude_deg > 0.0).collect();
+/// wn and zeta from the motion's largest amplitude in the windows to its smallest, each between its two neighbours in
+/// proportion to the logarithm of the amplitude.
+pub(crate) fn at_amplitudes(windows: &[Window], derivative: Derivative) -> Vec<AtAmplitude> {
+    let of_motion = |w: &Window| Window { amplitude_deg: w.motion_amplitude_deg(derivative), ..*w };
+    let mut sorted: Vec<Window> =
+        windows.iter().map(of_motion).filter(|w| w.amplitude_deg > 0.0).collect();
     sorted.sort_by(|a, b| b.amplitude_deg.total_cmp(&a.amplitude_deg));
     let (Some(first), Some(last)) = (sorted.first(), sorted.last()) else { return Vec::new() };
     let at = |amplitude_deg: f64| {
         let next = sorted.partition_point(|w| w.amplitude_deg > amplitude_deg);
-        let (below, above) = (sorted[next.min(sorted.len() - 1)], sorted[next.saturating_sub(1)]);
+        let (below, above) = (&sorted[next.min(sorted.len() - 1)], &sorted[next.saturating_sub(1)]);
         let between = (above.amplitude_deg / below.amplitude_deg).ln();
         let share = match between > 0.0 {
             true => ((above.amplitude_deg / amplitude_deg).ln() / between).clamp(0.0, 1.0),

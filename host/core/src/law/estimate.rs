@@ -66,8 +66,8 @@ pub struct Curve {
 
 impl Curve {
     fn of(decay: &FreeDecay, fit: &PieceFit, law: &MeasuredLaw) -> Self {
-        let (starts, wind) = (fit.structure.starts(), decay.wind_speed_m_s);
-        let (motion, rest_rad) = motion(&fit.structure, &starts, &fit.numbers(0), wind);
+        let (starts, around) = (fit.structure.starts(), decay.around());
+        let (motion, rest_rad) = motion(&fit.structure, &starts, &fit.numbers(0), around);
         Self { motion, rest_rad, yaw_rad: law.yaw_rad, rate_rad_s: law.rate_rad_s }
     }
 }
@@ -332,9 +332,8 @@ impl Measured {
             place[a].zip(place[b]).map_or(0.0, |(a, b)| self.covariance[(a, b)])
         });
         let left = vec![0.0; decay.yaw_rad.len()];
-        let wind_speed_m_s = decay.wind_speed_m_s;
-        let whole =
-            Fitted::new(structure.clone(), numbers, left, true, Some(covariance), wind_speed_m_s);
+        let around = decay.around();
+        let whole = Fitted::new(structure.clone(), numbers, left, true, Some(covariance), around);
         at_amplitudes(decay, &whole)
     }
 

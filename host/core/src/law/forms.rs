@@ -55,6 +55,13 @@ pub(crate) struct Form {
     pub(crate) alike: Option<&'static str>,
 }
 
+impl Form {
+    /// Whether it is a law of an angle, of no other displacement.
+    pub(super) fn is_of_angle(&self) -> bool {
+        self.moment.contains("sin(")
+    }
+}
+
 const fn size(name: &'static str, unit: &'static str) -> FormParameter {
     FormParameter { name, unit, role: Role::Size, positive: false }
 }

@@ -33,7 +33,7 @@ pub(super) fn line(lengths: &Lengths, plain: &Structure, found: &Tables) -> Opti
     }
     let wn_rad_s = found.common[0];
     let damping = found.damping();
-    let mut near = Target::new(&damping, wn_rad_s, LEAST_U).nearest(false);
+    let mut near = Target::new(&damping, wn_rad_s, LEAST_U).nearest(false, true);
     let least = near.iter().map(|n| n.misfit).fold(f64::INFINITY, f64::min);
     near.retain(|n| n.misfit <= NEAR * least);
     // In place of the dissipation, beside the other curves.

@@ -84,8 +84,9 @@ fn joined(stiffness: &OnCurve, damping: &OnCurve) -> OnCurve {
 pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     let stop = &releases.first().stop;
     let wn = found.fit.common[0];
+    let of_angle = releases.first().measurand.is_of_angle();
     let of = |is_there: bool, curve: Vec<Point>, is_stiffness: bool| match is_there {
-        true => Target::new(&curve, wn, LEAST_U).nearest(is_stiffness),
+        true => Target::new(&curve, wn, LEAST_U).nearest(is_stiffness, of_angle),
         false => Vec::new(),
     };
     let has = |part: Part| found.law.parts.iter().any(|(p, _)| *p == part);

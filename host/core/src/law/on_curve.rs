@@ -97,10 +97,10 @@ impl<'a> Target<'a> {
         best
     }
 
-    /// The formulas of a kind that are nearest.
-    pub(super) fn nearest(&self, is_stiffness: bool) -> Vec<OnCurve> {
-        let forms: Vec<&'static Form> =
-            FORMS.iter().filter(|f| f.is_stiffness == is_stiffness).collect();
+    /// The formulas of a kind that are nearest; without a sine where the motion is no angle.
+    pub(super) fn nearest(&self, is_stiffness: bool, of_angle: bool) -> Vec<OnCurve> {
+        let is_one = |f: &&Form| f.is_stiffness == is_stiffness && (of_angle || !f.is_of_angle());
+        let forms: Vec<&'static Form> = FORMS.iter().filter(is_one).collect();
         let sorted = |mut all: Vec<OnCurve>, most: usize| {
             all.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
             all.truncate(most);

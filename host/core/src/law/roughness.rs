@@ -8,6 +8,7 @@ use crate::fit::fitting::Structure;
 use crate::fit::pieces::{fit_state, Piece, Pieces};
 use crate::fit::segments::{quadratics, PieceFit, Quadratic};
 use crate::fit::structure::motion;
+use crate::motion::simulate::Motion;
 use crate::solver::step_within;
 use crate::statistics::independent_share;
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -58,7 +59,7 @@ impl<'a> Nearby<'a> {
         let stiff = |piece: &Piece| {
             // Of one size all.
             let size = effect.sizes(&piece.scale()).first().copied().unwrap_or(1.0);
-            let weight = piece.amplitude_rad / piece.noise_rad / size;
+            let weight = piece.reading_rad() / piece.noise_rad / size;
             piece.yaw_rad.len() as f64 * weight.powi(2)
         };
         Some(Self {
@@ -212,33 +213,37 @@ pub(super) fn states(
     pieces.decays.par_iter().map(of).collect()
 }
 
-/// Yaw angle about the rest and yaw rate of each piece under a fit, rad and rad/s, and the sensor's zero, rad.
-fn simulated(pieces: &Pieces, fit: &PieceFit) -> Vec<(Vec<f64>, Vec<f64>, f64)> {
+/// Each piece with its motion under a fit, and the sensor's zero.
+fn simulated<'a>(
+    pieces: &'a Pieces,
+    fit: &'a PieceFit,
+) -> impl Iterator<Item = (&'a Piece, Motion, f64)> {
     let starts = fit.structure.starts();
-    let of = |(piece, state): (&Piece, &[f64; 2])| {
+    pieces.decays.iter().zip(&fit.states).map(move |(piece, state)| {
         let numbers = piece.numbers(&fit.structure, &fit.common, *state);
-        let (motion, zero) = motion(&fit.structure, &starts, &numbers, piece.wind_speed_m_s);
-        let (yaw, rate) = motion.readings_and_rates(&piece.grid);
-        (yaw, rate, zero)
-    };
-    pieces.decays.iter().zip(&fit.states).map(of).collect()
+        let (motion, zero) = motion(&fit.structure, &starts, &numbers, piece.around());
+        (piece, motion, zero)
+    })
 }
 
 /// The largest yaw angle about the rest and the largest yaw rate that the model reaches in `pieces`, rad and rad/s.
 pub(super) fn reached(pieces: &Pieces, fit: &PieceFit) -> (f64, f64) {
     let largest = |most: f64, x: &[f64]| x.iter().fold(most, |m, x| m.max(x.abs()));
-    let further = |(yaw, rate): (f64, f64), (b, r, _): &(Vec<f64>, Vec<f64>, f64)| {
-        (largest(yaw, b), largest(rate, r))
+    let further = |(yaw, rate): (f64, f64), (piece, motion, _): (&Piece, Motion, f64)| {
+        let (b, r) = motion.of_angle().readings_and_rates(&piece.grid);
+        (largest(yaw, &b), largest(rate, &r))
     };
-    simulated(pieces, fit).iter().fold((0.0, 0.0), further)
+    simulated(pieces, fit).fold((0.0, 0.0), further)
 }
 
 /// Residuals to each that counts as independent, by their lag-one correlation; at least 1.
 pub(super) fn inflation(pieces: &Pieces, fit: &PieceFit) -> f64 {
     let (mut lag, mut power) = (0.0, 0.0);
-    for (piece, (yaw, _, zero)) in pieces.decays.iter().zip(simulated(pieces, fit)) {
+    for (piece, motion, zero) in simulated(pieces, fit) {
+        let mut readings = vec![0.0; piece.grid.count];
+        motion.readings(&piece.grid, &mut readings);
         let residuals: Vec<f64> =
-            piece.yaw_rad.iter().zip(&yaw).map(|(y, model)| y - model - zero).collect();
+            piece.yaw_rad.iter().zip(&readings).map(|(y, model)| y - model - zero).collect();
         lag += residuals.windows(2).map(|e| e[0] * e[1]).sum::<f64>();
         power += residuals.iter().map(|e| e * e).sum::<f64>();
     }

@@ -1,6 +1,7 @@
 //! A motion at instants that lie on no even grid.
 
 use crate::motion::oscillator::{Grid, Motion};
+use crate::record::Derivative;
 
 /// Steps a cycle between which a cubic is drawn: with the rates at both ends it errs by 1e-9 of the amplitude, by 1e-7
 /// where dry friction turns over within a step.
@@ -11,10 +12,17 @@ const STEPS_PER_CYCLE: f64 = 1000.0;
 pub fn readings_at(motion: &Motion, start_s: f64, time_s: &[f64]) -> Vec<f64> {
     let Some(&end_s) = time_s.last() else { return Vec::new() };
     let step_s = std::f64::consts::TAU / motion.natural_frequency_rad_s / STEPS_PER_CYCLE;
-    let count = ((end_s - start_s) / step_s).max(0.0).ceil() as usize + 2;
+    let count = ((end_s - start_s) / step_s).max(0.0).ceil() as usize + 3;
     let grid = Grid { start_s, step_s, count, mean_width_s: 0.0 };
     let unread = Motion { terms: motion.terms.unread(), ..motion.clone() };
-    let (b, r) = unread.readings_and_rates(&grid);
+    let (seen, rates) = unread.readings_and_rates(&grid);
+    let slope = |k: usize| match motion.terms.observed {
+        Derivative::None => step_s * rates[k],
+        // Of the parabola through its neighbours.
+        _ if k == 0 => -1.5 * seen[0] + 2.0 * seen[1] - 0.5 * seen[2],
+        _ if k + 1 == count => 1.5 * seen[k] - 2.0 * seen[k - 1] + 0.5 * seen[k - 2],
+        _ => 0.5 * (seen[k + 1] - seen[k - 1]),
+    };
     let at = |t: f64| {
         let x = (t - start_s) / step_s;
         if x < 0.0 {
@@ -23,9 +31,9 @@ pub fn readings_at(motion: &Motion, start_s: f64, time_s: &[f64]) -> Vec<f64> {
         let k = (x as usize).min(count - 2);
         let x = x - k as f64;
         let y = 1.0 - x;
-        let slopes = step_s * x * y * (y * r[k] - x * r[k + 1]);
-        let yaw_rad = y * y * (1.0 + 2.0 * x) * b[k] + x * x * (1.0 + 2.0 * y) * b[k + 1] + slopes;
-        motion.terms.reading(yaw_rad, t)
+        let slopes = x * y * (y * slope(k) - x * slope(k + 1));
+        let between = y * y * (1.0 + 2.0 * x) * seen[k] + x * x * (1.0 + 2.0 * y) * seen[k + 1];
+        motion.terms.reading(between + slopes, t)
     };
     time_s.iter().map(|&t| at(t)).collect()
 }

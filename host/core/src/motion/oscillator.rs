@@ -2,6 +2,9 @@
 
 use crate::effects::{Memories, Terms};
 
+/// Of its first amplitude, or of a radian where that is less: the yaw angle of a motion that has run away.
+const RUNAWAY: f64 = 1e3;
+
 /// Even grid of instants at which the reading is wanted, time from the release.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
@@ -66,6 +69,17 @@ impl Motion {
     /// Where the linear spring holds against the constant moment.
     pub(crate) fn rest_rad(&self) -> f64 {
         self.terms.constant_moment_rad_s2 / self.natural_frequency_rad_s.powi(2)
+    }
+
+    /// The same to whose sensor the yaw angle is what it sees.
+    pub fn of_angle(&self) -> Self {
+        Self { terms: self.terms.of_angle(), ..self.clone() }
+    }
+
+    /// A yaw angle beyond which the motion has run away.
+    pub(super) fn runaway_rad(&self) -> f64 {
+        let amplitude = self.yaw_rad.hypot(self.rate_rad_s / self.natural_frequency_rad_s);
+        RUNAWAY * amplitude.max(1.0)
     }
 
     pub(crate) fn flow(&self, time_s: f64) -> Flow {

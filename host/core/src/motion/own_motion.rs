@@ -9,6 +9,7 @@
 //! model whose rate is zero stays there while the moments of both directions hold it.
 
 use super::pair::{Flows, ERROR, NODES, WEIGHTS};
+use super::simulate::Walk;
 use crate::effects::{Memories, State};
 use crate::motion::oscillator::{root, Flow, Motion};
 use std::cell::RefCell;
@@ -70,9 +71,7 @@ impl Motion {
     pub fn acceleration_rad_s2(&self, yaw_rad: f64, rate_rad_s: f64) -> f64 {
         let there = Self { yaw_rad, rate_rad_s, ..self.clone() };
         let walker = Walker::new(&there, 1.0, 0, 0.0, Pace::Own);
-        let linear = -2.0 * self.damping_ratio * self.natural_frequency_rad_s * rate_rad_s
-            - walker.stiffness * (yaw_rad - walker.middle(walker.piece));
-        linear + walker.moment(yaw_rad, rate_rad_s, 0.0, walker.piece)
+        walker.acceleration_within(yaw_rad, rate_rad_s, 0.0, walker.piece)
     }
 }
 
@@ -231,18 +230,12 @@ impl<'a> Walker<'a> {
         self.attempt(b, r, t, first, &Flows::new(self.motion, step_s))
     }
 
-    /// b and r a step on from `t`; NaN where a moment is not finite, or where that takes too many attempts.
-    pub(crate) fn advance(&mut self, b: f64, r: f64, t: f64) -> (f64, f64) {
-        let end = self.walk(b, r, t);
-        match &mut self.pace {
-            Pace::Own => {}
-            Pace::Kept(steps) => steps.halvings.push(END),
-            Pace::Followed(steps) => {
-                let rest = steps.halvings.get(self.followed..).unwrap_or_default();
-                self.followed += rest.iter().position(|&h| h == END).map_or(0, |at| at + 1);
-            }
-        }
-        end
+    /// b'' on this piece, rad/s2.
+    fn acceleration_within(&self, b: f64, r: f64, t: f64, piece: Piece) -> f64 {
+        let motion = self.motion;
+        let damping = 2.0 * motion.damping_ratio * motion.natural_frequency_rad_s;
+        let linear = -damping * r - self.stiffness * (b - self.middle(piece));
+        linear + self.moment(b, r, t, piece)
     }
 
     /// How often the next step is halved, where another motion says so.
@@ -413,5 +406,32 @@ impl<'a> Walker<'a> {
             }
         }
         Some(to)
+    }
+}
+
+impl Walk for Walker<'_> {
+    /// NaN where a moment is not finite, or where a step takes too many attempts.
+    fn advance(&mut self, b: f64, r: f64, t: f64) -> (f64, f64) {
+        let end = self.walk(b, r, t);
+        match &mut self.pace {
+            Pace::Own => {}
+            Pace::Kept(steps) => steps.halvings.push(END),
+            Pace::Followed(steps) => {
+                let rest = steps.halvings.get(self.followed..).unwrap_or_default();
+                self.followed += rest.iter().position(|&h| h == END).map_or(0, |at| at + 1);
+            }
+        }
+        end
+    }
+
+    fn acceleration(&self, b: f64, r: f64, t: f64) -> f64 {
+        let mut piece = self.piece;
+        if self.turns && piece.direction == 0.0 {
+            piece.direction = self.leaves(b, t);
+            if piece.direction == 0.0 {
+                return 0.0;
+            }
+        }
+        self.acceleration_within(b, r, t, piece)
     }
 }

@@ -7,16 +7,26 @@
 //! of the dead zone are located within the step. A model with a user's own effects is left to `own_motion`,
 //! unless it only has to be swift.
 
-use crate::effects::{Memories, Moments, State, LANES};
+use crate::effects::{Drive, Memories, Moments, State, LANES};
 use crate::motion::oscillator::{root, Flow};
 pub use crate::motion::oscillator::{Grid, Motion};
 use crate::motion::own_motion::{self, Pace, Steps};
 use crate::motion::smooth_own::SmoothOwn;
+use crate::record::Derivative;
 
 /// Steps a cycle at least.
 pub(crate) const STEPS_PER_CYCLE: f64 = 48.0;
 /// Corners within one half step: more than these are chatter.
 const MOST_CORNERS: usize = 16;
+
+/// A motion that is followed step by step.
+pub(super) trait Walk {
+    /// b and r a step on from `t`.
+    fn advance(&mut self, b: f64, r: f64, t: f64) -> (f64, f64);
+
+    /// b'' there, rad/s2.
+    fn acceleration(&self, b: f64, r: f64, t: f64) -> f64;
+}
 
 impl Motion {
     /// The reading at every instant of `grid`, rad, into `out` (as long as the grid).
@@ -75,40 +85,38 @@ impl Motion {
                 steps.substeps = substeps;
             }
             let mut walker = own_motion::Walker::new(self, h, steps, grid.start_s, pace);
-            return self.follow(grid, substeps, |b, r, t| walker.advance(b, r, t), out, store);
+            return self.follow(grid, substeps, &mut walker, out, store);
         }
         let mut walker = Walker::new(self, 0.5 * h, grid.start_s, own);
-        let mut drive = terms.drive(grid.start_s + 0.5 * h, h);
-        let advance = |b: f64, r: f64, t: f64| {
-            let middle = t + 0.5 * h;
-            let drive = drive.step();
-            let (b, r) = walker.half_step(b, r, middle, drive);
-            let r = walker.kick(b, r, h, middle, drive);
-            walker.half_step(b, r, middle, drive)
-        };
-        self.follow(grid, substeps, advance, out, store);
+        self.follow(grid, substeps, &mut walker, out, store);
     }
 
-    /// Reading and rate at every instant of `grid`; `advance` takes b, r and t one of `substeps` on.
+    /// Reading and rate at every instant of `grid`; `walk` takes b, r and t one of `substeps` on.
     fn follow(
         &self,
         grid: &Grid,
         substeps: f64,
-        mut advance: impl FnMut(f64, f64, f64) -> (f64, f64),
+        walk: &mut impl Walk,
         out: &mut [f64],
         mut store: impl FnMut(usize, f64),
     ) {
         let h = grid.step_s / substeps;
+        let runaway_rad = self.runaway_rad();
         let (mut b, mut r) = (self.yaw_rad, self.rate_rad_s);
         let mut last = r;
         for k in 0..grid.count {
-            (out[k], last) = (b, r);
-            store(k, r);
             let t = grid.time_s(k);
+            last = r;
+            out[k] = match self.terms.observed {
+                Derivative::None => b,
+                Derivative::Rate => r,
+                Derivative::Acceleration => walk.acceleration(b, r, t),
+            };
+            store(k, r);
             for i in 0..substeps as usize {
-                (b, r) = advance(b, r, t + i as f64 * h);
+                (b, r) = walk.advance(b, r, t + i as f64 * h);
             }
-            if !b.is_finite() || b.abs() > 1e3 {
+            if !b.is_finite() || b.abs() > runaway_rad {
                 out[k + 1..].fill(f64::NAN);
                 (k + 1..grid.count).for_each(|later| store(later, f64::NAN));
                 break;
@@ -117,29 +125,43 @@ impl Motion {
         self.read(grid, out, [self.rate_rad_s, last]);
     }
 
-    /// Yaw angles at every instant of `grid`, and the rates at its ends, as they are read: means over its width.
-    fn read(&self, grid: &Grid, yaw_rad: &mut [f64], rates_rad_s: [f64; 2]) {
-        let n = yaw_rad.len();
+    /// What the sensor sees at every instant of `grid`, the rates at its ends being given, as it is read: means over its
+    /// width.
+    fn read(&self, grid: &Grid, seen: &mut [f64], rates_rad_s: [f64; 2]) {
+        let n = seen.len();
         if grid.mean_width_s > 0.0 && n > 1 {
-            // A mean over a width falls short of the middle by b'' width^2 / 24.
+            // A mean over a width falls short of the middle by y'' width^2 / 24.
             let share = (grid.mean_width_s / grid.step_s).powi(2) / 24.0;
-            let [first, last] = rates_rad_s.map(|r| r * grid.step_s);
-            let first = 2.0 * (yaw_rad[1] - yaw_rad[0] - first);
-            let last = 2.0 * (yaw_rad[n - 2] - yaw_rad[n - 1] + last);
-            let mut before = yaw_rad[0];
-            yaw_rad[0] += share * first;
+            let [first, last] = match self.terms.observed {
+                Derivative::None => {
+                    let [first, last] = rates_rad_s.map(|r| r * grid.step_s);
+                    [2.0 * (seen[1] - seen[0] - first), 2.0 * (seen[n - 2] - seen[n - 1] + last)]
+                }
+                _ => [curvature(seen.iter()), curvature(seen.iter().rev())],
+            };
+            let mut before = seen[0];
+            seen[0] += share * first;
             for k in 1..n - 1 {
-                let here = yaw_rad[k];
-                yaw_rad[k] += share * (before - 2.0 * here + yaw_rad[k + 1]);
+                let here = seen[k];
+                seen[k] += share * (before - 2.0 * here + seen[k + 1]);
                 before = here;
             }
-            yaw_rad[n - 1] += share * last;
+            seen[n - 1] += share * last;
         }
         if self.terms.changes_reading() {
-            for (k, b) in yaw_rad.iter_mut().enumerate() {
-                *b = self.terms.reading(*b, grid.time_s(k));
+            for (k, y) in seen.iter_mut().enumerate() {
+                *y = self.terms.reading(*y, grid.time_s(k));
             }
         }
+    }
+}
+
+/// Second difference at the first of `values`, from a cubic through four of them; 0 with fewer.
+fn curvature<'a>(mut values: impl Iterator<Item = &'a f64>) -> f64 {
+    let mut next = || values.next().copied();
+    match (next(), next(), next(), next()) {
+        (Some(a), Some(b), Some(c), Some(d)) => 2.0 * a - 5.0 * b + 4.0 * c - d,
+        _ => 0.0,
     }
 }
 
@@ -180,10 +202,30 @@ fn smooth_readings(motions: &[Motion; LANES], grid: &Grid, out: &mut [Vec<f64>])
     let mut drives: [_; LANES] =
         std::array::from_fn(|l| motions[l].terms.drive(grid.start_s + 0.5 * h, h));
     let (mut b, mut r) = (each(&|m| m.yaw_rad), each(&|m| m.rate_rad_s));
+    let observed = motions[0].terms.observed;
+    let damping = each(&|m| 2.0 * m.damping_ratio * m.natural_frequency_rad_s);
+    let accelerations = |b: &[f64; LANES], r: &[f64; LANES], t: f64| {
+        let states = std::array::from_fn(|l| State {
+            yaw_rad: b[l],
+            rate_rad_s: r[l],
+            time_s: t,
+            spring_moment_rad_s2: -stiffness[l] * b[l],
+        });
+        let mut sums = std::array::from_fn(|l| {
+            -damping[l] * r[l] - stiffness[l] * (b[l] - middle[l]) + motions[l].terms.drive_at(t)
+        });
+        moments.add(&states, &mut sums);
+        sums
+    };
     let mut last = r;
     for k in 0..grid.count {
         let t = grid.time_s(k);
-        out.iter_mut().zip(b).for_each(|(out, b)| out[k] = b);
+        let seen = match observed {
+            Derivative::None => b,
+            Derivative::Rate => r,
+            Derivative::Acceleration => accelerations(&b, &r, t),
+        };
+        out.iter_mut().zip(seen).for_each(|(out, seen)| out[k] = seen);
         last = r;
         for i in 0..substeps as usize {
             let at = t + (i as f64 + 0.5) * h;
@@ -219,7 +261,9 @@ fn smooth_readings(motions: &[Motion; LANES], grid: &Grid, out: &mut [Vec<f64>])
     // What has run away is no number, as where one motion is followed.
     for (l, out) in out.iter_mut().enumerate() {
         motions[l].read(grid, out, [motions[l].rate_rad_s, last[l]]);
-        if let Some(first) = out.iter().position(|y| !y.is_finite() || y.abs() > 1e3) {
+        let runaway =
+            observed.recorded(motions[l].runaway_rad(), motions[l].natural_frequency_rad_s);
+        if let Some(first) = out.iter().position(|y| !y.is_finite() || y.abs() > runaway) {
             out[first..].fill(f64::NAN);
         }
     }
@@ -244,6 +288,28 @@ struct Walker<'a> {
     /// Own effects, and dry friction with theirs, rad/s2.
     own: Option<SmoothOwn>,
     friction: f64,
+    drive: Drive,
+}
+
+impl Walk for Walker<'_> {
+    fn advance(&mut self, b: f64, r: f64, t: f64) -> (f64, f64) {
+        let middle = t + self.half;
+        let drive = self.drive.step();
+        let (b, r) = self.half_step(b, r, middle, drive);
+        let r = self.kick(b, r, 2.0 * self.half, middle, drive);
+        self.half_step(b, r, middle, drive)
+    }
+
+    fn acceleration(&self, b: f64, r: f64, t: f64) -> f64 {
+        let smooth = self.smooth(b, r, t, self.motion.terms.drive_at(t));
+        let moment = self.spring_moment(b) + self.motion.terms.constant_moment_rad_s2 + smooth;
+        let direction = match self.turns && self.direction == 0.0 {
+            true if moment.abs() <= self.friction => return 0.0,
+            true => moment.signum(),
+            false => self.direction,
+        };
+        moment - 2.0 * self.decay * r - self.friction * direction
+    }
 }
 
 impl<'a> Walker<'a> {
@@ -265,6 +331,7 @@ impl<'a> Walker<'a> {
             side: if play > 0.0 && b.abs() < play { 0.0 } else { b.signum() },
             own,
             friction,
+            drive: motion.terms.drive(start_s + half, 2.0 * half),
         }
     }
 

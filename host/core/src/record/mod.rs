@@ -1,9 +1,12 @@
-//! Yaw angle over time as it comes from a file, at whatever rate and with whatever jitter.
+//! Yaw angle, or what else was recorded of the motion, over time as it comes from a file, at whatever rate and with
+//! whatever jitter.
 
 pub mod faults;
+mod measurand;
 pub(crate) mod resample;
 mod timing;
 
+pub use measurand::{Derivative, Measurand, Said};
 pub use timing::Timing;
 
 use crate::error::{Error, Result};
@@ -15,6 +18,24 @@ const MOST_BETWEEN: f64 = 50.0;
 /// A record is resampled to at most so many times the samples that its rate would make of those it has, and so many more.
 const MOST_FILLED: f64 = 20.0;
 const ALWAYS_FILLED: f64 = 1e5;
+
+/// Whether all `records` hold the same quantity in the same unit.
+///
+/// # Errors
+/// [`Error::OtherMeasurand`] naming the first that does not.
+pub fn same_measurand<'a>(records: impl IntoIterator<Item = &'a Record>) -> Result<()> {
+    let mut records = records.into_iter();
+    let Some(first) = records.next() else { return Ok(()) };
+    match records.find(|record| record.measurand != first.measurand) {
+        None => Ok(()),
+        Some(other) => Err(Error::OtherMeasurand {
+            record: other.file.display().to_string(),
+            quantity: other.measurand.quantity().to_owned(),
+            unit: other.measurand.unit().to_owned(),
+            first: first.file.display().to_string(),
+        }),
+    }
+}
 
 /// One recorded release.
 ///
@@ -35,8 +56,11 @@ pub struct Record {
     pub file: PathBuf,
     /// Seconds, strictly increasing, any origin.
     pub time_s: Vec<f64>,
-    /// Yaw angle in degrees as the potentiometer shows it, with its constant offset.
+    /// Yaw angle in degrees as the potentiometer shows it, with its constant offset; of another quantity in the unit of
+    /// [`Self::measurand`].
     pub yaw_deg: Vec<f64>,
+    /// What these numbers are.
+    pub measurand: Measurand,
     /// Whether its time stamps came in bursts, several samples under one, and were spread evenly by the samples' number.
     pub stamps_spread: bool,
 }
@@ -44,12 +68,24 @@ pub struct Record {
 impl Record {
     /// A record of these samples, each at its own time.
     pub fn new(file: impl Into<PathBuf>, time_s: Vec<f64>, yaw_deg: Vec<f64>) -> Self {
-        Self { file: file.into(), time_s, yaw_deg, stamps_spread: false }
+        Self {
+            file: file.into(),
+            time_s,
+            yaw_deg,
+            measurand: Measurand::default(),
+            stamps_spread: false,
+        }
     }
 
     /// Other samples of the same file.
     pub(crate) fn with(&self, time_s: Vec<f64>, yaw_deg: Vec<f64>) -> Self {
-        Self { file: self.file.clone(), time_s, yaw_deg, stamps_spread: self.stamps_spread }
+        Self {
+            file: self.file.clone(),
+            time_s,
+            yaw_deg,
+            measurand: self.measurand.clone(),
+            stamps_spread: self.stamps_spread,
+        }
     }
 
     /// Number of samples.
@@ -70,7 +106,7 @@ impl Record {
         timing::measure(&self.time_s)
     }
 
-    /// Standard deviation of white sample noise, deg, from the median of third differences; 0 for fewer than
+    /// Standard deviation of white sample noise, in the record's unit, from the median of third differences; 0 for fewer than
     /// four samples. At a few tens of samples a cycle it is an upper bound.
     pub fn noise_rms_deg(&self) -> f64 {
         sample_noise(&self.yaw_deg)
