@@ -3,6 +3,7 @@
 use super::place::Times;
 use super::quantity::Quantity;
 use serde::{Deserialize, Serialize};
+use yawrig_core::record::Called;
 
 /// Fewer samples than this hold no three cycles at any rate: the fastest mode (4.2 Hz) at 20 Hz has 14.
 pub(super) const FEWEST_SAMPLES: usize = 10;
@@ -37,6 +38,9 @@ pub struct Selection {
     /// Of its numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+    /// What the motion is called.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<Called>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<TimeUnit>,
     /// Samples a second, where there is no time.
@@ -71,6 +75,7 @@ impl Selection {
             yaw: text(&self.yaw, &kept.yaw),
             quantity: self.quantity.or(of_channel.quantity),
             unit: text(&self.unit, &of_channel.unit),
+            motion: self.motion.or(kept.motion),
             time_unit: self.time_unit.or(kept.time_unit),
             rate_hz: self.rate_hz.or(kept.rate_hz),
             from_s: self.from_s,

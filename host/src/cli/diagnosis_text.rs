@@ -2,7 +2,7 @@
 
 use super::common::bare;
 use super::model::{amplitude_rows, parameter};
-use super::units::sized;
+use crate::units::sized;
 use std::fmt::Write as _;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::diagnosis::campaign::{BeforeAndAfter, CampaignDiagnosis, HeldOut};

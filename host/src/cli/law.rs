@@ -3,10 +3,10 @@
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
 use super::model::amplitude_rows;
 use super::releases::ReleaseArg;
-use super::units::sized;
 use crate::answer::Answer;
 use crate::law::{found, found_in, File, Found};
 use crate::model::revise::quoted;
+use crate::units::sized;
 use clap::Args;
 use serde_json::json;
 use std::fmt::Write as _;
@@ -169,12 +169,9 @@ pub(super) fn object(found: &Found, files: &[PathBuf]) -> serde_json::Value {
 
 fn text(found: &Found, files: &[PathBuf], measure: &str) -> String {
     let Found { file, measured, names, measurand, .. } = found;
-    let what = match measurand.is_of_angle() {
-        true => "yaw angle and yaw rate",
-        false => "displacement and rate",
-    };
+    let (coordinate, rate) = (measurand.coordinate(), measurand.rate());
     let mut out = format!(
-        "{}: a law of {what}, beside wn {} rad/s and zeta {} at rest ({} {})\n",
+        "{}: a law of {coordinate} and {rate}, beside wn {} rad/s and zeta {} at rest ({} {})\n",
         match found.records {
             1 => file.display().to_string(),
             n => format!("{n} records, the largest {}", file.display()),
@@ -205,7 +202,11 @@ fn text(found: &Found, files: &[PathBuf], measure: &str) -> String {
     let (of, per_s) = (measurand.coordinate_unit(), measurand.rate_unit());
     let moment = measurand.parameter_unit("rad/s2");
     for (title, at, points) in [
-        (format!("restoring moment K ({moment})"), format!("yaw ({of})"), measured.stiffness()),
+        (
+            format!("restoring moment K ({moment})"),
+            format!("{} ({of})", measurand.word()),
+            measured.stiffness(),
+        ),
         (format!("dissipation D ({moment})"), format!("rate ({per_s})"), measured.damping()),
     ] {
         if points.iter().all(|p| p.moment_rad_s2.value == 0.0) {
@@ -272,7 +273,9 @@ pub(super) fn in_short(found: &Found, files: &[PathBuf], measure: &str) -> Optio
         return None;
     }
     let mut out = format!(
-        "as a law of yaw angle and yaw rate: residual over noise {:.3} -> {:.3}, held out {:.3}",
+        "as a law of {} and {}: residual over noise {:.3} -> {:.3}, held out {:.3}",
+        found.measurand.coordinate(),
+        found.measurand.rate(),
         measured.plain_residual_over_noise,
         measured.residual_over_noise,
         measured.held_out_over_noise

@@ -14,6 +14,12 @@ fn sample() -> Model {
     let record = RecordEntry {
         file: "releases/a.csv".into(),
         condition: "releases/a".into(),
+        reading: Selection {
+            quantity: Some(yawrig_records::Quantity::Rate),
+            unit: Some("rad/s".into()),
+            yaw: Some("gyro z".into()),
+            ..Selection::default()
+        },
         held_out: false,
         made_under: None,
         crc32: None,
