@@ -4,6 +4,7 @@ use super::place::Times;
 use super::quantity::Quantity;
 use serde::{Deserialize, Serialize};
 use yawrig_core::record::Called;
+use yawrig_text::quoted;
 
 /// Fewer samples than this hold no three cycles at any rate: the fastest mode (4.2 Hz) at 20 Hz has 14.
 pub(super) const FEWEST_SAMPLES: usize = 10;
@@ -20,6 +21,18 @@ pub enum TimeUnit {
     Us,
     /// Numbers of samples: the rate is needed, too.
     Samples,
+}
+
+impl TimeUnit {
+    /// As it is typed.
+    fn name(self) -> &'static str {
+        match self {
+            Self::S => "s",
+            Self::Ms => "ms",
+            Self::Us => "us",
+            Self::Samples => "samples",
+        }
+    }
 }
 
 /// Which channels are meant, where their names do not say so.
@@ -57,6 +70,25 @@ pub struct Selection {
 impl Selection {
     pub(super) fn times(&self) -> Times {
         Times { from_s: self.from_s, to_s: self.to_s }
+    }
+
+    /// The flags that say it, each behind a blank.
+    pub fn typed(&self) -> String {
+        let Self { time, yaw, quantity, unit, motion, time_unit, rate_hz, .. } = self;
+        let mut out = String::new();
+        let mut say = |flag: &str, value: Option<String>| {
+            if let Some(value) = value {
+                out.push_str(&format!(" --{flag} {}", quoted(&value)));
+            }
+        };
+        say("quantity", quantity.map(|q| q.name().to_owned()));
+        say("unit", unit.clone());
+        say("motion", motion.map(|motion| motion.name().to_owned()));
+        say("yaw", yaw.clone());
+        say("time", time.clone());
+        say("time-unit", time_unit.map(|unit| unit.name().to_owned()));
+        say("rate-hz", rate_hz.map(|hz| hz.to_string()));
+        out
     }
 
     /// Whether nothing is said.

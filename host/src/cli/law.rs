@@ -15,6 +15,7 @@ use yawrig_base::error::Result;
 use yawrig_core::law::names::Name;
 use yawrig_core::law::tables::Point;
 use yawrig_core::record::Record;
+use yawrig_records::Selection;
 
 /// Measure the law that a record shows: restoring moment over yaw angle, dissipation over yaw rate
 ///
@@ -46,12 +47,13 @@ pub struct Law {
 impl Law {
     pub fn run(&self) -> Result<()> {
         let given = self.release.of(&self.files)?;
-        let found = found(&given, &self.release.selection()?, !self.may_drive)?;
+        let reading = self.release.selection()?;
+        let found = found(&given, &reading, !self.may_drive)?;
         let files = written(&found, self.out.as_deref())?;
         if self.json {
             return print_json(&object(&found, &files));
         }
-        print_line(text(&found, &files, &command(&given, self.may_drive)).trim_end())
+        print_line(text(&found, &files, &command(&given, &reading, self.may_drive)).trim_end())
     }
 }
 
@@ -90,9 +92,10 @@ pub(super) fn written(found: &Found, folder: Option<&Path>) -> Result<Vec<PathBu
 }
 
 /// The command that measures the law of `files`.
-pub(super) fn command(files: &[PathBuf], may_drive: bool) -> String {
+pub(super) fn command(files: &[PathBuf], reading: &Selection, may_drive: bool) -> String {
     let files: Vec<String> = files.iter().map(|f| quoted(&f.display().to_string())).collect();
-    format!("yawrig law {}{}", files.join(" "), if may_drive { " --may-drive" } else { "" })
+    let driven = if may_drive { " --may-drive" } else { "" };
+    format!("yawrig law {}{}{driven}", files.join(" "), reading.typed())
 }
 
 /// What takes the best formula into a model: of its file, or, where none is written, with the command that writes it.

@@ -68,6 +68,19 @@ pub enum Called {
     Displacement,
 }
 
+impl Called {
+    /// As it is typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Yaw => "yaw",
+            Self::Pitch => "pitch",
+            Self::Roll => "roll",
+            Self::Pendulum => "pendulum",
+            Self::Displacement => "displacement",
+        }
+    }
+}
+
 /// What a record's numbers are. By itself a yaw angle in deg.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Measurand {
