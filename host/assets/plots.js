@@ -44,6 +44,9 @@ const Plots = (() => {
     return plot;
   }
 
+  /** A label, which may be what a function says at the time. */
+  const told = (label) => (typeof label === "function" ? label() : label);
+
   /**
    * Lines and points over x; `filledTo` of a line is the number of another, up to which it is filled with its colour's band.
    * options: x, y: {label, range(min, max)}; zoomed(min, max), pointed(x or null); band(): half height about zero
@@ -53,7 +56,7 @@ const Plots = (() => {
   function lines(host, options) {
     let chart = null, data = [[]], series = [], limits = null, silent = false, mark = null;
     const axis = (it, side) => ({
-      side, label: it.label || null, labelSize: it.label ? 15 : 0, labelGap: 0, labelFont: FONT, font: FONT, gap: 2,
+      side, label: told(it.label) || null, labelSize: it.label ? 15 : 0, labelGap: 0, labelFont: FONT, font: FONT, gap: 2,
       // As wide as its numbers, unless plots above each other are to share their time.
       size: side === 2 ? 21 : it.size || ((_, values) => Math.max(30, 9 + 6.3 * Math.max(0, ...(values || []).map((v) => v.length)))), ticks: { size: 3, stroke: () => colour("line") },
       stroke: () => colour("soft"), grid: { stroke: () => colour("grid"), width: 1 },
@@ -169,7 +172,7 @@ const Plots = (() => {
       /** columns: [xs, ys, ...]; how: [{colour, width, dash, bars, ...}] for each column of ys; span: x limits or null. */
       set(columns, how, span) {
         data = columns; series = how; limits = span || null;
-        const now = JSON.stringify(how);
+        const now = JSON.stringify([how, told(options.x.label), told(options.y.label)]);
         if (!chart || now !== shape) build(); else chart.setData(data, true);
         shape = now;
       },
@@ -237,11 +240,11 @@ const Plots = (() => {
       g.textAlign = "right";
       for (const s of [-1, 0, 1]) g.fillText(tick(s * steps(my)), box.left - 4, py(s * steps(my)) + 4);
       g.textAlign = "center";
-      g.fillText(options.x, box.left + box.width / 2, box.top + box.height + 26);
+      g.fillText(told(options.x), box.left + box.width / 2, box.top + box.height + 26);
       g.save();
       g.translate(11, box.top + box.height / 2);
       g.rotate(-Math.PI / 2);
-      g.fillText(options.y, 0, 0);
+      g.fillText(told(options.y), 0, 0);
       g.restore();
       // The scale of the colours.
       const top = height - 15;
@@ -254,7 +257,7 @@ const Plots = (() => {
       }
       g.globalAlpha = 1; g.fillStyle = colour("soft");
       g.textAlign = "left"; g.fillText(tick(+(-most).toPrecision(2)), box.left, height - 1);
-      g.textAlign = "right"; g.fillText(`${tick(+most.toPrecision(2))} ${options.unit}`, box.left + box.width, height - 1);
+      g.textAlign = "right"; g.fillText(`${tick(+most.toPrecision(2))} ${told(options.unit)}`, box.left + box.width, height - 1);
       if (state) {
         g.beginPath();
         g.arc(px(state[0]), py(state[1]), 4, 0, 7);

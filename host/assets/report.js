@@ -28,13 +28,15 @@
     figure.dataset.drawn = "yes";
     const index = Number(figure.dataset.release), trace = report.releases[index].trace;
     const box = figure.querySelector(".plots");
+    const { quantity, unit = "deg", motion } = trace.said || {};
+    const name = { rate: "rate", acceleration: "acceleration", displacement: "displacement" }[quantity] || `${motion || "yaw"} angle`;
     const line = (label, k, width, dash) =>
       ({ label, stroke: () => colour("--curve-" + (k % 7 + 1)), width, dash, value: number(4), points: { show: false } });
     const plots = [
-      plot(box, index, "Yaw angle", "yaw (deg)", 300,
+      plot(box, index, name[0].toUpperCase() + name.slice(1), `${name} (${unit})`, 300,
         [{ ...line("measured", 6, 1.5) }, ...trace.models.map((m, k) => line(m.name, k, 1.2, k ? [6, 4] : undefined))],
         [trace.time_s, trace.measured_deg, ...trace.models.map(m => m.yaw_deg)]),
-      plot(box, index, "Residual: measured less model", "residual (deg)", 230,
+      plot(box, index, "Residual: measured less model", `residual (${unit})`, 230,
         trace.models.map((m, k) => line(m.name, k, 1)),
         [trace.time_s, ...trace.models.map(m => m.residual_deg)]),
     ];

@@ -42,7 +42,7 @@ fn one() {
     let fit = best_of(50, || {
         let samples = Samples::new(&record.time_s, &record.yaw_deg);
         let found = least_squares::fit_mode(&samples.all(), 7.7).unwrap();
-        black_box(found.uncertainty(&samples.all()));
+        black_box(found.uncertainty(&samples.all(), yawrig_core::record::Derivative::None));
     });
     println!("  fit with its start and uncertainty        {:6.2} ms", 1e3 * fit);
     for (name, methods) in [

@@ -133,7 +133,7 @@ fn held(record: &Record, [natural_frequency_rad_s, damping_ratio]: [f64; 2]) -> 
 
 /// The means of `decay` and what `model` makes of them.
 pub fn curves(decay: &FreeDecay, model: &Fitted) -> Curves {
-    let degrees = |rad: &[f64]| rad.iter().map(|y| y.to_degrees()).collect();
+    let degrees = |rad: &[f64]| rad.iter().map(|y| decay.measurand.shown(*y)).collect();
     let time_s = |k| decay.release_time_s + decay.grid.time_s(k);
     Curves {
         time_s: (0..decay.yaw_rad.len()).map(time_s).collect(),
@@ -147,5 +147,5 @@ pub fn model_at(decay: &FreeDecay, model: &Fitted, time_s: &[f64]) -> Vec<f64> {
     let times: Vec<f64> = time_s.iter().map(|t| t - decay.release_time_s).collect();
     let zero = model.sensor_zero_rad().map_or(0.0, |zero| zero.value);
     let readings = readings_at(&model.motion(), decay.grid.start_s, &times);
-    readings.into_iter().map(|y| (y + zero).to_degrees()).collect()
+    readings.into_iter().map(|y| decay.measurand.shown(y + zero)).collect()
 }

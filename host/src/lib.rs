@@ -38,4 +38,5 @@ mod plan;
 mod plot;
 mod report;
 pub mod study;
+mod units;
 mod workbench;

@@ -63,6 +63,15 @@ pub fn plan(
 ) -> Result<Planned> {
     let (model, at, campaign) = read(path)?;
     let data = Data::of(&model, &at)?;
+    let measurand = data.measurand();
+    if !measurand.is_angle() {
+        let what = format!(
+            "a plan of further releases is of angles, and these records hold a {}",
+            measurand.quantity()
+        );
+        return Err(Error::usage(what)
+            .help("measure the angle, or release it again from another amplitude"));
+    }
     let mut notes = Vec::new();
     let fits = match asked.rivals.as_slice() {
         [] => found(&model, &data, &mut notes)?,
@@ -282,7 +291,7 @@ fn possible(data: &Data, fit: &JointFit, can: &Can) -> Vec<Possible> {
 fn narrowed(file: &CampaignFile, name: &str, of: Of) -> Result<Vec<Narrowed>> {
     let one = |index: usize| {
         interrupt::check()?;
-        let record = yawrig_records::read(&file.record_path(index))?;
+        let record = file.record(index)?;
         let found = identify(&record, &[Method::LeastSquares], &Settings::default())?;
         Identified::of(found).ok_or_else(|| {
             let path = file.record_path(index);

@@ -4,14 +4,15 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Exit};
 use yawrig_core::record::Record;
-use yawrig_records::{Selection, Unit};
+use yawrig_records::Selection;
 
 fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data/formats").join(name)
 }
 
-fn selection(time: &str, yaw: &str, unit: Option<Unit>) -> Selection {
+fn selection(time: &str, yaw: &str, unit: Option<&str>) -> Selection {
     let named = |name: &str| (!name.is_empty()).then(|| name.to_owned());
+    let unit = unit.map(str::to_owned);
     Selection { time: named(time), yaw: named(yaw), unit, ..Selection::default() }
 }
 
@@ -50,7 +51,7 @@ fn names_that_say_what_they_are_need_no_flag() {
 /// A matrix by its columns, structures by the path of a field.
 #[test]
 fn matrices_and_structures_of_octave_are_read() {
-    let columns = selection("data(:,1)", "data(:,2)", Some(Unit::Rad));
+    let columns = selection("data(:,1)", "data(:,2)", Some("rad"));
     is_the_swing(
         &yawrig_records::read_selected(&file("octave-matrix.mat"), &columns).unwrap(),
         1.0,
@@ -86,10 +87,10 @@ fn matrices_and_structures_of_octave_are_read() {
 #[test]
 fn cells_and_matrices_on_their_side_are_read() {
     for (time, yaw, unit, sign) in [
-        ("runs{1}(:,1)", "runs{1}(:,2)", Unit::Deg, 1.0),
-        ("runs{2}(1,:)", "runs{2}(2,:)", Unit::Deg, -1.0),
-        ("wide(1,:)", "wide(2,:)", Unit::Rad, 1.0),
-        ("5", "6", Unit::Rad, 1.0),
+        ("runs{1}(:,1)", "runs{1}(:,2)", "deg", 1.0),
+        ("runs{2}(1,:)", "runs{2}(2,:)", "deg", -1.0),
+        ("wide(1,:)", "wide(2,:)", "rad", 1.0),
+        ("5", "6", "rad", 1.0),
     ] {
         let chosen = selection(time, yaw, Some(unit));
         let record = yawrig_records::read_selected(&file("cells.mat"), &chosen);
@@ -118,7 +119,7 @@ fn the_format_is_what_the_file_holds_and_not_what_it_is_called() {
 #[test]
 fn flags_choose_channels_and_units() {
     let read = |name, selection: &Selection| yawrig_records::read_selected(&file(name), selection);
-    let compressed = selection("t", "theta", Some(Unit::Rad));
+    let compressed = selection("t", "theta", Some("rad"));
     let record = read("v5-compressed.mat", &compressed).unwrap();
     is_the_swing(&record, 1.0, 0.0, 30.0 * SINGLE);
 
@@ -132,10 +133,10 @@ fn flags_choose_channels_and_units() {
     let record = read("waveform.tdms", &selection("", "Yaw", None)).unwrap();
     is_the_swing(&record, 1.0, 0.0, DOUBLE);
 
-    let record = read("zstd.parquet", &selection("t", "angle", Some(Unit::Rad))).unwrap();
+    let record = read("zstd.parquet", &selection("t", "angle", Some("rad"))).unwrap();
     is_the_swing(&record, 1.0, 0.0, 30.0 * SINGLE);
     let by_rate =
-        Selection { time: None, rate_hz: Some(100.0), ..selection("", "angle", Some(Unit::Rad)) };
+        Selection { time: None, rate_hz: Some(100.0), ..selection("", "angle", Some("rad")) };
     is_the_swing(&read("zstd.parquet", &by_rate).unwrap(), 1.0, 0.0, 30.0 * SINGLE);
 }
 
@@ -168,20 +169,20 @@ fn what_is_unclear_is_asked_and_never_guessed() {
     let error = refused("v5-compressed.mat", &selection("t", "theta", None));
     says(error, &["theta", "unknown unit", "--yaw theta --unit rad"]);
     // Which time.
-    let error = refused("zstd.parquet", &selection("", "angle", Some(Unit::Rad)));
+    let error = refused("zstd.parquet", &selection("", "angle", Some("rad")));
     says(error, &["time_s", "--time t ", "--yaw angle"]);
     // Two of one name.
     let error = refused("groups.h5", &selection("", "theta", None));
     says(error, &["several channels", "run1/theta", "run2/theta", "--yaw run1/theta"]);
     // A name that is not there, a matrix, holes, a text.
     says(refused("v5.mat", &selection("", "yaw", None)), &["no channel \"yaw\"", "yaw_deg"]);
-    says(refused("zstd.parquet", &selection("t", "holes", Some(Unit::Deg))), &["holes without"]);
-    says(refused("snappy.parquet", &selection("", "spring", Some(Unit::Deg))), &["spring"]);
+    says(refused("zstd.parquet", &selection("t", "holes", Some("deg"))), &["holes without"]);
+    says(refused("snappy.parquet", &selection("", "spring", Some("deg"))), &["spring"]);
     // What the file says stands against the flag.
-    says(refused("groups.h5", &selection("", "run1/theta", Some(Unit::Deg))), &["rad", "deg"]);
-    says(refused("v5.mat", &selection("", "", Some(Unit::Rad))), &["yaw_deg", "rad"]);
+    says(refused("groups.h5", &selection("", "run1/theta", Some("deg"))), &["rad", "deg"]);
+    says(refused("v5.mat", &selection("", "", Some("rad"))), &["yaw_deg", "rad"]);
     // Milliseconds without a unit: 0.1 Hz is hardly the rate of a record.
-    let error = refused("zstd.parquet", &selection("ms", "angle", Some(Unit::Rad)));
+    let error = refused("zstd.parquet", &selection("ms", "angle", Some("rad")));
     says(error, &["the unit of the time in ms is not known"]);
 }
 

@@ -41,7 +41,7 @@ function draw(state, act) {
   const button = (name, text, title, job) => make("button", { type: "button", textContent: text, title, disabled: busy, "data-focus": `law-${name}`, onclick: () => act(job) });
   const add = (effect, text, title) => button(effect, text, title, { do: "add", effect });
   const parts = [make("strong", { textContent: "measured_law" }),
-    make("p", { className: "caption", textContent: `from ${law.file}, known to ${ratio(law.yaw_deg)} deg and ${ratio(law.rate_deg_s)} deg/s` })];
+    make("p", { className: "caption", textContent: `from ${law.file}, known to ${ratio(law.yaw_deg)} ${law.units[0]} and ${ratio(law.rate_deg_s)} ${law.units[1]}` })];
   if (measured) parts.push(make("p", { textContent: `Residual over noise ${change(measured.residual_over_noise)}, held out ${change(measured.held_out_over_noise)}.` }));
   if (!found) parts.push(make("p", { className: "caption", textContent: measured ? "The formulas that it may be are being fitted." : "A first law; its band is being computed." }));
   else {

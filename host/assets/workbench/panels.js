@@ -17,23 +17,27 @@ const time = { label: "time in the record (s)" };
 const zoomed = (from, to) => zoom(from, to);
 const plots = {};
 
+/** Words and units of what is looked at. */
+const ANGLE = { recorded: "yaw angle", unit: "deg", coordinate: "yaw angle", word: "yaw", rate: "yaw rate", of: "deg", rate_unit: "deg/s", moment: "rad/s²" };
+const units = () => (seen.curves && seen.curves.units) || ANGLE;
+
 export function build() {
   const pointed = (source) => (t) => point(t, source);
-  plots.overlay = Plots.lines(by("plot-overlay"), { x: { label: "" }, y: { label: "yaw angle (deg)", size: 46 }, zoomed, pointed: pointed("overlay") });
+  plots.overlay = Plots.lines(by("plot-overlay"), { x: { label: "" }, y: { label: () => `${units().recorded} (${units().unit})`, size: 46 }, zoomed, pointed: pointed("overlay") });
   plots.residual = Plots.lines(by("plot-residual"), {
-    x: time, y: { label: "residual (deg)", size: 46 }, zoomed, pointed: pointed("residual"),
+    x: time, y: { label: () => `residual (${units().unit})`, size: 46 }, zoomed, pointed: pointed("residual"),
     band: () => seen.curves && seen.curves.noise_deg * 2,
   });
-  plots.phase = Plots.plane(by("plot-phase"), { x: "yaw angle (deg)", y: "yaw rate (deg/s)", unit: "rad/s²", least: shows });
-  const law = (id, label) => Plots.lines(by(id), { x: { label }, y: { label: "rad/s²", range: (min, max) => around(id, min, max, beside[id]) }, marks: () => marks[id] || [], cursor: false });
-  plots.damping = law("plot-damping", "rate (deg/s)");
-  plots.stiffness = law("plot-stiffness", "yaw (deg)");
+  plots.phase = Plots.plane(by("plot-phase"), { x: () => `${units().coordinate} (${units().of})`, y: () => `${units().rate} (${units().rate_unit})`, unit: () => units().moment, least: shows });
+  const law = (id, label) => Plots.lines(by(id), { x: { label }, y: { label: () => units().moment, range: (min, max) => around(id, min, max, beside[id]) }, marks: () => marks[id] || [], cursor: false });
+  plots.damping = law("plot-damping", () => `rate (${units().rate_unit})`);
+  plots.stiffness = law("plot-stiffness", () => `${units().word} (${units().of})`);
   const amplitude = (id, y, x) => Plots.lines(by(id), {
     x: { label: x, range: (min, max) => amplitudes(min, max) }, y: { label: y, range: (min, max) => around(id, min, max) }, marks: () => marks[id] || [],
     pointed: (a) => point(a === null ? null : when(a), "amplitude"),
   });
-  plots.wn = amplitude("plot-wn", "wn (rad/s)", "deg");
-  plots.zeta = amplitude("plot-zeta", "damping ratio", "deg");
+  plots.wn = amplitude("plot-wn", "wn (rad/s)", () => units().of);
+  plots.zeta = amplitude("plot-zeta", "damping ratio", () => units().of);
   plots.spectrum = Plots.lines(by("plot-spectrum"), {
     x: { label: "frequency (Hz)", range: (min, max) => [0, (max || 1) * 1.02] }, y: { label: "share of power (%)", range: (_, max) => [0, (max || 1) * 1.08] }, cursor: false,
   });
@@ -307,5 +311,5 @@ export function figures() {
     ? `Lag-one correlation of this release's residual: ${digits(v.correlation, 2)}. White noise stays within ±${digits(v.correlation_of_white, 2)}.` : "";
   set("figure-wn", v ? v.natural_frequency_rad_s.text : "–");
   set("figure-zeta", v ? v.damping_ratio.text : "–");
-  return v ? `residual ${digits(v.residual_rms_deg, 3)} deg, noise ${digits(v.noise_rms_deg, 3)} deg, ratio ${ratio(v.over_noise)}` : "";
+  return v ? `residual ${digits(v.residual_rms_deg, 3)} ${units().unit}, noise ${digits(v.noise_rms_deg, 3)} ${units().unit}, ratio ${ratio(v.over_noise)}` : "";
 }

@@ -105,7 +105,11 @@ fn numbers(row: &Row, comma: bool) -> usize {
 /// The channels of these rows.
 pub(super) fn of_rows(rows: &[Row], comma: bool) -> Result<Vec<Channel>, String> {
     let count = |row: &Row| numbers(row, comma);
-    let widest = rows.iter().map(count).max().unwrap_or(0).min(2);
+    // Two are enough, and found among the first rows as a rule.
+    let widest = match rows.iter().any(|row| count(row) >= 2) {
+        true => 2,
+        false => rows.iter().map(count).max().unwrap_or(0),
+    };
     let is_data = |row: &Row| widest > 0 && count(row) >= widest;
     let begins = |at: &usize| {
         let run = &rows[*at..rows.len().min(at + BEGINNING)];

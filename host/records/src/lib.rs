@@ -20,6 +20,7 @@ mod labx;
 mod lvm;
 mod mat;
 mod names;
+mod once;
 mod parquet_file;
 pub mod place;
 mod quantity;
@@ -36,7 +37,8 @@ pub use kept::keep;
 pub use quantity::Quantity;
 pub use table::{Selection, TimeUnit};
 
-use place::Part;
+use place::{Part, Times};
+use std::ops::Range;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::identify::several;
@@ -63,35 +65,51 @@ pub fn read_selected(named: &Path, selection: &Selection) -> Result<Record> {
     }
     let (file, part) = place::parted(named);
     let file = file.as_path();
-    let format = format::of(file)?;
-    let is_text = format.names_its_channels();
-    let nothing_said = selection.is_empty();
     // What neither the file nor the user says may have been said for its folder.
     let kept = kept::for_record(file)?;
-    let mut record = if format == format::Format::Csv && nothing_said && csv_file::is_ours(file)? {
-        csv_file::read(file)?
-    } else {
-        let table = format::channels(file, format)?;
-        let with = |selection: &Selection| asked::record(file, &table, selection, is_text);
-        match with(selection) {
-            Err(unclear) if kept.is_empty() => return Err(unclear),
-            Err(_) => with(&selection.over(&kept))?,
-            Ok(record) => record,
+    let whole = once::whole(file, [selection, &kept], || parsed(file, selection, &kept))?;
+    let all = || whole.record.clone();
+    let mut record = match part {
+        // What is said of one record goes before what is kept for its folder.
+        Some(Part::Between(times)) => cut::between(all(), times, false)?,
+        Some(Part::Release(number)) if kept.times() == Times::default() => {
+            release(&whole.record, whole.releases(), number)?
         }
+        Some(Part::Release(number)) => {
+            let record = cut::between(all(), kept.times(), true)?;
+            release(&record, &several::releases(&record), number)?
+        }
+        None => cut::between(all(), kept.times(), true)?,
     };
+    if part.is_some() {
+        record.file = named.to_owned();
+    }
+    Ok(record)
+}
+
+/// All of `file`'s record, from the channels that are meant.
+fn parsed(file: &Path, selection: &Selection, kept: &Selection) -> Result<Record> {
+    let format = format::of(file)?;
+    let is_text = format.names_its_channels();
+    // A name for the motion changes nothing in how it is read.
+    let reading = Selection { motion: None, ..selection.clone() };
+    let mut record =
+        if format == format::Format::Csv && reading.is_empty() && csv_file::is_ours(file)? {
+            csv_file::read(file)?
+        } else {
+            let table = format::channels(file, format)?;
+            let with = |selection: &Selection| asked::record(file, &table, selection, is_text);
+            match with(&reading) {
+                Err(unclear) if kept.is_empty() => return Err(unclear),
+                Err(_) => with(&reading.over(kept))?,
+                Ok(record) => record,
+            }
+        };
     if record.measurand.is_angle() {
         turns::take_out(&mut record.yaw_deg);
     }
-    match part {
-        // What is said of one record goes before what is kept for its folder.
-        Some(Part::Between(times)) => record = cut::between(record, times, false)?,
-        Some(Part::Release(number)) => {
-            record = release(cut::between(record, kept.times(), true)?, number)?
-        }
-        None => record = cut::between(record, kept.times(), true)?,
-    }
-    if part.is_some() {
-        record.file = named.to_owned();
+    if let Some(called) = selection.motion.or(kept.motion) {
+        record.measurand = record.measurand.called(called);
     }
     Ok(record)
 }
@@ -108,15 +126,14 @@ pub fn checked(mut record: Record) -> Result<Record> {
     Ok(record)
 }
 
-/// Release `number` of `record`.
-fn release(record: Record, number: usize) -> Result<Record> {
-    let parts = several::releases(&record);
+/// Release `number` of `record`, whose releases are `parts`.
+fn release(record: &Record, parts: &[Range<usize>], number: usize) -> Result<Record> {
     let Some(part) = parts.get(number - 1) else {
         let what = format!("{} holds {} of them", record.file.display(), parts.len());
         return Err(Error::data(format!("there is no release {number}: {what}"))
             .help(format!("choose one from 1 to {}", parts.len())));
     };
-    Ok(several::sliced(&record, part))
+    Ok(several::sliced(record, part))
 }
 
 /// How many releases a file holds, read as `selection` says.

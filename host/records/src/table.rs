@@ -3,6 +3,8 @@
 use super::place::Times;
 use super::quantity::Quantity;
 use serde::{Deserialize, Serialize};
+use yawrig_core::record::Called;
+use yawrig_text::quoted;
 
 /// Fewer samples than this hold no three cycles at any rate: the fastest mode (4.2 Hz) at 20 Hz has 14.
 pub(super) const FEWEST_SAMPLES: usize = 10;
@@ -21,6 +23,18 @@ pub enum TimeUnit {
     Samples,
 }
 
+impl TimeUnit {
+    /// As it is typed.
+    fn name(self) -> &'static str {
+        match self {
+            Self::S => "s",
+            Self::Ms => "ms",
+            Self::Us => "us",
+            Self::Samples => "samples",
+        }
+    }
+}
+
 /// Which channels are meant, where their names do not say so.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -37,6 +51,9 @@ pub struct Selection {
     /// Of its numbers.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+    /// What the motion is called.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<Called>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_unit: Option<TimeUnit>,
     /// Samples a second, where there is no time.
@@ -55,6 +72,25 @@ impl Selection {
         Times { from_s: self.from_s, to_s: self.to_s }
     }
 
+    /// The flags that say it, each behind a blank.
+    pub fn typed(&self) -> String {
+        let Self { time, yaw, quantity, unit, motion, time_unit, rate_hz, .. } = self;
+        let mut out = String::new();
+        let mut say = |flag: &str, value: Option<String>| {
+            if let Some(value) = value {
+                out.push_str(&format!(" --{flag} {}", quoted(&value)));
+            }
+        };
+        say("quantity", quantity.map(|q| q.name().to_owned()));
+        say("unit", unit.clone());
+        say("motion", motion.map(|motion| motion.name().to_owned()));
+        say("yaw", yaw.clone());
+        say("time", time.clone());
+        say("time-unit", time_unit.map(|unit| unit.name().to_owned()));
+        say("rate-hz", rate_hz.map(|hz| hz.to_string()));
+        out
+    }
+
     /// Whether nothing is said.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
@@ -71,6 +107,7 @@ impl Selection {
             yaw: text(&self.yaw, &kept.yaw),
             quantity: self.quantity.or(of_channel.quantity),
             unit: text(&self.unit, &of_channel.unit),
+            motion: self.motion.or(kept.motion),
             time_unit: self.time_unit.or(kept.time_unit),
             rate_hz: self.rate_hz.or(kept.rate_hz),
             from_s: self.from_s,

@@ -23,7 +23,7 @@ pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<CampaignDiagno
 pub fn diagnose_with_fits(file: &CampaignFile, options: &Options) -> Result<DiagnosedCampaign> {
     let read = |index: usize| {
         interrupt::check()?;
-        yawrig_records::read(&file.record_path(index))
+        file.record(index)
     };
     let releases = 0..file.campaign.release.len();
     let records: Vec<Result<Record>> = releases.into_par_iter().map(read).collect();

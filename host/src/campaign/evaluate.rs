@@ -27,7 +27,7 @@ pub fn looked_at(
 ) -> Result<Vec<Result<(Identified, Facts)>>> {
     let one = |index: usize| {
         interrupt::check()?;
-        let record = yawrig_records::read(&file.record_path(index))?;
+        let record = file.record(index)?;
         let found = identify(&record)?;
         let wn = found.natural_frequency_rad_s.value;
         let facts = Facts::of(&record, found.from_s, found.to_s, wn);
@@ -78,7 +78,7 @@ pub fn table(
     let validate = |index: usize| {
         interrupt::check()?;
         let Some(modal) = &responses[index] else { return Ok(None) };
-        let record = yawrig_records::read(&file.record_path(index))?;
+        let record = file.record(index)?;
         let Identified { from_s, to_s, .. } = &identified[index];
         Ok(validation::mean_squared_error_deg2(&record, *from_s, *to_s, modal))
     };

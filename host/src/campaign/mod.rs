@@ -25,8 +25,9 @@ use toml::Spanned;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::derivatives::at::Value;
 use yawrig_core::derivatives::campaign::{Campaign, ReleaseEntry, SCHEMA_VERSION};
+use yawrig_core::record::Record;
 use yawrig_records::format::is_record;
-use yawrig_records::place;
+use yawrig_records::{place, Selection};
 
 /// A campaign with the path it was read from.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,6 +115,16 @@ impl CampaignFile {
     pub fn record_path(&self, index: usize) -> PathBuf {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         folder.join(&self.campaign.release[index].file)
+    }
+
+    /// The record of release `index`.
+    ///
+    /// # Errors
+    /// Exit 3 where it cannot be read.
+    pub fn record(&self, index: usize) -> Result<Record> {
+        let motion = self.campaign.motion;
+        let reading = Selection { motion, ..Selection::default() };
+        yawrig_records::read_selected(&self.record_path(index), &reading)
     }
 
     /// Line of the entry `field` of release `index`, or of the release where it is elsewhere.

@@ -77,6 +77,7 @@ pub fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
         },
         inertia: None,
         can: None,
+        motion: None,
         stiffness_n_per_m: Default::default(),
         accept: Vec::new(),
         release: release.collect(),

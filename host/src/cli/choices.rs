@@ -5,6 +5,7 @@ use crate::plan::Of;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::ValueEnum;
 use yawrig_core::identify::conventional;
+use yawrig_core::record::Called;
 use yawrig_records::{Quantity, TimeUnit};
 use yawrig_shared::axis::Axis;
 
@@ -65,6 +66,28 @@ impl From<QuantityChoice> for Quantity {
             QuantityChoice::Rate => Self::Rate,
             QuantityChoice::Acceleration => Self::Acceleration,
             QuantityChoice::Displacement => Self::Displacement,
+        }
+    }
+}
+
+/// What the motion is called.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MotionChoice {
+    Yaw,
+    Pitch,
+    Roll,
+    Pendulum,
+    Displacement,
+}
+
+impl From<MotionChoice> for Called {
+    fn from(chosen: MotionChoice) -> Self {
+        match chosen {
+            MotionChoice::Yaw => Self::Yaw,
+            MotionChoice::Pitch => Self::Pitch,
+            MotionChoice::Roll => Self::Roll,
+            MotionChoice::Pendulum => Self::Pendulum,
+            MotionChoice::Displacement => Self::Displacement,
         }
     }
 }

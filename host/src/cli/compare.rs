@@ -3,7 +3,6 @@
 use super::common::{bare, print_json, print_line, wrapped, EffectsArg, SCHEMA_VERSION};
 use super::model::{print_revision, revised, summary, JudgeArgs, DEFAULT};
 use super::releases::ReleaseArg;
-use super::units::sized;
 use crate::answer::{Answer, Drawn, OfRecord};
 use crate::model::appraisal::Appraisal;
 use crate::model::comparison::{compare, compare_records, Compared, Comparison};
@@ -11,6 +10,7 @@ use crate::model::document::is_model;
 use crate::model::model_fit::Recorded;
 use crate::model::revise::Revision;
 use crate::model::side_by_side::{side_by_side, Side};
+use crate::units::sized;
 use clap::Args;
 use serde_json::json;
 use std::collections::BTreeSet;
@@ -235,7 +235,7 @@ fn tables(a: &Appraisal, measurand: &Measurand) -> [comfy_table::Table; 6] {
     let (unit, of) = (measurand.unit(), measurand.coordinate_unit());
     let (residual, amplitude) = (format!("residual ({unit})"), format!("amplitude ({of})"));
     let (rate, moment) = (measurand.rate_unit(), measurand.parameter_unit("rad/s2"));
-    let moment = format!("missing moment ({moment})");
+    let (word, moment) = (measurand.word(), format!("missing moment ({moment})"));
     let mut windows = bare(&[&amplitude, "wn (rad/s)", "zeta"]);
     for w in &a.windows {
         windows.add_row([
@@ -247,8 +247,8 @@ fn tables(a: &Appraisal, measurand: &Measurand) -> [comfy_table::Table; 6] {
     [
         rows(["time (s)", &residual], time.collect()),
         rows([&amplitude, &residual], by_amplitude.collect()),
-        rows([&format!("rate at zero yaw ({rate})"), &moment], damping.collect()),
-        rows([&format!("yaw at zero rate ({of})"), &moment], stiffness.collect()),
+        rows([&format!("rate at zero {word} ({rate})"), &moment], damping.collect()),
+        rows([&format!("{word} at zero rate ({of})"), &moment], stiffness.collect()),
         rows(["frequency (Hz)", "share of the residual (%)"], frequency.collect()),
         windows,
     ]

@@ -122,8 +122,9 @@ impl Diagnose {
                 if self.judge.json {
                     return print_json(&object(&diagnosis, law.as_deref(), &files, seconds));
                 }
-                let text = diagnosis_text::of_record(&file, &diagnosis, model);
-                let measure = law::command(&[record.file], false);
+                let reading = self.release.selection()?;
+                let measure = law::command(&[record.file], &reading, false);
+                let text = diagnosis_text::of_record(&file, &diagnosis, model, &measure);
                 match law.and_then(|found| law::in_short(&found, &files, &measure)) {
                     Some(law) => print_line(&format!("{text}\n\n{law}")),
                     None => print_line(&text),

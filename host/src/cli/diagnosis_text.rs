@@ -2,7 +2,7 @@
 
 use super::common::bare;
 use super::model::{amplitude_rows, parameter};
-use super::units::sized;
+use crate::units::sized;
 use std::fmt::Write as _;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::diagnosis::campaign::{BeforeAndAfter, CampaignDiagnosis, HeldOut};
@@ -19,8 +19,8 @@ const BIC_OF_WHOLE: &str =
 const BIC_OF_PIECES: &str = "difference of BIC of pieces fitted each with its own state, an independent residual each half \
     cycle; `compare --effect` prints that of one fit to the whole record";
 
-/// The verdict on a record. `model`: what its effects were looked for beside.
-pub fn of_record(file: &str, d: &Diagnosis, model: &str) -> String {
+/// The verdict on a record. `model`: what its effects were looked for beside; `measure`: the command that measures its law.
+pub fn of_record(file: &str, d: &Diagnosis, model: &str, measure: &str) -> String {
     let measurand = &d.said.measurand();
     let verdict = verdict(d.status, &d.effects, model);
     let mut out = format!("{file}: {verdict}\n");
@@ -62,8 +62,7 @@ pub fn of_record(file: &str, d: &Diagnosis, model: &str) -> String {
     d.effects.iter().for_each(|effect| out.push_str(&card(effect.clone())));
     out.truncate(out.trim_end().len());
     if matches!(d.status, Status::Unexplained | Status::MostlyExplained) {
-        let _ =
-            write!(out, "\n\nwhat is left may be a law that can be measured: yawrig law {file}");
+        let _ = write!(out, "\n\nwhat is left may be a law that can be measured: {measure}");
     }
     out
 }

@@ -3,14 +3,16 @@
 use super::common::{bar, print, AnalysisArgs};
 use super::csv;
 use super::releases::ReleaseArg;
-use super::units::sized;
+use super::trials::Trials;
 use crate::answer::{self, Drawn, Progress};
 use crate::batch::{self, Answer, How, Object, Refused, Tally, SCHEMA_VERSION};
+use crate::units::sized;
 use clap::{Args, ValueEnum};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use yawrig_base::error::{Error, Result};
+use yawrig_base::files;
 use yawrig_core::identify::cycle::Cycle;
 use yawrig_core::identify::flag::Flag;
 use yawrig_core::identify::{identify, Identification, Method};
@@ -33,6 +35,9 @@ pub struct Identify {
     pub release: ReleaseArg,
     #[command(flatten)]
     pub analysis: AnalysisArgs,
+    /// Draw wn and zeta of all records against amplitude into this file
+    #[arg(long, value_name = "FILE.svg", conflicts_with_all = ["json", "csv", "jsonl", "out"])]
+    pub plot: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long, conflicts_with_all = ["jsonl", "out"])]
     pub json: bool,
@@ -71,6 +76,9 @@ impl Identify {
     pub fn run(&self) -> Result<()> {
         let settings = self.analysis.settings()?;
         let files = self.release.of(&expanded(&self.files)?)?;
+        if let Some(plot) = &self.plot {
+            files::check_writable(plot)?;
+        }
         let methods = self.method.methods();
         let selection = self.release.selection()?;
         let how = How { methods, settings: &settings, selection: &selection };
@@ -110,13 +118,25 @@ impl Identify {
             })?
         } else {
             let with_windows = files.len() == 1;
-            batch::in_order(&files, how, |answer| {
+            let mut trials = Trials::default();
+            let tally = batch::in_order(&files, how, |answer| {
                 complain(&answer);
-                match answer {
-                    Answer::Identified(found) => print(&table(&found, with_windows)),
-                    Answer::Refused(_) => Ok(()),
+                let Answer::Identified(found) = answer else { return Ok(()) };
+                trials.add(&found);
+                print(&table(&found, with_windows))
+            })?;
+            print(&trials.table())?;
+            if let Some(file) = self.plot.as_ref().filter(|_| tally.identified > 0) {
+                files::write_atomically(file, trials.svg()?.as_bytes())?;
+                if trials.not_drawn() > 0 {
+                    crate::say!(
+                        "{}: without the last {} records",
+                        file.display(),
+                        trials.not_drawn()
+                    );
                 }
-            })?
+            }
+            tally
         };
         if tally.refused > 0 {
             let total = tally.refused + tally.identified;
@@ -217,7 +237,7 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
     let measurand = found.said.measurand();
     let quantity = match measurand.is_angle() {
         true => String::new(),
-        false => format!(": {} in {}", measurand.quantity(), measurand.unit()),
+        false => format!(": {} in {}", measurand.recorded(), measurand.unit()),
     };
     let _ = writeln!(
         text,

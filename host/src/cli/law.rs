@@ -3,10 +3,10 @@
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
 use super::model::amplitude_rows;
 use super::releases::ReleaseArg;
-use super::units::sized;
 use crate::answer::Answer;
 use crate::law::{found, found_in, File, Found};
 use crate::model::revise::quoted;
+use crate::units::sized;
 use clap::Args;
 use serde_json::json;
 use std::fmt::Write as _;
@@ -15,6 +15,7 @@ use yawrig_base::error::Result;
 use yawrig_core::law::names::Name;
 use yawrig_core::law::tables::Point;
 use yawrig_core::record::Record;
+use yawrig_records::Selection;
 
 /// Measure the law that a record shows: restoring moment over yaw angle, dissipation over yaw rate
 ///
@@ -46,12 +47,13 @@ pub struct Law {
 impl Law {
     pub fn run(&self) -> Result<()> {
         let given = self.release.of(&self.files)?;
-        let found = found(&given, &self.release.selection()?, !self.may_drive)?;
+        let reading = self.release.selection()?;
+        let found = found(&given, &reading, !self.may_drive)?;
         let files = written(&found, self.out.as_deref())?;
         if self.json {
             return print_json(&object(&found, &files));
         }
-        print_line(text(&found, &files, &command(&given, self.may_drive)).trim_end())
+        print_line(text(&found, &files, &command(&given, &reading, self.may_drive)).trim_end())
     }
 }
 
@@ -90,9 +92,10 @@ pub(super) fn written(found: &Found, folder: Option<&Path>) -> Result<Vec<PathBu
 }
 
 /// The command that measures the law of `files`.
-pub(super) fn command(files: &[PathBuf], may_drive: bool) -> String {
+pub(super) fn command(files: &[PathBuf], reading: &Selection, may_drive: bool) -> String {
     let files: Vec<String> = files.iter().map(|f| quoted(&f.display().to_string())).collect();
-    format!("yawrig law {}{}", files.join(" "), if may_drive { " --may-drive" } else { "" })
+    let driven = if may_drive { " --may-drive" } else { "" };
+    format!("yawrig law {}{}{driven}", files.join(" "), reading.typed())
 }
 
 /// What takes the best formula into a model: of its file, or, where none is written, with the command that writes it.
@@ -169,12 +172,9 @@ pub(super) fn object(found: &Found, files: &[PathBuf]) -> serde_json::Value {
 
 fn text(found: &Found, files: &[PathBuf], measure: &str) -> String {
     let Found { file, measured, names, measurand, .. } = found;
-    let what = match measurand.is_of_angle() {
-        true => "yaw angle and yaw rate",
-        false => "displacement and rate",
-    };
+    let (coordinate, rate) = (measurand.coordinate(), measurand.rate());
     let mut out = format!(
-        "{}: a law of {what}, beside wn {} rad/s and zeta {} at rest ({} {})\n",
+        "{}: a law of {coordinate} and {rate}, beside wn {} rad/s and zeta {} at rest ({} {})\n",
         match found.records {
             1 => file.display().to_string(),
             n => format!("{n} records, the largest {}", file.display()),
@@ -205,7 +205,11 @@ fn text(found: &Found, files: &[PathBuf], measure: &str) -> String {
     let (of, per_s) = (measurand.coordinate_unit(), measurand.rate_unit());
     let moment = measurand.parameter_unit("rad/s2");
     for (title, at, points) in [
-        (format!("restoring moment K ({moment})"), format!("yaw ({of})"), measured.stiffness()),
+        (
+            format!("restoring moment K ({moment})"),
+            format!("{} ({of})", measurand.word()),
+            measured.stiffness(),
+        ),
         (format!("dissipation D ({moment})"), format!("rate ({per_s})"), measured.damping()),
     ] {
         if points.iter().all(|p| p.moment_rad_s2.value == 0.0) {
@@ -272,7 +276,9 @@ pub(super) fn in_short(found: &Found, files: &[PathBuf], measure: &str) -> Optio
         return None;
     }
     let mut out = format!(
-        "as a law of yaw angle and yaw rate: residual over noise {:.3} -> {:.3}, held out {:.3}",
+        "as a law of {} and {}: residual over noise {:.3} -> {:.3}, held out {:.3}",
+        found.measurand.coordinate(),
+        found.measurand.rate(),
         measured.plain_residual_over_noise,
         measured.residual_over_noise,
         measured.held_out_over_noise

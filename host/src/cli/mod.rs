@@ -35,8 +35,8 @@ mod simulated;
 mod story;
 mod study;
 mod train;
+mod trials;
 mod typeset;
-mod units;
 mod workbench;
 
 use crate::answer::{Answer, Progress};

@@ -1,10 +1,10 @@
 //! What the verbs of the model have in common: which model, and what they print.
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
-use super::units::sized;
 use crate::model::appraisal::{Appraisal, RecordAppraisal};
 use crate::model::journal::Residuals;
 use crate::model::revise::{quoted, Asked, Revision};
+use crate::units::sized;
 use clap::Args;
 use serde::Serialize;
 use std::fmt::Write as _;

@@ -1,6 +1,6 @@
 //! `--release N|all`, `--from-s`, `--to-s`: which part of a record; `--quantity`, `--yaw` and their like: how it is read.
 
-use super::choices::{ClockUnit, QuantityChoice};
+use super::choices::{ClockUnit, MotionChoice, QuantityChoice};
 use super::common::within;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -33,6 +33,9 @@ pub struct ReadingArgs {
     /// What it is in, where the file does not say it: deg, rad/s, mm, V, ...
     #[arg(long, value_name = "UNIT")]
     unit: Option<String>,
+    /// What the motion is called in tables, plots and reports [default: yaw; of a displacement: displacement]
+    #[arg(long, value_enum)]
+    motion: Option<MotionChoice>,
     /// Channel of it, by its name or number, or an expression of channels such as 'atan2(x, -y)' [default: the one whose
     /// name says it]
     #[arg(long, value_name = "NAME")]
@@ -72,7 +75,7 @@ impl ReleaseArg {
     /// # Errors
     /// Exit 2 for a rate that no record has.
     pub fn selection(&self) -> Result<Selection> {
-        let ReadingArgs { quantity, unit, yaw, time, time_unit, rate_hz } = &self.reading;
+        let ReadingArgs { quantity, unit, motion, yaw, time, time_unit, rate_hz } = &self.reading;
         if let Some(rate_hz) = rate_hz {
             within("--rate-hz", *rate_hz, 20.0, 10_000.0)?;
         }
@@ -81,6 +84,7 @@ impl ReleaseArg {
             yaw: yaw.clone(),
             quantity: quantity.map(Into::into),
             unit: unit.clone(),
+            motion: motion.map(Into::into),
             time_unit: time_unit.map(Into::into),
             rate_hz: *rate_hz,
             ..Selection::default()

@@ -153,6 +153,7 @@ fn trace_of(time_s: &[f64], yaw_deg: &[f64], first_sample: u32, made: &Made) -> 
     let response: Vec<f64> = yaw_deg.iter().zip(&residual).map(|(y, r)| y - r).collect();
     let from_release: Vec<f64> = time_s.iter().map(|t| t - released_s).collect();
     Some(Trace {
+        said: Default::default(),
         time_s: drawn::times(&from_release, TRACE_VALUES),
         measured_deg: drawn::decimated(yaw_deg, TRACE_VALUES),
         models: vec![ModelTrace {

@@ -10,6 +10,7 @@ use yawrig_base::files;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::diagnosis::amplitude::{AmplitudePicture, AmplitudePoint};
 use yawrig_core::quantity::Quantity;
+use yawrig_core::record::Said;
 use yawrig_link::follow::flag_names;
 use yawrig_rig::Truth;
 use yawrig_shared::wire::Measured;
@@ -128,12 +129,16 @@ fn release(made: &Made) -> ReleaseReport {
         samples: made.trace.as_ref().map_or(0, |t| t.of),
         rate_hz: f64::from(yawrig_shared::window::SAMPLE_RATE_HZ),
         noise_rms_deg: None,
+        said: Said::default(),
         residual_over_noise: Vec::new(),
         estimates: if made.windows.is_empty() { Vec::new() } else { vec![estimate] },
         truth: Some([made.truth.natural_frequency_rad_s, made.truth.damping_ratio]),
         trace: made.trace.clone(),
-        amplitude: (!measured.is_empty())
-            .then(|| AmplitudePicture { measured, predictions: Vec::new() }),
+        amplitude: (!measured.is_empty()).then(|| AmplitudePicture {
+            said: Said::default(),
+            measured,
+            predictions: Vec::new(),
+        }),
         at_amplitude: Vec::new(),
         criticism: None,
     }

@@ -188,12 +188,14 @@ fn warn_of_zero(current: &Current, data: &Data) {
     for (recorded, fit) in data.fitted.iter().zip(&free.fit.fits) {
         let zero = fit.sensor_zero_rad().filter(|zero| !zero.holds(0.0, 3.0));
         let Some(zero) = zero else { continue };
+        let measurand = &recorded.decay.measurand;
         crate::say!(
-            "yawrig: warning: {}: the model rests at {} deg, off the sensor's zero, and the effects may only make up for \
+            "yawrig: warning: {}: the model rests at {} {}, off the sensor's zero, and the effects may only make up for \
              that (difference of BIC of a free zero {} them: {gain:.1}). Where the sensor's zero is not known, compare with \
              --unknown-zero; where it is, a constant moment is the cause: --effect {}",
             recorded.path.display(),
-            Quantity::new(zero.value.to_degrees(), zero.u.to_degrees()),
+            Quantity::new(measurand.shown(zero.value), measurand.shown(zero.u)),
+            measurand.unit(),
             if free.model.effects.is_empty() { "in place of" } else { "beside" },
             Effect::of_rest(),
         );

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::Effect;
+use yawrig_core::record::Said;
 use yawrig_records::format::is_record;
 use yawrig_records::place::is_standard_input;
 use yawrig_records::Selection;
@@ -22,6 +23,8 @@ pub const SCHEMA_VERSION: u32 = 1;
 pub struct Model {
     /// The sensor's zero is not known and is fitted, to each record its own.
     pub unknown_zero: bool,
+    /// What its records hold, where that is no angle in deg.
+    pub recorded: Said,
     pub records: Vec<RecordEntry>,
     /// Natural frequency and damping under each condition that a fitted record was made under.
     pub modal: BTreeMap<String, ModalEntry>,

@@ -139,7 +139,7 @@ impl Data {
     /// `model` of what the records show: where that is no angle, their sensor's zero is its own.
     pub fn seen(&self, model: Model) -> Model {
         let unknown_zero = model.unknown_zero || !self.measurand().shows_rest();
-        Model { unknown_zero, ..model }
+        Model { unknown_zero, recorded: self.measurand().said(), ..model }
     }
 
     /// Whether the records can show `effect`.
@@ -376,6 +376,15 @@ pub fn updated(model: &Model, data: &Data, fit: &JointFit) -> Model {
 /// Exit 3 where the model has no values yet.
 pub fn held_against(model: &Model, recorded: &Recorded, share: f64) -> Result<Fitted> {
     let decay = &recorded.decay;
+    let of = model.recorded.measurand();
+    if !model.effects.is_empty() && of.coordinate_unit() != decay.measurand.coordinate_unit() {
+        let (path, unit) = (recorded.path.display(), decay.measurand.coordinate_unit());
+        let what =
+            format!("{path}: its motion is in {unit}, and the model's in {}", of.coordinate_unit());
+        return Err(
+            Error::data(what).help("its effects are per unit of that: make a model of this record")
+        );
+    }
     let count = ((share * decay.yaw_rad.len() as f64) as usize).max(2);
     let modal = model.modal.get(&recorded.entry.condition).copied().unwrap_or_default();
     let mut limits: Vec<Limit> = Vec::new();

@@ -15,6 +15,7 @@ use toml::Spanned;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::{Effect, Knots, Line, MeasuredLaw, Part, MEASURED_LAW, MOST_OWN};
 use yawrig_core::plan::Can;
+use yawrig_core::record::{Measurand, Said};
 use yawrig_expression::is_file;
 use yawrig_records::Selection;
 use yawrig_shared::axis::Axis;
@@ -32,6 +33,8 @@ struct RawModel {
     _schema_version: u32,
     #[serde(default)]
     unknown_zero: bool,
+    #[serde(default)]
+    recorded: Said,
     #[serde(default)]
     record: Vec<Spanned<RawRecord>>,
     #[serde(default)]
@@ -210,7 +213,7 @@ impl Reader<'_> {
                 let what = format!("{id} is in the model twice");
                 return Err(self.error(&entry.id.span(), what).help("delete one [[effect]]"));
             }
-            let effect = self.effect(entry)?;
+            let effect = self.effect(entry, &raw.recorded.measurand())?;
             if raw.unknown_zero && effect.effect.moves_rest() {
                 let what = format!(
                     "{id} beside unknown_zero: a constant moment cannot be distinguished from it"
@@ -224,7 +227,8 @@ impl Reader<'_> {
                 return Err(self.error(&entry.id.span(), what).help("take fewer at a time"));
             }
         }
-        Ok(Model { unknown_zero: raw.unknown_zero, records, modal, effects })
+        let RawModel { unknown_zero, recorded, .. } = raw;
+        Ok(Model { unknown_zero, recorded, records, modal, effects })
     }
 
     fn record(&self, entry: &Spanned<RawRecord>) -> Result<RecordEntry> {
@@ -279,7 +283,7 @@ impl Reader<'_> {
         Ok(entry)
     }
 
-    fn effect(&self, raw: &RawEffect) -> Result<EffectEntry> {
+    fn effect(&self, raw: &RawEffect, measurand: &Measurand) -> Result<EffectEntry> {
         let id = raw.id.get_ref();
         let effect = match &raw.definition {
             Some(definition) => {
@@ -314,8 +318,8 @@ impl Reader<'_> {
                 return Err(self.error(&name.span(), what).help(help));
             };
             let p = &known[at];
-            let law =
-                Law { name: format!("{effect}.{}", p.name), unit: &p.unit, min: p.min, max: p.max };
+            let unit = &effect.unit_in(measurand, &p.name);
+            let law = Law { name: format!("{effect}.{}", p.name), unit, min: p.min, max: p.max };
             entry.parameters[at] = self.parameter(parameter, &law)?;
         }
         let numbers = || entry.parameters.iter().enumerate();

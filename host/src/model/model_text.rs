@@ -6,7 +6,6 @@ use toml_edit::{
 };
 use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::{Effect, MeasuredLaw, Part};
-use yawrig_records::Selection;
 
 const HEADER: &str = "\
 # Second-order model of the yaw motion, b'' = -2 zeta wn r - wn^2 b, and the effects added to it; angles in rad,
@@ -29,6 +28,10 @@ impl Model {
         let root = document.as_table_mut();
         put(root, "schema_version", i64::from(SCHEMA_VERSION));
         put(root, "unknown_zero", self.unknown_zero);
+        match self.recorded.is_none() {
+            true => drop(root.remove("recorded")),
+            false => put(root, "recorded", Value::InlineTable(as_told(&self.recorded))),
+        }
         self.write_records(tables(root, "record"));
         self.write_modal(sub_table(root, "modal", true));
         self.write_effects(tables(root, "effect"));
@@ -72,7 +75,8 @@ impl Model {
             }
             let parameters = sub_table(table, "parameters", false);
             for (known, value) in entry.effect.parameters().iter().zip(&entry.parameters) {
-                value.write(parameters, &known.name, &known.unit);
+                let unit = entry.effect.unit_in(&self.recorded.measurand(), &known.name);
+                value.write(parameters, &known.name, &unit);
             }
         }
     }
@@ -119,10 +123,10 @@ impl RecordEntry {
     }
 }
 
-/// As `records.toml` has it.
-fn as_told(reading: &Selection) -> InlineTable {
+/// As a file has it whose entries these are.
+fn as_told(entries: &impl serde::Serialize) -> InlineTable {
     let told: DocumentMut =
-        toml::to_string(reading).unwrap_or_default().parse().unwrap_or_default();
+        toml::to_string(entries).unwrap_or_default().parse().unwrap_or_default();
     told.as_table().clone().into_inline_table()
 }
 

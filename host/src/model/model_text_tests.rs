@@ -1,6 +1,7 @@
 use super::*;
 use crate::model::document::{EffectEntry, ModalEntry};
 use std::path::Path;
+use yawrig_records::Selection;
 
 fn sample() -> Model {
     let mut modal = ModalEntry::default();
@@ -14,6 +15,12 @@ fn sample() -> Model {
     let record = RecordEntry {
         file: "releases/a.csv".into(),
         condition: "releases/a".into(),
+        reading: Selection {
+            quantity: Some(yawrig_records::Quantity::Rate),
+            unit: Some("rad/s".into()),
+            yaw: Some("gyro z".into()),
+            ..Selection::default()
+        },
         held_out: false,
         made_under: None,
         crc32: None,
@@ -21,6 +28,7 @@ fn sample() -> Model {
     };
     Model {
         unknown_zero: false,
+        recorded: yawrig_core::record::Measurand::linear(Default::default(), "mm").said(),
         records: vec![record],
         modal: [("releases/a".to_string(), modal)].into(),
         effects: vec![friction, EffectEntry::unfitted(Effect::HarmonicForcing)],

@@ -213,7 +213,7 @@ pub fn residual(trace: &Trace) -> Chart {
         plots: vec![Plot {
             title: "Residual: measured less model".to_owned(),
             x: Axis::linear("time from the release (s)"),
-            y: Axis::linear("residual (deg)"),
+            y: Axis::linear(format!("residual ({})", trace.said.measurand().unit())),
             curves: trace.models.iter().map(curve).collect(),
         }],
     }
@@ -222,10 +222,12 @@ pub fn residual(trace: &Trace) -> Chart {
 /// Natural frequency, damping ratio and mid-line against amplitude, with what each model predicts.
 pub fn amplitude(picture: &AmplitudePicture, truth: Option<[f64; 2]>) -> Chart {
     type Of = fn(&AmplitudePoint) -> Quantity;
+    let measurand = picture.said.measurand();
+    let mid_line = format!("mid-line ({})", measurand.unit());
     let all: [(&str, &str, Of); 3] = [
         ("Natural frequency", "wn (rad/s)", |p| p.natural_frequency_rad_s),
         ("Damping ratio", "zeta", |p| p.damping_ratio),
-        ("Mid-line", "mid-line (deg)", |p| p.midline_deg),
+        ("Mid-line", &mid_line, |p| p.midline_deg),
     ];
     let plot = |(k, (title, label, of)): (usize, (&str, &str, Of))| {
         let bar = |p: &AmplitudePoint| (p.amplitude_deg, of(p).value, 2.0 * of(p).u);
@@ -247,7 +249,7 @@ pub fn amplitude(picture: &AmplitudePicture, truth: Option<[f64; 2]>) -> Chart {
         let reach = about.map(bar).flat_map(|(_, value, bar)| [value - bar, value + bar]);
         Plot {
             title: format!("{title} against amplitude"),
-            x: Axis::linear("amplitude (deg)").over(ends),
+            x: Axis::linear(format!("amplitude ({})", measurand.coordinate_unit())).over(ends),
             y: Axis::linear(label).over(reach.chain(second_order.map(|p| of(p).value))),
             curves,
         }
@@ -280,24 +282,28 @@ pub fn laws(criticism: &Criticism) -> Option<Chart> {
     if damping.iter().chain(&stiffness).all(|c| c.points.is_empty()) {
         return None;
     }
+    let measurand = criticism.said.measurand();
+    let moment = format!("moment / Izz ({})", measurand.parameter_unit("rad/s²"));
+    let (word, rate) = (measurand.word(), measurand.rate());
+    let (of, per_s) = (measurand.coordinate_unit(), measurand.rate_unit());
     Some(Chart {
         name: "laws",
         caption: format!(
-            "The moment over the inertia that each model lacks in {}, bars of two standard uncertainties: at zero yaw \
+            "The moment over the inertia that each model lacks in {}, bars of two standard uncertainties: at zero {word} \
              (the damping law) and at zero rate (the stiffness law).",
             criticism.where_file
         ),
         plots: vec![
             Plot {
-                title: "Missing moment at zero yaw".to_owned(),
-                x: Axis::linear("yaw rate (deg/s)"),
-                y: Axis::linear("moment / Izz (rad/s²)"),
+                title: format!("Missing moment at zero {word}"),
+                x: Axis::linear(format!("{rate} ({per_s})")),
+                y: Axis::linear(&moment),
                 curves: damping,
             },
             Plot {
                 title: "Missing moment at zero rate".to_owned(),
-                x: Axis::linear("yaw (deg)"),
-                y: Axis::linear("moment / Izz (rad/s²)"),
+                x: Axis::linear(format!("{word} ({of})")),
+                y: Axis::linear(&moment),
                 curves: stiffness,
             },
         ],

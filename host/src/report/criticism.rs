@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use yawrig_core::diagnosis::diagnose;
 use yawrig_core::effects::Effect;
 use yawrig_core::quantity::Quantity;
+use yawrig_core::record::Measurand;
 
 /// The name of the model that a diagnosis begins with.
 pub const SECOND_ORDER: &str = "second order";
@@ -31,16 +32,24 @@ pub fn candidates(candidates: &[diagnose::Candidate]) -> Vec<CandidateRow> {
 }
 
 /// `effects` with their numbers, which stand under `effect.name`.
-pub fn effects(effects: &[Effect], values: &BTreeMap<String, Quantity>) -> Vec<EffectFound> {
-    effects.iter().map(|effect| found(effect.clone(), values)).collect()
+pub fn effects(
+    measurand: &Measurand,
+    effects: &[Effect],
+    values: &BTreeMap<String, Quantity>,
+) -> Vec<EffectFound> {
+    effects.iter().map(|effect| found(measurand, effect.clone(), values)).collect()
 }
 
-fn found(effect: Effect, values: &BTreeMap<String, Quantity>) -> EffectFound {
+fn found(
+    measurand: &Measurand,
+    effect: Effect,
+    values: &BTreeMap<String, Quantity>,
+) -> EffectFound {
     let parameters = effect.parameters().iter().filter_map(|p| {
         let quantity = values.get(&format!("{effect}.{}", p.name))?;
         Some(ParameterRow {
             name: p.name.to_string(),
-            unit: p.unit.to_string(),
+            unit: effect.unit_in(measurand, &p.name),
             value: quantity.value,
             u: Some(quantity.u).filter(|u| u.is_finite() && *u > 0.0),
         })

@@ -35,6 +35,7 @@ use yawrig_core::diagnosis::amplitude::AmplitudePicture;
 use yawrig_core::diagnosis::compare::Where;
 use yawrig_core::identify::AtAmplitude;
 use yawrig_core::quantity::Quantity;
+use yawrig_core::record::Said;
 use yawrig_shared::axis::Axis;
 use yawrig_shared::checksum::crc32;
 
@@ -218,6 +219,9 @@ pub struct ReleaseReport {
     pub samples: usize,
     pub rate_hz: f64,
     pub noise_rms_deg: Option<f64>,
+    /// What was recorded, where that is no angle in deg.
+    #[serde(default, skip_serializing_if = "Said::is_none")]
+    pub said: Said,
     /// Of the models in `trace`, in their order.
     pub residual_over_noise: Vec<f64>,
     pub estimates: Vec<Estimate>,
@@ -249,6 +253,9 @@ pub struct Estimate {
 /// What a second-order model lacks, and what was done about it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Criticism {
+    /// What was recorded, where that is no angle in deg.
+    #[serde(default, skip_serializing_if = "Said::is_none")]
+    pub said: Said,
     /// `adequate`, `explained`, `mostly_explained` or `unexplained`; none for a model's journal.
     pub status: Option<String>,
     /// What the effects account for and what is left; which were refused, and why.

@@ -94,7 +94,7 @@ pub fn of_table(table: &Table) -> Report {
 fn criticism(diagnosed: &DiagnosedCampaign) -> Criticism {
     let d = &diagnosed.diagnosis;
     let values = d.steps.last().map(|s| s.parameters.clone()).unwrap_or_default();
-    let mut effects = effects(&d.effects, &values);
+    let mut effects = effects(&d.said.measurand(), &d.effects, &values);
     for effect in &mut effects {
         let origin = d.origin.get(&effect.id).map(ToString::to_string);
         effect.origin = origin.zip(d.origin_reason.get(&effect.id).cloned()).map(|(a, b)| [a, b]);
@@ -106,6 +106,7 @@ fn criticism(diagnosed: &DiagnosedCampaign) -> Criticism {
         HeldOut::LaterPart => "the later part of each release",
     };
     Criticism {
+        said: d.said.clone(),
         status: Some(status(d.status)),
         sentences: Vec::new(),
         steps: steps(&d.steps, SECOND_ORDER),
@@ -126,7 +127,7 @@ fn release(
     index: usize,
 ) -> Result<ReleaseReport> {
     let entry = &file.campaign.release[index];
-    let record = yawrig_records::read(&file.record_path(index))?;
+    let record = file.record(index)?;
     let (decay, plain, last) =
         (&diagnosed.decays[index], &diagnosed.plain[index], &diagnosed.last[index]);
     let with = with_effects(last);

@@ -82,6 +82,7 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
         report.releases.push(drawn_release(&record, decay, &models, &models, numbers, release));
     }
     report.criticism = Some(Criticism {
+        said: appraisal.said.clone(),
         status: None,
         sentences: Vec::new(),
         steps: journal.steps.iter().filter_map(step).collect(),
@@ -90,7 +91,7 @@ pub fn of_model(path: &Path, made: Made) -> Result<Report> {
             false => "the records held out".to_owned(),
         },
         candidates: Vec::new(),
-        effects: effects(&appraisal.effects, &appraisal.parameters),
+        effects: effects(&appraisal.said.measurand(), &appraisal.effects, &appraisal.parameters),
         indistinguishable: Vec::new(),
         wheres,
         where_file: appraisal.where_file,

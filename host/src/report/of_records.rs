@@ -18,7 +18,7 @@ use yawrig_core::fit::at_amplitude::at_amplitudes;
 use yawrig_core::fit::fitting::{fit_plain_within, Fitted, Limit, Number, Structure};
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::identify::{self, identify, Method};
-use yawrig_core::record::Record;
+use yawrig_core::record::{Record, Said};
 use yawrig_records::Selection;
 
 /// Candidates whose prediction is drawn: the best of those that improve the fit.
@@ -175,12 +175,13 @@ fn release(
     let values_of = d.steps.last().map(|s| s.parameters.clone()).unwrap_or_default();
     let wheres = models.iter().map(|(n, m)| ((*n).to_owned(), locate(decay, m))).collect();
     let criticism = Criticism {
+        said: d.said.clone(),
         status: Some(status(d.status)),
         sentences: d.sentence.as_deref().map(capital).into_iter().chain(d.refusals()).collect(),
         steps: steps(&d.steps, SECOND_ORDER),
         held_out: LATER_PART.to_owned(),
         candidates: candidates(&d.candidates),
-        effects: effects(&d.effects, &values_of),
+        effects: effects(&d.said.measurand(), &d.effects, &values_of),
         indistinguishable: pairs(&d.indistinguishable),
         wheres,
         where_file: record.file.display().to_string(),
@@ -221,6 +222,7 @@ pub(super) fn blank(name: String) -> ReleaseReport {
         samples: 0,
         rate_hz: 0.0,
         noise_rms_deg: None,
+        said: Said::default(),
         residual_over_noise: Vec::new(),
         estimates: Vec::new(),
         truth: None,
@@ -243,7 +245,8 @@ pub(super) fn drawn_release(
     ReleaseReport {
         samples: record.len(),
         rate_hz: record.timing().rate_hz,
-        noise_rms_deg: Some(decay.sample_noise_rad.to_degrees()),
+        noise_rms_deg: Some(decay.measurand.shown(decay.sample_noise_rad)),
+        said: decay.measurand.said(),
         residual_over_noise: models.iter().map(|(_, m)| m.over_noise(decay)).collect(),
         trace: Some(trace::of(decay, models, values(numbers, 2 + 2 * models.len()))),
         amplitude: Some(picture(decay, predicted)),

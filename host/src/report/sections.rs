@@ -8,6 +8,7 @@ use super::table::table;
 use super::trust::{budget, doubts, springs};
 use super::{Criticism, EffectFound, Estimate, PointReport, ReleaseReport, Report};
 use crate::plot::Plot;
+use crate::units::sized;
 use std::fmt::Write as _;
 use yawrig_base::error::Result;
 use yawrig_core::derivatives::at::At;
@@ -157,12 +158,13 @@ fn lacking(c: &Criticism) -> Result<String> {
         let row = |s: &super::StaircaseStep| {
             [
                 escaped(&s.name),
-                format!("{:.5}", s.residual_rms_deg),
+                sized(&c.said.measurand(), s.residual_rms_deg, 5),
                 format!("{:.4}", s.residual_over_noise),
                 format!("{:.4}", s.held_out_over_noise),
             ]
         };
-        let header = ["model", "residual rms (deg)", "residual / noise", "held out / noise"];
+        let residual = format!("residual rms ({})", c.said.measurand().unit());
+        let header = ["model", &residual, "residual / noise", "held out / noise"];
         out.push_str(&table(&header, 1, c.steps.iter().map(row)));
     }
     for effect in &c.effects {
@@ -229,14 +231,14 @@ fn card(e: &EffectFound) -> String {
     out
 }
 
-/// Header of the table of releases.
+/// Header of the table of releases; UNIT is that of their records.
 const HEADER: [&str; 9] = [
     "release",
     "method",
     "wn (rad/s)",
     "zeta",
-    "residual rms (deg)",
-    "noise (deg)",
+    "residual rms (UNIT)",
+    "noise (UNIT)",
     "residual / noise",
     "wn planted",
     "zeta planted",
@@ -247,7 +249,14 @@ fn releases(report: &Report) -> Result<String> {
     if all.is_empty() {
         return Ok(String::new());
     }
-    let mut out = conditions::pictures(all) + &table(&HEADER, 2, all.iter().flat_map(rows));
+    let unit = all[0].said.measurand();
+    let unit = match all.iter().all(|release| release.said.measurand() == unit) {
+        true => unit.unit(),
+        false => "its unit",
+    };
+    let header = HEADER.map(|name| name.replace("UNIT", unit));
+    let header = header.each_ref().map(String::as_str);
+    let mut out = conditions::pictures(all) + &table(&header, 2, all.iter().flat_map(rows));
     // Each remark once, with all that it is about.
     let mut remarks: Vec<(&String, Vec<String>)> = Vec::new();
     for release in all {
@@ -299,14 +308,16 @@ fn rows(release: &ReleaseReport) -> Vec<[String; HEADER.len()]> {
         false => escaped(&release.name),
     };
     let digits = |x: Option<f64>, n: usize| x.map_or_else(dash, |x| format!("{x:.n$}"));
+    let measurand = release.said.measurand();
+    let read = |x: Option<f64>, n: usize| x.map_or_else(dash, |x| sized(&measurand, x, n));
     let row = |e: Option<&Estimate>| {
         [
             name.clone(),
             e.map_or_else(dash, |e| escaped(&e.method)),
             shown(e.map(|e| e.natural_frequency_rad_s)),
             shown(e.map(|e| e.damping_ratio)),
-            digits(e.and_then(|e| e.residual_rms_deg), 5),
-            digits(release.noise_rms_deg, 4),
+            read(e.and_then(|e| e.residual_rms_deg), 5),
+            read(release.noise_rms_deg, 4),
             digits(
                 e.and_then(|e| e.residual_over_noise)
                     .or(release.residual_over_noise.last().copied()),
@@ -340,9 +351,10 @@ fn drawn(release: &ReleaseReport, index: usize, open: bool, room: usize) -> Resu
             out,
             "<figure class=\"live\" data-release=\"{index}\"><div class=\"plots\"></div>\
              <noscript><p>The overlay is drawn by a script of this page, which is switched off.</p></noscript>\
-             <figcaption>Measured yaw and models above, measured less model below; means over a fiftieth of a period, \
+             <figcaption>Measured {} and models above, measured less model below; means over a fiftieth of a period, \
              as the fits see them, of {} samples at {} Hz. {drawn} Drag to zoom, double click for all.</figcaption>\
              </figure>",
+            trace.said.measurand().word(),
             release.samples,
             (release.rate_hz * 1e3).round() / 1e3
         );
@@ -351,11 +363,13 @@ fn drawn(release: &ReleaseReport, index: usize, open: bool, room: usize) -> Resu
     if let Some(picture) = &release.amplitude {
         out.push_str(&figure(&charts::amplitude(picture, release.truth))?);
     }
+    let measurand = release.said.measurand();
     let rows = release.at_amplitude.iter().map(|at| {
         let [wn, zeta] = [at.natural_frequency_rad_s, at.damping_ratio].map(quantity);
-        [format!("{:.4}", at.amplitude_deg), wn, zeta]
+        [sized(&measurand, at.amplitude_deg, 4), wn, zeta]
     });
-    let header = ["amplitude (deg)", "wn (rad/s)", "zeta"];
+    let amplitude = format!("amplitude ({})", measurand.coordinate_unit());
+    let header = [&amplitude, "wn (rad/s)", "zeta"];
     if !release.at_amplitude.is_empty() {
         out.push_str("<p>A cycle begun at rest at each amplitude:</p>\n");
         out.push_str(&table(&header, 0, rows));

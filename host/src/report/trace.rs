@@ -4,10 +4,14 @@ use crate::drawn::{decimated, times};
 use serde::{Deserialize, Serialize};
 use yawrig_core::fit::fitting::Fitted;
 use yawrig_core::fit::free_decay::FreeDecay;
+use yawrig_core::record::Said;
 
 /// A free decay with what models make of it. Times from the release.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trace {
+    /// What was recorded, where that is no angle in deg.
+    #[serde(default, skip_serializing_if = "Said::is_none")]
+    pub said: Said,
     pub time_s: Vec<f64>,
     pub measured_deg: Vec<f64>,
     pub models: Vec<ModelTrace>,
@@ -35,7 +39,8 @@ pub fn values(numbers: usize, curves: usize) -> usize {
 /// many stretches, in the order in which they come.
 pub fn of(decay: &FreeDecay, models: &[(&str, &Fitted)], most: usize) -> Trace {
     let time_s: Vec<f64> = (0..decay.yaw_rad.len()).map(|k| decay.grid.time_s(k)).collect();
-    let degrees = |rad: &[f64]| -> Vec<f64> { rad.iter().map(|y| y.to_degrees()).collect() };
+    let degrees =
+        |rad: &[f64]| -> Vec<f64> { rad.iter().map(|y| decay.measurand.shown(*y)).collect() };
     let measured = degrees(&decay.yaw_rad);
     let models = models.iter().map(|(name, model)| {
         let yaw = degrees(&model.readings(&decay.grid));
@@ -47,6 +52,7 @@ pub fn of(decay: &FreeDecay, models: &[(&str, &Fitted)], most: usize) -> Trace {
         }
     });
     Trace {
+        said: decay.measurand.said(),
         models: models.collect(),
         time_s: times(&time_s, most),
         measured_deg: decimated(&measured, most),

@@ -16,6 +16,7 @@ use yawrig_core::law::estimate::{Curve, Measured};
 use yawrig_core::law::left::{Left, Over};
 use yawrig_core::law::tables::Point;
 use yawrig_core::motion::simulate::Motion;
+use yawrig_core::record::Measurand;
 
 /// Where the file of a formula is written that is added, beside the model.
 const FOLDER: &str = "found";
@@ -76,14 +77,19 @@ struct Cuts<'a> {
 
 impl<'a> Cuts<'a> {
     fn new(view: &'a View, law: &'a Curve) -> Self {
-        let zero_rad = view.fitted.sensor_zero_rad().map_or(0.0, |q| q.value);
+        // The zero of a rate is none of the angle's.
+        let zero = view.fitted.sensor_zero_rad().filter(|_| view.decay.measurand.shows_rest());
+        let zero_rad = zero.map_or(0.0, |q| q.value);
         Self { view, law, zero_rad }
     }
 
     /// Of `motion`, which rests at `rest_rad` on the sensor; `u` is that of stiffness and damping at each point.
     fn json(&self, motion: &Motion, rest_rad: f64, u: Option<[Vec<f64>; 2]>) -> Value {
+        let measurand = &self.view.decay.measurand;
+        let (shows_rest, shown) = (measurand.shows_rest(), |x: f64| measurand.shown(x));
         let present = self.view.fitted.motion();
         let missing = |sensor_rad: f64, rate_rad_s: f64| {
+            let rest_rad = if shows_rest { rest_rad } else { 0.0 };
             motion.acceleration_rad_s2(sensor_rad - rest_rad, rate_rad_s)
                 - present.acceleration_rad_s2(sensor_rad - self.zero_rad, rate_rad_s)
         };
@@ -92,15 +98,16 @@ impl<'a> Cuts<'a> {
         };
         let [of_yaw, of_rate] = u.map_or([None, None], |[a, b]| [Some(shorts(a)), Some(shorts(b))]);
         let rates = || grid(self.law.rate_rad_s);
-        let angles = || grid(self.law.yaw_rad).map(|b| b + self.law.rest_rad);
+        let rest_rad_of_law = if shows_rest { self.law.rest_rad } else { 0.0 };
+        let angles = || grid(self.law.yaw_rad).map(|b| b + rest_rad_of_law);
         json!({
             "damping_law": {
-                "rate_deg_s": shorts(rates().map(f64::to_degrees)),
+                "rate_deg_s": shorts(rates().map(shown)),
                 "moment_rad_s2": shorts(rates().map(|r| missing(self.zero_rad, r))),
                 "u": of_rate,
             },
             "stiffness_law": {
-                "yaw_deg": shorts(angles().map(|s| (s - self.zero_rad).to_degrees())),
+                "yaw_deg": shorts(angles().map(|s| shown(s - self.zero_rad))),
                 "moment_rad_s2": shorts(angles().map(|s| missing(s, 0.0))),
                 "u": of_yaw,
             },
@@ -109,19 +116,27 @@ impl<'a> Cuts<'a> {
 }
 
 /// Lines with their axes, and a frequency that is spoken of, Hz.
-fn left(left: &Left, frequency_rad_s: Option<f64>) -> Value {
+fn left(measurand: &Measurand, left: &Left, frequency_rad_s: Option<f64>) -> Value {
     let hz = |w_rad_s: f64| w_rad_s / std::f64::consts::TAU;
-    let same = |value: f64| value;
-    type Unit = fn(f64) -> f64;
-    let (x_label, x_unit, y_label, y_unit): (_, Unit, _, Unit) = match left.over {
-        Over::Time => ("time since the release (s)", same, "beyond the law (deg)", f64::to_degrees),
-        Over::Frequency => ("frequency (Hz)", hz, "share of power (%)", |share| 100.0 * share),
-        Over::Reading => {
-            ("yaw shown (deg)", f64::to_degrees, "beyond the law (deg)", f64::to_degrees)
+    let (same, percent) = (|value: f64| value, |share: f64| 100.0 * share);
+    let shown = |x: f64| measurand.shown(x);
+    type Unit<'a> = &'a dyn Fn(f64) -> f64;
+    let beyond = format!("beyond the law ({})", measurand.unit());
+    let (x_label, x_unit, y_label, y_unit): (String, Unit<'_>, String, Unit<'_>) = match left.over {
+        Over::Time => ("time since the release (s)".to_owned(), &same, beyond, &shown),
+        Over::Frequency => {
+            ("frequency (Hz)".to_owned(), &hz, "share of power (%)".to_owned(), &percent)
         }
-        Over::Turns => ("yaw angle (deg)", f64::to_degrees, "its moment (rad/s²)", same),
+        Over::Reading => {
+            (format!("{} shown ({})", measurand.word(), measurand.unit()), &shown, beyond, &shown)
+        }
+        Over::Turns => {
+            let of = format!("{} ({})", measurand.coordinate(), measurand.coordinate_unit());
+            let moment = format!("its moment ({})", measurand.parameter_unit("rad/s²"));
+            (of, &shown, moment, &same)
+        }
     };
-    let of = |values: &[f64], unit: Unit| shorts(values.iter().map(|v| unit(*v)));
+    let of = |values: &[f64], unit: Unit<'_>| shorts(values.iter().map(|v| unit(*v)));
     let line = |[x, y]: &[Vec<f64>; 2]| json!({"x": of(x, x_unit), "y": of(y, y_unit)});
     json!({
         "x_label": x_label, "y_label": y_label,
@@ -147,10 +162,12 @@ pub fn shown(app: &App, id: usize) -> Result<Value> {
         let of = |points: Vec<Point>| points.iter().map(|p| p.moment_rad_s2.u).collect::<Vec<_>>();
         [of(measured.total_stiffness()), of(measured.total_damping())]
     });
+    let measurand = view.as_deref().map(|v| v.decay.measurand.clone()).unwrap_or_default();
     let mut out = json!({
         "file": law.file.display().to_string(),
-        "yaw_deg": short(law.curve.yaw_rad.to_degrees()),
-        "rate_deg_s": short(law.curve.rate_rad_s.to_degrees()),
+        "yaw_deg": short(measurand.shown(law.curve.yaw_rad)),
+        "rate_deg_s": short(measurand.shown(law.curve.rate_rad_s)),
+        "units": [measurand.coordinate_unit().to_owned(), measurand.rate_unit()],
         "cuts": cuts.as_ref().map(|c| c.json(&law.curve.motion, law.curve.rest_rad, u)),
     });
     if let Some(m) = &law.measured {
@@ -182,7 +199,7 @@ pub fn shown(app: &App, id: usize) -> Result<Value> {
         "alike": found.alike(),
         "memory": found.memory(),
         "beside": found.beside(),
-        "left": found.left.as_ref().map(|l| left(l, found.names.beside.as_ref().and_then(|b| b.frequency_rad_s))),
+        "left": found.left.as_ref().map(|l| left(&measurand, l, found.names.beside.as_ref().and_then(|b| b.frequency_rad_s))),
         "remembers": found.names.memory.as_ref().map(|m| m.effect.id().to_owned()),
     });
     Ok(out)

@@ -12,6 +12,7 @@ use std::sync::Arc;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_core::effects::Effect;
+use yawrig_core::record::Measurand;
 use yawrig_expression::{self, OwnEffect, State};
 
 /// Form fields as typed.
@@ -156,16 +157,17 @@ pub fn preview(app: &Arc<App>, release: Option<usize>, form: &Form) -> Value {
         Ok(effect) => effect,
         Err(error) => return json!({"error": form.pointed(&error)}),
     };
-    let (wn, wind, yaw_max, rate_max) = {
+    let (measurand, wn, wind, yaw_max, rate_max) = {
         let session = app.session();
         let view = release.and_then(|id| session.view(id)).and_then(|view| view.as_ref().ok());
         match view {
             Some(view) => {
                 let wn = view.modal.natural_frequency_rad_s.value;
                 let yaw = view.decay.amplitude_rad;
-                (wn, view.decay.wind_speed_m_s, yaw, yaw * wn)
+                let measurand = view.decay.measurand.clone();
+                (measurand, wn, view.decay.wind_speed_m_s, yaw, yaw * wn)
             }
-            None => (7.5, 0.0, 0.26, 2.0),
+            None => (Measurand::default(), 7.5, 0.0, 0.26, 2.0),
         }
     };
     let law = |most: f64, at: &dyn Fn(f64) -> (f64, f64)| {
@@ -183,7 +185,7 @@ pub fn preview(app: &Arc<App>, release: Option<usize>, form: &Form) -> Value {
                 yaw_sign: sign(yaw_rad),
             };
             let moment = effect.program.evaluate(&state, &effect.starts);
-            out.0.push(x.to_degrees());
+            out.0.push(measurand.shown(x));
             out.1.push(Some(moment).filter(|m| m.is_finite()));
         }
         (shorts(out.0), shorts(out.1))

@@ -20,6 +20,7 @@ use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::Fitted;
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::quantity::Quantity;
+use yawrig_core::record::Measurand;
 use yawrig_records::format;
 use yawrig_records::Selection;
 
@@ -75,11 +76,12 @@ pub fn curves(
         "whole_s": [first, last],
         "time_s": stretches.times_s().iter().map(|t| (t * 1e4).round() / 1e4).collect::<Vec<_>>(),
         "measured_deg": shorts(measured.drawn(&stretches)),
+        "units": units(&record.measurand),
     });
     if let Some(view) = &view {
         out["model_deg"] = json!(shorts(view.curves.model.drawn(&stretches)));
         out["residual_deg"] = json!(shorts(view.curves.residual.drawn(&stretches)));
-        out["noise_deg"] = json!(short(view.decay.noise_rad.to_degrees()));
+        out["noise_deg"] = json!(short(view.decay.measurand.shown(view.decay.noise_rad)));
         out["release_s"] = json!(short(view.decay.release_time_s));
     }
     if let Some(ghost) = &ghost {
@@ -89,6 +91,20 @@ pub fn curves(
         out["ghost_residual_deg"] = json!(shorts(ghost.curves.residual.drawn(&stretches)));
     }
     Ok(out)
+}
+
+/// The words and units of axes.
+fn units(measurand: &Measurand) -> Value {
+    json!({
+        "recorded": measurand.recorded(),
+        "unit": measurand.unit(),
+        "coordinate": measurand.coordinate(),
+        "word": measurand.word(),
+        "rate": measurand.rate(),
+        "of": measurand.coordinate_unit(),
+        "rate_unit": measurand.rate_unit(),
+        "moment": measurand.parameter_unit("rad/s²"),
+    })
 }
 
 fn find_ghost(session: &Session, id: usize, name: &str) -> Option<Arc<Ghost>> {
@@ -178,7 +194,7 @@ pub fn view(app: &App, id: usize, span: [Option<f64>; 2], ghost: Option<&str>) -
         "correlation": short(w.correlation),
         "correlation_of_white": short(w.correlation_of_white),
         "is_white": is_white,
-        "noise_rms_deg": short(decay.sample_noise_rad.to_degrees()),
+        "noise_rms_deg": short(decay.measurand.shown(decay.sample_noise_rad)),
         "residual_rms_deg": short(decay.raw_rms_deg(view.fitted.rms_rad())),
         "natural_frequency_rad_s": quantity(view.modal.natural_frequency_rad_s),
         "damping_ratio": quantity(view.modal.damping_ratio),

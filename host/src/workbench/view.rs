@@ -71,14 +71,12 @@ impl Curves {
         let clock = |grid: &Grid| {
             (0..grid.count).map(|k| decay.release_time_s + grid.time_s(k)).collect::<Vec<_>>()
         };
-        let degrees = |values: Vec<f64>| values.into_iter().map(f64::to_degrees).collect();
-        let residual = fitted.residuals.iter().map(|r| -r.to_degrees()).collect();
+        let shown = |x: f64| decay.measurand.shown(x);
+        let residual = fitted.residuals.iter().map(|r| -shown(*r)).collect();
+        let readings = fitted.readings(&fine).into_iter().map(shown).collect();
         let mut time_s = clock(&grid);
         time_s.truncate(fitted.residuals.len());
-        Self {
-            model: Series::new(clock(&fine), degrees(fitted.readings(&fine))),
-            residual: Series::new(time_s, residual),
-        }
+        Self { model: Series::new(clock(&fine), readings), residual: Series::new(time_s, residual) }
     }
 }
 
@@ -95,13 +93,13 @@ const MOST_STATES: usize = 2000;
 
 impl States {
     fn of(decay: &FreeDecay, fitted: &Fitted) -> Self {
-        let (yaw, rate) = fitted.motion().readings_and_rates(&decay.grid);
+        let (yaw, rate) = fitted.motion().of_angle().readings_and_rates(&decay.grid);
         let every = yaw.len().div_ceil(MOST_STATES).max(1);
         let chosen = || (0..yaw.len()).step_by(every);
         Self {
             time_s: chosen().map(|k| decay.release_time_s + decay.grid.time_s(k)).collect(),
-            yaw_deg: chosen().map(|k| yaw[k].to_degrees()).collect(),
-            rate_deg_s: chosen().map(|k| rate[k].to_degrees()).collect(),
+            yaw_deg: chosen().map(|k| decay.measurand.shown(yaw[k])).collect(),
+            rate_deg_s: chosen().map(|k| decay.measurand.shown(rate[k])).collect(),
         }
     }
 }
@@ -131,7 +129,8 @@ impl View {
         let (fitted, name) = match model {
             Some(model) => (held_against(model, &recorded, 1.0)?, "the model"),
             None => {
-                let structure = Structure { zero_unknown: unknown_zero, ..Structure::default() };
+                let zero_unknown = unknown_zero || !recorded.decay.measurand.shows_rest();
+                let structure = Structure { zero_unknown, ..Structure::default() };
                 let count = recorded.decay.yaw_rad.len();
                 (fit_plain_within(&recorded.decay, &structure, count), diagnose::SECOND_ORDER)
             }

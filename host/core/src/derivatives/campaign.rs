@@ -7,6 +7,7 @@ use super::at::At;
 use super::condition::is_same_speed;
 use super::doubt::Kind;
 use crate::plan::Can;
+use crate::record::Called;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use yawrig_shared::axis::Axis;
@@ -42,6 +43,9 @@ pub struct Campaign {
     /// Doubts about any of it that were looked into and are not said any more.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub accept: Vec<Kind>,
+    /// What the motion is called in tables, plots and reports.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<Called>,
     /// The releases, wind off and on, in the order of the file.
     #[serde(default)]
     pub release: Vec<ReleaseEntry>,

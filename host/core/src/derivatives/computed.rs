@@ -45,6 +45,7 @@ use yawrig_shared::modal::Modal;
 ///     },
 ///     inertia: Some(InertiaEntry { mid_kg_m2: Some(0.5), ..InertiaEntry::default() }),
 ///     can: None,
+///     motion: None,
 ///     stiffness_n_per_m: Default::default(),
 ///     accept: Vec::new(),
 ///     release: vec![release("off.csv", 0.0), release("on.csv", 10.0)],

@@ -9,7 +9,7 @@ use crate::fit::free_decay::FreeDecay;
 use crate::identify::samples::Samples;
 use crate::identify::windows::{windows, Window};
 use crate::quantity::Quantity;
-use crate::record::Derivative;
+use crate::record::{Derivative, Said};
 use serde::{Deserialize, Serialize};
 
 /// A window of three cycles, as it was measured or as a model predicts it.
@@ -39,6 +39,9 @@ pub struct PredictedAmplitudes {
 /// What was measured in windows of three cycles, and what models predict for the same windows.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AmplitudePicture {
+    /// What was recorded, where that is no angle in deg.
+    #[serde(default, skip_serializing_if = "Said::is_none")]
+    pub said: Said,
     /// In order of time, largest amplitude first where the oscillation decays.
     pub measured: Vec<AmplitudePoint>,
     /// In the order of the models.
@@ -75,7 +78,11 @@ pub fn picture(decay: &FreeDecay, models: &[(&str, &Fitted)]) -> AmplitudePictur
         let points = points(decay, &readings).into_iter().map(exact).collect();
         PredictedAmplitudes { name: (*name).to_owned(), points }
     });
-    AmplitudePicture { predictions: predictions.collect(), measured: points(decay, &decay.yaw_rad) }
+    AmplitudePicture {
+        said: decay.measurand.said(),
+        predictions: predictions.collect(),
+        measured: points(decay, &decay.yaw_rad),
+    }
 }
 
 fn points(decay: &FreeDecay, yaw_rad: &[f64]) -> Vec<AmplitudePoint> {

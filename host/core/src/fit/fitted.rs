@@ -3,9 +3,9 @@
 use crate::bic;
 use crate::discrepancy::Discrepancy;
 use crate::effects::Effect;
-use crate::fit::free_decay::FreeDecay;
+use crate::fit::free_decay::{Around, FreeDecay};
 use crate::fit::problem::{problem_of_one, Release};
-use crate::fit::structure::{motion, Around, Structure, PLAIN};
+use crate::fit::structure::{motion, Structure, PLAIN};
 use crate::motion::oscillator::{Grid, Motion};
 use crate::quantity::Quantity;
 use crate::statistics::independent_share;

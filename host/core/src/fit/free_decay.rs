@@ -4,14 +4,13 @@ use crate::effects::Scale;
 use crate::error::Result;
 use crate::fit::lines::{self, SteadyLine};
 use crate::fit::noise::{self, Colour};
-use crate::fit::structure::Around;
 use crate::identify::gaps::{self, Warning};
 use crate::identify::outliers::exclude_spikes;
 use crate::identify::samples::{Means, Samples, Stretch};
 use crate::identify::windows::at_amplitudes;
 use crate::identify::{self, AtAmplitude, Settings, WindowEstimate};
 use crate::motion::simulate::Grid;
-use crate::record::{resample, Measurand, Record};
+use crate::record::{resample, Derivative, Measurand, Record};
 use crate::statistics::{rms_of_sixths, rms_of_thirds, rms_of_uneven_sixths};
 use crate::stop::Stop;
 use std::f64::consts::TAU;
@@ -60,6 +59,15 @@ fn smooth(stretch: &Stretch<'_>) -> Vec<f64> {
 /// Everything between release and rest.
 fn settings() -> Settings {
     Settings { from_deg: 360.0, to_deg: 1e-3, ..Settings::default() }
+}
+
+/// What a motion depends on that is no number of its model.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Around {
+    /// For own effects; 0: off, or not known.
+    pub(crate) wind_speed_m_s: f64,
+    /// What is recorded of it.
+    pub(crate) observed: Derivative,
 }
 
 /// A free decay. Angles in rad, time from the release in s. Of another measurand what is read is in its own unit (of a rate

@@ -1,9 +1,8 @@
 //! What a model holds: effects, an unknown zero of the sensor, and limits on its numbers.
 
 use crate::effects::{Effect, Terms};
-use crate::fit::free_decay::FreeDecay;
+use crate::fit::free_decay::{Around, FreeDecay};
 use crate::motion::oscillator::Motion;
-use crate::record::Derivative;
 
 /// wn, zeta, yaw angle and yaw rate at the first instant.
 pub(crate) const PLAIN: usize = 4;
@@ -136,15 +135,6 @@ impl Structure {
     pub(crate) fn limits_effect(&self, effect: &Effect) -> bool {
         self.limits.iter().any(|l| matches!(&l.number, Number::Of(e, _) if e == effect))
     }
-}
-
-/// What a motion depends on that is no number of its model.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Around {
-    /// For own effects; 0: off, or not known.
-    pub(crate) wind_speed_m_s: f64,
-    /// What is recorded of it.
-    pub(crate) observed: Derivative,
 }
 
 /// The motion of a model with the numbers `p`, and the sensor's zero, rad; each effect's begin at its place in `starts`.

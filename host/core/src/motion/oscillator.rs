@@ -40,6 +40,15 @@ pub struct Motion {
     pub terms: Terms,
 }
 
+/// A motion that is followed step by step.
+pub(super) trait Walk {
+    /// b and r a step on from `t`.
+    fn advance(&mut self, b: f64, r: f64, t: f64) -> (f64, f64);
+
+    /// b'' there, rad/s2.
+    fn acceleration(&self, b: f64, r: f64, t: f64) -> f64;
+}
+
 /// b and r after some time as a linear function of them now, about the equilibrium.
 #[derive(Clone, Copy)]
 pub(crate) struct Flow(pub [f64; 4]);

@@ -9,9 +9,8 @@
 //! model whose rate is zero stays there while the moments of both directions hold it.
 
 use super::pair::{Flows, ERROR, NODES, WEIGHTS};
-use super::simulate::Walk;
 use crate::effects::{Memories, State};
-use crate::motion::oscillator::{root, Flow, Motion};
+use crate::motion::oscillator::{root, Flow, Motion, Walk};
 use std::cell::RefCell;
 use yawrig_expression::Prepared;
 

@@ -8,7 +8,7 @@
 //! unless it only has to be swift.
 
 use crate::effects::{Drive, Memories, Moments, State, LANES};
-use crate::motion::oscillator::{root, Flow};
+use crate::motion::oscillator::{root, Flow, Walk};
 pub use crate::motion::oscillator::{Grid, Motion};
 use crate::motion::own_motion::{self, Pace, Steps};
 use crate::motion::smooth_own::SmoothOwn;
@@ -18,15 +18,6 @@ use crate::record::Derivative;
 pub(crate) const STEPS_PER_CYCLE: f64 = 48.0;
 /// Corners within one half step: more than these are chatter.
 const MOST_CORNERS: usize = 16;
-
-/// A motion that is followed step by step.
-pub(super) trait Walk {
-    /// b and r a step on from `t`.
-    fn advance(&mut self, b: f64, r: f64, t: f64) -> (f64, f64);
-
-    /// b'' there, rad/s2.
-    fn acceleration(&self, b: f64, r: f64, t: f64) -> f64;
-}
 
 impl Motion {
     /// The reading at every instant of `grid`, rad, into `out` (as long as the grid).

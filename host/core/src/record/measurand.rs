@@ -51,9 +51,40 @@ impl Derivative {
     }
 }
 
-/// What a record's numbers are. By itself an angle in deg.
+/// What the field calls the motion: the words of axes, plots and reports, and nothing else.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Called {
+    /// Yaw angle and yaw rate.
+    #[default]
+    Yaw,
+    /// Pitch angle and pitch rate.
+    Pitch,
+    /// Roll angle and roll rate.
+    Roll,
+    /// Angle and rate.
+    Pendulum,
+    /// Displacement and rate.
+    Displacement,
+}
+
+impl Called {
+    /// As it is typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Yaw => "yaw",
+            Self::Pitch => "pitch",
+            Self::Roll => "roll",
+            Self::Pendulum => "pendulum",
+            Self::Displacement => "displacement",
+        }
+    }
+}
+
+/// What a record's numbers are. By itself a yaw angle in deg.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Measurand {
+    called: Called,
     derivative: Derivative,
     /// Of a motion that is no angle.
     linear: Option<Arc<Linear>>,
@@ -70,7 +101,7 @@ struct Linear {
 impl Measurand {
     /// Of an angle: deg, deg/s or deg/s2.
     pub fn angular(derivative: Derivative) -> Self {
-        Self { derivative, linear: None }
+        Self { called: Called::Yaw, derivative, linear: None }
     }
 
     /// Of a displacement, or of anything in proportion to it, the record's numbers being in `unit`.
@@ -94,7 +125,54 @@ impl Measurand {
             (None, Derivative::Acceleration) => format!("{unit} s2"),
             (None, _) => format!("{unit} s"),
         };
-        Self { derivative, linear: Some(Arc::new(Linear { unit: unit.to_owned(), of })) }
+        let linear = Some(Arc::new(Linear { unit: unit.to_owned(), of }));
+        Self { called: Called::Displacement, derivative, linear }
+    }
+
+    /// The same in the words of another motion.
+    pub fn called(self, called: Called) -> Self {
+        Self { called, ..self }
+    }
+
+    /// `yaw`, as in "at zero yaw".
+    pub fn word(&self) -> &'static str {
+        match self.called {
+            Called::Yaw => "yaw",
+            Called::Pitch => "pitch",
+            Called::Roll => "roll",
+            Called::Pendulum => "angle",
+            Called::Displacement => "displacement",
+        }
+    }
+
+    /// `yaw angle`.
+    pub fn coordinate(&self) -> &'static str {
+        match self.called {
+            Called::Yaw => "yaw angle",
+            Called::Pitch => "pitch angle",
+            Called::Roll => "roll angle",
+            Called::Pendulum => "angle",
+            Called::Displacement => "displacement",
+        }
+    }
+
+    /// `yaw rate`.
+    pub fn rate(&self) -> &'static str {
+        match self.called {
+            Called::Yaw => "yaw rate",
+            Called::Pitch => "pitch rate",
+            Called::Roll => "roll rate",
+            Called::Pendulum | Called::Displacement => "rate",
+        }
+    }
+
+    /// What is recorded: `yaw angle`, `roll rate`, `acceleration`.
+    pub fn recorded(&self) -> &'static str {
+        match self.derivative {
+            Derivative::None => self.coordinate(),
+            Derivative::Rate => self.rate(),
+            Derivative::Acceleration => "acceleration",
+        }
     }
 
     /// Of the coordinate, its rate or its acceleration.
@@ -178,12 +256,15 @@ impl Measurand {
 
     /// What stands beside a record in JSON; nothing beside an angle in deg.
     pub fn said(&self) -> Said {
+        let usual = if self.is_of_angle() { Called::Yaw } else { Called::Displacement };
+        let motion = Some(self.called).filter(|called| *called != usual);
         match self.is_angle() {
-            true => Said::default(),
+            true => Said { motion, ..Said::default() },
             false => Said {
                 quantity: Some(self.quantity().to_owned()),
                 unit: Some(self.unit().to_owned()),
                 amplitude_unit: Some(self.coordinate_unit().to_owned()),
+                motion,
             },
         }
     }
@@ -201,9 +282,17 @@ pub struct Said {
     /// Of the motion: amplitudes, and what a law is over.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub amplitude_unit: Option<String>,
+    /// As `--motion` takes it, where it is not yaw.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<Called>,
 }
 
 impl Said {
+    /// Whether there is nothing to say.
+    pub fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+
     /// What it is said of.
     pub fn measurand(&self) -> Measurand {
         let derivative = match self.quantity.as_deref() {
@@ -211,9 +300,13 @@ impl Said {
             Some("acceleration") => Derivative::Acceleration,
             _ => Derivative::None,
         };
-        match (&self.amplitude_unit, &self.unit) {
+        let measurand = match (&self.amplitude_unit, &self.unit) {
             (Some(of), Some(unit)) if of != "deg" => Measurand::linear(derivative, unit),
             _ => Measurand::angular(derivative),
+        };
+        match self.motion {
+            Some(called) => measurand.called(called),
+            None => measurand,
         }
     }
 }
@@ -249,7 +342,9 @@ mod tests {
         assert_eq!((beam.quantity(), beam.coordinate_unit()), ("acceleration", "m"));
         assert_eq!(Measurand::angular(Derivative::Rate).unit(), "deg/s");
         assert_eq!(beam.shown(2.0), 2.0);
-        for all in [coil, beam, Measurand::angular(Derivative::Rate), Measurand::default()] {
+        let roll = Measurand::angular(Derivative::Rate).called(Called::Roll);
+        assert_eq!((roll.recorded(), roll.coordinate()), ("roll rate", "roll angle"));
+        for all in [coil, beam, roll, Measurand::angular(Derivative::Rate), Measurand::default()] {
             assert_eq!(all.said().measurand(), all);
         }
     }

@@ -6,7 +6,7 @@ mod measurand;
 pub(crate) mod resample;
 mod timing;
 
-pub use measurand::{Derivative, Measurand, Said};
+pub use measurand::{Called, Derivative, Measurand, Said};
 pub use timing::Timing;
 
 use crate::error::{Error, Result};

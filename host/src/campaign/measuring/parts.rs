@@ -19,7 +19,7 @@ pub(super) fn head(campaign: &Campaign) -> Campaign {
 /// The releases of a campaign that is there, by least squares.
 pub(super) fn by_records(file: &CampaignFile) -> Result<Vec<(ReleaseEntry, Identified)>> {
     let one = |(index, entry): (usize, &ReleaseEntry)| {
-        let record = yawrig_records::read(&file.record_path(index))?;
+        let record = file.record(index)?;
         let found = identify(&record, &[Method::LeastSquares], &Settings::default())?;
         let nothing = || Error::internal(format!("{}: no estimate", record.file.display()));
         Ok((entry.clone(), Identified::of(found).ok_or_else(nothing)?))
