@@ -36,6 +36,7 @@ mod law;
 pub mod model;
 mod plan;
 mod plot;
+mod progress;
 mod report;
 pub mod study;
 mod units;

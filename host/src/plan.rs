@@ -7,6 +7,7 @@ use crate::model::effects;
 use crate::model::model_fit::{self, Data};
 use crate::model::records;
 use crate::model::revise::check_addable;
+use crate::progress::Progress;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -289,8 +290,10 @@ fn possible(data: &Data, fit: &JointFit, can: &Can) -> Vec<Possible> {
 }
 
 fn narrowed(file: &CampaignFile, name: &str, of: Of) -> Result<Vec<Narrowed>> {
+    let progress = Progress::of(file.campaign.release.len(), "identifying");
     let one = |index: usize| {
         interrupt::check()?;
+        progress.one();
         let record = file.record(index)?;
         let found = identify(&record, &[Method::LeastSquares], &Settings::default())?;
         Identified::of(found).ok_or_else(|| {

@@ -10,6 +10,11 @@ export async function post(path, body) {
   return answer(await asked(path, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) }));
 }
 
+/** A file's bytes, under its name. */
+export async function send(path, file) {
+  return answer(await asked(`${path}?name=${encodeURIComponent(file.name)}`, { method: "POST", headers: { "content-type": "application/octet-stream" }, body: file }));
+}
+
 /** What the page says where yawrig has gone. */
 export const GONE = { message: "yawrig does not answer", help: "if it was ended, start yawrig workbench again and open the address it prints" };
 

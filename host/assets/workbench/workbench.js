@@ -1,6 +1,7 @@
 // The page: fetches what has changed, passes on what is done, and knows the keys.
 import { by, get, GONE, listen, make, post, ratio } from "./talk.js";
 import * as panels from "./panels.js";
+import * as dropped from "./dropped.js";
 import * as releases from "./releases.js";
 import * as effects from "./effects.js";
 import * as campaign from "./campaign.js";
@@ -235,6 +236,7 @@ function start() {
     make("dl", {}, ...[...document.querySelectorAll(".panel h3, #steps-panel h3")].flatMap((h) => [make("dt", { textContent: h.firstChild.textContent.trim() }), make("dd", { textContent: h.title })])));
   by("help-button").onclick = () => by("help").showModal();
   by("open-button").onclick = () => releases.openDialog(opened, failed, makeCampaign);
+  dropped.take(opened, failed);
   by("fit-button").onclick = () => act({ do: "fit" });
   by("diagnose-button").onclick = diagnose;
   by("law-button").onclick = () => act({ do: "law" });

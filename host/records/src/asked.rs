@@ -99,7 +99,8 @@ impl<'a> Asked<'a> {
         }
         // Of two, one the time and the other by its unit what is meant, that is it.
         let numbers = self.table.iter().filter(|c| c.values.is_ok());
-        let others: Vec<&Channel> = numbers.filter(|c| names::as_time(&c.name).is_none()).collect();
+        let is_time = |c: &Channel| names::as_time(c.own_name()).is_some();
+        let others: Vec<&Channel> = numbers.filter(|c| !is_time(c)).collect();
         let is_meant = |c: &Channel| match (self.selection.quantity, c.unit.as_deref()) {
             (quantity, Some(unit)) => quantity::meant(quantity, Some(unit)).is_ok(),
             (quantity, None) => quantity.is_some() && self.selection.unit.is_some(),
@@ -209,7 +210,10 @@ impl<'a> Asked<'a> {
             let mut found = table.iter().filter(|channel| channel.own_name() == "time_s");
             match (table.iter().find(|c| c.name == beside), found.next(), found.next()) {
                 (Some(channel), ..) | (None, Some(channel), None) => Ok(Some(channel)),
-                (_, None, _) if self.by_name => self.surest(names::as_time, "the time"),
+                (_, None, _) if self.by_name => match self.time_of(group) {
+                    Some(time) => Ok(Some(time)),
+                    None => self.surest(names::as_time, "the time"),
+                },
                 (_, None, _) => Ok(None),
                 _ => Err(self.unclear("several channels are called time_s")),
             }
@@ -254,6 +258,14 @@ impl<'a> Asked<'a> {
             false => ((value - begin) * CLOCK_DIGITS).round() / CLOCK_DIGITS,
         };
         Ok(values.iter().map(|value| since(value) * scale).collect())
+    }
+
+    /// The only channel of a group, a sheet for instance, that is called time.
+    fn time_of(&self, group: &str) -> Option<&'a Channel> {
+        let is_time = |c: &&Channel| names::as_time(c.own_name()) == Some(0);
+        let of_group = |c: &&Channel| c.name.strip_suffix(c.own_name()) == Some(group);
+        let mut found = self.table.iter().filter(of_group).filter(is_time);
+        found.next().filter(|_| !group.is_empty() && found.next().is_none())
     }
 
     fn seconds_per_unit(&self, time: &Channel) -> Result<f64> {

@@ -46,13 +46,18 @@ pub(super) fn with<'a>(
     if inputs.iter().any(|values| values.len() != length) {
         return fail("the channels are not as long as each other".to_owned(), "choose others");
     }
+    let unit_of = |name: &str| there(name).and_then(|channel| channel.unit.clone());
+    let unit = match expression.unit(&unit_of) {
+        Ok(unit) => unit,
+        Err(flaw) => return fail(flaw.message, &flaw.help),
+    };
     let value = |k: usize| {
         let values: Vec<f64> = inputs.iter().map(|values| values[k]).collect();
         expression.evaluate(&values)
     };
     let computed = Channel {
         name: name.to_owned(),
-        unit: expression.is_angle_rad().then(|| "rad".to_owned()),
+        unit,
         step_s: table.iter().find(|c| c.own_name() == expression.names()[0]).and_then(|c| c.step_s),
         values: Ok((0..length).map(value).collect()),
     };

@@ -35,7 +35,7 @@ mod xlsx;
 pub use csv_file::{as_written, write, write_samples, write_samples_of, ACCEPTED_COLUMNS};
 pub use kept::keep;
 pub use quantity::Quantity;
-pub use table::{Selection, TimeUnit};
+pub use table::{Channel, Selection, TimeUnit};
 
 use place::{Part, Times};
 use std::ops::Range;
@@ -134,6 +134,14 @@ fn release(record: &Record, parts: &[Range<usize>], number: usize) -> Result<Rec
             .help(format!("choose one from 1 to {}", parts.len())));
     };
     Ok(several::sliced(record, part))
+}
+
+/// What a file holds, whatever of it is meant.
+///
+/// # Errors
+/// Exit 3 where it cannot be read.
+pub fn channels(file: &Path) -> Result<Vec<Channel>> {
+    format::channels(file, format::of(file)?)
 }
 
 /// How many releases a file holds, read as `selection` says.

@@ -1,4 +1,4 @@
-//! Workbooks of Excel and LibreOffice: the sheet that holds the most rows of numbers.
+//! Workbooks of Excel and LibreOffice: the sheet that holds the most rows of numbers, and others about as long.
 
 use super::grid;
 use super::table::Channel;
@@ -8,10 +8,13 @@ use std::path::Path;
 
 const SECONDS_PER_DAY: f64 = 86_400.0;
 
+/// Channels of a sheet that is at least so long, of the longest, are among those to choose from.
+const SHARE: f64 = 0.5;
+
 pub(super) fn read(file: &Path) -> Result<Vec<Channel>, String> {
     let mut book: Xlsx<_> = open_workbook(file).map_err(|e: calamine::XlsxError| e.to_string())?;
     let names = book.sheet_names();
-    let mut best: Option<Vec<Channel>> = None;
+    let mut sheets: Vec<(String, Vec<Channel>)> = Vec::new();
     let mut why = "there is no sheet in it".to_owned();
     let longest = |channels: &[Channel]| {
         channels.iter().filter_map(|c| c.values.as_ref().ok()).map(Vec::len).max().unwrap_or(0)
@@ -19,14 +22,20 @@ pub(super) fn read(file: &Path) -> Result<Vec<Channel>, String> {
     for name in names {
         let sheet = book.worksheet_range(&name).map_err(|e| e.to_string());
         match sheet.and_then(|sheet| channels(&sheet)) {
-            Ok(found) if best.as_ref().is_none_or(|b| longest(b) < longest(&found)) => {
-                best = Some(found)
-            }
-            Ok(_) => {}
+            Ok(found) => sheets.push((name, found)),
             Err(reason) => why = format!("sheet {name}: {reason}"),
         }
     }
-    best.ok_or(why)
+    let most = sheets.iter().map(|(_, channels)| longest(channels)).max().ok_or(why)?;
+    // A few rows about the device or the calibration are no record.
+    sheets.retain(|(_, channels)| longest(channels) as f64 >= SHARE * most as f64);
+    if let [(_, _)] = sheets.as_slice() {
+        return Ok(sheets.remove(0).1);
+    }
+    let named = |(sheet, channels): (String, Vec<Channel>)| {
+        channels.into_iter().map(move |c| Channel { name: format!("{sheet}/{}", c.name), ..c })
+    };
+    Ok(sheets.into_iter().flat_map(named).collect())
 }
 
 fn channels(sheet: &Range<Data>) -> Result<Vec<Channel>, String> {

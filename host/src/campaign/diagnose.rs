@@ -1,6 +1,7 @@
 //! A campaign's records read and diagnosed as one.
 
 use super::CampaignFile;
+use crate::progress::Progress;
 use rayon::prelude::*;
 use yawrig_base::error::Result;
 use yawrig_base::interrupt;
@@ -21,8 +22,10 @@ pub fn diagnose(file: &CampaignFile, options: &Options) -> Result<CampaignDiagno
 /// # Errors
 /// Exit 3 where a record cannot be read or has no free decay in it, 130 where the user stops it.
 pub fn diagnose_with_fits(file: &CampaignFile, options: &Options) -> Result<DiagnosedCampaign> {
+    let progress = Progress::of(file.campaign.release.len(), "reading");
     let read = |index: usize| {
         interrupt::check()?;
+        progress.one();
         file.record(index)
     };
     let releases = 0..file.campaign.release.len();

@@ -2,6 +2,7 @@
 
 use super::doubted::{placed, refusal};
 use super::CampaignFile;
+use crate::progress::Progress;
 use rayon::prelude::*;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
@@ -25,12 +26,14 @@ pub fn looked_at(
     file: &CampaignFile,
     identify: &Identify,
 ) -> Result<Vec<Result<(Identified, Facts)>>> {
+    let progress = Progress::of(file.campaign.release.len(), "identifying");
     let one = |index: usize| {
         interrupt::check()?;
         let record = file.record(index)?;
         let found = identify(&record)?;
         let wn = found.natural_frequency_rad_s.value;
         let facts = Facts::of(&record, found.from_s, found.to_s, wn);
+        progress.one();
         Ok((found, facts))
     };
     let found = (0..file.campaign.release.len()).into_par_iter().map(one).collect();
@@ -75,8 +78,10 @@ pub fn table(
         Error { message: format!("{}: {}", file.path.display(), named.message), ..named }
     })?;
     let responses = computed.responses();
+    let progress = Progress::of(file.campaign.release.len(), "validating");
     let validate = |index: usize| {
         interrupt::check()?;
+        progress.one();
         let Some(modal) = &responses[index] else { return Ok(None) };
         let record = file.record(index)?;
         let Identified { from_s, to_s, .. } = &identified[index];

@@ -6,17 +6,19 @@ use super::live::{self, Order};
 use super::own::Form;
 use super::session::Use;
 use super::work::Job;
-use super::{show, state};
+use super::{dropped, show, state};
 use crate::campaign::plan::Wanted;
+use axum::body::Bytes;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use axum::Json;
 use serde::Deserialize;
 use serde_json::{json, Value};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use yawrig_base::error::{Error, Exit};
+use yawrig_records::Selection;
 
 type Answer = std::result::Result<Json<Value>, Refused>;
 
@@ -156,6 +158,35 @@ pub async fn files(State(app): State<Arc<App>>) -> Answer {
     aside(app, |app| show::files(app)).await
 }
 
+#[derive(Deserialize)]
+pub struct Dropped {
+    name: String,
+}
+
+/// A file that was dropped on the page: kept, and what is to be asked about it.
+pub async fn dropped(
+    State(app): State<Arc<App>>,
+    Query(of): Query<Dropped>,
+    bytes: Bytes,
+) -> Answer {
+    aside(app, move |_| {
+        let file = dropped::kept(&of.name, &bytes)?;
+        dropped::asked(&file, &Selection::default())
+    })
+    .await
+}
+
+#[derive(Deserialize)]
+pub struct AsRead {
+    file: String,
+    reading: Selection,
+}
+
+/// Whether a file can be read so.
+pub async fn as_read(State(app): State<Arc<App>>, Json(asked): Json<AsRead>) -> Answer {
+    aside(app, move |_| dropped::asked(Path::new(&asked.file), &asked.reading)).await
+}
+
 /// History of a device for a page that has just been opened.
 pub async fn live_history(State(app): State<Arc<App>>) -> Answer {
     aside(app, |app| Ok(app.live.history())).await
@@ -193,6 +224,8 @@ pub enum Act {
     },
     Open {
         file: String,
+        #[serde(default)]
+        reading: Selection,
     },
     /// Follows a device.
     Connect {
@@ -270,8 +303,8 @@ fn do_it(app: &Arc<App>, act: Act) -> yawrig_base::error::Result<Value> {
             app.news.all_may_differ();
             return Ok(state::state(app));
         }
-        Act::Open { file } => {
-            let id = show::open(app, &file)?;
+        Act::Open { file, reading } => {
+            let id = show::open(app, &file, &reading)?;
             app.news.all_may_differ();
             return Ok(json!({"release": id}));
         }

@@ -31,6 +31,7 @@ pub fn at(path: &str) -> Option<Asset> {
         "/talk.js" => script!("talk"),
         "/panels.js" => script!("panels"),
         "/releases.js" => script!("releases"),
+        "/dropped.js" => script!("dropped"),
         "/effects.js" => script!("effects"),
         "/campaign.js" => script!("campaign"),
         "/law.js" => script!("law"),

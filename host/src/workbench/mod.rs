@@ -11,6 +11,7 @@ mod app;
 mod assets;
 mod campaign;
 mod derived;
+mod dropped;
 mod jobs;
 mod law;
 mod live;

@@ -4,7 +4,7 @@ use super::access::Access;
 use super::app::App;
 use super::{api, assets};
 use axum::body::Body;
-use axum::extract::{Request, State};
+use axum::extract::{DefaultBodyLimit, Request, State};
 use axum::http::{header, HeaderValue, Method, StatusCode};
 use axum::middleware::{self, Next};
 use axum::response::sse::{Event, KeepAlive, Sse};
@@ -24,6 +24,9 @@ use yawrig_base::interrupt;
 const GLANCE: Duration = Duration::from_millis(20);
 /// Looks between two at whether the model's files were changed by someone else.
 const GLANCES_PER_LOOK: u32 = 25;
+
+/// Bytes of a file that is dropped on the page.
+const MOST_DROPPED: usize = 512 << 20;
 
 /// What the page may do: be shown, and speak to this server.
 const POLICY: &str =
@@ -106,6 +109,8 @@ fn router(app: &Arc<App>) -> Router {
         .route("/api/sessions", get(api::sessions))
         .route("/api/news", get(news))
         .route("/api/preview", post(api::preview))
+        .route("/api/drop", post(api::dropped).layer(DefaultBodyLimit::max(MOST_DROPPED)))
+        .route("/api/as_read", post(api::as_read))
         .route("/api/do", post(api::act))
         .fallback(asset)
         .with_state(app.clone())

@@ -20,6 +20,7 @@ use yawrig_core::diagnosis::campaign::CampaignDiagnosis;
 use yawrig_core::diagnosis::diagnose::Diagnosed;
 use yawrig_core::effects::Effect;
 use yawrig_records::place::{canonical, is_file};
+use yawrig_records::Selection;
 
 /// Views and trials kept, over all models.
 const MOST_KEPT: usize = 400;
@@ -37,13 +38,15 @@ pub enum Use {
 #[derive(Debug)]
 pub struct RecordSource {
     pub path: PathBuf,
+    reading: Selection,
     pub wind_speed_m_s: f64,
     loaded: OnceLock<std::result::Result<Loaded, Error>>,
 }
 
 impl RecordSource {
     pub fn loaded(&self) -> std::result::Result<&Loaded, &Error> {
-        self.loaded.get_or_init(|| Loaded::read(&self.path, self.wind_speed_m_s)).as_ref()
+        let read = || Loaded::read(&self.path, &self.reading, self.wind_speed_m_s);
+        self.loaded.get_or_init(read).as_ref()
     }
 
     /// Why nothing can be said about it, once it has been read.
@@ -303,7 +306,8 @@ impl Session {
         }
         let wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
         let loaded = fault.map_or_else(OnceLock::new, |fault| OnceLock::from(Err(fault)));
-        let source = Arc::new(RecordSource { path, wind_speed_m_s, loaded });
+        let reading = entry.reading.clone();
+        let source = Arc::new(RecordSource { path, reading, wind_speed_m_s, loaded });
         self.releases.push(ListedRelease { entry, used, source });
         self.releases.len() - 1
     }
@@ -329,14 +333,30 @@ impl Session {
 
     /// Reads a release that is bad data again: it may have been corrected.
     pub fn read_again(&mut self, id: usize) {
-        let release = &mut self.releases[id];
-        if release.source.fault().is_some() {
-            let RecordSource { path, wind_speed_m_s, .. } = &*release.source;
-            let (path, wind_speed_m_s) = (path.clone(), *wind_speed_m_s);
-            release.source =
-                Arc::new(RecordSource { path, wind_speed_m_s, loaded: OnceLock::new() });
-            self.views.retain(|(other, _), _| *other != id);
+        if self.releases[id].source.fault().is_some() {
+            self.forget(id);
         }
+    }
+
+    /// Reads a release as `reading` says from now on.
+    pub fn read_as(&mut self, id: usize, reading: &Selection) {
+        if !reading.is_empty() && self.releases[id].entry.reading != *reading {
+            self.releases[id].entry.reading = reading.clone();
+            self.forget(id);
+        }
+    }
+
+    /// What was read of a release is read anew.
+    fn forget(&mut self, id: usize) {
+        let release = &mut self.releases[id];
+        let RecordSource { path, wind_speed_m_s, .. } = &*release.source;
+        release.source = Arc::new(RecordSource {
+            path: path.clone(),
+            reading: release.entry.reading.clone(),
+            wind_speed_m_s: *wind_speed_m_s,
+            loaded: OnceLock::new(),
+        });
+        self.views.retain(|(other, _), _| *other != id);
     }
 
     /// Reads the model again where its files have changed. Whether they had.

@@ -342,11 +342,11 @@ pub fn files(app: &App) -> Result<Value> {
     Ok(json!({ "files": names }))
 }
 
-/// Adds a record of the folder to the list; its number.
+/// Adds a record of the folder, read so, to the list; its number.
 ///
 /// # Errors
 /// Exit 2 for anything but a file of the folder, 3 where it is not there.
-pub fn open(app: &App, file: &str) -> Result<usize> {
+pub fn open(app: &App, file: &str, reading: &Selection) -> Result<usize> {
     let path = Path::new(file);
     let is_plain = path.components().count() == 1 && path.file_name().is_some();
     if !is_plain {
@@ -356,13 +356,14 @@ pub fn open(app: &App, file: &str) -> Result<usize> {
         .help("start the workbench with the record's path"));
     }
     let model_path = app.session().model_path.clone();
-    let mut entries = records::entries(&[path.to_owned()], &Selection::default(), &model_path)?;
+    let mut entries = records::entries(&[path.to_owned()], reading, &model_path)?;
     let entry: RecordEntry =
         entries.pop().ok_or_else(|| Error::internal("a file without an entry"))?;
     let mut session = app.session();
     let used = session.used_when_new();
     let id = session.include(entry, None, used);
     session.read_again(id);
+    session.read_as(id, reading);
     drop(session);
     app.work.want(id);
     Ok(id)

@@ -17,6 +17,7 @@ use yawrig_core::fit::fitting::{fit_added, fit_plain_within, Fitted, Structure};
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::motion::simulate::Grid;
 use yawrig_core::record::Record;
+use yawrig_records::Selection;
 
 /// Points of a drawn model between two of the fit's.
 const FINER: usize = 4;
@@ -32,8 +33,8 @@ pub struct Loaded {
 impl Loaded {
     /// # Errors
     /// Those of [`Record::read`].
-    pub fn read(path: &Path, wind_speed_m_s: f64) -> Result<Self> {
-        let record = yawrig_records::read(path)?;
+    pub fn read(path: &Path, reading: &Selection, wind_speed_m_s: f64) -> Result<Self> {
+        let record = yawrig_records::read_selected(path, reading)?;
         let mut decay = FreeDecay::of(&record);
         if let Ok(decay) = &mut decay {
             decay.wind_speed_m_s = wind_speed_m_s;

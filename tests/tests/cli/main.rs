@@ -23,6 +23,7 @@ mod octave;
 mod plan;
 mod ports;
 mod qemu;
+mod quantities;
 mod records;
 mod report;
 mod riddle;
