@@ -215,11 +215,31 @@ def check_device(place):
         process.wait(PATIENCE_S)
     assert process.returncode == 0, lines.said
     place.run("theirs", ["device", "--device", path], exits=4)
+    place.run("theirs", "monitor --speed 200 --releases 2 --record sitzung.csv")
+    kept = sorted(name for name in os.listdir(place.folders["theirs"]) if name.startswith("sitzung"))
+    assert "sitzung.csv" in kept and not any(name.endswith(".partial") for name in kept), kept
     place.run("theirs", "device --device COM77", exits=4)
     place.run("theirs", "device --device qemu", exits=2)
     place.run("theirs", "ports --json")
     place.run("theirs", "doctor --json")
     return f"numbers agree to {worst:.1e}"
+
+
+def check_port(place):
+    """A COM port, which Wine makes of a pseudo-terminal with this system's device behind it."""
+    process, lines = place.start("ours", "monitor --speed 1")
+    port = os.path.join(os.environ["WINEPREFIX"], "dosdevices", "com33")
+    try:
+        os.symlink(lines.wait(r"--device (/dev/\S+)")[1], port)
+        for _ in range(3):
+            out, _ = place.run("theirs", "device --device COM33 --json")
+            assert json.loads(out)["firmware"].startswith("yawrig "), out
+        out, _ = place.run("theirs", "monitor --device COM33 --seconds 3 --jsonl")
+    finally:
+        process.kill()
+        process.wait(PATIENCE_S)
+        os.remove(port)
+    return "a device at COM33 answers"
 
 
 def check_interrupt(place):

@@ -24,6 +24,28 @@ pub fn make_folder(path: &Path) -> Result<()> {
     })
 }
 
+/// A path as a file names it that goes from one system to another: Windows, too, takes `/`.
+pub fn portable(path: &Path) -> String {
+    let path = path.display().to_string();
+    if cfg!(windows) {
+        portable_on_windows(&path)
+    } else {
+        path
+    }
+}
+
+/// Without the `\\?\` that a path has which was resolved, after which `/` would not do.
+fn portable_on_windows(path: &str) -> String {
+    let plain = match path.strip_prefix(r"\\?\") {
+        Some(resolved) => match resolved.strip_prefix(r"UNC\") {
+            Some(share) => format!(r"\\{share}"),
+            None => resolved.to_owned(),
+        },
+        None => path.to_owned(),
+    };
+    plain.replace('\\', "/")
+}
+
 /// Whether [`write_atomically`] will find a place, asked before the work whose result it is to keep.
 ///
 /// # Errors
@@ -84,4 +106,22 @@ pub fn write_atomically_with(
         let _ = std::fs::remove_file(&written);
         fail(e)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_of_windows_is_one_everywhere() {
+        for (path, portable) in [
+            (r"sub\r 1.csv", "sub/r 1.csv"),
+            (r"..\r.csv", "../r.csv"),
+            (r"\\?\D:\Messungen\r.csv", "D:/Messungen/r.csv"),
+            (r"\\?\UNC\server\share\r.csv", "//server/share/r.csv"),
+        ] {
+            assert_eq!(portable_on_windows(path), portable);
+        }
+        assert!(cfg!(windows) || portable(Path::new(r"a\b/c")) == r"a\b/c", "a name may have it");
+    }
 }

@@ -27,9 +27,12 @@ impl Terminal {
     /// Exit 4 where it has no more of them.
     pub fn new() -> Result<Self> {
         #[cfg(unix)]
-        return Self::on(Pty::new(), "a pseudo-terminal");
-        #[cfg(not(unix))]
-        return Self::socket();
+        match Pty::new() {
+            // As in a container with nothing in its /dev.
+            Err(e) if e.kind() == io::ErrorKind::NotFound => {}
+            opened => return Self::on(opened, "a pseudo-terminal"),
+        }
+        Self::socket()
     }
 
     /// A socket, wherever.

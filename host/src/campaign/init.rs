@@ -171,11 +171,7 @@ fn seen_from(out: &Path, file: &Path) -> String {
     let (Ok(folder), Ok(real)) = (folder.canonicalize(), file.canonicalize()) else {
         return file.display().to_string();
     };
-    match real.strip_prefix(&folder) {
-        // A campaign goes from one system to the other.
-        Ok(below) if cfg!(windows) => below.display().to_string().replace('\\', "/"),
-        below => below.unwrap_or(&real).display().to_string(),
-    }
+    yawrig_base::files::portable(real.strip_prefix(&folder).unwrap_or(&real))
 }
 
 /// A line of what is missing: its name, its unit in words, and what is usual.

@@ -184,12 +184,7 @@ fn relative(file: &Path, folder: &Path) -> String {
     let common = file.iter().zip(&folder).take_while(|(a, b)| a == b).count();
     let mut out: PathBuf = vec![Component::ParentDir; folder.len() - common].iter().collect();
     out.extend(&file[common..]);
-    let named = out.display().to_string();
-    // A model goes from one system to the other.
-    if cfg!(windows) {
-        return named.replace('\\', "/");
-    }
-    named
+    yawrig_base::files::portable(&out)
 }
 
 #[cfg(test)]

@@ -1,7 +1,12 @@
 //! Ports that do not open, each with its own message.
 
 use std::os::unix::fs::PermissionsExt;
+use yawrig_link::client::Client;
+use yawrig_link::emulated;
+use yawrig_link::hub::Hub;
+use yawrig_link::terminal::Terminal;
 use yawrig_tests::line::{Board, Line};
+use yawrig_tests::networks;
 use yawrig_tests::process::{yawrig, yawrig_as_anybody};
 
 #[test]
@@ -40,6 +45,32 @@ fn a_port_that_opens_again_after_each_use() {
     for _ in 0..5 {
         yawrig_as_anybody("device --device").and(line.path()).run().exits(0);
     }
+}
+
+/// As where there are no pseudo-terminals.
+#[test]
+fn a_device_behind_a_socket() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let network = folder.path().join("network.yrn");
+    std::fs::write(&network, networks::sound()).expect("room for it");
+    let (device, _potentiometer) = emulated::start();
+    let socket = || Terminal::socket().expect("a socket");
+    let hub = Hub::between(device, socket(), socket()).expect("a thread");
+    let path = hub.shared_path();
+    yawrig("flash --device").and(path).and(&network).run().exits(0).says("written and verified");
+    let object = yawrig("device --json --device").and(path).run().exits(0).json();
+    assert_eq!(object["network"]["id"], networks::id(&networks::sound()), "{object}");
+    yawrig("doctor --device").and(path).run().exits(0).says("answers");
+    let client = Client::open(path).expect("nobody has it");
+    for verb in ["device", "doctor"] {
+        let ended = yawrig(verb).and("--device").and(path).run().exits(4).helps();
+        ended.says("another program has it open");
+    }
+    drop(client);
+    let path = path.to_owned();
+    drop(hub);
+    let ended = yawrig("device --device").and(&path).run().exits(4).helps();
+    ended.says("no program has a device there");
 }
 
 #[test]
