@@ -187,7 +187,7 @@ mod tests {
         // Names of what a moment depends on are names of channels here.
         let scaled = OfChannels::parse("(b - 0.217) * 3.38 + 0 * t + abs(r)").expect("another");
         assert_eq!(scaled.names().len(), 3);
-        assert_eq!(scaled.unit(&|_| Some("V".into())).unwrap(), None);
+        assert_eq!(scaled.unit(&|_| Some("V".into())).unwrap().as_deref(), Some("V"));
         assert!((scaled.evaluate(&[1.217, 9.0, -2.0]) - 5.38).abs() < 1e-12);
         for wrong in ["", "x +", "2 * pi", "sine(x)", "atan2(x)"] {
             assert!(OfChannels::parse(wrong).is_err(), "{wrong}");

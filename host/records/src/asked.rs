@@ -159,14 +159,23 @@ impl<'a> Asked<'a> {
         let file = self.file.display();
         if let (Some(own), Some(said)) = (own, unit) {
             // A voltage is no angle, whatever the flag says.
-            let same = own == said
-                || quantity::angular(own).is_some_and(|u| Some(u) == quantity::angular(said));
-            if !same {
-                return Err(Error::data(format!(
-                    "{file}: channel {} is in {own:?}, not in {said}",
-                    yaw.name
-                ))
-                .help("leave --unit away; to convert it, an expression of channels: --yaw '(V - 0.217) * 3.38'"));
+            match (quantity::angular(own), quantity::angular(said)) {
+                _ if own == said => {}
+                (Some(a), Some(b)) if a == b => {}
+                (Some(_), Some(_)) => {
+                    let name = &yaw.name;
+                    return Err(Error::data(format!(
+                        "{file}: channel {name} is said to be in {own} and in {said}"
+                    ))
+                    .help("leave --unit away, or correct the file"));
+                }
+                _ => {
+                    return Err(Error::data(format!(
+                        "{file}: channel {} is in {own:?}, not in {said}",
+                        yaw.name
+                    ))
+                    .help("leave --unit away; to convert it, an expression of channels: --yaw '(V - 0.217) * 3.38'"));
+                }
             }
         }
         let unclear = match quantity::meant(quantity, own.or(unit)) {

@@ -2,6 +2,7 @@
 
 mod bench;
 mod campaign;
+mod dropped;
 mod ending;
 mod keyboard;
 mod law;

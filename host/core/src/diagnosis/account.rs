@@ -187,6 +187,7 @@ impl Account {
         let last = &self.last().model;
         Left {
             rms_deg: decay.measurand.shown(last.rms_rad()),
+            unit: decay.measurand.unit().to_owned(),
             share_of_amplitude: last.rms_rad() / decay.reading_rad(),
             share_of_misfit: self.share_left(),
             where_: match is_explained(last, decay) {
@@ -213,6 +214,7 @@ fn in_words(decay: &FreeDecay, where_: &Where) -> String {
     ];
     let kind = kinds.iter().max_by(|a, b| a.0.total_cmp(&b.0)).map_or("", |k| k.1);
     let bins = &where_.amplitude;
+    let unit = decay.measurand.coordinate_unit();
     let all = {
         let sum: f64 = bins.iter().map(|b| b.rms_deg.powi(2)).sum();
         (sum / bins.len().max(1) as f64).sqrt()
@@ -221,8 +223,8 @@ fn in_words(decay: &FreeDecay, where_: &Where) -> String {
     let above = bins.iter().rev().take_while(|b| out(b)).last();
     let below = bins.iter().take_while(|b| out(b)).last();
     match (above, below) {
-        (Some(bin), _) => format!("{kind}, above {:.3} deg", Rounded(bin.from_deg)),
-        (None, Some(bin)) => format!("{kind}, below {:.3} deg", Rounded(bin.to_deg)),
+        (Some(bin), _) => format!("{kind}, above {} {unit}", Rounded(bin.from_deg)),
+        (None, Some(bin)) => format!("{kind}, below {} {unit}", Rounded(bin.to_deg)),
         (None, None) => format!("{kind}, at all amplitudes"),
     }
 }
@@ -241,8 +243,9 @@ impl std::fmt::Display for Rounded {
 pub(crate) fn sentence(effects: &[Effect], left: &Left, model: &str) -> String {
     let names: Vec<String> = effects.iter().map(|e| e.card().title.to_lowercase()).collect();
     let rest = format!(
-        "{} deg ({} %) is left, {}",
+        "{} {} ({} %) is left, {}",
         Rounded(left.rms_deg),
+        left.unit,
         Rounded(100.0 * left.share_of_amplitude),
         left.where_
     );

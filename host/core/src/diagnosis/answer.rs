@@ -80,6 +80,9 @@ pub enum Status {
 pub struct Left {
     /// Rms of the block means less the model.
     pub rms_deg: f64,
+    /// Of the rms.
+    #[serde(skip)]
+    pub unit: String,
     /// The rms as a share of the largest amplitude.
     pub share_of_amplitude: f64,
     /// Its square as a share of the mean square that the plain model, its rest angle fitted, leaves.

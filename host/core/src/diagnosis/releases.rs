@@ -351,6 +351,7 @@ pub(super) fn left(
     let amplitude_rad = decays.iter().map(FreeDecay::reading_rad).fold(0.0, f64::max);
     Left {
         rms_deg: decays[0].measurand.shown(rms_rad),
+        unit: decays[0].measurand.unit().to_owned(),
         share_of_amplitude: rms_rad / amplitude_rad,
         share_of_misfit: (squares(last) / squares(plain)).min(1.0),
         where_: match are_explained(last, decays) {

@@ -150,6 +150,7 @@ impl FreeDecay {
         let line = |line: &SteadyLine| Warning::Line {
             record: record.file.display().to_string(),
             line: *line,
+            unit: record.measurand.unit().to_owned(),
         };
         warnings.extend(lines.iter().map(line));
         let per_cycle = TAU / frequency / stretch.step_s;

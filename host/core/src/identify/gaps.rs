@@ -129,6 +129,8 @@ pub enum Warning {
         record: String,
         /// What was taken out.
         line: SteadyLine,
+        /// Of the reading.
+        unit: String,
     },
     /// Short gaps are filled by fits to the cycles about them.
     Filled {
@@ -155,9 +157,9 @@ pub enum Warning {
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Line { record, line } => write!(
+            Self::Line { record, line, unit } => write!(
                 f,
-                "{record}: a steady line of {:.2} Hz and {:.4} deg is taken out of the reading (mains hum?)",
+                "{record}: a steady line of {:.2} Hz and {:.4} {unit} is taken out of the reading (mains hum?)",
                 line.frequency_rad_s / std::f64::consts::TAU,
                 line.amplitude_deg()
             ),
