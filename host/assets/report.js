@@ -28,8 +28,8 @@
     figure.dataset.drawn = "yes";
     const index = Number(figure.dataset.release), trace = report.releases[index].trace;
     const box = figure.querySelector(".plots");
-    const { quantity, unit = "deg", motion } = trace.said || {};
-    const name = { rate: "rate", acceleration: "acceleration", displacement: "displacement" }[quantity] || `${motion || "yaw"} angle`;
+    const { quantity, unit = "deg", amplitude_unit = "deg", motion = "yaw" } = trace.said || {};
+    const name = { rate: amplitude_unit === "deg" ? `${motion} rate` : "rate", acceleration: "acceleration", displacement: "displacement" }[quantity] || `${motion} angle`;
     const line = (label, k, width, dash) =>
       ({ label, stroke: () => colour("--curve-" + (k % 7 + 1)), width, dash, value: number(4), points: { show: false } });
     const plots = [

@@ -18,7 +18,7 @@ const zoomed = (from, to) => zoom(from, to);
 const plots = {};
 
 /** Words and units of what is looked at. */
-const ANGLE = { recorded: "yaw angle", unit: "deg", coordinate: "yaw angle", word: "yaw", rate: "yaw rate", of: "deg", rate_unit: "deg/s", moment: "rad/s²" };
+const ANGLE = { recorded: "yaw angle", unit: "deg", coordinate: "yaw angle", word: "yaw", rate: "yaw rate", of: "deg", rate_unit: "deg/s", moment: "rad/s²", shows_rest: true };
 const units = () => (seen.curves && seen.curves.units) || ANGLE;
 
 export function build() {
@@ -260,6 +260,9 @@ function drawMeasured(name, column, tables, how) {
 function drawWhere() {
   const v = seen.view, ghost = v && v.ghost;
   plots.phase.set(v ? (ghost && isDiagnosis() ? ghost : v.where).phase : []);
+  // Of a rate or an acceleration the residual shows no moment.
+  const hidden = v && !units().shows_rest ? `A residual in ${units().unit} does not show it:\nmeasure the law.` : null;
+  plots.phase.say(hidden);
   const cut = (plot, id, name, column) => {
     const rows = v ? v.where[name] : [];
     marks[id] = rows.map(([x, y, u]) => ({ x, y, u, colour: "model" }));
@@ -268,7 +271,7 @@ function drawWhere() {
     beside[id] = drawMeasured(name, column, tables, how);
     if (law) { tables.push({ x: law[name][column], y: law[name].moment_rad_s2 }); how.push({ colour: "own", width: 1.6, spanGaps: true }); }
     plot.set(Plots.joined(tables), how);
-    plot.say(v || law || measured ? null : BLANK);
+    plot.say(law || measured ? null : v ? hidden && BLANK : BLANK);
   };
   cut(plots.damping, "plot-damping", "damping_law", "rate_deg_s");
   cut(plots.stiffness, "plot-stiffness", "stiffness_law", "yaw_deg");

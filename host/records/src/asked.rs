@@ -99,7 +99,9 @@ impl<'a> Asked<'a> {
         }
         // Of two, one the time and the other by its unit what is meant, that is it.
         let numbers = self.table.iter().filter(|c| c.values.is_ok());
-        let is_time = |c: &Channel| names::as_time(c.own_name()).is_some();
+        // What is called x may be a place.
+        let no_place = |c: &Channel| c.unit.as_deref().is_none_or(|u| names::seconds(u).is_some());
+        let is_time = |c: &Channel| names::as_time(c.own_name()).is_some() && no_place(c);
         let others: Vec<&Channel> = numbers.filter(|c| !is_time(c)).collect();
         let is_meant = |c: &Channel| match (self.selection.quantity, c.unit.as_deref()) {
             (quantity, Some(unit)) => quantity::meant(quantity, Some(unit)).is_ok(),

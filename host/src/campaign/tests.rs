@@ -43,6 +43,17 @@ fn an_example_is_read_back_as_it_was_written() {
 }
 
 #[test]
+fn the_words_of_its_motion_are_those_of_its_records() {
+    let (_, file) = read_with("schema_version = 1\n", "schema_version = 1\nmotion = \"roll\"\n");
+    let folder = tempfile::tempdir().unwrap();
+    let mut file = file.unwrap();
+    file.path = folder.path().join("campaign.toml");
+    let rows = (0..20).fold("time_s,yaw_deg\n".to_owned(), |text, k| format!("{text}{k},1\n"));
+    std::fs::write(file.record_path(0), rows).unwrap();
+    assert_eq!(file.record(0).unwrap().measurand.coordinate(), "roll angle");
+}
+
+#[test]
 fn mistakes_are_named_by_line() {
     refused("length_m = 0.625", "lenght_m = 0.625", Some("lenght_m"), "lenght_m");
     refused("length_m = 0.625", "length_m = \"long\"", Some("\"long\""), "invalid type");

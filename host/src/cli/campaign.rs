@@ -17,6 +17,7 @@ use yawrig_text::quoted;
 const EXAMPLE: &str = r#"A whole campaign.toml:
 
   schema_version = 1
+  # motion = "roll"        # what tables, plots and reports call it; else yaw
   [model]
   name = "Davis model"
   length_m = 0.625         # reference length

@@ -13,8 +13,8 @@ use yawrig_core::record::Measurand;
 
 /// Records with a curve each in the plot; of more nothing could be told apart.
 const DRAWN: usize = 12;
-/// Scatter over what the uncertainties explain, above which trials differ.
-const DIFFER: f64 = 2.0;
+/// Scatter over what the uncertainties explain, above which trials differ: of two by chance once in eighty.
+const DIFFER: f64 = 2.5;
 
 /// What is kept of a record.
 #[derive(Clone, Debug)]

@@ -156,7 +156,8 @@ impl Data {
             true => format!("a {quantity} does not show where the motion comes to rest"),
             false => format!("it is a law of an angle, and the record is a {quantity} in {unit}"),
         };
-        Err(Error::usage(format!("{effect}: {why}")).help("take another effect: yawrig effects"))
+        Err(Error::usage(format!("{effect}: {why}"))
+            .help("`yawrig diagnose` names effects that the record shows"))
     }
 
     fn decays(&self) -> Vec<&FreeDecay> {

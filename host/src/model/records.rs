@@ -72,6 +72,7 @@ fn of_campaign(file: &Path, model: &Path) -> Result<Vec<Listed>> {
             wind_speed_m_s: release.wind_speed_m_s,
         };
         let Listed { mut entry, fault } = entry(&campaign.record_path(index), Some(made), model)?;
+        entry.reading.motion = campaign.campaign.motion;
         if !release.at.is_empty() {
             entry.condition = format!("{}, {}", entry.condition, release.at);
         }

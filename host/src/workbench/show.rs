@@ -104,6 +104,7 @@ fn units(measurand: &Measurand) -> Value {
         "of": measurand.coordinate_unit(),
         "rate_unit": measurand.rate_unit(),
         "moment": measurand.parameter_unit("rad/s²"),
+        "shows_rest": measurand.shows_rest(),
     })
 }
 

@@ -172,6 +172,7 @@ pub fn diagnose_with_fits(
 ) -> Result<DiagnosedCampaign> {
     let wind_speed_m_s = made.release.iter().map(|r| r.wind_speed_m_s).collect();
     let mut releases = Releases::of(records, wind_speed_m_s, options)?;
+    let options = &options.of(&releases.decays[0]);
     let structure = Structure { zero_unknown: options.zero_unknown, ..Structure::default() };
     let judged = releases::judge(records, &mut releases, &structure, options)?;
     let campaign = Campaign { made, settings: settings(made), releases: &releases };

@@ -118,6 +118,7 @@ pub fn diagnose_several(
 ) -> Result<SeveralDiagnosis> {
     let wind_speed_m_s = vec![options.wind_speed_m_s; records.len()];
     let mut releases = Releases::of(records, wind_speed_m_s, options)?;
+    let options = &options.of(&releases.decays[0]);
     // Each release has a rest angle of its own, which a constant moment would be once more.
     let (rests, present): (Vec<Effect>, Vec<Effect>) =
         options.present.effects.iter().cloned().partition(Effect::moves_rest);

@@ -35,6 +35,14 @@ fn between(covariance: &DMatrix<f64>, a: &[f64], b: &[f64]) -> f64 {
     pairs.map(|(i, j)| a[i] * b[j] * covariance[(i, j)]).sum()
 }
 
+/// Of a variance, which rounding may leave a little below zero; what is not known stays so.
+fn deviation(variance: f64) -> f64 {
+    match variance < 0.0 {
+        true => 0.0,
+        false => variance.sqrt(),
+    }
+}
+
 /// A fitted model.
 #[derive(Clone, Debug)]
 pub struct Fitted {
@@ -179,14 +187,13 @@ impl Fitted {
             return None;
         }
         let variance = self.covariance.as_ref().map_or(f64::NAN, |c| c[(PLAIN, PLAIN)]);
-        let u = (variance * self.inflation).max(0.0).sqrt();
-        Some(Quantity::new(self.parameters[PLAIN], u))
+        Some(Quantity::new(self.parameters[PLAIN], deviation(variance * self.inflation)))
     }
     /// `effect.name` and value with u of every number of the effects, in the units that [`Effect::parameters`] states.
     pub fn effect_parameters(&self) -> Vec<(String, Quantity)> {
         let of = |(name, value, row): (String, f64, Vec<f64>)| {
             let variance = self.covariance.as_ref().map_or(f64::NAN, |c| between(c, &row, &row));
-            (name, Quantity::new(value, (variance * self.inflation).max(0.0).sqrt()))
+            (name, Quantity::new(value, deviation(variance * self.inflation)))
         };
         self.published().map(of).collect()
     }

@@ -12,11 +12,16 @@ const BLURRED: f64 = 0.5;
 pub(crate) fn step_deg(record: &Record) -> Option<f64> {
     let mut values = record.yaw_deg.clone();
     values.sort_unstable_by(f64::total_cmp);
+    // What rounding makes of one value.
+    let least = match record.measurand.is_of_angle() {
+        true => 1e-6,
+        false => 1e-9 * (values[values.len() - 1] - values[0]),
+    };
     let mut gaps: Vec<f64> = Vec::new();
     let mut taken = 1;
     for pair in values.windows(2) {
         let gap = pair[1] - pair[0];
-        if gap > 1e-6 {
+        if gap > least {
             taken += 1;
             gaps.push(gap);
         }

@@ -190,7 +190,8 @@ impl Search<'_> {
             if inside < to {
                 (to, end) = (inside, End::Amplitude);
             }
-            let above = self.points[chosen.last].amplitude_deg > 1.3 * asked.to;
+            let is_asked = asked.to > 0.0 || asked.most.is_finite();
+            let above = is_asked && self.points[chosen.last].amplitude_deg > 1.3 * asked.to;
             if above && chosen.last + 1 == self.points.len() {
                 flags.push(Flag::EndsAboveWindow);
             }
