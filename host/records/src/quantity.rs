@@ -121,6 +121,11 @@ pub(super) fn meant(
         };
     }
     let said = quantity.ok_or(Unclear::NoAngle)?;
+    // A sensor of a rate may be read in volts, but metres per second squared are none of a rate.
+    let likely = Quantity::likely(unit);
+    if likely != Quantity::Displacement && likely != said {
+        return Err(Unclear::Against(said, likely));
+    }
     match said.linear(unit) {
         Some(measurand) => Ok(Meant { measurand, scale: 1.0 }),
         None => Err(Unclear::Against(said, Quantity::likely(unit))),
@@ -169,6 +174,10 @@ mod tests {
         assert_eq!(is(Some(Quantity::Angle), "rad/s"), Err(against));
         let (found, scale) = is(Some(Quantity::Acceleration), "m/s²").unwrap();
         assert_eq!((found.quantity(), found.coordinate_unit(), scale), ("acceleration", "m", 1.0));
+        let against = Unclear::Against(Quantity::Rate, Quantity::Acceleration);
+        assert_eq!(is(Some(Quantity::Rate), "m/s^2"), Err(against));
+        let (found, _) = is(Some(Quantity::Rate), "V").unwrap();
+        assert_eq!((found.quantity(), found.coordinate_unit()), ("rate", "V s"));
         assert_eq!(meant(Some(Quantity::Rate), Some(" ")), Err(Unclear::NoUnit));
     }
 

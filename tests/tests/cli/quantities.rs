@@ -310,7 +310,7 @@ fn trials_stand_side_by_side() {
         .exits(0)
         .stdout;
     let table = text.split("\n\n").last().expect("a table");
-    let rows = table.lines().filter(|line| line.starts_with("trial-")).count();
+    let rows = table.lines().filter(|line| line.trim_start().starts_with("trial-")).count();
     assert!(rows == 3 && table.contains("wn at ") && table.contains("the trials agree"), "{table}");
     let svg = std::fs::read_to_string(bench.folder().join("trials.svg")).expect("the plot");
     assert!(svg.contains("trial-3.csv") && svg.contains("Damping ratio"), "{}", svg.len());
