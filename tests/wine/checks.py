@@ -198,7 +198,7 @@ def check_campaign(place):
     assert abs(sizes[0] - sizes[1]) < 0.01 * sizes[0], sizes
     # Windows' own way to write a path.
     place.run("theirs", ["derivatives", "Messreihe\\campaign.toml"])
-    place.both("campaign init Messreihe --out neu.toml")
+    place.both("campaign init Messreihe --out neu.toml --pattern {spring}-{axis}-{state}.csv")
     same("what init finds", place.text("ours", "neu.toml"), place.text("theirs", "neu.toml"))
     return f"numbers agree to {worst:.1e}"
 
