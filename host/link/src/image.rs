@@ -6,7 +6,8 @@ use std::process::{Command, Stdio};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 
-/// The boards' workspaces, where this program was built; none of a program that is given away (`tests/release`).
+/// The boards' workspaces, where this program was built; none of one that is built with
+/// YAWRIG_WITHOUT_SOURCES set, to be given away.
 pub const SOURCES: Option<&str> = match option_env!("YAWRIG_WITHOUT_SOURCES") {
     None => Some(concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/boards")),
     Some(_) => None,
