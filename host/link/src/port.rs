@@ -22,7 +22,7 @@ pub type Ends = (Box<dyn Read + Send>, Box<dyn Write + Send>);
 /// Exit code 4, saying whether the port is absent, busy, forbidden or no port at all.
 pub fn open(path: &str) -> Result<Ends> {
     if is_socket(path) {
-        let (reading, writing) = socket::connect(path)?;
+        let (reading, writing) = socket::connect(path, READ_SLICE)?;
         return Ok((Box::new(reading), Box::new(writing)));
     }
     system::keep_lines_up(path);

@@ -1,8 +1,8 @@
 //! A TCP socket of this machine as a serial line: where the system has no pseudo-terminals.
 
-use crate::port::READ_SLICE;
 use std::io::{ErrorKind, Read, Result, Write};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::time::Duration;
 use yawrig_base::error::{Error, Exit};
 
 /// How a path begins that is one: `tcp://127.0.0.1:50123`.
@@ -84,15 +84,18 @@ impl Write for Socket {
     }
 }
 
-/// The client's end of the socket at `path`, to read from and to write to.
+/// The client's end of the socket at `path`, to read from, each time for so long at most, and to write to.
 ///
 /// # Errors
 /// Exit code 4 where nobody listens.
-pub fn connect(path: &str) -> std::result::Result<(TcpStream, TcpStream), Error> {
+pub fn connect(
+    path: &str,
+    read_slice: Duration,
+) -> std::result::Result<(TcpStream, TcpStream), Error> {
     let connected = || {
         let stream = TcpStream::connect(path.trim_start_matches(SCHEME))?;
         stream.set_nodelay(true)?;
-        stream.set_read_timeout(Some(READ_SLICE))?;
+        stream.set_read_timeout(Some(read_slice))?;
         Ok((stream.try_clone()?, stream))
     };
     connected().map_err(|e: std::io::Error| {

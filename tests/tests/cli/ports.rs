@@ -57,10 +57,12 @@ fn a_device_behind_a_socket() {
     let socket = || Terminal::socket().expect("a socket");
     let hub = Hub::between(device, socket(), socket()).expect("a thread");
     let path = hub.shared_path();
-    yawrig("flash --device").and(path).and(&network).run().exits(0).says("written and verified");
+    let flashed = yawrig("flash --device").and(path).and(&network).run().exits(0);
+    assert!(flashed.stdout.contains("written and verified"), "{}", flashed.report());
     let object = yawrig("device --json --device").and(path).run().exits(0).json();
     assert_eq!(object["network"]["id"], networks::id(&networks::sound()), "{object}");
-    yawrig("doctor --device").and(path).run().exits(0).says("answers");
+    let seen = yawrig("doctor --device").and(path).run().exits(0);
+    assert!(seen.stdout.contains("answers"), "{}", seen.report());
     let client = Client::open(path).expect("nobody has it");
     for verb in ["device", "doctor"] {
         let ended = yawrig(verb).and("--device").and(path).run().exits(4).helps();
