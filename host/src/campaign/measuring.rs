@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_core::derivatives::campaign::{Campaign, ReleaseEntry};
-use yawrig_core::derivatives::condition::Identified;
+use yawrig_core::derivatives::condition::{are_repeats, Identified};
 use yawrig_core::derivatives::{inertia_kg_m2, plausible, Computed};
 use yawrig_link::condition::check;
 use yawrig_link::follow::flag_names;
@@ -110,7 +110,7 @@ impl Measuring {
         let mut is_there = |wanted: &ReleaseEntry| {
             there
                 .iter()
-                .position(|r| r.is_repeat_of(wanted))
+                .position(|r| are_repeats(r, wanted))
                 .map(|place| there.remove(place))
                 .is_some()
         };

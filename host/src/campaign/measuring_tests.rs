@@ -166,5 +166,5 @@ fn a_reference_at_one_setting_is_another_rig_to_the_device() {
     assert_eq!((rigs[0], rigs[1]), (rigs[2], rigs[3]));
     assert_ne!(rigs[0], rigs[1]);
     // A record of one setting is none of the other.
-    assert!(!campaign.release[0].is_repeat_of(&campaign.release[1]));
+    assert!(!are_repeats(&campaign.release[0], &campaign.release[1]));
 }

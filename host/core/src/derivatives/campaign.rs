@@ -4,7 +4,6 @@
 //! it is taken as zero and said to be.
 
 use super::at::At;
-use super::condition::is_same_speed;
 use super::doubt::Kind;
 use crate::plan::Can;
 use crate::record::Called;
@@ -203,12 +202,6 @@ impl ReleaseEntry {
             at: At::default(),
             accept: Vec::new(),
         }
-    }
-
-    /// Whether `other` is a repeat of it: the same spring, axis, wind and settings.
-    pub fn is_repeat_of(&self, other: &Self) -> bool {
-        (&self.spring, self.axis, &self.at) == (&other.spring, other.axis, &other.at)
-            && is_same_speed(self.wind_speed_m_s, other.wind_speed_m_s)
     }
 }
 

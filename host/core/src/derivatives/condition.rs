@@ -1,7 +1,7 @@
 //! Repeated releases of one condition, averaged.
 
 use super::at::At;
-use super::campaign::Campaign;
+use super::campaign::{Campaign, ReleaseEntry};
 use crate::identify::flag::Flag;
 use crate::identify::Identification;
 use crate::quantity::Quantity;
@@ -75,6 +75,12 @@ const SAME_SPEED: f64 = 0.02;
 /// Whether two wind speeds in m/s are the same setting; off is only the same as off.
 pub fn is_same_speed(a: f64, b: f64) -> bool {
     a == b || (a > 0.0 && b > 0.0 && (a - b).abs() <= SAME_SPEED * a.max(b))
+}
+
+/// Whether two releases are repeats of each other: the same spring, axis, wind and settings.
+pub fn are_repeats(a: &ReleaseEntry, b: &ReleaseEntry) -> bool {
+    (&a.spring, a.axis, &a.at) == (&b.spring, b.axis, &b.at)
+        && is_same_speed(a.wind_speed_m_s, b.wind_speed_m_s)
 }
 
 /// Which releases belong together: one spring and axis at one wind speed.
