@@ -126,7 +126,7 @@ fn what_is_wrong_is_named_with_its_line() {
             "there is no effect",
             "did you mean coulomb_friction?",
         ),
-        ("\"rad/s2\"", "\"deg/s2\"", "coulomb_friction.c is in rad/s2", "convert"),
+        ("\"mm/s2\"", "\"deg/s2\"", "coulomb_friction.c is in mm/s2", "convert"),
         ("c = {", "k = {", "has no parameter \"k\"", "its parameters: c"),
         (
             "min = 0.0, max = inf, free = true }\n\n[[",

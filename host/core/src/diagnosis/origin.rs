@@ -57,15 +57,19 @@ impl Seen {
     }
 }
 
-/// Mean weighted by 1/u^2; `None` where nothing is known.
+/// Mean weighted by 1/u^2, of one value that value to the bit; `None` where nothing is known.
 pub(crate) fn weighted_mean(values: impl IntoIterator<Item = Quantity>) -> Option<Quantity> {
-    let (mut weights, mut sum) = (0.0, 0.0);
-    for q in values.into_iter().filter(|q| q.u > 0.0 && q.u.is_finite()) {
+    let mut known = values.into_iter().filter(|q| q.u > 0.0 && q.u.is_finite());
+    let first = known.next()?;
+    let (mut weights, mut off) = (1.0 / (first.u * first.u), 0.0);
+    let mut u = first.u;
+    for q in known {
         let w = 1.0 / (q.u * q.u);
         weights += w;
-        sum += w * q.value;
+        off += w * (q.value - first.value);
+        u = weights.sqrt().recip();
     }
-    (weights > 0.0).then(|| Quantity::new(sum / weights, weights.sqrt().recip()))
+    Some(Quantity::new(first.value + off / weights, u))
 }
 
 /// Off and on of the same springs and axes, weighted by how well each pair's difference is known; and the difference,
