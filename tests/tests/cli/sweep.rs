@@ -102,7 +102,7 @@ fn settings_group_the_derivatives() {
     ] {
         let twice = by_gauges.replacen("dynamic", &format!("{more}\ndynamic"), 1);
         std::fs::write(folder.join("twice.toml"), twice).expect("room");
-        run(folder, "derivatives twice.toml").exits(3).says(says).says("line 17");
+        run(folder, "derivatives twice.toml").exits(3).says(says).says("line 22");
     }
 
     let text = run(folder, "derivatives both.toml").exits(0).stdout;
