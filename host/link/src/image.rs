@@ -6,12 +6,8 @@ use std::process::{Command, Stdio};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 
-/// The boards' workspaces, where this program was built; none of one that is built with
-/// YAWRIG_WITHOUT_SOURCES set, to be given away.
-pub const SOURCES: Option<&str> = match option_env!("YAWRIG_WITHOUT_SOURCES") {
-    None => Some(concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/boards")),
-    Some(_) => None,
-};
+/// The boards' workspaces, where this program was built.
+pub const SOURCES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/boards");
 const BOARD: &str = "mps2-an386";
 const NAME: &str = "yawrig-mps2-an386";
 /// What builds it, from the root of the sources.
@@ -23,29 +19,28 @@ const BUILD: &str = "firmware/boards/build mps2-an386";
 /// # Errors
 /// Exit 4: no image and no sources, or the sources do not build.
 pub fn find() -> Result<PathBuf> {
-    if let Some(script) = SOURCES.map(|boards| Path::new(boards).join("build")) {
-        if script.exists() {
-            return build(&script);
-        }
+    let script = Path::new(SOURCES).join("build");
+    if script.exists() {
+        return build(&script);
     }
     let beside = std::env::current_exe()
         .ok()
         .map(|program| program.with_file_name(NAME))
         .filter(|image| image.exists());
     beside.ok_or_else(|| {
-        let sources = SOURCES.map_or(String::new(), |boards| format!(" and no {boards}/{BOARD}"));
-        Error::device(format!("there is no ARM image: no {NAME} beside this program{sources}"))
-            .help(format!(
-                "in yawrig's sources run {BUILD}, and put what it builds beside this program"
-            ))
+        Error::device(format!(
+            "there is no ARM image: neither {SOURCES}/{BOARD} nor {NAME} beside this program"
+        ))
+        .help(format!(
+            "in yawrig's sources run {BUILD}, and put what it builds beside this program"
+        ))
     })
 }
 
 /// Whether the image is still to be built, which takes a minute the first time; later a moment.
 pub fn takes_a_minute() -> bool {
-    SOURCES.map(Path::new).is_some_and(|boards| {
-        boards.join("build").exists() && !boards.join(BOARD).join("target").exists()
-    })
+    let boards = Path::new(SOURCES);
+    boards.join("build").exists() && !boards.join(BOARD).join("target").exists()
 }
 
 fn build(script: &Path) -> Result<PathBuf> {

@@ -2,9 +2,9 @@
 
 use super::table::Selection;
 use std::ops::Range;
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::SystemTime;
 use yawrig_base::error::Result;
 use yawrig_core::identify::several;
 use yawrig_core::record::Record;
@@ -28,8 +28,10 @@ impl Whole {
 #[derive(PartialEq)]
 struct Key {
     file: PathBuf,
-    /// Device and number on it, bytes, and when content and entry were last changed.
-    state: [i64; 7],
+    bytes: u64,
+    /// When its content was last changed.
+    changed: Option<SystemTime>,
+    identity: [i64; 4],
     /// As it was asked for, and as is kept for its folder.
     reading: [Selection; 2],
 }
@@ -37,11 +39,24 @@ struct Key {
 impl Key {
     fn of(file: &Path, reading: [&Selection; 2]) -> Option<Self> {
         let m = file.metadata().ok().filter(std::fs::Metadata::is_file)?;
-        let (device, number, bytes) = (m.dev() as i64, m.ino() as i64, m.size() as i64);
-        let times = [m.mtime(), m.mtime_nsec(), m.ctime(), m.ctime_nsec()];
-        let state = [device, number, bytes, times[0], times[1], times[2], times[3]];
-        Some(Self { file: file.to_owned(), state, reading: reading.map(Clone::clone) })
+        let (bytes, changed, identity) = (m.len(), m.modified().ok(), identity(&m));
+        let reading = reading.map(Clone::clone);
+        Some(Self { file: file.to_owned(), bytes, changed, identity, reading })
     }
+}
+
+/// Device and number on it, and when its entry was last changed.
+#[cfg(unix)]
+fn identity(m: &std::fs::Metadata) -> [i64; 4] {
+    use std::os::unix::fs::MetadataExt;
+    [m.dev() as i64, m.ino() as i64, m.ctime(), m.ctime_nsec()]
+}
+
+/// When it was made.
+#[cfg(windows)]
+fn identity(m: &std::fs::Metadata) -> [i64; 4] {
+    use std::os::windows::fs::MetadataExt;
+    [m.creation_time() as i64, 0, 0, 0]
 }
 
 /// The oldest first.

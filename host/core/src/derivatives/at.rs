@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 /// Names that a release or a point of a table has already.
-const TAKEN: [&str; 10] = [
+const TAKEN: [&str; 12] = [
     "method",
     "file",
     "spring",
@@ -13,6 +13,8 @@ const TAKEN: [&str; 10] = [
     "wind_speed_m_s",
     "density_kg_m3",
     "reduced_frequency",
+    "validation_mse_deg2",
+    "assumed_zero",
     "flags",
     "doubts",
     "notes",
@@ -61,8 +63,9 @@ impl At {
     /// What cannot be the name of a setting: it becomes a column beside those that are there, and a key without quotes.
     pub fn unusable_name(&self) -> Option<&str> {
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-        let is_usable =
-            |name: &str| !name.is_empty() && name.chars().all(plain) && !TAKEN.contains(&name);
+        let is_derivative = |name: &str| name.starts_with("cn_") || name.starts_with("cy_");
+        let is_taken = |name: &str| TAKEN.contains(&name) || is_derivative(name);
+        let is_usable = |name: &str| !name.is_empty() && name.chars().all(plain) && !is_taken(name);
         self.0.keys().map(String::as_str).find(|name| !is_usable(name))
     }
 
