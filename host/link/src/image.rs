@@ -6,8 +6,11 @@ use std::process::{Command, Stdio};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 
-/// The boards' workspaces, where this program was built.
-pub const SOURCES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/boards");
+/// The boards' workspaces, where this program was built; none of a program that is given away (`tests/release`).
+pub const SOURCES: Option<&str> = match option_env!("YAWRIG_WITHOUT_SOURCES") {
+    None => Some(concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/boards")),
+    Some(_) => None,
+};
 const BOARD: &str = "mps2-an386";
 const NAME: &str = "yawrig-mps2-an386";
 /// What builds it, from the root of the sources.
@@ -19,28 +22,29 @@ const BUILD: &str = "firmware/boards/build mps2-an386";
 /// # Errors
 /// Exit 4: no image and no sources, or the sources do not build.
 pub fn find() -> Result<PathBuf> {
-    let script = Path::new(SOURCES).join("build");
-    if script.exists() {
-        return build(&script);
+    if let Some(script) = SOURCES.map(|boards| Path::new(boards).join("build")) {
+        if script.exists() {
+            return build(&script);
+        }
     }
     let beside = std::env::current_exe()
         .ok()
         .map(|program| program.with_file_name(NAME))
         .filter(|image| image.exists());
     beside.ok_or_else(|| {
-        Error::device(format!(
-            "there is no ARM image: neither {SOURCES}/{BOARD} nor {NAME} beside this program"
-        ))
-        .help(format!(
-            "in yawrig's sources run {BUILD}, and put what it builds beside this program"
-        ))
+        let sources = SOURCES.map_or(String::new(), |boards| format!(" and no {boards}/{BOARD}"));
+        Error::device(format!("there is no ARM image: no {NAME} beside this program{sources}"))
+            .help(format!(
+                "in yawrig's sources run {BUILD}, and put what it builds beside this program"
+            ))
     })
 }
 
 /// Whether the image is still to be built, which takes a minute the first time; later a moment.
 pub fn takes_a_minute() -> bool {
-    let boards = Path::new(SOURCES);
-    boards.join("build").exists() && !boards.join(BOARD).join("target").exists()
+    SOURCES.map(Path::new).is_some_and(|boards| {
+        boards.join("build").exists() && !boards.join(BOARD).join("target").exists()
+    })
 }
 
 fn build(script: &Path) -> Result<PathBuf> {
