@@ -81,7 +81,7 @@ pub fn device(path: &str) -> Vec<Check> {
             let board = identity.board.as_str();
             let is_there =
                 |boards: &str| !board.is_empty() && Path::new(boards).join(board).is_dir();
-            let command = match is_there(image::SOURCES) {
+            let command = match image::SOURCES.is_some_and(is_there) {
                 true => format!("firmware/boards/build {board}"),
                 false => "yawrig --version".to_owned(),
             };
