@@ -27,10 +27,16 @@ impl Terminal {
     /// Exit 4 where it has no more of them.
     pub fn new() -> Result<Self> {
         #[cfg(unix)]
-        match Pty::new() {
-            // As in a container with nothing in its /dev.
-            Err(e) if e.kind() == io::ErrorKind::NotFound => {}
-            opened => return Self::on(opened, "a pseudo-terminal"),
+        {
+            // As in a container with nothing in its /dev, or nothing behind what is there.
+            let there_are_none = |e: &io::Error| {
+                let errno = e.raw_os_error().map(nix::errno::Errno::from_raw);
+                matches!(errno, Some(nix::errno::Errno::ENOENT | nix::errno::Errno::ENODEV))
+            };
+            match Pty::new() {
+                Err(e) if there_are_none(&e) => {}
+                opened => return Self::on(opened, "a pseudo-terminal"),
+            }
         }
         Self::socket()
     }
