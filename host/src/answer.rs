@@ -1,6 +1,7 @@
 //! What a verb answers about records that a program holds in memory: the object that `--json` prints, and what can be
 //! drawn and simulated of it.
 
+use crate::model::model_fit::Recorded;
 use crate::report::charts::{self, Chart};
 use crate::report::{drawn_of, of_diagnosed, of_table, with_effects};
 use serde::Serialize;
@@ -8,9 +9,9 @@ use std::sync::OnceLock;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::derivatives::table::Table;
 use yawrig_core::diagnosis::diagnose::Diagnosed;
+use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{fit_plain_within, Fitted, Limit, Number, Structure};
 use yawrig_core::fit::free_decay::FreeDecay;
-use yawrig_core::motion::readings_at;
 use yawrig_core::record::Record;
 
 /// Progress of a verb that works through many records: how many are done, of how many.
@@ -32,17 +33,40 @@ pub enum Drawn {
     /// A record, with the natural frequency and damping ratio that were identified.
     Identified(Box<Record>, [f64; 2]),
     Diagnosed(Box<(Record, Diagnosed)>),
-    Fitted(Vec<OfRecord>),
+    /// Each record with its model; what is random in the answer, which no model follows.
+    Fitted {
+        each: Vec<OfRecord>,
+        random: Option<Effect>,
+    },
     Derivatives(Box<Table>),
     /// A record that was made.
     Made(Box<Record>),
 }
 
+impl Drawn {
+    /// Each record with its model.
+    pub fn fitted(each: Vec<OfRecord>) -> Self {
+        Self::Fitted { each, random: None }
+    }
+}
+
 /// A record and the model that was fitted to it.
 pub struct OfRecord {
+    /// As the answer names it.
+    pub name: String,
     pub decay: FreeDecay,
     pub model: Fitted,
 }
+
+impl OfRecord {
+    /// Of a model's record.
+    pub fn of(recorded: Recorded, model: Fitted) -> Self {
+        Self { name: recorded.entry.file, decay: recorded.decay, model }
+    }
+}
+
+/// A record's name, what was read of it, and its model.
+pub type OfOne<'a> = (String, &'a FreeDecay, &'a Fitted);
 
 /// Block means of a record, a fiftieth of a period each, and the model there.
 pub struct Curves {
@@ -78,21 +102,35 @@ impl Answer {
     ///
     /// # Errors
     /// Exit 3 where a record that was identified has too little in it for a fit.
-    pub fn fits(&self) -> Result<Vec<(&FreeDecay, &Fitted)>> {
+    pub fn fits(&self) -> Result<Vec<OfOne<'_>>> {
+        fn each(all: &[OfRecord]) -> Vec<OfOne<'_>> {
+            all.iter().map(|r| (r.name.clone(), &r.decay, &r.model)).collect()
+        }
         Ok(match &self.drawn {
             Drawn::Diagnosed(both) => {
-                both.1.path.last().map(|model| vec![(&both.1.decay, model)]).unwrap_or_default()
+                let last = both.1.path.last();
+                let of = |model| (both.0.file.display().to_string(), &both.1.decay, model);
+                last.map(of).into_iter().collect()
             }
-            Drawn::Fitted(all) => all.iter().map(|r| (&r.decay, &r.model)).collect(),
+            Drawn::Fitted { each: all, .. } => each(all),
             Drawn::Identified(record, values) => {
                 if self.fits.get().is_none() {
                     // Another thread may have been quicker, with the same.
                     let _ = self.fits.set(vec![held(record, *values)?]);
                 }
-                self.fits.get().into_iter().flatten().map(|r| (&r.decay, &r.model)).collect()
+                self.fits.get().map_or_else(Vec::new, |all| each(all))
             }
             Drawn::Nothing | Drawn::Derivatives(_) | Drawn::Made(_) => Vec::new(),
         })
+    }
+
+    /// What is random in the answer, and in no model of a record.
+    pub fn random(&self) -> Option<&Effect> {
+        match &self.drawn {
+            Drawn::Diagnosed(both) => both.1.diagnosis.effects.iter().find(|e| e.is_random()),
+            Drawn::Fitted { random, .. } => random.as_ref(),
+            _ => None,
+        }
     }
 
     /// The pictures of a report's page, each an SVG of its own with its caption.
@@ -104,8 +142,8 @@ impl Answer {
             Drawn::Nothing | Drawn::Made(_) => Vec::new(),
             Drawn::Diagnosed(both) => charts::of(&of_diagnosed(&both.0, &both.1)),
             Drawn::Derivatives(table) => vec![charts::derivatives(&of_table(table))],
-            Drawn::Identified(..) | Drawn::Fitted(_) => {
-                let of = |(decay, model): (&FreeDecay, &Fitted)| {
+            Drawn::Identified(..) | Drawn::Fitted { .. } => {
+                let of = |(_, decay, model): OfOne| {
                     drawn_of(decay, &[(with_effects(model).as_str(), model)])
                 };
                 self.fits()?.into_iter().flat_map(of).collect()
@@ -128,7 +166,7 @@ fn held(record: &Record, [natural_frequency_rad_s, damping_ratio]: [f64; 2]) -> 
         ..Structure::default()
     };
     let model = fit_plain_within(&decay, &structure, decay.yaw_rad.len());
-    Ok(OfRecord { decay, model })
+    Ok(OfRecord { name: record.file.display().to_string(), decay, model })
 }
 
 /// The means of `decay` and what `model` makes of them.
@@ -140,12 +178,4 @@ pub fn curves(decay: &FreeDecay, model: &Fitted) -> Curves {
         angle_deg: degrees(&decay.yaw_rad),
         model_deg: degrees(&model.readings(&decay.grid)),
     }
-}
-
-/// What `model` reads at these instants of the record's own clock, in order, deg; NaN before its first.
-pub fn model_at(decay: &FreeDecay, model: &Fitted, time_s: &[f64]) -> Vec<f64> {
-    let times: Vec<f64> = time_s.iter().map(|t| t - decay.release_time_s).collect();
-    let zero = model.sensor_zero_rad().map_or(0.0, |zero| zero.value);
-    let readings = readings_at(&model.motion(), decay.grid.start_s, &times);
-    readings.into_iter().map(|y| decay.measurand.shown(y + zero)).collect()
 }

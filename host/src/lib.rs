@@ -28,6 +28,7 @@ pub mod answer;
 mod batch;
 pub mod campaign;
 pub mod cli;
+pub mod course;
 mod demo;
 mod doctor;
 mod drawn;

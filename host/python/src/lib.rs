@@ -6,6 +6,7 @@
 
 mod entry;
 mod error;
+mod model;
 mod work;
 
 use error::{raised, YawrigError};
@@ -17,7 +18,7 @@ use std::ffi::CStr;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use work::{worked, On};
-use yawrig::answer::{self, Answer};
+use yawrig::answer::Answer;
 use yawrig_base::error::Error;
 use yawrig_core::identify::several;
 use yawrig_core::record::Record;
@@ -64,7 +65,7 @@ fn function<R: for<'py> IntoPyObject<'py>>(
 }
 
 /// The answer of a verb: its JSON, its sentence, functions that give the rest of it, and what else was said.
-type Answered = (String, String, [Function; 4], Vec<String>);
+type Answered = (String, String, [Function; 3], Vec<String>);
 
 /// verb, arguments, records, progress
 fn ask(arguments: &Bound<'_, PyTuple>) -> PyResult<Answered> {
@@ -85,40 +86,20 @@ fn ask(arguments: &Bound<'_, PyTuple>) -> PyResult<Answered> {
     Ok((answer.json.clone(), answer.sentence.clone(), rest(py, &answer)?, said))
 }
 
-/// The record that was made; curves of each record and its model; the model's readings; pictures.
-fn rest(py: Python<'_>, answer: &Arc<Answer>) -> PyResult<[Function; 4]> {
+/// The record that was made; the models of the records; pictures.
+fn rest(py: Python<'_>, answer: &Arc<Answer>) -> PyResult<[Function; 3]> {
     let of = answer.clone();
     let made = function(py, c"made", move |arguments| {
         Ok(of.made().map(|record| given(arguments.py(), record)))
     })?;
     let of = answer.clone();
-    let curves = function(py, c"curves", move |arguments| {
-        let (py, of) = (arguments.py(), of.clone());
-        let all = worked(py, On::OneThread, None, move |_| {
-            let fits = of.fits()?;
-            Ok(fits.into_iter().map(|(d, m)| answer::curves(d, m)).collect::<Vec<_>>())
-        })?;
-        let three = |c: answer::Curves| [c.time_s, c.angle_deg, c.model_deg].map(|v| bytes(py, &v));
-        Ok(all.into_iter().map(three).collect::<Vec<_>>())
-    })?;
-    let of = answer.clone();
-    let model = function(py, c"model", move |arguments| {
-        let (py, of) = (arguments.py(), of.clone());
-        let (index, time_s): (usize, PyBackedBytes) = arguments.extract()?;
-        let angles = worked(py, On::OneThread, None, move |_| {
-            let fits = of.fits()?;
-            let none = || Error::usage("this result has no model of one record");
-            let (decay, model) = fits.get(index).ok_or_else(none)?;
-            Ok(answer::model_at(decay, model, &numbers(&time_s)))
-        })?;
-        Ok(bytes(py, &angles))
-    })?;
+    let models = function(py, c"models", move |arguments| model::all(arguments.py(), &of))?;
     let of = answer.clone();
     let pictures = function(py, c"pictures", move |arguments| {
         let of = of.clone();
         worked(arguments.py(), On::AllCores, None, move |_| of.pictures())
     })?;
-    Ok([made, curves, model, pictures])
+    Ok([made, models, pictures])
 }
 
 /// path, selection as JSON

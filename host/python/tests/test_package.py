@@ -10,7 +10,7 @@ import numpy
 import pandas
 import pytest
 import yawrig
-from yawrig import _record, _results, _verbs
+from yawrig import _model, _record, _results, _trace, _verbs
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +27,7 @@ def diagnosis(record):
 
 
 def test_examples_of_the_documentation():
-    for module in [yawrig, _record, _results, _verbs]:
+    for module in [yawrig, _model, _record, _results, _trace, _verbs]:
         failed, _ = doctest.testmod(module)
         assert failed == 0
     assert doctest.testmod(_verbs).attempted > 3

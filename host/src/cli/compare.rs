@@ -7,7 +7,6 @@ use crate::answer::{Answer, Drawn, OfRecord};
 use crate::model::appraisal::Appraisal;
 use crate::model::comparison::{compare, compare_records, Compared, Comparison};
 use crate::model::document::is_model;
-use crate::model::model_fit::Recorded;
 use crate::model::revise::Revision;
 use crate::model::side_by_side::{side_by_side, Side};
 use crate::units::sized;
@@ -17,7 +16,6 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
-use yawrig_core::fit::fitting::Fitted;
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::{Measurand, Record};
 
@@ -107,10 +105,10 @@ impl Compare {
             "second order{with}: residual {:.3} times the noise, held out {:.3}",
             a.residuals.residual_over_noise, a.residuals.held_out_over_noise
         );
-        let of = |(recorded, model): (Recorded, Fitted)| OfRecord { decay: recorded.decay, model };
-        let fitted = recorded.into_iter().zip(fits).map(of).collect();
+        let both = recorded.into_iter().zip(fits);
+        let fitted = both.map(|(recorded, model)| OfRecord::of(recorded, model)).collect();
         let object = revised(model.as_deref(), &revision);
-        Ok(Answer::new(&object, sentence)?.drawn_from(Drawn::Fitted(fitted)))
+        Ok(Answer::new(&object, sentence)?.drawn_from(Drawn::fitted(fitted)))
     }
 
     fn side_by_side(&self, models: &[PathBuf], files: &[PathBuf]) -> Result<()> {

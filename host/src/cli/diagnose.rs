@@ -6,7 +6,7 @@ use super::diagnosis_text;
 use super::law;
 use super::model::{JudgeArgs, DEFAULT};
 use super::releases::{warn_of_more, ReleaseArg};
-use crate::answer::{Answer, Drawn};
+use crate::answer::{Answer, Drawn, OfRecord};
 use crate::campaign::CampaignFile;
 use crate::law::{found_in, Found};
 use crate::model::document::{is_model, Model, RecordEntry};
@@ -23,7 +23,9 @@ use yawrig_core::diagnosis::campaign::CampaignDiagnosis;
 use yawrig_core::diagnosis::diagnose::{
     diagnose_with_fits, name_of, verdict, Diagnosed, Diagnosis, Options, Status, SECOND_ORDER,
 };
-use yawrig_core::diagnosis::several::{diagnose_several, Common, SeveralDiagnosis};
+use yawrig_core::diagnosis::several::{
+    diagnose_several_with_fits, Common, DiagnosedSeveral, SeveralDiagnosis,
+};
 use yawrig_core::record::Record;
 use yawrig_records::Selection;
 
@@ -95,13 +97,13 @@ enum Judged {
     },
     Several {
         files: Vec<String>,
-        diagnosis: SeveralDiagnosis,
+        diagnosed: Box<DiagnosedSeveral>,
         model: &'static str,
         seconds: f64,
     },
     Campaign {
         path: PathBuf,
-        diagnosis: CampaignDiagnosis,
+        diagnosis: Box<CampaignDiagnosis>,
         seconds: f64,
     },
 }
@@ -130,7 +132,8 @@ impl Diagnose {
                     None => print_line(&text),
                 }
             }
-            Judged::Several { files, diagnosis, model, seconds } => {
+            Judged::Several { files, diagnosed, model, seconds } => {
+                let DiagnosedSeveral { diagnosis, .. } = *diagnosed;
                 if self.csv {
                     return csv::diagnosed(&files.join(" "), &diagnosis.status, &diagnosis.steps);
                 }
@@ -166,9 +169,14 @@ impl Diagnose {
                 Ok(Answer::new(&object, sentence)?
                     .drawn_from(Drawn::Diagnosed(Box::new((record, *diagnosed)))))
             }
-            Judged::Several { diagnosis, model, seconds, .. } => {
+            Judged::Several { files, diagnosed, model, seconds } => {
+                let DiagnosedSeveral { diagnosis, decays, fits } = *diagnosed;
                 let sentence = verdict(diagnosis.status, &diagnosis.effects, model);
-                Answer::new(&several_object(&diagnosis, seconds), sentence)
+                let each = files.into_iter().zip(decays).zip(fits);
+                let of = |((name, decay), model)| OfRecord { name, decay, model };
+                let random = diagnosis.effects.iter().find(|e| e.is_random()).cloned();
+                let drawn = Drawn::Fitted { each: each.map(of).collect(), random };
+                Ok(Answer::new(&several_object(&diagnosis, seconds), sentence)?.drawn_from(drawn))
             }
             Judged::Campaign { path, diagnosis, seconds } => {
                 let sentence = verdict(diagnosis.status, &diagnosis.effects, SECOND_ORDER);
@@ -271,20 +279,22 @@ impl Diagnose {
             Case::Several(records, options) => {
                 let common = self.common()?;
                 crate::say!("judging {} releases as one", records.len());
-                let diagnosis = diagnose_several(&records, &common, &options)?;
-                for warning in &diagnosis.warnings {
+                let diagnosed = diagnose_several_with_fits(&records, &common, &options)?;
+                for warning in &diagnosed.diagnosis.warnings {
                     crate::say!("yawrig: warning: {warning}");
                 }
                 let files = records.iter().map(|r| r.file.display().to_string()).collect();
                 let model = name_of(&options.present.effects);
                 let seconds = begin.elapsed().as_secs_f64();
-                Ok(Judged::Several { files, diagnosis, model, seconds })
+                let diagnosed = Box::new(diagnosed);
+                Ok(Judged::Several { files, diagnosed, model, seconds })
             }
             Case::Campaign(path, options) => {
                 let file = CampaignFile::read_releases(&path)?;
                 crate::say!("fitting {} releases", file.campaign.release.len());
                 let diagnosis = crate::campaign::diagnose(&file, &options)?;
-                Ok(Judged::Campaign { path, diagnosis, seconds: begin.elapsed().as_secs_f64() })
+                let (diagnosis, seconds) = (Box::new(diagnosis), begin.elapsed().as_secs_f64());
+                Ok(Judged::Campaign { path, diagnosis, seconds })
             }
         }
     }

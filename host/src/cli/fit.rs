@@ -2,7 +2,7 @@
 
 use super::model::{asked, print_revision, revised, JudgeArgs, ModelArg};
 use super::releases::{warn_of_more, ReleaseArg};
-use crate::answer::Answer;
+use crate::answer::{Answer, Drawn, OfRecord};
 use crate::model::revise::{self, Asked, Revision, Wanted};
 use clap::Args;
 use std::path::PathBuf;
@@ -39,7 +39,8 @@ impl Fit {
     /// # Errors
     /// As [`Self::run`].
     pub fn answer(&self, command: String) -> Result<Answer> {
-        let revision = self.revision(&Asked { command, why: None })?;
+        let asked = Asked { command, why: None };
+        let (revision, fits) = revise::fit_with_models(&self.model.model, &self.wanted()?, &asked)?;
         let a = &revision.appraisal;
         let sentence = format!(
             "{}: residual {:.3} times the noise, held out {:.3}",
@@ -47,10 +48,16 @@ impl Fit {
             a.residuals.residual_over_noise,
             a.residuals.held_out_over_noise
         );
-        Answer::new(&revised(Some(&self.model.model), &revision), sentence)
+        let fitted = fits.into_iter().map(|(recorded, model)| OfRecord::of(recorded, model));
+        let object = revised(Some(&self.model.model), &revision);
+        Ok(Answer::new(&object, sentence)?.drawn_from(Drawn::fitted(fitted.collect())))
     }
 
     fn revision(&self, asked: &Asked) -> Result<Revision> {
+        revise::fit(&self.model.model, &self.wanted()?, asked)
+    }
+
+    fn wanted(&self) -> Result<Wanted> {
         if self.files.iter().chain(&self.hold_out).any(|file| is_standard_input(file)) {
             return Err(Error::usage(
                 "a model keeps the names of its records, and standard input has none",
@@ -60,12 +67,11 @@ impl Fit {
         let files = self.release.of(&self.files)?;
         let reading = self.release.selection()?;
         files.iter().for_each(|file| warn_of_more(file, &reading));
-        let wanted = Wanted {
+        Ok(Wanted {
             files,
             reading,
             hold_out: self.hold_out.clone(),
             unknown_zero: self.judge.unknown_zero,
-        };
-        revise::fit(&self.model.model, &wanted, asked)
+        })
     }
 }

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
 use yawrig_core::effects::{Effect, MOST_OWN};
-use yawrig_core::fit::fitting::Covariance;
+use yawrig_core::fit::fitting::{Covariance, Fitted};
 use yawrig_core::fit::joint::JointFit;
 use yawrig_records::Selection;
 use yawrig_text::nearest;
@@ -83,12 +83,18 @@ impl Current {
         Self::of(model, data, model_fit::fit(model, data)?)
     }
 
-    pub fn appraisal(&self, data: &Data) -> Result<Appraisal> {
-        let recorded: Vec<&Recorded> = data.fitted.iter().chain(&data.held_out).collect();
+    /// Of each record, those held out behind those fitted.
+    fn fits(&self, data: &Data) -> Result<Vec<Fitted>> {
         let mut fits = self.fit.fits.clone();
         for held_out in &data.held_out {
             fits.push(held_against(&self.model, held_out, 1.0)?);
         }
+        Ok(fits)
+    }
+
+    pub fn appraisal(&self, data: &Data) -> Result<Appraisal> {
+        let recorded: Vec<&Recorded> = data.fitted.iter().chain(&data.held_out).collect();
+        let fits = self.fits(data)?;
         let fitted = data.fitted.len();
         let over_noise = self.fit.over_noise();
         let held_out = self.held_out_over_noise;
@@ -122,6 +128,25 @@ pub struct Wanted {
 /// Exit 2 or 3 where there is nothing to fit or the model is about other records, 6 where the fit does not converge,
 /// 130 where the user stops it; the model is then as it was.
 pub fn fit(path: &Path, wanted: &Wanted, asked: &Asked) -> Result<Revision> {
+    Ok(fit_wanted(path, wanted, asked)?.0)
+}
+
+/// As [`fit`], with the records and the model of each, those held out behind those fitted.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_with_models(
+    path: &Path,
+    wanted: &Wanted,
+    asked: &Asked,
+) -> Result<(Revision, Vec<(Recorded, Fitted)>)> {
+    let (revision, current, data) = fit_wanted(path, wanted, asked)?;
+    let fits = current.fits(&data)?;
+    let recorded = data.fitted.into_iter().chain(data.held_out);
+    Ok((revision, recorded.zip(fits).collect()))
+}
+
+fn fit_wanted(path: &Path, wanted: &Wanted, asked: &Asked) -> Result<(Revision, Current, Data)> {
     let store = Store::open(path)?;
     let old = store.model()?;
     let model = match &old {
@@ -150,10 +175,15 @@ pub fn fit_to(
     let begun = || Model { unknown_zero, ..Model::default() };
     let model = Model { records, ..old.clone().unwrap_or_else(begun) };
     let model = with_held_out(model, path, &Wanted::default())?;
-    fit_in(store, old, &model, asked)
+    Ok(fit_in(store, old, &model, asked)?.0)
 }
 
-fn fit_in(store: Store, old: Option<Model>, model: &Model, asked: &Asked) -> Result<Revision> {
+fn fit_in(
+    store: Store,
+    old: Option<Model>,
+    model: &Model,
+    asked: &Asked,
+) -> Result<(Revision, Current, Data)> {
     let data = Data::of(model, store.path())?;
     let before = match &old {
         Some(old) => as_it_is(old, &data).ok().map(|a| a.residuals),
@@ -161,12 +191,9 @@ fn fit_in(store: Store, old: Option<Model>, model: &Model, asked: &Asked) -> Res
     };
     interrupt::check()?;
     let current = Current::fitted(&data.seen(model.clone()), &data)?;
-    finish(
-        store,
-        asked,
-        JournalStep::now(Action::Fit, "", String::new()),
-        Change { before, ..Change::to(&current, &data)? },
-    )
+    let step = JournalStep::now(Action::Fit, "", String::new());
+    let change = Change { before, ..Change::to(&current, &data)? };
+    Ok((finish(store, asked, step, change)?, current, data))
 }
 
 fn begun(store: &Store, wanted: &Wanted) -> Result<Model> {

@@ -107,15 +107,38 @@ struct Path {
     held_out_over_noise: f64,
 }
 
+/// A diagnosis of several releases with the fits it rests on.
+#[derive(Clone, Debug)]
+pub struct DiagnosedSeveral {
+    /// The answer.
+    pub diagnosis: SeveralDiagnosis,
+    /// With the noise floors as the releases' own answers show them, in the order of the records.
+    pub decays: Vec<FreeDecay>,
+    /// The model of the verdict, of each release; what is random is not in it.
+    pub fits: Vec<Fitted>,
+}
+
 /// Judges `records`, releases of one rig, as one.
 ///
 /// # Errors
-/// Naming the record without a free decay; a present model that cannot be fitted; interrupted.
+/// As [`diagnose_several_with_fits`].
 pub fn diagnose_several(
     records: &[Record],
     common: &Common,
     options: &Options,
 ) -> Result<SeveralDiagnosis> {
+    Ok(diagnose_several_with_fits(records, common, options)?.diagnosis)
+}
+
+/// Judges `records`, releases of one rig, as one, and keeps what was fitted.
+///
+/// # Errors
+/// Naming the record without a free decay; a present model that cannot be fitted; interrupted.
+pub fn diagnose_several_with_fits(
+    records: &[Record],
+    common: &Common,
+    options: &Options,
+) -> Result<DiagnosedSeveral> {
     let wind_speed_m_s = vec![options.wind_speed_m_s; records.len()];
     let mut releases = Releases::of(records, wind_speed_m_s, options)?;
     let options = &options.of(&releases.decays[0]);
@@ -137,7 +160,7 @@ pub fn diagnose_several(
     let near = (is_forced || explains(&each.fits))
         .then(|| in_common_at_once(&releases, &judged, common))
         .filter(|path| is_forced || path.last().is_some_and(|p| explains(&p.joint.fits)));
-    let (path, indistinguishable) = match near {
+    let (mut path, indistinguishable) = match near {
         Some(path) => (path, judged.alone.indistinguishable(&each.effects)),
         None => by_prediction(records, &releases, &judged, common, options, &present)?,
     };
@@ -148,7 +171,8 @@ pub fn diagnose_several(
     if is_forced && found.status != Status::Explained {
         found.add_random(&judged, &random, name_of(&options.present.effects));
     }
-    Ok(found)
+    let fits = path.pop().expect("a model").joint.fits;
+    Ok(DiagnosedSeveral { diagnosis: found, decays: releases.decays, fits })
 }
 
 /// The models that the releases' own answers lead to, with what is common in common.

@@ -77,6 +77,11 @@ impl Memory for Hysteresis {
     fn moment(p: &[f64], state: f64) -> f64 {
         -p[0] * state
     }
+
+    #[inline]
+    fn slope(p: &[f64], state: f64, rate_rad_s: f64) -> f64 {
+        rate_rad_s - rate_rad_s.abs() * state / p[1]
+    }
 }
 
 #[cfg(test)]
@@ -92,7 +97,7 @@ mod tests {
             z = Hysteresis::moved(&p, z, leg);
             let db = leg / 200_000.0;
             for _ in 0..200_000 {
-                by_steps += db - f64::abs(db) * by_steps / 0.02;
+                by_steps += Hysteresis::slope(&p, by_steps, db);
             }
             assert!((z - by_steps).abs() < 1e-6, "{leg}: {z} {by_steps}");
         }

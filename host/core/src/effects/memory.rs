@@ -15,6 +15,9 @@ pub(crate) trait Memory {
 
     /// Over the inertia, rad/s2.
     fn moment(p: &[f64], state: f64) -> f64;
+
+    /// How fast the state changes at this yaw rate: of what [`Self::moved`] is the integral.
+    fn slope(p: &[f64], state: f64, rate_rad_s: f64) -> f64;
 }
 
 /// A moment with memory, with its numbers.
@@ -22,12 +25,13 @@ pub(crate) trait Memory {
 pub(super) struct Remembered {
     moved: fn(&[f64], f64, f64) -> f64,
     moment: fn(&[f64], f64) -> f64,
+    slope: fn(&[f64], f64, f64) -> f64,
     p: [f64; MOST_NUMBERS],
 }
 
 impl Remembered {
     pub(super) fn of<M: Memory>(p: &[f64]) -> Self {
-        Self { moved: M::moved, moment: M::moment, p: padded(p) }
+        Self { moved: M::moved, moment: M::moment, slope: M::slope, p: padded(p) }
     }
 }
 
@@ -63,6 +67,17 @@ impl Memories {
             each: remembered.iter().map(|m| (*m, state(m))).collect(),
             turned_at_rad: middle_rad + out,
         }
+    }
+
+    /// Of a motion at this angle with these states.
+    pub(super) fn at(remembered: &[Remembered], yaw_rad: f64, states: &[f64]) -> Self {
+        let each = remembered.iter().copied().zip(states.iter().copied());
+        Self { each: each.collect(), turned_at_rad: yaw_rad }
+    }
+
+    /// How fast the states change where the motion turned last, at this yaw rate.
+    pub(crate) fn slopes(&self, rate_rad_s: f64) -> impl Iterator<Item = f64> + '_ {
+        self.each.iter().map(move |(m, z)| (m.slope)(&m.p, *z, rate_rad_s))
     }
 
     pub(crate) fn is_empty(&self) -> bool {

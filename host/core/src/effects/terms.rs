@@ -112,6 +112,11 @@ impl Terms {
         Memories::begun(&self.remembered, state, natural_frequency_rad_s, middle_rad, swinging)
     }
 
+    /// The same of a motion whose moments have these states at this angle.
+    pub(crate) fn memories_at(&self, yaw_rad: f64, states: &[f64]) -> Memories {
+        Memories::at(&self.remembered, yaw_rad, states)
+    }
+
     pub(crate) fn add_curves(&mut self, curves: Curves) {
         self.curves = Some(Arc::new(curves));
     }

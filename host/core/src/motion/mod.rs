@@ -5,6 +5,7 @@ pub(crate) mod oscillator;
 pub(crate) mod own_motion;
 mod pair;
 pub mod simulate;
+mod slope;
 mod smooth_own;
 
 pub use at_times::readings_at;

@@ -103,7 +103,7 @@ pub(crate) struct Walker<'a> {
     tolerance: f64,
     piece: Piece,
     own: RefCell<Vec<Prepared>>,
-    memories: Memories,
+    pub(super) memories: Memories,
     /// There is something that changes where the rate changes sign, or where the angle does.
     turns: bool,
     crosses: bool,

@@ -13,6 +13,7 @@ attributes; a quantity has ``.value`` and ``.u``, its standard uncertainty (k = 
 """
 
 from ._native import YawrigError, __version__
+from ._model import Model
 from ._record import Record, read
 from ._results import (
     Comparison,
@@ -45,6 +46,7 @@ __all__ = [
     "Diagnosis",
     "Effect",
     "Identification",
+    "Model",
     "Quantity",
     "Record",
     "Result",

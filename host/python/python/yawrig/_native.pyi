@@ -1,13 +1,24 @@
 from typing import Any, Callable, List, Optional, Tuple
 
 Given = Tuple[str, bytes, bytes, bool]
+ModelGiven = Tuple[
+    str,
+    float,
+    bytes,
+    List[str],
+    Tuple[
+        Callable[[], List[bytes]],
+        Callable[[bytes], bytes],
+        Callable[[bytes, bytes], bytes],
+        Callable[[bytes, bytes], bytes],
+    ],
+]
 Answered = Tuple[
     str,
     str,
     Tuple[
         Callable[[], Optional[Given]],
-        Callable[[], List[List[bytes]]],
-        Callable[[int, bytes], bytes],
+        Callable[[], List[ModelGiven]],
         Callable[[], List[Tuple[str, str]]],
     ],
     List[str],

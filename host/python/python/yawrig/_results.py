@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import html
 import json
+from functools import cached_property
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional
 
 import numpy
 
 from . import _native
-from ._record import Record, as_array, as_bytes
+from ._model import Curves, Model
+from ._record import Record
 
 
 class Quantity(NamedTuple):
@@ -90,14 +92,6 @@ def flat(row: Dict[str, Any], before: str = "") -> Dict[str, Any]:
     return out
 
 
-class Curves(NamedTuple):
-    """Means of a record over a fiftieth of a period each, and the model there; arrays of shape (n,)."""
-
-    time_s: numpy.ndarray
-    angle_deg: numpy.ndarray
-    model_deg: numpy.ndarray
-
-
 class Result(Fields):
     """An answer. Its attributes have the names of the program's JSON, which is ``to_dict()``; as items, too."""
 
@@ -106,7 +100,7 @@ class Result(Fields):
 
     def __init__(self, answered: _native.Answered) -> None:
         self._json, self.sentence, rest, _ = answered
-        self._made, self._all_curves, self._model_at, self._drawn = rest
+        self._made, self._all_models, self._drawn = rest
         super().__init__(json.loads(self._json))
 
     def __reduce__(self) -> Any:
@@ -127,39 +121,30 @@ class Result(Fields):
 
         return pandas.DataFrame(self.rows())
 
-    def _curves(self) -> List[Curves]:
-        return [Curves(*map(as_array, curves)) for curves in self._all_curves()]
+    @cached_property
+    def models(self) -> List[Model]:
+        """The model of each record, in the order of the records; empty where the answer is none of a model."""
+        return [Model(given) for given in self._all_models()]
 
-    def _one(self) -> Curves:
-        curves = self._curves()
-        if len(curves) != 1:
-            raise _native.YawrigError(f"this result has models of {len(curves)} records, not of one")
-        return curves[0]
+    @property
+    def model(self) -> Model:
+        """The model of the record: ``model(time_s)``, ``model.rhs(time_s, state)``; of several records see ``models``."""
+        models = self.models
+        if len(models) != 1:
+            what = f"models of {len(models)} records, not of one" if models else "no model of a record"
+            help = "\n  help: .models has one for each" if models else ""
+            raise _native.YawrigError(f"this result has {what}{help}")
+        return models[0]
 
     @property
     def curves(self) -> Curves:
-        """The record and its model: ``time_s``, ``angle_deg`` and ``model_deg``, shape (n,)."""
-        return self._one()
+        """``model.curves``."""
+        return self.model.curves
 
     @property
     def residual(self) -> numpy.ndarray:
-        """Record less model in degrees at ``curves.time_s``, shape (n,)."""
-        curves = self._one()
-        return curves.angle_deg - curves.model_deg
-
-    def model(self, time_s: Any) -> numpy.ndarray:
-        """What the model reads, in degrees, at instants of the record's clock, in any order; NaN before the release.
-
-        Parameters
-        ----------
-        time_s : number or array of any shape
-        """
-        time = numpy.asarray(time_s, dtype=numpy.float64)
-        flat_s = time.ravel()
-        order = numpy.argsort(flat_s, kind="stable")
-        angle = numpy.empty_like(flat_s)
-        angle[order] = as_array(self._model_at(0, as_bytes(flat_s[order])))
-        return angle.reshape(time.shape)
+        """``model.residual``: record less model in degrees at ``curves.time_s``, shape (n,)."""
+        return self.model.residual
 
     @property
     def covariance(self) -> Optional[numpy.ndarray]:
@@ -188,7 +173,7 @@ class Result(Fields):
         """Record, model and residual with matplotlib; returns the figure."""
         from matplotlib import pyplot
 
-        curves = self._one()
+        curves = self.curves
         figure, (above, below) = pyplot.subplots(2, 1, sharex=True, layout="constrained")
         above.plot(curves.time_s, curves.angle_deg, label="record")
         above.plot(curves.time_s, curves.model_deg, label="model", linewidth=0.8)
@@ -220,7 +205,7 @@ def _elsewhere(*_: Any) -> Any:
 
 def restored(cls: type, text: str, sentence: str) -> Result:
     """A result from what travels of it."""
-    return cls((text, sentence, (_elsewhere, _elsewhere, _elsewhere, lambda: []), []))
+    return cls((text, sentence, (_elsewhere, _elsewhere, lambda: []), []))
 
 
 class Identification(Result):

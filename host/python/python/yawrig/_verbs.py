@@ -12,6 +12,7 @@ from typing import Any, Callable, Dict, Iterable, List, Mapping, Optional, Seque
 from . import _native
 from ._record import Record, read
 from ._results import Comparison, Derivatives, Diagnosis, Identification, Result, Simulated
+from ._trace import expression
 
 PathLike = Union[str, "os.PathLike[str]"]
 #: Told how many are done, of how many.
@@ -23,23 +24,40 @@ class YawrigWarning(UserWarning):
 
 
 class Effect:
-    """An effect of your own: a moment over the inertia, rad/s2, written as an expression.
+    """An effect of your own: a moment over the inertia, rad/s2, written as an expression or as a function of arrays.
 
     Parameters
     ----------
     id : str
         A name without blanks.
-    moment : str
-        Of yaw angle ``b`` (rad), yaw rate ``r`` (rad/s), time ``t`` (s), natural frequency ``wn`` and ``wind`` (m/s).
+    moment : str or callable
+        Of yaw angle ``b`` (rad), yaw rate ``r`` (rad/s), time ``t`` (s), natural frequency ``wn`` and ``wind`` (m/s). Or
+        ``moment(angle_rad, rate_rad_s, ...)`` with the parameters by name, and ``time_s``, ``natural_frequency_rad_s``
+        and ``wind_m_s`` where it needs them: it is called here, once and again, to write down what it computes, and is that
+        expression from then on. It has numpy's elementwise functions and no branches.
     parameters : dict
         By name ``{"unit": "rad/s2", "start": 0.05, "min": 0.0}``; ``min`` and ``max`` may be left out.
 
     >>> Effect("drag", "-d * r * abs(r)", {"d": {"unit": "1", "start": 0.01, "min": 0.0}})
     <yawrig.Effect drag: -d * r * abs(r)>
+    >>> def drag(angle_rad, rate_rad_s, d):
+    ...     return -d * rate_rad_s * abs(rate_rad_s)
+    >>> Effect("drag", drag, {"d": {"unit": "1", "start": 0.01, "min": 0.0}})
+    <yawrig.Effect drag: -d * r * abs(r)>
     """
 
-    def __init__(self, id: str, moment: str, parameters: Mapping[str, Mapping[str, Any]], title: Optional[str] = None):
-        self.id, self.moment, self.parameters, self.title = id, moment, parameters, title or id
+    #: The expression.
+    moment: str
+
+    def __init__(
+        self,
+        id: str,
+        moment: Union[str, Callable[..., Any]],
+        parameters: Mapping[str, Mapping[str, Any]],
+        title: Optional[str] = None,
+    ) -> None:
+        self.id, self.parameters, self.title = id, parameters, title or id
+        self.moment = moment if isinstance(moment, str) else expression(moment, list(parameters), id)
 
     def to_toml(self) -> str:
         """The file that ``yawrig --effect`` takes."""
