@@ -3,7 +3,7 @@ image uses are modelled here from the RP2350's datasheet, whose sections stand b
 
     pico2.py ELF
 
-Commands: board.py. An overrun of the converter: a reading finds its FIFO full and is dropped. Beside them:
+Commands: board.py. An overrun of the converter: the next reading finds its FIFO full and is dropped. Beside them:
 
     free SECONDS     so long as it goes by itself, the converter at the middle of its range, time passing with each look at
                      the timer: `free samples=SAMPLES reset=no|MS polls=LOOKS AT USB lit=SHARE OF THE LAST SECOND`
@@ -20,7 +20,7 @@ from board import CONVERSIONS, Board
 from pico2_rom import BOOT_RAM, FLASH, FLASH_BYTES, KEPT_BYTES, TRAP, Rom
 from pico2_usb import INTS, Controller, Host
 from unicorn import UC_ARCH_ARM, UC_MODE_MCLASS, UC_MODE_THUMB, Uc
-from unicorn.arm_const import UC_CPU_ARM_CORTEX_M33
+from unicorn.arm_const import UC_ARM_REG_LR, UC_CPU_ARM_CORTEX_M33
 
 # 2.2.4, 2.2.5: each peripheral's block, with aliases that flip, set and clear bits (2.1.3).
 APB, AHB, SIO, BLOCK = 0x4000_0000, 0x5000_0000, 0xD000_0000, 0x20_0000
@@ -38,7 +38,7 @@ OTP_DATA = 0x4013_0000
 CHIP_ID = {OTP_DATA: 0x6F5E_4D3C, OTP_DATA + 4: 0xA1C9_0B7A}
 CRYSTAL_HZ, MIDDLE, LED = 12_000_000, 2048, 25
 OVER = 1 << 11  # 12.4.6: ADC_FCS
-CONVERSION_US = 2  # 12.4.3: 96 cycles of 48 MHz
+CONVERSION_US = 2  # 12.4: 96 cycles of 48 MHz
 # With a look at the timer: while it goes by itself; while nothing is converted.
 LOOK_US, STALLED_US = 10, 100
 # Looks after which nothing is left to say.
@@ -76,7 +76,7 @@ class Machine(Board):
         self.usb = Controller()
         self.host = Host(self.usb, self.bytes, self.sent)
         self.now_us, self.fed_us, self.rom_us, self.next_at, self.dma_runs = 0.0, 0.0, 0, None, False
-        self.free_us, self.made, self.polls, self.led, self.lit = None, 0, 0, 0, []
+        self.free_us, self.made, self.polls, self.led, self.lit, self.is_overrun = None, 0, 0, 0, [], False
 
     def execute(self):
         while True:
@@ -85,6 +85,8 @@ class Machine(Board):
             if self.trapped is None:
                 return
             self.rom.call(self.trapped)
+            # Where the stub stopped in its store or behind it: it has returned.
+            self.pc = self.uc.reg_read(UC_ARM_REG_LR)
             if self.reset_by:
                 return
 
@@ -218,6 +220,9 @@ class Machine(Board):
         if self.next_at is not None:
             self.uc.mem_write(self.next_at, value.to_bytes(2, "little"))
         self.made += 1
+        if self.is_overrun:
+            self.is_overrun = False
+            self.registers[ADC_FCS] |= OVER
         self.pass_us(self.period_us)
         self.next_at = self.next_place()
 
@@ -292,7 +297,7 @@ class Machine(Board):
         return super().stall(text)
 
     def overrun(self):
-        self.registers[ADC_FCS] |= OVER
+        self.is_overrun = True
 
     def cut(self, after, part):
         self.rom.cut_after, self.rom.cut_part = int(after), float(part)

@@ -32,7 +32,7 @@ def stub(index):
 class Rom:
     def __init__(self, board, kept):
         self.board, self.uc = board, board.uc
-        self.calls, self.is_connected, self.is_serial, self.is_stale, self.asked = [], False, False, False, (0, 0)
+        self.is_connected, self.is_serial, self.is_stale, self.asked = False, False, False, (0, 0)
         self.cut_after = None
         self.uc.mem_write(FLASH + KEPT, kept)
         # 5.4.1: magic and version; a pointer of 16 bits to the function that looks others up.
@@ -90,8 +90,9 @@ class Rom:
         elif name == "write":
             assert r2 == PAGE, f"write({r0:#x}, {r1:#x}, {r2})"
             page = bytes(self.uc.mem_read(r1, PAGE))
-            was = bytes(self.uc.mem_read(FLASH + r0, PAGE))
-            self.change(r0, bytes(old & new for old, new in zip(was, page)), PAGE, PAGE_US)
+            # Programming only clears bits; the device keeps to flash that takes no page twice.
+            assert bytes(self.uc.mem_read(FLASH + r0, PAGE)) == b"\xff" * PAGE, f"{r0:#x} is written twice"
+            self.change(r0, page, PAGE, PAGE_US)
 
     def change(self, offset, now, unit, us):
         assert self.is_serial, "the flash is not in its serial state"

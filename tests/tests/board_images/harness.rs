@@ -100,6 +100,7 @@ impl Machine {
         let python = root().join("target/nucleo/bin/python");
         assert!(python.exists(), "{} is not there: run tests/boards/install", python.display());
         let mut child = Command::new(python)
+            .arg("-B")
             .arg(root().join(format!("tests/boards/{board}.py")))
             .arg(image.trim())
             .stdin(Stdio::piped())

@@ -78,8 +78,8 @@ fn wherever_power_is_cut_in_an_update_the_old_network_runs_or_the_new_one() {
         assert_eq!(both.ask(&request), Reply::Done);
     }
     let (mut runs, mut cuts, mut new) = (1, 0, 0);
-    // Four sectors are erased, pages written; the last one commits. Of the commit word four bytes are enough.
-    let operations = 16 * 1024 / SECTOR + BUILT_IN.len().div_ceil(PAGE) + 1;
+    // Four sectors are erased, pages written, then that of the length and the one that commits: its first four bytes do.
+    let operations = 16 * 1024 / SECTOR + BUILT_IN.len().div_ceil(PAGE) + 2;
     for operation in 0..operations {
         for part in [0.0, 2.0 / PAGE as f64, 0.5, 1.0] {
             assert_eq!(both.machine.ask(&format!("cut {operation} {part}")), "ok");
@@ -107,6 +107,7 @@ fn wherever_power_is_cut_in_an_update_the_old_network_runs_or_the_new_one() {
         }
     }
     println!("{cuts} cuts: the old network ran after {}, the new one after {new}", cuts - new);
+    assert_eq!(new, 2, "of the one that commits, half and all");
     // It takes the next update, whole.
     for request in update(&network(runs + 1)) {
         assert_eq!(both.ask(&request), Reply::Done);
