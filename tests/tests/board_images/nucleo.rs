@@ -3,7 +3,7 @@
 use crate::each_board;
 use crate::harness::{Board, Both, Memory};
 
-struct Nucleo;
+pub struct Nucleo;
 
 impl Board for Nucleo {
     const NAME: &'static str = "nucleo-f446re";

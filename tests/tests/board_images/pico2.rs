@@ -9,7 +9,7 @@ use yawrig_shared::wire::{Cause, Reply, Request, CHUNK};
 const PAGE: usize = 256;
 const SECTOR: usize = 4096;
 
-struct Pico2;
+pub struct Pico2;
 
 impl Board for Pico2 {
     const NAME: &'static str = "pico2";
