@@ -1,5 +1,5 @@
 //! What of the board pico2 can be tried without one: its sources, compiled for this machine, on a simulated boot ROM. The
-//! image itself is executed by `tests/tests/pico2_image.rs`.
+//! image itself is executed by `tests/tests/board_images`.
 
 #[path = "../boards/pico2/src/flash.rs"]
 mod flash;

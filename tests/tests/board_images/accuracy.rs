@@ -3,7 +3,7 @@
 //! The virtual rig integrates the motion and adds the noise, sixteen times a millisecond; the wiper makes a voltage of it and
 //! the converter 12 bits of that. What the image refines is held against what was planted, in its own standard uncertainties.
 
-use crate::Both;
+use crate::harness::{Board, Both};
 use yawrig_rig::{End, Motion, Samples, Sensor, Start};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::wire::{Event, Flags, Reply, Request, Settings};
@@ -39,9 +39,8 @@ fn readings(truth: &Modal, case: &Case, seed: u64) -> Vec<u16> {
         .collect()
 }
 
-#[test]
-#[ignore = "needs unicorn: tests/run runs it"]
-fn what_is_refined_is_what_was_planted_wherever_the_rig_rests() {
+/// What is refined is what was planted, wherever the rig rests.
+pub fn what_is_refined_is_what_was_planted<B: Board>() {
     // The middle of the track, where a rig is centred, lies on a multiple of 4096 counts.
     let cases = [(0.0, 12.0, 0.08), (0.3, 6.0, 0.05), (-21.25, 15.0, 0.2), (63.0, 9.0, 0.05)]
         .map(|(zero_deg, amplitude_deg, noise_deg)| Case { zero_deg, amplitude_deg, noise_deg });
@@ -55,7 +54,7 @@ fn what_is_refined_is_what_was_planted_wherever_the_rig_rests() {
     let mut wrong = Vec::new();
     for (seed, case) in (1..).zip(cases) {
         // Another rig each time: one that jumps from rest to rest is noisy.
-        let mut both = Both::start();
+        let mut both = Both::<B>::start();
         assert_eq!(both.ask(&Request::Configure(settings)), Reply::Done);
         both.events.clear();
         both.convert(&readings(&truth, &case, seed));

@@ -1,33 +1,18 @@
 """An STM32F446RE that executes the unmodified image for ST's NUCLEO-F446RE: unicorn is its Cortex-M4F, the registers
 that the image uses are modelled here from RM0390 (revision 6); its sections stand beside them.
 
-    machine.py ELF
+    nucleo-f446re.py ELF
 
-Commands on stdin, one a line; each is answered by one line on stdout:
+Commands: board.py. An overrun of the converter: conversions go on and are not taken to memory until the program clears it.
 
-    line HEX         bytes that come on USART2; taken up before the readings that are given later
-    samples HEX      readings of the converter, 12 bits, four digits each, sixteen a millisecond
-    run              until all that was given is taken and nothing is left to be sent:
-                     `sent HEX`, and ` reset watchdog|software` where the device has restarted
-    fault            the processor refuses its next instruction; answered as `run`
-    overrun          the converter is: conversions go on and are not taken to memory until the program clears it: `ok`
-    stall MS         so many milliseconds without a conversion; answered as `run`
-    reset            power off and on, the flash kept: `ok`
-    flash            `flash HEX`: sectors 1 to 3, then the first 16 KiB of sector 7
-    state            `state KEY=VALUE ...`: what the registers say
-
-What it says nothing of: how long the image takes (time passes with conversions, where the program looks for them), the
-analogue side, framing and noise on the line, an oscillator that fails, protection of the flash, interrupts (the image has
-none but its faults), the debug unit.
+What it says nothing of beside that: framing and noise on the line, protection of the flash.
 """
 
-import struct
-import sys
 from collections import defaultdict
 
-from elftools.elf.elffile import ELFFile
-from unicorn import UC_ARCH_ARM, UC_HOOK_MEM_WRITE, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
-from unicorn.arm_const import UC_ARM_REG_LR, UC_ARM_REG_PC, UC_ARM_REG_SP, UC_CPU_ARM_CORTEX_M4
+from board import CONVERSIONS, Board
+from unicorn import UC_ARCH_ARM, UC_HOOK_MEM_WRITE, UC_MODE_MCLASS, UC_MODE_THUMB, Uc
+from unicorn.arm_const import UC_CPU_ARM_CORTEX_M4
 
 FLASH, FLASH_BYTES, SECTOR = 0x0800_0000, 512 * 1024, 16 * 1024
 # 3.3, table 4: sectors 1 to 3 are 16 KiB, sector 7 the last 128 KiB. What the device writes; the rest is the image's.
@@ -51,7 +36,6 @@ PG, SER, PSIZE_WORD, STRT, LOCK = 1, 2, 0b10 << 8, 1 << 16, 1 << 31
 BUSY, SEQUENCE_ERROR, PROTECTION_ERROR, EOP = 1 << 16, 1 << 7, 1 << 4, 1
 # Looks at the status register within which a word is programmed; an erase takes 250 ms (data sheet, table 47).
 WORD_LOOKS, ERASE_MS = 2, 250
-CONVERSIONS = 16
 OVR = 1 << 5  # 13.13.1: ADC_SR
 # Bytes of the line between two looks of the main loop at the potentiometer; loops after which nothing is left to say.
 BYTES_A_LOOP, QUIET_LOOPS = 8, 400
@@ -81,25 +65,22 @@ class Stream:
         return left == 1
 
 
-class Machine:
+class Machine(Board):
+    VECTORS, RAM, RAM_BYTES = FLASH, RAM, RAM_BYTES
+
     def __init__(self, elf):
-        self.image = []
-        with open(elf, "rb") as file:
-            elf_file = ELFFile(file)
-            for segment in elf_file.iter_segments():
-                if segment["p_type"] == "PT_LOAD" and segment["p_filesz"]:
-                    self.image.append((segment["p_paddr"], segment.data()))
-            symbols = elf_file.get_section_by_name(".symtab").iter_symbols()
-            self.symbols = {symbol.name: symbol["st_value"] for symbol in symbols}
+        super().__init__(elf)
         for at, data in self.image:
             for begin, length in WRITABLE:
                 assert at + len(data) <= begin or at >= begin + length, "code in a sector that is erased"
         self.options = 0x0FFF_AAED  # 3.8.6: as they come, the brown-out reset off
         self.sectors = {begin: bytearray(b"\xff" * length) for begin, length in WRITABLE}
-        self.power_on(csr=1 << 27)  # 6.3.21: PORRSTF
+        self.power_on("power")
 
-    def power_on(self, csr, ram=None):
+    def power_on(self, cause, ram=None):
         """`ram` is what a reset leaves; when power comes there is anything in it."""
+        # 6.3.21: PORRSTF; IWDGRSTF, SFTRSTF, and PINRSTF with either.
+        csr = {"power": 1 << 27, "watchdog": 1 << 29 | 1 << 26, "software": 1 << 28 | 1 << 26}[cause]
         self.uc = uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
         uc.ctl_set_cpu_model(UC_CPU_ARM_CORTEX_M4)
         begin = FLASH
@@ -120,13 +101,9 @@ class Machine:
         self.registers.update({RCC_CR: 0x83, RCC_PLLCFGR: 0x2400_3010, RCC_CSR: csr, FLASH_CR: LOCK,
                                IWDG + 8: 0xFFF, FLASH_OPTCR: self.options})
         self.adc, self.link = Stream(self, DMA2 + 0x10), Stream(self, DMA1 + 0x10 + 0x18 * 5)
-        self.wanted, self.bytes, self.sent = [], bytearray(), bytearray()
         self.keys, self.busy, self.erasing = [], 0, 0
-        self.begun, self.fed_ms, self.now_ms, self.stall_ms = False, 0, 0, 0
-        self.quiet, self.transmitting, self.reset_by = 0, 0, None
-        stack, entry = struct.unpack("<II", bytes(uc.mem_read(FLASH, 8)))
-        uc.reg_write(UC_ARM_REG_SP, stack)
-        self.pc = entry | 1
+        self.begun, self.fed_ms, self.transmitting = False, 0, 0
+        self.begin()
 
     def map_device(self, begin, length, read, write):
         self.uc.mmio_map(begin, length, lambda uc, at, size, _: read(begin + at, size), None,
@@ -258,10 +235,9 @@ class Machine:
         word, bit = self.bit(at)
         self.write(word, 4, self.registers[word] & ~(1 << bit) | (value & 1) << bit)
 
-    def system_control(self, uc, _access, _at, _size, value, _data):
+    def system_control(self, _uc, _access, _at, _size, value, _data):
         if value == AIRCR_RESET:
-            self.reset_by = "software"
-            uc.emu_stop()
+            self.restart("software")
 
     # Time: a millisecond with each sixteen conversions.
 
@@ -275,7 +251,7 @@ class Machine:
         timer = self.apb1_hz * (2 if divided > 1 else 1)
         return timer / ((self.registers[TIM2 + 0x28] & 0xFFFF) + 1) / (self.registers[TIM2 + 0x2C] + 1)
 
-    def samples(self):
+    def converts(self):
         """Whether a trigger of TIM2 makes a conversion that DMA2 takes to memory, and TIM5 counts it."""
         tim2 = self.registers[TIM2] & 1 and self.registers[TIM2 + 4] >> 4 & 7 == 0b010  # 17.4.2: MMS is update
         tim5 = self.registers[TIM5] & 1 and self.registers[TIM5 + 8] & 0x77 == 0b111  # 17.4.3: ITR0, external clock 1
@@ -289,7 +265,7 @@ class Machine:
         """A millisecond goes by."""
         if self.stall_ms:
             self.stall_ms -= 1
-        elif self.wanted and self.samples():
+        elif self.wanted and self.converts():
             for reading in self.wanted[:CONVERSIONS]:
                 self.registers[TIM5 + 0x24] += 1
                 # 13.8.1: after an overrun DMA is not asked any more.
@@ -303,8 +279,7 @@ class Machine:
         # 22.3: the prescaler is 4 times two to the PR.
         after_ms = 1000 * (4 << self.registers[IWDG + 4]) * (self.registers[IWDG + 8] + 1) / LSI_HZ
         if self.begun and self.now_ms - self.fed_ms > after_ms:
-            self.reset_by = "watchdog"
-            self.uc.emu_stop()
+            self.restart("watchdog")
 
     def look(self):
         """The main loop looks at the potentiometer: bytes of the line come, or else time goes by."""
@@ -327,35 +302,12 @@ class Machine:
         # What the device has to say goes out before the next millisecond: at 115 200 baud it would not all.
         return self.sent and self.quiet < 2
 
-    def run(self):
-        self.quiet, self.sent, self.reset_by = 0, bytearray(), None
-        try:
-            self.uc.emu_start(self.pc, 0xFFFF_FFFF)
-        except UcError as error:
-            raise RuntimeError(f"{error} at {self.uc.reg_read(UC_ARM_REG_PC):#x}") from error
-        self.pc = self.uc.reg_read(UC_ARM_REG_PC) | 1
-        answer = f"sent {self.sent.hex()}"
-        if self.reset_by:
-            answer += f" reset {self.reset_by}"
-            # 6.3.21: IWDGRSTF, SFTRSTF, and PINRSTF with either.
-            csr = 1 << 26 | (1 << 29 if self.reset_by == "watchdog" else 1 << 28)
-            self.power_on(csr, bytes(self.uc.mem_read(RAM, RAM_BYTES)))
-        return answer
+    def overrun(self):
+        self.registers[ADC1] |= OVR
 
-    def fault(self):
-        """A hard fault where the program stands: the frame of PM0214, 2.3.7, then the handler of vector 3."""
-        uc, stack = self.uc, self.uc.reg_read(UC_ARM_REG_SP) - 32 & ~7
-        uc.mem_write(stack, struct.pack("<8I", 0, 0, 0, 0, 0, 0xFFFF_FFFF, self.pc & ~1, 0x0100_0000))
-        uc.reg_write(UC_ARM_REG_SP, stack)
-        uc.reg_write(UC_ARM_REG_LR, 0xFFFF_FFF9)
-        self.pc = struct.unpack("<I", bytes(uc.mem_read(FLASH + 12, 4)))[0]
-
-    def panic(self):
-        """Power comes, and at the program's first instruction its peripherals are taken already: its own panic."""
-        self.power_on(csr=1 << 27)
-        self.uc.emu_start(self.pc, self.symbols["main"] & ~1)
-        self.uc.mem_write(self.symbols["DEVICE_PERIPHERALS"], b"\1")
-        self.pc = self.symbols["main"] | 1
+    def flash(self):
+        kept = (WRITABLE[0][0], 3 * SECTOR), (WRITABLE[1][0], SECTOR)
+        return "flash " + b"".join(bytes(self.sectors[begin][:length]) for begin, length in kept).hex()
 
     def state(self):
         rate_hz = self.timer_hz()
@@ -363,37 +315,6 @@ class Machine:
         lit = self.registers[GPIOA + 0x18]
         return f"state rate_hz={rate_hz} baud={baud:.0f} bsrr={lit} now_ms={self.now_ms} latency={self.registers[FLASH_ACR] & 15} options={self.options:#x}"
 
-    def obey(self, line):
-        verb, _, rest = line.strip().partition(" ")
-        if verb == "line":
-            self.bytes += bytes.fromhex(rest)
-        elif verb == "samples":
-            self.wanted += [int(rest[k:k + 4], 16) for k in range(0, len(rest), 4)]
-        elif verb == "run":
-            return self.run()
-        elif verb == "overrun":
-            self.registers[ADC1] |= OVR
-        elif verb == "stall":
-            self.stall_ms = int(rest)
-            return self.run()
-        elif verb == "fault":
-            self.fault()
-            return self.run()
-        elif verb == "panic":
-            self.panic()
-            return self.run()
-        elif verb == "reset":
-            self.power_on(csr=1 << 27)
-        elif verb == "flash":
-            return "flash " + b"".join(bytes(self.sectors[b][:n]) for b, n in ((WRITABLE[0][0], 3 * SECTOR), (WRITABLE[1][0], SECTOR))).hex()
-        elif verb == "state":
-            return self.state()
-        else:
-            return f"what is {verb}?"
-        return "ok"
-
 
 if __name__ == "__main__":
-    machine = Machine(sys.argv[1])
-    for command in sys.stdin:
-        print(machine.obey(command), flush=True)
+    Machine.main()
