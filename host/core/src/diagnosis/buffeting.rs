@@ -9,8 +9,7 @@ use crate::bic;
 use crate::diagnosis::likelihood::is_explained;
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
-use crate::motion::oscillator::Flow;
-use crate::record::Derivative;
+use crate::motion::oscillator::{Flow, Grid};
 
 /// A free decay under random forcing.
 #[derive(Clone, Debug)]
@@ -39,8 +38,10 @@ pub(crate) struct Buffeted {
     pub(crate) state_dependence: f64,
 }
 
-/// Parts of a record that must agree.
+/// Parts of a record that must agree, and the cycles that each has to hold: in fewer the forcing, three numbers and a
+/// random moment, follows any law.
 const QUARTERS: usize = 4;
+const CYCLES: f64 = 2.0;
 /// First steps in the logarithm of the intensity, the frequency and the damping ratio.
 const FREE: [f64; 3] = [1.0, 1e-3, 3e-3];
 /// Means a cycle that the filter is given at least.
@@ -55,88 +56,50 @@ struct Run {
     states: Vec<[f64; 2]>,
 }
 
-/// What a step of the filter does, in units of the noise's variance.
-struct Step {
-    /// The state's transition.
-    f: [[f64; 2]; 2],
-    /// Covariance (bb, br, rr) that the forcing adds.
-    q: [f64; 3],
-    /// What is read of the state.
-    row: [f64; 2],
-    /// Variance of a reading whose state is known.
-    noise: f64,
-    /// Its covariance with what the forcing adds to the state.
-    shared: [f64; 2],
+/// State transition over `h` (s), none where the model does not oscillate, and the covariance (bb, br, rr) that the forcing adds.
+fn transition(h: f64, wn: f64, zeta: f64, ratio: f64) -> Option<([[f64; 2]; 2], [f64; 3])> {
+    if zeta.abs() >= 1.0 || zeta.is_nan() {
+        return None;
+    }
+    let Flow([p, q, u, v]) = Flow::new(wn, zeta, h);
+    Some(([[p, q], [u, v]], [ratio * h.powi(3) / 3.0, ratio * h * h / 2.0, ratio * h]))
 }
 
-impl Step {
-    /// Over `h` (s), none where the model does not oscillate; discrete noise for a step short against the period. An
-    /// angle is read where the step begins; a mean rate or acceleration is what the angle or the rate gained over it.
-    fn new(observed: Derivative, h: f64, wn: f64, zeta: f64, ratio: f64) -> Option<Self> {
-        if zeta.abs() >= 1.0 || zeta.is_nan() {
-            return None;
-        }
-        let Flow([a, b, u, v]) = Flow::new(wn, zeta, h);
-        let q = [ratio * h.powi(3) / 3.0, ratio * h * h / 2.0, ratio * h];
-        let (row, added, shared) = match observed {
-            Derivative::None => ([1.0, 0.0], 0.0, [0.0; 2]),
-            Derivative::Rate => ([(a - 1.0) / h, b / h], q[0] / (h * h), [q[0] / h, q[1] / h]),
-            Derivative::Acceleration => {
-                ([u / h, (v - 1.0) / h], q[2] / (h * h), [q[1] / h, q[2] / h])
-            }
-        };
-        Some(Self { f: [[a, b], [u, v]], q, row, noise: 1.0 + added, shared })
-    }
-
-    fn read(&self, x: [f64; 2]) -> f64 {
-        self.row[0] * x[0] + self.row[1] * x[1]
-    }
-
-    /// Of a state's covariance (bb, br, rr): the variance of the reading, what its innovation moves in the next state,
-    /// and that one's covariance.
-    fn next(&self, p: [f64; 3]) -> (f64, [f64; 2], [f64; 3]) {
-        let (f, row) = (&self.f, self.row);
-        let seen = [p[0] * row[0] + p[1] * row[1], p[1] * row[0] + p[2] * row[1]];
-        let variance = row[0] * seen[0] + row[1] * seen[1] + self.noise;
-        let gain =
-            [0, 1].map(|i| (f[i][0] * seen[0] + f[i][1] * seen[1] + self.shared[i]) / variance);
-        let a = [
-            [f[0][0] * p[0] + f[0][1] * p[1], f[0][0] * p[1] + f[0][1] * p[2]],
-            [f[1][0] * p[0] + f[1][1] * p[1], f[1][0] * p[1] + f[1][1] * p[2]],
-        ];
-        let next = [
-            a[0][0] * f[0][0] + a[0][1] * f[0][1] + self.q[0] - variance * gain[0] * gain[0],
-            a[0][0] * f[1][0] + a[0][1] * f[1][1] + self.q[1] - variance * gain[0] * gain[1],
-            a[1][0] * f[1][0] + a[1][1] * f[1][1] + self.q[2] - variance * gain[1] * gain[1],
-        ];
-        (variance, gain, next)
-    }
-
-    fn moved(&self, x: [f64; 2], gain: [f64; 2], innovation: f64) -> [f64; 2] {
-        [0, 1].map(|i| self.f[i][0] * x[0] + self.f[i][1] * x[1] + gain[i] * innovation)
-    }
+/// Covariance after a reading with `gain`.
+fn updated(p: [f64; 3], gain: [f64; 2]) -> [f64; 3] {
+    [p[0] - gain[0] * p[0], p[1] - gain[0] * p[1], p[2] - gain[1] * p[1]]
 }
 
-/// Filters `readings` with the model, their noise of variance `known` or that which is likeliest; `ratio` is q over
-/// the noise's variance.
+/// Covariance one step on.
+fn predicted(f: &[[f64; 2]; 2], p: [f64; 3], q: [f64; 3]) -> [f64; 3] {
+    let a = [
+        [f[0][0] * p[0] + f[0][1] * p[1], f[0][0] * p[1] + f[0][1] * p[2]],
+        [f[1][0] * p[0] + f[1][1] * p[1], f[1][0] * p[1] + f[1][1] * p[2]],
+    ];
+    [
+        a[0][0] * f[0][0] + a[0][1] * f[0][1] + q[0],
+        a[0][0] * f[1][0] + a[0][1] * f[1][1] + q[1],
+        a[1][0] * f[1][0] + a[1][1] * f[1][1] + q[2],
+    ]
+}
+
+/// Filters `yaw` with the model, its noise of variance `known` or that which is likeliest; `ratio` is q over the noise's variance. Discrete noise for a step short against the
+/// period.
 fn filter(
-    observed: Derivative,
-    step_s: f64,
-    readings: &[f64],
+    grid: &Grid,
+    yaw: &[f64],
     [wn, zeta, ratio]: [f64; 3],
     known: Option<f64>,
 ) -> Option<Run> {
-    let step = Step::new(observed, step_s, wn, zeta, ratio)?;
+    let (f, q) = transition(grid.step_s, wn, zeta, ratio)?;
     // Unknown at first: the first means fix it, and are left out of the likelihood.
-    let mut x = [observed.of_motion(readings[0], wn), 0.0];
-    let unknown = observed.of_motion(1e3, wn).powi(2);
-    let mut p = [unknown, 0.0, unknown * wn * wn];
+    let (mut x, mut p) = ([yaw[0], 0.0], [1e6, 0.0, 1e6 * wn * wn]);
     let (mut sum, mut logs, mut n) = (0.0, 0.0, 0.0);
-    let mut innovations = Vec::with_capacity(readings.len());
-    let mut states = Vec::with_capacity(readings.len());
-    for (k, &y) in readings.iter().enumerate() {
-        let (variance, gain, next) = step.next(p);
-        let innovation = y - step.read(x);
+    let mut innovations = Vec::with_capacity(yaw.len());
+    let mut states = Vec::with_capacity(yaw.len());
+    for (k, &y) in yaw.iter().enumerate() {
+        let variance = p[0] + 1.0;
+        let innovation = y - x[0];
         if k >= 4 {
             sum += innovation * innovation / variance;
             logs += variance.ln();
@@ -144,8 +107,10 @@ fn filter(
             innovations.push(innovation / variance.sqrt());
             states.push(x);
         }
-        x = step.moved(x, gain, innovation);
-        p = next;
+        let gain = [p[0] / variance, p[1] / variance];
+        x = [x[0] + gain[0] * innovation, x[1] + gain[1] * innovation];
+        x = [f[0][0] * x[0] + f[0][1] * x[1], f[1][0] * x[0] + f[1][1] * x[1]];
+        p = predicted(&f, updated(p, gain), q);
     }
     let noise_variance = sum / n;
     let level = known.unwrap_or(noise_variance);
@@ -190,16 +155,26 @@ fn reduced(series: &[f64], means_per_block: usize) -> Vec<f64> {
 /// What [`Buffeted::deviance`] is compared with: that of a definite model, all of whose residual is noise, its numbers
 /// counted; and the count of residuals. The noise is what it leaves where it explains the record, and else the floor.
 pub(crate) fn definite_criterion(decay: &FreeDecay, model: &Fitted) -> (f64, f64) {
-    let means_per_block = means_per_block(decay);
-    let left = reduced(&model.residuals, means_per_block);
-    let n = left.len() as f64;
-    let sum: f64 = left.iter().map(|r| r * r).sum();
+    let (sum, n) = left(decay, model);
     if is_explained(model, decay) {
         return (bic::of_squares(sum, n, model.parameters.len()), n);
     }
-    let noise = decay.noise_of(means_per_block).0.powi(2);
+    let noise = decay.noise_of(means_per_block(decay)).0.powi(2);
     let deviance = n * noise.ln() + sum / noise - n;
     (bic::of_deviance(deviance, n, model.parameters.len()), n)
+}
+
+/// Sum of squares and count of the residuals that the filter would see.
+fn left(decay: &FreeDecay, model: &Fitted) -> (f64, f64) {
+    let left = reduced(&model.residuals, means_per_block(decay));
+    (left.iter().map(|r| r * r).sum(), left.len() as f64)
+}
+
+/// Difference of BIC in favour of random forcing beside `plain`, as of any other effect: what `plain` leaves counts as
+/// noise.
+pub(crate) fn gain_over(decay: &FreeDecay, plain: &Fitted, b: &Buffeted) -> f64 {
+    let ((sum, n), numbers) = (left(decay, plain), plain.parameters.len());
+    bic::of_squares(sum, n, numbers) - bic::of_deviance(b.deviance, n, numbers + 1)
 }
 
 /// The likeliest random forcing of a free decay, from the plain model's fit.
@@ -213,7 +188,7 @@ pub(crate) fn fit(decay: &FreeDecay, plain: &Fitted) -> Option<Buffeted> {
 /// is small.
 pub(crate) fn fit_residuals(decay: &FreeDecay, model: &Fitted) -> Option<Buffeted> {
     let left: Vec<f64> = model.residuals.iter().map(|r| -r).collect();
-    let (yaw, rate) = model.motion().of_angle().readings_and_rates(&decay.grid);
+    let (yaw, rate) = model.motion().readings_and_rates(&decay.grid);
     let states = yaw.into_iter().zip(rate).map(|(b, r)| [b, r]).collect();
     fit_series(decay, &left, model, Some(states))
 }
@@ -224,16 +199,21 @@ fn fit_series(
     model: &Fitted,
     states: Option<Vec<[f64; 2]>>,
 ) -> Option<Buffeted> {
+    // The filter reads the angle. Of a rate or an acceleration the noise floor holds part of the forcing.
+    let is_long = decay.yaw_rad.len() as f64 >= CYCLES * QUARTERS as f64 * decay.per_cycle();
+    if !decay.measurand.shows_rest() || !is_long {
+        return None;
+    }
     let means_per_block = means_per_block(decay);
     let yaw = &reduced(yaw, means_per_block)[..];
-    let observed = decay.measurand.derivative();
-    let step_s = decay.grid.step_s * means_per_block as f64;
+    let grid =
+        Grid { step_s: decay.grid.step_s * means_per_block as f64, count: yaw.len(), ..decay.grid };
     let (noise, expected) = decay.noise_of(means_per_block);
     let noise = noise.powi(2);
     let wn = model.parameters[0];
     let size = (wn.powi(3) * decay.amplitude_rad.powi(2) / noise).ln();
     let at = |p: &[f64; 3], yaw: &[f64]| {
-        filter(observed, step_s, yaw, [wn * (1.0 + p[1]), p[2], p[0].exp()], Some(noise))
+        filter(&grid, yaw, [wn * (1.0 + p[1]), p[2], p[0].exp()], Some(noise))
     };
     let value = |p: &[f64; 3]| at(p, yaw).map_or(f64::INFINITY, |run| run.deviance);
     let mut p = [size - 12.0, 0.0, model.parameters[1]];
@@ -305,37 +285,35 @@ fn strongest_line(innovations: &[f64]) -> f64 {
 /// Turns what a model leaves into white innovations of unit size in units of the noise: the filter's gains for a
 /// start that is known, the model having its own.
 pub(crate) struct Whitener {
-    step: Step,
+    transition: [[f64; 2]; 2],
     gains: Vec<[f64; 2]>,
     roots: Vec<f64>,
 }
 
 impl Whitener {
     /// `ratio`: intensity over the noise's variance.
-    pub(crate) fn new(
-        observed: Derivative,
-        step_s: f64,
-        [wn, zeta, ratio]: [f64; 3],
-        count: usize,
-    ) -> Option<Self> {
-        let step = Step::new(observed, step_s, wn, zeta, ratio)?;
+    pub(crate) fn new(grid: &Grid, wn: f64, zeta: f64, ratio: f64, count: usize) -> Option<Self> {
+        let (transition, q) = transition(grid.step_s, wn, zeta, ratio)?;
         let mut p = [0.0_f64; 3];
         let (mut gains, mut roots) = (Vec::with_capacity(count), Vec::with_capacity(count));
         for _ in 0..count {
-            let (variance, gain, next) = step.next(p);
+            let variance = p[0] + 1.0;
+            let gain = [p[0] / variance, p[1] / variance];
             gains.push(gain);
             roots.push(variance.sqrt());
-            p = next;
+            p = predicted(&transition, updated(p, gain), q);
         }
-        Some(Self { step, gains, roots })
+        Some(Self { transition, gains, roots })
     }
 
     pub(crate) fn whiten(&self, series: &mut [f64]) {
+        let f = &self.transition;
         let mut x = [0.0; 2];
         for ((y, gain), root) in series.iter_mut().zip(&self.gains).zip(&self.roots) {
-            let innovation = *y - self.step.read(x);
+            let innovation = *y - x[0];
             *y = innovation / root;
-            x = self.step.moved(x, *gain, innovation);
+            x = [x[0] + gain[0] * innovation, x[1] + gain[1] * innovation];
+            x = [f[0][0] * x[0] + f[0][1] * x[1], f[1][0] * x[0] + f[1][1] * x[1]];
         }
     }
 }
@@ -374,78 +352,57 @@ mod tests {
     use super::*;
     use nalgebra::{DMatrix, DVector, Matrix2};
 
-    /// The joint density of all readings less that of the first four, from their covariance matrix: of an angle, of its
-    /// mean rate and of its mean acceleration.
+    /// The joint density of all readings less that of the first four, from their covariance matrix.
     #[test]
     fn the_likelihood_is_that_of_the_readings_joint_normal_density() {
-        for observed in [Derivative::None, Derivative::Rate, Derivative::Acceleration] {
-            let (wn, zeta, ratio, h) = (5.0, 0.03, 40.0, 0.05);
-            let readings: Vec<f64> = (0..14)
-                .map(|k| 2.0 * (5.0 * h * f64::from(k)).cos() + 0.3 * f64::from(k * k % 5))
-                .collect();
-            let run = filter(observed, h, &readings, [wn, zeta, ratio], None).unwrap();
+        let (wn, zeta, ratio, h) = (5.0, 0.03, 40.0, 0.05);
+        let yaw: Vec<f64> = (0..14)
+            .map(|k| 2.0 * (5.0 * h * f64::from(k)).cos() + 0.3 * f64::from(k * k % 5))
+            .collect();
+        let grid = Grid { start_s: 0.0, step_s: h, count: yaw.len(), mean_width_s: 0.0 };
+        let run = filter(&grid, &yaw, [wn, zeta, ratio], None).unwrap();
 
-            let Flow([a, b, u, v]) = Flow::new(wn, zeta, h);
-            let f = Matrix2::new(a, b, u, v);
-            let q = ratio * Matrix2::new(h.powi(3) / 3.0, h * h / 2.0, h * h / 2.0, h);
-            // All states as sums of the first and of what the forcing adds to each next one.
-            let n = readings.len();
-            let mut sources = DMatrix::zeros(2 * (n + 1), 2 * (n + 1));
-            let wide = 1e6 / wn.powi(2 * observed.recorded(1.0, 10.0).log10().round() as i32);
-            let first = Matrix2::new(wide, 0.0, 0.0, wide * wn * wn);
-            let mut states = DMatrix::zeros(2 * (n + 1), 2 * (n + 1));
-            for k in 0..=n {
-                let own = if k == 0 { first } else { q };
-                sources.fixed_view_mut::<2, 2>(2 * k, 2 * k).copy_from(&own);
-                for from in 0..=k {
-                    let power = (from..k).fold(Matrix2::identity(), |p: Matrix2<f64>, _| f * p);
-                    states.fixed_view_mut::<2, 2>(2 * k, 2 * from).copy_from(&power);
-                }
-            }
-            // A reading as one of the state's two numbers, or as the gain of one over the step.
-            let rows = DMatrix::from_fn(n, 2 * (n + 1), |k, j| match observed {
-                Derivative::None => f64::from(u8::from(j == 2 * k)),
-                Derivative::Rate => gain(2 * k, j) / h,
-                Derivative::Acceleration => gain(2 * k + 1, j) / h,
-            });
-            let seen = rows * states;
-            let covariance = &seen * sources * seen.transpose() + DMatrix::identity(n, n);
-            let start = DVector::from_fn(2 * (n + 1), |j, _| match j {
-                0 => observed.of_motion(readings[0], wn),
-                _ => 0.0,
-            });
-            let e = DVector::from_vec(readings.clone()) - seen * start;
-            let parts = |n: usize| {
-                let c = nalgebra::Cholesky::new(covariance.view((0, 0), (n, n)).into_owned());
-                let (c, e) = (c.unwrap(), e.rows(0, n).into_owned());
-                let logs = 2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-                (e.dot(&c.solve(&e)), logs)
-            };
-            let (all, first) = (parts(n), parts(4));
-            let count = (n - 4) as f64;
-            let variance = (all.0 - first.0) / count;
-            let deviance = count * variance.ln() + all.1 - first.1;
-            assert!((run.noise_variance / variance - 1.0).abs() < 1e-5, "{observed:?}");
-            assert!((run.deviance - deviance).abs() < 1e-4, "{} {deviance}", run.deviance);
+        let (f, q) = transition(h, wn, zeta, ratio).unwrap();
+        let f = Matrix2::new(f[0][0], f[0][1], f[1][0], f[1][1]);
+        let q = Matrix2::new(q[0], q[1], q[1], q[2]);
+        // Covariance of the states, step by step; of two readings, through the powers of F between them.
+        let mut states = vec![Matrix2::new(1e6, 0.0, 0.0, 1e6 * wn * wn)];
+        for k in 1..yaw.len() {
+            states.push(f * states[k - 1] * f.transpose() + q);
         }
-    }
-
-    fn gain(at: usize, j: usize) -> f64 {
-        f64::from(u8::from(j == at + 2)) - f64::from(u8::from(j == at))
+        let power = |n: usize| (0..n).fold(Matrix2::identity(), |p: Matrix2<f64>, _| f * p);
+        let covariance = |n: usize| {
+            DMatrix::from_fn(n, n, |i, j| {
+                let (early, late) = (i.min(j), i.max(j));
+                (power(late - early) * states[early])[(0, 0)] + f64::from(u8::from(i == j))
+            })
+        };
+        let parts = |n: usize| {
+            let expected = |k: usize| (power(k) * nalgebra::Vector2::new(yaw[0], 0.0))[0];
+            let e = DVector::from_fn(n, |k, _| yaw[k] - expected(k));
+            let c = nalgebra::Cholesky::new(covariance(n)).unwrap();
+            let logs = 2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+            (e.dot(&c.solve(&e)), logs)
+        };
+        let (all, first) = (parts(yaw.len()), parts(4));
+        let n = (yaw.len() - 4) as f64;
+        let variance = (all.0 - first.0) / n;
+        let deviance = n * variance.ln() + all.1 - first.1;
+        assert!((run.noise_variance / variance - 1.0).abs() < 1e-5);
+        assert!((run.deviance - deviance).abs() < 1e-4, "{} {deviance}", run.deviance);
     }
 
     /// Innovations of a known start are those of the filter once it has forgotten its own.
     #[test]
     fn whitened_residuals_are_the_filters_innovations() {
-        let of = [5.0, 0.03, 4e3];
-        let readings: Vec<f64> = (0..400).map(|k| f64::from(k * k * 7 % 13) - 6.0).collect();
-        for observed in [Derivative::None, Derivative::Rate, Derivative::Acceleration] {
-            let run = filter(observed, 0.05, &readings, of, None).unwrap();
-            let mut whitened = readings.clone();
-            Whitener::new(observed, 0.05, of, 400).unwrap().whiten(&mut whitened);
-            for (a, b) in run.innovations.iter().rev().zip(whitened.iter().rev()).take(100) {
-                assert!((a - b).abs() < 1e-6, "{observed:?}");
-            }
+        let (wn, zeta, ratio) = (5.0, 0.03, 4e3);
+        let grid = Grid { start_s: 0.0, step_s: 0.05, count: 400, mean_width_s: 0.0 };
+        let yaw: Vec<f64> = (0..400).map(|k| f64::from(k * k * 7 % 13) - 6.0).collect();
+        let run = filter(&grid, &yaw, [wn, zeta, ratio], None).unwrap();
+        let mut whitened = yaw.clone();
+        Whitener::new(&grid, wn, zeta, ratio, 400).unwrap().whiten(&mut whitened);
+        for (a, b) in run.innovations.iter().rev().zip(whitened.iter().rev()).take(100) {
+            assert!((a - b).abs() < 1e-6);
         }
     }
 }

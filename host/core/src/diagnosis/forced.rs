@@ -119,9 +119,7 @@ fn solve(decay: &FreeDecay, structure: &Structure, start: &[f64], whitener: &Whi
 
 fn whitener(decay: &FreeDecay, forcing: &Buffeted) -> Option<Whitener> {
     let Buffeted { natural_frequency_rad_s, damping_ratio, ratio, .. } = *forcing;
-    let of = [natural_frequency_rad_s, damping_ratio, ratio];
-    let observed = decay.measurand.derivative();
-    Whitener::new(observed, decay.grid.step_s, of, decay.yaw_rad.len())
+    Whitener::new(&decay.grid, natural_frequency_rad_s, damping_ratio, ratio, decay.yaw_rad.len())
 }
 
 /// Those of `candidates` beside `inner` for which a linear step under the filter predicts evidence, most first.
