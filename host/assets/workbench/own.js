@@ -28,7 +28,7 @@ export function build(act, say, failed) {
   by("pane-own").replaceChildren(make("form", { className: "own", onsubmit: (e) => e.preventDefault() },
     make("p", { className: "caption", textContent: "A moment over the inertia, added to the model. It competes with the effects of the library." }),
     field("id", "id: lower-case letters, digits, _"), field("title", "title"),
-    field("moment", "moment (rad/s²) of b yaw (rad), r rate (rad/s), t time (s), wn, wind (m/s)", "textarea"),
+    field("moment", "moment (rad/s²) of b angle (rad), r rate (rad/s), t time (s), wn, wind (m/s); of a displacement in its unit", "textarea"),
     make("pre", { className: "caret", id: "own-error", hidden: true, role: "status" }),
     make("table", { className: "parameters" }, make("thead", {}, make("tr", {}, ...["name", "unit", "start", "min", "max", ""].map((t) => make("th", { textContent: t })))), rows),
     make("div", { className: "row" },

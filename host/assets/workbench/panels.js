@@ -259,6 +259,8 @@ function drawMeasured(name, column, tables, how) {
 
 function drawWhere() {
   const v = seen.view, ghost = v && v.ghost;
+  by("phase-caption").textContent = units().moment;
+  by("cuts-caption").textContent = `${units().word} = 0, rate = 0`;
   plots.phase.set(v ? (ghost && isDiagnosis() ? ghost : v.where).phase : []);
   // Of a rate or an acceleration the residual shows no moment.
   const hidden = v && !units().shows_rest ? `A residual in ${units().unit} does not show it:\nmeasure the law.` : null;

@@ -38,8 +38,10 @@ pub(crate) struct Buffeted {
     pub(crate) state_dependence: f64,
 }
 
-/// Parts of a record that must agree.
+/// Parts of a record that must agree, and the cycles that each has to hold: in fewer the forcing, three numbers and a
+/// random moment, follows any law.
 const QUARTERS: usize = 4;
+const CYCLES: f64 = 2.0;
 /// First steps in the logarithm of the intensity, the frequency and the damping ratio.
 const FREE: [f64; 3] = [1.0, 1e-3, 3e-3];
 /// Means a cycle that the filter is given at least.
@@ -153,16 +155,26 @@ fn reduced(series: &[f64], means_per_block: usize) -> Vec<f64> {
 /// What [`Buffeted::deviance`] is compared with: that of a definite model, all of whose residual is noise, its numbers
 /// counted; and the count of residuals. The noise is what it leaves where it explains the record, and else the floor.
 pub(crate) fn definite_criterion(decay: &FreeDecay, model: &Fitted) -> (f64, f64) {
-    let means_per_block = means_per_block(decay);
-    let left = reduced(&model.residuals, means_per_block);
-    let n = left.len() as f64;
-    let sum: f64 = left.iter().map(|r| r * r).sum();
+    let (sum, n) = left(decay, model);
     if is_explained(model, decay) {
         return (bic::of_squares(sum, n, model.parameters.len()), n);
     }
-    let noise = decay.noise_of(means_per_block).0.powi(2);
+    let noise = decay.noise_of(means_per_block(decay)).0.powi(2);
     let deviance = n * noise.ln() + sum / noise - n;
     (bic::of_deviance(deviance, n, model.parameters.len()), n)
+}
+
+/// Sum of squares and count of the residuals that the filter would see.
+fn left(decay: &FreeDecay, model: &Fitted) -> (f64, f64) {
+    let left = reduced(&model.residuals, means_per_block(decay));
+    (left.iter().map(|r| r * r).sum(), left.len() as f64)
+}
+
+/// Difference of BIC in favour of random forcing beside `plain`, as of any other effect: what `plain` leaves counts as
+/// noise.
+pub(crate) fn gain_over(decay: &FreeDecay, plain: &Fitted, b: &Buffeted) -> f64 {
+    let ((sum, n), numbers) = (left(decay, plain), plain.parameters.len());
+    bic::of_squares(sum, n, numbers) - bic::of_deviance(b.deviance, n, numbers + 1)
 }
 
 /// The likeliest random forcing of a free decay, from the plain model's fit.
@@ -187,8 +199,9 @@ fn fit_series(
     model: &Fitted,
     states: Option<Vec<[f64; 2]>>,
 ) -> Option<Buffeted> {
-    // The filter reads the angle.
-    if !decay.measurand.shows_rest() {
+    // The filter reads the angle. Of a rate or an acceleration the noise floor holds part of the forcing.
+    let is_long = decay.yaw_rad.len() as f64 >= CYCLES * QUARTERS as f64 * decay.per_cycle();
+    if !decay.measurand.shows_rest() || !is_long {
         return None;
     }
     let means_per_block = means_per_block(decay);

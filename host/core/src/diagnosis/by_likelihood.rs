@@ -206,8 +206,7 @@ fn buffeted_verdict(
         }
     }
     let mut candidates = candidates(decay, plain, &begun.singles, &[]);
-    let (definite, n) = buffeting::definite_criterion(decay, plain);
-    let evidence = definite - bic::of_deviance(b.deviance, n, plain.parameters.len() + 1);
+    let evidence = buffeting::gain_over(decay, plain, b);
     let random = Candidate {
         reason: None,
         effect: Effect::random(),
