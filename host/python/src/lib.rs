@@ -6,15 +6,15 @@
 
 mod entry;
 mod error;
+mod exchange;
 mod model;
 mod work;
 
 use error::{raised, YawrigError};
+use exchange::{bytes, function, numbers, Bytes, Function};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
-use pyo3::types::{PyBytes, PyCFunction, PyTuple};
-use pyo3::IntoPyObjectExt;
-use std::ffi::CStr;
+use pyo3::types::PyTuple;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use work::{worked, On};
@@ -26,21 +26,9 @@ use yawrig_records::Selection;
 
 /// Name, times and angles, and whether its stamps were spread.
 type Given = (String, PyBackedBytes, PyBackedBytes, bool);
-type Bytes = Py<PyBytes>;
-type Function = Py<PyCFunction>;
 
 /// What would be said on stderr.
 static SAID: Mutex<Vec<String>> = Mutex::new(Vec::new());
-
-fn numbers(bytes: &[u8]) -> Vec<f64> {
-    let (whole, _) = bytes.as_chunks();
-    whole.iter().map(|eight| f64::from_ne_bytes(*eight)).collect()
-}
-
-fn bytes(py: Python<'_>, numbers: &[f64]) -> Bytes {
-    let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_ne_bytes()).collect();
-    PyBytes::new(py, &bytes).unbind()
-}
 
 fn record((name, time_s, yaw_deg, stamps_spread): Given) -> yawrig_base::error::Result<Record> {
     let record = Record::new(name, numbers(&time_s), numbers(&yaw_deg));
@@ -50,18 +38,6 @@ fn record((name, time_s, yaw_deg, stamps_spread): Given) -> yawrig_base::error::
 fn given(py: Python<'_>, record: &Record) -> (String, Bytes, Bytes, bool) {
     let name = record.file.display().to_string();
     (name, bytes(py, &record.time_s), bytes(py, &record.yaw_deg), record.stamps_spread)
-}
-
-/// A function of Python's.
-fn function<R: for<'py> IntoPyObject<'py>>(
-    py: Python<'_>,
-    name: &'static CStr,
-    does: impl Fn(&Bound<'_, PyTuple>) -> PyResult<R> + Send + Sync + 'static,
-) -> PyResult<Function> {
-    let does = move |arguments: &Bound<'_, PyTuple>,
-                     _: Option<&Bound<'_, _>>|
-          -> PyResult<Py<PyAny>> { does(arguments)?.into_py_any(arguments.py()) };
-    Ok(PyCFunction::new_closure(py, Some(name), None, does)?.unbind())
 }
 
 /// The answer of a verb: its JSON, its sentence, functions that give the rest of it, and what else was said.

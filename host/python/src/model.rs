@@ -1,8 +1,8 @@
 //! Models of records as functions of time, and of time and state.
 
 use crate::error::raised;
+use crate::exchange::{bytes, function, numbers, Bytes, Function};
 use crate::work::{worked, On};
-use crate::{bytes, function, numbers, Bytes, Function};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use std::sync::Arc;
