@@ -127,10 +127,14 @@ impl Browser {
     /// Where it throws.
     #[track_caller]
     pub fn value(&mut self, script: &str) -> Value {
-        let wanted = json!({"expression": script, "returnByValue": true, "awaitPromise": true});
-        let answer = self.call("Runtime.evaluate", wanted);
+        let answer = self.evaluated(script);
         assert!(answer["exceptionDetails"].is_null(), "{script}: {answer}");
         answer["result"]["value"].clone()
+    }
+
+    fn evaluated(&mut self, script: &str) -> Value {
+        let wanted = json!({"expression": script, "returnByValue": true, "awaitPromise": true});
+        self.call("Runtime.evaluate", wanted)
     }
 
     /// Its text.
@@ -140,17 +144,22 @@ impl Browser {
         found.as_str().unwrap_or_else(|| panic!("{selector} is not on the page")).to_owned()
     }
 
-    /// Waits until a script is true.
+    /// Waits until a script is true. One that throws is not true yet: what it asks for may just be made anew.
     ///
     /// # Panics
     /// Out of patience, with what the page says.
     #[track_caller]
     pub fn wait(&mut self, script: &str) {
         let until = Instant::now() + PATIENCE;
-        while self.value(&format!("!!({script})")) != true {
+        loop {
+            let answer = self.evaluated(&format!("!!({script})"));
+            if answer["result"]["value"] == true {
+                return;
+            }
             if Instant::now() > until {
-                let page = self.value("document.body.innerText");
-                panic!("{script} is not so: {page}\n{:?}", self.complaints);
+                let (threw, page) =
+                    (&answer["exceptionDetails"], self.value("document.body.innerText"));
+                panic!("{script} is not so: {threw} {page}\n{:?}", self.complaints);
             }
             std::thread::sleep(SLICE);
         }

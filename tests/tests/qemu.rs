@@ -1,5 +1,7 @@
 //! The ARM image on QEMU's Cortex-M4F. `tests/run` runs these; plain `cargo test` needs no QEMU.
 
+use nix::sys::signal::{kill, Signal};
+use nix::unistd::Pid;
 use rand::SeedableRng;
 use rand_distr::Distribution;
 use std::io::{BufRead, BufReader, Write};
@@ -202,6 +204,24 @@ fn gone(pid: u32) -> bool {
     finished(pid)
 }
 
+/// A terminal's Ctrl-Z, or a host too busy to let it run, for longer than a board's watchdog waits.
+#[test]
+#[ignore = "needs QEMU: tests/run runs it"]
+fn a_board_that_is_stopped_for_a_while_has_not_restarted() {
+    let (board, mut potentiometer) = qemu::start().expect("a board");
+    let pid = Pid::from_raw(board.pid() as i32);
+    let hub = Hub::start(board).expect("a hub");
+    let mut client = Client::open(hub.own_path()).expect("a device");
+    potentiometer.send(&vec![32_768 + 2000; 2500]).expect("a board that takes samples");
+    client.next_event(PATIENCE).expect("a line").expect("it is held");
+    kill(pid, Signal::SIGSTOP).expect("a process of ours");
+    std::thread::sleep(Duration::from_secs(10));
+    kill(pid, Signal::SIGCONT).expect("a process of ours");
+    potentiometer.send(&[32_768 + 2000; 10]).expect("a board that takes samples");
+    while client.status().expect("its state").samples < 2510 {}
+    assert_eq!(client.resets(), 0);
+}
+
 #[test]
 #[ignore = "needs QEMU: tests/run runs it"]
 fn a_board_whose_main_loop_hangs_is_reset_and_the_host_says_so() {
@@ -225,7 +245,7 @@ fn a_board_whose_main_loop_hangs_is_reset_and_the_host_says_so() {
     let patience = Instant::now() + PATIENCE;
     while client.resets() == 0 {
         assert!(Instant::now() < patience, "the watchdog does not bite");
-        // It answers nothing for eight seconds.
+        // It answers nothing for two seconds.
         let _ = client.request(&Request::Status);
     }
     let status = client.status().expect("its state");

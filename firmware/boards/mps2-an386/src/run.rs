@@ -1,11 +1,8 @@
 //! The device's main loop.
 
 use crate::uart::Uart;
-use crate::watchdog::Watchdog;
 use crate::{flash, say};
 use cortex_m::asm::wfi;
-use cortex_m::peripheral::syst::SystClkSource;
-use cortex_m::peripheral::{Peripherals, SCB};
 use yawrig_firmware::device::Device;
 use yawrig_firmware::serial::{receive, receive_sample, send};
 use yawrig_shared::potentiometer::Decoder;
@@ -16,10 +13,9 @@ use yawrig_shared::potentiometer::Decoder;
 const LOOKS_BEFORE_SLEEP: u32 = 50;
 /// Samples that are taken, if so many wait, before the host is heard again.
 const SAMPLES_A_ROUND: u32 = 64;
-/// Half a second at 25 MHz: how often the watchdog is fed, and the core woken for it.
-const FEED_TICKS: u32 = 12_500_000;
 
-/// Serves samples and the line for good; `after_round` is called after each time both have been served.
+/// Serves samples and the line for good, without a watchdog: the emulator's clock goes on while its host lets it wait, and
+/// a board that is stopped with its terminal has not hung. `after_round` is called after each time both have been served.
 pub fn run(mut after_round: impl FnMut(u32)) -> ! {
     // Nothing may run a handler: interrupts only end `wfi`.
     cortex_m::interrupt::disable();
@@ -33,13 +29,6 @@ pub fn run(mut after_round: impl FnMut(u32)) -> ! {
     device.start();
     let mut decoder = Decoder::default();
     let mut idle = 0;
-    // SAFETY: main runs once.
-    let (mut clock, mut watchdog) = unsafe { (Peripherals::steal().SYST, Watchdog::start()) };
-    clock.set_clock_source(SystClkSource::Core);
-    clock.set_reload(FEED_TICKS);
-    clock.clear_current();
-    clock.enable_counter();
-    clock.enable_interrupt();
     // To QEMU's output, not to the link: the host waits for this line.
     say(&["yawrig runs"]);
     loop {
@@ -54,10 +43,6 @@ pub fn run(mut after_round: impl FnMut(u32)) -> ! {
             busy = true;
         }
 
-        // Both have been served, or there was nothing to serve.
-        if clock.has_wrapped() {
-            watchdog.feed();
-        }
         after_round(device.samples());
 
         if busy || device.idle() {
@@ -69,7 +54,6 @@ pub fn run(mut after_round: impl FnMut(u32)) -> ! {
             // One more look comes after this: whatever it misses wakes the core.
             link.arm();
             potentiometer.arm();
-            SCB::clear_pendst();
         } else if idle > LOOKS_BEFORE_SLEEP {
             wfi();
             idle = 0;
