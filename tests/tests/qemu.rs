@@ -204,7 +204,7 @@ fn gone(pid: u32) -> bool {
     finished(pid)
 }
 
-/// A terminal's Ctrl-Z, or a host too busy to let it run, for longer than a board's watchdog waits.
+/// As by a host too busy to let it run, for longer than a board's watchdog waits.
 #[test]
 #[ignore = "needs QEMU: tests/run runs it"]
 fn a_board_that_is_stopped_for_a_while_has_not_restarted() {

@@ -15,7 +15,7 @@ const LOOKS_BEFORE_SLEEP: u32 = 50;
 const SAMPLES_A_ROUND: u32 = 64;
 
 /// Serves samples and the line for good, without a watchdog: the emulator's clock goes on while its host lets it wait, and
-/// a board that is stopped with its terminal has not hung. `after_round` is called after each time both have been served.
+/// a board that waits for its host has not hung. `after_round` is called after each time both have been served.
 pub fn run(mut after_round: impl FnMut(u32)) -> ! {
     // Nothing may run a handler: interrupts only end `wfi`.
     cortex_m::interrupt::disable();
