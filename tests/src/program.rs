@@ -28,13 +28,30 @@ fn age(path: &Path) -> Option<SystemTime> {
     path.metadata().and_then(|about| about.modified()).ok()
 }
 
-/// Every file of the workspace that the program is made of, pages and tables included: cargo lists them beside it in the form
-/// of a makefile, `RESULT: FILE FILE`, a blank within a name as `\ `.
+/// Every file of the workspace that the program is made of, pages and tables included: the compiler lists them for each
+/// crate in the form of a makefile, `RESULT: FILE FILE`, from the workspace's folder on, a blank within a name as `\ `.
+/// Cargo's own list of them all, `yawrig.d`, is there only where the program was built by itself, not for its tests.
 fn sources(profile: &Path) -> Vec<PathBuf> {
-    let list = profile.join("yawrig.d");
-    let rule = std::fs::read_to_string(&list).unwrap_or_else(|e| panic!("{}: {e}", list.display()));
-    let files = rule.trim_end().replace("\\ ", "\0");
-    files.split(' ').skip(1).map(|file| file.replace('\0', " ").into()).collect()
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
+    let lists = profile.join("deps").read_dir().expect("what was built").flatten();
+    let lists = lists.map(|entry| entry.path()).filter(|path| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        // What comes after the program makes it no older.
+        name.starts_with("yawrig") && !name.starts_with("yawrig_tests") && name.ends_with(".d")
+    });
+    let rules: Vec<String> = lists
+        .filter_map(|list| std::fs::read_to_string(list).ok())
+        .flat_map(|text| text.lines().map(str::to_owned).collect::<Vec<_>>())
+        .collect();
+    let mut sources = Vec::new();
+    for (result, files) in rules.iter().filter_map(|rule| rule.split_once(": ")) {
+        // Not what the unit tests of a crate are made of besides, nor what the lints look at.
+        if result.ends_with(".rlib") || files.ends_with("src/main.rs") {
+            let files = files.trim_end().replace("\\ ", "\0");
+            sources.extend(files.split(' ').map(|file| workspace.join(file.replace('\0', " "))));
+        }
+    }
+    sources
 }
 
 /// A source younger than the program though these tests know it: `cargo test -p` of this package
@@ -77,7 +94,6 @@ mod tests {
             assert_eq!(newer_source(one, Some(before), Some(at)), None);
         }
         assert!(sources.iter().any(|s| s.ends_with("assets/report.js")), "{sources:?}");
-        // What comes after it makes it no older.
         let later = [root.join("tests"), root.join("host/python")];
         assert!(!sources.iter().any(|s| later.iter().any(|folder| s.starts_with(folder))));
     }
