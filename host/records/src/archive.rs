@@ -2,10 +2,10 @@
 
 use super::grid;
 use super::table::Channel;
-use super::text;
 use std::fs::File;
 use std::io::{Read, Seek};
 use std::path::Path;
+use yawrig_text::rows;
 use zip::ZipArchive;
 
 /// Most bytes of a text that was compressed.
@@ -43,7 +43,7 @@ pub(super) fn read(file: &Path) -> Result<Vec<Channel>, String> {
             return Err(format!("{name} is larger than {} MiB", LARGEST >> 20));
         }
         // A text without numbers is about something else.
-        let Ok(mut inside) = grid::of_text(&text::decoded(&bytes)) else { continue };
+        let Ok(mut inside) = grid::of_text(&rows::decoded(&bytes)) else { continue };
         if names.len() > 1 {
             let stem = name.rsplit_once('.').map_or(name.as_str(), |(stem, _)| stem);
             inside.iter_mut().for_each(|c| c.name = format!("{stem}/{}", c.name));

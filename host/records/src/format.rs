@@ -1,13 +1,14 @@
 //! Which format a file has, by what stands in it, and what is written under which name.
 
 use super::table::Channel;
-use super::{archive, csv_file, grid, hdf5, labx, lvm, mat, parquet_file, tdms, text, xlsx};
+use super::{archive, csv_file, grid, hdf5, labx, lvm, mat, parquet_file, tdms, xlsx};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_core::record::Record;
+use yawrig_text::rows;
 
 /// A format that records are read from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -143,7 +144,7 @@ fn text_channels(file: &Path) -> std::result::Result<Vec<Channel>, String> {
 
 fn text_of(file: &Path) -> std::result::Result<String, String> {
     let bytes = std::fs::read(file).map_err(|e| e.to_string())?;
-    Ok(text::decoded(&bytes).into_owned())
+    Ok(rows::decoded(&bytes).into_owned())
 }
 
 /// Writes a record under a name whose ending says the format.

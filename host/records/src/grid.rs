@@ -2,37 +2,13 @@
 
 use super::names;
 use super::table::Channel;
-use super::text::{rows, Row, Separator};
+use yawrig_text::cells::{cell, numbers, Cell};
+use yawrig_text::rows::{rows, Row, Separator};
 
 /// So many rows of numbers one after the other are the beginning of the data.
 const BEGINNING: usize = 3;
 /// Lines that show what parts the columns.
 const SAMPLE: usize = 2000;
-
-/// What a field says.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Cell {
-    Number(f64),
-    /// Seconds of a time of day or a date with one.
-    Clock(f64),
-    Missing,
-    Text,
-}
-
-fn cell(field: &str, is_decimal_comma_possible: bool) -> Cell {
-    const MISSING: [&str; 9] = ["", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--"];
-    let comma =
-        is_decimal_comma_possible && !field.contains('.') && field.matches(',').count() == 1;
-    let parsed = if comma { field.replace(',', ".").parse() } else { field.parse::<f64>() };
-    match parsed {
-        Ok(value) if value.is_finite() => Cell::Number(value),
-        Ok(_) => Cell::Missing,
-        Err(_) if MISSING.iter().any(|missing| missing.eq_ignore_ascii_case(field)) => {
-            Cell::Missing
-        }
-        Err(_) => names::clock_s(field).map_or(Cell::Text, Cell::Clock),
-    }
-}
 
 /// The channels of a text, parted by whatever gives the most columns of numbers.
 pub(super) fn of_text(text: &str) -> Result<Vec<Channel>, String> {
@@ -90,16 +66,6 @@ fn with_decimal_commas<'a>(rows: &[Row<'a>]) -> Option<Vec<Row<'a>>> {
         ..row.clone()
     };
     Some(heads.iter().cloned().chain(data.iter().map(joined)).collect())
-}
-
-/// Numbers of a row, times of day and gaps beside a number counted.
-fn numbers(row: &Row, comma: bool) -> usize {
-    let cells = || row.fields.iter().map(|field| cell(field, comma));
-    let number = |c: &Cell| matches!(c, Cell::Number(_) | Cell::Clock(_));
-    match !row.is_comment && cells().any(|c| number(&c)) {
-        true => cells().filter(|c| number(c) || *c == Cell::Missing).count(),
-        false => 0,
-    }
 }
 
 /// The channels of these rows.

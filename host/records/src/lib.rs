@@ -28,7 +28,6 @@ mod standard_input;
 mod suggest;
 mod table;
 mod tdms;
-mod text;
 mod turns;
 mod xlsx;
 

@@ -2,9 +2,9 @@
 
 use super::grid;
 use super::table::Channel;
-use super::text::Row;
 use calamine::{open_workbook, Data, Range, Reader, Xlsx};
 use std::path::Path;
+use yawrig_text::rows::Row;
 
 const SECONDS_PER_DAY: f64 = 86_400.0;
 

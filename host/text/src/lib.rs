@@ -1,5 +1,9 @@
-//! What errors about text have in common: the character pointed at, the name that was meant.
+//! Text as people and programs write it: tables of numbers, and what errors about a text have in common, the character pointed
+//! at, the name that was meant.
 #![forbid(unsafe_code)]
+
+pub mod cells;
+pub mod rows;
 
 use std::fmt::Write as _;
 use std::ops::Range;

@@ -2,9 +2,10 @@
 
 use std::borrow::Cow;
 
-/// A line's fields, and its number in the file, from 1.
+/// A line of a table.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Row<'a> {
+pub struct Row<'a> {
+    /// Its number in the file, from 1.
     pub line: usize,
     pub fields: Vec<Cow<'a, str>>,
     /// It stands behind a comment sign.
@@ -13,7 +14,7 @@ pub(super) struct Row<'a> {
 
 /// What parts the fields of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Separator {
+pub enum Separator {
     Tab,
     Semicolon,
     Comma,
@@ -31,7 +32,7 @@ impl Separator {
 }
 
 /// UTF-8 and UTF-16 with or without their marks; what is no UTF-8 is taken for Latin-1, as Windows writes a degree sign.
-pub(super) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
+pub fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     let wide = |of: fn([u8; 2]) -> u16, bytes: &[u8]| {
         let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| of([pair[0], pair[1]])).collect();
         Cow::Owned(String::from_utf16_lossy(&units))
@@ -54,7 +55,7 @@ fn utf8_or_latin1(bytes: &[u8]) -> Cow<'_, str> {
 }
 
 /// The lines that hold something, split.
-pub(super) fn rows(text: &str, separator: Separator) -> Vec<Row<'_>> {
+pub fn rows(text: &str, separator: Separator) -> Vec<Row<'_>> {
     text.lines().enumerate().filter_map(|(index, line)| row(index + 1, line, separator)).collect()
 }
 
