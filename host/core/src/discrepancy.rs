@@ -41,7 +41,7 @@ const BELIEVED: f64 = 0.5 * crate::bic::MARGIN;
 /// Rounds in which strengths and noise settle.
 const ROUNDS: usize = 4;
 /// Residual over the noise beyond which it is more than noise, whose floor is known to some six per cent.
-const ABOVE_NOISE: f64 = 1.1;
+pub(crate) const ABOVE_NOISE: f64 = 1.1;
 /// Share of residuals that count while their correlation is not known yet.
 const AT_FIRST: f64 = 0.2;
 

@@ -165,7 +165,7 @@ pub static LIBRARY: LazyLock<Vec<Kind>> = LazyLock::new(|| {
             |p, b| p[0] * (1.0 - b.cos() - b * b / 2.0),
         ),
         stiffness(
-            kind("odd_quadratic_stiffness", "- k |b| b", vec![any("k", "1/(rad s2)")], "k=10"),
+            kind("odd_quadratic_stiffness", "- k |b| b", vec![any("k", "1/(rad s2)")], "k=-10"),
             |p, b, _, _| -p[0] * b.abs() * b,
             |p, b| p[0] * b.abs() * b * b / 3.0,
         ),

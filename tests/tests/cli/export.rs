@@ -24,7 +24,7 @@ cubic_stiffness k3=20.0
 quadratic_stiffness k2=4.0
 quintic_stiffness k5=-80.0
 pendulum_gravity g=9.0
-odd_quadratic_stiffness k=1.5
+odd_quadratic_stiffness k=-1.5
 static_offset m=0.3
 stiffness_drift e=0.0004
 harmonic_forcing f=0.2 w=3.1 phi=0.4

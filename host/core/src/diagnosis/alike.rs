@@ -107,7 +107,7 @@ mod tests {
             damping_ratio,
             yaw_rad: amplitude_deg.to_radians(),
             rate_rad_s: 0.0,
-            terms: Terms::of([(Effect::CubicStiffness, &[25.0][..])]),
+            terms: Terms::of([(Effect::CubicStiffness, &[-25.0][..])]),
         };
         let mut yaw_rad = vec![0.0; grid.count];
         motion.readings(&grid, &mut yaw_rad);
@@ -129,7 +129,7 @@ mod tests {
         (last.clone(), alike(&decay, &survivors).unwrap())
     }
 
-    /// Over few amplitudes a cube and an odd square harden alike; over many they part.
+    /// Over few amplitudes a cube and an odd square soften alike; over many they part.
     #[test]
     fn laws_that_one_amplitude_cannot_separate_are_a_group() {
         let (effects, pairs) = group(&release(1, 12.0, 0.004));
@@ -139,7 +139,8 @@ mod tests {
         assert!(pairs.iter().any(|pair| laws.iter().all(|law| pair.contains(law))), "{pairs:?}");
         let (effects, pairs) = group(&release(2, 35.0, 0.02));
         println!("{effects:?} {pairs:?}");
-        assert!(effects.contains(&Effect::CubicStiffness), "{effects:?}");
+        let near = [Effect::CubicStiffness, Effect::PendulumGravity];
+        assert!(effects.iter().any(|e| near.contains(e)), "{effects:?}");
         assert!(!pairs.iter().flatten().any(|e| *e == laws[1]), "{pairs:?}");
     }
 }

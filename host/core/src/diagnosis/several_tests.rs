@@ -75,7 +75,7 @@ fn one_spring_or_a_coefficient_each_where_asked() {
 }
 
 /// Cubic stiffness, released at this angle.
-fn hardening(seed: u64, amplitude_deg: f64, damping_ratio: f64) -> Record {
+fn softening(seed: u64, amplitude_deg: f64, damping_ratio: f64) -> Record {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let grid = Grid { start_s: 0.0, step_s: 0.02, count: 1000, mean_width_s: 0.0 };
     let motion = Motion {
@@ -83,7 +83,7 @@ fn hardening(seed: u64, amplitude_deg: f64, damping_ratio: f64) -> Record {
         damping_ratio,
         yaw_rad: amplitude_deg.to_radians(),
         rate_rad_s: 0.0,
-        terms: Terms::of([(Effect::CubicStiffness, &[25.0][..])]),
+        terms: Terms::of([(Effect::CubicStiffness, &[-25.0][..])]),
     };
     let mut yaw_rad = vec![0.0; grid.count];
     motion.readings(&grid, &mut yaw_rad);
@@ -98,12 +98,12 @@ fn hardening(seed: u64, amplitude_deg: f64, damping_ratio: f64) -> Record {
 #[test]
 fn laws_that_several_releases_cannot_separate_are_a_group() {
     let odd_square = Effect::OddQuadraticStiffness;
-    let near = [hardening(1, 12.0, 0.004), hardening(2, 11.0, 0.004)];
+    let near = [softening(1, 12.0, 0.004), softening(2, 11.0, 0.004)];
     let found = diagnose_several(&near, &Common::default(), &Options::default()).unwrap();
     println!("{:?} {:?}", found.effects, found.indistinguishable);
     let odd = |pairs: &[[Effect; 2]]| pairs.iter().flatten().any(|e| *e == odd_square);
     assert!(odd(&found.indistinguishable));
-    let apart = [hardening(3, 35.0, 0.02), hardening(4, 15.0, 0.02)];
+    let apart = [softening(3, 35.0, 0.02), softening(4, 15.0, 0.02)];
     let found = diagnose_several(&apart, &Common::default(), &Options::default()).unwrap();
     println!("{:?} {:?}", found.effects, found.indistinguishable);
     assert!(found.effects.contains(&Effect::CubicStiffness), "{:?}", found.effects);

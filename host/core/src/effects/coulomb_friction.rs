@@ -1,6 +1,6 @@
 //! Dry friction, - c sign(r), which holds the model at r = 0 while the other moments are below c.
 
-use super::law::{numbers, not_negative, Card, Equation, Law, Parameter, Scale};
+use super::law::{numbers, not_negative, Card, Equation, Law, Parameter, RollTerm, Scale};
 use super::terms::Terms;
 
 pub(super) struct CoulombFriction;
@@ -30,6 +30,10 @@ impl Law for CoulombFriction {
 
     fn equation(&self) -> Option<Equation<'_>> {
         Some(Equation::moment("-c * sign(r)"))
+    }
+
+    fn roll_term(&self) -> Option<RollTerm> {
+        Some(RollTerm::Friction)
     }
 
     fn card(&self) -> Card<'_> {

@@ -1,6 +1,6 @@
 //! Damping with the square of the angle, - c b^2 r.
 
-use super::law::{any, moment, Card, Equation, Law, Parameter, Scale};
+use super::law::{any, moment, Card, Equation, Law, Parameter, RollTerm, Scale};
 use super::terms::Terms;
 
 pub(super) struct CubicDamping;
@@ -29,6 +29,10 @@ impl Law for CubicDamping {
 
     fn equation(&self) -> Option<Equation<'_>> {
         Some(Self::EQUATION)
+    }
+
+    fn roll_term(&self) -> Option<RollTerm> {
+        Some(RollTerm::AngleSquared)
     }
 
     fn card(&self) -> Card<'_> {

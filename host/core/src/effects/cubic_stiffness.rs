@@ -1,6 +1,6 @@
 //! Hardening (k3 > 0) or softening, - k3 b^3.
 
-use super::law::{any, moment, Card, Equation, Law, Parameter, Scale, Series};
+use super::law::{any, moment, Card, Equation, Law, Parameter, RollTerm, Scale, Series};
 use super::terms::Terms;
 
 pub(super) struct CubicStiffness;
@@ -29,6 +29,10 @@ impl Law for CubicStiffness {
 
     fn equation(&self) -> Option<Equation<'_>> {
         Some(Self::EQUATION)
+    }
+
+    fn roll_term(&self) -> Option<RollTerm> {
+        Some(RollTerm::StiffnessCubed)
     }
 
     fn card(&self) -> Card<'_> {

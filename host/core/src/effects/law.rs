@@ -84,6 +84,11 @@ pub(crate) trait Law: Send + Sync {
         false
     }
 
+    /// Which coefficient of a roll decay its first number is, over the inertia.
+    fn roll_term(&self) -> Option<RollTerm> {
+        None
+    }
+
     /// Where its moment is an odd function of the angle alone, which part of a series.
     fn series(&self) -> Option<Series> {
         None
@@ -118,6 +123,21 @@ pub(crate) enum Acts {
     Sensor,
     /// Chance: it takes another course every time.
     Random,
+}
+
+/// Which coefficient of a roll decay ([`crate::roll`]) an effect is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RollTerm {
+    /// B0 sign(p).
+    Friction,
+    /// B2 abs(p) p.
+    Quadratic,
+    /// Damping phi^2 p, which takes out of a cycle what B3 p^3 does where B3 = c A44 / (3 wn^2).
+    AngleSquared,
+    /// C3 phi^3.
+    StiffnessCubed,
+    /// C5 phi^5.
+    StiffnessFifth,
 }
 
 /// A restoring moment that is odd in the angle, as a series in it.
@@ -295,6 +315,11 @@ pub(super) const fn any(name: &'static str, unit: &'static str) -> Parameter {
 /// A parameter that takes energy out, or is a length.
 pub(super) const fn not_negative(name: &'static str, unit: &'static str) -> Parameter {
     within(name, unit, 0.0, f64::INFINITY)
+}
+
+/// A stiffness that falls.
+pub(super) const fn not_positive(name: &'static str, unit: &'static str) -> Parameter {
+    within(name, unit, f64::NEG_INFINITY, 0.0)
 }
 
 pub(super) const fn within(

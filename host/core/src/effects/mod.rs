@@ -16,7 +16,7 @@ mod terms;
 pub(crate) use curves::KNOTS;
 pub use curves::{Knots, Part};
 pub(crate) use law::{Acts, LineParameters, Scale, Seen, Series};
-pub use law::{Card, Equation};
+pub use law::{Card, Equation, RollTerm};
 pub(crate) use lines::FASTEST;
 pub use measured::{Line, MeasuredLaw, MEASURED_LAW};
 pub(crate) use memory::Memories;
@@ -146,6 +146,11 @@ impl Effect {
             Self::Measured(law) => Some(law),
             _ => None,
         }
+    }
+
+    /// Which coefficient of a roll decay its first number is, over the inertia; most are none.
+    pub fn roll_term(&self) -> Option<RollTerm> {
+        self.law().roll_term()
     }
 
     /// Name of the first of its parameters as a result has it, `effect.name`.

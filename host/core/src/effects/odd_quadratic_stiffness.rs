@@ -1,6 +1,6 @@
-//! Stiffness that changes in a straight line with amplitude, - k |b| b, as micro-slip in joints has it (k < 0).
+//! Stiffness that falls in a straight line with amplitude, - k |b| b with k < 0, as micro-slip in joints has it.
 
-use super::law::{abs, any, moment, Card, Equation, Law, Parameter, Scale, Series};
+use super::law::{abs, moment, not_positive, Card, Equation, Law, Parameter, Scale, Series};
 use super::terms::Terms;
 
 pub(super) struct OddQuadraticStiffness;
@@ -11,7 +11,7 @@ impl Law for OddQuadraticStiffness {
     }
 
     fn parameters(&self) -> &[Parameter] {
-        static PARAMETERS: [Parameter; 1] = [any("k", "1/(rad s2)")];
+        static PARAMETERS: [Parameter; 1] = [not_positive("k", "1/(rad s2)")];
         &PARAMETERS
     }
 

@@ -1,6 +1,6 @@
 //! Damping with the square of the rate, - d |r| r.
 
-use super::law::{abs, moment, not_negative, Card, Equation, Law, Parameter, Scale};
+use super::law::{abs, moment, not_negative, Card, Equation, Law, Parameter, RollTerm, Scale};
 use super::terms::Terms;
 
 pub(super) struct QuadraticDamping;
@@ -25,6 +25,10 @@ impl Law for QuadraticDamping {
 
     fn equation(&self) -> Option<Equation<'_>> {
         Some(Self::EQUATION)
+    }
+
+    fn roll_term(&self) -> Option<RollTerm> {
+        Some(RollTerm::Quadratic)
     }
 
     fn card(&self) -> Card<'_> {

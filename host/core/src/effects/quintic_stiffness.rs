@@ -1,6 +1,6 @@
 //! Hardening (k5 > 0) or softening that sets in late, - k5 b^5.
 
-use super::law::{any, moment, Card, Equation, Law, Parameter, Scale, Series};
+use super::law::{any, moment, Card, Equation, Law, Parameter, RollTerm, Scale, Series};
 use super::terms::Terms;
 
 pub(super) struct QuinticStiffness;
@@ -29,6 +29,10 @@ impl Law for QuinticStiffness {
 
     fn equation(&self) -> Option<Equation<'_>> {
         Some(Self::EQUATION)
+    }
+
+    fn roll_term(&self) -> Option<RollTerm> {
+        Some(RollTerm::StiffnessFifth)
     }
 
     fn card(&self) -> Card<'_> {

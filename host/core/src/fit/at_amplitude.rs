@@ -1,6 +1,6 @@
 //! Natural frequency and damping ratio of a model against amplitude: what an engineer takes away where a law is not linear.
 
-use crate::discrepancy::{add_shape, SHAPES};
+use crate::discrepancy::{add_shape, ABOVE_NOISE, SHAPES};
 use crate::fit::fitted::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::structure::motion;
@@ -57,7 +57,9 @@ fn missed(decay: &FreeDecay, model: &Fitted, amplitude_rad: f64) -> [f64; 2] {
     let of_model = |m: &AtAmplitude| decay.measurand.of_model(m.amplitude_deg);
     let apart = |m: &&AtAmplitude| (of_model(m) / amplitude_rad).ln().abs();
     let nearest = decay.measured.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
-    let Some(seen) = nearest.filter(|_| model.discrepancy.is_some()) else { return [0.0; 2] };
+    // Where the phase is lost a linear step sees no law.
+    let lacks = model.discrepancy.is_some() || model.over_noise(decay) > ABOVE_NOISE;
+    let Some(seen) = nearest.filter(|_| lacks) else { return [0.0; 2] };
     let window = |w: &&WindowEstimate| (w.amplitude_deg - seen.amplitude_deg).abs();
     let passed = decay.windows.iter().min_by(|a, b| window(a).total_cmp(&window(b)));
     let start_s = passed.map_or(0.0, |w| w.time_s - decay.release_time_s);
