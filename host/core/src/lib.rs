@@ -12,6 +12,7 @@
 //! | simulate | [`motion::simulate`] |
 //! | measure a law that no effect holds, and name it | [`law::estimate::measure`], [`law::names::names`] |
 //! | choose the next release | [`plan::rank`] |
+//! | write a roll decay in the coefficients of naval architecture | [`roll::RollDecay`] |
 //! | compute derivatives of a campaign | [`derivatives::campaign::Campaign`], [`derivatives::table::Table`] |
 //! | stop a long computation, tell what went wrong | [`stop::Stop`], [`error::Error`] |
 //!
@@ -47,6 +48,7 @@ pub mod motion;
 pub mod plan;
 pub mod quantity;
 pub mod record;
+pub mod roll;
 pub mod solver;
 pub(crate) mod spectrum;
 pub mod statistics;

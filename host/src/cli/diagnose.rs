@@ -6,6 +6,7 @@ use super::diagnosis_text;
 use super::law;
 use super::model::{JudgeArgs, DEFAULT};
 use super::releases::{warn_of_more, ReleaseArg};
+use super::roll::{self, RollArgs};
 use crate::answer::{Answer, Drawn, OfRecord};
 use crate::campaign::CampaignFile;
 use crate::law::{found_in, Found};
@@ -16,6 +17,7 @@ use crate::model::limits::structure;
 use crate::model::records;
 use clap::Args;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
@@ -27,6 +29,7 @@ use yawrig_core::diagnosis::several::{
     diagnose_several_with_fits, Common, DiagnosedSeveral, SeveralDiagnosis,
 };
 use yawrig_core::record::Record;
+use yawrig_core::roll::RollDecay;
 use yawrig_records::Selection;
 
 /// Which physical effect a second-order model of a record lacks.
@@ -71,6 +74,8 @@ pub struct Diagnose {
     pub effects: EffectsArg,
     #[command(flatten)]
     pub judge: JudgeArgs,
+    #[command(flatten)]
+    pub roll: RollArgs,
     /// Where the formulas of a law that was measured are written, as files that `yawrig add` takes
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
@@ -92,6 +97,7 @@ enum Judged {
         record: Record,
         diagnosed: Box<Diagnosed>,
         law: Option<Box<Found>>,
+        roll: Option<RollDecay>,
         model: &'static str,
         seconds: f64,
     },
@@ -111,7 +117,7 @@ enum Judged {
 impl Diagnose {
     pub fn run(&self) -> Result<()> {
         match self.judged(self.case()?, !self.csv)? {
-            Judged::Record { record, diagnosed, law, model, seconds } => {
+            Judged::Record { record, diagnosed, law, roll, model, seconds } => {
                 let Diagnosed { diagnosis, .. } = *diagnosed;
                 let file = record.file.display().to_string();
                 if self.csv {
@@ -122,11 +128,17 @@ impl Diagnose {
                     None => Vec::new(),
                 };
                 if self.judge.json {
-                    return print_json(&object(&diagnosis, law.as_deref(), &files, seconds));
+                    return print_json(&object(&diagnosis, law.as_deref(), &files, roll, seconds));
                 }
                 let reading = self.release.selection()?;
                 let measure = law::command(&[record.file], &reading, false);
-                let text = diagnosis_text::of_record(&file, &diagnosis, model, &measure);
+                let mut text = diagnosis_text::of_record(&file, &diagnosis, model, &measure);
+                if let Some(decay) = &roll {
+                    text += &format!(
+                        "\n\n{}",
+                        roll::text(decay, &diagnosis.said.measurand()).trim_end()
+                    );
+                }
                 match law.and_then(|found| law::in_short(&found, &files, &measure)) {
                     Some(law) => print_line(&format!("{text}\n\n{law}")),
                     None => print_line(&text),
@@ -162,8 +174,8 @@ impl Diagnose {
     pub fn answer(&self, records: Vec<Record>) -> Result<Answer> {
         let case = if records.is_empty() { self.case()? } else { self.case_of(records)? };
         match self.judged(case, true)? {
-            Judged::Record { record, diagnosed, law, model, seconds } => {
-                let object = object(&diagnosed.diagnosis, law.as_deref(), &[], seconds);
+            Judged::Record { record, diagnosed, law, roll, model, seconds } => {
+                let object = object(&diagnosed.diagnosis, law.as_deref(), &[], roll, seconds);
                 let d = &diagnosed.diagnosis;
                 let sentence = verdict(d.status, &d.effects, model);
                 Ok(Answer::new(&object, sentence)?
@@ -194,6 +206,15 @@ impl Diagnose {
         })
     }
 
+    /// The answer in the coefficients of naval architecture, where the motion is called roll.
+    fn roll_decay(&self, d: &Diagnosis) -> Result<Option<RollDecay>> {
+        let none = BTreeMap::new();
+        let numbers = d.steps.last().map_or(&none, |step| &step.parameters);
+        self.roll.of(&d.said.measurand(), |ship| {
+            RollDecay::of_model(&d.modal, &d.effects, numbers, &d.at_amplitude, ship)
+        })
+    }
+
     /// What several releases have in common.
     fn common(&self) -> Result<Common> {
         let named = |ids: &[String]| ids.iter().map(|id| named(id)).collect::<Result<Vec<_>>>();
@@ -209,6 +230,7 @@ impl Diagnose {
         let options = self.options()?;
         // Before anything is read.
         self.common()?;
+        self.roll.ship()?;
         let is_toml =
             |file: &Path| file.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
         let files = self.release.of(&self.files)?;
@@ -262,6 +284,11 @@ impl Diagnose {
     /// `with_law`: the law of a record that nothing explains is measured.
     fn judged(&self, case: Case, with_law: bool) -> Result<Judged> {
         let begin = std::time::Instant::now();
+        let is_one = matches!(case, Case::Record(..));
+        if self.roll.ship()?.is_some() && !is_one {
+            return Err(Error::usage("an inertia, GM or displacement with several releases")
+                .help("give one record: yawrig diagnose FILE --motion roll"));
+        }
         match case {
             Case::Record(record, options, model) => {
                 let diagnosed = diagnose_with_fits(&record, &options)?;
@@ -274,7 +301,8 @@ impl Diagnose {
                     false => None,
                 };
                 let (diagnosed, law) = (Box::new(diagnosed), law.map(Box::new));
-                Ok(Judged::Record { record, diagnosed, law, model, seconds })
+                let roll = self.roll_decay(&diagnosed.diagnosis)?;
+                Ok(Judged::Record { record, diagnosed, law, roll, model, seconds })
             }
             Case::Several(records, options) => {
                 let common = self.common()?;
@@ -377,20 +405,30 @@ struct Object<'a, D> {
     /// As `law` prints it.
     #[serde(skip_serializing_if = "Option::is_none")]
     law: Option<serde_json::Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    roll: Option<RollDecay>,
 }
 
 fn object<'a>(
     diagnosis: &'a Diagnosis,
     law: Option<&Found>,
     files: &[PathBuf],
+    roll: Option<RollDecay>,
     seconds: f64,
 ) -> Object<'a, Diagnosis> {
     let law = law.map(|found| law::object(found, files));
-    Object { schema_version: SCHEMA_VERSION, campaign: None, diagnosis, seconds, law }
+    Object { schema_version: SCHEMA_VERSION, campaign: None, diagnosis, seconds, law, roll }
 }
 
 fn several_object(diagnosis: &SeveralDiagnosis, seconds: f64) -> Object<'_, SeveralDiagnosis> {
-    Object { schema_version: SCHEMA_VERSION, campaign: None, diagnosis, seconds, law: None }
+    Object {
+        schema_version: SCHEMA_VERSION,
+        campaign: None,
+        diagnosis,
+        seconds,
+        law: None,
+        roll: None,
+    }
 }
 
 fn campaign_object<'a>(
@@ -398,5 +436,12 @@ fn campaign_object<'a>(
     diagnosis: &'a CampaignDiagnosis,
     seconds: f64,
 ) -> Object<'a, CampaignDiagnosis> {
-    Object { schema_version: SCHEMA_VERSION, campaign: Some(path), diagnosis, seconds, law: None }
+    Object {
+        schema_version: SCHEMA_VERSION,
+        campaign: Some(path),
+        diagnosis,
+        seconds,
+        law: None,
+        roll: None,
+    }
 }

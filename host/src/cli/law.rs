@@ -3,6 +3,7 @@
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
 use super::model::amplitude_rows;
 use super::releases::ReleaseArg;
+use super::roll::{self, RollArgs};
 use crate::answer::Answer;
 use crate::law::{found, found_in, File, Found};
 use crate::model::revise::quoted;
@@ -15,6 +16,7 @@ use yawrig_base::error::Result;
 use yawrig_core::law::names::Name;
 use yawrig_core::law::tables::Point;
 use yawrig_core::record::Record;
+use yawrig_core::roll::RollDecay;
 use yawrig_records::Selection;
 
 /// Measure the law that a record shows: restoring moment over yaw angle, dissipation over yaw rate
@@ -36,6 +38,8 @@ pub struct Law {
     pub may_drive: bool,
     #[command(flatten)]
     pub release: ReleaseArg,
+    #[command(flatten)]
+    pub roll: RollArgs,
     /// Where the named formulas are written, as files that `yawrig add` takes
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
@@ -49,12 +53,30 @@ impl Law {
         let given = self.release.of(&self.files)?;
         let reading = self.release.selection()?;
         let found = found(&given, &reading, !self.may_drive)?;
+        let roll = self.roll_decay(&found)?;
         let files = written(&found, self.out.as_deref())?;
         if self.json {
-            return print_json(&object(&found, &files));
+            return print_json(&with_roll(object(&found, &files), roll));
         }
-        print_line(text(&found, &files, &command(&given, &reading, self.may_drive)).trim_end())
+        let mut text = text(&found, &files, &command(&given, &reading, self.may_drive));
+        if let Some(decay) = roll {
+            text += &format!("\n{}", roll::text(&decay, &found.measurand));
+        }
+        print_line(text.trim_end())
     }
+
+    /// The equivalent linear damping of naval architecture, where the motion is called roll.
+    fn roll_decay(&self, found: &Found) -> Result<Option<RollDecay>> {
+        let wn = found.measured.natural_frequency_rad_s();
+        self.roll.of(&found.measurand, |ship| RollDecay::of_law(wn, &found.at_amplitude, ship))
+    }
+}
+
+fn with_roll(mut object: serde_json::Value, roll: Option<RollDecay>) -> serde_json::Value {
+    if let Some(roll) = roll {
+        object["roll"] = json!(roll);
+    }
+    object
 }
 
 impl Law {
@@ -78,7 +100,8 @@ impl Law {
             ),
             None => "no law beside the second-order response that has a name".to_owned(),
         };
-        Answer::new(&object(&found, &[]), sentence)
+        let roll = self.roll_decay(&found)?;
+        Answer::new(&with_roll(object(&found, &[]), roll), sentence)
     }
 }
 

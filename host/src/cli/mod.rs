@@ -30,6 +30,7 @@ mod ports;
 mod releases;
 mod replay;
 mod report;
+mod roll;
 mod simulate;
 mod simulated;
 mod story;

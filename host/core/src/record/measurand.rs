@@ -134,6 +134,11 @@ impl Measurand {
         Self { called, ..self }
     }
 
+    /// Whether the motion is called so.
+    pub fn is_called(&self, called: Called) -> bool {
+        self.called == called
+    }
+
     /// `yaw`, as in "at zero yaw".
     pub fn word(&self) -> &'static str {
         match self.called {
