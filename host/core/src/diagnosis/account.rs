@@ -53,7 +53,7 @@ fn candidates(
     survivors: &Survivors,
     mut refused: Vec<Refusal>,
 ) -> Vec<Candidate> {
-    let count = decay.yaw_rad.len() as f64;
+    let count = survivors.lengths.long.means() as f64;
     let independent = 2.0 * count / decay.per_cycle();
     let plain = survivors.path[0].model.fit.sum();
     let mut candidate = |single: &over_pieces::Model| {

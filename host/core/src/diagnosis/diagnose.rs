@@ -129,6 +129,9 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
         let beside_them = beside.peek().is_some() && beside.all(|e| account.effects.contains(e));
         !is_random || !account.explains_most() || beside_them
     };
+    if !one_explains && predicts_to_noise(&decay, &account, &begun) {
+        return by_prediction(record, decay, account, name);
+    }
     let forced_first = reached.is_some_and(|least| least > MISSED) && !one_explains;
     if forced_first {
         let single = search::best(&begun.singles).unwrap_or(plain);
@@ -145,6 +148,21 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
     }
     decay.stop.check()?;
     by_prediction(record, decay, account, name)
+}
+
+/// Whether two effects that survive prediction bring the record down to its noise and leave no other anything to do: where
+/// no single effect does, no smaller set can, and none as small is likelier.
+fn predicts_to_noise(decay: &FreeDecay, account: &Account, begun: &Begun) -> bool {
+    let best = &account.last().model;
+    let effects = &account.effects;
+    if effects.iter().filter(|e| !e.moves_rest()).count() != 2 || !search::is_explained(best, decay)
+    {
+        return false;
+    }
+    let outside = begun.candidates.iter().filter(|e| !e.moves_rest()).cloned();
+    let n = best.effective_count();
+    let larger = search::beside(decay, best, &outside.collect::<Vec<_>>());
+    !larger.iter().any(|larger| search::is_worth(best, larger, decay, n))
 }
 
 /// `decay` with the floor of coloured noise as `model` shows it, where the one does not account for what the model leaves

@@ -15,6 +15,9 @@ const LONGER_CYCLES: f64 = 9.0;
 const LONG_PIECES: f64 = 3.0;
 const MOST_PIECES: f64 = 8.0;
 const LEAST_CYCLES: f64 = 1.5;
+/// Cycles in the pieces of one length at most: of a longer record what its effects are is asked here and there, and its
+/// numbers are then those of the whole.
+const MOST_CYCLES: f64 = 96.0;
 /// Gain at which a fit to long pieces has settled.
 const SETTLED: f64 = 1e-4;
 /// Effects up to which a set is fitted from short pieces on: beyond, a smaller set's numbers are near.
@@ -42,11 +45,17 @@ impl Lengths {
         let cycles = decay.yaw_rad.len() as f64 / decay.per_cycle();
         let count = |most: f64| (cycles / LEAST_CYCLES).clamp(2.0, most) as usize;
         let long = count(LONG_PIECES);
+        let used = cycles.min(MOST_CYCLES);
+        let means = (used * decay.per_cycle()).ceil() as usize;
+        let of_cycles = |each: f64| {
+            let each = each.min(used / long as f64);
+            Pieces::spread(decay, ((used / each) as usize).max(1), means)
+        };
         Self {
-            short: Pieces::of_cycles(decay, SHORT_CYCLES.min(cycles / long as f64)),
-            longer: Pieces::of_cycles(decay, LONGER_CYCLES.min(cycles / long as f64)),
-            long: Pieces::of(decay, long),
-            predicted: Pieces::of(decay, count(MOST_PIECES)),
+            short: of_cycles(SHORT_CYCLES),
+            longer: of_cycles(LONGER_CYCLES),
+            long: Pieces::spread(decay, long, means),
+            predicted: Pieces::spread(decay, count(MOST_PIECES), means),
             scale: decay.scale(),
             stop: decay.stop.clone(),
         }
@@ -173,7 +182,7 @@ pub fn fit_over_pieces(decay: &FreeDecay, structure: &Structure) -> Option<Fitte
 
 /// The whole free decay from one state, begun at `fit`'s numbers: over ever longer pieces.
 pub(crate) fn whole(decay: &FreeDecay, lengths: &Lengths, fit: &PieceFit) -> PieceFit {
-    let mut count = lengths.long.count();
+    let mut count = (lengths.long.count() * decay.yaw_rad.len()).div_ceil(lengths.long.means());
     let mut best = fit.clone();
     while count > 1 {
         count = count.div_ceil(2);

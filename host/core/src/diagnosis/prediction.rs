@@ -11,7 +11,8 @@ const STEPS: usize = 8;
 const LOST: f64 = 1.0;
 /// Standard errors by which the larger model has to predict better.
 const BETTER: f64 = 1.0;
-/// Share by which it has to predict better, too.
+/// Share by which it has to predict better, too, in the mean over the pieces: of their logarithms, for the few cycles in which
+/// a hammer's other modes ring would outweigh all that follows.
 pub(crate) const LEAST_GAIN: f64 = 0.05;
 
 /// Errors of prediction, an item for each piece predicted in each split.
@@ -62,7 +63,8 @@ impl Prediction {
 
     /// Whether it is better than `other`, which a smaller model makes, by more than chance and by a share that counts.
     pub(crate) fn is_better_than(&self, other: &Self) -> bool {
-        self.gain_over(other) > BETTER && self.rms_rad() < (1.0 - LEAST_GAIN) * other.rms_rad()
+        let (gain, u) = self.logarithmic_gain(other);
+        gain > BETTER * u && gain > -2.0 * (1.0 - LEAST_GAIN).ln()
     }
 
     /// Fits all pieces that are not `predicted`, and predicts those.
@@ -93,9 +95,15 @@ impl Prediction {
         f64::sqrt(sum / f64::max(n, 1.0))
     }
 
-    /// How much smaller the errors are than those of `other`, in standard errors over the pieces: the mean of
-    /// the logarithm of their ratio, longer pieces weighing more.
+    /// How much smaller the errors are than those of `other`, in standard errors over the pieces.
     pub(crate) fn gain_over(&self, other: &Self) -> f64 {
+        let (gain, u) = self.logarithmic_gain(other);
+        gain / u
+    }
+
+    /// The mean over the pieces of the logarithm of the squares of `other` over these, longer pieces weighing more, and its
+    /// standard error.
+    fn logarithmic_gain(&self, other: &Self) -> (f64, f64) {
         let floor = 1e-6 * other.rms_rad().powi(2);
         let mean = |e: &(f64, f64)| e.0 / e.1 + floor;
         let gains: Vec<(f64, f64)> = self
@@ -107,6 +115,6 @@ impl Prediction {
         let weight: f64 = gains.iter().map(|g| g.1).sum();
         let average = gains.iter().map(|g| g.0 * g.1).sum::<f64>() / weight;
         let scatter: f64 = gains.iter().map(|g| (g.1 * (g.0 - average)).powi(2)).sum();
-        average / (scatter.sqrt() / weight).max(1e-12)
+        (average, (scatter.sqrt() / weight).max(1e-12))
     }
 }

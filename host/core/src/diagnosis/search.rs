@@ -33,6 +33,8 @@ const MOST_REFUSED: usize = 3;
 const BRANCHES: usize = 5;
 /// Evidence that a linear step must predict for an effect to be tried beside a model that explains the record.
 const PROMISING: f64 = 3.0;
+/// Evidence by which one effect is ahead of another, in linear steps from near the noise, for the other not to be tried.
+const DECISIVE: f64 = 30.0;
 /// Share of an effect's linear gain that one must reach to be tried in its place.
 const RIVALLING: f64 = 0.7;
 
@@ -65,7 +67,12 @@ impl Found {
 }
 
 /// Whether `larger` is worth its effect: believed, and of a size that shows.
-fn is_worth(smaller: &Fitted, larger: &Fitted, decay: &FreeDecay, effective: f64) -> bool {
+pub(super) fn is_worth(
+    smaller: &Fitted,
+    larger: &Fitted,
+    decay: &FreeDecay,
+    effective: f64,
+) -> bool {
     let share = smaller.over_noise(decay).powi(2) - larger.over_noise(decay).powi(2);
     larger.converged && evidence(smaller, larger, effective) > MARGIN && share > LEAST_SHARE_SQUARED
 }
@@ -198,17 +205,20 @@ pub(super) fn criterion(model: &Fitted) -> f64 {
     bic::of_squares(model.sum_of_squares, model.count as f64, model.parameters.len())
 }
 
-/// `model`, which explains the record, with every other effect for which a linear step predicts evidence.
-fn beside(decay: &FreeDecay, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
+/// Every other effect for which a linear step predicts evidence beside `model`, which explains the record, fitted with it: the
+/// one with the most and those not decisively behind.
+pub(super) fn beside(decay: &FreeDecay, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
     let n = model.effective_count();
-    all.par_iter()
-        .filter(|e| !model.structure.effects.contains(e))
-        .filter(|e| {
-            let (left, more) = linear_gain(decay, model, e);
-            bic::gain(model.sum_of_squares, left, n, more as f64) > PROMISING
-        })
-        .map(|e| fit_added(decay, model, e))
-        .collect()
+    let predicted = all.par_iter().filter(|e| !model.structure.effects.contains(e)).map(|e| {
+        let (left, more) = linear_gain(decay, model, e);
+        (bic::gain(model.sum_of_squares, left, n, more as f64), e)
+    });
+    let predicted: Vec<(f64, &Effect)> = predicted.collect();
+    // A user's own has no linear step.
+    let of_library = predicted.iter().filter(|p| !p.1.is_own());
+    let most = of_library.map(|p| p.0).fold(f64::NEG_INFINITY, f64::max);
+    let tried = |p: &&(f64, &Effect)| p.0 > PROMISING.max(most - DECISIVE) || p.1.is_own();
+    predicted.par_iter().filter(tried).map(|(_, e)| fit_added(decay, model, e)).collect()
 }
 
 /// Each of the `width` best with the effects of the largest linear gain beside it, each set once.
@@ -231,7 +241,13 @@ fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -
     let mut seen: Vec<Vec<Effect>> = Vec::new();
     let mut jobs = Vec::new();
     for (inner, promising) in order.into_iter().zip(promising) {
-        for (_, effect) in promising.into_iter().take(BRANCHES) {
+        // From near the noise a linear step is to be believed.
+        let near = inner.over_noise(decay) < NEAR_NOISE;
+        let n = inner.effective_count();
+        let least = promising.iter().find(|p| !p.1.is_own()).map_or(0.0, |p| p.0);
+        let behind = |left: f64| near && bic::gain(left, least, n, 0.0) > DECISIVE;
+        let promising = promising.into_iter().take_while(|p| !behind(p.0));
+        for (_, effect) in promising.take(BRANCHES) {
             let mut set = inner.structure.with(&effect).effects;
             set.sort_unstable();
             if !seen.contains(&set) {

@@ -17,6 +17,8 @@ const SHORT: usize = 7;
 const NEAR: f64 = 1.5;
 /// Residual over noise below which no further start is tried.
 const SURELY: f64 = 1.04;
+/// Sum of squares over the one that a linear step foresees, up to which a fit has found what that step points to.
+const FORESEEN: f64 = 1.05;
 /// For a user's own effect: from every start, and on from the best.
 const OWN_FIRST: usize = 6;
 const OWN_EVALUATIONS: usize = 50;
@@ -141,13 +143,17 @@ pub fn fit_added(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Fitted {
     if structure.effects.iter().any(|e| e.is_own()) {
         return fit_own(decay, inner, &structure, &starts);
     }
+    let foreseen =
+        crate::fit::linear_gain::linear_gain(decay, inner, effect).0 / decay.noise_rad.powi(2);
     for (k, start) in starts.iter().enumerate() {
         let mut p = inner.parameters.clone();
         p.extend(start);
         let mut fits = vec![];
         if k == 0 {
             fits.push(solve(decay, &structure, &p, count));
-            if fits[0].sum_of_squares > enough(count) {
+            // What a linear step foresees and the fit has reached is the minimum beside this model.
+            let reached = fits[0].stop.is_minimum() && fits[0].sum_of_squares < FORESEEN * foreseen;
+            if fits[0].sum_of_squares > enough(count) && !reached {
                 fits.push(lengthened(decay, &structure, &p, count));
             }
         } else {

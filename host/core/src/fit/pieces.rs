@@ -113,10 +113,16 @@ impl Pieces {
         Self::with(decay, (0..count).map(|k| edge(k)..edge(k + 1)).collect())
     }
 
-    /// Pieces of about `cycles` each.
-    pub(crate) fn of_cycles(decay: &FreeDecay, cycles: f64) -> Self {
-        let all = decay.yaw_rad.len() as f64 / decay.per_cycle();
-        Self::of(decay, ((all / cycles).floor() as usize).max(1))
+    /// `count` pieces of the same length from beginning to end, of `most` means together at most: with gaps between them where
+    /// the free decay has more.
+    pub(crate) fn spread(decay: &FreeDecay, count: usize, most: usize) -> Self {
+        let n = decay.yaw_rad.len();
+        if n <= most || count < 2 {
+            return Self::of(decay, count);
+        }
+        let length = most / count;
+        let begin = |k: usize| k * (n - length) / (count - 1);
+        Self::with(decay, (0..count).map(|k| begin(k)..begin(k) + length).collect())
     }
 
     fn with(decay: &FreeDecay, ranges: Vec<Range<usize>>) -> Self {
@@ -140,6 +146,11 @@ impl Pieces {
 
     pub(crate) fn count(&self) -> usize {
         self.decays.len()
+    }
+
+    /// Means of all pieces.
+    pub(crate) fn means(&self) -> usize {
+        self.decays.iter().map(|piece| piece.yaw_rad.len()).sum()
     }
 }
 
