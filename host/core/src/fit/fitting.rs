@@ -18,6 +18,7 @@ const NEAR: f64 = 1.5;
 /// Residual over noise below which no further start is tried.
 const SURELY: f64 = 1.04;
 /// Sum of squares over the one that a linear step foresees, up to which a fit has found what that step points to.
+/// For speed alone: beyond, it is begun from a part of the record as well.
 const FORESEEN: f64 = 1.05;
 /// For a user's own effect: from every start, and on from the best.
 const OWN_FIRST: usize = 6;
