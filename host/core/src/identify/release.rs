@@ -1,5 +1,6 @@
 //! Where the free decay is: release, hold, end, and the part of it inside the amplitude window.
 
+use super::ends::Ending;
 use super::envelope::{block_of, envelope, strongest_frequency_rad_s, Point, POINTS_PER_CYCLE};
 use super::flag::Flag;
 use super::samples::{Samples, Stretch};
@@ -72,6 +73,8 @@ pub(crate) struct FreeSpan {
     /// What is analysed.
     pub(crate) from_s: f64,
     pub(crate) to_s: f64,
+    /// Beyond it dry friction takes the amplitude within a cycle: no law that is smooth over the rate holds the model.
+    pub(crate) smooth_to_s: f64,
     pub(crate) flags: Vec<Flag>,
 }
 
@@ -181,7 +184,7 @@ impl Search<'_> {
         }
         let around = self.grown(chosen, |p| p.amplitude_deg >= least);
         let onset = self.onset(around, &mut flags);
-        let (free_to_s, mut end) = self.end(around, &mut flags);
+        let Ending { to_s: free_to_s, mut end, smooth_to_s } = self.end(around, &mut flags);
         let mut from = onset.free_from_s;
         let mut to = free_to_s;
         if windowed.is_some() {
@@ -212,6 +215,7 @@ impl Search<'_> {
             end,
             from_s: from,
             to_s: to,
+            smooth_to_s,
             flags,
         })
     }
