@@ -10,6 +10,7 @@ use yawrig_core::derivatives::table::{Point, Table};
 use yawrig_core::diagnosis::diagnose::Step;
 use yawrig_core::identify::Identification;
 use yawrig_core::quantity::Quantity;
+use yawrig_core::record::Said;
 
 /// A row, its cells quoted where they have to be.
 fn row(cells: impl IntoIterator<Item = String>) -> String {
@@ -45,9 +46,10 @@ fn name(value: &impl serde::Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
+/// Columns that end in `_deg` are in `unit`, those of amplitudes in `amplitude_unit`, where these are given.
 pub const IDENTIFIED: &str =
     "file,method,natural_frequency_rad_s,natural_frequency_u_rad_s,damping_ratio,damping_ratio_u,\
-    residual_rms_deg,noise_rms_deg,from_deg,to_deg,cycles,release_time_s,rate_hz,flags\n";
+    residual_rms_deg,noise_rms_deg,from_deg,to_deg,cycles,release_time_s,rate_hz,flags,quantity,unit,amplitude_unit\n";
 
 /// A row for each method.
 pub fn identified(found: &Identification) -> String {
@@ -66,7 +68,10 @@ pub fn identified(found: &Identification) -> String {
             found.rate_hz,
         ];
         let first = [found.file.clone(), name(&e.method), wn, wn_u, zeta, zeta_u];
-        row(first.into_iter().chain(numbers.map(number)).chain([flags.join(" ")]))
+        let said = &found.said;
+        let units = [&said.quantity, &said.unit, &said.amplitude_unit];
+        let units = units.map(|unit| unit.clone().unwrap_or_default());
+        row(first.into_iter().chain(numbers.map(number)).chain([flags.join(" ")]).chain(units))
     });
     rows.collect()
 }
@@ -119,9 +124,14 @@ pub fn derivatives(tables: &[Table]) -> Result<()> {
 }
 
 /// A row for each model that was gone through, the last being the answer.
-pub fn diagnosed(what: &str, status: &impl serde::Serialize, steps: &[Step]) -> Result<()> {
+pub fn diagnosed(
+    what: &str,
+    status: &impl serde::Serialize,
+    steps: &[Step],
+    said: &Said,
+) -> Result<()> {
     let mut out =
-        "of,status,added,residual_rms_deg,residual_over_noise,held_out_over_noise,parameters\n"
+        "of,status,added,residual_rms_deg,residual_over_noise,held_out_over_noise,parameters,quantity,unit\n"
             .to_owned();
     for step in steps {
         let parameters: Vec<String> = step
@@ -137,6 +147,8 @@ pub fn diagnosed(what: &str, status: &impl serde::Serialize, steps: &[Step]) -> 
             number(step.residual_over_noise),
             number(step.held_out_over_noise),
             parameters.join(" "),
+            said.quantity.clone().unwrap_or_default(),
+            said.unit.clone().unwrap_or_default(),
         ]);
     }
     print(&out)

@@ -121,7 +121,12 @@ impl Diagnose {
                 let Diagnosed { diagnosis, .. } = *diagnosed;
                 let file = record.file.display().to_string();
                 if self.csv {
-                    return csv::diagnosed(&file, &diagnosis.status, &diagnosis.steps);
+                    return csv::diagnosed(
+                        &file,
+                        &diagnosis.status,
+                        &diagnosis.steps,
+                        &diagnosis.said,
+                    );
                 }
                 let files = match &law {
                     Some(found) => law::written(found, self.out.as_deref())?,
@@ -147,7 +152,12 @@ impl Diagnose {
             Judged::Several { files, diagnosed, model, seconds } => {
                 let DiagnosedSeveral { diagnosis, .. } = *diagnosed;
                 if self.csv {
-                    return csv::diagnosed(&files.join(" "), &diagnosis.status, &diagnosis.steps);
+                    return csv::diagnosed(
+                        &files.join(" "),
+                        &diagnosis.status,
+                        &diagnosis.steps,
+                        &diagnosis.said,
+                    );
                 }
                 if self.judge.json {
                     return print_json(&several_object(&diagnosis, seconds));
@@ -157,7 +167,12 @@ impl Diagnose {
             Judged::Campaign { path, diagnosis, seconds } => {
                 let file = path.display().to_string();
                 if self.csv {
-                    return csv::diagnosed(&file, &diagnosis.status, &diagnosis.steps);
+                    return csv::diagnosed(
+                        &file,
+                        &diagnosis.status,
+                        &diagnosis.steps,
+                        &diagnosis.said,
+                    );
                 }
                 if self.judge.json {
                     return print_json(&campaign_object(&path, &diagnosis, seconds));
@@ -291,6 +306,7 @@ impl Diagnose {
         }
         match case {
             Case::Record(record, options, model) => {
+                self.roll.rolls(&record.measurand)?;
                 let diagnosed = diagnose_with_fits(&record, &options)?;
                 for warning in &diagnosed.decay.warnings {
                     crate::say!("yawrig: warning: {warning}");

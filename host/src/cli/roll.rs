@@ -45,15 +45,11 @@ impl RollArgs {
         })
     }
 
-    /// `decay` of the ship, where the motion is called roll; `None` where it is another.
+    /// Whether the motion is called roll.
     ///
     /// # Errors
     /// Exit 2 where something was said of a ship that does not roll.
-    pub fn of(
-        &self,
-        measurand: &Measurand,
-        decay: impl FnOnce(Option<Ship>) -> RollDecay,
-    ) -> Result<Option<RollDecay>> {
+    pub fn rolls(&self, measurand: &Measurand) -> Result<bool> {
         let ship = self.ship()?;
         let rolls = measurand.is_of_angle() && measurand.is_called(Called::Roll);
         if !rolls && ship.is_some() {
@@ -63,7 +59,20 @@ impl RollArgs {
             ))
             .help("say that it is a roll decay: --motion roll"));
         }
-        Ok(rolls.then(|| decay(ship)))
+        Ok(rolls)
+    }
+
+    /// `decay` of the ship, where the motion is called roll; `None` where it is another.
+    ///
+    /// # Errors
+    /// As [`Self::rolls`].
+    pub fn of(
+        &self,
+        measurand: &Measurand,
+        decay: impl FnOnce(Option<Ship>) -> RollDecay,
+    ) -> Result<Option<RollDecay>> {
+        let ship = self.ship()?;
+        Ok(self.rolls(measurand)?.then(|| decay(ship)))
     }
 }
 

@@ -74,6 +74,14 @@ fn a_rate_is_identified_diagnosed_measured_and_fitted_as_a_rate() {
     assert!((0.27..0.33).contains(&number(&found["noise_rms_deg"])), "{found}");
     let text = bench.of("identify gyro.csv").run().exits(0).stdout;
     assert!(text.contains("yaw rate in deg/s") && text.contains("residual (deg/s)"), "{text}");
+    let rows = bench.of("identify gyro.csv --csv").run().exits(0).stdout;
+    assert!(
+        rows.lines().next().is_some_and(|l| l.ends_with(",quantity,unit,amplitude_unit")),
+        "{rows}"
+    );
+    assert!(rows.lines().skip(1).all(|l| l.ends_with(",rate,deg/s,deg")), "{rows}");
+    let rows = bench.of("diagnose gyro.csv --csv").run().exits(0).stdout;
+    assert!(rows.lines().skip(1).all(|l| l.ends_with(",rate,deg/s")), "{rows}");
 
     let found = bench.json("diagnose gyro.csv");
     assert_eq!((&found["status"], &found["quantity"]), (&"explained".into(), &"rate".into()));
