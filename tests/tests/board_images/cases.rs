@@ -1,13 +1,13 @@
 //! What is tried on each board.
 
-use crate::harness::{root, Board, Both};
+use crate::harness::{root, Board, Both, Kept};
 use std::ops::Range;
 use yawrig_firmware::BUILT_IN;
 use yawrig_shared::blob;
 use yawrig_shared::derivatives::{Model, Wind};
 use yawrig_shared::wire::{
-    encode_raw, rig_id, Cause, Condition, Decoder, Event, HelloReply, Phase, Reply, Request,
-    Settings, SlotState, Start, CHUNK, HELLO_KEY,
+    encode_raw, rig_id, Cause, Condition, Decoder, Event, HelloReply, Learnt, Phase, Reply,
+    Request, Settings, SlotState, Start, CHUNK, HELLO_KEY,
 };
 
 /// A release as a converter of 12 bits over 340 deg reads it: held for two seconds at 14 deg, let go.
@@ -76,6 +76,12 @@ pub fn a_campaign_s_releases<B: Board>() -> Vec<Event> {
     assert!(refined[1].derivatives.is_some(), "{refined:?}");
     let status = both.status();
     assert_eq!((status.lost_samples, status.lost_events, status.lost_bytes), (0, 0, 0));
+    // What it has learnt of its network on this rig outlives its power.
+    assert_eq!(status.learnt, Learnt { releases: 2, kept: true, forgotten: None });
+    both.power_cycle();
+    assert_eq!(both.status().learnt, status.learnt);
+    let there = both.flash_there();
+    assert!(there == both.here.flash().bytes(), "the flashes differ");
     both.events
 }
 
