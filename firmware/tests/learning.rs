@@ -188,7 +188,7 @@ fn what_was_learnt_is_forgotten_with_the_rig_and_with_the_network() {
         release(&mut plain, &truth, 1);
     }
     let [one, none] = [&mut taught, &mut plain].map(|desk| {
-        while desk.device.samples() % 4096 != 0 {
+        while !desk.device.samples().is_multiple_of(4096) {
             desk.play([32_768]);
         }
         release(desk, &truth, 5)
@@ -204,7 +204,7 @@ const NOTHING: Learnt = Learnt { releases: 0, kept: true, forgotten: None };
 /// The same release to each device, from the same moment on.
 fn same_release(desks: &mut [&mut Desk]) -> Vec<ReleaseResult> {
     let given = |desk: &mut &mut Desk| {
-        while desk.device.samples() % 4096 != 0 {
+        while !desk.device.samples().is_multiple_of(4096) {
             desk.play([32_768]);
         }
         release(desk, &TRUTH, 5)
