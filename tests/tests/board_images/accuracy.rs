@@ -49,8 +49,9 @@ fn readings(case: &Case, seed: u64) -> Vec<u16> {
         .collect()
 }
 
-/// How far the image's refined natural frequency and damping ratio are off, in their standard uncertainties.
-fn off<B: Board>(case: &Case, seed: u64) -> [f64; 2] {
+/// How far the image's refined natural frequency and damping ratio are off, in their standard uncertainties; between them the
+/// natural frequency once more, as it would be by a clock that is right, whose error else is most of it.
+fn off<B: Board>(case: &Case, seed: u64) -> [f64; 3] {
     // Another rig each time: one that jumps from rest to rest is noisy.
     let mut both = Both::<B>::start();
     let degrees_per_count = (TRAVEL_DEG / 65_536.0) as f32;
@@ -68,14 +69,17 @@ fn off<B: Board>(case: &Case, seed: u64) -> [f64; 2] {
     let refined = refined.unwrap_or_else(|| panic!("{case:?}: {:?}", both.events));
     assert_eq!(refined.flags.of_record(), Flags::default(), "{case:?}: {refined:?}");
     let (zeta, wn) = (refined.damping_ratio, refined.natural_frequency_rad_s);
+    let by_clock = 1e-6 * f64::from(B::CLOCK_U_PPM) * wn.value;
+    let u_alone = (f64::from(wn.u).powi(2) - by_clock * by_clock).sqrt();
     let off = [
         (wn.value - case.wn) / f64::from(wn.u),
+        (wn.value * (1.0 + 1e-6 * case.clock_ppm) - case.wn) / u_alone,
         (f64::from(zeta.value) - case.zeta) / f64::from(zeta.u),
     ];
     let Case { zero_deg, amplitude_deg, noise_deg, clock_ppm, .. } = case;
     println!(
-        "{:7.3} {:7.5} {zero_deg:7.2} {amplitude_deg:5.1} {noise_deg:6.3} {clock_ppm:+6.1} | {:+6.2} {:+6.2}",
-        case.wn, case.zeta, off[0], off[1]
+        "{:7.3} {:7.5} {zero_deg:7.2} {amplitude_deg:5.1} {noise_deg:6.3} {clock_ppm:+6.1} | {:+6.2} {:+6.2} {:+6.2}",
+        case.wn, case.zeta, off[0], off[1], off[2]
     );
     off
 }
@@ -83,13 +87,15 @@ fn off<B: Board>(case: &Case, seed: u64) -> [f64; 2] {
 /// All cases: none is off by more than it may be, nor are they in the mean.
 fn hold<B: Board>(cases: &[Case]) {
     println!("{}: natural frequency, damping ratio, rest, let go, noise (deg), clock (ppm) | off by u, each", B::NAME);
-    let mut all = [vec![], vec![]];
+    let mut all = [const { Vec::new() }; 3];
     for (seed, case) in (1..).zip(cases) {
         for (all, off) in all.iter_mut().zip(off::<B>(case, seed)) {
             all.push(off);
         }
     }
-    for (off, name) in all.iter().zip(["natural frequency", "damping ratio"]) {
+    for (off, name) in
+        all.iter().zip(["natural frequency", "the same by a right clock", "damping ratio"])
+    {
         let n = off.len() as f64;
         let mean = off.iter().sum::<f64>() / n;
         let rms = (off.iter().map(|z| z * z).sum::<f64>() / n).sqrt();
