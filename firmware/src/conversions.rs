@@ -26,8 +26,8 @@ const _: () = assert!(FULL_SCALE_COUNTS == Potentiometer::<CONVERSIONS>::FULL_SC
 
 impl<const N: usize> Reader<N> {
     /// Gives the device the samples that it has not had, of as many conversions as [`Reader::made`] knows of, `reading`
-    /// each from its place. Without that a conversion went missing: what the device has not had is lost, and the board
-    /// begins anew. Whether a sample came: a board that measures is well, and its watchdog is fed; one whose timer or
+    /// each from its place. Without that a conversion went missing: what the device has not had is lost, to the nearest
+    /// sample, and the board begins anew: half a sample that was on its way is none. Whether a sample came: a board that measures is well, and its watchdog is fed; one whose timer or
     /// converter stands still is not, though it answers.
     pub fn give<F: NorFlash, const LOCKABLE: bool, const C: u32, const BITS: u32>(
         &mut self,
@@ -38,7 +38,7 @@ impl<const N: usize> Reader<N> {
         device: &mut Device<F, LOCKABLE>,
     ) -> bool {
         let Some(made) = made else {
-            device.lost(self.begin_anew(triggers).div_ceil(C).max(1));
+            device.lost(((self.begin_anew(triggers) + C / 2) / C).max(1));
             return false;
         };
         match self.overwritten(made, C) {

@@ -16,8 +16,8 @@ use yawrig_shared::blob::{self, EffectIds, Envelope, Provenance};
 use yawrig_shared::network::Network;
 use yawrig_shared::source::in_memory;
 use yawrig_shared::wire::{
-    self, Cause, Decoder, Event, Flags, Frame, HelloReply, NetworkStatus, Phase, Refusal, Reply,
-    Request, Settings, Signature, Start, Status, HELLO_KEY, TRIAL_SAMPLES,
+    self, Cause, Decoder, Event, Flags, Forgotten, Frame, HelloReply, NetworkStatus, Phase,
+    Refusal, Reply, Request, Settings, Signature, Start, Status, HELLO_KEY, TRIAL_SAMPLES,
 };
 
 /// What the samples are of where nothing else was said.
@@ -166,24 +166,24 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
 
     /// What a board should keep where a reset leaves it ([`crate::memory`]), if it has changed since this was last asked.
     pub fn memory(&mut self) -> Option<Memory> {
-        let (releases, reference, learning) = self.core.measuring.kept();
+        let (releases, reference) = self.core.measuring.kept();
         if self.core.remembered == Some(releases) {
             return None;
         }
         self.core.remembered = Some(releases);
-        let network = self.core.running.as_ref().map_or(0, |running| running.id);
+        let network = self.core.running_id();
         let refined_reference = self.core.refining.kept();
-        Some(Memory::of(&Kept { network, releases, reference, refined_reference, learning }))
+        Some(Memory::of(&Kept { network, releases, reference, refined_reference }))
     }
 
     /// What was kept over a reset holds again, once it has started; the condition has to be said anew.
     pub fn recall(&mut self, memory: &Memory) {
         let Some(kept) = memory.read() else { return };
         let core = &mut self.core;
-        core.measuring.recall(kept.releases, kept.reference, kept.learning);
+        core.measuring.recall(kept.releases, kept.reference);
         core.refining.recall(kept.refined_reference);
         core.remembered = Some(kept.releases);
-        if core.running.as_ref().map_or(0, |running| running.id) != kept.network {
+        if core.running_id() != kept.network {
             core.measuring.network_changed();
         }
     }
@@ -201,6 +201,11 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
             Phase::Released | Phase::Ringing => self.samples() & 64 != 0,
             Phase::Waiting | Phase::Finished => self.samples() % 1024 < 32,
         }
+    }
+
+    /// The flash, to look at.
+    pub fn flash(&mut self) -> &F {
+        self.core.store.flash()
     }
 
     /// The flash, as a power cut leaves it.
@@ -237,6 +242,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
             self.core.remembered = None;
             self.core.line.event(&Event::Refined(refined));
         }
+        self.core.keep_learnt();
     }
 
     /// Whether there is such work.
@@ -337,6 +343,25 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
         }
     }
 
+    /// What was learnt goes to the flash, but not while a release goes on, which erasing might cost samples. Of a network on
+    /// trial nothing is kept: the one before may come back.
+    fn keep_learnt(&mut self) {
+        let busy = self.measuring.is_releasing() || self.refining.is_busy();
+        if !self.measuring.learning().is_due() || busy || self.trial.is_some() {
+            return;
+        }
+        let network = self.running_id();
+        let kept = self.measuring.learning_mut().keep(self.store.flash(), network);
+        if kept.is_err() {
+            log::not_kept();
+        }
+    }
+
+    /// Zero where none runs.
+    fn running_id(&self) -> u32 {
+        self.running.as_ref().map_or(0, |running| running.id)
+    }
+
     /// The newest network of the flash, or the one compiled in.
     #[inline(never)]
     fn take_up_kept(&mut self) {
@@ -349,6 +374,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
                 .ok()
                 .map(|(envelope, provenance)| Running::new(envelope, provenance, None)),
         };
+        let network = self.running_id();
+        self.measuring.learning_mut().recall(self.store.flash(), network);
     }
 
     /// Verifies the network that was written and runs it on trial. The one before is read again where it is refused.
@@ -362,6 +389,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
         match self.store.verify(newest, &mut self.network, self.update, signature) {
             Ok((slot, envelope, provenance)) => {
                 self.measuring.network_changed();
+                self.measuring.learning_mut().forget(Forgotten::Network);
                 self.running = Some(Running::new(envelope, provenance, Some(slot)));
                 self.trial = Some(TRIAL_SAMPLES);
                 Ok(())
@@ -539,6 +567,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
             condition: self.measuring.condition(),
             reference: self.measuring.reference(),
             refined_reference: self.refining.reference(),
+            learnt: self.measuring.learning().learnt(),
             start: self.start.clone(),
             sensor: self.sensor,
         }

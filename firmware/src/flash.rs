@@ -1,4 +1,4 @@
-//! Flash as networks and lock are kept in: four places of one size in any `NorFlash` of [`embedded_storage`].
+//! Flash as networks, lock and what was learnt are kept in: four places of one size in any `NorFlash` of [`embedded_storage`].
 //!
 //! Place n begins at n times [`SLOT_BYTES`], or n times the erase size where that is larger. What is written is made
 //! up to whole write units, at least four bytes, each of which is written once between two erases: flash with an
@@ -16,7 +16,7 @@ pub const ERASED: u8 = 0xFF;
 /// Largest write unit: a page of the flash beside a microcontroller that has none of its own.
 const LARGEST_UNIT: usize = 256;
 
-/// A place: a slot, or one of the lock's two ([`crate::lock`]).
+/// A place: a slot, or one of the two for the records of lock and learning ([`crate::records`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sector {
     First,

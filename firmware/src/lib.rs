@@ -71,6 +71,7 @@ pub mod log;
 pub mod measuring;
 pub mod memory;
 pub mod queue;
+pub mod records;
 pub mod reference;
 pub mod refine;
 pub mod refining;

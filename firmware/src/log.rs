@@ -34,6 +34,12 @@ pub fn lost(samples: u32) {
     defmt::warn!("{=u32} samples lost", samples);
 }
 
+/// The flash has not taken what was learnt.
+pub fn not_kept() {
+    #[cfg(feature = "log")]
+    defmt::warn!("the flash does not take what was learnt: a reset will lose it");
+}
+
 /// What the host is told unasked.
 pub fn event(event: &Event) {
     #[cfg(not(feature = "log"))]

@@ -237,17 +237,25 @@ impl Measuring {
     /// Another network runs: what the one before made of a wind-off release is none of its results.
     pub fn network_changed(&mut self) {
         self.reference.forget();
-        self.learning.forget();
     }
 
-    /// What of it a reset is to leave: releases so far, the reference, and what was learnt.
-    pub fn kept(&self) -> (u32, Reference, Learning) {
-        (self.releases, self.reference, self.learning)
+    /// What is learnt of the network that runs.
+    pub fn learning(&self) -> &Learning {
+        &self.learning
+    }
+
+    pub fn learning_mut(&mut self) -> &mut Learning {
+        &mut self.learning
+    }
+
+    /// What of it a reset is to leave in RAM: releases so far, and the reference.
+    pub fn kept(&self) -> (u32, Reference) {
+        (self.releases, self.reference)
     }
 
     /// The same, from before a reset.
-    pub fn recall(&mut self, releases: u32, reference: Reference, learning: Learning) {
-        (self.releases, self.reference, self.learning) = (releases, reference, learning);
+    pub fn recall(&mut self, releases: u32, reference: Reference) {
+        (self.releases, self.reference) = (releases, reference);
     }
 
     /// Releases so far.

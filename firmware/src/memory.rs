@@ -1,8 +1,7 @@
 //! What a board keeps over a reset in RAM that the reset leaves as it is: the wind-off results that others are held against,
-//! what was learnt of the network's error, and the number of releases. Power that goes takes it away; what a rig did before
-//! that is no reference for what it does after.
+//! and the number of releases. Power that goes takes it away; what a rig did before that is no reference for what it does
+//! after.
 
-use crate::learning::Learning;
 use crate::reference::Reference;
 use serde::{Deserialize, Serialize};
 use yawrig_shared::checksum::crc32;
@@ -23,7 +22,6 @@ pub(crate) struct Kept {
     pub releases: u32,
     pub reference: Reference,
     pub refined_reference: Reference,
-    pub learning: Learning,
 }
 
 impl Memory {

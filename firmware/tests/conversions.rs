@@ -235,6 +235,24 @@ fn a_ring_s_samples_reach_the_device_whole_and_only_they_feed_the_watchdog() {
     assert_eq!(give(written, Some(written), &ring, &mut desk), (true, 106));
 }
 
+/// The converter begins anew where one went missing, and its first conversion is the next sample's: as much time is lost as
+/// has gone by since the last sample, to the nearest millisecond, the conversion that was on its way or not.
+#[test]
+fn a_conversion_that_went_missing_costs_the_time_that_went_by() {
+    for (conversions, lost) in [(1, 1), (16, 1), (17, 1), (23, 1), (25, 2), (33, 2), (160, 10)] {
+        let mut desk = Desk::new(MemoryFlash::new());
+        let mut reader = Reader::<64>::new();
+        let mut input = Input::new(Potentiometer::<CONVERSIONS>);
+        let mut give = |triggers, made, desk: &mut Desk| {
+            reader.give(triggers, made, |_| 2048, &mut input, &mut desk.device)
+        };
+        assert!(give(CONVERSIONS, Some(CONVERSIONS), &mut desk));
+        assert!(!give(CONVERSIONS + conversions, None, &mut desk));
+        assert_eq!(desk.status().lost_samples, lost, "{conversions}");
+        assert_eq!(desk.device.samples(), 1 + lost);
+    }
+}
+
 /// On while the model is held, blinking while it rings, dark but for a flash a second where nothing happens.
 #[test]
 fn the_light_tells_the_phase() {

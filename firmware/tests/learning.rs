@@ -12,7 +12,9 @@ use yawrig_rig::{End, Motion, Samples, Sensor, Start};
 use yawrig_shared::blob;
 use yawrig_shared::derivatives::{Model, Wind};
 use yawrig_shared::modal::Modal;
-use yawrig_shared::wire::{rig_id, Condition, Measured, ReleaseResult, Reply, Request};
+use yawrig_shared::wire::{
+    rig_id, Condition, Forgotten, Learnt, Measured, Phase, ReleaseResult, Reply, Request,
+};
 
 const RELEASES: u64 = 8;
 
@@ -37,7 +39,11 @@ fn hasty() -> Vec<u8> {
 }
 
 fn with_network(network: &[u8]) -> Desk {
-    let mut desk = Desk::new(MemoryFlash::new());
+    taking(Desk::new(MemoryFlash::new()), network)
+}
+
+/// A device that takes this network.
+fn taking(mut desk: Desk, network: &[u8]) -> Desk {
     if network != BUILT_IN {
         desk.write(network);
         assert_eq!(desk.ask(&Request::FlashTrial), Reply::Done);
@@ -56,8 +62,12 @@ fn rigs(count: usize) -> Vec<Modal> {
 }
 
 fn condition() -> Request {
+    of_spring("K3")
+}
+
+fn of_spring(spring: &str) -> Request {
     Request::Condition(Condition {
-        rig: rig_id("K3", "mid"),
+        rig: rig_id(spring, "mid"),
         wind: Wind { density_kg_m3: 1.2, speed_m_s: 0.0 },
         model: Model { length_m: 0.625, frontal_area_m2: 0.036 },
         inertia_kg_m2: 0.0,
@@ -172,15 +182,13 @@ fn on_a_rig_that_changed_it_is_no_worse_with_a_good_network_either_at_full_size(
 fn what_was_learnt_is_forgotten_with_the_rig_and_with_the_network() {
     let truth = Modal { natural_frequency_rad_s: 9.0, damping_ratio: 0.02 };
     let [mut taught, mut plain] = taught(&hasty(), &truth, 1);
-    let Request::Condition(condition) = condition() else { unreachable!() };
-    let other = Condition { rig: rig_id("K4", "mid"), ..condition };
-    assert_eq!(taught.ask(&Request::Condition(other)), Reply::Done);
+    assert_eq!(taught.ask(&of_spring("K4")), Reply::Done);
     // From the same moment on, or its blocks would be others.
     for _ in 0..RELEASES {
         release(&mut plain, &truth, 1);
     }
     let [one, none] = [&mut taught, &mut plain].map(|desk| {
-        while desk.device.samples() % 4096 != 0 {
+        while !desk.device.samples().is_multiple_of(4096) {
             desk.play([32_768]);
         }
         release(desk, &truth, 5)
@@ -188,4 +196,122 @@ fn what_was_learnt_is_forgotten_with_the_rig_and_with_the_network() {
     let same = |a: Measured, b: Measured| (a.value - b.value).abs() < 0.02 * b.u;
     assert!(same(one.damping_ratio, none.damping_ratio), "{one:?} {none:?}");
     assert!(same(one.natural_frequency_rad_s, none.natural_frequency_rad_s), "{one:?} {none:?}");
+}
+
+const TRUTH: Modal = Modal { natural_frequency_rad_s: 9.0, damping_ratio: 0.02 };
+const NOTHING: Learnt = Learnt { releases: 0, kept: true, forgotten: None };
+
+/// The same release to each device, from the same moment on.
+fn same_release(desks: &mut [&mut Desk]) -> Vec<ReleaseResult> {
+    let given = |desk: &mut &mut Desk| {
+        while !desk.device.samples().is_multiple_of(4096) {
+            desk.play([32_768]);
+        }
+        release(desk, &TRUTH, 5)
+    };
+    desks.iter_mut().map(given).collect()
+}
+
+fn mean_bits(result: &ReleaseResult) -> [u32; 4] {
+    let (wn, zeta) = (result.natural_frequency_rad_s, result.damping_ratio);
+    [wn.value, wn.u, zeta.value, zeta.u].map(f32::to_bits)
+}
+
+#[test]
+fn what_was_learnt_is_there_again_after_a_reset_once_its_rig_is_said() {
+    let network = hasty();
+    let [mut taught, plain] = taught(&network, &TRUTH, 2);
+    let learnt = taught.status().learnt;
+    assert_eq!(learnt, Learnt { releases: RELEASES as u16, kept: true, forgotten: None });
+    let flash = taught.device.into_flash();
+    let again = |flash: &MemoryFlash| Desk::new(flash.clone());
+    let [mut told, mut untold, mut other] = [again(&flash), again(&flash), again(&flash)];
+    let mut plain = plain.power_cut();
+    assert_eq!(told.status().learnt, learnt);
+    assert_eq!(told.ask(&condition()), Reply::Done);
+    assert_eq!(other.ask(&of_spring("K4")), Reply::Done);
+    assert_eq!(
+        other.status().learnt,
+        Learnt { kept: false, forgotten: Some(Forgotten::Rig), ..NOTHING }
+    );
+    let found = same_release(&mut [&mut told, &mut untold, &mut other, &mut plain]);
+    let bits: Vec<_> = found.iter().map(mean_bits).collect();
+    // Who says no rig, or another one, has what the network says.
+    assert_eq!(bits[1], bits[3]);
+    assert_eq!(bits[2], bits[3]);
+    let [with, without] = [&found[0], &found[3]].map(|found| errors(found, &TRUTH));
+    println!("after a reset: {with:?}; without what was learnt: {without:?}");
+    assert!(with[0] < 0.5 * without[0] && with[1] < 0.5 * without[1]);
+    // It goes on learning.
+    assert_eq!(told.status().learnt.releases, RELEASES as u16 + 1);
+    // The other rig's takes its place, and the first one's is not there any more.
+    let was_another = Some(Forgotten::Rig);
+    assert_eq!(other.status().learnt, Learnt { releases: 1, forgotten: was_another, kept: true });
+    let mut other = other.power_cut();
+    assert_eq!(other.ask(&condition()), Reply::Done);
+    assert_eq!(other.status().learnt.forgotten, Some(Forgotten::Rig));
+}
+
+#[test]
+fn a_rig_that_was_taken_off_before_anything_was_learnt_of_the_next_is_forgotten_in_the_flash_too() {
+    let [mut taught, _] = taught(&hasty(), &TRUTH, 3);
+    assert_eq!(taught.ask(&of_spring("K4")), Reply::Done);
+    taught.play([32_768]);
+    assert_eq!(taught.status().learnt, Learnt { forgotten: Some(Forgotten::Rig), ..NOTHING });
+    let mut again = taught.power_cut();
+    assert_eq!(again.ask(&condition()), Reply::Done);
+    assert_eq!(again.status().learnt, NOTHING);
+}
+
+#[test]
+fn another_network_does_not_take_it_and_one_that_was_only_tried_gives_it_back() {
+    let [mut taught, _] = taught(&hasty(), &TRUTH, 4);
+    let learnt = taught.status().learnt;
+    let mut other = BUILT_IN.to_vec();
+    blob::set_generation(&mut other, 2).expect("a blob");
+    taught.write(&other);
+    assert_eq!(taught.ask(&Request::FlashTrial), Reply::Done);
+    taught.play([32_768; 10]);
+    let nothing = Learnt { forgotten: Some(Forgotten::Network), ..NOTHING };
+    // Tried out, and the one before runs again: of its own accord, or after the power was cut.
+    assert_eq!(taught.status().learnt, Learnt { kept: false, ..nothing });
+    let mut cut = Desk::new(taught.device.into_flash());
+    assert_eq!(cut.status().learnt, learnt);
+    cut.write(&other);
+    assert_eq!(cut.ask(&Request::FlashTrial), Reply::Done);
+    assert_eq!(cut.ask(&Request::FlashBegin { length: 1000 }), Reply::Done);
+    assert_eq!(cut.status().learnt, learnt);
+    // Committed: what was learnt is of no use any more, and is not kept.
+    let mut committed = taking(cut, &other);
+    committed.play([32_768]);
+    assert_eq!(committed.status().learnt, nothing);
+    assert_eq!(committed.power_cut().status().learnt, NOTHING);
+}
+
+#[test]
+fn nothing_is_written_while_a_release_goes_on_and_once_a_release_at_most() {
+    let network = hasty();
+    let mut desk = with_network(&network);
+    assert_eq!(desk.ask(&condition()), Reply::Done);
+    let mut writes = 0;
+    let mut kept = desk.device.flash().bytes().to_vec();
+    for seed in 0..3 {
+        let end = End::Below { amplitude_deg: 0.7, at_most_s: 300.0 };
+        let start = Start { amplitude_deg: 12.0, hold_s: 2.0, end };
+        let sensor = Sensor { noise_deg: 0.03, ..Sensor::default() };
+        let samples = Samples::new(Motion::new(&TRUTH), &start, &sensor, seed);
+        // What is refined of one release comes while the next one is held, or rings.
+        for counts in samples.filter_map(|sample| sample.counts) {
+            let before = desk.device.phase();
+            desk.play([counts]);
+            if desk.device.flash().bytes() != kept {
+                assert!(!matches!(before, Phase::Released | Phase::Ringing), "{before:?}");
+                kept = desk.device.flash().bytes().to_vec();
+                writes += 1;
+            }
+        }
+    }
+    desk.end();
+    let last = usize::from(desk.device.flash().bytes() != kept);
+    assert_eq!((writes + last, desk.refined.len()), (3, 3));
 }

@@ -376,8 +376,35 @@ pub struct Status {
     /// The wind-off release that the windows' results are held against, and the refined ones.
     pub reference: Option<u32>,
     pub refined_reference: Option<u32>,
+    pub learnt: Learnt,
     pub start: Start,
     pub sensor: Sensor,
+}
+
+/// What refined estimates have shown of the network's error on a rig.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Learnt {
+    /// Of so many releases; none: nothing is corrected.
+    pub releases: u16,
+    /// A reset leaves it.
+    pub kept: bool,
+    /// Why there is nothing of what was known before.
+    pub forgotten: Option<Forgotten>,
+}
+
+/// What made nothing of what was learnt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Forgotten {
+    /// Another rig was mounted.
+    Rig,
+    /// Another network runs.
+    Network,
+    /// A release showed that the rig is another than was said.
+    Contradicted,
+    /// The flash does not hold it as it was written.
+    Damaged,
 }
 
 /// What the samples are of.

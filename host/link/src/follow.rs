@@ -4,8 +4,8 @@ use crate::client::Identity;
 use serde_json::{json, Value};
 use yawrig_core::quantity::Quantity;
 use yawrig_shared::wire::{
-    Cause, Crash, Derivatives, Event, Flags, Measured, Phase, Precise, Refined, ReleaseResult,
-    Sensor, SensorKind, Start, Status, WindowResult,
+    Cause, Crash, Derivatives, Event, Flags, Forgotten, Learnt, Measured, Phase, Precise, Refined,
+    ReleaseResult, Sensor, SensorKind, Start, Status, WindowResult,
 };
 
 /// Names of the flags that are set.
@@ -273,6 +273,44 @@ pub fn start_json(start: &Start) -> Value {
     };
     let crash = start.crash.as_ref();
     json!({"cause": cause, "crash": crash.map(|c| json!({"file": c.file.as_str(), "line": c.line}))})
+}
+
+/// What the device has learnt of its network's error on a rig.
+pub fn learnt_text(learnt: &Learnt) -> String {
+    let Learnt { releases, kept, forgotten } = *learnt;
+    let mut said = match releases {
+        0 => "nothing of its network's error on a rig".to_owned(),
+        1 => "its network's error on the rig, from 1 release".to_owned(),
+        _ => format!("its network's error on the rig, from {releases} releases"),
+    };
+    if let Some(why) = forgotten {
+        said += match why {
+            Forgotten::Rig => "; what it knew was of another rig",
+            Forgotten::Network => "; what it knew was of another network",
+            Forgotten::Contradicted => {
+                "; a release showed that the rig is another than was said: see what is mounted"
+            }
+            Forgotten::Damaged => {
+                "; its flash does not hold what it knew as it was written: it learns anew"
+            }
+        };
+    }
+    if !kept {
+        said += "; not in its flash yet";
+    }
+    said
+}
+
+/// The same as JSON.
+pub fn learnt_json(learnt: &Learnt) -> Value {
+    let Learnt { releases, kept, forgotten } = *learnt;
+    let forgotten = forgotten.map(|why| match why {
+        Forgotten::Rig => "rig",
+        Forgotten::Network => "network",
+        Forgotten::Contradicted => "contradicted",
+        Forgotten::Damaged => "damaged",
+    });
+    json!({"releases": releases, "kept": kept, "forgotten": forgotten})
 }
 
 /// The event of such an object; none where it is no such object.

@@ -8,7 +8,8 @@ use yawrig_base::error::{Error, Result};
 use yawrig_link::bench::Target;
 use yawrig_link::client::Identity;
 use yawrig_link::follow::{
-    device_json, sensor_json, sensor_text, start_json, start_text, topology,
+    device_json, learnt_json, learnt_text, sensor_json, sensor_text, start_json, start_text,
+    topology,
 };
 use yawrig_link::key;
 use yawrig_shared::wire::{SlotState, Status};
@@ -107,6 +108,7 @@ fn to_json(identity: &Identity, status: &Status) -> Value {
     object["lost_samples"] = json!(status.lost_samples);
     object["lost_events"] = json!(status.lost_events);
     object["lost_bytes"] = json!(status.lost_bytes);
+    object["learnt"] = learnt_json(&status.learnt);
     object["sensor"] = sensor_json(&status.sensor);
     object["start"] = start_json(&status.start);
     object
@@ -144,6 +146,7 @@ fn to_text(identity: &Identity, status: &Status) -> String {
         Some(key) => format!("lock      only networks signed with {}", key::hex(key)),
         None => "lock      none: takes any network".to_owned(),
     });
+    lines.push(format!("learnt    {}", learnt_text(&status.learnt)));
     lines.push(format!("sensor    {}", sensor_text(&status.sensor)));
     let settings = &status.settings;
     lines.push(format!("analyses  {} deg down to {} deg", settings.from_deg, settings.to_deg));

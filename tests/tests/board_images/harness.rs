@@ -15,8 +15,6 @@ pub trait Board {
     /// As its image says it.
     const NAME: &'static str;
     const CLOCK_U_PPM: f32;
-    /// Samples that are lost where the converter is overrun for one of them.
-    const LOST_BY_OVERRUN: u32;
     /// Flash as the board writes and erases it.
     type Flash: Kept;
 }

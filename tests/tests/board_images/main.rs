@@ -39,6 +39,12 @@ macro_rules! each_board {
         fn what_is_refined_is_what_was_planted_wherever_the_rig_rests() {
             crate::accuracy::what_is_refined_is_what_was_planted::<$board>();
         }
+
+        #[test]
+        #[ignore = "needs unicorn: tests/run runs it"]
+        fn what_is_refined_is_what_was_planted_on_sixty_rigs_at_full_size() {
+            crate::accuracy::what_is_refined_is_what_was_planted_on_sixty_rigs::<$board>();
+        }
     };
 }
 pub(crate) use each_board;

@@ -8,7 +8,6 @@ pub struct Nucleo;
 impl Board for Nucleo {
     const NAME: &'static str = "nucleo-f446re";
     const CLOCK_U_PPM: f32 = 29.0;
-    const LOST_BY_OVERRUN: u32 = 1;
     type Flash = Memory<4, 16_384>;
 }
 

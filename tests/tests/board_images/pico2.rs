@@ -14,8 +14,6 @@ pub struct Pico2;
 impl Board for Pico2 {
     const NAME: &'static str = "pico2";
     const CLOCK_U_PPM: f32 = 17.0;
-    /// And the one whose first reading has been made: it begins anew.
-    const LOST_BY_OVERRUN: u32 = 2;
     type Flash = Memory<PAGE, SECTOR>;
 }
 
