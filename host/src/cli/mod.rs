@@ -41,10 +41,10 @@ mod typeset;
 mod workbench;
 
 use crate::answer::{Answer, Progress};
-use crate::model::revise::quoted;
 use clap::{Args, Command, CommandFactory, Parser, Subcommand};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::record::Record;
+use yawrig_model::revise::quoted;
 
 /// Natural frequency, damping and aerodynamic derivatives from a yawing wind-tunnel model.
 #[derive(Parser, Debug)]
