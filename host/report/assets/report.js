@@ -74,18 +74,17 @@
     URL.revokeObjectURL(link.href);
   }
 
-  // A drawing as an image of its own: the page's colours are written into it.
+  // A drawing as an image of its own, in the colours of a light page, which stand in it.
   function image(svg) {
     const { width, height } = svg.viewBox.baseVal;
     const copy = svg.cloneNode(true);
     for (const [name, value] of [["xmlns", "http://www.w3.org/2000/svg"], ["width", width], ["height", height]]) copy.setAttribute(name, value);
     copy.setAttribute("font-family", "sans-serif");
-    const text = copy.outerHTML.replace(/var\((--[\w-]+)[^)]*\)/g, (_, name) => colour(name));
     return new Promise((done, fail) => {
       const one = new Image();
       one.onload = () => done({ one, width, height });
       one.onerror = fail;
-      one.src = "data:image/svg+xml;charset=utf-8," + encodeURIComponent(text);
+      one.src = "data:image/svg+xml;charset=utf-8," + encodeURIComponent(copy.outerHTML);
     });
   }
 
@@ -96,7 +95,7 @@
     canvas.width = scale * Math.max(...parts.map(p => p.width));
     canvas.height = scale * parts.reduce((sum, p) => sum + p.height, 0);
     const pen = canvas.getContext("2d");
-    pen.fillStyle = colour("--paper");
+    pen.fillStyle = "#ffffff";
     pen.fillRect(0, 0, canvas.width, canvas.height);
     let y = 0;
     for (const { one, width, height } of parts) {

@@ -4,7 +4,7 @@ use super::escape::escaped;
 use super::trace::{ModelTrace, Trace};
 use super::{Criticism, PointReport, Report, TrainingReport};
 use crate::drawn;
-use crate::plot::{svg, svg_in_columns, Axis, Curve, Plot, COLOURS};
+use crate::plot::{svg, svg_in_columns, Axis, Curve, Plot};
 use yawrig_base::error::Result;
 use yawrig_core::derivatives::at::At;
 use yawrig_core::diagnosis::amplitude::{AmplitudePicture, AmplitudePoint};
@@ -30,26 +30,12 @@ impl Chart {
         svg_in_columns(&self.plots, if has_misses { 2 } else { 1 })
     }
 
-    /// As part of a page, which sets `--ink`, `--paper` and `--curve-1` to `--curve-8`.
+    /// As part of a page, whose style sheet gives each colour that of the page.
     ///
     /// # Errors
     /// As [`Chart::file`].
     pub fn inline(&self) -> Result<String> {
-        let mut text = svg(&self.plots)?;
-        for (k, colour) in COLOURS.iter().enumerate() {
-            let hex = format!("#{:02X}{:02X}{:02X}", colour.0, colour.1, colour.2);
-            if hex != "#000000" {
-                text = text
-                    .replace(&format!("\"{hex}\""), &format!("\"var(--curve-{}, {hex})\"", k + 1));
-            }
-        }
-        text = text
-            .replace("\"#000000\"", "\"var(--ink)\"")
-            .replace("\"#FFFFFF\"", "\"var(--paper)\"");
-        // Defaults, and what the page's style sheet sets.
-        for idle in [" opacity=\"1\"", " stroke-width=\"1\"", " font-family=\"sans-serif\""] {
-            text = text.replace(idle, "");
-        }
+        let text = svg(&self.plots)?;
         // As wide as there is room for.
         let Some((head, rest)) = text.split_once('>') else { return Ok(text) };
         let (width, height) = (attribute(head, "width"), attribute(head, "height"));

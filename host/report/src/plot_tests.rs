@@ -41,3 +41,17 @@ fn nothing_to_draw_is_an_empty_plot() {
     };
     assert!(svg(&[plot]).unwrap().contains("none"));
 }
+
+#[test]
+fn the_page_gives_every_colour_its_own() {
+    let style = include_str!("../assets/report.css");
+    for colour in COLOURS.into_iter().chain([WHITE]) {
+        let hex = format!("\"#{:02X}{:02X}{:02X}\"", colour.0, colour.1, colour.2);
+        for what in ["fill", "stroke"] {
+            assert!(
+                style.contains(&format!("svg [{what}={hex}] {{ {what}: var(--")),
+                "{what} {hex}"
+            );
+        }
+    }
+}

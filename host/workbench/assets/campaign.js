@@ -1,10 +1,10 @@
 // A campaign.toml by form and drag: records onto their condition, the numbers that no name says, and what is still wrong.
-import { by, get, make, post } from "./talk.js";
+import { by, focused, get, make, post } from "./talk.js";
 
 const AXES = ["mid", "front"];
 const form = { folder: ".", pattern: "", given: {}, stiffness: {} };
 /** The records of the folder with what is known of each: {file, spring, axis, wind_speed_m_s, unknown}. */
-let files = [], known = null, springs = [], conditions = [], held = null, timer = null, number = 0, failed = () => {}, opened = () => {};
+let files = [], known = null, springs = [], conditions = [], held = null, timer = null, number = 0, failed = (_error) => {}, opened = () => {};
 
 const place = (file) => files.find((f) => f.file === file);
 const isWhole = (f) => f.spring !== null && f.axis !== null && f.wind_speed_m_s !== null;
@@ -125,7 +125,7 @@ function numbers() {
 function draw() {
   grow();
   const dialog = by("campaign-dialog");
-  const focus = document.activeElement && document.activeElement.dataset ? document.activeElement.dataset.field || document.activeElement.dataset.file : null;
+  const focus = focused("field") || focused("file");
   const left = files.filter((f) => !isWhole(f));
   // The list stays as it is until it is known anew: emptied, it would move the buttons below it under the pointer.
   const list = by("campaign-wrong") || make("ol", { id: "campaign-wrong" });

@@ -32,7 +32,7 @@ function ask(asked, opened, done) {
   const dialog = by("drop-dialog");
   const usable = asked.channels.filter((c) => !c.wrong);
   const fields = {};
-  const field = (name, label, ...inside) => make("label", {}, `${label} `, (fields[name] = make(...inside)));
+  const field = (name, label, element) => make("label", {}, `${label} `, (fields[name] = element));
   const options = (pairs) => pairs.map(([value, textContent]) => make("option", { value, textContent }));
   const channel = (c) => {
     const input = make("input", { type: "radio", name: "drop-channel", value: c.name, disabled: !!c.wrong });
@@ -55,8 +55,8 @@ function ask(asked, opened, done) {
   };
   dialog.replaceChildren(make("h2", { textContent: `${asked.file}: which of its channels swings?` }), error,
     make("div", { className: "channels" }, ...asked.channels.map(channel)),
-    make("p", { className: "row" }, field("quantity", "It is", "select", {}, ...options(QUANTITIES)), field("unit", "in", "input", { size: 8, placeholder: "its unit" })),
-    make("p", { className: "row" }, field("time", "Time", "select", {}, ...options([["", "the one that is called so"], ...usable.map((c) => [c.name, c.name])])), field("rate", "or samples a second", "input", { size: 8, inputMode: "decimal" })),
+    make("p", { className: "row" }, field("quantity", "It is", make("select", {}, ...options(QUANTITIES))), field("unit", "in", make("input", { size: 8, placeholder: "its unit" }))),
+    make("p", { className: "row" }, field("time", "Time", make("select", {}, ...options([["", "the one that is called so"], ...usable.map((c) => [c.name, c.name])]))), field("rate", "or samples a second", make("input", { size: 8, inputMode: "decimal" }))),
     make("p", { className: "row" }, make("button", { type: "button", id: "drop-open", className: "primary", textContent: "Open", onclick: submit }), make("button", { type: "button", textContent: "Cancel", onclick: close })));
   dialog.showModal();
 }
@@ -66,7 +66,7 @@ function sketch(values) {
   const name = "http://www.w3.org/2000/svg";
   const svg = document.createElementNS(name, "svg"), line = document.createElementNS(name, "polyline");
   const points = values.map((v, k) => (v === null ? null : `${((k / Math.max(1, values.length - 1)) * 120).toFixed(1)},${(24 - v * 22).toFixed(1)}`));
-  for (const [key, value] of Object.entries({ width: 120, height: 26, viewBox: "0 0 120 26", "aria-hidden": "true" })) svg.setAttribute(key, value);
+  for (const [key, value] of Object.entries({ width: "120", height: "26", viewBox: "0 0 120 26", "aria-hidden": "true" })) svg.setAttribute(key, value);
   line.setAttribute("points", points.filter((p) => p).join(" "));
   svg.append(line);
   return svg;

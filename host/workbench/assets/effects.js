@@ -1,5 +1,5 @@
 // Effects: those of the model, and those that it may lack with their cards and what they would do.
-import { by, digits, get, make, ratio } from "./talk.js";
+import { by, digits, first, focused, get, make, ratio } from "./talk.js";
 import { DIAGNOSIS, seen, trialColour } from "./panels.js";
 
 const kept = new Map();
@@ -72,8 +72,8 @@ function draw(state, act) {
     title: few ? "Tick two releases or more to be fitted" : `Judge the ${verdict.ticked} ticked releases as one: which effects all of them need, each with its own natural frequency, damping ratio and rest angle`,
   });
   drawDiagnosis(act);
-  const focus = document.activeElement && document.activeElement.dataset ? document.activeElement.dataset.focus : null;
-  const place = focus && focus.startsWith("note-") ? document.activeElement.selectionStart : null;
+  const focus = focused();
+  const place = document.activeElement instanceof HTMLInputElement && focus && focus.startsWith("note-") ? document.activeElement.selectionStart : null;
   // An item that is as it was stays, so that no click on it is lost.
   const trials = seen.view ? seen.view.trials.map((t) => t.effect) : [];
   const items = list.map((c) => {
@@ -88,7 +88,7 @@ function draw(state, act) {
     items.forEach((item, k) => { if (item !== there[k]) there[k].replaceWith(item); });
   } else by("candidates").replaceChildren(...items);
   if (focus) {
-    const again = document.querySelector(`[data-focus="${focus}"]`);
+    const again = first(`[data-focus="${focus}"]`);
     if (again && again !== document.activeElement) again.focus({ preventScroll: true });
     if (again && place !== null) again.setSelectionRange(place, place);
   }
@@ -136,7 +136,7 @@ export function reject(c, state, act) {
   if (why) { rejecting = null; notes.delete(c.effect); return act({ do: "reject", effect: c.effect, why }); }
   current = open = rejecting = c.effect;
   draw(state, act);
-  const note = document.querySelector(`[data-focus="note-${c.effect}"]`);
+  const note = first(`[data-focus="note-${c.effect}"]`);
   note.placeholder = "say why, then Enter";
   note.focus();
 }

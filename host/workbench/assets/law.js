@@ -1,5 +1,5 @@
 // The measured law: asked for, drawn over the cuts, and the ways to take it into the model.
-import { by, get, make, ratio } from "./talk.js";
+import { by, focused, get, make, ratio } from "./talk.js";
 import { seen, showMeasured, trialColour } from "./panels.js";
 
 let law = null, drawn = "", asked = 0;
@@ -65,7 +65,7 @@ function draw(state, act) {
     if (!found.names.length) parts.push(make("p", { className: "caption", textContent: "No formula: the second-order response is all that is seen." }));
     if (found.alike) parts.push(make("p", { className: "caption", textContent: `${found.alike}.` }));
   }
-  const focus = document.activeElement && document.activeElement.dataset ? document.activeElement.dataset.focus : null;
+  const focus = focused();
   box.replaceChildren(...parts);
   if (focus && focus.startsWith("law-")) box.querySelector(`[data-focus="${CSS.escape(focus)}"]`)?.focus({ preventScroll: true });
 }

@@ -7,7 +7,7 @@ const SPAN_S = 30, MOST = 6000, MOST_LINES = 200, RESULTS = 40;
 const trace = { time_s: [], low_deg: [], high_deg: [] };
 /** Marks and releases on the trace; the device's last word on a release. */
 let places = [], said = null;
-let windows = [], isOpen = false, plots = {}, due = false, last = 0, state = { is_followed: false }, fail = () => {};
+let windows = [], isOpen = false, plots = {}, due = false, last = 0, state = { is_followed: false }, fail = (_error) => {};
 // What is taken belongs to one beginning; news that come while its history is asked for wait.
 let refused = "", epoch = null, asking = false, waiting = [];
 

@@ -1,5 +1,5 @@
 // The form for a user's own effect: errors under the character as it is typed, its law over the cuts.
-import { by, make, post } from "./talk.js";
+import { by, first, make, post } from "./talk.js";
 import { seen, showLaw } from "./panels.js";
 
 const form = {
@@ -11,7 +11,7 @@ let timer = null, number = 0, good = false, showing = false;
 /** The pane; `act` takes steps, `say` tells how one went. */
 export function build(act, say, failed) {
   const changed = () => { clearTimeout(timer); timer = setTimeout(preview, 120); };
-  const field = (name, label, tag = "input") => make("label", {}, label,
+  const field = (name, label, /** @type {"input" | "textarea"} */ tag = "input") => make("label", {}, label,
     make(tag, { value: form[name], spellcheck: false, autocomplete: "off", "data-field": name, oninput: (e) => { form[name] = e.target.value; changed(); } }));
   const rows = make("tbody", { id: "own-parameters" });
   const drawRows = () => rows.replaceChildren(...form.parameters.map((p, k) => make("tr", {},
@@ -58,12 +58,13 @@ async function preview() {
   for (const id of ["own-try", "own-add", "own-save"]) by(id).disabled = !good || (id === "own-try" && seen.release === null);
   if (found.error) {
     const { at, message, help } = found.error;
-    const field = at && document.querySelector(`#pane-own [data-field="${at.field}"]`);
+    const field = at && first(`#pane-own [data-field="${at.field}"]`);
     if (field) field.setAttribute("aria-invalid", "true");
     const value = field ? field.value.replace(/[\n\r]/g, " ") : "";
     // The characters before stand for themselves, so that the caret is under its character whatever the width.
-    const lines = field ? [value, " ".repeat(at.column) + "^".repeat(at.width)] : [];
-    box.textContent = [...wrapped(lines, box), message, help].filter(Boolean).join("\n");
+    const characters = Math.max(20, Math.floor((by("pane-own").clientWidth - 40) / 7.3));
+    const lines = field ? wrapped(value, " ".repeat(at.column) + "^".repeat(at.width), characters) : [];
+    box.textContent = [...lines, message, help].filter(Boolean).join("\n");
     box.className = "caret";
     box.hidden = false;
     showLaw(null);
@@ -76,10 +77,8 @@ async function preview() {
   return good;
 }
 
-/** A long line and its caret cut where the box ends, each piece of the one over that of the other. */
-function wrapped([text, caret], box) {
-  if (text === undefined) return [];
-  const width = Math.max(20, Math.floor((by("pane-own").clientWidth - 40) / 7.3));
+/** A long line and its caret cut after so many characters, each piece of the one over that of the other. */
+export function wrapped(text, caret, width) {
   const out = [];
   for (let at = 0; at < Math.max(text.length, caret.length); at += width) {
     out.push(text.slice(at, at + width));

@@ -1,5 +1,5 @@
 // The panels: one cursor and one stretch of time for all of them.
-import { by, get, ratio, digits } from "./talk.js";
+import { by, digits, first, get, ratio } from "./talk.js";
 
 /** What is looked at. `span` is in seconds of the record's clock; nulls for all of it. */
 export const seen = { release: null, span: [null, null], ghost: null, view: null, curves: null };
@@ -80,7 +80,7 @@ export async function refresh() {
     if (number !== asked) return;
     seen.curves = now; seen.fault = null;
     drawTime();
-    if (!document.documentElement.dataset.firstPicture) document.documentElement.dataset.firstPicture = Math.round(performance.now());
+    if (!document.documentElement.dataset.firstPicture) document.documentElement.dataset.firstPicture = String(Math.round(performance.now()));
   } catch (error) {
     if (number !== asked) return;
     seen.curves = null; seen.fault = error;
@@ -212,7 +212,7 @@ function drawTime() {
   if (c.model_deg) { overlay.push(c.model_deg); how.push({ colour: "model", width: 1 }); }
   if (c.ghost_deg) { overlay.push(c.ghost_deg); how.push({ colour: "ghost", width: 1.2, dash: [6, 4] }); }
   plots.overlay.set(overlay, how, limits());
-  const key = document.querySelector(".key.ghost");
+  const key = first(".key.ghost");
   key.hidden = !c.ghost_deg;
   key.textContent = c.ghost_deg ? `with ${c.ghost_title}` : "";
   const residual = [c.time_s], styles = [];
@@ -233,8 +233,8 @@ let measured = null;
 export function showMeasured(now) { measured = now && now.cuts ? now : null; cutKeys(); drawWhere(); }
 /** The keys take the place of the caption. */
 function cutKeys() {
-  document.querySelector(".key.own").hidden = !law;
-  document.querySelector(".key.law").hidden = !measured;
+  first(".key.own").hidden = !law;
+  first(".key.law").hidden = !measured;
   by("cuts-caption").hidden = !!(law || measured);
 }
 
@@ -269,7 +269,9 @@ function drawWhere() {
     const rows = v ? v.where[name] : [];
     marks[id] = rows.map(([x, y, u]) => ({ x, y, u, colour: "model" }));
     if (ghost) marks[id].push(...ghost[name].map(([x, y, u]) => ({ x, y, u, colour: "ghost" })));
-    const tables = [{ x: marks[id].map((m) => m.x), y: marks[id].map((m) => m.y) }], how = [{ invisible: true }];
+    const tables = [{ x: marks[id].map((m) => m.x), y: marks[id].map((m) => m.y) }];
+    /** @type {PlotLine[]} */
+    const how = [{ invisible: true }];
     beside[id] = drawMeasured(name, column, tables, how);
     if (law) { tables.push({ x: law[name][column], y: law[name].moment_rad_s2 }); how.push({ colour: "own", width: 1.6, spanGaps: true }); }
     plot.set(Plots.joined(tables), how);
@@ -278,7 +280,9 @@ function drawWhere() {
   cut(plots.damping, "plot-damping", "damping_law", "rate_deg_s");
   cut(plots.stiffness, "plot-stiffness", "stiffness_law", "yaw_deg");
   const bars = v ? v.where.frequency : [];
-  const columns = [bars.map((b) => b[0]), bars.map((b) => 100 * b[1])], how = [{ colour: "model", bars: true, width: 0 }];
+  const columns = [bars.map((b) => b[0]), bars.map((b) => 100 * b[1])];
+  /** @type {PlotLine[]} */
+  const how = [{ colour: "model", bars: true, width: 0 }];
   if (ghost) { columns.push(ghost.frequency.map((b) => 100 * b[1])); how.push({ colour: "ghost", width: 1.5 }); }
   plots.spectrum.set(columns, how);
   plots.spectrum.say(v ? null : BLANK);
@@ -292,7 +296,9 @@ function drawAmplitude() {
   for (const [plot, id, column] of [[plots.wn, "plot-wn", 1], [plots.zeta, "plot-zeta", 3]]) {
     const measured = v ? v.measured : [];
     marks[id] = measured.map((w) => ({ x: w[0], y: w[column], u: w[column + 1], colour: "measured" }));
-    const tables = [{ x: measured.map((w) => w[0]), y: measured.map((w) => w[column]) }], how = [{ invisible: true }];
+    const tables = [{ x: measured.map((w) => w[0]), y: measured.map((w) => w[column]) }];
+    /** @type {PlotLine[]} */
+    const how = [{ invisible: true }];
     const line = (points, style) => {
       const sorted = [...points].sort((a, b) => a[0] - b[0]);
       tables.push({ x: sorted.map((w) => w[0]), y: sorted.map((w) => w[column]) });

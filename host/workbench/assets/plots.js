@@ -1,6 +1,13 @@
 // Plots with axes and units in the page's own colours: lines and points (uPlot), and the phase plane (a canvas).
 // A classic script that leaves `Plots` behind, so that a page without a server can carry it too.
 "use strict";
+
+/**
+ * How a column is drawn.
+ * @typedef {{ colour?: string, width?: number, alpha?: number, dash?: number[], spanGaps?: boolean, bars?: boolean,
+ *   invisible?: boolean, filledTo?: number }} PlotLine
+ */
+
 const Plots = (() => {
   const FONT = '11px system-ui, -apple-system, "Segoe UI", Roboto, "DejaVu Sans", sans-serif';
 

@@ -1,5 +1,5 @@
 // The list of releases: grouped by spring and wind, a badge each, and what each is used for.
-import { by, get, make, post, ratio } from "./talk.js";
+import { by, focused, get, make, post, ratio } from "./talk.js";
 import { seen } from "./panels.js";
 
 const BADGES = {
@@ -16,7 +16,7 @@ export function draw(state, choose, failed) {
   const list = by("release-list");
   // A row that is as it was stays: a click or a focus on it is not lost while others become ready.
   const now = JSON.stringify(state.releases.map((r) => [r.id, r.spring, r.wind_speed_m_s]));
-  const focus = document.activeElement && document.activeElement.dataset ? document.activeElement.dataset.focus : null;
+  const focus = focused();
   if (now === order && state.releases.length) {
     for (const release of state.releases) {
       const text = JSON.stringify(release);
@@ -60,7 +60,7 @@ function buttons(state) {
 }
 
 /** A release recorded here begins with the time of its session: its number and the time of day tell it from the others. */
-function told_apart(name) {
+export function toldApart(name) {
   const found = name.match(/T(\d\d)-(\d\d)-(\d\d)Z-release-0*(\d+)\.csv$/);
   return found ? `no. ${found[4]}, ${found[1]}:${found[2]}:${found[3]}` : name;
 }
@@ -68,7 +68,7 @@ function told_apart(name) {
 function row(release, choose, failed) {
   const { id, used, badge } = release;
   const why = release.fault ? `${release.fault.message} ${release.fault.help}` : BADGES[badge];
-  const short = release.spring === null ? told_apart(release.name) : `${release.axis} axis`;
+  const short = release.spring === null ? toldApart(release.name) : `${release.axis} axis`;
   const tick = (name, value, title) => make("input", {
     type: "checkbox", checked: used === value, disabled: release.is_left_out, title: release.is_left_out ? why : title, "aria-label": `${release.name}: ${name}`, "data-focus": `${name}-${id}`,
     onchange: (event) => set([id], event.target.checked ? value : "out", failed),
@@ -96,7 +96,7 @@ export function mark(id) {
 
 /** The release so many places on in the order of the list. */
 export function neighbour(step) {
-  const order = [...document.querySelectorAll(".release")].map((e) => +e.dataset.release);
+  const order = [...document.querySelectorAll(".release")].map((e) => +e.getAttribute("data-release"));
   const at = order.indexOf(seen.release);
   return order[Math.min(Math.max(at + step, 0), order.length - 1)] ?? null;
 }

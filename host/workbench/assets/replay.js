@@ -3,7 +3,7 @@ import { by, make } from "./talk.js";
 
 /** Seconds that an arrow key goes. */
 const STEP_S = 5;
-let state = null, stops = [], act = () => {}, wanted = null, isGoing = false;
+let state = null, stops = [], act = async (_what) => {}, wanted = null, isGoing = false;
 
 export function build(doing) {
   act = doing;

@@ -27,9 +27,7 @@ async function answer(response) {
   let json;
   try { json = JSON.parse(text); } catch { json = { error: { message: text.trim() || `the server answered ${response.status}`, help: "" } }; }
   if (!response.ok || json.error && json.error.message && response.status >= 400) {
-    const error = new Error(json.error ? json.error.message : text);
-    error.help = json.error ? json.error.help : "";
-    throw error;
+    throw Object.assign(new Error(json.error ? json.error.message : text), { help: json.error ? json.error.help : "" });
   }
   return json;
 }
@@ -55,7 +53,14 @@ export function listen(heard, lost) {
   });
 }
 
-/** An element: tag, properties, children. */
+/**
+ * An element: tag, properties, children.
+ * @template {keyof HTMLElementTagNameMap} T
+ * @param {T} tag
+ * @param {Record<string, any>} properties
+ * @param {...(Node | string | null | undefined)} children
+ * @returns {HTMLElementTagNameMap[T]}
+ */
 export function make(tag, properties = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(properties)) {
@@ -67,7 +72,14 @@ export function make(tag, properties = {}, ...children) {
   return element;
 }
 
+/** @returns {any} The element, of its own kind. */
 export const by = (id) => document.getElementById(id);
+
+/** @returns {any} The first element that the selector finds, of its own kind. */
+export const first = (selector, within = document) => within.querySelector(selector);
+
+/** What has the focus, by its `data-` attribute of that name; null where it has none. */
+export const focused = (name = "focus") => (document.activeElement instanceof HTMLElement ? document.activeElement.dataset[name] ?? null : null);
 
 /** A number to so many digits, with a proper minus. */
 export const digits = (x, n = 3) => (x === null || x === undefined || !isFinite(x) ? "–" : String(+x.toPrecision(n)).replace("-", "−"));

@@ -54,10 +54,10 @@ function take(now) {
   if (state.ended && state.ended.number !== ended) {
     ended = state.ended.number;
     if (state.ended.message) say(inWords(state.ended), state.ended.is_error);
-    if (changed && !state.ended.what.startsWith("trying")) seen.ghost = null;
-    if (state.ended.what.startsWith("trying") && state.ended.is_error) seen.ghost = null;
+    const { job, is_error } = state.ended, isTrial = job.do === "try";
+    if (isTrial ? is_error : changed) seen.ghost = null;
     // What it leaves is drawn at once.
-    if (state.ended.what === "looking for what is missing" && !state.ended.is_error) seen.ghost = panels.DIAGNOSIS;
+    if (job.do === "diagnose" && !is_error) seen.ghost = panels.DIAGNOSIS;
     panels.refresh();
     derivatives.refresh(state, act).catch(failed);
   } else if (changed) {
@@ -130,7 +130,7 @@ async function choose(id) {
   seen.release = null;
   releases.mark(id);
   await panels.show(id);
-  document.documentElement.dataset.lastClick = Math.round(performance.now() - begin);
+  document.documentElement.dataset.lastClick = String(Math.round(performance.now() - begin));
   if (state) { drawHead(); drawSide(); }
 }
 
@@ -168,6 +168,7 @@ function tab(name) {
 
 // Keys.
 
+/** @type {[shown: string, what: string, act: ((event: KeyboardEvent) => any) | null, keys: string[]][]} */
 const KEYS = [
   ["j  k", "next, previous release", (e) => choose(releases.neighbour(e.key === "j" ? 1 : -1)), ["j", "k"]],
   ["f  h", "tick this release as fitted, as held out", (e) => toggle(e.key === "f" ? "fit" : "hold_out"), ["f", "h"]],
@@ -208,6 +209,7 @@ function back() {
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || !state) return;
   const { target } = event;
+  if (!(target instanceof HTMLElement)) return;
   if (target.matches("input:not([type=checkbox]), textarea, select")) {
     if (event.key === "Escape") target.blur();
     return;
@@ -233,7 +235,7 @@ function start() {
     make("h2", { textContent: "Keys" }),
     make("dl", {}, ...KEYS.flatMap(([keys, what]) => [make("dt", {}, ...keys.split("  ").flatMap((k) => [make("kbd", { textContent: k }), " "])), make("dd", { textContent: what })])),
     make("h2", { textContent: "Panels" }),
-    make("dl", {}, ...[...document.querySelectorAll(".panel h3, #steps-panel h3")].flatMap((h) => [make("dt", { textContent: h.firstChild.textContent.trim() }), make("dd", { textContent: h.title })])));
+    make("dl", {}, ...[.../** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(".panel h3, #steps-panel h3"))].flatMap((h) => [make("dt", { textContent: h.firstChild.textContent.trim() }), make("dd", { textContent: h.title })])));
   by("help-button").onclick = () => by("help").showModal();
   by("open-button").onclick = () => releases.openDialog(opened, failed, makeCampaign);
   dropped.take(opened, failed);

@@ -183,19 +183,22 @@ fn release(session: &Session, id: usize) -> Value {
 }
 
 fn step(step: &JournalStep) -> Value {
-    let what = match step.action {
-        Action::Fit => "fit".to_owned(),
-        Action::Add => format!("add {}", step.added.as_deref().unwrap_or("")),
-        Action::Remove => format!("remove {}", step.removed.as_deref().unwrap_or("")),
-        Action::Reject => format!("reject {}", step.rejected.as_deref().unwrap_or("")),
-        Action::Return => format!("return to {}", step.returned_to.unwrap_or_default()),
-        Action::Edit => "edit by hand".to_owned(),
+    let named = |name: &Option<String>| name.clone().unwrap_or_default();
+    let (of, what) = match step.action {
+        Action::Fit => (String::new(), "fit"),
+        Action::Add => (named(&step.added), "add"),
+        Action::Remove => (named(&step.removed), "remove"),
+        Action::Reject => (named(&step.rejected), "reject"),
+        Action::Return => (step.returned_to.unwrap_or_default().to_string(), "return to"),
+        Action::Edit => (String::new(), "edit by hand"),
     };
+    let what = format!("{what} {of}").trim_end().to_owned();
     json!({
         "step": step.step,
         "time_utc": step.time_utc,
         "action": step.action,
         "what": what,
+        "of": of,
         "why": step.why,
         "command": step.command,
         "over_noise": step.after.map(|a| short(a.residual_over_noise)),

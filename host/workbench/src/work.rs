@@ -14,7 +14,7 @@ const NAP: Duration = Duration::from_millis(200);
 const FIRST_PAGE: Duration = Duration::from_secs(3);
 
 /// What a user can ask for that takes its time. Effects are named by their ids.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(tag = "do", rename_all = "snake_case")]
 pub enum Job {
     Fit,
@@ -99,7 +99,7 @@ pub struct Progress {
 /// How the last piece of work ended, for the page to say.
 #[derive(Clone, Debug, Serialize)]
 pub struct Ended {
-    pub what: String,
+    pub job: Job,
     pub message: String,
     pub help: String,
     pub is_error: bool,
@@ -229,7 +229,7 @@ impl Work {
             Err(error) => (error.message, error.help, true),
         };
         queue.ended =
-            Some(Ended { what: job.what(), message, help, is_error, number: queue.count });
+            Some(Ended { job: job.clone(), message, help, is_error, number: queue.count });
         drop(queue);
         self.task.begin();
     }
