@@ -1,9 +1,6 @@
 //! What a verb answers about records that a program holds in memory: the object that `--json` prints, and what can be
 //! drawn and simulated of it.
 
-use crate::model::model_fit::Recorded;
-use crate::report::charts::{self, Chart};
-use crate::report::{drawn_of, of_diagnosed, of_table, with_effects};
 use serde::Serialize;
 use std::sync::OnceLock;
 use yawrig_base::error::{Error, Result};
@@ -13,6 +10,9 @@ use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::{fit_plain_within, Fitted, Limit, Number, Structure};
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::record::Record;
+use yawrig_model::model_fit::Recorded;
+use yawrig_report::charts::{self, Chart};
+use yawrig_report::{drawn_of, of_diagnosed, of_table, with_effects};
 
 /// Progress of a verb that works through many records: how many are done, of how many.
 pub type Progress<'a> = dyn Fn(usize, usize) + Sync + 'a;

@@ -1,6 +1,7 @@
 //! Many records: on all cores, in memory that does not grow with their number, resumable. A stored answer says what it
 //! came from; where record, options or program are others now, it is made again.
 
+use crate::flags::named;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -114,7 +115,7 @@ fn answer(file: &Path, how: How<'_>) -> Result<Answer> {
         Err(error) if error.exit == yawrig_base::error::Exit::Interrupted => Err(error),
         Err(error) => Ok(Answer::Refused(Refused {
             file: file.display().to_string(),
-            refused: error.to_string(),
+            refused: named(error).to_string(),
         })),
     }
 }

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 use std::path::Path;
-use yawrig::campaign::simulated::{describe, plan};
+use yawrig_campaign::simulated::{describe, plan};
 use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::table::{Point, Table};
 use yawrig_core::derivatives::Computed;

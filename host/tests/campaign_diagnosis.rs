@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 use std::process::Command;
 use std::time::Instant;
-use yawrig::campaign::simulated::{describe, plan, Planned};
+use yawrig_campaign::simulated::{describe, plan, Planned};
 use yawrig_core::derivatives::campaign::Campaign;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::diagnosis::campaign::{diagnose_records, CampaignDiagnosis, HeldOut};

@@ -1,11 +1,11 @@
 //! Swings as they are measured: large angles, a rest off the sensor's zero, steps of a coarse sensor, and more than one
 //! loss at once. The truth is integrated by Runge-Kutta steps of its own, friction as a sign.
 
-use yawrig::model::comparison::{compare, Comparison};
-use yawrig::model::effects;
 use yawrig_core::diagnosis::diagnose::{diagnose, Options, Status};
 use yawrig_core::effects::Effect;
 use yawrig_core::record::Record;
+use yawrig_model::comparison::{compare, Comparison};
+use yawrig_model::effects;
 
 const WN: f64 = 5.5;
 const FRICTION: f64 = 0.15;

@@ -8,11 +8,11 @@ mod hidden;
 use hidden::{plant, Plan, Planted};
 use std::path::Path;
 use std::slice::from_ref;
-use yawrig::model::comparison::{compare, Comparison};
-use yawrig::model::revise::{self, Asked, Revision, Wanted};
 use yawrig_core::diagnosis::diagnose::{diagnose, Options};
 use yawrig_core::effects::Effect;
 use yawrig_core::record::Record;
+use yawrig_model::comparison::{compare, Comparison};
+use yawrig_model::revise::{self, Asked, Revision, Wanted};
 
 const HIDDEN: [(Effect, u64); 6] = [
     (Effect::CoulombFriction, 11),

@@ -6,8 +6,8 @@ mod hidden;
 
 use hidden::{hidden, number, plant, Plan};
 use rayon::prelude::*;
-use yawrig::model::comparison::{compare, Comparison};
 use yawrig_core::effects::Effect;
+use yawrig_model::comparison::{compare, Comparison};
 
 /// A forcing that is looked for before drag is there is found where the drag is missed.
 const FORCING_FIRST: (u64, u64) = (1, 31);

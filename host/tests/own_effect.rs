@@ -5,12 +5,12 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use std::path::PathBuf;
-use yawrig::model::comparison::{compare, Comparison};
-use yawrig::model::effects;
 use yawrig_core::diagnosis::diagnose::{diagnose, Options, Status};
 use yawrig_core::effects::{Effect, Terms};
 use yawrig_core::motion::simulate::{Grid, Motion};
 use yawrig_core::record::Record;
+use yawrig_model::comparison::{compare, Comparison};
+use yawrig_model::effects;
 use yawrig_rig::{Effects, End, Samples, Sensor, Start};
 use yawrig_shared::modal::Modal;
 

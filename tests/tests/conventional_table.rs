@@ -3,10 +3,10 @@
 mod common;
 
 use rayon::prelude::*;
-use yawrig::study::{TABLE_4_7, TABLE_4_7_SAMPLES};
 use yawrig_core::identify::conventional::{Decay, Options, SpectralPeak};
 use yawrig_core::identify::{identify, Method, Settings};
 use yawrig_core::record::Record;
+use yawrig_study::{TABLE_4_7, TABLE_4_7_SAMPLES};
 
 fn found(wn: f64, zeta: f64, noise: f64, seed: u64, options: Options) -> (f64, f64) {
     let (time_s, clean) = common::impulse_response(wn, zeta, 1000.0, 0.5);

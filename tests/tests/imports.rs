@@ -23,17 +23,34 @@ const PURE: &[&str] = &[
     "std::env",
     "std::process",
     "std::net",
+    "print",
     "println",
+    "eprint",
     "eprintln",
     "clap",
     "toml",
     "axum",
     "tokio",
 ];
-/// The library that programs are made of does not parse arguments and serves no page.
-const NO_PROGRAM: &[&str] = &["clap", "axum", "tokio", "indicatif", "comfy_table"];
+/// The library that programs are made of does not print, end the process, parse arguments or serve a page.
+const NO_PROGRAM: &[&str] = &[
+    "print",
+    "println",
+    "eprint",
+    "eprintln",
+    "std::io::stdout",
+    "std::io::stderr",
+    "std::process::exit",
+    "clap",
+    "indicatif",
+    "comfy_table",
+    "axum",
+    "tokio",
+];
+/// The same, but for the page.
+const SERVER: &[&str] = NO_PROGRAM.split_at(NO_PROGRAM.len() - 2).0;
 
-const ROOMS: [Room; 12] = [
+const ROOMS: [Room; 17] = [
     Room { name: "yawrig_shared", sources: "shared/src", imports: &[], never: PURE },
     Room {
         name: "yawrig_firmware",
@@ -99,19 +116,96 @@ const ROOMS: [Room; 12] = [
         never: NO_PROGRAM,
     },
     Room {
-        name: "yawrig",
-        sources: "host/src",
+        name: "yawrig_campaign",
+        sources: "host/campaign/src",
         imports: &[
             "yawrig_base",
             "yawrig_core",
-            "yawrig_expression",
-            "yawrig_firmware",
             "yawrig_link",
             "yawrig_records",
             "yawrig_rig",
             "yawrig_shared",
             "yawrig_text",
+        ],
+        never: NO_PROGRAM,
+    },
+    Room {
+        name: "yawrig_model",
+        sources: "host/model/src",
+        imports: &[
+            "yawrig_base",
+            "yawrig_campaign",
+            "yawrig_core",
+            "yawrig_expression",
+            "yawrig_records",
+            "yawrig_shared",
+            "yawrig_text",
             "yawrig_train",
+        ],
+        never: NO_PROGRAM,
+    },
+    Room {
+        name: "yawrig_report",
+        sources: "host/report/src",
+        imports: &[
+            "yawrig_base",
+            "yawrig_campaign",
+            "yawrig_core",
+            "yawrig_model",
+            "yawrig_records",
+            "yawrig_shared",
+        ],
+        never: NO_PROGRAM,
+    },
+    Room {
+        name: "yawrig_study",
+        sources: "host/study/src",
+        imports: &[
+            "yawrig_base",
+            "yawrig_campaign",
+            "yawrig_core",
+            "yawrig_firmware",
+            "yawrig_report",
+            "yawrig_rig",
+            "yawrig_shared",
+            "yawrig_train",
+        ],
+        never: NO_PROGRAM,
+    },
+    Room {
+        name: "yawrig_workbench",
+        sources: "host/workbench/src",
+        imports: &[
+            "yawrig_base",
+            "yawrig_campaign",
+            "yawrig_core",
+            "yawrig_expression",
+            "yawrig_link",
+            "yawrig_model",
+            "yawrig_records",
+            "yawrig_report",
+            "yawrig_shared",
+        ],
+        never: SERVER,
+    },
+    Room {
+        name: "yawrig",
+        sources: "host/src",
+        imports: &[
+            "yawrig_base",
+            "yawrig_campaign",
+            "yawrig_core",
+            "yawrig_firmware",
+            "yawrig_link",
+            "yawrig_model",
+            "yawrig_records",
+            "yawrig_report",
+            "yawrig_rig",
+            "yawrig_shared",
+            "yawrig_study",
+            "yawrig_text",
+            "yawrig_train",
+            "yawrig_workbench",
         ],
         never: &[],
     },
@@ -230,7 +324,7 @@ fn closed(tokens: &[String], open: usize) -> usize {
 /// What one file says of others.
 #[derive(Default)]
 struct File {
-    /// Paths it names, whether with `use` or written out.
+    /// Paths it names, whether with `use` or written out; `!` at the end of a macro's.
     paths: Vec<Vec<String>>,
     /// Names handed on by `pub use`, each with its path; `*` for all of a module.
     handed_on: Vec<(String, Vec<String>)>,
@@ -262,6 +356,9 @@ impl File {
                 {
                     path.push(tokens[k + 1].clone());
                     k += 2;
+                }
+                if is(k, &["!"]) && !is(k + 1, &["="]) {
+                    path.push("!".to_owned());
                 }
                 // A word by itself is as likely a variable.
                 if path.len() > 1 {
@@ -521,6 +618,7 @@ fn every_way_to_import_is_read() {
         const TEXT: &str = "use crate::text; \" crate::text";
         const RAW: &str = r#"use crate::raw;"#;
         const QUOTE: char = '"';
+        fn g() { println!("use crate::printed"); if a != b {} }
         fn h() -> super::i::J { crate::k::l::<u8>('\'', 'x') }
         #[cfg(test)]
         mod tests { use crate::tested; fn m() { { } } }
@@ -535,6 +633,7 @@ fn every_way_to_import_is_read() {
         "crate::a",
         "crate::a::b::C",
         "crate::a::b::D",
+        "println::!",
         "super::i::J",
         "crate::k::l",
         "yawrig_core::n",

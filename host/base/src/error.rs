@@ -26,13 +26,21 @@ pub struct Error {
     pub help: String,
     /// Bytes of the text that was given, where the message points into one.
     pub span: Option<Range<usize>>,
+    /// What a pure library refused: a program can say it and its remedy in its own words.
+    pub cause: Option<Box<Cause>>,
+}
+
+#[derive(Clone, Debug)]
+pub enum Cause {
+    Core(yawrig_core::error::Error),
+    Rig(yawrig_rig::Quantity),
 }
 
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
     pub fn new(exit: Exit, message: impl Into<String>) -> Self {
-        Self { exit, message: message.into(), help: String::new(), span: None }
+        Self { exit, message: message.into(), help: String::new(), span: None, cause: None }
     }
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = help.into();
@@ -80,17 +88,16 @@ impl From<yawrig_core::error::Error> for Error {
             }
             Core::TooFewCycles { .. } => (
                 Exit::Data,
-                "record a longer free decay, or widen the amplitude window with --from-deg and --to-deg",
+                "record a longer free decay, or widen the amplitude window",
             ),
             Core::BeyondHalfTurn { .. } => (
                 Exit::Data,
-                "name the column yaw_deg if it is in degrees (`yawrig convert --unit deg` does); if that angle is meant, \
-                 say so with a --from-deg above it",
+                "see that its unit is that of the record; if that angle is meant, let the amplitude window begin above it",
             ),
             Core::Elsewhere { .. } => {
-                (Exit::Data, "choose --from-deg and --to-deg between those of the record")
+                (Exit::Data, "choose an amplitude window between those of the record")
             }
-            Core::NoEstimate { .. } => (Exit::Data, "try another --method"),
+            Core::NoEstimate { .. } => (Exit::Data, "try another method"),
             Core::TooFewSamples { .. } => (Exit::Data, ""),
             Core::TooSlow { .. } => {
                 (Exit::Data, "`yawrig identify` takes it as it is; a device wants it measured faster")
@@ -116,23 +123,20 @@ impl From<yawrig_core::error::Error> for Error {
             Core::NoLaw => (Exit::Quality, "measure it from a longer release, or one from a larger amplitude"),
             Core::Interrupted => (Exit::Interrupted, ""),
         };
-        Self::new(exit, error.to_string()).help(help)
+        let named = Self::new(exit, error.to_string()).help(help);
+        Self { cause: Some(Box::new(Cause::Core(error))), ..named }
     }
 }
 
 impl From<yawrig_rig::Error> for Error {
     fn from(error: yawrig_rig::Error) -> Self {
-        use yawrig_rig::{Error as Rig, Quantity};
+        use yawrig_rig::Error as Rig;
         match error {
             Rig::OwnEffect(error) => error.into(),
-            Rig::Wrong { quantity, message, help } => {
-                let flag = match quantity {
-                    Quantity::Effect => "--effect",
-                    Quantity::Spring => "--spring",
-                    Quantity::WindSpeed => "--wind",
-                };
-                Self::usage(format!("{flag}: {message}")).help(help)
-            }
+            Rig::Wrong { quantity, message, help } => Self {
+                cause: Some(Box::new(Cause::Rig(quantity))),
+                ..Self::usage(message).help(help)
+            },
         }
     }
 }

@@ -161,7 +161,7 @@ fn a_flexible_effect_is_named_where_simple_ones_do_not_explain() {
     let simple = |c: &&Case| !c.names_all() && c.found.status == Status::Explained;
     let simple = cases.iter().filter(simple).count();
     println!("flexible effects named: {named} of {n}; explained by simple ones: {simple}");
-    assert!(2 * named as u64 >= n && named + simple >= n as usize - 1);
+    assert!(4 * named as u64 >= 3 * n && named + simple >= n as usize - 1);
 }
 
 #[test]
@@ -205,7 +205,7 @@ fn two_hidden_effects_are_both_named_and_nothing_else() {
         .filter(|c| !c.names_all() || c.found.status != Status::Explained)
         .for_each(Case::print);
     println!("pairs named exactly: {right} of {n}");
-    assert!(right as f64 >= 0.5 * n as f64);
+    assert!(right as f64 >= 0.8 * n as f64);
 }
 
 #[test]

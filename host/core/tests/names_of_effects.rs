@@ -10,7 +10,7 @@ use yawrig_core::effects::Effect;
 /// Where a name is the matter itself, and why.
 const NAMED: [(&str, &str, &str); 3] = [
     ("src/demo/story.rs", "", "what the riddle gives the rig to hide, which parses it"),
-    ("src/study/rig_records.rs", "", "what the study gives the rig, which parses it"),
+    ("study/src/rig_records.rs", "", "what the study gives the rig, which parses it"),
     ("src/cli/law.rs", "hysteresis", "a field of the JSON, whose name stays"),
 ];
 

@@ -20,6 +20,7 @@ use std::sync::{Arc, Mutex};
 use work::{worked, On};
 use yawrig::answer::Answer;
 use yawrig_base::error::Error;
+use yawrig_base::message::Listener;
 use yawrig_core::identify::several;
 use yawrig_core::record::Record;
 use yawrig_records::Selection;
@@ -29,6 +30,14 @@ type Given = (String, PyBackedBytes, PyBackedBytes, bool);
 
 /// What would be said on stderr.
 static SAID: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+struct Kept;
+
+impl Listener for Kept {
+    fn message(&self, text: String) {
+        SAID.lock().unwrap_or_else(|e| e.into_inner()).push(text);
+    }
+}
 
 fn record((name, time_s, yaw_deg, stamps_spread): Given) -> yawrig_base::error::Result<Record> {
     let record = Record::new(name, numbers(&time_s), numbers(&yaw_deg));
@@ -101,7 +110,7 @@ fn releases(arguments: &Bound<'_, PyTuple>) -> PyResult<Vec<(usize, usize)>> {
 /// All that is in the module.
 fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
-    yawrig::listen(|said| SAID.lock().unwrap_or_else(|e| e.into_inner()).push(said));
+    yawrig_base::message::listen(&Kept);
     module.add("YawrigError", py.get_type::<YawrigError>())?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("ask", function(py, c"ask", ask)?)?;

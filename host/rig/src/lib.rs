@@ -20,6 +20,7 @@ pub use effects::{Effect, Effects};
 pub use error::{Error, Quantity, Result};
 pub use library::{Kind, Parameter, LIBRARY};
 pub use motion::{End, Motion, Sample, Samples, Start};
+pub use runge_kutta::runge_kutta;
 pub use sensor::{Sees, Sensor};
 pub use springs::{Spring, SPRINGS};
 

@@ -2,7 +2,7 @@
 
 /// One step of the classical fourth-order Runge-Kutta method from `state` over `h` s; `slope` gives the state's rate of
 /// change at a time from the step's beginning, s, and a state.
-pub(super) fn runge_kutta<const N: usize>(
+pub fn runge_kutta<const N: usize>(
     state: [f64; N],
     h: f64,
     slope: impl Fn(f64, [f64; N]) -> [f64; N],

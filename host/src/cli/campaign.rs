@@ -1,16 +1,16 @@
 //! `campaign`: the file that says what each record was made under, begun from the records' names and checked.
 
 use super::common::{print_json, print_line};
-use crate::campaign::check::check;
-use crate::campaign::doubted;
-use crate::campaign::init::{begin, Begun, MISSING};
-use crate::campaign::pattern::Pattern;
-use crate::campaign::simulated::{refuse_existing, CAMPAIGN_FILE};
 use clap::{Args, Subcommand};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
+use yawrig_campaign::check::check;
+use yawrig_campaign::doubted;
+use yawrig_campaign::init::{begin, Begun, MISSING};
+use yawrig_campaign::pattern::Pattern;
+use yawrig_campaign::simulated::{refuse_existing, CAMPAIGN_FILE};
 use yawrig_core::derivatives::plausible::Doubt;
 use yawrig_text::quoted;
 

@@ -1,11 +1,11 @@
 //! What the command line lets one choose from, as the libraries have it.
 
-use crate::export::{Target, What};
-use crate::plan::Of;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::ValueEnum;
 use yawrig_core::identify::conventional;
 use yawrig_core::record::Called;
+use yawrig_model::export::{Target, What};
+use yawrig_model::plan::Of;
 use yawrig_records::{Quantity, TimeUnit};
 use yawrig_shared::axis::Axis;
 

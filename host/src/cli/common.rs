@@ -1,8 +1,6 @@
 //! What several verbs share: the `--device` option, bars and JSON on stdout.
 
 use super::choices::{Decay, SpectralPeak};
-use crate::campaign::simulated::refuse_existing;
-use crate::model::effects;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -11,11 +9,13 @@ use std::io::{IsTerminal, Write};
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
+use yawrig_campaign::simulated::refuse_existing;
 use yawrig_core::effects::{Effect, MOST_OWN};
 use yawrig_core::identify::conventional;
 use yawrig_core::identify::Settings;
 use yawrig_link::bench::{Bench, Target};
 use yawrig_link::image;
+use yawrig_model::effects;
 
 /// Version of every JSON object this program prints.
 pub const SCHEMA_VERSION: u32 = 1;

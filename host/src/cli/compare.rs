@@ -4,12 +4,6 @@ use super::common::{bare, print_json, print_line, wrapped, EffectsArg, SCHEMA_VE
 use super::model::{print_revision, revised, summary, JudgeArgs, DEFAULT};
 use super::releases::ReleaseArg;
 use crate::answer::{Answer, Drawn, OfRecord};
-use crate::model::appraisal::Appraisal;
-use crate::model::comparison::{compare, compare_records, Compared, Comparison};
-use crate::model::document::is_model;
-use crate::model::revise::Revision;
-use crate::model::side_by_side::{side_by_side, Side};
-use crate::units::sized;
 use clap::Args;
 use serde_json::json;
 use std::collections::BTreeSet;
@@ -18,6 +12,12 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::{Measurand, Record};
+use yawrig_model::appraisal::Appraisal;
+use yawrig_model::comparison::{compare, compare_records, Compared, Comparison};
+use yawrig_model::document::is_model;
+use yawrig_model::revise::Revision;
+use yawrig_model::side_by_side::{side_by_side, Side};
+use yawrig_report::units::sized;
 
 /// Compare a model with records and show where it fails.
 ///

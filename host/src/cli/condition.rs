@@ -1,9 +1,9 @@
 //! `--campaign`, `--condition` and the flags of a single condition.
 
 use super::choices;
-use crate::campaign::plan::Wanted;
 use clap::Args;
 use std::path::PathBuf;
+use yawrig_campaign::plan::Wanted;
 use yawrig_shared::axis::Axis;
 
 /// The condition of the coming releases: with it the device gives derivatives. It holds from the next release on.

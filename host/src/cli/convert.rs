@@ -2,11 +2,11 @@
 
 use super::common::{print_json, print_line, SCHEMA_VERSION};
 use super::releases::ReleaseArg;
-use crate::campaign::simulated::refuse_existing;
 use clap::Args;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
+use yawrig_campaign::simulated::refuse_existing;
 use yawrig_records::place::Times;
 use yawrig_records::Selection;
 

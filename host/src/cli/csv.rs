@@ -1,16 +1,16 @@
 //! Results as CSV: one row a result, names and units in the header.
 
 use super::common::print;
-use crate::campaign::doubted;
-use crate::model::journal::JournalStep;
 use std::fmt::Write as _;
 use yawrig_base::error::Result;
+use yawrig_campaign::doubted;
 use yawrig_core::derivatives::at::At;
 use yawrig_core::derivatives::table::{Point, Table};
 use yawrig_core::diagnosis::diagnose::Step;
 use yawrig_core::identify::Identification;
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Said;
+use yawrig_model::journal::JournalStep;
 
 /// A row, its cells quoted where they have to be.
 fn row(cells: impl IntoIterator<Item = String>) -> String {

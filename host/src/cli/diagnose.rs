@@ -8,19 +8,13 @@ use super::model::{JudgeArgs, DEFAULT};
 use super::releases::{warn_of_more, ReleaseArg};
 use super::roll::{self, RollArgs};
 use crate::answer::{Answer, Drawn, OfRecord};
-use crate::campaign::CampaignFile;
-use crate::law::{found_in, Found};
-use crate::model::document::{is_model, Model, RecordEntry};
-use crate::model::edits;
-use crate::model::effects::named;
-use crate::model::limits::structure;
-use crate::model::records;
 use clap::Args;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
+use yawrig_campaign::CampaignFile;
 use yawrig_core::diagnosis::campaign::CampaignDiagnosis;
 use yawrig_core::diagnosis::diagnose::{
     diagnose_with_fits, name_of, verdict, Diagnosed, Diagnosis, Options, Status, SECOND_ORDER,
@@ -30,6 +24,12 @@ use yawrig_core::diagnosis::several::{
 };
 use yawrig_core::record::Record;
 use yawrig_core::roll::RollDecay;
+use yawrig_model::document::{is_model, Model, RecordEntry};
+use yawrig_model::edits;
+use yawrig_model::effects::named;
+use yawrig_model::law::{found_in, Found};
+use yawrig_model::limits::structure;
+use yawrig_model::records;
 use yawrig_records::Selection;
 
 /// Which physical effect a second-order model of a record lacks.
@@ -336,7 +336,7 @@ impl Diagnose {
             Case::Campaign(path, options) => {
                 let file = CampaignFile::read_releases(&path)?;
                 crate::say!("fitting {} releases", file.campaign.release.len());
-                let diagnosis = crate::campaign::diagnose(&file, &options)?;
+                let diagnosis = yawrig_campaign::diagnose(&file, &options)?;
                 let (diagnosis, seconds) = (Box::new(diagnosis), begin.elapsed().as_secs_f64());
                 Ok(Judged::Campaign { path, diagnosis, seconds })
             }

@@ -2,7 +2,6 @@
 
 use super::common::bare;
 use super::model::{amplitude_rows, parameter};
-use crate::units::sized;
 use std::fmt::Write as _;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::diagnosis::campaign::{BeforeAndAfter, CampaignDiagnosis, HeldOut};
@@ -11,6 +10,7 @@ use yawrig_core::diagnosis::several::SeveralDiagnosis;
 use yawrig_core::effects::Effect;
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Measurand;
+use yawrig_report::units::sized;
 
 /// What the difference of BIC of the candidates is; the first is what `compare --effect` prints, too.
 const BIC_OF_WHOLE: &str =

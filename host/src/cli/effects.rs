@@ -2,11 +2,11 @@
 
 use super::common::{print_json, print_line, SCHEMA_VERSION};
 use super::model::{asked, print_revision, ModelArg};
-use crate::model::{effects, measured, revise, unfitted};
 use clap::Args;
 use serde_json::json;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::MEASURED_LAW;
+use yawrig_model::{effects, measured, revise, unfitted};
 
 /// Add an effect to the model and fit it
 #[derive(Args, Debug, Clone)]

@@ -2,12 +2,12 @@
 
 use super::choices::ExportTo;
 use super::common::print_line;
-use crate::campaign::simulated::refuse_existing;
-use crate::export;
 use clap::Args;
 use std::path::PathBuf;
 use yawrig_base::error::Result;
 use yawrig_base::files;
+use yawrig_campaign::simulated::refuse_existing;
+use yawrig_model::export;
 
 /// Write a model down for use elsewhere: as a program in Python, MATLAB (and Octave) or C, or as a table
 ///

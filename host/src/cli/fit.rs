@@ -3,10 +3,10 @@
 use super::model::{asked, print_revision, revised, JudgeArgs, ModelArg};
 use super::releases::{warn_of_more, ReleaseArg};
 use crate::answer::{Answer, Drawn, OfRecord};
-use crate::model::revise::{self, Asked, Revision, Wanted};
 use clap::Args;
 use std::path::PathBuf;
 use yawrig_base::error::{Error, Result};
+use yawrig_model::revise::{self, Asked, Revision, Wanted};
 use yawrig_records::place::is_standard_input;
 
 /// Make a second-order model of records, or fit the model there is to its records again.

@@ -3,13 +3,13 @@
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
 use super::csv;
 use super::model::{asked, ModelArg};
-use crate::model::document::read_text;
-use crate::model::journal::{path_of, Action, Damage, Journal, JournalStep};
-use crate::model::unfitted;
 use clap::Args;
 use serde::Serialize;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
+use yawrig_model::document::read_text;
+use yawrig_model::journal::{path_of, Action, Damage, Journal, JournalStep};
+use yawrig_model::unfitted;
 
 /// List the steps of the model's journal, or return to one.
 ///
@@ -95,7 +95,7 @@ fn text(steps: &[JournalStep]) -> String {
         }
     }
     for step in steps {
-        let after = |digits: fn(&crate::model::journal::Residuals) -> f64| {
+        let after = |digits: fn(&yawrig_model::journal::Residuals) -> f64| {
             step.after.map_or("-".to_owned(), |r| format!("{:.3}", digits(&r)))
         };
         rows.add_row([

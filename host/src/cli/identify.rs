@@ -6,7 +6,6 @@ use super::releases::ReleaseArg;
 use super::trials::Trials;
 use crate::answer::{self, Drawn, Progress};
 use crate::batch::{self, Answer, How, Object, Refused, Tally, SCHEMA_VERSION};
-use crate::units::sized;
 use clap::{Args, ValueEnum};
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -18,6 +17,7 @@ use yawrig_core::identify::flag::Flag;
 use yawrig_core::identify::{identify, Identification, Method};
 use yawrig_core::record::Record;
 use yawrig_records::format;
+use yawrig_report::units::sized;
 
 /// Natural frequency and damping ratio of recorded releases, with their uncertainties.
 ///

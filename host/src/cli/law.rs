@@ -5,9 +5,6 @@ use super::model::amplitude_rows;
 use super::releases::ReleaseArg;
 use super::roll::{self, RollArgs};
 use crate::answer::Answer;
-use crate::law::{found, found_in, File, Found};
-use crate::model::revise::quoted;
-use crate::units::sized;
 use clap::Args;
 use serde_json::json;
 use std::fmt::Write as _;
@@ -17,7 +14,10 @@ use yawrig_core::law::names::Name;
 use yawrig_core::law::tables::Point;
 use yawrig_core::record::Record;
 use yawrig_core::roll::RollDecay;
+use yawrig_model::law::{found, found_in, File, Found};
+use yawrig_model::revise::quoted;
 use yawrig_records::Selection;
+use yawrig_report::units::sized;
 
 /// Measure the law that a record shows: restoring moment over yaw angle, dissipation over yaw rate
 ///

@@ -41,10 +41,11 @@ mod typeset;
 mod workbench;
 
 use crate::answer::{Answer, Progress};
-use crate::model::revise::quoted;
+use crate::flags::named;
 use clap::{Args, Command, CommandFactory, Parser, Subcommand};
 use yawrig_base::error::{Error, Result};
 use yawrig_core::record::Record;
+use yawrig_model::revise::quoted;
 
 /// Natural frequency, damping and aerodynamic derivatives from a yawing wind-tunnel model.
 #[derive(Parser, Debug)]
@@ -133,7 +134,7 @@ fn parsed<T: Args>(arguments: &[String]) -> Result<T> {
 
 /// Runs one verb: results on stdout, progress and messages on stderr.
 pub fn run(cli: Cli) -> Result<()> {
-    match cli.verb {
+    let done = match cli.verb {
         Verb::Derivatives(verb) => verb.run(),
         Verb::Campaign(arguments) => campaign::run(&arguments),
         Verb::Demo(arguments) => demo::run(&arguments),
@@ -162,5 +163,6 @@ pub fn run(cli: Cli) -> Result<()> {
         Verb::Ports(arguments) => ports::run(&arguments),
         Verb::Doctor(verb) => verb.run(),
         Verb::Completions(verb) => verb.run(Cli::command()),
-    }
+    };
+    done.map_err(named)
 }

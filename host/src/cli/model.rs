@@ -1,10 +1,6 @@
 //! What the verbs of the model have in common: which model, and what they print.
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
-use crate::model::appraisal::{Appraisal, RecordAppraisal};
-use crate::model::journal::Residuals;
-use crate::model::revise::{quoted, Asked, Revision};
-use crate::units::sized;
 use clap::Args;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -14,8 +10,12 @@ use yawrig_core::effects::Effect;
 use yawrig_core::fit::at_amplitude::AtAmplitude;
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Measurand;
+use yawrig_model::appraisal::{Appraisal, RecordAppraisal};
+use yawrig_model::journal::Residuals;
+use yawrig_model::revise::{quoted, Asked, Revision};
+use yawrig_report::units::sized;
 
-pub use crate::model::document::DEFAULT;
+pub use yawrig_model::document::DEFAULT;
 
 #[derive(Args, Debug, Clone)]
 pub struct ModelArg {

@@ -3,13 +3,13 @@
 use super::common::{print_json_line, print_line, within, DeviceArg};
 use super::condition::ConditionArgs;
 use super::keys;
-use crate::campaign::measuring::Measuring;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
+use yawrig_campaign::measuring::Measuring;
 use yawrig_link::bench::{Bench, Target};
 use yawrig_link::live::built_in_rig::BuiltInRig;
 use yawrig_link::live::item::{time_s, Item};

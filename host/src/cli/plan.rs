@@ -3,7 +3,6 @@
 use super::choices::Derivative;
 use super::common::{bar, bare, print_json, print_line, SCHEMA_VERSION};
 use crate::answer::{Answer, Progress};
-use crate::plan::{self, Asked, Planned};
 use clap::Args;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -11,6 +10,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use yawrig_base::error::Result;
 use yawrig_core::bic::MARGIN;
+use yawrig_model::plan::{self, Asked, Planned};
 
 /// Rows printed.
 const ROWS: usize = 12;

@@ -4,20 +4,20 @@ use super::common::{print_json, print_line, AnalysisArgs, EffectsArg};
 use super::identify::expanded;
 use super::model::asked;
 use super::releases::ReleaseArg;
-use crate::campaign::simulated::{refuse_existing, CAMPAIGN_FILE};
 use crate::demo::results;
-use crate::model::document::{is_model, DEFAULT};
-use crate::report::{
-    charts, data, html, of_campaign, of_model, of_models, of_records, xlsx, Also, Kind, Made,
-    Report,
-};
 use clap::Args;
 use serde::de::IgnoredAny;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_base::interrupt;
+use yawrig_campaign::simulated::{refuse_existing, CAMPAIGN_FILE};
 use yawrig_core::diagnosis::diagnose::Options;
+use yawrig_model::document::{is_model, DEFAULT};
+use yawrig_report::{
+    charts, data, html, of_campaign, of_model, of_models, of_records, xlsx, Also, Kind, Made,
+    Report,
+};
 
 /// Write what is known of records, a campaign, a model or a demo to one HTML file that needs no network.
 ///

@@ -1,13 +1,13 @@
 //! `--inertia-kg-m2`, `--gm-m`, `--displacement-kg`: a roll decay as naval architects write it.
 
 use super::common::{bare, within};
-use crate::units::sized;
 use clap::Args;
 use std::fmt::Write as _;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::{Called, Measurand};
 use yawrig_core::roll::{RollDecay, Ship};
+use yawrig_report::units::sized;
 
 #[derive(Args, Debug, Clone, Default)]
 pub struct RollArgs {

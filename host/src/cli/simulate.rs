@@ -6,12 +6,12 @@ use super::simulated::{
     campaign_json, condition_json, effect_ids, effect_parameters, points, Seen,
 };
 use crate::answer::{Answer, Drawn};
-use crate::campaign::simulated::{self, refuse_existing, Planned};
 use clap::{Args, ValueEnum};
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
+use yawrig_campaign::simulated::{self, refuse_existing, Planned};
 use yawrig_core::record::{Derivative, Measurand, Record};
 use yawrig_records::{as_written, write_samples_of};
 use yawrig_rig::{

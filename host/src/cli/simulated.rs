@@ -1,8 +1,8 @@
 //! What `simulate` says of what it has made.
 
-use crate::campaign::simulated::Planned;
 use serde_json::{json, Value};
 use std::path::Path;
+use yawrig_campaign::simulated::Planned;
 use yawrig_rig::{Condition, Effect, Effects, Rig, Sample};
 use yawrig_shared::axis::Axis;
 use yawrig_shared::derivatives::reduced_frequency;

@@ -4,22 +4,22 @@ use super::common::{bare, print_json, print_line, writable, DeviceArg};
 use super::flash;
 use super::model::asked;
 use super::train::teach;
-use crate::campaign::simulated::CAMPAIGN_FILE;
-use crate::campaign::CampaignFile;
 use crate::demo::reveal::{self, Errors, Revealed};
 use crate::demo::story::{
     self, Truth, MODEL_FILE, NETWORK_FILE, PICTURE_FILE, REPORT_FILE, SEALED_FILE,
 };
-use crate::model::comparison::{compare, Comparison};
-use crate::model::revise::{self, Asked, Revision, Wanted};
-use crate::model::training;
-use crate::report::{of_model, Made};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::Result;
 use yawrig_base::files;
 use yawrig_base::interrupt;
+use yawrig_campaign::simulated::CAMPAIGN_FILE;
+use yawrig_campaign::CampaignFile;
 use yawrig_core::diagnosis::diagnose::Options;
+use yawrig_model::comparison::{compare, Comparison};
+use yawrig_model::revise::{self, Asked, Revision, Wanted};
+use yawrig_model::training;
+use yawrig_report::{of_model, Made};
 use yawrig_shared::features::FeatureKind;
 use yawrig_train::network_training::Settings;
 use yawrig_train::Options as Training;
@@ -115,7 +115,7 @@ impl<'a> Riddle<'a> {
             over_noise(&compared)
         ))?;
         let file = CampaignFile::read_releases(&story::campaign(&self.folder))?;
-        let diagnosis = crate::campaign::diagnose(
+        let diagnosis = yawrig_campaign::diagnose(
             &file,
             &Options { stop: interrupt::stop(), ..Options::default() },
         )?;

@@ -1,14 +1,14 @@
 //! `yawrig study`: reruns studies of the thesis.
 
 use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
-use crate::plot;
-use crate::study::{Report, Size, Study, StudySetting, STUDIES};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use yawrig_base::error::Result;
 use yawrig_base::files;
 use yawrig_base::interrupt;
+use yawrig_report::plot;
+use yawrig_study::{Report, Size, Study, StudySetting, STUDIES};
 
 /// Rerun a study of the thesis: its table beside the thesis's numbers, and a plot
 #[derive(Args, Debug)]

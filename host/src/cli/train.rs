@@ -1,7 +1,6 @@
 //! `yawrig train`: train a network and freeze it to a file.
 
 use super::common::{bar, network_id, print_json, print_line, SCHEMA_VERSION};
-use crate::model::training;
 use clap::Args;
 use indicatif::ProgressBar;
 use std::io::Read as _;
@@ -11,6 +10,7 @@ use std::time::Instant;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_base::interrupt;
+use yawrig_model::training;
 use yawrig_shared::blob::{EffectIds, Envelope, MAGIC};
 use yawrig_shared::features::{FeatureKind, FEATURES};
 use yawrig_train::augmented::{Augmented, Source};

@@ -2,14 +2,14 @@
 //! agree.
 
 use super::common::bare;
-use crate::plot::{svg_in_columns, Axis, Curve, Plot};
-use crate::units::sized;
 use std::fmt::Write as _;
 use yawrig_base::error::Result;
 use yawrig_core::identify::flag::Flag;
 use yawrig_core::identify::{AtAmplitude, Identification};
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Measurand;
+use yawrig_report::plot::{svg_in_columns, Axis, Curve, Plot};
+use yawrig_report::units::sized;
 
 /// Records with a curve each in the plot; of more nothing could be told apart.
 const DRAWN: usize = 12;

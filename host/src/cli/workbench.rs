@@ -2,13 +2,13 @@
 
 use super::common::{print_line, EffectsArg};
 use super::identify::expanded;
-use crate::campaign::simulated::CAMPAIGN_FILE;
-use crate::model::document::DEFAULT;
-use crate::workbench::{self, ServeOptions};
 use clap::Args;
 use std::net::IpAddr;
 use std::path::PathBuf;
 use yawrig_base::error::Result;
+use yawrig_campaign::simulated::CAMPAIGN_FILE;
+use yawrig_model::document::DEFAULT;
+use yawrig_workbench::ServeOptions;
 
 /// Criticise a model by hand, on a page that this machine serves to its own browser.
 ///
@@ -66,6 +66,6 @@ impl Workbench {
             device: self.device.clone(),
             open: self.open,
         };
-        workbench::serve(&options, print_line)
+        yawrig_workbench::serve(&options, print_line)
     }
 }

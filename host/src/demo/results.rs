@@ -1,9 +1,6 @@
 //! What a demo keeps: its network, its findings as a report's data, and the report.
 
 use super::{Made, Plan};
-use crate::report::{
-    self, Epoch, Estimate, HeldOut, Kind, ReleaseReport, Report, SettingRow, TrainingReport,
-};
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
@@ -12,6 +9,9 @@ use yawrig_core::diagnosis::amplitude::{AmplitudePicture, AmplitudePoint};
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Said;
 use yawrig_link::follow::flag_names;
+use yawrig_report::{
+    Epoch, Estimate, HeldOut, Kind, PointReport, ReleaseReport, Report, SettingRow, TrainingReport,
+};
 use yawrig_rig::Truth;
 use yawrig_shared::wire::Measured;
 use yawrig_train::freeze;
@@ -61,7 +61,7 @@ pub fn report(
     made: &[Made],
     points: &[(Point, Truth)],
     training: TrainingReport,
-    by: report::Made,
+    by: yawrig_report::Made,
 ) -> Report {
     let mut report = Report::new(Kind::Demo, "Demo on the built-in rig".to_owned(), by);
     let rig = &plan.rig;
@@ -79,10 +79,10 @@ pub fn report(
     ];
     report.points = points
         .iter()
-        .map(|(point, t)| report::PointReport {
+        .map(|(point, t)| PointReport {
             truth: Some([t.cn_beta, t.cn_r, t.cy_beta, t.cy_r]),
             budget: None,
-            ..report::PointReport::from(point)
+            ..PointReport::from(point)
         })
         .collect();
     let [beta, r] = super::misses(points);

@@ -1,11 +1,6 @@
 //! The riddle of [`story`](super::story) opened: what was hidden beside the model and the network that were made.
 
 use super::story::{unsealed, TrueRelease, Truth, MODEL_FILE, NETWORK_FILE, SCHEMA_VERSION};
-use crate::model::document::{is_own, Model};
-use crate::model::model_fit::{held_against, Recorded};
-use crate::model::records;
-use crate::plot::{Axis, Curve, Plot};
-use crate::report::charts::Chart;
 use serde::Serialize;
 use std::path::Path;
 use yawrig_base::error::{Error, Exit, Result};
@@ -16,6 +11,11 @@ use yawrig_core::quantity::Quantity;
 use yawrig_link::bench::{Bench, Target};
 use yawrig_link::flash::{self, Progress};
 use yawrig_link::replay::{replay, Range};
+use yawrig_model::document::{is_own, Model};
+use yawrig_model::model_fit::{held_against, Recorded};
+use yawrig_model::records;
+use yawrig_report::charts::Chart;
+use yawrig_report::plot::{Axis, Curve, Plot};
 use yawrig_shared::wire::WindowResult;
 
 /// What was hidden, beside what was found.

@@ -1,13 +1,13 @@
 //! A riddle: an effect of the library hidden in the releases of one spring, to be identified.
 
-use crate::campaign::simulated::{self, Planned, CAMPAIGN_FILE};
-pub use crate::model::document::DEFAULT as MODEL_FILE;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
+use yawrig_campaign::simulated::{self, Planned, CAMPAIGN_FILE};
+pub use yawrig_model::document::DEFAULT as MODEL_FILE;
 use yawrig_rig::{self, Effects, Rig, Sensor, Spring, Start};
 use yawrig_shared::axis::Axis;
 

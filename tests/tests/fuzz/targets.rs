@@ -2,10 +2,10 @@
 
 use crate::run::Target;
 use std::path::PathBuf;
-use yawrig::campaign::CampaignFile;
-use yawrig::model::document::Model;
+use yawrig_campaign::CampaignFile;
 use yawrig_firmware::device::Device;
 use yawrig_firmware::slots::MemoryFlash;
+use yawrig_model::document::Model;
 use yawrig_rig::LIBRARY;
 use yawrig_shared::blob::{self, ENVELOPE};
 use yawrig_shared::checksum::crc32;

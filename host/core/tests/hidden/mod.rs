@@ -14,6 +14,7 @@ use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::fit_plain;
 use yawrig_core::fit::free_decay::FreeDecay;
 use yawrig_core::record::Record;
+use yawrig_rig::runge_kutta;
 
 /// Those that are hidden: below 20 deg a pendulum is a cube, and |b| b is as near to both.
 pub fn hidden() -> Vec<Effect> {
@@ -229,7 +230,7 @@ pub fn simulate(setup: &Setup, laws: &[Law], noise_seed: u64) -> Planted {
             if rough || !setup.runge_kutta {
                 euler(setup, laws, &mut x, t, step_s, &past, &mut rng);
             } else {
-                runge_kutta(setup, laws, &mut x, t, step_s, &past);
+                x = stepped(setup, laws, &x, t, step_s, &past);
             }
         }
     }
@@ -303,21 +304,10 @@ fn euler(
     x.b += h * x.r;
 }
 
-fn runge_kutta(setup: &Setup, laws: &[Law], x: &mut State, t: f64, h: f64, past: &[f64]) {
-    let f = |s: &State, t: f64| {
-        let z = laws.iter().map(|l| l.memory(setup, s.r, s.z)).sum::<f64>();
-        (s.r, moment(setup, laws, s, t, past, h), z)
-    };
-    let at = |k: &(f64, f64, f64), w: f64| State {
-        b: x.b + w * k.0,
-        r: x.r + w * k.1,
-        z: x.z + w * k.2,
-    };
-    let k1 = f(x, t);
-    let k2 = f(&at(&k1, 0.5 * h), t + 0.5 * h);
-    let k3 = f(&at(&k2, 0.5 * h), t + 0.5 * h);
-    let k4 = f(&at(&k3, h), t + h);
-    x.b += h / 6.0 * (k1.0 + 2.0 * k2.0 + 2.0 * k3.0 + k4.0);
-    x.r += h / 6.0 * (k1.1 + 2.0 * k2.1 + 2.0 * k3.1 + k4.1);
-    x.z += h / 6.0 * (k1.2 + 2.0 * k2.2 + 2.0 * k3.2 + k4.2);
+fn stepped(setup: &Setup, laws: &[Law], x: &State, t: f64, h: f64, past: &[f64]) -> State {
+    let [b, r, z] = runge_kutta([x.b, x.r, x.z], h, |dt, [b, r, z]| {
+        let memory = laws.iter().map(|l| l.memory(setup, r, z)).sum();
+        [r, moment(setup, laws, &State { b, r, z }, t + dt, past, h), memory]
+    });
+    State { b, r, z }
 }

@@ -5,6 +5,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use yawrig_core::record::Record;
+use yawrig_rig::runge_kutta;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
@@ -212,16 +213,6 @@ fn released(mut out: Planted, rng: &mut ChaCha8Rng) -> Planted {
 }
 
 fn stepped(p: &Planted, b: f64, r: f64, z: Memory) -> (f64, f64, Memory) {
-    let slope = |b: f64, r: f64, z: f64| (r, p.moment(b, r, z), p.memory_rate(r, z));
-    let h = STEP_S;
-    let k1 = slope(b, r, z);
-    let k2 = slope(b + 0.5 * h * k1.0, r + 0.5 * h * k1.1, z + 0.5 * h * k1.2);
-    let k3 = slope(b + 0.5 * h * k2.0, r + 0.5 * h * k2.1, z + 0.5 * h * k2.2);
-    let k4 = slope(b + h * k3.0, r + h * k3.1, z + h * k3.2);
-    let mean = |a: f64, b: f64, c: f64, d: f64| h / 6.0 * (a + 2.0 * b + 2.0 * c + d);
-    (
-        b + mean(k1.0, k2.0, k3.0, k4.0),
-        r + mean(k1.1, k2.1, k3.1, k4.1),
-        z + mean(k1.2, k2.2, k3.2, k4.2),
-    )
+    let slope = |_, [b, r, z]: [f64; 3]| [r, p.moment(b, r, z), p.memory_rate(r, z)];
+    runge_kutta([b, r, z], STEP_S, slope).into()
 }

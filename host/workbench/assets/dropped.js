@@ -1,0 +1,73 @@
+// A file dropped on the page, from any folder: read, or asked about, and opened.
+import { by, make, post, send } from "./talk.js";
+
+const QUANTITIES = [["", "what its unit says"], ["angle", "an angle"], ["rate", "a rate"], ["acceleration", "an acceleration"], ["displacement", "a displacement, or anything in proportion to it"]];
+
+/** `opened` is called with the release that a file has become. */
+export function take(opened, failed) {
+  const holds = (event) => event.dataTransfer && [...event.dataTransfer.types].includes("Files");
+  document.addEventListener("dragover", (event) => { if (holds(event)) { event.preventDefault(); document.body.classList.add("dropping"); } });
+  document.addEventListener("dragleave", (event) => { if (!event.relatedTarget) document.body.classList.remove("dropping"); });
+  document.addEventListener("drop", async (event) => {
+    if (!holds(event)) return;
+    event.preventDefault();
+    document.body.classList.remove("dropping");
+    for (const file of event.dataTransfer.files) {
+      try { await answered(await send("/api/drop", file), opened); } catch (error) { failed(error); }
+    }
+  });
+}
+
+async function open(file, reading, opened) {
+  opened((await post("/api/do", { do: "open", file, reading })).release);
+}
+
+/** Opens what is clear; of anything else the user says what it is. */
+async function answered(asked, opened) {
+  if (asked.is_clear) return open(asked.file, {}, opened);
+  return new Promise((done) => ask(asked, opened, done));
+}
+
+function ask(asked, opened, done) {
+  const dialog = by("drop-dialog");
+  const usable = asked.channels.filter((c) => !c.wrong);
+  const fields = {};
+  const field = (name, label, element) => make("label", {}, `${label} `, (fields[name] = element));
+  const options = (pairs) => pairs.map(([value, textContent]) => make("option", { value, textContent }));
+  const channel = (c) => {
+    const input = make("input", { type: "radio", name: "drop-channel", value: c.name, disabled: !!c.wrong });
+    return make("label", { className: "channel" }, input, make("span", { className: "name", textContent: c.unit ? `${c.name}, ${c.unit}` : c.name }), sketch(c.sketch), make("span", { className: "caption", textContent: c.wrong || `${c.numbers} numbers` }));
+  };
+  const error = make("p", { className: "error", textContent: asked.why });
+  const reading = () => {
+    const chosen = dialog.querySelector("input[name=drop-channel]:checked");
+    const out = { yaw: chosen ? chosen.value : null, time: fields.time.value, quantity: fields.quantity.value, unit: fields.unit.value.trim(), rate_hz: fields.rate.value ? +fields.rate.value : null };
+    return Object.fromEntries(Object.entries(out).filter(([, value]) => value));
+  };
+  const close = () => { dialog.close(); done(); };
+  const submit = async () => {
+    try {
+      const now = await post("/api/as_read", { file: asked.file, reading: reading() });
+      if (!now.is_clear) { error.textContent = now.why; return; }
+      await open(asked.file, reading(), opened);
+      close();
+    } catch (wrong) { error.textContent = wrong.message; }
+  };
+  dialog.replaceChildren(make("h2", { textContent: `${asked.file}: which of its channels swings?` }), error,
+    make("div", { className: "channels" }, ...asked.channels.map(channel)),
+    make("p", { className: "row" }, field("quantity", "It is", make("select", {}, ...options(QUANTITIES))), field("unit", "in", make("input", { size: 8, placeholder: "its unit" }))),
+    make("p", { className: "row" }, field("time", "Time", make("select", {}, ...options([["", "the one that is called so"], ...usable.map((c) => [c.name, c.name])]))), field("rate", "or samples a second", make("input", { size: 8, inputMode: "decimal" }))),
+    make("p", { className: "row" }, make("button", { type: "button", id: "drop-open", className: "primary", textContent: "Open", onclick: submit }), make("button", { type: "button", textContent: "Cancel", onclick: close })));
+  dialog.showModal();
+}
+
+/** A channel's course, 120 by 26. */
+function sketch(values) {
+  const name = "http://www.w3.org/2000/svg";
+  const svg = document.createElementNS(name, "svg"), line = document.createElementNS(name, "polyline");
+  const points = values.map((v, k) => (v === null ? null : `${((k / Math.max(1, values.length - 1)) * 120).toFixed(1)},${(24 - v * 22).toFixed(1)}`));
+  for (const [key, value] of Object.entries({ width: "120", height: "26", viewBox: "0 0 120 26", "aria-hidden": "true" })) svg.setAttribute(key, value);
+  line.setAttribute("points", points.filter((p) => p).join(" "));
+  svg.append(line);
+  return svg;
+}

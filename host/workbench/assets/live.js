@@ -1,0 +1,197 @@
+// A device followed, or a stored session shown again: its trace, each window's estimate, the log, recording and marks.
+import * as measure from "./measure.js";
+import * as replay from "./replay.js";
+import { by, get, make, post } from "./talk.js";
+
+const SPAN_S = 30, MOST = 6000, MOST_LINES = 200, RESULTS = 40;
+const trace = { time_s: [], low_deg: [], high_deg: [] };
+/** Marks and releases on the trace; the device's last word on a release. */
+let places = [], said = null;
+let windows = [], isOpen = false, plots = {}, due = false, last = 0, state = { is_followed: false }, fail = (_error) => {};
+// What is taken belongs to one beginning; news that come while its history is asked for wait.
+let refused = "", epoch = null, asking = false, waiting = [];
+
+export function build(say, failed) {
+  fail = failed;
+  plots.trace = Plots.lines(by("plot-live"), { x: { label: "session time (s)" }, y: { label: "yaw angle (deg)" }, places: () => places, cursor: false });
+  const marks = (column) => () => windows.map((w, k) => ({ x: w.time_s, y: w[column], colour: k === windows.length - 1 ? "ghost" : "model" }));
+  plots.wn = Plots.lines(by("plot-live-wn"), { x: { label: "session time (s)" }, y: { label: "wn (rad/s)" }, marks: marks("natural_frequency_rad_s"), cursor: false });
+  plots.zeta = Plots.lines(by("plot-live-zeta"), { x: { label: "session time (s)" }, y: { label: "damping ratio" }, marks: marks("damping_ratio"), cursor: false });
+  const done = async (what) => {
+    refused = "";
+    try { await post("/api/do", what); } catch (error) { refused = what.do === "replay" ? `${error.message}\n${error.help}` : ""; fail(error); draw(); }
+  };
+  // One after the other: two at once may arrive in another order.
+  let queue = Promise.resolve();
+  const act = (what) => { queue = queue.then(() => done(what)); return queue; };
+  by("live-connect").onclick = () => {
+    if (state.is_followed || state.replay) act({ do: "disconnect" });
+    else if (by("live-source").value === "session") act({ do: "replay", session: by("live-session").value });
+    else act({ do: "connect", device: by("live-device").value, speed: Number(by("live-speed").value) });
+  };
+  by("live-device").onchange = drawHead;
+  by("live-source").onchange = () => { refused = ""; offer(); drawHead(); draw(); };
+  by("live-record").onclick = () => act({ do: state.recording ? "stop_recording" : "record" });
+  const mark = () => { const note = by("live-note"); act({ do: "mark", text: note.value.trim() || "mark" }); note.value = ""; };
+  by("live-mark").onclick = mark;
+  by("live-note").onkeydown = (e) => { if (e.key === "Enter") mark(); };
+  by("live-close").onclick = toggle;
+  replay.build(act);
+  measure.build(act, fail);
+}
+
+let told = () => {};
+/** Calls `listener` when there is another verdict on what is live. */
+export const onVerdict = (listener) => { told = listener; };
+
+/** What is live, in a line, and its details; null while the releases are looked at. */
+export function verdict() {
+  if (by("live").hidden) return null;
+  if (!state.is_followed && !state.replay) return { text: "Live: nothing is followed.", detail: "" };
+  const from = state.replay ? `stored session ${state.replay.file}` : state.device;
+  return { text: said ? `Live: ${said.text.split("\n")[0]}` : "Live: no release yet.", detail: from };
+}
+
+/** Takes up what a page has missed; shows itself where something is shown from the beginning. */
+export async function open() {
+  if (asking) return;
+  asking = true;
+  try {
+    const now = await get("/api/live");
+    for (const name of Object.keys(trace)) trace[name] = [];
+    windows = []; places = []; said = null; last = 0; epoch = now.epoch;
+    measure.forget();
+    by("live-log").replaceChildren();
+    replay.places(now.places);
+    take(now);
+    if ((now.is_followed || now.replay) && by("live").hidden && !isOpen) toggle();
+    isOpen = true;
+  } catch (error) { waiting = []; fail(error); }
+  asking = false;
+  for (const news of waiting.splice(0)) heard(news);
+}
+
+export async function toggle() {
+  const show = by("live").hidden;
+  by("live").hidden = !show;
+  by("panels").hidden = show;
+  told();
+  if (!show) { by("live-button").focus(); return; }
+  if (state.replay) by("live-source").value = "session";
+  await offer();
+  by("live-connect").focus();
+  draw();
+}
+
+/** What can be chosen: ports, and sessions that are stored. */
+async function offer() {
+  try {
+    const [{ ports }, { sessions }] = await Promise.all([get("/api/devices"), get("/api/sessions")]);
+    const choice = (id, options, before) => {
+      const chosen = by(id).value || before;
+      by(id).replaceChildren(...options);
+      if (chosen) by(id).value = chosen;
+      if (by(id).selectedIndex < 0) by(id).selectedIndex = 0;
+    };
+    choice("live-device", [make("option", { value: "emulated", textContent: "emulated" }), make("option", { value: "qemu", textContent: "qemu" }),
+      ...ports.map((p) => make("option", { value: p.path, textContent: `${p.path}  ${p.description}` }))], state.device);
+    choice("live-session", sessions.map((s) => make("option", { value: s.session, textContent: replay.called(s), title: s.session })),
+      state.replay && state.replay.file.replace(/\.csv(\.partial)?$/, ""));
+  } catch (error) { fail(error); }
+  drawHead();
+}
+
+export function heard(news) {
+  if (asking) { waiting.push(news); return; }
+  if (news.state.epoch < epoch) return;
+  if (news.state.epoch !== epoch) { waiting.push(news); open(); return; }
+  take({ ...news.state, trace: news.trace, lines: news.lines });
+}
+
+/** Space, arrows and brackets while a stored session is on the page. Whether the key was one of them. */
+export const key = (event) => !by("live").hidden && !!state.replay && replay.key(event);
+
+function take(now) {
+  const was = state;
+  state = now;
+  if (now.trace) {
+    const { time_s } = trace, known = time_s.length ? time_s[time_s.length - 1] : -1;
+    const from = now.trace.time_s.findIndex((t) => t > known);
+    for (const name of Object.keys(trace)) {
+      if (from >= 0) trace[name].push(...now.trace[name].slice(from));
+      if (trace[name].length > MOST) trace[name].splice(0, trace[name].length - MOST);
+    }
+  }
+  for (const line of now.lines || []) {
+    if (line.number <= last) continue;
+    last = line.number;
+    measure.heard(line);
+    if (line.event === "window") { windows.push(line); if (windows.length > RESULTS) windows.shift(); }
+    if (line.event === "mark") places.push({ x: line.time_s, text: line.note || line.text.replace(/^mark at [^:]*: /, "") });
+    if (["release", "refined"].includes(line.event)) { said = line; told(); }
+    const lost = ["gap", "events_lost", "restarted", "silent", "disconnected", "refused"].includes(line.event);
+    by("live-log").prepend(make("li", { className: lost ? "lost" : "", textContent: line.text, "data-event": line.event }));
+    if (line.event === "recorded") offer();
+  }
+  while (by("live-log").childElementCount > MOST_LINES) by("live-log").lastChild.remove();
+  if (now.fault && (!was.fault || was.fault.message !== now.fault.message)) fail(now.fault);
+  if (now.replay) by("live-source").value = "session";
+  drawHead();
+  // One drawing a frame, however much has come.
+  if (!due && !by("live").hidden) { due = true; requestAnimationFrame(() => { due = false; draw(); }); }
+}
+
+function drawHead() {
+  const isOn = state.is_followed || !!state.replay, isSession = by("live-source").value === "session";
+  const connect = by("live-connect");
+  connect.textContent = state.is_followed ? "Disconnect" : state.replay ? "Leave" : isSession ? "Show" : "Connect";
+  connect.classList.toggle("primary", !isOn);
+  connect.disabled = !isOn && isSession && !by("live-session").options.length;
+  for (const id of ["live-source", "live-device", "live-session"]) by(id).disabled = isOn;
+  by("live-device").hidden = isSession;
+  by("live-speed").hidden = isSession || !["emulated", "qemu"].includes(by("live-device").value);
+  by("live-speed").disabled = isOn;
+  by("live-session").hidden = !isSession;
+  for (const id of ["live-record", "live-mark", "live-note"]) { by(id).hidden = isSession; by(id).disabled = !state.is_followed; }
+  by("live-record").textContent = state.recording ? "Stop recording" : "Record";
+  by("live-record").classList.toggle("on", !!state.recording);
+  const count = by("live-count");
+  count.textContent = isOn || state.samples ? `${state.samples} samples, ${state.missing_samples} missing` : "";
+  count.title = state.recording || "";
+  Object.assign(count.dataset, { samples: state.samples, missing: state.missing_samples });
+  replay.draw(state.replay);
+  measure.draw(state);
+  told();
+}
+
+/** Why there is no trace to be seen. */
+function why() {
+  if (state.is_followed) return "waiting for the device's samples …";
+  if (state.replay) return "no sample was stored by this time";
+  if (refused) return refused;
+  if (by("live-source").value !== "session") return "Choose a device and connect. It is not reset, and nothing is written to it but the condition you set.";
+  return by("live-session").options.length ? "Choose a stored session and show it. It is read only."
+    : "No session is stored in the folder recordings, beside the model, or in the folders there.\nRecord one of a device, here or by yawrig monitor --record FOLDER.";
+}
+
+function draw() {
+  if (by("live").hidden) return;
+  const { time_s, low_deg, high_deg } = trace, xs = [], ys = [];
+  const first = state.replay ? state.replay.from_s : 0;
+  const end = time_s.length ? time_s[time_s.length - 1] : first, from = time_s.findIndex((t) => t >= end - SPAN_S);
+  for (let k = Math.max(from, 0); k < time_s.length; k++) {
+    // Where samples are missing the line is broken.
+    if (k > 0 && time_s[k] - time_s[k - 1] > 0.025) { xs.push((time_s[k] + time_s[k - 1]) / 2); ys.push(null); }
+    xs.push(time_s[k], time_s[k] + 0.005);
+    const falls = k > 0 && high_deg[k] < high_deg[k - 1];
+    ys.push(...(falls ? [high_deg[k], low_deg[k]] : [low_deg[k], high_deg[k]]));
+  }
+  // What was there before is not what was asked for.
+  if (refused) { xs.length = 0; ys.length = 0; }
+  plots.trace.set([xs, ys], [{ colour: "model", width: 1.2 }], [Math.max(first, end - SPAN_S), Math.max(end, first + SPAN_S)]);
+  plots.trace.say(xs.length ? null : why());
+  for (const [plot, column] of [[plots.wn, "natural_frequency_rad_s"], [plots.zeta, "damping_ratio"]]) {
+    plot.set([windows.map((w) => w.time_s), windows.map((w) => w[column])], [{ invisible: true }]);
+    plot.say(windows.length ? null : "each three cycles of a release");
+  }
+}

@@ -1,0 +1,326 @@
+// The panels: one cursor and one stretch of time for all of them.
+import { by, digits, first, get, ratio } from "./talk.js";
+
+/** What is looked at. `span` is in seconds of the record's clock; nulls for all of it. */
+export const seen = { release: null, span: [null, null], ghost: null, view: null, curves: null };
+
+/** The name under which the model of a diagnosis is laid over the panels: then they show what it leaves. */
+export const DIAGNOSIS = "the diagnosis";
+const isDiagnosis = () => seen.ghost === DIAGNOSIS;
+
+let heard = () => {};
+/** Calls `listener` whenever another view of the release is there. */
+export const onView = (listener) => { heard = listener; };
+
+const TRIALS = 5;
+const time = { label: "time in the record (s)" };
+const zoomed = (from, to) => zoom(from, to);
+const plots = {};
+
+/** Words and units of what is looked at. */
+const ANGLE = { recorded: "yaw angle", unit: "deg", coordinate: "yaw angle", word: "yaw", rate: "yaw rate", of: "deg", rate_unit: "deg/s", moment: "rad/s²", shows_rest: true };
+const units = () => (seen.curves && seen.curves.units) || ANGLE;
+
+export function build() {
+  const pointed = (source) => (t) => point(t, source);
+  plots.overlay = Plots.lines(by("plot-overlay"), { x: { label: "" }, y: { label: () => `${units().recorded} (${units().unit})`, size: 46 }, zoomed, pointed: pointed("overlay") });
+  plots.residual = Plots.lines(by("plot-residual"), {
+    x: time, y: { label: () => `residual (${units().unit})`, size: 46 }, zoomed, pointed: pointed("residual"),
+    band: () => seen.curves && seen.curves.noise_deg * 2,
+  });
+  plots.phase = Plots.plane(by("plot-phase"), { x: () => `${units().coordinate} (${units().of})`, y: () => `${units().rate} (${units().rate_unit})`, unit: () => units().moment, least: shows });
+  const law = (id, label) => Plots.lines(by(id), { x: { label }, y: { label: () => units().moment, range: (min, max) => around(id, min, max, beside[id]) }, marks: () => marks[id] || [], cursor: false });
+  plots.damping = law("plot-damping", () => `rate (${units().rate_unit})`);
+  plots.stiffness = law("plot-stiffness", () => `${units().word} (${units().of})`);
+  const amplitude = (id, y, x) => Plots.lines(by(id), {
+    x: { label: x, range: (min, max) => amplitudes(min, max) }, y: { label: y, range: (min, max) => around(id, min, max) }, marks: () => marks[id] || [],
+    pointed: (a) => point(a === null ? null : when(a), "amplitude"),
+  });
+  plots.wn = amplitude("plot-wn", "wn (rad/s)", () => units().of);
+  plots.zeta = amplitude("plot-zeta", "damping ratio", () => units().of);
+  plots.spectrum = Plots.lines(by("plot-spectrum"), {
+    x: { label: "frequency (Hz)", range: (min, max) => [0, (max || 1) * 1.02] }, y: { label: "share of power (%)", range: (_, max) => [0, (max || 1) * 1.08] }, cursor: false,
+  });
+}
+
+/** What is drawn as points, and values of lines that are to be seen whole, by plot. */
+const marks = {}, beside = {};
+
+/** A missing moment below this is noise: it keeps its pale colour however little else there is. */
+function shows() {
+  const v = seen.view;
+  const deviations = v ? [...v.where.damping_law, ...v.where.stiffness_law].map((row) => row[2]).filter(isFinite).sort((a, b) => a - b) : [];
+  return deviations.length ? 6 * deviations[deviations.length >> 1] : 0;
+}
+
+/** The page asks for the record and what is known of it; old answers are thrown away. */
+let asked = 0;
+export async function show(release) {
+  if (release !== seen.release) { seen.span = [null, null]; seen.view = null; seen.curves = null; seen.ghost = null; }
+  seen.release = release;
+  await refresh();
+}
+
+/** What is to be drawn; throws what is wrong with a record that is bad data. */
+async function drawable(path, query) {
+  const answer = await get(path, query);
+  if (answer.fault) throw Object.assign(new Error(answer.fault.message), answer.fault);
+  return answer;
+}
+
+export async function refresh() {
+  const release = seen.release, number = ++asked;
+  if (release === null) return draw();
+  const [from, to] = seen.span;
+  const points = Math.max(300, Math.round(by("plot-overlay").clientWidth * 1.5));
+  const curves = drawable("/api/curves", { release, from, to, points, ghost: seen.ghost });
+  const view = drawable("/api/view", { release, from, to, ghost: seen.ghost });
+  try {
+    const now = await curves;
+    if (number !== asked) return;
+    seen.curves = now; seen.fault = null;
+    drawTime();
+    if (!document.documentElement.dataset.firstPicture) document.documentElement.dataset.firstPicture = String(Math.round(performance.now()));
+  } catch (error) {
+    if (number !== asked) return;
+    seen.curves = null; seen.fault = error;
+    drawTime();
+  }
+  try {
+    const now = await view;
+    if (number !== asked) return;
+    seen.view = now.pending ? null : now;
+  } catch (error) {
+    if (number !== asked) return;
+    seen.view = null;
+    seen.fault = error;
+  }
+  draw();
+  heard();
+}
+
+export function zoom(from, to) {
+  if (from !== null) {
+    const [first, last] = seen.curves ? seen.curves.whole_s : [from, to];
+    if (to - from < 0.05) return;
+    from = Math.max(first, from); to = Math.min(last, to);
+    if (from === first && to === last) from = to = null;
+  }
+  seen.span = [from, to];
+  refresh();
+}
+
+/** Narrower (share below 1) or wider about the middle; by a share of its width to the side. */
+export function zoomBy(share, aside = 0) {
+  if (!seen.curves) return;
+  const [first, last] = seen.curves.whole_s, from = seen.span[0] ?? first, to = seen.span[1] ?? last;
+  const middle = (from + to) / 2 + aside * (to - from), half = (to - from) / 2 * share;
+  const at = Math.min(Math.max(middle, first + Math.min(half, (last - first) / 2)), last - Math.min(half, (last - first) / 2));
+  zoom(at - half, at + half);
+}
+
+// The cursor.
+
+/** Amplitude at a time, between the windows; and the time of an amplitude. */
+function envelope(t) {
+  const w = seen.view && seen.view.measured;
+  if (!w || w.length < 2 || t === null) return null;
+  if (t < w[0][5]) return w[0][0];
+  for (let k = 1; k < w.length; k++) {
+    if (t <= w[k][5]) {
+      const share = (t - w[k - 1][5]) / (w[k][5] - w[k - 1][5]);
+      return w[k - 1][0] + share * (w[k][0] - w[k - 1][0]);
+    }
+  }
+  return w[w.length - 1][0];
+}
+function when(amplitude) {
+  const w = seen.view && seen.view.measured;
+  if (!w || !w.length) return null;
+  return w.reduce((best, row) => (Math.abs(row[0] - amplitude) < Math.abs(best[0] - amplitude) ? row : best))[5];
+}
+function stateAt(t) {
+  const s = seen.view && seen.view.states;
+  if (!s || t === null || t < s.time_s[0]) return null;
+  const k = s.time_s.findIndex((time) => time >= t);
+  if (k < 1) return null;
+  const share = (t - s.time_s[k - 1]) / (s.time_s[k] - s.time_s[k - 1]);
+  const mix = (v) => v[k - 1] + share * (v[k] - v[k - 1]);
+  return [mix(s.yaw_deg), mix(s.rate_deg_s)];
+}
+
+let pointing = false;
+function point(t, source) {
+  if (pointing) return;
+  pointing = true;
+  if (source !== "overlay") plots.overlay.point(t);
+  if (source !== "residual") plots.residual.point(t);
+  plots.phase.point(stateAt(t));
+  const amplitude = source === "amplitude" ? null : envelope(t);
+  if (source !== "amplitude") { plots.wn.mark(amplitude); plots.zeta.mark(amplitude); }
+  pointing = false;
+}
+
+/** The amplitudes that the stretch of time holds. */
+function amplitudes(min, max) {
+  const [from, to] = seen.span;
+  if (from !== null && seen.view) {
+    const inside = seen.view.measured.filter((w) => w[5] >= from && w[5] <= to).map((w) => w[0]);
+    if (inside.length > 1) { min = Math.min(...inside); max = Math.max(...inside); }
+  }
+  const pad = ((max ?? 1) - (min ?? 0)) * 0.04 || 0.1;
+  return [Math.max(0, (min ?? 0) - pad), (max ?? 1) + pad];
+}
+
+/** What is measured with its bars, not every trial and not a bar that is long by chance: they would press the rest flat. */
+function around(id, min, max, more = []) {
+  const points = marks[id] || [], usual = points.map((m) => m.u || 0).sort((a, b) => a - b)[points.length >> 1] || 0;
+  const bar = (m) => 2 * Math.min(m.u || 0, 2.5 * usual);
+  const values = [...points.map((m) => [m.y - bar(m), m.y + bar(m)]), ...more];
+  if (!values.length) return [min ?? 0, max ?? 1];
+  const sorted = values.flat().sort((a, b) => a - b);
+  let low = sorted[0], high = sorted[sorted.length - 1];
+  const pad = (high - low) * 0.15 || Math.abs(high) * 0.01 || 1;
+  return [low - pad, high + pad];
+}
+
+// Drawing.
+
+function draw() {
+  drawTime();
+  drawWhere();
+  drawAmplitude();
+}
+
+function limits() {
+  const c = seen.curves;
+  return c ? [seen.span[0] ?? c.whole_s[0], seen.span[1] ?? c.whole_s[1]] : null;
+}
+
+/** Over axes that have nothing on them yet: their numbers would mean nothing. */
+const BLANK = " ";
+
+function drawTime() {
+  const c = seen.curves;
+  const fault = seen.fault ? `${seen.fault.message}\n${seen.fault.help || ""}` : null;
+  plots.overlay.say(seen.release === null ? "No record is open.\nStart yawrig workbench with records, or press Open." : c ? null : fault || "reading …");
+  if (!c) {
+    plots.overlay.set([[]], []); plots.residual.set([[]], []); plots.residual.say(BLANK);
+    return;
+  }
+  const overlay = [c.time_s, c.measured_deg], how = [{ colour: "measured", width: 1.6 }];
+  if (c.model_deg) { overlay.push(c.model_deg); how.push({ colour: "model", width: 1 }); }
+  if (c.ghost_deg) { overlay.push(c.ghost_deg); how.push({ colour: "ghost", width: 1.2, dash: [6, 4] }); }
+  plots.overlay.set(overlay, how, limits());
+  const key = first(".key.ghost");
+  key.hidden = !c.ghost_deg;
+  key.textContent = c.ghost_deg ? `with ${c.ghost_title}` : "";
+  const residual = [c.time_s], styles = [];
+  const alone = c.ghost === DIAGNOSIS;
+  by("residual-caption").textContent = alone ? `measured less model with ${c.ghost_title}; band: ±2 noise` : "measured less model; band: ±2 noise";
+  if (c.residual_deg && !alone) { residual.push(c.residual_deg); styles.push({ colour: "model", width: 1 }); }
+  if (c.ghost_residual_deg) { residual.push(c.ghost_residual_deg); styles.push({ colour: "ghost", width: 1 }); }
+  plots.residual.set(residual, styles, limits());
+  plots.residual.say(c.residual_deg ? null : fault || "fitting …");
+}
+
+/** The law of an effect that is being written, for the cuts; null for none. */
+let law = null;
+export function showLaw(now) { law = now; cutKeys(); drawWhere(); }
+
+/** The measured law with its formulas; null for none. */
+let measured = null;
+export function showMeasured(now) { measured = now && now.cuts ? now : null; cutKeys(); drawWhere(); }
+/** The keys take the place of the caption. */
+function cutKeys() {
+  first(".key.own").hidden = !law;
+  first(".key.law").hidden = !measured;
+  by("cuts-caption").hidden = !!(law || measured);
+}
+
+/** The measured law with its band and its names as lines of a cut; the values that are to be seen. */
+function drawMeasured(name, column, tables, how) {
+  if (!measured) return [];
+  const cut = measured.cuts[name], x = cut[column], y = cut.moment_rad_s2;
+  if (cut.u) {
+    // The upper edge is filled down to the lower.
+    tables.push({ x, y: y.map((v, k) => v - 2 * cut.u[k]) }, { x, y: y.map((v, k) => v + 2 * cut.u[k]) });
+    how.push({ colour: "law", width: 0, spanGaps: true, alpha: 0 }, { colour: "law", width: 0, spanGaps: true, alpha: 1, filledTo: how.length });
+  }
+  for (const [k, n] of (measured.found ? measured.found.names : []).entries()) {
+    const line = n.cuts[name];
+    tables.push({ x: line[column], y: line.moment_rad_s2 });
+    how.push({ colour: trialColour(k), width: 1, dash: [5, 3], alpha: 0.8, spanGaps: true });
+  }
+  tables.push({ x, y });
+  how.push({ colour: "law", width: 1.8, spanGaps: true });
+  return y;
+}
+
+function drawWhere() {
+  const v = seen.view, ghost = v && v.ghost;
+  by("phase-caption").textContent = units().moment;
+  by("cuts-caption").textContent = `${units().word} = 0, rate = 0`;
+  plots.phase.set(v ? (ghost && isDiagnosis() ? ghost : v.where).phase : []);
+  // Of a rate or an acceleration the residual shows no moment.
+  const hidden = v && !units().shows_rest ? `A residual in ${units().unit} does not show it:\nmeasure the law.` : null;
+  plots.phase.say(hidden);
+  const cut = (plot, id, name, column) => {
+    const rows = v ? v.where[name] : [];
+    marks[id] = rows.map(([x, y, u]) => ({ x, y, u, colour: "model" }));
+    if (ghost) marks[id].push(...ghost[name].map(([x, y, u]) => ({ x, y, u, colour: "ghost" })));
+    const tables = [{ x: marks[id].map((m) => m.x), y: marks[id].map((m) => m.y) }];
+    /** @type {PlotLine[]} */
+    const how = [{ invisible: true }];
+    beside[id] = drawMeasured(name, column, tables, how);
+    if (law) { tables.push({ x: law[name][column], y: law[name].moment_rad_s2 }); how.push({ colour: "own", width: 1.6, spanGaps: true }); }
+    plot.set(Plots.joined(tables), how);
+    plot.say(law || measured ? null : v ? hidden && BLANK : BLANK);
+  };
+  cut(plots.damping, "plot-damping", "damping_law", "rate_deg_s");
+  cut(plots.stiffness, "plot-stiffness", "stiffness_law", "yaw_deg");
+  const bars = v ? v.where.frequency : [];
+  const columns = [bars.map((b) => b[0]), bars.map((b) => 100 * b[1])];
+  /** @type {PlotLine[]} */
+  const how = [{ colour: "model", bars: true, width: 0 }];
+  if (ghost) { columns.push(ghost.frequency.map((b) => 100 * b[1])); how.push({ colour: "ghost", width: 1.5 }); }
+  plots.spectrum.set(columns, how);
+  plots.spectrum.say(v ? null : BLANK);
+}
+
+/** The colour of the `k`th trial. */
+export const trialColour = (k) => `trial-${(k % TRIALS) + 1}`;
+
+function drawAmplitude() {
+  const v = seen.view;
+  for (const [plot, id, column] of [[plots.wn, "plot-wn", 1], [plots.zeta, "plot-zeta", 3]]) {
+    const measured = v ? v.measured : [];
+    marks[id] = measured.map((w) => ({ x: w[0], y: w[column], u: w[column + 1], colour: "measured" }));
+    const tables = [{ x: measured.map((w) => w[0]), y: measured.map((w) => w[column]) }];
+    /** @type {PlotLine[]} */
+    const how = [{ invisible: true }];
+    const line = (points, style) => {
+      const sorted = [...points].sort((a, b) => a[0] - b[0]);
+      tables.push({ x: sorted.map((w) => w[0]), y: sorted.map((w) => w[column]) });
+      how.push({ spanGaps: true, ...style });
+    };
+    if (v && v.predicted) line(v.predicted.points, { colour: "model", width: 1.6 });
+    for (const [k, trial] of (v ? v.trials : []).slice(0, TRIALS).entries()) {
+      if (trial.points) line(trial.points, { colour: trialColour(k), width: trial.effect === seen.ghost ? 2.2 : 1, alpha: trial.effect === seen.ghost ? 1 : 0.6, dash: [5, 3] });
+    }
+    plot.set(Plots.joined(tables), how);
+    plot.say(v ? null : BLANK);
+  }
+}
+
+/** The figures of this release, for the head of the page. */
+export function figures() {
+  const v = seen.view;
+  const set = (id, text, kind) => { const e = by(id); e.textContent = text; e.className = kind || ""; };
+  set("figure-white", v ? (v.is_white ? "white" : `not white, ${digits(v.correlation, 2)}`) : "–", v ? (v.is_white ? "good" : "warn") : "");
+  by("figure-white").parentElement.title = v
+    ? `Lag-one correlation of this release's residual: ${digits(v.correlation, 2)}. White noise stays within ±${digits(v.correlation_of_white, 2)}.` : "";
+  set("figure-wn", v ? v.natural_frequency_rad_s.text : "–");
+  set("figure-zeta", v ? v.damping_ratio.text : "–");
+  return v ? `residual ${digits(v.residual_rms_deg, 3)} ${units().unit}, noise ${digits(v.noise_rms_deg, 3)} ${units().unit}, ratio ${ratio(v.over_noise)}` : "";
+}

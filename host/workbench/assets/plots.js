@@ -1,0 +1,284 @@
+// Plots with axes and units in the page's own colours: lines and points (uPlot), and the phase plane (a canvas).
+// A classic script that leaves `Plots` behind, so that a page without a server can carry it too.
+"use strict";
+
+/**
+ * How a column is drawn.
+ * @typedef {{ colour?: string, width?: number, alpha?: number, dash?: number[], spanGaps?: boolean, bars?: boolean,
+ *   invisible?: boolean, filledTo?: number }} PlotLine
+ */
+
+const Plots = (() => {
+  const FONT = '11px system-ui, -apple-system, "Segoe UI", Roboto, "DejaVu Sans", sans-serif';
+
+  /** The page's colour of that name. */
+  const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim() || "#888";
+
+  /** A number as ticks show it, with the digits that tell it from the next, `step` on. */
+  function tick(x, step) {
+    if (x === 0) return "0";
+    const size = Math.abs(x);
+    if (size >= 1e5 || size < 1e-4) return x.toExponential(1).replace("e+", "e").replace("-", "−");
+    if (!step) return String(+x.toPrecision(5)).replace("-", "−");
+    let places = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
+    if (Math.abs(step * 10 ** places - Math.round(step * 10 ** places)) > 1e-6) places++;
+    return x.toFixed(Math.min(places, 12)).replace("-", "−");
+  }
+
+  const all = new Set();
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => all.forEach((plot) => plot.redraw()));
+
+  /** Columns over one x from columns over their own; what is not there is null. */
+  function joined(tables) {
+    const xs = [...new Set(tables.flatMap((table) => table.x))].sort((a, b) => a - b);
+    const place = new Map(xs.map((x, k) => [x, k]));
+    return [xs, ...tables.map((table) => {
+      const column = new Array(xs.length).fill(null);
+      table.x.forEach((x, k) => { column[place.get(x)] = table.y[k]; });
+      return column;
+    })];
+  }
+
+  /** What is the same for every plot: it fills its host, and says so where there is nothing to draw. */
+  function filled(host, plot) {
+    const note = document.createElement("div");
+    note.className = "no-data";
+    note.hidden = true;
+    host.append(note);
+    plot.say = (text) => { note.textContent = text || ""; note.hidden = !text; };
+    new ResizeObserver(() => plot.resize(host.clientWidth, host.clientHeight)).observe(host);
+    all.add(plot);
+    return plot;
+  }
+
+  /** A label, which may be what a function says at the time. */
+  const told = (label) => (typeof label === "function" ? label() : label);
+
+  /**
+   * Lines and points over x; `filledTo` of a line is the number of another, up to which it is filled with its colour's band.
+   * options: x, y: {label, range(min, max)}; zoomed(min, max), pointed(x or null); band(): half height about zero
+   * or null; marks(): [{x, y, u, colour}] with bars of two standard uncertainties; places(): [{x, text}], dashed lines with
+   * their names; cursor: false for none.
+   */
+  function lines(host, options) {
+    let chart = null, data = [[]], series = [], limits = null, silent = false, mark = null;
+    const axis = (it, side) => ({
+      side, label: told(it.label) || null, labelSize: it.label ? 15 : 0, labelGap: 0, labelFont: FONT, font: FONT, gap: 2,
+      // As wide as its numbers, unless plots above each other are to share their time.
+      size: side === 2 ? 21 : it.size || ((_, values) => Math.max(30, 9 + 6.3 * Math.max(0, ...(values || []).map((v) => v.length)))), ticks: { size: 3, stroke: () => colour("line") },
+      stroke: () => colour("soft"), grid: { stroke: () => colour("grid"), width: 1 },
+      // At least two numbers on the lowest of plots.
+      space: side === 2 ? (host.clientWidth > 400 ? 56 : host.clientWidth > 130 ? 28 : 20) : (_, __, ___, ____, height) => Math.max(12, Math.min(20, height / 5)), values: (_, ticks, __, ___, step) => ticks.map((t) => (t === null ? "" : tick(t, side === 2 ? undefined : step))),
+    });
+    const padded = (min, max) => {
+      if (min === null || max === null || !isFinite(min) || !isFinite(max)) return [0, 1];
+      const pad = (max - min) * 0.06 || Math.abs(max) * 0.02 || 1;
+      return [min - pad, max + pad];
+    };
+    function extras(u) {
+      const { ctx, bbox } = u;
+      ctx.save();
+      // A dashed line that was drawn before leaves its dashes behind.
+      ctx.setLineDash([]);
+      ctx.beginPath();
+      ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+      ctx.clip();
+      for (const { x, y, u: deviation, colour: name } of options.marks ? options.marks() : []) {
+        const px = u.valToPos(x, "x", true), py = u.valToPos(y, "y", true);
+        ctx.strokeStyle = ctx.fillStyle = colour(name);
+        ctx.lineWidth = devicePixelRatio;
+        if (deviation > 0) {
+          ctx.beginPath();
+          ctx.moveTo(px, u.valToPos(y - 2 * deviation, "y", true));
+          ctx.lineTo(px, u.valToPos(y + 2 * deviation, "y", true));
+          ctx.stroke();
+        }
+        ctx.beginPath();
+        ctx.arc(px, py, 2.4 * devicePixelRatio, 0, 7);
+        ctx.fill();
+      }
+      const labels = (options.places ? options.places() : []).filter(({ x }) => x >= u.scales.x.min && x <= u.scales.x.max);
+      ctx.font = FONT.replace("11px", `${11 * devicePixelRatio}px`);
+      for (const [k, { x, text }] of labels.entries()) {
+        const px = Math.round(u.valToPos(x, "x", true)) + 0.5, isLeft = px > bbox.left + 0.8 * bbox.width;
+        ctx.strokeStyle = ctx.fillStyle = colour("ghost");
+        ctx.lineWidth = devicePixelRatio;
+        ctx.setLineDash([4, 3]);
+        ctx.beginPath();
+        ctx.moveTo(px, bbox.top);
+        ctx.lineTo(px, bbox.top + bbox.height);
+        ctx.stroke();
+        ctx.setLineDash([]);
+        ctx.textAlign = isLeft ? "right" : "left";
+        // One under the other where they are close.
+        ctx.fillText(text, px + (isLeft ? -4 : 4), bbox.top + (11 + 13 * (k % 3)) * devicePixelRatio);
+      }
+      if (mark !== null) {
+        const px = Math.round(u.valToPos(mark, "x", true)) + 0.5;
+        ctx.strokeStyle = colour("ink");
+        ctx.setLineDash([3, 3]);
+        ctx.beginPath();
+        ctx.moveTo(px, bbox.top);
+        ctx.lineTo(px, bbox.top + bbox.height);
+        ctx.stroke();
+      }
+      ctx.restore();
+    }
+    function under(u) {
+      const half = options.band ? options.band() : null;
+      const { ctx, bbox } = u;
+      ctx.save();
+      if (half) {
+        const top = u.valToPos(half, "y", true), bottom = u.valToPos(-half, "y", true);
+        ctx.beginPath();
+        ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+        ctx.clip();
+        ctx.fillStyle = colour("band");
+        ctx.fillRect(bbox.left, top, bbox.width, bottom - top);
+      }
+      ctx.restore();
+    }
+    function build() {
+      if (chart) chart.destroy();
+      const width = host.clientWidth, height = host.clientHeight;
+      chart = null;
+      if (width < 40 || height < 40) return;
+      chart = new uPlot({
+        width, height, legend: { show: false }, padding: [6, 10, 0, 0],
+        cursor: { show: options.cursor !== false, y: false, drag: { x: !!options.zoomed, y: false, setScale: false }, points: { show: false },
+          bind: { dblclick: () => () => { if (options.zoomed) options.zoomed(null, null); return null; } } },
+        scales: {
+          x: { time: false, range: (_, min, max) => limits || (options.x.range ? options.x.range(min, max) : padded(min, max)) },
+          y: { range: (_, min, max) => (options.y.range ? options.y.range(min, max) : padded(min, max)) },
+        },
+        axes: [axis(options.x, 2), axis(options.y, 3)],
+        bands: series.flatMap((s, k) => (s.filledTo === undefined ? [] : [{ series: [k + 1, s.filledTo + 1], fill: () => colour(`${s.colour}-band`) }])),
+        series: [{}, ...series.map((s) => ({
+          stroke: () => colour(s.colour), width: s.width ?? 1.2, dash: s.dash, spanGaps: s.spanGaps ?? false,
+          points: { show: false }, alpha: s.alpha ?? 1,
+          ...(s.bars ? { paths: uPlot.paths.bars({ size: [0.8, 40] }), fill: () => colour(s.colour) } : {}),
+          ...(s.invisible ? { paths: () => null } : {}),
+        }))],
+        hooks: {
+          drawClear: [under], draw: [extras],
+          setSelect: [(u) => {
+            if (u.select.width < 4 || !options.zoomed) return;
+            const from = u.posToVal(u.select.left, "x"), to = u.posToVal(u.select.left + u.select.width, "x");
+            u.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+            options.zoomed(from, to);
+          }],
+          setCursor: [(u) => {
+            if (silent || !options.pointed) return;
+            options.pointed(u.cursor.left >= 0 ? u.posToVal(u.cursor.left, "x") : null);
+          }],
+        },
+      }, data, host);
+    }
+    let shape = "";
+    return filled(host, {
+      /** columns: [xs, ys, ...]; how: [{colour, width, dash, bars, ...}] for each column of ys; span: x limits or null. */
+      set(columns, how, span) {
+        data = columns; series = how; limits = span || null;
+        const now = JSON.stringify([how, told(options.x.label), told(options.y.label)]);
+        if (!chart || now !== shape) build(); else chart.setData(data, true);
+        shape = now;
+      },
+      /** Shows the cursor of another plot, without telling of it. */
+      point(x) {
+        if (!chart) return;
+        silent = true;
+        const inside = x !== null && x >= chart.scales.x.min && x <= chart.scales.x.max;
+        chart.setCursor(inside ? { left: chart.valToPos(x, "x"), top: 1 } : { left: -10, top: -10 }, false);
+        silent = false;
+      },
+      /** A dashed line at x that stays. */
+      mark(x) { if (x !== mark) { mark = x; if (chart) chart.redraw(false, false); } },
+      resize(width, height) {
+        if (!chart) build(); else if (width > 40 && height > 40) chart.setSize({ width, height });
+      },
+      redraw() { if (chart) chart.redraw(true, true); },
+    });
+  }
+
+  /** The plane of yaw angle and yaw rate, a colour for each cell's moment. */
+  function plane(host, options) {
+    const canvas = document.createElement("canvas");
+    host.append(canvas);
+    let cells = [], state = null;
+    function steps(most) {
+      const raw = most / 2, base = 10 ** Math.floor(Math.log10(raw));
+      return [1, 2, 5, 10].map((k) => k * base).filter((s) => s <= raw * 1.3).pop() || base;
+    }
+    function draw() {
+      const width = host.clientWidth, height = host.clientHeight, ratio = devicePixelRatio || 1;
+      if (width < 40 || height < 40) return;
+      canvas.width = width * ratio; canvas.height = height * ratio;
+      canvas.style.width = `${width}px`; canvas.style.height = `${height}px`;
+      const g = canvas.getContext("2d");
+      g.scale(ratio, ratio);
+      g.clearRect(0, 0, width, height);
+      if (!cells.length) return;
+      const xs = [...new Set(cells.map((c) => c[0]))].sort((a, b) => a - b), ys = [...new Set(cells.map((c) => c[1]))].sort((a, b) => a - b);
+      const gap = (v) => v.slice(1).reduce((m, x, k) => Math.min(m, x - v[k]), Infinity);
+      const dx = gap(xs), dy = gap(ys), mx = Math.max(...xs.map(Math.abs)) + dx / 2, my = Math.max(...ys.map(Math.abs)) + dy / 2;
+      const box = { left: 44, top: 5, width: width - 50, height: height - 5 - 34 - 20 };
+      const px = (x) => box.left + (x + mx) / (2 * mx) * box.width, py = (y) => box.top + (my - y) / (2 * my) * box.height;
+      const most = Math.max(options.least ? options.least() : 0, ...cells.map((c) => Math.abs(c[2]))) || 1;
+      g.fillStyle = colour("level");
+      g.fillRect(box.left, box.top, box.width, box.height);
+      for (const [x, y, moment] of cells) {
+        const share = Math.max(-1, Math.min(1, moment / most));
+        g.globalAlpha = Math.abs(share);
+        g.fillStyle = colour(share > 0 ? "plus" : "minus");
+        g.fillRect(px(x - dx / 2), py(y + dy / 2), px(x + dx / 2) - px(x - dx / 2) + 0.4, py(y - dy / 2) - py(y + dy / 2) + 0.4);
+      }
+      g.globalAlpha = 1;
+      g.strokeStyle = colour("line");
+      g.strokeRect(box.left + 0.5, box.top + 0.5, box.width, box.height);
+      g.setLineDash([2, 3]);
+      g.strokeStyle = colour("soft");
+      g.beginPath();
+      g.moveTo(px(0), box.top); g.lineTo(px(0), box.top + box.height);
+      g.moveTo(box.left, py(0)); g.lineTo(box.left + box.width, py(0));
+      g.stroke();
+      g.setLineDash([]);
+      g.font = FONT; g.fillStyle = colour("soft"); g.textAlign = "center";
+      for (const s of [-1, 0, 1]) g.fillText(tick(s * steps(mx)), px(s * steps(mx)), box.top + box.height + 12);
+      g.textAlign = "right";
+      for (const s of [-1, 0, 1]) g.fillText(tick(s * steps(my)), box.left - 4, py(s * steps(my)) + 4);
+      g.textAlign = "center";
+      g.fillText(told(options.x), box.left + box.width / 2, box.top + box.height + 26);
+      g.save();
+      g.translate(11, box.top + box.height / 2);
+      g.rotate(-Math.PI / 2);
+      g.fillText(told(options.y), 0, 0);
+      g.restore();
+      // The scale of the colours.
+      const top = height - 15;
+      for (let k = 0; k < 60; k++) {
+        const share = k / 29.5 - 1;
+        g.globalAlpha = 1; g.fillStyle = colour("level");
+        g.fillRect(box.left + k * box.width / 60, top, box.width / 60 + 0.5, 5);
+        g.globalAlpha = Math.abs(share); g.fillStyle = colour(share > 0 ? "plus" : "minus");
+        g.fillRect(box.left + k * box.width / 60, top, box.width / 60 + 0.5, 5);
+      }
+      g.globalAlpha = 1; g.fillStyle = colour("soft");
+      g.textAlign = "left"; g.fillText(tick(+(-most).toPrecision(2)), box.left, height - 1);
+      g.textAlign = "right"; g.fillText(`${tick(+most.toPrecision(2))} ${told(options.unit)}`, box.left + box.width, height - 1);
+      if (state) {
+        g.beginPath();
+        g.arc(px(state[0]), py(state[1]), 4, 0, 7);
+        g.fillStyle = colour("ink"); g.fill();
+        g.strokeStyle = colour("card"); g.stroke();
+      }
+    }
+    return filled(host, {
+      set(now) { cells = now; draw(); },
+      /** A state, or null. */
+      point(at) { if (at !== state) { state = at; draw(); } },
+      resize: draw, redraw: draw,
+    });
+  }
+
+  return { lines, plane, joined, colour, tick };
+})();

@@ -1,0 +1,88 @@
+// What is said to the server, and what it says by itself.
+
+export async function get(path, query = {}) {
+  const words = Object.entries(query).filter(([, v]) => v !== null && v !== undefined)
+    .map(([k, v]) => `${k}=${encodeURIComponent(v)}`).join("&");
+  return answer(await asked(words ? `${path}?${words}` : path));
+}
+
+export async function post(path, body) {
+  return answer(await asked(path, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) }));
+}
+
+/** A file's bytes, under its name. */
+export async function send(path, file) {
+  return answer(await asked(`${path}?name=${encodeURIComponent(file.name)}`, { method: "POST", headers: { "content-type": "application/octet-stream" }, body: file }));
+}
+
+/** What the page says where yawrig has gone. */
+export const GONE = { message: "yawrig does not answer", help: "if it was ended, start yawrig workbench again and open the address it prints" };
+
+async function asked(path, options) {
+  try { return await fetch(path, options); } catch { throw Object.assign(new Error(GONE.message), GONE); }
+}
+
+async function answer(response) {
+  const text = await response.text();
+  let json;
+  try { json = JSON.parse(text); } catch { json = { error: { message: text.trim() || `the server answered ${response.status}`, help: "" } }; }
+  if (!response.ok || json.error && json.error.message && response.status >= 400) {
+    throw Object.assign(new Error(json.error ? json.error.message : text), { help: json.error ? json.error.help : "" });
+  }
+  return json;
+}
+
+/** Calls `heard` with each piece of news; `lost` while the server does not answer. One tab holds the stream and tells
+ * the others: a browser has six connections to a server, and a stream keeps one for itself. */
+export function listen(heard, lost) {
+  const take = (told) => (told.news ? heard(told.news) : lost(told.lost));
+  const open = (tell) => {
+    const source = new EventSource("/api/news");
+    source.onmessage = (event) => tell({ news: JSON.parse(event.data) });
+    source.onopen = () => tell({ lost: false });
+    source.onerror = () => tell({ lost: true });
+  };
+  // Without a secure context (--allow-remote) there are no locks.
+  if (!navigator.locks) { open(take); return; }
+  const tabs = new BroadcastChannel("yawrig news");
+  tabs.onmessage = (event) => take(event.data);
+  navigator.locks.request("yawrig news", () => {
+    open((told) => { take(told); tabs.postMessage(told); });
+    // Held until this tab is closed; then another has it.
+    return new Promise(() => {});
+  });
+}
+
+/**
+ * An element: tag, properties, children.
+ * @template {keyof HTMLElementTagNameMap} T
+ * @param {T} tag
+ * @param {Record<string, any>} properties
+ * @param {...(Node | string | null | undefined)} children
+ * @returns {HTMLElementTagNameMap[T]}
+ */
+export function make(tag, properties = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (name in element && name !== "list") element[name] = value;
+    else if (value !== null && value !== undefined) element.setAttribute(name, value);
+  }
+  element.append(...children.filter((c) => c !== null && c !== undefined));
+  return element;
+}
+
+/** @returns {any} The element, of its own kind. */
+export const by = (id) => document.getElementById(id);
+
+/** @returns {any} The first element that the selector finds, of its own kind. */
+export const first = (selector, within = document) => within.querySelector(selector);
+
+/** What has the focus, by its `data-` attribute of that name; null where it has none. */
+export const focused = (name = "focus") => (document.activeElement instanceof HTMLElement ? document.activeElement.dataset[name] ?? null : null);
+
+/** A number to so many digits, with a proper minus. */
+export const digits = (x, n = 3) => (x === null || x === undefined || !isFinite(x) ? "–" : String(+x.toPrecision(n)).replace("-", "−"));
+
+/** Three digits, but nothing needless behind large numbers. */
+export const ratio = (x) => (x === null || x === undefined ? "–" : x >= 100 ? x.toFixed(0) : x >= 10 ? x.toFixed(1) : x.toFixed(2));

@@ -1,0 +1,253 @@
+// The page: fetches what has changed, passes on what is done, and knows the keys.
+import { by, get, GONE, listen, make, post, ratio } from "./talk.js";
+import * as panels from "./panels.js";
+import * as dropped from "./dropped.js";
+import * as releases from "./releases.js";
+import * as effects from "./effects.js";
+import * as campaign from "./campaign.js";
+import * as law from "./law.js";
+import * as own from "./own.js";
+import * as steps from "./steps.js";
+import * as derivatives from "./derivatives.js";
+import * as live from "./live.js";
+
+const { seen } = panels;
+let state = null, ended = 0, modelKey = "";
+
+function say(text, isError = false) {
+  const message = by("message");
+  message.textContent = text;
+  message.title = text;
+  message.className = isError ? "error" : "";
+}
+/** A message without the lines of the file that it points at: there is one line for it. */
+const brief = (text) => text.split("\n")[0];
+const inWords = ({ message, help }) => (help ? `${brief(message)} — ${help}` : brief(message));
+const failed = (error) => say(inWords(error), true);
+
+/** Does what the user asks for. */
+async function act(what) {
+  if (what.do === "lay") { seen.ghost = what.ghost; await panels.refresh(); return effects.refresh(state, act); }
+  if (what.do === "try") seen.ghost = what.effect;
+  try { await post("/api/do", what); } catch (error) { failed(error); }
+}
+
+let asking = false, again = false;
+async function fetchState() {
+  if (asking) { again = true; return; }
+  asking = true;
+  try { take(await get("/api/state")); } catch (error) { failed(error); }
+  asking = false;
+  if (again) { again = false; fetchState(); }
+}
+
+function take(now) {
+  const was = state;
+  state = now;
+  releases.draw(state, choose, failed);
+  steps.draw(state, act);
+  drawHead();
+  drawJob(state.job);
+  const key = JSON.stringify([state.model, state.own, state.steps.length]);
+  const changed = key !== modelKey;
+  modelKey = key;
+  if (state.ended && state.ended.number !== ended) {
+    ended = state.ended.number;
+    if (state.ended.message) say(inWords(state.ended), state.ended.is_error);
+    const { job, is_error } = state.ended, isTrial = job.do === "try";
+    if (isTrial ? is_error : changed) seen.ghost = null;
+    // What it leaves is drawn at once.
+    if (job.do === "diagnose" && !is_error) seen.ghost = panels.DIAGNOSIS;
+    panels.refresh();
+    derivatives.refresh(state, act).catch(failed);
+  } else if (changed) {
+    if (was && !state.job) tellOutside(was);
+    panels.refresh();
+    derivatives.refresh(state, act).catch(failed);
+  }
+  drawSide();
+  if (seen.release === null && state.releases.length) choose((state.releases.find((r) => !r.is_left_out) || state.releases[0]).id);
+}
+
+/** What has happened to the model other than by a page: by a command, or by hand. */
+function tellOutside(was) {
+  const { model, steps } = state, last = steps[steps.length - 1];
+  if (model.fault) failed(model.fault);
+  else if (steps.length > was.steps.length) say(`step ${last.step}, taken outside this page: ${last.what}`);
+  else if (model.edited && !was.model.edited && model.exists) say(`${model.file} was edited by hand`);
+  else if (was.model.fault) say(`${model.file} can be used again`);
+}
+
+/** Effects and law, as far as they are known of this release. */
+function drawSide() {
+  effects.refresh(state, act);
+  law.refresh(state, act);
+  by("law-button").disabled = !!state.job || seen.release === null;
+}
+
+function drawHead() {
+  const { overall, model } = state, release = state.releases.find((r) => r.id === seen.release), now = live.verdict();
+  by("figures").hidden = !!now;
+  if (now) {
+    Object.assign(by("verdict"), { textContent: now.text, title: now.text });
+    by("verdict").dataset.status = "live";
+    by("left-out").hidden = true;
+    by("subtitle").textContent = by("subtitle").title = now.detail;
+    return;
+  }
+  const verdict = by("verdict");
+  const broken = model.fault || (release && release.badge === "bad" ? release.fault : null);
+  verdict.textContent = broken ? `${model.fault ? "The model cannot be used" : "Bad data"}: ${brief(broken.message)}` : overall.verdict;
+  verdict.title = broken ? `${broken.message}\n${broken.help}` : overall.verdict;
+  verdict.dataset.status = broken ? "bad" : overall.status;
+  const leftOut = by("left-out");
+  leftOut.hidden = !overall.left_out;
+  leftOut.textContent = leftOut.title = overall.left_out || "";
+  const figures = panels.figures();
+  const edited = (model.read_only ? "to look at only, its folder cannot be written; " : "") + (model.edited && model.exists ? "edited by hand since the last step; " : "")
+    + (model.changed_records && model.changed_records.length ? `changed since the fit: ${model.changed_records.join(", ")}; ` : "");
+  by("subtitle").textContent = `${model.file}${model.exists || model.fault ? "" : " (not made yet)"} · ${edited}${release ? [release.name, figures].filter(Boolean).join(" · ") : "no record is open"}`;
+  by("subtitle").title = by("subtitle").textContent;
+  const set = (id, x) => { const e = by(id); e.textContent = ratio(x); e.className = x === null || x === undefined ? "" : x <= 1.1 ? "good" : "warn"; };
+  set("figure-fitted", overall.over_noise);
+  set("figure-held", overall.held_out);
+  by("figure-held").parentElement.title = `Residual over noise on what was not fitted: ${overall.held_out_is}.`;
+  document.title = `${release ? release.name : "yawrig"} · workbench`;
+}
+
+function drawJob(job) {
+  by("job").hidden = !job;
+  document.body.toggleAttribute("data-busy", !!job);
+  if (job) {
+    by("job-text").textContent = `${job.is_stopping ? "stopping" : job.what} … ${job.seconds.toFixed(0)} s, ${job.looks} trial runs`;
+    by("cancel-button").disabled = job.is_stopping;
+  }
+}
+
+async function choose(id) {
+  if (id === null) return;
+  const begin = performance.now();
+  seen.release = null;
+  releases.mark(id);
+  await panels.show(id);
+  document.documentElement.dataset.lastClick = String(Math.round(performance.now() - begin));
+  if (state) { drawHead(); drawSide(); }
+}
+
+live.onVerdict(() => { if (state) drawHead(); });
+panels.onView(() => { if (state) { drawHead(); drawSide(); } });
+
+let soon = null;
+function heard(news) {
+  if (news.kind === "job") {
+    drawJob(news.job);
+    // Buttons that have to wait for it are drawn from the state.
+    if (state && !state.job && news.job) fetchState();
+    return;
+  }
+  if (news.kind === "live") return live.heard(news);
+  if (news.kind === "law") { if (state) law.refresh(state, act); return; }
+  if (news.kind === "view" ? news.release === seen.release : !seen.view) panels.refresh();
+  // Thirty releases become ready one after the other: not a request for each.
+  if (news.kind === "view") { soon = soon || setTimeout(() => { soon = null; fetchState(); }, 120); } else fetchState();
+}
+
+// Tabs.
+
+const TABS = ["effects", "own", "derivatives"];
+function tab(name) {
+  for (const other of TABS) {
+    const is = other === name, button = by(`tab-${other}`);
+    button.setAttribute("aria-selected", String(is));
+    button.tabIndex = is ? 0 : -1;
+    by(`pane-${other}`).hidden = !is;
+  }
+  own.opened(name === "own");
+  if (name === "derivatives" && state) derivatives.refresh(state, act).catch(failed);
+}
+
+// Keys.
+
+/** @type {[shown: string, what: string, act: ((event: KeyboardEvent) => any) | null, keys: string[]][]} */
+const KEYS = [
+  ["j  k", "next, previous release", (e) => choose(releases.neighbour(e.key === "j" ? 1 : -1)), ["j", "k"]],
+  ["f  h", "tick this release as fitted, as held out", (e) => toggle(e.key === "f" ? "fit" : "hold_out"), ["f", "h"]],
+  ["Shift F", "fit the model to the ticked releases", () => act({ do: "fit" }), ["F"]],
+  ["d", "what is missing in this release?", () => diagnose(), ["d"]],
+  ["m", "measure the law that the ticked releases show", () => act({ do: "law" }), ["m"]],
+  ["n  p", "next, previous effect", (e) => effects.key(e.key === "n" ? "next" : "previous", state, act), ["n", "p"]],
+  ["c", "the effect's card", () => effects.key("open", state, act), ["c"]],
+  ["t", "try it: lay it over the panels, or take it off again", () => effects.key("try", state, act), ["t"]],
+  ["a", "add it to the model", () => effects.key("add", state, act), ["a"]],
+  ["r", "reject it, with a reason", () => effects.key("reject", state, act), ["r"]],
+  ["u", "return to the model before the last step", () => back(), ["u"]],
+  ["+  −", "zoom in and out", (e) => panels.zoomBy(e.key === "-" ? 2 : 0.5), ["+", "-", "="]],
+  ["←  →", "earlier, later", (e) => panels.zoomBy(1, e.key === "ArrowLeft" ? -0.25 : 0.25), ["ArrowLeft", "ArrowRight"]],
+  ["z", "all of the record", () => panels.zoom(null, null), ["z"]],
+  ["1  2  3", "effects, your own, derivatives", (e) => tab(TABS[+e.key - 1]), ["1", "2", "3"]],
+  ["l", "follow a device or show a stored session, or back to the releases", () => live.toggle(), ["l"]],
+  ["Space  [  ]", "a stored session: play or pause; to the mark or release before, after; arrows: 5 s", null, []],
+  ["o", "open a record of this folder", () => releases.openDialog(opened, failed, makeCampaign), ["o"]],
+  ["g", "make a campaign.toml of the folder's records", () => makeCampaign(), ["g"]],
+  ["Esc", "cancel what is under way", () => cancel(), ["Escape"]],
+  ["?", "this list", () => by("help").showModal(), ["?"]],
+];
+
+function toggle(used) {
+  const release = state.releases.find((r) => r.id === seen.release);
+  if (release) releases.set([release.id], release.used === used ? "out" : used, failed);
+}
+const diagnose = () => { if (seen.release !== null) act({ do: "diagnose", release: seen.release }); };
+const cancel = () => { if (!by("job").hidden) post("/api/do", { do: "cancel" }).catch(failed); };
+const makeCampaign = () => campaign.open(failed, fetchState);
+const opened = (id) => fetchState().then(() => choose(id));
+function back() {
+  const last = state.steps[state.steps.length - 1];
+  if (last && last.step > 1) act({ do: "return", step: last.step - 1 });
+}
+
+document.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey || !state) return;
+  const { target } = event;
+  if (!(target instanceof HTMLElement)) return;
+  if (target.matches("input:not([type=checkbox]), textarea, select")) {
+    if (event.key === "Escape") target.blur();
+    return;
+  }
+  if (document.querySelector("dialog[open]")) return;
+  if (target.matches("[role=tab]") && (event.key === "ArrowLeft" || event.key === "ArrowRight")) {
+    const at = TABS.indexOf(target.id.slice(4)), to = TABS[(at + (event.key === "ArrowRight" ? 1 : TABS.length - 1)) % TABS.length];
+    tab(to);
+    by(`tab-${to}`).focus();
+    return event.preventDefault();
+  }
+  if (live.key(event)) return event.preventDefault();
+  const found = KEYS.find(([, , , keys]) => keys.includes(event.key));
+  if (found) { event.preventDefault(); found[2](event); }
+});
+
+function start() {
+  panels.build();
+  own.build(act, say, failed);
+  live.build(say, failed);
+  by("live-button").onclick = live.toggle;
+  by("help").replaceChildren(make("p", { className: "row close" }, make("button", { type: "button", textContent: "Close", onclick: () => by("help").close() })),
+    make("h2", { textContent: "Keys" }),
+    make("dl", {}, ...KEYS.flatMap(([keys, what]) => [make("dt", {}, ...keys.split("  ").flatMap((k) => [make("kbd", { textContent: k }), " "])), make("dd", { textContent: what })])),
+    make("h2", { textContent: "Panels" }),
+    make("dl", {}, ...[.../** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(".panel h3, #steps-panel h3"))].flatMap((h) => [make("dt", { textContent: h.firstChild.textContent.trim() }), make("dd", { textContent: h.title })])));
+  by("help-button").onclick = () => by("help").showModal();
+  by("open-button").onclick = () => releases.openDialog(opened, failed, makeCampaign);
+  dropped.take(opened, failed);
+  by("fit-button").onclick = () => act({ do: "fit" });
+  by("diagnose-button").onclick = diagnose;
+  by("law-button").onclick = () => act({ do: "law" });
+  by("together-button").onclick = () => act({ do: "together" });
+  by("cancel-button").onclick = cancel;
+  for (const name of TABS) by(`tab-${name}`).onclick = () => tab(name);
+  // What became known before the stream was open has been told to nobody: ask for all of it.
+  listen(heard, (lost) => { if (lost) failed(GONE); else { fetchState(); panels.refresh(); live.open(); } });
+  fetchState();
+}
+
+start();

@@ -1,0 +1,469 @@
+//! What the page is about: releases with their ticks, the model as it stands on the disk, and what has been computed.
+
+use super::options::ServeOptions;
+use super::shown_law::{about, ShownLaw};
+use super::view::{Ghost, Loaded, View};
+use serde::{Deserialize, Serialize};
+use std::collections::hash_map::DefaultHasher;
+use std::collections::HashMap;
+use std::hash::{Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
+use yawrig_base::error::{Error, Result};
+use yawrig_campaign::CampaignFile;
+use yawrig_core::diagnosis::campaign::CampaignDiagnosis;
+use yawrig_core::diagnosis::diagnose::Diagnosed;
+use yawrig_core::effects::Effect;
+use yawrig_model::document::{is_model, read_text, Model, RecordEntry, DEFAULT};
+use yawrig_model::journal::{path_of, Journal, JournalStep};
+use yawrig_model::law::File;
+use yawrig_model::records::{self, Listed};
+use yawrig_model::{edits, effects};
+use yawrig_records::place::{canonical, is_file};
+use yawrig_records::Selection;
+
+/// Views and trials kept, over all models.
+const MOST_KEPT: usize = 400;
+
+/// What a release is used for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Use {
+    Fit,
+    HoldOut,
+    Out,
+}
+
+/// A record, read once and when it is first wanted.
+#[derive(Debug)]
+pub struct RecordSource {
+    pub path: PathBuf,
+    reading: Selection,
+    pub wind_speed_m_s: f64,
+    loaded: OnceLock<std::result::Result<Loaded, Error>>,
+}
+
+impl RecordSource {
+    pub fn loaded(&self) -> std::result::Result<&Loaded, &Error> {
+        let read = || Loaded::read(&self.path, &self.reading, self.wind_speed_m_s);
+        self.loaded.get_or_init(read).as_ref()
+    }
+
+    /// Why nothing can be said about it, once it has been read.
+    pub fn fault(&self) -> Option<&Error> {
+        match self.loaded.get()? {
+            Err(error) => Some(error),
+            Ok(loaded) => loaded.decay.as_ref().err(),
+        }
+    }
+}
+
+#[derive(Clone, Debug)]
+pub struct ListedRelease {
+    pub entry: RecordEntry,
+    pub used: Use,
+    pub source: Arc<RecordSource>,
+}
+
+/// The model and its journal as they are on the disk.
+#[derive(Clone, Debug, Default)]
+pub struct Standing {
+    pub model: Option<Arc<Model>>,
+    pub steps: Arc<Vec<JournalStep>>,
+    /// The file was changed since the last step.
+    pub is_edited: bool,
+    /// Records that have changed since the model was fitted to them.
+    pub changed: Vec<String>,
+    /// Why it cannot be used.
+    pub fault: Option<Error>,
+    /// Hash of the model's text; 0 without one.
+    pub key: u64,
+}
+
+impl Standing {
+    pub fn read(path: &Path) -> Self {
+        let journal = Journal::of(path);
+        let fault = journal.as_ref().err().cloned();
+        let steps = Arc::new(journal.map(|j| j.steps).unwrap_or_default());
+        if !path.exists() {
+            return Self { steps, fault, ..Self::default() };
+        }
+        let read = || {
+            let text = read_text(path)?;
+            let model = Model::parse(&text, path)?;
+            let model = edits::seen(model, &text, path, &steps);
+            Ok((text, model))
+        };
+        match read() {
+            Ok((text, model)) => {
+                let mut hasher = DefaultHasher::new();
+                text.hash(&mut hasher);
+                Self {
+                    is_edited: steps.last().map(|s| s.model.as_str()) != Some(text.as_str()),
+                    changed: model
+                        .records
+                        .iter()
+                        .filter(|e| records::changed(e, &Model::record_path(path, e)).is_some())
+                        .map(|e| e.file.clone())
+                        .collect(),
+                    key: hasher.finish().max(1),
+                    model: Some(Arc::new(model)),
+                    steps,
+                    fault,
+                }
+            }
+            Err(error) => Self { steps, fault: Some(error), ..Self::default() },
+        }
+    }
+}
+
+/// Fingerprint of the files' state, without reading them.
+type Stamp = [Option<(std::time::SystemTime, u64)>; 2];
+
+fn stamp(path: &Path) -> Stamp {
+    let of = |path: &Path| {
+        let about = path.metadata().ok()?;
+        Some((about.modified().ok()?, about.len()))
+    };
+    [of(path), of(&path_of(path))]
+}
+
+/// What several releases lack, judged as one.
+#[derive(Clone)]
+pub struct Together {
+    /// Of which model and releases; with others it is no answer.
+    pub about: String,
+    /// The verdict, and what is left, as sentences.
+    pub text: String,
+    pub sentence: String,
+}
+
+pub struct Session {
+    pub model_path: PathBuf,
+    pub unknown_zero: bool,
+    pub releases: Vec<ListedRelease>,
+    pub campaign: Option<Arc<CampaignFile>>,
+    pub own: Vec<Effect>,
+    pub standing: Standing,
+    stamp: Stamp,
+    pub views: HashMap<(usize, u64), std::result::Result<Arc<View>, Error>>,
+    pub diagnosed: HashMap<(usize, u64), Arc<Diagnosed>>,
+    /// By release, model, and name.
+    pub ghosts: HashMap<(usize, u64, String), Arc<Ghost>>,
+    pub judged: Option<Arc<CampaignDiagnosis>>,
+    /// What the ticked releases lack together.
+    pub together: Option<Together>,
+    pub shown_law: Option<Arc<ShownLaw>>,
+    /// Why no step can be taken.
+    pub read_only: Option<String>,
+}
+
+impl Session {
+    /// # Errors
+    /// Exit 3 where a file is not there or the model or campaign cannot be read, 2 where files are given twice or
+    /// several models.
+    pub fn new(options: &ServeOptions) -> Result<Self> {
+        let is_toml = |f: &&PathBuf| f.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+        let (models, files): (Vec<&PathBuf>, Vec<&PathBuf>) =
+            options.files.iter().partition(|f| is_toml(f) && is_model(f));
+        let model_path = match (&options.model, models.as_slice()) {
+            (None, []) => PathBuf::from(DEFAULT),
+            (Some(path), []) => path.clone(),
+            (None, [path]) => (*path).clone(),
+            _ => {
+                return Err(Error::usage("more than one model")
+                    .help("give one model.toml, or records and --model"))
+            }
+        };
+        let read_only = yawrig_base::files::check_writable(&model_path).err();
+        if let Some(why) = &read_only {
+            yawrig_base::say!(
+                "yawrig: warning: {}; the page opens for viewing only: no step can be taken",
+                why.message
+            );
+        }
+        let files: Vec<PathBuf> = files.into_iter().cloned().collect();
+        let mut campaign = None;
+        for file in files.iter().filter(is_toml) {
+            let read = CampaignFile::read_listed(file)?;
+            if campaign.replace(Arc::new(read)).is_some() {
+                return Err(Error::usage("more than one campaign").help("give one campaign.toml"));
+            }
+        }
+        let listed = records::listed(&files, &model_path)?;
+        let mut session = Self {
+            unknown_zero: options.unknown_zero,
+            releases: Vec::new(),
+            campaign,
+            own: options.own.clone(),
+            standing: Standing::default(),
+            stamp: Stamp::default(),
+            views: HashMap::new(),
+            diagnosed: HashMap::new(),
+            ghosts: HashMap::new(),
+            judged: None,
+            together: None,
+            shown_law: None,
+            read_only: read_only.map(|why| why.message),
+            model_path,
+        };
+        session.standing = Standing::read(&session.model_path);
+        if let Some(fault) = &session.standing.fault {
+            return Err(fault.clone());
+        }
+        session.stamp = stamp(&session.model_path);
+        if let Some(model) = &session.standing.model {
+            let path = &session.model_path;
+            let is_in = |e: &RecordEntry| records::find(model, path, e).is_some();
+            if !listed.is_empty() && !listed.iter().any(|l| is_in(&l.entry)) {
+                let what = format!("{} is about other records", path.display());
+                return Err(Error::usage(what)
+                    .help("begin another model for these with --model OTHER.toml, or leave the records out"));
+            }
+        }
+        for Listed { entry, fault } in listed {
+            session.include(entry, fault, Use::Fit);
+        }
+        session.check_usable()?;
+        session.take_ticks();
+        session.leave_out_bad();
+        if session.campaign.is_none() {
+            session.campaign = session.nearby_campaign();
+        }
+        Ok(session)
+    }
+
+    /// Of the releases that were named at the start one at least must be good.
+    ///
+    /// # Errors
+    /// What is wrong with the first, where none is.
+    fn check_usable(&self) -> Result<()> {
+        let mut first = None;
+        for release in &self.releases {
+            // Read now what will be looked at anyway.
+            let _ = release.source.loaded();
+            match release.source.fault() {
+                None => return Ok(()),
+                Some(fault) => first = first.or(Some(fault)),
+            }
+        }
+        first.map_or(Ok(()), |fault| Err(fault.clone()))
+    }
+
+    /// Takes the ticks away from releases that are known to be bad data.
+    pub fn leave_out_bad(&mut self) {
+        for release in self.releases.iter_mut().filter(|r| r.source.fault().is_some()) {
+            release.used = Use::Out;
+        }
+    }
+
+    /// The campaign without the releases that are known to be bad data.
+    pub fn usable_campaign(&self) -> Option<CampaignFile> {
+        let campaign = self.campaign.as_ref()?;
+        let bad: Vec<&PathBuf> = (self.releases.iter())
+            .filter(|r| r.source.fault().is_some())
+            .map(|r| &r.source.path)
+            .collect();
+        let is_bad = |path: PathBuf| {
+            let same = |other: &&PathBuf| {
+                **other == path || is_file(&path) && canonical(other).ok() == canonical(&path).ok()
+            };
+            !is_file(&path) || bad.iter().any(same)
+        };
+        Some(campaign.only(|index| !is_bad(campaign.record_path(index))))
+    }
+
+    /// The campaign whose file lies beside the records, where it is about all of them.
+    fn nearby_campaign(&self) -> Option<Arc<CampaignFile>> {
+        let first = self.releases.first()?.source.path.parent()?.join("campaign.toml");
+        let campaign = CampaignFile::read_listed(&first).ok()?;
+        let paths: Vec<Option<PathBuf>> = (0..campaign.campaign.release.len())
+            .map(|k| canonical(&campaign.record_path(k)).ok())
+            .collect();
+        let all = self.releases.iter().all(|r| {
+            r.entry.made_under.is_some() && paths.contains(&canonical(&r.source.path).ok())
+        });
+        all.then(|| Arc::new(campaign))
+    }
+
+    /// A release that joins the list later is no part of a model that is there until it is ticked.
+    pub fn used_when_new(&self) -> Use {
+        if self.standing.model.is_some() {
+            Use::Out
+        } else {
+            Use::Fit
+        }
+    }
+
+    /// Adds a release, unless it is there already; `fault` is what is known to be wrong with it before it is read.
+    pub fn include(&mut self, entry: RecordEntry, fault: Option<Error>, used: Use) -> usize {
+        let path = Model::record_path(&self.model_path, &entry);
+        let same = canonical(&path).ok();
+        if let Some(k) = self.releases.iter().position(|r| {
+            r.source.path == path || same.is_some() && canonical(&r.source.path).ok() == same
+        }) {
+            return k;
+        }
+        let wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
+        let loaded = fault.map_or_else(OnceLock::new, |fault| OnceLock::from(Err(fault)));
+        let reading = entry.reading.clone();
+        let source = Arc::new(RecordSource { path, reading, wind_speed_m_s, loaded });
+        self.releases.push(ListedRelease { entry, used, source });
+        self.releases.len() - 1
+    }
+
+    /// The ticks as the model has them; a release it does not name is left out.
+    fn take_ticks(&mut self) {
+        let Some(model) = self.standing.model.clone() else { return };
+        let mut named = Vec::new();
+        for entry in &model.records {
+            let used = if entry.held_out { Use::HoldOut } else { Use::Fit };
+            let k = self.include(entry.clone(), None, used);
+            self.releases[k].used = used;
+            self.releases[k].entry = entry.clone();
+            named.push(k);
+        }
+        for (k, release) in self.releases.iter_mut().enumerate() {
+            if !named.contains(&k) {
+                release.used = Use::Out;
+            }
+        }
+        self.leave_out_bad();
+    }
+
+    /// Reads a release that is bad data again: it may have been corrected.
+    pub fn read_again(&mut self, id: usize) {
+        if self.releases[id].source.fault().is_some() {
+            self.forget(id);
+        }
+    }
+
+    /// Reads a release as `reading` says from now on.
+    pub fn read_as(&mut self, id: usize, reading: &Selection) {
+        if !reading.is_empty() && self.releases[id].entry.reading != *reading {
+            self.releases[id].entry.reading = reading.clone();
+            self.forget(id);
+        }
+    }
+
+    /// What was read of a release is read anew.
+    fn forget(&mut self, id: usize) {
+        let release = &mut self.releases[id];
+        let RecordSource { path, wind_speed_m_s, .. } = &*release.source;
+        release.source = Arc::new(RecordSource {
+            path: path.clone(),
+            reading: release.entry.reading.clone(),
+            wind_speed_m_s: *wind_speed_m_s,
+            loaded: OnceLock::new(),
+        });
+        self.views.retain(|(other, _), _| *other != id);
+    }
+
+    /// Reads the model again where its files have changed. Whether they had.
+    pub fn refresh(&mut self) -> bool {
+        let now = stamp(&self.model_path);
+        if now == self.stamp {
+            return false;
+        }
+        self.stamp = now;
+        let ticks_were_changed = self.are_ticks_changed();
+        let records = |s: &Standing| s.model.as_ref().map(|m| m.records.clone());
+        let before = records(&self.standing);
+        self.standing = Standing::read(&self.model_path);
+        let same = |a: &[RecordEntry], b: &[RecordEntry]| {
+            let place = |e: &RecordEntry| (e.file.clone(), e.held_out, e.condition.clone());
+            a.iter().map(place).eq(b.iter().map(place))
+        };
+        let unchanged = match (&before, &records(&self.standing)) {
+            (Some(a), Some(b)) => same(a, b),
+            _ => false,
+        };
+        // Ticks that the user has set and not applied yet survive steps that are not about them.
+        if !(unchanged && ticks_were_changed) {
+            self.take_ticks();
+        }
+        if self.views.len() + self.ghosts.len() > MOST_KEPT {
+            let key = self.standing.key;
+            self.views.retain(|k, _| k.1 == key);
+            self.ghosts.retain(|k, _| k.1 == key);
+            self.diagnosed.retain(|k, _| k.1 == key);
+        }
+        true
+    }
+
+    /// Whether the ticks differ from the model's.
+    pub fn are_ticks_changed(&self) -> bool {
+        let Some(model) = &self.standing.model else { return false };
+        let of_model = |release: &ListedRelease| {
+            let entry = model.records.iter().find(|e| e.file == release.entry.file);
+            entry.map_or(Use::Out, |e| if e.held_out { Use::HoldOut } else { Use::Fit })
+        };
+        self.releases.iter().any(|r| of_model(r) != r.used)
+    }
+
+    /// The records of the model that the ticks ask for.
+    pub fn wanted(&self) -> Vec<RecordEntry> {
+        let chosen = self.releases.iter().filter(|r| r.used != Use::Out);
+        chosen
+            .map(|r| RecordEntry { held_out: r.used == Use::HoldOut, ..r.entry.clone() })
+            .collect()
+    }
+
+    /// The model that the next fit would be of.
+    pub fn next_model(&self) -> Model {
+        let unknown_zero = self.unknown_zero;
+        let begun = || Model { unknown_zero, ..Model::default() };
+        let model = self.standing.model.as_deref().cloned().unwrap_or_else(begun);
+        let is_new = self.standing.model.is_none() || self.are_ticks_changed();
+        let records = if is_new { self.wanted() } else { model.records.clone() };
+        Model { records, ..model }
+    }
+
+    /// Of the releases that are ticked to be fitted.
+    pub fn fitted_sources(&self) -> Vec<Arc<RecordSource>> {
+        let fitted = self.releases.iter().filter(|r| r.used == Use::Fit);
+        fitted.map(|r| r.source.clone()).collect()
+    }
+
+    /// What the ticked releases lack together beside the present model, if they have been judged.
+    pub fn together(&self) -> Option<&Together> {
+        self.together.as_ref().filter(|found| found.about == about(&self.next_model()))
+    }
+
+    /// The law of the present model and ticks, if it has been measured.
+    pub fn law(&self) -> Option<Arc<ShownLaw>> {
+        self.shown_law.clone().filter(|law| law.about == about(&self.next_model()))
+    }
+
+    /// The formula of that law whose file is `path`.
+    pub fn formula(&self, path: &str) -> Option<File> {
+        self.law()?.files().into_iter().find(|file| file.path == Path::new(path))
+    }
+
+    pub fn release(&self, id: usize) -> Result<&ListedRelease> {
+        self.releases.get(id).ok_or_else(|| Error::usage(format!("there is no release {id}")))
+    }
+
+    pub fn view(&self, id: usize) -> Option<&std::result::Result<Arc<View>, Error>> {
+        self.views.get(&(id, self.standing.key))
+    }
+
+    /// An effect of the library, of the model, one that was defined on the page or given at the start, or a formula's file.
+    pub fn effect(&self, id: &str) -> Result<Effect> {
+        let model =
+            self.standing.model.iter().flat_map(|m| m.effects.iter().map(|e| e.effect.clone()));
+        let known = self.own.iter().cloned().chain(model).find(|e| e.id() == id);
+        match (known, self.formula(id)) {
+            (Some(effect), _) => Ok(effect),
+            (None, Some(file)) => effects::defined(&file.path, &file.text),
+            (None, None) => effects::named(id),
+        }
+    }
+
+    /// Makes a user's own effect one of those that are tried, in place of an earlier one of its name.
+    pub fn take_own(&mut self, effect: Effect) {
+        self.own.retain(|e| e.id() != effect.id());
+        self.own.push(effect.clone());
+        self.ghosts.retain(|k, _| k.2 != effect.id());
+    }
+}

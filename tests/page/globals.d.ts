@@ -1,0 +1,2 @@
+/** report/assets/uplot, as it is shipped: without types. */
+declare const uPlot: any;

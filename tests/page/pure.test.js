@@ -1,0 +1,72 @@
+// The parts of the pages' scripts that need no page. `tests/page/check` runs them from a copy of the scripts beside this file.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import test from "node:test";
+import { wrapped } from "./scripts/own.js";
+import { trialColour } from "./scripts/panels.js";
+import { called } from "./scripts/replay.js";
+import { toldApart } from "./scripts/releases.js";
+import { height, short } from "./scripts/steps.js";
+import { digits, make, ratio } from "./scripts/talk.js";
+
+/** A classic script, which leaves its name behind. */
+const text = readFileSync(new URL("./scripts/plots.js", import.meta.url), "utf8");
+const Plots = new Function("matchMedia", `${text}; return Plots;`)(() => ({ addEventListener() {} }));
+
+test("numbers have their digits, a proper minus, and a dash where there are none", () => {
+  assert.deepEqual([0.012345, -7.5, 1234567, null, undefined, NaN].map((x) => digits(x)), ["0.0123", "−7.5", "1230000", "–", "–", "–"]);
+  assert.deepEqual([0.987, 1.005, 12.34, 123.4, null].map(ratio), ["0.99", "1.00", "12.3", "123", "–"]);
+});
+
+test("ticks have the digits that tell them from the next", () => {
+  const { tick } = Plots;
+  assert.deepEqual([tick(0, 1), tick(0.25, 0.25), tick(-0.5, 0.25), tick(10, 5), tick(3e-5), tick(250000)], ["0", "0.25", "−0.50", "10", "3.0e−5", "2.5e5"]);
+});
+
+test("tables over their own x share one, with nothing where they have nothing", () => {
+  const joined = Plots.joined([{ x: [3, 1], y: [30, 10] }, { x: [2, 3], y: [-2, -3] }]);
+  assert.deepEqual(joined, [[1, 2, 3], [10, null, 30], [null, -2, -3]]);
+});
+
+test("a caret stays under its character where a line is cut", () => {
+  assert.deepEqual(wrapped("abcdef", "   ^", 10), ["abcdef", "   ^"]);
+  assert.deepEqual(wrapped("abcdef", "    ^^", 3), ["abc", "def", " ^^"]);
+  assert.deepEqual(wrapped("abc", "   ^", 3), ["abc", "", "^"]);
+});
+
+test("a session says how long it is and whether it ended", () => {
+  const session = { session: "s.jsonl", started: "2026-11-02T10:00:00Z", duration_s: 12.34, releases: 1, marks: 2, is_damaged: false, is_finished: false };
+  assert.equal(called(session), "2026-11-02 10:00:00 UTC · 12.3 s, 1 release, 2 marks, never ended · s.jsonl");
+  assert.match(called({ ...session, duration_s: null, releases: 0, is_damaged: true }), /no trace, 0 releases, 2 marks, damaged/);
+});
+
+test("releases of one session are told apart by number and time", () => {
+  assert.equal(toldApart("2026-11-02T10-04-05Z-release-007.csv"), "no. 7, 10:04:05");
+  assert.equal(toldApart("K1-mid-off.csv"), "K1-mid-off.csv");
+});
+
+test("a step is short in the staircase, and higher where more is left", () => {
+  assert.deepEqual(
+    [{ action: "add", of: "coulomb_friction" }, { action: "remove", of: "drift" }, { action: "return", of: "2" }, { action: "fit", what: "fit" }].map(short),
+    ["+coulomb_friction", "−drift", "↶2", "fit"],
+  );
+  assert.equal(height(10, 10), 1);
+  assert.equal(height(0, 10), 0);
+  assert.equal(height(0.1, 10), 0);
+  assert.ok(height(2, 10) < height(5, 10));
+});
+
+test("trials have the colours of the style sheet, again and again", () => {
+  const styled = new Set(readFileSync(new URL("./scripts/workbench.css", import.meta.url), "utf8").match(/trial-\d+(?=:)/g));
+  const names = Array.from({ length: 2 * styled.size }, (_, k) => trialColour(k));
+  assert.deepEqual(new Set(names), styled);
+});
+
+test("elements take properties, attributes and listeners", () => {
+  const element = { attributes: {}, listeners: {}, children: [], title: "", append(...c) { this.children.push(...c); },
+    setAttribute(name, value) { this.attributes[name] = value; }, addEventListener(name, heard) { this.listeners[name] = heard; } };
+  globalThis.document = { createElement: () => element };
+  const heard = () => {};
+  make("button", { title: "t", "aria-label": "a", "data-no": null, onclick: heard }, "text", null, undefined);
+  assert.deepEqual([element.title, element.attributes, element.listeners, element.children], ["t", { "aria-label": "a" }, { click: heard }, ["text"]]);
+});
