@@ -220,6 +220,21 @@ impl Browser {
         self.call("Input.dispatchMouseEvent", json!({"type": "mouseMoved", "x": x, "y": y}));
     }
 
+    /// Drags with the mouse from one place to another.
+    pub fn drag(&mut self, from: [f64; 2], to: [f64; 2]) {
+        let mut event = |kind: &str, [x, y]: [f64; 2], buttons: u8| {
+            let button = if kind == "mouseMoved" && buttons == 0 { "none" } else { "left" };
+            let event = json!({"type": kind, "x": x, "y": y, "button": button, "buttons": buttons, "clickCount": 1});
+            self.call("Input.dispatchMouseEvent", event);
+        };
+        event("mouseMoved", from, 0);
+        event("mousePressed", from, 1);
+        for share in [0.3, 0.7, 1.0] {
+            event("mouseMoved", [0, 1].map(|k| from[k] + share * (to[k] - from[k])), 1);
+        }
+        event("mouseReleased", to, 0);
+    }
+
     /// Presses and releases a key, by its name as the DOM has it.
     pub fn key(&mut self, key: &str) {
         let (code, virtual_key, text) = match key {

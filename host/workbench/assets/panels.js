@@ -21,9 +21,35 @@ const plots = {};
 const ANGLE = { recorded: "yaw angle", unit: "deg", coordinate: "yaw angle", word: "yaw", rate: "yaw rate", of: "deg", rate_unit: "deg/s", moment: "rad/s²", shows_rest: true };
 const units = () => (seen.curves && seen.curves.units) || ANGLE;
 
+/** The part of its record that a release is; `moved` asks for another. */
+let cutTo = (_from, _to) => {};
+export const onCut = (listener) => { cutTo = listener; };
+
+/** Only what is in view is analysed, or all of the record again. */
+export function cut() {
+  const c = seen.curves;
+  if (!c) return;
+  if (seen.span[0] === null) cutTo(null, null); else cutTo(seen.span[0], seen.span[1]);
+}
+
+function moved(which, x) {
+  const now = seen.curves.cut_s || [null, null], time_s = +x.toFixed(4);
+  cutTo(which === 0 ? time_s : now[0], which === 1 ? time_s : now[1]);
+}
+
+/** Where what is analysed begins and ends, and why. */
+function drawEnds() {
+  const c = seen.curves, at = c && c.analysed_s;
+  const caption = by("overlay-caption");
+  caption.textContent = at ? `${digits(at[0], 4)} to ${digits(at[1], 4)} s` : "";
+  caption.title = at ? `analysed from ${digits(at[0], 4)} s (${c.analysed[0]}) to ${digits(at[1], 4)} s (${c.analysed[1]})` : "";
+  by("uncut-button").hidden = !(c && c.cut_s);
+}
+
 export function build() {
   const pointed = (source) => (t) => point(t, source);
-  plots.overlay = Plots.lines(by("plot-overlay"), { x: { label: "" }, y: { label: () => `${units().recorded} (${units().unit})`, size: 46 }, zoomed, pointed: pointed("overlay") });
+  plots.overlay = Plots.lines(by("plot-overlay"), { x: { label: "" }, y: { label: () => `${units().recorded} (${units().unit})`, size: 46 }, zoomed, pointed: pointed("overlay"), ends: () => seen.curves && seen.curves.analysed_s, reasons: () => seen.curves.analysed, moved });
+  by("uncut-button").onclick = () => cutTo(null, null);
   plots.residual = Plots.lines(by("plot-residual"), {
     x: time, y: { label: () => `residual (${units().unit})`, size: 46 }, zoomed, pointed: pointed("residual"),
     band: () => seen.curves && seen.curves.noise_deg * 2,
@@ -204,6 +230,7 @@ function drawTime() {
   const c = seen.curves;
   const fault = seen.fault ? `${seen.fault.message}\n${seen.fault.help || ""}` : null;
   plots.overlay.say(seen.release === null ? "No record is open.\nStart yawrig workbench with records, or press Open." : c ? null : fault || "reading …");
+  drawEnds();
   if (!c) {
     plots.overlay.set([[]], []); plots.residual.set([[]], []); plots.residual.say(BLANK);
     return;

@@ -57,11 +57,49 @@ const Plots = (() => {
   /**
    * Lines and points over x; `filledTo` of a line is the number of another, up to which it is filled with its colour's band.
    * options: x, y: {label, range(min, max)}; zoomed(min, max), pointed(x or null); band(): half height about zero
-   * or null; marks(): [{x, y, u, colour}] with bars of two standard uncertainties; places(): [{x, text}], dashed lines with
+   * or null; ends(): [from, to] or null, two handles, beyond which all is pale, reasons() for them in words, and moved(0 or 1, x) where one is let go;
+   * marks(): [{x, y, u, colour}] with bars of two standard uncertainties; places(): [{x, text}], dashed lines with
    * their names; cursor: false for none.
    */
   function lines(host, options) {
-    let chart = null, data = [[]], series = [], limits = null, silent = false, mark = null;
+    let chart = null, data = [[]], series = [], limits = null, silent = false, mark = null, held = null;
+    /** Where the handles are, the one that is held where it is held. */
+    function ends(u) {
+      const at = options.ends ? options.ends() : null;
+      return at && held ? at.map((x, k) => (k === held.which ? held.x : x)) : at;
+    }
+    if (options.ends) {
+      const GRIP = 7;
+      const place = (event) => event.clientX - chart.over.getBoundingClientRect().left;
+      const under = (event) => {
+        const at = chart && chart.over.contains(event.target) ? ends(chart) : null;
+        const away = at ? at.map((x) => Math.abs(chart.valToPos(x, "x") - place(event))) : [Infinity, Infinity];
+        const which = away[0] < away[1] ? 0 : 1;
+        return away[which] <= GRIP ? which : null;
+      };
+      // Before the plot's own, which would begin to zoom.
+      host.addEventListener("mousedown", (event) => {
+        const which = under(event);
+        if (which === null || event.button !== 0) return;
+        event.stopPropagation();
+        event.preventDefault();
+        held = { which, x: options.ends()[which] };
+        const move = (now) => {
+          held.x = Math.min(Math.max(chart.posToVal(place(now), "x"), chart.scales.x.min), chart.scales.x.max);
+          chart.redraw(false, false);
+        };
+        const end = () => {
+          removeEventListener("mousemove", move, true);
+          const { which, x } = held, was = options.ends();
+          held = null;
+          chart.redraw(false, false);
+          if (was && x !== was[which]) options.moved(which, x);
+        };
+        addEventListener("mousemove", move, true);
+        addEventListener("mouseup", end, { once: true, capture: true });
+      }, true);
+      host.addEventListener("mousemove", (event) => { if (chart) chart.over.style.cursor = under(event) === null ? "" : "ew-resize"; });
+    }
     const axis = (it, side) => ({
       side, label: told(it.label) || null, labelSize: it.label ? 15 : 0, labelGap: 0, labelFont: FONT, font: FONT, gap: 2,
       // As wide as its numbers, unless plots above each other are to share their time.
@@ -112,6 +150,24 @@ const Plots = (() => {
         ctx.textAlign = isLeft ? "right" : "left";
         // One under the other where they are close.
         ctx.fillText(text, px + (isLeft ? -4 : 4), bbox.top + (11 + 13 * (k % 3)) * devicePixelRatio);
+      }
+      const at = ends(u);
+      if (at) {
+        for (const [k, px] of at.map((x) => Math.round(u.valToPos(x, "x", true))).entries()) {
+          const outside = k === 0 ? [bbox.left, px] : [px, bbox.left + bbox.width];
+          ctx.globalAlpha = 0.55;
+          ctx.fillStyle = colour("card");
+          ctx.fillRect(outside[0], bbox.top, Math.max(0, outside[1] - outside[0]), bbox.height);
+          ctx.globalAlpha = 1;
+          ctx.fillStyle = colour(held && held.which === k ? "ink" : "soft");
+          ctx.fillRect(px - 0.5 * devicePixelRatio, bbox.top, devicePixelRatio, bbox.height);
+          ctx.fillRect(px - 3 * devicePixelRatio, bbox.top + 0.4 * bbox.height, 6 * devicePixelRatio, 0.2 * bbox.height);
+          // Outside, where there is room for it.
+          ctx.font = FONT.replace("11px", `${11 * devicePixelRatio}px`);
+          const reason = options.reasons()[k], fits = outside[1] - outside[0] > ctx.measureText(reason).width + 8 * devicePixelRatio;
+          ctx.textAlign = (k === 0) === fits ? "right" : "left";
+          ctx.fillText(reason, px + (ctx.textAlign === "right" ? -4 : 4) * devicePixelRatio, bbox.top + bbox.height - 4 * devicePixelRatio);
+        }
       }
       if (mark !== null) {
         const px = Math.round(u.valToPos(mark, "x", true)) + 0.5;

@@ -184,6 +184,7 @@ const KEYS = [
   ["+  −", "zoom in and out", (e) => panels.zoomBy(e.key === "-" ? 2 : 0.5), ["+", "-", "="]],
   ["←  →", "earlier, later", (e) => panels.zoomBy(1, e.key === "ArrowLeft" ? -0.25 : 0.25), ["ArrowLeft", "ArrowRight"]],
   ["z", "all of the record", () => panels.zoom(null, null), ["z"]],
+  ["x", "analyse only the stretch in view, or, with all in view, all of the record", () => panels.cut(), ["x"]],
   ["1  2  3", "effects, your own, derivatives", (e) => tab(TABS[+e.key - 1]), ["1", "2", "3"]],
   ["l", "follow a device or show a stored session, or back to the releases", () => live.toggle(), ["l"]],
   ["Space  [  ]", "a stored session: play or pause; to the mark or release before, after; arrows: 5 s", null, []],
@@ -228,6 +229,11 @@ document.addEventListener("keydown", (event) => {
 
 function start() {
   panels.build();
+  panels.onCut((from_s, to_s) => {
+    const release = seen.release;
+    post("/api/do", { do: "between", release, from_s, to_s })
+      .then(fetchState).then(() => choose(release)).catch(failed);
+  });
   own.build(act, say, failed);
   live.build(say, failed);
   by("live-button").onclick = live.toggle;

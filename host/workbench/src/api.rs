@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use yawrig_base::error::{Error, Exit};
 use yawrig_campaign::plan::Wanted;
+use yawrig_records::place::Times;
 use yawrig_records::Selection;
 
 type Answer = std::result::Result<Json<Value>, Refused>;
@@ -227,6 +228,12 @@ pub enum Act {
         #[serde(default)]
         reading: Selection,
     },
+    /// Analyses what lies between two times of a release's record.
+    Between {
+        release: usize,
+        from_s: Option<f64>,
+        to_s: Option<f64>,
+    },
     /// Follows a device.
     Connect {
         device: String,
@@ -307,6 +314,10 @@ fn do_it(app: &Arc<App>, act: Act) -> yawrig_base::error::Result<Value> {
             let id = show::open(app, &file, &reading)?;
             app.news.all_may_differ();
             return Ok(json!({"release": id}));
+        }
+        Act::Between { release, from_s, to_s } => {
+            show::between(app, release, Times { from_s, to_s })?;
+            app.news.all_may_differ();
         }
         Act::Connect { device, speed } => app.follow(&device, speed.unwrap_or(1.0))?,
         Act::Replay { session } => live::replay(&app.live, &session)?,

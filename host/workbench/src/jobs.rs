@@ -2,7 +2,7 @@
 
 use super::app::App;
 use super::law;
-use super::session::{Session, Standing, Together};
+use super::session::{ListedRelease, Session, Standing, Together};
 use super::shown_law::about;
 use super::view::{options, Ghost, Loaded, View};
 use super::work::Job;
@@ -336,8 +336,12 @@ fn make_view(app: &Arc<App>, id: usize) {
         return;
     }
     let mut session = app.session();
-    session.views.insert((id, standing.key), made.map(Arc::new));
-    session.leave_out_bad();
+    // Another part of its record may be analysed by now.
+    let is_same = |now: &ListedRelease| Arc::ptr_eq(&now.source, &release.source);
+    if session.release(id).is_ok_and(is_same) {
+        session.views.insert((id, standing.key), made.map(Arc::new));
+        session.leave_out_bad();
+    }
     drop(session);
     app.news.send(&json!({"kind": "view", "release": id}));
 }

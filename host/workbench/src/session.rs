@@ -38,7 +38,7 @@ pub enum Use {
 #[derive(Debug)]
 pub struct RecordSource {
     pub path: PathBuf,
-    reading: Selection,
+    pub reading: Selection,
     pub wind_speed_m_s: f64,
     loaded: OnceLock<std::result::Result<Loaded, Error>>,
 }
@@ -356,7 +356,30 @@ impl Session {
             wind_speed_m_s: *wind_speed_m_s,
             loaded: OnceLock::new(),
         });
+        self.forget_what_was_found(id);
+    }
+
+    /// A release is another part of its record from now on, which is `loaded` already.
+    pub fn cut(&mut self, id: usize, entry: RecordEntry, path: PathBuf, loaded: Loaded) {
+        let release = &mut self.releases[id];
+        let made_under = release.entry.made_under.clone();
+        let condition = match &made_under {
+            Some(_) => release.entry.condition.clone(),
+            None => entry.condition,
+        };
+        let held_out = release.entry.held_out;
+        let wind_speed_m_s = release.source.wind_speed_m_s;
+        release.entry = RecordEntry { condition, held_out, made_under, ..entry };
+        let reading = release.entry.reading.clone();
+        let loaded = OnceLock::from(Ok(loaded));
+        release.source = Arc::new(RecordSource { path, reading, wind_speed_m_s, loaded });
+        self.forget_what_was_found(id);
+    }
+
+    fn forget_what_was_found(&mut self, id: usize) {
         self.views.retain(|(other, _), _| *other != id);
+        self.diagnosed.retain(|(other, _), _| *other != id);
+        self.ghosts.retain(|(other, _, _), _| *other != id);
     }
 
     /// Reads the model again where its files have changed. Whether they had.

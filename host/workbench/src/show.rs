@@ -2,7 +2,7 @@
 
 use super::app::App;
 use super::session::Session;
-use super::view::{Ghost, DIAGNOSIS};
+use super::view::{Ghost, Loaded, DIAGNOSIS};
 use serde_json::{json, Value};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -20,8 +20,8 @@ use yawrig_core::record::Measurand;
 use yawrig_model::document::RecordEntry;
 use yawrig_model::journal::{Action, JournalStep};
 use yawrig_model::records;
-use yawrig_records::format;
-use yawrig_records::Selection;
+use yawrig_records::place::{parted, with_part, Part, Times};
+use yawrig_records::{format, Selection};
 use yawrig_report::drawn::{short, shorts, Stretches};
 
 /// Most stretches a curve is cut into.
@@ -58,7 +58,7 @@ pub fn curves(
 ) -> Result<Value> {
     let source = app.session().release(id)?.source.clone();
     let loaded = source.loaded().map_err(Clone::clone)?;
-    let record = &loaded.record;
+    let record = loaded.whole.as_ref().unwrap_or(&loaded.record);
     let (first, last) = (record.time_s[0], record.time_s[record.len() - 1]);
     let (from_s, to_s) = (from.unwrap_or(first).max(first), to.unwrap_or(last).min(last));
     if from_s >= to_s || !(to_s - from_s).is_finite() {
@@ -77,12 +77,17 @@ pub fn curves(
         "time_s": stretches.times_s().iter().map(|t| (t * 1e4).round() / 1e4).collect::<Vec<_>>(),
         "measured_deg": shorts(measured.drawn(&stretches)),
         "units": units(&record.measurand),
+        "cut_s": cut_of(&source.path).map(|times| [times.from_s, times.to_s]),
     });
     if let Some(view) = &view {
         out["model_deg"] = json!(shorts(view.curves.model.drawn(&stretches)));
         out["residual_deg"] = json!(shorts(view.curves.residual.drawn(&stretches)));
         out["noise_deg"] = json!(short(view.decay.measurand.shown(view.decay.noise_rad)));
-        out["release_s"] = json!(short(view.decay.release_time_s));
+        let decay = &view.decay;
+        let instant = |k: usize| short(decay.release_time_s + decay.grid.time_s(k));
+        out["release_s"] = json!(short(decay.release_time_s));
+        out["analysed_s"] = json!([instant(0), instant(decay.grid.count.saturating_sub(1))]);
+        out["analysed"] = json!([decay.begins.words(), decay.ends.words()]);
     }
     if let Some(ghost) = &ghost {
         out["ghost"] = json!(ghost.name);
@@ -91,6 +96,39 @@ pub fn curves(
         out["ghost_residual_deg"] = json!(shorts(ghost.curves.residual.drawn(&stretches)));
     }
     Ok(out)
+}
+
+/// The times between which a record is read, where it is a part of its file's.
+fn cut_of(path: &Path) -> Option<Times> {
+    match parted(path).1 {
+        Some(Part::Between(times)) => Some(times),
+        _ => None,
+    }
+}
+
+/// Reads a release between these times of its record, or, where none is said, all of it.
+///
+/// # Errors
+/// Exit 3 where no free decay lies between them; then nothing has changed.
+pub fn between(app: &App, id: usize, times: Times) -> Result<()> {
+    let (source, model_path) = {
+        let session = app.session();
+        (session.release(id)?.source.clone(), session.model_path.clone())
+    };
+    let (file, _) = parted(&source.path);
+    let path = match times == Times::default() {
+        true => file,
+        false => with_part(&file, Part::Between(times)),
+    };
+    let loaded = Loaded::read(&path, &source.reading, source.wind_speed_m_s)?;
+    if let Err(why) = &loaded.decay {
+        return Err(why.clone());
+    }
+    let mut entries = records::entries(&[path.clone()], &source.reading, &model_path)?;
+    let entry = entries.pop().ok_or_else(|| Error::internal("a file without an entry"))?;
+    app.session().cut(id, entry, path, loaded);
+    app.work.want(id);
+    Ok(())
 }
 
 /// The words and units of axes.

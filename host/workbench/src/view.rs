@@ -16,6 +16,7 @@ use yawrig_model::document::{Model, RecordEntry};
 use yawrig_model::limits::structure;
 use yawrig_model::model_fit::{held_against, modal_of, Recorded};
 use yawrig_model::records;
+use yawrig_records::place::{parted, Part};
 use yawrig_records::Selection;
 use yawrig_report::drawn::Series;
 
@@ -26,6 +27,8 @@ const FINER: usize = 4;
 #[derive(Debug)]
 pub struct Loaded {
     pub record: Record,
+    /// All that its file holds, where the record is what lies between two times of that.
+    pub whole: Option<Record>,
     /// Its free decay, or why there is none.
     pub decay: std::result::Result<FreeDecay, Error>,
 }
@@ -39,7 +42,10 @@ impl Loaded {
         if let Ok(decay) = &mut decay {
             decay.wind_speed_m_s = wind_speed_m_s;
         }
-        Ok(Self { record, decay: decay.map_err(Error::from) })
+        let (file, part) = parted(path);
+        let is_cut = matches!(part, Some(Part::Between(_)));
+        let whole = is_cut.then(|| yawrig_records::read_selected(&file, reading)).transpose()?;
+        Ok(Self { record, whole, decay: decay.map_err(Error::from) })
     }
 
     pub fn recorded(&self, entry: &RecordEntry) -> Result<Recorded> {

@@ -4,6 +4,7 @@ mod bench;
 mod campaign;
 mod dropped;
 mod ending;
+mod ends;
 mod keyboard;
 mod law;
 mod live;

@@ -8,7 +8,7 @@ use crate::identify::gaps::{self, Warning};
 use crate::identify::outliers::exclude_spikes;
 use crate::identify::samples::{Means, Samples, Stretch};
 use crate::identify::windows::at_amplitudes;
-use crate::identify::{self, AtAmplitude, Settings, WindowEstimate};
+use crate::identify::{self, AtAmplitude, Begin, End, Settings, WindowEstimate};
 use crate::motion::simulate::Grid;
 use crate::record::{resample, Derivative, Measurand, Record};
 use crate::statistics::{rms_of_sixths, rms_of_thirds, rms_of_uneven_sixths};
@@ -97,6 +97,10 @@ pub struct FreeDecay {
     pub measurand: Measurand,
     /// Instant of the release, on the record's own clock.
     pub release_time_s: f64,
+    /// How the free motion begins, and how what is fitted of it ends.
+    pub begins: Begin,
+    /// See there.
+    pub ends: End,
     /// For own effects that depend on it; 0: off, or not known.
     pub wind_speed_m_s: f64,
     /// wn and zeta over three cycles each: the amplitude picture.
@@ -211,6 +215,8 @@ impl FreeDecay {
             frequency_rad_s: frequency,
             amplitude_rad,
             release_time_s,
+            begins: prepared.span.begin,
+            ends: prepared.span.end,
             wind_speed_m_s: 0.0,
             lines,
             warnings,

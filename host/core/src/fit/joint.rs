@@ -319,6 +319,8 @@ mod tests {
             frequency_rad_s: wn,
             amplitude_rad: 0.2,
             release_time_s: 0.0,
+            begins: Default::default(),
+            ends: Default::default(),
             measurand: Default::default(),
             windows: Vec::new(),
             measured: Vec::new(),
