@@ -4,7 +4,7 @@ use super::damped_sinusoid::Mode;
 use super::envelope::POINTS_PER_CYCLE;
 use super::flag::Flag;
 use super::least_squares;
-use super::release::{Run, Search};
+use super::release::{Ending, Run, Search};
 use super::samples::Stretch;
 use super::{Begin, End};
 use crate::record::Derivative;
@@ -33,13 +33,6 @@ pub(super) struct Onset {
     pub(crate) release_s: f64,
     pub(crate) free_from_s: f64,
     pub(crate) begin: Begin,
-}
-
-pub(super) struct Ending {
-    pub(crate) to_s: f64,
-    pub(crate) end: End,
-    /// Beyond it dry friction takes the amplitude within a cycle.
-    pub(crate) smooth_to_s: f64,
 }
 
 impl Search<'_> {

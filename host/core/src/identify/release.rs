@@ -1,6 +1,5 @@
 //! Where the free decay is: release, hold, end, and the part of it inside the amplitude window.
 
-use super::ends::Ending;
 use super::envelope::{block_of, envelope, strongest_frequency_rad_s, Point, POINTS_PER_CYCLE};
 use super::flag::Flag;
 use super::samples::{Samples, Stretch};
@@ -144,6 +143,14 @@ pub(super) struct Search<'a> {
     pub(crate) period: f64,
     pub(crate) noise: f64,
     pub(crate) points: Vec<Point>,
+}
+
+/// The end of a free motion.
+pub(super) struct Ending {
+    pub(crate) to_s: f64,
+    pub(crate) end: End,
+    /// Beyond it dry friction takes the amplitude within a cycle.
+    pub(crate) smooth_to_s: f64,
 }
 
 /// Consecutive points of the envelope, ends included.
