@@ -347,10 +347,17 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
     /// trial nothing is kept: the one before may come back.
     fn keep_learnt(&mut self) {
         let busy = self.measuring.is_releasing() || self.refining.is_busy();
-        if !self.measuring.learning().is_due() || busy || self.trial.is_some() {
+        if busy || self.trial.is_some() {
             return;
         }
-        let network = self.running_id();
+        self.keep_due(self.running_id());
+    }
+
+    /// What is not in the flash yet of what was learnt of this network.
+    fn keep_due(&mut self, network: u32) {
+        if !self.measuring.learning().is_due() {
+            return;
+        }
         let kept = self.measuring.learning_mut().keep(self.store.flash(), network);
         if kept.is_err() {
             log::not_kept();
@@ -365,6 +372,12 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
     /// The newest network of the flash, or the one compiled in.
     #[inline(never)]
     fn take_up_kept(&mut self) {
+        self.read_kept();
+        let network = self.running_id();
+        self.measuring.learning_mut().recall(self.store.flash(), network);
+    }
+
+    fn read_kept(&mut self) {
         self.measuring.network_changed();
         self.running = match self.store.newest(&mut self.network) {
             Some((slot, envelope, provenance)) => {
@@ -374,8 +387,6 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
                 .ok()
                 .map(|(envelope, provenance)| Running::new(envelope, provenance, None)),
         };
-        let network = self.running_id();
-        self.measuring.learning_mut().recall(self.store.flash(), network);
     }
 
     /// Verifies the network that was written and runs it on trial. The one before is read again where it is refused.
@@ -385,9 +396,12 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
         }
         self.may_swap()?;
         let newest = self.running.as_ref().map_or(0, |running| running.generation);
+        let before = self.running_id();
         let signature = self.signature.as_ref();
         match self.store.verify(newest, &mut self.network, self.update, signature) {
             Ok((slot, envelope, provenance)) => {
+                // For when the one before comes back.
+                self.keep_due(before);
                 self.measuring.network_changed();
                 self.measuring.learning_mut().forget(Forgotten::Network);
                 self.running = Some(Running::new(envelope, provenance, Some(slot)));
@@ -395,7 +409,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
                 Ok(())
             }
             Err(refusal) => {
-                self.take_up_kept();
+                // The same network as before: what was learnt of it holds.
+                self.read_kept();
                 Err(refusal)
             }
         }

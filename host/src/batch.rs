@@ -143,7 +143,7 @@ pub fn in_memory(
         stop.check()?;
         let found = identify(record, methods, settings).map_err(|e| Refused {
             file: record.file.display().to_string(),
-            refused: Error::from(e).to_string(),
+            refused: named(Error::from(e)).to_string(),
         });
         each();
         Ok(found)

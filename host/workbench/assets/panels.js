@@ -29,20 +29,30 @@ export const onCut = (listener) => { cutTo = listener; };
 export function cut() {
   const c = seen.curves;
   if (!c) return;
-  if (seen.span[0] === null) cutTo(null, null); else cutTo(seen.span[0], seen.span[1]);
+  const [from, to] = seen.span;
+  seen.span = [null, null];
+  cutTo(from, to);
 }
 
 function moved(which, x) {
-  const now = seen.curves.cut_s || [null, null], time_s = +x.toFixed(4);
-  cutTo(which === 0 ? time_s : now[0], which === 1 ? time_s : now[1]);
+  const now = seen.curves.cut_s || [null, null], time_s = +seconds(x, 2);
+  seen.curves.cut_s = which === 0 ? [time_s, now[1]] : [now[0], time_s];
+  seen.curves.analysed_s[which] = time_s;
+  cutTo(seen.curves.cut_s[0], seen.curves.cut_s[1]);
+}
+
+/** A time with the digits that the record's length asks for, and so many more. */
+function seconds(t, more = 0) {
+  const [first, last] = seen.curves.whole_s;
+  return t.toFixed(Math.min(9, Math.max(0, 2 - Math.floor(Math.log10(last - first || 1))) + 1 + more));
 }
 
 /** Where what is analysed begins and ends, and why. */
 function drawEnds() {
   const c = seen.curves, at = c && c.analysed_s;
   const caption = by("overlay-caption");
-  caption.textContent = at ? `${digits(at[0], 4)} to ${digits(at[1], 4)} s` : "";
-  caption.title = at ? `analysed from ${digits(at[0], 4)} s (${c.analysed[0]}) to ${digits(at[1], 4)} s (${c.analysed[1]})` : "";
+  caption.textContent = at ? `${seconds(at[0])} to ${seconds(at[1])} s` : "";
+  caption.title = at ? `analysed from ${seconds(at[0])} s (${c.analysed[0]}) to ${seconds(at[1])} s (${c.analysed[1]})` : "";
   by("uncut-button").hidden = !(c && c.cut_s);
 }
 

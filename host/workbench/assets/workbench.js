@@ -229,10 +229,12 @@ document.addEventListener("keydown", (event) => {
 
 function start() {
   panels.build();
+  let cutting = Promise.resolve();
   panels.onCut((from_s, to_s) => {
     const release = seen.release;
-    post("/api/do", { do: "between", release, from_s, to_s })
-      .then(fetchState).then(() => choose(release)).catch(failed);
+    // One after the other: what the first has cut is what the next begins with.
+    cutting = cutting.then(() => post("/api/do", { do: "between", release, from_s, to_s })).then(fetchState)
+      .catch(failed).then(() => { if (seen.release === release) return panels.refresh(); });
   });
   own.build(act, say, failed);
   live.build(say, failed);

@@ -2,7 +2,7 @@
 
 use super::app::App;
 use super::law;
-use super::session::{ListedRelease, Session, Standing, Together};
+use super::session::{Session, Standing, Together};
 use super::shown_law::about;
 use super::view::{options, Ghost, Loaded, View};
 use super::work::Job;
@@ -229,6 +229,9 @@ fn diagnose(app: &Arc<App>, taken: &Taken, id: usize) -> Result<String> {
     let model = presented(&taken.standing);
     let text = verdict(diagnosed.diagnosis.status, &diagnosed.diagnosis.effects, model);
     let mut session = app.session();
+    if !session.is_of(id, &source) {
+        return Err(cut_meanwhile());
+    }
     let key = taken.standing.key;
     for ghost in ghosts {
         session.ghosts.insert((id, key, ghost.name.clone()), Arc::new(ghost));
@@ -315,8 +318,17 @@ fn try_effect(app: &Arc<App>, taken: &Taken, id: usize, effect: Effect) -> Resul
         ghost.over_noise, ghost.evidence
     );
     let place = (id, taken.standing.key, ghost.name.clone());
-    app.session().ghosts.insert(place, Arc::new(ghost));
+    let mut session = app.session();
+    if !session.is_of(id, &source) {
+        return Err(cut_meanwhile());
+    }
+    session.ghosts.insert(place, Arc::new(ghost));
+    drop(session);
     Ok(text)
+}
+
+fn cut_meanwhile() -> Error {
+    Error::usage("another part of the record is analysed by now").help("ask again")
 }
 
 /// The view of a release with the model as it is.
@@ -337,8 +349,7 @@ fn make_view(app: &Arc<App>, id: usize) {
     }
     let mut session = app.session();
     // Another part of its record may be analysed by now.
-    let is_same = |now: &ListedRelease| Arc::ptr_eq(&now.source, &release.source);
-    if session.release(id).is_ok_and(is_same) {
+    if session.is_of(id, &release.source) {
         session.views.insert((id, standing.key), made.map(Arc::new));
         session.leave_out_bad();
     }

@@ -14,12 +14,12 @@ use yawrig_campaign::CampaignFile;
 use yawrig_core::diagnosis::campaign::CampaignDiagnosis;
 use yawrig_core::diagnosis::diagnose::Diagnosed;
 use yawrig_core::effects::Effect;
-use yawrig_model::document::{is_model, read_text, Model, RecordEntry, DEFAULT};
+use yawrig_model::document::{is_model, of_file, read_text, Model, RecordEntry, DEFAULT};
 use yawrig_model::journal::{path_of, Journal, JournalStep};
 use yawrig_model::law::File;
 use yawrig_model::records::{self, Listed};
 use yawrig_model::{edits, effects};
-use yawrig_records::place::{canonical, is_file};
+use yawrig_records::place::{canonical, is_file, parted, Part};
 use yawrig_records::Selection;
 
 /// Views and trials kept, over all models.
@@ -38,6 +38,8 @@ pub enum Use {
 #[derive(Debug)]
 pub struct RecordSource {
     pub path: PathBuf,
+    /// The record of which it is what lies between two times, or itself.
+    pub origin: PathBuf,
     pub reading: Selection,
     pub wind_speed_m_s: f64,
     loaded: OnceLock<std::result::Result<Loaded, Error>>,
@@ -45,7 +47,7 @@ pub struct RecordSource {
 
 impl RecordSource {
     pub fn loaded(&self) -> std::result::Result<&Loaded, &Error> {
-        let read = || Loaded::read(&self.path, &self.reading, self.wind_speed_m_s);
+        let read = || Loaded::read(&self.path, &self.origin, &self.reading, self.wind_speed_m_s);
         self.loaded.get_or_init(read).as_ref()
     }
 
@@ -55,6 +57,14 @@ impl RecordSource {
             Err(error) => Some(error),
             Ok(loaded) => loaded.decay.as_ref().err(),
         }
+    }
+}
+
+/// The record that a release is cut from: what it was opened as, but for times between which it was opened.
+fn origin(path: &Path) -> PathBuf {
+    match parted(path) {
+        (file, Some(Part::Between(_))) => file,
+        _ => path.to_owned(),
     }
 }
 
@@ -307,7 +317,8 @@ impl Session {
         let wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
         let loaded = fault.map_or_else(OnceLock::new, |fault| OnceLock::from(Err(fault)));
         let reading = entry.reading.clone();
-        let source = Arc::new(RecordSource { path, reading, wind_speed_m_s, loaded });
+        let origin = origin(&path);
+        let source = Arc::new(RecordSource { path, origin, reading, wind_speed_m_s, loaded });
         self.releases.push(ListedRelease { entry, used, source });
         self.releases.len() - 1
     }
@@ -349,9 +360,10 @@ impl Session {
     /// What was read of a release is read anew.
     fn forget(&mut self, id: usize) {
         let release = &mut self.releases[id];
-        let RecordSource { path, wind_speed_m_s, .. } = &*release.source;
+        let RecordSource { path, origin, wind_speed_m_s, .. } = &*release.source;
         release.source = Arc::new(RecordSource {
             path: path.clone(),
+            origin: origin.clone(),
             reading: release.entry.reading.clone(),
             wind_speed_m_s: *wind_speed_m_s,
             loaded: OnceLock::new(),
@@ -363,17 +375,24 @@ impl Session {
     pub fn cut(&mut self, id: usize, entry: RecordEntry, path: PathBuf, loaded: Loaded) {
         let release = &mut self.releases[id];
         let made_under = release.entry.made_under.clone();
-        let condition = match &made_under {
-            Some(_) => release.entry.condition.clone(),
-            None => entry.condition,
+        let old = &release.entry;
+        let condition = match old.condition == of_file(&old.file) {
+            true => entry.condition,
+            false => old.condition.clone(),
         };
         let held_out = release.entry.held_out;
-        let wind_speed_m_s = release.source.wind_speed_m_s;
+        let RecordSource { origin, wind_speed_m_s, .. } = &*release.source;
+        let (origin, wind_speed_m_s) = (origin.clone(), *wind_speed_m_s);
         release.entry = RecordEntry { condition, held_out, made_under, ..entry };
         let reading = release.entry.reading.clone();
         let loaded = OnceLock::from(Ok(loaded));
-        release.source = Arc::new(RecordSource { path, reading, wind_speed_m_s, loaded });
+        release.source = Arc::new(RecordSource { path, origin, reading, wind_speed_m_s, loaded });
         self.forget_what_was_found(id);
+    }
+
+    /// Whether a release still is this part of its record.
+    pub fn is_of(&self, id: usize, source: &Arc<RecordSource>) -> bool {
+        self.releases.get(id).is_some_and(|release| Arc::ptr_eq(&release.source, source))
     }
 
     fn forget_what_was_found(&mut self, id: usize) {

@@ -70,22 +70,24 @@ pub fn curves(
         let view = session.view(id).and_then(|v| v.as_ref().ok()).cloned();
         (view, ghost.and_then(|g| find_ghost(&session, id, g)))
     };
+    // Times to a millionth of what is drawn.
+    let fine = 10f64.powf((6.0 - (to_s - from_s).log10()).ceil());
     let measured = yawrig_report::drawn::Series::new(record.time_s.clone(), record.yaw_deg.clone());
     let mut out = json!({
         "release": id,
         "whole_s": [first, last],
-        "time_s": stretches.times_s().iter().map(|t| (t * 1e4).round() / 1e4).collect::<Vec<_>>(),
+        "time_s": stretches.times_s().iter().map(|t| (t * fine).round() / fine).collect::<Vec<_>>(),
         "measured_deg": shorts(measured.drawn(&stretches)),
         "units": units(&record.measurand),
-        "cut_s": cut_of(&source.path).map(|times| [times.from_s, times.to_s]),
+        "cut_s": (source.path != source.origin).then(|| times_of(&source.path)),
     });
     if let Some(view) = &view {
         out["model_deg"] = json!(shorts(view.curves.model.drawn(&stretches)));
         out["residual_deg"] = json!(shorts(view.curves.residual.drawn(&stretches)));
         out["noise_deg"] = json!(short(view.decay.measurand.shown(view.decay.noise_rad)));
         let decay = &view.decay;
-        let instant = |k: usize| short(decay.release_time_s + decay.grid.time_s(k));
-        out["release_s"] = json!(short(decay.release_time_s));
+        let instant = |k: usize| decay.release_time_s + decay.grid.time_s(k);
+        out["release_s"] = json!(decay.release_time_s);
         out["analysed_s"] = json!([instant(0), instant(decay.grid.count.saturating_sub(1))]);
         out["analysed"] = json!([decay.begins.words(), decay.ends.words()]);
     }
@@ -98,15 +100,15 @@ pub fn curves(
     Ok(out)
 }
 
-/// The times between which a record is read, where it is a part of its file's.
-fn cut_of(path: &Path) -> Option<Times> {
+/// The times between which a record is read.
+fn times_of(path: &Path) -> [Option<f64>; 2] {
     match parted(path).1 {
-        Some(Part::Between(times)) => Some(times),
-        _ => None,
+        Some(Part::Between(times)) => [times.from_s, times.to_s],
+        _ => [None, None],
     }
 }
 
-/// Reads a release between these times of its record, or, where none is said, all of it.
+/// Reads a release between these times of the record that it was opened as, or, where none is said, all of that.
 ///
 /// # Errors
 /// Exit 3 where no free decay lies between them; then nothing has changed.
@@ -115,16 +117,27 @@ pub fn between(app: &App, id: usize, times: Times) -> Result<()> {
         let session = app.session();
         (session.release(id)?.source.clone(), session.model_path.clone())
     };
-    let (file, _) = parted(&source.path);
     let path = match times == Times::default() {
-        true => file,
-        false => with_part(&file, Part::Between(times)),
+        true => source.origin.clone(),
+        false => {
+            // One of several releases, or what is kept of its folder, ends where it did.
+            let loaded = source.loaded().map_err(Clone::clone)?;
+            let whole = loaded.whole.as_ref().unwrap_or(&loaded.record);
+            let from_s = times.from_s.or(whole.time_s.first().copied());
+            let to_s = times.to_s.or(whole.time_s.last().copied());
+            let (file, _) = parted(&source.origin);
+            with_part(&file, Part::Between(Times { from_s, to_s }))
+        }
     };
-    let loaded = Loaded::read(&path, &source.reading, source.wind_speed_m_s)?;
+    if path == source.path {
+        return Ok(());
+    }
+    let loaded = Loaded::read(&path, &source.origin, &source.reading, source.wind_speed_m_s)?;
     if let Err(why) = &loaded.decay {
         return Err(why.clone());
     }
-    let mut entries = records::entries(&[path.clone()], &source.reading, &model_path)?;
+    let files = std::slice::from_ref(&path);
+    let mut entries = records::entries(files, &source.reading, &model_path)?;
     let entry = entries.pop().ok_or_else(|| Error::internal("a file without an entry"))?;
     app.session().cut(id, entry, path, loaded);
     app.work.want(id);

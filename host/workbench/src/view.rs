@@ -16,7 +16,6 @@ use yawrig_model::document::{Model, RecordEntry};
 use yawrig_model::limits::structure;
 use yawrig_model::model_fit::{held_against, modal_of, Recorded};
 use yawrig_model::records;
-use yawrig_records::place::{parted, Part};
 use yawrig_records::Selection;
 use yawrig_report::drawn::Series;
 
@@ -27,7 +26,7 @@ const FINER: usize = 4;
 #[derive(Debug)]
 pub struct Loaded {
     pub record: Record,
-    /// All that its file holds, where the record is what lies between two times of that.
+    /// What it is cut from, where it is what lies between two times of another.
     pub whole: Option<Record>,
     /// Its free decay, or why there is none.
     pub decay: std::result::Result<FreeDecay, Error>,
@@ -36,15 +35,19 @@ pub struct Loaded {
 impl Loaded {
     /// # Errors
     /// Those of [`Record::read`].
-    pub fn read(path: &Path, reading: &Selection, wind_speed_m_s: f64) -> Result<Self> {
+    pub fn read(
+        path: &Path,
+        origin: &Path,
+        reading: &Selection,
+        wind_speed_m_s: f64,
+    ) -> Result<Self> {
         let record = yawrig_records::read_selected(path, reading)?;
         let mut decay = FreeDecay::of(&record);
         if let Ok(decay) = &mut decay {
             decay.wind_speed_m_s = wind_speed_m_s;
         }
-        let (file, part) = parted(path);
-        let is_cut = matches!(part, Some(Part::Between(_)));
-        let whole = is_cut.then(|| yawrig_records::read_selected(&file, reading)).transpose()?;
+        let is_cut = path != origin;
+        let whole = is_cut.then(|| yawrig_records::read_selected(origin, reading)).transpose()?;
         Ok(Self { record, whole, decay: decay.map_err(Error::from) })
     }
 

@@ -33,7 +33,7 @@ fn a_part_of_a_record_is_analysed_and_what_is_none_is_refused() {
     let (status, said) = cut(None, Some(middle_s));
     assert_eq!(status, 200, "{said}");
     let name = |state: &Value| state["releases"][0]["file"].as_str().unwrap_or("").to_owned();
-    bench.wait("the part is judged", |s| name(s).contains("#..") && is_judged(s));
+    bench.wait("the part is judged", |s| name(s).contains("#0s..") && is_judged(s));
     let part = bench.get("/api/curves?release=0");
     // All of the record is still to be seen.
     assert_eq!(part["whole_s"], before["whole_s"]);
