@@ -12,7 +12,7 @@ use yawrig_core::diagnosis::diagnose::{diagnose, Options};
 use yawrig_core::effects::Effect;
 use yawrig_core::record::Record;
 use yawrig_model::comparison::{compare, Comparison};
-use yawrig_model::revise::{self, Asked, Revision, Wanted};
+use yawrig_model::revise::{self, Revision, RevisionRequest, Wanted};
 
 const HIDDEN: [(Effect, u64); 6] = [
     (Effect::CoulombFriction, 11),
@@ -51,7 +51,7 @@ fn few() -> [(Effect, u64); 3] {
 
 #[test]
 fn a_model_never_fits_worse_than_one_it_contains_and_removing_undoes_adding() {
-    let asked = Asked::default();
+    let asked = RevisionRequest::default();
     for (effect, seed) in HIDDEN {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("model.toml");

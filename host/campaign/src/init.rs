@@ -18,7 +18,7 @@ const DEEPEST: usize = 4;
 
 /// What was found in a folder.
 #[derive(Clone, Debug, Default)]
-pub struct Begun {
+pub struct NewCampaign {
     pub text: String,
     pub releases: usize,
     pub springs: Vec<String>,
@@ -73,9 +73,9 @@ pub struct Given {
 ///
 /// # Errors
 /// Exit 3 where the folder cannot be read or nothing in it is called so.
-pub fn begin(folder: &Path, pattern: &Pattern, out: &Path) -> Result<Begun> {
+pub fn begin(folder: &Path, pattern: &Pattern, out: &Path) -> Result<NewCampaign> {
     let Placing { found, left_over } = placed(folder, pattern)?;
-    Ok(Begun { left_over, ..begun(folder, out, found, &Given::default()) })
+    Ok(NewCampaign { left_over, ..begun(folder, out, found, &Given::default()) })
 }
 
 /// Files of `folder` and of the folders in it, as they are called there.
@@ -132,14 +132,14 @@ pub fn placed(folder: &Path, pattern: &Pattern) -> Result<Placing> {
 }
 
 /// The campaign at `out` of the records in `folder` that were `found`.
-pub fn begun(folder: &Path, out: &Path, found: Vec<(String, Named)>, given: &Given) -> Begun {
+pub fn begun(folder: &Path, out: &Path, found: Vec<(String, Named)>, given: &Given) -> NewCampaign {
     let seen = |(within, named): (String, Named)| (seen_from(out, &folder.join(within)), named);
     let mut found: Vec<(String, Named)> = found.into_iter().map(seen).collect();
     found.sort_by(|(a, na), (b, nb)| {
         let key = |n: &Named| (n.spring.clone(), n.axis, n.wind_speed_m_s.map(f64::to_bits));
         key(na).cmp(&key(nb)).then(a.cmp(b))
     });
-    let mut begun = Begun { releases: found.len(), ..Begun::default() };
+    let mut begun = NewCampaign { releases: found.len(), ..NewCampaign::default() };
     for (_, named) in &found {
         if let Some(spring) = named.spring.clone().filter(|s| !begun.springs.contains(s)) {
             begun.springs.push(spring);

@@ -155,15 +155,15 @@ impl<'a> Entries<'a> {
         Err(self.place.error(key, &format!("\"{name}\" is no entry{whose}"), &help))
     }
 
-    fn required(&self, name: &str, example: &str) -> Result<Found<'a>> {
-        self.get(name).map(Found).ok_or_else(|| {
+    fn required(&self, name: &str, example: &str) -> Result<UnexpectedValue<'a>> {
+        self.get(name).map(UnexpectedValue).ok_or_else(|| {
             let what = format!("{name}{} is missing", self.of);
             self.place.error_at(self.span.clone(), &what, &format!("add {example}"))
         })
     }
 
     fn text(&self, name: &str, example: &str) -> Result<Spanned<String>> {
-        let Found(value) = self.required(name, example)?;
+        let UnexpectedValue(value) = self.required(name, example)?;
         match value.get_ref() {
             DeValue::String(text) => Ok(Spanned::new(value.span(), text.clone().into_owned())),
             _ => {
@@ -175,13 +175,13 @@ impl<'a> Entries<'a> {
     }
 
     fn optional_number(&self, name: &str) -> Result<Option<Spanned<f64>>> {
-        self.get(name).map(|value| Found(value).number(self, name)).transpose()
+        self.get(name).map(|value| UnexpectedValue(value).number(self, name)).transpose()
     }
 }
 
-struct Found<'a>(&'a Value<'a>);
+struct UnexpectedValue<'a>(&'a Value<'a>);
 
-impl Found<'_> {
+impl UnexpectedValue<'_> {
     fn number(&self, entries: &Entries, name: &str) -> Result<Spanned<f64>> {
         let value = self.0;
         let number = match value.get_ref() {

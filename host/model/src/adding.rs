@@ -1,6 +1,6 @@
 //! An effect added to a fitted model.
 
-use crate::model_fit::{better, continued, fit_jointly, Data, NEAR_NOISE};
+use crate::model_fit::{better, continued, fit_jointly, Data, ADDED_WELL};
 use rayon::prelude::*;
 use yawrig_base::error::Result;
 use yawrig_base::interrupt;
@@ -29,7 +29,7 @@ pub fn add(data: &Data, inner: &JointFit, effect: Effect) -> Result<JointFit> {
             interrupt::check()?;
             let decay = &recorded.decay;
             let single = fit_added(decay, fit, &effect);
-            if single.converged && single.over_noise(decay) < NEAR_NOISE {
+            if single.converged && single.over_noise(decay) < ADDED_WELL {
                 return Ok(single);
             }
             // Far from the noise the way from the inner model may lead astray: the set as a whole does not.

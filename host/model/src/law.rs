@@ -20,7 +20,7 @@ use yawrig_records::Selection;
 const WRITTEN: usize = 6;
 
 /// What was found.
-pub struct Found {
+pub struct LawAnswer {
     /// The record from the largest angle, whose curve is drawn, and how many the law was measured from.
     pub file: PathBuf,
     pub records: usize,
@@ -55,7 +55,7 @@ impl File {
 ///
 /// # Errors
 /// Exit 3 where a file cannot be used, 6 where no law can be fitted, 130 where the user stops it.
-pub fn found(paths: &[PathBuf], reading: &Selection, dissipative: bool) -> Result<Found> {
+pub fn found(paths: &[PathBuf], reading: &Selection, dissipative: bool) -> Result<LawAnswer> {
     let (model, at) = match paths {
         [model] if is_model(model) => (Model::read(model)?, model.clone()),
         _ => {
@@ -74,7 +74,7 @@ pub fn found(paths: &[PathBuf], reading: &Selection, dissipative: bool) -> Resul
 ///
 /// # Errors
 /// As [`found`].
-pub fn found_in(records: Vec<Record>, dissipative: bool) -> Result<Found> {
+pub fn found_in(records: Vec<Record>, dissipative: bool) -> Result<LawAnswer> {
     let data = Data::of_records(records)?;
     let records = data.fitted.iter().map(|r| r.entry.clone()).collect();
     beside(&Model { records, ..Model::default() }, &data, dissipative, &|_, _| {})
@@ -90,7 +90,7 @@ pub fn beside(
     data: &Data,
     dissipative: bool,
     show: &dyn Fn(Curve, Option<&Measured>),
-) -> Result<Found> {
+) -> Result<LawAnswer> {
     let measured = measured(model, data, dissipative, &|first| show(first, None))?;
     let recorded = largest(data);
     let curve = measured.curve(&recorded.decay);
@@ -104,10 +104,10 @@ pub fn beside(
         of_memory.or_else(|| names.beside.as_ref().map(|beside| Left::beside(decay, beside)));
     let at_amplitude = measured.at_amplitude(decay);
     let measurand = decay.measurand.clone();
-    Ok(Found { file, records, measurand, measured, at_amplitude, curve, names, left })
+    Ok(LawAnswer { file, records, measurand, measured, at_amplitude, curve, names, left })
 }
 
-impl Found {
+impl LawAnswer {
     /// The best formulas, in their order, as files of `folder`.
     pub fn files(&self, folder: &Path) -> Vec<File> {
         let best = self.names.ranked.iter().take(WRITTEN);

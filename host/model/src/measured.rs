@@ -3,7 +3,7 @@
 use crate::document::{EffectEntry, Model, ParameterEntry};
 use crate::limits;
 use crate::model_fit::{self, Data, Recorded};
-use crate::revise::{self, Asked, Current, Revision};
+use crate::revise::{self, Current, Revision, RevisionRequest};
 use std::path::Path;
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_core::effects::Effect;
@@ -74,7 +74,7 @@ fn check_has_none(model: &Model) -> Result<()> {
 ///
 /// # Errors
 /// As [`crate::revise::add`]; exit 6 where no law can be fitted.
-pub fn add(path: &Path, dissipative: bool, asked: &Asked) -> Result<Revision> {
+pub fn add(path: &Path, dissipative: bool, asked: &RevisionRequest) -> Result<Revision> {
     revise::add_by(path, asked, check_has_none, |inner, data| {
         let found = measured(&inner.model, data, dissipative, &|_| {})?;
         let outer = Current::fitted(&with_law(&inner.model, data, &found), data)?;

@@ -20,7 +20,7 @@ use yawrig_core::record::{Measurand, Record};
 use yawrig_records::place;
 
 /// Residual over noise up to which the fit of an added effect is not looked for by another way.
-pub(super) const NEAR_NOISE: f64 = 1.5;
+pub(super) const ADDED_WELL: f64 = 1.5;
 /// How often a fit that has used up its evaluations is continued.
 const ROUNDS: usize = 4;
 

@@ -46,7 +46,7 @@ pub type Of = fn(&Point) -> Option<Quantity>;
 
 /// What is asked.
 #[derive(Clone, Debug, Default)]
-pub struct Asked {
+pub struct PlanRequest {
     /// Models that compete, each by the names of its effects, `measured_law` that of the model; none: they are looked for.
     pub rivals: Vec<Vec<String>>,
     /// The derivative whose error is to be narrowed, and where it is in the table.
@@ -59,7 +59,7 @@ pub struct Asked {
 /// Exit 3 where a file cannot be used, 6 where no rivals can be fitted, 130 where the user stops it.
 pub fn plan(
     path: &Path,
-    asked: &Asked,
+    asked: &PlanRequest,
     progress: &(dyn Fn(Option<usize>) + Sync),
 ) -> Result<Planned> {
     let (model, at, campaign) = read(path)?;

@@ -35,7 +35,7 @@ pub struct Revision {
 
 /// The request for a step, as the journal keeps it.
 #[derive(Clone, Debug, Default)]
-pub struct Asked {
+pub struct RevisionRequest {
     /// The command as it was typed.
     pub command: String,
     pub why: Option<String>,
@@ -127,7 +127,7 @@ pub struct Wanted {
 /// # Errors
 /// Exit 2 or 3 where there is nothing to fit or the model is about other records, 6 where the fit does not converge,
 /// 130 where the user stops it; the model is then as it was.
-pub fn fit(path: &Path, wanted: &Wanted, asked: &Asked) -> Result<Revision> {
+pub fn fit(path: &Path, wanted: &Wanted, asked: &RevisionRequest) -> Result<Revision> {
     Ok(fit_wanted(path, wanted, asked)?.0)
 }
 
@@ -138,7 +138,7 @@ pub fn fit(path: &Path, wanted: &Wanted, asked: &Asked) -> Result<Revision> {
 pub fn fit_with_models(
     path: &Path,
     wanted: &Wanted,
-    asked: &Asked,
+    asked: &RevisionRequest,
 ) -> Result<(Revision, Vec<(Recorded, Fitted)>)> {
     let (revision, current, data) = fit_wanted(path, wanted, asked)?;
     let fits = current.fits(&data)?;
@@ -146,7 +146,11 @@ pub fn fit_with_models(
     Ok((revision, recorded.zip(fits).collect()))
 }
 
-fn fit_wanted(path: &Path, wanted: &Wanted, asked: &Asked) -> Result<(Revision, Current, Data)> {
+fn fit_wanted(
+    path: &Path,
+    wanted: &Wanted,
+    asked: &RevisionRequest,
+) -> Result<(Revision, Current, Data)> {
     let store = Store::open(path)?;
     let old = store.model()?;
     let model = match &old {
@@ -168,7 +172,7 @@ pub fn fit_to(
     path: &Path,
     records: Vec<RecordEntry>,
     unknown_zero: bool,
-    asked: &Asked,
+    asked: &RevisionRequest,
 ) -> Result<Revision> {
     let store = Store::open(path)?;
     let old = store.model()?;
@@ -182,7 +186,7 @@ fn fit_in(
     store: Store,
     old: Option<Model>,
     model: &Model,
-    asked: &Asked,
+    asked: &RevisionRequest,
 ) -> Result<(Revision, Current, Data)> {
     let data = Data::of(model, store.path())?;
     let before = match &old {
@@ -289,7 +293,7 @@ pub fn check_addable(model: &Model, effect: Effect) -> Result<()> {
 ///
 /// # Errors
 /// Exit 2 where it is in the model already or cannot be simulated; else as [`fit`].
-pub fn add(path: &Path, effect: Effect, asked: &Asked) -> Result<Revision> {
+pub fn add(path: &Path, effect: Effect, asked: &RevisionRequest) -> Result<Revision> {
     let check = |model: &Model| check_addable(model, effect.clone());
     add_by(path, asked, check, |inner, data| {
         Ok((effect.clone(), added(inner, data, effect.clone())?))
@@ -299,7 +303,7 @@ pub fn add(path: &Path, effect: Effect, asked: &Asked) -> Result<Revision> {
 /// Adds the effect that `adding` finds beside a fitted model to the one at `path`, where `check` allows it.
 pub(super) fn add_by(
     path: &Path,
-    asked: &Asked,
+    asked: &RevisionRequest,
     check: impl FnOnce(&Model) -> Result<()>,
     adding: impl FnOnce(&Current, &Data) -> Result<(Effect, Current)>,
 ) -> Result<Revision> {
@@ -342,7 +346,7 @@ pub(super) fn tried(inner: &Current, data: &Data, effect: Effect) -> Result<Curr
 ///
 /// # Errors
 /// Exit 2 where it is not in the model; else as [`fit`].
-pub fn remove(path: &Path, id: &str, asked: &Asked) -> Result<Revision> {
+pub fn remove(path: &Path, id: &str, asked: &RevisionRequest) -> Result<Revision> {
     let (store, model) = opened(path)?;
     let Some(effect) = model.effects.iter().map(|e| e.effect.clone()).find(|e| e.id() == id) else {
         let ids = || model.effects.iter().map(|e| e.effect.id());
@@ -424,7 +428,12 @@ impl Change {
 }
 
 /// Writes the step to model and journal.
-fn finish(store: Store, asked: &Asked, step: JournalStep, change: Change) -> Result<Revision> {
+fn finish(
+    store: Store,
+    asked: &RevisionRequest,
+    step: JournalStep,
+    change: Change,
+) -> Result<Revision> {
     interrupt::check()?;
     let appraisal = &change.appraisal;
     let known = |c: &Condition| {

@@ -1,7 +1,7 @@
 //! Steps that fit nothing: an effect rejected, an earlier model taken up again.
 
 use crate::journal::{path_of, Action, JournalStep};
-use crate::revise::{opened, Asked};
+use crate::revise::{opened, RevisionRequest};
 use crate::store::Store;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
@@ -11,7 +11,7 @@ use yawrig_core::effects::Effect;
 ///
 /// # Errors
 /// Exit 2 where the effect is in the model, 3 where there is no model, or the files cannot be written.
-pub fn reject(path: &Path, effect: Effect, asked: &Asked) -> Result<JournalStep> {
+pub fn reject(path: &Path, effect: Effect, asked: &RevisionRequest) -> Result<JournalStep> {
     let (store, model) = opened(path)?;
     if model.effect(effect.clone()).is_some() {
         return Err(Error::usage(format!("{effect} is in the model"))
@@ -41,7 +41,7 @@ pub fn reject(path: &Path, effect: Effect, asked: &Asked) -> Result<JournalStep>
 ///
 /// # Errors
 /// Exit 2 where there is no such step, 3 where the files cannot be written.
-pub fn return_to(path: &Path, number: usize, asked: &Asked) -> Result<JournalStep> {
+pub fn return_to(path: &Path, number: usize, asked: &RevisionRequest) -> Result<JournalStep> {
     if !path_of(path).exists() {
         return Err(Error::data(format!("{} has no journal", path.display()))
             .help("name the model with --model, or make one: yawrig fit RECORD.csv"));

@@ -30,7 +30,7 @@ pub(super) fn record(
     for name in [&selection.yaw, &selection.time] {
         table = computed::with(table, name.as_deref(), file)?;
     }
-    let asked = Asked { file, table: &table, selection, by_name };
+    let asked = ChannelRequest { file, table: &table, selection, by_name };
     let yaw = asked.yaw()?;
     let Meant { measurand, scale } = asked.meant(yaw)?;
     let values = numbers(file, yaw)?;
@@ -47,14 +47,14 @@ pub(super) fn record(
 }
 
 /// What is asked of a file, to be asked of its user where it is not clear.
-struct Asked<'a> {
+struct ChannelRequest<'a> {
     file: &'a Path,
     table: &'a [Channel],
     selection: &'a Selection,
     by_name: bool,
 }
 
-impl<'a> Asked<'a> {
+impl<'a> ChannelRequest<'a> {
     fn unclear(&self, what: &str) -> Error {
         let there: Vec<String> = self.table.iter().map(Channel::described).collect();
         let file = self.file.display();

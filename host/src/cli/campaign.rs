@@ -8,7 +8,7 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_campaign::check::check;
 use yawrig_campaign::doubted;
-use yawrig_campaign::init::{begin, Begun, MISSING};
+use yawrig_campaign::init::{begin, NewCampaign, MISSING};
 use yawrig_campaign::pattern::Pattern;
 use yawrig_campaign::simulated::{refuse_existing, CAMPAIGN_FILE};
 use yawrig_core::derivatives::plausible::Doubt;
@@ -111,7 +111,8 @@ impl Init {
         if !self.force {
             refuse_existing(&out)?;
         }
-        let Begun { text, releases, springs, left_over } = begin(&self.folder, &pattern, &out)?;
+        let NewCampaign { text, releases, springs, left_over } =
+            begin(&self.folder, &pattern, &out)?;
         files::write_atomically(&out, text.as_bytes())?;
         for name in left_over {
             crate::say!("yawrig: warning: {name} does not match the pattern and was left out");

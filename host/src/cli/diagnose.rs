@@ -27,7 +27,7 @@ use yawrig_core::roll::RollDecay;
 use yawrig_model::document::{is_model, Model, RecordEntry};
 use yawrig_model::edits;
 use yawrig_model::effects::named;
-use yawrig_model::law::{found_in, Found};
+use yawrig_model::law::{found_in, LawAnswer};
 use yawrig_model::limits::structure;
 use yawrig_model::records;
 use yawrig_records::Selection;
@@ -92,11 +92,11 @@ enum Case {
 }
 
 /// What came of it.
-enum Judged {
+enum Outcome {
     Record {
         record: Record,
         diagnosed: Box<Diagnosed>,
-        law: Option<Box<Found>>,
+        law: Option<Box<LawAnswer>>,
         roll: Option<RollDecay>,
         model: &'static str,
         seconds: f64,
@@ -117,7 +117,7 @@ enum Judged {
 impl Diagnose {
     pub fn run(&self) -> Result<()> {
         match self.judged(self.case()?, !self.csv)? {
-            Judged::Record { record, diagnosed, law, roll, model, seconds } => {
+            Outcome::Record { record, diagnosed, law, roll, model, seconds } => {
                 let Diagnosed { diagnosis, .. } = *diagnosed;
                 let file = record.file.display().to_string();
                 if self.csv {
@@ -149,7 +149,7 @@ impl Diagnose {
                     None => print_line(&text),
                 }
             }
-            Judged::Several { files, diagnosed, model, seconds } => {
+            Outcome::Several { files, diagnosed, model, seconds } => {
                 let DiagnosedSeveral { diagnosis, .. } = *diagnosed;
                 if self.csv {
                     return csv::diagnosed(
@@ -164,7 +164,7 @@ impl Diagnose {
                 }
                 print_line(&diagnosis_text::of_several(&diagnosis, model))
             }
-            Judged::Campaign { path, diagnosis, seconds } => {
+            Outcome::Campaign { path, diagnosis, seconds } => {
                 let file = path.display().to_string();
                 if self.csv {
                     return csv::diagnosed(
@@ -189,14 +189,14 @@ impl Diagnose {
     pub fn answer(&self, records: Vec<Record>) -> Result<Answer> {
         let case = if records.is_empty() { self.case()? } else { self.case_of(records)? };
         match self.judged(case, true)? {
-            Judged::Record { record, diagnosed, law, roll, model, seconds } => {
+            Outcome::Record { record, diagnosed, law, roll, model, seconds } => {
                 let object = object(&diagnosed.diagnosis, law.as_deref(), &[], roll, seconds);
                 let d = &diagnosed.diagnosis;
                 let sentence = verdict(d.status, &d.effects, model);
                 Ok(Answer::new(&object, sentence)?
                     .drawn_from(Drawn::Diagnosed(Box::new((record, *diagnosed)))))
             }
-            Judged::Several { files, diagnosed, model, seconds } => {
+            Outcome::Several { files, diagnosed, model, seconds } => {
                 let DiagnosedSeveral { diagnosis, decays, fits } = *diagnosed;
                 let sentence = verdict(diagnosis.status, &diagnosis.effects, model);
                 let each = files.into_iter().zip(decays).zip(fits);
@@ -205,7 +205,7 @@ impl Diagnose {
                 let drawn = Drawn::Fitted { each: each.map(of).collect(), random };
                 Ok(Answer::new(&several_object(&diagnosis, seconds), sentence)?.drawn_from(drawn))
             }
-            Judged::Campaign { path, diagnosis, seconds } => {
+            Outcome::Campaign { path, diagnosis, seconds } => {
                 let sentence = verdict(diagnosis.status, &diagnosis.effects, SECOND_ORDER);
                 Answer::new(&campaign_object(&path, &diagnosis, seconds), sentence)
             }
@@ -297,7 +297,7 @@ impl Diagnose {
     }
 
     /// `with_law`: the law of a record that nothing explains is measured.
-    fn judged(&self, case: Case, with_law: bool) -> Result<Judged> {
+    fn judged(&self, case: Case, with_law: bool) -> Result<Outcome> {
         let begin = std::time::Instant::now();
         let is_one = matches!(case, Case::Record(..));
         if self.roll.ship()?.is_some() && !is_one {
@@ -318,7 +318,7 @@ impl Diagnose {
                 };
                 let (diagnosed, law) = (Box::new(diagnosed), law.map(Box::new));
                 let roll = self.roll_decay(&diagnosed.diagnosis)?;
-                Ok(Judged::Record { record, diagnosed, law, roll, model, seconds })
+                Ok(Outcome::Record { record, diagnosed, law, roll, model, seconds })
             }
             Case::Several(records, options) => {
                 let common = self.common()?;
@@ -331,14 +331,14 @@ impl Diagnose {
                 let model = name_of(&options.present.effects);
                 let seconds = begin.elapsed().as_secs_f64();
                 let diagnosed = Box::new(diagnosed);
-                Ok(Judged::Several { files, diagnosed, model, seconds })
+                Ok(Outcome::Several { files, diagnosed, model, seconds })
             }
             Case::Campaign(path, options) => {
                 let file = CampaignFile::read_releases(&path)?;
                 crate::say!("fitting {} releases", file.campaign.release.len());
                 let diagnosis = yawrig_campaign::diagnose(&file, &options)?;
                 let (diagnosis, seconds) = (Box::new(diagnosis), begin.elapsed().as_secs_f64());
-                Ok(Judged::Campaign { path, diagnosis, seconds })
+                Ok(Outcome::Campaign { path, diagnosis, seconds })
             }
         }
     }
@@ -397,7 +397,7 @@ fn beside(path: &Path, file: Option<&Path>, reading: &Selection, options: Option
 const PRESENT: &str = "the present model";
 
 /// The law of a record of which nothing in the library explains what is missing.
-fn law_of(record: &Record, diagnosis: &Diagnosis, options: &Options) -> Result<Option<Found>> {
+fn law_of(record: &Record, diagnosis: &Diagnosis, options: &Options) -> Result<Option<LawAnswer>> {
     if diagnosis.status != Status::Unexplained || !options.present.effects.is_empty() {
         return Ok(None);
     }
@@ -427,7 +427,7 @@ struct Object<'a, D> {
 
 fn object<'a>(
     diagnosis: &'a Diagnosis,
-    law: Option<&Found>,
+    law: Option<&LawAnswer>,
     files: &[PathBuf],
     roll: Option<RollDecay>,
     seconds: f64,

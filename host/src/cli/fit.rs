@@ -6,7 +6,7 @@ use crate::answer::{Answer, Drawn, OfRecord};
 use clap::Args;
 use std::path::PathBuf;
 use yawrig_base::error::{Error, Result};
-use yawrig_model::revise::{self, Asked, Revision, Wanted};
+use yawrig_model::revise::{self, Revision, RevisionRequest, Wanted};
 use yawrig_records::place::is_standard_input;
 
 /// Make a second-order model of records, or fit the model there is to its records again.
@@ -39,7 +39,7 @@ impl Fit {
     /// # Errors
     /// As [`Self::run`].
     pub fn answer(&self, command: String) -> Result<Answer> {
-        let asked = Asked { command, why: None };
+        let asked = RevisionRequest { command, why: None };
         let (revision, fits) = revise::fit_with_models(&self.model.model, &self.wanted()?, &asked)?;
         let a = &revision.appraisal;
         let sentence = format!(
@@ -53,7 +53,7 @@ impl Fit {
         Ok(Answer::new(&object, sentence)?.drawn_from(Drawn::fitted(fitted.collect())))
     }
 
-    fn revision(&self, asked: &Asked) -> Result<Revision> {
+    fn revision(&self, asked: &RevisionRequest) -> Result<Revision> {
         revise::fit(&self.model.model, &self.wanted()?, asked)
     }
 

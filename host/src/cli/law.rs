@@ -14,7 +14,7 @@ use yawrig_core::law::names::Name;
 use yawrig_core::law::tables::Point;
 use yawrig_core::record::Record;
 use yawrig_core::roll::RollDecay;
-use yawrig_model::law::{found, found_in, File, Found};
+use yawrig_model::law::{found, found_in, File, LawAnswer};
 use yawrig_model::revise::quoted;
 use yawrig_records::Selection;
 use yawrig_report::units::sized;
@@ -66,7 +66,7 @@ impl Law {
     }
 
     /// The equivalent linear damping of naval architecture, where the motion is called roll.
-    fn roll_decay(&self, found: &Found) -> Result<Option<RollDecay>> {
+    fn roll_decay(&self, found: &LawAnswer) -> Result<Option<RollDecay>> {
         let wn = found.measured.natural_frequency_rad_s();
         self.roll.of(&found.measurand, |ship| RollDecay::of_law(wn, &found.at_amplitude, ship))
     }
@@ -109,7 +109,7 @@ impl Law {
 ///
 /// # Errors
 /// Exit 3 where they cannot be written.
-pub(super) fn written(found: &Found, folder: Option<&Path>) -> Result<Vec<PathBuf>> {
+pub(super) fn written(found: &LawAnswer, folder: Option<&Path>) -> Result<Vec<PathBuf>> {
     let write = |file: File| file.write().map(|()| file.path);
     folder.map_or(Ok(Vec::new()), |folder| found.files(folder).into_iter().map(write).collect())
 }
@@ -122,7 +122,7 @@ pub(super) fn command(files: &[PathBuf], reading: &Selection, may_drive: bool) -
 }
 
 /// What takes the best formula into a model: of its file, or, where none is written, with the command that writes it.
-fn adding(found: &Found, files: &[PathBuf], measure: &str) -> Option<String> {
+fn adding(found: &LawAnswer, files: &[PathBuf], measure: &str) -> Option<String> {
     let add = |file: &Path| format!("yawrig add {}", quoted(&file.display().to_string()));
     match (files.first(), found.files(Path::new(FOLDER)).first()) {
         (Some(file), _) => Some(add(file)),
@@ -132,8 +132,8 @@ fn adding(found: &Found, files: &[PathBuf], measure: &str) -> Option<String> {
 }
 
 /// `files`: of the best formulas, in their order, where they were written.
-pub(super) fn object(found: &Found, files: &[PathBuf]) -> serde_json::Value {
-    let Found { file, measured, names, measurand, .. } = found;
+pub(super) fn object(found: &LawAnswer, files: &[PathBuf]) -> serde_json::Value {
+    let LawAnswer { file, measured, names, measurand, .. } = found;
     let shown = |x: f64| measurand.shown(x);
     let points = |points: Vec<Point>, at: &str| -> Vec<serde_json::Value> {
         let point = |p: Point| {
@@ -193,8 +193,8 @@ pub(super) fn object(found: &Found, files: &[PathBuf]) -> serde_json::Value {
     object
 }
 
-fn text(found: &Found, files: &[PathBuf], measure: &str) -> String {
-    let Found { file, measured, names, measurand, .. } = found;
+fn text(found: &LawAnswer, files: &[PathBuf], measure: &str) -> String {
+    let LawAnswer { file, measured, names, measurand, .. } = found;
     let (coordinate, rate) = (measurand.coordinate(), measurand.rate());
     let mut out = format!(
         "{}: a law of {coordinate} and {rate}, beside wn {} rad/s and zeta {} at rest ({} {})\n",
@@ -256,8 +256,8 @@ fn text(found: &Found, files: &[PathBuf], measure: &str) -> String {
     out
 }
 
-fn named(found: &Found, files: &[PathBuf], measure: &str) -> String {
-    let Found { measured, names, .. } = found;
+fn named(found: &LawAnswer, files: &[PathBuf], measure: &str) -> String {
+    let LawAnswer { measured, names, .. } = found;
     let Some(best) = names.ranked.first() else {
         return match measured.law.is_none() {
             true => "no law to be named: the second-order response is all that is seen\n",
@@ -293,8 +293,8 @@ fn named(found: &Found, files: &[PathBuf], measure: &str) -> String {
 }
 
 /// The name of a law in a few lines, with the commands that take it.
-pub(super) fn in_short(found: &Found, files: &[PathBuf], measure: &str) -> Option<String> {
-    let Found { measured, names, .. } = found;
+pub(super) fn in_short(found: &LawAnswer, files: &[PathBuf], measure: &str) -> Option<String> {
+    let LawAnswer { measured, names, .. } = found;
     if measured.law.is_none() {
         return None;
     }

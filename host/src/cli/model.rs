@@ -12,7 +12,7 @@ use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Measurand;
 use yawrig_model::appraisal::{Appraisal, RecordAppraisal};
 use yawrig_model::journal::Residuals;
-use yawrig_model::revise::{quoted, Asked, Revision};
+use yawrig_model::revise::{quoted, Revision, RevisionRequest};
 use yawrig_report::units::sized;
 
 pub use yawrig_model::document::DEFAULT;
@@ -36,10 +36,10 @@ pub struct JudgeArgs {
 }
 
 /// The command as it was typed, for the journal.
-pub fn asked(why: Option<&str>) -> Asked {
+pub fn asked(why: Option<&str>) -> RevisionRequest {
     let words: Vec<String> =
         std::env::args_os().skip(1).map(|word| quoted(&word.to_string_lossy())).collect();
-    Asked { command: format!("yawrig {}", words.join(" ")), why: why.map(str::to_owned) }
+    RevisionRequest { command: format!("yawrig {}", words.join(" ")), why: why.map(str::to_owned) }
 }
 
 #[derive(Serialize)]

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use yawrig_base::error::Result;
 use yawrig_core::bic::MARGIN;
-use yawrig_model::plan::{self, Asked, Planned};
+use yawrig_model::plan::{self, PlanRequest, Planned};
 
 /// Rows printed.
 const ROWS: usize = 12;
@@ -80,7 +80,7 @@ impl Plan {
         Answer::new(&object(&planned, begin), sentence)
     }
 
-    fn asked(&self) -> Result<Asked> {
+    fn asked(&self) -> Result<PlanRequest> {
         let set = |text: &String| -> Vec<String> {
             text.split('+').filter(|e| *e != "second_order").map(str::to_owned).collect()
         };
@@ -91,7 +91,7 @@ impl Plan {
             )
             .help("name two or more, or none: then they are looked for"));
         }
-        Ok(Asked { rivals, derivative: Some(self.derivative.of()) })
+        Ok(PlanRequest { rivals, derivative: Some(self.derivative.of()) })
     }
 }
 

@@ -17,7 +17,7 @@ use yawrig_campaign::simulated::CAMPAIGN_FILE;
 use yawrig_campaign::CampaignFile;
 use yawrig_core::diagnosis::diagnose::Options;
 use yawrig_model::comparison::{compare, Comparison};
-use yawrig_model::revise::{self, Asked, Revision, Wanted};
+use yawrig_model::revise::{self, Revision, RevisionRequest, Wanted};
 use yawrig_model::training;
 use yawrig_report::{of_model, Made};
 use yawrig_shared::features::FeatureKind;
@@ -128,7 +128,7 @@ impl<'a> Riddle<'a> {
                 false => format!("explained by {}", named.join(", ")),
             }
         ))?;
-        let step = |command: String| Asked { command, why: None };
+        let step = |command: String| RevisionRequest { command, why: None };
         let command = format!("yawrig fit {} --model {}", first.display(), model.display());
         let wanted = Wanted { files: vec![first], ..Wanted::default() };
         let fitted = revise::fit(&model, &wanted, &step(command.clone()))?;

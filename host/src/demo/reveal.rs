@@ -24,8 +24,8 @@ pub struct Revealed {
     pub schema_version: u32,
     pub hidden: Hidden,
     /// None: no model was made.
-    pub model: Option<Judged>,
-    pub releases: Vec<JudgedRelease>,
+    pub model: Option<RevealedAnswer>,
+    pub releases: Vec<RevealedRelease>,
     pub host: Option<Errors>,
     /// None: no network was trained.
     pub device: Option<Errors>,
@@ -52,7 +52,7 @@ pub struct HiddenParameter {
 
 /// The model against the truth.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Judged {
+pub struct RevealedAnswer {
     pub effects: Vec<String>,
     /// The hidden effect, and no other.
     pub named_right: bool,
@@ -63,7 +63,7 @@ pub type Pair = [f64; 2];
 
 /// A release as planted, and as it was measured without and with the effect known.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct JudgedRelease {
+pub struct RevealedRelease {
     pub file: String,
     pub truth: Pair,
     pub host_before: Pair,
@@ -130,7 +130,7 @@ pub fn reveal(folder: &Path, target: &Target, progress: &mut dyn Progress) -> Re
         let plain = fit_plain(&recorded.decay, false, recorded.decay.yaw_rad.len());
         let with = model.as_ref().map(|model| held_against(model, &recorded, 1.0)).transpose()?;
         let pair = |fit: &Fitted| [fit.natural_frequency_rad_s().value, fit.damping_ratio().value];
-        releases.push(JudgedRelease {
+        releases.push(RevealedRelease {
             file: release.file.clone(),
             truth: [release.natural_frequency_rad_s, release.damping_ratio],
             host_before: pair(&plain),
@@ -141,14 +141,15 @@ pub fn reveal(folder: &Path, target: &Target, progress: &mut dyn Progress) -> Re
             windows_after: after.as_ref().map(|after| after[k].1.clone()),
         });
     }
-    let errors = |before: fn(&JudgedRelease) -> Pair, after: fn(&JudgedRelease) -> Option<Pair>| {
-        let of = |r: &JudgedRelease| Some((r.truth, before(r), after(r)?));
+    let errors = |before: fn(&RevealedRelease) -> Pair,
+                  after: fn(&RevealedRelease) -> Option<Pair>| {
+        let of = |r: &RevealedRelease| Some((r.truth, before(r), after(r)?));
         Errors::of(&releases.iter().filter_map(of).collect::<Vec<_>>())
     };
     Ok(Revealed {
         schema_version: SCHEMA_VERSION,
         hidden: compared(truth.seed, &hidden, model.as_ref()),
-        model: model.as_ref().map(|model| Judged {
+        model: model.as_ref().map(|model| RevealedAnswer {
             named_right: model.effects.len() == 1 && model.effects[0].effect.id() == hidden.id(),
             effects: model.effects.iter().map(|e| e.effect.id().to_owned()).collect(),
         }),

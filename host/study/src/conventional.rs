@@ -18,11 +18,11 @@ use yawrig_report::plot::{Axis, Curve, Plot};
 pub const SAMPLES: [(f64, f64); 3] = [(7.5, 0.012), (15.5, 0.003), (23.5, 0.006)];
 
 /// wn and zeta as a method found them.
-type Found = (f64, f64);
+type WnAndZeta = (f64, f64);
 
 /// Noise (rms on the impulse response), then the thesis's wn and zeta of each response by its conventional
 /// method and by its network.
-pub const THESIS: [(f64, [Found; 3], [Found; 3]); 10] = [
+pub const THESIS: [(f64, [WnAndZeta; 3], [WnAndZeta; 3]); 10] = [
     (
         0.02,
         [(7.33, 0.0122), (15.36, 0.0030), (23.39, 0.0060)],
@@ -141,7 +141,7 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
                     identify(&record((wn, zeta), noise, seed), &methods, &Settings::default())
                 })
                 .collect::<yawrig_core::error::Result<_>>()?;
-            let pair = |(w, z): Found| format!("{w:.2} {z:.4}");
+            let pair = |(w, z): WnAndZeta| format!("{w:.2} {z:.4}");
             let mut row =
                 vec![format!("{noise:.2}"), pair(conventional[which]), pair(network[which])];
             let mut worst = Vec::new();

@@ -9,7 +9,9 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_campaign::check::{check, check_text, Checked};
 use yawrig_campaign::doubted;
-use yawrig_campaign::init::{begun, numbers, placed, records, stiffness, Begun, Given, Placing};
+use yawrig_campaign::init::{
+    begun, numbers, placed, records, stiffness, Given, NewCampaign, Placing,
+};
 use yawrig_campaign::pattern::{Named, Pattern};
 use yawrig_campaign::simulated::{refuse_existing, CAMPAIGN_FILE};
 use yawrig_campaign::CampaignFile;
@@ -18,7 +20,7 @@ use yawrig_records::Selection;
 
 /// A record and what is known of it.
 #[derive(Deserialize, Serialize)]
-pub struct Placed {
+pub struct PlacedRecord {
     file: String,
     #[serde(flatten)]
     named: Named,
@@ -28,7 +30,7 @@ pub struct Placed {
 #[derive(Deserialize)]
 pub struct CampaignForm {
     folder: String,
-    placed: Vec<Placed>,
+    placed: Vec<PlacedRecord>,
     given: Given,
 }
 
@@ -80,7 +82,7 @@ pub fn by_pattern(folder: &str, pattern: &str) -> Result<Value> {
     let folder = within(folder)?;
     Ok(match Pattern::new(pattern).and_then(|pattern| placed(&folder, &pattern)) {
         Ok(Placing { found, .. }) => {
-            let found = found.into_iter().map(|(file, named)| Placed { file, named });
+            let found = found.into_iter().map(|(file, named)| PlacedRecord { file, named });
             json!({ "placed": found.collect::<Vec<_>>() })
         }
         Err(error) => json!({ "fault": { "message": error.message, "help": error.help } }),
@@ -93,7 +95,7 @@ impl CampaignForm {
         let folder = within(&self.folder)?;
         let out = file_of(&folder);
         let found = self.placed.into_iter().map(|p| (p.file, p.named)).collect();
-        let Begun { text, .. } = begun(&folder, &out, found, &self.given);
+        let NewCampaign { text, .. } = begun(&folder, &out, found, &self.given);
         Ok((out, text))
     }
 

@@ -18,7 +18,7 @@ use yawrig_core::effects::{Effect, MEASURED_LAW};
 use yawrig_core::record::Record;
 use yawrig_model::document::RecordEntry;
 use yawrig_model::measured;
-use yawrig_model::revise::{self, quoted, Asked, Revision};
+use yawrig_model::revise::{self, quoted, Revision, RevisionRequest};
 use yawrig_model::unfitted;
 
 /// A copy of what a job needs of the session, which stays unlocked meanwhile.
@@ -44,14 +44,14 @@ impl Taken {
     }
 
     /// The command that would do the same, for the journal.
-    fn asked(&self, words: &str, why: Option<&str>) -> Asked {
+    fn asked(&self, words: &str, why: Option<&str>) -> RevisionRequest {
         let why = why.filter(|why| !why.trim().is_empty());
         let model = match self.path.to_str() {
             Some(yawrig_model::document::DEFAULT) => String::new(),
             _ => format!(" --model {}", quoted(&self.path.display().to_string())),
         };
         let reason = why.map_or_else(String::new, |why| format!(" --why {why:?}"));
-        Asked {
+        RevisionRequest {
             command: format!("yawrig {words}{model}{reason} # workbench"),
             why: why.map(str::to_owned),
         }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use yawrig_core::law::estimate::{Curve, Measured};
 use yawrig_model::document::Model;
-use yawrig_model::law::{File, Found};
+use yawrig_model::law::{File, LawAnswer};
 
 /// A law that is drawn.
 pub struct ShownLaw {
@@ -15,7 +15,7 @@ pub struct ShownLaw {
     /// With its uncertainty; none for a first law.
     pub measured: Option<Measured>,
     /// With the formulas that it may be.
-    pub found: Option<Found>,
+    pub found: Option<LawAnswer>,
     /// Of the files that its formulas have once they are added.
     pub folder: PathBuf,
 }

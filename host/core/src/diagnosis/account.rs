@@ -7,7 +7,7 @@ use crate::diagnosis::flexible::is_simple;
 use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::likelihood::is_explained;
 use crate::diagnosis::over_pieces;
-use crate::diagnosis::survivors::{self, Judged, Survivors};
+use crate::diagnosis::survivors::{self, PredictedModel, Survivors};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::at_amplitude::with_discrepancy;
@@ -71,7 +71,11 @@ fn candidates(
     survivors.singles.iter().map(&mut candidate).collect()
 }
 
-pub(super) fn of_judged(decay: &FreeDecay, survivors: &Survivors, judged: &Judged) -> Fitted {
+pub(super) fn of_judged(
+    decay: &FreeDecay,
+    survivors: &Survivors,
+    judged: &PredictedModel,
+) -> Fitted {
     let whole = over_pieces::whole(decay, &survivors.lengths, &judged.model.fit);
     refitted(decay, &whole.structure, &whole.numbers(0))
 }

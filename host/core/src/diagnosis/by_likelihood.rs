@@ -10,7 +10,8 @@ use crate::diagnosis::compare;
 use crate::diagnosis::forced::{self, Forced};
 use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::late_release;
-use crate::diagnosis::search::{self, beyond, criterion, Begun};
+use crate::diagnosis::likelihood::USED_UP_TO;
+use crate::diagnosis::search::{self, beyond, criterion, SearchStart};
 use crate::effects::{Acts, Effect};
 use crate::error::Result;
 use crate::fit::at_amplitude::{at_amplitudes, with_discrepancy};
@@ -23,9 +24,6 @@ use std::collections::BTreeMap;
 
 /// Residual over noise, on the part held out, up to which three effects and more count as an explanation.
 const MOST_HELD_OUT: f64 = 1.5;
-/// Residual of the plain model over the noise from which on an effect is not looked for beside random forcing that by
-/// itself is no better than a definite model.
-const FAR: f64 = 40.0;
 /// Uncertainties by which an effect beside random forcing is off zero for it to be believed, and how unsteady that is.
 const BEYOND_DOUBT: f64 = 6.0;
 const STEADY: f64 = 25.0;
@@ -38,9 +36,9 @@ pub(super) fn by_likelihood(
     record: &Record,
     decay: &FreeDecay,
     options: &Options,
-    begun: &Begun,
+    start: &SearchStart,
 ) -> Result<(Diagnosed, bool)> {
-    let about_zero = one_answer(record, decay, begun)?;
+    let about_zero = one_answer(record, decay, start)?;
     let fresh = options.present.effects.is_empty() && !options.zero_unknown;
     let effects = &about_zero.0.diagnosis.effects;
     // Beside a single effect the two models are one, with other numbers.
@@ -48,7 +46,7 @@ pub(super) fn by_likelihood(
         return Ok(about_zero);
     }
     let options = Options { zero_unknown: true, ..options.clone() };
-    let (mut about_rest, good) = one_answer(record, decay, &Begun::of(decay, &options)?)?;
+    let (mut about_rest, good) = one_answer(record, decay, &SearchStart::of(decay, &options)?)?;
     let of = |d: &Diagnosed| d.path.last().map_or(f64::INFINITY, search::criterion);
     if !good || of(&about_rest) >= of(&about_zero.0) {
         return Ok(about_zero);
@@ -76,15 +74,19 @@ fn name_rest(answer: &mut Diagnosed, about_zero: &Diagnosed) {
     answer.singles.clone_from(&about_zero.singles);
 }
 
-fn one_answer(record: &Record, decay: &FreeDecay, begun: &Begun) -> Result<(Diagnosed, bool)> {
-    let mut found = search::search(decay, begun)?;
+fn one_answer(
+    record: &Record,
+    decay: &FreeDecay,
+    start: &SearchStart,
+) -> Result<(Diagnosed, bool)> {
+    let mut found = search::search(decay, start)?;
     let decay = &found.decay;
     found.path = found.path.into_iter().map(|model| with_discrepancy(model, decay)).collect();
     let last = found.path.last().expect("the plain model");
     let alone = found.explained && beyond(&found.plain, last).len() < 2;
     // Random forcing that hardly shows bends a single effect to it; then it has to be likelier by itself.
-    let forced = !alone || forced::forced_rather_than(decay, &begun.plain, last).is_some();
-    if let Some(forced) = forced.then(|| random_forcing(decay, begun, last)).flatten() {
+    let forced = !alone || forced::forced_rather_than(decay, &start.plain, last).is_some();
+    if let Some(forced) = forced.then(|| random_forcing(decay, start, last)).flatten() {
         // Named though not always believed: no definite law stands for them.
         return Ok((forced, true));
     }
@@ -139,22 +141,27 @@ fn one_answer(record: &Record, decay: &FreeDecay, begun: &Begun) -> Result<(Diag
 /// The answer by the random forcing that explains the record, with the effects beside it, where no definite effects do:
 /// the same throughout, its innovations white, blind to the state and down to the noise, and far likelier than `best`, a
 /// definite model.
-pub(super) fn random_forcing(decay: &FreeDecay, begun: &Begun, best: &Fitted) -> Option<Diagnosed> {
+pub(super) fn random_forcing(
+    decay: &FreeDecay,
+    start: &SearchStart,
+    best: &Fitted,
+) -> Option<Diagnosed> {
     let (deterministic, n) = buffeting::definite_criterion(decay, best);
-    let alone = buffeting::fit(decay, &begun.plain)?;
-    let far = begun.plain.over_noise(decay) > FAR;
+    let alone = buffeting::fit(decay, &start.plain)?;
+    // Beyond, an effect is not looked for beside random forcing that by itself is no better than a definite model.
+    let far = start.plain.over_noise(decay) > USED_UP_TO;
     if far && deterministic - alone.deviance < bic::MARGIN {
         return None;
     }
-    let numbers = begun.plain.parameters.len();
-    let forced = forced::search(decay, &begun.plain, &alone, &begun.candidates)
+    let numbers = start.plain.parameters.len();
+    let forced = forced::search(decay, &start.plain, &alone, &start.candidates)
         .filter(|f| forced::holds(&f.forcing, f.model.parameters.len(), deterministic, n));
     if forced.is_none() && !forced::holds(&alone, numbers, deterministic, n) {
         return None;
     }
-    let diagnosis = buffeted_verdict(decay, begun, &alone, forced.as_ref());
-    let path = vec![begun.plain.clone()];
-    Some(Diagnosed { diagnosis, path, decay: decay.clone(), singles: begun.singles.clone() })
+    let diagnosis = buffeted_verdict(decay, start, &alone, forced.as_ref());
+    let path = vec![start.plain.clone()];
+    Some(Diagnosed { diagnosis, path, decay: decay.clone(), singles: start.singles.clone() })
 }
 
 /// Random forcing and an effect together bend to much that the library lacks: one effect of the state beside it is believed
@@ -173,11 +180,11 @@ fn is_beyond_doubt(forced: &Forced, decay: &FreeDecay) -> bool {
 
 fn buffeted_verdict(
     decay: &FreeDecay,
-    begun: &Begun,
+    start: &SearchStart,
     b: &Buffeted,
     forced: Option<&Forced>,
 ) -> Diagnosis {
-    let plain = &begun.plain;
+    let plain = &start.plain;
     let [_, u_wn, u_zeta] = b.deviations;
     // What is random cannot be predicted; the filter's innovations are one step ahead throughout.
     let random_step = |added: Effect, b: &Buffeted| {
@@ -205,7 +212,7 @@ fn buffeted_verdict(
             effects.push(effect.clone());
         }
     }
-    let mut candidates = candidates(decay, plain, &begun.singles, &[]);
+    let mut candidates = candidates(decay, plain, &start.singles, &[]);
     let evidence = buffeting::gain_over(decay, plain, b);
     let random = Candidate {
         reason: None,

@@ -13,7 +13,7 @@ use crate::diagnosis::campaign_fit::{Campaign, Shared, SharedEffect, OWN};
 use crate::diagnosis::compare::{self, Where};
 use crate::diagnosis::diagnose::{Candidate, Modal, Options, Status, Step, SECOND_ORDER};
 use crate::diagnosis::origin::{self, Origin, Plan};
-use crate::diagnosis::releases::{self, left, mean_square, worst, JudgedReleases, Releases};
+use crate::diagnosis::releases::{self, left, mean_square, worst, ReleaseAnswers, Releases};
 use crate::diagnosis::search::is_explained;
 use crate::diagnosis::search::EXPLAINED;
 use crate::effects::Effect;
@@ -191,7 +191,7 @@ pub fn diagnose_with_fits(
 impl Campaign<'_> {
     fn verdict(
         &self,
-        judged: &JudgedReleases,
+        judged: &ReleaseAnswers,
         shared: &[Shared],
         forced: Option<Vec<Buffeted>>,
     ) -> Result<CampaignDiagnosis> {

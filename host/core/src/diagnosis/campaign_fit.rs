@@ -8,7 +8,7 @@ use crate::diagnosis::diagnose::{Step, FITTED_SHARE};
 use crate::diagnosis::likelihood::are_explained;
 use crate::diagnosis::origin::{self, weighted_mean, Origin, Plan, Seen};
 use crate::diagnosis::releases::{
-    coefficient, from_others, over_noise, JudgedReleases, ModelOfReleases, Releases,
+    coefficient, from_others, over_noise, ModelOfReleases, ReleaseAnswers, Releases,
 };
 use crate::effects::Effect;
 use crate::error::Result;
@@ -209,7 +209,7 @@ impl Campaign<'_> {
     /// Random forcing in most releases with the wind on, or with it off, where definite effects do not explain them.
     pub(super) fn randomly_forced(
         &self,
-        judged: &JudgedReleases,
+        judged: &ReleaseAnswers,
         last: &Shared,
     ) -> Option<Vec<Buffeted>> {
         if last.is_explained(&self.releases.decays) && last.effects.len() < 2 {

@@ -8,10 +8,10 @@ pub use crate::diagnosis::answer::{
 };
 use crate::diagnosis::by_likelihood::{by_likelihood, random_forcing};
 use crate::diagnosis::compare;
-use crate::diagnosis::likelihood::EXPLAINED;
+use crate::diagnosis::likelihood::{EXPLAINED, USED_UP_TO};
 pub use crate::diagnosis::over_pieces::fit_over_pieces;
 use crate::diagnosis::reach;
-use crate::diagnosis::search::{self, Begun};
+use crate::diagnosis::search::{self, SearchStart};
 use crate::diagnosis::survivors;
 use crate::effects::Effect;
 use crate::error::{Error, Result};
@@ -29,8 +29,6 @@ const WITHIN_REACH: f64 = 8.0;
 const MISSED: f64 = 1.5;
 /// Residual over a floor of coloured noise beyond which what a model leaves says nothing about that floor.
 const FAR_FROM_FLOOR: f64 = 5.0;
-/// Residual of the plain model over the noise beyond which the likelihood is not used.
-const NEAR: f64 = 40.0;
 /// What a diagnosis begins with where no model is there.
 pub const SECOND_ORDER: &str = "the second-order model";
 /// The same where a model with effects is.
@@ -91,8 +89,8 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
     let present = &options.present;
     // Pieces of a free decay do not show what follows time, and a flexible effect is not looked for beside another.
     if !present.effects.iter().all(|e| e.is_strength_of_state() || e.is_own()) {
-        let begun = Begun::of(&decay, options)?;
-        return Ok(by_likelihood(record, &decay, options, &begun)?.0);
+        let start = SearchStart::of(&decay, options)?;
+        return Ok(by_likelihood(record, &decay, options, &start)?.0);
     }
     let survivors = survivors::search(&decay, &options.own, present)?;
     let rest_is_known = options.zero_unknown || present.effects.iter().any(Effect::moves_rest);
@@ -100,20 +98,20 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
     let best = &account.last().model;
     let decay = with_floor_of(decay, best);
     let name = name_of(&present.effects);
-    let begun = match Begun::of(&decay, options) {
+    let start = match SearchStart::of(&decay, options) {
         // About the sensor's zero the present model may have no fit where it has one about its rest angle.
         Err(Error::NotFitted) => return by_prediction(record, decay, account, name),
-        begun => begun?,
+        start => start?,
     };
-    let plain = &begun.plain;
+    let plain = &start.plain;
     let lowest = plain.rms_rad().min(account.plain_rad());
-    let from = |model: &Fitted| reach::reach(&decay, model, &begun.candidates);
-    let reached = (lowest < NEAR * decay.noise_rad).then(|| {
+    let from = |model: &Fitted| reach::reach(&decay, model, &start.candidates);
+    let reached = (lowest < USED_UP_TO * decay.noise_rad).then(|| {
         let least = from(best).min(from(plain));
         if least < MISSED {
             return least;
         }
-        let singles = begun.singles.par_iter().filter(|s| s.converged);
+        let singles = start.singles.par_iter().filter(|s| s.converged);
         singles.map(from).reduce(|| least, f64::min)
     });
     // From near the noise a linear step is to be believed.
@@ -121,7 +119,7 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
     let within = reached.is_some_and(|least| least < WITHIN_REACH && !out_of_reach(least));
     // A linear step does not see as far, and what follows time alone or has corners is not among what is predicted with.
     let explains = |single: &Fitted| single.converged && search::is_explained(single, &decay);
-    let one_explains = begun.singles.iter().any(explains);
+    let one_explains = start.singles.iter().any(explains);
     // What is random predicts nothing: it may stand beside effects that predict most of the record, not in their place.
     let stands = |found: &Diagnosed| {
         let mut beside = found.diagnosis.effects.iter().filter(|e| !e.is_random()).peekable();
@@ -129,19 +127,19 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
         let beside_them = beside.peek().is_some() && beside.all(|e| account.effects.contains(e));
         !is_random || !account.explains_most() || beside_them
     };
-    if !one_explains && predicts_to_noise(&decay, &account, &begun) {
+    if !one_explains && predicts_to_noise(&decay, &account, &start) {
         return by_prediction(record, decay, account, name);
     }
     let forced_first = reached.is_some_and(|least| least > MISSED) && !one_explains;
     if forced_first {
-        let single = search::best(&begun.singles).unwrap_or(plain);
+        let single = search::best(&start.singles).unwrap_or(plain);
         let lower = if best.rms_rad() < single.rms_rad() { best } else { single };
-        if let Some(forced) = random_forcing(&decay, &begun, lower).filter(stands) {
+        if let Some(forced) = random_forcing(&decay, &start, lower).filter(stands) {
             return Ok(forced);
         }
     }
     if within || one_explains {
-        let (diagnosed, good) = by_likelihood(record, &decay, options, &begun)?;
+        let (diagnosed, good) = by_likelihood(record, &decay, options, &start)?;
         if good && stands(&diagnosed) {
             return Ok(diagnosed);
         }
@@ -152,14 +150,14 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
 
 /// Whether two effects that survive prediction bring the record down to its noise and leave no other anything to do: where
 /// no single effect does, no smaller set can, and none as small is likelier.
-fn predicts_to_noise(decay: &FreeDecay, account: &Account, begun: &Begun) -> bool {
+fn predicts_to_noise(decay: &FreeDecay, account: &Account, start: &SearchStart) -> bool {
     let best = &account.last().model;
     let effects = &account.effects;
     if effects.iter().filter(|e| !e.moves_rest()).count() != 2 || !search::is_explained(best, decay)
     {
         return false;
     }
-    let outside = begun.candidates.iter().filter(|e| !e.moves_rest()).cloned();
+    let outside = start.candidates.iter().filter(|e| !e.moves_rest()).cloned();
     let n = best.effective_count();
     let larger = search::beside(decay, best, &outside.collect::<Vec<_>>());
     !larger.iter().any(|larger| search::is_worth(best, larger, decay, n))

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 /// Share of the residual that they have to take off what the simpler ones leave.
 const LEAST_GAIN: f64 = 0.05;
 /// Residual over noise beyond which likelihood has little to say, and a flexible effect is tried alone only.
-const FAR: f64 = 2.5;
+const BESIDE_UP_TO: f64 = 2.5;
 /// Of the sum of squares that the simple effects leave, what a linear step with a flexible one leaves at most.
 const PROMISING: f64 = 3.0;
 
@@ -41,7 +41,7 @@ pub(super) fn instead(
     }
     let alone = |single: &&Fitted| beyond(plain, single).iter().all(|e| simple.contains(e));
     let mut inner: Vec<&Fitted> = vec![plain];
-    if accepted.over_noise(decay) < FAR {
+    if accepted.over_noise(decay) < BESIDE_UP_TO {
         inner.extend(singles.iter().filter(|s| s.converged).filter(alone));
         if !explained && simple.len() > 1 {
             inner.push(accepted);

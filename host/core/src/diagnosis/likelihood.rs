@@ -7,6 +7,8 @@ use crate::fit::free_decay::FreeDecay;
 
 /// Residual over noise up to which a record counts as explained.
 pub(crate) const EXPLAINED: f64 = 1.10;
+/// Residual of the plain model over the noise up to which likelihood is asked: of what is farther off it says little.
+pub(crate) const USED_UP_TO: f64 = 40.0;
 /// Difference of BIC in favour of `larger`, on `effective` independent residuals.
 pub(crate) fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64 {
     let more = larger.parameters.len() as f64 - smaller.parameters.len() as f64;

@@ -78,7 +78,7 @@ impl ModelOfReleases {
     }
 }
 
-pub(crate) struct JudgedReleases {
+pub(crate) struct ReleaseAnswers {
     pub(crate) alone: Alone,
     /// From the model that is there to the final one, an effect more each.
     pub(crate) path: Vec<ModelOfReleases>,
@@ -157,7 +157,7 @@ pub(crate) fn judge(
     releases: &mut Releases,
     structure: &Structure,
     options: &Options,
-) -> Result<JudgedReleases> {
+) -> Result<ReleaseAnswers> {
     let plain = |decay: &FreeDecay| {
         let plain = fit_plain_within(decay, structure, decay.yaw_rad.len());
         structure.effects.iter().fold(plain, |model, effect| fit_added(decay, &model, effect))
@@ -202,7 +202,7 @@ pub(crate) fn judge(
     for (decay, fit) in releases.decays.iter_mut().zip(&path[path.len() - 1].fits) {
         *decay = sharpened(decay.clone(), fit);
     }
-    Ok(JudgedReleases { alone, path })
+    Ok(ReleaseAnswers { alone, path })
 }
 
 /// `fit` in every release, unless the user stops it; from where the release's own answer is, where that is nearer.

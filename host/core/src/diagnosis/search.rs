@@ -1,14 +1,14 @@
 //! Which effects a free decay needs: each alone, the best in one model, the needless taken out again.
 
 use crate::bic::{self, MARGIN};
-pub use crate::diagnosis::begun::present;
-pub(crate) use crate::diagnosis::begun::Begun;
 use crate::diagnosis::flexible;
 use crate::diagnosis::forced::forced_rather_than;
 use crate::diagnosis::guards::{self, Refusal};
 pub use crate::diagnosis::likelihood::is_explained;
 pub(crate) use crate::diagnosis::likelihood::{beyond, evidence, EXPLAINED};
 use crate::diagnosis::reach::reach;
+pub use crate::diagnosis::search_start::present;
+pub(crate) use crate::diagnosis::search_start::SearchStart;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{fit_added, fit_removed, reordered, Fitted};
@@ -21,9 +21,9 @@ const LEAST_SHARE_SQUARED: f64 = 0.01;
 /// Residual over noise up to which what a model leaves may sharpen the floor of coloured noise.
 pub(super) const NEAR_NOISE: f64 = 1.6;
 /// Residual over noise that all effects together would leave a pair in one linear step, beyond which no more are tried.
-const HOPELESS: f64 = 2.5;
+const OUT_OF_REACH: f64 = 2.5;
 /// The same, beyond which random forcing of the plain model that holds is no cloak for effects yet to be tried.
-const WANDERS: f64 = 1.10;
+const FORCED_ABOVE: f64 = 1.10;
 /// Models carried on to the next round.
 const BEAM: usize = 4;
 const MOST_EFFECTS: usize = 4;
@@ -40,7 +40,7 @@ const DECISIVE: f64 = 30.0;
 const RIVALLING: f64 = 0.7;
 
 /// What the search found.
-pub(crate) struct Found {
+pub(crate) struct SearchResult {
     /// The free decay with the noise floor as the best model shows it.
     pub(crate) decay: FreeDecay,
     pub(crate) plain: Fitted,
@@ -55,7 +55,7 @@ pub(crate) struct Found {
     pub(crate) refused: Vec<Refusal>,
 }
 
-impl Found {
+impl SearchResult {
     fn unexplained(
         decay: FreeDecay,
         plain: Fitted,
@@ -82,10 +82,10 @@ pub(super) fn is_worth(
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
-pub(crate) fn search(decay: &FreeDecay, begun: &Begun) -> Result<Found> {
-    let singles = &begun.singles;
-    let mut begun = begun.clone();
-    let mut found = search_from(decay, begun.clone())?;
+pub(crate) fn search(decay: &FreeDecay, start: &SearchStart) -> Result<SearchResult> {
+    let singles = &start.singles;
+    let mut start = start.clone();
+    let mut found = search_from(decay, start.clone())?;
     let mut refused = Vec::new();
     for _ in 0..MOST_REFUSED {
         let last = found.path.last().expect("the plain model");
@@ -96,13 +96,13 @@ pub(crate) fn search(decay: &FreeDecay, begun: &Begun) -> Result<Found> {
             None => found
                 .refused
                 .first()
-                .filter(|r| found.path.len() == 1 && begun.has_another(r))
+                .filter(|r| found.path.len() == 1 && start.has_another(r))
                 .cloned(),
         };
         let Some(another) = another else { break };
-        begun = begun.without(&another.effect);
+        start = start.without(&another.effect);
         refused.push(another);
-        found = search_from(decay, begun.clone())?;
+        found = search_from(decay, start.clone())?;
     }
     found.refused.extend(refused);
     found.singles.clone_from(singles);
@@ -117,8 +117,8 @@ pub(super) fn sharpened(decay: FreeDecay, leader: &Fitted) -> FreeDecay {
     }
 }
 
-fn search_from(decay: &FreeDecay, begun: Begun) -> Result<Found> {
-    let Begun { plain, candidates, singles } = begun;
+fn search_from(decay: &FreeDecay, start: SearchStart) -> Result<SearchResult> {
+    let SearchStart { plain, candidates, singles } = start;
     let count = decay.yaw_rad.len();
     let leading = best(&singles).filter(|s| criterion(s) < criterion(&plain)).unwrap_or(&plain);
     let mut decay = sharpened(decay.clone(), leading);
@@ -141,11 +141,11 @@ fn search_from(decay: &FreeDecay, begun: Begun) -> Result<Found> {
         if rounds.len() > 1 {
             let least = reach(&decay, leader, &candidates);
             let forced = || forced_rather_than(&decay, &plain, leader).is_some();
-            if least > WANDERS && forced() {
+            if least > FORCED_ABOVE && forced() {
                 let path = vec![plain.clone(), leader.clone()];
-                return Ok(Found::unexplained(decay, plain, singles, path));
+                return Ok(SearchResult::unexplained(decay, plain, singles, path));
             }
-            if least > HOPELESS {
+            if least > OUT_OF_REACH {
                 break;
             }
         }
@@ -190,7 +190,7 @@ fn search_from(decay: &FreeDecay, begun: Begun) -> Result<Found> {
     let indistinguishable = rivals(&decay, &plain, &accepted, &candidates, &rounds);
     decay.stop.check()?;
     let path = path(&plain, &accepted, &singles, &decay);
-    Ok(Found { decay, plain, singles, path, explained, indistinguishable, refused })
+    Ok(SearchResult { decay, plain, singles, path, explained, indistinguishable, refused })
 }
 
 fn has_line(model: &Fitted) -> bool {

@@ -14,7 +14,7 @@ use crate::diagnosis::compare::{self, Where};
 use crate::diagnosis::diagnose::{modal, name_of, Modal, Status, Step};
 use crate::diagnosis::likelihood::are_explained;
 use crate::diagnosis::origin::weighted_mean;
-use crate::diagnosis::releases::{self, mean_square, JudgedReleases, Releases, MOST_EFFECTS};
+use crate::diagnosis::releases::{self, mean_square, ReleaseAnswers, Releases, MOST_EFFECTS};
 use crate::diagnosis::shared_set::{Set, Surviving};
 use crate::diagnosis::survivors;
 use crate::effects::Effect;
@@ -176,7 +176,7 @@ pub fn diagnose_several_with_fits(
 }
 
 /// The models that the releases' own answers lead to, with what is common in common.
-fn in_common_at_once(releases: &Releases, judged: &JudgedReleases, common: &Common) -> Vec<Path> {
+fn in_common_at_once(releases: &Releases, judged: &ReleaseAnswers, common: &Common) -> Vec<Path> {
     let whole: Vec<Release> = releases.decays.iter().map(Release::whole).collect();
     let n = whole.len();
     let of_model = |model: &releases::ModelOfReleases| {
@@ -204,7 +204,7 @@ fn in_common_at_once(releases: &Releases, judged: &JudgedReleases, common: &Comm
 fn by_prediction(
     records: &[Record],
     releases: &Releases,
-    judged: &JudgedReleases,
+    judged: &ReleaseAnswers,
     common: &Common,
     options: &Options,
     present: &[Effect],
@@ -258,7 +258,7 @@ fn by_prediction(
 }
 
 /// Effects that survive somewhere, those of most releases first, behind those that stay.
-fn proposed(begun: &[Surviving], judged: &JudgedReleases, present: &[Effect]) -> Vec<Effect> {
+fn proposed(begun: &[Surviving], judged: &ReleaseAnswers, present: &[Effect]) -> Vec<Effect> {
     let mut votes: BTreeMap<Effect, usize> = BTreeMap::new();
     for effect in begun.iter().flat_map(|b| &b.alone().structure.effects) {
         *votes.entry(effect.clone()).or_default() += 1;
@@ -353,7 +353,7 @@ fn told(
 
 impl SeveralDiagnosis {
     /// What most releases name alone: a random moment, of another course in each, beside what they have in common.
-    fn add_random(&mut self, judged: &JudgedReleases, random: &Effect, model: &str) {
+    fn add_random(&mut self, judged: &ReleaseAnswers, random: &Effect, model: &str) {
         let said =
             |of: &crate::diagnosis::answer::Diagnosed| of.diagnosis.status == Status::Explained;
         let all = judged.alone.answers.iter().all(said);

@@ -28,7 +28,7 @@ const TRIED: usize = 3;
 
 /// A model with what it predicts.
 #[derive(Clone, Debug)]
-pub(crate) struct Judged {
+pub(crate) struct PredictedModel {
     pub(crate) model: Model,
     pub(crate) prediction: Prediction,
 }
@@ -60,12 +60,12 @@ fn rough_start(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<(f64
     lengths.starts(effect).into_par_iter().map(rough).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-pub(super) fn judged(lengths: &Lengths, model: Model) -> Judged {
+pub(super) fn judged(lengths: &Lengths, model: Model) -> PredictedModel {
     let prediction = predict(&lengths.predicted, &lengths.long, &model.fit);
-    Judged { model, prediction }
+    PredictedModel { model, prediction }
 }
 
-impl Judged {
+impl PredictedModel {
     pub(super) fn predicts_better_than(&self, other: &Self) -> bool {
         self.prediction.is_better_than(&other.prediction)
     }
@@ -114,13 +114,13 @@ pub(super) fn candidates(decay: &FreeDecay) -> Vec<Effect> {
 pub(crate) struct Survivors {
     pub(crate) lengths: Lengths,
     /// From the plain model on, an effect more each.
-    pub(crate) path: Vec<Judged>,
+    pub(crate) path: Vec<PredictedModel>,
     /// Every effect alone, best first.
     pub(crate) singles: Vec<Model>,
     /// Every set that was fitted on the way.
     pub(crate) sets: Vec<Model>,
     /// What survives of the simple effects alone.
-    simple: Judged,
+    simple: PredictedModel,
 }
 
 /// The model from which effects are looked for: the second-order response about a rest angle of its own, with the effects
@@ -158,7 +158,7 @@ pub(crate) fn search(decay: &FreeDecay, own: &[Effect], present: &Structure) -> 
         rounds.push(next);
     }
     decay.stop.check()?;
-    let tried: Vec<Vec<Judged>> = rounds[1..]
+    let tried: Vec<Vec<PredictedModel>> = rounds[1..]
         .par_iter()
         .map(|round| {
             let round = &round[..round.len().min(TRIED)];
@@ -195,9 +195,9 @@ pub(crate) fn search(decay: &FreeDecay, own: &[Effect], present: &Structure) -> 
 fn with_own(
     lengths: &Lengths,
     there: &[Effect],
-    mut here: Judged,
+    mut here: PredictedModel,
     own: &[Effect],
-) -> Result<Judged> {
+) -> Result<PredictedModel> {
     loop {
         lengths.stop.check()?;
         let better = own
@@ -225,7 +225,7 @@ fn is_simpler_one(lengths: &Lengths, model: &Model) -> bool {
 }
 
 /// `here`, or where one that bends to much predicts clearly better, that one with what it leaves needed.
-fn bent(lengths: &Lengths, there: &[Effect], here: Judged) -> Result<Judged> {
+fn bent(lengths: &Lengths, there: &[Effect], here: PredictedModel) -> Result<PredictedModel> {
     lengths.stop.check()?;
     let flexible: Vec<Effect> =
         Effect::deterministic().filter(|e| e.is_flexible() && !there.contains(e)).collect();
@@ -241,14 +241,18 @@ fn bent(lengths: &Lengths, there: &[Effect], here: Judged) -> Result<Judged> {
 }
 
 /// From `plain` to `last`, what is missed least taken out first.
-fn path(lengths: &Lengths, plain: &Judged, last: Judged) -> Result<Vec<Judged>> {
+fn path(
+    lengths: &Lengths,
+    plain: &PredictedModel,
+    last: PredictedModel,
+) -> Result<Vec<PredictedModel>> {
     let there = &plain.model.fit.structure.effects;
-    let added = |judged: &Judged| judged.model.fit.structure.effects.len() - there.len();
+    let added = |judged: &PredictedModel| judged.model.fit.structure.effects.len() - there.len();
     let mut path = vec![last];
     while let Some(larger) = path.last().filter(|j| added(j) > 1) {
         lengths.stop.check()?;
         let effects = &larger.model.fit.structure.effects;
-        let smaller: Vec<Judged> = effects
+        let smaller: Vec<PredictedModel> = effects
             .par_iter()
             .filter(|e| !there.contains(e))
             .map(|e| judged(lengths, without(lengths, &larger.model, e)))
@@ -298,13 +302,17 @@ impl Survivors {
 }
 
 /// `like` fitted again with another structure of the same numbers, and judged.
-pub(crate) fn refit(lengths: &Lengths, structure: &Structure, like: &Judged) -> Judged {
+pub(crate) fn refit(
+    lengths: &Lengths,
+    structure: &Structure,
+    like: &PredictedModel,
+) -> PredictedModel {
     let model = fitted(lengths, structure, &like.model.short.common, Some(&like.model.fit.common));
     judged(lengths, model)
 }
 
 /// Takes out again what the others have made needless, but for what is `there` from the beginning.
-fn pruned(lengths: &Lengths, there: &[Effect], mut here: Judged) -> Judged {
+fn pruned(lengths: &Lengths, there: &[Effect], mut here: PredictedModel) -> PredictedModel {
     loop {
         let effects = here.model.fit.structure.effects.clone();
         let needless = effects

@@ -14,7 +14,7 @@ const YIELDS: [f64; 3] = [0.3, 0.1, 1.0];
 const LEAST_YIELD_RAD: f64 = 1e-5;
 
 /// Yield angle, as a share of the amplitude, below which it yields at once.
-const AT_ONCE: f64 = 0.05;
+const DRY_YIELD: f64 = 0.05;
 
 impl Law for Hysteresis {
     fn id(&self) -> &'static str {
@@ -33,7 +33,7 @@ impl Law for Hysteresis {
 
     /// Dry friction whose turning points are round.
     fn is_simpler_one(&self, users: &[Quantity], amplitude_rad: f64) -> bool {
-        users[1].value < AT_ONCE * amplitude_rad
+        users[1].value < DRY_YIELD * amplitude_rad
     }
 
     fn equation(&self) -> Option<Equation<'_>> {

@@ -14,9 +14,9 @@ const FIRST_CYCLES: f64 = 5.0;
 const LONGER: f64 = 1.8;
 /// Evaluations after which a further start has to be this near, in the sum of squares, to the best one so far.
 const SHORT: usize = 7;
-const NEAR: f64 = 1.5;
+const RIVAL_SQUARES: f64 = 1.5;
 /// Residual over noise below which no further start is tried.
-const SURELY: f64 = 1.04;
+const AT_NOISE: f64 = 1.04;
 /// Sum of squares over the one that a linear step foresees, up to which a fit has found what that step points to.
 /// For speed alone: beyond, it is begun from a part of the record as well.
 const FORESEEN: f64 = 1.05;
@@ -26,7 +26,7 @@ const OWN_EVALUATIONS: usize = 50;
 
 /// Sum of squares over the noise of so many residuals below which no further start is tried.
 pub fn enough(count: usize) -> f64 {
-    SURELY * SURELY * count as f64
+    AT_NOISE * AT_NOISE * count as f64
 }
 
 fn solve(decay: &FreeDecay, structure: &Structure, start: &[f64], count: usize) -> Fit {
@@ -161,7 +161,7 @@ pub fn fit_added(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Fitted {
             // A start that has not come near the best by now is not going to win.
             let short = solve_in(decay, &structure, &p, count, SHORT);
             let reached = best.as_ref().map_or(f64::INFINITY, |b| b.sum_of_squares);
-            if short.sum_of_squares < NEAR * reached && short.evaluations >= SHORT {
+            if short.sum_of_squares < RIVAL_SQUARES * reached && short.evaluations >= SHORT {
                 fits.push(solve(decay, &structure, &short.parameters, count));
             }
             fits.push(short);

@@ -22,7 +22,7 @@ const FIRST_STEPS: usize = 6;
 const SETTLED_ON: usize = 2;
 
 /// Share of what the law alone fails to predict, that is left where an effect beside it is believed.
-const CLEARLY: f64 = 0.5;
+const LEFT_AT_MOST: f64 = 0.5;
 /// Share of what the second-order model leaves, below which an effect alone explains much.
 const MUCH: f64 = 0.5;
 /// Share of the yaw mode's frequencies within which a line is at a harmonic of it, and the highest such.
@@ -91,7 +91,7 @@ fn tried() -> Vec<(Effect, Kind)> {
 }
 
 /// An effect fitted beside the law.
-struct Tried {
+struct BesideFit {
     kind: Kind,
     effect: Effect,
     fit: PieceFit,
@@ -99,7 +99,7 @@ struct Tried {
     law: usize,
 }
 
-impl Tried {
+impl BesideFit {
     /// Of a line, rad/s.
     fn frequency_rad_s(&self) -> Option<f64> {
         let line = self.effect.line()?;
@@ -120,14 +120,14 @@ fn fitted(
     structure: &Structure,
     (found, whole): (&Measured, &Fitted),
     (effect, kind): &(Effect, Kind),
-) -> Vec<Tried> {
+) -> Vec<BesideFit> {
     if structure.effects.contains(effect) {
         return Vec::new();
     }
     let (law, plain) = (&found.fit.common, &found.plain.common);
     let begun = |common: &[f64]| {
         let fit = fit_towards(&lengths.long, &structure.with(effect), common, FIRST_STEPS);
-        Tried { kind: *kind, effect: effect.clone(), fit, law: law.len() }
+        BesideFit { kind: *kind, effect: effect.clone(), fit, law: law.len() }
     };
     let from = |start: &Vec<f64>| {
         let mut all = vec![begun(&[law, start.as_slice()].concat())];
@@ -144,7 +144,7 @@ fn fitted(
 }
 
 /// What is not the law's in `decay`, with the law as it is beside the effect that was tried last.
-fn not_the_laws(decay: &FreeDecay, tried: &Tried) -> Vec<f64> {
+fn not_the_laws(decay: &FreeDecay, tried: &BesideFit) -> Vec<f64> {
     let mut fit = fit_whole(decay, &tried.fit.structure, &tried.fit.numbers(0));
     let from = fit.parameters.len() - tried.effect.parameters().len();
     fit.parameters[from..].fill(0.0);
@@ -171,13 +171,14 @@ pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -
     let all = tried()
         .into_par_iter()
         .flat_map(|one| fitted(decay, lengths, &structure, (found, &whole), &one));
-    let all: Vec<Tried> = all.collect();
-    let mut all: Vec<Tried> = all.into_iter().filter(|tried| !tried.is_harmonic(decay)).collect();
+    let all: Vec<BesideFit> = all.collect();
+    let mut all: Vec<BesideFit> =
+        all.into_iter().filter(|tried| !tried.is_harmonic(decay)).collect();
     all.sort_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
-    let settled = |tried: &Tried| {
+    let settled = |tried: &BesideFit| {
         let PieceFit { structure, common, .. } = &tried.fit;
         let fit = fit_from(&lengths.long, structure, common, SETTLED);
-        Tried { fit, effect: tried.effect.clone(), ..*tried }
+        BesideFit { fit, effect: tried.effect.clone(), ..*tried }
     };
     all.truncate(SETTLED_ON);
     let nearest = all
@@ -187,13 +188,13 @@ pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -
         .min_by(|a, b| a.fit.sum().total_cmp(&b.fit.sum()));
     let missed = |p: &Prediction| (p.rms_rad() / decay.noise_rad).powi(2) - 1.0;
     let clearly = |p: &Prediction| {
-        p.is_better_than(&found.prediction) && missed(p) < CLEARLY * missed(&found.prediction)
+        p.is_better_than(&found.prediction) && missed(p) < LEFT_AT_MOST * missed(&found.prediction)
     };
     let predicted = nearest.map(|t| (predict_within(&lengths.predicted, &t.fit), t));
     if let Some((prediction, tried)) = predicted.filter(|(p, _)| clearly(p)) {
         let residuals_rad = not_the_laws(decay, &tried);
         let frequency_rad_s = tried.frequency_rad_s();
-        let Tried { kind, effect, .. } = tried;
+        let BesideFit { kind, effect, .. } = tried;
         let held_out_over_noise = prediction.rms_rad() / decay.noise_rad;
         return Some(Beside { kind, effect, held_out_over_noise, frequency_rad_s, residuals_rad });
     }

@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// Uncertainty of a curve at least, of its largest value.
 const LEAST_U: f64 = 0.002;
 /// Misfit on the curve over that of the nearest, up to which a formula is fitted to the records.
-const NEAR: f64 = 20.0;
+const FITTED_UP_TO: f64 = 20.0;
 /// Squares left over the least, up to which a simpler formula does as well.
 const AS_WELL: f64 = 1.02;
 /// Least share of a line that no multiple of the curve can stand for.
@@ -35,7 +35,7 @@ pub(super) fn line(lengths: &Lengths, plain: &Structure, found: &Tables) -> Opti
     let damping = found.damping();
     let mut near = Target::new(&damping, wn_rad_s, LEAST_U).nearest(false, true);
     let least = near.iter().map(|n| n.misfit).fold(f64::INFINITY, f64::min);
-    near.retain(|n| n.misfit <= NEAR * least);
+    near.retain(|n| n.misfit <= FITTED_UP_TO * least);
     // In place of the dissipation, beside the other curves.
     let parts = law.parts.iter().filter(|p| !is_damping(p)).copied().collect();
     let others = law.with(parts, false);

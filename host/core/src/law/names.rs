@@ -33,7 +33,7 @@ const LEAST_GAIN: f64 = 0.05;
 const AS_WELL: f64 = 1.1;
 /// First steps of a fit, and how many times the squares of the best formula they may leave for it to be gone on with.
 const FIRST_STEPS: usize = 6;
-const HOPELESS: f64 = 4.0;
+const MOST_SQUARES: f64 = 4.0;
 /// Share of the squares missed without the law's stiffness that hysteresis in its place may leave.
 const LITTLE: f64 = 0.01;
 
@@ -109,9 +109,10 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
         let tried = trial.fitted(Effect::Own(Arc::new(effect)), &on_curve.values)?;
         Some((tried, on_curve.formula.clone()))
     };
-    let mut ranked: Vec<(Tried, Formula)> = all.par_iter().filter_map(tried).collect();
+    let mut ranked: Vec<(NameFit, Formula)> = all.par_iter().filter_map(tried).collect();
     stop.check()?;
-    let least = |a: &Tried, b: &Tried| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad());
+    let least =
+        |a: &NameFit, b: &NameFit| a.prediction.rms_rad().total_cmp(&b.prediction.rms_rad());
     let yields = YIELDS.par_iter().filter_map(|y| {
         trial.fitted(Effect::with_memory(), &[YIELDING * wn * wn, y * found.law.yaw_rad])
     });
@@ -127,7 +128,7 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
             || other.rms_rad() < (1.0 + LEAST_GAIN) * noise_rad
     };
     let first = (0..ranked.len()).take_while(alike).count();
-    let count = |(_, formula): &(Tried, Formula)| formula.parameters().count();
+    let count = |(_, formula): &(NameFit, Formula)| formula.parameters().count();
     let fewest = ranked[..first].iter().map(count).min();
     ranked[..first].sort_by_key(count);
     let indistinguishable = ranked[..first].iter().filter(|n| Some(count(n)) == fewest).count();
@@ -146,7 +147,7 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     });
     stop.check()?;
     ranked.truncate(indistinguishable.max(NAMED));
-    let name = |(tried, formula): &(Tried, Formula)| {
+    let name = |(tried, formula): &(NameFit, Formula)| {
         let mut name = trial.named(tried)?;
         // The file begins where the fit has ended.
         let values: Vec<f64> = name.parameters.iter().map(|(_, q)| q.value).collect();
@@ -165,13 +166,13 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
 }
 
 /// An effect in place of the law, fitted to long pieces.
-struct Tried {
+struct NameFit {
     effect: Effect,
     fit: PieceFit,
     prediction: Prediction,
 }
 
-impl Tried {
+impl NameFit {
     /// The effect's numbers.
     fn numbers(&self) -> &[f64] {
         &self.fit.common[self.fit.start_of(self.fit.structure.effects.len() - 1)..]
@@ -187,7 +188,7 @@ struct Trial<'a> {
 
 impl Trial<'_> {
     /// Whether the law predicts better with `other` beside it.
-    fn lacks(&self, other: &Tried) -> bool {
+    fn lacks(&self, other: &NameFit) -> bool {
         let Self { releases, lengths, found } = self;
         if found.held_out_over_noise < HELD {
             return false;
@@ -207,7 +208,7 @@ impl Trial<'_> {
     /// Whether hysteresis stands for the law's stiffness: beside its dissipation it leaves little of what that alone misses,
     /// and predicts better than `best`, the best formula. A curve through many knots may do as well where the springs that
     /// yield are stiff.
-    fn remembers(&self, hysteresis: &Tried, best: Option<&Tried>) -> bool {
+    fn remembers(&self, hysteresis: &NameFit, best: Option<&NameFit>) -> bool {
         let Self { releases, lengths, found } = self;
         let of_yaw = |(part, _): &(Part, f64)| part.is_of_yaw();
         let held = HELD * releases.first().noise_rad;
@@ -238,7 +239,7 @@ impl Trial<'_> {
         // Of what the stiffness does.
         let square = |prediction: &Prediction| prediction.rms_rad().powi(2);
         let with = begun(&[(&hysteresis.effect, hysteresis.numbers()), law]);
-        if best.is_some_and(|n| with.sum() > HOPELESS * n.fit.sum()) {
+        if best.is_some_and(|n| with.sum() > MOST_SQUARES * n.fit.sum()) {
             return false;
         }
         let (with, by_law) = (predicted(&with), square(&found.prediction));
@@ -251,7 +252,7 @@ impl Trial<'_> {
     }
 
     /// `effect` in place of the law, fitted from `values` of what the fit varies.
-    fn fitted(&self, effect: Effect, values: &[f64]) -> Option<Tried> {
+    fn fitted(&self, effect: Effect, values: &[f64]) -> Option<NameFit> {
         let Self { lengths, found, .. } = self;
         let mut structure = found.plain.structure.with(&effect);
         structure.swift = true;
@@ -265,13 +266,13 @@ impl Trial<'_> {
             return None;
         }
         let prediction = predict_within(&lengths.predicted, &fit);
-        Some(Tried { effect, fit, prediction })
+        Some(NameFit { effect, fit, prediction })
     }
 
     /// Fitted to whole records, by steps that adapt; `None` where the user stops it.
-    fn named(&self, tried: &Tried) -> Option<Name> {
+    fn named(&self, tried: &NameFit) -> Option<Name> {
         let Self { releases, lengths, .. } = self;
-        let Tried { effect, fit, prediction } = tried;
+        let NameFit { effect, fit, prediction } = tried;
         let structure = Structure { swift: false, ..fit.structure.clone() };
         let whole = releases.whole(&structure, fit).ok()?;
         let prefix = format!("{effect}.");

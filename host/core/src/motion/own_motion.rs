@@ -24,7 +24,7 @@ const SLACK: f64 = 1.0 / 64.0;
 const ORDER: f64 = 5.0;
 /// Most halvings of a step, and at once.
 const MOST_HALVINGS: usize = 24;
-const AT_ONCE: f64 = 4.0;
+const MOST_SHORTENING: f64 = 4.0;
 /// Attempts that a simulation may take: so many, and so many more for each of its steps.
 const ATTEMPTS: (u64, u64) = (20_000, 50);
 /// Attempts that finding a corner is counted as.
@@ -291,7 +291,8 @@ impl<'a> Walker<'a> {
             let good = end.error <= bearable;
             if !good && self.level < MOST_HALVINGS {
                 let needed = ((end.error / self.tolerance).log2() / ORDER).ceil();
-                let more = if needed.is_finite() { needed.clamp(1.0, AT_ONCE) } else { 1.0 };
+                let more =
+                    if needed.is_finite() { needed.clamp(1.0, MOST_SHORTENING) } else { 1.0 };
                 self.halve(self.level + more as usize);
                 continue;
             }

@@ -27,14 +27,14 @@ pub fn present(decay: &FreeDecay, options: &Options) -> Result<Fitted> {
 
 /// The present model with every candidate beside it, one at a time: what a search begins with.
 #[derive(Clone)]
-pub(crate) struct Begun {
+pub(crate) struct SearchStart {
     pub(crate) plain: Fitted,
     pub(crate) candidates: Vec<Effect>,
     /// In the order of the candidates.
     pub(crate) singles: Vec<Fitted>,
 }
 
-impl Begun {
+impl SearchStart {
     /// # Errors
     /// Where the present model cannot be fitted, or interrupted.
     pub(crate) fn of(decay: &FreeDecay, options: &Options) -> Result<Self> {
