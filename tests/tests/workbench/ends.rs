@@ -73,6 +73,8 @@ fn both_ends_are_dragged() {
     let to_s = begin_s + 0.6 * (end_s - begin_s);
     browser.drag(at(end_s), at(to_s));
     browser.wait(is_cut);
+    // Without its fit nothing can be taken hold of.
+    browser.wait(&format!("{caption}.includes('the record ends there')"));
     let now = pair(&bench.get("/api/curves?release=0"), "analysed_s");
     assert!((now[1] - to_s).abs() < 0.02 * (last_s - first_s), "{now:?}, {to_s}");
     assert!((now[0] - begin_s).abs() < 1e-6, "{now:?}, {begin_s}");
