@@ -13,6 +13,7 @@ use crate::motion::simulate::Grid;
 use crate::record::{resample, Derivative, Measurand, Record};
 use crate::statistics::{rms_of_sixths, rms_of_thirds, rms_of_uneven_sixths};
 use crate::stop::Stop;
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 /// Block means per cycle: those on which residual and noise floor are compared.
@@ -78,6 +79,8 @@ pub struct FreeDecay {
     pub grid: Grid,
     /// Block means of the reading, with the sensor's zero in it.
     pub yaw_rad: Vec<f64>,
+    /// Means before the last cycle, where dry friction takes all of the amplitude in it.
+    pub(crate) smooth: usize,
     /// Samples in a mean.
     pub block: usize,
     /// Noise of one mean.
@@ -171,6 +174,7 @@ impl FreeDecay {
             count: yaw_rad.len(),
             mean_width_s: if block > 1 { step_s } else { 0.0 },
         };
+        let smooth = means.time_s.partition_point(|t| *t < prepared.span.smooth_to_s);
         let kept: Vec<f64> = stretch.kept().map(|s| of_model(s.1)).collect();
         let thirds = rms_of_thirds(&kept);
         let colour = noise::colour(&kept, frequency * stretch.step_s);
@@ -206,6 +210,7 @@ impl FreeDecay {
             sample_noise_rad,
             grid,
             yaw_rad,
+            smooth,
             block,
             frequency_rad_s: frequency,
             amplitude_rad,
@@ -248,7 +253,18 @@ impl FreeDecay {
         let yaw_rad: Vec<f64> = means.yaw_deg.iter().map(|y| self.measurand.of_model(*y)).collect();
         let grid =
             Grid { start_s: means.time_s[0] - release_time_s, count: yaw_rad.len(), ..self.grid };
-        Some((Self { grid, yaw_rad, release_time_s, ..self.clone() }, held))
+        let smooth = self.smooth + yaw_rad.len() - self.yaw_rad.len();
+        Some((Self { grid, yaw_rad, smooth, release_time_s, ..self.clone() }, held))
+    }
+
+    /// What a law that is smooth over the rate can hold of it: without the cycle in which dry friction stops the model.
+    pub(crate) fn smooth(&self) -> Cow<'_, Self> {
+        let count = self.smooth;
+        if count >= self.yaw_rad.len() {
+            return Cow::Borrowed(self);
+        }
+        let yaw_rad = self.yaw_rad[..count].to_vec();
+        Cow::Owned(Self { grid: Grid { count, ..self.grid }, yaw_rad, ..self.clone() })
     }
 
     /// With the floor of coloured noise taken from the `residuals` of a good model, which show it down to frequencies

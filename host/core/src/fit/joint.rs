@@ -310,6 +310,7 @@ mod tests {
             warnings: Vec::new(),
             stop: Default::default(),
             grid,
+            smooth: yaw_rad.len(),
             yaw_rad,
             block: 1,
             noise_rad: 1e-3,

@@ -128,6 +128,7 @@ impl Pieces {
     fn with(decay: &FreeDecay, ranges: Vec<Range<usize>>) -> Self {
         let piece = |range: &Range<usize>| {
             let decay = FreeDecay {
+                smooth: decay.smooth.saturating_sub(range.start).min(range.len()),
                 grid: crate::motion::simulate::Grid {
                     start_s: decay.grid.time_s(range.start),
                     count: range.len(),

@@ -113,7 +113,12 @@ impl Part<'_> {
     /// The rows from which a discrepancy is estimated at the numbers `all`, those marked `fixed` apart.
     fn observed(&self, all: &[f64], fixed: &[bool]) -> Observed {
         let decay = self.release.decay;
-        let (residuals, columns) = self.linearised(all);
+        let (mut residuals, mut columns) = self.linearised(all);
+        // Where dry friction is about to stop the model, no small step says what another law would do.
+        let count = self.release.count.min(decay.smooth);
+        let stopping = count..self.release.count;
+        residuals.drain(stopping.clone());
+        columns.iter_mut().for_each(|column| drop(column.drain(stopping.clone())));
         let free = self.free.iter().map(|&j| self.places[j]).zip(columns);
         let (places, columns) = free.filter(|(at, _)| !fixed[*at]).unzip();
         let p: Vec<f64> = self.places.iter().map(|&at| all[at]).collect();
@@ -123,9 +128,10 @@ impl Part<'_> {
             discrepancy::responses(&motion, &self.grid(), decay.amplitude_rad, step);
         for response in &mut responses {
             response.iter_mut().for_each(|y| *y /= decay.noise_rad);
+            response.truncate(count);
             response.resize(residuals.len(), 0.0);
         }
-        Observed { residuals, count: self.release.count, places, columns, responses }
+        Observed { residuals, count, places, columns, responses }
     }
 
     /// The roughness of a measured law as further residuals: in proportion to the means, so that pieces of a free decay

@@ -4,7 +4,7 @@ use super::damped_sinusoid::Mode;
 use super::envelope::POINTS_PER_CYCLE;
 use super::flag::Flag;
 use super::least_squares;
-use super::release::{Run, Search};
+use super::release::{Ending, Run, Search};
 use super::samples::Stretch;
 use super::{Begin, End};
 use crate::record::Derivative;
@@ -20,6 +20,9 @@ const CLEAR: f64 = 20.0;
 const GUARD_CYCLES: f64 = 0.02;
 /// Fall of the amplitude within a cycle that no damping in range explains (damping ratio 0.15).
 const STOPPED_RATIO: f64 = 2.5;
+/// Fall of the amplitude within the last cycle, over what damping and dry friction, which takes as much from each cycle, would
+/// let it fall by, from which on it was stopped.
+const FALLS_FASTER: f64 = 1.5;
 /// A rise of the amplitude within three cycles, by this factor and this share of the largest, that is a push where the fall
 /// within the two cycles before it is less than its root: a beat falls as fast as it rises.
 const PUSHED_RATIO: f64 = 1.5;
@@ -228,41 +231,52 @@ impl Search<'_> {
     }
 
     /// The end of the free motion that `run` belongs to: where it dies out, is stopped, or the record ends.
-    pub(super) fn end(&self, run: Run, flags: &mut Vec<Flag>) -> (f64, End) {
-        let last = self.points[run.last];
+    pub(super) fn end(&self, run: Run, flags: &mut Vec<Flag>) -> Ending {
+        let end_point = self.points[run.last];
         let reaches_end = run.last + 1 == self.points.len();
-        let natural = match reaches_end {
+        let (natural_s, end) = match reaches_end {
             true => (self.end_s, End::Record),
-            false => (last.time_s, End::DiedOut),
+            false => (end_point.time_s, End::DiedOut),
         };
-        let cycle = run.last.saturating_sub(POINTS_PER_CYCLE).max(run.first)..=run.last;
-        let largest = cycle.map(|i| self.points[i].amplitude_deg).fold(0.0, f64::max);
+        let natural = Ending { to_s: natural_s, end, smooth_to_s: natural_s };
+        let [first, before, within] = [2, 1, 0].map(|cycles| self.fall(run, cycles));
         // Two cycles clear of what made the amplitude change, continued to the end.
-        let core_to = if let Some(pushed) = self.push(run).filter(|_| self.is_clear(run)) {
+        let pushed = self.push(run).filter(|_| self.is_clear(run));
+        let core_to = if let Some(pushed) = pushed {
             self.points[pushed].time_s - 0.75 * self.period
-        } else if largest >= STOPPED_RATIO * last.amplitude_deg {
-            last.time_s - 1.75 * self.period
+        } else if within[0] >= STOPPED_RATIO * within[1] {
+            end_point.time_s - 1.75 * self.period
         } else {
             return natural;
         };
         let core = self.means.between(core_to - 2.0 * self.period, core_to);
         let Some(mode) = self.mode_of(&core) else { return natural };
-        let after = self.means.between(core_to, natural.0);
-        let first_misfit = self.misfits(&after, &mode).next();
-        match first_misfit {
-            Some(k) => {
-                flags.push(Flag::StoppedEarly);
-                (after.time_s[k.saturating_sub(1)] - self.means.step_s, End::Stopped)
-            }
-            None => natural,
+        let after = self.means.between(core_to, natural_s);
+        let Some(k) = self.misfits(&after, &mode).next() else { return natural };
+        let smooth_to_s = after.time_s[k.saturating_sub(1)] - self.means.step_s;
+        let [first, before, last] = [first, before, within].map(|[from, to]| from - to);
+        // As it has become smaller from cycle to cycle, so it goes on.
+        let expected = before * (before / first).clamp(0.0, 1.0);
+        if pushed.is_none() && last < FALLS_FASTER * expected {
+            return Ending { smooth_to_s, ..natural };
         }
+        flags.push(Flag::StoppedEarly);
+        Ending { to_s: smooth_to_s, end: End::Stopped, smooth_to_s }
+    }
+
+    /// The largest and the last amplitude of a cycle, so many before the last one of `run`.
+    fn fall(&self, run: Run, cycles: usize) -> [f64; 2] {
+        let before = |i: usize| i.saturating_sub(POINTS_PER_CYCLE).max(run.first);
+        let last = (0..cycles).fold(run.last, |i, _| before(i));
+        let amplitude = |i: usize| self.points[i].amplitude_deg;
+        [(before(last)..=last).map(amplitude).fold(0.0, f64::max), amplitude(last)]
     }
 }
 
 #[cfg(test)]
 mod tests {
     use crate::identify::flag::Flag;
-    use crate::identify::{prepare, Settings};
+    use crate::identify::{prepare, End, Settings};
     use crate::record::Record;
     use std::f64::consts::TAU;
 
@@ -312,6 +326,34 @@ mod tests {
             let to_s = prepared.span.to_s;
             assert!(to_s < pushed_s + 0.2 && to_s > pushed_s - 2.5, "{to_s} for {pushed_s}");
             assert!(prepared.span.flags.contains(&Flag::StoppedEarly), "{:?}", prepared.span.flags);
+        }
+    }
+
+    /// Dry friction takes as much from each cycle: three times in the last what is left after it, and no more than before.
+    #[test]
+    fn dry_friction_ends_a_free_decay_by_itself_and_a_hand_does_not() {
+        let released = |cycle_deg: f64, zeta: f64, stopped_s: f64| -> Record {
+            let time_s: Vec<f64> = (0..2000).map(|k| f64::from(k) * STEP_S).collect();
+            let yaw = |t: f64| {
+                let amplitude_deg = (30.0 - cycle_deg * t * WN_RAD_S / TAU).max(0.0);
+                let amplitude_deg = amplitude_deg * (-zeta * WN_RAD_S * t).exp();
+                let noise = 0.05 * (t * 1298.98).sin();
+                noise + if t < stopped_s { amplitude_deg * (WN_RAD_S * t).cos() } else { 0.0 }
+            };
+            let yaw_deg = time_s.iter().map(|t| yaw(*t)).collect();
+            Record::new("r", time_s, yaw_deg)
+        };
+        let ends = |record: &Record| prepare(record, &settings()).expect("a free decay").span;
+        let span = ends(&released(5.0, 0.0, f64::INFINITY));
+        let at_rest_s = 6.0 * TAU / WN_RAD_S;
+        assert_eq!((span.end, span.flags), (End::DiedOut, vec![]));
+        assert!((span.to_s - at_rest_s).abs() < 0.5 * TAU / WN_RAD_S, "{}", span.to_s);
+        assert!(span.smooth_to_s < at_rest_s - 0.5 * TAU / WN_RAD_S, "{}", span.smooth_to_s);
+        // A hand at any damping.
+        for (cycle_deg, zeta, cycles) in [(2.0, 0.0, 6.0), (0.0, 0.06, 4.0), (0.0, 0.1, 4.0)] {
+            let span = ends(&released(cycle_deg, zeta, cycles * TAU / WN_RAD_S));
+            assert_eq!(span.end, End::Stopped, "{zeta}");
+            assert!(span.flags.contains(&Flag::StoppedEarly), "{zeta}: {:?}", span.flags);
         }
     }
 

@@ -72,6 +72,8 @@ pub(crate) struct FreeSpan {
     /// What is analysed.
     pub(crate) from_s: f64,
     pub(crate) to_s: f64,
+    /// Beyond it dry friction takes the amplitude within a cycle: no law that is smooth over the rate holds the model.
+    pub(crate) smooth_to_s: f64,
     pub(crate) flags: Vec<Flag>,
 }
 
@@ -143,6 +145,14 @@ pub(super) struct Search<'a> {
     pub(crate) points: Vec<Point>,
 }
 
+/// The end of a free motion.
+pub(super) struct Ending {
+    pub(crate) to_s: f64,
+    pub(crate) end: End,
+    /// Beyond it dry friction takes the amplitude within a cycle.
+    pub(crate) smooth_to_s: f64,
+}
+
 /// Consecutive points of the envelope, ends included.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Run {
@@ -181,7 +191,7 @@ impl Search<'_> {
         }
         let around = self.grown(chosen, |p| p.amplitude_deg >= least);
         let onset = self.onset(around, &mut flags);
-        let (free_to_s, mut end) = self.end(around, &mut flags);
+        let Ending { to_s: free_to_s, mut end, smooth_to_s } = self.end(around, &mut flags);
         let mut from = onset.free_from_s;
         let mut to = free_to_s;
         if windowed.is_some() {
@@ -212,6 +222,7 @@ impl Search<'_> {
             end,
             from_s: from,
             to_s: to,
+            smooth_to_s,
             flags,
         })
     }

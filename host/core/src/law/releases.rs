@@ -7,13 +7,14 @@ use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, Release, Sharing};
 use crate::fit::pieces::Own;
 use crate::fit::segments::PieceFit;
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 /// Releases of one rig under one law, each about a rest angle of its own.
 #[derive(Clone, Debug)]
 pub struct Releases<'a> {
     /// The one from the largest yaw angle first: most of the law is seen there.
-    decays: Vec<&'a FreeDecay>,
+    decays: Vec<Cow<'a, FreeDecay>>,
     /// Of each: those of one number have natural frequency and damping ratio in common. The first has 0.
     modal: Vec<usize>,
     /// Where each stood among those given.
@@ -35,7 +36,7 @@ impl<'a> Releases<'a> {
             })
         };
         let modal = given.iter().map(number).collect();
-        Self { decays: given.iter().map(|&i| releases[i].0).collect(), modal, given }
+        Self { decays: given.iter().map(|&i| releases[i].0.smooth()).collect(), modal, given }
     }
 
     /// A release alone.
@@ -44,13 +45,13 @@ impl<'a> Releases<'a> {
     }
 
     /// The release from the largest yaw angle.
-    pub fn first(&self) -> &'a FreeDecay {
-        self.decays[0]
+    pub fn first(&self) -> &FreeDecay {
+        &self.decays[0]
     }
 
     /// The release, where there is one.
-    pub(super) fn alone(&self) -> Option<&'a FreeDecay> {
-        match self.decays[..] {
+    pub(super) fn alone(&self) -> Option<&FreeDecay> {
+        match &self.decays[..] {
             [decay] => Some(decay),
             _ => None,
         }
@@ -75,7 +76,7 @@ impl<'a> Releases<'a> {
 
     pub(super) fn lengths(&self) -> Lengths {
         let each: Vec<(&FreeDecay, Own)> =
-            self.decays.iter().enumerate().map(|(i, decay)| (*decay, self.own(i))).collect();
+            self.decays.iter().enumerate().map(|(i, decay)| (&**decay, self.own(i))).collect();
         Lengths::of_all(&each)
     }
 

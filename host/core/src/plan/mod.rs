@@ -121,6 +121,7 @@ fn simulated(rival: &Rival, like: &FreeDecay, release: &Possible, level: f64) ->
     let finite = yaw_rad.iter().all(|y| y.is_finite() && y.abs() < std::f64::consts::PI);
     (finite && count > 0).then(|| FreeDecay {
         grid,
+        smooth: yaw_rad.len(),
         yaw_rad,
         block: block as usize,
         noise_rad: level * like.noise_rad * (like.grid.step_s / step_s).sqrt(),
