@@ -51,11 +51,11 @@ impl File {
     }
 }
 
-/// Measures and names the law of records, read as `reading` says, or of a model's beside its effects. Nothing is written.
+/// What [`beside`] takes: records, read as `reading` says, or a model and its records.
 ///
 /// # Errors
-/// Exit 3 where a file cannot be used, 6 where no law can be fitted, 130 where the user stops it.
-pub fn found(paths: &[PathBuf], reading: &Selection, dissipative: bool) -> Result<LawAnswer> {
+/// Exit 3 where a file cannot be used, 130 where the user stops it.
+pub fn read(paths: &[PathBuf], reading: &Selection) -> Result<(Model, Data)> {
     let (model, at) = match paths {
         [model] if is_model(model) => (Model::read(model)?, model.clone()),
         _ => {
@@ -67,24 +67,24 @@ pub fn found(paths: &[PathBuf], reading: &Selection, dissipative: bool) -> Resul
     };
     let data = Data::of(&model, &at)?;
     interrupt::check()?;
-    beside(&model, &data, dissipative, &|_, _| {})
+    Ok((model, data))
 }
 
-/// As [`found`], of records in memory.
+/// As [`read`], of records in memory.
 ///
 /// # Errors
-/// As [`found`].
-pub fn found_in(records: Vec<Record>, dissipative: bool) -> Result<LawAnswer> {
+/// As [`read`].
+pub fn of_records(records: Vec<Record>) -> Result<(Model, Data)> {
     let data = Data::of_records(records)?;
     let records = data.fitted.iter().map(|r| r.entry.clone()).collect();
-    beside(&Model { records, ..Model::default() }, &data, dissipative, &|_, _| {})
+    Ok((Model { records, ..Model::default() }, data))
 }
 
 /// Measures and names the law of `data` beside the effects of `model`; `show` is given a first law, and the law
 /// with its uncertainty before it has names.
 ///
 /// # Errors
-/// As [`found`].
+/// Exit 6 where no law can be fitted, 130 where the user stops it.
 pub fn beside(
     model: &Model,
     data: &Data,

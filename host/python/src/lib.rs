@@ -22,11 +22,12 @@ use yawrig::answer::Answer;
 use yawrig_base::error::Error;
 use yawrig_base::message::Listener;
 use yawrig_core::identify::several;
-use yawrig_core::record::Record;
+use yawrig_core::record::{Measurand, Record, Said};
 use yawrig_records::Selection;
 
-/// Name, times and angles, and whether its stamps were spread.
-type Given = (String, PyBackedBytes, PyBackedBytes, bool);
+/// Name, times and numbers, whether its stamps were spread, and what it says it holds, as JSON.
+type Given = (String, PyBackedBytes, PyBackedBytes, bool, String);
+type GivenBack = (String, Bytes, Bytes, bool, String);
 
 /// What would be said on stderr.
 static SAID: Mutex<Vec<String>> = Mutex::new(Vec::new());
@@ -39,14 +40,36 @@ impl Listener for Kept {
     }
 }
 
-fn record((name, time_s, yaw_deg, stamps_spread): Given) -> yawrig_base::error::Result<Record> {
+fn record(given: Given) -> yawrig_base::error::Result<Record> {
+    let (name, time_s, yaw_deg, stamps_spread, said) = given;
+    let said: Said = from_json(&said)?;
     let record = Record::new(name, numbers(&time_s), numbers(&yaw_deg));
-    yawrig_records::checked(Record { stamps_spread, ..record })
+    yawrig_records::checked(Record { stamps_spread, measurand: said.measurand(), ..record })
 }
 
-fn given(py: Python<'_>, record: &Record) -> (String, Bytes, Bytes, bool) {
+fn given(py: Python<'_>, record: &Record) -> PyResult<GivenBack> {
     let name = record.file.display().to_string();
-    (name, bytes(py, &record.time_s), bytes(py, &record.yaw_deg), record.stamps_spread)
+    let said = to_json(py, &record.measurand)?;
+    let [time_s, yaw_deg] = [&record.time_s, &record.yaw_deg].map(|of| bytes(py, of));
+    Ok((name, time_s, yaw_deg, record.stamps_spread, said))
+}
+
+fn from_json<T: serde::de::DeserializeOwned>(text: &str) -> yawrig_base::error::Result<T> {
+    serde_json::from_str(text).map_err(|e| Error::usage(format!("how it is to be read: {e}")))
+}
+
+fn to_json(py: Python<'_>, measurand: &Measurand) -> PyResult<String> {
+    let said = serde_json::to_string(&measurand.said());
+    said.map_err(|e| raised(py, Error::internal(e.to_string())))
+}
+
+/// selection as JSON; what it says numbers are, as JSON, and by what they are multiplied
+fn said(arguments: &Bound<'_, PyTuple>) -> PyResult<(String, f64)> {
+    let (selection,): (String,) = arguments.extract()?;
+    let py = arguments.py();
+    let meant = from_json(&selection).and_then(|selection| yawrig_records::measurand(&selection));
+    let (measurand, scale) = meant.map_err(|e| raised(py, e))?;
+    Ok((to_json(py, &measurand)?, scale))
 }
 
 /// The answer of a verb: its JSON, its sentence, functions that give the rest of it, and what else was said.
@@ -75,7 +98,7 @@ fn ask(arguments: &Bound<'_, PyTuple>) -> PyResult<Answered> {
 fn rest(py: Python<'_>, answer: &Arc<Answer>) -> PyResult<[Function; 3]> {
     let of = answer.clone();
     let made = function(py, c"made", move |arguments| {
-        Ok(of.made().map(|record| given(arguments.py(), record)))
+        of.made().map(|record| given(arguments.py(), record)).transpose()
     })?;
     let of = answer.clone();
     let models = function(py, c"models", move |arguments| model::all(arguments.py(), &of))?;
@@ -88,14 +111,13 @@ fn rest(py: Python<'_>, answer: &Arc<Answer>) -> PyResult<[Function; 3]> {
 }
 
 /// path, selection as JSON
-fn read(arguments: &Bound<'_, PyTuple>) -> PyResult<(String, Bytes, Bytes, bool)> {
+fn read(arguments: &Bound<'_, PyTuple>) -> PyResult<GivenBack> {
     let (path, selection): (PathBuf, String) = arguments.extract()?;
     let py = arguments.py();
-    let selection: Selection = serde_json::from_str(&selection)
-        .map_err(|e| raised(py, Error::usage(format!("how it is to be read: {e}"))))?;
+    let selection: Selection = from_json(&selection).map_err(|e| raised(py, e))?;
     let read =
         worked(py, On::AllCores, None, move |_| yawrig_records::read_selected(&path, &selection))?;
-    Ok(given(py, &read))
+    given(py, &read)
 }
 
 /// First sample and the one after the last of each release in a record.
@@ -115,5 +137,6 @@ fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("ask", function(py, c"ask", ask)?)?;
     module.add("read", function(py, c"read", read)?)?;
+    module.add("said", function(py, c"said", said)?)?;
     module.add("releases", function(py, c"releases", releases)?)
 }

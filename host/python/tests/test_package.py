@@ -211,6 +211,57 @@ def test_several_releases_in_a_record():
     assert one.releases() == [one]
 
 
+def test_a_rate_is_fitted_as_a_rate_and_a_displacement_in_its_unit(tmp_path):
+    """A damped oscillation of which a gyroscope shows the rate, in closed form; from arrays and from a file."""
+    t = numpy.arange(0.0, 20.0, 0.01)
+    wn, zeta = 6.0, 0.01
+    wd = wn * (1 - zeta**2) ** 0.5
+    decay = 0.2 * numpy.exp(-zeta * wn * t)
+    noise = 1e-3 * numpy.random.default_rng(1).standard_normal(t.size)
+    rate = decay * (-zeta * wn * numpy.cos(wd * t) - wd * numpy.sin(wd * t)) + noise
+    gyroscope = yawrig.Record(t, rate, quantity="rate", unit="rad/s")
+    assert (gyroscope.quantity, gyroscope.unit) == ("rate", "deg/s")
+    file = tmp_path / "gyroscope.csv"
+    with open(file, "w") as out:
+        out.write("time (s),Gyroscope z (rad/s)\n")
+        out.writelines(f"{a},{b}\n" for a, b in zip(t, rate))
+    for record in [gyroscope, yawrig.read(file, quantity="rate"), pickle.loads(pickle.dumps(gyroscope))]:
+        found = yawrig.identify(record)
+        assert found.quantity == "rate"
+        assert abs(found.natural_frequency_rad_s.value - wn) < 5 * found.natural_frequency_rad_s.u < 0.05
+    with pytest.raises(yawrig.YawrigError, match="take its values"):
+        gyroscope.angle_deg
+    beam = yawrig.Record(t, 1e3 * decay * numpy.cos(wd * t), quantity="displacement", unit="mm")
+    assert yawrig.identify(beam).unit == "mm" and beam.values.max() > 190
+    with pytest.raises(yawrig.YawrigError, match="no rate, and may be a angle|are no rate"):
+        yawrig.Record(t, rate, quantity="rate", unit="deg")
+
+
+def test_a_ships_roll_in_the_coefficients_of_its_field():
+    """B1 = 2 zeta wn A44; one release, two of one ship, and their law."""
+    t = numpy.arange(0.0, 60.0, 0.02)
+    rolls = [
+        yawrig.Record(
+            t,
+            amplitude * numpy.exp(-0.02 * 2 * t) * numpy.cos(2 * (1 - 0.02**2) ** 0.5 * t)
+            + 0.02 * numpy.random.default_rng(seed).standard_normal(t.size),
+            name=f"roll{seed}",
+            motion="roll",
+        )
+        for seed, amplitude in [(1, 14.0), (2, 9.0)]
+    ]
+    b1 = lambda roll: next(c for c in roll["coefficients"] if c["name"] == "B1")["of_ship"]["value"]
+    one = yawrig.diagnose(rolls[0], inertia_kg_m2=50).to_dict()
+    two = yawrig.diagnose(rolls, same_rig=True, inertia_kg_m2=50).to_dict()
+    for roll in [one["roll"], *(record["roll"] for record in two["records"])]:
+        assert abs(b1(roll) - 2 * 0.02 * 2 * 50) < 0.05
+    law = yawrig.law(rolls[0], gm_m=0.1, displacement_kg=40).to_dict()["roll"]
+    assert law["a44_kg_m2"]["value"] == pytest.approx(40 * 9.80665 * 0.1 / 4, rel=0.01)
+    unnamed = yawrig.Record(t, rolls[0].values)
+    with pytest.raises(yawrig.YawrigError, match="motion"):
+        yawrig.diagnose([rolls[0], unnamed], inertia_kg_m2=50)
+
+
 def test_results_and_records_travel(record, diagnosis):
     copy = pickle.loads(pickle.dumps(diagnosis))
     assert copy.to_dict() == diagnosis.to_dict() and copy.status == "explained"

@@ -184,21 +184,8 @@ impl<'a> ChannelRequest<'a> {
             Ok(meant) => return Ok(meant),
             Err(unclear) => unclear,
         };
-        let what = match unclear {
-            Unclear::NoUnit => format!("channel {} is in an unknown unit", yaw.name),
-            Unclear::NoAngle => {
-                let unit = own.or(unit).unwrap_or_default();
-                format!("channel {} is in {unit:?}, which is no angle", yaw.name)
-            }
-            Unclear::Against(said, is) => {
-                let unit = own.or(unit).unwrap_or_default();
-                let (said, is) = (said.name(), is.name());
-                format!(
-                    "channel {} is in {unit:?}: its numbers are no {said}, and may be a {is}",
-                    yaw.name
-                )
-            }
-        };
+        let unit = own.or(unit).unwrap_or_default();
+        let what = unclear.said_of(&format!("channel {}", yaw.name), unit);
         let chosen = Selection {
             yaw: Some(yaw.name.clone()),
             quantity: quantity.filter(|_| unclear == Unclear::NoUnit),

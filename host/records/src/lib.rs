@@ -37,11 +37,12 @@ pub use quantity::Quantity;
 pub use table::{Channel, Selection, TimeUnit};
 
 use place::{Part, Times};
+use quantity::Meant;
 use std::ops::Range;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::identify::several;
-use yawrig_core::record::Record;
+use yawrig_core::record::{Measurand, Record};
 
 /// Reads one release of `r.csv#2`, what lies between two times of `r.csv#12.5s..40s`, or all of `r.csv`: `time_s` and
 /// `yaw_deg` (or `yaw_rad`, converted) from a file: CSV, MATLAB, HDF5, TDMS or Parquet, whatever it is called; `-` is
@@ -113,12 +114,35 @@ fn parsed(file: &Path, selection: &Selection, kept: &Selection) -> Result<Record
     Ok(record)
 }
 
+/// What numbers in memory are by quantity, unit and motion of `said`, and by what they are multiplied to be in the record's
+/// own unit; without a unit angles in deg.
+///
+/// # Errors
+/// Exit 2 where the unit is none of the quantity.
+///
+/// ```
+/// use yawrig_records::{measurand, Selection};
+///
+/// let said = Selection { unit: Some("rad/s".to_owned()), ..Selection::default() };
+/// let (measurand, deg_s) = measurand(&said).unwrap();
+/// assert_eq!((measurand.quantity(), measurand.unit(), deg_s.round()), ("rate", "deg/s", 57.0));
+/// ```
+pub fn measurand(said: &Selection) -> Result<(Measurand, f64)> {
+    let unit = said.unit.as_deref().unwrap_or("deg");
+    let Meant { measurand, scale } = quantity::meant(said.quantity, Some(unit)).map_err(|unclear| {
+        Error::usage(unclear.said_of("the record", unit)).help(
+            "say what it holds: quantity angle, rate, acceleration or displacement, and its unit",
+        )
+    })?;
+    Ok((said.motion.map_or(measurand.clone(), |called| measurand.called(called)), scale))
+}
+
 /// A record in memory as one that was read: whole turns taken out.
 ///
 /// # Errors
 /// Exit 3, naming record and sample, for what is refused of a file.
 pub fn checked(mut record: Record) -> Result<Record> {
-    asked::check(&record, "yaw_deg")?;
+    asked::check(&record, &quantity::column(&record.measurand))?;
     if record.measurand.is_angle() {
         turns::take_out(&mut record.yaw_deg);
     }

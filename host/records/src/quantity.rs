@@ -79,6 +79,20 @@ pub(super) enum Unclear {
     Against(Quantity, Quantity),
 }
 
+impl Unclear {
+    /// Of numbers in `unit`, called `what`.
+    pub(super) fn said_of(&self, what: &str, unit: &str) -> String {
+        match self {
+            Self::NoUnit => format!("{what} is in an unknown unit"),
+            Self::NoAngle => format!("{what} is in {unit:?}, which is no angle"),
+            Self::Against(said, is) => {
+                let (said, is) = (said.name(), is.name());
+                format!("{what} is in {unit:?}: its numbers are no {said}, and may be a {is}")
+            }
+        }
+    }
+}
+
 /// Of an angle, its rate or its acceleration: which, and how many deg, deg/s or deg/s2 the unit is.
 pub(super) fn angular(unit: &str) -> Option<(Derivative, f64)> {
     let unit = unit.trim().to_lowercase().replace(' ', "");

@@ -27,7 +27,7 @@ use yawrig_core::roll::RollDecay;
 use yawrig_model::document::{is_model, Model, RecordEntry};
 use yawrig_model::edits;
 use yawrig_model::effects::named;
-use yawrig_model::law::{found_in, LawAnswer};
+use yawrig_model::law::LawAnswer;
 use yawrig_model::limits::structure;
 use yawrig_model::records;
 use yawrig_records::Selection;
@@ -299,10 +299,9 @@ impl Diagnose {
     /// `with_law`: the law of a record that nothing explains is measured.
     fn judged(&self, case: Case, with_law: bool) -> Result<Outcome> {
         let begin = std::time::Instant::now();
-        let is_one = matches!(case, Case::Record(..));
-        if self.roll.ship()?.is_some() && !is_one {
-            return Err(Error::usage("an inertia, GM or displacement with several releases")
-                .help("give one record: yawrig diagnose FILE --motion roll"));
+        if self.roll.ship()?.is_some() && matches!(case, Case::Campaign(..)) {
+            return Err(Error::usage("an inertia, GM or displacement with a campaign")
+                .help("give its records: yawrig diagnose FILE... --motion roll"));
         }
         match case {
             Case::Record(record, options, model) => {
@@ -322,8 +321,12 @@ impl Diagnose {
             }
             Case::Several(records, options) => {
                 let common = self.common()?;
+                let rolls = self.roll.all_roll(records.iter().map(|r| &r.measurand))?;
                 crate::say!("judging {} releases as one", records.len());
-                let diagnosed = diagnose_several_with_fits(&records, &common, &options)?;
+                let mut diagnosed = diagnose_several_with_fits(&records, &common, &options)?;
+                if rolls {
+                    diagnosed.diagnosis = diagnosed.diagnosis.of_ship(self.roll.ship()?);
+                }
                 for warning in &diagnosed.diagnosis.warnings {
                     crate::say!("yawrig: warning: {warning}");
                 }
@@ -402,7 +405,8 @@ fn law_of(record: &Record, diagnosis: &Diagnosis, options: &Options) -> Result<O
         return Ok(None);
     }
     crate::say!("no effect explains it; measuring its law");
-    let law = found_in(vec![record.clone()], true);
+    let (model, data) = yawrig_model::law::of_records(vec![record.clone()])?;
+    let law = yawrig_model::law::beside(&model, &data, true, &|_, _| {});
     interrupt::check()?;
     if let Err(error) = &law {
         crate::say!("yawrig: warning: no law was measured: {error}");

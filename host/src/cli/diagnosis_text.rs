@@ -2,6 +2,7 @@
 
 use super::common::bare;
 use super::model::{amplitude_rows, parameter};
+use super::roll;
 use std::fmt::Write as _;
 use yawrig_core::derivatives::table::Point;
 use yawrig_core::diagnosis::campaign::{BeforeAndAfter, CampaignDiagnosis, HeldOut};
@@ -114,6 +115,11 @@ pub fn of_several(d: &SeveralDiagnosis, model: &str) -> String {
         let rows = amplitude_rows(measurand, &r.at_amplitude);
         if !rows.is_empty() {
             let _ = writeln!(out, "  {}:\n{rows}", r.file);
+        }
+    }
+    for r in &d.records {
+        if let Some(decay) = &r.roll {
+            let _ = writeln!(out, "  {}:\n{}", r.file, roll::text(decay, measurand));
         }
     }
     for (effect, _) in d.sharing.iter().filter(|(_, how)| how.starts_with("each")) {

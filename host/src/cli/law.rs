@@ -14,7 +14,9 @@ use yawrig_core::law::names::Name;
 use yawrig_core::law::tables::Point;
 use yawrig_core::record::Record;
 use yawrig_core::roll::RollDecay;
-use yawrig_model::law::{found, found_in, File, LawAnswer};
+use yawrig_model::document::Model;
+use yawrig_model::law::{self, File, LawAnswer};
+use yawrig_model::model_fit::Data;
 use yawrig_model::revise::quoted;
 use yawrig_records::Selection;
 use yawrig_report::units::sized;
@@ -52,7 +54,7 @@ impl Law {
     pub fn run(&self) -> Result<()> {
         let given = self.release.of(&self.files)?;
         let reading = self.release.selection()?;
-        let found = found(&given, &reading, !self.may_drive)?;
+        let found = self.found(law::read(&given, &reading)?)?;
         let roll = self.roll_decay(&found)?;
         let files = written(&found, self.out.as_deref())?;
         if self.json {
@@ -63,6 +65,11 @@ impl Law {
             text += &format!("\n{}", roll::text(&decay, &found.measurand));
         }
         print_line(text.trim_end())
+    }
+
+    fn found(&self, (model, data): (Model, Data)) -> Result<LawAnswer> {
+        self.roll.all_roll(data.fitted.iter().map(|r| &r.decay.measurand))?;
+        law::beside(&model, &data, !self.may_drive, &|_, _| {})
     }
 
     /// The equivalent linear damping of naval architecture, where the motion is called roll.
@@ -85,13 +92,10 @@ impl Law {
     /// # Errors
     /// As [`Self::run`].
     pub fn answer(&self, records: Vec<Record>) -> Result<Answer> {
-        let found = match records.is_empty() {
-            true => {
-                let given = self.release.of(&self.files)?;
-                found(&given, &self.release.selection()?, !self.may_drive)?
-            }
-            false => found_in(records, !self.may_drive)?,
-        };
+        let found = self.found(match records.is_empty() {
+            true => law::read(&self.release.of(&self.files)?, &self.release.selection()?)?,
+            false => law::of_records(records)?,
+        })?;
         let sentence = match found.names.ranked.first() {
             Some(best) => format!(
                 "best formula, held out {:.3} times the noise: {}",

@@ -62,6 +62,14 @@ impl RollArgs {
         Ok(rolls)
     }
 
+    /// Whether all these motions are called roll.
+    ///
+    /// # Errors
+    /// As [`Self::rolls`].
+    pub fn all_roll<'a>(&self, of: impl Iterator<Item = &'a Measurand>) -> Result<bool> {
+        of.map(|one| self.rolls(one)).try_fold(true, |all, rolls| Ok(all && rolls?))
+    }
+
     /// `decay` of the ship, where the motion is called roll; `None` where it is another.
     ///
     /// # Errors

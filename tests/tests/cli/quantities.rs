@@ -329,3 +329,28 @@ fn trials_stand_side_by_side() {
     let text = bench.of("identify .").run().exits(0).stdout;
     assert!(text.contains("the trials differ"), "{text}");
 }
+
+/// Each release of a ship in the coefficients of its field; what does not roll has none, which is said before it is worked on.
+#[test]
+fn several_roll_decays_are_written_as_naval_architects_do() {
+    let bench = Bench::new();
+    for (file, amplitude_deg) in [("a.csv", 14), ("b.csv", 9)] {
+        let rig = format!("--natural-frequency 2 --damping 0.02 --amplitude-deg {amplitude_deg} --seconds 60");
+        bench.of(&format!("simulate {rig} --out {file}")).run().exits(0);
+    }
+    let ask = "diagnose a.csv b.csv --same-rig --inertia-kg-m2 50";
+    let found = bench.json(&format!("{ask} --motion roll"));
+    for record in found["records"].as_array().expect("records") {
+        let b1 = &record["roll"]["coefficients"][0];
+        assert_eq!(b1["name"], "B1", "{record}");
+        // 2 zeta wn A44.
+        near(&b1["of_ship"], 4.0);
+    }
+    let text = bench.of(&format!("{ask} --motion roll")).run().exits(0).stdout;
+    assert_eq!(text.matches("A44 = 50 kg m2").count(), 2, "{text}");
+    for ask in [ask, "law a.csv --inertia-kg-m2 50", "diagnose a.csv --inertia-kg-m2 50"] {
+        let ended = bench.of(ask).run().exits(2);
+        assert!(ended.stderr.contains("--motion roll"), "{}", ended.stderr);
+        assert!(!ended.stderr.contains("judging"), "{}", ended.stderr);
+    }
+}

@@ -27,6 +27,7 @@ use crate::fit::joint::{self, JointFit, Release, Sharing};
 use crate::identify::gaps::Warning;
 use crate::quantity::Quantity;
 use crate::record::{Record, Said};
+use crate::roll::{RollDecay, Ship};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -98,6 +99,9 @@ pub struct OfRecord {
     /// Of the numbers of the final model; `None` where it has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub covariance: Option<Covariance>,
+    /// The same in the coefficients of naval architecture, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub roll: Option<RollDecay>,
 }
 
 /// Models of all releases from plain to final, and what each predicts.
@@ -327,6 +331,7 @@ fn told(
             parameters,
             at_amplitude: at_amplitudes(decay, fit),
             covariance: fit.named_covariance(),
+            roll: None,
         }
     };
     let shown = |rms_rad: f64| decays[0].measurand.shown(rms_rad);
@@ -352,6 +357,15 @@ fn told(
 }
 
 impl SeveralDiagnosis {
+    /// With each record in the coefficients of naval architecture.
+    pub fn of_ship(mut self, ship: Option<Ship>) -> Self {
+        for r in &mut self.records {
+            let (modal, at) = (&r.modal, &r.at_amplitude);
+            r.roll = Some(RollDecay::of_model(modal, &self.effects, &r.parameters, at, ship));
+        }
+        self
+    }
+
     /// What most releases name alone: a random moment, of another course in each, beside what they have in common.
     fn add_random(&mut self, judged: &ReleaseAnswers, random: &Effect, model: &str) {
         let said =

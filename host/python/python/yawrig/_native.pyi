@@ -1,6 +1,6 @@
 from typing import Any, Callable, List, Optional, Tuple
 
-Given = Tuple[str, bytes, bytes, bool]
+Given = Tuple[str, bytes, bytes, bool, str]
 ModelGiven = Tuple[
     str,
     float,
@@ -36,4 +36,5 @@ def ask(
     progress: Optional[Callable[[int, int], Any]],
 ) -> Answered: ...
 def read(path: str, selection: str) -> Given: ...
+def said(selection: str) -> Tuple[str, float]: ...
 def releases(of: Given) -> List[Tuple[int, int]]: ...

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from typing import Any, List, Optional, Union
+from typing import Any, Dict, List, Optional, Union
 
 import numpy
 
@@ -24,6 +24,10 @@ def as_array(numbers: bytes) -> numpy.ndarray:
     return numpy.frombuffer(numbers, dtype=numpy.float64)
 
 
+def _selection(**asked: Any) -> str:
+    return json.dumps({name: value for name, value in asked.items() if value is not None})
+
+
 class Record:
     """A recorded release.
 
@@ -32,18 +36,38 @@ class Record:
     time_s : array of shape (n,)
         Seconds, increasing, from any origin.
     angle_deg : array of shape (n,)
-        Angle in degrees as the sensor shows it.
+        Angle in degrees as the sensor shows it, or what ``quantity`` and ``unit`` say.
     name : str
         What messages and results call it.
+    quantity : "angle", "rate", "acceleration" or "displacement"
+    unit : str
+        ``"rad"``, ``"deg/s"``, ``"mm"``: of an angle, its rate or acceleration it is converted to degrees.
+    motion : "yaw", "pitch", "roll", "pendulum" or "displacement"
+        What results and plots call it.
+
+    >>> Record([0.0, 0.5], [3.14, 0.0], quantity="rate", unit="rad/s").unit
+    'deg/s'
     """
 
-    def __init__(self, time_s: Any, angle_deg: Any, name: str = "record") -> None:
+    def __init__(
+        self,
+        time_s: Any,
+        angle_deg: Any,
+        name: str = "record",
+        *,
+        quantity: Optional[str] = None,
+        unit: Optional[str] = None,
+        motion: Optional[str] = None,
+    ) -> None:
+        said, scale = _native.said(_selection(quantity=quantity, unit=unit, motion=motion))
         time, angle = as_bytes(time_s, "time_s"), as_bytes(angle_deg, "angle_deg")
+        if scale != 1.0:
+            angle = as_bytes(as_array(angle) * scale)
         if len(time) != len(angle):
             raise _native.YawrigError(
                 f"{name}: {len(time) // 8} times and {len(angle) // 8} angles\n  help: give an angle for each time"
             )
-        self._given = (name, time, angle, False)
+        self._given = (name, time, angle, False, said)
 
     @classmethod
     def _of(cls, given: _native.Given) -> "Record":
@@ -64,16 +88,40 @@ class Record:
     @property
     def angle_deg(self) -> numpy.ndarray:
         """Angles in degrees, shape (n,)."""
+        if self.quantity != "angle":
+            raise _native.YawrigError(
+                f"{self.name} is a record of {self.quantity} in {self.unit}, not of an angle\n  help: take its values"
+            )
+        return self.values
+
+    @property
+    def values(self) -> numpy.ndarray:
+        """What was recorded, in ``unit``, shape (n,)."""
         return as_array(self._given[2])
+
+    @property
+    def quantity(self) -> str:
+        """``"angle"``, ``"rate"``, ``"acceleration"`` or ``"displacement"``."""
+        return self._said.get("quantity", "angle")
+
+    @property
+    def unit(self) -> str:
+        """Of the values."""
+        return self._said.get("unit", "deg")
+
+    @property
+    def _said(self) -> Dict[str, str]:
+        said: Dict[str, str] = json.loads(self._given[4])
+        return said
 
     def releases(self) -> List["Record"]:
         """The releases in it, each a record: ``name#1``, ``name#2``, ...; itself where it holds one."""
         parts = _native.releases(self._given)
         if len(parts) == 1:
             return [self]
-        name, _, _, spread = self._given
+        name, _, _, spread, said = self._given
         return [
-            Record._of((f"{name}#{k + 1}", as_bytes(self.time_s[a:b]), as_bytes(self.angle_deg[a:b]), spread))
+            Record._of((f"{name}#{k + 1}", as_bytes(self.time_s[a:b]), as_bytes(self.values[a:b]), spread, said))
             for k, (a, b) in enumerate(parts)
         ]
 
@@ -92,6 +140,8 @@ def read(
     unit: Optional[str] = None,
     time_unit: Optional[str] = None,
     rate_hz: Optional[float] = None,
+    quantity: Optional[str] = None,
+    motion: Optional[str] = None,
 ) -> Record:
     """Reads a record: text, a workbook, MATLAB, HDF5, TDMS or Parquet, whatever it is called.
 
@@ -101,13 +151,16 @@ def read(
         ``r.csv``, or ``r.csv#2`` for the second release in it.
     time, yaw : str
         Channels, by name or by number from 1, where their names do not say what they are.
-    unit : "deg" or "rad"
-        Of the angle.
+    unit : str
+        Of the numbers: ``"deg"``, ``"rad/s"``, ``"mm"``.
     time_unit : "s", "ms", "us" or "samples"
         Of the time.
     rate_hz : float
         Samples a second, where there is no time.
+    quantity, motion : str
+        As of a :class:`Record`.
     """
-    asked = {"time": time, "yaw": yaw, "unit": unit, "time_unit": time_unit, "rate_hz": rate_hz}
-    selection = json.dumps({name: value for name, value in asked.items() if value is not None})
+    selection = _selection(
+        time=time, yaw=yaw, unit=unit, time_unit=time_unit, rate_hz=rate_hz, quantity=quantity, motion=motion
+    )
     return Record._of(_native.read(os.fspath(path), selection))

@@ -313,6 +313,6 @@ class Simulated(Result):
         from matplotlib import pyplot
 
         figure, axis = pyplot.subplots(layout="constrained")
-        axis.plot(self.record.time_s, self.record.angle_deg)
-        axis.set(xlabel="time (s)", ylabel="angle (deg)", title=self.sentence)
+        axis.plot(self.record.time_s, self.record.values)
+        axis.set(xlabel="time (s)", ylabel=f"{self.record.quantity} ({self.record.unit})", title=self.sentence)
         return figure

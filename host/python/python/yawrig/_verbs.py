@@ -222,6 +222,9 @@ def diagnose(
     unknown_zero: bool = False,
     same_rig: bool = False,
     own: Sequence[str] = (),
+    inertia_kg_m2: Optional[float] = None,
+    gm_m: Optional[float] = None,
+    displacement_kg: Optional[float] = None,
 ) -> Diagnosis:
     """Which physical effect a second-order model of a release lacks, or of several releases of one rig.
 
@@ -239,12 +242,15 @@ def diagnose(
         Several records: one natural frequency and damping ratio for all.
     own : ids of effects
         Several records: a coefficient for each.
+    inertia_kg_m2, or gm_m and displacement_kg : float
+        Of a ship whose records say ``motion="roll"``: ``.roll`` has its coefficients and equivalent linear damping.
     """
     several = _records(records, angle_deg, name)
     with _Effects(effects) as named:
         options = _flags(
             effect=named, model=None if model is None else os.fspath(model), unknown_zero=unknown_zero,
             same_rig=same_rig, own=list(own),
+            inertia_kg_m2=inertia_kg_m2, gm_m=gm_m, displacement_kg=displacement_kg,
         )
         return Diagnosis(_ask("diagnose", options + _names(several), several))
 
@@ -276,12 +282,22 @@ def compare(
         return Comparison(_ask("compare", options + _names(several), several))
 
 
-def law(records: Any, angle_deg: Any = None, *, name: str = "record", may_drive: bool = False) -> Result:
+def law(
+    records: Any,
+    angle_deg: Any = None,
+    *,
+    name: str = "record",
+    may_drive: bool = False,
+    inertia_kg_m2: Optional[float] = None,
+    gm_m: Optional[float] = None,
+    displacement_kg: Optional[float] = None,
+) -> Result:
     """The law that a record shows beside the second-order response, measured and named: ``stiffness`` over yaw angle,
-    ``damping`` over yaw rate, ``names`` of formulas, best first.
+    ``damping`` over yaw rate, ``names`` of formulas, best first. Of a ship as :func:`diagnose`.
     """
     several = _records(records, angle_deg, name)
-    return Result(_ask("law", _flags(may_drive=may_drive) + _names(several), several))
+    options = _flags(may_drive=may_drive, inertia_kg_m2=inertia_kg_m2, gm_m=gm_m, displacement_kg=displacement_kg)
+    return Result(_ask("law", options + _names(several), several))
 
 
 def simulate(
