@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// Uncertainty of a curve at least, of its largest value.
 const LEAST_U: f64 = 0.01;
 /// Names that are kept at least, where there are so many.
-const NAMED: usize = 6;
+const NAMED: usize = 3;
 /// Models tried on the record.
 const TRIED: usize = 12;
 /// Where the fit of a spring that yields begins: yield angles as shares of the largest, and its share of the stiffness.
