@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_base::interrupt;
+use yawrig_base::settings;
 use yawrig_core::derivatives::campaign::{
     AirEntry, Campaign, ModelEntry, ReleaseEntry, RigEntry, SCHEMA_VERSION,
 };
@@ -143,8 +144,10 @@ pub fn write(
 /// Exit 2 where `file` is there already.
 pub fn refuse_existing(file: &Path) -> Result<()> {
     if file.exists() {
-        return Err(Error::usage(format!("{} is there already", file.display()))
-            .help("choose another name, or overwrite it with --force"));
+        return Err(Error::usage(format!("{} is there already", file.display())).help(format!(
+            "choose another name, or overwrite it with {}",
+            settings::name("force")
+        )));
     }
     Ok(())
 }
