@@ -50,7 +50,7 @@ const NO_PROGRAM: &[&str] = &[
 /// The same, but for the page.
 const SERVER: &[&str] = NO_PROGRAM.split_at(NO_PROGRAM.len() - 2).0;
 
-const ROOMS: [Room; 17] = [
+const ROOMS: [Room; 18] = [
     Room { name: "yawrig_shared", sources: "shared/src", imports: &[], never: PURE },
     Room {
         name: "yawrig_firmware",
@@ -121,12 +121,17 @@ const ROOMS: [Room; 17] = [
         imports: &[
             "yawrig_base",
             "yawrig_core",
-            "yawrig_link",
             "yawrig_records",
             "yawrig_rig",
             "yawrig_shared",
             "yawrig_text",
         ],
+        never: NO_PROGRAM,
+    },
+    Room {
+        name: "yawrig_measuring",
+        sources: "host/measuring/src",
+        imports: &["yawrig_base", "yawrig_campaign", "yawrig_core", "yawrig_link", "yawrig_shared"],
         never: NO_PROGRAM,
     },
     Room {
@@ -181,6 +186,7 @@ const ROOMS: [Room; 17] = [
             "yawrig_core",
             "yawrig_expression",
             "yawrig_link",
+            "yawrig_measuring",
             "yawrig_model",
             "yawrig_records",
             "yawrig_report",
@@ -197,6 +203,7 @@ const ROOMS: [Room; 17] = [
             "yawrig_core",
             "yawrig_firmware",
             "yawrig_link",
+            "yawrig_measuring",
             "yawrig_model",
             "yawrig_records",
             "yawrig_report",
@@ -596,7 +603,7 @@ fn crates_import_only_what_they_are_built_on() {
 }
 
 /// Crates that name no flags: what they say of settings, the program spells (`yawrig_base::settings`).
-const FLAGLESS: [&str; 11] = [
+const FLAGLESS: [&str; 12] = [
     "yawrig_shared",
     "yawrig_firmware",
     "yawrig_text",
@@ -608,6 +615,7 @@ const FLAGLESS: [&str; 11] = [
     "yawrig_train",
     "yawrig_link",
     "yawrig_campaign",
+    "yawrig_measuring",
 ];
 /// Of another program.
 const FOREIGN_FLAGS: [&str; 1] = ["--pdeathsig"];

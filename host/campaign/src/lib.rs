@@ -4,13 +4,11 @@
 //! it is taken as zero, and listed as assumed.
 #![forbid(unsafe_code)]
 
-pub mod answers;
 pub mod check;
 mod diagnose;
 pub mod doubted;
 mod evaluate;
 pub mod init;
-pub mod measuring;
 pub mod pattern;
 pub mod plan;
 pub mod simulated;
