@@ -158,6 +158,14 @@ def test_errors_have_the_sentence_of_the_program(program, record):
     assert raised.value.exit_code == 2
     with pytest.raises(yawrig.YawrigError, match="cannot read missing.csv"):
         yawrig.read("missing.csv")
+    with pytest.raises(yawrig.YawrigError, match="given twice"):
+        yawrig.compare([record, record])
+    with pytest.raises(yawrig.YawrigError, match="methodical"):
+        yawrig.identify(record, method="methodical")
+    said = program.run("identify", "missing.csv")
+    with pytest.raises(yawrig.YawrigError) as raised:
+        yawrig.identify("missing.csv")
+    assert f"yawrig: {raised.value}" in said.stderr
 
 
 def test_a_call_that_an_error_suggests_reads_the_file(tmp_path, monkeypatch):
@@ -170,14 +178,6 @@ def test_a_call_that_an_error_suggests_reads_the_file(tmp_path, monkeypatch):
     call = str(raised.value).split("help: ")[1].split("   (")[0]
     assert call == 'yawrig.read("camera.csv", rate_hz=30, yaw="theta", unit="deg")'
     assert len(eval(call).time_s) == 2000
-    with pytest.raises(yawrig.YawrigError, match="given twice"):
-        yawrig.compare([record, record])
-    with pytest.raises(yawrig.YawrigError, match="methodical"):
-        yawrig.identify(record, method="methodical")
-    said = program.run("identify", "missing.csv")
-    with pytest.raises(yawrig.YawrigError) as raised:
-        yawrig.identify("missing.csv")
-    assert f"yawrig: {raised.value}" in said.stderr
 
 
 def test_a_record_that_cannot_be_used_does_not_stop_the_others(record):
