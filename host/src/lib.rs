@@ -9,5 +9,5 @@ pub mod cli;
 pub mod course;
 mod demo;
 mod doctor;
-mod flags;
+pub mod flags;
 pub mod terminal;

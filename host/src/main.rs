@@ -4,6 +4,7 @@ use clap::Parser;
 
 fn main() -> std::process::ExitCode {
     yawrig_base::message::listen(&yawrig::terminal::Terminal);
+    yawrig_base::settings::spell(&yawrig::flags::Flags);
     let arguments = yawrig::cli::Cli::parse();
     // Catches SIGINT, SIGTERM and SIGHUP from now on; a second one ends the process at once.
     let _ = ctrlc::set_handler(|| {

@@ -50,7 +50,7 @@ const NO_PROGRAM: &[&str] = &[
 /// The same, but for the page.
 const SERVER: &[&str] = NO_PROGRAM.split_at(NO_PROGRAM.len() - 2).0;
 
-const ROOMS: [Room; 17] = [
+const ROOMS: [Room; 18] = [
     Room { name: "yawrig_shared", sources: "shared/src", imports: &[], never: PURE },
     Room {
         name: "yawrig_firmware",
@@ -121,12 +121,17 @@ const ROOMS: [Room; 17] = [
         imports: &[
             "yawrig_base",
             "yawrig_core",
-            "yawrig_link",
             "yawrig_records",
             "yawrig_rig",
             "yawrig_shared",
             "yawrig_text",
         ],
+        never: NO_PROGRAM,
+    },
+    Room {
+        name: "yawrig_measuring",
+        sources: "host/measuring/src",
+        imports: &["yawrig_base", "yawrig_campaign", "yawrig_core", "yawrig_link", "yawrig_shared"],
         never: NO_PROGRAM,
     },
     Room {
@@ -181,6 +186,7 @@ const ROOMS: [Room; 17] = [
             "yawrig_core",
             "yawrig_expression",
             "yawrig_link",
+            "yawrig_measuring",
             "yawrig_model",
             "yawrig_records",
             "yawrig_report",
@@ -197,6 +203,7 @@ const ROOMS: [Room; 17] = [
             "yawrig_core",
             "yawrig_firmware",
             "yawrig_link",
+            "yawrig_measuring",
             "yawrig_model",
             "yawrig_records",
             "yawrig_report",
@@ -593,6 +600,59 @@ fn crates_import_only_what_they_are_built_on() {
         }
     }
     assert!(wrong.is_empty(), "imports across walls:\n{}", wrong.join("\n"));
+}
+
+/// Crates that name no flags: what they say of settings, the program spells (`yawrig_base::settings`).
+const FLAGLESS: [&str; 12] = [
+    "yawrig_shared",
+    "yawrig_firmware",
+    "yawrig_text",
+    "yawrig_expression",
+    "yawrig_base",
+    "yawrig_core",
+    "yawrig_rig",
+    "yawrig_records",
+    "yawrig_train",
+    "yawrig_link",
+    "yawrig_campaign",
+    "yawrig_measuring",
+];
+/// Of another program.
+const FOREIGN_FLAGS: [&str; 1] = ["--pdeathsig"];
+
+/// Flags in a line, as `--rate-hz`; a rule of dashes is none, nor is what stands inside a word.
+fn flags(line: &str) -> Vec<&str> {
+    let starts = line.match_indices("--").map(|(at, _)| at);
+    let flag = |at: usize| {
+        let after = &line[at + 2..];
+        let length = after.find(|c: char| !c.is_ascii_alphanumeric() && c != '-');
+        let is_flag = after.starts_with(|c: char| c.is_ascii_lowercase())
+            && !line[..at].ends_with(|c: char| c.is_alphanumeric() || c == '-');
+        is_flag.then(|| &line[at..at + 2 + length.unwrap_or(after.len())])
+    };
+    starts.filter_map(flag).collect()
+}
+
+#[test]
+fn libraries_name_no_flags() {
+    let mut wrong = Vec::new();
+    for room in ROOMS.iter().filter(|room| FLAGLESS.contains(&room.name)) {
+        for (name, _) in Modules::read(room).files.values() {
+            let path = root().join(room.sources).join(name);
+            let text = fs::read_to_string(&path).expect("it was read");
+            for (index, line) in text.lines().enumerate() {
+                let named = flags(line).into_iter().filter(|flag| !FOREIGN_FLAGS.contains(flag));
+                wrong.extend(named.map(|flag| format!("{}:{}: {flag}", path.display(), index + 1)));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "flags in libraries:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn flags_are_told_from_dashes() {
+    let line = r#"help("--yaw {} or --rate-hz") // ----- a--b x --- {}--{} "--""#;
+    assert_eq!(flags(line), ["--yaw", "--rate-hz"]);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! One error type for every verb: what failed, where and why, one thing to do, and the exit code.
 
+use crate::settings;
 use std::fmt;
 use std::ops::Range;
 
@@ -26,14 +27,8 @@ pub struct Error {
     pub help: String,
     /// Bytes of the text that was given, where the message points into one.
     pub span: Option<Range<usize>>,
-    /// What a pure library refused: a program can say it and its remedy in its own words.
-    pub cause: Option<Box<Cause>>,
-}
-
-#[derive(Clone, Debug)]
-pub enum Cause {
-    Core(yawrig_core::error::Error),
-    Rig(yawrig_rig::Quantity),
+    /// What the core refused: a program can say its remedy in its own words.
+    pub cause: Option<Box<yawrig_core::error::Error>>,
 }
 
 pub type Result<T> = std::result::Result<T, Error>;
@@ -124,19 +119,23 @@ impl From<yawrig_core::error::Error> for Error {
             Core::Interrupted => (Exit::Interrupted, ""),
         };
         let named = Self::new(exit, error.to_string()).help(help);
-        Self { cause: Some(Box::new(Cause::Core(error))), ..named }
+        Self { cause: Some(Box::new(error)), ..named }
     }
 }
 
 impl From<yawrig_rig::Error> for Error {
     fn from(error: yawrig_rig::Error) -> Self {
-        use yawrig_rig::Error as Rig;
+        use yawrig_rig::{Error as Rig, Quantity};
         match error {
             Rig::OwnEffect(error) => error.into(),
-            Rig::Wrong { quantity, message, help } => Self {
-                cause: Some(Box::new(Cause::Rig(quantity))),
-                ..Self::usage(message).help(help)
-            },
+            Rig::Wrong { quantity, message, help } => {
+                let setting = match quantity {
+                    Quantity::Effect => "effect",
+                    Quantity::Spring => "spring",
+                    Quantity::WindSpeed => "wind",
+                };
+                Self::usage(format!("{}: {message}", settings::name(setting))).help(help)
+            }
         }
     }
 }

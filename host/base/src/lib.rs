@@ -7,3 +7,4 @@ pub mod files;
 pub mod interrupt;
 pub mod lock;
 pub mod message;
+pub mod settings;

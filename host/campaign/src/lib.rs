@@ -4,13 +4,11 @@
 //! it is taken as zero, and listed as assumed.
 #![forbid(unsafe_code)]
 
-pub mod answers;
 pub mod check;
 mod diagnose;
 pub mod doubted;
 mod evaluate;
 pub mod init;
-pub mod measuring;
 pub mod pattern;
 pub mod plan;
 pub mod simulated;
@@ -24,6 +22,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use yawrig_base::error::{Error, Result};
+use yawrig_base::settings;
 use yawrig_core::derivatives::at::Value;
 use yawrig_core::derivatives::campaign::{Campaign, ReleaseEntry, SCHEMA_VERSION};
 use yawrig_core::record::Record;
@@ -95,7 +94,7 @@ impl CampaignFile {
         let malformed = |e: &toml::de::Error| {
             let line = e.span().map_or(1, |span| line_of(text, span.start));
             Error::data(format!("{named}, line {line}: {}", e.message()))
-                .help("correct the entry; `yawrig campaign --help` shows a whole file")
+                .help(format!("correct the entry; {}", whole_file()))
         };
         let mut campaign: Campaign = toml::from_str(text).map_err(|e| malformed(&e))?;
         let places: Places = toml::from_str(text).map_err(|e| malformed(&e))?;
@@ -108,7 +107,7 @@ impl CampaignFile {
                 Some(index) => file.error_at(index, what),
                 None => Error::data(format!("{named}: {what}")),
             };
-            error.help("state each quantity once; `yawrig campaign --help` shows a whole file")
+            error.help(format!("state each quantity once; {}", whole_file()))
         })
     }
 
@@ -337,6 +336,10 @@ fn is_positive(value: f64) -> bool {
 
 fn is_not_negative(value: f64) -> bool {
     value.is_finite() && value >= 0.0
+}
+
+fn whole_file() -> String {
+    format!("`{}` shows a whole file", settings::command("campaign", &[], &[("help", "")]))
 }
 
 /// The lines after line `first`, a section's head, up to the next one, counted from 1.

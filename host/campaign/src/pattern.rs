@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use yawrig_base::error::{Error, Result};
+use yawrig_base::settings;
 use yawrig_core::derivatives::at::{At, Value};
 use yawrig_core::derivatives::plausible::ranges::speed_unit;
 use yawrig_shared::axis::Axis;
@@ -40,7 +41,7 @@ impl Pattern {
     /// Exit 2 where a brace is not closed, two fields follow each other, or no field is named.
     pub fn new(text: &str) -> Result<Self> {
         let fail = |what: &str| {
-            Err(Error::usage(format!("--pattern {text:?}: {what}"))
+            Err(Error::usage(format!("{} {text:?}: {what}", settings::name("pattern")))
                 .help("write it as \"{spring}_V{wind}_{axis}_run{n}.csv\""))
         };
         let mut parts = Vec::new();

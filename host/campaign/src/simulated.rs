@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_base::interrupt;
-use yawrig_core::derivatives::campaign::{
-    AirEntry, Campaign, ModelEntry, ReleaseEntry, RigEntry, SCHEMA_VERSION,
-};
+use yawrig_base::settings;
+use yawrig_core::derivatives::campaign::{AirEntry, Campaign, ModelEntry, ReleaseEntry, RigEntry};
 use yawrig_records::write_samples;
 use yawrig_rig::{Condition, Effects, Rig, Samples, Sensor, Start};
+use yawrig_shared::derivatives::Model;
 use yawrig_shared::modal::Modal;
 
 /// The name of a campaign's file in its folder.
@@ -57,31 +57,14 @@ pub fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
         let spring = (condition.spring.name, condition.spring.stiffness_n_per_m);
         ReleaseEntry::new(&record.file, spring, condition.axis, condition.wind_speed_m_s)
     });
-    Campaign {
-        schema_version: SCHEMA_VERSION,
-        model: ModelEntry {
-            name: "Davis model, simulated".to_owned(),
-            length_m: rig.model.length_m,
-            length_u_m: None,
-            frontal_area_m2: rig.model.frontal_area_m2,
-            frontal_area_u_m2: None,
-        },
-        air: AirEntry::of(rig.air_density_kg_m3),
-        rig: RigEntry {
-            spring_arm_m: rig.spring_arm_m,
-            spring_arm_u_m: None,
-            axis_offset_m: rig.axis_offset_m,
-            axis_offset_u_m: None,
-            // The virtual rig's clock is exact.
-            clock_u_ppm: Some(0.0),
-        },
-        inertia: None,
-        can: None,
-        motion: None,
-        stiffness_n_per_m: Default::default(),
-        accept: Vec::new(),
-        release: release.collect(),
-    }
+    let rig_entry = RigEntry {
+        // The virtual rig's clock is exact.
+        clock_u_ppm: Some(0.0),
+        ..RigEntry::new(rig.spring_arm_m, rig.axis_offset_m)
+    };
+    let Model { length_m, frontal_area_m2 } = rig.model;
+    let model = ModelEntry::new("Davis model, simulated", length_m, frontal_area_m2);
+    Campaign::new(model, AirEntry::of(rig.air_density_kg_m3), rig_entry, release.collect())
 }
 
 /// Writes every record on all cores, then the campaign file, each whole or not at all. Gives its path.
@@ -143,8 +126,10 @@ pub fn write(
 /// Exit 2 where `file` is there already.
 pub fn refuse_existing(file: &Path) -> Result<()> {
     if file.exists() {
-        return Err(Error::usage(format!("{} is there already", file.display()))
-            .help("choose another name, or overwrite it with --force"));
+        return Err(Error::usage(format!("{} is there already", file.display())).help(format!(
+            "choose another name, or overwrite it with {}",
+            settings::name("force")
+        )));
     }
     Ok(())
 }

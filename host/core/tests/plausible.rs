@@ -6,9 +6,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
-use yawrig_core::derivatives::campaign::{
-    AirEntry, Campaign, ModelEntry, ReleaseEntry, RigEntry, SCHEMA_VERSION,
-};
+use yawrig_core::derivatives::campaign::{AirEntry, Campaign, ModelEntry, ReleaseEntry, RigEntry};
 use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::plausible::{doubts, Doubt};
 use yawrig_core::identify::{identify, Method, Settings};
@@ -177,30 +175,12 @@ fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
         let spring = (p.condition.spring.name, p.condition.spring.stiffness_n_per_m);
         ReleaseEntry::new(&p.file, spring, p.condition.axis, p.condition.wind_speed_m_s)
     });
-    Campaign {
-        schema_version: SCHEMA_VERSION,
-        model: ModelEntry {
-            name: "sound".to_owned(),
-            length_m: rig.model.length_m,
-            length_u_m: None,
-            frontal_area_m2: rig.model.frontal_area_m2,
-            frontal_area_u_m2: None,
-        },
-        air: AirEntry::of(rig.air_density_kg_m3),
-        rig: RigEntry {
-            spring_arm_m: rig.spring_arm_m,
-            spring_arm_u_m: None,
-            axis_offset_m: rig.axis_offset_m,
-            axis_offset_u_m: None,
-            clock_u_ppm: None,
-        },
-        inertia: None,
-        can: None,
-        motion: None,
-        stiffness_n_per_m: Default::default(),
-        accept: Vec::new(),
-        release: release.collect(),
-    }
+    Campaign::new(
+        ModelEntry::new("sound", rig.model.length_m, rig.model.frontal_area_m2),
+        AirEntry::of(rig.air_density_kg_m3),
+        RigEntry::new(rig.spring_arm_m, rig.axis_offset_m),
+        release.collect(),
+    )
 }
 
 /// How many of `count` are refused and how many doubted.

@@ -10,8 +10,9 @@ use crate::qemu;
 use std::convert::Infallible;
 use std::str::FromStr;
 use yawrig_base::error::{Error, Result};
+use yawrig_base::settings;
 
-/// What `--device` names.
+/// A device, as `device` names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Target {
     /// The firmware's logic in this process.
@@ -71,8 +72,9 @@ impl Bench {
             }
             #[cfg(not(unix))]
             Target::Qemu => {
-                return Err(Error::usage("--device qemu is for Unix systems only")
-                    .help("use --device emulated, the same logic in this process"));
+                let [qemu, emulated] = ["qemu", "emulated"].map(|of| settings::given("device", of));
+                return Err(Error::usage(format!("{qemu} is for Unix systems only"))
+                    .help(format!("use {emulated}, the same logic in this process")));
             }
             #[cfg(unix)]
             Target::Qemu => {
@@ -134,7 +136,11 @@ impl Bench {
                 "the device on {} has a potentiometer of its own; nothing can be played into it",
                 self.client.path()
             ))
-            .help("use --device emulated or --device qemu")),
+            .help(format!(
+                "use {} or {}",
+                settings::given("device", "emulated"),
+                settings::given("device", "qemu")
+            ))),
         }
     }
 }

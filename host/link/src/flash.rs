@@ -6,6 +6,7 @@ use ed25519_compact::KeyPair;
 use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
+use yawrig_base::settings;
 use yawrig_shared::blob::{self, BlobError, Envelope, Payload};
 use yawrig_shared::network::NetworkError;
 use yawrig_shared::wire::{Refusal, Request, SlotState, CHUNK};
@@ -29,7 +30,7 @@ impl Progress for Silent {}
 pub fn read(path: &std::path::Path) -> Result<(Vec<u8>, Payload)> {
     let bytes = std::fs::read(path).map_err(|e| {
         Error::data(format!("cannot read {}: {e}", path.display()))
-            .help("make a network with `yawrig train --out network.yrn`")
+            .help(format!("make a network with `{}`", train()))
     })?;
     match blob::decode(&bytes) {
         Ok((envelope, payload)) if envelope.blob_length() == bytes.len() => Ok((bytes, payload)),
@@ -43,7 +44,11 @@ pub fn read(path: &std::path::Path) -> Result<(Vec<u8>, Payload)> {
 
 fn refuse(path: &std::path::Path, why: &str) -> Error {
     Error::new(Exit::Flash, format!("{} is not a network to write: {why}", path.display()))
-        .help("make one with `yawrig train --out network.yrn`")
+        .help(format!("make one with `{}`", train()))
+}
+
+fn train() -> String {
+    settings::command("train", &[], &[("out", "network.yrn")])
 }
 
 /// Writes a blob, has it verified and run; the generation it was given.
@@ -118,7 +123,9 @@ fn may_write(client: &Client, lock: &[u8; 32], key: Option<&KeyPair>) -> Result<
     };
     let path = client.path();
     let why = format!("the device on {path} is locked with key {}{have}", hex(lock));
-    Err(Error::new(Exit::Flash, why).help("sign with --sign KEY, the file of that private key"))
+    let sign = settings::given("sign", "KEY");
+    Err(Error::new(Exit::Flash, why)
+        .help(format!("sign with {sign}, the file of that private key")))
 }
 
 /// What helps where the last answer of an update is missing.

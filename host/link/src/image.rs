@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
+use yawrig_base::settings;
 
 /// The boards' workspaces, where this program was built; none of a program that is given away (`tests/release`).
 pub const SOURCES: Option<&str> = match option_env!("YAWRIG_WITHOUT_SOURCES") {
@@ -49,8 +50,12 @@ pub fn takes_a_minute() -> bool {
 
 fn build(script: &Path) -> Result<PathBuf> {
     let fail = |why: &str| {
-        Error::device(format!("cannot build the ARM image with {}: {why}", script.display()))
-            .help(format!("run {BUILD} and see what it says, or use --device emulated"))
+        Error::device(format!("cannot build the ARM image with {}: {why}", script.display())).help(
+            format!(
+                "run {BUILD} and see what it says, or use {}",
+                settings::given("device", "emulated")
+            ),
+        )
     };
     let mut child = Command::new(script)
         .arg(BOARD)

@@ -8,6 +8,7 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 use yawrig_base::error::{Error, Exit, Result};
+use yawrig_base::settings;
 use yawrig_shared::wire::{
     network_message, unlock_message, update_message, Refusal, Reply, Request, Signature,
 };
@@ -132,20 +133,23 @@ pub fn unlock(client: &mut Client, key: &KeyPair) -> Result<()> {
 }
 
 fn why(client: &Client, error: LinkError) -> Error {
-    let (what, help) = match error {
-        LinkError::Refused(Refusal::LockedAlready) => {
-            ("it is locked already", "open it first: `yawrig device unlock --key KEY`")
+    let LinkError::Refused(refusal) = error else { return client.explain(error, "its lock") };
+    let (what, help) = match refusal {
+        Refusal::LockedAlready => {
+            let unlock = settings::command("device unlock", &[], &[("key", "KEY")]);
+            ("it is locked already", format!("open it first: `{unlock}`"))
         }
-        LinkError::Refused(Refusal::CannotLock) => ("it has no lock", "use a board that has one"),
-        LinkError::Refused(Refusal::NotLocked) => ("it is not locked", "there is nothing to do"),
-        LinkError::Refused(Refusal::WrongSignature) => (
-            "it is locked with another key",
-            "`yawrig device` shows which; name the file of that one with --key",
-        ),
-        LinkError::Refused(Refusal::FlashWrite) => {
-            ("its flash did not take the lock", "try again; it is as it was")
+        Refusal::CannotLock => ("it has no lock", "use a board that has one".to_owned()),
+        Refusal::NotLocked => ("it is not locked", "there is nothing to do".to_owned()),
+        Refusal::WrongSignature => {
+            let (device, key) = (settings::command("device", &[], &[]), settings::name("key"));
+            let help = format!("`{device}` shows which; name the file of that one with {key}");
+            ("it is locked with another key", help)
         }
-        other => return client.explain(other, "its lock"),
+        Refusal::FlashWrite => {
+            ("its flash did not take the lock", "try again; it is as it was".to_owned())
+        }
+        other => return client.explain(LinkError::Refused(other), "its lock"),
     };
     Error::new(Exit::Flash, format!("the device on {} refused: {what}", client.path())).help(help)
 }

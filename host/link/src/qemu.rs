@@ -26,6 +26,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
+use yawrig_base::settings;
 use yawrig_shared::potentiometer::Encoder;
 
 const PROGRAM: &str = "qemu-system-arm";
@@ -215,8 +216,9 @@ impl QemuPotentiometer {
                 Err(_) => return Err(self.process.ended()),
             }
             if waited >= PATIENCE {
-                return Err(Error::new(Exit::Timeout, "the emulated board takes no samples")
-                    .help("start it again, or use --device emulated"));
+                return Err(Error::new(Exit::Timeout, "the emulated board takes no samples").help(
+                    format!("start it again, or use {}", settings::given("device", "emulated")),
+                ));
             }
         }
         Ok(())

@@ -7,6 +7,7 @@
 mod entry;
 mod error;
 mod exchange;
+mod keywords;
 mod model;
 mod work;
 
@@ -133,6 +134,7 @@ fn releases(arguments: &Bound<'_, PyTuple>) -> PyResult<Vec<(usize, usize)>> {
 fn fill(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
     yawrig_base::message::listen(&Kept);
+    yawrig_base::settings::spell(&keywords::Keywords);
     module.add("YawrigError", py.get_type::<YawrigError>())?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("ask", function(py, c"ask", ask)?)?;

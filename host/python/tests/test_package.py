@@ -168,6 +168,18 @@ def test_errors_have_the_sentence_of_the_program(program, record):
     assert f"yawrig: {raised.value}" in said.stderr
 
 
+def test_a_call_that_an_error_suggests_reads_the_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    t = numpy.arange(2000) / 100.0
+    yaw = 10.0 * numpy.exp(-0.05 * t) * numpy.cos(6.0 * t)
+    numpy.savetxt("camera.csv", numpy.column_stack([numpy.arange(2000), yaw]), delimiter=",", header="frame,theta", comments="")
+    with pytest.raises(yawrig.YawrigError) as raised:
+        yawrig.read("camera.csv")
+    call = str(raised.value).split("help: ")[1].split("   (")[0]
+    assert call == 'yawrig.read("camera.csv", rate_hz=30, yaw="theta", unit="deg")'
+    assert len(eval(call).time_s) == 2000
+
+
 def test_a_record_that_cannot_be_used_does_not_stop_the_others(record):
     flat = yawrig.Record(record.time_s, numpy.zeros(len(record)), "flat")
     found = yawrig.identify_each([record, flat])

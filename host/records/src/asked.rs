@@ -9,6 +9,7 @@ use super::table::{Channel, Selection, TimeUnit, FEWEST_SAMPLES, LONGEST_S};
 use std::borrow::Cow;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
+use yawrig_base::settings;
 use yawrig_core::record::Record;
 
 /// A date's seconds are known to their seventh decimal.
@@ -160,7 +161,7 @@ impl<'a> ChannelRequest<'a> {
         let own = by_name.or(yaw.unit.as_deref()).map(str::trim).filter(|unit| !unit.is_empty());
         let file = self.file.display();
         if let (Some(own), Some(said)) = (own, unit) {
-            // A voltage is no angle, whatever the flag says.
+            // A voltage is no angle, whatever is said of it.
             match (quantity::angular(own), quantity::angular(said)) {
                 _ if own == said => {}
                 (Some(a), Some(b)) if a == b => {}
@@ -169,14 +170,18 @@ impl<'a> ChannelRequest<'a> {
                     return Err(Error::data(format!(
                         "{file}: channel {name} is said to be in {own} and in {said}"
                     ))
-                    .help("leave --unit away, or correct the file"));
+                    .help(format!("leave {} away, or correct the file", settings::name("unit"))));
                 }
                 _ => {
                     return Err(Error::data(format!(
                         "{file}: channel {} is in {own:?}, not in {said}",
                         yaw.name
                     ))
-                    .help("leave --unit away; to convert it, an expression of channels: --yaw '(V - 0.217) * 3.38'"));
+                    .help(format!(
+                        "leave {} away; to convert it, an expression of channels: {}",
+                        settings::name("unit"),
+                        settings::given("yaw", "(V - 0.217) * 3.38")
+                    )));
                 }
             }
         }
@@ -241,7 +246,11 @@ impl<'a> ChannelRequest<'a> {
                 values.len(),
                 yaw.name
             ))
-            .help("give the channel of the time that belongs to it with --time, or --rate-hz"));
+            .help(format!(
+                "give the channel of the time that belongs to it with {}, or {}",
+                settings::name("time"),
+                settings::name("rate_hz")
+            )));
         }
         let scale = self.seconds_per_unit(channel)?;
         // Days since some year leave too few digits for the time between samples.
@@ -290,11 +299,17 @@ impl<'a> ChannelRequest<'a> {
                     self.file.display(),
                     time.name
                 ))
-                .help("say what it is with `yawrig convert --time-unit` (s, ms or us), or give --rate-hz")
+                .help(format!(
+                    "convert it with {} (s, ms or us) of its time, or give {}",
+                    settings::name("time_unit"),
+                    settings::name("rate_hz")
+                ))
             }),
             // Of all units but seconds a record would be too slow or too fast.
             None if suggest::is_in_seconds(time) => Ok(1.0),
-            None => Err(self.unclear(&format!("the unit of the time in {} is not known", time.name))),
+            None => {
+                Err(self.unclear(&format!("the unit of the time in {} is not known", time.name)))
+            }
         }
     }
 }
@@ -302,9 +317,11 @@ impl<'a> ChannelRequest<'a> {
 fn numbers<'a>(file: &Path, channel: &'a Channel) -> Result<&'a [f64]> {
     channel.values.as_deref().map_err(|why| {
         Error::data(format!("{}: channel {} cannot be used: {why}", file.display(), channel.name))
-            .help(
-                "choose another channel with `yawrig convert --yaw` and --time, or export it again",
-            )
+            .help(format!(
+                "convert it with another channel, {} and {}, or export it again",
+                settings::name("yaw"),
+                settings::name("time")
+            ))
     })
 }
 

@@ -1,4 +1,4 @@
-//! Channels that are computed from others: `--yaw 'atan2(x, -y)'`.
+//! Channels that are computed from others: `atan2(x, -y)`.
 
 use super::table::Channel;
 use std::borrow::Cow;

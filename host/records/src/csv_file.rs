@@ -12,7 +12,6 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_base::interrupt;
 use yawrig_core::record::{Measurand, Record};
-use yawrig_text::quoted;
 
 /// The first lines a record may have.
 pub const ACCEPTED_COLUMNS: &str = "time_s,yaw_deg or time_s,yaw_rad";
@@ -29,15 +28,12 @@ fn second_column(file: &Path, header: &ByteRecord) -> Result<Meant> {
         .iter()
         .map(|name| String::from_utf8_lossy(name).trim_start_matches('\u{feff}').trim().to_owned())
         .collect();
-    let named = |k: usize| names.get(k).map_or("NAME".to_owned(), |name| quoted(name));
+    let named = |k: usize| names.get(k).map_or("NAME", String::as_str);
     let fail = |what: &str| {
-        Error::data(format!("{}, line 1: {what}", file.display())).help(format!(
-            "make the first line {ACCEPTED_COLUMNS}, or name its columns: \
-                 yawrig convert {} record.csv --time {} --yaw {} --unit deg",
-            quoted(&file.to_string_lossy()),
-            named(0),
-            named(1)
-        ))
+        let columns = [("time", named(0)), ("yaw", named(1)), ("unit", "deg")];
+        let command = suggest::reading(file, &columns);
+        Error::data(format!("{}, line 1: {what}", file.display()))
+            .help(format!("make the first line {ACCEPTED_COLUMNS}, or name its columns: {command}"))
     };
     match names.iter().map(String::as_str).collect::<Vec<_>>()[..] {
         ["time_s", name] => quantity::of_column(name)
@@ -98,9 +94,8 @@ pub(super) fn read(file: &Path) -> Result<Record> {
     let Meant { measurand, scale } = second_column(file, &row)?;
     let yaw_name = String::from_utf8_lossy(&row[1]).into_owned();
     let as_gaps = format!(
-        "where it is a gap, leave the field empty, or read it so: yawrig convert {} record.csv --yaw {}",
-        quoted(&file.to_string_lossy()),
-        yaw_name
+        "where it is a gap, leave the field empty, or read it so: {}",
+        suggest::reading(file, &[("yaw", &yaw_name)])
     );
     let mut record = Record::new(file.to_owned(), Vec::new(), Vec::new());
     record.measurand = measurand;

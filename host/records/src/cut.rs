@@ -3,6 +3,7 @@
 use super::place::Times;
 use super::table::FEWEST_SAMPLES;
 use yawrig_base::error::{Error, Result};
+use yawrig_base::settings;
 use yawrig_core::record::Record;
 
 /// `record` between these times of its own clock, which somebody typed or are `kept` for its folder.
@@ -15,8 +16,8 @@ pub(super) fn between(record: Record, times: Times, kept: bool) -> Result<Record
         return Ok(record);
     }
     let [from, to] = match kept {
-        true => ["from_s in records.toml", "to_s in records.toml"],
-        false => ["--from-s", "--to-s"],
+        true => ["from_s", "to_s"].map(|name| format!("{name} in records.toml")),
+        false => ["from_s", "to_s"].map(settings::name),
     };
     let (first, last) = (record.time_s[0], record.time_s[record.len() - 1]);
     let refuse = |what: String| {

@@ -4,9 +4,7 @@ use super::table::Selection;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
-
-const HEADER: &str =
-    "# How the records in this folder are read whose names do not say it (yawrig convert --keep).\n";
+use yawrig_base::settings;
 
 fn beside(record: &Path) -> PathBuf {
     record.with_file_name("records.toml")
@@ -20,7 +18,10 @@ pub fn keep(record: &Path, selection: &Selection) -> Result<PathBuf> {
     let file = beside(record);
     let text = toml::to_string(selection)
         .map_err(|e| Error::internal(format!("cannot write {}: {e}", file.display())))?;
-    files::write_atomically(&file, format!("{HEADER}{text}").as_bytes())?;
+    let keep = settings::command("convert", &[], &[("keep", "")]);
+    let head =
+        format!("# How the records in this folder are read whose names do not say it ({keep}).");
+    files::write_atomically(&file, format!("{head}\n{text}").as_bytes())?;
     Ok(file)
 }
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use yawrig_core::record::{Derivative, Measurand};
 
-/// What is recorded, as `--quantity` and `records.toml` say it.
+/// What is recorded, as a [`Selection`](super::Selection) says it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Quantity {

@@ -5,14 +5,14 @@ use super::names;
 use super::quantity::{self, Quantity, Unclear};
 use super::table::{Channel, Selection, FEWEST_SAMPLES};
 use std::path::Path;
+use yawrig_base::settings;
 use yawrig_core::identify::{identify, Method, Settings};
 use yawrig_core::record::Record;
-use yawrig_text::quoted;
 
 /// Rates that records have as a rule, Hz: times without a unit that belong to another may be in milliseconds, or numbers
 /// of samples.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 5.0..=100_000.0;
-/// Rates that `--rate-hz` takes.
+/// Rates that can be chosen.
 const TAKEN_HZ: std::ops::RangeInclusive<f64> = 20.0..=10_000.0;
 /// What stands for a rate that is not known: of a camera, and of anything else.
 const FRAMES_HZ: f64 = 30.0;
@@ -26,6 +26,11 @@ const LARGEST_RAD: f64 = 1.6;
 /// A clock that falls back to within so many of its steps of its beginning starts anew.
 const STEPS_OF_BEGINNING: f64 = 3.0;
 
+/// What to type to have `file` read with these settings of a [`Selection`].
+pub(super) fn reading(file: &Path, settings: &[(&str, &str)]) -> String {
+    settings::command("convert", &[&file.to_string_lossy(), "record.csv"], settings)
+}
+
 /// What to type to have `file` read.
 pub(super) fn command(file: &Path, table: &[Channel], selection: &Selection) -> String {
     let find = |wanted: &Option<String>| {
@@ -35,37 +40,36 @@ pub(super) fn command(file: &Path, table: &[Channel], selection: &Selection) -> 
     let chosen_time = find(&selection.time);
     let yaw = find(&selection.yaw).or_else(|| likely_yaw(table, chosen_time));
     let time = chosen_time.or_else(|| likely_time(table, yaw));
-    let mut out = format!("yawrig convert {} record.csv", quoted(&file.to_string_lossy()));
-    let mut about = Vec::new();
+    let (mut said, mut about) = (Vec::new(), Vec::new());
     let unknown_rate = |hz: f64, about: &mut Vec<String>| {
         about.push("with the record's own rate".to_owned());
-        format!(" --rate-hz {hz}")
+        ("rate_hz", hz.to_string())
     };
     match (selection.rate_hz, time) {
-        (Some(hz), _) => out += &format!(" --rate-hz {hz}"),
+        (Some(hz), _) => said.push(("rate_hz", hz.to_string())),
         (None, Some(time)) if names::counts_samples(time.own_name()) => {
             let frames = names::counts_frames(time.own_name());
-            out += &unknown_rate(if frames { FRAMES_HZ } else { SAMPLES_HZ }, &mut about);
+            said.push(unknown_rate(if frames { FRAMES_HZ } else { SAMPLES_HZ }, &mut about));
         }
         (None, Some(time)) => {
-            out += &format!(" --time {}", called(table, time));
+            said.push(("time", called(table, time)));
             let known = time.unit.as_deref().is_some_and(|unit| !unit.trim().is_empty());
             if selection.time_unit.is_none() && !known && !is_in_seconds(time) {
-                out += &format!(" --time-unit {}", likely_time_unit(time));
+                said.push(("time_unit", likely_time_unit(time).to_owned()));
             }
         }
         (None, None) if yaw.is_some_and(|c| c.step_s.is_some()) => {}
-        (None, None) => out += &unknown_rate(SAMPLES_HZ, &mut about),
+        (None, None) => said.push(unknown_rate(SAMPLES_HZ, &mut about)),
     }
-    out += &format!(" --yaw {}", yaw.map_or("NAME".to_owned(), |yaw| called(table, yaw)));
+    said.push(("yaw", yaw.map_or("NAME".to_owned(), |yaw| called(table, yaw))));
+    let quantity = |name: &str| ("quantity", name.to_owned());
     let own = yaw.and_then(unit_of);
     match quantity::meant(selection.quantity, own.or(selection.unit.as_deref())) {
         Ok(meant) => {
             // What the unit says need not be said again, but is better seen.
-            if let Some(said) = selection.quantity.filter(|_| !meant.measurand.is_angle()) {
-                out += &format!(" --quantity {}", said.name());
-            } else if !meant.measurand.is_angle() {
-                out += &format!(" --quantity {}", meant.measurand.quantity());
+            if !meant.measurand.is_angle() {
+                let own = meant.measurand.quantity();
+                said.push(quantity(selection.quantity.map_or(own, Quantity::name)));
             }
         }
         Err(Unclear::NoUnit) => {
@@ -73,33 +77,37 @@ pub(super) fn command(file: &Path, table: &[Channel], selection: &Selection) -> 
                 None | Some(Quantity::Angle) => {
                     let unit = yaw.map_or("deg", likely_unit);
                     let other = if unit == "deg" { "rad" } else { "deg" };
-                    about.push(format!("or --unit {other}: the file does not say it"));
-                    about.push("no angle: --quantity displacement, with its unit".to_owned());
+                    let other = settings::given("unit", other);
+                    about.push(format!("or {other}: the file does not say it"));
+                    let other = settings::given("quantity", "displacement");
+                    about.push(format!("no angle: {other}, with its unit"));
                     unit
                 }
-                Some(said) => {
-                    out += &format!(" --quantity {}", said.name());
+                Some(known) => {
+                    said.push(quantity(known.name()));
                     about.push("with the channel's own unit".to_owned());
-                    match said {
+                    match known {
                         Quantity::Displacement => "mm",
                         Quantity::Rate => "rad/s",
                         _ => "m/s2",
                     }
                 }
             };
-            out += &format!(" --unit {unit}");
+            said.push(("unit", unit.to_owned()));
         }
         Err(Unclear::NoAngle) => {
             let likely = Quantity::likely(own.or(selection.unit.as_deref()).unwrap_or_default());
-            out += &format!(" --quantity {}", likely.name());
+            said.push(quantity(likely.name()));
         }
-        Err(Unclear::Against(_, is)) => out += &format!(" --quantity {}", is.name()),
+        Err(Unclear::Against(_, is)) => said.push(quantity(is.name())),
     }
     if let (Some(unit), None) = (&selection.unit, own) {
-        out += &format!(" --unit {}", quoted(unit));
+        said.push(("unit", unit.clone()));
     }
-    about.push("with --keep every file of its folder is read this way".to_owned());
-    format!("{out}   ({})", about.join("; "))
+    let keep = settings::name("keep");
+    about.push(format!("with {keep} every file of its folder is read this way"));
+    let said: Vec<(&str, &str)> = said.iter().map(|(name, value)| (*name, &**value)).collect();
+    format!("{}   ({})", reading(file, &said), about.join("; "))
 }
 
 /// For a `record` whose clock falls to `time_s` at sample `index`: where it starts anew there and was even before, the
@@ -113,25 +121,24 @@ pub(super) fn by_rate(record: &Record, index: usize, time_s: f64, yaw: &str) -> 
     let even = before.iter().enumerate().map(off).fold(0.0, f64::max) < step_s;
     let rate_hz = step_s.recip();
     (anew && even && TAKEN_HZ.contains(&rate_hz)).then(|| {
-        let file = quoted(&record.file.to_string_lossy());
-        let rate_hz = (rate_hz * 1e4).round() / 1e4;
+        let rate_hz = ((rate_hz * 1e4).round() / 1e4).to_string();
         format!(
-            "the clock starts anew there; by the rate before it: yawrig convert {file} record.csv --rate-hz {rate_hz} --yaw \
-             {}   (then `yawrig identify record.csv --release all`)",
-            quoted(yaw)
+            "the clock starts anew there; by the rate before it: {}   (then `{}`)",
+            reading(&record.file, &[("rate_hz", &rate_hz), ("yaw", yaw)]),
+            settings::command("identify", &["record.csv"], &[("release", "all")])
         )
     })
 }
 
-/// As it is typed: a column without a name by its number.
+/// What selects it: a column without a name its number.
 fn called(table: &[Channel], channel: &Channel) -> String {
     let is_one = table.iter().filter(|c| c.name == channel.name).count() == 1;
     match channel.name.strip_prefix("column ") {
         Some(number) => number.to_owned(),
-        None if is_one => quoted(&channel.name),
+        None if is_one => channel.name.clone(),
         None => {
             let at = table.iter().position(|c| std::ptr::eq(c, channel));
-            at.map_or_else(|| quoted(&channel.name), |at| (at + 1).to_string())
+            at.map_or_else(|| channel.name.clone(), |at| (at + 1).to_string())
         }
     }
 }

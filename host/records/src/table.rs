@@ -4,7 +4,6 @@ use super::place::Times;
 use super::quantity::Quantity;
 use serde::{Deserialize, Serialize};
 use yawrig_core::record::Called;
-use yawrig_text::quoted;
 
 /// Fewer samples than this hold no three cycles at any rate: the fastest mode (4.2 Hz) at 20 Hz has 14.
 pub(super) const FEWEST_SAMPLES: usize = 10;
@@ -72,23 +71,19 @@ impl Selection {
         Times { from_s: self.from_s, to_s: self.to_s }
     }
 
-    /// The flags that say it, each behind a blank.
-    pub fn typed(&self) -> String {
+    /// Names and values of what is said of a whole record.
+    pub fn settings(&self) -> Vec<(&'static str, String)> {
         let Self { time, yaw, quantity, unit, motion, time_unit, rate_hz, .. } = self;
-        let mut out = String::new();
-        let mut say = |flag: &str, value: Option<String>| {
-            if let Some(value) = value {
-                out.push_str(&format!(" --{flag} {}", quoted(&value)));
-            }
-        };
-        say("quantity", quantity.map(|q| q.name().to_owned()));
-        say("unit", unit.clone());
-        say("motion", motion.map(|motion| motion.name().to_owned()));
-        say("yaw", yaw.clone());
-        say("time", time.clone());
-        say("time-unit", time_unit.map(|unit| unit.name().to_owned()));
-        say("rate-hz", rate_hz.map(|hz| hz.to_string()));
-        out
+        let all = [
+            ("quantity", quantity.map(|q| q.name().to_owned())),
+            ("unit", unit.clone()),
+            ("motion", motion.map(|motion| motion.name().to_owned())),
+            ("yaw", yaw.clone()),
+            ("time", time.clone()),
+            ("time_unit", time_unit.map(|unit| unit.name().to_owned())),
+            ("rate_hz", rate_hz.map(|hz| hz.to_string())),
+        ];
+        all.into_iter().filter_map(|(name, value)| Some((name, value?))).collect()
     }
 
     /// Whether nothing is said.

@@ -2,6 +2,7 @@
 
 use super::choices::{Decay, SpectralPeak};
 use clap::Args;
+use comfy_table::Table;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::collections::HashSet;
@@ -153,25 +154,32 @@ pub fn print(text: &str) -> Result<()> {
 }
 
 /// A table without lines, its columns but the first to the right.
-pub fn bare(header: &[&str]) -> comfy_table::Table {
-    let mut table = comfy_table::Table::new();
+pub fn bare(header: &[&str]) -> Table {
+    with_words(header, &[])
+}
+
+/// The same, where the columns of these numbers hold words and go to the left.
+pub fn with_words(header: &[&str], words: &[usize]) -> Table {
+    let mut table = Table::new();
     table.load_preset(comfy_table::presets::NOTHING).set_header(header);
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(comfy_table::CellAlignment::Right);
+    for (k, column) in table.column_iter_mut().enumerate() {
+        if k > 0 && !words.contains(&k) {
+            column.set_cell_alignment(comfy_table::CellAlignment::Right);
+        }
     }
     table
 }
 
-/// `text` in lines of at most 80 columns, the further ones set in; a longer word has its own.
-pub fn wrapped(text: &str) -> Vec<String> {
+/// `text` in lines of at most `width` columns, the further ones with `indent` before them; a longer word has its own.
+pub fn wrapped(text: &str, width: usize, indent: &str) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
-    for word in text.split(' ') {
+    for word in text.split_whitespace() {
         match lines.last_mut() {
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= 80 => {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
                 line.push(' ');
                 line.push_str(word);
             }
-            Some(_) => lines.push(format!("  {word}")),
+            Some(_) => lines.push(format!("{indent}{word}")),
             None => lines.push(word.to_owned()),
         }
     }

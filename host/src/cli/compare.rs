@@ -1,6 +1,8 @@
 //! `compare`: a model, with any effects on top, against records.
 
-use super::common::{bare, print_json, print_line, wrapped, EffectsArg, SCHEMA_VERSION};
+use super::common::{
+    bare, print_json, print_line, with_words, wrapped, EffectsArg, SCHEMA_VERSION,
+};
 use super::model::{print_revision, revised, summary, JudgeArgs, DEFAULT};
 use super::releases::ReleaseArg;
 use crate::answer::{Answer, Drawn, OfRecord};
@@ -176,7 +178,8 @@ fn text(model: Option<&Path>, revision: &Revision) -> String {
     let with: String = a.effects.iter().map(|e| format!(" + {e}")).collect();
     let name = model.map_or_else(String::new, |m| format!("{}: ", m.display()));
     let mut out = format!("{name}second order{with}\n");
-    let stale = a.stale.iter().flat_map(|line| wrapped(&format!("Not of what is here: {line}")));
+    let stale =
+        a.stale.iter().flat_map(|line| wrapped(&format!("Not of what is here: {line}"), 80, "  "));
     stale.for_each(|line| out.push_str(&format!("{line}\n")));
     out.push_str(&summary(revision));
     let w = &a.where_;
@@ -203,10 +206,7 @@ fn text(model: Option<&Path>, revision: &Revision) -> String {
 fn tables(a: &Appraisal, measurand: &Measurand) -> [comfy_table::Table; 6] {
     let w = &a.where_;
     let rows = |header: [&str; 2], rows: Vec<(String, f64, String)>| {
-        let mut table = bare(&[header[0], header[1], ""]);
-        if let Some(column) = table.column_mut(2) {
-            column.set_cell_alignment(comfy_table::CellAlignment::Left);
-        }
+        let mut table = with_words(&[header[0], header[1], ""], &[2]);
         let most = rows.iter().fold(f64::MIN_POSITIVE, |m, r| m.max(r.1.abs()));
         for (at, size, shown) in rows {
             table.add_row([at, shown, "#".repeat((BAR * size.abs() / most).round() as usize)]);

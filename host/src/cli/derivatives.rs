@@ -121,9 +121,9 @@ fn text(table: &Table) -> String {
     let mut text =
         vec![format!("{} by {}, from {}", table.model, table.method, table.campaign.display())];
     text.extend(doubted::lines(&table.doubts));
-    text.extend(wrapped(&assumptions(table)));
-    text.extend(flags(table).iter().flat_map(|line| wrapped(line)));
-    text.extend(table.notes.iter().flat_map(|note| wrapped(&format!("Note: {note}"))));
+    text.extend(wrapped(&assumptions(table), 80, "  "));
+    text.extend(flags(table).iter().flat_map(|line| wrapped(line, 80, "  ")));
+    text.extend(table.notes.iter().flat_map(|note| wrapped(&format!("Note: {note}"), 80, "  ")));
     text.extend([
         inertia_lines(table),
         String::new(),

@@ -1,6 +1,6 @@
 //! `history`: the steps taken with a model, and the return to any of them.
 
-use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
+use super::common::{print_json, print_line, with_words, SCHEMA_VERSION};
 use super::csv;
 use super::model::{asked, ModelArg};
 use clap::Args;
@@ -87,13 +87,8 @@ impl History {
 }
 
 fn text(steps: &[JournalStep]) -> String {
-    let mut rows =
-        bare(&["step", "time (UTC)", "what", "over noise", "held out over noise", "why"]);
-    for column in [1, 2, 5] {
-        if let Some(column) = rows.column_mut(column) {
-            column.set_cell_alignment(comfy_table::CellAlignment::Left);
-        }
-    }
+    let header = ["step", "time (UTC)", "what", "over noise", "held out over noise", "why"];
+    let mut rows = with_words(&header, &[1, 2, 5]);
     for step in steps {
         let after = |digits: fn(&yawrig_model::journal::Residuals) -> f64| {
             step.after.map_or("-".to_owned(), |r| format!("{:.3}", digits(&r)))

@@ -1,6 +1,6 @@
 //! `identify`: natural frequency and damping of records.
 
-use super::common::{bar, print, AnalysisArgs};
+use super::common::{bar, bare, print, AnalysisArgs};
 use super::csv;
 use super::releases::ReleaseArg;
 use super::trials::Trials;
@@ -257,24 +257,17 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
         measurand.unit(),
         found.outliers
     );
-    let _ = writeln!(
-        text,
-        "  {:<14} {:>24} {:>26} {:>13}",
-        "method",
-        "wn (rad/s)",
-        "zeta",
-        format!("residual ({})", measurand.unit())
-    );
+    let residual = format!("residual ({})", measurand.unit());
+    let mut rows = bare(&["method", "wn (rad/s)", "zeta", &residual]);
     for estimate in &found.estimates {
-        let _ = writeln!(
-            text,
-            "  {:<14} {:>24} {:>26} {:>13}",
-            name(estimate.method),
+        rows.add_row([
+            name(estimate.method).to_owned(),
             estimate.natural_frequency_rad_s.to_string(),
             estimate.damping_ratio.to_string(),
-            sized(&measurand, estimate.residual_rms_deg, 4)
-        );
+            sized(&measurand, estimate.residual_rms_deg, 4),
+        ]);
     }
+    let _ = writeln!(text, "{}", rows.trim_fmt());
     if let Some(estimate) = found.estimates.first() {
         let Cycle { frequency_hz, period_s, quality_factor, logarithmic_decrement } =
             &estimate.cycle;
@@ -285,7 +278,7 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
         );
     }
     for missing in &found.unavailable {
-        let _ = writeln!(text, "  {:<14} none: {}", name(missing.method), missing.reason);
+        let _ = writeln!(text, " {} none: {}", name(missing.method), missing.reason);
     }
     let mut said = Vec::new();
     for flag in found.estimates.iter().flat_map(|e| &e.flags) {
@@ -314,24 +307,17 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
     }
     let windows = found.estimates.iter().find(|e| with_windows && !e.windows.is_empty());
     if let Some(estimate) = windows {
-        let _ = writeln!(
-            text,
-            "  {:>10} {:>15} {:>12} {:>10}",
-            "time (s)",
-            format!("amplitude ({})", measurand.coordinate_unit()),
-            "wn (rad/s)",
-            "zeta"
-        );
+        let amplitude = format!("amplitude ({})", measurand.coordinate_unit());
+        let mut rows = bare(&["time (s)", &amplitude, "wn (rad/s)", "zeta"]);
         for window in &estimate.windows {
-            let _ = writeln!(
-                text,
-                "  {:>10.3} {:>15} {:>12.4} {:>10.5}",
-                window.time_s,
+            rows.add_row([
+                format!("{:.3}", window.time_s),
                 sized(&measurand, window.amplitude_deg, 3),
-                window.natural_frequency_rad_s,
-                window.damping_ratio
-            );
+                format!("{:.4}", window.natural_frequency_rad_s),
+                format!("{:.5}", window.damping_ratio),
+            ]);
         }
+        let _ = writeln!(text, "{}", rows.trim_fmt());
     }
     text
 }

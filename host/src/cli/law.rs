@@ -5,6 +5,7 @@ use super::model::amplitude_rows;
 use super::releases::ReleaseArg;
 use super::roll::{self, RollArgs};
 use crate::answer::Answer;
+use crate::flags;
 use clap::Args;
 use serde_json::json;
 use std::fmt::Write as _;
@@ -122,7 +123,7 @@ pub(super) fn written(found: &LawAnswer, folder: Option<&Path>) -> Result<Vec<Pa
 pub(super) fn command(files: &[PathBuf], reading: &Selection, may_drive: bool) -> String {
     let files: Vec<String> = files.iter().map(|f| quoted(&f.display().to_string())).collect();
     let driven = if may_drive { " --may-drive" } else { "" };
-    format!("yawrig law {}{}{driven}", files.join(" "), reading.typed())
+    format!("yawrig law {}{}{driven}", files.join(" "), flags::of(&reading.settings()))
 }
 
 /// What takes the best formula into a model: of its file, or, where none is written, with the command that writes it.

@@ -9,13 +9,13 @@ use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
-use yawrig_campaign::measuring::Measuring;
 use yawrig_link::bench::{Bench, Target};
 use yawrig_link::live::built_in_rig::BuiltInRig;
 use yawrig_link::live::item::{time_s, Item};
 use yawrig_link::live::recording::Recording;
 use yawrig_link::live::session::{Follow, Session};
 use yawrig_link::live::stored::Stored;
+use yawrig_measuring::Measuring;
 use yawrig_shared::wire::{Event, Request, Settings};
 
 /// How long a device may take no sample before the last ones of the last release are no longer waited for.

@@ -1,7 +1,7 @@
 //! `simulate`: records of a virtual rig whose truth is known.
 
 use super::choices;
-use super::common::{print_json, print_line, within};
+use super::common::{bare, print_json, print_line, within};
 use super::simulated::{
     campaign_json, condition_json, effect_ids, effect_parameters, points, Seen,
 };
@@ -336,20 +336,16 @@ impl Simulate {
         if self.json {
             return print_json(&campaign_json(&rig, &file, &planned));
         }
-        let mut text = format!(
-            "{}: {} releases\nspring      km   Cn_beta  Cn_r-Cn_betadot   Cy_beta      Cy_r\n",
-            file.display(),
-            planned.len()
-        );
+        let mut rows = bare(&["spring", "km", "Cn_beta", "Cn_r-Cn_betadot", "Cy_beta", "Cy_r"]);
         for (condition, modal) in points(&planned) {
             let truth = rig.truth(&condition.spring);
             let km = reduced_frequency(modal, &rig.wind(condition.wind_speed_m_s), &rig.model);
-            text += &format!(
-                "{:6} {km:7.3} {:9.4} {:16.4} {:9.4} {:9.4}\n",
-                condition.spring.name, truth.cn_beta, truth.cn_r, truth.cy_beta, truth.cy_r
-            );
+            let derivatives = [truth.cn_beta, truth.cn_r, truth.cy_beta, truth.cy_r];
+            let cells = [condition.spring.name.to_owned(), format!("{km:.3}")];
+            rows.add_row(cells.into_iter().chain(derivatives.map(|d| format!("{d:.4}"))));
         }
-        print_line(text.trim_end())
+        let made = format!("{}: {} releases", file.display(), planned.len());
+        print_line(&format!("{made}\n{}", rows.trim_fmt()))
     }
 
     /// Writes a campaign; its rig, its file and what it is of.

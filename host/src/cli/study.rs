@@ -1,6 +1,6 @@
 //! `yawrig study`: reruns studies of the thesis.
 
-use super::common::{bare, print_json, print_line, SCHEMA_VERSION};
+use super::common::{bare, print_json, print_line, wrapped, SCHEMA_VERSION};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -83,24 +83,7 @@ fn to_text(report: &Report, seconds: f64, plot: &Path) -> String {
         text += &format!("\n{}\n{}\n", table.caption, shown.trim_fmt());
     }
     for finding in &report.findings {
-        text += &format!("\n{}\n", wrapped(finding, 100));
+        text += &format!("\n{}\n", wrapped(finding, 100, "").join("\n"));
     }
     text + &format!("\nplot: {}\n", plot.display())
-}
-
-/// Broken between words at `width`.
-fn wrapped(text: &str, width: usize) -> String {
-    let mut lines = vec![String::new()];
-    for word in text.split_whitespace() {
-        let last = lines.len() - 1;
-        if !lines[last].is_empty() && lines[last].chars().count() + word.chars().count() >= width {
-            lines.push(word.to_owned());
-            continue;
-        }
-        if !lines[last].is_empty() {
-            lines[last].push(' ');
-        }
-        lines[last].push_str(word);
-    }
-    lines.join("\n")
 }

@@ -1,7 +1,7 @@
 //! Trials of one thing side by side: what was identified in each, at an amplitude that all of them have, and whether they
 //! agree.
 
-use super::common::bare;
+use super::common::with_words;
 use std::fmt::Write as _;
 use yawrig_base::error::Result;
 use yawrig_core::identify::flag::Flag;
@@ -92,10 +92,7 @@ impl Trials {
             None => ([String::new(), String::new()], vec![None; self.all.len()]),
         };
         let [wn_at, zeta_at] = &header;
-        let mut table = bare(&["record", "wn (rad/s)", "zeta", wn_at, zeta_at, ""]);
-        if let Some(column) = table.column_mut(5) {
-            column.set_cell_alignment(comfy_table::CellAlignment::Left);
-        }
+        let mut table = with_words(&["record", "wn (rad/s)", "zeta", wn_at, zeta_at, ""], &[5]);
         for (trial, at) in self.all.iter().zip(rows) {
             let [wn, zeta] =
                 at.map_or([String::new(), String::new()], |q| q.map(|q| q.to_string()));

@@ -3,6 +3,7 @@
 //! Training and test draws come from fixed seeds: the same tables on every run and any number of threads.
 #![forbid(unsafe_code)]
 
+mod beside_thesis;
 mod conventional;
 mod cycles;
 pub mod decays;

@@ -1,8 +1,9 @@
 //! Table 4.1 and Fig 4.9: 50 to 300 training responses for 41-6-2 without noise.
 
+use super::beside_thesis;
 use super::decays::{Cycles, Noise};
 use super::lab::Spec;
-use super::report::{percent, scientific, times, Outcome, Table};
+use super::report::{scientific, times, Outcome, Table};
 use super::second_layer::THESIS as SECOND_LAYER;
 use super::setting::StudySetting;
 use yawrig_base::error::Result;
@@ -36,38 +37,13 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
         let fits = setting.fit_all("samples", &jobs)?;
         let mut table = Table::new(
             format!("MSE, {name}; the thesis's in brackets ({} test responses)", setting.tests()),
-            &[
-                "samples",
-                "train wn",
-                "(thesis)",
-                "train zeta",
-                "(thesis)",
-                "test wn",
-                "(thesis)",
-                "test zeta",
-                "(thesis)",
-                "zeta rms %",
-                "median %",
-                "95 % below",
-                "gamma",
-            ],
+            &[&["samples"], &beside_thesis::COLUMNS[..], &["gamma"]].concat(),
         );
         let (mut wn, mut zeta) = (Vec::new(), Vec::new());
         for (((n, thesis), set), fit) in THESIS.iter().zip(&sets).zip(&fits) {
             let (train, test) = (fit.errors(set), fit.errors(&test));
-            let ours = [
-                train.natural_frequency_mse,
-                train.damping_ratio_mse,
-                test.natural_frequency_mse,
-                test.damping_ratio_mse,
-            ];
             let mut row = vec![n.to_string()];
-            for (ours, thesis) in ours.iter().zip(thesis) {
-                row.extend([scientific(*ours), format!("({})", scientific(*thesis))]);
-            }
-            row.push(percent(test.damping_ratio_rms_percent));
-            row.push(percent(test.damping_ratio_median_percent));
-            row.push(percent(test.damping_ratio_p95_percent));
+            row.extend(beside_thesis::cells(beside_thesis::mse(&train, &test), *thesis, &test));
             row.push(format!("{:.0}", fit.trained.gamma));
             table.row(row);
             wn.push((*n as f64, test.natural_frequency_mse));

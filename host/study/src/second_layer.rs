@@ -1,5 +1,6 @@
 //! Table 4.2 and Fig 4.11: six nodes, then none to eight in a second hidden layer, without noise.
 
+use super::beside_thesis;
 use super::decays::{Cycles, Noise};
 use super::lab::Spec;
 use super::report::{extremes, percent, scientific, times, Outcome, Table};
@@ -30,38 +31,14 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
             "MSE after {epochs} epochs; the thesis's in brackets ({} test responses)",
             setting.tests()
         ),
-        &[
-            "second",
-            "SSE",
-            "train wn",
-            "(thesis)",
-            "train zeta",
-            "(thesis)",
-            "test wn",
-            "(thesis)",
-            "test zeta",
-            "(thesis)",
-            "zeta rms %",
-            "median %",
-            "95 % below",
-        ],
+        &[&["second", "SSE"], &beside_thesis::COLUMNS[..]].concat(),
     );
     let (mut curve, mut tested, mut all_mse) = (Vec::new(), Vec::new(), Vec::new());
     for ((second, thesis), fit) in THESIS.iter().zip(&fits) {
         let (on_train, on_test) = (fit.errors(&train), fit.errors(&test));
-        let ours = [
-            on_train.natural_frequency_mse,
-            on_train.damping_ratio_mse,
-            on_test.natural_frequency_mse,
-            on_test.damping_ratio_mse,
-        ];
+        let ours = beside_thesis::mse(&on_train, &on_test);
         let mut row = vec![second.to_string(), scientific(fit.sse())];
-        for (ours, thesis) in ours.iter().zip(thesis) {
-            row.extend([scientific(*ours), format!("({})", scientific(*thesis))]);
-        }
-        row.push(percent(on_test.damping_ratio_rms_percent));
-        row.push(percent(on_test.damping_ratio_median_percent));
-        row.push(percent(on_test.damping_ratio_p95_percent));
+        row.extend(beside_thesis::cells(ours, *thesis, &on_test));
         table.row(row);
         all_mse.push(ours);
         curve.push((*second as f64, fit.sse()));

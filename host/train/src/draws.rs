@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
+use yawrig_base::settings;
 use yawrig_shared::features::{features, FeatureKind, Features};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::window::{Finding, Limits, Tracker, CYCLES, SAMPLE_RATE_HZ};
@@ -86,11 +87,15 @@ fn no_windows(ranges: &Ranges, model: Option<&Augmented>) -> Error {
             "noise of {} of the peak leaves no windows to train on",
             ranges.noise[1]
         ))
-        .help("choose a smaller --noise"),
+        .help(format!("choose a smaller {}", settings::name("noise"))),
         Some(_) => Error::usage(
             "the model's effects leave hardly any three cycles to train on in these ranges",
         )
-        .help("give the range around the model's own with --natural-frequency and --damping"),
+        .help(format!(
+            "give the range around the model's own with {} and {}",
+            settings::name("natural_frequency"),
+            settings::name("damping")
+        )),
     }
 }
 

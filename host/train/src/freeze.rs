@@ -3,6 +3,7 @@
 use super::draws::{Draw, Ranges};
 use super::errors::Errors;
 use yawrig_base::error::{Error, Result};
+use yawrig_base::settings;
 use yawrig_shared::blob::{self, Payload, Provenance};
 use yawrig_shared::features::{AmplitudeScaling, FeatureKind, InputScaling, SHAPE};
 use yawrig_shared::network::{Activation, Network, OutputScaling, TrainedRange};
@@ -109,7 +110,7 @@ pub fn network(
         Ok(()) => Ok(network),
         Err(yawrig_shared::network::NetworkError::NotFinite) => {
             Err(Error::internal("training ended with weights that are not finite numbers")
-                .help("train again with another --seed"))
+                .help(format!("train again with another {}", settings::name("seed"))))
         }
         Err(_) => Err(too_large()),
     }

@@ -9,6 +9,7 @@ use super::pca::{self, Projection};
 use super::{Checkpoint, Options, Precision, Progress, Samples, Trained};
 use serde::{Deserialize, Serialize};
 use yawrig_base::error::{Error, Result};
+use yawrig_base::settings;
 use yawrig_shared::blob::Provenance;
 use yawrig_shared::features::FeatureKind;
 use yawrig_shared::network::{Network, OUTPUTS};
@@ -145,9 +146,10 @@ fn from(
 fn projection(inputs: &[f64], rows: usize, count: usize) -> Result<Projection> {
     Projection::of(inputs, inputs.len() / rows, count, pca::Scale::Common).ok_or_else(|| {
         Error::usage(format!(
-            "--features pca:{count}: the training windows have no {count} components"
+            "{}: the training windows have no {count} components",
+            settings::given("features", &format!("pca:{count}"))
         ))
-        .help("take 1 to 41 components: --features pca:10")
+        .help(format!("take 1 to 41 components: {}", settings::given("features", "pca:10")))
     })
 }
 
@@ -186,7 +188,11 @@ fn check(settings: &Settings) -> Result<()> {
         return Err(Error::usage(format!(
             "noise from {low} to {high} of the peak is not a range within 0 to 0.2"
         ))
-        .help("--noise 0.02, or a range: --noise 0.002..0.02"));
+        .help(format!(
+            "{}, or a range: {}",
+            settings::given("noise", "0.02"),
+            settings::given("noise", "0.002..0.02")
+        )));
     }
     if settings.samples < 10 {
         return Err(Error::usage("fewer than 10 training samples teach nothing"));

@@ -172,6 +172,27 @@ pub fn dry_air_density_kg_m3(temperature_deg_c: f64, pressure_pa: f64) -> f64 {
     pressure_pa / (GAS_CONSTANT_J_KG_K * (temperature_deg_c + 273.15))
 }
 
+impl ModelEntry {
+    /// A model of these sizes, their uncertainties not stated.
+    pub fn new(name: &str, length_m: f64, frontal_area_m2: f64) -> Self {
+        let name = name.to_owned();
+        Self { name, length_m, length_u_m: None, frontal_area_m2, frontal_area_u_m2: None }
+    }
+}
+
+impl RigEntry {
+    /// A rig of these lengths, their uncertainties and its clock's not stated.
+    pub fn new(spring_arm_m: f64, axis_offset_m: f64) -> Self {
+        Self {
+            spring_arm_m,
+            spring_arm_u_m: None,
+            axis_offset_m,
+            axis_offset_u_m: None,
+            clock_u_ppm: None,
+        }
+    }
+}
+
 impl AirEntry {
     /// Air of this density, its uncertainty not stated.
     pub fn of(density_kg_m3: f64) -> Self {
@@ -206,6 +227,27 @@ impl ReleaseEntry {
 }
 
 impl Campaign {
+    /// These releases, with nothing else stated.
+    pub fn new(
+        model: ModelEntry,
+        air: AirEntry,
+        rig: RigEntry,
+        release: Vec<ReleaseEntry>,
+    ) -> Self {
+        Self {
+            schema_version: SCHEMA_VERSION,
+            model,
+            air,
+            rig,
+            inertia: None,
+            can: None,
+            stiffness_n_per_m: BTreeMap::new(),
+            accept: Vec::new(),
+            motion: None,
+            release,
+        }
+    }
+
     /// Density of the air in a release.
     pub fn density_kg_m3(&self, release: &ReleaseEntry) -> f64 {
         release.density_kg_m3.unwrap_or(self.air.density_kg_m3)

@@ -17,7 +17,7 @@ use yawrig_shared::modal::Modal;
 ///
 /// ```
 /// use yawrig_core::derivatives::campaign::{
-///     AirEntry, Campaign, InertiaEntry, ModelEntry, ReleaseEntry, RigEntry, SCHEMA_VERSION,
+///     AirEntry, Campaign, InertiaEntry, ModelEntry, ReleaseEntry, RigEntry,
 /// };
 /// use yawrig_core::derivatives::{condition::Identified, Computed};
 /// use yawrig_core::quantity::Quantity;
@@ -27,28 +27,13 @@ use yawrig_shared::modal::Modal;
 ///     ReleaseEntry::new(file, ("K4", 800.0), Axis::Mid, wind_speed_m_s)
 /// };
 /// let campaign = Campaign {
-///     schema_version: SCHEMA_VERSION,
-///     model: ModelEntry {
-///         name: "mine".to_owned(),
-///         length_m: 0.6,
-///         length_u_m: None,
-///         frontal_area_m2: 0.05,
-///         frontal_area_u_m2: None,
-///     },
-///     air: AirEntry::of(1.2),
-///     rig: RigEntry {
-///         spring_arm_m: 0.2,
-///         spring_arm_u_m: None,
-///         axis_offset_m: 0.1,
-///         axis_offset_u_m: None,
-///         clock_u_ppm: None,
-///     },
 ///     inertia: Some(InertiaEntry { mid_kg_m2: Some(0.5), ..InertiaEntry::default() }),
-///     can: None,
-///     motion: None,
-///     stiffness_n_per_m: Default::default(),
-///     accept: Vec::new(),
-///     release: vec![release("off.csv", 0.0), release("on.csv", 10.0)],
+///     ..Campaign::new(
+///         ModelEntry::new("mine", 0.6, 0.05),
+///         AirEntry::of(1.2),
+///         RigEntry::new(0.2, 0.1),
+///         vec![release("off.csv", 0.0), release("on.csv", 10.0)],
+///     )
 /// };
 /// let identified = [(8.0, 0.010), (7.9, 0.015)].map(|(wn, zeta)| Identified {
 ///     natural_frequency_rad_s: Quantity::new(wn, 0.001),
@@ -150,7 +135,7 @@ impl<'a> Computed<'a> {
                     &self.inputs.wind(pair.on),
                     self.inputs.model(),
                 );
-                for &release in &self.conditions[pair.on].releases {
+                for &release in &self.conditions[pair.on].setting.releases {
                     responses[release] = response;
                 }
             }
@@ -201,18 +186,18 @@ impl<'a> Computed<'a> {
     /// What a reader of the table must know besides, a sentence each.
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
-        if self.conditions.iter().all(|condition| condition.releases.len() == 1) {
+        if self.conditions.iter().all(|condition| condition.setting.releases.len() == 1) {
             notes.push("repeatability is not assessed: no condition was released twice".to_owned());
         }
         notes.extend(self.conditions.iter().filter_map(Condition::scatter));
         let used: Vec<usize> =
             self.layout.places.iter().filter_map(|place| Some(place.front?.on)).collect();
         for (index, condition) in self.conditions.iter().enumerate() {
-            let is_left_over = condition.axis == Axis::Front && !used.contains(&index);
-            if is_left_over && condition.wind_speed_m_s > 0.0 {
+            let is_left_over = condition.setting.axis == Axis::Front && !used.contains(&index);
+            if is_left_over && condition.setting.wind_speed_m_s > 0.0 {
                 notes.push(format!(
                     "spring {} at {} m/s was released on the front axis only: no point",
-                    condition.spring, condition.wind_speed_m_s
+                    condition.setting.spring, condition.setting.wind_speed_m_s
                 ));
             }
         }

@@ -139,18 +139,7 @@ pub(crate) fn settings(campaign: &Campaign) -> Vec<Setting> {
 /// All releases of one spring and axis at one wind speed.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Condition {
-    pub(crate) spring: String,
-    pub(crate) axis: Axis,
-    /// Mean over the releases; 0: wind off.
-    pub(crate) wind_speed_m_s: f64,
-    /// The largest of theirs: repeats share the tunnel's error.
-    pub(crate) wind_speed_u_m_s: f64,
-    /// Mean over the releases.
-    pub(crate) density_kg_m3: f64,
-    /// What else they were made under.
-    pub(crate) at: At,
-    /// Indices into the campaign's releases.
-    pub(crate) releases: Vec<usize>,
+    pub(crate) setting: Setting,
     pub(crate) natural_frequency_rad_s: Mean,
     /// 2 zeta wn.
     pub(crate) damping_rad_s: Mean,
@@ -158,7 +147,7 @@ pub(crate) struct Condition {
 
 impl Condition {
     fn is_wind_on(&self) -> bool {
-        self.wind_speed_m_s > 0.0
+        self.setting.wind_speed_m_s > 0.0
     }
 
     /// What is to be said where its repeats scatter by more than chance.
@@ -168,7 +157,7 @@ impl Condition {
         };
         let both = [of(&self.natural_frequency_rad_s, "wn"), of(&self.damping_rad_s, "2 zeta wn")];
         let times: Vec<String> = both.into_iter().flatten().collect();
-        let Self { spring, axis, wind_speed_m_s, releases, .. } = self;
+        let Setting { spring, axis, wind_speed_m_s, releases, .. } = &self.setting;
         (!times.is_empty()).then(|| {
             format!(
                 "spring {spring}, {axis} axis, {wind_speed_m_s:.3} m/s: its {} releases scatter more than their fits state, {}, \
@@ -190,13 +179,7 @@ impl Condition {
 pub(crate) fn group(campaign: &Campaign, identified: &[Identified]) -> Vec<Condition> {
     let nothing = Mean { value: 0.0, u_fit: 0.0, u_repeatability: 0.0, birge_ratio: 1.0 };
     let condition = |setting: Setting| Condition {
-        spring: setting.spring,
-        axis: setting.axis,
-        wind_speed_m_s: setting.wind_speed_m_s,
-        wind_speed_u_m_s: setting.wind_speed_u_m_s,
-        density_kg_m3: setting.density_kg_m3,
-        at: setting.at,
-        releases: setting.releases,
+        setting,
         natural_frequency_rad_s: nothing,
         damping_rad_s: nothing,
     };
@@ -206,7 +189,7 @@ pub(crate) fn group(campaign: &Campaign, identified: &[Identified]) -> Vec<Condi
             conditions.iter_mut().filter(|condition| condition.is_wind_on() == wind_on).collect();
         let values = |of: fn(&Identified) -> Quantity| -> Vec<Vec<Quantity>> {
             let read = |condition: &&mut Condition| {
-                condition.releases.iter().map(|&index| of(&identified[index])).collect()
+                condition.setting.releases.iter().map(|&index| of(&identified[index])).collect()
             };
             members.iter().map(read).collect()
         };

@@ -1,7 +1,7 @@
 //! Everything the derivatives are computed from, as numbers that can each be changed to see what follows.
 
 use super::campaign::Campaign;
-use super::condition::Condition;
+use super::condition::{Condition, Setting};
 use super::line::{self, Point, StraightLine};
 use yawrig_shared::axis::Axis;
 use yawrig_shared::derivatives::{
@@ -99,40 +99,44 @@ pub(super) fn axis_index(axis: Axis) -> usize {
 impl Layout {
     pub(super) fn new(campaign: &Campaign, conditions: &[Condition]) -> Self {
         // The nearest speed: the coefficients are made with each condition's own.
-        let find = |like: &Condition, axis: Axis| {
-            let off = |c: &Condition| (c.wind_speed_m_s - like.wind_speed_m_s).abs();
-            (0..conditions.len())
-                .filter(|&i| conditions[i].spring == like.spring && conditions[i].axis == axis)
-                .filter(|&i| off(&conditions[i]) <= PARTNER_SPEED * like.wind_speed_m_s)
-                .filter(|&i| conditions[i].at == like.at)
-                .min_by(|&i, &j| off(&conditions[i]).total_cmp(&off(&conditions[j])))
+        let settings: Vec<&Setting> = conditions.iter().map(|c| &c.setting).collect();
+        let find = |like: &Setting, axis: Axis| {
+            let off = |i: usize| (settings[i].wind_speed_m_s - like.wind_speed_m_s).abs();
+            (0..settings.len())
+                .filter(|&i| settings[i].spring == like.spring && settings[i].axis == axis)
+                .filter(|&i| off(i) <= PARTNER_SPEED * like.wind_speed_m_s)
+                .filter(|&i| settings[i].at == like.at)
+                .min_by(|&i, &j| off(i).total_cmp(&off(j)))
         };
         let pair = |on: usize| {
-            let c = &conditions[on];
-            let is_its = |(_, off): &(usize, &Condition)| {
+            let c = settings[on];
+            let is_its = |(_, off): &(usize, &&Setting)| {
                 (&off.spring, off.axis, off.wind_speed_m_s) == (&c.spring, c.axis, 0.0)
             };
-            let offs = conditions.iter().enumerate().filter(is_its);
+            let offs = settings.iter().enumerate().filter(is_its);
             Some(Pair { on, off: c.at.reference(offs.map(|(i, off)| (i, &off.at)))? })
         };
-        let places = (0..conditions.len())
-            .filter(|&i| conditions[i].axis == Axis::Mid && conditions[i].wind_speed_m_s > 0.0)
+        let places = (0..settings.len())
+            .filter(|&i| settings[i].axis == Axis::Mid && settings[i].wind_speed_m_s > 0.0)
             .filter_map(|on| {
-                let c = &conditions[on];
-                let front = find(c, Axis::Front).and_then(pair);
+                let front = find(settings[on], Axis::Front).and_then(pair);
                 Some(Place { mid: pair(on)?, front })
             })
             .collect();
         let mut springs: Vec<String> = Vec::new();
         let mut lines = [Vec::new(), Vec::new()];
         let arm2 = campaign.rig.spring_arm_m.powi(2);
-        for (index, c) in conditions.iter().enumerate().filter(|(_, c)| c.wind_speed_m_s == 0.0) {
+        for (index, condition) in conditions.iter().enumerate() {
+            let c = &condition.setting;
+            if c.wind_speed_m_s != 0.0 {
+                continue;
+            }
             let spring = springs.iter().position(|name| *name == c.spring).unwrap_or_else(|| {
                 springs.push(c.spring.clone());
                 springs.len() - 1
             });
             let entry = &campaign.release[c.releases[0]];
-            let wn = c.natural_frequency_rad_s;
+            let wn = condition.natural_frequency_rad_s;
             // A fit of noise-free data claims to be exact; the line needs something to weigh by.
             let u_x = (2.0 * wn.value * wn.u()).max(1e-9 * wn.value * wn.value);
             let u_y = 2.0 * arm2 * entry.spring_stiffness_u_n_per_m.unwrap_or(0.0);
@@ -218,14 +222,14 @@ impl Inputs {
                 .map(|c| c.natural_frequency_rad_s.value)
                 .collect(),
             damping_rad_s: conditions.iter().map(|c| c.damping_rad_s.value).collect(),
-            wind_speed_m_s: conditions.iter().map(|c| c.wind_speed_m_s).collect(),
+            wind_speed_m_s: conditions.iter().map(|c| c.setting.wind_speed_m_s).collect(),
             stiffness_n_per_m: layout.springs.iter().map(stiffness).collect(),
             spring_arm_m: campaign.rig.spring_arm_m,
             axis_offset_m: campaign.rig.axis_offset_m,
             density_kg_m3: campaign.air.density_kg_m3,
             density_ratio: conditions
                 .iter()
-                .map(|c| c.density_kg_m3 / campaign.air.density_kg_m3)
+                .map(|c| c.setting.density_kg_m3 / campaign.air.density_kg_m3)
                 .collect(),
             model: Model {
                 length_m: campaign.model.length_m,
@@ -286,7 +290,11 @@ pub(super) fn uncertain(
             damping.u_repeatability,
             Box::new(move |x, d| x.damping_rad_s[i] += d),
         );
-        add(Source::WindSpeed, c.wind_speed_u_m_s, Box::new(move |x, d| x.wind_speed_m_s[i] += d));
+        add(
+            Source::WindSpeed,
+            c.setting.wind_speed_u_m_s,
+            Box::new(move |x, d| x.wind_speed_m_s[i] += d),
+        );
     }
     for (k, name) in layout.springs.iter().enumerate() {
         let release = campaign.release.iter().find(|release| release.spring == *name);

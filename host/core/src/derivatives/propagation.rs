@@ -88,9 +88,9 @@ impl<'a> Propagation<'a> {
             let (cy_beta, cy_r) = (at(|p| p.cy_beta), at(|p| p.cy_r));
             let on = &conditions[self.layout.places[index].mid.on];
             Some(Point {
-                spring: on.spring.clone(),
-                wind_speed_m_s: on.wind_speed_m_s,
-                at: on.at.clone(),
+                spring: on.setting.spring.clone(),
+                wind_speed_m_s: on.setting.wind_speed_m_s,
+                at: on.setting.at.clone(),
                 reduced_frequency: self.values.points[index].reduced_frequency,
                 cn_beta,
                 cn_r,

@@ -144,16 +144,17 @@ pub struct ConditionRow {
 
 impl ConditionRow {
     pub(super) fn of(condition: &Condition, identified: &[Identified]) -> Self {
-        let found: Vec<&Identified> = condition.releases.iter().map(|&k| &identified[k]).collect();
+        let found: Vec<&Identified> =
+            condition.setting.releases.iter().map(|&k| &identified[k]).collect();
         let (wn, damping) = (condition.natural_frequency_rad_s, condition.damping_rad_s);
         let zeta = damping.value / (2.0 * wn.value);
         let u_zeta = (damping.u() / (2.0 * wn.value)).hypot(zeta * wn.u() / wn.value);
-        let repeats = condition.releases.len();
+        let repeats = condition.setting.releases.len();
         Self {
-            spring: condition.spring.clone(),
-            axis: condition.axis,
-            wind_speed_m_s: condition.wind_speed_m_s,
-            at: condition.at.clone(),
+            spring: condition.setting.spring.clone(),
+            axis: condition.setting.axis,
+            wind_speed_m_s: condition.setting.wind_speed_m_s,
+            at: condition.setting.at.clone(),
             repeats,
             natural_frequency_rad_s: Quantity::new(wn.value, wn.u()),
             damping_ratio: Quantity::new(zeta, u_zeta),

@@ -1,7 +1,6 @@
 //! A zero that drifts: reading = b + d t.
 
-use super::law::{any, reading, Acts, Card, Equation, Law, Parameter, Scale};
-use super::terms::Terms;
+use super::law::{any, enters, reading, Acts, Card, Law, Parameter, Scale};
 
 pub(super) struct BaselineDrift;
 
@@ -19,9 +18,7 @@ impl Law for BaselineDrift {
         vec![scale.reading_rad / scale.duration_s]
     }
 
-    fn write(&self, p: &[f64], terms: &mut Terms) {
-        terms.add_reading::<Self>(p);
-    }
+    enters!(reading);
 
     fn belongs_to_release(&self, _: usize) -> bool {
         true
@@ -29,10 +26,6 @@ impl Law for BaselineDrift {
 
     fn acts_on(&self) -> Acts {
         Acts::Time
-    }
-
-    fn equation(&self) -> Option<Equation<'_>> {
-        Some(Self::EQUATION)
     }
 
     fn card(&self) -> Card<'_> {

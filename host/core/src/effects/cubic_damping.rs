@@ -1,7 +1,6 @@
 //! Damping with the square of the angle, - c b^2 r.
 
-use super::law::{any, moment, Card, Equation, Law, Parameter, RollTerm, Scale};
-use super::terms::Terms;
+use super::law::{any, enters, moment, Card, Law, Parameter, RollTerm, Scale};
 
 pub(super) struct CubicDamping;
 
@@ -19,16 +18,10 @@ impl Law for CubicDamping {
         vec![scale.natural_frequency_rad_s / scale.amplitude_rad.powi(2)]
     }
 
-    fn write(&self, p: &[f64], terms: &mut Terms) {
-        terms.add_moment::<Self>(p);
-    }
+    enters!(moment);
 
     fn takes_energy_out(&self) -> bool {
         true
-    }
-
-    fn equation(&self) -> Option<Equation<'_>> {
-        Some(Self::EQUATION)
     }
 
     fn roll_term(&self) -> Option<RollTerm> {

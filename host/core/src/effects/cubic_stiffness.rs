@@ -1,7 +1,6 @@
 //! Hardening (k3 > 0) or softening, - k3 b^3.
 
-use super::law::{any, moment, Card, Equation, Law, Parameter, RollTerm, Scale, Series};
-use super::terms::Terms;
+use super::law::{any, enters, moment, Card, Law, Parameter, RollTerm, Scale, Series};
 
 pub(super) struct CubicStiffness;
 
@@ -19,16 +18,10 @@ impl Law for CubicStiffness {
         vec![scale.stiffness() / scale.amplitude_rad.powi(2)]
     }
 
-    fn write(&self, p: &[f64], terms: &mut Terms) {
-        terms.add_moment::<Self>(p);
-    }
+    enters!(moment);
 
     fn series(&self) -> Option<Series> {
         Some(Series::Term)
-    }
-
-    fn equation(&self) -> Option<Equation<'_>> {
-        Some(Self::EQUATION)
     }
 
     fn roll_term(&self) -> Option<RollTerm> {

@@ -252,7 +252,8 @@ macro_rules! moment {
         }
 
         impl $law {
-            const EQUATION: Equation<'static> = Equation::moment(stringify!($formula));
+            const EQUATION: crate::effects::law::Equation<'static> =
+                crate::effects::law::Equation::moment(stringify!($formula));
         }
     };
 }
@@ -270,11 +271,32 @@ macro_rules! reading {
         }
 
         impl $law {
-            const EQUATION: Equation<'static> = Equation::Reading(stringify!($formula));
+            const EQUATION: crate::effects::law::Equation<'static> =
+                crate::effects::law::Equation::Reading(stringify!($formula));
         }
     };
 }
 pub(super) use reading;
+
+/// How a [`Law`] enters the motion that is one [`moment!`] or [`reading!`] of all its numbers, and its equation.
+macro_rules! enters {
+    (moment) => {
+        crate::effects::law::enters!(add_moment);
+    };
+    (reading) => {
+        crate::effects::law::enters!(add_reading);
+    };
+    ($add:ident) => {
+        fn write(&self, p: &[f64], terms: &mut crate::effects::terms::Terms) {
+            terms.$add::<Self>(p);
+        }
+
+        fn equation(&self) -> Option<crate::effects::law::Equation<'_>> {
+            Some(Self::EQUATION)
+        }
+    };
+}
+pub(super) use enters;
 
 /// As an expression has it.
 #[inline]

@@ -1,7 +1,6 @@
 //! Stiffness that falls in a straight line with amplitude, - k |b| b with k < 0, as micro-slip in joints has it.
 
-use super::law::{abs, moment, not_positive, Card, Equation, Law, Parameter, Scale, Series};
-use super::terms::Terms;
+use super::law::{abs, enters, moment, not_positive, Card, Law, Parameter, Scale, Series};
 
 pub(super) struct OddQuadraticStiffness;
 
@@ -19,16 +18,10 @@ impl Law for OddQuadraticStiffness {
         vec![scale.stiffness() / scale.amplitude_rad]
     }
 
-    fn write(&self, p: &[f64], terms: &mut Terms) {
-        terms.add_moment::<Self>(p);
-    }
+    enters!(moment);
 
     fn series(&self) -> Option<Series> {
         Some(Series::Term)
-    }
-
-    fn equation(&self) -> Option<Equation<'_>> {
-        Some(Self::EQUATION)
     }
 
     fn card(&self) -> Card<'_> {

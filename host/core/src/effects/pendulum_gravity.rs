@@ -1,7 +1,6 @@
 //! Weight about an axis that is not vertical, + g (b - sin b); g = wn^2 for a pendulum and nothing else.
 
-use super::law::{any, moment, sin, Card, Equation, Law, Parameter, Scale, Series};
-use super::terms::Terms;
+use super::law::{any, enters, moment, sin, Card, Law, Parameter, Scale, Series};
 
 pub(super) struct PendulumGravity;
 
@@ -19,9 +18,7 @@ impl Law for PendulumGravity {
         vec![6.0 * scale.stiffness() / scale.amplitude_rad.powi(2).min(1.0)]
     }
 
-    fn write(&self, p: &[f64], terms: &mut Terms) {
-        terms.add_moment::<Self>(p);
-    }
+    enters!(moment);
 
     fn is_of_angle(&self) -> bool {
         true
@@ -34,10 +31,6 @@ impl Law for PendulumGravity {
     /// Below, a sine is a cube.
     fn distinct_from_rad(&self) -> f64 {
         0.4
-    }
-
-    fn equation(&self) -> Option<Equation<'_>> {
-        Some(Self::EQUATION)
     }
 
     fn card(&self) -> Card<'_> {

@@ -1,7 +1,6 @@
 //! Damping with the square of the rate, - d |r| r.
 
-use super::law::{abs, moment, not_negative, Card, Equation, Law, Parameter, RollTerm, Scale};
-use super::terms::Terms;
+use super::law::{abs, enters, moment, not_negative, Card, Law, Parameter, RollTerm, Scale};
 
 pub(super) struct QuadraticDamping;
 
@@ -19,13 +18,7 @@ impl Law for QuadraticDamping {
         vec![1.0 / scale.amplitude_rad]
     }
 
-    fn write(&self, p: &[f64], terms: &mut Terms) {
-        terms.add_moment::<Self>(p);
-    }
-
-    fn equation(&self) -> Option<Equation<'_>> {
-        Some(Self::EQUATION)
-    }
+    enters!(moment);
 
     fn roll_term(&self) -> Option<RollTerm> {
         Some(RollTerm::Quadratic)

@@ -1,7 +1,6 @@
 //! A restoring moment stiffer to one side, - k2 b^2.
 
-use super::law::{any, moment, Card, Equation, Law, Parameter, Scale};
-use super::terms::Terms;
+use super::law::{any, enters, moment, Card, Law, Parameter, Scale};
 
 pub(super) struct QuadraticStiffness;
 
@@ -19,13 +18,7 @@ impl Law for QuadraticStiffness {
         vec![scale.stiffness() / scale.amplitude_rad]
     }
 
-    fn write(&self, p: &[f64], terms: &mut Terms) {
-        terms.add_moment::<Self>(p);
-    }
-
-    fn equation(&self) -> Option<Equation<'_>> {
-        Some(Self::EQUATION)
-    }
+    enters!(moment);
 
     fn card(&self) -> Card<'_> {
         Card {

@@ -1,7 +1,6 @@
 //! Hardening (k5 > 0) or softening that sets in late, - k5 b^5.
 
-use super::law::{any, moment, Card, Equation, Law, Parameter, RollTerm, Scale, Series};
-use super::terms::Terms;
+use super::law::{any, enters, moment, Card, Law, Parameter, RollTerm, Scale, Series};
 
 pub(super) struct QuinticStiffness;
 
@@ -19,16 +18,10 @@ impl Law for QuinticStiffness {
         vec![scale.stiffness() / scale.amplitude_rad.powi(4)]
     }
 
-    fn write(&self, p: &[f64], terms: &mut Terms) {
-        terms.add_moment::<Self>(p);
-    }
+    enters!(moment);
 
     fn series(&self) -> Option<Series> {
         Some(Series::HigherTerm)
-    }
-
-    fn equation(&self) -> Option<Equation<'_>> {
-        Some(Self::EQUATION)
     }
 
     fn roll_term(&self) -> Option<RollTerm> {

@@ -1,7 +1,6 @@
 //! A sensor whose scale is curved: reading = b + s b^2.
 
-use super::law::{any, reading, Acts, Card, Equation, Law, Parameter, Scale};
-use super::terms::Terms;
+use super::law::{any, enters, reading, Acts, Card, Law, Parameter, Scale};
 
 pub(super) struct SensorNonlinearity;
 
@@ -19,16 +18,10 @@ impl Law for SensorNonlinearity {
         vec![1.0 / scale.reading_rad]
     }
 
-    fn write(&self, p: &[f64], terms: &mut Terms) {
-        terms.add_reading::<Self>(p);
-    }
+    enters!(reading);
 
     fn acts_on(&self) -> Acts {
         Acts::Sensor
-    }
-
-    fn equation(&self) -> Option<Equation<'_>> {
-        Some(Self::EQUATION)
     }
 
     fn card(&self) -> Card<'_> {

@@ -1,7 +1,6 @@
 //! Stiffness that drifts, wn^2 (1 + e t).
 
-use super::law::{any, moment, Acts, Card, Equation, Law, Parameter, Scale};
-use super::terms::Terms;
+use super::law::{any, enters, moment, Acts, Card, Law, Parameter, Scale};
 
 pub(super) struct StiffnessDrift;
 
@@ -19,9 +18,7 @@ impl Law for StiffnessDrift {
         vec![1.0 / scale.duration_s]
     }
 
-    fn write(&self, p: &[f64], terms: &mut Terms) {
-        terms.add_moment::<Self>(p);
-    }
+    enters!(moment);
 
     fn belongs_to_release(&self, _: usize) -> bool {
         true
@@ -29,10 +26,6 @@ impl Law for StiffnessDrift {
 
     fn acts_on(&self) -> Acts {
         Acts::Time
-    }
-
-    fn equation(&self) -> Option<Equation<'_>> {
-        Some(Self::EQUATION)
     }
 
     fn card(&self) -> Card<'_> {

@@ -278,7 +278,7 @@ impl Measurand {
 /// What a record's numbers are, where they are no angle in deg: fields of JSON that end in `_deg` are then in these units.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Said {
-    /// As `--quantity` takes it.
+    /// One of `displacement`, `rate` and `acceleration`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quantity: Option<String>,
     /// Of what is read: the record, its noise and residuals, the sensor's zero.
@@ -287,7 +287,7 @@ pub struct Said {
     /// Of the motion: amplitudes, and what a law is over.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub amplitude_unit: Option<String>,
-    /// As `--motion` takes it, where it is not yaw.
+    /// What the motion is called, where it is not yaw.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<Called>,
 }

@@ -4,6 +4,7 @@ use super::item::{is_time_s, Item, Windows};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
+use yawrig_base::settings;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
 use yawrig_shared::wire::STREAM_CHUNK;
 
@@ -73,11 +74,15 @@ pub(super) fn files(stem: &Path) -> [PathBuf; 3] {
     })
 }
 
+fn monitor() -> String {
+    format!("`{}`", settings::command("monitor", &[], &[("record", "FOLDER")]))
+}
+
 /// The common name of a session's files.
 fn find(path: &Path) -> Result<PathBuf> {
     let no_session = |why: String| {
         Error::data(format!("{}: {why}", path.display()))
-            .help("give the .jsonl file of a session that `yawrig monitor --record` has stored")
+            .help(format!("give the .jsonl file of a session that {} has stored", monitor()))
     };
     if !path.is_dir() {
         let text = path.as_os_str().to_string_lossy();
@@ -110,7 +115,7 @@ fn find(path: &Path) -> Result<PathBuf> {
 pub(super) fn lines(file: &Path) -> Result<Vec<(usize, String)>> {
     let bytes = std::fs::read(file).map_err(|e| {
         Error::data(format!("cannot read {}: {e}", file.display()))
-            .help("give a session that `yawrig monitor --record` has stored")
+            .help(format!("give a session that {} has stored", monitor()))
     })?;
     let text = String::from_utf8_lossy(&bytes);
     let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);

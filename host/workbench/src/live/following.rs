@@ -9,13 +9,13 @@ use std::sync::Arc;
 use std::time::Duration;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
-use yawrig_campaign::measuring::Measuring;
 use yawrig_campaign::plan::Wanted;
 use yawrig_link::bench::{Bench, Target};
 use yawrig_link::live::built_in_rig::BuiltInRig;
 use yawrig_link::live::item::Item;
 use yawrig_link::live::recording::Recording;
 use yawrig_link::live::session::{Follow, Session};
+use yawrig_measuring::Measuring;
 
 /// Folder of recordings made from the page.
 pub const FOLDER: &str = "recordings";

@@ -1,16 +1,19 @@
 //! A campaign that is being measured on a device: what is released next, and what has come of the releases so far.
 
+#![forbid(unsafe_code)]
+
+pub mod answers;
 mod parts;
 
-use super::answers::{identified, Answer, By};
-use super::plan::Plan;
-use super::simulated::CAMPAIGN_FILE;
-use super::CampaignFile;
+use answers::{identified, Answer, By};
 use parts::{by_records, condition, head, text};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
+use yawrig_campaign::plan::Plan;
+use yawrig_campaign::simulated::CAMPAIGN_FILE;
+use yawrig_campaign::CampaignFile;
 use yawrig_core::derivatives::campaign::{Campaign, ReleaseEntry};
 use yawrig_core::derivatives::condition::{are_repeats, Identified};
 use yawrig_core::derivatives::{inertia_kg_m2, plausible, Computed};
@@ -404,5 +407,4 @@ impl Measuring {
 }
 
 #[cfg(test)]
-#[path = "measuring_tests.rs"]
 mod tests;

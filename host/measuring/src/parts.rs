@@ -1,9 +1,9 @@
 //! What a campaign that is being measured is made of: its head, the releases that are there, conditions, its table in lines.
 
-use crate::doubted;
-use crate::CampaignFile;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
+use yawrig_campaign::doubted;
+use yawrig_campaign::CampaignFile;
 use yawrig_core::derivatives::campaign::{Campaign, ReleaseEntry};
 use yawrig_core::derivatives::condition::Identified;
 use yawrig_core::derivatives::table::Table;

@@ -6,9 +6,9 @@ use yawrig_shared::wire::{Flags, Precise, Refined};
 
 fn measuring() -> Measuring {
     let rig = yawrig_rig::Rig::default();
-    let mut planned = super::super::simulated::plan(&rig, 10.0, 1, 1).expect("a plan");
+    let mut planned = yawrig_campaign::simulated::plan(&rig, 10.0, 1, 1).expect("a plan");
     planned.truncate(2);
-    let campaign = super::super::simulated::describe(&rig, &planned);
+    let campaign = yawrig_campaign::simulated::describe(&rig, &planned);
     let mut measuring = Measuring::new(Plan { campaign, stays: false }, None).expect("a plan");
     measuring.announced = true;
     measuring
@@ -114,8 +114,8 @@ fn a_release_that_the_rig_had_begun_before_does_not_count() {
     }
     built_in.wait();
     let rig = yawrig_rig::Rig::default();
-    let planned = super::super::simulated::plan(&rig, 10.0, 1, 1).expect("a plan");
-    let mut campaign = super::super::simulated::describe(&rig, &planned);
+    let planned = yawrig_campaign::simulated::plan(&rig, 10.0, 1, 1).expect("a plan");
+    let mut campaign = yawrig_campaign::simulated::describe(&rig, &planned);
     campaign.release.retain(|r| r.spring == "K3");
     let mut measuring = Measuring::new(Plan { campaign, stays: false }, None).expect("a plan");
     let mut not_counted = Vec::new();
@@ -145,8 +145,8 @@ fn a_release_that_the_rig_had_begun_before_does_not_count() {
 #[test]
 fn a_reference_at_one_setting_is_another_rig_to_the_device() {
     let rig = yawrig_rig::Rig::default();
-    let planned = super::super::simulated::plan(&rig, 10.0, 1, 1).expect("a plan");
-    let mut campaign = super::super::simulated::describe(&rig, &planned[..4]);
+    let planned = yawrig_campaign::simulated::plan(&rig, 10.0, 1, 1).expect("a plan");
+    let mut campaign = yawrig_campaign::simulated::describe(&rig, &planned[..4]);
     let at = |wing: &str| At([("wing".to_owned(), Value::Text(wing.to_owned()))].into());
     let off = campaign.release[0].clone();
     assert_eq!(off.wind_speed_m_s, 0.0);

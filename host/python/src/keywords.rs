@@ -1,0 +1,36 @@
+//! Settings in errors as Python calls them.
+
+use yawrig::flags::Flags;
+use yawrig_base::settings::{Command, Spelling};
+
+/// Keyword arguments of `yawrig.read`.
+const READ: [&str; 5] = ["time", "yaw", "unit", "time_unit", "rate_hz"];
+
+/// Settings are keyword arguments; what only the program does is its command.
+pub struct Keywords;
+
+impl Spelling for Keywords {
+    fn name(&self, setting: &str) -> String {
+        setting.to_owned()
+    }
+
+    fn given(&self, setting: &str, value: &str) -> String {
+        match setting {
+            "rate_hz" => format!("{setting}={value}"),
+            _ => format!("{setting}={value:?}"),
+        }
+    }
+
+    fn command(&self, command: Command<'_>) -> String {
+        let Command { verb, files, settings } = command;
+        let is_read = settings.iter().all(|(name, _)| READ.contains(name));
+        match (verb, files) {
+            ("convert", [file, ..]) if is_read => {
+                let settings = settings.iter().map(|(name, value)| self.given(name, value));
+                let all: Vec<String> = [format!("{file:?}")].into_iter().chain(settings).collect();
+                format!("yawrig.read({})", all.join(", "))
+            }
+            _ => Flags.command(command),
+        }
+    }
+}
