@@ -97,11 +97,11 @@ fn cells_and_matrices_on_their_side_are_read() {
         is_the_swing(&record.unwrap_or_else(|e| panic!("{yaw}: {e}")), sign, 0.0, DOUBLE);
     }
     let error = refused("cells.mat", &Selection::default()).to_string();
-    // Whichever it is, with its own time.
+    // Whichever it is, with its own time, as settings: the program spells them as flags.
     let pairs = [
-        "--time 'runs{1}(:,1)' --yaw 'runs{1}(:,2)' --unit deg",
-        "--time 'runs{2}(1,:)' --yaw 'runs{2}(2,:)' --unit deg",
-        "--time 'wide(1,:)' --yaw 'wide(2,:)' --unit rad",
+        "time = runs{1}(:,1), yaw = runs{1}(:,2), unit = deg",
+        "time = runs{2}(1,:), yaw = runs{2}(2,:), unit = deg",
+        "time = wide(1,:), yaw = wide(2,:), unit = rad",
     ];
     assert!(pairs.iter().any(|pair| error.contains(pair)), "{error}");
 }
@@ -161,19 +161,19 @@ fn what_is_unclear_is_asked_and_never_guessed() {
             "t (300 numbers)",
             "theta (300 numbers)",
             "both(:,2) (300 numbers)",
-            "--yaw theta --unit rad",
+            "yaw = theta, unit = rad",
         ],
     );
-    says(refused("waveform.tdms", &none), &["Rig/Yaw (300 numbers, deg)", "yawrig convert"]);
+    says(refused("waveform.tdms", &none), &["Rig/Yaw (300 numbers, deg)", "convert "]);
     // Which unit.
     let error = refused("v5-compressed.mat", &selection("t", "theta", None));
-    says(error, &["theta", "unknown unit", "--yaw theta --unit rad"]);
+    says(error, &["theta", "unknown unit", "yaw = theta, unit = rad"]);
     // Which time.
     let error = refused("zstd.parquet", &selection("", "angle", Some("rad")));
-    says(error, &["time_s", "--time t ", "--yaw angle"]);
+    says(error, &["time_s", "time = t,", "yaw = angle"]);
     // Two of one name.
     let error = refused("groups.h5", &selection("", "theta", None));
-    says(error, &["several channels", "run1/theta", "run2/theta", "--yaw run1/theta"]);
+    says(error, &["several channels", "run1/theta", "run2/theta", "yaw = run1/theta"]);
     // A name that is not there, a matrix, holes, a text.
     says(refused("v5.mat", &selection("", "yaw", None)), &["no channel \"yaw\"", "yaw_deg"]);
     says(refused("zstd.parquet", &selection("t", "holes", Some("deg"))), &["holes without"]);

@@ -129,11 +129,12 @@ fn parsed(file: &Path, selection: &Selection, kept: &Selection) -> Result<Record
 /// ```
 pub fn measurand(said: &Selection) -> Result<(Measurand, f64)> {
     let unit = said.unit.as_deref().unwrap_or("deg");
-    let Meant { measurand, scale } = quantity::meant(said.quantity, Some(unit)).map_err(|unclear| {
-        Error::usage(unclear.said_of("the record", unit)).help(
+    let Meant { measurand, scale } =
+        quantity::meant(said.quantity, Some(unit)).map_err(|unclear| {
+            Error::usage(unclear.said_of("the record", unit)).help(
             "say what it holds: quantity angle, rate, acceleration or displacement, and its unit",
         )
-    })?;
+        })?;
     Ok((said.motion.map_or(measurand.clone(), |called| measurand.called(called)), scale))
 }
 

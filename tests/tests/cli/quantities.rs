@@ -335,7 +335,9 @@ fn trials_stand_side_by_side() {
 fn several_roll_decays_are_written_as_naval_architects_do() {
     let bench = Bench::new();
     for (file, amplitude_deg) in [("a.csv", 14), ("b.csv", 9)] {
-        let rig = format!("--natural-frequency 2 --damping 0.02 --amplitude-deg {amplitude_deg} --seconds 60");
+        let rig = format!(
+            "--natural-frequency 2 --damping 0.02 --amplitude-deg {amplitude_deg} --seconds 60"
+        );
         bench.of(&format!("simulate {rig} --out {file}")).run().exits(0);
     }
     let ask = "diagnose a.csv b.csv --same-rig --inertia-kg-m2 50";
