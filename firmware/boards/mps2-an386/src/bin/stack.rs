@@ -2,26 +2,27 @@
 #![no_std]
 #![no_main]
 
+use core::mem::MaybeUninit;
 use core::ptr::addr_of_mut;
 use cortex_m_rt::entry;
 use cortex_m_semihosting::debug;
 use yawrig_firmware::device::Device;
-use yawrig_firmware::slots::MemoryFlash;
+use yawrig_firmware::lock::{self, Challenge};
+use yawrig_firmware::slots::{MemoryFlash, Sector};
 use yawrig_firmware::BUILT_IN;
 use yawrig_mps2_an386::{digits, flash, say, stack, swing};
 use yawrig_shared::blob;
 use yawrig_shared::frame::Encoded;
 use yawrig_shared::wire::{self, Decoder, Refusal, Reply, Request, Signature, CHUNK};
 
-/// With a lock, as the boards that have a flash.
-type Board = Device<&'static mut MemoryFlash>;
+type Board = Device<&'static mut MemoryFlash, false>;
 
 #[entry]
 fn main() -> ! {
     stack::paint();
     // SAFETY: main runs once.
     let slots = unsafe { flash::erased() };
-    let mut device = Device::stopped(slots, "mps2-an386");
+    let mut device = Device::without_lock(slots, "mps2-an386");
     device.start();
     let device = &mut device;
     report("start");
@@ -33,8 +34,10 @@ fn main() -> ! {
     report("release");
     write(device);
     report("flash");
-    check_signature(device);
-    report("signature");
+    stack::paint();
+    check_signature();
+    let deepest = stack::deepest().expect("paint is left") - stack::depth();
+    say(&["signature ", digits(deepest as u32, 10, &mut [0; 10])]);
     debug::exit(debug::EXIT_SUCCESS);
     unreachable!("QEMU was asked to exit")
 }
@@ -74,22 +77,32 @@ fn write(device: &mut Board) {
     assert!(status.network.generation == 2 && !status.network.on_trial, "the second one runs");
 }
 
-/// Locks the device and has it check a signature to its end, which is that it is a wrong one, as a board with a lock does.
-fn check_signature(device: &mut Board) {
+/// Checks a signature to its end, which is that it is a wrong one, as a board with a lock does.
+#[inline(never)]
+fn check_signature() {
     /// A point of the curve (RFC 8032, 7.1, test 1), and so a public key and a signature's first half.
     const POINT: [u8; 32] = [
         0xd7, 0x5a, 0x98, 0x01, 0x82, 0xb1, 0x0a, 0xb7, 0xd5, 0x4b, 0xfe, 0xd3, 0xc9, 0x64, 0x07,
         0x3a, 0x0e, 0xe1, 0x72, 0xf3, 0xda, 0xa6, 0x23, 0x25, 0xaf, 0x02, 0x1a, 0x68, 0xf7, 0x07,
         0x51, 0x1a,
     ];
+    // None of the RAM that the stack has on a board.
+    #[link_section = ".flash_stand_in"]
+    static mut LOCKABLE: MaybeUninit<MemoryFlash> = MaybeUninit::uninit();
+    // SAFETY: called once.
+    let flash = unsafe { flash::erase(addr_of_mut!(LOCKABLE)) };
+    lock::lock(flash, &POINT).expect("a key");
     let mut signature = Signature::from_slice(&POINT).expect("half of it");
     signature.resize(64, 1).expect("64 bytes");
-    assert!(answer(device, 100, &Request::Lock { key: POINT }) == Some(Reply::Done));
-    let challenge = answer(device, 101, &Request::Challenge);
-    assert!(matches!(challenge, Some(Reply::Challenge { .. })), "it is locked");
-    let length = BUILT_IN.len() as u32;
-    let checked = answer(device, 102, &Request::FlashPermit { length, signature });
-    assert!(checked == Some(Reply::Refused(Refusal::WrongSignature)));
+    let challenge = Challenge { number: 1, nonce: 1 };
+    let checked = lock::check_network(
+        flash,
+        Sector::First,
+        0..BUILT_IN.len(),
+        Some(challenge),
+        Some(&signature),
+    );
+    assert!(checked == Err(Refusal::WrongSignature));
 }
 
 /// The device's answer. What the host would need for it is none of the device's stack: it is done with before
