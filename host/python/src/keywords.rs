@@ -4,14 +4,20 @@ use yawrig::flags::Flags;
 use yawrig_base::settings::{Command, Spelling};
 
 /// Keyword arguments of `yawrig.read`.
-const READ: [&str; 5] = ["time", "yaw", "unit", "time_unit", "rate_hz"];
+const READ: [&str; 7] = ["time", "yaw", "unit", "time_unit", "rate_hz", "quantity", "motion"];
 
 /// Settings are keyword arguments; what only the program does is its command.
 pub struct Keywords;
 
 impl Spelling for Keywords {
     fn name(&self, setting: &str) -> String {
-        setting.to_owned()
+        match setting {
+            // Of the program alone.
+            "keep" => {
+                self.command(Command { verb: "convert", files: &[], settings: &[("keep", "")] })
+            }
+            _ => setting.to_owned(),
+        }
     }
 
     fn given(&self, setting: &str, value: &str) -> String {

@@ -87,7 +87,10 @@ impl Unclear {
             Self::NoAngle => format!("{what} is in {unit:?}, which is no angle"),
             Self::Against(said, is) => {
                 let (said, is) = (said.name(), is.name());
-                format!("{what} is in {unit:?}: its numbers are no {said}, and may be a {is}")
+                let article = if is.starts_with('a') { "an" } else { "a" };
+                format!(
+                    "{what} is in {unit:?}: its numbers are no {said}, and may be {article} {is}"
+                )
             }
         }
     }

@@ -4,6 +4,7 @@ use super::common::{bare, within};
 use clap::Args;
 use std::fmt::Write as _;
 use yawrig_base::error::{Error, Result};
+use yawrig_base::settings;
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::{Called, Measurand};
 use yawrig_core::roll::{RollDecay, Ship};
@@ -29,12 +30,12 @@ impl RollArgs {
     /// Exit 2 for what no ship has.
     pub fn ship(&self) -> Result<Option<Ship>> {
         let said = [
-            ("--inertia-kg-m2", self.inertia_kg_m2),
-            ("--gm-m", self.gm_m),
-            ("--displacement-kg", self.displacement_kg),
+            ("inertia_kg_m2", self.inertia_kg_m2),
+            ("gm_m", self.gm_m),
+            ("displacement_kg", self.displacement_kg),
         ];
-        for (flag, value) in said {
-            value.map_or(Ok(()), |value| within(flag, value, 1e-9, 1e15))?;
+        for (setting, value) in said {
+            value.map_or(Ok(()), |value| within(&settings::name(setting), value, 1e-9, 1e15))?;
         }
         Ok(match (self.inertia_kg_m2, self.gm_m.zip(self.displacement_kg)) {
             (Some(a44_kg_m2), _) => Some(Ship::Inertia { a44_kg_m2 }),
@@ -57,7 +58,7 @@ impl RollArgs {
                 "an inertia, GM or displacement with a record of {}",
                 measurand.coordinate()
             ))
-            .help("say that it is a roll decay: --motion roll"));
+            .help(format!("say that it is a roll decay: {}", settings::given("motion", "roll"))));
         }
         Ok(rolls)
     }
