@@ -8,7 +8,7 @@ use crate::fit::free_decay::FreeDecay;
 /// Residual over noise up to which a record counts as explained.
 pub(crate) const EXPLAINED: f64 = 1.10;
 /// Variance of the ratio of a residual to its floor over that of the residual alone: third differences of the same readings,
-/// from which the floor is known, have 924/400 of it, and the readings in common.
+/// from which the floor is known, have 924/400 of it, and the readings in common. Of means of several readings it is less.
 const OF_RATIO: f64 = 924.0 / 400.0 - 1.0;
 /// Residual of the plain model over the noise up to which likelihood is asked: of what is farther off it says little.
 pub(crate) const USED_UP_TO: f64 = 40.0;
@@ -38,4 +38,34 @@ pub(super) fn are_explained(fits: &[Fitted], decays: &[FreeDecay]) -> bool {
 /// What `model` holds beyond `plain`, whose effects come first in it.
 pub(crate) fn beyond<'a>(plain: &Fitted, model: &'a Fitted) -> &'a [Effect] {
     &model.structure.effects[plain.structure.effects.len()..]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statistics::rms_of_thirds;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// Of 4000 records of 250 white residuals, whose scatter is then known to 1.1 %.
+    #[test]
+    fn residual_over_floor_scatters_as_both_do() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let ratio = |_| {
+            let noise: Vec<f64> = (0..250).map(|_| StandardNormal.sample(&mut rng)).collect();
+            let squares: f64 = noise.iter().map(|z| z * z).sum();
+            (squares / 250.0).sqrt() / rms_of_thirds(&noise)
+        };
+        let ratios: Vec<f64> = (0..4000).map(ratio).collect();
+        let mean = ratios.iter().sum::<f64>() / 4000.0;
+        let variance = ratios.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / 4000.0;
+        let of_both = (OF_RATIO / 500.0).sqrt();
+        println!(
+            "{:.5}, of both {of_both:.5}, of the residual {:.5}",
+            variance.sqrt(),
+            500f64.sqrt().recip()
+        );
+        assert!((variance.sqrt() / of_both - 1.0).abs() < 0.05);
+    }
 }

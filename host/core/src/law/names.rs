@@ -18,7 +18,8 @@ use std::sync::Arc;
 
 /// Uncertainty of a curve at least, of its largest value.
 const LEAST_U: f64 = 0.01;
-/// Names that are kept at least, where there are so many.
+/// Names that are kept at least, where there are so many. Each is a fit to the whole record, which takes the longest where no
+/// formula is right.
 const NAMED: usize = 3;
 /// Models tried on the record.
 const TRIED: usize = 12;
