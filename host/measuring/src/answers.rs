@@ -83,21 +83,12 @@ pub fn identified(releases: &[ReleaseEntry], answers: &[Answer], by: By) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::of_network;
     use yawrig_shared::axis::Axis;
     use yawrig_shared::wire::{Flags, Precise};
 
     fn answer(flags: Flags) -> Answer {
-        let measured = Measured { value: 1.0, u: 0.1 };
-        let result = ReleaseResult {
-            release: 0,
-            release_sample: 0,
-            finished_sample: 1000,
-            windows: 5,
-            natural_frequency_rad_s: measured,
-            damping_ratio: measured,
-            derivatives: None,
-            flags: Flags(0),
-        };
+        let result = of_network(Measured { value: 1.0, u: 0.1 });
         let natural_frequency_rad_s = Precise { value: 2.0, u: 0.01 };
         Answer {
             result,

@@ -2,7 +2,7 @@ use super::*;
 use yawrig_core::derivatives::at::{At, Value};
 use yawrig_link::bench::{Bench, Target};
 use yawrig_link::live::session::Follow;
-use yawrig_shared::wire::{Flags, Precise, Refined};
+use yawrig_shared::wire::{Flags, Measured, Precise, Refined};
 
 fn measuring() -> Measuring {
     let rig = yawrig_rig::Rig::default();
@@ -24,17 +24,22 @@ fn let_go(release: u32) -> Event {
 }
 
 fn result(release: u32, flags: Flags) -> Event {
-    let measured = yawrig_shared::wire::Measured { value: 5.0, u: 0.001 };
-    Event::Release(ReleaseResult {
-        release,
+    let measured = Measured { value: 5.0, u: 0.001 };
+    Event::Release(ReleaseResult { release, flags, ..of_network(measured) })
+}
+
+/// A release of five windows, whose natural frequency and damping ratio are this number.
+pub(crate) fn of_network(measured: Measured) -> ReleaseResult {
+    ReleaseResult {
+        release: 0,
         release_sample: 0,
         finished_sample: 1000,
         windows: 5,
         natural_frequency_rad_s: measured,
         damping_ratio: measured,
         derivatives: None,
-        flags,
-    })
+        flags: Flags(0),
+    }
 }
 
 #[test]
