@@ -405,8 +405,8 @@ fn law_of(record: &Record, diagnosis: &Diagnosis, options: &Options) -> Result<O
         return Ok(None);
     }
     crate::say!("no effect explains it; measuring its law");
-    let (model, data) = yawrig_model::law::of_records(vec![record.clone()])?;
-    let law = yawrig_model::law::beside(&model, &data, true, &|_, _| {});
+    let law = yawrig_model::law::of_records(vec![record.clone()])
+        .and_then(|(model, data)| yawrig_model::law::beside(&model, &data, true, &|_, _| {}));
     interrupt::check()?;
     if let Err(error) = &law {
         crate::say!("yawrig: warning: no law was measured: {error}");
