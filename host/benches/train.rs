@@ -3,7 +3,7 @@
 //! `cargo bench -p yawrig --bench train`; one core. Processor time, not the wall's, and the best of
 //! several repeats: a machine is seldom alone.
 
-#[path = "../tests/damped_sinusoid/mod.rs"]
+#[path = "../tests/steps/damped_sinusoid/mod.rs"]
 mod damped_sinusoid;
 
 use damped_sinusoid::{draw, scaled_mse, Draws, Scaling, BINS};

@@ -1,0 +1,15 @@
+//! Estimator, diagnosis and laws on data of the independent rig.
+
+mod diagnose;
+mod hidden;
+mod law;
+mod names_of_effects;
+mod other_quantities;
+mod plan;
+mod planted_laws;
+mod planted_releases;
+mod plausible;
+mod record_faults;
+mod releases;
+mod same_answer;
+mod scale_free;

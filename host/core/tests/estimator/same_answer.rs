@@ -1,0 +1,133 @@
+//! The same effect asked in four ways: of one release, of two repeats of other amplitudes, of a model's two records,
+//! and of a campaign of the two. Every figure asserted is printed: `cargo test --release -p yawrig-core --test estimator same_answer
+//! -- --nocapture`. YAWRIG_SEED moves the rigs that are drawn, YAWRIG_ONLY names an effect. At full size every effect is
+//! asked in all four ways, else of one release and in the next of the others.
+
+use crate::hidden::laws::{draw, Law};
+use crate::hidden::{scaled, simulate, Setup};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use yawrig_core::derivatives::campaign::Campaign;
+use yawrig_core::diagnosis::campaign::diagnose_records;
+use yawrig_core::diagnosis::diagnose::{diagnose, Options, Status};
+use yawrig_core::diagnosis::several::{diagnose_several, Common};
+use yawrig_core::effects::Effect;
+use yawrig_core::record::Record;
+
+/// Released from, deg.
+const AMPLITUDES_DEG: [f64; 2] = [16.0, 12.0];
+
+/// Two releases of one rig with `effect` of a size at which the plain model leaves 2.5 to 20 times the noise of the first.
+fn releases(effect: &Effect, seed: u64) -> [Record; 2] {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    loop {
+        let [first, second] = {
+            let setup = Setup::draw(&mut rng);
+            AMPLITUDES_DEG.map(|deg| {
+                let mut setup = setup.clone();
+                setup.amplitude = deg.to_radians();
+                setup
+            })
+        };
+        let law = Law::Known(effect.clone(), draw(effect.clone(), &first, &mut rng));
+        let target = rng.random_range(2.5f64.ln()..20f64.ln()).exp();
+        let Some(law) = scaled(&first, law, target, rng.random()) else { continue };
+        let law = [law];
+        let mut record = |setup: &Setup| simulate(setup, &law, rng.random());
+        let planted = [record(&first), record(&second)];
+        println!("{}", planted[0].described);
+        return planted.map(|p| p.record);
+    }
+}
+
+/// Both with the wind off.
+fn campaign() -> Campaign {
+    toml::from_str(
+        r#"
+        schema_version = 1
+        model = { name = "planted", length_m = 0.625, frontal_area_m2 = 0.022 }
+        air = { density_kg_m3 = 1.2 }
+        rig = { spring_arm_m = 0.1, axis_offset_m = 0.1 }
+        stiffness_n_per_m = { K1 = 100.0 }
+        release = [
+            { file = "a.csv", spring = "K1", axis = "mid", wind_speed_m_s = 0.0 },
+            { file = "b.csv", spring = "K1", axis = "mid", wind_speed_m_s = 0.0 },
+        ]
+        "#,
+    )
+    .unwrap()
+}
+
+type Answer = (Status, Vec<Effect>, Vec<[Effect; 2]>, f64);
+
+/// The four ways, of which the first and the `other` is asked, or all.
+fn asked(records: &[Record; 2], other: Option<usize>) -> Vec<(&'static str, Answer)> {
+    let options = Options::default();
+    let begin = || std::time::Instant::now();
+    let one = || {
+        let (begin, found) = (begin(), diagnose(&records[0], &options).unwrap());
+        (found.status, found.effects, found.indistinguishable, begin.elapsed().as_secs_f64())
+    };
+    let several = |same_rig| {
+        let common = Common { same_rig, ..Common::default() };
+        let (begin, found) = (begin(), diagnose_several(records, &common, &options).unwrap());
+        (found.status, found.effects, found.indistinguishable, begin.elapsed().as_secs_f64())
+    };
+    let made = || {
+        let (begin, found) = (begin(), diagnose_records(&campaign(), records, &options).unwrap());
+        (found.status, found.effects, found.indistinguishable, begin.elapsed().as_secs_f64())
+    };
+    let others: [(&str, &dyn Fn() -> Answer); 3] =
+        [("two", &|| several(true)), ("model", &|| several(false)), ("campaign", &made)];
+    let asked = others.iter().enumerate().filter(|(k, _)| other.is_none_or(|other| other == *k));
+    let asked = asked.map(|(_, (way, ask))| (*way, ask()));
+    std::iter::once(("one", one())).chain(asked).collect()
+}
+
+/// Whether `effect` alone is named, or what the record cannot tell from it.
+fn is_right(effect: &Effect, (status, effects, alike, _): &Answer) -> bool {
+    let [only] = &effects[..] else { return false };
+    let stands_for = |pair: &[Effect; 2]| pair.contains(only) && pair.contains(effect);
+    *status == Status::Explained && (only == effect || alike.iter().any(stands_for))
+}
+
+#[test]
+fn an_effect_is_named_the_same_asked_in_two_ways() {
+    named_the_same(false);
+}
+
+#[test]
+fn an_effect_is_named_the_same_asked_in_all_four_ways_at_full_size() {
+    named_the_same(true);
+}
+
+fn named_the_same(in_all_ways: bool) {
+    let seed = std::env::var("YAWRIG_SEED").map_or(1, |s| s.parse().unwrap());
+    let only = std::env::var("YAWRIG_ONLY").ok();
+    // Below 20 deg a pendulum is a cube, and |b| b is as near to both.
+    let alike = [Effect::PendulumGravity, Effect::OddQuadraticStiffness];
+    let effects = Effect::ALL.into_iter().filter(|e| !alike.contains(e));
+    let (mut right, mut same, mut count, mut asked_in_all) = (0, 0, 0, 0);
+    for (k, effect) in effects.enumerate() {
+        if only.as_ref().is_some_and(|only| only != effect.id()) {
+            continue;
+        }
+        let other = (!in_all_ways).then_some(k % 3);
+        let answers = asked(&releases(&effect, 1000 * seed + k as u64), other);
+        let are_right: Vec<bool> =
+            answers.iter().map(|(_, answer)| is_right(&effect, answer)).collect();
+        asked_in_all += answers.len();
+        right += are_right.iter().filter(|r| **r).count();
+        same += usize::from(are_right.iter().all(|r| *r));
+        count += 1;
+        println!("{effect}");
+        for ((way, (status, names, pairs, seconds)), is_right) in answers.iter().zip(are_right) {
+            let mark = if is_right { "ok" } else { "NO" };
+            println!("  {mark} {way} {status:?} {names:?} {pairs:?} {seconds:.1} s");
+        }
+    }
+    println!("right {right} of {asked_in_all}, in all ways {same} of {count}");
+    // Of 68 effects, drawn with seeds 1 to 4, three are not named for what they are, their course being another's: of 17 one
+    // at most, as a rule.
+    assert!(same + 1 >= count, "in all ways {same} of {count}");
+}
