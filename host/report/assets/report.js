@@ -1,7 +1,7 @@
 "use strict";
 // The overlays of a report: drawn when they come to be seen, with one cursor and one zoom for both plots of a release.
 (() => {
-  const report = JSON.parse(document.getElementById("report-data").textContent);
+  const report = JSON.parse(document.getElementById("report-data")?.textContent ?? "{}");
   const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const axis = label => ({
     label, stroke: () => colour("--ink"), labelFont: "13px system-ui, sans-serif", font: "12px system-ui, sans-serif",
@@ -94,7 +94,7 @@
     const canvas = document.createElement("canvas"), scale = 2;
     canvas.width = scale * Math.max(...parts.map(p => p.width));
     canvas.height = scale * parts.reduce((sum, p) => sum + p.height, 0);
-    const pen = canvas.getContext("2d");
+    const pen = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
     pen.fillStyle = "#ffffff";
     pen.fillRect(0, 0, canvas.width, canvas.height);
     let y = 0;
@@ -113,9 +113,9 @@
     button.textContent = "PNG";
     button.title = "Save this drawing as a PNG file";
     button.addEventListener("click", () => png(figure, "drawing-" + (k + 1) + ".png"));
-    figure.querySelector("figcaption").before(button);
+    figure.querySelector("figcaption")?.before(button);
   });
 
-  document.getElementById("save-data").addEventListener("click", () =>
+  document.getElementById("save-data")?.addEventListener("click", () =>
     save(new Blob([JSON.stringify(report, null, 1)], { type: "application/json" }), "report.json"));
 })();

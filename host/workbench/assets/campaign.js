@@ -44,7 +44,7 @@ async function byPattern() {
     if (found.fault) throw found.fault;
     files = files.map((f) => found.placed.find((p) => p.file === f.file) || blank(f.file));
     tell(`${found.placed.length} of ${files.length} records match the pattern`);
-  } catch (error) { tell(`${error.message}${error.help ? ` — ${error.help}` : ""}`, true); }
+  } catch (/** @type {any} */ error) { tell(`${error.message}${error.help ? ` — ${error.help}` : ""}`, true); }
   draw();
 }
 
@@ -162,7 +162,7 @@ async function check() {
   try {
     const found = await post("/api/campaign/check", asked());
     if (mine === number) wrong(found);
-  } catch (error) { if (mine === number) tellWrong([error.message]); }
+  } catch (/** @type {any} */ error) { if (mine === number) tellWrong([error.message]); }
 }
 
 const tellWrong = (lines, kind = "error") => by("campaign-wrong").replaceChildren(...lines.map((line) => make("li", { className: kind, textContent: line })));
@@ -182,5 +182,5 @@ async function write() {
     clearTimeout(timer); number++;
     wrong({ ...found, is_written: true });
     opened();
-  } catch (error) { tell(`${error.message}${error.help ? ` — ${error.help}` : ""}`, true); draw(); }
+  } catch (/** @type {any} */ error) { tell(`${error.message}${error.help ? ` — ${error.help}` : ""}`, true); draw(); }
 }

@@ -12,7 +12,7 @@ export function take(opened, failed) {
     if (!holds(event)) return;
     event.preventDefault();
     document.body.classList.remove("dropping");
-    for (const file of event.dataTransfer.files) {
+    for (const file of event.dataTransfer?.files ?? []) {
       try { await answered(await send("/api/drop", file), opened); } catch (error) { failed(error); }
     }
   });
@@ -51,7 +51,7 @@ function ask(asked, opened, done) {
       if (!now.is_clear) { error.textContent = now.why; return; }
       await open(asked.file, reading(), opened);
       close();
-    } catch (wrong) { error.textContent = wrong.message; }
+    } catch (/** @type {any} */ wrong) { error.textContent = wrong.message; }
   };
   dialog.replaceChildren(make("h2", { textContent: `${asked.file}: which of its channels swings?` }), error,
     make("div", { className: "channels" }, ...asked.channels.map(channel)),

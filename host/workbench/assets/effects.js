@@ -146,7 +146,7 @@ export function key(what, state, act) {
   const at = list.findIndex((c) => c.effect === current), c = list[at];
   if (what === "next" || what === "previous") {
     const to = list[at + (what === "next" ? 1 : -1)];
-    if (to) { current = to.effect; draw(state, act); document.querySelector(`[data-effect="${current}"]`).scrollIntoView({ block: "nearest" }); }
+    if (to) { current = to.effect; draw(state, act); document.querySelector(`[data-effect="${current}"]`)?.scrollIntoView({ block: "nearest" }); }
   } else if (what === "open" && c) { open = open === current ? null : current; rejecting = null; draw(state, act); } else if (what === "reject" && c) reject(c, state, act);
   else if (c && c.can_be_tried && what === "try") act(seen.ghost === c.effect ? { do: "lay", ghost: null } : { do: "try", release: seen.release, effect: c.effect });
   else if (c && c.can_be_tried && what === "add") act({ do: "add", effect: c.effect, why: notes.get(c.effect) || null });

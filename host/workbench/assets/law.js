@@ -19,10 +19,13 @@ export async function refresh(state, act) {
   draw(state, act);
 }
 
-/** What shows that no law holds it, and where it is drawn. */
-let shown = { left: null, host: null };
+/**
+ * What shows that no law holds it, and where it is drawn.
+ * @type {{ left: string, host: HTMLElement } | null}
+ */
+let shown = null;
 function picture(left) {
-  if (shown.left === JSON.stringify(left)) return shown.host;
+  if (shown?.left === JSON.stringify(left)) return shown.host;
   const host = make("div", { className: "plot left", role: "img", "aria-label": `${left.y_label} over ${left.x_label}` });
   const places = left.at === null ? [] : [{ x: left.at, text: `${ratio(left.at)} Hz` }];
   const plot = Plots.lines(host, { x: { label: left.x_label }, y: { label: left.y_label }, places: () => places, cursor: false });

@@ -19,7 +19,7 @@ export function build(say, failed) {
   plots.zeta = Plots.lines(by("plot-live-zeta"), { x: { label: "session time (s)" }, y: { label: "damping ratio" }, marks: marks("damping_ratio"), cursor: false });
   const done = async (what) => {
     refused = "";
-    try { await post("/api/do", what); } catch (error) { refused = what.do === "replay" ? `${error.message}\n${error.help}` : ""; fail(error); draw(); }
+    try { await post("/api/do", what); } catch (/** @type {any} */ error) { refused = what.do === "replay" ? `${error.message}\n${error.help}` : ""; fail(error); draw(); }
   };
   // One after the other: two at once may arrive in another order.
   let queue = Promise.resolve();

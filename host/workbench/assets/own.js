@@ -50,7 +50,7 @@ export function opened(is) {
 async function preview() {
   const mine = ++number;
   let found;
-  try { found = await post("/api/preview", { release: seen.release, form }); } catch (error) { found = { error: { message: error.message, help: error.help, at: null } }; }
+  try { found = await post("/api/preview", { release: seen.release, form }); } catch (/** @type {any} */ error) { found = { error: { message: error.message, help: error.help, at: null } }; }
   if (mine !== number) return good;
   const box = by("own-error");
   document.querySelectorAll("#pane-own [aria-invalid]").forEach((e) => e.removeAttribute("aria-invalid"));

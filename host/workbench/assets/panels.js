@@ -1,8 +1,11 @@
 // The panels: one cursor and one stretch of time for all of them.
 import { by, digits, first, get, ratio } from "./talk.js";
 
-/** What is looked at. `span` is in seconds of the record's clock; nulls for all of it. */
-export const seen = { release: null, span: [null, null], ghost: null, view: null, curves: null };
+/**
+ * What is looked at. `span` is in seconds of the record's clock; nulls for all of it.
+ * @type {{ release: number | null, span: (number | null)[], ghost: string | null, view: any, curves: any, fault: any }}
+ */
+export const seen = { release: null, span: [null, null], ghost: null, view: null, curves: null, fault: null };
 
 /** The name under which the model of a diagnosis is laid over the panels: then they show what it leaves. */
 export const DIAGNOSIS = "the diagnosis";
@@ -200,7 +203,7 @@ function point(t, source) {
 /** The amplitudes that the stretch of time holds. */
 function amplitudes(min, max) {
   const [from, to] = seen.span;
-  if (from !== null && seen.view) {
+  if (from !== null && to !== null && seen.view) {
     const inside = seen.view.measured.filter((w) => w[5] >= from && w[5] <= to).map((w) => w[0]);
     if (inside.length > 1) { min = Math.min(...inside); max = Math.max(...inside); }
   }

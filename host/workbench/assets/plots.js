@@ -34,7 +34,7 @@ const Plots = (() => {
     const place = new Map(xs.map((x, k) => [x, k]));
     return [xs, ...tables.map((table) => {
       const column = new Array(xs.length).fill(null);
-      table.x.forEach((x, k) => { column[place.get(x)] = table.y[k]; });
+      table.x.forEach((x, k) => { column[/** @type {number} */ (place.get(x))] = table.y[k]; });
       return column;
     })];
   }
@@ -270,7 +270,7 @@ const Plots = (() => {
       if (width < 40 || height < 40) return;
       canvas.width = width * ratio; canvas.height = height * ratio;
       canvas.style.width = `${width}px`; canvas.style.height = `${height}px`;
-      const g = canvas.getContext("2d");
+      const g = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
       g.scale(ratio, ratio);
       g.clearRect(0, 0, width, height);
       if (!cells.length) return;

@@ -96,8 +96,8 @@ export function mark(id) {
 
 /** The release so many places on in the order of the list. */
 export function neighbour(step) {
-  const order = [...document.querySelectorAll(".release")].map((e) => +e.getAttribute("data-release"));
-  const at = order.indexOf(seen.release);
+  const order = [...document.querySelectorAll(".release")].map((e) => Number(e.getAttribute("data-release")));
+  const at = seen.release === null ? -1 : order.indexOf(seen.release);
   return order[Math.min(Math.max(at + step, 0), order.length - 1)] ?? null;
 }
 

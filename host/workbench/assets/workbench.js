@@ -223,8 +223,8 @@ document.addEventListener("keydown", (event) => {
     return event.preventDefault();
   }
   if (live.key(event)) return event.preventDefault();
-  const found = KEYS.find(([, , , keys]) => keys.includes(event.key));
-  if (found) { event.preventDefault(); found[2](event); }
+  const run = KEYS.find(([, , , keys]) => keys.includes(event.key))?.[2];
+  if (run) { event.preventDefault(); run(event); }
 });
 
 function start() {
@@ -243,7 +243,7 @@ function start() {
     make("h2", { textContent: "Keys" }),
     make("dl", {}, ...KEYS.flatMap(([keys, what]) => [make("dt", {}, ...keys.split("  ").flatMap((k) => [make("kbd", { textContent: k }), " "])), make("dd", { textContent: what })])),
     make("h2", { textContent: "Panels" }),
-    make("dl", {}, ...[.../** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(".panel h3, #steps-panel h3"))].flatMap((h) => [make("dt", { textContent: h.firstChild.textContent.trim() }), make("dd", { textContent: h.title })])));
+    make("dl", {}, ...[.../** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll(".panel h3, #steps-panel h3"))].flatMap((h) => [make("dt", { textContent: h.firstChild?.textContent?.trim() }), make("dd", { textContent: h.title })])));
   by("help-button").onclick = () => by("help").showModal();
   by("open-button").onclick = () => releases.openDialog(opened, failed, makeCampaign);
   dropped.take(opened, failed);
