@@ -140,14 +140,14 @@ impl Line {
     /// Answers with a frame that is encoded already.
     pub fn reply_raw(&mut self, asked: Asked, frame: Encoded) {
         self.send(&frame, 0);
-        if let Some((before, answer)) = &self.last_reply {
-            if let Ok(answer) = Vec::from_slice(answer) {
-                if self.answers.is_full() {
-                    self.answers.pop_front();
-                }
-                // There is room: just made.
-                let _ = self.answers.push_back((*before, answer));
+        if let Some((before, answer)) = &self.last_reply
+            && let Ok(answer) = Vec::from_slice(answer)
+        {
+            if self.answers.is_full() {
+                self.answers.pop_front();
             }
+            // There is room: just made.
+            let _ = self.answers.push_back((*before, answer));
         }
         self.last_reply = Some((asked, frame));
     }

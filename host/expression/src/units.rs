@@ -218,15 +218,15 @@ fn call(
         }
         Function::Pow => power(text, (&arguments[0], &arguments[1]), node.at.clone(), parameters)?,
         _ => {
-            if let Of(unit) = first {
-                if unit != Unit::ONE {
-                    let name = &text[node.at.clone()];
-                    return Err(Flaw::new(
-                        node.at.clone(),
-                        format!("{name}() of something with the unit {unit}"),
-                        "divide by a scale: a parameter of that unit, or a bare number",
-                    ));
-                }
+            if let Of(unit) = first
+                && unit != Unit::ONE
+            {
+                let name = &text[node.at.clone()];
+                return Err(Flaw::new(
+                    node.at.clone(),
+                    format!("{name}() of something with the unit {unit}"),
+                    "divide by a scale: a parameter of that unit, or a bare number",
+                ));
             }
             Of(Unit::ONE)
         }
@@ -253,11 +253,11 @@ fn power(
 ) -> Result<Dimension, Flaw> {
     use Dimension::{Any, Of};
     let (base, by) = (of(text, base, parameters)?, of(text, exponent, parameters)?);
-    if let Of(unit) = by {
-        if unit != Unit::ONE {
-            let message = format!("an exponent with the unit {unit}");
-            return Err(Flaw::new(at, message, "an exponent is a pure number"));
-        }
+    if let Of(unit) = by
+        && unit != Unit::ONE
+    {
+        let message = format!("an exponent with the unit {unit}");
+        return Err(Flaw::new(at, message, "an exponent is a pure number"));
     }
     match (base, literal(exponent)) {
         (Any, _) => Ok(Any),

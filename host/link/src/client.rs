@@ -299,10 +299,10 @@ impl Client {
                 if interrupt::requested() {
                     return Err(LinkError::Interrupted);
                 }
-                if let Some((k, s, body)) = self.take(left.min(Duration::from_millis(100)))? {
-                    if (k, s) == (key, sequence) {
-                        return Ok(body);
-                    }
+                if let Some((k, s, body)) = self.take(left.min(Duration::from_millis(100)))?
+                    && (k, s) == (key, sequence)
+                {
+                    return Ok(body);
                 }
             }
         }

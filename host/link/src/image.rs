@@ -23,10 +23,10 @@ const BUILD: &str = "firmware/boards/build mps2-an386";
 /// # Errors
 /// Exit 4: no image and no sources, or the sources do not build.
 pub fn find() -> Result<PathBuf> {
-    if let Some(script) = SOURCES.map(|boards| Path::new(boards).join("build")) {
-        if script.exists() {
-            return build(&script);
-        }
+    if let Some(script) = SOURCES.map(|boards| Path::new(boards).join("build"))
+        && script.exists()
+    {
+        return build(&script);
     }
     let beside = std::env::current_exe()
         .ok()

@@ -69,12 +69,12 @@ mod system {
     pub fn keep_lines_up(path: &str) {
         let flags = OFlag::O_NOCTTY | OFlag::O_NONBLOCK;
         let port = OpenOptions::new().read(true).write(true).custom_flags(flags.bits()).open(path);
-        if let Ok(port) = port {
-            if let Ok(mut settings) = tcgetattr(&port) {
-                settings.control_flags.remove(ControlFlags::HUPCL);
-                // Where it cannot be set, the board may be reset at the end, as by any other program.
-                let _ = tcsetattr(&port, SetArg::TCSANOW, &settings);
-            }
+        if let Ok(port) = port
+            && let Ok(mut settings) = tcgetattr(&port)
+        {
+            settings.control_flags.remove(ControlFlags::HUPCL);
+            // Where it cannot be set, the board may be reset at the end, as by any other program.
+            let _ = tcsetattr(&port, SetArg::TCSANOW, &settings);
         }
     }
 }

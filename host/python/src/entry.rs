@@ -27,7 +27,7 @@ static DEFINITION: Definition = Definition(UnsafeCell::new(ffi::PyModuleDef {
 
 /// Makes the module.
 #[allow(unsafe_code, non_snake_case)]
-#[no_mangle]
+#[unsafe(no_mangle)]
 pub extern "C" fn PyInit__native() -> *mut ffi::PyObject {
     Python::attach(|py| {
         // SAFETY: Python calls this with its lock held; the definition is static and complete, and a module made of it

@@ -93,10 +93,10 @@ impl<'a> ChannelRequest<'a> {
         if let Some(name) = &self.selection.yaw {
             return self.named(name);
         }
-        if matches!(self.selection.quantity, None | Some(Quantity::Angle)) {
-            if let Some(yaw) = self.called_yaw()? {
-                return Ok(yaw);
-            }
+        if matches!(self.selection.quantity, None | Some(Quantity::Angle))
+            && let Some(yaw) = self.called_yaw()?
+        {
+            return Ok(yaw);
         }
         // Of two, one the time and the other by its unit what is meant, that is it.
         let numbers = self.table.iter().filter(|c| c.values.is_ok());
@@ -151,10 +151,10 @@ impl<'a> ChannelRequest<'a> {
     /// What the numbers of `yaw` are.
     fn meant(&self, yaw: &Channel) -> Result<Meant> {
         let (quantity, unit) = (self.selection.quantity, self.selection.unit.as_deref());
-        if let (Some(meant), None) = (quantity::of_column(yaw.own_name()), unit) {
-            if quantity.is_none_or(|said| said.name() == meant.measurand.quantity()) {
-                return Ok(meant);
-            }
+        if let (Some(meant), None) = (quantity::of_column(yaw.own_name()), unit)
+            && quantity.is_none_or(|said| said.name() == meant.measurand.quantity())
+        {
+            return Ok(meant);
         }
         let by_name = yaw.own_name().rsplit_once('_').map(|(_, unit)| unit);
         let by_name = by_name.filter(|unit| quantity::angular(unit).is_some());

@@ -75,10 +75,10 @@ pub(super) fn whole(
     // What changes while it is read is taken as it was before, and so read again.
     let key = Key::of(file, reading);
     let all = || READ.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(key) = &key {
-        if let Some((_, whole)) = all().iter().find(|(known, _)| known == key) {
-            return Ok(Arc::clone(whole));
-        }
+    if let Some(key) = &key
+        && let Some((_, whole)) = all().iter().find(|(known, _)| known == key)
+    {
+        return Ok(Arc::clone(whole));
     }
     let whole = Arc::new(Whole { record: parse()?, releases: OnceLock::new() });
     if let Some(key) = key {

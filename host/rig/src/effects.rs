@@ -247,16 +247,17 @@ impl Effects {
     /// Naming the effect, its frequency and the mode's.
     pub(super) fn check_frequencies(&self, modal: &Modal) -> Result<()> {
         let wn = modal.natural_frequency_rad_s;
-        if let Some(w) = self.value("harmonic_forcing", "w") {
-            if (w - wn).abs() < 0.1 * wn {
-                return Err(Error::wrong(Quantity::Effect, format!(
+        if let Some(w) = self.value("harmonic_forcing", "w")
+            && (w - wn).abs() < 0.1 * wn
+        {
+            return Err(Error::wrong(Quantity::Effect, format!(
                     "harmonic_forcing: w = {w} rad/s is within 10 % of a release's natural frequency, {wn:.4} rad/s"
                 ), format!("take w below {:.4} or above {:.4} rad/s", 0.9 * wn, 1.1 * wn)));
-            }
         }
-        if let Some(w2) = self.value("second_mode", "w2") {
-            if (w2 - wn).abs() < 0.3 * wn || w2 < 0.3 * wn {
-                return Err(Error::wrong(Quantity::Effect, format!(
+        if let Some(w2) = self.value("second_mode", "w2")
+            && ((w2 - wn).abs() < 0.3 * wn || w2 < 0.3 * wn)
+        {
+            return Err(Error::wrong(Quantity::Effect, format!(
                     "second_mode: w2 = {w2} rad/s is within 30 % of a release's natural frequency, {wn:.4} rad/s, or of zero"
                 ), format!(
                     "take w2 from {:.4} to {:.4} or above {:.4} rad/s",
@@ -264,7 +265,6 @@ impl Effects {
                     0.7 * wn,
                     1.3 * wn
                 )));
-            }
         }
         Ok(())
     }

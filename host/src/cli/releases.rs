@@ -112,11 +112,11 @@ impl ReleaseArg {
         let chosen = parted(file).1.is_some() || file.extension().is_some_and(|e| e == "toml");
         let times = self.times();
         if times != Times::default() {
-            if let (Some(from_s), Some(to_s)) = (self.from_s, self.to_s) {
-                if from_s >= to_s {
-                    let what = format!("--from-s {from_s} is not before --to-s {to_s}");
-                    return Err(Error::usage(what).help("give a time before the other"));
-                }
+            if let (Some(from_s), Some(to_s)) = (self.from_s, self.to_s)
+                && from_s >= to_s
+            {
+                let what = format!("--from-s {from_s} is not before --to-s {to_s}");
+                return Err(Error::usage(what).help("give a time before the other"));
             }
             return match chosen {
                 true => Err(Error::usage(format!("--from-s or --to-s beside {}", file.display()))

@@ -70,10 +70,11 @@ fn garbage_before_the_first_frame_is_passed_over() {
         let mut garbage = Some(garbage);
         let line = board.plug_with(move |way, bytes| {
             // As the program's first bytes come, so that its opening of the port drops none of it.
-            if way == Way::ToProgram && !bytes.is_empty() {
-                if let Some(garbage) = garbage.take() {
-                    bytes.splice(0..0, garbage);
-                }
+            if way == Way::ToProgram
+                && !bytes.is_empty()
+                && let Some(garbage) = garbage.take()
+            {
+                bytes.splice(0..0, garbage);
             }
             true
         });
@@ -91,11 +92,11 @@ fn says_hello(hello: HelloReply, version: u8) -> Line {
     Line::new(move |bytes| {
         let mut said = Vec::new();
         for &byte in bytes {
-            if let Some(Ok(frame)) = decoder.push(byte) {
-                if frame.key == HELLO_KEY {
-                    let reply = wire::encode_raw(HELLO_KEY, frame.sequence, &hello.write());
-                    said.extend(of_version(&reply.expect("a frame"), version));
-                }
+            if let Some(Ok(frame)) = decoder.push(byte)
+                && frame.key == HELLO_KEY
+            {
+                let reply = wire::encode_raw(HELLO_KEY, frame.sequence, &hello.write());
+                said.extend(of_version(&reply.expect("a frame"), version));
             }
         }
         Some(said)

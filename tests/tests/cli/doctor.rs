@@ -101,11 +101,11 @@ fn what_answers_wrongly_or_not_at_all() {
     let line = Line::new(move |bytes| {
         let mut said = Vec::new();
         for &byte in bytes {
-            if let Some(Ok(frame)) = decoder.push(byte) {
-                if frame.key == HELLO_KEY {
-                    let reply = wire::encode_raw(HELLO_KEY, frame.sequence, &hello.write());
-                    said.extend(reply.expect("a frame"));
-                }
+            if let Some(Ok(frame)) = decoder.push(byte)
+                && frame.key == HELLO_KEY
+            {
+                let reply = wire::encode_raw(HELLO_KEY, frame.sequence, &hello.write());
+                said.extend(reply.expect("a frame"));
             }
         }
         Some(said)

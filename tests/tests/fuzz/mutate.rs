@@ -42,10 +42,10 @@ pub fn mutate(inputs: &[Vec<u8>], target: &Target, random: &mut ChaCha8Rng) -> V
         change(&mut input, inputs, target, random);
     }
     input.truncate(target.longest);
-    if let Some(repair) = target.repair {
-        if random.random_bool(0.7) {
-            repair(&mut input);
-        }
+    if let Some(repair) = target.repair
+        && random.random_bool(0.7)
+    {
+        repair(&mut input);
     }
     input
 }

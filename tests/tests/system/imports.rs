@@ -514,10 +514,10 @@ impl Modules {
             let imported = arrows.entry(name).or_default();
             for path in &file.paths {
                 let Some(path) = self.absolute(module, path) else { continue };
-                if let Some((other, _)) = self.files.get(&self.home(&path)) {
-                    if other != name {
-                        imported.insert(other);
-                    }
+                if let Some((other, _)) = self.files.get(&self.home(&path))
+                    && other != name
+                {
+                    imported.insert(other);
                 }
             }
         }

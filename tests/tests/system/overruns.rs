@@ -96,12 +96,11 @@ impl Host {
             while receive(&mut self.uart, &mut self.device) {}
             let mut decoder = FrameDecoder::new();
             while let Some(byte) = self.device.transmit() {
-                if let Some(Ok(frame)) = decoder.push(byte) {
-                    if let (Some(Ok(reply)), true) =
+                if let Some(Ok(frame)) = decoder.push(byte)
+                    && let (Some(Ok(reply)), true) =
                         (frame.message(), frame.sequence == self.sequence)
-                    {
-                        return reply;
-                    }
+                {
+                    return reply;
                 }
             }
         }
@@ -224,10 +223,10 @@ fn status(device: &mut Device<MemoryFlash>) -> Status {
     let mut said: VecDeque<u8> = std::iter::from_fn(|| device.transmit()).collect();
     let mut decoder = FrameDecoder::new();
     while let Some(byte) = said.pop_front() {
-        if let Some(Ok(frame)) = decoder.push(byte) {
-            if let Some(Ok(Reply::Status(status))) = frame.message() {
-                return status;
-            }
+        if let Some(Ok(frame)) = decoder.push(byte)
+            && let Some(Ok(Reply::Status(status))) = frame.message()
+        {
+            return status;
         }
     }
     panic!("no state");

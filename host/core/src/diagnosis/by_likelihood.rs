@@ -102,13 +102,13 @@ fn one_answer(
     };
     let mut modal_values = modal(last);
     let (mut at_amplitude, mut covariance) = (at_amplitudes(decay, last), last.named_covariance());
-    if status == Status::Explained {
-        if let Some(model) = late_release::from_release(record, decay, last) {
-            steps.last_mut().expect("a model").parameters =
-                model.effect_parameters().into_iter().collect();
-            modal_values = modal(&model);
-            (at_amplitude, covariance) = (at_amplitudes(decay, &model), model.named_covariance());
-        }
+    if status == Status::Explained
+        && let Some(model) = late_release::from_release(record, decay, last)
+    {
+        steps.last_mut().expect("a model").parameters =
+            model.effect_parameters().into_iter().collect();
+        modal_values = modal(&model);
+        (at_amplitude, covariance) = (at_amplitudes(decay, &model), model.named_covariance());
     }
     let diagnosis = Diagnosis {
         said: decay.measurand.said(),

@@ -171,10 +171,10 @@ fn search_from(decay: &FreeDecay, start: SearchStart) -> Result<SearchResult> {
     let mut accepted = plain.clone();
     for round in &rounds {
         let effective = best_count(round);
-        if let Some(leader) = best(round) {
-            if is_worth(&accepted, leader, &decay, effective) {
-                accepted = leader.clone();
-            }
+        if let Some(leader) = best(round)
+            && is_worth(&accepted, leader, &decay, effective)
+        {
+            accepted = leader.clone();
         }
     }
     let accepted = pruned(&decay, &plain, accepted);

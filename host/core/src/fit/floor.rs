@@ -34,10 +34,10 @@ pub(crate) fn step_deg(record: &Record) -> Option<f64> {
 
 /// `decay` with its noise floor at least a step's rms, where the noise does not blur the steps.
 pub(crate) fn with_steps(mut decay: FreeDecay, record: &Record) -> FreeDecay {
-    if let Some(step) = step_deg(record).map(|step| record.measurand.of_model(step)) {
-        if decay.sample_noise_rad < BLURRED * step {
-            decay.noise_rad = decay.noise_rad.max(step / 12f64.sqrt());
-        }
+    if let Some(step) = step_deg(record).map(|step| record.measurand.of_model(step))
+        && decay.sample_noise_rad < BLURRED * step
+    {
+        decay.noise_rad = decay.noise_rad.max(step / 12f64.sqrt());
     }
     decay
 }

@@ -310,7 +310,7 @@ impl Prepared<'_> {
     fn misfit(&self, mode: &Mode) -> Misfit {
         let stretch = self.stretch();
         let residuals = DampedSinusoid { stretch }.residuals_deg(mode);
-        let kept = || residuals.iter().zip(stretch.excluded).filter(|(_, &e)| !e).map(|(r, _)| r);
+        let kept = || residuals.iter().zip(stretch.excluded).filter(|(_, e)| !**e).map(|(r, _)| r);
         let rms_deg = (kept().map(|r| r * r).sum::<f64>() / kept().count() as f64).sqrt();
         let density =
             uncertainty::spectral_density(&stretch, &residuals, mode.damped_frequency_rad_s);

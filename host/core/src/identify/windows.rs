@@ -105,10 +105,10 @@ pub(crate) fn windows(
     let mut scatters: Vec<f64> = fits.iter().map(|f| f.scatter_deg).collect();
     let scatter = median(&mut scatters);
     for f in &mut fits {
-        if exclude_wild(samples, f, scatter) {
-            if let Some(again) = refine(&samples.between(f.from_s, f.to_s), &f.found.mode) {
-                f.found = again;
-            }
+        if exclude_wild(samples, f, scatter)
+            && let Some(again) = refine(&samples.between(f.from_s, f.to_s), &f.found.mode)
+        {
+            f.found = again;
         }
     }
     let mut out: Vec<Window> = Vec::new();

@@ -218,10 +218,10 @@ pub fn measure_showing(
     let mut best = best.ok_or(Error::NoLaw)?;
     let rougher = best.law.parts.iter().map(|(part, weight)| (*part, ROUGHER * weight)).collect();
     let law = best.law.with(rougher, best.law.friction);
-    if let Some((candidate, _)) = judged(&law, &fitted(&best.law, &best.fit, &law)?) {
-        if candidate.prediction.rms_rad() < (1.0 + NO_BETTER) * best.prediction.rms_rad() {
-            best = candidate;
-        }
+    if let Some((candidate, _)) = judged(&law, &fitted(&best.law, &best.fit, &law)?)
+        && candidate.prediction.rms_rad() < (1.0 + NO_BETTER) * best.prediction.rms_rad()
+    {
+        best = candidate;
     }
     // The line of its dissipation is the damping ratio's.
     let without_line = |best: &Trial| -> Option<(MeasuredLaw, Vec<f64>)> {
@@ -236,10 +236,10 @@ pub fn measure_showing(
     if let Some((law, common)) = without_line(&best) {
         let fit = fit_from(&lengths.long, &with(&law), &common, SETTLED);
         decay.stop.check()?;
-        if let Some((candidate, _)) = judged(&law, &fit) {
-            if candidate.prediction.rms_rad() < (1.0 + NO_BETTER) * best.prediction.rms_rad() {
-                best = candidate;
-            }
+        if let Some((candidate, _)) = judged(&law, &fit)
+            && candidate.prediction.rms_rad() < (1.0 + NO_BETTER) * best.prediction.rms_rad()
+        {
+            best = candidate;
         }
     }
     let Trial { law, fit, covariance, prediction } = best;

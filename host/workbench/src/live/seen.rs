@@ -102,12 +102,12 @@ impl Seen {
 
     /// Takes a sample of stretch `number`; the stretch before, where that is whole.
     fn add(&mut self, number: u64, yaw_deg: f64) -> Option<Stretch> {
-        if let Some(open) = &mut self.open {
-            if open.number == number {
-                open.low = open.low.min(yaw_deg);
-                open.high = open.high.max(yaw_deg);
-                return None;
-            }
+        if let Some(open) = &mut self.open
+            && open.number == number
+        {
+            open.low = open.low.min(yaw_deg);
+            open.high = open.high.max(yaw_deg);
+            return None;
         }
         let done = self.open.replace(Stretch { number, low: yaw_deg, high: yaw_deg })?;
         self.trace.push_back(done);
