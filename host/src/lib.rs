@@ -1,7 +1,7 @@
 //! The program: its verbs, their text, and the demo.
 #![forbid(unsafe_code)]
 
-pub use yawrig_base::say;
+pub use yawrig_base::{say, warn};
 
 pub mod answer;
 mod batch;

@@ -37,6 +37,14 @@ macro_rules! say {
     ($($text:tt)*) => { $crate::message::message(format!($($text)*)) };
 }
 
+/// What he should know before he believes a result.
+#[macro_export]
+macro_rules! warn {
+    ($($text:tt)*) => {
+        $crate::message::message(format!("yawrig: warning: {}", format_args!($($text)*)))
+    };
+}
+
 /// How far something that takes long has come.
 pub struct Progress(Option<Box<dyn Counter>>);
 

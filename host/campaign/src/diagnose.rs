@@ -34,7 +34,7 @@ pub fn diagnose_with_fits(file: &CampaignFile, options: &Options) -> Result<Diag
     let records = records.into_iter().collect::<Result<Vec<_>>>()?;
     let diagnosed = campaign::diagnose_with_fits(&file.campaign, &records, options)?;
     for warning in diagnosed.decays.iter().flat_map(|decay| &decay.warnings) {
-        yawrig_base::say!("yawrig: warning: {warning}");
+        yawrig_base::warn!("{warning}");
     }
     Ok(diagnosed)
 }

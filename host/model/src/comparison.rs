@@ -189,8 +189,8 @@ fn warn_of_zero(current: &Current, data: &Data) {
         let zero = fit.sensor_zero_rad().filter(|zero| !zero.holds(0.0, 3.0));
         let Some(zero) = zero else { continue };
         let measurand = &recorded.decay.measurand;
-        yawrig_base::say!(
-            "yawrig: warning: {}: the model rests at {} {}, off the sensor's zero, and the effects may only make up for \
+        yawrig_base::warn!(
+            "{}: the model rests at {} {}, off the sensor's zero, and the effects may only make up for \
              that (difference of BIC of a free zero {} them: {gain:.1}). Where the sensor's zero is not known, compare with \
              --unknown-zero; where it is, a constant moment is the cause: --effect {}",
             recorded.path.display(),

@@ -47,7 +47,7 @@ pub fn said(model: &Model) -> Option<String> {
 /// Says which values of the model at `path` were edited.
 pub fn warn(model: &Model, path: &Path) {
     if let Some(said) = said(model) {
-        yawrig_base::say!("yawrig: warning: {}: {said}", path.display());
+        yawrig_base::warn!("{}: {said}", path.display());
     }
 }
 

@@ -58,7 +58,7 @@ fn own(effect: OwnEffect) -> Effect {
     let mut warned = WARNED.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     for warning in &effect.warnings {
         if warned.insert(warning.clone()) {
-            yawrig_base::say!("yawrig: warning: {warning}");
+            yawrig_base::warn!("{warning}");
         }
     }
     Effect::Own(Arc::new(effect))

@@ -203,10 +203,7 @@ impl Journal {
     pub fn warn(&self, model: &Path) {
         for Damage { line, why } in &self.damaged {
             let file = path_of(model);
-            yawrig_base::say!(
-                "yawrig: warning: {}:{line}: {why}; the other steps are read",
-                file.display()
-            );
+            yawrig_base::warn!("{}:{line}: {why}; the other steps are read", file.display());
         }
     }
 

@@ -54,7 +54,7 @@ impl Recorded {
         let changed = records::changed(&entry, &path);
         let warnings = decay.warnings.iter().map(ToString::to_string);
         for warning in warnings.chain(changed.clone()) {
-            yawrig_base::say!("yawrig: warning: {warning}");
+            yawrig_base::warn!("{warning}");
         }
         decay.wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
         Ok(Self { entry, path, decay, changed })

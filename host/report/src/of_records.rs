@@ -62,7 +62,7 @@ pub fn of_records(
         let identified = identify(&record, &methods, settings)?;
         let diagnosed = diagnose_with_fits(&record, options)?;
         for warning in &diagnosed.decay.warnings {
-            yawrig_base::say!("yawrig: warning: {warning}");
+            yawrig_base::warn!("{warning}");
         }
         let of = |e: &identify::Estimate| estimate(e, &diagnosed.decay, options.zero_unknown);
         let estimates = identified.estimates.iter().map(of).collect();

@@ -115,7 +115,7 @@ impl Init {
             begin(&self.folder, &pattern, &out)?;
         files::write_atomically(&out, text.as_bytes())?;
         for name in left_over {
-            crate::say!("yawrig: warning: {name} does not match the pattern and was left out");
+            crate::warn!("{name} does not match the pattern and was left out");
         }
         let gaps = text
             .lines()

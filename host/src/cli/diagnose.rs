@@ -308,7 +308,7 @@ impl Diagnose {
                 self.roll.rolls(&record.measurand)?;
                 let diagnosed = diagnose_with_fits(&record, &options)?;
                 for warning in &diagnosed.decay.warnings {
-                    crate::say!("yawrig: warning: {warning}");
+                    crate::warn!("{warning}");
                 }
                 let seconds = begin.elapsed().as_secs_f64();
                 let law = match with_law {
@@ -328,7 +328,7 @@ impl Diagnose {
                     diagnosed.diagnosis = diagnosed.diagnosis.of_ship(self.roll.ship()?);
                 }
                 for warning in &diagnosed.diagnosis.warnings {
-                    crate::say!("yawrig: warning: {warning}");
+                    crate::warn!("{warning}");
                 }
                 let files = records.iter().map(|r| r.file.display().to_string()).collect();
                 let model = name_of(&options.present.effects);
@@ -369,7 +369,7 @@ fn beside(path: &Path, file: Option<&Path>, reading: &Selection, options: Option
     let fitted: Vec<&RecordEntry> = model.records.iter().filter(|r| !r.held_out).collect();
     for entry in &model.records {
         if let Some(changed) = records::changed(entry, &Model::record_path(path, entry)) {
-            crate::say!("yawrig: warning: {changed}");
+            crate::warn!("{changed}");
         }
     }
     let options = Options {
@@ -409,7 +409,7 @@ fn law_of(record: &Record, diagnosis: &Diagnosis, options: &Options) -> Result<O
         .and_then(|(model, data)| yawrig_model::law::beside(&model, &data, true, &|_, _| {}));
     interrupt::check()?;
     if let Err(error) = &law {
-        crate::say!("yawrig: warning: no law was measured: {error}");
+        crate::warn!("no law was measured: {error}");
     }
     Ok(law.ok())
 }

@@ -64,7 +64,7 @@ pub fn run(arguments: &Replay) -> Result<()> {
         }
         let (whole, warnings) = gaps::without(&record);
         for warning in warnings {
-            crate::say!("yawrig: warning: {warning}");
+            crate::warn!("{warning}");
         }
         whole.check_resampling(f64::from(SAMPLE_RATE_HZ))?;
         Ok(whole.into_owned())

@@ -187,8 +187,8 @@ impl Session {
         };
         let read_only = yawrig_base::files::check_writable(&model_path).err();
         if let Some(why) = &read_only {
-            yawrig_base::say!(
-                "yawrig: warning: {}; the page opens for viewing only: no step can be taken",
+            yawrig_base::warn!(
+                "{}; the page opens for viewing only: no step can be taken",
                 why.message
             );
         }
