@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use std::path::PathBuf;
 use yawrig_base::error::Result;
 use yawrig_base::interrupt;
+use yawrig_base::settings;
 use yawrig_core::bic::MARGIN;
 use yawrig_core::diagnosis::diagnose::FITTED_SHARE;
 use yawrig_core::effects::Effect;
@@ -192,12 +193,13 @@ fn warn_of_zero(current: &Current, data: &Data) {
         yawrig_base::warn!(
             "{}: the model rests at {} {}, off the sensor's zero, and the effects may only make up for \
              that (difference of BIC of a free zero {} them: {gain:.1}). Where the sensor's zero is not known, compare with \
-             --unknown-zero; where it is, a constant moment is the cause: --effect {}",
+             {}; where it is, a constant moment is the cause: {}",
             recorded.path.display(),
             Quantity::new(measurand.shown(zero.value), measurand.shown(zero.u)),
             measurand.unit(),
             if free.model.effects.is_empty() { "in place of" } else { "beside" },
-            Effect::of_rest(),
+            settings::name("unknown_zero"),
+            settings::given("effect", &Effect::of_rest().to_string()),
         );
     }
 }

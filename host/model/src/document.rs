@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
+use yawrig_base::settings;
 use yawrig_core::effects::Effect;
 use yawrig_core::record::Said;
 use yawrig_records::format::is_record;
@@ -138,8 +139,12 @@ impl Model {
             };
             let values: Option<Vec<f64>> = entry.parameters.iter().enumerate().map(value).collect();
             let values = values.ok_or_else(|| {
-                Error::data(format!("{}: {} has no values yet", path.display(), entry.effect))
-                    .help(format!("run `yawrig fit --model {}`", path.display()))
+                Error::data(format!("{}: {} has no values yet", path.display(), entry.effect)).help(
+                    format!(
+                        "run `{}`",
+                        settings::command("fit", &[], &[("model", &path.display().to_string())])
+                    ),
+                )
             })?;
             Ok((entry.effect.clone(), values))
         };
@@ -177,19 +182,25 @@ pub fn is_model(file: &Path) -> bool {
     text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("record"))
 }
 
+/// What to do where there is no model.
+pub(crate) fn how_to_name() -> String {
+    let make = settings::command("fit", &["RECORD.csv"], &[]);
+    format!("name the model with {}, or make one: {make}", settings::name("model"))
+}
+
 /// The text of the model's file.
 ///
 /// # Errors
 /// Exit 3 where it cannot be read.
 pub fn read_text(path: &Path) -> Result<String> {
     let named = path.display();
-    let text = std::fs::read_to_string(path).map_err(|e| {
-        Error::data(format!("cannot read {named}: {e}"))
-            .help("name the model with --model, or make one: yawrig fit RECORD.csv")
-    })?;
+    let text = std::fs::read_to_string(path)
+        .map_err(|e| Error::data(format!("cannot read {named}: {e}")).help(how_to_name()))?;
     match is_record(&text) {
-        true => Err(Error::data(format!("{named} is a record, not a model"))
-            .help(format!("make a model of it: yawrig fit {named} --model model.toml"))),
+        true => Err(Error::data(format!("{named} is a record, not a model")).help(format!(
+            "make a model of it: {}",
+            settings::command("fit", &[&named.to_string()], &[("model", "model.toml")])
+        ))),
         false => Ok(text),
     }
 }

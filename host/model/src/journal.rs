@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 use yawrig_base::error::{Error, Exit, Result};
+use yawrig_base::settings;
 use yawrig_core::fit::fitting::Covariance;
 use yawrig_core::quantity::Quantity;
 
@@ -123,8 +124,14 @@ impl JournalStep {
             .map_err(|e| Error::internal(format!("cannot write the journal: {e}")))?;
         // What is not a number would be written as null and never be read again.
         serde_json::from_str::<Self>(&line).map_err(|e| {
-            Error::new(Exit::Quality, format!("a result of this step is not a number ({e}); nothing is changed"))
-                .help("look at the values and bounds in the model's file; `yawrig history --return N` goes back")
+            Error::new(
+                Exit::Quality,
+                format!("a result of this step is not a number ({e}); nothing is changed"),
+            )
+            .help(format!(
+                "look at the values and bounds in the model's file; `{}` goes back",
+                settings::command("history", &[], &[("return", "N")])
+            ))
         })?;
         line.push('\n');
         Ok(line)

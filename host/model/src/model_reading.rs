@@ -13,6 +13,7 @@ use std::path::Path;
 use std::sync::Arc;
 use toml::Spanned;
 use yawrig_base::error::{Error, Result};
+use yawrig_base::settings;
 use yawrig_core::effects::{Effect, Knots, Line, MeasuredLaw, Part, MEASURED_LAW, MOST_OWN};
 use yawrig_core::plan::Can;
 use yawrig_core::record::{Measurand, Said};
@@ -168,8 +169,10 @@ impl Reader<'_> {
     }
 
     fn malformed(&self, e: &toml::de::Error) -> Error {
-        self.error(&e.span().unwrap_or(0..0), e.message().trim_end())
-            .help("correct the entry; `yawrig history --return N` goes back to any step")
+        self.error(&e.span().unwrap_or(0..0), e.message().trim_end()).help(format!(
+            "correct the entry; `{}` goes back to any step",
+            settings::command("history", &[], &[("return", "N")])
+        ))
     }
 
     fn model(&self) -> Result<Model> {

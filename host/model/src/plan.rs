@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
 use yawrig_base::message::Progress;
+use yawrig_base::settings;
 use yawrig_campaign::CampaignFile;
 use yawrig_core::bic::{self, MARGIN};
 use yawrig_core::derivatives::condition::Identified;
@@ -167,7 +168,7 @@ fn fitted(model: &Model, data: &Data, effects: &[Effect]) -> Result<JointFit> {
         return Ok(fit);
     }
     Err(Error::new(Exit::Quality, format!("the rival {} cannot be fitted", name(&fit)))
-        .help("name other rivals with --rival"))
+        .help(format!("name other rivals with {}", settings::name("rival"))))
 }
 
 /// The model and what does about as well in the place of one of its effects; without effects, the effects that explain
@@ -228,8 +229,13 @@ fn found(model: &Model, data: &Data, notes: &mut Vec<String>) -> Result<Vec<Join
         rivals.push(other);
     }
     match rivals.len() {
-        0 | 1 => Err(Error::new(Exit::Quality, "there are no two models to choose between")
-            .help("name them: --rival EFFECT --rival EFFECT+EFFECT")),
+        0 | 1 => Err(Error::new(Exit::Quality, "there are no two models to choose between").help(
+            format!(
+                "name them: {} {}",
+                settings::given("rival", "EFFECT"),
+                settings::given("rival", "EFFECT+EFFECT")
+            ),
+        )),
         _ => Ok(rivals),
     }
 }

@@ -3,6 +3,7 @@
 use crate::document::{of_file, MadeUnder, Model, RecordEntry};
 use std::path::{Component, Path, PathBuf};
 use yawrig_base::error::{Error, Result};
+use yawrig_base::settings;
 use yawrig_campaign::CampaignFile;
 use yawrig_core::record::Record;
 use yawrig_records::place::{canonical, is_standard_input, parted};
@@ -45,7 +46,11 @@ pub fn listed(files: &[PathBuf], model: &Path) -> Result<Vec<Listed>> {
     for file in files {
         if model.exists() && file.canonicalize().ok() == model.canonicalize().ok() {
             return Err(Error::usage(format!("{} is the model, not a record", file.display()))
-                .help(format!("name it with --model: yawrig fit --model {}", file.display())));
+                .help(format!(
+                    "name it with {}: {}",
+                    settings::name("model"),
+                    settings::command("fit", &[], &[("model", &file.display().to_string())])
+                )));
         }
         let listed = if file.extension().is_some_and(|e| e == "toml") {
             of_campaign(file, model)?

@@ -11,6 +11,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::interrupt;
+use yawrig_base::settings;
 use yawrig_core::effects::{Effect, MOST_OWN};
 use yawrig_core::fit::fitting::{Covariance, Fitted};
 use yawrig_core::fit::joint::JointFit;
@@ -209,9 +210,14 @@ fn begun(store: &Store, wanted: &Wanted) -> Result<Model> {
                 path.display(),
                 last.step
             ))
-            .help(format!("`yawrig history --return {}` brings the last one back", last.step)),
-            None => Error::usage(format!("there is no model {}", path.display()))
-                .help("name the records it is to be made of: yawrig fit RECORD.csv"),
+            .help(format!(
+                "`{}` brings the last one back",
+                settings::command("history", &[], &[("return", &last.step.to_string())])
+            )),
+            None => Error::usage(format!("there is no model {}", path.display())).help(format!(
+                "name the records it is to be made of: {}",
+                settings::command("fit", &["RECORD.csv"], &[])
+            )),
         });
     }
     let records = records::entries(&wanted.files, &wanted.reading, path)?;
@@ -237,7 +243,11 @@ fn check_same(model: &Model, path: &Path, files: &[PathBuf]) -> Result<()> {
         names.join(", "),
         if model.records.len() > 3 { ", ..." } else { "" }
     ))
-    .help("make another model with --model OTHER.toml; to see this one against a record: yawrig compare RECORD.csv"))
+    .help(format!(
+        "make another model with {}; to see this one against a record: {}",
+        settings::given("model", "OTHER.toml"),
+        settings::command("compare", &["RECORD.csv"], &[])
+    )))
 }
 
 fn with_held_out(mut model: Model, path: &Path, wanted: &Wanted) -> Result<Model> {
@@ -249,7 +259,7 @@ fn with_held_out(mut model: Model, path: &Path, wanted: &Wanted) -> Result<Model
     }
     if wanted.unknown_zero && !model.unknown_zero {
         if let Some(EffectEntry { effect, .. }) = model.rest() {
-            return Err(Error::usage(format!("--unknown-zero beside {effect} in the model")).help(format!(
+            return Err(Error::usage(format!("{} beside {effect} in the model", settings::name("unknown_zero"))).help(format!(
                 "a constant moment cannot be distinguished from the sensor's zero: yawrig remove {effect}"
             )));
         }

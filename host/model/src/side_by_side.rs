@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
+use yawrig_base::settings;
 use yawrig_core::bic;
 use yawrig_records::place::canonical;
 use yawrig_records::Selection;
@@ -69,9 +70,11 @@ fn check_same_records(models: &[PathBuf]) -> Result<()> {
     match all.windows(2).position(|pair| pair[0] != pair[1]) {
         None => Ok(()),
         Some(k) => {
-            let (a, b) = (models[k].display(), models[k + 1].display());
-            Err(Error::usage(format!("{a} and {b} are about different records"))
-                .help(format!("name the records to hold them against: yawrig compare RECORD.csv --model {a} --model {b}")))
+            let [a, b] = [k, k + 1].map(|k| models[k].display().to_string());
+            Err(Error::usage(format!("{a} and {b} are about different records")).help(format!(
+                "name the records to hold them against: {}",
+                settings::command("compare", &["RECORD.csv"], &[("model", &a), ("model", &b)])
+            )))
         }
     }
 }

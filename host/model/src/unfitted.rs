@@ -1,5 +1,6 @@
 //! Steps that fit nothing: an effect rejected, an earlier model taken up again.
 
+use crate::document::how_to_name;
 use crate::journal::{path_of, Action, JournalStep};
 use crate::revise::{opened, RevisionRequest};
 use crate::store::Store;
@@ -43,8 +44,7 @@ pub fn reject(path: &Path, effect: Effect, asked: &RevisionRequest) -> Result<Jo
 /// Exit 2 where there is no such step, 3 where the files cannot be written.
 pub fn return_to(path: &Path, number: usize, asked: &RevisionRequest) -> Result<JournalStep> {
     if !path_of(path).exists() {
-        return Err(Error::data(format!("{} has no journal", path.display()))
-            .help("name the model with --model, or make one: yawrig fit RECORD.csv"));
+        return Err(Error::data(format!("{} has no journal", path.display())).help(how_to_name()));
     }
     let store = Store::open(path)?;
     let to = store.journal().step(number)?.clone();

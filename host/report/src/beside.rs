@@ -7,6 +7,7 @@ use serde::Deserialize;
 use std::fmt::Write as _;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
+use yawrig_base::settings;
 use yawrig_campaign::{evaluate, CampaignFile, Identify};
 use yawrig_core::derivatives::condition::is_same_speed;
 use yawrig_core::quantity::Quantity;
@@ -30,8 +31,10 @@ pub fn read(path: &Path, method: &str, identify: &Identify) -> Result<Beside> {
         return Ok(Beside { name: format!("{} ({named})", table.model), points });
     }
     let none = |why: &dyn std::fmt::Display| {
-        Error::data(format!("{named}: {why}"))
-            .help("name a campaign.toml, or the report of one, after --beside")
+        Error::data(format!("{named}: {why}")).help(format!(
+            "name a campaign.toml, or the report of one, after {}",
+            settings::name("beside")
+        ))
     };
     let text = std::fs::read_to_string(path).map_err(|e| none(&e))?;
     let data = data::of(&text).ok_or_else(|| none(&"there is no report's data in it"))?;

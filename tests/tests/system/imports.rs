@@ -603,7 +603,7 @@ fn crates_import_only_what_they_are_built_on() {
 }
 
 /// Crates that name no flags: what they say of settings, the program spells (`yawrig_base::settings`).
-const FLAGLESS: [&str; 12] = [
+const FLAGLESS: [&str; 13] = [
     "yawrig_shared",
     "yawrig_firmware",
     "yawrig_text",
@@ -616,6 +616,7 @@ const FLAGLESS: [&str; 12] = [
     "yawrig_link",
     "yawrig_campaign",
     "yawrig_measuring",
+    "yawrig_model",
 ];
 /// Of another program.
 const FOREIGN_FLAGS: [&str; 1] = ["--pdeathsig"];

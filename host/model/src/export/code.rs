@@ -4,6 +4,7 @@ use super::release::{code_name, Number, Release};
 use std::fmt::Write as _;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
+use yawrig_base::settings;
 use yawrig_core::effects::{Effect, Equation};
 use yawrig_core::fit::fitting::Covariance;
 use yawrig_expression::{translate, Language};
@@ -303,11 +304,11 @@ fn identifier(target: Target, file: &Path) -> Result<String> {
     }
     let better = file.with_file_name(format!("{fits}.{ending}"));
     Err(Error::usage(format!(
-        "--out {}: the file's name is what programs call it by",
-        file.display()
+        "{}: the file's name is what programs call it by",
+        settings::given("out", &file.display().to_string())
     ))
     .help(format!(
-        "give letters, digits and _ and the ending .{ending}: --out {}",
-        better.display()
+        "give letters, digits and _ and the ending .{ending}: {}",
+        settings::given("out", &better.display().to_string())
     )))
 }

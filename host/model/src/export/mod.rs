@@ -15,6 +15,7 @@ use release::Release;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
+use yawrig_base::settings;
 use yawrig_core::effects::Effect;
 
 /// What is written.
@@ -40,7 +41,9 @@ pub fn exported(path: &Path, what: What, name: &Path) -> Result<String> {
             "{}: its records hold a {quantity}, and the programs read an angle",
             path.display()
         );
-        return Err(Error::usage(why).help("export a table: --to csv"));
+        return Err(
+            Error::usage(why).help(format!("export a table: {}", settings::given("to", "csv")))
+        );
     }
     let recorded: Vec<Recorded> = data.fitted.into_iter().chain(data.held_out).collect();
     let of = |recorded: Recorded| {
