@@ -2,6 +2,7 @@
 
 use crate::effects::Scale;
 use crate::error::Result;
+use crate::fit::floor;
 use crate::fit::lines::{self, SteadyLine};
 use crate::fit::noise::{self, Colour};
 use crate::identify::gaps::{self, Warning};
@@ -11,18 +12,13 @@ use crate::identify::windows::at_amplitudes;
 use crate::identify::{self, AtAmplitude, Begin, End, Settings, WindowEstimate};
 use crate::motion::simulate::Grid;
 use crate::record::{resample, Derivative, Measurand, Record};
-use crate::statistics::{rms_of_sixths, rms_of_thirds, rms_of_uneven_sixths};
+use crate::statistics::rms_of_uneven_sixths;
 use crate::stop::Stop;
 use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 /// Block means per cycle: those on which residual and noise floor are compared.
 const MEANS_PER_CYCLE: f64 = 50.0;
-/// Fewest means a cycle for which sixth differences leave next to nothing of the oscillation.
-const FINE: f64 = 40.0;
-
-/// Difference between two estimates of the noise that their scatter explains.
-const AGREE: f64 = 0.25;
 
 /// Share of the largest amplitude from which on a rise is looked for; a rise from one window to the next, and a damping
 /// ratio within one.
@@ -176,38 +172,20 @@ impl FreeDecay {
         };
         let smooth = means.time_s.partition_point(|t| *t < prepared.span.smooth_to_s);
         let kept: Vec<f64> = stretch.kept().map(|s| of_model(s.1)).collect();
-        let thirds = rms_of_thirds(&kept);
-        let colour = noise::colour(&kept, frequency * stretch.step_s);
-        let (sample_noise_rad, floor) = match colour {
-            Some(colour) => (
-                (colour.white_variance + colour.coloured_variance).sqrt(),
-                colour.mean_variance(block).sqrt(),
-            ),
-            // White noise is known best from the single samples; where the means show more, from them.
-            None => {
-                let (sample, mean) = match &uneven {
-                    None => (thirds, white_floor(&yaw_rad, thirds, block)),
-                    Some(taken) => {
-                        let sample = of_model(rms_of_uneven_sixths(&taken.time_s, &taken.yaw_deg));
-                        let mean = sample * share_of_noise(&taken.time_s, timing.rate_hz, block);
-                        (sample, mean.max(rms_of_sixths(&yaw_rad)))
-                    }
-                };
-                // Of a coarse record differences hold some of the oscillation, and what its modes leave some misfit: each is the
-                // noise or more.
-                let is_fine = TAU / frequency / step_s >= FINE;
-                let left = of_model(prepared.noise_rms_deg()) / (block as f64).sqrt();
-                (sample, if is_fine { mean } else { mean.min(left) })
-            }
-        };
+        let uneven = uneven.map(|taken| {
+            let sample = of_model(rms_of_uneven_sixths(&taken.time_s, &taken.yaw_deg));
+            (sample, sample * floor::share_of_noise(&taken.time_s, timing.rate_hz, block))
+        });
+        let left = of_model(prepared.noise_rms_deg());
+        let noise = floor::noise(&kept, &yaw_rad, block, frequency * stretch.step_s, uneven, left);
         let windows = prepared.window_estimates();
         let amplitude_deg = windows.iter().map(|w| w.amplitude_deg).fold(0.0, f64::max);
         let amplitude_rad = of_model(amplitude_deg);
         let reading_rad = measurand.derivative().recorded(amplitude_rad, frequency);
         Ok(Self {
-            noise_rad: floor.max(1e-9 * reading_rad),
-            colour,
-            sample_noise_rad,
+            noise_rad: noise.mean_rad.max(1e-9 * reading_rad),
+            colour: noise.colour,
+            sample_noise_rad: noise.sample_rad,
             grid,
             yaw_rad,
             smooth,
@@ -347,29 +325,6 @@ impl FreeDecay {
     pub fn raw_rms_deg(&self, rms_rad: f64) -> f64 {
         let hidden = self.sample_noise_rad.powi(2) * (1.0 - 1.0 / self.block as f64);
         self.measurand.shown((rms_rad * rms_rad + hidden).sqrt())
-    }
-}
-
-/// Share of white noise that is left in means of `block` values at `rate_hz` of the curve through samples at `time_s`: of
-/// a sequence as white as noise, and the same every time (a sine of a phase that grows with the square).
-fn share_of_noise(time_s: &[f64], rate_hz: f64, block: usize) -> f64 {
-    let phase = |k: usize| (std::f64::consts::PI * std::f64::consts::SQRT_2 * (k * k) as f64) % TAU;
-    let white: Vec<f64> = (0..time_s.len()).map(|k| phase(k).sin()).collect();
-    let (_, even) = resample::uniform(time_s, &white, rate_hz);
-    let means: Vec<f64> =
-        even.chunks_exact(block).map(|m| m.iter().sum::<f64>() / block as f64).collect();
-    let square = |y: &[f64]| y.iter().map(|y| y * y).sum::<f64>() / y.len() as f64;
-    (square(&means) / square(&white)).sqrt()
-}
-
-/// Noise of a mean of `block` samples of `sample_noise` each: white, unless the means themselves show another.
-fn white_floor(means: &[f64], sample_noise: f64, block: usize) -> f64 {
-    let white = sample_noise / (block as f64).sqrt();
-    let shown = rms_of_sixths(means);
-    if block > 1 && (shown / white - 1.0).abs() < AGREE {
-        white
-    } else {
-        shown
     }
 }
 

@@ -3,10 +3,10 @@
 //! The curves are fitted to short pieces of the records with states of their own, then to longer ones; how smooth they
 //! are is what predicts left-out pieces best.
 
-use super::line::line;
 use super::releases::Releases;
-use super::roughness::{inflation, reached, states, Nearby};
+use super::roughness::{inflation, reached};
 use super::tables::{Point, Tables};
+use super::trials::{fit_all, Change, Trial, Trials, SETTLED};
 use crate::diagnosis::over_pieces::{whole, Lengths};
 use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::{Effect, MeasuredLaw, Part};
@@ -20,7 +20,6 @@ use crate::fit::structure::motion;
 use crate::motion::oscillator::Motion;
 use crate::quantity::Quantity;
 use nalgebra::DMatrix;
-use std::cmp::Ordering;
 use std::sync::Arc;
 
 /// Weights with which the first fit is made.
@@ -32,16 +31,6 @@ const FIRST: [(Part, f64); 4] = [
 ];
 /// Factors on them: where the first fit is too smooth or too rough, the choice that is made near it is a bad one.
 const SCALES: [f64; 3] = [1.0, 1e-2, 1e-4];
-/// Share by which a law has to predict better than one with fewer curves.
-const NO_BETTER: f64 = 0.02;
-/// Times the roughness is chosen and the law fitted with it.
-const ROUNDS: usize = 2;
-/// Times knots are moved to where the best law bends.
-const BENDS: usize = 4;
-/// Share of the weight that predicts best with which a law is fitted in the end, where it predicts as well: its band knows
-/// of noise, not of what a curve that is as smooth as predicts best has lost.
-const ROUGHER: f64 = 0.1;
-const SETTLED: f64 = 1e-5;
 /// Steps of a fit to the whole.
 const WHOLE_STEPS: usize = 60;
 /// Times a fit to the whole that has not converged is gone on with: a law's numbers are many.
@@ -95,25 +84,6 @@ pub struct Measured {
     pub plain_held_out_over_noise: f64,
 }
 
-/// A law fitted with one choice of its curves and their roughness.
-struct Trial {
-    law: MeasuredLaw,
-    fit: PieceFit,
-    covariance: DMatrix<f64>,
-    prediction: Prediction,
-}
-
-impl Trial {
-    fn is_better_than(&self, other: &Self) -> bool {
-        let ratio = self.prediction.rms_rad() / other.prediction.rms_rad();
-        match self.law.parts.len().cmp(&other.law.parts.len()) {
-            Ordering::Less => ratio < 1.0 + NO_BETTER,
-            Ordering::Equal => ratio < 1.0,
-            Ordering::Greater => ratio < 1.0 - NO_BETTER,
-        }
-    }
-}
-
 /// Measures the law that `releases` follow beside the second-order response and the effects of `inner`.
 ///
 /// `numbers`: those of the effects from which their fit begins, as [`Effect::varied`] has them, one after the other.
@@ -146,103 +116,28 @@ pub fn measure_showing(
     structure.effects = inner.effects.clone();
     structure.limits.extend(inner.limits.clone());
     common.extend(numbers);
-    let fit_all = |structure: &Structure, common: &[f64]| -> Result<PieceFit> {
-        let mut common = common.to_vec();
-        for pieces in [&lengths.short, &lengths.longer] {
-            common = fit_from(pieces, structure, &common, ROUGH).common;
-            decay.stop.check()?;
-        }
-        let fit = fit_from(&lengths.long, structure, &common, SETTLED);
-        decay.stop.check()?;
-        Ok(fit)
-    };
-    let plain = fit_all(&structure, &common)?;
+    let plain = fit_all(releases, &lengths, &structure, &common)?;
     let short = fit_from(&lengths.short, &structure, &common, ROUGH);
     let (yaw, rate) = reached(&lengths.short, &short);
     let friction = !structure.effects.iter().any(Effect::sticks);
-    let with = |law: &MeasuredLaw| structure.with(&Effect::Measured(Arc::new(law.clone())));
-    let begin = short.common.len();
-    let mut best: Option<Trial> = None;
-    let judged = |law: &MeasuredLaw, fit: &PieceFit| -> Option<(Trial, MeasuredLaw)> {
-        let found = states(&lengths.predicted, &fit.structure, &fit.common);
-        let begins: Vec<[f64; 2]> = found.iter().map(|f| f.0).collect();
-        let nearby = Nearby::new(&lengths.predicted, &begins, fit, law, begin)?;
-        let covariance = nearby.covariance()?;
-        let prediction = predict_within(&lengths.predicted, fit);
-        let candidate = Trial { law: law.clone(), fit: fit.clone(), covariance, prediction };
-        Some((candidate, nearby.best()))
-    };
-    let fitted = |from: &MeasuredLaw, fit: &PieceFit, law: &MeasuredLaw| -> Result<PieceFit> {
-        let mut common = fit.common[..begin].to_vec();
-        common.extend(from.translated(&fit.common[begin..], law));
-        let fit = fit_from(&lengths.long, &with(law), &common, SETTLED);
-        decay.stop.check()?;
-        Ok(fit)
-    };
-    // Rounds in which a law's roughness, and with `bends` its knots, are chosen anew; the best is kept.
-    let improve = |best: &mut Option<Trial>, law, fit, bends: bool| -> Result<()> {
-        let (mut law, mut fit): (MeasuredLaw, PieceFit) = (law, fit);
-        let rounds = if bends { BENDS } else { ROUNDS };
-        for round in 0..=rounds {
-            let Some((candidate, mut next)) = judged(&law, &fit) else { break };
-            decay.stop.check()?;
-            if best.as_ref().is_none_or(|best| candidate.is_better_than(best)) {
-                *best = Some(candidate);
-            }
-            if round == rounds {
-                break;
-            }
-            if bends {
-                next = next.placed(law.refined(&fit.common[begin..]).knots);
-            }
-            fit = fitted(&law, &fit, &next)?;
-            law = next;
-        }
-        Ok(())
-    };
+    let mut trials = Trials::new(releases, &lengths, &structure, short.common.len());
     for scale in SCALES {
         let parts = FIRST.map(|(part, weight)| (part, scale * weight)).to_vec();
         let law = MeasuredLaw::new(REACH * yaw, REACH * rate, parts, friction, dissipative);
         let mut common = short.common.clone();
         common.extend(law.no_law());
-        let fit = fit_all(&with(&law), &common)?;
-        if best.is_none() {
+        let fit = fit_all(releases, &lengths, &trials.with(&law), &common)?;
+        if trials.best.is_none() {
             show(Curve::of(decay, &fit, &law));
         }
-        improve(&mut best, law, fit, false)?;
+        trials.improve(law, fit, Change::Roughness)?;
     }
-    if let Some(Trial { law, fit, .. }) = &best {
-        let (law, fit) = (law.clone(), fit.clone());
-        improve(&mut best, law, fit, true)?;
+    if let Some(Trial { law, fit, .. }) = trials.best.clone() {
+        trials.improve(law, fit, Change::Knots)?;
     }
-    let mut best = best.ok_or(Error::NoLaw)?;
-    let rougher = best.law.parts.iter().map(|(part, weight)| (*part, ROUGHER * weight)).collect();
-    let law = best.law.with(rougher, best.law.friction);
-    if let Some((candidate, _)) = judged(&law, &fitted(&best.law, &best.fit, &law)?)
-        && candidate.prediction.rms_rad() < (1.0 + NO_BETTER) * best.prediction.rms_rad()
-    {
-        best = candidate;
-    }
-    // The line of its dissipation is the damping ratio's.
-    let without_line = |best: &Trial| -> Option<(MeasuredLaw, Vec<f64>)> {
-        let Trial { law, fit, covariance, .. } = best;
-        let found = Tables { law, common: &fit.common, covariance };
-        let law = law.without_line(Some(line(&lengths, &plain.structure, &found)?));
-        let (values, slope_per_s) = law.leveled(&fit.common[begin..])?;
-        let mut common = releases.damped(&fit.common[..begin], slope_per_s)?;
-        common.extend(values);
-        Some((law, common))
-    };
-    if let Some((law, common)) = without_line(&best) {
-        let fit = fit_from(&lengths.long, &with(&law), &common, SETTLED);
-        decay.stop.check()?;
-        if let Some((candidate, _)) = judged(&law, &fit)
-            && candidate.prediction.rms_rad() < (1.0 + NO_BETTER) * best.prediction.rms_rad()
-        {
-            best = candidate;
-        }
-    }
-    let Trial { law, fit, covariance, prediction } = best;
+    trials.with_more_roughness()?;
+    trials.without_line(&plain.structure)?;
+    let Trial { law, fit, covariance, prediction } = trials.best.ok_or(Error::NoLaw)?;
     // A law of no curvature is the plain model: what is worse was not found.
     if fit.sum() > 1.01 * plain.sum() {
         return Err(Error::NoLaw);

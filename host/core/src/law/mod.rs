@@ -10,3 +10,4 @@ mod on_curve;
 pub mod releases;
 mod roughness;
 pub mod tables;
+mod trials;
