@@ -151,6 +151,49 @@ impl<'a> Fit<'a> {
         }
         (a, g)
     }
+
+    /// The step from common numbers and states at which the sums are those; none where the damping is too small for one.
+    fn step(
+        &self,
+        here: &[Sums],
+        common: &[f64],
+        states: &[[f64; 2]],
+        damping: f64,
+    ) -> Option<Step> {
+        let n = self.free.len();
+        let (mut damped, g) = self.reduced(here, damping);
+        for k in 0..n {
+            let own = damped[(k, k)];
+            damped[(k, k)] += damping * own.max(1e-30) + ROUNDING * own;
+        }
+        let moved = step_within(&damped, &g, &|k| {
+            let (low, high) = self.bounds[self.free[k]];
+            (low - common[self.free[k]], high - common[self.free[k]])
+        })?;
+        let mut to = common.to_vec();
+        for (k, by) in moved.iter().enumerate() {
+            to[self.free[k]] += by;
+        }
+        let mut predicted = 0.0;
+        let state = |(s, x): (&Sums, &[f64; 2])| {
+            let c = s.matrix.view((0, n), (n, 2));
+            let right = s.gradient.rows(n, 2) + c.transpose() * &moved;
+            let d = inverse_of_state(s, n, damping) * &right;
+            predicted += d.dot(&s.gradient.rows(n, 2));
+            [x[0] - d[0], x[1] - d[1]]
+        };
+        let states = here.iter().zip(states).map(state).collect();
+        let slopes = here.iter().map(|s| s.gradient.rows(0, n));
+        predicted -= moved.dot(&slopes.fold(DVector::zeros(n), |sum: DVector<f64>, s| sum + s));
+        Some(Step { common: to, states, predicted })
+    }
+}
+
+/// A step of a fit, and by how much the squares fall with it if all is linear.
+struct Step {
+    common: Vec<f64>,
+    states: Vec<[f64; 2]>,
+    predicted: f64,
 }
 
 fn inverse_of_state(s: &Sums, n: usize, damping: f64) -> Matrix2<f64> {
@@ -188,49 +231,20 @@ pub(crate) fn fit_pieces(
     };
     let Some(mut here) = fit.sums(&common, &states) else { return out };
     let total = |sums: &[Sums]| sums.iter().map(|s| s.squares).sum::<f64>();
-    let n = fit.free.len();
     let (mut damping, mut growth) = (1e-4, 2.0);
     let mut converged = false;
     'steps: for _ in 0..most {
         let squares = total(&here);
         loop {
-            let (a, g) = fit.reduced(&here, damping);
-            let mut damped = a;
-            for k in 0..n {
-                let own = damped[(k, k)];
-                damped[(k, k)] += damping * own.max(1e-30) + ROUNDING * own;
-            }
-            let Some(moved) = step_within(&damped, &g, &|k| {
-                let (low, high) = fit.bounds[fit.free[k]];
-                (low - common[fit.free[k]], high - common[fit.free[k]])
-            }) else {
+            let Some(Step { common: trial, states: there, predicted }) =
+                fit.step(&here, &common, &states, damping)
+            else {
                 damping = (damping * 10.0).max(1e-6);
                 if damping > 1e8 {
                     break 'steps;
                 }
                 continue;
             };
-            let mut trial = common.clone();
-            for (k, by) in moved.iter().enumerate() {
-                trial[fit.free[k]] += by;
-            }
-            let mut predicted = 0.0;
-            let there: Vec<[f64; 2]> = here
-                .iter()
-                .zip(&states)
-                .map(|(s, x)| {
-                    let c = s.matrix.view((0, n), (n, 2));
-                    let right = s.gradient.rows(n, 2) + c.transpose() * &moved;
-                    let d = inverse_of_state(s, n, damping) * &right;
-                    predicted += d.dot(&s.gradient.rows(n, 2));
-                    [x[0] - d[0], x[1] - d[1]]
-                })
-                .collect();
-            predicted -= moved.dot(
-                &here
-                    .iter()
-                    .fold(DVector::zeros(n), |sum: DVector<f64>, s| sum + s.gradient.rows(0, n)),
-            );
             let next = fit.sums(&trial, &there);
             let gained = next.as_ref().map_or(f64::NEG_INFINITY, |s| squares - total(s));
             if gained > 0.0 {

@@ -85,23 +85,7 @@ fn joined(stiffness: &OnCurve, damping: &OnCurve) -> OnCurve {
 pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     let stop = &releases.first().stop;
     let wn = found.fit.common[0];
-    let of_angle = releases.first().measurand.is_of_angle();
-    let of = |is_there: bool, curve: Vec<Point>, is_stiffness: bool| match is_there {
-        true => Target::new(&curve, wn, LEAST_U).nearest(is_stiffness, of_angle),
-        false => Vec::new(),
-    };
-    let has = |part: Part| found.law.parts.iter().any(|(p, _)| *p == part);
-    let bends = has(Part::Stiffness) || has(Part::UnevenStiffness);
-    let dissipates = found.law.friction || has(Part::Damping) || has(Part::UnevenDamping);
-    let stiffness = of(bends, found.stiffness(), true);
-    let damping = of(dissipates, found.damping(), false);
-    stop.check()?;
-    // A formula for both parts, or for one where the other is little.
-    let mut all: Vec<OnCurve> =
-        stiffness.iter().flat_map(|s| damping.iter().map(move |d| joined(s, d))).collect();
-    all.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
-    all.truncate(TRIED);
-    all.extend(stiffness.into_iter().chain(damping));
+    let all = nearest(releases, found)?;
     let lengths = releases.lengths();
     let reach = (found.law.yaw_rad, found.law.rate_rad_s);
     let trial = Trial { releases, lengths: &lengths, found };
@@ -164,6 +148,28 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     };
     stop.check()?;
     Ok(Names { ranked, indistinguishable, memory, beside })
+}
+
+/// Formulas whose curves are nearest to the measured ones: for both parts, and for one where the other is little.
+fn nearest(releases: &Releases, found: &Measured) -> Result<Vec<OnCurve>> {
+    let wn = found.fit.common[0];
+    let of_angle = releases.first().measurand.is_of_angle();
+    let of = |is_there: bool, curve: Vec<Point>, is_stiffness: bool| match is_there {
+        true => Target::new(&curve, wn, LEAST_U).nearest(is_stiffness, of_angle),
+        false => Vec::new(),
+    };
+    let has = |part: Part| found.law.parts.iter().any(|(p, _)| *p == part);
+    let bends = has(Part::Stiffness) || has(Part::UnevenStiffness);
+    let dissipates = found.law.friction || has(Part::Damping) || has(Part::UnevenDamping);
+    let stiffness = of(bends, found.stiffness(), true);
+    let damping = of(dissipates, found.damping(), false);
+    releases.first().stop.check()?;
+    let mut all: Vec<OnCurve> =
+        stiffness.iter().flat_map(|s| damping.iter().map(move |d| joined(s, d))).collect();
+    all.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
+    all.truncate(TRIED);
+    all.extend(stiffness.into_iter().chain(damping));
+    Ok(all)
 }
 
 /// An effect in place of the law, fitted to long pieces.
