@@ -85,6 +85,7 @@ pub mod serial;
 pub mod signal;
 pub mod slots;
 pub mod stream;
+pub mod sums;
 pub mod swings;
 
 /// The network of last resort, when no slot holds a valid one.

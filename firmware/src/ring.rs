@@ -1,7 +1,7 @@
 //! What DMA has written round and round into a buffer, read after it.
 
 /// Places before the writer that are left alone: it may come on while they are read.
-const MARGIN: u32 = 8;
+pub const MARGIN: u32 = 8;
 
 /// The reader of a ring of `N` places, `N` a power of two.
 #[derive(Clone, Copy, Debug, Default)]
@@ -17,9 +17,14 @@ impl<const N: usize> Reader<N> {
     /// How many have been written, from the count of triggers and, read after it, where in the ring DMA writes next:
     /// the last may still have been on its way, or one more have come. `None` where the two do not agree: a
     /// conversion went missing.
+    #[inline(always)]
     pub fn made(triggers: u32, position: u32) -> Option<u32> {
-        let made = [triggers, triggers.wrapping_sub(1), triggers.wrapping_add(1)];
-        made.into_iter().find(|made| made % N as u32 == position)
+        match position.wrapping_sub(triggers) % N as u32 {
+            0 => Some(triggers),
+            1 => Some(triggers.wrapping_add(1)),
+            ahead if ahead == N as u32 - 1 => Some(triggers.wrapping_sub(1)),
+            _ => None,
+        }
     }
 
     /// How many of `made` written in all are to be read.

@@ -13,8 +13,9 @@ each answered by one line on stdout:
     flash            `flash HEX`: the 64 KiB in which networks and lock are kept
     state            `state KEY=VALUE ...`: what the registers say
 
-A board adds its own. What none says anything of: how long the image takes (time passes where the program looks for it), the
-analogue side, an oscillator that fails, interrupts (the images have none but their faults), the debug unit.
+Where the image does what it may not the answer is `wrong: WHAT`, and the machine is of no more use. A board adds its own.
+What none says anything of: how long the image takes (time passes where the program looks for it), the analogue side, an
+oscillator that fails, interrupts but those that the board says it has and faults, the debug unit.
 """
 
 import struct
@@ -25,6 +26,10 @@ from unicorn import UcError
 from unicorn.arm_const import UC_ARM_REG_LR, UC_ARM_REG_PC, UC_ARM_REG_SP
 
 CONVERSIONS = 16
+
+
+class Wrong(Exception):
+    """What the image does and may not."""
 
 
 class Board:
@@ -105,7 +110,10 @@ class Board:
         verb, *rest = command.split()
         if verb not in self.COMMANDS:
             return f"what is {verb}?"
-        return getattr(self, verb)(*rest) or "ok"
+        try:
+            return getattr(self, verb)(*rest) or "ok"
+        except Wrong as wrong:
+            return f"wrong: {wrong}"
 
     @classmethod
     def main(cls):

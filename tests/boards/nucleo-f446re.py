@@ -3,23 +3,39 @@ that the image uses are modelled here from RM0390 (revision 6); its sections sta
 
     nucleo-f446re.py ELF
 
-Commands: board.py. An overrun of the converter: conversions go on and are not taken to memory until the program clears it.
+Commands: board.py, and
+
+    misplace         SysTick's handler is one that lies in the flash: `ok`
+
+An overrun of the converter: conversions go on and are not taken to memory until the program clears it. While a sector is
+erased the program may touch no flash, else the processor would stand still until the end, SysTick with it.
 
 What it says nothing of beside that: framing and noise on the line, protection of the flash.
 """
 
+import struct
 from collections import defaultdict
 
-from board import CONVERSIONS, Board
-from unicorn import UC_ARCH_ARM, UC_HOOK_MEM_WRITE, UC_MODE_MCLASS, UC_MODE_THUMB, Uc
-from unicorn.arm_const import UC_CPU_ARM_CORTEX_M4
+from board import CONVERSIONS, Board, Wrong
+from unicorn import (UC_ARCH_ARM, UC_ERR_FETCH_PROT, UC_ERR_READ_PROT, UC_HOOK_MEM_WRITE, UC_MODE_MCLASS, UC_MODE_THUMB,
+                     UC_PROT_ALL, UC_PROT_NONE, Uc, UcError)
+from unicorn.arm_const import UC_ARM_REG_LR, UC_ARM_REG_PC, UC_ARM_REG_PRIMASK, UC_ARM_REG_SP, UC_CPU_ARM_CORTEX_M4
 
 FLASH, FLASH_BYTES, SECTOR = 0x0800_0000, 512 * 1024, 16 * 1024
-# 3.3, table 4: sectors 1 to 3 are 16 KiB, sector 7 the last 128 KiB. What the device writes; the rest is the image's.
-WRITABLE = ((FLASH + SECTOR, 3 * SECTOR), (FLASH + 384 * 1024, 128 * 1024))
+# 3.3, table 4: sectors 1 to 3 are 16 KiB, sector 4 is 64 KiB. What the device writes; the rest is the image's.
+SECTORS = {1: (0, SECTOR), 2: (SECTOR, SECTOR), 3: (2 * SECTOR, SECTOR), 4: (3 * SECTOR, 4 * SECTOR)}
+WRITABLE, WRITABLE_BYTES = FLASH + SECTOR, 7 * SECTOR
+# The image's: the vector table, and code from sector 5 on.
+IMAGE = ((FLASH, SECTOR), (FLASH + 8 * SECTOR, FLASH_BYTES - 8 * SECTOR))
+# In this order the device has them.
+PLACES = (1, 4, 2, 3)
 RAM, RAM_BYTES = 0x2000_0000, 128 * 1024
 PERIPHERALS, PERIPHERALS_BYTES, BIT_BAND = 0x4000_0000, 0x30000, 0x4200_0000
 AIRCR, AIRCR_RESET = 0xE000_ED0C, 0x05FA_0004
+# PM0214, 4.4 and 4.5: the table of vectors, aligned to its 128 words; SysTick, exception 15, by the processor's clock.
+VTOR, TABLE_BYTES, SYSTICK, SYSTICK_VECTOR, SYSTICK_ON = 0xE000_ED08, 512, 0xE000_E010, 15, 0b111
+# 2.3.7: the registers that an exception stacks where the FPU is in use, and a place to return to that is none of the image's.
+FRAME_BYTES, RETURN = 26 * 4, 0x1FFF_0000
 
 # 2.2.2, register boundary addresses.
 TIM2, TIM5, IWDG, USART2, PWR = 0x4000_0000, 0x4000_0C00, 0x4000_3000, 0x4000_4400, 0x4000_7000
@@ -34,8 +50,8 @@ HSE_HZ, LSI_HZ = 8_000_000, 32_000
 # 3.8.5: FLASH_CR and FLASH_SR.
 PG, SER, PSIZE_WORD, STRT, LOCK = 1, 2, 0b10 << 8, 1 << 16, 1 << 31
 BUSY, SEQUENCE_ERROR, PROTECTION_ERROR, EOP = 1 << 16, 1 << 7, 1 << 4, 1
-# Looks at the status register within which a word is programmed; an erase takes 250 ms (data sheet, table 47).
-WORD_LOOKS, ERASE_MS = 2, 250
+# Looks at the status register within which a word is programmed; how long an erase takes at most (data sheet, table 47).
+WORD_LOOKS, ERASE_MS = 2, {SECTOR: 500, 4 * SECTOR: 1100}
 OVR = 1 << 5  # 13.13.1: ADC_SR
 # Bytes of the line between two looks of the main loop at the potentiometer; loops after which nothing is left to say.
 BYTES_A_LOOP, QUIET_LOOPS = 8, 400
@@ -71,10 +87,10 @@ class Machine(Board):
     def __init__(self, elf):
         super().__init__(elf)
         for at, data in self.image:
-            for begin, length in WRITABLE:
-                assert at + len(data) <= begin or at >= begin + length, "code in a sector that is erased"
+            end = WRITABLE + WRITABLE_BYTES
+            assert at + len(data) <= WRITABLE or at >= end, "code in a sector that is erased"
         self.options = 0x0FFF_AAED  # 3.8.6: as they come, the brown-out reset off
-        self.sectors = {begin: bytearray(b"\xff" * length) for begin, length in WRITABLE}
+        self.sectors = bytearray(b"\xff" * WRITABLE_BYTES)
         self.power_on("power")
 
     def power_on(self, cause, ram=None):
@@ -83,17 +99,17 @@ class Machine(Board):
         csr = {"power": 1 << 27, "watchdog": 1 << 29 | 1 << 26, "software": 1 << 28 | 1 << 26}[cause]
         self.uc = uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
         uc.ctl_set_cpu_model(UC_CPU_ARM_CORTEX_M4)
-        begin = FLASH
-        for writable, length in WRITABLE:
-            uc.mem_map(begin, writable - begin)
-            uc.mem_write(begin, b"\xff" * (writable - begin))
-            self.map_device(writable, length, self.read_flash, self.write_flash)
-            begin = writable + length
+        for begin, length in IMAGE:
+            uc.mem_map(begin, length)
+            uc.mem_write(begin, b"\xff" * length)
+        self.map_device(WRITABLE, WRITABLE_BYTES, self.read_flash, self.write_flash)
         for at, data in self.image:
             uc.mem_write(at, data)
         uc.mem_map(RAM, RAM_BYTES)
         uc.mem_write(RAM, ram or b"\xa5" * RAM_BYTES)
+        uc.mem_map(RETURN, 0x1000)
         uc.mem_map(0xE000_0000, 0x100000)
+        uc.mem_write(VTOR, struct.pack("<I", FLASH))
         self.map_device(PERIPHERALS, PERIPHERALS_BYTES, self.read, self.write)
         self.map_device(BIT_BAND, PERIPHERALS_BYTES * 32, self.read_bit, self.write_bit)
         uc.hook_add(UC_HOOK_MEM_WRITE, self.system_control, begin=AIRCR, end=AIRCR + 3)
@@ -101,7 +117,8 @@ class Machine(Board):
         self.registers.update({RCC_CR: 0x83, RCC_PLLCFGR: 0x2400_3010, RCC_CSR: csr, FLASH_CR: LOCK,
                                IWDG + 8: 0xFFF, FLASH_OPTCR: self.options})
         self.adc, self.link = Stream(self, DMA2 + 0x10), Stream(self, DMA1 + 0x10 + 0x18 * 5)
-        self.keys, self.busy, self.erasing = [], 0, 0
+        self.keys, self.busy, self.erasing, self.closed = [], 0, 0, False
+        self.pending, self.handling, self.ticked_ms = False, False, 0
         self.begun, self.fed_ms, self.transmitting = False, 0, 0
         self.begin()
 
@@ -111,22 +128,20 @@ class Machine(Board):
 
     # The flash (3.5): words are programmed where the interface is open for it, bits only cleared.
 
-    def sector_of(self, at):
-        begin = next(b for b, length in WRITABLE if b <= at < b + length)
-        return self.sectors[begin], at - begin
-
     def read_flash(self, at, size):
-        memory, offset = self.sector_of(at)
-        return int.from_bytes(memory[offset:offset + size], "little")
+        if self.erasing:
+            raise Wrong(f"the flash is read at {at:#x} while a sector is erased")
+        offset = at - WRITABLE
+        return int.from_bytes(self.sectors[offset:offset + size], "little")
 
     def write_flash(self, at, size, value):
         control = self.registers[FLASH_CR]
         if control & LOCK or not control & PG or control & 0x300 != PSIZE_WORD or size != 4 or at % 4 or self.busy:
             self.registers[FLASH_SR] |= SEQUENCE_ERROR
             return
-        memory, offset = self.sector_of(at)
-        old = int.from_bytes(memory[offset:offset + 4], "little")
-        memory[offset:offset + 4] = (old & value).to_bytes(4, "little")
+        offset = at - WRITABLE
+        old = int.from_bytes(self.sectors[offset:offset + 4], "little")
+        self.sectors[offset:offset + 4] = (old & value).to_bytes(4, "little")
         self.busy = WORD_LOOKS
 
     def control_flash(self, value):
@@ -136,17 +151,14 @@ class Machine(Board):
         self.registers[FLASH_CR] = value & ~STRT
         if value & STRT and value & SER:
             number = value >> 3 & 0xF
-            if number in (1, 2, 3):
-                memory, offset, length = self.sectors[WRITABLE[0][0]], (number - 1) * SECTOR, SECTOR
-            elif number == 7:
-                memory, offset, length = self.sectors[WRITABLE[1][0]], 0, 128 * 1024
-            else:
+            if number not in SECTORS:
                 raise RuntimeError(f"the image erases sector {number}, which holds code")
-            memory[offset:offset + length] = b"\xff" * length
-            self.erasing = ERASE_MS
+            offset, length = SECTORS[number]
+            self.sectors[offset:offset + length] = b"\xff" * length
+            self.erasing = ERASE_MS[length]
 
     def flash_status(self):
-        """A look at the status while it is busy: the processor stands still, conversions go on (3.5)."""
+        """A look at the status; while a sector is erased a millisecond goes by with each, and conversions go on (3.5)."""
         if self.erasing:
             self.erasing -= 1
             self.tick()
@@ -156,9 +168,67 @@ class Machine(Board):
             return self.registers[FLASH_SR] | BUSY
         return self.registers[FLASH_SR] | EOP
 
+    # The processor. It is stopped at a read of a register where SysTick is due and where the flash, none of the program's
+    # while a sector is erased, closes or opens; the read is done again after it.
+
+    def interrupts(self):
+        due = self.pending and not self.uc.reg_read(UC_ARM_REG_PRIMASK) & 1
+        if due or self.closed != bool(self.erasing):
+            self.uc.emu_stop()
+            return True
+        return False
+
+    def execute(self):
+        self.finished = False
+        while not (self.finished or self.reset_by):
+            if self.closed != bool(self.erasing):
+                self.closed = not self.closed
+                for begin, length in IMAGE:
+                    self.uc.mem_protect(begin, length, UC_PROT_NONE if self.closed else UC_PROT_ALL)
+                self.uc.ctl_flush_tb()
+            if self.pending and not self.uc.reg_read(UC_ARM_REG_PRIMASK) & 1:
+                self.interrupt()
+            self.go(0xFFFF_FFFF)
+            self.pc = self.uc.reg_read(UC_ARM_REG_PC) | 1
+
+    def go(self, until):
+        try:
+            self.uc.emu_start(self.pc, until)
+        except UcError as error:
+            at = self.uc.reg_read(UC_ARM_REG_PC)
+            if error.errno in (UC_ERR_FETCH_PROT, UC_ERR_READ_PROT):
+                raise Wrong(f"the flash is touched at {at:#x} while a sector is erased") from error
+            raise RuntimeError(f"{error} at {at:#x}") from error
+
+    def interrupt(self):
+        """SysTick's handler: what the architecture stacks, and the registers as they were after it."""
+        uc = self.uc
+        table, = struct.unpack("<I", bytes(uc.mem_read(VTOR, 4)))
+        assert table % TABLE_BYTES == 0, "the vectors are not aligned"
+        if self.closed and table < RAM:
+            raise Wrong("a vector is taken from the flash while a sector is erased")
+        before, program = uc.context_save(), self.pc
+        stack = uc.reg_read(UC_ARM_REG_SP) - FRAME_BYTES & ~7
+        uc.mem_write(stack, bytes(FRAME_BYTES))
+        uc.reg_write(UC_ARM_REG_SP, stack)
+        uc.reg_write(UC_ARM_REG_LR, RETURN | 1)
+        self.pc, = struct.unpack("<I", bytes(uc.mem_read(table + 4 * SYSTICK_VECTOR, 4)))
+        self.pending, self.handling = False, True
+        self.go(RETURN)
+        assert uc.reg_read(UC_ARM_REG_PC) == RETURN and uc.reg_read(UC_ARM_REG_SP) == stack, "it does not return"
+        uc.context_restore(before)
+        self.pc, self.handling = program, False
+
+    def misplace(self):
+        table, = struct.unpack("<I", bytes(self.uc.mem_read(VTOR, 4)))
+        in_flash = bytes(self.uc.mem_read(FLASH + 4 * 14, 4))
+        self.uc.mem_write(table + 4 * SYSTICK_VECTOR, in_flash)
+
     # The peripherals.
 
     def read(self, at, size):
+        if self.interrupts():
+            return 0
         word, shift = at & ~3, 8 * (at & 3)
         value = self.registers[word]
         if word == RCC_CR:  # 6.3.1: HSIRDY, HSERDY, PLLRDY follow their switches
@@ -175,7 +245,8 @@ class Machine(Board):
             value = 0 if self.transmitting else 0xC0
             self.transmitting = max(self.transmitting - 1, 0)
         elif word == TIM5 + 0x24:
-            self.look()
+            if not self.handling:
+                self.look()
             value = self.registers[word]
         return value >> shift & (1 << 8 * size) - 1
 
@@ -241,11 +312,15 @@ class Machine(Board):
 
     # Time: a millisecond with each sixteen conversions.
 
-    def timer_hz(self):
-        """How often TIM2 comes round (6.2, 17.4): the PLL from HSE, APB1's timers at twice its clock where that is divided."""
+    def system_hz(self):
+        """The PLL from HSE (6.2)."""
         pll, cfgr = self.registers[RCC_PLLCFGR], self.registers[RCC_CFGR]
         assert cfgr & 3 == 2 and pll >> 22 & 1 and self.registers[RCC_CR] & 1 << 18, "not on HSE in bypass and the PLL"
-        system = HSE_HZ // (pll & 0x3F) * (pll >> 6 & 0x1FF) // (2 * (pll >> 16 & 3) + 2)
+        return HSE_HZ // (pll & 0x3F) * (pll >> 6 & 0x1FF) // (2 * (pll >> 16 & 3) + 2)
+
+    def timer_hz(self):
+        """How often TIM2 comes round (6.2, 17.4): APB1's timers have twice its clock where that is divided."""
+        system, cfgr = self.system_hz(), self.registers[RCC_CFGR]
         divided = {4: 2, 5: 4, 6: 8, 7: 16}.get(cfgr >> 10 & 7, 1)
         self.apb1_hz = system // divided
         timer = self.apb1_hz * (2 if divided > 1 else 1)
@@ -276,6 +351,9 @@ class Machine(Board):
             return
         self.now_ms += 1
         self.quiet = 0
+        control, reload = struct.unpack("<2I", bytes(self.uc.mem_read(SYSTICK, 8)))
+        if control & SYSTICK_ON == SYSTICK_ON and self.now_ms - self.ticked_ms >= 1000 * (reload + 1) / self.system_hz():
+            self.pending, self.ticked_ms = True, self.now_ms
         # 22.3: the prescaler is 4 times two to the PR.
         after_ms = 1000 * (4 << self.registers[IWDG + 4]) * (self.registers[IWDG + 8] + 1) / LSI_HZ
         if self.begun and self.now_ms - self.fed_ms > after_ms:
@@ -296,6 +374,7 @@ class Machine(Board):
             self.tick()
         self.quiet += 1
         if self.quiet > QUIET_LOOPS and not (self.wanted or self.stall_ms):
+            self.finished = True
             self.uc.emu_stop()
 
     def transmitting_backlog(self):
@@ -306,14 +385,21 @@ class Machine(Board):
         self.registers[ADC1] |= OVR
 
     def flash(self):
-        kept = (WRITABLE[0][0], 3 * SECTOR), (WRITABLE[1][0], SECTOR)
-        return "flash " + b"".join(bytes(self.sectors[begin][:length]) for begin, length in kept).hex()
+        places = (SECTORS[number][0] for number in PLACES)
+        return "flash " + b"".join(bytes(self.sectors[begin:begin + SECTOR]) for begin in places).hex()
+
+    def ram(self):
+        """Bytes that have been used of it: of the stack, below the variables, down to what is as power has left it."""
+        below = bytes(self.uc.mem_read(RAM, self.symbols["_stack_start"] - RAM))
+        return len(below.lstrip(b"\xa5")) + self.symbols["__sheap"] - self.symbols["_stack_start"]
+
+    COMMANDS = Board.COMMANDS + ("misplace",)
 
     def state(self):
         rate_hz = self.timer_hz()
         baud = self.apb1_hz / self.registers[USART_BRR]
         lit = self.registers[GPIOA + 0x18]
-        return f"state rate_hz={rate_hz} baud={baud:.0f} bsrr={lit} now_ms={self.now_ms} latency={self.registers[FLASH_ACR] & 15} options={self.options:#x}"
+        return f"state rate_hz={rate_hz} baud={baud:.0f} bsrr={lit} now_ms={self.now_ms} latency={self.registers[FLASH_ACR] & 15} options={self.options:#x} ram={self.ram()}"
 
 
 if __name__ == "__main__":

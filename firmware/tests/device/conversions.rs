@@ -6,6 +6,7 @@ use yawrig_firmware::input::Input;
 use yawrig_firmware::ring::Reader;
 use yawrig_firmware::sensors::potentiometer::Potentiometer;
 use yawrig_firmware::slots::MemoryFlash;
+use yawrig_firmware::sums::Sums;
 use yawrig_shared::wire::{Phase, Reply, Request, Settings, STREAM_CHUNK};
 
 #[test]
@@ -248,6 +249,51 @@ fn a_conversion_that_went_missing_costs_the_time_that_went_by() {
         assert!(!give(CONVERSIONS + conversions, None, &mut desk));
         assert_eq!(desk.status().lost_samples, lost, "{conversions}");
         assert_eq!(desk.device.samples(), 1 + lost);
+    }
+}
+
+/// What an interrupt sums up in time is given to the device whole and in order, the count of conversions and of samples going
+/// round or not; what it was too late for is missing, and says so.
+#[test]
+fn samples_are_summed_up_in_time_and_kept_for_the_program() {
+    const RING: usize = 64;
+    let sums = Sums::<RING, 16>::new();
+    let mut desk = Desk::new(MemoryFlash::new());
+    let (mut reader, mut input) = (Reader::new(), Input::new(Potentiometer::<CONVERSIONS>));
+    // Each sample of another count; the converter's upper bits may hold anything.
+    let reading = |first: u32| move |at: usize| 0xf000 | (first + at as u32 / CONVERSIONS) as u16;
+    assert_eq!(desk.ask(&Request::Stream { samples: 1 << 20 }), Reply::Done);
+    // Twice a few, with the last reading still on its way, or one more come than was counted.
+    for (written, triggers) in [(24, 25), (40, 39)] {
+        sums.collect(triggers, written, reading(100));
+    }
+    assert!(sums.give(&mut reader, &mut input, &mut desk.device));
+    assert!(!sums.give(&mut reader, &mut input, &mut desk.device));
+    assert_eq!((desk.device.samples(), desk.status().lost_samples), (2, 0));
+    // The program stays away: what is not kept is lost.
+    for sample in 3..=22_u32 {
+        let written = sample * CONVERSIONS;
+        sums.collect(written, written % RING as u32, reading(sample / 4 * 4 + 96));
+    }
+    assert!(sums.give(&mut reader, &mut input, &mut desk.device));
+    assert_eq!((desk.device.samples(), desk.status().lost_samples), (22, 20 - (16 - 8)));
+    // The interrupt does: readings were overwritten, and nothing is summed up until all begins anew.
+    let late = 22 * CONVERSIONS + RING as u32;
+    sums.collect(late, late % RING as u32, reading(0));
+    assert!(sums.is_torn());
+    sums.collect(late + CONVERSIONS, (late + CONVERSIONS) % RING as u32, reading(0));
+    assert!(!sums.give(&mut reader, &mut input, &mut desk.device));
+    desk.device.lost(sums.begin_anew(late + CONVERSIONS));
+    let mut reader = Reader::new();
+    assert_eq!((desk.device.samples(), sums.is_torn()), (27, false));
+    sums.collect(CONVERSIONS, CONVERSIONS, reading(7));
+    assert!(sums.give(&mut reader, &mut input, &mut desk.device));
+    // A conversion without its reading is missing, too: as much time as has gone by, at least a sample.
+    for (conversions, lost) in [(2, 1), (17, 1), (25, 2), (160, 10)] {
+        sums.collect(CONVERSIONS + conversions, CONVERSIONS + conversions + 2 & 63, reading(0));
+        assert!(sums.is_torn());
+        assert_eq!(sums.begin_anew(CONVERSIONS + conversions), lost);
+        sums.collect(CONVERSIONS, CONVERSIONS, reading(0));
     }
 }
 

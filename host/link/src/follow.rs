@@ -304,13 +304,24 @@ pub fn learnt_text(learnt: &Learnt) -> String {
 /// The same as JSON.
 pub fn learnt_json(learnt: &Learnt) -> Value {
     let Learnt { releases, kept, forgotten } = *learnt;
-    let forgotten = forgotten.map(|why| match why {
+    let forgotten = forgotten.map(forgotten_name);
+    json!({"releases": releases, "kept": kept, "forgotten": forgotten})
+}
+
+/// Why the device forgot what it had learnt, as JSON names it.
+pub fn forgotten_name(why: Forgotten) -> &'static str {
+    match why {
         Forgotten::Rig => "rig",
         Forgotten::Network => "network",
         Forgotten::Contradicted => "contradicted",
         Forgotten::Damaged => "damaged",
-    });
-    json!({"releases": releases, "kept": kept, "forgotten": forgotten})
+    }
+}
+
+/// What has this name.
+pub fn forgotten_of(name: &str) -> Option<Forgotten> {
+    let all = [Forgotten::Rig, Forgotten::Network, Forgotten::Contradicted, Forgotten::Damaged];
+    all.into_iter().find(|why| forgotten_name(*why) == name)
 }
 
 /// The event of such an object; none where it is no such object.

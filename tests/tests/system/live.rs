@@ -14,7 +14,7 @@ use yawrig_link::live::stored::Stored;
 use yawrig_link::port::{PortInfo, UsbId};
 use yawrig_rig::{Rig, Sensor, Start};
 use yawrig_shared::derivatives::{Model, Wind};
-use yawrig_shared::wire::{Condition, Event, Request, Settings};
+use yawrig_shared::wire::{Condition, Event, Forgotten, Request, Settings};
 use yawrig_tests::line::{Board, Line, Way};
 use yawrig_tests::PATIENCE;
 
@@ -448,4 +448,56 @@ fn a_reset_on_the_line_begins_the_stream_anew() {
     assert_eq!(Item::from_json(&item.to_json()).as_ref(), Some(item));
     let status = board.status();
     assert_eq!((status.settings, status.condition), (settings, Some(condition)));
+}
+
+/// Once, with its reason; a condition of the same rig is none.
+#[test]
+fn what_a_condition_makes_the_device_forget_is_said() {
+    let board = Board::default();
+    let of_rig = |rig| Condition {
+        rig,
+        wind: Wind { density_kg_m3: 1.2, speed_m_s: 0.0 },
+        model: Model { length_m: 0.625, frontal_area_m2: 0.036 },
+        inertia_kg_m2: 0.101,
+    };
+    board.tell(&Request::Condition(of_rig(7)));
+    // Let go at 14 deg twice, with 0.08 deg of noise.
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let Settings { degrees_per_count, zero_counts, .. } = Settings::default();
+    let releases: Vec<u16> = (0..24_000_u32)
+        .map(|k| {
+            let t = f64::from((k % 12_000).saturating_sub(2000)) * 1e-3;
+            let yaw_deg =
+                14.0 * (-0.36 * t).exp() * (12.0 * t).cos() + random.random_range(-0.14..0.14);
+            (f64::from(zero_counts) + yaw_deg / f64::from(degrees_per_count)).round() as u16
+        })
+        .collect();
+    board.samples(&releases);
+    let learnt = board.status().learnt;
+    assert!(learnt.releases > 0 && learnt.forgotten.is_none(), "{learnt:?}");
+    let line = board.plug();
+    let mut session = session(line.path());
+    let mut said = |rig| {
+        // One that is going on ends under the rig it began with.
+        board.tell(&Request::EndRelease { after_samples: 0 });
+        session.set_condition(of_rig(rig)).expect("a condition");
+        let mut items = Vec::new();
+        // Longer than until the device is asked again.
+        let until = Instant::now() + Duration::from_millis(1500);
+        while Instant::now() < until {
+            items.extend(session.next(Duration::from_millis(10)).expect("no fault"));
+        }
+        items.retain(|item| matches!(item, Item::Forgotten { .. }));
+        items
+    };
+    assert_eq!(said(7), []);
+    let items = said(8);
+    let [Item::Forgotten { releases, why: Forgotten::Rig, .. }] = items[..] else {
+        panic!("{items:?}")
+    };
+    assert_eq!(releases, learnt.releases);
+    assert_eq!(Item::from_json(&items[0].to_json()).as_ref(), Some(&items[0]));
+    let text = items[0].to_text("").expect("it is told");
+    assert!(text.ends_with(" of its network's error: another rig is mounted"), "{text}");
+    assert_eq!(said(9), [], "there was nothing left to forget");
 }

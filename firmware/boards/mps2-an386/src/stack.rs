@@ -28,11 +28,6 @@ pub fn paint() {
     }
 }
 
-/// Bytes of the stack now.
-pub fn depth() -> usize {
-    addr_of!(_stack_start) as usize - msp::read() as usize
-}
-
 /// Bytes of the deepest stack since [`paint`]; `None` where no paint is left, so that it may have been deeper.
 pub fn deepest() -> Option<usize> {
     let top = addr_of!(_stack_start) as usize;

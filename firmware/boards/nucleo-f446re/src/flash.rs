@@ -1,7 +1,8 @@
 //! The network's slots in the microcontroller's own flash (RM0390, chapter 3).
 //!
-//! There is one bank: while a sector is erased (0.25 s, at most 0.8 s; the large one 1 s, at most 2 s) or a word programmed (16 us) the processor
-//! waits at its next instruction. DMA does not: samples and bytes of the line go on into RAM.
+//! There is one bank: while a sector is erased (16 KiB in 0.25 s, at most 0.5 s; 64 KiB in 0.55 s, at most 1.1 s) or a word
+//! programmed (16 us) the processor waits at its next instruction of the flash. What waits for an erase is in RAM, as is
+//! what takes the samples meanwhile.
 
 use embedded_storage::nor_flash::{
     check_erase, check_read, check_write, ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash,
@@ -31,6 +32,8 @@ pub trait Controller {
     fn control(&self) -> u32;
     fn set_control(&mut self, value: u32);
     fn unlock(&mut self, key: u32);
+    /// Begins to erase, as these bits of CR say, and waits for the end; nothing of it is in the flash.
+    fn erase(&mut self, what: u32);
     /// Empties the data cache, which erasing does not.
     fn empty_cache(&mut self);
     /// A sector of [`SLOT_BYTES`].
@@ -38,13 +41,14 @@ pub trait Controller {
     fn write_word(&mut self, number: u32, offset: usize, word: u32);
 }
 
-/// Two slots and the lock's two places as one flash of four sectors: three of 16 KiB, and the first 16 KiB of a large one.
+/// Two slots and the lock's two places as one flash of four sectors: three of 16 KiB, and the first 16 KiB of a larger one.
 pub struct Slots<C> {
     controller: C,
 }
 
-/// Their numbers in the microcontroller. Sector 0 is the vector table's, and code begins at sector 4.
-pub const NUMBERS: [u32; 4] = [1, 2, 3, 7];
+/// Their numbers in the microcontroller. Sector 0 is the vector table's, and code begins at sector 5. The larger one is a
+/// network's: only the host has it erased, while the records' places are whenever what was learnt has filled one.
+pub const NUMBERS: [u32; 4] = [1, 4, 2, 3];
 
 /// In which of the microcontroller's sectors a byte is, and where in it.
 fn place(offset: usize) -> (u32, usize) {
@@ -110,7 +114,7 @@ impl<C: Controller> NorFlash for Slots<C> {
         check_erase(self, from, to)?;
         for at in (from as usize..to as usize).step_by(SLOT_BYTES) {
             let what = CR_SER | place(at).0 << CR_SNB | CR_PSIZE_WORD;
-            let erased = self.write_with(what, |c| c.set_control(what | CR_STRT));
+            let erased = self.write_with(what, |c| c.erase(what | CR_STRT));
             self.controller.empty_cache();
             erased?;
         }

@@ -36,7 +36,7 @@ use yawrig_firmware::memory::Memory;
 use yawrig_firmware::serial::{receive, send};
 use yawrig_shared::wire::Start;
 
-/// Longer than a sector takes to erase (2 s), even where the watchdog's own clock is fast by half.
+/// Longer than a sector takes to erase (1.1 s), even where the watchdog's own clock is fast by half.
 const WATCHDOG_MS: u32 = 4000;
 /// The ST-Link's 8 MHz come from a crystal that keeps to 50 ppm: as a standard uncertainty, over the root of three.
 const CLOCK_U_PPM: f32 = 29.0;
@@ -54,7 +54,7 @@ static mut NOTE: MaybeUninit<Note> = MaybeUninit::uninit();
 static mut MEMORY: MaybeUninit<Memory> = MaybeUninit::uninit();
 
 fn note(note: Note) {
-    // SAFETY: one processor, no interrupts; plain numbers, for which any bits are a value.
+    // SAFETY: one processor, whose interrupt has nothing to do with it; plain numbers, for which any bits are a value.
     unsafe { addr_of_mut!(NOTE).cast::<Note>().write_volatile(note) };
 }
 
@@ -92,6 +92,7 @@ fn main() -> ! {
         peripherals.DMA2,
         peripherals.TIM2,
         peripherals.TIM5,
+        cortex_m::Peripherals::take().expect("main runs once"),
         &mut rcc,
     );
     loop {

@@ -8,7 +8,7 @@ use yawrig_firmware::slots::SLOT_BYTES;
 
 const FLASH_AT: usize = 0x0800_0000;
 
-/// The microcontroller's flash: its registers, and the sectors 1 to 3 and 7.
+/// The microcontroller's flash: its registers, and the sectors 1 to 4.
 pub struct Registers {
     flash: FLASH,
 }
@@ -19,13 +19,25 @@ impl Registers {
     }
 }
 
-/// Where one of the sectors lies that hold no code: 1 to 3 are 16 KiB long, 7 is the last 128 KiB.
+/// Where one of the sectors lies that hold no code.
 fn address(number: u32) -> usize {
     match number {
         1..=3 => FLASH_AT + number as usize * SLOT_BYTES,
-        7 => FLASH_AT + 384 * 1024,
+        4 => FLASH_AT + 64 * 1024,
         _ => panic!("code"),
     }
+}
+
+/// In RAM: at an instruction of the flash the processor would stand still until the end, interrupts included.
+///
+/// # Safety
+/// `control` and `status` are the flash interface's, and the sector is one that [`address`] knows.
+#[inline(never)]
+#[link_section = ".data.erase"]
+unsafe fn erase(control: *mut u32, status: *const u32, what: u32) {
+    control.write_volatile(what);
+    dsb();
+    while status.read_volatile() & SR_BUSY != 0 {}
 }
 
 impl Controller for Registers {
@@ -51,6 +63,11 @@ impl Controller for Registers {
     fn unlock(&mut self, key: u32) {
         // SAFETY: the register is there for this.
         self.flash.keyr().write(|w| unsafe { w.bits(key) });
+    }
+
+    fn erase(&mut self, what: u32) {
+        // SAFETY: the sectors are those of the slots, as the one caller's tests show.
+        unsafe { erase(self.flash.cr().as_ptr(), self.flash.sr().as_ptr(), what) }
     }
 
     fn empty_cache(&mut self) {

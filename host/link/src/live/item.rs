@@ -1,13 +1,13 @@
 //! What happens while a device is followed, as text and as JSON.
 
 use crate::amplitude_trend::{trends, Trend};
-use crate::follow::{event_from_json, event_json, event_text};
+use crate::follow::{event_from_json, event_json, event_text, forgotten_name, forgotten_of};
 use serde::{Deserialize, Serialize};
 use serde_json::{json, Value};
 use std::fmt;
 use yawrig_shared::axis::Axis;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
-use yawrig_shared::wire::{Event, WindowResult};
+use yawrig_shared::wire::{Event, Forgotten, WindowResult};
 
 /// One thing that happened. `at` and `first` are numbers of samples in the session: 1 ms each, from 0.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +27,8 @@ pub enum Item {
     Restarted { at: u64, why: String },
     /// It had forgotten its settings and the condition of its releases, and has been sent them again.
     Restored { at: u64 },
+    /// It has forgotten what it had learnt of its network's error from so many releases.
+    Forgotten { at: u64, releases: u16, why: Forgotten },
     /// The port is there and the device does not answer.
     Silent { at: u64 },
     /// The device was unplugged.
@@ -105,6 +107,7 @@ impl Item {
             | Self::EventsLost { at, .. }
             | Self::Restarted { at, .. }
             | Self::Restored { at }
+            | Self::Forgotten { at, .. }
             | Self::Silent { at }
             | Self::Disconnected { at, .. }
             | Self::Back { at, .. }
@@ -134,6 +137,9 @@ impl Item {
             Self::EventsLost { count, .. } => ("events_lost", json!({"count": count})),
             Self::Restarted { why, .. } => ("restarted", json!({"why": why})),
             Self::Restored { .. } => ("restored", json!({})),
+            Self::Forgotten { releases, why, .. } => {
+                ("forgotten", json!({"releases": releases, "why": forgotten_name(*why)}))
+            }
             Self::Silent { .. } => ("silent", json!({})),
             Self::Disconnected { why, .. } => ("disconnected", json!({"why": why})),
             Self::Back { port, was, .. } => ("back", json!({"port": port, "was": was})),
@@ -170,6 +176,11 @@ impl Item {
             // Stored before it was told: without.
             "restarted" => Self::Restarted { at, why: text("why").unwrap_or_default() },
             "restored" => Self::Restored { at },
+            "forgotten" => Self::Forgotten {
+                at,
+                releases: number("releases")?.try_into().ok()?,
+                why: forgotten_of(object["why"].as_str()?)?,
+            },
             "silent" => Self::Silent { at },
             "disconnected" => Self::Disconnected { at, why: text("why")? },
             "back" => Self::Back { at, port: text("port")?, was: text("was")? },
@@ -220,6 +231,20 @@ impl Item {
             Self::Restored { .. } => {
                 "it had forgotten its settings and its releases' condition; they were sent again"
                     .to_owned()
+            }
+            Self::Forgotten { releases, why, .. } => {
+                let why = match why {
+                    Forgotten::Rig => "another rig is mounted",
+                    Forgotten::Network => "another network runs",
+                    Forgotten::Contradicted => {
+                        "a release showed that the rig is another than was said; see what is mounted"
+                    }
+                    Forgotten::Damaged => "its flash does not hold it as it was written",
+                };
+                let from = if *releases == 1 { "release" } else { "releases" };
+                format!(
+                    "the device forgot what {releases} {from} had taught it of its network's error: {why}"
+                )
             }
             Self::Silent { .. } => "the device does not answer; still asking".to_owned(),
             Self::Disconnected { why, .. } => {

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_shared::window::SAMPLE_RATE_HZ;
-use yawrig_shared::wire::{Condition, Event, Reply, Request, Samples, Settings, Status};
+use yawrig_shared::wire::{Condition, Event, Learnt, Reply, Request, Samples, Settings, Status};
 
 /// Samples asked for at a time, and how often: many questions may be lost before the stream ends.
 /// Where a simulated rig runs faster than real time, they are asked for when half are left.
@@ -57,6 +57,8 @@ pub struct Session {
     /// What a reset makes the device forget, as it last had it; and that it has.
     known: (Settings, Option<Condition>),
     forgotten: bool,
+    /// What it had learnt of its network's error when last asked.
+    learnt: Learnt,
 }
 
 /// From the device's numbers of samples to the session's.
@@ -111,6 +113,7 @@ impl Session {
             run: status.session,
             known: (status.settings, status.condition),
             forgotten: false,
+            learnt: status.learnt,
         };
         session.tell_device(&status);
         Ok(session)
@@ -145,7 +148,9 @@ impl Session {
         check(&condition)?;
         self.bench.client.tell(&Request::Condition(condition), "the condition of its releases")?;
         self.known.1 = Some(condition);
-        self.bench.client.status()
+        let status = self.bench.client.status()?;
+        self.notice_forgotten(&status);
+        Ok(status)
     }
 
     /// What happened next, waiting for it at most so long.
@@ -201,6 +206,7 @@ impl Session {
         let asked = asked.and_then(|status| {
             self.notice_reset(&status);
             self.silent = false;
+            self.notice_forgotten(&status);
             self.tell_device(&status);
             if self.forgotten {
                 self.remind(&status)?;
@@ -256,6 +262,14 @@ impl Session {
         if resets > self.resets {
             self.resets = resets;
             self.restarted(status);
+        }
+    }
+
+    /// Whether what it had learnt is less than it was, and it says why.
+    fn notice_forgotten(&mut self, status: &Status) {
+        let before = std::mem::replace(&mut self.learnt, status.learnt).releases;
+        if let Some(why) = status.learnt.forgotten.filter(|_| status.learnt.releases < before) {
+            self.items.push_back(Item::Forgotten { at: self.now(), releases: before, why });
         }
     }
 

@@ -2,27 +2,40 @@
 #![no_std]
 #![no_main]
 
-use core::mem::MaybeUninit;
 use core::ptr::addr_of_mut;
-use cortex_m_rt::entry;
+use core::sync::atomic::{AtomicU32, Ordering};
+use cortex_m::asm::{dsb, isb};
+use cortex_m::peripheral::SCB;
+use cortex_m::register::msp;
+use cortex_m_rt::{entry, exception};
 use cortex_m_semihosting::debug;
+use ed25519_compact::{KeyPair, Noise, Seed};
 use yawrig_firmware::device::Device;
-use yawrig_firmware::lock::{self, Challenge};
-use yawrig_firmware::slots::{MemoryFlash, Sector};
+use yawrig_firmware::slots::MemoryFlash;
+use yawrig_firmware::sums::Sums;
 use yawrig_firmware::BUILT_IN;
 use yawrig_mps2_an386::{digits, flash, say, stack, swing};
 use yawrig_shared::blob;
 use yawrig_shared::frame::Encoded;
-use yawrig_shared::wire::{self, Decoder, Refusal, Reply, Request, Signature, CHUNK};
+use yawrig_shared::wire::{
+    self, network_message, update_message, Decoder, Reply, Request, Signature, CHUNK,
+};
 
-type Board = Device<&'static mut MemoryFlash, false>;
+/// With a lock, as the boards that have a flash.
+type Board = Device<&'static mut MemoryFlash>;
+
+/// Lowest stack pointer of an interrupt that sums samples up.
+static LOWEST: AtomicU32 = AtomicU32::new(0);
+
+/// Whose key locks it.
+const SEED: [u8; 32] = [7; 32];
 
 #[entry]
 fn main() -> ! {
     stack::paint();
     // SAFETY: main runs once.
     let slots = unsafe { flash::erased() };
-    let mut device = Device::without_lock(slots, "mps2-an386");
+    let mut device = Device::stopped(slots, "mps2-an386");
     device.start();
     let device = &mut device;
     report("start");
@@ -32,77 +45,132 @@ fn main() -> ! {
         drain(device);
     }
     report("release");
-    write(device);
-    report("flash");
-    stack::paint();
-    check_signature();
-    let deepest = stack::deepest().expect("paint is left") - stack::depth();
-    say(&["signature ", digits(deepest as u32, 10, &mut [0; 10])]);
+    let written = write(device);
+    let signed = write_signed(device);
+    say_deepest("flash", written);
+    say_deepest("signed", signed);
+    say(&["interrupt ", digits(interrupt(), 10, &mut [0; 10])]);
     debug::exit(debug::EXIT_SUCCESS);
     unreachable!("QEMU was asked to exit")
 }
 
 /// Says the deepest stack so far, this much done.
 fn report(done: &str) {
-    let deepest = stack::deepest().expect("paint is left");
-    say(&["stack_", done, " ", digits(deepest as u32, 10, &mut [0; 10])]);
+    say_deepest(done, deepest());
+}
+
+fn say_deepest(done: &str, bytes: usize) {
+    say(&["stack_", done, " ", digits(bytes as u32, 10, &mut [0; 10])]);
+}
+
+fn deepest() -> usize {
+    stack::deepest().expect("paint is left")
 }
 
 fn drain(device: &mut Board) {
     while device.transmit().is_some() {}
 }
 
-/// Writes a network to either slot, as a host does.
-fn write(device: &mut Board) {
-    let bytes =
-        cortex_m::singleton!(: [u8; blob::LONGEST] = [0; blob::LONGEST]).expect("called once");
-    let bytes = &mut bytes[..BUILT_IN.len()];
-    bytes.copy_from_slice(BUILT_IN);
-    let mut sequence = 0;
-    let mut ask = |request| {
-        sequence += 1;
-        answer(device, sequence, &request)
-    };
-    for generation in 1..=2 {
-        blob::set_generation(bytes, generation).expect("a blob is compiled in");
-        ask(Request::FlashBegin { length: bytes.len() as u32 });
-        for (i, chunk) in bytes.chunks(CHUNK).enumerate() {
-            let bytes = chunk.iter().copied().collect();
-            ask(Request::FlashChunk { offset: (i * CHUNK) as u32, bytes });
-        }
-        ask(Request::FlashTrial);
-        ask(Request::FlashCommit);
-    }
-    let Some(Reply::Status(status)) = ask(Request::Status) else { panic!("no status") };
-    assert!(status.network.generation == 2 && !status.network.on_trial, "the second one runs");
+/// Bytes that an interrupt which sums samples up takes of the stack; the FPU's registers are among them, since the device
+/// computes with it.
+#[inline(never)]
+fn interrupt() -> u32 {
+    let before = msp::read();
+    SCB::set_pendst();
+    dsb();
+    isb();
+    before - LOWEST.load(Ordering::Relaxed)
 }
 
-/// Checks a signature to its end, which is that it is a wrong one, as a board with a lock does.
+#[exception]
+fn SysTick() {
+    sum_up();
+}
+
 #[inline(never)]
-fn check_signature() {
-    /// A point of the curve (RFC 8032, 7.1, test 1), and so a public key and a signature's first half.
-    const POINT: [u8; 32] = [
-        0xd7, 0x5a, 0x98, 0x01, 0x82, 0xb1, 0x0a, 0xb7, 0xd5, 0x4b, 0xfe, 0xd3, 0xc9, 0x64, 0x07,
-        0x3a, 0x0e, 0xe1, 0x72, 0xf3, 0xda, 0xa6, 0x23, 0x25, 0xaf, 0x02, 0x1a, 0x68, 0xf7, 0x07,
-        0x51, 0x1a,
-    ];
-    // None of the RAM that the stack has on a board.
-    #[link_section = ".flash_stand_in"]
-    static mut LOCKABLE: MaybeUninit<MemoryFlash> = MaybeUninit::uninit();
-    // SAFETY: called once.
-    let flash = unsafe { flash::erase(addr_of_mut!(LOCKABLE)) };
-    lock::lock(flash, &POINT).expect("a key");
-    let mut signature = Signature::from_slice(&POINT).expect("half of it");
-    signature.resize(64, 1).expect("64 bytes");
-    let challenge = Challenge { number: 1, nonce: 1 };
-    let checked = lock::check_network(
-        flash,
-        Sector::First,
-        0..BUILT_IN.len(),
-        Some(challenge),
-        Some(&signature),
-    );
-    assert!(checked == Err(Refusal::WrongSignature));
+fn sum_up() {
+    static SUMS: Sums<256, 1024> = Sums::new();
+    SUMS.collect(16, 16, |at| {
+        LOWEST.store(msp::read(), Ordering::Relaxed);
+        at as u16
+    });
+}
+
+/// Writes a network to either slot, as a host does; the deepest stack by then.
+fn write(device: &mut Board) -> usize {
+    for generation in 1..=2 {
+        let bytes = network(generation);
+        ask(device, &Request::FlashBegin { length: bytes.len() as u32 });
+        write_chunks(device, bytes);
+        ask(device, &Request::FlashTrial);
+        ask(device, &Request::FlashCommit);
+    }
+    runs(device, 2);
+    deepest()
+}
+
+/// The same on a locked device, which checks both of an update's signatures; the deepest stack of it. What signs is none of
+/// the device's: its stack is painted over.
+fn write_signed(device: &mut Board) -> usize {
+    ask(device, &Request::Lock { key: *KeyPair::from_seed(Seed::new(SEED)).pk });
+    let Some(Reply::Challenge { number, nonce }) = ask(device, &Request::Challenge) else {
+        panic!("it is locked")
+    };
+    let bytes = network(3);
+    let length = bytes.len() as u32;
+    let signature = signed(&update_message(number, nonce, length), &[]);
+    stack::paint();
+    ask(device, &Request::FlashPermit { length, signature });
+    ask(device, &Request::FlashBegin { length });
+    write_chunks(device, bytes);
+    let before = deepest();
+    let signature = signed(&network_message(number, nonce), bytes);
+    stack::paint();
+    ask(device, &Request::FlashSignature { signature });
+    ask(device, &Request::FlashTrial);
+    ask(device, &Request::FlashCommit);
+    runs(device, 3);
+    before.max(deepest())
+}
+
+fn network(generation: u32) -> &'static [u8] {
+    static mut BYTES: [u8; BUILT_IN.len()] = [0; BUILT_IN.len()];
+    // SAFETY: the last one has been written.
+    let bytes = unsafe { &mut *addr_of_mut!(BYTES) };
+    bytes.copy_from_slice(BUILT_IN);
+    blob::set_generation(bytes, generation).expect("a blob is compiled in");
+    bytes
+}
+
+fn write_chunks(device: &mut Board, bytes: &[u8]) {
+    for (i, chunk) in bytes.chunks(CHUNK).enumerate() {
+        let bytes = chunk.iter().copied().collect();
+        ask(device, &Request::FlashChunk { offset: (i * CHUNK) as u32, bytes });
+    }
+}
+
+fn runs(device: &mut Board, generation: u32) {
+    let Some(Reply::Status(status)) = ask(device, &Request::Status) else { panic!("no status") };
+    assert!(status.network.generation == generation && !status.network.on_trial, "it runs");
+}
+
+#[inline(never)]
+fn signed(message: &[u8], rest: &[u8]) -> Signature {
+    let key = KeyPair::from_seed(Seed::new(SEED)).sk;
+    let mut state = key.sign_incremental(Noise::new([0; Noise::BYTES]));
+    state.absorb(message);
+    state.absorb(rest);
+    Signature::from_slice(&*state.sign()).expect("64 bytes")
+}
+
+fn ask(device: &mut Board, request: &Request) -> Option<Reply> {
+    static mut SEQUENCE: u16 = 0;
+    // SAFETY: the only place that has it.
+    let sequence = unsafe { &mut *addr_of_mut!(SEQUENCE) };
+    *sequence += 1;
+    let reply = answer(device, *sequence, request);
+    assert!(!matches!(reply, None | Some(Reply::Refused(_))), "it is done");
+    reply
 }
 
 /// The device's answer. What the host would need for it is none of the device's stack: it is done with before
