@@ -10,6 +10,7 @@
 //! The flash keeps it ([`crate::records`]): 0 rig u32, 4 network u32, then the lines, little-endian `f32`s. After a reset it
 //! holds as soon as the same rig is said to be mounted; what was forgotten is superseded in the flash, too.
 
+use crate::estimator::by_noise;
 use crate::records::{append, newest, Tag};
 use embedded_storage::nor_flash::NorFlash;
 use yawrig_shared::checksum::crc32_of;
@@ -252,6 +253,7 @@ impl Learning {
         Estimate {
             natural_frequency_rad_s: add(0, estimate.natural_frequency_rad_s),
             damping_ratio: add(1, estimate.damping_ratio),
+            ..*estimate
         }
     }
 
@@ -275,14 +277,8 @@ impl Learning {
         let Some(seen) = self.seen.take_if(|seen| seen.release == release) else { return };
         let found: [_; 2] = core::array::from_fn(|output| {
             let (mean, truth) = (seen.means[output], refined[output]);
-            let scatter = mean.u * mean.u;
-            let windows = f32::from(seen.windows);
-            // The scatter of few windows says little of itself (Student); that of the fewest nothing.
-            let noise = if seen.windows > 4 {
-                scatter * (windows - 1.0) / (windows - 3.0)
-            } else {
-                scatter.max(seen.single[output] * seen.single[output] / windows)
-            };
+            let single = seen.single[output] * seen.single[output];
+            let noise = by_noise(mean.u * mean.u, seen.windows, single);
             (truth.value - mean.value, noise + truth.u * truth.u)
         });
         let contradicts = (0..2).any(|output| {

@@ -491,11 +491,14 @@ impl Measuring {
             (0..2).for_each(|output| corrected[output].u = means[output].u);
         }
         let [natural_frequency_rad_s, damping_ratio] = corrected;
+        let numbers = context.network.map(|network| current.windows.numbers(network));
+        let numbers = numbers.unwrap_or_default();
         let mean = Estimate {
             natural_frequency_rad_s: natural_frequency_rad_s.value,
             damping_ratio: damping_ratio.value,
+            numbers: numbers.iter().map(|number| number.value).collect(),
         };
-        let outside = context.network.is_some_and(|network| !network.range.holds(&mean));
+        let outside = context.network.is_some_and(|network| !network.holds(&mean));
         if outside && current.windows.count() > 0 {
             flags.set(Flags::OUT_OF_RANGE);
         }
@@ -519,6 +522,7 @@ impl Measuring {
             windows: current.windows.count(),
             natural_frequency_rad_s,
             damping_ratio,
+            numbers,
             derivatives,
             flags,
         };

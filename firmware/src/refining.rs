@@ -196,7 +196,7 @@ impl Refining {
         self.record.end_before(self.useless_from.unwrap_or(end));
         let count = self.record.points().len();
         let per_point = self.seconds_per_point();
-        let Estimate { natural_frequency_rad_s: wn, damping_ratio: zeta } = estimate;
+        let Estimate { natural_frequency_rad_s: wn, damping_ratio: zeta, .. } = estimate;
         let decay = f64::from(zeta * wn);
         let frequency = f64::from(wn * libm::sqrtf(1.0 - zeta * zeta));
         if count >= FEWEST_POINTS && frequency > 0.0 && decay.abs() < frequency {

@@ -47,6 +47,10 @@ impl Swings {
         let decrement = libm::logf(self.first_deg / self.last_deg) / half_cycles;
         let phase =
             libm::sqrtf(core::f32::consts::PI * core::f32::consts::PI + decrement * decrement);
-        Some(Estimate { natural_frequency_rad_s: phase / half_s, damping_ratio: decrement / phase })
+        Some(Estimate {
+            natural_frequency_rad_s: phase / half_s,
+            damping_ratio: decrement / phase,
+            ..Estimate::default()
+        })
     }
 }

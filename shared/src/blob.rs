@@ -5,23 +5,29 @@
 //! 8  payload length    12 generation           16 payload CRC-32   20 CRC-32 of bytes 0..20
 //! 24 payload: postcard of [`Payload`]; one without `from_counts` may end before it
 //! ```
+//! Format 3 has before the payload what else than natural frequency and damping ratio the network says: [`Number`]s and
+//! their names. A network that says those two alone is of format 2.
+//!
 //! Numbers are little-endian. The envelope never changes, so a device can always tell a blob it
 //! is too old for from a broken one.
 
 use crate::checksum::{crc32, crc32_of_pieces};
 use crate::features::{features, Inputs, MOST_INPUTS};
 use crate::history::{History, Moment};
-use crate::network::{Network, NetworkError, OUTPUTS};
+use crate::network::{Network, NetworkError, Number, MOST_NUMBERS, MOST_OUTPUTS};
 use crate::source::{in_memory, Bytes, Source};
 use crate::window::Window;
 use heapless::{String, Vec};
 use postcard::Deserializer;
 use postcard_schema::Schema;
+use serde::ser::{SerializeTuple, Serializer};
 use serde::{Deserialize, Serialize};
 
 pub const MAGIC: [u8; 4] = *b"YRN1";
 /// 2: the number of inputs is the network's own, layers may be linear, the model it was trained on is named.
 pub const FORMAT: u16 = 2;
+/// 3: the network says numbers of effects, too.
+pub const FORMAT_WITH_NUMBERS: u16 = 3;
 pub const ENVELOPE: usize = 24;
 /// Longest blob: weights of 4 KiB, golden vectors and the rest.
 pub const LONGEST: usize = 8192;
@@ -29,16 +35,32 @@ pub const LONGEST: usize = 8192;
 pub const GOLDEN: core::ops::RangeInclusive<usize> = 2..=4;
 
 /// One input vector and the bits the network must make of it on any machine.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Golden {
     /// Scaled inputs, as bits of `f32`.
     pub inputs: Vec<u32, MOST_INPUTS>,
-    /// Natural frequency (rad/s) and damping ratio, as bits of `f32`.
-    pub outputs: [u32; OUTPUTS],
+    pub outputs: OutputBits,
+}
+
+/// All that a network says of a window, as bits of `f32`: natural frequency (rad/s), damping ratio, numbers of effects.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutputBits(pub Vec<u32, MOST_OUTPUTS>);
+
+/// One after the other: how many there are the network says.
+impl Serialize for OutputBits {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut all = serializer.serialize_tuple(self.0.len())?;
+        self.0.iter().try_for_each(|bits| all.serialize_element(bits))?;
+        all.end()
+    }
 }
 
 /// Identifiers of effects, apart by spaces; empty: the second-order response alone.
 pub type EffectIds = String<96>;
+
+/// A line for each number of an effect: the effect's place among the identifiers, from 0, a dot, the number's name, a
+/// space and its unit.
+pub type NumberNames = String<40>;
 
 /// How a network came about.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -52,6 +74,9 @@ pub struct Provenance {
     pub noise: [f32; 2],
     /// Effects of the model it was trained on.
     pub effects: EffectIds,
+    /// Those of the network's numbers.
+    #[serde(skip)]
+    pub numbers: NumberNames,
 }
 
 /// What the envelope is about.
@@ -61,7 +86,7 @@ pub struct Payload {
     pub provenance: Provenance,
     pub golden: Vec<Golden, 4>,
     /// Bits that the network must make of [`from_counts`]' window, by the features and the logarithm before it, too.
-    pub from_counts: Option<[u32; OUTPUTS]>,
+    pub from_counts: Option<OutputBits>,
 }
 
 /// Why a blob was refused.
@@ -97,6 +122,7 @@ pub enum BlobError {
 /// What the envelope says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Envelope {
+    pub format: u16,
     pub payload_length: usize,
     pub generation: u32,
     pub payload_crc: u32,
@@ -113,14 +139,15 @@ impl Envelope {
             return Err(BlobError::EnvelopeCorrupt);
         }
         let format = u16::from_le_bytes([head[4], head[5]]);
-        if format != FORMAT {
+        if !(FORMAT..=FORMAT_WITH_NUMBERS).contains(&format) {
             return Err(BlobError::Format { theirs: format });
         }
         let payload_length = word(head, 8) as usize;
         if payload_length > LONGEST - ENVELOPE {
             return Err(BlobError::TooLong);
         }
-        Ok(Self { payload_length, generation: word(head, 12), payload_crc: word(head, 16) })
+        let (generation, payload_crc) = (word(head, 12), word(head, 16));
+        Ok(Self { format, payload_length, generation, payload_crc })
     }
 
     /// Length of envelope and payload together.
@@ -131,7 +158,7 @@ impl Envelope {
     fn write(&self) -> [u8; ENVELOPE] {
         let mut head = [0; ENVELOPE];
         head[..4].copy_from_slice(&MAGIC);
-        head[4..6].copy_from_slice(&FORMAT.to_le_bytes());
+        head[4..6].copy_from_slice(&self.format.to_le_bytes());
         head[6..8].copy_from_slice(&(ENVELOPE as u16).to_le_bytes());
         head[8..12].copy_from_slice(&(self.payload_length as u32).to_le_bytes());
         head[12..16].copy_from_slice(&self.generation.to_le_bytes());
@@ -149,12 +176,20 @@ fn word(bytes: &[u8; ENVELOPE], at: usize) -> u32 {
 /// Writes a blob to `buffer`; returns its length.
 pub fn encode(payload: &Payload, generation: u32, buffer: &mut [u8]) -> Result<usize, BlobError> {
     let room = buffer.get_mut(ENVELOPE..).ok_or(BlobError::NoRoom)?;
-    let written = postcard::to_slice(payload, room).map_err(|_| BlobError::NoRoom)?;
-    let payload_length = written.len();
+    let Payload { network, provenance, .. } = payload;
+    let (mut format, mut payload_length) = (FORMAT, 0);
+    if !network.numbers.is_empty() {
+        let first = postcard::to_slice(&(&network.numbers, &provenance.numbers), room);
+        (format, payload_length) =
+            (FORMAT_WITH_NUMBERS, first.map_err(|_| BlobError::NoRoom)?.len());
+    }
+    let rest = postcard::to_slice(payload, &mut room[payload_length..]);
+    payload_length += rest.map_err(|_| BlobError::NoRoom)?.len();
     if payload_length > LONGEST - ENVELOPE {
         return Err(BlobError::TooLong);
     }
-    let envelope = Envelope { payload_length, generation, payload_crc: crc32(written) };
+    let payload_crc = crc32(&room[..payload_length]);
+    let envelope = Envelope { format, payload_length, generation, payload_crc };
     buffer[..ENVELOPE].copy_from_slice(&envelope.write());
     Ok(envelope.blob_length())
 }
@@ -200,7 +235,7 @@ pub fn decode_into(
     decode_all(source, network, |_| ()).map(|(envelope, provenance, _)| (envelope, provenance))
 }
 
-type Decoded = (Envelope, Provenance, Option<[u32; OUTPUTS]>);
+type Decoded = (Envelope, Provenance, Option<OutputBits>);
 
 /// `golden` is given each golden vector.
 fn decode_all(
@@ -211,11 +246,20 @@ fn decode_all(
     let envelope = intact(source)?;
     let mut payload =
         Deserializer::from_flavor(Bytes::new(source, ENVELOPE..envelope.blob_length()));
+    network.numbers.clear();
+    let mut numbers = NumberNames::new();
+    if envelope.format == FORMAT_WITH_NUMBERS {
+        network.numbers = next::<Vec<Number, MOST_NUMBERS>>(&mut payload)?;
+        numbers = text(&mut payload)?;
+        if network.numbers.is_empty() {
+            return Err(BlobError::Malformed);
+        }
+    }
     network.read(&mut payload).map_err(|_| BlobError::Malformed)?;
     let trainer = text(&mut payload)?;
     let (seed, samples, epochs, noise) = next(&mut payload)?;
     let effects = text(&mut payload)?;
-    let provenance = Provenance { trainer, seed, samples, epochs, noise, effects };
+    let provenance = Provenance { trainer, seed, samples, epochs, noise, effects, numbers };
     let vectors: u32 = next(&mut payload)?;
     network.check().map_err(BlobError::Network)?;
     if !GOLDEN.contains(&(vectors as usize)) {
@@ -223,7 +267,8 @@ fn decode_all(
     }
     // One at a time: a device has no room for more.
     for vector in 0..vectors {
-        let expected: Golden = next(&mut payload)?;
+        let inputs = next(&mut payload)?;
+        let expected = Golden { inputs, outputs: bits(&mut payload, network)? };
         if expected.inputs.len() != network.inputs.count() {
             return Err(BlobError::GoldenMissing);
         }
@@ -234,13 +279,12 @@ fn decode_all(
         golden(expected);
     }
     let rest = payload.finalize().map_err(|_| BlobError::Malformed)?;
-    let expected: Option<[u32; OUTPUTS]> = if rest.is_empty() {
-        // Trained before there was one.
-        None
-    } else {
-        next(&mut Deserializer::from_flavor(rest))?
-    };
-    if expected.is_some_and(|expected| from_counts(network) != expected) {
+    // Trained before there was one, or an option: whether there is one, then it.
+    let is_given = !rest.is_empty();
+    let mut rest = Deserializer::from_flavor(rest);
+    let is_given = is_given && next(&mut rest)?;
+    let expected = is_given.then(|| bits(&mut rest, network)).transpose()?;
+    if expected.as_ref().is_some_and(|expected| from_counts(network) != *expected) {
         return Err(BlobError::GoldenDiffers { vector: vectors as u8 });
     }
     Ok((envelope, provenance, expected))
@@ -257,9 +301,17 @@ fn text<'a, const N: usize>(
     String::from_utf8(bytes).map_err(|_| BlobError::Malformed)
 }
 
-fn estimate_bits(network: &Network, inputs: &[f32]) -> [u32; OUTPUTS] {
+fn bits<'a>(
+    payload: &mut Deserializer<'a, Bytes<'a>>,
+    network: &Network,
+) -> Result<OutputBits, BlobError> {
+    (0..network.outputs()).map(|_| next(payload)).collect::<Result<_, _>>().map(OutputBits)
+}
+
+fn estimate_bits(network: &Network, inputs: &[f32]) -> OutputBits {
     let made = network.estimate_inputs(inputs);
-    [made.natural_frequency_rad_s.to_bits(), made.damping_ratio.to_bits()]
+    let outputs = [made.natural_frequency_rad_s, made.damping_ratio];
+    OutputBits(outputs.iter().chain(made.numbers.iter()).map(|x| x.to_bits()).collect())
 }
 
 /// Samples of the window below: three cycles, and some before and after.
@@ -269,7 +321,7 @@ const WINDOW: usize = 1024;
 /// ratio of 0.01 from 10 deg on, by a recurrence in whole numbers. All that stands between counts and estimate takes
 /// part: block sums, bins that begin between samples, features, logarithm, scaling and network.
 #[inline(never)]
-pub fn from_counts(network: &Network) -> [u32; OUTPUTS] {
+pub fn from_counts(network: &Network) -> OutputBits {
     // 2 exp(-0.01 x) cos x and exp(-0.02 x) for x = 6 pi / 900, times 2^30; 2000 exp(-0.01 x) sin x, times 2^16.
     const TURN: [i64; 2] = [2_146_563_047, 1_073_292_150];
     const SECOND: i64 = 2_744_390;

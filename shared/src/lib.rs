@@ -23,6 +23,7 @@ pub mod history;
 pub mod misfit;
 pub mod modal;
 pub mod network;
+pub mod numbers;
 pub mod potentiometer;
 pub mod source;
 pub mod units;

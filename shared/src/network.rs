@@ -1,6 +1,7 @@
 //! Forward pass of a small multilayer perceptron, the same bits on host and device.
 
 use crate::features::{FeatureKind, Features, InputScaling, FEATURES, MOST_INPUTS};
+use crate::numbers::Numbers;
 use crate::source::Bytes;
 use heapless::Vec;
 use postcard::Deserializer;
@@ -13,8 +14,14 @@ pub const WIDEST: usize = 48;
 pub const MOST_LAYERS: usize = 5;
 /// Most weights and biases: 41-20-2 has 882.
 pub const MOST_WEIGHTS: usize = 1024;
-/// Natural frequency and damping ratio.
+/// Natural frequency and damping ratio, which every network says first.
 pub const OUTPUTS: usize = 2;
+/// Most outputs: those two, then numbers of effects.
+pub const MOST_OUTPUTS: usize = 4;
+/// Most numbers of effects.
+pub const MOST_NUMBERS: usize = MOST_OUTPUTS - OUTPUTS;
+/// Largest [`Number::amplitude_power`].
+pub const MOST_POWER: u8 = 8;
 /// Columns of a layer that are summed side by side, each in a register of its own.
 const COLUMNS: usize = 6;
 /// Rows of a layer between two looks at whether there are more.
@@ -40,20 +47,26 @@ pub struct TrainedRange {
     pub damping_ratio: [f32; 2],
 }
 
-impl TrainedRange {
-    pub fn holds(&self, estimate: &Estimate) -> bool {
-        let within = |[low, high]: [f32; 2], x: f32| x >= low && x <= high;
-        within(self.natural_frequency_rad_s, estimate.natural_frequency_rad_s)
-            && within(self.damping_ratio, estimate.damping_ratio)
-    }
+/// One output more: a number of an effect, as its coefficient.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Number {
+    pub scaling: OutputScaling,
+    /// What it was drawn from for the training.
+    pub range: [f32; 2],
+    /// As [`Network::test_rms`] and [`Network::bias_rms`].
+    pub test_rms: f32,
+    pub bias_rms: f32,
+    /// A window counts with this power of its amplitude in a release's mean.
+    pub amplitude_power: u8,
 }
 
-/// Natural frequency and damping ratio of one window.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Natural frequency and damping ratio of one window, and the numbers of effects that the network says.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Estimate {
     pub natural_frequency_rad_s: f32,
     pub damping_ratio: f32,
+    pub numbers: Numbers<f32>,
 }
 
 /// A frozen network with everything that belongs to it.
@@ -74,6 +87,9 @@ pub struct Network {
     pub test_rms: [f32; OUTPUTS],
     /// Rms error on test windows without noise: what averaging over windows does not take away.
     pub bias_rms: [f32; OUTPUTS],
+    /// What it says beside; mostly nothing. A blob has them before the rest.
+    #[serde(skip)]
+    pub numbers: Vec<Number, MOST_NUMBERS>,
     /// Layer by layer a row of biases, then a row for each input, each as long as the layer is
     /// wide: the weights a node's neighbours use at once stand side by side.
     pub weights: Vec<f32, MOST_WEIGHTS>,
@@ -83,12 +99,12 @@ pub struct Network {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum NetworkError {
-    /// Not as many inputs as are made of a window, not two outputs, a layer too wide or empty, too
+    /// Not as many inputs as are made of a window, not as many outputs as are said, a layer too wide or empty, too
     /// many layers, or none that bends.
     Topology,
     /// The number of weights is not what the topology needs.
     WeightCount,
-    /// A weight or scale is not a finite number, or a scale is zero.
+    /// A weight or scale is not a finite number, or a scale is zero, or a power out of its range.
     NotFinite,
 }
 
@@ -116,11 +132,12 @@ impl Network {
             range: TrainedRange { natural_frequency_rad_s: [0.0; 2], damping_ratio: [0.0; 2] },
             test_rms: [0.0; OUTPUTS],
             bias_rms: [0.0; OUTPUTS],
+            numbers: Vec::new(),
             weights: Vec::new(),
         }
     }
 
-    /// Reads what its `Serialize` has written, in place: derived code would hold the weights on the stack, several
+    /// Reads what its `Serialize` has written, in place, and leaves the numbers as they are: derived code would hold the weights on the stack, several
     /// times.
     pub(crate) fn read<'a>(
         &mut self,
@@ -142,7 +159,7 @@ impl Network {
     pub fn check(&self) -> Result<(), NetworkError> {
         let ends = (self.topology.first(), self.topology.last());
         if self.topology.len() < 2
-            || ends != (Some(&(self.inputs.count() as u8)), Some(&(OUTPUTS as u8)))
+            || ends != (Some(&(self.inputs.count() as u8)), Some(&(self.outputs() as u8)))
             || usize::from(self.linear_layers) + 2 > self.topology.len()
             || self.topology.iter().any(|&width| width == 0 || width as usize > WIDEST)
         {
@@ -172,10 +189,26 @@ impl Network {
             self.bias_rms,
         ];
         let finite = self.weights.iter().chain(&offsets).chain(ranges.iter().flatten());
-        if !finite.clone().all(|x| x.is_finite()) || !gains.iter().all(|x| x.is_normal()) {
+        if !finite.clone().all(|x| x.is_finite())
+            || !gains.iter().all(|x| x.is_normal())
+            || !self.numbers.iter().all(Number::is_sound)
+        {
             return Err(NetworkError::NotFinite);
         }
         Ok(())
+    }
+
+    /// How many outputs it has.
+    pub fn outputs(&self) -> usize {
+        OUTPUTS + self.numbers.len()
+    }
+
+    /// Whether an estimate lies within what it was trained on.
+    pub fn holds(&self, estimate: &Estimate) -> bool {
+        let within = |[low, high]: [f32; 2], x: f32| x >= low && x <= high;
+        within(self.range.natural_frequency_rad_s, estimate.natural_frequency_rad_s)
+            && within(self.range.damping_ratio, estimate.damping_ratio)
+            && self.numbers.iter().zip(estimate.numbers.iter()).all(|(n, x)| within(n.range, *x))
     }
 
     /// Natural frequency and damping ratio of a window. The network has been checked.
@@ -185,26 +218,38 @@ impl Network {
 
     /// The same from inputs scaled already, as golden vectors hold them; as many as the topology has.
     pub fn estimate_inputs(&self, inputs: &[f32]) -> Estimate {
-        let [frequency, damping] =
+        let [frequency, damping, others @ ..] =
             forward(&self.topology, self.linear_layers, &self.weights, inputs);
         let [f, d] = &self.outputs;
+        let numbers = self.numbers.iter().zip(others);
         Estimate {
             natural_frequency_rad_s: f.offset + f.gain * frequency,
             damping_ratio: d.offset + d.gain * damping,
+            numbers: numbers.map(|(n, x)| n.scaling.offset + n.scaling.gain * x).collect(),
         }
     }
 }
 
-/// Scaled outputs for scaled inputs. The network they are of has passed [`Network::check`], and
-/// the inputs are as many as its topology has.
+impl Number {
+    fn is_sound(&self) -> bool {
+        let Self { scaling, range: [low, high], test_rms, bias_rms, amplitude_power } = self;
+        let finite = [scaling.offset, *low, *high, *test_rms, *bias_rms];
+        finite.iter().all(|x| x.is_finite())
+            && scaling.gain.is_normal()
+            && *amplitude_power <= MOST_POWER
+    }
+}
+
+/// Scaled outputs for scaled inputs; zero beyond those that there are. The network they are of has passed
+/// [`Network::check`], and the inputs are as many as its topology has.
 pub fn forward(
     topology: &[u8],
     linear_layers: u8,
     weights: &[f32],
     inputs: &[f32],
-) -> [f32; OUTPUTS] {
+) -> [f32; MOST_OUTPUTS] {
     // With all lengths known to the compiler the same sums take 40 % fewer instructions.
-    if let ([_, 6, _], 0) = (topology, linear_layers) {
+    if let ([_, 6, 2], 0) = (topology, linear_layers) {
         if let Ok(inputs) = <&[f32; FEATURES]>::try_from(inputs) {
             return one_hidden_layer::<FEATURES, 6>(weights, inputs);
         }
@@ -220,7 +265,7 @@ pub fn forward(
 fn one_hidden_layer<const M: usize, const N: usize>(
     weights: &[f32],
     inputs: &[f32; M],
-) -> [f32; OUTPUTS] {
+) -> [f32; MOST_OUTPUTS] {
     // One look at the length, here: one before the second layer makes all after it conditional.
     let count = (M + 1) * N + (N + 1) * OUTPUTS;
     let (first, second) = weights[..count].split_at((M + 1) * N);
@@ -228,7 +273,8 @@ fn one_hidden_layer<const M: usize, const N: usize>(
     for value in &mut hidden {
         *value = tanh(*value);
     }
-    net_inputs::<OUTPUTS, N>(second, &hidden)
+    let [frequency, damping] = net_inputs::<OUTPUTS, N>(second, &hidden);
+    [frequency, damping, 0.0, 0.0]
 }
 
 /// Net inputs of a layer of `N` nodes, in `N` accumulators.
@@ -266,7 +312,7 @@ fn any_layers(
     linear_layers: u8,
     weights: &[f32],
     inputs: &[f32],
-) -> [f32; OUTPUTS] {
+) -> [f32; MOST_OUTPUTS] {
     let mut values = [0.0_f32; WIDEST];
     let mut next = [0.0_f32; WIDEST];
     let mut weights = weights;
@@ -296,7 +342,7 @@ fn any_layers(
         values[..width].copy_from_slice(&next[..width]);
         given = &values[..width];
     }
-    [given[0], given[1]]
+    core::array::from_fn(|output| given.get(output).copied().unwrap_or_default())
 }
 
 /// Net inputs of `N` neighbouring nodes, in `N` accumulators; returns `N`.
@@ -376,6 +422,7 @@ mod tests {
     fn forward_is_the_plain_double_sum() {
         // A layer of each width class: six, more than six, fewer; as many inputs as there may be.
         double_sum([41, 6, 14, 3, 2], 0);
+        double_sum([41, 6, 14, 3, 4], 0);
         double_sum([42, 6, 14, 3, 2], 0);
         // A projection first.
         double_sum([41, 10, 6, 3, 2], 1);
@@ -407,6 +454,7 @@ mod tests {
             given = out;
         }
         let outputs = forward(&topology, linear_layers, &weights, &inputs);
+        assert!(outputs[given.len()..].iter().all(|beyond| *beyond == 0.0));
         for (ours, plain) in outputs.iter().zip(&given) {
             assert!((f64::from(*ours) - plain).abs() < 2e-6, "{ours} {plain}");
         }

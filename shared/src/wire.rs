@@ -2,11 +2,12 @@
 //!
 //! How they become frames stands in [`crate::frame`].
 
-use crate::blob::{BlobError, EffectIds};
+use crate::blob::{BlobError, EffectIds, NumberNames};
 use crate::checksum::crc32_of;
 use crate::derivatives::{Model, Wind};
 pub use crate::flags::Flags;
 pub use crate::frame::*;
+use crate::numbers::Numbers;
 use heapless::Vec;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -482,6 +483,8 @@ pub struct NetworkStatus {
     pub on_trial: bool,
     /// Effects of the model it was trained on.
     pub effects: EffectIds,
+    /// Numbers of theirs that it says, as results have them.
+    pub numbers: NumberNames,
 }
 
 /// Where in a release the device is.
@@ -576,6 +579,7 @@ pub struct WindowResult {
     pub midline_deg: f32,
     pub natural_frequency_rad_s: f32,
     pub damping_ratio: f32,
+    pub numbers: Numbers<f32>,
     pub flags: Flags,
 }
 
@@ -628,6 +632,8 @@ pub struct ReleaseResult {
     /// Weighted by the square of the amplitude; meaningless where `windows` is zero.
     pub natural_frequency_rad_s: Measured,
     pub damping_ratio: Measured,
+    /// Weighted as the network says.
+    pub numbers: Numbers<Measured>,
     pub derivatives: Option<Derivatives>,
     pub flags: Flags,
 }

@@ -10,7 +10,7 @@ use yawrig_shared::blob::{self, Payload, Provenance};
 use yawrig_shared::derivatives::{Model, Wind};
 use yawrig_shared::features::{AmplitudeScaling, FeatureKind, InputScaling};
 use yawrig_shared::network::{
-    weight_count, Activation, Network, NetworkError, OutputScaling, TrainedRange,
+    weight_count, Activation, Estimate, Network, NetworkError, Number, OutputScaling, TrainedRange,
 };
 use yawrig_shared::wire::{self, *};
 
@@ -55,6 +55,7 @@ fn network() -> Network {
         },
         test_rms: [0.0078125, 0.001953125],
         bias_rms: [0.00390625, 0.0009765625],
+        numbers: heapless::Vec::new(),
         weights: (0..count).map(|i| (i % 17) as f32 / 64.0 - 0.125).collect(),
     }
 }
@@ -71,6 +72,7 @@ fn payload() -> Payload {
         epochs: 1000,
         noise: [0.0, 0.03125],
         effects: heapless::String::try_from("coulomb_friction static_offset").unwrap(),
+        numbers: heapless::String::new(),
     };
     let from_counts = Some(blob::from_counts(&network));
     Payload { network, provenance, golden, from_counts }
@@ -89,6 +91,67 @@ fn blob_bytes() {
     compare("blob.hex", &format!("{}\n", hex(&bytes)));
     let (envelope, back) = blob::decode(&bytes).unwrap();
     assert_eq!((envelope.generation, back), (5, payload()));
+}
+
+/// A network that says a number of an effect, too.
+fn payload_with_number() -> Payload {
+    let mut payload = payload();
+    let number = Number {
+        scaling: OutputScaling { offset: 0.25, gain: 0.125 },
+        range: [0.125, 0.375],
+        test_rms: 0.0078125,
+        bias_rms: 0.00390625,
+        amplitude_power: 2,
+    };
+    let Payload { network, provenance, golden, from_counts } = &mut payload;
+    network.numbers.push(number).unwrap();
+    network.topology[2] = 3;
+    let count = weight_count(&network.topology);
+    network.weights = (0..count).map(|i| (i % 17) as f32 / 64.0 - 0.125).collect();
+    provenance.numbers = heapless::String::try_from("0.c rad/s2").unwrap();
+    for golden in golden {
+        let inputs: Vec<f32> = golden.inputs.iter().map(|bits| f32::from_bits(*bits)).collect();
+        *golden = blob::golden(network, &inputs);
+    }
+    *from_counts = Some(blob::from_counts(network));
+    payload
+}
+
+#[test]
+fn blob_bytes_with_a_number_of_an_effect() {
+    let bytes = encoded(&payload_with_number(), 5);
+    compare("blob_with_number.hex", &format!("{}\n", hex(&bytes)));
+    let (envelope, back) = blob::decode(&bytes).unwrap();
+    assert_eq!((envelope.format, back), (blob::FORMAT_WITH_NUMBERS, payload_with_number()));
+    let mut again = bytes;
+    blob::set_generation(&mut again, 6).unwrap();
+    assert_eq!(blob::decode(&again).unwrap().1, payload_with_number());
+    let refused = |change: &dyn Fn(&mut Payload)| {
+        let mut payload = payload_with_number();
+        change(&mut payload);
+        blob::decode(&encoded(&payload, 1)).unwrap_err()
+    };
+    use blob::BlobError::*;
+    assert_eq!(refused(&|p| p.golden[1].outputs.0[2] ^= 1), GoldenDiffers { vector: 1 });
+    assert_eq!(refused(&|p| p.network.topology[2] = 2), Network(NetworkError::Topology));
+    assert_eq!(refused(&|p| p.network.numbers.clear()), Network(NetworkError::Topology));
+    let not_finite = Network(NetworkError::NotFinite);
+    assert_eq!(refused(&|p| p.network.numbers[0].amplitude_power = 9), not_finite);
+    assert_eq!(refused(&|p| p.network.numbers[0].range[1] = f32::NAN), not_finite);
+    assert_eq!(refused(&|p| p.network.numbers[0].scaling.gain = 0.0), not_finite);
+}
+
+#[test]
+fn an_estimate_is_within_what_was_trained_on_with_its_numbers() {
+    let network = payload_with_number().network;
+    let estimate = |c: f32| Estimate {
+        natural_frequency_rad_s: 12.0,
+        damping_ratio: 0.03,
+        numbers: [c].into_iter().collect(),
+    };
+    assert!(network.holds(&estimate(0.2)));
+    assert!(!network.holds(&estimate(0.4)) && !network.holds(&estimate(0.1)));
+    assert!(!network.holds(&Estimate { damping_ratio: 0.1, ..estimate(0.2) }));
 }
 
 /// As they were before networks were held against counts.
@@ -157,6 +220,19 @@ fn wire_bytes() {
     let challenge = Reply::Challenge { number: 2, nonce: 70_000 };
     line("challenge_reply", &wire::encode(0x1234, &challenge).unwrap());
     line("refused", &wire::encode(0x1234, &refused).unwrap());
+    let measured = |value, u| Measured { value, u };
+    let release = ReleaseResult {
+        release: 3,
+        release_sample: 900,
+        finished_sample: 40_000,
+        windows: 12,
+        natural_frequency_rad_s: measured(12.5, 0.015625),
+        damping_ratio: measured(0.0078125, 0.00048828125),
+        numbers: [measured(0.125, 0.0078125), measured(-2.0, 0.5)].into_iter().collect(),
+        derivatives: None,
+        flags: Flags::default(),
+    };
+    line("release", &wire::encode(10, &Event::Release(release)).unwrap());
     let window = WindowResult {
         release: 3,
         window: 1,
@@ -167,6 +243,7 @@ fn wire_bytes() {
         midline_deg: -0.25,
         natural_frequency_rad_s: 12.5,
         damping_ratio: 0.0078125,
+        numbers: [0.125].into_iter().collect(),
         flags: Flags::default(),
     };
     line("window", &wire::encode(9, &Event::Window(window)).unwrap());
@@ -235,6 +312,49 @@ fn every_frame_comes_back_and_the_longest_fits() {
     assert_eq!(found, 1, "garbage before the first zero costs nothing");
 }
 
+fn full<const N: usize>() -> heapless::String<N> {
+    heapless::String::try_from("x".repeat(N).as_str()).unwrap()
+}
+
+#[test]
+fn the_longest_status_fits() {
+    let model = Model { length_m: 0.625, frontal_area_m2: 0.03125 };
+    let wind = Wind { density_kg_m3: 1.25, speed_m_s: 10.0 };
+    let status = Status {
+        network: NetworkStatus {
+            id: u32::MAX,
+            generation: u32::MAX,
+            topology: heapless::Vec::from_slice(&[48; 5]).unwrap(),
+            slot: Some(1),
+            on_trial: true,
+            effects: full(),
+            numbers: full(),
+        },
+        slots: [SlotState::Valid { generation: u32::MAX, id: u32::MAX }; 2],
+        lock: Some([0xFF; 32]),
+        settings: Settings { clock_u_ppm: Some(30.0), ..Settings::default() },
+        clock_u_ppm: 30.0,
+        phase: Phase::Finished,
+        samples: u32::MAX,
+        lost_samples: u32::MAX,
+        lost_events: u32::MAX,
+        lost_bytes: u32::MAX,
+        session: u32::MAX,
+        refining: true,
+        next_event: u16::MAX,
+        condition: Some(Condition { rig: u32::MAX, wind, model, inertia_kg_m2: 0.125 }),
+        reference: Some(u32::MAX),
+        refined_reference: Some(u32::MAX),
+        learnt: Learnt { releases: u16::MAX, kept: true, forgotten: Some(Forgotten::Contradicted) },
+        start: Start {
+            cause: Cause::Watchdog,
+            crash: Some(Crash { file: full(), line: u32::MAX }),
+        },
+        sensor: Sensor { kind: SensorKind::Absolute, rate_hz: u16::MAX, delay_us: u16::MAX },
+    };
+    wire::encode(u16::MAX, &Reply::Status(status)).expect("a frame");
+}
+
 #[test]
 fn any_single_wrong_bit_is_noticed() {
     let frame = wire::encode(7, &Request::EndRelease { after_samples: 99 }).unwrap();
@@ -284,11 +404,11 @@ fn wrong_networks_are_refused_for_what_is_wrong() {
     assert_eq!(refused(&short), GoldenMissing);
     assert_eq!(refused(&|p| p.network.outputs[1].gain = 0.0), Network(NetworkError::NotFinite));
     assert_eq!(refused(&|p| p.golden.truncate(1)), GoldenMissing);
-    assert_eq!(refused(&|p| p.golden[1].outputs[0] ^= 1), GoldenDiffers { vector: 1 });
+    assert_eq!(refused(&|p| p.golden[1].outputs.0[0] ^= 1), GoldenDiffers { vector: 1 });
     // Right from its inputs on, and not from the counts on: features or logarithm of another kind.
-    let features = |p: &mut Payload| p.from_counts.as_mut().unwrap()[1] ^= 1;
+    let features = |p: &mut Payload| p.from_counts.as_mut().unwrap().0[1] ^= 1;
     assert_eq!(refused(&features), GoldenDiffers { vector: 2 });
-    for theirs in [1, 3] {
+    for theirs in [1, 4] {
         let mut other = encoded(&payload(), 1);
         other[4] = theirs;
         let crc = yawrig_shared::checksum::crc32(&other[..20]);

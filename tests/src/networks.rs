@@ -72,8 +72,8 @@ pub fn spoilt() -> Vec<Spoilt> {
     add("a text", b"time_s,yaw_deg\n0.000,1.0\n0.001,1.1\n".to_vec(), "another kind of file");
 
     for (what, format, said) in [
-        ("an earlier format", 1_u16, "it is of format 1, this version knows 2"),
-        ("a later format", 3, "it is of format 3, this version knows 2"),
+        ("an earlier format", 1_u16, "it is of format 1, this version knows 2 and 3"),
+        ("a later format", 4, "it is of format 4, this version knows 2 and 3"),
     ] {
         let mut other = sound.clone();
         other[4..6].copy_from_slice(&format.to_le_bytes());
@@ -100,7 +100,7 @@ pub fn spoilt() -> Vec<Spoilt> {
 
     // Its features were others: made by another version's.
     let mut payload = self::payload();
-    payload.from_counts = payload.from_counts.map(|[wn, zeta]| [wn ^ 1, zeta]);
+    payload.from_counts.as_mut().expect("bits").0[0] ^= 1;
     let mut bytes = vec![0; LONGEST];
     let length = blob::encode(&payload, 0, &mut bytes).expect("a blob");
     bytes.truncate(length);

@@ -41,7 +41,7 @@ impl Measuring {
             return;
         }
         let mut flags = Flags::default();
-        if !network.range.holds(&estimate) {
+        if !network.holds(&estimate) {
             flags.set(Flags::OUT_OF_RANGE);
         }
         if disturbed == Disturbed::Slightly {
@@ -49,9 +49,9 @@ impl Measuring {
             self.current.flags.set(Flags::DISTURBED);
         }
         let number = self.current.windows.count();
-        self.current.windows.add(&estimate, features.amplitude_deg);
+        self.current.windows.add(&estimate, features.amplitude_deg, &network.numbers);
         self.current.windows_end = window.end;
-        let Estimate { natural_frequency_rad_s, damping_ratio } =
+        let Estimate { natural_frequency_rad_s, damping_ratio, numbers } =
             self.learning.corrected(&estimate);
         context.line.event(&Event::Window(WindowResult {
             release: self.releases,
@@ -63,6 +63,7 @@ impl Measuring {
             midline_deg: self.sampler.yaw_deg(window.midline_deg),
             natural_frequency_rad_s,
             damping_ratio,
+            numbers,
             flags,
         }));
     }

@@ -17,7 +17,9 @@ const KEY: [u8; 32] = [
     0xd7, 0x5a, 0x98, 0x01, 0x82, 0xb1, 0x0a, 0xb7, 0xd5, 0x4b, 0xfe, 0xd3, 0xc9, 0x64, 0x07, 0x3a,
     0x0e, 0xe1, 0x72, 0xf3, 0xda, 0xa6, 0x23, 0x25, 0xaf, 0x02, 0x1a, 0x68, 0xf7, 0x07, 0x51, 0x1a,
 ];
-const ESTIMATE: Estimate = Estimate { natural_frequency_rad_s: 9.0, damping_ratio: 0.02 };
+fn estimate() -> Estimate {
+    Estimate { natural_frequency_rad_s: 9.0, damping_ratio: 0.02, ..Estimate::default() }
+}
 
 fn condition() -> Condition {
     Condition {
@@ -45,7 +47,7 @@ fn known<F: NorFlash>(flash: &mut F) -> (Learnt, [u32; 2]) {
     let mut learning = Learning::new();
     learning.recall(flash, NETWORK);
     learning.mount(&condition());
-    let Estimate { natural_frequency_rad_s, damping_ratio } = learning.corrected(&ESTIMATE);
+    let Estimate { natural_frequency_rad_s, damping_ratio, .. } = learning.corrected(&estimate());
     (learning.learnt(), [natural_frequency_rad_s.to_bits(), damping_ratio.to_bits()])
 }
 

@@ -176,7 +176,7 @@ fn a_slot_whose_golden_vectors_fail_is_not_called_valid() {
     let mut weights = sound.clone();
     weights.network.weights[0] += 0.5;
     let mut features = sound;
-    features.from_counts = features.from_counts.map(|[wn, zeta]| [wn, zeta ^ 1]);
+    features.from_counts.as_mut().expect("bits").0[1] ^= 1;
     for (payload, vector) in [(weights, 0), (features, 4)] {
         let mut bytes = vec![0; blob::LONGEST];
         let length = blob::encode(&payload, 7, &mut bytes).expect("a blob");

@@ -144,6 +144,7 @@ mod tests {
                     midline_deg: 0.0,
                     natural_frequency_rad_s: 7.5,
                     damping_ratio: (damping(amplitude) + scatter * noise / amplitude) as f32,
+                    numbers: Default::default(),
                     flags: Flags::default(),
                 }
             })

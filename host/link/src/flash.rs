@@ -216,8 +216,9 @@ pub fn say(error: &BlobError) -> String {
         BlobError::Format { theirs } => {
             let age = if *theirs < blob::FORMAT { "an earlier" } else { "a later" };
             format!(
-                "it is of format {theirs}, this version knows {}: {age} yawrig wrote it",
-                blob::FORMAT
+                "it is of format {theirs}, this version knows {} and {}: {age} yawrig wrote it",
+                blob::FORMAT,
+                blob::FORMAT_WITH_NUMBERS
             )
         }
         BlobError::TooLong => format!("it is longer than a slot ({} bytes)", blob::LONGEST),
@@ -225,7 +226,8 @@ pub fn say(error: &BlobError) -> String {
         BlobError::PayloadCorrupt => "its checksum is wrong".to_owned(),
         BlobError::Malformed => "its contents do not decode".to_owned(),
         BlobError::Network(NetworkError::Topology) => {
-            "its topology is not one that runs here (41 inputs, 42 with the amplitude; 2 outputs)"
+            "its topology is not one that runs here (41 inputs, 42 with the amplitude; 2 outputs and one \
+             for each number of an effect)"
                 .to_owned()
         }
         BlobError::Network(NetworkError::WeightCount) => {

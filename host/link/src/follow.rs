@@ -1,6 +1,7 @@
 //! A device's events as text and as JSON.
 
 use crate::client::Identity;
+use crate::numbers::{named, release_numbers, window_numbers, Named};
 use serde_json::{json, Value};
 use yawrig_core::quantity::Quantity;
 use yawrig_shared::wire::{
@@ -97,7 +98,7 @@ fn phase_name(phase: Phase) -> &'static str {
 }
 
 /// A device's `f32` as the shortest decimal that means it.
-fn number(x: f32) -> Value {
+pub(crate) fn number(x: f32) -> Value {
     if !x.is_finite() {
         return Value::Null;
     }
@@ -116,11 +117,12 @@ pub fn precise(measured: Precise) -> Quantity {
 }
 
 /// A window as `identify` lists it, with the device's own fields.
-pub fn window_json(window: &WindowResult) -> Value {
+pub fn window_json(window: &WindowResult, names: &[Named]) -> Value {
     json!({
         "amplitude_deg": number(window.amplitude_deg),
         "natural_frequency_rad_s": number(window.natural_frequency_rad_s),
         "damping_ratio": number(window.damping_ratio),
+        "numbers": window_numbers(names, &window.numbers),
         "midline_deg": number(window.midline_deg),
         "start_sample": window.start_sample,
         "end_sample": window.end_sample,
@@ -130,7 +132,7 @@ pub fn window_json(window: &WindowResult) -> Value {
 }
 
 /// A release's result.
-pub fn release_json(result: &ReleaseResult) -> Value {
+pub fn release_json(result: &ReleaseResult, names: &[Named]) -> Value {
     let given = result.windows > 0;
     json!({
         "release": result.release,
@@ -139,6 +141,7 @@ pub fn release_json(result: &ReleaseResult) -> Value {
         "windows": result.windows,
         "natural_frequency_rad_s": given.then(|| quantity(result.natural_frequency_rad_s)),
         "damping_ratio": given.then(|| quantity(result.damping_ratio)),
+        "numbers": release_numbers(names, &result.numbers),
         "derivatives": result.derivatives.as_ref().map(derivatives_json),
         "usable": !result.flags.unusable(),
         "flags": flag_names(result.flags),
@@ -179,19 +182,19 @@ pub fn refined_json(refined: &Refined) -> Value {
 }
 
 /// One event as a JSON object.
-pub fn event_json(event: &Event) -> Value {
+pub fn event_json(event: &Event, names: &[Named]) -> Value {
     let (name, mut object) = match event {
         Event::Phase { phase, release, at_sample } => (
             "phase",
             json!({"phase": phase_name(*phase), "release": release, "at_sample": at_sample}),
         ),
         Event::Window(window) => {
-            let mut object = window_json(window);
+            let mut object = window_json(window, names);
             object["release"] = json!(window.release);
             object["window"] = json!(window.window);
             ("window", object)
         }
-        Event::Release(result) => ("release", release_json(result)),
+        Event::Release(result) => ("release", release_json(result, names)),
         Event::Refined(refined) => ("refined", refined_json(refined)),
     };
     object["schema_version"] = json!(1);
@@ -214,6 +217,10 @@ pub fn device_json(identity: &Identity, status: &Status) -> Value {
             "topology": topology(status),
             "generation": status.network.generation,
             "effects": status.network.effects.split_whitespace().collect::<Vec<_>>(),
+            "numbers": named(&status.network)
+                .iter()
+                .map(|Named { name, unit }| json!({"name": name, "unit": unit}))
+                .collect::<Vec<_>>(),
         },
     })
 }
@@ -350,6 +357,7 @@ pub fn event_from_json(object: &Value) -> Option<Event> {
                 .unwrap_or(u32::MAX),
         })),
     };
+    let numbers = || object["numbers"].as_array().into_iter().flatten();
     let release = sample("release")?;
     Some(match object["event"].as_str()? {
         "phase" => {
@@ -367,6 +375,7 @@ pub fn event_from_json(object: &Value) -> Option<Event> {
             midline_deg: real(object, "midline_deg")?,
             natural_frequency_rad_s: real(object, "natural_frequency_rad_s")?,
             damping_ratio: real(object, "damping_ratio")?,
+            numbers: numbers().map(|of| real(of, "value")).collect::<Option<_>>()?,
             flags: flags_named(&object["flags"])?,
         }),
         "release" => Event::Release(ReleaseResult {
@@ -376,6 +385,9 @@ pub fn event_from_json(object: &Value) -> Option<Event> {
             windows: small("windows")?,
             natural_frequency_rad_s: measured("natural_frequency_rad_s")?,
             damping_ratio: measured("damping_ratio")?,
+            numbers: numbers()
+                .map(|of| Some(Measured { value: real(of, "value")?, u: real(of, "u")? }))
+                .collect::<Option<_>>()?,
             derivatives: derivatives()?,
             flags: flags_named(&object["flags"])?,
         }),
@@ -407,30 +419,34 @@ fn flags_named(names: &Value) -> Option<Flags> {
 }
 
 /// One event as a line; `None` where there is nothing to tell. `record` is what the host can diagnose.
-pub fn event_text(event: &Event, record: &str) -> Option<String> {
+pub fn event_text(event: &Event, record: &str, names: &[Named]) -> Option<String> {
     Some(match event {
         Event::Phase { phase: Phase::Held, .. } => "held".to_owned(),
         Event::Phase { phase: Phase::Released, release, .. } => {
             format!("release {release}: let go")
         }
         Event::Phase { .. } => return None,
-        Event::Window(window) => format!(
-            "  window {:2} at {:5.2} deg   wn {:8.4} rad/s   zeta {:9.6}   {}",
-            window.window,
-            window.amplitude_deg,
-            window.natural_frequency_rad_s,
-            window.damping_ratio,
-            flag_names(window.flags).join(" ")
-        )
-        .trim_end()
-        .to_owned(),
-        Event::Release(result) => release_text(result),
+        Event::Window(window) => {
+            let mut text = format!(
+                "  window {:2} at {:5.2} deg   wn {:8.4} rad/s   zeta {:9.6}",
+                window.window,
+                window.amplitude_deg,
+                window.natural_frequency_rad_s,
+                window.damping_ratio,
+            );
+            for (Named { name, unit }, value) in names.iter().zip(window.numbers.iter()) {
+                text += &format!("   {name} {value:.5} {unit}");
+            }
+            text += &format!("   {}", flag_names(window.flags).join(" "));
+            text.trim_end().to_owned()
+        }
+        Event::Release(result) => release_text(result, names),
         Event::Refined(refined) => refined_text(refined, record),
     })
 }
 
-fn release_text(result: &ReleaseResult) -> String {
-    let mut text = result_text(result);
+fn release_text(result: &ReleaseResult, names: &[Named]) -> String {
+    let mut text = result_text(result, names);
     for advice in flag_advice(result.flags) {
         text.push_str("\n  ");
         text.push_str(advice);
@@ -438,7 +454,7 @@ fn release_text(result: &ReleaseResult) -> String {
     text
 }
 
-fn result_text(result: &ReleaseResult) -> String {
+fn result_text(result: &ReleaseResult, names: &[Named]) -> String {
     let flags = flag_names(result.flags).join(" ");
     if result.windows == 0 {
         return format!("release {}: not usable: {flags}", result.release);
@@ -455,6 +471,9 @@ fn result_text(result: &ReleaseResult) -> String {
     .to_owned();
     if result.flags.unusable() {
         text.push_str(" (not usable)");
+    }
+    for (Named { name, unit }, measured) in names.iter().zip(result.numbers.iter()) {
+        text += &format!("\n  {name} {} {unit}", shown(*measured));
     }
     text.push_str(&derivatives_text(result.derivatives.as_ref()));
     text

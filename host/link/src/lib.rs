@@ -14,6 +14,7 @@ pub mod hub;
 pub mod image;
 pub mod key;
 pub mod live;
+pub mod numbers;
 pub mod port;
 #[cfg(unix)]
 mod pty;

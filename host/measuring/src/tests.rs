@@ -15,7 +15,7 @@ fn measuring() -> Measuring {
 }
 
 fn take(measuring: &mut Measuring, event: Event) {
-    let item = Item::Event { at: 0, event, trends: Vec::new() };
+    let item = Item::Event { at: 0, event, trends: Vec::new(), names: Vec::new() };
     measuring.take(&item, None).expect("nothing is written");
 }
 
@@ -37,6 +37,7 @@ pub(crate) fn of_network(measured: Measured) -> ReleaseResult {
         windows: 5,
         natural_frequency_rad_s: measured,
         damping_ratio: measured,
+        numbers: Default::default(),
         derivatives: None,
         flags: Flags(0),
     }

@@ -149,6 +149,7 @@ fn lesson(seed: u64) -> Settings {
         components: None,
         features: FeatureKind::BinMeans,
         model: None,
+        numbers: Vec::new(),
         amplitude: false,
         ranges: training::RANGES,
         samples: 8000,
@@ -239,7 +240,7 @@ fn to_json(
                 "natural_frequency_rad_s":
                     given.then(|| quantity(m.result.natural_frequency_rad_s)),
                 "damping_ratio": given.then(|| quantity(m.result.damping_ratio)),
-                "windows": m.windows.iter().map(window_json).collect::<Vec<_>>(),
+                "windows": m.windows.iter().map(|w| window_json(w, &[])).collect::<Vec<_>>(),
                 "flags": flag_names(m.result.flags),
                 "refined": m.refined.as_ref().map(refined_json),
                 "truth": {

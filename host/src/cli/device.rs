@@ -12,6 +12,7 @@ use yawrig_link::follow::{
     topology,
 };
 use yawrig_link::key;
+use yawrig_link::numbers::{named, Named};
 use yawrig_shared::wire::{SlotState, Status};
 
 #[derive(Args, Debug)]
@@ -131,6 +132,11 @@ fn to_text(identity: &Identity, status: &Status) -> String {
     if !network.effects.is_empty() {
         let effects = network.effects.replace(' ', ", ");
         lines.push(format!("model     second-order with {effects}"));
+    }
+    for Named { name, unit } in named(network) {
+        lines.push(format!(
+            "says      {name} in {unit}, beside natural frequency and damping ratio"
+        ));
     }
     for (index, slot) in status.slots.iter().enumerate() {
         let state = match slot {

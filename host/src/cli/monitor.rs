@@ -247,7 +247,7 @@ impl Following<'_> {
             if let Some(typed) = &typed {
                 self.obey(typed)?;
             }
-            if self.arguments.releases.is_some_and(|wanted| self.shown.releases >= wanted) {
+            if self.has_all() {
                 let status = self.session.bench().client.status()?;
                 if status.samples != taken.0 {
                     taken = (status.samples, Instant::now());
@@ -283,11 +283,21 @@ impl Following<'_> {
         }
     }
 
+    /// As many releases have ended as were asked for.
+    fn has_all(&self) -> bool {
+        self.arguments.releases.is_some_and(|wanted| self.shown.releases >= wanted)
+    }
+
     /// Shows and stores what has come, waiting a moment for it.
     fn take(&mut self) -> Result<()> {
         let mut patience = Duration::from_millis(20);
         while let Some(item) = self.session.next(patience)? {
             patience = Duration::ZERO;
+            let ends_release = matches!(item, Item::Event { event: Event::Release(_), .. });
+            if ends_release && self.has_all() {
+                // One more than was asked for.
+                break;
+            }
             self.shown.show(&item)?;
             if let Some(measuring) = &mut self.measuring {
                 measuring.take(&item, self.recording.as_mut())?;
@@ -296,8 +306,8 @@ impl Following<'_> {
                 let records = recording.put(&item)?;
                 self.show_records(&records)?;
             }
-            let enough = self.arguments.releases.is_some_and(|n| self.shown.releases >= n);
-            let enough = enough && self.shown.refined;
+            // Not every network's releases are refined.
+            let enough = self.has_all() && (self.shown.refined || ends_release);
             if matches!(item, Item::Device { .. }) {
                 self.device = Some(item);
             }

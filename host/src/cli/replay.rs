@@ -14,6 +14,7 @@ use yawrig_link::flash;
 use yawrig_link::follow::{
     device_json, event_text, flag_names, is_refined, precise, quantity, window_json,
 };
+use yawrig_link::numbers::{named, release_numbers, Named};
 use yawrig_link::replay::{
     refined_residual_rms_deg, replay, residual_rms_deg, Range, Release, Replayed,
 };
@@ -77,6 +78,7 @@ pub fn run(arguments: &Replay) -> Result<()> {
         flash::write(&mut bench.client, &blob, &mut Bar::new())?;
     }
     let status = bench.client.status()?;
+    let names = named(&status.network);
     let mut objects = Vec::new();
     let mut unusable = Vec::new();
     for record in &records {
@@ -84,7 +86,7 @@ pub fn run(arguments: &Replay) -> Result<()> {
             print_line(&record.file.display().to_string())?;
         }
         let name = record.file.display().to_string();
-        let mut show = |event: &_| match event_text(event, &name) {
+        let mut show = |event: &_| match event_text(event, &name, &names) {
             Some(text) if !arguments.json => print_line(&text),
             _ => Ok(()),
         };
@@ -101,7 +103,7 @@ pub fn run(arguments: &Replay) -> Result<()> {
         if !usable {
             unusable.push(why(&record.file, replayed.main_release()));
         }
-        objects.push(record_json(record, range, &replayed));
+        objects.push(record_json(record, range, &replayed, &names));
     }
     if arguments.json {
         print_json(&json!({
@@ -127,7 +129,7 @@ fn why(file: &Path, release: Option<&Release>) -> String {
     format!("{}: the device has no estimate to rely on ({flags})", file.display())
 }
 
-fn record_json(record: &Record, range: Range, replayed: &Replayed) -> Value {
+fn record_json(record: &Record, range: Range, replayed: &Replayed, names: &[Named]) -> Value {
     let seconds = |sample: u32| {
         f64::from(sample.wrapping_sub(replayed.first_sample)) / f64::from(SAMPLE_RATE_HZ)
             + record.time_s.first().copied().unwrap_or(0.0)
@@ -151,7 +153,7 @@ fn record_json(record: &Record, range: Range, replayed: &Replayed) -> Value {
     });
     // The device's zero is not the record's.
     let on_records_scale = |window: &WindowResult| {
-        let mut object = window_json(window);
+        let mut object = window_json(window, names);
         object["midline_deg"] = json!(f64::from(window.midline_deg) + replayed.shift_deg);
         object
     };
@@ -163,6 +165,7 @@ fn record_json(record: &Record, range: Range, replayed: &Replayed) -> Value {
                 "method": "device",
                 "natural_frequency_rad_s": given.then(|| quantity(result.natural_frequency_rad_s)),
                 "damping_ratio": given.then(|| quantity(result.damping_ratio)),
+                "numbers": release_numbers(names, &result.numbers),
                 "residual_rms_deg": residual_rms_deg(record, replayed, release),
                 "windows": release.windows.iter().map(on_records_scale).collect::<Vec<_>>(),
                 "trends": trends_of(Some(release)).iter().map(Trend::to_json).collect::<Vec<_>>(),

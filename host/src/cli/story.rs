@@ -185,12 +185,13 @@ fn over_noise(revision: &Revision) -> String {
 /// As `train --model` has them.
 fn lesson(model: &Path) -> Result<Settings> {
     let source = training::read(model)?;
-    let amplitude = training::augmented(&source)?.is_some();
+    let amplitude = training::augmented(&source, &[])?.is_some();
     Ok(Settings {
         features: FeatureKind::BinMeans,
         components: None,
         ranges: training::RANGES,
         model: Some(source),
+        numbers: Vec::new(),
         amplitude,
         samples: SAMPLES,
         training: Training { epochs: EPOCHS, ..Training::default() },

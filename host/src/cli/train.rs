@@ -13,25 +13,32 @@ use yawrig_base::interrupt;
 use yawrig_model::training;
 use yawrig_shared::blob::{EffectIds, Envelope, MAGIC};
 use yawrig_shared::features::{FeatureKind, FEATURES};
-use yawrig_train::augmented::{Augmented, Source};
+use yawrig_shared::network::{MOST_NUMBERS, MOST_OUTPUTS, OUTPUTS};
+use yawrig_train::augmented::{Asked, Augmented, Source};
 use yawrig_train::continued::Unfinished;
 use yawrig_train::draws::Ranges;
 use yawrig_train::errors::Errors;
 use yawrig_train::freeze;
 use yawrig_train::measured;
-use yawrig_train::network_training::{self, Outcome, Settings};
+use yawrig_train::network_training::{self, Outcome, Settings, Told};
 use yawrig_train::{Checkpoint, Epoch, Options, Progress, Stop};
 
 #[derive(Args, Debug)]
 pub struct Train {
     /// Nodes in each layer, inputs first; 42 inputs: with the window's amplitude, which effects
-    /// need. [default: 41-6-2, 42-6-2 on a model with effects, N-6-2 on N components]
+    /// need. [default: 41-6-2, 42-6-2 on a model with effects, N-6-2 on N components; 10 in place
+    /// of 6 where it says numbers of effects]
     #[arg(long)]
     topology: Option<String>,
     /// Train on this model and its effects: what the device then reports is the natural frequency
     /// and damping ratio without them
     #[arg(long, value_name = "MODEL")]
     model: Option<PathBuf>,
+    /// What the network says: natural_frequency,damping_ratio and up to two numbers of the model's
+    /// effects, as coulomb_friction.c; each is trained on from half to one and a half of the
+    /// model's value, or on coulomb_friction.c=LOW..HIGH
+    #[arg(long, value_name = "NAMES", requires = "model")]
+    outputs: Option<String>,
     /// How a window is represented: `bins` (means over forty bins), `thesis` (forty
     /// point samples) or `pca:N` (N principal components of `bins`)
     #[arg(long, default_value = "bins", value_parser = parse_features)]
@@ -68,7 +75,7 @@ pub struct Train {
     /// Go on with a training that was interrupted, from the file it has left; more `--epochs` may be
     /// given, and another `--out`
     #[arg(long = "continue", value_name = "FILE.unfinished", conflicts_with_all = ["topology",
-          "features", "samples", "noise", "natural_frequency", "damping", "records", "restarts", "seed", "model"])]
+          "features", "samples", "noise", "natural_frequency", "damping", "records", "restarts", "seed", "model", "outputs"])]
     unfinished: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
@@ -136,34 +143,76 @@ fn parse_noise(text: &str) -> std::result::Result<Span, String> {
     Ok(Span([level, level]))
 }
 
+/// The outputs that every network has, as `--outputs` names them.
+const ALWAYS: [&str; OUTPUTS] = ["natural_frequency", "damping_ratio"];
+
+/// The numbers of effects among these outputs.
+fn numbers(outputs: &str, source: &Source) -> Result<Vec<Asked>> {
+    let wrong = |what: String| Error::usage(format!("--outputs {outputs}: {what}"));
+    let wanted = outputs.split(',').map(|output| match output.split_once('=') {
+        None => Ok((output.trim(), None)),
+        Some((name, range)) => match parse_range(range) {
+            Ok(Span(range)) => Ok((name.trim(), Some(range))),
+            Err(why) => Err(wrong(format!("{name}: {why}"))
+                .help("a number's range stands behind it: coulomb_friction.c=0.05..0.2")),
+        },
+    });
+    let wanted: Vec<_> = wanted.collect::<Result<_>>()?;
+    for (place, (name, range)) in wanted.iter().enumerate() {
+        if wanted[..place].iter().any(|(before, _)| before == name) {
+            return Err(wrong(format!("{name} stands there twice")).help("name it once"));
+        }
+        if ALWAYS.contains(name) && range.is_some() {
+            return Err(wrong(format!("{name} has a range of its own"))
+                .help("give it with --natural-frequency or --damping"));
+        }
+    }
+    if let Some(missing) = ALWAYS.iter().find(|always| !wanted.iter().any(|(n, _)| n == *always)) {
+        return Err(wrong(format!("{missing} is left out, which every network says"))
+            .help(format!("begin with {}", ALWAYS.join(","))));
+    }
+    let numbers: Vec<_> = wanted.iter().filter(|(name, _)| !ALWAYS.contains(name)).collect();
+    if numbers.len() > MOST_NUMBERS {
+        let count = wanted.len();
+        return Err(wrong(format!("{count} outputs, and a device says {MOST_OUTPUTS} at most"))
+            .help("train another network for the others"));
+    }
+    numbers.into_iter().map(|(name, range)| training::asked(source, name, *range)).collect()
+}
+
 /// Whether the amplitude is an input, and the hidden layers. `with_effects`: the windows are of a
-/// model that has some.
+/// model that has some; `outputs`: so many there are.
 fn parse_topology(
     topology: &str,
     components: Option<usize>,
     with_effects: bool,
+    outputs: usize,
 ) -> Result<(bool, Vec<usize>)> {
     let inputs = components.unwrap_or(FEATURES);
     let wrong = || {
-        Error::usage(format!("`{topology}` is not a topology this trains"))
-            .help(format!("{inputs} inputs, hidden layers, 2 outputs: --topology {inputs}-6-2"))
+        Error::usage(format!("`{topology}` is not a topology this trains")).help(format!(
+            "{inputs} inputs, hidden layers, {outputs} outputs: --topology {inputs}-6-{outputs}"
+        ))
     };
     let layers: Vec<usize> = topology
         .split('-')
         .map(|width| width.parse().map_err(|_| wrong()))
         .collect::<Result<_>>()?;
-    match layers.as_slice() {
-        [first, hidden @ .., 2] if components.is_some() && !hidden.contains(&0) => {
+    let Some((_, layers)) = layers.split_last().filter(|(last, _)| **last == outputs) else {
+        return Err(wrong());
+    };
+    match layers {
+        [first, hidden @ ..] if components.is_some() && !hidden.contains(&0) => {
             match *first == inputs {
                 true => Ok((with_effects, hidden.to_vec())),
                 false => Err(wrong()),
             }
         }
-        [42, _, .., 2] if !with_effects => Err(Error::usage(format!(
+        [42, _, ..] if !with_effects => Err(Error::usage(format!(
             "`{topology}`: without effects nothing depends on the amplitude, the 42nd input"
         ))
         .help("take 41 inputs, or train on a model with effects: --model model.toml")),
-        [inputs @ (41 | 42), hidden @ .., 2] if !hidden.contains(&0) => {
+        [inputs @ (41 | 42), hidden @ ..] if !hidden.contains(&0) => {
             Ok((*inputs == 42, hidden.to_vec()))
         }
         _ => Err(wrong()),
@@ -204,8 +253,8 @@ struct Job {
 }
 
 /// The effects of the model that is trained on.
-fn augmented(source: Option<&Source>) -> Result<Option<Augmented>> {
-    source.map_or(Ok(None), training::augmented)
+fn augmented(source: Option<&Source>, asked: &[Asked]) -> Result<Option<Augmented>> {
+    source.map_or(Ok(None), |source| training::augmented(source, asked))
 }
 
 /// Their identifiers; empty: none.
@@ -221,11 +270,15 @@ fn job(arguments: &Train) -> Result<Job> {
         }
         let out = arguments.out.clone().unwrap_or(unfinished.out);
         let (settings, from) = (unfinished.settings, Some(unfinished.checkpoint));
-        let model = augmented(settings.model.as_ref())?;
+        let model = augmented(settings.model.as_ref(), &settings.numbers)?;
         return Ok(Job { settings, model, from, out });
     }
     let source = arguments.model.as_deref().map(training::read).transpose()?;
-    let model = augmented(source.as_ref())?;
+    let numbers = match (&arguments.outputs, &source) {
+        (Some(outputs), Some(source)) => numbers(outputs, source)?,
+        _ => Vec::new(),
+    };
+    let model = augmented(source.as_ref(), &numbers)?;
     let effects = ids(model.as_ref());
     if let (Some(path), true) = (&arguments.model, effects.is_empty()) {
         crate::say!(
@@ -235,9 +288,12 @@ fn job(arguments: &Train) -> Result<Job> {
     }
     let Features { kind, components } = arguments.features;
     let usual = FEATURES + usize::from(!effects.is_empty());
-    let usual = format!("{}-6-2", components.unwrap_or(usual));
+    let outputs = OUTPUTS + numbers.len();
+    // A number more takes nodes of its own, or the others would be worse for it.
+    let nodes = if numbers.is_empty() { 6 } else { 10 };
+    let usual = format!("{}-{nodes}-{outputs}", components.unwrap_or(usual));
     let topology = arguments.topology.as_deref().unwrap_or(&usual);
-    let (amplitude, hidden) = parse_topology(topology, components, !effects.is_empty())?;
+    let (amplitude, hidden) = parse_topology(topology, components, !effects.is_empty(), outputs)?;
     let ranges = if arguments.records.is_empty() {
         Ranges {
             natural_frequency_rad_s: arguments.natural_frequency.0,
@@ -258,6 +314,7 @@ fn job(arguments: &Train) -> Result<Job> {
         features: kind,
         components,
         model: source,
+        numbers,
         amplitude,
         ranges,
         samples: arguments.samples as usize,
@@ -340,7 +397,7 @@ pub fn run(arguments: &Train) -> Result<()> {
 /// # Errors
 /// Those of the training; 130 where the user stops it.
 pub fn teach(settings: &Settings) -> Result<Outcome> {
-    let model = augmented(settings.model.as_ref())?;
+    let model = augmented(settings.model.as_ref(), &settings.numbers)?;
     let mut bar = Bar::new(settings.training.epochs as u64);
     let outcome = network_training::run(settings, model.as_ref(), &mut bar)?;
     drop(bar);
@@ -388,6 +445,7 @@ fn to_json(
         "train": outcome.train,
         "test": outcome.test,
         "effects": effects.split_whitespace().collect::<Vec<_>>(),
+        "numbers": outcome.numbers,
         "network": out.display().to_string(),
         "id": Envelope::read(&outcome.blob).map(|e| network_id(e.payload_crc)).ok(),
     })
@@ -414,7 +472,13 @@ fn to_text(
             e.damping_ratio_p95_percent,
         )
     };
-    [
+    let numbers = outcome.numbers.iter().map(|Told { asked, rms, rms_without_noise }| {
+        let Asked { name, unit, range: [low, high] } = asked;
+        format!(
+            "test   {name}: rms {rms:.2e} {unit}, without noise {rms_without_noise:.2e}; trained from {low} to {high}"
+        )
+    });
+    let mut lines = vec![
         format!(
             "{} on {} windows{model}: {} epochs in {seconds:.1} s ({}), {:.0} of {} parameters effective",
             freeze::name(&outcome.topology),
@@ -426,7 +490,8 @@ fn to_text(
         ),
         row("train", &outcome.train),
         row("test", &outcome.test),
-        format!("written to {}", out.display()),
-    ]
-    .join("\n")
+    ];
+    lines.extend(numbers);
+    lines.push(format!("written to {}", out.display()));
+    lines.join("\n")
 }

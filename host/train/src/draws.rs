@@ -42,12 +42,14 @@ pub struct Draw {
     pub features: Features,
     pub natural_frequency_rad_s: f64,
     pub damping_ratio: f64,
+    /// Those of effects that the network is to say.
+    pub numbers: Vec<f64>,
 }
 
 impl Draw {
-    fn of(features: Features, modal: &Modal) -> Self {
+    fn of(features: Features, modal: &Modal, numbers: Vec<f64>) -> Self {
         let Modal { natural_frequency_rad_s, damping_ratio } = *modal;
-        Self { features, natural_frequency_rad_s, damping_ratio }
+        Self { features, natural_frequency_rad_s, damping_ratio, numbers }
     }
 }
 
@@ -137,7 +139,7 @@ fn one(ranges: &Ranges, kind: FeatureKind, random: &mut ChaCha8Rng) -> Option<Dr
         offset_deg + START_DEG * swing
     });
     let features = first_window(readings, START_DEG, noise, kind, random)?;
-    Some(Draw::of(features, &modal))
+    Some(Draw::of(features, &modal, Vec::new()))
 }
 
 /// A window of a model with effects.
@@ -150,12 +152,13 @@ fn augmented(
     let modal = modal(ranges, random);
     let noise = noise(ranges, random);
     let offset_deg = between(random, [-2.0, 2.0]);
-    let swing = model.swing(&modal, random)?;
+    let numbers: Vec<f64> = model.asked().map(|asked| between(random, asked.range)).collect();
+    let swing = model.swing(&modal, &numbers, random)?;
     let readings = swing.readings_deg.iter().map(|reading| offset_deg + reading);
     let features = first_window(readings, swing.amplitude_deg, noise, kind, random)?;
     let [low, high] = augmented::KEPT_DEG;
     let kept = (low..high).contains(&f64::from(features.amplitude_deg));
-    kept.then(|| Draw::of(features, &modal))
+    kept.then(|| Draw::of(features, &modal, numbers))
 }
 
 /// The features of the first window the device finds in these readings, deg, once they have noise.

@@ -1,5 +1,7 @@
 //! How far estimates of natural frequency and damping ratio lie from the truth.
 
+use yawrig_core::solver::linear_fit;
+
 /// Errors in physical units. Medians and 95th percentiles stand beside the rms, which a few draws of
 /// almost no damping dominate.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -41,8 +43,52 @@ impl Errors {
     }
 }
 
+/// How far a network's estimates of an effect's number lie from the truth, in the number's unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NumberErrors {
+    pub rms: f64,
+    /// The power of the amplitude that their size goes with.
+    pub amplitude_power: f64,
+}
+
+impl NumberErrors {
+    /// Of windows' amplitudes, deg, and errors.
+    pub fn of(errors: &[(f64, f64)]) -> Self {
+        let mean_square = errors.iter().map(|(_, e)| e * e).sum::<f64>() / errors.len() as f64;
+        // What is as good as none has no logarithm.
+        let least = f64::MIN_POSITIVE.max(1e-9 * mean_square.sqrt());
+        let logs =
+            errors.iter().map(|(amplitude, e)| ([amplitude.ln(), 1.0], e.abs().max(least).ln()));
+        let amplitude_power = linear_fit(logs).map_or(0.0, |[power, _]| power);
+        Self { rms: mean_square.sqrt(), amplitude_power }
+    }
+}
+
 /// Of sorted values; not a number where there are none.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     let at = ((sorted.len() as f64 * share) as usize).min(sorted.len().saturating_sub(1));
     sorted.get(at).copied().unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_power_of_the_amplitude_that_errors_go_with_is_found() {
+        for power in [-2.0_f64, 0.0, 1.0] {
+            let error = |k: i32| {
+                let amplitude = 0.7 * 1.01_f64.powi(k);
+                // Of either sign, and of many sizes at each amplitude.
+                (
+                    amplitude,
+                    amplitude.powf(power)
+                        * (0.1 + f64::from(k * 37 % 100) / 100.0)
+                        * (-1.0_f64).powi(k),
+                )
+            };
+            let found = NumberErrors::of(&(0..270).map(error).collect::<Vec<_>>());
+            assert!((found.amplitude_power - power).abs() < 0.1, "{power} {found:?}");
+        }
+    }
 }

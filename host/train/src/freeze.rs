@@ -1,24 +1,33 @@
 //! From trained weights to a frozen network, and how good it is on windows it has not seen.
 
+use super::augmented::Asked;
 use super::draws::{Draw, Ranges};
-use super::errors::Errors;
+use super::errors::{Errors, NumberErrors};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::settings;
 use yawrig_shared::blob::{self, Payload, Provenance};
 use yawrig_shared::features::{AmplitudeScaling, FeatureKind, InputScaling, SHAPE};
-use yawrig_shared::network::{Activation, Network, OutputScaling, TrainedRange};
+use yawrig_shared::network::{Activation, Network, Number, OutputScaling, TrainedRange};
+use yawrig_shared::numbers::Numbers;
 
 /// How features become inputs and outputs become physical, fixed before training.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Scaling {
     pub inputs: InputScaling,
     pub outputs: [OutputScaling; 2],
+    /// Numbers of effects that the network is to say: their scaling and their ranges.
+    pub numbers: Vec<(OutputScaling, [f64; 2])>,
 }
 
 impl Scaling {
     /// Brings the draws' features and the ranges' targets to -1 to 1; with the `amplitude` as one
     /// more input, or without.
-    pub fn of(draws: &[Draw], ranges: &Ranges, amplitude: bool) -> Self {
+    pub fn of<'a>(
+        draws: &[Draw],
+        ranges: &Ranges,
+        asked: impl Iterator<Item = &'a Asked>,
+        amplitude: bool,
+    ) -> Self {
         let largest = draws
             .iter()
             .flat_map(|draw| &draw.features.values[..SHAPE])
@@ -41,6 +50,7 @@ impl Scaling {
                 amplitude: amplitude.then(|| AmplitudeScaling::between(least_deg, most_deg)),
             },
             outputs: [output(ranges.natural_frequency_rad_s), output(ranges.damping_ratio)],
+            numbers: asked.map(|asked| (output(asked.range), asked.range)).collect(),
         }
     }
 
@@ -49,16 +59,18 @@ impl Scaling {
         draws.iter().flat_map(|draw| self.inputs.apply(&draw.features)).map(f64::from).collect()
     }
 
-    /// Row-major targets (n x 2) as the trainer takes them.
+    /// Row-major targets (n x 2, and one more for each number) as the trainer takes them.
     pub fn targets(&self, draws: &[Draw]) -> Vec<f64> {
         let scaled = |x: f64, s: &OutputScaling| (x - f64::from(s.offset)) / f64::from(s.gain);
         draws
             .iter()
             .flat_map(|draw| {
-                [
+                let numbers = draw.numbers.iter().zip(&self.numbers);
+                let modal = [
                     scaled(draw.natural_frequency_rad_s, &self.outputs[0]),
                     scaled(draw.damping_ratio, &self.outputs[1]),
-                ]
+                ];
+                modal.into_iter().chain(numbers.map(|(x, (s, _))| scaled(*x, s)))
             })
             .collect()
     }
@@ -104,6 +116,17 @@ pub fn network(
         },
         test_rms: [0.0; 2],
         bias_rms: [0.0; 2],
+        numbers: scaling
+            .numbers
+            .iter()
+            .map(|(scaling, range)| Number {
+                scaling: *scaling,
+                range: f32s(*range),
+                test_rms: 0.0,
+                bias_rms: 0.0,
+                amplitude_power: 0,
+            })
+            .collect(),
         weights: frozen,
     };
     match network.check() {
@@ -145,4 +168,20 @@ pub fn errors(network: &Network, draws: &[Draw]) -> Errors {
         (found, [draw.natural_frequency_rad_s, draw.damping_ratio])
     };
     Errors::of(&draws.iter().map(pair).collect::<Vec<_>>())
+}
+
+/// The same for the numbers of effects, one after the other.
+pub fn number_errors(network: &Network, draws: &[Draw]) -> Vec<NumberErrors> {
+    let found: Vec<_> = draws
+        .iter()
+        .map(|draw| network.estimate_inputs(&network.inputs.apply(&draw.features)).numbers)
+        .collect();
+    let of = |number: usize| {
+        let error = |(draw, found): (&Draw, &Numbers<f32>)| {
+            let off = f64::from(found[number]) - draw.numbers[number];
+            (f64::from(draw.features.amplitude_deg), off)
+        };
+        NumberErrors::of(&draws.iter().zip(&found).map(error).collect::<Vec<_>>())
+    };
+    (0..network.numbers.len()).map(of).collect()
 }

@@ -1,18 +1,18 @@
 //! From settings to a frozen network: draw windows, train, freeze, test.
 
-use super::augmented::{Augmented, Source};
+use super::augmented::{Asked, Augmented, Source};
 use super::draws::{draw, Draw, Ranges};
 use super::errors::Errors;
 use super::freeze::{self, Scaling};
 use super::held_out::{HeldOut, HeldOutEpoch};
 use super::pca::{self, Projection};
-use super::{Checkpoint, Options, Precision, Progress, Samples, Trained};
+use super::{Checkpoint, Options, Precision, Progress, Samples, Stop, Trained};
 use serde::{Deserialize, Serialize};
-use yawrig_base::error::{Error, Result};
+use yawrig_base::error::{Error, Exit, Result};
 use yawrig_base::settings;
 use yawrig_shared::blob::Provenance;
 use yawrig_shared::features::FeatureKind;
-use yawrig_shared::network::{Network, OUTPUTS};
+use yawrig_shared::network::{Network, MOST_POWER, OUTPUTS};
 
 /// Windows the network is tested on, drawn apart from those it is trained on.
 const TEST_DRAWS: usize = 2000;
@@ -26,6 +26,9 @@ pub struct Settings {
     pub ranges: Ranges,
     /// A model whose effects the windows have; none: the second-order response alone.
     pub model: Option<Source>,
+    /// Numbers of the model's effects that the network is to say, too.
+    #[serde(default)]
+    pub numbers: Vec<Asked>,
     /// The window's amplitude is an input, too.
     pub amplitude: bool,
     pub samples: usize,
@@ -42,9 +45,31 @@ pub struct Outcome {
     pub topology: Vec<usize>,
     pub train: Errors,
     pub test: Errors,
+    pub numbers: Vec<Told>,
     /// Errors on the windows of `test` over the training; not at every epoch.
     pub test_history: Vec<HeldOutEpoch>,
 }
+
+/// How well the network tells a number of an effect, on the windows of `test`: rms in the number's unit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Told {
+    #[serde(flatten)]
+    pub asked: Asked,
+    pub rms: f64,
+    pub rms_without_noise: f64,
+}
+
+impl Told {
+    /// Rms of who knows nothing of it but its range.
+    fn guessing(&self) -> f64 {
+        let [low, high] = self.asked.range;
+        (high - low) / 12.0_f64.sqrt()
+    }
+}
+
+/// A network whose error of a number without noise is a larger share of that of guessing does not tell it: what it says is
+/// the middle of the range more than the window.
+const TELLS: f64 = 0.5;
 
 /// Draws, trains, freezes and tests; `model`: that of the settings, whose effects the windows have.
 ///
@@ -84,7 +109,8 @@ fn from(
     let windows =
         |ranges: &Ranges, count, seed| draw(ranges, settings.features, model, count, seed);
     let draws = windows(&settings.ranges, settings.samples, seed)?;
-    let scaling = Scaling::of(&draws, &settings.ranges, settings.amplitude);
+    let asked: Vec<Asked> = model.into_iter().flat_map(Augmented::asked).cloned().collect();
+    let scaling = Scaling::of(&draws, &settings.ranges, asked.iter(), settings.amplitude);
     let projection = match settings.components {
         None => None,
         Some(count) => Some(projection(&scaling.inputs(&draws), draws.len(), count)?),
@@ -96,7 +122,7 @@ fn from(
             None => inputs,
         };
         let (n, targets) = (draws.len(), scaling.targets(draws));
-        Samples { d: inputs.len() / n, inputs, targets, n, k: OUTPUTS }
+        Samples { d: inputs.len() / n, inputs, targets, n, k: OUTPUTS + asked.len() }
     };
     let samples = told(&draws);
     let topology = settings.training.topology(&samples);
@@ -129,6 +155,25 @@ fn from(
     let rms =
         |e: &Errors| [e.natural_frequency_mse.sqrt() as f32, e.damping_ratio_mse.sqrt() as f32];
     (network.test_rms, network.bias_rms) = (rms(&test), rms(&bias));
+    let noisy = freeze::number_errors(&network, &test_draws);
+    let quiet = freeze::number_errors(&network, &quiet_draws);
+    for ((number, noisy), quiet) in network.numbers.iter_mut().zip(&noisy).zip(&quiet) {
+        (number.test_rms, number.bias_rms) = (noisy.rms as f32, quiet.rms as f32);
+        // The noise was drawn as a share of the amplitude; a sensor's is the same at all of them.
+        let power = 2.0 - 2.0 * noisy.amplitude_power;
+        number.amplitude_power = power.round().clamp(0.0, f64::from(MOST_POWER)) as u8;
+    }
+    let told = asked.iter().zip(noisy.iter().zip(&quiet));
+    let numbers: Vec<Told> = told
+        .map(|(asked, (noisy, quiet))| Told {
+            asked: asked.clone(),
+            rms: noisy.rms,
+            rms_without_noise: quiet.rms,
+        })
+        .collect();
+    if trained.stopped != Stop::Interrupted {
+        numbers.iter().try_for_each(tells)?;
+    }
     let provenance = Provenance {
         trainer: heapless::String::try_from(env!("CARGO_PKG_VERSION")).unwrap_or_default(),
         seed,
@@ -136,10 +181,35 @@ fn from(
         epochs: trained.epochs as u32,
         noise: settings.ranges.noise.map(|x| x as f32),
         effects: model.and_then(Augmented::ids).unwrap_or_default(),
+        numbers: model.and_then(Augmented::number_names).unwrap_or_default(),
     };
     let blob = freeze::blob(network.clone(), provenance, &test_draws)?;
     let train = freeze::errors(&network, &draws);
-    Ok(Outcome { network, blob, trained, topology, train, test, test_history })
+    Ok(Outcome { network, blob, trained, topology, train, test, numbers, test_history })
+}
+
+/// # Errors
+/// Exit 6 where the network says little more of a number than where its range is.
+fn tells(told: &Told) -> Result<()> {
+    let Told { asked: Asked { name, unit, .. }, rms_without_noise: rms, .. } = told;
+    let guessing = told.guessing();
+    if *rms <= TELLS * guessing {
+        return Ok(());
+    }
+    Err(Error::new(
+        Exit::Quality,
+        format!(
+            "the network cannot tell {name}: from windows without noise it is off by {rms:.2e} {unit} rms, and the middle \
+             of its range by {guessing:.2e}"
+        ),
+    )
+    .help(format!(
+        "if three cycles hold it at all: ranges around the rig's own ({}, {}), a wider one of the number, more {} or {}",
+        settings::name("natural_frequency"),
+        settings::name("damping"),
+        settings::name("samples"),
+        settings::name("epochs")
+    )))
 }
 
 /// Components of these row-major inputs.

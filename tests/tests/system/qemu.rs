@@ -74,6 +74,7 @@ fn a_network_with_the_amplitude_gives_the_same_bits_on_both() {
         features: FeatureKind::BinMeans,
         ranges: Ranges { noise: [0.005, 0.005], ..Ranges::default() },
         model: Some(source),
+        numbers: Vec::new(),
         amplitude: true,
         components: None,
         samples: 300,

@@ -50,8 +50,8 @@ pub(crate) fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
         let (_, Some(Finding::Window(window))) = tracker.push(*yaw_deg as f32) else { continue };
         let features = features(network.features, tracker.history(), &window);
         let estimate = network.estimate(&features);
-        collector.add(&estimate, features.amplitude_deg);
-        if !network.range.holds(&estimate) && !flags.contains(&Flag::OutsideTrainedRange) {
+        collector.add(&estimate, features.amplitude_deg, &network.numbers);
+        if !network.holds(&estimate) && !flags.contains(&Flag::OutsideTrainedRange) {
             flags.push(Flag::OutsideTrainedRange);
         }
         let middle = window.moment(0.5).since(0);

@@ -2,6 +2,7 @@
 
 use crate::amplitude_trend::{trends, Trend};
 use crate::follow::{event_from_json, event_json, event_text, forgotten_name, forgotten_of};
+use crate::numbers::{names_from_json, Named};
 use serde::{Deserialize, Serialize};
 use serde_json::{json, Value};
 use std::fmt;
@@ -18,8 +19,9 @@ pub enum Item {
     Samples { first: u64, yaw_deg: Vec<f64> },
     /// Samples that never came.
     Gap { first: u64, count: u64 },
-    /// What the device says; with a release's result, what of its windows changes with amplitude.
-    Event { at: u64, event: Event, trends: Vec<Trend> },
+    /// What the device says; with a release's result, what of its windows changes with amplitude. `names` are those of
+    /// the numbers of effects in it.
+    Event { at: u64, event: Event, trends: Vec<Trend>, names: Vec<Named> },
     /// Results that the device does not keep any more.
     EventsLost { at: u64, count: u64 },
     /// The device began anew: its clock and its releases count from zero, and how long it was away
@@ -126,8 +128,8 @@ impl Item {
             }
             Self::Samples { yaw_deg, .. } => ("samples", json!({"yaw_deg": yaw_deg})),
             Self::Gap { count, .. } => ("gap", json!({"missing_samples": count})),
-            Self::Event { event, trends, .. } => {
-                let mut object = event_json(event);
+            Self::Event { event, trends, names, .. } => {
+                let mut object = event_json(event, names);
                 if matches!(event, Event::Release(_)) {
                     object["trends"] = trends.iter().map(Trend::to_json).collect();
                 }
@@ -197,7 +199,12 @@ impl Item {
                 file: text("file")?,
                 missing_samples: number("missing_samples")?,
             },
-            _ => Self::Event { at, event: event_from_json(object)?, trends: Vec::new() },
+            _ => Self::Event {
+                at,
+                event: event_from_json(object)?,
+                trends: Vec::new(),
+                names: names_from_json(object),
+            },
         })
     }
 
@@ -207,8 +214,8 @@ impl Item {
         let time_s = time_s(self.at());
         Some(match self {
             Self::Samples { .. } => return None,
-            Self::Event { event, trends, .. } => {
-                let lines = event_text(event, "FILE").into_iter();
+            Self::Event { event, trends, names, .. } => {
+                let lines = event_text(event, "FILE", names).into_iter();
                 let lines: Vec<_> = lines.chain(trends.iter().map(|t| t.text(effects))).collect();
                 return (!lines.is_empty()).then(|| lines.join("\n"));
             }

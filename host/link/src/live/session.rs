@@ -5,6 +5,7 @@ use crate::bench::Bench;
 use crate::client::LinkError;
 use crate::condition::check;
 use crate::follow::{device_json, start_text};
+use crate::numbers::{named, Named};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Result};
@@ -49,6 +50,8 @@ pub struct Session {
     streams: bool,
     silent: bool,
     device: serde_json::Value,
+    /// What else than natural frequency and damping ratio its network says.
+    names: Vec<Named>,
     /// Results lost for good that were reported already; on this connection and on those before.
     missed: u64,
     /// Resets on this connection that were reported already, and what this run of the device is called.
@@ -108,6 +111,7 @@ impl Session {
             streams: false,
             silent: false,
             device: serde_json::Value::Null,
+            names: Vec::new(),
             missed: 0,
             resets: 0,
             run: status.session,
@@ -250,6 +254,7 @@ impl Session {
         let device = device_json(&self.bench.client.identity, status);
         if device != self.device {
             self.device = device.clone();
+            self.names = named(&status.network);
             let port = self.bench.shared_path().to_owned();
             self.items.push_back(Item::Device { at: self.now(), port, device });
         }
@@ -333,7 +338,8 @@ impl Session {
             // Of a release that was over before; samples up to what was said before it may be still to come.
             Event::Refined(_) => {
                 let at = self.now().max(self.latest);
-                self.items.push_back(Item::Event { at, event, trends: Vec::new() });
+                let (trends, names) = (Vec::new(), Vec::new());
+                self.items.push_back(Item::Event { at, event, trends, names });
                 return;
             }
         };
@@ -344,7 +350,11 @@ impl Session {
         let at = self.clock.of(sample);
         self.latest = self.latest.max(at);
         let trends = self.windows.take(&event);
-        self.items.push_back(Item::Event { at, event, trends });
+        let names = match &event {
+            Event::Window(_) | Event::Release(_) => self.names.clone(),
+            _ => Vec::new(),
+        };
+        self.items.push_back(Item::Event { at, event, trends, names });
     }
 
     fn unplugged(&mut self, why: String) {
