@@ -69,7 +69,7 @@ fn a_network_with_the_amplitude_gives_the_same_bits_on_both() {
                 parameters.c = { value = 0.02 }\n";
     std::fs::write(&model, text).expect("room for it");
     let source = training::read(model.path()).expect("the model");
-    let augmented = training::augmented(&source).expect("its effects");
+    let augmented = training::augmented(&source, &[]).expect("its effects");
     let settings = Settings {
         features: FeatureKind::BinMeans,
         ranges: Ranges { noise: [0.005, 0.005], ..Ranges::default() },
