@@ -1,6 +1,6 @@
 //! An effect added to a fitted model.
 
-use crate::model_fit::{better, continued, fit_jointly, Data, ADDED_WELL};
+use crate::model_fit::{better, continued, fit_jointly, precisely, Data, ADDED_WELL};
 use rayon::prelude::*;
 use yawrig_base::error::Result;
 use yawrig_base::interrupt;
@@ -41,16 +41,23 @@ pub fn add(data: &Data, inner: &JointFit, effect: Effect) -> Result<JointFit> {
         })
         .collect::<Result<_>>()?;
     // From the inner model as well, the effect at zero: so that it cannot fit worse than the inner model.
-    let mut others = Vec::new();
-    if singles.len() > 1 {
-        let without = |(inner, single): (&Fitted, &Fitted)| {
-            let mut numbers = single.varied(&effect).expect("it has been added").to_vec();
-            numbers.iter_mut().take(2).for_each(|n| *n = 0.0);
-            [&inner.parameters[..], &numbers].concat()
-        };
-        others.push(inner.fits.iter().zip(&singles).map(without).collect());
+    let without = |(inner, single): (&Fitted, &Fitted)| {
+        let mut numbers = single.varied(&effect).expect("it has been added").to_vec();
+        numbers.iter_mut().take(2).for_each(|n| *n = 0.0);
+        [&inner.parameters[..], &numbers].concat()
+    };
+    let zero: Vec<Vec<f64>> = inner.fits.iter().zip(&singles).map(without).collect();
+    let others = if singles.len() > 1 { vec![zero.clone()] } else { Vec::new() };
+    let fit = fit_jointly(data, &structure, &singles, &others)?;
+    if fit.sum_of_squares <= inner.sum_of_squares {
+        return Ok(fit);
     }
-    Ok(nested(fit_jointly(data, &structure, &singles, &others)?, inner))
+    // Another valley than the inner model's, or one that quick simulations have shifted.
+    let (releases, sharing) = (data.releases(), data.sharing(structure.effects.len()));
+    let beside = precisely(&releases, &structure, &sharing, &zero)?;
+    let is_better =
+        (beside.converged, -beside.sum_of_squares) > (fit.converged, -fit.sum_of_squares);
+    Ok(nested(if is_better { beside } else { fit }, inner))
 }
 
 /// What fits worse than the model it contains has not converged.

@@ -317,17 +317,27 @@ pub(super) fn continued(
 
 /// `fit` once more by precise simulations: its numbers are then those of the equation, whatever integrates it.
 fn polished(releases: &[Release], sharing: &Sharing, fit: JointFit) -> Result<JointFit> {
-    let structure = fit.structure.precisely();
     // With a user's own effect they are precise enough.
-    if !structure.precise || !fit.converged || structure.effects.iter().any(Effect::is_own) {
+    if !fit.converged || fit.structure.effects.iter().any(Effect::is_own) {
         return Ok(fit);
     }
-    let mut polished = joint::fit(releases, &structure, sharing, &numbers(&fit.fits));
+    let polished = precisely(releases, &fit.structure, sharing, &numbers(&fit.fits))?;
+    Ok(if polished.converged { polished } else { fit })
+}
+
+/// A fit by precise simulations, from `starts`.
+pub(super) fn precisely(
+    releases: &[Release],
+    structure: &Structure,
+    sharing: &Sharing,
+    starts: &[Vec<f64>],
+) -> Result<JointFit> {
+    let mut fit = joint::fit(releases, &structure.precisely(), sharing, starts);
     interrupt::check()?;
     // What is built upon it is screened by quick simulations again.
-    polished.structure.precise = false;
-    polished.fits.iter_mut().for_each(|fit| fit.structure.precise = false);
-    Ok(if polished.converged { polished } else { fit })
+    fit.structure.precise = false;
+    fit.fits.iter_mut().for_each(|fit| fit.structure.precise = false);
+    Ok(fit)
 }
 
 /// `model` with the values that `fit` has found.
