@@ -12,7 +12,7 @@ use crate::slots::{Slot, Store};
 use crate::stream::Stream;
 use crate::BUILT_IN;
 use embedded_storage::nor_flash::NorFlash;
-use yawrig_shared::blob::{self, EffectIds, Envelope, NumberNames, Provenance};
+use yawrig_shared::blob::{self, EffectIds, Envelope, Provenance};
 use yawrig_shared::network::Network;
 use yawrig_shared::source::in_memory;
 use yawrig_shared::wire::{
@@ -30,14 +30,12 @@ struct Running {
     id: u32,
     slot: Option<Slot>,
     effects: EffectIds,
-    numbers: NumberNames,
 }
 
 impl Running {
     fn new(envelope: Envelope, provenance: Provenance, slot: Option<Slot>) -> Self {
         let Envelope { generation, payload_crc: id, .. } = envelope;
-        let Provenance { effects, numbers, .. } = provenance;
-        Self { generation, id, slot, effects, numbers }
+        Self { generation, id, slot, effects: provenance.effects }
     }
 }
 
@@ -568,7 +566,7 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
                 slot: running.and_then(|r| r.slot).map(|slot| slot as u8),
                 on_trial: self.trial.is_some(),
                 effects: running.map_or(Default::default(), |r| r.effects.clone()),
-                numbers: running.map_or(Default::default(), |r| r.numbers.clone()),
+                numbers: running.map_or(Default::default(), |_| self.network.number_names.clone()),
             },
             slots: Slot::BOTH.map(|slot| self.store.state(slot)),
             lock: self.kept_lock().map(|lock| lock.key),

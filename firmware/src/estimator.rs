@@ -135,13 +135,7 @@ mod tests {
         };
         let mut network = Network::empty();
         let scaling = OutputScaling { offset: 0.0, gain: 1.0 };
-        let number = Number {
-            scaling,
-            range: [0.0, 1.0],
-            test_rms: 0.0625,
-            bias_rms: 0.5,
-            amplitude_power: 0,
-        };
+        let number = Number { scaling, test_rms: 0.0625, bias_rms: 0.5, amplitude_power: 0 };
         network.numbers.push(number).unwrap();
         assert!(collector.numbers(&network).is_empty());
         collector.add(&estimate, 5.0, &network.numbers);
@@ -154,8 +148,8 @@ mod tests {
         let mut network = Network::empty();
         for amplitude_power in [0, 3] {
             let scaling = OutputScaling { offset: 0.0, gain: 1.0 };
-            let (range, bias_rms) = ([0.0, 1.0], 0.125);
-            let number = Number { scaling, range, test_rms: 0.0, bias_rms, amplitude_power };
+            let bias_rms = 0.125;
+            let number = Number { scaling, test_rms: 0.0, bias_rms, amplitude_power };
             network.numbers.push(number).unwrap();
         }
         let mut collector = Collector::default();

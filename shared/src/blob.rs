@@ -58,10 +58,6 @@ impl Serialize for OutputBits {
 /// Identifiers of effects, apart by spaces; empty: the second-order response alone.
 pub type EffectIds = String<96>;
 
-/// A line for each number of an effect: the effect's place among the identifiers, from 0, a dot, the number's name, a
-/// space and its unit.
-pub type NumberNames = String<40>;
-
 /// How a network came about.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
@@ -74,9 +70,6 @@ pub struct Provenance {
     pub noise: [f32; 2],
     /// Effects of the model it was trained on.
     pub effects: EffectIds,
-    /// Those of the network's numbers.
-    #[serde(skip)]
-    pub numbers: NumberNames,
 }
 
 /// What the envelope is about.
@@ -176,10 +169,10 @@ fn word(bytes: &[u8; ENVELOPE], at: usize) -> u32 {
 /// Writes a blob to `buffer`; returns its length.
 pub fn encode(payload: &Payload, generation: u32, buffer: &mut [u8]) -> Result<usize, BlobError> {
     let room = buffer.get_mut(ENVELOPE..).ok_or(BlobError::NoRoom)?;
-    let Payload { network, provenance, .. } = payload;
+    let network = &payload.network;
     let (mut format, mut payload_length) = (FORMAT, 0);
     if !network.numbers.is_empty() {
-        let first = postcard::to_slice(&(&network.numbers, &provenance.numbers), room);
+        let first = postcard::to_slice(&(&network.numbers, &network.number_names), room);
         (format, payload_length) =
             (FORMAT_WITH_NUMBERS, first.map_err(|_| BlobError::NoRoom)?.len());
     }
@@ -220,9 +213,10 @@ pub fn decode(bytes: &[u8]) -> Result<(Envelope, Payload), BlobError> {
     let mut network = Network::empty();
     let mut golden = Vec::new();
     let (envelope, provenance, from_counts) =
-        decode_all(&mut in_memory(bytes), &mut network, |vector| {
+        decode_all(&mut in_memory(bytes), &mut network, |inputs, outputs| {
+            let inputs = inputs.iter().map(|x| x.to_bits()).collect();
             // Room is there: they have been counted.
-            let _ = golden.push(vector);
+            let _ = golden.push(Golden { inputs, outputs });
         })?;
     Ok((envelope, Payload { network, provenance, golden, from_counts }))
 }
@@ -232,7 +226,7 @@ pub fn decode_into(
     source: &mut Source,
     network: &mut Network,
 ) -> Result<(Envelope, Provenance), BlobError> {
-    decode_all(source, network, |_| ()).map(|(envelope, provenance, _)| (envelope, provenance))
+    decode_all(source, network, |_, _| ()).map(|(envelope, provenance, _)| (envelope, provenance))
 }
 
 type Decoded = (Envelope, Provenance, Option<OutputBits>);
@@ -241,16 +235,16 @@ type Decoded = (Envelope, Provenance, Option<OutputBits>);
 fn decode_all(
     source: &mut Source,
     network: &mut Network,
-    mut golden: impl FnMut(Golden),
+    mut golden: impl FnMut(&Inputs, OutputBits),
 ) -> Result<Decoded, BlobError> {
     let envelope = intact(source)?;
     let mut payload =
         Deserializer::from_flavor(Bytes::new(source, ENVELOPE..envelope.blob_length()));
     network.numbers.clear();
-    let mut numbers = NumberNames::new();
+    network.number_names.clear();
     if envelope.format == FORMAT_WITH_NUMBERS {
         network.numbers = next::<Vec<Number, MOST_NUMBERS>>(&mut payload)?;
-        numbers = text(&mut payload)?;
+        network.number_names = text(&mut payload)?;
         if network.numbers.is_empty() {
             return Err(BlobError::Malformed);
         }
@@ -259,7 +253,7 @@ fn decode_all(
     let trainer = text(&mut payload)?;
     let (seed, samples, epochs, noise) = next(&mut payload)?;
     let effects = text(&mut payload)?;
-    let provenance = Provenance { trainer, seed, samples, epochs, noise, effects, numbers };
+    let provenance = Provenance { trainer, seed, samples, epochs, noise, effects };
     let vectors: u32 = next(&mut payload)?;
     network.check().map_err(BlobError::Network)?;
     if !GOLDEN.contains(&(vectors as usize)) {
@@ -267,16 +261,17 @@ fn decode_all(
     }
     // One at a time: a device has no room for more.
     for vector in 0..vectors {
-        let inputs = next(&mut payload)?;
-        let expected = Golden { inputs, outputs: bits(&mut payload, network)? };
-        if expected.inputs.len() != network.inputs.count() {
+        let count: u32 = next(&mut payload)?;
+        if count as usize != network.inputs.count() {
             return Err(BlobError::GoldenMissing);
         }
-        let inputs: Inputs = expected.inputs.iter().map(|bits| f32::from_bits(*bits)).collect();
-        if estimate_bits(network, &inputs) != expected.outputs {
+        let inputs = (0..count).map(|_| next(&mut payload).map(f32::from_bits));
+        let inputs: Inputs = inputs.collect::<Result<_, _>>()?;
+        let expected = bits(&mut payload, network)?;
+        if estimate_bits(network, &inputs) != expected {
             return Err(BlobError::GoldenDiffers { vector: vector as u8 });
         }
-        golden(expected);
+        golden(&inputs, expected);
     }
     let rest = payload.finalize().map_err(|_| BlobError::Malformed)?;
     // Trained before there was one, or an option: whether there is one, then it.

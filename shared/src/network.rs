@@ -3,7 +3,7 @@
 use crate::features::{FeatureKind, Features, InputScaling, FEATURES, MOST_INPUTS};
 use crate::numbers::Numbers;
 use crate::source::Bytes;
-use heapless::Vec;
+use heapless::{String, Vec};
 use postcard::Deserializer;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -47,12 +47,15 @@ pub struct TrainedRange {
     pub damping_ratio: [f32; 2],
 }
 
+/// A line for each number of an effect: the effect's place among the identifiers in its provenance, from 0, a dot, the number's name, a
+/// space and its unit.
+pub type NumberNames = String<40>;
+
 /// One output more: a number of an effect, as its coefficient.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Number {
+    /// What it was drawn from for the training becomes -1 to 1.
     pub scaling: OutputScaling,
-    /// What it was drawn from for the training.
-    pub range: [f32; 2],
     /// As [`Network::test_rms`] and [`Network::bias_rms`].
     pub test_rms: f32,
     pub bias_rms: f32,
@@ -90,6 +93,8 @@ pub struct Network {
     /// What it says beside; mostly nothing. A blob has them before the rest.
     #[serde(skip)]
     pub numbers: Vec<Number, MOST_NUMBERS>,
+    #[serde(skip)]
+    pub number_names: NumberNames,
     /// Layer by layer a row of biases, then a row for each input, each as long as the layer is
     /// wide: the weights a node's neighbours use at once stand side by side.
     pub weights: Vec<f32, MOST_WEIGHTS>,
@@ -133,6 +138,7 @@ impl Network {
             test_rms: [0.0; OUTPUTS],
             bias_rms: [0.0; OUTPUTS],
             numbers: Vec::new(),
+            number_names: NumberNames::new(),
             weights: Vec::new(),
         }
     }
@@ -208,7 +214,7 @@ impl Network {
         let within = |[low, high]: [f32; 2], x: f32| x >= low && x <= high;
         within(self.range.natural_frequency_rad_s, estimate.natural_frequency_rad_s)
             && within(self.range.damping_ratio, estimate.damping_ratio)
-            && self.numbers.iter().zip(estimate.numbers.iter()).all(|(n, x)| within(n.range, *x))
+            && self.numbers.iter().zip(estimate.numbers.iter()).all(|(n, x)| within(n.range(), *x))
     }
 
     /// Natural frequency and damping ratio of a window. The network has been checked.
@@ -231,9 +237,15 @@ impl Network {
 }
 
 impl Number {
+    /// What it was drawn from for the training.
+    pub fn range(&self) -> [f32; 2] {
+        let OutputScaling { offset, gain } = self.scaling;
+        [offset - gain.abs(), offset + gain.abs()]
+    }
+
     fn is_sound(&self) -> bool {
-        let Self { scaling, range: [low, high], test_rms, bias_rms, amplitude_power } = self;
-        let finite = [scaling.offset, *low, *high, *test_rms, *bias_rms];
+        let Self { scaling, test_rms, bias_rms, amplitude_power } = self;
+        let finite = [scaling.offset, *test_rms, *bias_rms];
         finite.iter().all(|x| x.is_finite())
             && scaling.gain.is_normal()
             && *amplitude_power <= MOST_POWER

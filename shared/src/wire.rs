@@ -2,11 +2,12 @@
 //!
 //! How they become frames stands in [`crate::frame`].
 
-use crate::blob::{BlobError, EffectIds, NumberNames};
+use crate::blob::{BlobError, EffectIds};
 use crate::checksum::crc32_of;
 use crate::derivatives::{Model, Wind};
 pub use crate::flags::Flags;
 pub use crate::frame::*;
+use crate::network::NumberNames;
 use crate::numbers::Numbers;
 use heapless::Vec;
 use postcard_schema::Schema;

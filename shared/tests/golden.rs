@@ -56,6 +56,7 @@ fn network() -> Network {
         test_rms: [0.0078125, 0.001953125],
         bias_rms: [0.00390625, 0.0009765625],
         numbers: heapless::Vec::new(),
+        number_names: heapless::String::new(),
         weights: (0..count).map(|i| (i % 17) as f32 / 64.0 - 0.125).collect(),
     }
 }
@@ -72,7 +73,6 @@ fn payload() -> Payload {
         epochs: 1000,
         noise: [0.0, 0.03125],
         effects: heapless::String::try_from("coulomb_friction static_offset").unwrap(),
-        numbers: heapless::String::new(),
     };
     let from_counts = Some(blob::from_counts(&network));
     Payload { network, provenance, golden, from_counts }
@@ -98,17 +98,16 @@ fn payload_with_number() -> Payload {
     let mut payload = payload();
     let number = Number {
         scaling: OutputScaling { offset: 0.25, gain: 0.125 },
-        range: [0.125, 0.375],
         test_rms: 0.0078125,
         bias_rms: 0.00390625,
         amplitude_power: 2,
     };
-    let Payload { network, provenance, golden, from_counts } = &mut payload;
+    let Payload { network, golden, from_counts, .. } = &mut payload;
     network.numbers.push(number).unwrap();
     network.topology[2] = 3;
     let count = weight_count(&network.topology);
     network.weights = (0..count).map(|i| (i % 17) as f32 / 64.0 - 0.125).collect();
-    provenance.numbers = heapless::String::try_from("0.c rad/s2").unwrap();
+    network.number_names = heapless::String::try_from("0.c rad/s2").unwrap();
     for golden in golden {
         let inputs: Vec<f32> = golden.inputs.iter().map(|bits| f32::from_bits(*bits)).collect();
         *golden = blob::golden(network, &inputs);
@@ -137,7 +136,8 @@ fn blob_bytes_with_a_number_of_an_effect() {
     assert_eq!(refused(&|p| p.network.numbers.clear()), Network(NetworkError::Topology));
     let not_finite = Network(NetworkError::NotFinite);
     assert_eq!(refused(&|p| p.network.numbers[0].amplitude_power = 9), not_finite);
-    assert_eq!(refused(&|p| p.network.numbers[0].range[1] = f32::NAN), not_finite);
+    assert_eq!(refused(&|p| p.network.numbers[0].bias_rms = f32::NAN), not_finite);
+    assert_eq!(payload_with_number().network.numbers[0].range(), [0.125, 0.375]);
     assert_eq!(refused(&|p| p.network.numbers[0].scaling.gain = 0.0), not_finite);
 }
 

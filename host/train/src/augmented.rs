@@ -12,8 +12,9 @@ use std::path::PathBuf;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::{Effect, Terms};
 use yawrig_core::motion::simulate::{Grid, Motion};
-use yawrig_shared::blob::{EffectIds, NumberNames};
+use yawrig_shared::blob::EffectIds;
 use yawrig_shared::modal::Modal;
+use yawrig_shared::network::NumberNames;
 use yawrig_shared::units::{deg_from_rad, rad_from_deg};
 use yawrig_shared::window::{CYCLES, SAMPLE_RATE_HZ};
 

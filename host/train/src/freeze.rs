@@ -15,8 +15,8 @@ use yawrig_shared::numbers::Numbers;
 pub struct Scaling {
     pub inputs: InputScaling,
     pub outputs: [OutputScaling; 2],
-    /// Numbers of effects that the network is to say: their scaling and their ranges.
-    pub numbers: Vec<(OutputScaling, [f64; 2])>,
+    /// Of the numbers of effects that the network is to say.
+    pub numbers: Vec<OutputScaling>,
 }
 
 impl Scaling {
@@ -50,7 +50,7 @@ impl Scaling {
                 amplitude: amplitude.then(|| AmplitudeScaling::between(least_deg, most_deg)),
             },
             outputs: [output(ranges.natural_frequency_rad_s), output(ranges.damping_ratio)],
-            numbers: asked.map(|asked| (output(asked.range), asked.range)).collect(),
+            numbers: asked.map(|asked| output(asked.range)).collect(),
         }
     }
 
@@ -70,7 +70,7 @@ impl Scaling {
                     scaled(draw.natural_frequency_rad_s, &self.outputs[0]),
                     scaled(draw.damping_ratio, &self.outputs[1]),
                 ];
-                modal.into_iter().chain(numbers.map(|(x, (s, _))| scaled(*x, s)))
+                modal.into_iter().chain(numbers.map(|(x, s)| scaled(*x, s)))
             })
             .collect()
     }
@@ -119,14 +119,14 @@ pub fn network(
         numbers: scaling
             .numbers
             .iter()
-            .map(|(scaling, range)| Number {
+            .map(|scaling| Number {
                 scaling: *scaling,
-                range: f32s(*range),
                 test_rms: 0.0,
                 bias_rms: 0.0,
                 amplitude_power: 0,
             })
             .collect(),
+        number_names: heapless::String::new(),
         weights: frozen,
     };
     match network.check() {

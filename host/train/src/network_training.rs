@@ -163,6 +163,7 @@ fn from(
         let power = 2.0 - 2.0 * noisy.amplitude_power;
         number.amplitude_power = power.round().clamp(0.0, f64::from(MOST_POWER)) as u8;
     }
+    network.number_names = model.and_then(Augmented::number_names).unwrap_or_default();
     let told = asked.iter().zip(noisy.iter().zip(&quiet));
     let numbers: Vec<Told> = told
         .map(|(asked, (noisy, quiet))| Told {
@@ -181,7 +182,6 @@ fn from(
         epochs: trained.epochs as u32,
         noise: settings.ranges.noise.map(|x| x as f32),
         effects: model.and_then(Augmented::ids).unwrap_or_default(),
-        numbers: model.and_then(Augmented::number_names).unwrap_or_default(),
     };
     let blob = freeze::blob(network.clone(), provenance, &test_draws)?;
     let train = freeze::errors(&network, &draws);

@@ -1,5 +1,6 @@
 // A device followed, or a stored session shown again: its trace, each window's estimate, the log, recording and marks.
 import * as measure from "./measure.js";
+import * as numbers from "./numbers.js";
 import * as replay from "./replay.js";
 import { by, get, make, post } from "./talk.js";
 
@@ -38,6 +39,7 @@ export function build(say, failed) {
   by("live-close").onclick = toggle;
   replay.build(act);
   measure.build(act, fail);
+  numbers.build();
 }
 
 let told = () => {};
@@ -61,6 +63,7 @@ export async function open() {
     for (const name of Object.keys(trace)) trace[name] = [];
     windows = []; places = []; said = null; last = 0; epoch = now.epoch;
     measure.forget();
+    numbers.forget();
     by("live-log").replaceChildren();
     replay.places(now.places);
     take(now);
@@ -126,6 +129,7 @@ function take(now) {
     if (line.number <= last) continue;
     last = line.number;
     measure.heard(line);
+    numbers.heard(line);
     if (line.event === "window") { windows.push(line); if (windows.length > RESULTS) windows.shift(); }
     if (line.event === "mark") places.push({ x: line.time_s, text: line.note || line.text.replace(/^mark at [^:]*: /, "") });
     if (["release", "refined"].includes(line.event)) { said = line; told(); }
@@ -190,6 +194,7 @@ function draw() {
   if (refused) { xs.length = 0; ys.length = 0; }
   plots.trace.set([xs, ys], [{ colour: "model", width: 1.2 }], [Math.max(first, end - SPAN_S), Math.max(end, first + SPAN_S)]);
   plots.trace.say(xs.length ? null : why());
+  numbers.draw();
   for (const [plot, column] of [[plots.wn, "natural_frequency_rad_s"], [plots.zeta, "damping_ratio"]]) {
     plot.set([windows.map((w) => w.time_s), windows.map((w) => w[column])], [{ invisible: true }]);
     plot.say(windows.length ? null : "each three cycles of a release");

@@ -42,6 +42,7 @@ pub fn at(path: &str) -> Option<Asset> {
         "/derivatives.js" => script!("derivatives"),
         "/live.js" => script!("live"),
         "/measure.js" => script!("measure"),
+        "/numbers.js" => script!("numbers"),
         "/replay.js" => script!("replay"),
         "/icon.svg" => asset!("image/svg+xml", "icon.svg"),
         _ => return None,

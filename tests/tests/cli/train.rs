@@ -234,6 +234,75 @@ fn a_model_that_cannot_be_trained_on_is_an_error_that_says_why() {
 }
 
 #[test]
+fn outputs_that_no_network_can_have_are_refused_with_the_reason() {
+    let fixed = "c = { value = 0.15, unit = \"rad/s2\", free = false }";
+    let drag = effect("quadratic_damping", "d = { value = 0.05 }");
+    let play = effect("free_play", "g = { value = 0.001 }");
+    let forcing = effect(
+        "harmonic_forcing",
+        "f = { value = 0.3 }\nw = { value = 40.0 }\nphi = { value = 0.5 }",
+    );
+    let rubbing = effect("coulomb_friction", FRICTION);
+    let all = format!("{rubbing}{drag}{play}{forcing}");
+    let folder = with_model(&all);
+    let both = "natural_frequency,damping_ratio";
+    let refused = |folder: &tempfile::TempDir, outputs: &str, said: &str| {
+        let train = yawrig("train --samples 300 --epochs 20 --model model.toml --outputs");
+        let ended = train.and(outputs).in_folder(folder.path()).run().exits(2).says(said).helps();
+        assert!(!folder.path().join("network.yrn").exists(), "{}", ended.report());
+    };
+    for (more, said) in [
+        (",coulomb_friction.d", "coulomb_friction.d is no number of an effect in it"),
+        (",cubic_damping.c", "cubic_damping.c is no number of an effect in it"),
+        (",coulomb_friction.c,coulomb_friction.c", "coulomb_friction.c stands there twice"),
+        (
+            ",coulomb_friction.c,quadratic_damping.d,free_play.g",
+            "5 outputs, and a device says 4 at most",
+        ),
+        (",harmonic_forcing.phi", "another one in each release"),
+        (",coulomb_friction.c=0.2..0.1", "is no range to train on"),
+        (",coulomb_friction.c=-0.1..0.1", "goes beyond its bounds, 0 to inf"),
+        (",coulomb_friction.c=some", "a range is written LOW..HIGH"),
+    ] {
+        refused(&folder, &format!("{both}{more}"), said);
+    }
+    refused(&folder, "damping_ratio,coulomb_friction.c", "natural_frequency is left out");
+    refused(&folder, "natural_frequency,coulomb_friction.c", "damping_ratio is left out");
+    refused(&folder, "natural_frequency=7..9,damping_ratio", "has a range of its own");
+    let kept = with_model(&effect("coulomb_friction", fixed));
+    refused(&kept, &format!("{both},coulomb_friction.c"), "coulomb_friction.c is fixed");
+    let none = with_model("");
+    refused(&none, &format!("{both},coulomb_friction.c"), "is no number of an effect in it");
+    let without = yawrig("train --outputs natural_frequency,damping_ratio");
+    without.in_folder(folder.path()).run().exits(2).says("--model");
+}
+
+/// A constant moment moves the mid-line, which is taken off a window.
+#[test]
+fn a_number_that_three_cycles_do_not_show_is_refused_after_the_training() {
+    let folder = with_model(&effect("static_offset", "m = { value = 0.1 }"));
+    let train = "train --samples 300 --epochs 20 --model model.toml --outputs";
+    let outputs = "natural_frequency,damping_ratio,static_offset.m";
+    let ended = yawrig(train).and(outputs).in_folder(folder.path()).run();
+    ended.exits(6).says("the network cannot tell static_offset.m").helps();
+    assert!(!folder.path().join("network.yrn").exists());
+}
+
+/// Two outputs asked for are the default, and a training that says a number goes on as it was.
+#[test]
+fn two_outputs_are_the_default_bit_for_bit() {
+    let folder = with_model(&effect("coulomb_friction", FRICTION));
+    let train = |more: &str, name: &str| {
+        let command = yawrig(&format!("{SHORT} {name}{more}")).in_folder(folder.path());
+        command.run().exits(0);
+        std::fs::read(folder.path().join(name)).expect("the network")
+    };
+    let plain = train("", "a.yrn");
+    assert_eq!(plain, train(" --outputs natural_frequency,damping_ratio", "b.yrn"));
+    assert_eq!(blob::Envelope::read(&plain).expect("an envelope").format, blob::FORMAT);
+}
+
+#[test]
 fn a_file_that_cannot_be_written_is_found_before_the_training() {
     let folder = tempfile::tempdir().expect("a folder");
     let absent = folder.path().join("absent/n.yrn");

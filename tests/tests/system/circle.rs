@@ -93,3 +93,107 @@ fn a_network_that_has_learnt_the_friction_is_five_times_nearer_the_damping() {
     );
     assert!(learnt * 5.0 <= plain);
 }
+
+/// Releases of one rig whose friction wanders, by the virtual rig: natural frequency, damping ratio and friction of each.
+fn wandering(
+    folder: &Path,
+    count: u32,
+    friction: impl Fn(f64) -> f64,
+    name: &str,
+) -> Vec<[f64; 3]> {
+    // Spread evenly, none at the edge of what is trained on.
+    let part = |k: u32, by: f64| (f64::from(k) * by).fract();
+    let one = |k: u32| {
+        let wn = 7.3 + 2.4 * part(k, 0.732);
+        let (zeta, c) = (0.004 + 0.008 * part(k, 0.414), friction(part(k, 0.618)));
+        let simulate = format!(
+            "simulate --natural-frequency {wn} --damping {zeta} --effect coulomb_friction:c={c} --seed {k} \
+             --seconds 60 --out {name}-{k}.csv"
+        );
+        yawrig(&simulate).in_folder(folder).run().exits(0);
+        [wn, zeta, c]
+    };
+    (1..=count).map(one).collect()
+}
+
+/// What the device makes of those: errors of natural frequency and damping ratio, and friction with its u.
+fn told(
+    folder: &Path,
+    network: &str,
+    name: &str,
+    truths: &[[f64; 3]],
+) -> Vec<([f64; 2], Vec<[f64; 2]>)> {
+    let files = (1..=truths.len()).map(|k| format!("{name}-{k}.csv"));
+    let replay = yawrig("replay --json --network").in_folder(folder).and(network);
+    let object = files.fold(replay, |replay, file| replay.and(&file)).run().exits(0).json();
+    let of = |(record, [wn, zeta, _]): (&Value, &[f64; 3])| {
+        let estimate = &record["estimates"][0];
+        // Who takes another friction as known finds damping beyond what it was trained on.
+        let is_flagged = estimate["flags"] != serde_json::json!([]);
+        assert!(network != "three.yrn" || !is_flagged, "{estimate}");
+        let value = |field: &str| number(&estimate[field]["value"]);
+        let numbers = estimate["numbers"].as_array().expect("numbers").iter();
+        let errors = [value("natural_frequency_rad_s") / wn - 1.0, value("damping_ratio") - zeta];
+        (errors, numbers.map(|n| [number(&n["value"]), number(&n["u"])]).collect())
+    };
+    object["records"].as_array().expect("records").iter().zip(truths).map(of).collect()
+}
+
+fn rms(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len() as f64;
+    (values.map(|x| x * x).sum::<f64>() / count).sqrt()
+}
+
+/// The friction planted in the virtual rig's releases is what the device says, within its u; where it is another in
+/// each release the natural frequency and the damping ratio are no worse than by a network that takes it as known.
+#[test]
+fn the_device_says_how_much_friction_there_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let model = "schema_version = 1\n[[effect]]\nid = \"coulomb_friction\"\n[effect.parameters]\n\
+                 c = { value = 0.1, unit = \"rad/s2\" }\n";
+    std::fs::write(folder.join("model.toml"), model).expect("room for it");
+    let train = "train --json --model model.toml --natural-frequency 7..10 --damping 0.002..0.014 \
+                 --noise 0.002..0.01 --samples 2500 --epochs 120 --out";
+    let run = |command: &str| yawrig(command).in_folder(folder).run().exits(0).json();
+    run(&format!("{train} two.yrn"));
+    let outputs = "natural_frequency,damping_ratio,coulomb_friction.c";
+    let trained = run(&format!("{train} three.yrn --outputs {outputs}"));
+    assert_eq!(trained["topology"], "42-10-3");
+    let [low, high] = [0, 1].map(|end| number(&trained["numbers"][0]["range"][end]));
+    assert_eq!((low, high), (0.05, 0.15000000000000002));
+    println!("three.yrn: {}", trained["numbers"][0]);
+
+    let truths = wandering(folder, 20, |part| 0.055 + 0.09 * part, "other");
+    let [two, three] = ["two.yrn", "three.yrn"].map(|n| told(folder, n, "other", &truths));
+    assert!(two.iter().all(|(_, numbers)| numbers.is_empty()));
+    let mut within = [0, 0];
+    for ([wn, zeta, c], (_, numbers)) in truths.iter().zip(&three) {
+        let [[value, u]] = numbers[..] else { panic!("{numbers:?}") };
+        println!("wn {wn:.3} zeta {zeta:.5} c {c:.4}: says {value:.4} +- {u:.4}");
+        within[0] += usize::from((value - c).abs() <= u);
+        within[1] += usize::from((value - c).abs() <= 2.0 * u);
+        // Not the range's middle, with a u that says nothing.
+        assert!(u < 0.25 * (high - low), "{u}");
+    }
+    println!("of {} releases {} within u, {} within 2 u", truths.len(), within[0], within[1]);
+    let of = |all: &[([f64; 2], Vec<[f64; 2]>)], k: usize| rms(all.iter().map(|(e, _)| e[k]));
+    let print = |what: &str, two: &[_], three: &[_]| {
+        println!(
+            "{what}: rms of wn {:.4} % with two outputs, {:.4} % with three; of zeta {:.6} and {:.6}",
+            100.0 * of(two, 0),
+            100.0 * of(three, 0),
+            of(two, 1),
+            of(three, 1)
+        );
+    };
+    print("friction another in each release", &two, &three);
+    // 68 % and 95 % of 20, less two standard deviations of those counts.
+    assert!(within[0] >= 10 && within[1] >= 17, "{within:?}");
+    assert!(of(&three, 0) <= of(&two, 0) && of(&three, 1) <= of(&two, 1));
+
+    // Where the friction is the model's own, who takes it as known knows more.
+    let truths = wandering(folder, 6, |_| 0.1, "own");
+    let [two, three] = ["two.yrn", "three.yrn"].map(|n| told(folder, n, "own", &truths));
+    print("friction as in the model", &two, &three);
+}

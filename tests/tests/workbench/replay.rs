@@ -278,3 +278,56 @@ fn a_session_is_shown_again_on_the_page() {
     browser.wait("document.querySelector('#live-replay').hidden");
     browser.is_clean(&bench.origin);
 }
+
+/// The same session as a network would have told it that says the friction, too.
+fn with_friction(folder: &Path) {
+    let file = folder.join("session.jsonl");
+    let log = std::fs::read_to_string(&file).expect("a log");
+    let told = |line: &str| {
+        let mut line: Value = serde_json::from_str(line).expect("JSON");
+        let number = json!({"name": "coulomb_friction.c", "unit": "rad/s2", "value": 0.125});
+        if line["event"] == "window" || line["event"] == "release" {
+            line["numbers"] = json!([number]);
+        }
+        if line["event"] == "release" {
+            line["numbers"][0]["u"] = json!(0.01);
+        }
+        line.to_string() + "\n"
+    };
+    std::fs::write(&file, log.lines().map(told).collect::<String>()).expect("room");
+}
+
+#[test]
+#[ignore = "needs Chromium: tests/run runs it"]
+fn a_number_of_an_effect_is_drawn_by_window_with_the_releases() {
+    let folder = recorded();
+    with_friction(folder.path());
+    let bench = Bench::start_in(folder, "");
+    assert_eq!(bench.act(&json!({"do": "replay", "session": "session"})).0, 200, "it is shown");
+    bench.act(&json!({"do": "speed", "times": 100}));
+    bench.wait("its end", |state| replay(state)["is_playing"] == false);
+    let lines = bench.get("/api/live")["lines"].clone();
+    let release = lines.as_array().expect("lines").iter().find(|l| l["event"] == "release");
+    let text = release.expect("a release")["text"].as_str().expect("a text").to_owned();
+    assert!(text.contains("\n  coulomb_friction.c 0.125 +- 0.01"), "{text}");
+    let mut browser = Browser::start(Window { width: 1280, height: 720, is_dark: false });
+    browser.open(&bench.url);
+    browser.wait("document.querySelector('#live-numbers').offsetParent !== null");
+    browser.wait("document.querySelector('#plot-live-number-0 canvas') !== null");
+    assert_eq!(browser.value("document.querySelector('#plot-live-number-1').hidden"), true);
+    assert_eq!(
+        browser.value("document.querySelector('#plot-live-number-0').title"),
+        "coulomb_friction.c"
+    );
+    for (width, height) in [(1280, 720), (1920, 1080)] {
+        for is_dark in [false, true] {
+            browser.resize(Window { width, height, is_dark });
+            browser.wait(&format!("innerWidth === {width}"));
+            let shade = if is_dark { "dark" } else { "light" };
+            let name = format!("numbers-{width}x{height}-{shade}");
+            nothing_is_cut_off(&mut browser, &name);
+            browser.picture(&pictures().join(format!("{name}.png")));
+        }
+    }
+    browser.is_clean(&bench.origin);
+}

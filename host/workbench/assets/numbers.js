@@ -1,0 +1,45 @@
+// Numbers of effects that a device's network says: each window's, and the releases' with their uncertainty.
+import { by } from "./talk.js";
+
+const RESULTS = 40;
+let windows = [], releases = [], plots = [];
+
+/** The name and unit of a number, as the device last said it. */
+const called = (k) => {
+  const last = windows[windows.length - 1], number = last && last.numbers[k];
+  return number ? `${number.name.split(".").pop()}${number.unit === "1" ? "" : ` (${number.unit})`}` : "";
+};
+
+const points = (k) => [
+  ...windows.filter((w) => w.numbers[k]).map((w) => ({ x: w.time_s, y: w.numbers[k].value, colour: "model" })),
+  ...releases.filter((r) => r.numbers[k]).map((r) => ({ x: r.time_s, y: r.numbers[k].value, u: r.numbers[k].u, colour: "ghost" })),
+].sort((a, b) => a.x - b.x);
+
+export function build() {
+  plots = [0, 1].map((k) => Plots.lines(by(`plot-live-number-${k}`), { x: { label: "session time (s)" }, y: { label: () => called(k) }, marks: () => points(k), cursor: false }));
+}
+
+export function forget() {
+  windows = []; releases = [];
+}
+
+/** Takes a line of the log. */
+export function heard(line) {
+  if (!line.numbers || !line.numbers.length) return;
+  const all = line.event === "window" ? windows : releases;
+  all.push(line);
+  if (all.length > RESULTS) all.shift();
+}
+
+export function draw() {
+  const count = windows.length ? windows[windows.length - 1].numbers.length : 0;
+  by("live-numbers").hidden = !count;
+  by("live-below").classList.toggle("four", count > 0);
+  for (const [k, plot] of plots.entries()) {
+    by(`plot-live-number-${k}`).hidden = k >= count;
+    if (k >= count) continue;
+    const all = points(k);
+    by(`plot-live-number-${k}`).title = windows[windows.length - 1].numbers[k].name;
+    plot.set([all.map((p) => p.x), all.map((p) => p.y)], [{ invisible: true }]);
+  }
+}
