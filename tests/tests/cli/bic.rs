@@ -52,3 +52,27 @@ fn compare_says_where_a_free_zero_does_as_much_as_an_effect() {
         assert!(!ended.stderr.contains(said), "{}", ended.report());
     }
 }
+
+/// It may be another than the data ask for, as drag is where more would be taken away: what is fitted then is the model
+/// without it, and its number is zero with an uncertainty.
+#[test]
+fn an_effect_that_the_record_does_not_show_is_no_reason_to_refuse() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rig = "simulate --natural-frequency 5.44 --damping 0.008 --amplitude-deg 38 --noise-deg 0.04 --rate-hz 30 \
+               --effect cubic_stiffness:k3=-4.6 --effect coulomb_friction:c=0.04 --effect quadratic_stiffness:k2=0.35";
+    let shown = "--effect cubic_stiffness --effect coulomb_friction --effect quadratic_stiffness";
+    for seed in [1, 3, 7, 8] {
+        let record = folder.path().join(format!("{seed}.csv"));
+        yawrig(&format!("{rig} --seed {seed} --out")).and(&record).run().exits(0);
+        let compared = |effects: &str| {
+            yawrig(&format!("compare --json {effects}")).and(&record).run().exits(0).json()
+        };
+        let without = compared(shown);
+        let with = compared(&format!("{shown} --effect quadratic_damping"));
+        let left = |of: &Value| of["residual_rms_deg"].as_f64().expect("a number");
+        assert!(left(&with) <= left(&without) * (1.0 + 1e-6), "{seed}: {with}");
+        let number = &with["parameters"]["quadratic_damping.d"];
+        let [value, u] = ["value", "u"].map(|name| number[name].as_f64().expect("a number"));
+        assert!(value.abs() < 3.0 * u, "{seed}: {number}");
+    }
+}
