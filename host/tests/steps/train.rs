@@ -337,6 +337,7 @@ fn same_seed_same_file_on_any_number_of_threads() {
             components,
             model: None,
             amplitude: false,
+            numbers: Vec::new(),
             ranges: Ranges { noise: [0.002, 0.01], ..Ranges::default() },
             samples: 150,
             training: Options { restarts: 3, epochs: 20, ..Options::default() },
