@@ -163,6 +163,7 @@ fn release(counter: &mut Counter) {
     hprintln!("sample_other_most {}", other.most);
     hprintln!("refined {}", refining.total);
     hprintln!("refined_piece_most {}", refining.most);
+    hprintln!("refined_pieces {}", refining.goes);
 }
 
 /// The last event the device has sent since it was asked before.
