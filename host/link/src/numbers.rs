@@ -103,7 +103,7 @@ mod tests {
             flags: Flags::default(),
         });
         for (event, said) in [
-            (release, "\n  coulomb_friction.c 0.125 +- 0.002 rad/s2\n  static_offset.m"),
+            (release, "\n  coulomb_friction.c 0.1250 ± 0.0020 rad/s2\n  static_offset.m"),
             (window, "   coulomb_friction.c 0.12500 rad/s2   static_offset.m -0.50000 rad/s2"),
         ] {
             let text = event_text(&event, "r.csv", &names).unwrap();

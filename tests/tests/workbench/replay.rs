@@ -309,7 +309,7 @@ fn a_number_of_an_effect_is_drawn_by_window_with_the_releases() {
     let lines = bench.get("/api/live")["lines"].clone();
     let release = lines.as_array().expect("lines").iter().find(|l| l["event"] == "release");
     let text = release.expect("a release")["text"].as_str().expect("a text").to_owned();
-    assert!(text.contains("\n  coulomb_friction.c 0.125 +- 0.01"), "{text}");
+    assert!(text.contains("\n  coulomb_friction.c 0.125 ± 0.010 rad/s2"), "{text}");
     let mut browser = Browser::start(Window { width: 1280, height: 720, is_dark: false });
     browser.open(&bench.url);
     browser.wait("document.querySelector('#live-numbers').offsetParent !== null");
