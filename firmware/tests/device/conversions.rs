@@ -290,11 +290,7 @@ fn samples_are_summed_up_in_time_and_kept_for_the_program() {
     assert!(sums.give(&mut reader, &mut input, &mut desk.device));
     // A conversion without its reading is missing, too: as much time as has gone by, at least a sample.
     for (conversions, lost) in [(2, 1), (17, 1), (25, 2), (160, 10)] {
-<<<<<<< HEAD:firmware/tests/device/conversions.rs
-        sums.collect(CONVERSIONS + conversions, (CONVERSIONS + conversions + 2) & 63, reading(0));
-=======
         sums.collect(CONVERSIONS + conversions, (CONVERSIONS + conversions + 2) % 64, reading(0));
->>>>>>> s-device:firmware/tests/conversions.rs
         assert!(sums.is_torn());
         assert_eq!(sums.begin_anew(CONVERSIONS + conversions), lost);
         sums.collect(CONVERSIONS, CONVERSIONS, reading(0));
