@@ -34,7 +34,6 @@ export function heard(line) {
 export function draw() {
   const count = windows.length ? windows[windows.length - 1].numbers.length : 0;
   by("live-numbers").hidden = !count;
-  by("live-below").classList.toggle("four", count > 0);
   for (const [k, plot] of plots.entries()) {
     by(`plot-live-number-${k}`).hidden = k >= count;
     if (k >= count) continue;
