@@ -1,4 +1,5 @@
-//! Of every board: puts its memory.x where the linker script of cortex-m-rt looks for it, and asks for that script.
+//! Of every board: puts its memory.x where the linker script of cortex-m-rt looks for it, and asks for that
+//! script.
 
 use std::{env, fs, path::PathBuf};
 

@@ -13,8 +13,8 @@ pub const CONVERSIONS: u32 = 16;
 /// Of 1000 samples a second.
 pub const CONVERSIONS_HZ: u32 = 1000 * CONVERSIONS;
 
-/// The period, as a timer's register holds it: one less, of clock cycles between two conversions. `None` where that leaves
-/// a remainder: natural frequencies would be wrong by it.
+/// The period, as a timer's register holds it: one less, of clock cycles between two conversions. `None`
+/// where that leaves a remainder: natural frequencies would be wrong by it.
 pub const fn period(clock_hz: u32) -> Option<u32> {
     if clock_hz < CONVERSIONS_HZ || !clock_hz.is_multiple_of(CONVERSIONS_HZ) {
         return None;
@@ -25,9 +25,10 @@ pub const fn period(clock_hz: u32) -> Option<u32> {
 const _: () = assert!(FULL_SCALE_COUNTS == Potentiometer::<CONVERSIONS>::FULL_SCALE_COUNTS);
 
 impl<const N: usize> Reader<N> {
-    /// Gives the device the samples that it has not had, of as many conversions as [`Reader::made`] knows of, `reading`
-    /// each from its place. Without that a conversion went missing: what the device has not had is lost, to the nearest
-    /// sample, and the board begins anew: half a sample that was on its way is none. Whether a sample came: a board that measures is well, and its watchdog is fed; one whose timer or
+    /// Gives the device the samples that it has not had, of as many conversions as [`Reader::made`] knows of,
+    /// `reading` each from its place. Without that a conversion went missing: what the device has not had is
+    /// lost, to the nearest sample, and the board begins anew: half a sample that was on its way is none.
+    /// Whether a sample came: a board that measures is well, and its watchdog is fed; one whose timer or
     /// converter stands still is not, though it answers.
     pub fn give<F: NorFlash, const LOCKABLE: bool, const C: u32, const BITS: u32>(
         &mut self,

@@ -3,7 +3,8 @@
 use yawrig_shared::checksum::crc32;
 use yawrig_shared::wire::{Crash, CRASH_FILE};
 
-/// As it stands in RAM: line, length of the path, the path, CRC-32 of all that. After power has come it holds anything.
+/// As it stands in RAM: line, length of the path, the path, CRC-32 of all that. After power has come it holds
+/// anything.
 #[derive(Clone, Copy, Debug)]
 pub struct Note(pub [u8; BYTES]);
 

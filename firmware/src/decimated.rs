@@ -1,11 +1,13 @@
 //! A record of any length in a fixed buffer: means of the samples, and what the noise is.
 //!
-//! Where the buffer is full, neighbouring means become one. The mean of a damped sinusoid over a stretch is that
-//! sinusoid at the stretch's middle times one complex constant, which amplitude and phase take up; so natural frequency
-//! and damping ratio are those of the samples, and at five means a cycle their information is lost to 7 %.
+//! Where the buffer is full, neighbouring means become one. The mean of a damped sinusoid over a stretch is
+//! that sinusoid at the stretch's middle times one complex constant, which amplitude and phase take up; so
+//! natural frequency and damping ratio are those of the samples, and at five means a cycle their information
+//! is lost to 7 %.
 //!
-//! The noise is measured by what no oscillation has: third differences of neighbouring samples, and sixth differences of means
-//! over 8, 16, ... samples, each scale of which sees the noise at about nine tenths of its highest frequency.
+//! The noise is measured by what no oscillation has: third differences of neighbouring samples, and sixth
+//! differences of means over 8, 16, ... samples, each scale of which sees the noise at about nine tenths of
+//! its highest frequency.
 
 use yawrig_shared::history::{History, BLOCK};
 
@@ -20,19 +22,20 @@ const LEAST_AMPLITUDE_DEG: f32 = 1e-3;
 /// Scales on which sixth differences are taken: 8 to 1024 samples.
 const SCALES: usize = 8;
 const ORDER: usize = 6;
-/// Mean squares of a third difference and of a sixth of white noise of variance one: sums of squared binomials.
+/// Mean squares of a third difference and of a sixth of white noise of variance one: sums of squared
+/// binomials.
 const THIRD: f32 = 20.0;
 const SIXTH: f32 = 924.0;
-/// Longest mean for which sixth differences leave next to nothing of the oscillation, rad: (2 sin(x / 2))^12 / 924 of its
-/// power, 6e-10.
+/// Longest mean for which sixth differences leave next to nothing of the oscillation, rad: (2 sin(x / 2))^12
+/// / 924 of its power, 6e-10.
 const SMOOTH_RAD: f32 = 0.3;
 /// Overlapping sixth differences that are as good as an independent one: sum of their squared correlations.
 const OVERLAP: f32 = 3.17;
 /// Fewest independent ones that a scale is believed with.
 const BELIEVED: f32 = 30.0;
 
-/// What sixth differences on a scale see of noise that is on straight lines between readings so many samples apart, over
-/// what they would of white noise as strong at low frequencies.
+/// What sixth differences on a scale see of noise that is on straight lines between readings so many samples
+/// apart, over what they would of white noise as strong at low frequencies.
 fn seen_between(spread: u32, scale: usize) -> f32 {
     let seen: [f32; SEEN] = match spread {
         ..2 => [1.0; SEEN],
@@ -252,8 +255,8 @@ impl Decimated {
         self.blocks *= 2;
     }
 
-    /// The noise, from third differences of the samples or, where it is stronger at lower frequencies, from means as
-    /// long as a swing of `turn_rad` per sample lets.
+    /// The noise, from third differences of the samples or, where it is stronger at lower frequencies, from
+    /// means as long as a swing of `turn_rad` per sample lets.
     pub fn noise(&self, turn_rad: f32) -> Noise {
         let freedom = self.thirds_seen.max(1) as f32;
         let white = Noise { variance_deg2: self.thirds / (THIRD * freedom), freedom };

@@ -39,7 +39,8 @@ impl Running {
     }
 }
 
-/// Everything the device knows and does, generic over its flash, of which it needs four places ([`crate::slots`]).
+/// Everything the device knows and does, generic over its flash, of which it needs four places
+/// ([`crate::slots`]).
 #[derive(Debug)]
 pub struct Device<F, const LOCKABLE: bool = true> {
     decoder: Decoder,
@@ -60,8 +61,8 @@ struct Core<F, const LOCKABLE: bool> {
     trial: Option<u32>,
     /// Of the network that is being written.
     signature: Option<Signature>,
-    /// The last challenge, good for one answer; the permit it was good for, with its length; the challenge of the
-    /// update that is under way.
+    /// The last challenge, good for one answer; the permit it was good for, with its length; the challenge of
+    /// the update that is under way.
     challenge: Option<Challenge>,
     permit: Option<(Challenge, u32)>,
     update: Option<Challenge>,
@@ -71,7 +72,8 @@ struct Core<F, const LOCKABLE: bool> {
     session: u32,
     start: Start,
     sensor: wire::Sensor,
-    /// Releases of which all that is to be remembered was given out; one with a refined result still to come is none.
+    /// Releases of which all that is to be remembered was given out; one with a refined result still to come
+    /// is none.
     remembered: Option<u32>,
     lost_bytes: u32,
     line: Line,
@@ -86,7 +88,8 @@ impl<F: NorFlash> Device<F> {
         device
     }
 
-    /// The same before it has looked for its network. Made where it stays: it is larger than a stack should be.
+    /// The same before it has looked for its network. Made where it stays: it is larger than a stack should
+    /// be.
     #[inline(always)]
     pub fn stopped(flash: F, board: &'static str) -> Self {
         Self::of(flash, board)
@@ -136,8 +139,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
         self.core.take_up_kept();
     }
 
-    /// Says how well the board knows its sampling clock, as a relative standard uncertainty in millionths; exact, if
-    /// not said. The host's settings may say better.
+    /// Says how well the board knows its sampling clock, as a relative standard uncertainty in millionths;
+    /// exact, if not said. The host's settings may say better.
     pub fn set_clock(&mut self, u_ppm: f32) {
         self.core.measuring.set_board_clock(u_ppm);
     }
@@ -148,8 +151,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
         self.core.start = start;
     }
 
-    /// Says what the samples are of, where it is not a potentiometer that is read a thousand times a second. A sensor that
-    /// knows its scale sets it.
+    /// Says what the samples are of, where it is not a potentiometer that is read a thousand times a second.
+    /// A sensor that knows its scale sets it.
     pub fn set_sensor(&mut self, about: &About) {
         let About { sensor, degrees_per_count, step_deg, full_scale_counts } = *about;
         self.core.sensor = sensor;
@@ -164,7 +167,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
         let _ = measuring.configure(settings, &mut context);
     }
 
-    /// What a board should keep where a reset leaves it ([`crate::memory`]), if it has changed since this was last asked.
+    /// What a board should keep where a reset leaves it ([`crate::memory`]), if it has changed since this was
+    /// last asked.
     pub fn memory(&mut self) -> Option<Memory> {
         let (releases, reference) = self.core.measuring.kept();
         if self.core.remembered == Some(releases) {
@@ -193,7 +197,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
         self.core.measuring.phase()
     }
 
-    /// How a board's light stands: on while the model is held, blinking fast while it rings, and now and then else.
+    /// How a board's light stands: on while the model is held, blinking fast while it rings, and now and then
+    /// else.
     pub fn is_lit(&self) -> bool {
         match self.phase() {
             Phase::Held => true,
@@ -234,8 +239,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
         measuring.lost(count, &mut context);
     }
 
-    /// Goes on with what is not urgent, by some thousand instructions. Called after each sample: the samples are its
-    /// clock, so that events come in the same order wherever it runs.
+    /// Goes on with what is not urgent, by some thousand instructions. Called after each sample: the samples
+    /// are its clock, so that events come in the same order wherever it runs.
     pub fn work(&mut self) {
         if let Some(refined) = self.core.refining.work() {
             self.core.measuring.refined(&refined);
@@ -250,8 +255,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
         self.core.refining.is_busy()
     }
 
-    /// Called where there is nothing else to do: the same, once the host has said that the record is over and no sample
-    /// comes any more. False where nothing is left.
+    /// Called where there is nothing else to do: the same, once the host has said that the record is over and
+    /// no sample comes any more. False where nothing is left.
     pub fn idle(&mut self) -> bool {
         let busy = self.core.measuring.is_over() && self.is_refining();
         if busy {
@@ -260,8 +265,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Device<F, LOCKABLE> {
         busy
     }
 
-    /// What has happened since this was last asked, for the program around the device: phases, windows, results. The last
-    /// [`wire::KEPT_EVENTS`] are kept; the host is told all of them beside this.
+    /// What has happened since this was last asked, for the program around the device: phases, windows,
+    /// results. The last [`wire::KEPT_EVENTS`] are kept; the host is told all of them beside this.
     pub fn events(&mut self) -> impl Iterator<Item = Event> + '_ {
         core::iter::from_fn(|| self.core.line.give())
     }
@@ -343,8 +348,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
         }
     }
 
-    /// What was learnt goes to the flash, but not while a release goes on, which erasing might cost samples. Of a network on
-    /// trial nothing is kept: the one before may come back.
+    /// What was learnt goes to the flash, but not while a release goes on, which erasing might cost samples.
+    /// Of a network on trial nothing is kept: the one before may come back.
     fn keep_learnt(&mut self) {
         let busy = self.measuring.is_releasing() || self.refining.is_busy();
         if busy || self.trial.is_some() {
@@ -389,7 +394,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Core<F, LOCKABLE> {
         };
     }
 
-    /// Verifies the network that was written and runs it on trial. The one before is read again where it is refused.
+    /// Verifies the network that was written and runs it on trial. The one before is read again where it is
+    /// refused.
     fn try_out(&mut self) -> Result<(), Refusal> {
         if self.trial.is_some() {
             return Err(Refusal::FlashOrder { expected_offset: 0 });

@@ -35,8 +35,8 @@ impl Mean {
     }
 }
 
-/// Variance that noise gives a mean over windows, by their scatter and the variance of a single one: the scatter of few
-/// windows says little of itself (Student); that of the fewest nothing.
+/// Variance that noise gives a mean over windows, by their scatter and the variance of a single one: the
+/// scatter of few windows says little of itself (Student); that of the fewest nothing.
 pub fn by_noise(scatter: f32, windows: u16, single: f32) -> f32 {
     let count = f32::from(windows);
     if windows > 4 {

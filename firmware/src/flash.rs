@@ -1,8 +1,9 @@
-//! Flash as networks, lock and what was learnt are kept in: four places of one size in any `NorFlash` of [`embedded_storage`].
+//! Flash as networks, lock and what was learnt are kept in: four places of one size in any `NorFlash` of
+//! [`embedded_storage`].
 //!
-//! Place n begins at n times [`SLOT_BYTES`], or n times the erase size where that is larger. What is written is made
-//! up to whole write units, at least four bytes, each of which is written once between two erases: flash with an
-//! error-correcting code takes no unit twice.
+//! Place n begins at n times [`SLOT_BYTES`], or n times the erase size where that is larger. What is written
+//! is made up to whole write units, at least four bytes, each of which is written once between two erases:
+//! flash with an error-correcting code takes no unit twice.
 
 use embedded_storage::nor_flash::{
     check_erase, check_write, ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash,
@@ -124,7 +125,8 @@ pub(crate) fn erase<F: NorFlash>(flash: &mut F, sector: Sector) -> Result<(), Re
     }
 }
 
-/// NOR flash in memory, for the emulated devices and the tests: words that are written once, sectors of 16 KiB.
+/// NOR flash in memory, for the emulated devices and the tests: words that are written once, sectors of 16
+/// KiB.
 #[derive(Clone, Debug)]
 pub struct MemoryFlash {
     bytes: [u8; 4 * SLOT_BYTES],

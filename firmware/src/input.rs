@@ -1,8 +1,9 @@
 //! From a sensor's readings, at any rate from 100 Hz to 4 kHz, to the device's samples, a thousand a second.
 //!
-//! Of a faster sensor's readings the mean is a sample; between those of a slower one samples lie on straight lines. Either
-//! leaves a damped sinusoid what it is but for one constant, which amplitude and phase take up, and on straight lines a
-//! remainder about the sensor's own rate. What is rounded off a sample goes to the next.
+//! Of a faster sensor's readings the mean is a sample; between those of a slower one samples lie on straight
+//! lines. Either leaves a damped sinusoid what it is but for one constant, which amplitude and phase take up,
+//! and on straight lines a remainder about the sensor's own rate. What is rounded off a sample goes to the
+//! next.
 
 use crate::device::Device;
 use crate::sensor::{ratio, About, Sensor, FINE_BITS};

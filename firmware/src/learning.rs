@@ -1,14 +1,15 @@
 //! What the refined estimates of a rig's releases have shown of the network's own error there.
 //!
-//! A network's error is smooth in what it says, so on one rig a line corrects it: an offset and a gain for each output, the
-//! most probable ones (Bayes' linear regression). How large the error is beforehand the releases say, too (empirical
-//! Bayes): as much as their noise does not explain, and no more than the network's training found. Where noise explains
-//! all of it nothing is corrected, nor where the line is little more certain than the network itself. What is learnt
-//! belongs to one network on one rig and is forgotten with either, and where a release contradicts it: then the rig is
-//! another than was said.
+//! A network's error is smooth in what it says, so on one rig a line corrects it: an offset and a gain for
+//! each output, the most probable ones (Bayes' linear regression). How large the error is beforehand the
+//! releases say, too (empirical Bayes): as much as their noise does not explain, and no more than the
+//! network's training found. Where noise explains all of it nothing is corrected, nor where the line is
+//! little more certain than the network itself. What is learnt belongs to one network on one rig and is
+//! forgotten with either, and where a release contradicts it: then the rig is another than was said.
 //!
-//! The flash keeps it ([`crate::records`]): 0 rig u32, 4 network u32, then the lines, little-endian `f32`s. After a reset it
-//! holds as soon as the same rig is said to be mounted; what was forgotten is superseded in the flash, too.
+//! The flash keeps it ([`crate::records`]): 0 rig u32, 4 network u32, then the lines, little-endian `f32`s.
+//! After a reset it holds as soon as the same rig is said to be mounted; what was forgotten is superseded in
+//! the flash, too.
 
 use crate::estimator::by_noise;
 use crate::records::{append, newest, Tag};
@@ -19,13 +20,14 @@ use yawrig_shared::wire::{Condition, Forgotten, Learnt, Measured, Refusal};
 
 /// Over this share of its value an output's error may have become another.
 const ALIKE: f32 = 0.2;
-/// An error is corrected once it is so many times as large as it is uncertain: else noise of one release would go into the
-/// next.
+/// An error is corrected once it is so many times as large as it is uncertain: else noise of one release
+/// would go into the next.
 const KNOWN: f32 = 3.0;
 /// Beyond so many standard uncertainties a release contradicts what was learnt.
 const CONTRADICTED: f32 = 4.0;
 
-/// A network's mean over a release's windows, not corrected, with the standard uncertainty that noise gives it.
+/// A network's mean over a release's windows, not corrected, with the standard uncertainty that noise gives
+/// it.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
     pub release: u32,
@@ -38,7 +40,8 @@ pub struct Seen {
     pub bias: [f32; 2],
 }
 
-/// An output's error as a line: weighted sums over releases, in `x`, its relative distance from the first one.
+/// An output's error as a line: weighted sums over releases, in `x`, its relative distance from the first
+/// one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Line {
     first: f32,
@@ -93,8 +96,8 @@ impl Line {
             return None;
         }
         let size = (beyond / self.weight).min(self.bias * self.bias);
-        // The sums, and what is known beforehand: an offset of that size, and a gain by which the error is another one
-        // within [`ALIKE`].
+        // The sums, and what is known beforehand: an offset of that size, and a gain by which the error is
+        // another one within [`ALIKE`].
         let offset = 1.0 / size;
         let (a, b, c) = (self.weight + offset, self.x, self.xx + offset * ALIKE * ALIKE);
         let determinant = a * c - b * b;
@@ -224,7 +227,8 @@ impl Learning {
         self.due
     }
 
-    /// Keeps what is known of this network in the flash. Where that takes it not it is tried again with the next release.
+    /// Keeps what is known of this network in the flash. Where that takes it not it is tried again with the
+    /// next release.
     #[inline(never)]
     pub fn keep<F: NorFlash>(&mut self, flash: &mut F, network: u32) -> Result<(), Refusal> {
         self.due = false;
@@ -257,7 +261,8 @@ impl Learning {
         }
     }
 
-    /// A release's mean with what is known of its error, which then is uncertain by that and no longer by the network's.
+    /// A release's mean with what is known of its error, which then is uncertain by that and no longer by the
+    /// network's.
     pub fn result(&self, seen: &Seen) -> [Measured; 2] {
         core::array::from_fn(|output| {
             let Measured { value, u } = seen.means[output];

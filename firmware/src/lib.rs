@@ -4,14 +4,16 @@
 //! line, take bytes for the line from it. It never blocks, allocates or asks for the time; its
 //! clock is the count of samples.
 //!
-//! In a program of one's own its results come as values, too ([`device::Device::events`]). [`sensors`] holds other sensors
-//! than a potentiometer, [`input`] takes them at their own rate, and [`queue`] lets an interrupt do the sampling.
+//! In a program of one's own its results come as values, too ([`device::Device::events`]). [`sensors`] holds
+//! other sensors than a potentiometer, [`input`] takes them at their own rate, and [`queue`] lets an
+//! interrupt do the sampling.
 //!
 //! # A board
 //!
-//! brings three things of its own: flash for the networks, any [`NorFlash`](embedded_storage::nor_flash::NorFlash) of
-//! four [places](slots); a line to the host, which says when it is ready ([`embedded_io`]); and a converter that is read
-//! every millisecond by a timer, never by the program's loop. The rest is this:
+//! brings three things of its own: flash for the networks, any
+//! [`NorFlash`](embedded_storage::nor_flash::NorFlash) of four [places](slots); a line to the host, which
+//! says when it is ready ([`embedded_io`]); and a converter that is read every millisecond by a timer, never
+//! by the program's loop. The rest is this:
 //!
 //! ```
 //! use embedded_io::{ErrorKind, ErrorType, Read, ReadReady, Write, WriteReady};

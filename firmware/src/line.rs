@@ -14,8 +14,8 @@ const RESERVE: usize = 256;
 /// Room that samples leave for events and replies.
 const RESERVE_FROM_SAMPLES: usize = QUEUE / 2;
 
-/// Answers kept beside the last one, for who asks again when others have asked in between: those that are as short as
-/// the answer to whatever changes something.
+/// Answers kept beside the last one, for who asks again when others have asked in between: those that are as
+/// short as the answer to whatever changes something.
 const ANSWERS: usize = 4;
 const SHORT: usize = 40;
 

@@ -1,18 +1,18 @@
-//! Who may write: a device that is locked with an ed25519 public key takes only networks whose writing its private key
-//! has signed for.
+//! Who may write: a device that is locked with an ed25519 public key takes only networks whose writing its
+//! private key has signed for.
 //!
-//! A board says whether its device can be locked at all ([`crate::device::Device::without_lock`]). Unlocked as it comes. Anyone may lock an
-//! unlocked device; unlocking needs the private key. What stands in a slot was checked before it was committed and is
-//! not checked again at the start: who can write the flash past the device can erase its lock, too, and networks from
-//! before the lock stay.
+//! A board says whether its device can be locked at all ([`crate::device::Device::without_lock`]). Unlocked
+//! as it comes. Anyone may lock an unlocked device; unlocking needs the private key. What stands in a slot
+//! was checked before it was committed and is not checked again at the start: who can write the flash past
+//! the device can erase its lock, too, and networks from before the lock stay.
 //!
-//! Every signature is of a challenge: a number that the flash keeps and that only rises, and a nonce that counts the
-//! challenges since the start. The first challenge after a start raises the number, so no pair ever comes twice, and
-//! what was recorded on the line opens and writes nothing a second time. It is not of this device: devices that share
-//! a key should not share a line that strangers listen to.
+//! Every signature is of a challenge: a number that the flash keeps and that only rises, and a nonce that
+//! counts the challenges since the start. The first challenge after a start raises the number, so no pair
+//! ever comes twice, and what was recorded on the line opens and writes nothing a second time. It is not of
+//! this device: devices that share a key should not share a line that strangers listen to.
 //!
-//! The lock is the newest of its [records](crate::records): whenever the power goes the device is as before or as wanted,
-//! and no number comes again.
+//! The lock is the newest of its [records](crate::records): whenever the power goes the device is as before
+//! or as wanted, and no number comes again.
 //!
 //! ```text
 //! record: 0 number   4 LOCK or OPEN   8 public key   40 unused   44 CRC-32 of bytes 0..44   48 up to whole write units
@@ -101,8 +101,8 @@ pub fn check_update<F: NorFlash>(
     check(&lock.key, &update_message(number, nonce, length), signature, &mut |_| true)
 }
 
-/// Whether this device may take the network at these places of a slot: unlocked any, locked one that was begun upon
-/// this challenge and that its key has signed with it.
+/// Whether this device may take the network at these places of a slot: unlocked any, locked one that was
+/// begun upon this challenge and that its key has signed with it.
 ///
 /// # Errors
 /// [`Refusal::Unsigned`] or [`Refusal::WrongSignature`] on a locked device.

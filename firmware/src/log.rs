@@ -1,5 +1,5 @@
-//! What a board says over its debug plug, as defmt over RTT, with the feature `log`; without it the image holds nothing of
-//! this.
+//! What a board says over its debug plug, as defmt over RTT, with the feature `log`; without it the image
+//! holds nothing of this.
 
 #[cfg(feature = "log")]
 use yawrig_shared::wire::{Cause, Phase};

@@ -25,7 +25,8 @@ const PATIENCE: u32 = 31_416;
 
 /// A turn is one of the model's where the block means come back by this many times their noise.
 const LEAST_SWING_NOISE: f32 = 7.0;
-/// The same where no release is known of, and noise alone may go on for hours: its range in thousands of means.
+/// The same where no release is known of, and noise alone may go on for hours: its range in thousands of
+/// means.
 const LEAST_TURN_NOISE: f32 = 8.0;
 
 /// The release that is going on.
@@ -40,7 +41,8 @@ struct Current {
     spoilt_until: Option<u32>,
     /// Where the last window ended.
     windows_end: u32,
-    /// Where it last was seen to turn, or was let go, and how many samples it takes to turn again, once known.
+    /// Where it last was seen to turn, or was let go, and how many samples it takes to turn again, once
+    /// known.
     turned_sample: u32,
     half_period: u32,
     swings: Swings,
@@ -551,7 +553,8 @@ impl Measuring {
         Ok(())
     }
 
-    /// What the coming releases are made under: a release that is going on ends under the condition it began with.
+    /// What the coming releases are made under: a release that is going on ends under the condition it began
+    /// with.
     pub fn set_condition(
         &mut self,
         condition: Condition,

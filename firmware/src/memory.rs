@@ -1,6 +1,6 @@
-//! What a board keeps over a reset in RAM that the reset leaves as it is: the wind-off results that others are held against,
-//! and the number of releases. Power that goes takes it away; what a rig did before that is no reference for what it does
-//! after.
+//! What a board keeps over a reset in RAM that the reset leaves as it is: the wind-off results that others
+//! are held against, and the number of releases. Power that goes takes it away; what a rig did before that is
+//! no reference for what it does after.
 
 use crate::reference::Reference;
 use serde::{Deserialize, Serialize};

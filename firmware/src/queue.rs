@@ -1,5 +1,5 @@
-//! Readings on their way from an interrupt, which takes them on time, to the program, which writes flash, talks and
-//! refines, and may be away for as long as the queue holds.
+//! Readings on their way from an interrupt, which takes them on time, to the program, which writes flash,
+//! talks and refines, and may be away for as long as the queue holds.
 //!
 //! ```
 //! use yawrig_firmware::{device::Device, input::Input, queue::Queue, sensors::absolute::Absolute, slots::MemoryFlash};
@@ -54,7 +54,8 @@ pub struct Readings<'a, R> {
 }
 
 impl<R> Readings<'_, R> {
-    /// The next one; none: the sensor did not answer. What finds no room is counted, and comes before the next that does.
+    /// The next one; none: the sensor did not answer. What finds no room is counted, and comes before the
+    /// next that does.
     pub fn put(&mut self, raw: Option<R>) {
         match self.queue.enqueue((self.without_room, raw)) {
             Ok(()) => self.without_room = 0,

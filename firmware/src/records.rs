@@ -1,9 +1,10 @@
-//! The records that the flash keeps of [lock](crate::lock) and [learning](crate::learning): the newest of each kind counts.
+//! The records that the flash keeps of [lock](crate::lock) and [learning](crate::learning): the newest of
+//! each kind counts.
 //!
-//! They are a log in two sectors. A record counts where its checksum, which is written last, is right. Where one sector is
-//! full the other is erased, the newest record of the other kind is copied to it, and only then comes the new one: the
-//! sector with the highest number has the newest of each kind and is never the one that is erased. Whenever the power
-//! goes each kind is as before or as wanted, and no number comes again.
+//! They are a log in two sectors. A record counts where its checksum, which is written last, is right. Where
+//! one sector is full the other is erased, the newest record of the other kind is copied to it, and only then
+//! comes the new one: the sector with the highest number has the newest of each kind and is never the one
+//! that is erased. Whenever the power goes each kind is as before or as wanted, and no number comes again.
 //!
 //! ```text
 //! record: 0 number   4 what it is   8 body   CRC-32 of all before it, up to whole write units

@@ -1,8 +1,8 @@
 //! The wind-off result that wind-on releases are held against.
 //!
-//! It belongs to one rig, a spring and an axis with a model on it, and to one kind of result: the network's or the
-//! refined one. It is given up where the rig changes and where its last wind-off release is of no use, so that no
-//! release is ever held against another spring.
+//! It belongs to one rig, a spring and an axis with a model on it, and to one kind of result: the network's
+//! or the refined one. It is given up where the rig changes and where its last wind-off release is of no use,
+//! so that no release is ever held against another spring.
 
 use serde::{Deserialize, Serialize};
 use yawrig_shared::derivatives::{reduced_frequency, Model, YawDerivatives};
@@ -49,9 +49,9 @@ impl Reference {
         }
     }
 
-    /// A release has ended, with this result if it has one. Wind off: it is the reference from now on, or, where
-    /// anything is the matter with it, there is none. Wind on: its derivatives, or the flag that says that there is
-    /// nothing to hold it against.
+    /// A release has ended, with this result if it has one. Wind off: it is the reference from now on, or,
+    /// where anything is the matter with it, there is none. Wind on: its derivatives, or the flag that says
+    /// that there is nothing to hold it against.
     #[inline(never)]
     pub fn judge(
         &mut self,
@@ -91,7 +91,8 @@ fn derivatives(
     let Condition { wind, model, inertia_kg_m2, .. } = condition;
     let YawDerivatives { cn_beta, cn_r } =
         YawDerivatives::from_releases(&on.modal, &off.modal, *inertia_kg_m2, wind, model);
-    // wn^2 and 2 zeta wn of both releases, which know nothing of each other. In single precision: it is an uncertainty.
+    // wn^2 and 2 zeta wn of both releases, which know nothing of each other. In single precision: it is an
+    // uncertainty.
     let mut variance = [0.0_f32; 2];
     for Known { modal, natural_frequency_u, damping_ratio_u, .. } in [on, off] {
         let (wn, zeta) = (modal.natural_frequency_rad_s as f32, modal.damping_ratio as f32);

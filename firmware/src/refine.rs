@@ -1,17 +1,19 @@
-//! A damped sinusoid and an offset, fitted to means of a record by damped Gauss-Newton steps, a few at a time.
+//! A damped sinusoid and an offset, fitted to means of a record by damped Gauss-Newton steps, a few at a
+//! time.
 //!
 //! ```text
 //! y_k = c + a Re z_k + b Im z_k,  z_k = exp((-s + i w) k),  k = 0, 1, ... the means' numbers
 //! ```
-//! Each step solves (J'J) d = J'r for the five parameters (Gauss-Newton; Nocedal and Wright, Numerical Optimization,
-//! 2006, 10.3) and is halved until the sum of squares falls. The minimum has a neighbour for each wrong count of
-//! cycles, so the first steps see the first cycles only, and each horizon is twice as long as the one before. At the
-//! minimum s^2 (J'J)^-1 is the Cramer-Rao bound of a damped sinusoid in white noise (Yao and Pandit, IEEE Trans. Signal
-//! Process. 43, 1995); for noise with a colour s^2 gives way to its spectral density at w, which is all that the narrow
-//! columns of J see.
+//! Each step solves (J'J) d = J'r for the five parameters (Gauss-Newton; Nocedal and Wright, Numerical
+//! Optimization, 2006, 10.3) and is halved until the sum of squares falls. The minimum has a neighbour for
+//! each wrong count of cycles, so the first steps see the first cycles only, and each horizon is twice as
+//! long as the one before. At the minimum s^2 (J'J)^-1 is the Cramer-Rao bound of a damped sinusoid in white
+//! noise (Yao and Pandit, IEEE Trans. Signal Process. 43, 1995); for noise with a colour s^2 gives way to its
+//! spectral density at w, which is all that the narrow columns of J see.
 //!
-//! A mean takes some 90 instructions in `f32`. What has to be known to a hundred-millionth, the phase after hundreds of
-//! cycles and the sums over thousands of means, is in `f64`, at the ends of pieces of [`PIECE`] means.
+//! A mean takes some 90 instructions in `f32`. What has to be known to a hundred-millionth, the phase after
+//! hundreds of cycles and the sums over thousands of means, is in `f64`, at the ends of pieces of [`PIECE`]
+//! means.
 
 use crate::decimated::POINTS;
 
@@ -129,8 +131,8 @@ impl Sums {
         core::array::from_fn(|i| self.0[SUMS - 1 - N + i])
     }
 
-    /// Lower triangle of the Cholesky factor of J'J; none where its columns are not independent. Those of s and w may be
-    /// left out, where nothing swings yet and they are zero.
+    /// Lower triangle of the Cholesky factor of J'J; none where its columns are not independent. Those of s
+    /// and w may be left out, where nothing swings yet and they are zero.
     // By hand: with nalgebra's `inverse` a piece of the work takes 52 873 instructions of 26 000.
     #[inline(never)]
     fn factor(&self, without_swing: bool) -> Option<[[f64; N]; N]> {

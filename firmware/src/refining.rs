@@ -102,7 +102,8 @@ impl Refining {
         }
     }
 
-    /// A swing that may be worth recording began before this sample. While the one before is being refined the buffer is not free.
+    /// A swing that may be worth recording began before this sample. While the one before is being refined
+    /// the buffer is not free.
     pub fn begin(&mut self, from_sample: u32, least_deg: f32, near_deg: f32) {
         if self.is_busy() {
             return;
@@ -141,8 +142,8 @@ impl Refining {
         }
     }
 
-    /// From this sample on it is of no use until another is begun. The longer part counts: with half the amplitude
-    /// three quarters of what a decay tells have come, and the record ends.
+    /// From this sample on it is of no use until another is begun. The longer part counts: with half the
+    /// amplitude three quarters of what a decay tells have come, and the record ends.
     pub fn interrupt(&mut self, at: u32, amplitude_deg: f32) {
         if self.useless_from.is_some() {
             return;

@@ -1,8 +1,8 @@
 //! Where in a release the model is, from the potentiometer alone.
 //!
 //! Held: block means stay within a band for longer than the model's swings take, or, where they are
-//! not known, than half the period of a slow one. Released: they leave their rest. Ringing: three turning points,
-//! so that there is a mid-line and an amplitude. Finished: the amplitude is below the range.
+//! not known, than half the period of a slow one. Released: they leave their rest. Ringing: three turning
+//! points, so that there is a mid-line and an amplitude. Finished: the amplitude is below the range.
 
 use yawrig_shared::history::BLOCK;
 use yawrig_shared::window::Extreme;
@@ -10,21 +10,21 @@ use yawrig_shared::wire::Phase;
 
 /// Longer than half a period at 2.5 rad/s (1.26 s), in samples; slower models take longer.
 const STILL_SAMPLES: u32 = 1304;
-/// The same for the last of a decay, of which half a period may show one side alone: its rest would be put off its
-/// mid-line, and its other side would look like a release.
+/// The same for the last of a decay, of which half a period may show one side alone: its rest would be put
+/// off its mid-line, and its other side would look like a release.
 const DIED_DOWN_SAMPLES: u32 = 1800;
 /// Peak to peak, degrees: above the noise of the means it is held against, far below any release.
 const STILL_BAND_DEG: f32 = 0.35;
 /// And below the smallest swing that is analysed, which goes from one side to the other.
 const STILL_BAND_SHARE: f32 = 1.5;
-/// The same where the noise of the means is more: so many times it holds all of some forty normal deviates but once in
-/// ten thousand; up to 1 deg of a sample's noise, or an oscillation would be taken for noise.
+/// The same where the noise of the means is more: so many times it holds all of some forty normal deviates
+/// but once in ten thousand; up to 1 deg of a sample's noise, or an oscillation would be taken for noise.
 const STILL_BAND_NOISE: f32 = 6.5;
 const MOST_BAND_DEG: f32 = 1.15;
 /// Blocks whose mean that is: 32 ms take little from the fastest swing and most from noise and hum.
 const SMOOTHED: u32 = 4;
-/// How far from its rest a held model must be to have been let go: this, or where the band is narrow so many times the
-/// band; and beyond this share of the lower end of the range.
+/// How far from its rest a held model must be to have been let go: this, or where the band is narrow so many
+/// times the band; and beyond this share of the lower end of the range.
 const LET_GO_DEG: f32 = 0.5;
 const LET_GO_BANDS: f32 = 1.5;
 const LET_GO_SHARE: f32 = 0.5;
@@ -104,8 +104,8 @@ impl Watch {
         self.rest_deg *= times;
     }
 
-    /// Takes the next block mean and its noise's rms; `at` is the block's middle, `midline_deg` the last known one; the
-    /// model's swings are known to take so many samples at least.
+    /// Takes the next block mean and its noise's rms; `at` is the block's middle, `midline_deg` the last
+    /// known one; the model's swings are known to take so many samples at least.
     pub fn block(
         &mut self,
         at: u32,

@@ -1,13 +1,13 @@
 //! What a fit leaves of a record, held against the noise.
 //!
-//! Where only noise is left, the power of the residual's means over a twelfth of a cycle goes by a chi-square law: over
-//! the noise's it is one, and scatters with the degrees of freedom of either. Beyond what chance does once in a thousand
-//! records, and beyond 1.7 times the noise's power, which
-//! leaves room for noise of some colour, something is missing. On means of a fiftieth of a cycle, the measure of the host, that is
+//! Where only noise is left, the power of the residual's means over a twelfth of a cycle goes by a chi-square
+//! law: over the noise's it is one, and scatters with the degrees of freedom of either. Beyond what chance
+//! does once in a thousand records, and beyond 1.7 times the noise's power, which leaves room for noise of
+//! some colour, something is missing. On means of a fiftieth of a cycle, the measure of the host, that is
 //! 1.08 times the noise; a misfit at 1.5 times the noise has six times the noise's power.
 //!
-//! Beside it stands the spectral density of the residual about the damped frequency, from which standard uncertainties
-//! follow for noise of any colour (Bartlett's averaged periodogram, Biometrika 37, 1950).
+//! Beside it stands the spectral density of the residual about the damped frequency, from which standard
+//! uncertainties follow for noise of any colour (Bartlett's averaged periodogram, Biometrika 37, 1950).
 
 use crate::refine::{Parameters, Phasor, PIECE};
 
@@ -15,10 +15,12 @@ use crate::refine::{Parameters, Phasor, PIECE};
 const PER_CYCLE: f32 = 12.0;
 /// And those the host compares them on.
 const HOST_PER_CYCLE: f32 = 50.0;
-/// Power of the residual over that of the noise at which something is missing: at least, and in standard deviations.
+/// Power of the residual over that of the noise at which something is missing: at least, and in standard
+/// deviations.
 const MISSING: f32 = 1.7;
 const BEYOND_CHANCE: f32 = 3.0;
-/// Numbers that a fit takes out of the residual; and those of them that lie about the damped frequency, as complex ones.
+/// Numbers that a fit takes out of the residual; and those of them that lie about the damped frequency, as
+/// complex ones.
 const PARAMETERS: f32 = 5.0;
 const ABSORBED: f32 = 2.0;
 /// Segments of the averaged periodogram, and at most so many a cycle.
@@ -139,8 +141,9 @@ impl Residual {
         }
     }
 
-    /// The judgement; `noise` is the variance of one mean, in the same units, known with so many degrees of freedom. Steps of
-    /// the sensor's stand still while the model turns, however many samples make a mean: `steps` is their variance.
+    /// The judgement; `noise` is the variance of one mean, in the same units, known with so many degrees of
+    /// freedom. Steps of the sensor's stand still while the model turns, however many samples make a mean:
+    /// `steps` is their variance.
     pub fn judged(&self, noise: f32, noise_freedom: f32, steps: f32) -> Judged {
         let together = self.together as f32;
         let freedom = |count: u32, taken: f32| (count as f32 - taken).max(1.0);

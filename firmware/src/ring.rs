@@ -14,9 +14,9 @@ impl<const N: usize> Reader<N> {
         Self { taken: 0 }
     }
 
-    /// How many have been written, from the count of triggers and, read after it, where in the ring DMA writes next:
-    /// the last may still have been on its way, or one more have come. `None` where the two do not agree: a
-    /// conversion went missing.
+    /// How many have been written, from the count of triggers and, read after it, where in the ring DMA
+    /// writes next: the last may still have been on its way, or one more have come. `None` where the two do
+    /// not agree: a conversion went missing.
     #[inline(always)]
     pub fn made(triggers: u32, position: u32) -> Option<u32> {
         match position.wrapping_sub(triggers) % N as u32 {
@@ -32,8 +32,8 @@ impl<const N: usize> Reader<N> {
         made.wrapping_sub(self.taken)
     }
 
-    /// Of `made` written in all: how many were overwritten unread since the last call, now passed over, with those that
-    /// belong to the same `group`.
+    /// Of `made` written in all: how many were overwritten unread since the last call, now passed over, with
+    /// those that belong to the same `group`.
     pub fn overwritten(&mut self, made: u32, group: u32) -> u32 {
         let kept = N as u32 - MARGIN;
         let lost = self.waiting(made).saturating_sub(kept).next_multiple_of(group);
@@ -62,8 +62,9 @@ impl<const N: usize> Reader<N> {
         !position.wrapping_sub(self.taken).is_multiple_of(N as u32)
     }
 
-    /// Whether such a writer has overtaken the reader, who then goes on where it writes. `wrapped`: it has begun anew at
-    /// the ring's start since this was last asked. Twice round between two looks cannot be distinguished from once.
+    /// Whether such a writer has overtaken the reader, who then goes on where it writes. `wrapped`: it has
+    /// begun anew at the ring's start since this was last asked. Twice round between two looks cannot be
+    /// distinguished from once.
     pub fn overtaken(&mut self, wrapped: bool, position: u32) -> bool {
         let at = self.taken % N as u32;
         let overtaken = wrapped && position % N as u32 >= at;

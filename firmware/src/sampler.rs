@@ -5,8 +5,8 @@ use yawrig_shared::wire::Settings;
 /// Counts are kept about the middle of a 16-bit converter, where they fit an `i16`.
 const MIDDLE: i32 = 32768;
 
-/// Degrees a count, of either sign, that a potentiometer may have: by a change between any two of them what is known of
-/// rest and noise stays what it was.
+/// Degrees a count, of either sign, that a potentiometer may have: by a change between any two of them what
+/// is known of rest and noise stays what it was.
 const SCALES_DEG: core::ops::RangeInclusive<f32> = 1e-6..=100.0;
 /// Amplitudes that may be asked for, degrees.
 const LEAST_DEG: f32 = 1e-3;

@@ -1,11 +1,14 @@
-//! What a sensor of the yaw angle is to the device: something that makes counts of what the hardware has read.
+//! What a sensor of the yaw angle is to the device: something that makes counts of what the hardware has
+//! read.
 //!
-//! A sensor does no input of its own. What came from its pins, its bus or a timer, by DMA, in an interrupt or awaited, is
-//! given to it as [`Sensor::Raw`]; [`crate::input::Input`] makes the device's samples of its readings, at whatever rate.
+//! A sensor does no input of its own. What came from its pins, its bus or a timer, by DMA, in an interrupt or
+//! awaited, is given to it as [`Sensor::Raw`]; [`crate::input::Input`] makes the device's samples of its
+//! readings, at whatever rate.
 
 use yawrig_shared::wire::{self, Flags};
 
-/// Readings are finer than the device's counts by this many bits: means and steps between them are not rounded.
+/// Readings are finer than the device's counts by this many bits: means and steps between them are not
+/// rounded.
 pub const FINE_BITS: u32 = 8;
 
 /// What a sensor is.
@@ -46,8 +49,8 @@ pub trait Sensor {
 /// Samples in a second.
 const DEVICE_HZ: u16 = 1000;
 
-/// How many readings make a sample and how many samples lie from one reading to the next: one of them is one. `None` for
-/// rates other than 1, 2, 3 and 4 kHz, 500, 250, 200, 125 and 100 Hz.
+/// How many readings make a sample and how many samples lie from one reading to the next: one of them is one.
+/// `None` for rates other than 1, 2, 3 and 4 kHz, 500, 250, 200, 125 and 100 Hz.
 pub const fn ratio(rate_hz: u16) -> Option<(u32, u32)> {
     match rate_hz {
         1000 | 2000 | 3000 | 4000 => Some((rate_hz as u32 / 1000, 1)),

@@ -1,5 +1,5 @@
-//! What a board does with the bytes of its lines, losses included. It gives a line as `embedded_io` has them: a read that
-//! fails is a byte that was lost, and the bytes behind it come with the next ones.
+//! What a board does with the bytes of its lines, losses included. It gives a line as `embedded_io` has them:
+//! a read that fails is a byte that was lost, and the bytes behind it come with the next ones.
 
 use crate::device::Device;
 use embedded_io::{Read, ReadReady, Write, WriteReady};
@@ -22,8 +22,8 @@ fn next(line: &mut (impl Read + ReadReady)) -> Option<Result<u8, Lost>> {
     }
 }
 
-/// Takes a byte of the host's, if one is there; whether one was. A frame in which one was lost is dropped; the host asks
-/// again.
+/// Takes a byte of the host's, if one is there; whether one was. A frame in which one was lost is dropped;
+/// the host asks again.
 pub fn receive<F: NorFlash, const LOCKABLE: bool>(
     line: &mut (impl Read + ReadReady),
     device: &mut Device<F, LOCKABLE>,
@@ -48,8 +48,8 @@ pub fn send<F: NorFlash, const LOCKABLE: bool>(
     device.transmit().is_some_and(|byte| line.write(&[byte]).is_ok())
 }
 
-/// Takes a byte of a potentiometer's whose samples come over a line, if one is there; whether one was. Where one was
-/// lost, the next absolute sample tells how many samples are missing.
+/// Takes a byte of a potentiometer's whose samples come over a line, if one is there; whether one was. Where
+/// one was lost, the next absolute sample tells how many samples are missing.
 pub fn receive_sample<F: NorFlash, const LOCKABLE: bool>(
     line: &mut (impl Read + ReadReady),
     decoder: &mut Decoder,

@@ -1,25 +1,28 @@
 //! Whether the readings are those of a potentiometer on a swinging model.
 //!
 //! Sample by sample: steps no model makes, and readings that do not change. Block by block: the noise, by the
-//! fourth difference of the block means, in which the fastest swing of interest leaves less than a hundredth of a
-//! degree's noise and a mains hum of a tenth of a degree as much as noise of a quarter.
+//! fourth difference of the block means, in which the fastest swing of interest leaves less than a hundredth
+//! of a degree's noise and a mains hum of a tenth of a degree as much as noise of a quarter.
 
 use yawrig_shared::history::BLOCK;
 
 /// A step between two samples that no model makes: 60 deg at 26.5 rad/s pass 1.6 deg in 1 ms.
 const WILD_DEG: f32 = 3.0;
-/// And not by noise alone: the step of two samples has 1.4 times the rms of one, and four times that once in an hour.
+/// And not by noise alone: the step of two samples has 1.4 times the rms of one, and four times that once in
+/// an hour.
 const WILD_NOISE: f32 = 6.0;
-/// Samples in a row that the last good one bridges as if nothing had been: the model goes on by a tenth of a radian.
+/// Samples in a row that the last good one bridges as if nothing had been: the model goes on by a tenth of a
+/// radian.
 pub const BRIDGED: u32 = 5;
 /// Readings in a row that follow from each other: the signal is back.
 const BACK: u8 = 5;
-/// Longest gap that a release goes on after, in samples: 100 ms, and those by which it is seen that it is over.
+/// Longest gap that a release goes on after, in samples: 100 ms, and those by which it is seen that it is
+/// over.
 pub const LONGEST_GAP: u32 = 100 + BACK as u32;
 /// Whatever comes next is taken.
 const ANYTHING: u32 = u32::MAX;
-/// No oscillation gives so many equal readings: at the slowest turning point, 1 deg and 2.5 rad/s, a converter of 12 bits
-/// over a full turn stays at one count for 340.
+/// No oscillation gives so many equal readings: at the slowest turning point, 1 deg and 2.5 rad/s, a
+/// converter of 12 bits over a full turn stays at one count for 340.
 const STUCK_SAMPLES: u16 = 500;
 /// Blocks over which the noise is averaged: 4 s.
 const AVERAGED: u16 = 508;
@@ -27,7 +30,8 @@ const AVERAGED: u16 = 508;
 const ORDER: u16 = 4;
 /// Mean size of the fourth difference of white noise with an rms of one: sqrt(70) sqrt(2 / pi).
 const GAIN: f32 = 6.676;
-/// Root of [`BLOCK`]. Instructions of a sample in the mean, rustup's compiler: 220 with libm's root, 205 with micromath's or this.
+/// Root of [`BLOCK`]. Instructions of a sample in the mean, rustup's compiler: 220 with libm's root, 205 with
+/// micromath's or this.
 const ROOT_OF_BLOCK: f32 = 2.0 * core::f32::consts::SQRT_2;
 const _: () = assert!(BLOCK == 8);
 /// As white noise of a sample, degrees: more than a potentiometer in order has, and more than any signal has.
@@ -63,13 +67,14 @@ pub struct Signal {
     /// Blocks whose fourth difference still has a step of the signal's own in it, or its beginning.
     unsettled: u16,
     averaged: u16,
-    /// Mean size of the fourth differences, degrees; and of those of noise whose block means have an rms of one.
+    /// Mean size of the fourth differences, degrees; and of those of noise whose block means have an rms of
+    /// one.
     fourth: f32,
     gain: f32,
 }
 
-/// What fourth differences of block means show of noise that is on straight lines between readings so many samples apart,
-/// over what they would of white noise with the same block means.
+/// What fourth differences of block means show of noise that is on straight lines between readings so many
+/// samples apart, over what they would of white noise with the same block means.
 fn shown(spread: u32) -> f32 {
     match spread {
         ..2 => 1.0,
@@ -106,7 +111,8 @@ impl Signal {
         self.gain = GAIN * shown(samples);
     }
 
-    /// Counts mean other degrees from now on, `times` as many as before; what is known of the noise stays known.
+    /// Counts mean other degrees from now on, `times` as many as before; what is known of the noise stays
+    /// known.
     pub fn rescale(&mut self, degrees_per_count: f32, times: f32) {
         self.degrees_per_count = degrees_per_count;
         self.means = self.means.map(|mean| mean * times);
@@ -119,8 +125,9 @@ impl Signal {
         self.last
     }
 
-    /// Takes a reading; gives what is to be measured: the reading, or the last good one where this one is wild. Readings
-    /// at an end of the converter, where a lost contact leaves it, say nothing of where the model is.
+    /// Takes a reading; gives what is to be measured: the reading, or the last good one where this one is
+    /// wild. Readings at an end of the converter, where a lost contact leaves it, say nothing of where the
+    /// model is.
     #[inline]
     pub fn sample(&mut self, raw: i16, at_end: bool) -> i16 {
         self.same = if raw == self.raw { self.same.saturating_add(1) } else { 0 };

@@ -3,8 +3,8 @@
 //! An update erases the idle slot, writes the blob, reads it back and verifies everything; the
 //! network then runs on trial, from memory. Only once the host has confirmed it is the commit word
 //! programmed. Until that word stands the slot does not count, so whenever the power goes, or no
-//! confirmation comes, the old network is there. The newest valid slot runs. Generations go round (RFC 1982), so there
-//! is one after the last.
+//! confirmation comes, the old network is there. The newest valid slot runs. Generations go round (RFC 1982),
+//! so there is one after the last.
 //!
 //! ```text
 //! slot: 0 commit word   u length of the blob   2u blob       u: the write unit of the flash, at least four bytes
@@ -56,7 +56,8 @@ struct Update {
     verified: bool,
 }
 
-/// The network store of a device that can be [locked](crate::lock), or cannot: checking signatures takes 14 kB of code.
+/// The network store of a device that can be [locked](crate::lock), or cannot: checking signatures takes 14
+/// kB of code.
 #[derive(Debug)]
 pub struct Store<F, const LOCKABLE: bool = true> {
     flash: F,
@@ -86,8 +87,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Store<F, LOCKABLE> {
         self.flash
     }
 
-    /// The newest valid network, read into `network`, and where it stands. Both slots are looked at to the last golden
-    /// vector, by which [`Store::state`] goes.
+    /// The newest valid network, read into `network`, and where it stands. Both slots are looked at to the
+    /// last golden vector, by which [`Store::state`] goes.
     pub fn newest(&mut self, network: &mut Network) -> Option<(Slot, Envelope, Provenance)> {
         let mut generation = |slot| committed(&mut self.flash, slot).map(|e| e.generation);
         let last = match (generation(Slot::First), generation(Slot::Second)) {
@@ -163,8 +164,8 @@ impl<F: NorFlash, const LOCKABLE: bool> Store<F, LOCKABLE> {
         Ok(())
     }
 
-    /// Verifies what was written and reads it into `network`, which is not to be used where this fails. `newest` is
-    /// the generation that runs.
+    /// Verifies what was written and reads it into `network`, which is not to be used where this fails.
+    /// `newest` is the generation that runs.
     pub fn verify(
         &mut self,
         newest: u32,

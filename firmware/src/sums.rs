@@ -1,5 +1,5 @@
-//! Samples on their way from an interrupt, which sums up what DMA has written of a converter's readings, to the program,
-//! which may be away for as long as they are kept.
+//! Samples on their way from an interrupt, which sums up what DMA has written of a converter's readings, to
+//! the program, which may be away for as long as they are kept.
 //!
 //! ```
 //! use yawrig_firmware::{device::Device, input::Input, ring::Reader, slots::MemoryFlash, sums::Sums};
@@ -50,8 +50,9 @@ impl<const RING: usize, const KEPT: usize> Sums<RING, KEPT> {
         }
     }
 
-    /// Sums up the whole samples that have come, of as many conversions as were begun, up to where in the ring DMA writes
-    /// next, which was read after that; `reading` is what stands at a place. Never while it is under way already.
+    /// Sums up the whole samples that have come, of as many conversions as were begun, up to where in the
+    /// ring DMA writes next, which was read after that; `reading` is what stands at a place. Never while it
+    /// is under way already.
     #[inline(always)]
     pub fn collect(&self, triggers: u32, position: u32, reading: impl Fn(usize) -> u16) {
         let mut made = self.made.load(Ordering::Relaxed);
@@ -75,8 +76,8 @@ impl<const RING: usize, const KEPT: usize> Sums<RING, KEPT> {
         self.made.store(made, Ordering::Release);
     }
 
-    /// Gives the device the samples that it has not had; what was overwritten before is lost. Whether one came: a board that
-    /// measures is well, and its watchdog is fed.
+    /// Gives the device the samples that it has not had; what was overwritten before is lost. Whether one
+    /// came: a board that measures is well, and its watchdog is fed.
     pub fn give<F: NorFlash, const LOCKABLE: bool>(
         &self,
         reader: &mut Reader<KEPT>,
@@ -103,7 +104,8 @@ impl<const RING: usize, const KEPT: usize> Sums<RING, KEPT> {
         self.torn.load(Ordering::Relaxed)
     }
 
-    /// Everything has begun anew after so many conversions were begun: how many samples that cost, to the nearest.
+    /// Everything has begun anew after so many conversions were begun: how many samples that cost, to the
+    /// nearest.
     pub fn begin_anew(&self, triggers: u32) -> u32 {
         let made = self.made.load(Ordering::Relaxed);
         let unused = triggers.wrapping_sub(made.wrapping_mul(CONVERSIONS));

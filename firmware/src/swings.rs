@@ -1,5 +1,5 @@
-//! What the turning points alone say of natural frequency and damping: where the refined estimate starts from, whatever
-//! the network was trained on and whether or not three cycles came.
+//! What the turning points alone say of natural frequency and damping: where the refined estimate starts
+//! from, whatever the network was trained on and whether or not three cycles came.
 
 use yawrig_shared::network::Estimate;
 use yawrig_shared::window::{Swing, SAMPLE_RATE_HZ};

@@ -1,6 +1,7 @@
 //! Time of a diagnosis with the whole library, all cores: `cargo bench -p yawrig --bench diagnose`.
 //!
-//! Records of 40 s at 1 kHz from the virtual rig, each hiding the effects named; the verdict is printed beside the time.
+//! Records of 40 s at 1 kHz from the virtual rig, each hiding the effects named; the verdict is printed
+//! beside the time.
 
 use std::path::PathBuf;
 use std::time::Instant;

@@ -1,8 +1,8 @@
 //! Time of one identification, and time and memory of ten thousand.
 //!
-//! `cargo bench -p yawrig --bench identify [-- RECORDS]`; 10,000 records take 700 MB of the temporary folder. The records
-//! are those of the virtual rig; the whole `yawrig identify --out` is timed, reading included, and its peak
-//! memory (VmHWM) is read while it runs.
+//! `cargo bench -p yawrig --bench identify [-- RECORDS]`; 10,000 records take 700 MB of the temporary folder.
+//! The records are those of the virtual rig; the whole `yawrig identify --out` is timed, reading included,
+//! and its peak memory (VmHWM) is read while it runs.
 
 use std::hint::black_box;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! What a verb answers about records that a program holds in memory: the object that `--json` prints, and what can be
-//! drawn and simulated of it.
+//! What a verb answers about records that a program holds in memory: the object that `--json` prints, and
+//! what can be drawn and simulated of it.
 
 use serde::Serialize;
 use std::sync::OnceLock;

@@ -1,5 +1,5 @@
-//! Many records: on all cores, in memory that does not grow with their number, resumable. A stored answer says what it
-//! came from; where record, options or program are others now, it is made again.
+//! Many records: on all cores, in memory that does not grow with their number, resumable. A stored answer
+//! says what it came from; where record, options or program are others now, it is made again.
 
 use crate::flags::named;
 use rayon::prelude::*;
@@ -180,13 +180,13 @@ pub fn in_order(
     Ok(tally)
 }
 
-/// Identifies `files` on all cores and appends a line for each to `out` as it comes, in any order. Files that have a
-/// line there already are left alone, so that the same call again goes on where it was stopped; where that line came
-/// from another record, other options or another version, it is taken out and made again.
+/// Identifies `files` on all cores and appends a line for each to `out` as it comes, in any order. Files that
+/// have a line there already are left alone, so that the same call again goes on where it was stopped; where
+/// that line came from another record, other options or another version, it is taken out and made again.
 ///
 /// # Errors
-/// Exit 3 where `out` cannot be written, holds something else or is being written by another process, 130 when the user
-/// stops it; whole lines only.
+/// Exit 3 where `out` cannot be written, holds something else or is being written by another process, 130
+/// when the user stops it; whole lines only.
 pub fn to_log(
     files: &[PathBuf],
     how: How<'_>,
@@ -278,8 +278,8 @@ struct Named {
     of: Option<Source>,
 }
 
-/// The files that have a whole line in `out` and what it came from, by fingerprints: sixteen bytes each whatever their
-/// names. A last line without an end, left by a power cut, is taken off.
+/// The files that have a whole line in `out` and what it came from, by fingerprints: sixteen bytes each
+/// whatever their names. A last line without an end, left by a power cut, is taken off.
 fn finished(out: &Path, log: &File) -> Result<HashMap<u64, u64>> {
     let mut done = HashMap::new();
     let fail = |e: &dyn std::fmt::Display| Error::data(format!("{}: {e}", out.display()));

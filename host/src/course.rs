@@ -6,8 +6,8 @@ use yawrig_core::motion::readings_at;
 use yawrig_core::motion::simulate::Motion;
 use yawrig_core::record::Measurand;
 
-/// The equation of a model with its numbers, and where it begins. A state is angle, rate, and of each effect that remembers
-/// what it remembers: of an angle deg, deg/s and deg.
+/// The equation of a model with its numbers, and where it begins. A state is angle, rate, and of each effect
+/// that remembers what it remembers: of an angle deg, deg/s and deg.
 #[derive(Clone, Debug)]
 pub struct Course {
     motion: Motion,

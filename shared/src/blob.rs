@@ -5,8 +5,8 @@
 //! 8  payload length    12 generation           16 payload CRC-32   20 CRC-32 of bytes 0..20
 //! 24 payload: postcard of [`Payload`]; one without `from_counts` may end before it
 //! ```
-//! Format 3 has before the payload what else than natural frequency and damping ratio the network says: [`Number`]s and
-//! their names. A network that says those two alone is of format 2.
+//! Format 3 has before the payload what else than natural frequency and damping ratio the network says:
+//! [`Number`]s and their names. A network that says those two alone is of format 2.
 //!
 //! Numbers are little-endian. The envelope never changes, so a device can always tell a blob it
 //! is too old for from a broken one.
@@ -42,7 +42,8 @@ pub struct Golden {
     pub outputs: OutputBits,
 }
 
-/// All that a network says of a window, as bits of `f32`: natural frequency (rad/s), damping ratio, numbers of effects.
+/// All that a network says of a window, as bits of `f32`: natural frequency (rad/s), damping ratio, numbers
+/// of effects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutputBits(pub Vec<u32, MOST_OUTPUTS>);
 
@@ -78,7 +79,8 @@ pub struct Payload {
     pub network: Network,
     pub provenance: Provenance,
     pub golden: Vec<Golden, 4>,
-    /// Bits that the network must make of [`from_counts`]' window, by the features and the logarithm before it, too.
+    /// Bits that the network must make of [`from_counts`]' window, by the features and the logarithm before
+    /// it, too.
     pub from_counts: Option<OutputBits>,
 }
 
@@ -103,8 +105,8 @@ pub enum BlobError {
     Network(NetworkError),
     /// Fewer than two golden vectors, or not of the topology's inputs.
     GoldenMissing,
-    /// This machine's arithmetic does not reproduce this golden vector; one behind the last: its features do not come
-    /// out of counts.
+    /// This machine's arithmetic does not reproduce this golden vector; one behind the last: its features do
+    /// not come out of counts.
     GoldenDiffers {
         vector: u8,
     },
@@ -312,12 +314,14 @@ fn estimate_bits(network: &Network, inputs: &[f32]) -> OutputBits {
 /// Samples of the window below: three cycles, and some before and after.
 const WINDOW: usize = 1024;
 
-/// What a network makes of one window of counts, the same on every machine: three cycles of 900 samples with a damping
-/// ratio of 0.01 from 10 deg on, by a recurrence in whole numbers. All that stands between counts and estimate takes
-/// part: block sums, bins that begin between samples, features, logarithm, scaling and network.
+/// What a network makes of one window of counts, the same on every machine: three cycles of 900 samples with
+/// a damping ratio of 0.01 from 10 deg on, by a recurrence in whole numbers. All that stands between counts
+/// and estimate takes part: block sums, bins that begin between samples, features, logarithm, scaling and
+/// network.
 #[inline(never)]
 pub fn from_counts(network: &Network) -> OutputBits {
-    // 2 exp(-0.01 x) cos x and exp(-0.02 x) for x = 6 pi / 900, times 2^30; 2000 exp(-0.01 x) sin x, times 2^16.
+    // 2 exp(-0.01 x) cos x and exp(-0.02 x) for x = 6 pi / 900, times 2^30; 2000 exp(-0.01 x) sin x, times
+    // 2^16.
     const TURN: [i64; 2] = [2_146_563_047, 1_073_292_150];
     const SECOND: i64 = 2_744_390;
     let mut history = History::<i16, WINDOW, { WINDOW / 8 }>::new(0, 0.005);

@@ -35,7 +35,8 @@ pub(crate) struct Crossing {
     pub number: u32,
 }
 
-/// The moment of the crossing between two extremes, half a period apart without a hold, and the slope in degrees per sample.
+/// The moment of the crossing between two extremes, half a period apart without a hold, and the slope in
+/// degrees per sample.
 pub(crate) fn line_through<S: Copy + Default + Into<f32>>(
     history: &History<S>,
     midline_deg: f32,

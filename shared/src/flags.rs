@@ -1,6 +1,7 @@
 //! What is the matter with a result.
 //!
-//! Not by a crate: the bits on the wire and the names in files are given, and beside them two methods are all there is.
+//! Not by a crate: the bits on the wire and the names in files are given, and beside them two methods are all
+//! there is.
 
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
@@ -78,14 +79,14 @@ impl Flags {
         self.0 & flag.0 != 0
     }
 
-    /// Whether a wind-off release is no reference for others: anything is the matter with it but that little of it was
-    /// seen.
+    /// Whether a wind-off release is no reference for others: anything is the matter with it but that little
+    /// of it was seen.
     pub fn unfit_as_reference(self) -> bool {
         self.0 & !(Self::CUT_SHORT.0 | Self::MID_SWING.0) != 0
     }
 
-    /// What of a release's flags matters to the fit to its record: not what concerns the windows and the network, nor
-    /// what is not in the record, nor noise, which its uncertainty holds.
+    /// What of a release's flags matters to the fit to its record: not what concerns the windows and the
+    /// network, nor what is not in the record, nor noise, which its uncertainty holds.
     pub fn of_record(self) -> Self {
         let not_its_own = [
             Self::TOO_SMALL,

@@ -38,8 +38,8 @@ impl Moment {
     }
 }
 
-/// Ring of the last `N` samples in `B` blocks of [`BLOCK`]; [`LENGTH`] if not said otherwise. `S` is `i16` on the device and `f32` where the host
-/// wants no quantisation; `scale` turns either into degrees.
+/// Ring of the last `N` samples in `B` blocks of [`BLOCK`]; [`LENGTH`] if not said otherwise. `S` is `i16` on
+/// the device and `f32` where the host wants no quantisation; `scale` turns either into degrees.
 #[derive(Clone, Debug)]
 pub struct History<S, const N: usize = LENGTH, const B: usize = BLOCKS> {
     samples: [S; N],

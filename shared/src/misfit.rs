@@ -30,9 +30,9 @@ fn pairs(shape: &[f32], damping_ratio: f32, mut each: impl FnMut([f32; BASIS], f
     }
 }
 
-/// Rms of what no damped oscillation near this damping ratio explains of a window's shape, over the shape's own rms:
-/// of noise in the bins its share, of anything slower one and a half times it. Without either it is below 3e-4; not a
-/// number where the shape is nothing.
+/// Rms of what no damped oscillation near this damping ratio explains of a window's shape, over the shape's
+/// own rms: of noise in the bins its share, of anything slower one and a half times it. Without either it is
+/// below 3e-4; not a number where the shape is nothing.
 pub fn misfit(features: &[f32; FEATURES], damping_ratio: f32) -> f32 {
     let shape = &features[..SHAPE];
     let mut a = nalgebra::SMatrix::<f32, BASIS, BASIS>::zeros();

@@ -47,8 +47,8 @@ pub struct TrainedRange {
     pub damping_ratio: [f32; 2],
 }
 
-/// A line for each number of an effect: the effect's place among the identifiers in its provenance, from 0, a dot, the number's name, a
-/// space and its unit.
+/// A line for each number of an effect: the effect's place among the identifiers in its provenance, from 0, a
+/// dot, the number's name, a space and its unit.
 pub type NumberNames = String<40>;
 
 /// One output more: a number of an effect, as its coefficient.
@@ -104,8 +104,8 @@ pub struct Network {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum NetworkError {
-    /// Not as many inputs as are made of a window, not as many outputs as are said, a layer too wide or empty, too
-    /// many layers, or none that bends.
+    /// Not as many inputs as are made of a window, not as many outputs as are said, a layer too wide or
+    /// empty, too many layers, or none that bends.
     Topology,
     /// The number of weights is not what the topology needs.
     WeightCount,
@@ -143,8 +143,8 @@ impl Network {
         }
     }
 
-    /// Reads what its `Serialize` has written, in place, and leaves the numbers as they are: derived code would hold the weights on the stack, several
-    /// times.
+    /// Reads what its `Serialize` has written, in place, and leaves the numbers as they are: derived code
+    /// would hold the weights on the stack, several times.
     pub(crate) fn read<'a>(
         &mut self,
         from: &mut Deserializer<'a, Bytes<'a>>,

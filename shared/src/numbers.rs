@@ -1,4 +1,5 @@
-//! What of each number of an effect is said beside natural frequency and damping ratio: none to two of a kind.
+//! What of each number of an effect is said beside natural frequency and damping ratio: none to two of a
+//! kind.
 
 use crate::network::MOST_NUMBERS;
 use heapless::Vec;

@@ -1,4 +1,5 @@
-//! Unit conversions at the boundary: the inside works in radians and seconds, files and screens in degrees and Hz.
+//! Unit conversions at the boundary: the inside works in radians and seconds, files and screens in degrees
+//! and Hz.
 
 use core::f64::consts::PI;
 

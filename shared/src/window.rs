@@ -75,8 +75,8 @@ pub enum Finding {
     Extreme { extreme: Extreme, amplitude_deg: Option<f32> },
     /// Three cycles are complete.
     Window(Window),
-    /// A swing larger than a free one, after a turn by hand or a push: what was before this turning point is another
-    /// motion, and is forgotten.
+    /// A swing larger than a free one, after a turn by hand or a push: what was before this turning point is
+    /// another motion, and is forgotten.
     Anew { from: Extreme },
 }
 
@@ -92,8 +92,8 @@ pub struct Tracker<S> {
     /// Highest and lowest block mean since the last extreme.
     high: Option<Extreme>,
     low: Option<Extreme>,
-    /// When it last was near the highest or the lowest one, and near the last extreme: a model that is held there has
-    /// not been let go before that.
+    /// When it last was near the highest or the lowest one, and near the last extreme: a model that is held
+    /// there has not been let go before that.
     near_high: u32,
     near_low: u32,
     left: u32,

@@ -30,7 +30,8 @@ pub const HELLO_KEY: u32 = u32::from_le_bytes(*b"HELO");
 /// Key of [`Samples`]: "SMPL".
 pub const SAMPLES_KEY: u32 = u32::from_le_bytes(*b"SMPL");
 
-/// Number of this set of messages, one more for each that is given to others: by it two programs tell which is older.
+/// Number of this set of messages, one more for each that is given to others: by it two programs tell which
+/// is older.
 pub const REVISION: u16 = 1;
 /// Key of all messages together: equal keys, equal messages.
 pub const MESSAGES_KEY: u32 = joined([Request::KEY, Reply::KEY, Event::KEY, SAMPLES_KEY]);
@@ -108,8 +109,8 @@ impl HelloReply {
 /// An ed25519 signature. One that has not 64 bytes is not valid.
 pub type Signature = Vec<u8, 64>;
 
-/// What is signed: 16 bytes that say what for, so that a signature of one kind is none of another, then the number and
-/// the nonce of a challenge, so that it is good once.
+/// What is signed: 16 bytes that say what for, so that a signature of one kind is none of another, then the
+/// number and the nonce of a challenge, so that it is good once.
 fn signed(kind: &[u8; 16], number: u32, nonce: u32) -> [u8; 24] {
     let mut message = [0; 24];
     message[..16].copy_from_slice(kind);
@@ -158,8 +159,8 @@ pub enum Request {
         offset: u32,
         bytes: Vec<u8, CHUNK>,
     },
-    /// Signs the [`network_message`] of the challenge of the permit and the blob that was begun; a locked device wants it
-    /// before the trial.
+    /// Signs the [`network_message`] of the challenge of the permit and the blob that was begun; a locked
+    /// device wants it before the trial.
     FlashSignature {
         signature: Signature,
     },
@@ -190,8 +191,8 @@ pub enum Request {
     Stream {
         samples: u32,
     },
-    /// Names this run of the device, if it has no name yet: not zero. After a reset it has none again, by which
-    /// hosts tell that it began anew.
+    /// Names this run of the device, if it has no name yet: not zero. After a reset it has none again, by
+    /// which hosts tell that it began anew.
     Session {
         number: u32,
     },
@@ -230,7 +231,8 @@ pub enum Refusal {
     FlashWrite,
     /// No network is on trial; it may have run out of time.
     NoTrial,
-    /// Not while a release is going on, all of whose windows are to be one network's: ask again when it is over.
+    /// Not while a release is going on, all of whose windows are to be one network's: ask again when it is
+    /// over.
     Releasing,
     /// Locked, and the network came without a signature.
     Unsigned,
@@ -282,7 +284,8 @@ impl Default for Settings {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Condition {
-    /// Which spring and axis ([`rig_id`]): a wind-off release is a reference for those of the same rig and model alone.
+    /// Which spring and axis ([`rig_id`]): a wind-off release is a reference for those of the same rig and
+    /// model alone.
     pub rig: u32,
     /// Wind off: its result becomes the reference of the releases after it.
     pub wind: Wind,
@@ -416,8 +419,8 @@ pub struct Sensor {
     pub kind: SensorKind,
     /// Readings of the sensor in a second, of which the device makes a thousand.
     pub rate_hz: u16,
-    /// How late a sample is, at most: by the sensor's own filter and by what readings become samples. Frequencies and
-    /// damping do not depend on it.
+    /// How late a sample is, at most: by the sensor's own filter and by what readings become samples.
+    /// Frequencies and damping do not depend on it.
     pub delay_us: u16,
 }
 
@@ -608,8 +611,8 @@ pub struct Refined {
     /// The record: where it begins, and how many samples.
     pub from_sample: u32,
     pub samples: u32,
-    /// Standard uncertainties hold for noise of any colour, and with the clock's in that of the natural frequency.
-    /// Meaningless with [`Flags::NOT_REFINED`].
+    /// Standard uncertainties hold for noise of any colour, and with the clock's in that of the natural
+    /// frequency. Meaningless with [`Flags::NOT_REFINED`].
     pub natural_frequency_rad_s: Precise,
     pub damping_ratio: Measured,
     /// Rms of the noise of single samples.
@@ -639,8 +642,9 @@ pub struct ReleaseResult {
     pub flags: Flags,
 }
 
-/// Yaw derivatives about this axis, per radian, with the standard uncertainties that natural frequencies, damping
-/// ratios and the clock give them: those of density, speed, inertia and the model's measures come on top.
+/// Yaw derivatives about this axis, per radian, with the standard uncertainties that natural frequencies,
+/// damping ratios and the clock give them: those of density, speed, inertia and the model's measures come on
+/// top.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Derivatives {

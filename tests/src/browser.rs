@@ -165,8 +165,8 @@ impl Browser {
         }
     }
 
-    /// Clicks the first of these elements, once it can be: where it is at this very moment, for what is still being laid
-    /// out moves away from under a mouse, and what is made anew loses the half of a click.
+    /// Clicks the first of these elements, once it can be: where it is at this very moment, for what is still
+    /// being laid out moves away from under a mouse, and what is made anew loses the half of a click.
     #[track_caller]
     pub fn click(&mut self, selector: &str) {
         let until = Instant::now() + PATIENCE;

@@ -4,7 +4,8 @@
 
 use std::time::Duration;
 
-/// How long anything is waited for before its test gives up: only what hangs takes so long, however slow the machine is.
+/// How long anything is waited for before its test gives up: only what hangs takes so long, however slow the
+/// machine is.
 pub const PATIENCE: Duration = Duration::from_secs(600);
 
 pub mod browser;

@@ -50,8 +50,9 @@ impl Line {
         Self { path, carried, stop, thread: Some(thread) }
     }
 
-    /// Plays counts into a board that is plugged in here, each few of them when what was said to those before has gone out
-    /// over the line: however slow its reader is, nothing is lost on the way. `meanwhile` lets it read.
+    /// Plays counts into a board that is plugged in here, each few of them when what was said to those before
+    /// has gone out over the line: however slow its reader is, nothing is lost on the way. `meanwhile` lets
+    /// it read.
     pub fn play(&self, board: &Board, counts: &[u16], mut meanwhile: impl FnMut()) {
         for some in counts.chunks(100) {
             board.samples(some);

@@ -28,9 +28,10 @@ fn age(path: &Path) -> Option<SystemTime> {
     path.metadata().and_then(|about| about.modified()).ok()
 }
 
-/// Every file of the workspace that the program is made of, pages and tables included: the compiler lists them for each
-/// crate in the form of a makefile, `RESULT: FILE FILE`, from the workspace's folder on, a blank within a name as `\ `.
-/// Cargo's own list of them all, `yawrig.d`, is there only where the program was built by itself, not for its tests.
+/// Every file of the workspace that the program is made of, pages and tables included: the compiler lists
+/// them for each crate in the form of a makefile, `RESULT: FILE FILE`, from the workspace's folder on, a
+/// blank within a name as `\ `. Cargo's own list of them all, `yawrig.d`, is there only where the program was
+/// built by itself, not for its tests.
 fn sources(profile: &Path) -> Vec<PathBuf> {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
     let lists = profile.join("deps").read_dir().expect("what was built").flatten();

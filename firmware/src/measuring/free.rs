@@ -6,12 +6,13 @@ use crate::swings::Swings;
 use yawrig_shared::window::Extreme;
 use yawrig_shared::wire::{Flags, Phase};
 
-/// A swing that overshoots its rest by this share of where it began is an oscillation: damping ratios up to 0.5.
+/// A swing that overshoots its rest by this share of where it began is an oscillation: damping ratios up to
+/// 0.5.
 const LEAST_OVERSHOOT: f32 = 0.16;
 
 impl Measuring {
-    /// What was seen before this turning point is no part of the free oscillation: a hand has turned the model there, or
-    /// has pushed it in mid-release.
+    /// What was seen before this turning point is no part of the free oscillation: a hand has turned the
+    /// model there, or has pushed it in mid-release.
     pub(super) fn anew(&mut self, from: Extreme, context: &mut Context) {
         // Of two motions the larger tells more: noise in a hold is none of a release.
         let swing_deg = self.tracker.swing().map_or(0.0, |swing| 0.5 * swing.size_deg());
@@ -47,8 +48,8 @@ impl Measuring {
         }
     }
 
-    /// The record for the refined estimate begins as the model leaves the first turning point from which it swings within
-    /// the range.
+    /// The record for the refined estimate begins as the model leaves the first turning point from which it
+    /// swings within the range.
     pub(super) fn record(&mut self, extreme: Extreme, context: &mut Context) {
         let height_deg = self.tracker.swing().map(|swing| 0.5 * swing.size_deg());
         let from_deg = self.sampler.settings().from_deg;
@@ -64,7 +65,8 @@ impl Measuring {
         }
     }
 
-    /// A model that is damped so heavily that it is seen to turn only once: its rest shows its swing's mid-line.
+    /// A model that is damped so heavily that it is seen to turn only once: its rest shows its swing's
+    /// mid-line.
     pub(super) fn died_at_once(&mut self, context: &mut Context) {
         let swing = self.tracker.swing().or_else(|| self.tracker.unfinished_swing());
         let Some(swing) = swing else { return };
@@ -81,7 +83,8 @@ impl Measuring {
         self.watch.set_phase(Phase::Held);
     }
 
-    /// Its swings are seen no longer: so ends one that began below the range; any other is cut short, at `end`.
+    /// Its swings are seen no longer: so ends one that began below the range; any other is cut short, at
+    /// `end`.
     pub(super) fn die_down(&mut self, end: u32, context: &mut Context) {
         let below = self.current.largest_deg < self.settings().to_deg;
         if below && self.watch.phase() == Phase::Ringing {

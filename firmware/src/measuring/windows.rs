@@ -8,8 +8,8 @@ use yawrig_shared::network::Estimate;
 use yawrig_shared::window::Window;
 use yawrig_shared::wire::{Event, Flags, WindowResult};
 
-/// What of a window may be left over by one damped oscillation: this many times the noise, and a share of its rms;
-/// beyond the larger share the window does not count.
+/// What of a window may be left over by one damped oscillation: this many times the noise, and a share of its
+/// rms; beyond the larger share the window does not count.
 const NOISE: f32 = 3.0;
 const SLIGHTLY: f32 = 0.003;
 const BADLY: f32 = 0.075;

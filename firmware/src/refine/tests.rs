@@ -35,7 +35,8 @@ fn sums(points: &[i16], at: &Parameters) -> Sums {
     fit.sums
 }
 
-/// J'r is minus half the gradient of the sum of squares: central differences agree to what single precision leaves.
+/// J'r is minus half the gradient of the sum of squares: central differences agree to what single precision
+/// leaves.
 #[test]
 fn the_jacobian_is_the_model_s() {
     let all = points(&TRUTH, 1000);

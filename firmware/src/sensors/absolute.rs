@@ -1,5 +1,5 @@
-//! An encoder that gives its angle within a turn as a number, over SPI or whatever else. How its frame is taken apart is the
-//! board's: one whose parity is wrong, or that says it has failed, is none.
+//! An encoder that gives its angle within a turn as a number, over SPI or whatever else. How its frame is
+//! taken apart is the board's: one whose parity is wrong, or that says it has failed, is none.
 
 use super::turns::{Turns, DEGREES_PER_COUNT};
 use crate::sensor::{About, Reading, Sensor};

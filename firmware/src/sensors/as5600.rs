@@ -1,8 +1,9 @@
 //! The AS5600, a magnetic encoder of 12 bits on an I2C bus.
 //!
-//! Status and angle are read in one transfer, so what is said of the magnet is of this very angle, and the same three
-//! bytes may come from a driver that waits, one that is awaited, or DMA. (The crate `as5600` asks for the two by themselves
-//! and takes a missing magnet for an error of its own.) Section and figure numbers are those of the data sheet, v1-06.
+//! Status and angle are read in one transfer, so what is said of the magnet is of this very angle, and the
+//! same three bytes may come from a driver that waits, one that is awaited, or DMA. (The crate `as5600` asks
+//! for the two by themselves and takes a missing magnet for an error of its own.) Section and figure numbers
+//! are those of the data sheet, v1-06.
 
 use super::turns::{Turns, DEGREES_PER_COUNT};
 use crate::sensor::{About, Reading, Sensor};
@@ -11,8 +12,8 @@ use yawrig_shared::wire::{self, Flags, SensorKind};
 
 /// On the bus.
 pub const ADDRESS: u8 = 0x36;
-/// What is written before the three bytes are read: STATUS, and RAW ANGLE behind it, which is not cut to a part of the
-/// turn.
+/// What is written before the three bytes are read: STATUS, and RAW ANGLE behind it, which is not cut to a
+/// part of the turn.
 pub const ASKED: [u8; 1] = [0x0b];
 const CONFIGURATION: u8 = 0x07;
 /// STATUS, figure 21.
@@ -67,7 +68,8 @@ impl As5600 {
     pub fn set_up<I: I2c>(&self, bus: &mut I) -> Result<(), I::Error> {
         let mut high = [0];
         bus.write_read(ADDRESS, &[CONFIGURATION], &mut high)?;
-        // Watchdog and fast filter off, which would change the filter in mid-swing; the two highest bits as they are.
+        // Watchdog and fast filter off, which would change the filter in mid-swing; the two highest bits as
+        // they are.
         bus.write(ADDRESS, &[CONFIGURATION, high[0] & 0xc0 | self.filter as u8])
     }
 

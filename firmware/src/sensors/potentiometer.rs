@@ -1,6 +1,6 @@
-//! A potentiometer whose converter's readings are summed up: 12 bits over 340 deg are steps of 0.083 deg, and where noise of
-//! half a step blurs them the sum of sixteen is four times finer. Its mean time is half a millisecond early, the same for
-//! all.
+//! A potentiometer whose converter's readings are summed up: 12 bits over 340 deg are steps of 0.083 deg, and
+//! where noise of half a step blurs them the sum of sixteen is four times finer. Its mean time is half a
+//! millisecond early, the same for all.
 
 use crate::sensor::{About, Reading, Sensor, FINE_BITS};
 use yawrig_shared::wire::{self, Flags, SensorKind};

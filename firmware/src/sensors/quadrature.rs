@@ -1,7 +1,7 @@
 //! Two tracks whose edges a timer or a state machine counts, and an index once a turn.
 //!
-//! Where the model was when counting began is zero. The index is what shows that no edge was missed: between two of its
-//! passes there are whole turns.
+//! Where the model was when counting began is zero. The index is what shows that no edge was missed: between
+//! two of its passes there are whole turns.
 
 use super::turns::{Turns, DEGREES_PER_COUNT};
 use crate::sensor::{About, Reading, Sensor};

@@ -1,4 +1,5 @@
-//! From the converter to the device: when conversions come, what is read of the ring DMA writes, and the samples they make.
+//! From the converter to the device: when conversions come, what is read of the ring DMA writes, and the
+//! samples they make.
 
 use crate::desk::{Desk, Swing};
 use yawrig_firmware::conversions::{period, CONVERSIONS, CONVERSIONS_HZ};
@@ -86,8 +87,8 @@ fn bytes_are_read_up_to_where_dma_writes() {
     assert_eq!(read(16), (2..16).collect::<Vec<_>>());
 }
 
-/// A ring that DMA has gone round unread is noticed, and nothing of it is taken for new; the end of the ring alone is
-/// nothing.
+/// A ring that DMA has gone round unread is noticed, and nothing of it is taken for new; the end of the ring
+/// alone is nothing.
 #[test]
 fn a_ring_that_is_overtaken_is_noticed() {
     let mut reader = Reader::<16>::new();
@@ -126,8 +127,9 @@ fn samples_stay_whole_where_conversions_were_overwritten() {
     }
 }
 
-/// A sample follows the readings in a straight line from end to end: where one reading of the sixteen rises by a step, the
-/// sample does by one count, at the middle of the converter and at every other multiple of 4096 as well.
+/// A sample follows the readings in a straight line from end to end: where one reading of the sixteen rises
+/// by a step, the sample does by one count, at the middle of the converter and at every other multiple of
+/// 4096 as well.
 #[test]
 fn a_sample_is_linear_in_its_readings_and_its_ends_are_known() {
     const RING: usize = 64;
@@ -156,8 +158,9 @@ fn a_sample_is_linear_in_its_readings_and_its_ends_are_known() {
     assert_eq!(u32::from(Settings::default().full_scale_counts), CONVERSIONS * 0x0fff);
 }
 
-/// The error of a sample against that of one conversion, 340 deg over 12 bits, the model moving slowly: a quarter where
-/// the potentiometer's noise is half a step or more, and next to nothing gained where there is none to blur the steps.
+/// The error of a sample against that of one conversion, 340 deg over 12 bits, the model moving slowly: a
+/// quarter where the potentiometer's noise is half a step or more, and next to nothing gained where there is
+/// none to blur the steps.
 #[test]
 fn sixteen_conversions_lower_the_noise_floor_to_a_quarter() {
     const STEP_DEG: f64 = 340.0 / 4096.0;
@@ -234,8 +237,9 @@ fn a_ring_s_samples_reach_the_device_whole_and_only_they_feed_the_watchdog() {
     assert_eq!(give(written, Some(written), &ring, &mut desk), (true, 106));
 }
 
-/// The converter begins anew where one went missing, and its first conversion is the next sample's: as much time is lost as
-/// has gone by since the last sample, to the nearest millisecond, the conversion that was on its way or not.
+/// The converter begins anew where one went missing, and its first conversion is the next sample's: as much
+/// time is lost as has gone by since the last sample, to the nearest millisecond, the conversion that was on
+/// its way or not.
 #[test]
 fn a_conversion_that_went_missing_costs_the_time_that_went_by() {
     for (conversions, lost) in [(1, 1), (16, 1), (17, 1), (23, 1), (25, 2), (33, 2), (160, 10)] {
@@ -252,8 +256,8 @@ fn a_conversion_that_went_missing_costs_the_time_that_went_by() {
     }
 }
 
-/// What an interrupt sums up in time is given to the device whole and in order, the count of conversions and of samples going
-/// round or not; what it was too late for is missing, and says so.
+/// What an interrupt sums up in time is given to the device whole and in order, the count of conversions and
+/// of samples going round or not; what it was too late for is missing, and says so.
 #[test]
 fn samples_are_summed_up_in_time_and_kept_for_the_program() {
     const RING: usize = 64;

@@ -1,4 +1,5 @@
-//! The device in another program: results as values, and an interrupt that samples while the program writes flash.
+//! The device in another program: results as values, and an interrupt that samples while the program writes
+//! flash.
 
 use crate::desk::Swing;
 use yawrig_firmware::device::Device;

@@ -1,5 +1,6 @@
-//! Contacts that bounce and samples that get lost: 1 to 200 ms of zero counts, full scale or nothing, at any moment of a
-//! release of the virtual rig. Each release ends in a result or a refusal, and what counts as a result is right.
+//! Contacts that bounce and samples that get lost: 1 to 200 ms of zero counts, full scale or nothing, at any
+//! moment of a release of the virtual rig. Each release ends in a result or a refusal, and what counts as a
+//! result is right.
 
 use crate::desk::Desk;
 use rand::{Rng, SeedableRng};
@@ -71,8 +72,9 @@ fn misses(refined: &Refined, truth: &Modal) -> [f64; 2] {
     ]
 }
 
-/// The windows' result: of one window the network's error and the noise, of more the scatter. A window at the lower end
-/// of the range has ten times the noise of one at the upper: 1 % and 10 % are three of its standard deviations.
+/// The windows' result: of one window the network's error and the noise, of more the scatter. A window at the
+/// lower end of the range has ten times the noise of one at the upper: 1 % and 10 % are three of its standard
+/// deviations.
 fn is_wrong(result: &ReleaseResult, truth: &Modal) -> bool {
     let wn = f64::from(result.natural_frequency_rad_s.value) / truth.natural_frequency_rad_s - 1.0;
     let zeta = f64::from(result.damping_ratio.value) - truth.damping_ratio;

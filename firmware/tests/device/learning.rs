@@ -1,5 +1,5 @@
-//! What a device learns of its network's error on a rig: the virtual rig's releases, network-only results against what was
-//! planted, beside those of a device that is told no rig and so learns nothing.
+//! What a device learns of its network's error on a rig: the virtual rig's releases, network-only results
+//! against what was planted, beside those of a device that is told no rig and so learns nothing.
 
 use crate::desk::Desk;
 use rand::{Rng, SeedableRng};
@@ -16,8 +16,9 @@ use yawrig_shared::wire::{
 
 const RELEASES: u64 = 8;
 
-/// The network of the device, its weights a little off, as one that was trained too short is: it errs by a thousandth
-/// in natural frequency and a hundredth in damping, smoothly in both. Its training is taken to have found that.
+/// The network of the device, its weights a little off, as one that was trained too short is: it errs by a
+/// thousandth in natural frequency and a hundredth in damping, smoothly in both. Its training is taken to
+/// have found that.
 fn hasty() -> Vec<u8> {
     let (_, mut payload) = blob::decode(BUILT_IN).expect("the compiled-in network");
     let mut random = ChaCha8Rng::seed_from_u64(41);

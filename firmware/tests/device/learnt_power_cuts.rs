@@ -1,5 +1,6 @@
-//! Power cuts at every flash operation, and inside it, of keeping what was learnt beside a lock, and of locking beside what
-//! was learnt; on flash as the boards have it. After each cut either is as before or as wanted, and it goes on.
+//! Power cuts at every flash operation, and inside it, of keeping what was learnt beside a lock, and of
+//! locking beside what was learnt; on flash as the boards have it. After each cut either is as before or as
+//! wanted, and it goes on.
 //! `cargo test --release -p yawrig-firmware --test device learnt_power_cuts -- --nocapture` prints how many.
 
 use crate::chip::{Chip, Watched};
@@ -113,7 +114,8 @@ fn cut<const WRITE: usize, const ERASE: usize>(
 fn no_cut_leaves_anything_wrong<const WRITE: usize, const ERASE: usize>() {
     let mut chip = Chip::<WRITE, ERASE>::erased();
     let mut cuts = 0;
-    // As it comes, used, and where the other sector is begun: erased as it comes, then with old records in it.
+    // As it comes, used, and where the other sector is begun: erased as it comes, then with old records in
+    // it.
     for round in 0..4 {
         let number = |chip: &mut Chip<WRITE, ERASE>| lock::read(chip).map_or(0, |lock| lock.number);
         for _ in 0..2 {

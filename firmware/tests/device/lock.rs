@@ -55,7 +55,8 @@ impl Desk {
         assert_eq!(self.ask(&Request::FlashCommit), Reply::Done);
     }
 
-    /// An update to its trial, and every request of it; the first refusal, or what the device says to the trial.
+    /// An update to its trial, and every request of it; the first refusal, or what the device says to the
+    /// trial.
     fn update(&mut self, bytes: &[u8], signer: Option<&Signer>) -> (Reply, Vec<Request>) {
         let length = bytes.len() as u32;
         let mut requests = Vec::new();

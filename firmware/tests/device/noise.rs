@@ -4,8 +4,8 @@ use crate::desk::{Desk, Swing};
 use yawrig_firmware::slots::MemoryFlash;
 use yawrig_shared::wire::{Flags, Phase};
 
-/// Let go at 12 deg. At 1 deg of noise the last windows, at 2 deg, are known to some per cent; a release's mean, weighted
-/// by the amplitude squared, to 2 % at most.
+/// Let go at 12 deg. At 1 deg of noise the last windows, at 2 deg, are known to some per cent; a release's
+/// mean, weighted by the amplitude squared, to 2 % at most.
 #[test]
 fn held_and_let_go_are_seen_at_any_noise() {
     let mut wrong = Vec::new();
@@ -33,7 +33,8 @@ fn held_and_let_go_are_seen_at_any_noise() {
                 if result.flags.has(Flags::MID_SWING) || result.windows == 0 || miss.abs() > 0.02 {
                     wrong.push(format!("{what}: off by {miss}, {result:?}"));
                 }
-                // Beyond 0.7 deg the end of a slow swing may be taken for another one, and its flag says what it is.
+                // Beyond 0.7 deg the end of a slow swing may be taken for another one, and its flag says what
+                // it is.
                 let flagged = releases.iter().all(|release| release.flags.has(Flags::NOISY));
                 if releases.len() > 1 && !(noise_deg > 0.7 && flagged) {
                     wrong.push(format!("{what}: {} releases", releases.len()));

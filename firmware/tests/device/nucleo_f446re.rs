@@ -1,5 +1,5 @@
-//! What of the board nucleo-f446re can be tried without one: its sources, compiled for this machine, on simulated
-//! registers. The image itself has not been run on hardware by us.
+//! What of the board nucleo-f446re can be tried without one: its sources, compiled for this machine, on
+//! simulated registers. The image itself has not been run on hardware by us.
 
 #[path = "../../boards/nucleo-f446re/src/flash.rs"]
 mod flash;
@@ -11,8 +11,9 @@ use flash::*;
 use std::cell::Cell;
 use yawrig_firmware::slots::SLOT_BYTES;
 
-/// The flash interface as RM0390 describes it: locked until both keys came in order, one kind of operation at a time,
-/// busy for some looks, words that only lose bits; what breaks its rules sets an error and does nothing.
+/// The flash interface as RM0390 describes it: locked until both keys came in order, one kind of operation at
+/// a time, busy for some looks, words that only lose bits; what breaks its rules sets an error and does
+/// nothing.
 struct Chip {
     sectors: Vec<[u8; SLOT_BYTES]>,
     control: u32,

@@ -1,5 +1,5 @@
-//! What of the board pico2 can be tried without one: its sources, compiled for this machine, on a simulated boot ROM. The
-//! image itself is executed by `tests/tests/board_images`.
+//! What of the board pico2 can be tried without one: its sources, compiled for this machine, on a simulated
+//! boot ROM. The image itself is executed by `tests/tests/board_images`.
 
 #[path = "../../boards/pico2/src/flash.rs"]
 mod flash;
@@ -92,7 +92,8 @@ fn the_sampling_rate_is_exact_or_refused() {
     }
 }
 
-/// As the datasheet has it (12.6.2.2.1): mode 0xf goes on for ever, any mode with a count of zero stops at once.
+/// As the datasheet has it (12.6.2.2.1): mode 0xf goes on for ever, any mode with a count of zero stops at
+/// once.
 #[test]
 fn transfers_never_end_and_the_first_is_waited_for_long_enough() {
     assert_eq!(ENDLESS >> 28, 0xf);
@@ -100,8 +101,8 @@ fn transfers_never_end_and_the_first_is_waited_for_long_enough() {
     assert!(readings(FIRST_READING_US) > 10);
 }
 
-/// Readings come 62.5 us apart from the first on, 2 us after each begins; the timer shows whole microseconds, and DMA is
-/// looked at a little after it.
+/// Readings come 62.5 us apart from the first on, 2 us after each begins; the timer shows whole microseconds,
+/// and DMA is looked at a little after it.
 #[test]
 fn time_tells_how_many_readings_there_are() {
     const RING: usize = 16_384;

@@ -1,10 +1,11 @@
-//! Power cuts at every flash operation of an update, and inside it; then again at every operation of the update that
-//! mends it; on flash as the boards have it and, with `tests/run --long`, of other write sizes and sectors.
-//! `cargo test --release -p yawrig-firmware --test device power_cuts:: -- --nocapture` prints how many.
+//! Power cuts at every flash operation of an update, and inside it; then again at every operation of the
+//! update that mends it; on flash as the boards have it and, with `tests/run --long`, of other write sizes
+//! and sectors. `cargo test --release -p yawrig-firmware --test device power_cuts:: -- --nocapture` prints
+//! how many.
 //!
-//! After each cut the device starts from what its flash holds. It must run the network that ran before or, once the
-//! commit word was being written, the new one, bit for bit; and it must take the next update. The flash takes no unit
-//! twice ([`chip`]).
+//! After each cut the device starts from what its flash holds. It must run the network that ran before or,
+//! once the commit word was being written, the new one, bit for bit; and it must take the next update. The
+//! flash takes no unit twice ([`chip`]).
 
 use crate::chip::{write_tears, Chip, Watched, ERASE_TEARS};
 use ed25519_compact::{KeyPair, Seed};
@@ -174,8 +175,9 @@ fn open_it<F: NorFlash>(flash: &mut F) -> u32 {
     number + 1
 }
 
-/// Cuts at every operation of locking, challenging or opening `chip`, which becomes what that makes of it: the lock is
-/// as before or as wanted, no number comes again, the network stays, and lock and update work on. Returns how many.
+/// Cuts at every operation of locking, challenging or opening `chip`, which becomes what that makes of it:
+/// the lock is as before or as wanted, no number comes again, the network stays, and lock and update work on.
+/// Returns how many.
 fn cut_the_lock<const WRITE: usize, const ERASE: usize>(
     chip: &mut Chip<WRITE, ERASE>,
     number: u32,

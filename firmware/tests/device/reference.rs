@@ -243,7 +243,8 @@ fn another_network_s_wind_off_release_is_no_reference() {
     assert!(network.is_none() && refined.is_some());
     assert!(desk.releases[1].flags.has(Flags::NO_REFERENCE));
     assert!(!desk.refined[1].flags.has(Flags::NO_REFERENCE));
-    // The rig is as it was, and nobody has to say so again: with a wind-off release of the new network there is one.
+    // The rig is as it was, and nobody has to say so again: with a wind-off release of the new network there
+    // is one.
     desk.release(condition("K1", OFF), swing(SOFT[0]));
     assert_eq!([desk.status().reference, desk.status().refined_reference], [Some(2); 2]);
     let found = desk.release(condition("K1", ON), swing(SOFT[1]));

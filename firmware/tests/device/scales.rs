@@ -1,5 +1,5 @@
-//! The signal is judged in degrees, whatever a count is: the same releases and the same wild readings on potentiometers
-//! of 20 to 3600 degrees of travel.
+//! The signal is judged in degrees, whatever a count is: the same releases and the same wild readings on
+//! potentiometers of 20 to 3600 degrees of travel.
 
 use crate::desk::{Desk, Swing};
 use yawrig_firmware::slots::MemoryFlash;
@@ -89,7 +89,8 @@ fn a_wrong_scale_that_is_put_right_leaves_nothing_behind() {
     }
 }
 
-/// Settings that come while the model is held, or swings, take the noise and the rest they have seen with them.
+/// Settings that come while the model is held, or swings, take the noise and the rest they have seen with
+/// them.
 #[test]
 fn a_scale_that_comes_in_mid_release_takes_effect_with_the_next() {
     let swing = swing(340.0, 0.05, 8.0);

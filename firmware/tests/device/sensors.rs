@@ -1,5 +1,6 @@
-//! From each sensor's own quantity to the damping ratio: the virtual rig turns a shaft, the sensor here reads it as the real
-//! one does, and what the device refines is held against what was planted, in its own standard uncertainties.
+//! From each sensor's own quantity to the damping ratio: the virtual rig turns a shaft, the sensor here reads
+//! it as the real one does, and what the device refines is held against what was planted, in its own standard
+//! uncertainties.
 
 use crate::desk::{Desk, Noise};
 use rand::{Rng, SeedableRng};
@@ -79,8 +80,9 @@ fn refined<S: Sensor>(sensor: S, readings: impl Iterator<Item = S::Raw>) -> Opti
     desk.refined.first().copied()
 }
 
-/// Refines all cases and tabulates how far off they are. Told is what is beyond three standard uncertainties, but for one
-/// value of sixty releases: of so many values chance alone puts one there every third time, and none beyond 3.5.
+/// Refines all cases and tabulates how far off they are. Told is what is beyond three standard uncertainties,
+/// but for one value of sixty releases: of so many values chance alone puts one there every third time, and
+/// none beyond 3.5.
 fn tabulate(
     name: &str,
     cases: &[Case],
@@ -148,8 +150,8 @@ fn potentiometer(case: &Case) -> Option<Refined> {
     refined(Potentiometer::<16>, sums)
 }
 
-/// The sensor has an angle every 150 us, to which its noise belongs, and gives the mean of the last sixteen; it is read
-/// every so many steps of 50 us, by another clock.
+/// The sensor has an angle every 150 us, to which its noise belongs, and gives the mean of the last sixteen;
+/// it is read every so many steps of 50 us, by another clock.
 fn as5600(case: &Case, rate_hz: u16) -> Option<Refined> {
     let mut noise = noise_of(case);
     let every = 20_000 / usize::from(rate_hz);

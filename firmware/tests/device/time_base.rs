@@ -1,4 +1,5 @@
-//! How well the sampling clock is known is part of what is stated: a clock that is off shifts every natural frequency.
+//! How well the sampling clock is known is part of what is stated: a clock that is off shifts every natural
+//! frequency.
 
 use crate::desk::{Desk, Swing};
 use yawrig_firmware::slots::MemoryFlash;
@@ -42,8 +43,8 @@ fn planted() -> YawDerivatives {
     )
 }
 
-/// At 0.02 deg of noise the fit alone knows a natural frequency to a few ppm. Two standard uncertainties hold the truth
-/// where the clock is off by one of its own, and do not where it is said to be exact.
+/// At 0.02 deg of noise the fit alone knows a natural frequency to a few ppm. Two standard uncertainties hold
+/// the truth where the clock is off by one of its own, and do not where it is said to be exact.
 #[test]
 fn a_clock_that_is_off_is_within_what_is_stated() {
     let off_ppm = 100.0;

@@ -1,4 +1,5 @@
-//! Refined without windows: from one cycle on, heavily damped, and far slower and faster than the network was trained on.
+//! Refined without windows: from one cycle on, heavily damped, and far slower and faster than the network was
+//! trained on.
 
 use crate::desk::{Desk, Swing};
 use yawrig_firmware::slots::MemoryFlash;

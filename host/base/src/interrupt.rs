@@ -1,5 +1,5 @@
-//! Ctrl-C as a request that long loops heed, so that files and child processes are put away on the way out; and tasks
-//! that can be stopped while the program goes on.
+//! Ctrl-C as a request that long loops heed, so that files and child processes are put away on the way out;
+//! and tasks that can be stopped while the program goes on.
 
 use crate::error::Result;
 use std::cell::RefCell;

@@ -1,5 +1,5 @@
-//! What every crate of the host that touches the outside shares: an error as the user sees it, messages and progress for a
-//! program to show, files written whole or by one at a time, and Ctrl-C.
+//! What every crate of the host that touches the outside shares: an error as the user sees it, messages and
+//! progress for a program to show, files written whole or by one at a time, and Ctrl-C.
 #![forbid(unsafe_code)]
 
 pub mod error;

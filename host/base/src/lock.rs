@@ -4,8 +4,8 @@ use std::fs::{File, OpenOptions};
 use std::io::Result;
 use std::path::Path;
 
-/// Opens `path` to read and write, makes it where it is not there, and keeps other programs from doing the same for as
-/// long as the file lives, however this program ends. None where another has it.
+/// Opens `path` to read and write, makes it where it is not there, and keeps other programs from doing the
+/// same for as long as the file lives, however this program ends. None where another has it.
 ///
 /// # Errors
 /// The system's.
@@ -43,7 +43,8 @@ mod system {
     }
 }
 
-/// Not the system's lock of a region, which readers would meet, too: a file is opened for writing by one only.
+/// Not the system's lock of a region, which readers would meet, too: a file is opened for writing by one
+/// only.
 #[cfg(windows)]
 mod system {
     use super::{File, OpenOptions, Path, Result};

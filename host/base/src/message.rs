@@ -1,4 +1,5 @@
-//! What long work has to say and how far it has come, for a program to show. Where none listens, nothing is shown.
+//! What long work has to say and how far it has come, for a program to show. Where none listens, nothing is
+//! shown.
 
 use std::sync::OnceLock;
 

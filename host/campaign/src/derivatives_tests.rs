@@ -129,8 +129,8 @@ fn coverage(planted: Planted, repeats: u32) -> (f64, f64) {
     (f64::from(inside) / f64::from(count), squares / f64::from(count))
 }
 
-/// Each source alone, and all at once: 95.4 % of truths inside k = 2 and a mean squared error of one u squared.
-/// Values of one campaign share their errors, so the spread over 200 campaigns is wide.
+/// Each source alone, and all at once: 95.4 % of truths inside k = 2 and a mean squared error of one u
+/// squared. Values of one campaign share their errors, so the spread over 200 campaigns is wide.
 #[test]
 fn stated_uncertainties_are_true() {
     let none = Planted::default();
@@ -299,7 +299,8 @@ fn a_given_inertia_is_taken_and_a_stiffness_that_is_not_the_springs_is_seen() {
     assert!(table.notes.iter().any(|note| note.contains("misses the origin")));
 }
 
-/// One condition of three releases whose damping ratios are 3 % apart and state 0.1 %, among others that repeat.
+/// One condition of three releases whose damping ratios are 3 % apart and state 0.1 %, among others that
+/// repeat.
 #[test]
 fn repeats_that_scatter_more_than_they_state_widen_the_derivative_and_are_named() {
     let rig = Rig::default();

@@ -17,8 +17,8 @@ use yawrig_core::record::Record;
 /// A method: from a record to natural frequency and damping ratio.
 pub type Identify<'a> = dyn Fn(&Record) -> Result<Identified> + Sync + 'a;
 
-/// What was found in each record, with the record's own facts, in the order of the campaign. At most one record per
-/// core is in memory.
+/// What was found in each record, with the record's own facts, in the order of the campaign. At most one
+/// record per core is in memory.
 ///
 /// # Errors
 /// Of the whole: 130 where the user stops it. Of one: exit 3 where it cannot be read or nothing is found.
@@ -46,12 +46,12 @@ pub fn doubts(file: &CampaignFile, identified: &[Identified], facts: &[Facts]) -
     placed(file, plausible::doubts(&file.campaign, identified, facts))
 }
 
-/// Identifies every record, computes the table and validates it against the wind-on records. `method` is the name
-/// to print.
+/// Identifies every record, computes the table and validates it against the wind-on records. `method` is the
+/// name to print.
 ///
 /// # Errors
-/// Exit 3 for a record that cannot be read or in which nothing is found, for a campaign that cannot be true, or where
-/// there is no point to compute; 130 where the user stops it.
+/// Exit 3 for a record that cannot be read or in which nothing is found, for a campaign that cannot be true,
+/// or where there is no point to compute; 130 where the user stops it.
 pub fn evaluate(file: &CampaignFile, method: &str, identify: &Identify) -> Result<Table> {
     // Collected first, so that of several bad records always the first is named.
     let found = looked_at(file, identify)?.into_iter().collect::<Result<Vec<_>>>()?;

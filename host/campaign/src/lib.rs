@@ -61,8 +61,8 @@ impl CampaignFile {
     /// Reads and checks a campaign, with the wind off alone, or on alone, too.
     ///
     /// # Errors
-    /// Exit 3, naming file and line: not TOML, an entry missing, unknown or out of range, a record that is not
-    /// there or listed twice, one spring with two stiffnesses.
+    /// Exit 3, naming file and line: not TOML, an entry missing, unknown or out of range, a record that is
+    /// not there or listed twice, one spring with two stiffnesses.
     pub fn read_releases(path: &Path) -> Result<Self> {
         let file = Self::read_listed(path)?;
         (0..file.campaign.release.len()).try_for_each(|index| file.check_record(index))?;

@@ -25,7 +25,8 @@ pub struct Plan {
 pub struct Wanted {
     /// The releases of this file one after the other; their records need not be there.
     pub campaign: Option<PathBuf>,
-    /// `campaign.toml#N`: release N of this file over and over; without `#N` what it says of model, air and rig.
+    /// `campaign.toml#N`: release N of this file over and over; without `#N` what it says of model, air and
+    /// rig.
     pub condition: Option<String>,
     pub spring: Option<String>,
     pub axis: Option<Axis>,

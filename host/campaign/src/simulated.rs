@@ -70,8 +70,9 @@ pub fn describe(rig: &Rig, planned: &[Planned]) -> Campaign {
 /// Writes every record on all cores, then the campaign file, each whole or not at all. Gives its path.
 ///
 /// # Errors
-/// Exit 2 where a file is there already and `force` is not set, or effects do not suit their release, 3 where one cannot be written, 130 where the
-/// user stops it; the records written by then are deleted, unless `force` overwrote others.
+/// Exit 2 where a file is there already and `force` is not set, or effects do not suit their release, 3 where
+/// one cannot be written, 130 where the user stops it; the records written by then are deleted, unless
+/// `force` overwrote others.
 pub fn write(
     folder: &Path,
     rig: &Rig,

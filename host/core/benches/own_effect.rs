@@ -1,7 +1,8 @@
-//! What a user's own effect costs beside one of the library, all cores: `cargo bench -p yawrig-core --bench own_effect`.
+//! What a user's own effect costs beside one of the library, all cores:
+//! `cargo bench -p yawrig-core --bench own_effect`.
 //!
-//! The 32 releases of a campaign of the virtual rig, each pair of effects added to their plain models as `yawrig add`
-//! does. Wanted: a ratio of at most 5, and at most 10 s for a steep one.
+//! The 32 releases of a campaign of the virtual rig, each pair of effects added to their plain models as
+//! `yawrig add` does. Wanted: a ratio of at most 5, and at most 10 s for a steep one.
 
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};

@@ -1,11 +1,12 @@
 //! The Bayesian information criterion (G. Schwarz, Ann. Statist. 6, 1978), and what of it counts as evidence.
 //!
-//! BIC = deviance + k ln n for k numbers fitted to n independent residuals; the deviance of white residuals whose
-//! variance is fitted, too, is n ln(S/n) with their sum of squares S. A difference of BIC is larger the more a further
-//! effect is worth its numbers. Every number that is fitted counts: an effect has as many as it has parameters.
+//! BIC = deviance + k ln n for k numbers fitted to n independent residuals; the deviance of white residuals
+//! whose variance is fitted, too, is n ln(S/n) with their sum of squares S. A difference of BIC is larger the
+//! more a further effect is worth its numbers. Every number that is fitted counts: an effect has as many as
+//! it has parameters.
 
-/// Difference of BIC above which an effect is believed: "very strong" in R. E. Kass, A. E. Raftery, J. Am. Stat. Assoc.
-/// 90, 1995.
+/// Difference of BIC above which an effect is believed: "very strong" in R. E. Kass, A. E. Raftery, J. Am.
+/// Stat. Assoc. 90, 1995.
 pub const MARGIN: f64 = 10.0;
 
 /// What `numbers` fitted numbers cost against `independent` residuals.
@@ -47,8 +48,8 @@ pub struct Score {
 }
 
 impl Score {
-    /// The difference of BIC in favour of this model, as every command prints it: on the independent residuals of the
-    /// better of the two.
+    /// The difference of BIC in favour of this model, as every command prints it: on the independent
+    /// residuals of the better of the two.
     pub fn gain_over(&self, other: &Self) -> f64 {
         let better = if self.sum_of_squares < other.sum_of_squares { self } else { other };
         let more = self.numbers as f64 - other.numbers as f64;

@@ -4,18 +4,19 @@
 //!
 //! b'' = ... - wn^2 A sum_i delta_i f_i((b - rest) / A, r / (wn A)),   delta_i ~ N(0, tau^2 / order_i^2),
 //!
-//! A being the largest amplitude. Shapes f_i of the restoring moment have a flat tangent at rest, so that wn stays that of
-//! small motions; of the dissipation one is the jump of dry friction, the others have a flat tangent, too. Their size tau,
-//! one for stiffness and one for damping, is what makes the residual likeliest (its evidence, the numbers of the model and
-//! the strengths integrated out: M. C. Kennedy, A. O'Hagan, J. R. Stat. Soc. B 63, 2001), residuals counted by the
-//! correlation of what is then left of them. Least squares knows nothing of it: a strength delta puts an error
-//! (J'J)^-1 J'Phi delta into its numbers, Phi being the readings' derivatives by the strengths. Each combination of strengths
-//! that the residual tells from the others, whatever the shapes they are written in, counts as an error as large as the residual
-//! shows it, of a sign that is not known; the noise adds what is left of the residual.
-//! Where the residual is noise there is no discrepancy, and nothing is added.
+//! A being the largest amplitude. Shapes f_i of the restoring moment have a flat tangent at rest, so that wn
+//! stays that of small motions; of the dissipation one is the jump of dry friction, the others have a flat
+//! tangent, too. Their size tau, one for stiffness and one for damping, is what makes the residual likeliest
+//! (its evidence, the numbers of the model and the strengths integrated out: M. C. Kennedy, A. O'Hagan, J. R.
+//! Stat. Soc. B 63, 2001), residuals counted by the correlation of what is then left of them. Least squares
+//! knows nothing of it: a strength delta puts an error (J'J)^-1 J'Phi delta into its numbers, Phi being the
+//! readings' derivatives by the strengths. Each combination of strengths that the residual tells from the
+//! others, whatever the shapes they are written in, counts as an error as large as the residual shows it, of
+//! a sign that is not known; the noise adds what is left of the residual. Where the residual is noise there
+//! is no discrepancy, and nothing is added.
 //!
-//! With the strengths' whole prior in place of what is seen of them, uncertainties come out several times too wide: shapes
-//! that an effect of the model imitates are seen by nothing.
+//! With the strengths' whole prior in place of what is seen of them, uncertainties come out several times too
+//! wide: shapes that an effect of the model imitates are seen by nothing.
 
 use crate::effects::{Moment, State};
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
@@ -29,14 +30,15 @@ const STIFFNESS: usize = 5;
 const DAMPING: usize = 4;
 /// Shapes end where the record does: beyond it they are held.
 const REACH: f64 = 1.2;
-/// Rate, as a share of the largest, over which dry friction changes its sign: a twentieth of the smallest amplitudes that
-/// are analysed as a rule (a tenth of the largest).
+/// Rate, as a share of the largest, over which dry friction changes its sign: a twentieth of the smallest
+/// amplitudes that are analysed as a rule (a tenth of the largest).
 const JUMP: f64 = 0.005;
 /// Sizes tried, as shares of the spring's moment: from a millionth to all of it, even in the logarithm.
 const SIZES: usize = 20;
 const SMALLEST: f64 = 1e-6;
-/// Gain of evidence (in ln) above which a discrepancy is believed where the residual may be noise: half of the difference of
-/// BIC that effects need. Where it is more than the noise something is missing, and the likeliest is taken.
+/// Gain of evidence (in ln) above which a discrepancy is believed where the residual may be noise: half of
+/// the difference of BIC that effects need. Where it is more than the noise something is missing, and the
+/// likeliest is taken.
 const BELIEVED: f64 = 0.5 * crate::bic::MARGIN;
 /// Rounds in which strengths and noise settle.
 const ROUNDS: usize = 4;
@@ -45,7 +47,8 @@ pub(crate) const ABOVE_NOISE: f64 = 1.1;
 /// Share of residuals that count while their correlation is not known yet.
 const AT_FIRST: f64 = 0.2;
 
-/// A moment beside the model's effects: which, its strength (rad/s2), the largest angle and rate, and the rest angle.
+/// A moment beside the model's effects: which, its strength (rad/s2), the largest angle and rate, and the
+/// rest angle.
 struct Shape;
 
 impl Moment for Shape {
@@ -55,8 +58,8 @@ impl Moment for Shape {
     }
 }
 
-/// Adds shape `which` about the rest angle of `motion`, with a strength as a share of the spring's moment at `yaw_rad`, the
-/// largest angle from there.
+/// Adds shape `which` about the rest angle of `motion`, with a strength as a share of the spring's moment at
+/// `yaw_rad`, the largest angle from there.
 pub(crate) fn add_shape(motion: &mut Motion, which: usize, strength: f64, yaw_rad: f64) {
     let (wn, rest_rad) = (motion.natural_frequency_rad_s, motion.rest_rad());
     let strength_rad_s2 = strength * wn * wn * yaw_rad;
@@ -64,8 +67,8 @@ pub(crate) fn add_shape(motion: &mut Motion, which: usize, strength: f64, yaw_ra
     motion.terms.add_moment::<Shape>(&numbers);
 }
 
-/// Of the angle Legendre's polynomials less their tangent at zero, and abs(b) b; of the rate Chebyshev's less theirs,
-/// abs(r) r, and dry friction.
+/// Of the angle Legendre's polynomials less their tangent at zero, and abs(b) b; of the rate Chebyshev's less
+/// theirs, abs(r) r, and dry friction.
 fn shape(which: usize, angle: f64, rate: f64) -> f64 {
     let (u, v) = (angle.clamp(-REACH, REACH), rate.clamp(-REACH, REACH));
     let (u2, v2) = (u * u, v * v);
@@ -90,10 +93,11 @@ fn order(which: usize) -> f64 {
 /// What is not in the model, as far as the residual shows how large it is.
 #[derive(Clone, Debug)]
 pub(crate) struct Discrepancy {
-    /// Strengths of the shapes, shares of the spring's moment at the largest amplitude: a column for each combination of
-    /// shapes that the residual tells from the others.
+    /// Strengths of the shapes, shares of the spring's moment at the largest amplitude: a column for each
+    /// combination of shapes that the residual tells from the others.
     pub(crate) strengths: DMatrix<f64>,
-    /// Derivatives of the fitted numbers by the strengths: a row for each number of the fit, a column for each shape.
+    /// Derivatives of the fitted numbers by the strengths: a row for each number of the fit, a column for
+    /// each shape.
     pub(crate) shift: DMatrix<f64>,
     /// Variance of what is left of the residuals over the noise, each counted as one of so many independent.
     pub(crate) left: f64,
@@ -111,8 +115,8 @@ impl Discrepancy {
     }
 }
 
-/// Rows of one release: residuals (model less record) with their derivatives by the model's numbers and by the shapes'
-/// strengths, all over the noise.
+/// Rows of one release: residuals (model less record) with their derivatives by the model's numbers and by
+/// the shapes' strengths, all over the noise.
 pub(crate) struct Observed {
     pub(crate) residuals: Vec<f64>,
     /// The means among them; what follows keeps a law smooth.
@@ -131,8 +135,8 @@ impl Observed {
     }
 }
 
-/// Derivatives of the readings of `motion` by the strength of each shape, as a share of the spring's moment at `yaw_rad`;
-/// `step` is that of the differences.
+/// Derivatives of the readings of `motion` by the strength of each shape, as a share of the spring's moment
+/// at `yaw_rad`; `step` is that of the differences.
 pub(crate) fn responses(motion: &Motion, grid: &Grid, yaw_rad: f64, step: f64) -> Vec<Vec<f64>> {
     let moved = |(which, strength): (usize, f64)| {
         let mut motion = motion.clone();
@@ -151,8 +155,8 @@ pub(crate) fn responses(motion: &Motion, grid: &Grid, yaw_rad: f64, step: f64) -
     changed
 }
 
-/// What a model of so many `numbers`, fitted to `releases`, lacks; `may_be_noise`: all that is left. `None` where there is
-/// nothing to be said: too few residuals, or numbers that they do not determine.
+/// What a model of so many `numbers`, fitted to `releases`, lacks; `may_be_noise`: all that is left. `None`
+/// where there is nothing to be said: too few residuals, or numbers that they do not determine.
 pub(crate) fn of(releases: &[Observed], numbers: usize, may_be_noise: bool) -> Option<Discrepancy> {
     let sums = Sums::new(releases, numbers)?;
     let needed = if may_be_noise { BELIEVED } else { 0.0 };
@@ -168,7 +172,8 @@ struct Sums {
     count: f64,
     numbers: usize,
     used: Vec<usize>,
-    /// Of the shapes: what of them no change of the numbers imitates, its product with the residuals, and theirs.
+    /// Of the shapes: what of them no change of the numbers imitates, its product with the residuals, and
+    /// theirs.
     matrix: DMatrix<f64>,
     gradient: DVector<f64>,
     squares: f64,
@@ -224,8 +229,8 @@ impl Sums {
         enough.then_some(Self { count, numbers, used, matrix, gradient, squares, shift })
     }
 
-    /// The strengths parted along the combinations of shapes that are seen independently of each other: the principal axes of
-    /// what the residual tells of strengths of these sizes.
+    /// The strengths parted along the combinations of shapes that are seen independently of each other: the
+    /// principal axes of what the residual tells of strengths of these sizes.
     fn apart(&self, found: &Likeliest) -> DMatrix<f64> {
         let Likeliest { deviations, strengths, .. } = found;
         let seen = SymmetricEigen::new(self.scaled(deviations));
@@ -238,8 +243,8 @@ impl Sums {
         DMatrix::from_fn(SHAPES, SHAPES, |i, j| self.matrix[(i, j)] * deviations[i] * deviations[j])
     }
 
-    /// Logarithm of the evidence for strengths of these `deviations`, with the strengths and the noise at their best, `share` of the
-    /// residuals being independent.
+    /// Logarithm of the evidence for strengths of these `deviations`, with the strengths and the noise at
+    /// their best, `share` of the residuals being independent.
     fn evidence(&self, deviations: DVector<f64>, share: f64) -> Option<(f64, Likeliest)> {
         let freedom = self.count - self.used.len() as f64;
         let scaled = self.scaled(&deviations);
@@ -265,7 +270,8 @@ impl Sums {
         Some((evidence, Likeliest { deviations, strengths, noise }))
     }
 
-    /// The sizes of the discrepancy that make the residuals likeliest; none where either gains less than `needed`.
+    /// The sizes of the discrepancy that make the residuals likeliest; none where either gains less than
+    /// `needed`.
     fn likeliest(&self, share: f64, needed: f64) -> Option<Likeliest> {
         let size = |step: usize| match step {
             0 => 0.0,
@@ -323,7 +329,8 @@ mod tests {
 
     const TRUTH: [f64; 2] = [6.0, 0.008];
 
-    /// A record of 60 s with `effects`, noise 0.05 deg; the motion is followed by steps that adapt themselves, the fit's by a splitting.
+    /// A record of 60 s with `effects`, noise 0.05 deg; the motion is followed by steps that adapt
+    /// themselves, the fit's by a splitting.
     fn decay(effects: &[(Effect, f64)], amplitude_deg: f64, seed: u64) -> FreeDecay {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
         let [natural_frequency_rad_s, damping_ratio] = TRUTH;
@@ -373,8 +380,8 @@ mod tests {
         assert!(wider <= 5, "{wider} of 100");
     }
 
-    /// A model that lacks an effect knows less: its wn and zeta hold the planted ones, which they miss by many of the standard
-    /// uncertainties that know of noise alone.
+    /// A model that lacks an effect knows less: its wn and zeta hold the planted ones, which they miss by
+    /// many of the standard uncertainties that know of noise alone.
     #[test]
     fn numbers_of_a_model_that_lacks_an_effect_hold_the_truth() {
         let lacking = [

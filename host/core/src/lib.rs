@@ -30,8 +30,8 @@
 //! | joint fit, shared parameters | one fit to several releases that have some numbers in common |
 //! | evidence | a difference of BIC ([`bic`]) |
 //!
-//! Signs: yaw angle b and rate r positive to one side, moments divided by Izz; damping ratio negative where the
-//! oscillation grows; Cn_beta > 0 lowers the stiffness, Cn_r < 0 adds damping (the thesis's convention).
+//! Signs: yaw angle b and rate r positive to one side, moments divided by Izz; damping ratio negative where
+//! the oscillation grows; Cn_beta > 0 lowers the stiffness, Cn_r < 0 adds damping (the thesis's convention).
 #![forbid(unsafe_code)]
 #![warn(missing_docs, unnameable_types, unreachable_pub)]
 

@@ -31,8 +31,9 @@ impl Quantity {
         Self { value, u: 0.0 }
     }
 
-    /// Whether the data say something about it. By chance an estimate comes as near to zero as a millionth of its
-    /// uncertainty once in a million times: one that does was not moved from where it began. Exactly zero is a bound.
+    /// Whether the data say something about it. By chance an estimate comes as near to zero as a millionth of
+    /// its uncertainty once in a million times: one that does was not moved from where it began. Exactly zero
+    /// is a bound.
     pub fn is_determined(&self) -> bool {
         self.value == 0.0 || !self.u.is_finite() || self.u < 1e6 * self.value.abs()
     }
@@ -48,8 +49,9 @@ impl Quantity {
     }
 }
 
-/// The value to the second significant digit of its uncertainty, then the uncertainty: `0.5321 ± 0.0017`; one that is
-/// not a number, as of a parameter at its bound, is unknown; a value that the data say nothing about is not determined.
+/// The value to the second significant digit of its uncertainty, then the uncertainty: `0.5321 ± 0.0017`; one
+/// that is not a number, as of a parameter at its bound, is unknown; a value that the data say nothing about
+/// is not determined.
 impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let decimals = if self.u > 0.0 && self.u.is_finite() {

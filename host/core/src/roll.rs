@@ -2,9 +2,10 @@
 //!
 //! A44 p' + B0 sign(p) + B1 p + B2 abs(p) p + B3 p^3 + C1 phi + C3 phi^3 + C5 phi^5 = 0,
 //!
-//! phi being the roll angle (rad) from rest and p its rate. Equivalent linear damping Be(phi_a) takes as much out of a cycle of
-//! amplitude phi_a as all of the damping does (J. F. Dalzell, J. Ship Res. 22, 1978; Y. Himeno, Univ. of Michigan Rep. 239,
-//! 1981): 2 zeta wn A44 with the natural frequency and the damping ratio at that amplitude, whatever the law.
+//! phi being the roll angle (rad) from rest and p its rate. Equivalent linear damping Be(phi_a) takes as much
+//! out of a cycle of amplitude phi_a as all of the damping does (J. F. Dalzell, J. Ship Res. 22, 1978; Y.
+//! Himeno, Univ. of Michigan Rep. 239, 1981): 2 zeta wn A44 with the natural frequency and the damping ratio
+//! at that amplitude, whatever the law.
 
 use crate::diagnosis::diagnose::Modal;
 use crate::effects::{Effect, RollTerm};
@@ -90,8 +91,8 @@ pub struct RollDecay {
 }
 
 impl RollDecay {
-    /// Of a model with these `effects`, their numbers by name (`quadratic_damping.d`), and what it is at rest and against
-    /// amplitude.
+    /// Of a model with these `effects`, their numbers by name (`quadratic_damping.d`), and what it is at rest
+    /// and against amplitude.
     ///
     /// ```
     /// use yawrig_core::effects::Effect;
@@ -191,7 +192,8 @@ mod tests {
     use crate::fit::free_decay::FreeDecay;
     use crate::record::Record;
 
-    /// A model ship's roll, followed by Runge and Kutta's steps; coefficients, and Be by the closed form of a harmonic cycle.
+    /// A model ship's roll, followed by Runge and Kutta's steps; coefficients, and Be by the closed form of a
+    /// harmonic cycle.
     #[test]
     fn planted_coefficients_come_out_and_equivalent_damping_is_that_of_the_closed_form() {
         let (b1, b2, c1, c3) = (0.06, 0.25, 5.8, -3.0);

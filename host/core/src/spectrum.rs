@@ -19,15 +19,15 @@ pub(crate) struct Periodogram {
 }
 
 impl Periodogram {
-    /// Of `values` every `step_s`, the mean taken off, filled up with zeros to the power of two that holds `length` and
-    /// all values.
+    /// Of `values` every `step_s`, the mean taken off, filled up with zeros to the power of two that holds
+    /// `length` and all values.
     pub(crate) fn of(values: &[f64], step_s: f64, length: usize) -> Self {
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         Self::padded(values.iter().map(|v| v - mean).collect(), step_s, length)
     }
 
-    /// Of `values` every `step_s` under a Hann window, so that what is left of a free decay does not leak, four bins or more
-    /// where the stretch itself tells one.
+    /// Of `values` every `step_s` under a Hann window, so that what is left of a free decay does not leak,
+    /// four bins or more where the stretch itself tells one.
     pub(crate) fn windowed(values: &[f64], step_s: f64) -> Self {
         let turn = TAU / values.len() as f64;
         let windowed = values.iter().enumerate().map(|(k, v)| v * (1.0 - (turn * k as f64).cos()));

@@ -1,5 +1,5 @@
-//! The median of numbers, how many correlated ones count as independent, and white noise of a series from what no slow
-//! motion leaves in it.
+//! The median of numbers, how many correlated ones count as independent, and white noise of a series from
+//! what no slow motion leaves in it.
 
 /// Middle value (mean of the two middle ones for an even number); reorders. NaN for none.
 pub fn median(values: &mut [f64]) -> f64 {
@@ -16,8 +16,8 @@ pub fn median(values: &mut [f64]) -> f64 {
     }
 }
 
-/// Chi squared of so many degrees of freedom that chance exceeds once in a hundred, within 1 % (E. B. Wilson and
-/// M. M. Hilferty, Proc. Nat. Acad. Sci. 17, 1931).
+/// Chi squared of so many degrees of freedom that chance exceeds once in a hundred, within 1 % (E. B. Wilson
+/// and M. M. Hilferty, Proc. Nat. Acad. Sci. 17, 1931).
 pub(crate) fn rare_chi_squared(freedom: f64) -> f64 {
     // The normal deviate that is exceeded as often.
     const DEVIATE: f64 = 2.326_348;
@@ -25,7 +25,8 @@ pub(crate) fn rare_chi_squared(freedom: f64) -> f64 {
     freedom * (1.0 - variance + DEVIATE * variance.sqrt()).powi(3)
 }
 
-/// Share of residuals that count as independent where neighbours have this correlation: (1 - c)/(1 + c) of them.
+/// Share of residuals that count as independent where neighbours have this correlation: (1 - c)/(1 + c) of
+/// them.
 pub(crate) fn independent_share(correlation: f64) -> f64 {
     let c = correlation.clamp(0.0, 0.999);
     (1.0 - c) / (1.0 + c)
@@ -36,8 +37,8 @@ fn thirds(y: &[f64]) -> impl Iterator<Item = f64> + '_ {
     y.windows(4).map(|y| y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0])
 }
 
-/// Standard deviation of white noise by the median of third differences, which wild values do not move; 0 for fewer
-/// than four values. At a few tens of samples a cycle it is an upper bound.
+/// Standard deviation of white noise by the median of third differences, which wild values do not move; 0 for
+/// fewer than four values. At a few tens of samples a cycle it is an upper bound.
 pub(crate) fn sample_noise(y: &[f64]) -> f64 {
     let mut thirds: Vec<f64> = thirds(y).map(f64::abs).collect();
     if thirds.is_empty() {
@@ -61,8 +62,8 @@ pub(crate) fn rms_of_sixths(y: &[f64]) -> f64 {
     trimmed_rms(d) / 924.0_f64.sqrt()
 }
 
-/// The same at uneven times: of seven neighbours the combination in which no polynomial of fifth degree leaves anything,
-/// divided by what unit noise leaves.
+/// The same at uneven times: of seven neighbours the combination in which no polynomial of fifth degree
+/// leaves anything, divided by what unit noise leaves.
 pub(crate) fn rms_of_uneven_sixths(time_s: &[f64], y: &[f64]) -> f64 {
     let sixths = time_s.windows(7).zip(y.windows(7)).map(|(t, y)| {
         let weight = |k: usize| (0..7).filter(|j| *j != k).map(|j| 1.0 / (t[k] - t[j])).product();

@@ -4,7 +4,8 @@ use crate::error::{Error, Result};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::Arc;
 
-/// A request to stop, shared by who may make it and the work that heeds it: long loops ask several times a second.
+/// A request to stop, shared by who may make it and the work that heeds it: long loops ask several times a
+/// second.
 ///
 /// ```
 /// use yawrig_core::stop::Stop;

@@ -41,8 +41,8 @@ impl OfChannels {
         &self.names
     }
 
-    /// Its unit, `of` being those of the channels as far as they are known: of a sum that of what is added, of an inverse
-    /// function rad; of a product none is known, since a number may convert it.
+    /// Its unit, `of` being those of the channels as far as they are known: of a sum that of what is added,
+    /// of an inverse function rad; of a product none is known, since a number may convert it.
     ///
     /// # Errors
     /// Where channels of different units are added, compared, or the sides of an angle.

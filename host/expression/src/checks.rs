@@ -1,5 +1,5 @@
-//! What a moment is made to show before it is believed: finite, smooth enough to integrate, parameters that a fit can
-//! tell apart, and whether it takes energy out.
+//! What a moment is made to show before it is believed: finite, smooth enough to integrate, parameters that a
+//! fit can tell apart, and whether it takes energy out.
 
 use super::expression::{Flaw, Kind, Node, Span};
 use super::number::Dual;
@@ -160,8 +160,8 @@ fn derivative(program: &Program, state: &State<f64>, parameters: &[f64], by: By)
     program.evaluate(&state, &parameters)
 }
 
-/// The derivatives against central differences: where they differ, the moment jumps or is steeper than it can be
-/// followed.
+/// The derivatives against central differences: where they differ, the moment jumps or is steeper than it can
+/// be followed.
 fn differentiable(subject: &Subject, states: &[State<f64>]) -> Option<Flaw> {
     let mut steepest: (f64, State<f64>) = (0.0, states[0]);
     let (mut asked, mut off) = (0, 0);
@@ -218,7 +218,8 @@ fn differentiable(subject: &Subject, states: &[State<f64>]) -> Option<Flaw> {
     })
 }
 
-/// Whether the moments of small changes of the parameters differ from each other, and from those of wn and zeta.
+/// Whether the moments of small changes of the parameters differ from each other, and from those of wn and
+/// zeta.
 fn told_apart(
     subject: &Subject,
     states: &[State<f64>],

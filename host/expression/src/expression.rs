@@ -1,10 +1,11 @@
 //! A moment as a user writes it, parsed: `-c * tanh(r / 0.002) * (1 + s * exp(-abs(r) / v))`.
 //!
-//! The parser is `winnow`'s (MIT; kept by the authors of Rust's `toml`, which brings it in anyway): its precedence
-//! climbing knows where in the text it is, so that every error points at a character, and it gives a tree from which
-//! units can be checked. The evaluators looked at give neither: `exmex` 0.21 (fast, derivatives) and `fasteval` 0.2
-//! (2020) and `meval` 0.2 name no position and keep their tree to themselves, in `exmex` -b^2 is (-b)^2, `evalexpr` has
-//! been AGPL since its version 12, `mathexpr` is at 0.1. Evaluation is in [`super::program`].
+//! The parser is `winnow`'s (MIT; kept by the authors of Rust's `toml`, which brings it in anyway): its
+//! precedence climbing knows where in the text it is, so that every error points at a character, and it gives
+//! a tree from which units can be checked. The evaluators looked at give neither: `exmex` 0.21 (fast,
+//! derivatives) and `fasteval` 0.2 (2020) and `meval` 0.2 name no position and keep their tree to themselves,
+//! in `exmex` -b^2 is (-b)^2, `evalexpr` has been AGPL since its version 12, `mathexpr` is at 0.1. Evaluation
+//! is in [`super::program`].
 
 use std::ops::Range;
 use winnow::combinator::{alt, cut_err, expression, opt, preceded, separated, Infix, Prefix};

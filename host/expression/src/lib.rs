@@ -10,10 +10,10 @@
 //! v = { unit = "rad/s", start = 0.1, min = 0.0 }
 //! ```
 //!
-//! The moment is divided by Izz and added to b''. It may depend on the yaw angle `b` (rad), the yaw rate `r` (rad/s), the
-//! time from the release `t` (s), the natural frequency `wn` (rad/s), the wind speed `wind` (m/s, 0 where it is not
-//! known) and its parameters. This module is the one home of its formula: fits and the virtual rig both evaluate the
-//! [`Program`] compiled here.
+//! The moment is divided by Izz and added to b''. It may depend on the yaw angle `b` (rad), the yaw rate `r`
+//! (rad/s), the time from the release `t` (s), the natural frequency `wn` (rad/s), the wind speed `wind`
+//! (m/s, 0 where it is not known) and its parameters. This module is the one home of its formula: fits and
+//! the virtual rig both evaluate the [`Program`] compiled here.
 
 #![forbid(unsafe_code)]
 

@@ -1,13 +1,13 @@
-//! The one thing that the TOML crate's messages do not say: what kind of value an entry of an effect's file takes. (For
-//! `start = five` they expect `false`, for `start = 0,05` another entry.)
+//! The one thing that the TOML crate's messages do not say: what kind of value an entry of an effect's file
+//! takes. (For `start = five` they expect `false`, for `start = 0,05` another entry.)
 
 use std::ops::Range;
 
 const NUMBERS: [&str; 3] = ["start", "min", "max"];
 const TEXTS: [&str; 4] = ["id", "title", "moment", "unit"];
 
-/// Where the value of the entry before byte `at` of `text` stands, what is wrong with it and what to do; none where it is
-/// of its kind.
+/// Where the value of the entry before byte `at` of `text` stands, what is wrong with it and what to do; none
+/// where it is of its kind.
 pub fn value(text: &str, at: usize) -> Option<(Range<usize>, String, String)> {
     // What is missing at the end of a line is found at the beginning of the next.
     let at = text.get(..at)?.trim_end_matches('\n').len();

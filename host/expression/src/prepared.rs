@@ -3,8 +3,8 @@
 use super::expression::Operator;
 use super::program::{apply, one, takes_two, two, Function, Input, Instruction, Program};
 
-/// A program with its numbers put in, for the many evaluations of a simulation: what does not change is computed once,
-/// the rest goes from register to register.
+/// A program with its numbers put in, for the many evaluations of a simulation: what does not change is
+/// computed once, the rest goes from register to register.
 #[derive(Clone, Debug)]
 pub struct Prepared {
     steps: Vec<Step>,
@@ -105,8 +105,8 @@ impl Prepared {
         Self { steps, registers, result: stack.pop().unwrap_or(0) }
     }
 
-    /// The moment over Izz, rad/s2, at yaw angle b (rad), yaw rate r (rad/s) and t (s), with the signs kept by the
-    /// integrator.
+    /// The moment over Izz, rad/s2, at yaw angle b (rad), yaw rate r (rad/s) and t (s), with the signs kept
+    /// by the integrator.
     #[inline]
     pub fn evaluate(&mut self, b: f64, r: f64, t: f64, rate_sign: f64, yaw_sign: f64) -> f64 {
         self.registers[..CHANGING].copy_from_slice(&[b, r, t, rate_sign, yaw_sign]);

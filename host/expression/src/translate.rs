@@ -14,8 +14,8 @@ pub enum Language {
     C,
 }
 
-/// `text` in `language`. `name` says what each input and parameter is called there; it is asked for `sign(r)`, too,
-/// which an integrator keeps so that it is definite where the rate is zero.
+/// `text` in `language`. `name` says what each input and parameter is called there; it is asked for
+/// `sign(r)`, too, which an integrator keeps so that it is definite where the rate is zero.
 ///
 /// # Errors
 /// What is wrong with `text`.

@@ -1,11 +1,11 @@
-//! Whether natural frequency or damping ratio of a device's windows changes with amplitude: the first sign, on the
-//! rig itself, that its model lacks something.
+//! Whether natural frequency or damping ratio of a device's windows changes with amplitude: the first sign,
+//! on the rig itself, that its model lacks something.
 
 use serde_json::{json, Value};
 use yawrig_shared::wire::WindowResult;
 
-/// Two-sided 99.5 % points of Student's t for 1 to 10 degrees of freedom; for more the last is on the safe side. A table:
-/// a crate of distributions would be compiled for these ten numbers.
+/// Two-sided 99.5 % points of Student's t for 1 to 10 degrees of freedom; for more the last is on the safe
+/// side. A table: a crate of distributions would be compiled for these ten numbers.
 const STUDENT: [f64; 10] = [127.3, 14.09, 7.453, 5.598, 4.773, 4.317, 4.029, 3.833, 3.690, 3.581];
 /// Smallest changes reported, as a share: twice and more what a network's own errors make between windows.
 const LEAST_DAMPING: f64 = 0.1;
@@ -18,8 +18,9 @@ pub enum Changing {
     DampingRatio,
 }
 
-/// A change with amplitude beyond the windows' own scatter: the straight line through them over the amplitude, as drag
-/// makes it, or over its reciprocal, as friction does, at their largest and smallest amplitude.
+/// A change with amplitude beyond the windows' own scatter: the straight line through them over the
+/// amplitude, as drag makes it, or over its reciprocal, as friction does, at their largest and smallest
+/// amplitude.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trend {
     pub changing: Changing,
@@ -64,8 +65,9 @@ fn ends(points: &[[f64; 2]]) -> [f64; 2] {
     points.iter().fold([0.0, f64::INFINITY], |[high, low], [a, _]| [a.max(high), a.min(low)])
 }
 
-/// Weighted regression of (amplitude, value) on `law` of the amplitude; a window's scatter is noise over amplitude.
-/// The slope over its standard uncertainty and the root of the degrees of freedom, and the line at both ends.
+/// Weighted regression of (amplitude, value) on `law` of the amplitude; a window's scatter is noise over
+/// amplitude. The slope over its standard uncertainty and the root of the degrees of freedom, and the line at
+/// both ends.
 fn line(points: &[[f64; 2]], law: fn(f64) -> f64) -> (f64, [f64; 2]) {
     let weight: f64 = points.iter().map(|[a, _]| a * a).sum();
     let mean = |f: &dyn Fn(f64, f64) -> f64| {

@@ -98,8 +98,8 @@ impl Bench {
         Ok(Self { client, usb, list, potentiometer: None, hub: None })
     }
 
-    /// Opens the port again after the device was unplugged, on USB wherever it is plugged in now; its potentiometer is
-    /// its own. The path it had before, where it has another one.
+    /// Opens the port again after the device was unplugged, on USB wherever it is plugged in now; its
+    /// potentiometer is its own. The path it had before, where it has another one.
     ///
     /// # Errors
     /// Exit 4 while it is not there; as [`Client::open`].

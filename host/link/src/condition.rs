@@ -6,8 +6,8 @@ use yawrig_shared::wire::{Condition, ConditionFault};
 /// Whether releases can be made under it.
 ///
 /// # Errors
-/// Exit 2, naming the quantity, its value and the range, for what is no number, negative, or beyond what any tunnel and
-/// model have.
+/// Exit 2, naming the quantity, its value and the range, for what is no number, negative, or beyond what any
+/// tunnel and model have.
 pub fn check(condition: &Condition) -> Result<()> {
     let Condition { wind, model, inertia_kg_m2, .. } = condition;
     let Err(fault) = condition.check() else { return Ok(()) };

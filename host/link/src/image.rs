@@ -7,7 +7,8 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
 use yawrig_base::settings;
 
-/// The boards' workspaces, where this program was built; none of a program that is given away (`tests/release`).
+/// The boards' workspaces, where this program was built; none of a program that is given away
+/// (`tests/release`).
 pub const SOURCES: Option<&str> = match option_env!("YAWRIG_WITHOUT_SOURCES") {
     None => Some(concat!(env!("CARGO_MANIFEST_DIR"), "/../../firmware/boards")),
     Some(_) => None,

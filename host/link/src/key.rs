@@ -1,5 +1,5 @@
-//! The keys a device is locked with: ed25519, the private one in a file that only its owner may read (on Windows those
-//! who may read its folder).
+//! The keys a device is locked with: ed25519, the private one in a file that only its owner may read (on
+//! Windows those who may read its folder).
 
 use crate::client::{Client, LinkError};
 use ed25519_compact::{KeyPair, PublicKey, Seed};
@@ -92,7 +92,8 @@ pub fn public(key: &str) -> Result<[u8; 32]> {
     }
 }
 
-/// What a locked device wants of this blob, upon its challenge: a permit to begin, and a signature before the trial.
+/// What a locked device wants of this blob, upon its challenge: a permit to begin, and a signature before the
+/// trial.
 pub fn sign_update(key: &KeyPair, (number, nonce): (u32, u32), blob: &[u8]) -> [Signature; 2] {
     let permit = update_message(number, nonce, blob.len() as u32);
     let network = [&network_message(number, nonce)[..], blob].concat();

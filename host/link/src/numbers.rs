@@ -1,4 +1,5 @@
-//! Numbers of effects that a device's network says beside natural frequency and damping ratio: their names and their JSON.
+//! Numbers of effects that a device's network says beside natural frequency and damping ratio: their names
+//! and their JSON.
 
 use crate::follow::number;
 use serde_json::{json, Value};

@@ -40,8 +40,8 @@ pub fn is_socket(path: &str) -> bool {
     path.starts_with(socket::SCHEME)
 }
 
-/// Whether a program is at the other end, which may have to wait for its turn on a busy machine, and does not come back
-/// there once it has gone.
+/// Whether a program is at the other end, which may have to wait for its turn on a busy machine, and does not
+/// come back there once it has gone.
 pub fn is_of_a_program(path: &str) -> bool {
     path.starts_with("/dev/pts/") || is_socket(path)
 }
@@ -201,9 +201,9 @@ pub fn usb_at(path: &str, ports: &[PortInfo]) -> Option<UsbId> {
     ports.iter().find(|port| real(&port.path) == wanted)?.usb.clone()
 }
 
-/// Where the device that was on `path` is now, `usb` being what it said of itself there: at its old path, or at another
-/// one where exactly one port says the same and no other device can. None while it is not there. `at_path` is what is
-/// at the old path now. A device that is not on USB is looked for at its old path only.
+/// Where the device that was on `path` is now, `usb` being what it said of itself there: at its old path, or
+/// at another one where exactly one port says the same and no other device can. None while it is not there.
+/// `at_path` is what is at the old path now. A device that is not on USB is looked for at its old path only.
 pub fn returned<'a>(
     path: &'a str,
     usb: Option<&UsbId>,

@@ -35,8 +35,8 @@ const INSTALL: &str = "install QEMU (Debian: apt-get install qemu-system-arm)";
 const TERMINAL: &str = "char device redirected to ";
 /// What the image says by semihosting once it listens.
 const RUNS: &str = "yawrig runs";
-/// How long QEMU may take to come up, and to take a sample: only one that hangs takes so long, however busy the machine
-/// is. One that has ended is noticed at once.
+/// How long QEMU may take to come up, and to take a sample: only one that hangs takes so long, however busy
+/// the machine is. One that has ended is noticed at once.
 const PATIENCE: Duration = Duration::from_secs(600);
 const SLICE: Duration = Duration::from_millis(100);
 /// Lines of QEMU's output that are kept to say why it ended.

@@ -63,8 +63,8 @@ pub fn counts(record: &Record, range: Range) -> Result<(Vec<u16>, Settings, f64)
         to_deg: range.to_deg as f32,
         ..Settings::default()
     };
-    // What rounding leaves of a sample goes on to the next one: by itself it would go with the angle where the record has
-    // steps of its own, and a device that looks at a hundredth of a count took it for damping.
+    // What rounding leaves of a sample goes on to the next one: by itself it would go with the angle where
+    // the record has steps of its own, and a device that looks at a hundredth of a count took it for damping.
     let mut left = 0.0;
     let counts = record
         .yaw_deg
@@ -250,8 +250,9 @@ fn rms_deg(
 mod tests {
     use super::*;
 
-    /// A converter's record without noise, its steps ten counts and its middle between two counts: all that rounding
-    /// takes off half a swing, or off any other stretch, is less than a count and so does not go with the angle.
+    /// A converter's record without noise, its steps ten counts and its middle between two counts: all that
+    /// rounding takes off half a swing, or off any other stretch, is less than a count and so does not go
+    /// with the angle.
     #[test]
     fn rounding_takes_nothing_off_a_stretch() {
         let time_s: Vec<f64> = (0..20_000).map(|k| f64::from(k) * 1e-3).collect();

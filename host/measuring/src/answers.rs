@@ -62,8 +62,9 @@ impl Answer {
     }
 }
 
-/// The answers to `releases` for the table, by the device's own rule: an estimate is held against one of its kind. Where
-/// a refined estimate of a spring and axis is missing, or a wind-off one is flagged, all of them are the network's.
+/// The answers to `releases` for the table, by the device's own rule: an estimate is held against one of its
+/// kind. Where a refined estimate of a spring and axis is missing, or a wind-off one is flagged, all of them
+/// are the network's.
 pub fn identified(releases: &[ReleaseEntry], answers: &[Answer], by: By) -> Vec<Identified> {
     let rig = |release: &ReleaseEntry| (release.spring.clone(), release.axis);
     let all = || releases.iter().zip(answers);

@@ -1,4 +1,5 @@
-//! A campaign that is being measured on a device: what is released next, and what has come of the releases so far.
+//! A campaign that is being measured on a device: what is released next, and what has come of the releases so
+//! far.
 
 #![forbid(unsafe_code)]
 
@@ -53,7 +54,8 @@ pub struct Measuring {
     under_way: Option<(u32, Option<usize>)>,
     /// One is going on that began before the device was told.
     stale: bool,
-    /// Where the built-in rig makes them: the one that is wanted is let go no sooner than with this sample of the device.
+    /// Where the built-in rig makes them: the one that is wanted is let go no sooner than with this sample of
+    /// the device.
     no_sooner: Option<u32>,
     /// What is next is still to come, and is said again.
     say_again: bool,
@@ -81,7 +83,8 @@ fn verdict(wind_speed_m_s: f64, result: &ReleaseResult) -> Option<String> {
 }
 
 impl Measuring {
-    /// Begins it. With a folder, the campaign that is being made there goes on: what it lists is not made again.
+    /// Begins it. With a folder, the campaign that is being made there goes on: what it lists is not made
+    /// again.
     ///
     /// # Errors
     /// Exit 2 for a condition that cannot be; exit 3 where another campaign is in the folder.
@@ -270,8 +273,8 @@ impl Measuring {
         }
     }
 
-    /// Whether the built-in rig had let it go before it was told what is wanted. The device may have been told while it
-    /// had yet to see that: what is played waits for it.
+    /// Whether the built-in rig had let it go before it was told what is wanted. The device may have been
+    /// told while it had yet to see that: what is played waits for it.
     fn is_too_soon(&self, result: &ReleaseResult) -> bool {
         let ahead = |first: u32| result.release_sample.wrapping_sub(first) as i32;
         self.no_sooner.is_some_and(|first| ahead(first) < 0)

@@ -1,4 +1,5 @@
-//! What a campaign that is being measured is made of: its head, the releases that are there, conditions, its table in lines.
+//! What a campaign that is being measured is made of: its head, the releases that are there, conditions, its
+//! table in lines.
 
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
@@ -34,7 +35,8 @@ pub(super) fn condition(
     inertia_kg_m2: Option<f64>,
 ) -> Condition {
     let model = &campaign.model;
-    // The device holds a wind-on release against the wind-off ones of its rig: what a reference was made under is of it.
+    // The device holds a wind-on release against the wind-off ones of its rig: what a reference was made
+    // under is of it.
     let reference = match entry.wind_speed_m_s {
         0.0 => &entry.at,
         _ => campaign.reference_of(entry).unwrap_or(&entry.at),

@@ -109,7 +109,8 @@ fn a_release_that_began_under_another_condition_does_not_count() {
     assert_eq!((measuring.at, measuring.made.len()), (1, 0));
 }
 
-/// One of the built-in rig's that was still held when the campaign began: it is let go under another condition.
+/// One of the built-in rig's that was still held when the campaign began: it is let go under another
+/// condition.
 #[test]
 fn a_release_that_the_rig_had_begun_before_does_not_count() {
     let bench = Bench::open(&Target::Emulated).expect("a device");

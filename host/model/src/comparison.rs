@@ -19,8 +19,8 @@ use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Record;
 use yawrig_records::Selection;
 
-/// A model as it is against other records; the later part of each is held out, the record's own numbers having been
-/// fitted to the earlier part.
+/// A model as it is against other records; the later part of each is held out, the record's own numbers
+/// having been fitted to the earlier part.
 fn as_it_is_elsewhere(model: &Model, recorded: &[Recorded]) -> Result<Appraisal> {
     let both =
         |r: &Recorded| Ok((held_against(model, r, 1.0)?, held_against(model, r, FITTED_SHARE)?));
@@ -168,8 +168,8 @@ fn on_top(model: &Model, data: &Data, effects: &[Effect]) -> Result<(Change, Cur
     Ok((change, current.settled()?))
 }
 
-/// Warns where the sensor's zero, taken as known, is not where the model rests: where a free zero is worth as much as
-/// the effects, or worth itself beside them.
+/// Warns where the sensor's zero, taken as known, is not where the model rests: where a free zero is worth as
+/// much as the effects, or worth itself beside them.
 fn warn_of_zero(current: &Current, data: &Data) {
     let Model { effects, unknown_zero, .. } = &current.model;
     let is_free = *unknown_zero || current.model.rest().is_some();

@@ -1,7 +1,7 @@
 //! `model.toml`: a second-order model with any effects, the records it is about, and what is fitted.
 //!
-//! The file is written by the program and may be edited by hand: an entry with `free = false` keeps its value in the
-//! next fit, `min` and `max` bound it.
+//! The file is written by the program and may be edited by hand: an entry with `free = false` keeps its value
+//! in the next fit, `min` and `max` bound it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -79,8 +79,8 @@ pub struct EffectEntry {
 pub struct ParameterEntry {
     /// None: not fitted yet.
     pub value: Option<f64>,
-    /// Standard uncertainty; None: taken as known, or not to be obtained from the record; not a number where the value
-    /// was edited since it was fitted, and u is another value's.
+    /// Standard uncertainty; None: taken as known, or not to be obtained from the record; not a number where
+    /// the value was edited since it was fitted, and u is another value's.
     pub u: Option<f64>,
     pub min: f64,
     pub max: f64,
@@ -95,8 +95,8 @@ impl ParameterEntry {
     }
 }
 
-/// Bounds of a natural frequency, rad/s: three cycles in the longest record, a day, and two samples a cycle at the
-/// highest rate, 10 kHz. Zero and infinity, which earlier files state, are no motion.
+/// Bounds of a natural frequency, rad/s: three cycles in the longest record, a day, and two samples a cycle
+/// at the highest rate, 10 kHz. Zero and infinity, which earlier files state, are no motion.
 pub const NATURAL_FREQUENCY: [f64; 2] = [2e-4, 31_416.0];
 /// Bounds of a damping ratio: a self-excited oscillation has a negative one.
 pub const DAMPING_RATIO: [f64; 2] = [-0.5, 0.7];
@@ -126,8 +126,8 @@ impl EffectEntry {
 }
 
 impl Model {
-    /// Every effect with its numbers, in the units and order of [`Effect::parameters`]. Numbers that belong to one
-    /// release (size and phase of a line, a drift) are zero where the model is about several.
+    /// Every effect with its numbers, in the units and order of [`Effect::parameters`]. Numbers that belong
+    /// to one release (size and phase of a line, a drift) are zero where the model is about several.
     ///
     /// # Errors
     /// Exit 3 where one is not fitted yet.
@@ -170,8 +170,8 @@ impl Model {
     }
 }
 
-/// Whether parameter `index` of [`Effect::parameters`] belongs to one release: it has as many values as there are
-/// releases.
+/// Whether parameter `index` of [`Effect::parameters`] belongs to one release: it has as many values as there
+/// are releases.
 pub fn is_own(effect: &Effect, index: usize) -> bool {
     effect.varied_place(index).is_none_or(|number| effect.belongs_to_release(number))
 }

@@ -4,7 +4,8 @@ use crate::document::{Model, ParameterEntry};
 use crate::journal::{Action, JournalStep};
 use std::path::Path;
 
-/// `model`, which was read as `text` from `path`, without the uncertainties that by the `steps` of its journal belong to other values.
+/// `model`, which was read as `text` from `path`, without the uncertainties that by the `steps` of its
+/// journal belong to other values.
 pub fn seen(mut model: Model, text: &str, path: &Path, steps: &[JournalStep]) -> Model {
     let is_fit = |action: Action| matches!(action, Action::Fit | Action::Add | Action::Remove);
     let fits = || steps.iter().filter(|step| is_fit(step.action));

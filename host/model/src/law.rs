@@ -80,8 +80,8 @@ pub fn of_records(records: Vec<Record>) -> Result<(Model, Data)> {
     Ok((Model { records, ..Model::default() }, data))
 }
 
-/// Measures and names the law of `data` beside the effects of `model`; `show` is given a first law, and the law
-/// with its uncertainty before it has names.
+/// Measures and names the law of `data` beside the effects of `model`; `show` is given a first law, and the
+/// law with its uncertainty before it has names.
 ///
 /// # Errors
 /// Exit 6 where no law can be fitted, 130 where the user stops it.

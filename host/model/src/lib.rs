@@ -1,5 +1,5 @@
-//! `model.toml`, its journal, and the steps taken with it: comparing, adding and removing effects, fitting, a law measured,
-//! further releases planned, and the model as a program of another language.
+//! `model.toml`, its journal, and the steps taken with it: comparing, adding and removing effects, fitting, a
+//! law measured, further releases planned, and the model as a program of another language.
 #![forbid(unsafe_code)]
 
 pub mod adding;

@@ -17,8 +17,8 @@ pub fn largest(data: &Data) -> &Recorded {
     data.fitted.iter().max_by(larger).expect("a model has a record that is fitted")
 }
 
-/// The records that a law is measured from beside the effects of `model`: all, or, where an effect has numbers that belong
-/// to a release (a line, a drift), the one from the largest angle.
+/// The records that a law is measured from beside the effects of `model`: all, or, where an effect has
+/// numbers that belong to a release (a line, a drift), the one from the largest angle.
 pub fn measured_from<'a>(model: &Model, data: &'a Data) -> Vec<&'a Recorded> {
     let is_of_release = |entry: &EffectEntry| {
         (0..entry.parameters.len()).any(|k| entry.effect.belongs_to_release(k))
@@ -29,19 +29,20 @@ pub fn measured_from<'a>(model: &Model, data: &'a Data) -> Vec<&'a Recorded> {
     }
 }
 
-/// `records` as releases of one law; those of one condition have natural frequency and damping ratio in common.
+/// `records` as releases of one law; those of one condition have natural frequency and damping ratio in
+/// common.
 pub fn releases<'a>(records: &[&'a Recorded]) -> Releases<'a> {
     let same = |r: &Recorded| records.iter().position(|o| o.entry.condition == r.entry.condition);
     let each: Vec<_> = records.iter().map(|r| (&r.decay, same(r).unwrap_or(0))).collect();
     Releases::new(&each)
 }
 
-/// Measures the law beside the effects of `model`, from their values and within their bounds, on the records that
-/// [`measured_from`] names; `show` is given a first one.
+/// Measures the law beside the effects of `model`, from their values and within their bounds, on the records
+/// that [`measured_from`] names; `show` is given a first one.
 ///
 /// # Errors
-/// Exit 2 where the model holds a measured law, 3 where an effect has no values yet, 6 where none can be fitted, 130 where
-/// the user stops it.
+/// Exit 2 where the model holds a measured law, 3 where an effect has no values yet, 6 where none can be
+/// fitted, 130 where the user stops it.
 pub fn measured(
     model: &Model,
     data: &Data,

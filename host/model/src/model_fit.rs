@@ -23,8 +23,9 @@ use yawrig_records::place;
 pub(super) const ADDED_WELL: f64 = 1.5;
 /// How often a fit that has used up its evaluations is continued.
 const ROUNDS: usize = 4;
-/// What such a round gains in a valley, of the variance: a tenth of a standard error. Effects that the records cannot tell
-/// apart share what they explain, and their uncertainties say so; where in the valley the fit ends does not matter.
+/// What such a round gains in a valley, of the variance: a tenth of a standard error. Effects that the
+/// records cannot tell apart share what they explain, and their uncertainties say so; where in the valley the
+/// fit ends does not matter.
 const VALLEY: f64 = 0.01;
 
 /// A record of the model as the fits see it.
@@ -183,7 +184,8 @@ impl Data {
     }
 }
 
-/// The numbers of `effect` that a fit varies; zero for those that belong to a release and are not in the file.
+/// The numbers of `effect` that a fit varies; zero for those that belong to a release and are not in the
+/// file.
 pub(super) fn varied(entry: &EffectEntry) -> Option<Vec<f64>> {
     let effect = entry.effect.clone();
     if let Some(values) = entry.values() {
@@ -213,7 +215,8 @@ pub(super) fn better(a: &Fitted, b: &Fitted) -> bool {
     (b.converged, a.sum_of_squares) < (a.converged, b.sum_of_squares)
 }
 
-/// One record's own fit: the effects added one after the other, or from the model's values, whichever has the smaller residual.
+/// One record's own fit: the effects added one after the other, or from the model's values, whichever has the
+/// smaller residual.
 fn single(model: &Model, structure: &Structure, recorded: &Recorded) -> Result<Fitted> {
     let decay = &recorded.decay;
     let count = decay.yaw_rad.len();
@@ -321,7 +324,8 @@ pub(super) fn continued(
     Ok(fit)
 }
 
-/// `fit` once more by precise simulations: its numbers are then those of the equation, whatever integrates it.
+/// `fit` once more by precise simulations: its numbers are then those of the equation, whatever integrates
+/// it.
 fn polished(releases: &[Release], sharing: &Sharing, fit: JointFit) -> Result<JointFit> {
     // With a user's own effect they are precise enough.
     if !fit.converged || fit.structure.effects.iter().any(Effect::is_own) {
@@ -386,8 +390,8 @@ pub fn updated(model: &Model, data: &Data, fit: &JointFit) -> Model {
 }
 
 /// `model` compared with a record: only the record's own numbers are fitted, which are its initial state, the
-/// sensor's zero where unknown, size and phase of a line, a drift; and wn and zeta where the model does not know
-/// them under the record's condition.
+/// sensor's zero where unknown, size and phase of a line, a drift; and wn and zeta where the model does not
+/// know them under the record's condition.
 ///
 /// # Errors
 /// Exit 3 where the model has no values yet.
@@ -447,8 +451,8 @@ pub fn combined(fits: &[Fitted], recorded: &[&Recorded]) -> f64 {
     (sum / f64::max(n, 1.0)).sqrt()
 }
 
-/// What `model`, whose fit is `fit`, does to data that were not fitted: the records held out, or else the later part
-/// of each record, the earlier having been fitted alone.
+/// What `model`, whose fit is `fit`, does to data that were not fitted: the records held out, or else the
+/// later part of each record, the earlier having been fitted alone.
 ///
 /// # Errors
 /// As [`held_against`].

@@ -130,8 +130,8 @@ impl Model {
     /// Reads and checks `path`.
     ///
     /// # Errors
-    /// Exit 3, naming file and line: not there, not TOML, an entry missing, unknown or out of range, an effect that
-    /// the library does not hold.
+    /// Exit 3, naming file and line: not there, not TOML, an entry missing, unknown or out of range, an
+    /// effect that the library does not hold.
     pub fn read(path: &Path) -> Result<Self> {
         let text = read_text(path)?;
         // What is wrong with the journal is for those who read it for its own sake.

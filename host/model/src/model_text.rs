@@ -82,8 +82,8 @@ impl Model {
     }
 }
 
-/// Where a measured law is known; of each curve the weight of its roughness, and its knots as shares of the range; the
-/// factors on the damping's values that give the line in it, which is nil.
+/// Where a measured law is known; of each curve the weight of its roughness, and its knots as shares of the
+/// range; the factors on the damping's values that give the line in it, which is nil.
 fn write_law(table: &mut Table, law: &MeasuredLaw) {
     put(table, "yaw_deg", law.yaw_rad.to_degrees());
     put(table, "rate_deg_s", law.rate_rad_s.to_degrees());
@@ -132,7 +132,8 @@ fn as_told(entries: &impl serde::Serialize) -> InlineTable {
 
 impl ParameterEntry {
     fn write(&self, table: &mut Table, name: &str, unit: &str) {
-        // A table under a header of its own keeps what the user wrote in it; an inline one has no room for comments.
+        // A table under a header of its own keeps what the user wrote in it; an inline one has no room for
+        // comments.
         if let Some(entry) = table.get_mut(name).and_then(Item::as_table_mut) {
             return self.fill(entry, unit);
         }
@@ -233,8 +234,8 @@ fn sub_table<'a>(parent: &'a mut Table, key: &str, implicit: bool) -> &'a mut Ta
     item.as_table_mut().expect("it has just been made one")
 }
 
-/// Takes an inline value out, with the comments above and beside it. It needs a new key: the old one has what stood
-/// before it, which must not get between the brackets.
+/// Takes an inline value out, with the comments above and beside it. It needs a new key: the old one has what
+/// stood before it, which must not get between the brackets.
 fn taken(table: &mut Table, key: &str) -> (Vec<String>, Item) {
     let Some((key, inline)) = table.remove_entry(key) else { return Default::default() };
     let above = key.leaf_decor().prefix();

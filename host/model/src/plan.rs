@@ -1,4 +1,5 @@
-//! Which release next: rival models of a model file's or a campaign's records, and what each possible release would tell.
+//! Which release next: rival models of a model file's or a campaign's records, and what each possible release
+//! would tell.
 
 use crate::adding;
 use crate::document::{is_model, EffectEntry, Model};
@@ -27,7 +28,8 @@ use yawrig_records::Selection;
 
 /// Most rivals that are looked for.
 const MOST_RIVALS: usize = 3;
-/// Where the file does not say what the rig can do: amplitudes and lengths, of those of the records there are.
+/// Where the file does not say what the rig can do: amplitudes and lengths, of those of the records there
+/// are.
 const AMPLITUDES: [f64; 5] = [0.25, 0.5, 1.0, 1.5, 2.0];
 const LENGTHS: [f64; 2] = [1.0, 2.0];
 /// Largest amplitude that is proposed unasked, deg.
@@ -48,7 +50,8 @@ pub type Of = fn(&Point) -> Option<Quantity>;
 /// What is asked.
 #[derive(Clone, Debug, Default)]
 pub struct PlanRequest {
-    /// Models that compete, each by the names of its effects, `measured_law` that of the model; none: they are looked for.
+    /// Models that compete, each by the names of its effects, `measured_law` that of the model; none: they
+    /// are looked for.
     pub rivals: Vec<Vec<String>>,
     /// The derivative whose error is to be narrowed, and where it is in the table.
     pub derivative: Option<(&'static str, Of)>,
@@ -171,8 +174,8 @@ fn fitted(model: &Model, data: &Data, effects: &[Effect]) -> Result<JointFit> {
         .help(format!("name other rivals with {}", settings::name("rival"))))
 }
 
-/// The model and what does about as well in the place of one of its effects; without effects, the effects that explain
-/// most by themselves.
+/// The model and what does about as well in the place of one of its effects; without effects, the effects
+/// that explain most by themselves.
 fn found(model: &Model, data: &Data, notes: &mut Vec<String>) -> Result<Vec<JointFit>> {
     let present = model_fit::fit(model, data)?;
     let mut effects: Vec<Effect> = present.structure.effects.clone();
@@ -240,8 +243,8 @@ fn found(model: &Model, data: &Data, notes: &mut Vec<String>) -> Result<Vec<Join
     }
 }
 
-/// Every amplitude and length under every condition that there is and is not excluded, and on the other springs of a lone
-/// model.
+/// Every amplitude and length under every condition that there is and is not excluded, and on the other
+/// springs of a lone model.
 fn possible(data: &Data, fit: &JointFit, can: &Can) -> Vec<Possible> {
     let mut out = Vec::new();
     let mut seen: Vec<&str> = Vec::new();

@@ -17,7 +17,8 @@ pub struct Listed {
     pub fault: Option<Error>,
 }
 
-/// Entries for `files`, records or campaigns, of a model whose file is `model`; records are read as `reading` says.
+/// Entries for `files`, records or campaigns, of a model whose file is `model`; records are read as `reading`
+/// says.
 ///
 /// # Errors
 /// Exit 3 where one is not there, 2 where one is given twice; those of [`CampaignFile::read_releases`].

@@ -126,8 +126,8 @@ pub struct Wanted {
 /// Makes the model at `path` of `wanted` where there is none, and fits it.
 ///
 /// # Errors
-/// Exit 2 or 3 where there is nothing to fit or the model is about other records, 6 where the fit does not converge,
-/// 130 where the user stops it; the model is then as it was.
+/// Exit 2 or 3 where there is nothing to fit or the model is about other records, 6 where the fit does not
+/// converge, 130 where the user stops it; the model is then as it was.
 pub fn fit(path: &Path, wanted: &Wanted, asked: &RevisionRequest) -> Result<Revision> {
     Ok(fit_wanted(path, wanted, asked)?.0)
 }
@@ -165,7 +165,8 @@ fn fit_wanted(
     fit_in(store, old, &model, asked)
 }
 
-/// Fits the model at `path`, made where there is none, to these records: its effects stay, whatever its records were before.
+/// Fits the model at `path`, made where there is none, to these records: its effects stay, whatever its
+/// records were before.
 ///
 /// # Errors
 /// As [`fit`].

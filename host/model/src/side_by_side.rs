@@ -20,7 +20,8 @@ pub struct Side {
     pub model: PathBuf,
     /// Numbers that were fitted: natural frequencies, damping ratios, those of effects.
     pub numbers: usize,
-    /// Difference of BIC in favour of this model against the first, on the independent residuals of the better one.
+    /// Difference of BIC in favour of this model against the first, on the independent residuals of the
+    /// better one.
     pub bic_gain: f64,
     #[serde(flatten)]
     pub appraisal: Appraisal,

@@ -1,9 +1,9 @@
 //! A model and its journal on the disk: one process at a time, and consistent after a power cut.
 //!
-//! A step is written in this order: the new model under a name of its own beside the file, the line in the journal,
-//! then the new model in the old one's place; each is on the disk before the next is begun. The next command finds what
-//! a crash has left: a new model that the journal knows is put in its place, one that it does not know is deleted, and
-//! part of a line is cut off.
+//! A step is written in this order: the new model under a name of its own beside the file, the line in the
+//! journal, then the new model in the old one's place; each is on the disk before the next is begun. The next
+//! command finds what a crash has left: a new model that the journal knows is put in its place, one that it
+//! does not know is deleted, and part of a line is cut off.
 
 use crate::document::{read_text, Model};
 use crate::edits;
@@ -31,8 +31,8 @@ pub struct Store {
 }
 
 impl Store {
-    /// Locks and reads the model at `path` and its journal, either of which may be missing, and clears up after a
-    /// crash. Waits where another process is at work on the model, and says so.
+    /// Locks and reads the model at `path` and its journal, either of which may be missing, and clears up
+    /// after a crash. Waits where another process is at work on the model, and says so.
     ///
     /// # Errors
     /// Exit 3 where they cannot be read or written, 130 where the user stops the waiting.
@@ -117,8 +117,8 @@ impl Store {
         self.text.is_some() && self.text.as_deref() != self.journal.last().map(|s| s.model.as_str())
     }
 
-    /// Appends `step` to the journal and puts its model in the file. A file that was edited since the last step is
-    /// journaled first. Returns the step's number.
+    /// Appends `step` to the journal and puts its model in the file. A file that was edited since the last
+    /// step is journaled first. Returns the step's number.
     ///
     /// # Errors
     /// Exit 3 where they cannot be written; then both are as they were.

@@ -8,8 +8,8 @@ use yawrig_core::effects::Effect;
 use yawrig_train::augmented::{Asked, Augmented, Source};
 use yawrig_train::draws::Ranges;
 
-/// What a network is trained on where nothing else is asked for: a little wider than the rig's range, as a network is at
-/// its worst at the edges.
+/// What a network is trained on where nothing else is asked for: a little wider than the rig's range, as a
+/// network is at its worst at the edges.
 pub const RANGES: Ranges = Ranges {
     natural_frequency_rad_s: [2.4, 28.0],
     damping_ratio: [0.0005, 0.105],
@@ -24,8 +24,8 @@ pub fn read(path: &Path) -> Result<Source> {
     Ok(Source { path: path.to_owned(), text: document::read_text(path)? })
 }
 
-/// The model's effects, with the numbers of theirs that the network is to say; `None` where it has none and is the
-/// second-order response alone.
+/// The model's effects, with the numbers of theirs that the network is to say; `None` where it has none and
+/// is the second-order response alone.
 ///
 /// # Errors
 /// Exit 2 for what a network cannot be trained on, exit 3 for a file that is no model or not fitted yet.
@@ -44,8 +44,8 @@ pub fn augmented(source: &Source, asked: &[Asked]) -> Result<Option<Augmented>> 
 /// Shares of the model's own value between which a number is drawn where no range is given.
 const AROUND: [f64; 2] = [0.5, 1.5];
 
-/// The number `name`, `effect.number`, of the model's effects, and what it is to be drawn from: the range given, or one
-/// around the model's value.
+/// The number `name`, `effect.number`, of the model's effects, and what it is to be drawn from: the range
+/// given, or one around the model's value.
 ///
 /// # Errors
 /// Exit 2 where a network cannot say it, or the range is none for it.

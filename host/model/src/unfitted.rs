@@ -8,7 +8,8 @@ use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_core::effects::Effect;
 
-/// Writes down that `effect` was considered and is not to be added, with the reason; the model stays as it is.
+/// Writes down that `effect` was considered and is not to be added, with the reason; the model stays as it
+/// is.
 ///
 /// # Errors
 /// Exit 2 where the effect is in the model, 3 where there is no model, or the files cannot be written.

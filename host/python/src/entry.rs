@@ -30,8 +30,8 @@ static DEFINITION: Definition = Definition(UnsafeCell::new(ffi::PyModuleDef {
 #[unsafe(no_mangle)]
 pub extern "C" fn PyInit__native() -> *mut ffi::PyObject {
     Python::attach(|py| {
-        // SAFETY: Python calls this with its lock held; the definition is static and complete, and a module made of it
-        // is owned, or null where an exception is set.
+        // SAFETY: Python calls this with its lock held; the definition is static and complete, and a module
+        // made of it is owned, or null where an exception is set.
         let made =
             unsafe { Bound::from_owned_ptr_or_err(py, ffi::PyModule_Create(DEFINITION.0.get())) };
         let filled = made.and_then(|made| {

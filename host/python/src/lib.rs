@@ -1,7 +1,8 @@
-//! `yawrig._native`: the verbs' answers about records in memory. What a user sees of it is in `python/yawrig`.
+//! `yawrig._native`: the verbs' answers about records in memory. What a user sees of it is in
+//! `python/yawrig`.
 //!
-//! Records come and go as bytes, numbers of eight bytes each in the machine's order, and answers as the JSON that
-//! the program prints.
+//! Records come and go as bytes, numbers of eight bytes each in the machine's order, and answers as the JSON
+//! that the program prints.
 #![deny(unsafe_code)]
 
 mod entry;

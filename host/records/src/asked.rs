@@ -15,8 +15,8 @@ use yawrig_core::record::Record;
 /// A date's seconds are known to their seventh decimal.
 const CLOCK_DIGITS: f64 = 1e7;
 
-/// The channels of `table` that `selection` means as a record. `by_name`: names that say time and yaw angle in the field's
-/// words are taken, numbers that are missing are gaps.
+/// The channels of `table` that `selection` means as a record. `by_name`: names that say time and yaw angle
+/// in the field's words are taken, numbers that are missing are gaps.
 ///
 /// # Errors
 /// Exit 3, naming the channels there are, where time, yaw angle or its unit is not clear; and for

@@ -1,5 +1,5 @@
-//! Time stamps coarser than the clock behind them: the sample's number is the better clock where they come in bursts, or
-//! are even but for their own rounding.
+//! Time stamps coarser than the clock behind them: the sample's number is the better clock where they come in
+//! bursts, or are even but for their own rounding.
 
 use yawrig_core::record::Record;
 
@@ -7,8 +7,8 @@ use yawrig_core::record::Record;
 const COARSE: f64 = 0.1;
 /// Ticks of the clock by which an evenly spread sample may be off its stamp.
 const MOST_OFF: f64 = 1.5;
-/// The same where each stamp is the sample's time, rounded or cut, and a tick at most this share of a step: half a step
-/// off is a lost sample.
+/// The same where each stamp is the sample's time, rounded or cut, and a tick at most this share of a step:
+/// half a step off is a lost sample.
 const ROUNDED_OFF: f64 = 0.7;
 const FINE: f64 = 0.61;
 /// Decimals of a stamp in s, at most.
@@ -21,8 +21,8 @@ pub fn leave_out_gaps(record: &mut Record) {
     (record.time_s, record.yaw_deg) = rows.unzip();
 }
 
-/// Spreads samples evenly where many have the stamp of the one before, or all are even but for their rounding; of a few
-/// that have the stamp of the one before, the first stands for all.
+/// Spreads samples evenly where many have the stamp of the one before, or all are even but for their
+/// rounding; of a few that have the stamp of the one before, the first stands for all.
 ///
 /// Time does not run backwards in `record`.
 pub fn spread(record: &mut Record) {
@@ -62,8 +62,8 @@ fn decimal_tick_s(time_s: &[f64]) -> Option<f64> {
         .map(f64::recip)
 }
 
-/// A straight line through the stamps against their number, where none is farther off it; none either where the stamps
-/// are even as they are.
+/// A straight line through the stamps against their number, where none is farther off it; none either where
+/// the stamps are even as they are.
 fn even(time_s: &[f64], most_off_s: f64) -> Option<Vec<f64>> {
     let n = time_s.len();
     let middle = 0.5 * (n - 1) as f64;

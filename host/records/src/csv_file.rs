@@ -44,8 +44,8 @@ fn second_column(file: &Path, header: &ByteRecord) -> Result<Meant> {
     }
 }
 
-/// What parts the columns: a comma, or where the first line has none a semicolon or a tabulator, as programs write it
-/// where the comma is the decimal sign.
+/// What parts the columns: a comma, or where the first line has none a semicolon or a tabulator, as programs
+/// write it where the comma is the decimal sign.
 fn separator(file: &Path) -> std::io::Result<u8> {
     let mut line = Vec::new();
     let mut reader = BufReader::new(File::open(file)?.take(LONGEST_HEADER));
@@ -176,8 +176,8 @@ pub(super) fn is_ours(file: &Path) -> Result<bool> {
     Ok(names[0].trim() == "time_s" && names.len() <= 2)
 }
 
-/// Writes `time_s,yaw_deg` with microdegrees and microseconds, or another quantity with its unit and all its digits, whole
-/// or not at all.
+/// Writes `time_s,yaw_deg` with microdegrees and microseconds, or another quantity with its unit and all its
+/// digits, whole or not at all.
 ///
 /// # Errors
 /// Exit 3 where the file cannot be written, 130 where the user stops it.

@@ -1,4 +1,5 @@
-//! Rows of any text or sheet to channels: where the numbers begin, what names stand above them, and in which unit.
+//! Rows of any text or sheet to channels: where the numbers begin, what names stand above them, and in which
+//! unit.
 
 use super::names;
 use super::table::Channel;
@@ -24,7 +25,8 @@ pub(super) fn of_text(text: &str) -> Result<Vec<Channel>, String> {
     }
 }
 
-/// What gives a text the most rows of several numbers: the first of those that do as well; none where nothing gives enough.
+/// What gives a text the most rows of several numbers: the first of those that do as well; none where nothing
+/// gives enough.
 fn separator_of(text: &str) -> Option<Separator> {
     let score = |separator: &Separator| {
         let comma = separator.is_decimal_comma_possible();
@@ -36,8 +38,8 @@ fn separator_of(text: &str) -> Option<Separator> {
     (best.0 >= BEGINNING).then_some(best.1)
 }
 
-/// Where the comma parts the columns and is the decimal sign, too, the rows with each number's two halves put together: all
-/// are whole, twice as many as names, or with zeros in front that no whole number has.
+/// Where the comma parts the columns and is the decimal sign, too, the rows with each number's two halves put
+/// together: all are whole, twice as many as names, or with zeros in front that no whole number has.
 fn with_decimal_commas<'a>(rows: &[Row<'a>]) -> Option<Vec<Row<'a>>> {
     let digits = |field: &str| !field.is_empty() && field.bytes().all(|b| b.is_ascii_digit());
     let first = rows.iter().position(|row| {

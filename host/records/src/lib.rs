@@ -44,13 +44,13 @@ use yawrig_base::error::{Error, Result};
 use yawrig_core::identify::several;
 use yawrig_core::record::{Measurand, Record};
 
-/// Reads one release of `r.csv#2`, what lies between two times of `r.csv#12.5s..40s`, or all of `r.csv`: `time_s` and
-/// `yaw_deg` (or `yaw_rad`, converted) from a file: CSV, MATLAB, HDF5, TDMS or Parquet, whatever it is called; `-` is
-/// standard input.
+/// Reads one release of `r.csv#2`, what lies between two times of `r.csv#12.5s..40s`, or all of `r.csv`:
+/// `time_s` and `yaw_deg` (or `yaw_rad`, converted) from a file: CSV, MATLAB, HDF5, TDMS or Parquet, whatever
+/// it is called; `-` is standard input.
 ///
 /// # Errors
-/// Exit 3, naming file and line or sample: not readable, other columns, not a number, NaN or infinity, time not
-/// increasing, nothing or too little in it.
+/// Exit 3, naming file and line or sample: not readable, other columns, not a number, NaN or infinity, time
+/// not increasing, nothing or too little in it.
 pub fn read(file: &Path) -> Result<Record> {
     read_selected(file, &Selection::default())
 }
@@ -114,8 +114,8 @@ fn parsed(file: &Path, selection: &Selection, kept: &Selection) -> Result<Record
     Ok(record)
 }
 
-/// What numbers in memory are by quantity, unit and motion of `said`, and by what they are multiplied to be in the record's
-/// own unit; without a unit angles in deg.
+/// What numbers in memory are by quantity, unit and motion of `said`, and by what they are multiplied to be
+/// in the record's own unit; without a unit angles in deg.
 ///
 /// # Errors
 /// Exit 2 where the unit is none of the quantity.

@@ -1,5 +1,6 @@
-//! LabVIEW Measurement, National Instruments' text: its header says what parts the columns, what the decimal sign is and
-//! which columns are times, so that nothing is guessed (NI, Specification for the LabVIEW Measurement File).
+//! LabVIEW Measurement, National Instruments' text: its header says what parts the columns, what the decimal
+//! sign is and which columns are times, so that nothing is guessed (NI, Specification for the LabVIEW
+//! Measurement File).
 
 use super::names;
 use super::table::Channel;

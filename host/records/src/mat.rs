@@ -1,4 +1,5 @@
-//! MAT-files of version 5, the default of MATLAB's and Octave's `save` (-v6, -v7): MathWorks, MAT-File Format.
+//! MAT-files of version 5, the default of MATLAB's and Octave's `save` (-v6, -v7): MathWorks, MAT-File
+//! Format.
 //!
 //! Read here and not by a crate, since none reads structures, in which most programs keep a run's channels.
 
@@ -20,8 +21,8 @@ const LARGEST: u64 = 1 << 30;
 /// Structures within structures.
 const DEEPEST: usize = 8;
 
-/// A variable is a channel, a column of a matrix `data(:,2)`, a field of a structure `run/yaw_deg`, of one of several
-/// `run(3)/yaw_deg`, of a cell `runs{3}`; a matrix that lies on its side has rows, `data(2,:)`.
+/// A variable is a channel, a column of a matrix `data(:,2)`, a field of a structure `run/yaw_deg`, of one of
+/// several `run(3)/yaw_deg`, of a cell `runs{3}`; a matrix that lies on its side has rows, `data(2,:)`.
 pub(super) fn read(file: &Path) -> Result<Vec<Channel>> {
     let bytes = std::fs::read(file).map_err(|e| e.to_string())?;
     let (header, body) = bytes.split_at_checked(HEADER).ok_or_else(cut)?;

@@ -62,8 +62,8 @@ fn identity(m: &std::fs::Metadata) -> [i64; 4] {
 /// The oldest first.
 static READ: Mutex<Vec<(Key, Arc<Whole>)>> = Mutex::new(Vec::new());
 
-/// The record of `file` as `reading` (what is asked, and what is kept for its folder) has it, which `parse` reads where that
-/// was not done yet.
+/// The record of `file` as `reading` (what is asked, and what is kept for its folder) has it, which `parse`
+/// reads where that was not done yet.
 ///
 /// # Errors
 /// Those of `parse`.

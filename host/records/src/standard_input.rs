@@ -1,5 +1,5 @@
-//! `-`: the record that comes by standard input. It is taken in once; each reading finds it in a file for as long as it
-//! takes, since a format is told, and read, by going back and forth.
+//! `-`: the record that comes by standard input. It is taken in once; each reading finds it in a file for as
+//! long as it takes, since a format is told, and read, by going back and forth.
 
 use std::io::Read;
 use std::path::Path;

@@ -1,5 +1,5 @@
-//! The command that is printed where a file does not say what it holds: complete, with the channels that are most likely
-//! meant by what their numbers do.
+//! The command that is printed where a file does not say what it holds: complete, with the channels that are
+//! most likely meant by what their numbers do.
 
 use super::names;
 use super::quantity::{self, Quantity, Unclear};
@@ -9,8 +9,8 @@ use yawrig_base::settings;
 use yawrig_core::identify::{identify, Method, Settings};
 use yawrig_core::record::Record;
 
-/// Rates that records have as a rule, Hz: times without a unit that belong to another may be in milliseconds, or numbers
-/// of samples.
+/// Rates that records have as a rule, Hz: times without a unit that belong to another may be in milliseconds,
+/// or numbers of samples.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 5.0..=100_000.0;
 /// Rates that can be chosen.
 const TAKEN_HZ: std::ops::RangeInclusive<f64> = 20.0..=10_000.0;
@@ -110,8 +110,8 @@ pub(super) fn command(file: &Path, table: &[Channel], selection: &Selection) -> 
     format!("{}   ({})", reading(file, &said), about.join("; "))
 }
 
-/// For a `record` whose clock falls to `time_s` at sample `index`: where it starts anew there and was even before, the
-/// command that reads all of it by its rate.
+/// For a `record` whose clock falls to `time_s` at sample `index`: where it starts anew there and was even
+/// before, the command that reads all of it by its rate.
 pub(super) fn by_rate(record: &Record, index: usize, time_s: f64, yaw: &str) -> Option<String> {
     let before = record.time_s.get(..index)?;
     let (first, last) = (before.first()?, before.last()?);
@@ -185,8 +185,8 @@ fn likely_time<'a>(table: &'a [Channel], yaw: Option<&Channel>) -> Option<&'a Ch
     table.iter().filter(other).filter(|c| increases(c)).min_by_key(|c| fit(c))
 }
 
-/// What swings and dies away, best by its name, then by its unit, then by how well it does so; without any, what is
-/// called an angle.
+/// What swings and dies away, best by its name, then by its unit, then by how well it does so; without any,
+/// what is called an angle.
 fn likely_yaw<'a>(table: &'a [Channel], time: Option<&Channel>) -> Option<&'a Channel> {
     let is_other = |c: &&Channel| {
         time.is_none_or(|time| !std::ptr::eq(time, *c)) && time_rank(c) != Some(0) && !increases(c)

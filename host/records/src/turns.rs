@@ -3,7 +3,8 @@
 /// Between two samples, deg, a jump that is no motion.
 const JUMP_DEG: f64 = 270.0;
 
-/// Takes out the whole turns by which `yaw_deg` jumps from one sample to the next: the angle goes on from the first one.
+/// Takes out the whole turns by which `yaw_deg` jumps from one sample to the next: the angle goes on from the
+/// first one.
 pub fn take_out(yaw_deg: &mut [f64]) {
     let Some(&first) = yaw_deg.first() else { return };
     let (mut read, mut turns_deg) = (first, 0.0);

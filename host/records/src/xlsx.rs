@@ -1,4 +1,5 @@
-//! Workbooks of Excel and LibreOffice: the sheet that holds the most rows of numbers, and others about as long.
+//! Workbooks of Excel and LibreOffice: the sheet that holds the most rows of numbers, and others about as
+//! long.
 
 use super::grid;
 use super::table::Channel;

@@ -1,4 +1,5 @@
-//! The releases of a campaign at a glance: a small picture of each condition, its repeats drawn over each other.
+//! The releases of a campaign at a glance: a small picture of each condition, its repeats drawn over each
+//! other.
 
 use super::escape::escaped;
 use super::ReleaseReport;

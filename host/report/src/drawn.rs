@@ -34,8 +34,8 @@ impl Series {
         Self { time_s, values }
     }
 
-    /// The least and the largest value of each stretch, the earlier first, so that no extreme is lost; where the values
-    /// lie farther apart than the stretches, the straight line between them.
+    /// The least and the largest value of each stretch, the earlier first, so that no extreme is lost; where
+    /// the values lie farther apart than the stretches, the straight line between them.
     pub fn drawn(&self, stretches: &Stretches) -> Vec<Option<f64>> {
         let width = stretches.width_s();
         let mut out = Vec::with_capacity(2 * stretches.count);

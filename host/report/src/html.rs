@@ -1,5 +1,6 @@
-//! A report as one page that needs nothing but itself. A pure function of the report. HTML by hand: one function makes
-//! every table, one (`escaped`) passes every text, and a template crate would add 4 s to the first build.
+//! A report as one page that needs nothing but itself. A pure function of the report. HTML by hand: one
+//! function makes every table, one (`escaped`) passes every text, and a template crate would add 4 s to the
+//! first build.
 
 use super::data::{DATA, DATA_END};
 use super::escape::escaped;

@@ -1,5 +1,5 @@
-//! The report: what is known of records, a campaign, a model or a demo as plain structs, which `--json` prints and the
-//! page holds; [`html`] makes the page of them and [`charts`] its drawings, by [`plot`].
+//! The report: what is known of records, a campaign, a model or a demo as plain structs, which `--json`
+//! prints and the page holds; [`html`] makes the page of them and [`charts`] its drawings, by [`plot`].
 #![forbid(unsafe_code)]
 
 mod beside;

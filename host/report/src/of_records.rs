@@ -125,8 +125,8 @@ pub(super) fn method_name(method: Method) -> &'static str {
     }
 }
 
-/// Residual over noise of the second-order model with these values, as everywhere on block means: the release's own
-/// initial state is fitted, and its zero where that is unknown.
+/// Residual over noise of the second-order model with these values, as everywhere on block means: the
+/// release's own initial state is fitted, and its zero where that is unknown.
 pub(super) fn over_noise(
     decay: &FreeDecay,
     natural_frequency_rad_s: f64,

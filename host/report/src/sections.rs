@@ -60,7 +60,8 @@ pub fn body(report: &Report) -> Result<String> {
     Ok(out)
 }
 
-/// A chart, each plot a drawing of its own: one is as high as a printed page has room for, several may not be.
+/// A chart, each plot a drawing of its own: one is as high as a printed page has room for, several may not
+/// be.
 fn figure(chart: &Chart) -> Result<String> {
     let alone = |plot: &Plot| {
         Chart { name: chart.name, caption: plot.title.clone(), plots: vec![plot.clone()] }.inline()

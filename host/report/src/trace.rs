@@ -35,8 +35,8 @@ pub fn values(numbers: usize, curves: usize) -> usize {
     (numbers / curves.max(1)).max(FEWEST)
 }
 
-/// `decay` and `models` in at most `most` values each: the whole, or the least and the largest value of each of half as
-/// many stretches, in the order in which they come.
+/// `decay` and `models` in at most `most` values each: the whole, or the least and the largest value of each
+/// of half as many stretches, in the order in which they come.
 pub fn of(decay: &FreeDecay, models: &[(&str, &Fitted)], most: usize) -> Trace {
     let time_s: Vec<f64> = (0..decay.yaw_rad.len()).map(|k| decay.grid.time_s(k)).collect();
     let degrees =

@@ -5,7 +5,8 @@ use yawrig_core::record::Measurand;
 /// Digits of a number whose size is not known before.
 const DIGITS: i32 = 4;
 
-/// `number`: of an angle with so many decimals, of a displacement, which may be of any size, with four digits.
+/// `number`: of an angle with so many decimals, of a displacement, which may be of any size, with four
+/// digits.
 pub fn sized(measurand: &Measurand, number: f64, decimals: usize) -> String {
     if measurand.is_of_angle() || number == 0.0 || !number.is_finite() {
         return format!("{number:.decimals$}");

@@ -1,5 +1,5 @@
-//! All tables of a report as one workbook (Office Open XML, ECMA-376): the parts that every spreadsheet program needs and
-//! no more, in the ZIP writer that reading workbooks brings along.
+//! All tables of a report as one workbook (Office Open XML, ECMA-376): the parts that every spreadsheet
+//! program needs and no more, in the ZIP writer that reading workbooks brings along.
 
 use super::{Estimate, PointReport, Report};
 use std::fmt::Write as _;

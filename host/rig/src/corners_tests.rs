@@ -115,8 +115,9 @@ fn friction_drag_and_play_never_gain_energy() {
     }
 }
 
-/// Energy balance of b'' + d |r| r + wn^2 b = 0 over a half swing, y = r^2: dy/db = 2 (d y - wn^2 b) for r < 0,
-/// so that (1 + 2 d a) exp(-2 d a) is the same at both turning points, +a before and -a after with d's sign.
+/// Energy balance of b'' + d |r| r + wn^2 b = 0 over a half swing, y = r^2: dy/db = 2 (d y - wn^2 b) for r <
+/// 0, so that (1 + 2 d a) exp(-2 d a) is the same at both turning points, +a before and -a after with d's
+/// sign.
 #[test]
 fn drag_obeys_its_amplitude_law() {
     let d = 0.8;
@@ -158,7 +159,8 @@ fn free_play_lengthens_the_period() {
 
 /// In the steady state the angle's variance is q / (4 zeta wn^3), whatever the step.
 ///
-/// Its estimate over a time T has the relative spread sqrt(2 / (2 zeta wn T)): 0.0183 for T = 20000 s and zeta = 0.02.
+/// Its estimate over a time T has the relative spread sqrt(2 / (2 zeta wn T)): 0.0183 for T = 20000 s and
+/// zeta = 0.02.
 #[test]
 fn buffeting_has_its_variance_at_every_step() {
     let (q, zeta, seconds) = (0.02, 0.02, 20_000.0);

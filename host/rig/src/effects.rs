@@ -1,8 +1,8 @@
 //! The effects a virtual rig can hide in its records: identifiers, parameters, and what is refused.
 //!
 //! Terms of the yaw acceleration (all torques divided by Izz, angles in rad) are computed in `moments`; the
-//! last three effects change the reading and leave the motion alone. Time runs from the release. A user's own effect is
-//! taken from its file; the formula compiled there is the one that fits use too.
+//! last three effects change the reading and leave the motion alone. Time runs from the release. A user's own
+//! effect is taken from its file; the formula compiled there is the one that fits use too.
 
 use crate::error::{Error, Quantity, Result};
 use crate::library::{Kind, Parameter, Smooth, LIBRARY};
@@ -79,8 +79,8 @@ impl fmt::Display for Effect {
 impl FromStr for Effect {
     type Err = Error;
 
-    /// `id:name=value,name=value`, every parameter once, in any order; of a user's own effect, named by the path of
-    /// its file, those left out are as the file starts them.
+    /// `id:name=value,name=value`, every parameter once, in any order; of a user's own effect, named by the
+    /// path of its file, those left out are as the file starts them.
     ///
     /// # Errors
     /// Naming the ids or the parameters there are; for a file that cannot be used.

@@ -1,8 +1,8 @@
 //! The virtual rig: a model on springs in the wind, released and watched by a potentiometer.
 //!
-//! Its truth is planted: springs, inertia and the derivatives of the thesis's Tables 3.3 and 3.4 (Ramli 2008).
-//! The motion is integrated step by step from the equation of motion, never taken from the closed form, so
-//! that a fit of the closed form to it proves something.
+//! Its truth is planted: springs, inertia and the derivatives of the thesis's Tables 3.3 and 3.4 (Ramli
+//! 2008). The motion is integrated step by step from the equation of motion, never taken from the closed
+//! form, so that a fit of the closed form to it proves something.
 
 #![forbid(unsafe_code)]
 

@@ -1,7 +1,7 @@
 //! The laws that a virtual rig can hide in its records, one entry an effect: identifier, parameters, formula.
 //!
-//! Moments are over the inertia, rad/s2, angles in rad; those that are not smooth while the model moves one way are
-//! written out where they act.
+//! Moments are over the inertia, rad/s2, angles in rad; those that are not smooth while the model moves one
+//! way are written out where they act.
 
 use std::borrow::Cow;
 use std::sync::LazyLock;

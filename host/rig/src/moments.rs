@@ -1,4 +1,5 @@
-//! What the effects add: torques divided by the inertia (rad/s2), and what the sensor makes of the angle (rad).
+//! What the effects add: torques divided by the inertia (rad/s2), and what the sensor makes of the angle
+//! (rad).
 //!
 //! Base equation: Ramli 2008, chapter 3, b'' = -2 zeta wn r - wn^2 b, with the yaw angle b in rad and the
 //! yaw rate r in rad/s. wn^2 and 2 zeta wn are those of the release, the wind's share included.
@@ -85,8 +86,8 @@ impl Moments {
         [r, self.acceleration(t, state, piece, random), yielding]
     }
 
-    /// b'' in rad/s2, friction left out, at time t (s), angle b, rate r, in one piece of the equation; the yielding
-    /// spring is deflected by z.
+    /// b'' in rad/s2, friction left out, at time t (s), angle b, rate r, in one piece of the equation; the
+    /// yielding spring is deflected by z.
     pub fn without_friction(&self, t: f64, [b, r, z]: [f64; 3], piece: Piece, random: f64) -> f64 {
         let stretch = if piece.side == 0.0 { 0.0 } else { b - piece.side * self.play_rad };
         let [f, w, phi] = self.forcing;
@@ -168,7 +169,8 @@ impl Distortion {
         }
     }
 
-    /// What the sensor shows of what it sees (b, of the angle rad) at t (s). The second mode rings from the release on.
+    /// What the sensor shows of what it sees (b, of the angle rad) at t (s). The second mode rings from the
+    /// release on.
     pub fn reading(&self, t: f64, b: f64) -> f64 {
         let [amplitude, phase, w2, zeta2] = self.second_mode;
         let ringing = if amplitude == 0.0 || t < 0.0 {

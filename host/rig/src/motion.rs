@@ -10,11 +10,13 @@ use std::f64::consts::{PI, TAU};
 use yawrig_shared::modal::Modal;
 use yawrig_shared::units::{deg_from_rad, rad_from_deg};
 
-/// Longest step of the integration, s. At the rig's fastest mode, 26.5 rad/s, the frequency is then 2e-11 out.
+/// Longest step of the integration, s. At the rig's fastest mode, 26.5 rad/s, the frequency is then 2e-11
+/// out.
 const LONGEST_STEP_S: f64 = 0.25e-3;
 /// An oscillation that does not die is watched this long, s.
 const ENDLESS_S: f64 = 60.0;
-/// A model rests whose rate stays, for a whole cycle, below this share of the rate at the smallest amplitude watched.
+/// A model rests whose rate stays, for a whole cycle, below this share of the rate at the smallest amplitude
+/// watched.
 const RESTING: f64 = 0.05;
 
 /// b'' as a function of the state: the equation of motion divided by the inertia.

@@ -1,7 +1,7 @@
 //! One step of the integration.
 
-/// One step of the classical fourth-order Runge-Kutta method from `state` over `h` s; `slope` gives the state's rate of
-/// change at a time from the step's beginning, s, and a state.
+/// One step of the classical fourth-order Runge-Kutta method from `state` over `h` s; `slope` gives the
+/// state's rate of change at a time from the step's beginning, s, and a state.
 pub fn runge_kutta<const N: usize>(
     state: [f64; N],
     h: f64,

@@ -64,7 +64,8 @@ impl Reader {
         Self { sensor: *sensor, random, noise }
     }
 
-    /// What is read at `yaw_deg`: degrees, and counts where there is a converter. It stays at its ends beyond them.
+    /// What is read at `yaw_deg`: degrees, and counts where there is a converter. It stays at its ends beyond
+    /// them.
     pub(super) fn read(&mut self, yaw_deg: f64) -> (f64, Option<u16>) {
         let Sensor { noise_deg, noise_correlation, offset_deg, adc_step_deg, .. } = self.sensor;
         let fresh: f64 = StandardNormal.sample(&mut self.random);

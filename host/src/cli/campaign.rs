@@ -84,9 +84,9 @@ enum Act {
 struct Init {
     /// The folder with the records
     folder: PathBuf,
-    /// How the records are called, as "{spring}_V{wind}_{axis}_run{number}.csv": {wind} is a speed in m/s (in km/h as
-    /// {wind}kmh) or off, {axis} mid or front, {at.ride_height_mm} a setting of that name, {number} or any other name stands for anything;
-    /// folders are parted by /
+    /// How the records are called, as "{spring}_V{wind}_{axis}_run{number}.csv": {wind} is a speed in m/s (in
+    /// km/h as {wind}kmh) or off, {axis} mid or front, {at.ride_height_mm} a setting of that name, {number}
+    /// or any other name stands for anything; folders are parted by /
     #[arg(long, value_name = "PATTERN")]
     pattern: String,
     /// The file to write [default: campaign.toml in the folder]

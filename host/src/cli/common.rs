@@ -170,7 +170,8 @@ pub fn with_words(header: &[&str], words: &[usize]) -> Table {
     table
 }
 
-/// `text` in lines of at most `width` columns, the further ones with `indent` before them; a longer word has its own.
+/// `text` in lines of at most `width` columns, the further ones with `indent` before them; a longer word has
+/// its own.
 pub fn wrapped(text: &str, width: usize, indent: &str) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {

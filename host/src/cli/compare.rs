@@ -23,10 +23,10 @@ use yawrig_report::units::sized;
 
 /// Compare a model with records and show where it fails.
 ///
-/// The free decay is simulated from the release. Where there is a model.toml (or --model names one) its values are
-/// held against its records, or those given; only what a record has of its own is fitted, as its initial state. With
-/// --effect the effect is tried on top, and all is fitted. Without a model a second-order one is fitted. Nothing is
-/// written.
+/// The free decay is simulated from the release. Where there is a model.toml (or --model names one) its
+/// values are held against its records, or those given; only what a record has of its own is fitted, as its
+/// initial state. With --effect the effect is tried on top, and all is fitted. Without a model a second-order
+/// one is fitted. Nothing is written.
 #[derive(Args, Debug, Clone)]
 pub struct Compare {
     /// Records (CSV: time_s,yaw_deg); none: those of the model
@@ -87,7 +87,8 @@ impl Compare {
 }
 
 impl Compare {
-    /// The answer about `records`, which are in memory: of a second-order model, or of the one that --model names.
+    /// The answer about `records`, which are in memory: of a second-order model, or of the one that --model
+    /// names.
     ///
     /// # Errors
     /// As [`Self::run`].

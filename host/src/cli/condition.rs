@@ -6,13 +6,14 @@ use std::path::PathBuf;
 use yawrig_campaign::plan::Wanted;
 use yawrig_shared::axis::Axis;
 
-/// The condition of the coming releases: with it the device gives derivatives. It holds from the next release on.
+/// The condition of the coming releases: with it the device gives derivatives. It holds from the next release
+/// on.
 #[derive(Args, Debug, Clone, Default)]
 #[command(next_help_heading = "Condition of the releases")]
 pub struct ConditionArgs {
-    /// Measure this campaign: its releases one after the other, whose records need not be there. With --record FOLDER the
-    /// records and a campaign.toml of them come there, and what is there already is not made again. A line typed /next
-    /// leaves a release out, /back makes the last one again
+    /// Measure this campaign: its releases one after the other, whose records need not be there. With
+    /// --record FOLDER the records and a campaign.toml of them come there, and what is there already is not
+    /// made again. A line typed /next leaves a release out, /back makes the last one again
     #[arg(long, value_name = "campaign.toml", conflicts_with_all = ["condition", "spring", "axis", "wind"])]
     campaign: Option<PathBuf>,
     /// Release N of a campaign's file, over and over; without #N, what the file says of model, air and rig

@@ -27,8 +27,9 @@ const GATE: [Miss; 2] = [Miss { median: 0.02, worst: 0.06 }, Miss { median: 0.04
 
 /// Train, flash, release on eight springs and tabulate the derivatives; or solve a riddle.
 ///
-/// The demo ends with a report in its folder. With --hidden it writes releases instead that hide an effect of the
-/// library, and says what to type to find it; with --reveal it opens what was hidden and judges the model that was made.
+/// The demo ends with a report in its folder. With --hidden it writes releases instead that hide an effect of
+/// the library, and says what to type to find it; with --reveal it opens what was hidden and judges the model
+/// that was made.
 #[derive(Args, Debug)]
 pub struct Demo {
     #[command(flatten)]
@@ -42,7 +43,8 @@ pub struct Demo {
     /// Seed of the training and of the noise
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Folder for network, findings and report [default: yawrig-demo, or yawrig-demo-2 and so on where it is there]
+    /// Folder for network, findings and report [default: yawrig-demo, or yawrig-demo-2 and so on where it is
+    /// there]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Write nothing
@@ -116,7 +118,8 @@ pub fn run(arguments: &Demo) -> Result<()> {
     };
     let made = releases(&mut bench, &plan, &mut show)?;
     let unusable: Vec<&Made> = made.iter().filter(|made| !made.usable()).collect();
-    // Every release goes into the table, because the inertia is common to all: one without an estimate leaves no table.
+    // Every release goes into the table, because the inertia is common to all: one without an estimate leaves
+    // no table.
     let table = |by| if unusable.is_empty() { table(&plan, &made, by) } else { Ok(Vec::new()) };
     let (points, by_network) = (table(By::Refined)?, table(By::Network)?);
     let seconds = begun.elapsed().as_secs_f64();

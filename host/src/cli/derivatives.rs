@@ -24,14 +24,15 @@ use yawrig_text::quoted;
 
 /// Aerodynamic derivatives of a campaign, with uncertainties, budget and validation.
 ///
-/// The campaign's file says under what each record was made. Uncertainties it does not give are taken as zero and
-/// listed. Each wind-on record is compared with the response computed back from the derivatives.
+/// The campaign's file says under what each record was made. Uncertainties it does not give are taken as zero
+/// and listed. Each wind-on record is compared with the response computed back from the derivatives.
 #[derive(Args, Debug, Clone)]
 pub struct Derivatives {
     /// The campaign's file
     #[arg(value_name = "campaign.toml")]
     pub campaign: PathBuf,
-    /// How natural frequency and damping are identified in a record; several, separated by commas, to compare them
+    /// How natural frequency and damping are identified in a record; several, separated by commas, to compare
+    /// them
     #[arg(long, value_delimiter = ',', value_enum, default_value = "least-squares")]
     pub method: Vec<MethodChoice>,
     #[command(flatten)]

@@ -34,23 +34,24 @@ use yawrig_records::Selection;
 
 /// Which physical effect a second-order model of a record lacks.
 ///
-/// Every effect of the library is fitted, alone and in combination. Near the noise it is judged by evidence; where more
-/// than noise is left, by the prediction of parts of the record that were not fitted, and what is left is said. A reading
-/// at rest that is not zero counts as a constant moment unless --unknown-zero
-/// says that the sensor was not zeroed. Your own effect, a moment written as an expression in a file, competes with them
-/// when --effect names it. Where nothing explains a record, its law is measured and named as `yawrig law` does it, and the
-/// best formula is printed with the commands that add it. Nothing is written but with --out.
+/// Every effect of the library is fitted, alone and in combination. Near the noise it is judged by evidence;
+/// where more than noise is left, by the prediction of parts of the record that were not fitted, and what is
+/// left is said. A reading at rest that is not zero counts as a constant moment unless --unknown-zero says
+/// that the sensor was not zeroed. Your own effect, a moment written as an expression in a file, competes
+/// with them when --effect names it. Where nothing explains a record, its law is measured and named as
+/// `yawrig law` does it, and the best formula is printed with the commands that add it. Nothing is written
+/// but with --out.
 ///
-/// With --model the present model's effects stay, and what it lacks beside them is looked for; without a FILE in the
-/// model's own record.
+/// With --model the present model's effects stay, and what it lacks beside them is looked for; without a FILE
+/// in the model's own record.
 ///
-/// Several FILEs are releases of one rig: each is judged by itself, and what their answers name is tried in all of them
-/// at once. Each has its own natural frequency, damping ratio and rest angle (--same-rig: the first two in common), and one
-/// coefficient of each effect is common to all unless --own names it. What is held out is each release, predicted from the
-/// others.
+/// Several FILEs are releases of one rig: each is judged by itself, and what their answers name is tried in
+/// all of them at once. Each has its own natural frequency, damping ratio and rest angle (--same-rig: the
+/// first two in common), and one coefficient of each effect is common to all unless --own names it. What is
+/// held out is each release, predicted from the others.
 ///
-/// A campaign.toml has its releases judged likewise: which effects they need, whether each is there with the wind off
-/// (mechanical) or only with it on (aerodynamic), and what it does to the derivatives.
+/// A campaign.toml has its releases judged likewise: which effects they need, whether each is there with the
+/// wind off (mechanical) or only with it on (aerodynamic), and what it does to the derivatives.
 #[derive(Args, Debug, Clone)]
 pub struct Diagnose {
     /// Record (CSV: time_s,yaw_deg), several of one rig, or campaign.toml; none: the model's records
@@ -182,7 +183,8 @@ impl Diagnose {
         }
     }
 
-    /// The answer about these records in memory, or, where there are none, about the files. Nothing is written.
+    /// The answer about these records in memory, or, where there are none, about the files. Nothing is
+    /// written.
     ///
     /// # Errors
     /// As [`Self::run`].

@@ -20,7 +20,8 @@ const BIC_OF_WHOLE: &str =
 const BIC_OF_PIECES: &str = "difference of BIC of pieces fitted each with its own state, an independent residual each half \
     cycle; `compare --effect` prints that of one fit to the whole record";
 
-/// The verdict on a record. `model`: what its effects were looked for beside; `measure`: the command that measures its law.
+/// The verdict on a record. `model`: what its effects were looked for beside; `measure`: the command that
+/// measures its law.
 pub fn of_record(file: &str, d: &Diagnosis, model: &str, measure: &str) -> String {
     let measurand = &d.said.measurand();
     let verdict = verdict(d.status, &d.effects, model);

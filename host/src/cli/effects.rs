@@ -11,8 +11,8 @@ use yawrig_model::{effects, measured, revise, unfitted};
 /// Add an effect to the model and fit it
 #[derive(Args, Debug, Clone)]
 pub struct Add {
-    /// An effect of the library by its id, your own from a file ending in .toml, or measured_law: the law itself,
-    /// estimated from the model's records
+    /// An effect of the library by its id, your own from a file ending in .toml, or measured_law: the law
+    /// itself, estimated from the model's records
     #[arg(value_name = "EFFECT")]
     pub effect: String,
     /// measured_law: its damping may put energy in

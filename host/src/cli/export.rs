@@ -11,9 +11,10 @@ use yawrig_model::export;
 
 /// Write a model down for use elsewhere: as a program in Python, MATLAB (and Octave) or C, or as a table
 ///
-/// A program holds the right-hand side of the equation of motion, what the sensor shows, every number with its standard
-/// uncertainty, and the initial condition of each of the model's records; it integrates them by itself and needs nothing
-/// else (Python: numpy and scipy). The table has model, measurement and residual, sample by sample.
+/// A program holds the right-hand side of the equation of motion, what the sensor shows, every number with
+/// its standard uncertainty, and the initial condition of each of the model's records; it integrates them by
+/// itself and needs nothing else (Python: numpy and scipy). The table has model, measurement and residual,
+/// sample by sample.
 #[derive(Args, Debug, Clone)]
 pub struct Export {
     /// The model's file

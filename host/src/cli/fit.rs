@@ -11,7 +11,8 @@ use yawrig_records::place::is_standard_input;
 
 /// Make a second-order model of records, or fit the model there is to its records again.
 ///
-/// The model is a file that may be edited: a number with `free = false` keeps its value, `min` and `max` bound it.
+/// The model is a file that may be edited: a number with `free = false` keeps its value, `min` and `max`
+/// bound it.
 #[derive(Args, Debug, Clone)]
 pub struct Fit {
     /// Records (CSV: time_s,yaw_deg) or a campaign.toml; none: those of the model

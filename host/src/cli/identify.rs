@@ -21,8 +21,8 @@ use yawrig_report::units::sized;
 
 /// Natural frequency and damping ratio of recorded releases, with their uncertainties.
 ///
-/// Release, hold, end and offset are found in the record. A folder stands for the records in it. Exit code 3 where
-/// any file could not be used.
+/// Release, hold, end and offset are found in the record. A folder stands for the records in it. Exit code 3
+/// where any file could not be used.
 #[derive(Args, Debug, Clone)]
 pub struct Identify {
     /// Records (CSV with time_s,yaw_deg, or another format; -: standard input) or folders of them
@@ -150,7 +150,8 @@ impl Identify {
 }
 
 impl Identify {
-    /// The answer about `records`, which are in memory. One that cannot be used is refused in it, or, alone, an error.
+    /// The answer about `records`, which are in memory. One that cannot be used is refused in it, or, alone,
+    /// an error.
     ///
     /// # Errors
     /// As [`Self::run`].

@@ -25,12 +25,13 @@ use yawrig_report::units::sized;
 /// Measure the law that a record shows: restoring moment over yaw angle, dissipation over yaw rate
 ///
 /// Both are curves with their uncertainties, of what is missing beside the second-order response:
-/// b'' = -(2 zeta wn r + wn^2 b + K(b) + D(r)). They are known up to the largest angle and rate of the release, counted from
-/// where the model comes to rest. How much of the damping in proportion to the rate is zeta's and how much stands in D no
-/// record can say: zeta takes what is left beside the simplest formula that the curve is near to, and its uncertainty is
-/// without that of the formula. Formulas that the law may be are fitted to the record, ranked by what they predict of
-/// parts that were left out; with --out they are written as files that `yawrig add` takes. Several records share the law; each has a
-/// natural frequency, damping ratio and rest angle of its own, releases of one condition of a model the first two in common.
+/// b'' = -(2 zeta wn r + wn^2 b + K(b) + D(r)). They are known up to the largest angle and rate of the
+/// release, counted from where the model comes to rest. How much of the damping in proportion to the rate is
+/// zeta's and how much stands in D no record can say: zeta takes what is left beside the simplest formula
+/// that the curve is near to, and its uncertainty is without that of the formula. Formulas that the law may
+/// be are fitted to the record, ranked by what they predict of parts that were left out; with --out they are
+/// written as files that `yawrig add` takes. Several records share the law; each has a natural frequency,
+/// damping ratio and rest angle of its own, releases of one condition of a model the first two in common.
 #[derive(Args, Debug, Clone)]
 pub struct Law {
     /// Records, or a model (its records, beside its effects)
@@ -126,7 +127,8 @@ pub(super) fn command(files: &[PathBuf], reading: &Selection, may_drive: bool) -
     format!("yawrig law {}{}{driven}", files.join(" "), flags::of(&reading.settings()))
 }
 
-/// What takes the best formula into a model: of its file, or, where none is written, with the command that writes it.
+/// What takes the best formula into a model: of its file, or, where none is written, with the command that
+/// writes it.
 fn adding(found: &LawAnswer, files: &[PathBuf], measure: &str) -> Option<String> {
     let add = |file: &Path| format!("yawrig add {}", quoted(&file.display().to_string()));
     match (files.first(), found.files(Path::new(FOLDER)).first()) {

@@ -93,8 +93,8 @@ pub enum Verb {
     Completions(completions::Completions),
 }
 
-/// What a verb answers, asked as on the command line, about `records` in memory: those that are its files, by their
-/// names. With none of them it reads its files.
+/// What a verb answers, asked as on the command line, about `records` in memory: those that are its files, by
+/// their names. With none of them it reads its files.
 ///
 /// # Errors
 /// As the verb, and exit 2 for one that answers on the command line only.

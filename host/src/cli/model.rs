@@ -122,8 +122,8 @@ pub fn summary(revision: &Revision) -> String {
     out
 }
 
-/// Natural frequency and damping ratio against amplitude, and where they change, of what the values above them are; nothing
-/// without rows.
+/// Natural frequency and damping ratio against amplitude, and where they change, of what the values above
+/// them are; nothing without rows.
 pub fn amplitude_rows(measurand: &Measurand, rows: &[AtAmplitude]) -> String {
     if rows.is_empty() {
         return String::new();

@@ -49,11 +49,12 @@ pub struct Monitor {
     replay: Option<PathBuf>,
     #[command(flatten)]
     condition: ConditionArgs,
-    /// Angle between the ends of the potentiometer's track; devices on a port only, which else take it for 328
+    /// Angle between the ends of the potentiometer's track; devices on a port only, which else take it for
+    /// 328
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     travel_deg: Option<f64>,
-    /// Standard uncertainty of the device's clock in millionths, where it is known better than the board says; devices
-    /// on a port only
+    /// Standard uncertainty of the device's clock in millionths, where it is known better than the board
+    /// says; devices on a port only
     #[arg(long, value_name = "PPM", allow_negative_numbers = true)]
     clock_u_ppm: Option<f64>,
     /// Analyse from this amplitude down [default: as the device is set, 10]

@@ -17,11 +17,12 @@ const ROWS: usize = 12;
 
 /// Say which release would tell rival models apart, and which would narrow a derivative's error
 ///
-/// The rivals are the model and what does about as well in the place of one of its effects, or what --rival names. Each
-/// is simulated at every release that the rig can make, every other is fitted to that within what the records so far
-/// leave open, and the releases are ranked by how far they part them. What the rig can do stands in a table [can] of the
-/// file (amplitudes_deg, seconds, natural_frequencies_rad_s, springs, wind_speeds_m_s, axes); without it, it is what it
-/// has done at 0.25 to 2 times the amplitude and up to twice the length.
+/// The rivals are the model and what does about as well in the place of one of its effects, or what --rival
+/// names. Each is simulated at every release that the rig can make, every other is fitted to that within what
+/// the records so far leave open, and the releases are ranked by how far they part them. What the rig can do
+/// stands in a table [can] of the file (amplitudes_deg, seconds, natural_frequencies_rad_s, springs,
+/// wind_speeds_m_s, axes); without it, it is what it has done at 0.25 to 2 times the amplitude and up to
+/// twice the length.
 #[derive(Args, Debug, Clone)]
 pub struct Plan {
     /// A model's file, or a campaign

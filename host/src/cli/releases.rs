@@ -1,4 +1,5 @@
-//! `--release N|all`, `--from-s`, `--to-s`: which part of a record; `--quantity`, `--yaw` and their like: how it is read.
+//! `--release N|all`, `--from-s`, `--to-s`: which part of a record; `--quantity`, `--yaw` and their like: how
+//! it is read.
 
 use super::choices::{ClockUnit, MotionChoice, QuantityChoice};
 use super::common::within;
@@ -36,8 +37,8 @@ pub struct ReadingArgs {
     /// What the motion is called in tables, plots and reports [default: yaw; of a displacement: displacement]
     #[arg(long, value_enum)]
     motion: Option<MotionChoice>,
-    /// Channel of it, by its name or number, or an expression of channels such as 'atan2(x, -y)' [default: the one whose
-    /// name says it]
+    /// Channel of it, by its name or number, or an expression of channels such as 'atan2(x, -y)' [default:
+    /// the one whose name says it]
     #[arg(long, value_name = "NAME")]
     yaw: Option<String>,
     /// Channel of the time, by its name or number [default: the one whose name says it]
@@ -96,7 +97,8 @@ impl ReleaseArg {
         Times { from_s: self.from_s, to_s: self.to_s }
     }
 
-    /// `files` with the releases that are meant; a record that holds several, of which none was chosen, is said to.
+    /// `files` with the releases that are meant; a record that holds several, of which none was chosen, is
+    /// said to.
     ///
     /// # Errors
     /// Exit 3 where a record cannot be read or has no such release.

@@ -21,9 +21,10 @@ use yawrig_report::{
 
 /// Write what is known of records, a campaign, a model or a demo to one HTML file that needs no network.
 ///
-/// Records are identified by every method and diagnosed; a campaign.toml comes to its derivatives and to what its
-/// releases lack; a model.toml to its journal and how far it is from its records; a demo's folder to what it found,
-/// beside the truth. Data, settings, versions and the command are in the page: --data takes the data out again.
+/// Records are identified by every method and diagnosed; a campaign.toml comes to its derivatives and to what
+/// its releases lack; a model.toml to its journal and how far it is from its records; a demo's folder to what
+/// it found, beside the truth. Data, settings, versions and the command are in the page: --data takes the
+/// data out again.
 #[derive(Args, Debug, Clone)]
 pub struct ReportArgs {
     /// Records, one campaign.toml, one model.toml, or the folder of a demo

@@ -62,8 +62,8 @@ pub struct Simulate {
     /// Axis the model turns about
     #[arg(long, value_parser = choices::axis(), default_value_t = Axis::Mid)]
     pub axis: Axis,
-    /// What the sensor sees of one record's motion: of a rate or an acceleration, noise, offset and converter are in deg/s or
-    /// deg/s2
+    /// What the sensor sees of one record's motion: of a rate or an acceleration, noise, offset and converter
+    /// are in deg/s or deg/s2
     #[arg(long, value_enum, default_value_t = Sees::Angle, conflicts_with = "campaign")]
     pub quantity: Sees,
     /// Angle the model is released from
@@ -87,7 +87,8 @@ pub struct Simulate {
     /// How long the model is held before it is released
     #[arg(long, value_name = "S", default_value_t = 2.0, allow_negative_numbers = true)]
     pub hold_s: f64,
-    /// Hide an effect, ID:NAME=VALUE,NAME=VALUE; your own by its file, FILE.toml:NAME=VALUE; repeatable, see the list below
+    /// Hide an effect, ID:NAME=VALUE,NAME=VALUE; your own by its file, FILE.toml:NAME=VALUE; repeatable, see
+    /// the list below
     #[arg(long = "effect", value_name = "EFFECT")]
     pub effects: Vec<String>,
     /// Effects act with the wind on only, as aerodynamic ones do [default: in every release]

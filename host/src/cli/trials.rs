@@ -1,5 +1,5 @@
-//! Trials of one thing side by side: what was identified in each, at an amplitude that all of them have, and whether they
-//! agree.
+//! Trials of one thing side by side: what was identified in each, at an amplitude that all of them have, and
+//! whether they agree.
 
 use super::common::with_words;
 use std::fmt::Write as _;

@@ -15,7 +15,8 @@ pub enum Typeset {
 }
 
 impl Typeset {
-    /// The points, and below them what a reader must know: what was taken as exactly known, and what is doubtful.
+    /// The points, and below them what a reader must know: what was taken as exactly known, and what is
+    /// doubtful.
     pub fn of(self, table: &Table) -> String {
         let names = At::names(table.points.iter().map(|point| &point.at));
         let row = |point: &Point| {

@@ -12,8 +12,8 @@ use yawrig_workbench::ServeOptions;
 
 /// Criticise a model by hand, on a page that this machine serves to its own browser.
 ///
-/// Prints the page's address; Ctrl-C ends it. Records, a campaign.toml, or a model.toml with its records: what is done
-/// on the page is written as `fit`, `add`, `remove` and `history --return` write it.
+/// Prints the page's address; Ctrl-C ends it. Records, a campaign.toml, or a model.toml with its records:
+/// what is done on the page is written as `fit`, `add`, `remove` and `history --return` write it.
 #[derive(Args, Debug, Clone)]
 pub struct Workbench {
     /// Records, a campaign.toml, a model.toml, or a folder with them; none: model.toml where there is one

@@ -137,8 +137,8 @@ fn release(bench: &mut Bench, plan: &Plan, condition: &Condition, seed: u64) -> 
     Ok(made)
 }
 
-/// The analysed part of a release beside the decaying sinusoid of the device's answer, amplitude, phase and mid-line
-/// fitted.
+/// The analysed part of a release beside the decaying sinusoid of the device's answer, amplitude, phase and
+/// mid-line fitted.
 fn trace_of(time_s: &[f64], yaw_deg: &[f64], first_sample: u32, made: &Made) -> Option<Trace> {
     let Made { result, windows, .. } = made;
     let at = |sample: u32| (sample.wrapping_sub(first_sample) as usize).min(time_s.len());

@@ -1,4 +1,5 @@
-//! The riddle of [`story`](super::story) opened: what was hidden beside the model and the network that were made.
+//! The riddle of [`story`](super::story) opened: what was hidden beside the model and the network that were
+//! made.
 
 use super::story::{unsealed, TrueRelease, Truth, MODEL_FILE, NETWORK_FILE, SCHEMA_VERSION};
 use serde::Serialize;
@@ -106,8 +107,8 @@ impl Errors {
     }
 }
 
-/// Opens the seal of `folder` and judges the model and the network that are there. The device is started twice: with
-/// the network compiled into it and with the one trained on the model.
+/// Opens the seal of `folder` and judges the model and the network that are there. The device is started
+/// twice: with the network compiled into it and with the one trained on the model.
 ///
 /// # Errors
 /// Exit 3 where a file is missing or spoilt; those of the link; 6 where the device has no answer.

@@ -17,7 +17,8 @@ pub const REPORT_FILE: &str = "report.html";
 pub const PICTURE_FILE: &str = "device.svg";
 pub(super) const SCHEMA_VERSION: u32 = 1;
 const WIND_M_S: f64 = 10.0;
-/// Springs whose windows are many enough to see something change, and whose releases end within a minute and a half.
+/// Springs whose windows are many enough to see something change, and whose releases end within a minute and
+/// a half.
 const SPRINGS: [&str; 4] = ["K2", "K3", "K4", "K5"];
 /// Amplitude to which an effect's size refers, rad.
 const AMPLITUDE_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
@@ -40,9 +41,9 @@ pub struct TrueRelease {
     pub damping_ratio: f64,
 }
 
-/// The effect that `seed` chooses and its size: large enough to be seen, small enough to go unnoticed on a rig. Those
-/// of the library that leave the device's answers as they are (a constant moment, a drifting zero) or that is random
-/// (buffeting) are not used.
+/// The effect that `seed` chooses and its size: large enough to be seen, small enough to go unnoticed on a
+/// rig. Those of the library that leave the device's answers as they are (a constant moment, a drifting zero)
+/// or that is random (buffeting) are not used.
 fn chosen(seed: u64, rig: &Rig) -> Result<(Spring, yawrig_rig::Effect)> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let spring = Spring::named(SPRINGS[random.random_range(0..SPRINGS.len())])?;
@@ -70,8 +71,8 @@ fn chosen(seed: u64, rig: &Rig) -> Result<(Spring, yawrig_rig::Effect)> {
     Ok((spring, text.parse()?))
 }
 
-/// Writes four releases on one spring, about both axes with the wind off and on, their campaign file and the sealed
-/// truth to `folder`.
+/// Writes four releases on one spring, about both axes with the wind off and on, their campaign file and the
+/// sealed truth to `folder`.
 ///
 /// # Errors
 /// Those of [`simulated::write`].

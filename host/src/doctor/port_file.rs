@@ -43,7 +43,8 @@ fn lockers(path: &Path) -> Vec<u32> {
     locks.lines().filter_map(holder).collect()
 }
 
-/// Why a port may not be opened, and a command that puts it right, found without opening it; none where it may be.
+/// Why a port may not be opened, and a command that puts it right, found without opening it; none where it
+/// may be.
 pub fn closed(path: &Path) -> Option<(String, String)> {
     let no_port = |found: &str| Some((found.to_owned(), "yawrig ports".to_owned()));
     let Ok(meta) = fs::metadata(path) else {

@@ -65,7 +65,8 @@ pub fn impulse_response([wn, zeta]: [f64; 2], time_s: f64) -> f64 {
     (-zeta * wn * time_s).exp() * (wn * (1.0 - zeta * zeta).sqrt() * time_s).sin()
 }
 
-/// How cycles are represented: so many points over so many cycles, over their largest, and the cycles' duration.
+/// How cycles are represented: so many points over so many cycles, over their largest, and the cycles'
+/// duration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cycles {
     pub cycles: usize,
@@ -214,8 +215,8 @@ fn unit(row: &[f64], by_rms: bool) -> f64 {
     unit.max(f64::MIN_POSITIVE)
 }
 
-/// A free decay whose damping ratio is `zeta (1 + c a)` and natural frequency `wn (1 + f a^2)` at amplitude a,
-/// from 1 on, by averaging over a cycle; and the means over its energy.
+/// A free decay whose damping ratio is `zeta (1 + c a)` and natural frequency `wn (1 + f a^2)` at amplitude
+/// a, from 1 on, by averaging over a cycle; and the means over its energy.
 fn decay(
     [wn, zeta]: [f64; 2],
     phase_rad: f64,

@@ -72,7 +72,8 @@ mod tests {
         }
     }
 
-    /// Three cycles at 2 % noise. Half the mean of 1/zeta^2 comes from 2 % of the draws: 6 % scatter from set to set.
+    /// Three cycles at 2 % noise. Half the mean of 1/zeta^2 comes from 2 % of the draws: 6 % scatter from set
+    /// to set.
     #[test]
     fn forty_points_hold_a_sixth_of_what_the_record_holds() {
         let points = Cycles::thesis(Noise::None);

@@ -180,8 +180,8 @@ pub fn fit(draws: &Draws, spec: &Spec) -> Result<Fit> {
 }
 
 impl Fit {
-    /// Cells of a table by noise: the network, rms errors of wn and of zeta at each level, median and 95th percentile of
-    /// zeta's at the last, effective parameters.
+    /// Cells of a table by noise: the network, rms errors of wn and of zeta at each level, median and 95th
+    /// percentile of zeta's at the last, effective parameters.
     pub fn row_by_noise(&self, errors: &[Errors]) -> Vec<String> {
         let mut row = vec![yawrig_train::freeze::name(&self.topology)];
         row.extend(errors.iter().map(|e| percent(e.natural_frequency_rms_percent)));

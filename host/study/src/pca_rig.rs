@@ -1,5 +1,6 @@
-//! Tables 5.3 and 5.4: components of the whole record and of three cycles on releases of the virtual rig whose
-//! frequency and damping vary with amplitude; and which change to the training improves the whole record most.
+//! Tables 5.3 and 5.4: components of the whole record and of three cycles on releases of the virtual rig
+//! whose frequency and damping vary with amplitude; and which change to the training improves the whole
+//! record most.
 
 use super::decays::{Begin, Noise, WholeRecord};
 use super::lab::{Draws, Fit, Spec};

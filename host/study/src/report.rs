@@ -58,8 +58,8 @@ pub fn percent(x: f64) -> String {
     }
 }
 
-/// How a figure goes over the settings it is given for: at the first, at the last, and at the least and the largest
-/// where those lie between.
+/// How a figure goes over the settings it is given for: at the first, at the last, and at the least and the
+/// largest where those lie between.
 pub fn course<T: std::fmt::Display>(figures: &[(T, f64)], shown: fn(f64) -> String) -> String {
     let Some(last) = figures.len().checked_sub(1) else { return NOT_GIVEN.to_owned() };
     let at = |k: usize| format!("{} at {}", shown(figures[k].1), figures[k].0);

@@ -1,5 +1,5 @@
-//! Releases of the virtual rig whose frequency and damping vary with amplitude, and the inputs of networks from
-//! them.
+//! Releases of the virtual rig whose frequency and damping vary with amplitude, and the inputs of networks
+//! from them.
 
 use super::decays::{normalised, RECORD_POINTS, RECORD_S};
 use yawrig_base::error::Result;
@@ -28,7 +28,8 @@ pub fn effects(small: &Modal) -> Result<Effects> {
     Ok(Effects::new(vec![softening, drag])?)
 }
 
-/// Equivalent natural frequency (rad/s) and damping ratio of an oscillation of this amplitude under [`effects`].
+/// Equivalent natural frequency (rad/s) and damping ratio of an oscillation of this amplitude under
+/// [`effects`].
 pub fn at_amplitude(small: &Modal, amplitude_rad: f64) -> [f64; 2] {
     let change = (1.0 + FREQUENCY_CHANGE).powi(2) - 1.0;
     let stiffness =
@@ -102,7 +103,8 @@ impl EightSeconds {
         (last < record.yaw_deg.len() as f64).then_some(found)
     }
 
-    /// 160 points 50 ms apart, or the means over 50 ms about them, as [`super::decays::WholeRecord`] has them.
+    /// 160 points 50 ms apart, or the means over 50 ms about them, as [`super::decays::WholeRecord`] has
+    /// them.
     pub fn row(&self, record: &Record, means: bool, by_rms: bool) -> Vec<f64> {
         let step = RECORD_S * f64::from(SAMPLE_RATE_HZ) / RECORD_POINTS as f64;
         let at = |x: f64| {

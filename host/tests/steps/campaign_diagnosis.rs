@@ -1,5 +1,5 @@
-//! Campaigns with a hidden effect, from the virtual rig's integrator, which is not the fit's. Every figure asserted is
-//! printed: `cargo test --release -p yawrig --test steps campaign_diagnosis -- --nocapture`.
+//! Campaigns with a hidden effect, from the virtual rig's integrator, which is not the fit's. Every figure
+//! asserted is printed: `cargo test --release -p yawrig --test steps campaign_diagnosis -- --nocapture`.
 
 use rayon::prelude::*;
 use std::process::Command;
@@ -203,9 +203,9 @@ fn two_effects_are_both_named_and_hold_in_repeats_left_out() {
     assert!(found.steps[1].held_out_over_noise > 2.0);
 }
 
-/// Each effect once in every release and once with the wind on only: named alone, its origin named. The few by default;
-/// all twelve and buffeting: `YAWRIG_ORIGIN=1 cargo test --release -p yawrig --test steps it_is_told --
-/// --nocapture`.
+/// Each effect once in every release and once with the wind on only: named alone, its origin named. The few
+/// by default; all twelve and buffeting:
+/// `YAWRIG_ORIGIN=1 cargo test --release -p yawrig --test steps it_is_told -- --nocapture`.
 #[test]
 fn it_is_told_whether_an_effect_comes_with_the_wind() {
     let all = [
@@ -270,8 +270,8 @@ fn one_release_fitted_jointly_is_the_single_fit() {
     assert!((single.over_noise(decay) / joint.over_noise() - 1.0).abs() < 1e-4);
 }
 
-/// One coefficient for eight releases, one wn and zeta for two repeats each. Of 6 independent fits of the shared
-/// coefficient at k = 2, 5.7 hold the truth on average; all but one at least do with 97 %.
+/// One coefficient for eight releases, one wn and zeta for two repeats each. Of 6 independent fits of the
+/// shared coefficient at k = 2, 5.7 hold the truth on average; all but one at least do with 97 %.
 #[test]
 fn what_is_shared_is_known_better_and_right() {
     let (mut holds, seeds) = (0, 31..37u64);
@@ -336,8 +336,8 @@ fn a_fixed_number_stays_and_a_narrowed_one_keeps_inside() {
     assert!(Structure::default().limited(&Effect::HarmonicForcing, "w", 5.0, 9.0).is_some());
 }
 
-/// Prints how long 32 releases of 40 s at 1 kHz take: `YAWRIG_CAMPAIGN_TIME=1 cargo test --release -p yawrig --test
-/// steps takes -- --nocapture`.
+/// Prints how long 32 releases of 40 s at 1 kHz take:
+/// `YAWRIG_CAMPAIGN_TIME=1 cargo test --release -p yawrig --test steps takes -- --nocapture`.
 #[test]
 fn a_full_campaign_takes() {
     if std::env::var_os("YAWRIG_CAMPAIGN_TIME").is_none() {

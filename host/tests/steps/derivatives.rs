@@ -128,9 +128,9 @@ fn what_cannot_be_used_is_named() {
     refused(&[name], 3, &["campaign.toml, line", "K2-mid-on.csv is not there"]);
 }
 
-/// Campaigns with an effect that the second-order model lacks: what it does to the derivatives is within their uncertainty.
-/// Expected of honest ones: 19 of 20 within 2 u. Without the effect in the uncertainty it is 16 of 20, and one in six is
-/// beyond 4 u.
+/// Campaigns with an effect that the second-order model lacks: what it does to the derivatives is within
+/// their uncertainty. Expected of honest ones: 19 of 20 within 2 u. Without the effect in the uncertainty it
+/// is 16 of 20, and one in six is beyond 4 u.
 #[test]
 fn derivatives_hold_the_truth_where_the_model_lacks_an_effect() {
     let planted = [

@@ -1,5 +1,5 @@
-//! Swings as they are measured: large angles, a rest off the sensor's zero, steps of a coarse sensor, and more than one
-//! loss at once. The truth is integrated by Runge-Kutta steps of its own, friction as a sign.
+//! Swings as they are measured: large angles, a rest off the sensor's zero, steps of a coarse sensor, and
+//! more than one loss at once. The truth is integrated by Runge-Kutta steps of its own, friction as a sign.
 
 use yawrig_core::diagnosis::diagnose::{diagnose, Options, Status};
 use yawrig_core::effects::Effect;

@@ -1,5 +1,5 @@
-//! What must hold of a model's fits whatever the record: nested models, the same answer each time, mirrored records,
-//! other sampling rates. The records come from another integrator and sensor chain than the fits'.
+//! What must hold of a model's fits whatever the record: nested models, the same answer each time, mirrored
+//! records, other sampling rates. The records come from another integrator and sensor chain than the fits'.
 
 use crate::hidden::{plant, Plan, Planted};
 use std::path::Path;
@@ -134,7 +134,8 @@ fn another_sampling_rate_gives_the_same_effects() {
         }
         for (rate_hz, name, value) in &values[1..] {
             let first = values[0].2;
-            // The noise of each record is its own: 3.5 standard deviations of the difference, one in two thousand.
+            // The noise of each record is its own: 3.5 standard deviations of the difference, one in two
+            // thousand.
             let scatter = value.u.hypot(first.u);
             assert!(
                 (value.value - first.value).abs() < 3.5 * scatter,

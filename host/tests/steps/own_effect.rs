@@ -1,5 +1,5 @@
-//! A user's own effect from a file: fitted, ranked, and integrated as in the virtual rig. Every figure asserted is printed:
-//! `cargo test --release -p yawrig --test steps own_effect -- --nocapture`.
+//! A user's own effect from a file: fitted, ranked, and integrated as in the virtual rig. Every figure
+//! asserted is printed: `cargo test --release -p yawrig --test steps own_effect -- --nocapture`.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -40,8 +40,8 @@ fn simple(id: &str, moment: &str, unit: &str, start: f64) -> String {
     format!("id = \"{id}\"\ntitle = \"A law\"\nmoment = \"{moment}\"\n[parameters]\nk = {{ unit = \"{unit}\", start = {start} }}\n")
 }
 
-/// 25 s at 1 kHz by semi-implicit Euler steps of 20 us, noise 0.05 deg, converter 0.005 deg: neither the integrator nor
-/// the sensor of the fits and of the rig.
+/// 25 s at 1 kHz by semi-implicit Euler steps of 20 us, noise 0.05 deg, converter 0.005 deg: neither the
+/// integrator nor the sensor of the fits and of the rig.
 fn planted(
     wn: f64,
     zeta: f64,
@@ -69,8 +69,8 @@ fn stribeck(c: f64, s: f64, v: f64) -> impl Fn(f64, f64) -> f64 {
     move |_, r| -c * (r / 0.002).tanh() * (1.0 + s * (-r.abs() / v).exp())
 }
 
-/// Of 3 parameters and wn and zeta each, k = 2 holds 95 %. Those of a release but wn go together: eight releases of ten or more
-/// with all of them inside are expected in 99 % of such tests, 40 numbers of 50.
+/// Of 3 parameters and wn and zeta each, k = 2 holds 95 %. Those of a release but wn go together: eight
+/// releases of ten or more with all of them inside are expected in 99 % of such tests, 40 numbers of 50.
 #[test]
 fn planted_stribeck_friction_is_fitted() {
     let effect = own("my_effect.toml", STRIBECK);
@@ -177,7 +177,8 @@ fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// Written by hand and integrated step by step, against the library's own treatment, friction's corner exact in both.
+/// Written by hand and integrated step by step, against the library's own treatment, friction's corner exact
+/// in both.
 #[test]
 fn effects_written_by_hand_move_as_those_of_the_library() {
     let friction = own("f.toml", &simple("hand_friction", "-k * sign(r)", "rad/s2", 0.05));
@@ -206,7 +207,8 @@ fn effects_written_by_hand_move_as_those_of_the_library() {
     }
 }
 
-/// The fit's integrator against the rig's (Runge-Kutta steps of 0.25 ms and less), on steep and jumping moments.
+/// The fit's integrator against the rig's (Runge-Kutta steps of 0.25 ms and less), on steep and jumping
+/// moments.
 #[test]
 fn fits_and_rig_move_alike() {
     for (id, moment, unit, number) in [

@@ -83,7 +83,8 @@ fn checksum(bytes: &[u8]) -> u64 {
     })
 }
 
-/// As written before there were effects. Without noise nothing but sums and products is in it, the same anywhere.
+/// As written before there were effects. Without noise nothing but sums and products is in it, the same
+/// anywhere.
 #[test]
 fn a_record_without_effects_is_what_it_always_was() {
     let folder = tempfile::tempdir().unwrap();

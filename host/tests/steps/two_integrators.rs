@@ -1,5 +1,5 @@
-//! The rig that makes records and the motion that is fitted to them share no code: every effect of the library with a
-//! definite course gives the same record in both.
+//! The rig that makes records and the motion that is fitted to them share no code: every effect of the
+//! library with a definite course gives the same record in both.
 
 use yawrig_core::effects::{Effect, Terms};
 use yawrig_core::motion::simulate::{Grid, Motion};

@@ -1,5 +1,5 @@
-//! Text as people and programs write it: tables of numbers, and what errors about a text have in common, the character pointed
-//! at, the name that was meant.
+//! Text as people and programs write it: tables of numbers, and what errors about a text have in common, the
+//! character pointed at, the name that was meant.
 #![forbid(unsafe_code)]
 
 pub mod cells;
@@ -9,7 +9,8 @@ use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::Path;
 
-/// `message` about `span` (bytes) of the file's `text`: file, line and column, the line itself and a caret under it.
+/// `message` about `span` (bytes) of the file's `text`: file, line and column, the line itself and a caret
+/// under it.
 pub fn pointed(file: &Path, text: &str, span: Range<usize>, message: &str) -> String {
     let floor = |mut at: usize| {
         at = at.min(text.len());

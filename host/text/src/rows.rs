@@ -31,7 +31,8 @@ impl Separator {
     }
 }
 
-/// UTF-8 and UTF-16 with or without their marks; what is no UTF-8 is taken for Latin-1, as Windows writes a degree sign.
+/// UTF-8 and UTF-16 with or without their marks; what is no UTF-8 is taken for Latin-1, as Windows writes a
+/// degree sign.
 pub fn decoded(bytes: &[u8]) -> Cow<'_, str> {
     let wide = |of: fn([u8; 2]) -> u16, bytes: &[u8]| {
         let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| of([pair[0], pair[1]])).collect();

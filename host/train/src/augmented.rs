@@ -1,8 +1,9 @@
 //! A model with effects, as the criticism loop has fitted it, as what training windows are drawn from.
 //!
-//! The motion is that of [`yawrig_core::motion::simulate`], the integrator that fitted the effects. Their coefficients are
-//! the model's, but those that the network is to say, which are drawn; natural frequency, damping ratio, amplitude, phase and noise are drawn, and the targets are the
-//! natural frequency and damping ratio of the second-order part: what would be left if the effects were taken away.
+//! The motion is that of [`yawrig_core::motion::simulate`], the integrator that fitted the effects. Their
+//! coefficients are the model's, but those that the network is to say, which are drawn; natural frequency,
+//! damping ratio, amplitude, phase and noise are drawn, and the targets are the natural frequency and damping
+//! ratio of the second-order part: what would be left if the effects were taken away.
 
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
@@ -18,12 +19,13 @@ use yawrig_shared::network::NumberNames;
 use yawrig_shared::units::{deg_from_rad, rad_from_deg};
 use yawrig_shared::window::{CYCLES, SAMPLE_RATE_HZ};
 
-/// Amplitudes at which a release is drawn, deg: a little beyond what is analysed (10 deg down to 1 deg), as it decays
-/// before its first window and a network is at its worst at the edges.
+/// Amplitudes at which a release is drawn, deg: a little beyond what is analysed (10 deg down to 1 deg), as
+/// it decays before its first window and a network is at its worst at the edges.
 const AMPLITUDE_DEG: [f64; 2] = [0.9, 14.0];
 /// Amplitudes of the windows that are kept, deg.
 pub const KEPT_DEG: [f64; 2] = [0.7, 11.0];
-/// Where a release begins, deg, and the longest it is taken to last, s: how long ago it was when a window begins.
+/// Where a release begins, deg, and the longest it is taken to last, s: how long ago it was when a window
+/// begins.
 const RELEASED_DEG: f64 = 15.0;
 const LONGEST_S: f64 = 60.0;
 
@@ -62,8 +64,9 @@ pub struct Response {
 }
 
 impl Augmented {
-    /// The `effects` with their numbers, in the units and order of [`Effect::parameters`], at a wind speed that the user's
-    /// own may depend on; `None` where there is none and the response is of second order alone.
+    /// The `effects` with their numbers, in the units and order of [`Effect::parameters`], at a wind speed
+    /// that the user's own may depend on; `None` where there is none and the response is of second order
+    /// alone.
     ///
     /// # Errors
     /// Exit 2 for what a network cannot be trained on.
@@ -143,8 +146,8 @@ impl Augmented {
         effects.into_iter().map(|(effect, users)| (effect, effect.varied(&users))).collect()
     }
 
-    /// Draws a free decay of this natural frequency and damping ratio and these numbers; `None` where the effects leave
-    /// none.
+    /// Draws a free decay of this natural frequency and damping ratio and these numbers; `None` where the
+    /// effects leave none.
     pub fn swing(
         &self,
         modal: &Modal,

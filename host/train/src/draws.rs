@@ -53,8 +53,8 @@ impl Draw {
     }
 }
 
-/// Draws `count` windows, of the second-order response or of a `model` with effects. The same seed gives the same
-/// windows on any number of threads.
+/// Draws `count` windows, of the second-order response or of a `model` with effects. The same seed gives the
+/// same windows on any number of threads.
 ///
 /// A window that noise or the effects keep from being found is drawn again.
 ///

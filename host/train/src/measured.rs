@@ -30,8 +30,8 @@ pub type Read<'a> = dyn Fn(&Path) -> Result<Record> + Sync + 'a;
 /// Ranges from the records in `files`.
 ///
 /// # Errors
-/// Exit 3, naming the file, where one cannot be read or holds no oscillation, or where they leave nothing that a network
-/// can be trained on; 130 where the user stops it.
+/// Exit 3, naming the file, where one cannot be read or holds no oscillation, or where they leave nothing
+/// that a network can be trained on; 130 where the user stops it.
 pub fn ranges(files: &[PathBuf], read: &Read) -> Result<Ranges> {
     let settings = Settings::default();
     let found = files

@@ -67,8 +67,8 @@ impl Told {
     }
 }
 
-/// A network whose error of a number without noise is a larger share of that of guessing does not tell it: what it says is
-/// the middle of the range more than the window.
+/// A network whose error of a number without noise is a larger share of that of guessing does not tell it:
+/// what it says is the middle of the range more than the window.
 const TELLS: f64 = 0.5;
 
 /// Draws, trains, freezes and tests; `model`: that of the settings, whose effects the windows have.

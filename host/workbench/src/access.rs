@@ -16,7 +16,8 @@ pub struct Access {
 /// Why a request is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// Another name than that of this page: a foreign site whose name resolves to this machine (DNS rebinding).
+    /// Another name than that of this page: a foreign site whose name resolves to this machine (DNS
+    /// rebinding).
     Host,
     /// Sent by the page of another site.
     Origin,
@@ -86,7 +87,8 @@ impl Access {
                 return Err(Refusal::Origin);
             }
         }
-        // Said by the browser itself: a link on another site is fine where it carries the token, a form is not.
+        // Said by the browser itself: a link on another site is fine where it carries the token, a form is
+        // not.
         let site = headers.get("sec-fetch-site").and_then(|v| v.to_str().ok());
         let is_foreign = matches!(site, Some("cross-site" | "same-site"));
         if is_foreign && !self.opens(uri) {

@@ -47,8 +47,8 @@ impl App {
         }
     }
 
-    /// Follows a device; each release that is recorded of it joins the list. The built-in rig before an emulated one
-    /// swings `speed` times as fast as a real rig.
+    /// Follows a device; each release that is recorded of it joins the list. The built-in rig before an
+    /// emulated one swings `speed` times as fast as a real rig.
     ///
     /// # Errors
     /// Those of [`live::follow`].

@@ -1,5 +1,5 @@
-//! The page's own files, part of the program. uPlot draws the plots: 51 kB against 4.6 MB of plotly.js, and the first
-//! picture stands as soon as the records are read.
+//! The page's own files, part of the program. uPlot draws the plots: 51 kB against 4.6 MB of plotly.js, and
+//! the first picture stands as soon as the records are read.
 
 use yawrig_report::html::{UPLOT, UPLOT_STYLE};
 

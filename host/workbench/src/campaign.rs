@@ -108,7 +108,8 @@ impl CampaignForm {
         Ok(told(&check_text(&text, &out, false)))
     }
 
-    /// Writes the file, looks at everything in it, and opens it where nothing is wrong and no campaign is open.
+    /// Writes the file, looks at everything in it, and opens it where nothing is wrong and no campaign is
+    /// open.
     ///
     /// # Errors
     /// Exit 2 where the file is there already and not to be written `over`, 3 where it cannot be written.

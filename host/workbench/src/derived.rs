@@ -13,7 +13,8 @@ use yawrig_model::journal::{Known, KnownModal};
 
 type Modal = BTreeMap<String, KnownModal>;
 
-/// Of the journal's last step without effects, and of its last step; none where there is no such step or no point.
+/// Of the journal's last step without effects, and of its last step; none where there is no such step or no
+/// point.
 pub fn before_and_after(
     campaign: &CampaignFile,
     standing: &Standing,

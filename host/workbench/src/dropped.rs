@@ -1,5 +1,5 @@
-//! A file that was dropped on the page: kept in the folder that yawrig was started in, read, and asked about where it does not
-//! say by itself what it holds.
+//! A file that was dropped on the page: kept in the folder that yawrig was started in, read, and asked about
+//! where it does not say by itself what it holds.
 
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
@@ -12,7 +12,8 @@ const SKETCHED: usize = 160;
 /// Names that are tried where one is taken.
 const MOST_OF_A_NAME: usize = 1000;
 
-/// Keeps `bytes` as `name` in this folder, as another name where a file with other contents has that one; the name.
+/// Keeps `bytes` as `name` in this folder, as another name where a file with other contents has that one; the
+/// name.
 ///
 /// # Errors
 /// Exit 2 for a name that is none of a file here, 3 where there is no room.

@@ -80,7 +80,8 @@ impl Taken {
     }
 }
 
-/// Works until the user stops the program: what was asked for first, then what is made ready in the background.
+/// Works until the user stops the program: what was asked for first, then what is made ready in the
+/// background.
 pub fn work(app: &Arc<App>) {
     while !interrupt::requested() {
         match app.work.next() {
@@ -97,8 +98,8 @@ pub fn work(app: &Arc<App>) {
     }
 }
 
-/// Makes views of the next releases ready, those that are looked at first, then the most recent. Whether there was one
-/// to be made.
+/// Makes views of the next releases ready, those that are looked at first, then the most recent. Whether
+/// there was one to be made.
 fn make_ready(app: &Arc<App>) -> bool {
     let Some(wanted) = app.work.wanted() else { return false };
     let next: Vec<usize> = {

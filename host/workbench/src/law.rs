@@ -83,7 +83,8 @@ impl<'a> Cuts<'a> {
         Self { view, law, zero_rad }
     }
 
-    /// Of `motion`, which rests at `rest_rad` on the sensor; `u` is that of stiffness and damping at each point.
+    /// Of `motion`, which rests at `rest_rad` on the sensor; `u` is that of stiffness and damping at each
+    /// point.
     fn json(&self, motion: &Motion, rest_rad: f64, u: Option<[Vec<f64>; 2]>) -> Value {
         let measurand = &self.view.decay.measurand;
         let (shows_rest, shown) = (measurand.shows_rest(), |x: f64| measurand.shown(x));
@@ -145,7 +146,8 @@ fn left(measurand: &Measurand, left: &Left, frequency_rad_s: Option<f64>) -> Val
     })
 }
 
-/// The law over the cuts of a release, with its k = 2 band once that is known, and the formulas; null where there is none.
+/// The law over the cuts of a release, with its k = 2 band once that is known, and the formulas; null where
+/// there is none.
 ///
 /// # Errors
 /// Exit 2 where there is no such release.

@@ -1,9 +1,9 @@
 //! The loop of criticism by hand, on a page in the browser.
 //!
-//! A request is answered from what is known (`api`, `show`, `state`); what takes longer is queued (`work`) and done by
-//! one thread (`jobs`), which tells the pages when it is ready (`news`). The steps are those of [`yawrig_model::revise`], so that the
-//! model and its journal are the same whether made here or on the command line. The page asks no other host for
-//! anything, and this server answers no other page (`access`).
+//! A request is answered from what is known (`api`, `show`, `state`); what takes longer is queued (`work`)
+//! and done by one thread (`jobs`), which tells the pages when it is ready (`news`). The steps are those of
+//! [`yawrig_model::revise`], so that the model and its journal are the same whether made here or on the
+//! command line. The page asks no other host for anything, and this server answers no other page (`access`).
 #![forbid(unsafe_code)]
 
 mod access;

@@ -17,8 +17,9 @@ use yawrig_link::live::sessions::{self, Listed};
 use yawrig_link::live::stored::Stored;
 use yawrig_link::port;
 
-/// Follows a device: `emulated`, or a port's path; before an emulated one the built-in rig swings `speed` (0.01 to 1000)
-/// times as fast as a real rig. `keep` is given the file of each release that is recorded of it.
+/// Follows a device: `emulated`, or a port's path; before an emulated one the built-in rig swings `speed`
+/// (0.01 to 1000) times as fast as a real rig. `keep` is given the file of each release that is recorded of
+/// it.
 ///
 /// # Errors
 /// Exit 2 where something is shown already. What is wrong with the device itself is shown later.
@@ -58,8 +59,8 @@ pub fn devices() -> Result<Value> {
     Ok(json!({ "ports": ports }))
 }
 
-/// The stored sessions that could be shown, newest first: those in the folder of the page's recordings, beside the
-/// model's file, and in the folders there.
+/// The stored sessions that could be shown, newest first: those in the folder of the page's recordings,
+/// beside the model's file, and in the folders there.
 pub fn stored(model: &Path) -> Value {
     let beside = model.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut folders = vec![PathBuf::from(following::FOLDER), beside.to_owned()];

@@ -1,4 +1,5 @@
-//! The form for a user's own effect: its text as a file, errors under the character, and what the moment looks like.
+//! The form for a user's own effect: its text as a file, errors under the character, and what the moment
+//! looks like.
 
 use super::app::App;
 use serde::Deserialize;
@@ -151,7 +152,8 @@ impl Form {
 /// Points of a drawn law.
 const POINTS: usize = 121;
 
-/// Errors under the character, or the moment along the two cuts of the phase plane, with each parameter at its start.
+/// Errors under the character, or the moment along the two cuts of the phase plane, with each parameter at
+/// its start.
 pub fn preview(app: &Arc<App>, release: Option<usize>, form: &Form) -> Value {
     let effect = match form.checked() {
         Ok(effect) => effect,

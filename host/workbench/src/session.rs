@@ -1,4 +1,5 @@
-//! What the page is about: releases with their ticks, the model as it stands on the disk, and what has been computed.
+//! What the page is about: releases with their ticks, the model as it stands on the disk, and what has been
+//! computed.
 
 use super::options::ServeOptions;
 use super::shown_law::{about, ShownLaw};
@@ -170,8 +171,8 @@ pub struct Session {
 
 impl Session {
     /// # Errors
-    /// Exit 3 where a file is not there or the model or campaign cannot be read, 2 where files are given twice or
-    /// several models.
+    /// Exit 3 where a file is not there or the model or campaign cannot be read, 2 where files are given
+    /// twice or several models.
     pub fn new(options: &ServeOptions) -> Result<Self> {
         let is_toml = |f: &&PathBuf| f.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
         let (models, files): (Vec<&PathBuf>, Vec<&PathBuf>) =
@@ -305,7 +306,8 @@ impl Session {
         }
     }
 
-    /// Adds a release, unless it is there already; `fault` is what is known to be wrong with it before it is read.
+    /// Adds a release, unless it is there already; `fault` is what is known to be wrong with it before it is
+    /// read.
     pub fn include(&mut self, entry: RecordEntry, fault: Option<Error>, used: Use) -> usize {
         let path = Model::record_path(&self.model_path, &entry);
         let same = canonical(&path).ok();
@@ -490,7 +492,8 @@ impl Session {
         self.views.get(&(id, self.standing.key))
     }
 
-    /// An effect of the library, of the model, one that was defined on the page or given at the start, or a formula's file.
+    /// An effect of the library, of the model, one that was defined on the page or given at the start, or a
+    /// formula's file.
     pub fn effect(&self, id: &str) -> Result<Effect> {
         let model =
             self.standing.model.iter().flat_map(|m| m.effects.iter().map(|e| e.effect.clone()));

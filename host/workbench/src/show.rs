@@ -108,7 +108,8 @@ fn times_of(path: &Path) -> [Option<f64>; 2] {
     }
 }
 
-/// Reads a release between these times of the record that it was opened as, or, where none is said, all of that.
+/// Reads a release between these times of the record that it was opened as, or, where none is said, all of
+/// that.
 ///
 /// # Errors
 /// Exit 3 where no free decay lies between them; then nothing has changed.

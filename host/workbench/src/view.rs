@@ -125,7 +125,8 @@ pub struct View {
     pub picture: AmplitudePicture,
     pub where_: Where,
     pub over_noise: f64,
-    /// Of the later part, the earlier having been fitted alone; only without a model, which says itself what it is.
+    /// Of the later part, the earlier having been fitted alone; only without a model, which says itself what
+    /// it is.
     pub later_over_noise: Option<f64>,
     pub is_explained: bool,
 }
@@ -185,7 +186,8 @@ pub struct Ghost {
 }
 
 impl Ghost {
-    /// `fitted` is the present model with the effect, `without` the present model, both fitted to this free decay.
+    /// `fitted` is the present model with the effect, `without` the present model, both fitted to this free
+    /// decay.
     pub fn of(decay: &FreeDecay, without: &Fitted, fitted: Fitted, effect: &Effect) -> Self {
         Self::named(decay, without, fitted, effect.id(), effect.id())
     }

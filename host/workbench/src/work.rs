@@ -234,8 +234,8 @@ impl Work {
         self.task.begin();
     }
 
-    /// The releases that pages look at, the latest first; none while the first page is still to come, whose first
-    /// picture is to have the machine to itself.
+    /// The releases that pages look at, the latest first; none while the first page is still to come, whose
+    /// first picture is to have the machine to itself.
     pub fn wanted(&self) -> Option<Vec<usize>> {
         let wanted: Vec<usize> = self.queue().wanted.iter().rev().copied().collect();
         (self.begun.elapsed() >= FIRST_PAGE || !wanted.is_empty()).then_some(wanted)

@@ -1,8 +1,8 @@
 //! From the wiper's voltage to the damping ratio, through the whole of the board's image.
 //!
-//! The virtual rig integrates the motion and adds the noise, sixteen times a millisecond of the board's own clock, which is
-//! off by as much as its crystal may be; the wiper makes a voltage of it and the converter 12 bits of that. What the image
-//! refines is held against what was planted, in its own standard uncertainties.
+//! The virtual rig integrates the motion and adds the noise, sixteen times a millisecond of the board's own
+//! clock, which is off by as much as its crystal may be; the wiper makes a voltage of it and the converter 12
+//! bits of that. What the image refines is held against what was planted, in its own standard uncertainties.
 
 use crate::harness::{Board, Both};
 use rand::{Rng, SeedableRng};
@@ -17,8 +17,8 @@ const CONVERSIONS_HZ: f64 = 16_000.0;
 /// Most that a result may be off, in its own standard uncertainties.
 const MOST_OFF: f64 = 3.0;
 
-/// What is planted, where the rig rests on the potentiometer's track, 0 in its middle, how far it is let go from there, the
-/// noise of a conversion, and how fast the board's clock is.
+/// What is planted, where the rig rests on the potentiometer's track, 0 in its middle, how far it is let go
+/// from there, the noise of a conversion, and how fast the board's clock is.
 #[derive(Clone, Copy, Debug)]
 struct Case {
     wn: f64,
@@ -49,8 +49,9 @@ fn readings(case: &Case, seed: u64) -> Vec<u16> {
         .collect()
 }
 
-/// How far the image's refined natural frequency and damping ratio are off, in their standard uncertainties; between them the
-/// natural frequency once more, as it would be by a clock that is right, whose error else is most of it.
+/// How far the image's refined natural frequency and damping ratio are off, in their standard uncertainties;
+/// between them the natural frequency once more, as it would be by a clock that is right, whose error else is
+/// most of it.
 fn off<B: Board>(case: &Case, seed: u64) -> [f64; 3] {
     // Another rig each time: one that jumps from rest to rest is noisy.
     let mut both = Both::<B>::start();

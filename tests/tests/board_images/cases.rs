@@ -36,8 +36,8 @@ fn condition(speed_m_s: f64) -> Request {
     })
 }
 
-/// A campaign's releases: what is sent is what the firmware in this process sends, bit for bit, and says what was let go; its
-/// events.
+/// A campaign's releases: what is sent is what the firmware in this process sends, bit for bit, and says what
+/// was let go; its events.
 pub fn a_campaign_s_releases<B: Board>() -> Vec<Event> {
     let mut both = Both::<B>::start();
     let hello = both.give(&encode_raw(HELLO_KEY, 1, &[]).expect("a frame"), &[]);
@@ -85,7 +85,8 @@ pub fn a_campaign_s_releases<B: Board>() -> Vec<Event> {
     both.events
 }
 
-/// A network is written while it samples, verified, committed, kept; a spoilt one is refused; the lock's key is kept.
+/// A network is written while it samples, verified, committed, kept; a spoilt one is refused; the lock's key
+/// is kept.
 pub fn a_network_is_written_and_kept<B: Board>() {
     let mut both = Both::<B>::start();
     let still = [2048_u16; 400];
@@ -149,7 +150,8 @@ pub fn the_watchdog_starts_it_again<B: Board>() {
     assert_eq!((status.samples, status.start.cause), (0, Cause::Watchdog));
 }
 
-/// Where the converter is overrun for a millisecond one sample is lost, which is said, and the next ones are right.
+/// Where the converter is overrun for a millisecond one sample is lost, which is said, and the next ones are
+/// right.
 pub fn an_overrun_is_said<B: Board>() {
     let mut both = Both::<B>::start();
     let settings = Settings { degrees_per_count: 340.0 / 65_536.0, ..Settings::default() };

@@ -1,4 +1,5 @@
-//! A board's microcontroller with its image in it (`tests/boards`), and beside it the same firmware in this process.
+//! A board's microcontroller with its image in it (`tests/boards`), and beside it the same firmware in this
+//! process.
 
 use embedded_storage::nor_flash::{
     check_erase, check_read, check_write, ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash,

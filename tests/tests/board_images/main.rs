@@ -1,5 +1,6 @@
-//! The images that go on the boards, unmodified, executed: `tests/boards` are the microcontrollers. Beside each the same
-//! firmware in this process, given the same bytes and readings: what both send must be the same, bit for bit.
+//! The images that go on the boards, unmodified, executed: `tests/boards` are the microcontrollers. Beside
+//! each the same firmware in this process, given the same bytes and readings: what both send must be the
+//! same, bit for bit.
 
 mod accuracy;
 mod cases;

@@ -51,7 +51,8 @@ fn figure(said: &str, name: &str) -> usize {
     found.expect("a figure").parse().expect("a number")
 }
 
-/// An erase takes as long as it may: 0.5 s of the one place, 1.1 s of the other, of which the last 1016 ms are kept.
+/// An erase takes as long as it may: 0.5 s of the one place, 1.1 s of the other, of which the last 1016 ms
+/// are kept.
 #[test]
 #[ignore = "needs unicorn: tests/run runs it"]
 fn sampling_goes_on_while_a_place_is_erased_and_what_is_not_kept_is_counted() {
@@ -93,7 +94,8 @@ fn an_image_that_touches_the_flash_while_a_place_is_erased_does_not_pass() {
     assert!(said.ends_with(" while a sector is erased"), "{said}");
 }
 
-/// A signed update, which goes deepest into the stack, and a release: with its variables the image takes less than half.
+/// A signed update, which goes deepest into the stack, and a release: with its variables the image takes less
+/// than half.
 #[test]
 #[ignore = "needs unicorn: tests/run runs it"]
 fn half_of_the_ram_is_enough_for_the_deepest_stack() {
@@ -123,7 +125,8 @@ fn half_of_the_ram_is_enough_for_the_deepest_stack() {
 fn its_registers_give_the_rates() {
     let mut both = Both::<Nucleo>::start();
     let state = both.machine.ask("state");
-    // TIM2's registers give sixteen conversions a millisecond of the clock that RCC's give; the line's rate is off by less than UART's 2 %.
+    // TIM2's registers give sixteen conversions a millisecond of the clock that RCC's give; the line's rate
+    // is off by less than UART's 2 %.
     assert!(state.contains(" rate_hz=16000.0 ") && state.contains(" latency=2"), "{state}");
     let baud = state.split("baud=").nth(1).and_then(|text| text.split(' ').next());
     let baud: f64 = baud.expect("a rate").parse().expect("a number");

@@ -76,7 +76,8 @@ fn wherever_power_is_cut_in_an_update_the_old_network_runs_or_the_new_one() {
         assert_eq!(both.ask(&request), Reply::Done);
     }
     let (mut runs, mut cuts, mut new) = (1, 0, 0);
-    // Four sectors are erased, pages written, then that of the length and the one that commits: its first four bytes do.
+    // Four sectors are erased, pages written, then that of the length and the one that commits: its first
+    // four bytes do.
     let operations = 16 * 1024 / SECTOR + BUILT_IN.len().div_ceil(PAGE) + 2;
     for operation in 0..operations {
         for part in [0.0, 2.0 / PAGE as f64, 0.5, 1.0] {

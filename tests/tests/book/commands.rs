@@ -91,8 +91,8 @@ impl Walk<'_> {
         }
     }
 
-    /// Runs it with pandas where that is installed, else with as much of it as it takes. Where a line prints something,
-    /// what that is stands behind it.
+    /// Runs it with pandas where that is installed, else with as much of it as it takes. Where a line prints
+    /// something, what that is stands behind it.
     fn python(&self, script: &str) -> Result<(), String> {
         if !self.command("python3", &["-c", "import pandas"]).status.success() {
             let flat = "def json_normalize(data, record_path=None, meta=()):\n    \

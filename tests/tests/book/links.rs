@@ -1,4 +1,5 @@
-//! Links and names of files in README, CONTRIBUTING, CHANGELOG and the book: each leads to a file and a heading there is.
+//! Links and names of files in README, CONTRIBUTING, CHANGELOG and the book: each leads to a file and a
+//! heading there is.
 
 use crate::pages::{listed, root};
 use std::collections::BTreeSet;

@@ -86,7 +86,8 @@ impl Page {
     }
 }
 
-/// The names between backticks in the first column of a row; those after the first may leave out what is the same.
+/// The names between backticks in the first column of a row; those after the first may leave out what is the
+/// same.
 fn fields(row: &str) -> impl Iterator<Item = String> + '_ {
     let column = row.split('|').nth(1).unwrap_or("");
     let names = || column.split('`').skip(1).step_by(2);

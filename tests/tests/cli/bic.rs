@@ -53,8 +53,8 @@ fn compare_says_where_a_free_zero_does_as_much_as_an_effect() {
     }
 }
 
-/// It may be another than the data ask for, as drag is where more would be taken away: what is fitted then is the model
-/// without it, and its number is zero with an uncertainty.
+/// It may be another than the data ask for, as drag is where more would be taken away: what is fitted then is
+/// the model without it, and its number is zero with an uncertainty.
 #[test]
 fn an_effect_that_the_record_does_not_show_is_no_reason_to_refuse() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -109,7 +109,8 @@ fn a_campaign_of_eight_springs_is_measured_with_its_derivatives_on_screen() {
     }
 }
 
-/// Holds the model on spring K3 at the middle axis, lets it go in this wind and leaves it until it has come to rest.
+/// Holds the model on spring K3 at the middle axis, lets it go in this wind and leaves it until it has come
+/// to rest.
 fn let_go(line: &Line, board: &Board, wind_speed_m_s: f64) {
     let spring = Spring::named("K3").expect("one of the rig's");
     let condition = Condition { spring, axis: Axis::Mid, wind_speed_m_s };

@@ -126,7 +126,8 @@ fn a_release_without_an_estimate_gives_no_table_and_says_so() {
 
 #[test]
 fn a_table_too_far_from_the_truth_is_printed_and_ends_with_6() {
-    // Noise alone is no reason: at 10 m/s the refined estimates get by with 1 deg. At 1 m/s the wind's share is 1/100.
+    // Noise alone is no reason: at 10 m/s the refined estimates get by with 1 deg. At 1 m/s the wind's share
+    // is 1/100.
     let ended = demo("--noise-deg 1 --wind 1").exits(6).says("miss the rig's truth").helps();
     assert_eq!(ended.json()["points"].as_array().map(Vec::len), Some(8));
 }

@@ -123,7 +123,8 @@ impl Bench {
         String::from_utf8(output.stdout).expect("text")
     }
 
-    /// How far the readings that the exported programs print for the times of the table are from the table's model.
+    /// How far the readings that the exported programs print for the times of the table are from the table's
+    /// model.
     fn agrees(&self, what: &str) {
         self.export("csv", "table.csv");
         let table = self.read("table.csv");

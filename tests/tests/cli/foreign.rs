@@ -1,4 +1,5 @@
-//! Files as other programs write them: read as they are, or asked about with a command that works as it stands.
+//! Files as other programs write them: read as they are, or asked about with a command that works as it
+//! stands.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -96,7 +96,8 @@ fn a_measured_law_is_added_kept_in_the_file_and_removed() {
     assert!(number(&again["residual_over_noise"]) < 1.1);
 }
 
-/// Two springs: each has its natural frequency, the law is one, and known better than from the larger release alone.
+/// Two springs: each has its natural frequency, the law is one, and known better than from the larger release
+/// alone.
 #[test]
 fn releases_on_several_springs_measure_one_law() {
     let bench = Bench::new();

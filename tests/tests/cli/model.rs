@@ -87,8 +87,8 @@ fn the_whole_loop() {
     assert_eq!((&fitted["step"], &fitted["added"]), (&1.into(), &Value::Null));
     assert!(number(&fitted, "residual_over_noise") > 5.0, "{fitted}");
 
-    // It fails, and shows where: what is missing opposes the motion at either sign of the rate, less what the fit's
-    // linear damping has taken up.
+    // It fails, and shows where: what is missing opposes the motion at either sign of the rate, less what the
+    // fit's linear damping has taken up.
     let compared = bench.json("compare");
     let residual = number(&compared, "residual_over_noise");
     assert!((residual / number(&fitted, "residual_over_noise") - 1.0).abs() < 1e-3);

@@ -42,7 +42,8 @@ fn releases_are_ranked_by_how_far_they_part_the_rivals() {
     assert!(std::fs::read_to_string(&model).expect("a model").contains("[can]"));
 }
 
-/// A measured law is a truth that formulas are held to, within its range; that it can follow a formula refutes neither.
+/// A measured law is a truth that formulas are held to, within its range; that it can follow a formula
+/// refutes neither.
 #[test]
 fn a_measured_law_is_a_rival_where_it_was_measured() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -61,7 +61,8 @@ fn the_main_job_gives_the_same_bits_on_the_arm_image() {
 #[test]
 #[ignore = "needs QEMU: tests/run runs it"]
 fn another_shell_asks_and_writes_to_the_board() {
-    // A board whose model stands still: a network is on trial for so many of its samples, not for so long a time.
+    // A board whose model stands still: a network is on trial for so many of its samples, not for so long a
+    // time.
     let bench = Bench::open(&Target::Qemu).expect("a board");
     let path = bench.shared_path();
     let object = crate::shells::device(path);

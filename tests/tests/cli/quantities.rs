@@ -130,8 +130,8 @@ fn an_acceleration_is_the_derivative_of_the_rate() {
     assert_eq!(bench.json("diagnose a.csv")["status"], "adequate");
 }
 
-/// The gyroscope of a phone, as its app stores it: no command is needed where there is one channel, and with several the one
-/// that is printed works.
+/// The gyroscope of a phone, as its app stores it: no command is needed where there is one channel, and with
+/// several the one that is printed works.
 #[test]
 fn a_phones_gyroscope_needs_one_command_at_most() {
     let bench = Bench::new();
@@ -330,7 +330,8 @@ fn trials_stand_side_by_side() {
     assert!(text.contains("the trials differ"), "{text}");
 }
 
-/// Each release of a ship in the coefficients of its field; what does not roll has none, which is said before it is worked on.
+/// Each release of a ship in the coefficients of its field; what does not roll has none, which is said before
+/// it is worked on.
 #[test]
 fn several_roll_decays_are_written_as_naval_architects_do() {
     let bench = Bench::new();

@@ -71,7 +71,8 @@ impl Swung {
         self.bench.client.status().expect("its state").next_event
     }
 
-    /// Starts a follower and swings until it has ended: again once it has printed `word`, as it does for each release.
+    /// Starts a follower and swings until it has ended: again once it has printed `word`, as it does for each
+    /// release.
     fn until_it_ends(&mut self, follower: Yawrig, word: &str) -> Ended {
         let mut follower = follower.and(&self.path).start();
         // From when it listens on.

@@ -1,4 +1,5 @@
-//! Files that do not say what they hold: the command that is printed is typed as it stands, and reads the swing.
+//! Files that do not say what they hold: the command that is printed is typed as it stands, and reads the
+//! swing.
 
 use crate::foreign::{
     archive, comma, frequency, suggested, table, time_s, typed, yaw_deg, RATE_HZ, ROWS,

@@ -96,7 +96,8 @@ impl Signal {
         15.0 * (-self.truth.decay_rate_per_s() * (at as f64 * 1e-3 - HOLD_S)).exp()
     }
 
-    /// Adds the answer to a moment whose static deflection is `deflection_deg`, a value a millisecond from `at`.
+    /// Adds the answer to a moment whose static deflection is `deflection_deg`, a value a millisecond from
+    /// `at`.
     pub fn push(&mut self, at: usize, deflection_deg: impl Fn(usize) -> Option<f64>) {
         // The response to a step is what a release from there leaves to be made up.
         let left = self.len() - at;

@@ -16,9 +16,10 @@ const SEEDS: u64 = 4;
 /// Degrees a count, and on how many seeds: +-164 deg as usual, +-98 deg, and +-1800 deg.
 const SCALES: [(f64, u64); 3] = [(0.005, SEEDS), (0.003, 1), (0.055, 1)];
 
-/// What an answer may be off, per cent: the network's own error, which `device_in_memory` shows over the whole range,
-/// and four times the Cramer-Rao bound of the windows behind it. Of three cycles with an amplitude `a` and `n` samples
-/// with noise `s` that bound is sqrt(24) s / (a sqrt(n) 6 pi), for the damping ratio and for the relative frequency.
+/// What an answer may be off, per cent: the network's own error, which `device_in_memory` shows over the
+/// whole range, and four times the Cramer-Rao bound of the windows behind it. Of three cycles with an
+/// amplitude `a` and `n` samples with noise `s` that bound is sqrt(24) s / (a sqrt(n) 6 pi), for the damping
+/// ratio and for the relative frequency.
 fn allowed_percent(truth: &Modal, windows: &[WindowResult], noise_deg: f64) -> [f64; 2] {
     let information: f64 = windows
         .iter()

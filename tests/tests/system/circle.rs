@@ -1,7 +1,8 @@
-//! The circle closed: friction hidden in the virtual rig's releases, found by the fit, learnt by a network, and gone
-//! from the device's damping ratio.
+//! The circle closed: friction hidden in the virtual rig's releases, found by the fit, learnt by a network,
+//! and gone from the device's damping ratio.
 //!
-//! The releases are the rig's own integration through its sensor; the network's windows are of another integrator.
+//! The releases are the rig's own integration through its sensor; the network's windows are of another
+//! integrator.
 
 use serde_json::Value;
 use std::path::Path;
@@ -94,7 +95,8 @@ fn a_network_that_has_learnt_the_friction_is_five_times_nearer_the_damping() {
     assert!(learnt * 5.0 <= plain);
 }
 
-/// Releases of one rig whose friction wanders, by the virtual rig: natural frequency, damping ratio and friction of each.
+/// Releases of one rig whose friction wanders, by the virtual rig: natural frequency, damping ratio and
+/// friction of each.
 fn wandering(
     folder: &Path,
     count: u32,
@@ -144,8 +146,9 @@ fn rms(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     (values.map(|x| x * x).sum::<f64>() / count).sqrt()
 }
 
-/// The friction planted in the virtual rig's releases is what the device says, within its u; where it is another in
-/// each release the natural frequency and the damping ratio are no worse than by a network that takes it as known.
+/// The friction planted in the virtual rig's releases is what the device says, within its u; where it is
+/// another in each release the natural frequency and the damping ratio are no worse than by a network that
+/// takes it as known.
 #[test]
 fn the_device_says_how_much_friction_there_is() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -48,7 +48,8 @@ fn made_of_it(begin: u32) -> String {
     format!("{:?} {:?} {:?}", desk.releases, desk.windows, desk.phases)
 }
 
-/// It goes round while the model is held, at the let-go, within every part of a window, at a window's end and after.
+/// It goes round while the model is held, at the let-go, within every part of a window, at a window's end and
+/// after.
 #[test]
 fn a_release_across_the_wrap_gives_the_same_bits() {
     let length = release().len() as u32;

@@ -246,8 +246,8 @@ fn stated_uncertainties_cover_the_error() {
     assert!(within.iter().all(|&w| w as f64 >= 0.56 * all as f64), "{within:?} of {all}");
 }
 
-/// The same release again, whatever it came after: its record is its own. What was there before shows in the noise
-/// that turning points are found from, and by it in the rounding of the means.
+/// The same release again, whatever it came after: its record is its own. What was there before shows in the
+/// noise that turning points are found from, and by it in the rounding of the means.
 #[test]
 fn a_refined_estimate_does_not_depend_on_the_release_before() {
     let mut one = usual(&modal(7.5, 0.02), 1);

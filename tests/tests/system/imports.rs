@@ -1,8 +1,9 @@
-//! Imports between the files of the workspace: none run in a circle, and crates import only those they are built on.
+//! Imports between the files of the workspace: none run in a circle, and crates import only those they are
+//! built on.
 //!
-//! Read from the sources: `use` trees, and paths written out. A name that a module hands on with `pub use` counts as
-//! that of the file it comes from. What only tests import does not count
-//! (`#[cfg(test)] mod x { }`, and files whose names end in `tests.rs`).
+//! Read from the sources: `use` trees, and paths written out. A name that a module hands on with `pub use`
+//! counts as that of the file it comes from. What only tests import does not count (`#[cfg(test)] mod x { }`,
+//! and files whose names end in `tests.rs`).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -459,8 +460,8 @@ impl Modules {
         }
     }
 
-    /// The module of this crate in which `path`, written in the module `from`, is to be looked up, and the whole path
-    /// from the crate's root; none for what is of another crate or no module's.
+    /// The module of this crate in which `path`, written in the module `from`, is to be looked up, and the
+    /// whole path from the crate's root; none for what is of another crate or no module's.
     fn absolute(&self, from: &[String], path: &[String]) -> Option<Vec<String>> {
         let first = path.first()?.as_str();
         let mut base = from.to_vec();

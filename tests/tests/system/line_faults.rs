@@ -1,6 +1,6 @@
-//! Bad lines: bits turned over, bytes lost, doubled, delayed and out of order, and the plug pulled. Every update is
-//! whole or leaves the old network, and every result comes or is known to be lost. What came of it is printed:
-//! `cargo test --release -p yawrig-tests --test system line_faults -- --nocapture`.
+//! Bad lines: bits turned over, bytes lost, doubled, delayed and out of order, and the plug pulled. Every
+//! update is whole or leaves the old network, and every result comes or is known to be lost. What came of it
+//! is printed: `cargo test --release -p yawrig-tests --test system line_faults -- --nocapture`.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,5 +1,5 @@
-//! Bytes that come faster than the board takes them: its receive logic over a UART that is simulated, an overrun put in
-//! at every byte of an update and of a stream of samples.
+//! Bytes that come faster than the board takes them: its receive logic over a UART that is simulated, an
+//! overrun put in at every byte of an update and of a stream of samples.
 
 use embedded_io::{ErrorKind, ErrorType, Read, ReadReady};
 use std::collections::VecDeque;
@@ -149,7 +149,8 @@ fn an_update_survives_an_overrun_at_any_of_its_bytes() {
         }
     }
     println!("{tried} updates of {length} bytes, {lost} with an overrun: all done, {repeated} requests repeated");
-    // After a frame's last byte none comes for a while; a byte lost from the zeros between frames costs nothing.
+    // After a frame's last byte none comes for a while; a byte lost from the zeros between frames costs
+    // nothing.
     assert!(lost > tried * 95 / 100 && repeated > lost * 95 / 100, "{lost} {repeated} of {tried}");
 }
 
@@ -207,8 +208,8 @@ fn a_stream_of_samples_says_what_an_overrun_cost() {
             while receive_sample(&mut uart, &mut decoder, &mut device) {}
             assert_eq!(device.samples(), SAMPLES, "{keeps:?}, late at {at}");
             let lost = status(&mut device).lost_samples;
-            // The one whose byte is missing; where that takes the next one's head for its own end, and that is an
-            // absolute one, all up to the absolute one after it.
+            // The one whose byte is missing; where that takes the next one's head for its own end, and that
+            // is an absolute one, all up to the absolute one after it.
             assert!((1..=1 + 256).contains(&lost), "{keeps:?}, late at {at}: {lost} lost");
             most = most.max(lost);
         }

@@ -1,6 +1,7 @@
 //! The book's pictures of results: the command that draws them runs, and gives those that lie there.
 //!
-//! What is compared is their lettering: training and fits may differ in the last bits from processor to processor.
+//! What is compared is their lettering: training and fits may differ in the last bits from processor to
+//! processor.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,5 +1,6 @@
-//! The test of power cuts must fail where the store's safeguards are taken out. It is run on copies of the device's
-//! sources: as they are, without checksum and commit word, and with the commit word first and no checksum.
+//! The test of power cuts must fail where the store's safeguards are taken out. It is run on copies of the
+//! device's sources: as they are, without checksum and commit word, and with the commit word first and no
+//! checksum.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,5 @@
-//! Records that other people measured, read from the folder YAWRIG_RECORDS where that is set; skipped elsewhere.
+//! Records that other people measured, read from the folder YAWRIG_RECORDS where that is set; skipped
+//! elsewhere.
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -142,7 +143,8 @@ fn effects_added_in_any_order_fit_alike_at_full_size() {
     assert!(apart.is_empty(), "{}", apart.join("\n"));
 }
 
-/// Residual and held out over the noise of each record: second order, the best formula, the law as it was measured.
+/// Residual and held out over the noise of each record: second order, the best formula, the law as it was
+/// measured.
 /// `YAWRIG_RECORDS=... YAWRIG_TABLES=1 cargo test --release -p yawrig-tests --test system plain_named -- --nocapture`.
 #[test]
 fn plain_named_and_measured() {

@@ -1,9 +1,10 @@
-//! The device's refined estimate: its errors against the Cramer-Rao bound, its uncertainties, and when it says that
-//! something is missing.
+//! The device's refined estimate: its errors against the Cramer-Rao bound, its uncertainties, and when it
+//! says that something is missing.
 //!
-//! The releases are the virtual rig's, integrated step by step and read through its sensor and a converter of 0.02 deg a
-//! count (12 bits over 82 deg); the bound is that of every sample of the stretch the device refined, the converter's
-//! noise included. `REFINED_SEEDS` is how many releases each row of the first table stands on, at each noise.
+//! The releases are the virtual rig's, integrated step by step and read through its sensor and a converter of
+//! 0.02 deg a count (12 bits over 82 deg); the bound is that of every sample of the stretch the device
+//! refined, the converter's noise included. `REFINED_SEEDS` is how many releases each row of the first table
+//! stands on, at each noise.
 
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -130,8 +131,8 @@ fn rms(all: &[Outcome], of: impl Fn(&Outcome) -> f64) -> f64 {
     (all.iter().map(|o| of(o).powi(2)).sum::<f64>() / all.len() as f64).sqrt()
 }
 
-/// 25 releases at each noise in a row: their rms error scatters by 10 %, a coverage of 68 % by 6.6 %; of all 1000 by 2.2 %
-/// and 1.5 %.
+/// 25 releases at each noise in a row: their rms error scatters by 10 %, a coverage of 68 % by 6.6 %; of all
+/// 1000 by 2.2 % and 1.5 %.
 #[test]
 fn errors_are_near_the_bound_and_uncertainties_hold() {
     let seeds: u64 = std::env::var("REFINED_SEEDS").map_or(25, |n| n.parse().expect("a number"));

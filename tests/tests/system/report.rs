@@ -1,4 +1,5 @@
-//! Reports opened from disk with the network off: drawn whole, without an error, a word to any host, or five megabytes.
+//! Reports opened from disk with the network off: drawn whole, without an error, a word to any host, or five
+//! megabytes.
 
 use serde_json::{json, Value};
 use std::path::Path;
@@ -15,7 +16,8 @@ const WINDOWS: [Window; 6] = [
     Window { width: 1920, height: 1080, is_dark: true },
 ];
 
-/// Opens the page at every size and in both colours; pictures go where `YAWRIG_PICTURES` says, to be looked at.
+/// Opens the page at every size and in both colours; pictures go where `YAWRIG_PICTURES` says, to be looked
+/// at.
 fn looked_at(page: &Path, words: &[&str], plots: u64) {
     let name = page.file_stem().expect("a name").to_string_lossy().into_owned();
     let bytes = page.metadata().expect("the page").len();

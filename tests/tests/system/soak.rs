@@ -1,8 +1,8 @@
-//! Ten thousand releases on one device, and two hundred on QEMU's: none missed, no number left out, the same answer to
-//! the same release early and late, memory as at the start.
+//! Ten thousand releases on one device, and two hundred on QEMU's: none missed, no number left out, the same
+//! answer to the same release early and late, memory as at the start.
 //!
-//! The firmware has no heap to lose: it is `no_std` without `alloc`, and its buffers are fields of one value. What can
-//! grow here is the host's side, whose resident set is looked at.
+//! The firmware has no heap to lose: it is `no_std` without `alloc`, and its buffers are fields of one value.
+//! What can grow here is the host's side, whose resident set is looked at.
 
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
@@ -19,7 +19,8 @@ const HOLD_S: f64 = 1.6;
 /// Blocks, and four of them where it is decided whether the model is held.
 const ALIKE: usize = 4 * BLOCK;
 
-/// Short releases, no two alike; each a multiple of the samples it looks at at once, so that all rounds lie alike.
+/// Short releases, no two alike; each a multiple of the samples it looks at at once, so that all rounds lie
+/// alike.
 fn releases() -> Vec<Vec<u16>> {
     (0..DIFFERENT as u64)
         .into_par_iter()

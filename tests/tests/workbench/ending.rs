@@ -43,7 +43,8 @@ fn ctrl_c_ends_it_in_the_middle_of_a_fit() {
     assert!(!folder.path().join("model.toml").exists());
 }
 
-/// Begins `job` and cancels it; whether it was under way for all of that. It may have ended before: then it is taken back.
+/// Begins `job` and cancels it; whether it was under way for all of that. It may have ended before: then it
+/// is taken back.
 fn is_cancelled(bench: &Bench, job: &Value) -> bool {
     assert_eq!(bench.act(job).0, 200);
     let looked = |state: &Value| state["job"]["looks"].as_u64().is_some_and(|looks| looks > 0);

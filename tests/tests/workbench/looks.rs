@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 use yawrig_tests::browser::{Browser, Window};
 use yawrig_tests::PATIENCE;
 
-/// Elements of the page's frame that stick out of the window or of each other, or hide part of their own text.
+/// Elements of the page's frame that stick out of the window or of each other, or hide part of their own
+/// text.
 const CUT_OFF: &str = "(() => { const out = [], w = innerWidth, h = innerHeight; \
     if (document.documentElement.scrollWidth > w || document.documentElement.scrollHeight > h) out.push('the page scrolls'); \
     for (const e of document.querySelectorAll('#top, #releases, #panels, .live-top, .panel, #side, #steps-panel, #foot, .pane:not([hidden])')) { \

@@ -22,7 +22,8 @@ pub unsafe fn erased() -> &'static mut MemoryFlash {
 /// # Safety
 /// There is no other reference to it.
 pub unsafe fn erase(slots: *mut MaybeUninit<MemoryFlash>) -> &'static mut MemoryFlash {
-    // SAFETY: bytes throughout, of which any value is one. Not by a value of its type, which would lie on the stack.
+    // SAFETY: bytes throughout, of which any value is one. Not by a value of its type, which would lie on the
+    // stack.
     unsafe {
         slots.cast::<u8>().write_bytes(ERASED, size_of::<MemoryFlash>());
         (*slots).assume_init_mut()

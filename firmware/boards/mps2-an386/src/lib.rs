@@ -11,8 +11,8 @@ pub mod watchdog;
 use core::panic::PanicInfo;
 use cortex_m_semihosting::{debug, hio};
 
-/// Says where, and ends the emulator as failed. The message stays unsaid: what prints any value at all takes a third
-/// of the image.
+/// Says where, and ends the emulator as failed. The message stays unsaid: what prints any value at all takes
+/// a third of the image.
 #[panic_handler]
 fn panicked(info: &PanicInfo) -> ! {
     if let Some(place) = info.location() {

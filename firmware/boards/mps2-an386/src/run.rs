@@ -14,8 +14,9 @@ const LOOKS_BEFORE_SLEEP: u32 = 50;
 /// Samples that are taken, if so many wait, before the host is heard again.
 const SAMPLES_A_ROUND: u32 = 64;
 
-/// Serves samples and the line for good, without a watchdog: the emulator's clock goes on while its host lets it wait, and
-/// a board that waits for its host has not hung. `after_round` is called after each time both have been served.
+/// Serves samples and the line for good, without a watchdog: the emulator's clock goes on while its host lets
+/// it wait, and a board that waits for its host has not hung. `after_round` is called after each time both
+/// have been served.
 pub fn run(mut after_round: impl FnMut(u32)) -> ! {
     // Nothing may run a handler: interrupts only end `wfi`.
     cortex_m::interrupt::disable();

@@ -28,7 +28,8 @@ pub fn paint() {
     }
 }
 
-/// Bytes of the deepest stack since [`paint`]; `None` where no paint is left, so that it may have been deeper.
+/// Bytes of the deepest stack since [`paint`]; `None` where no paint is left, so that it may have been
+/// deeper.
 pub fn deepest() -> Option<usize> {
     let top = addr_of!(_stack_start) as usize;
     // SAFETY: aligned RAM.

@@ -75,8 +75,8 @@ impl Uart {
         unsafe { write_volatile((self.base + offset) as *mut u32, value) }
     }
 
-    /// From here on a byte received or sent wakes the core again. Look at [`ReadReady::read_ready`] after this and
-    /// before sleeping: what came earlier does not wake it any more.
+    /// From here on a byte received or sent wakes the core again. Look at [`ReadReady::read_ready`] after
+    /// this and before sleeping: what came earlier does not wake it any more.
     pub fn arm(&mut self) {
         self.write_register(INTSTATUS, INTSTATUS_ALL);
         NVIC::unpend(self.receive);

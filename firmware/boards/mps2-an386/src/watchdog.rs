@@ -1,6 +1,7 @@
 //! ARM CMSDK APB watchdog, as on the MPS2 board, for the image with a hang in it.
 //!
-//! It counts down twice: at the end of the first time it asks for an NMI, at the end of the second it resets the machine.
+//! It counts down twice: at the end of the first time it asks for an NMI, at the end of the second it resets
+//! the machine.
 
 use core::ptr::write_volatile;
 use cortex_m_rt::exception;

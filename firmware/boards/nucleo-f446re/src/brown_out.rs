@@ -1,6 +1,6 @@
-//! The supply below which the chip holds itself in reset. As it comes it runs down to 1.8 V, and words of the flash that are
-//! programmed at less than 2.7 V are not what they should be: it is set to 2.7 V, once, in the option bytes, which stay
-//! (RM0390, 3.6.4 and 3.8.6). It holds from the next reset on.
+//! The supply below which the chip holds itself in reset. As it comes it runs down to 1.8 V, and words of the
+//! flash that are programmed at less than 2.7 V are not what they should be: it is set to 2.7 V, once, in the
+//! option bytes, which stay (RM0390, 3.6.4 and 3.8.6). It holds from the next reset on.
 
 pub const KEYS: [u32; 2] = [0x0819_2a3b, 0x4c5d_6e7f];
 /// What RM0390 calls OPTCR, as bits. The level is the highest where both of its bits are clear.

@@ -1,8 +1,8 @@
 //! The network's slots in the microcontroller's own flash (RM0390, chapter 3).
 //!
-//! There is one bank: while a sector is erased (16 KiB in 0.25 s, at most 0.5 s; 64 KiB in 0.55 s, at most 1.1 s) or a word
-//! programmed (16 us) the processor waits at its next instruction of the flash. What waits for an erase is in RAM, as is
-//! what takes the samples meanwhile.
+//! There is one bank: while a sector is erased (16 KiB in 0.25 s, at most 0.5 s; 64 KiB in 0.55 s, at most
+//! 1.1 s) or a word programmed (16 us) the processor waits at its next instruction of the flash. What waits
+//! for an erase is in RAM, as is what takes the samples meanwhile.
 
 use embedded_storage::nor_flash::{
     check_erase, check_read, check_write, ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash,
@@ -41,13 +41,15 @@ pub trait Controller {
     fn write_word(&mut self, number: u32, offset: usize, word: u32);
 }
 
-/// Two slots and the lock's two places as one flash of four sectors: three of 16 KiB, and the first 16 KiB of a larger one.
+/// Two slots and the lock's two places as one flash of four sectors: three of 16 KiB, and the first 16 KiB of
+/// a larger one.
 pub struct Slots<C> {
     controller: C,
 }
 
-/// Their numbers in the microcontroller. Sector 0 is the vector table's, and code begins at sector 5. The larger one is a
-/// network's: only the host has it erased, while the records' places are whenever what was learnt has filled one.
+/// Their numbers in the microcontroller. Sector 0 is the vector table's, and code begins at sector 5. The
+/// larger one is a network's: only the host has it erased, while the records' places are whenever what was
+/// learnt has filled one.
 pub const NUMBERS: [u32; 4] = [1, 4, 2, 3];
 
 /// In which of the microcontroller's sectors a byte is, and where in it.

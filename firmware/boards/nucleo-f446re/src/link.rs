@@ -1,5 +1,5 @@
-//! USART2, which the ST-Link makes a serial port of the computer: PA2 and PA3, 115 200 baud. DMA1 writes what comes
-//! to a ring, also while the processor waits for the flash.
+//! USART2, which the ST-Link makes a serial port of the computer: PA2 and PA3, 115 200 baud. DMA1 writes what
+//! comes to a ring, also while the processor waits for the flash.
 
 use core::ptr::{addr_of, addr_of_mut};
 use embedded_io::{Error, ErrorKind, ErrorType, Read, ReadReady, Write, WriteReady};
@@ -57,8 +57,8 @@ impl Link {
         Self { usart, dma, reader: Reader::new(), lost: false }
     }
 
-    /// The status register. Once it has been read, DMA's next read of the data clears the overrun in it (RM0390,
-    /// 25.6.1), so whoever reads it keeps that.
+    /// The status register. Once it has been read, DMA's next read of the data clears the overrun in it
+    /// (RM0390, 25.6.1), so whoever reads it keeps that.
     fn status(&mut self) -> u16 {
         let status = self.usart.sr().read().bits();
         if status & SR_ORE != 0 {
@@ -69,8 +69,8 @@ impl Link {
         status
     }
 
-    /// Whether a byte was lost since this was last asked: it came before DMA had taken the one before, or DMA has gone
-    /// round the ring before it was read.
+    /// Whether a byte was lost since this was last asked: it came before DMA had taken the one before, or DMA
+    /// has gone round the ring before it was read.
     fn overrun(&mut self) -> bool {
         self.status();
         let wrapped = self.dma.hisr().read().bits() & DMA_HISR_COMPLETE_5 != 0;

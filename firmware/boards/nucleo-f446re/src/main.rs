@@ -1,8 +1,10 @@
-//! The yawrig device on ST's NUCLEO-F446RE: the potentiometer's wiper at A0, the host at the ST-Link's serial port.
+//! The yawrig device on ST's NUCLEO-F446RE: the potentiometer's wiper at A0, the host at the ST-Link's serial
+//! port.
 //!
-//! The LED (LD2) is on while the model is held, blinks fast while it rings, and now and then while the device waits.
-//! It needs the 8 MHz that the ST-Link gives (the board's default): the processor's own clock is off by up to 1 %,
-//! and so would every natural frequency be. Without them the watchdog starts it again and again, the LED dark.
+//! The LED (LD2) is on while the model is held, blinks fast while it rings, and now and then while the device
+//! waits. It needs the 8 MHz that the ST-Link gives (the board's default): the processor's own clock is off
+//! by up to 1 %, and so would every natural frequency be. Without them the watchdog starts it again and
+//! again, the LED dark.
 #![no_std]
 #![no_main]
 
@@ -38,7 +40,8 @@ use yawrig_shared::wire::Start;
 
 /// Longer than a sector takes to erase (1.1 s), even where the watchdog's own clock is fast by half.
 const WATCHDOG_MS: u32 = 4000;
-/// The ST-Link's 8 MHz come from a crystal that keeps to 50 ppm: as a standard uncertainty, over the root of three.
+/// The ST-Link's 8 MHz come from a crystal that keeps to 50 ppm: as a standard uncertainty, over the root of
+/// three.
 const CLOCK_U_PPM: f32 = 29.0;
 /// RCC_CSR, RM0390, 6.3.21: forgets the causes of resets.
 const CSR_CLEAR: u32 = 1 << 24;
@@ -54,7 +57,8 @@ static mut NOTE: MaybeUninit<Note> = MaybeUninit::uninit();
 static mut MEMORY: MaybeUninit<Memory> = MaybeUninit::uninit();
 
 fn note(note: Note) {
-    // SAFETY: one processor, whose interrupt has nothing to do with it; plain numbers, for which any bits are a value.
+    // SAFETY: one processor, whose interrupt has nothing to do with it; plain numbers, for which any bits are
+    // a value.
     unsafe { addr_of_mut!(NOTE).cast::<Note>().write_volatile(note) };
 }
 

@@ -1,6 +1,6 @@
-//! The potentiometer at A0 (PA0), at exactly 1 kHz: TIM2 triggers ADC1 sixteen times a sample, DMA2 writes its readings to
-//! a ring, TIM5 counts the triggers. The program sums them up whenever it comes by, and where it stays away an interrupt,
-//! which is in RAM and so does it even while a sector of the flash is erased.
+//! The potentiometer at A0 (PA0), at exactly 1 kHz: TIM2 triggers ADC1 sixteen times a sample, DMA2 writes
+//! its readings to a ring, TIM5 counts the triggers. The program sums them up whenever it comes by, and where
+//! it stays away an interrupt, which is in RAM and so does it even while a sector of the flash is erased.
 
 use core::ptr::{addr_of, addr_of_mut};
 use cortex_m::interrupt::free;
@@ -21,8 +21,8 @@ use yawrig_firmware::sums::Sums;
 const RING: usize = 16 * CONVERSIONS as usize;
 const INTERRUPT_HZ: u32 = 125;
 static mut READINGS: [u16; RING] = [0; RING];
-/// Samples kept, 1016 ms of them: twice the longest that a sector of 16 KiB takes to erase. Of the larger one's 1.1 s at most
-/// the first tenth may be lost, which is counted.
+/// Samples kept, 1016 ms of them: twice the longest that a sector of 16 KiB takes to erase. Of the larger
+/// one's 1.1 s at most the first tenth may be lost, which is counted.
 const KEPT: usize = 1024;
 static SUMS: Sums<RING, KEPT> = Sums::new();
 
@@ -39,7 +39,8 @@ const TIM_SMCR_EXTERNAL_CLOCK: u32 = 0b111;
 /// TIM5's internal trigger 0 is TIM2.
 const TIM_SMCR_ITR0: u32 = 0b000 << 4;
 const ADC_CCR_DIVIDE_BY_4: u32 = 0b01 << 16;
-/// 480 cycles of 21 MHz, 23 us of the 62.5 us between conversions: a source of up to 50 kOhm charges the converter's capacitor.
+/// 480 cycles of 21 MHz, 23 us of the 62.5 us between conversions: a source of up to 50 kOhm charges the
+/// converter's capacitor.
 const ADC_SMPR2_SLOWEST_0: u32 = 0b111;
 const ADC_CR2_ADON: u32 = 1;
 const ADC_CR2_DMA: u32 = 1 << 8;
@@ -102,7 +103,8 @@ impl Sampling {
         sampling
     }
 
-    /// Everything at its beginning: no trigger counted, the ring's first place next. How many samples were lost by it.
+    /// Everything at its beginning: no trigger counted, the ring's first place next. How many samples were
+    /// lost by it.
     fn start(&mut self) -> u32 {
         let stream = self.dma.st(STREAM);
         // SAFETY: fields as above; the ring is a static that nothing else writes.

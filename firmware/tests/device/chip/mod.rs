@@ -1,7 +1,8 @@
-//! A flash chip in memory, of any write and erase size, and all that a power cut in one of its operations can leave.
+//! A flash chip in memory, of any write and erase size, and all that a power cut in one of its operations can
+//! leave.
 //!
-//! It keeps to the rules of flash with an error-correcting code: units are written as a whole, aligned, and once between
-//! two erases. A unit in whose writing the power went may be unreadable afterwards.
+//! It keeps to the rules of flash with an error-correcting code: units are written as a whole, aligned, and
+//! once between two erases. A unit in whose writing the power went may be unreadable afterwards.
 
 use embedded_storage::nor_flash::{
     check_erase, check_read, check_write, ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash,
@@ -235,8 +236,8 @@ impl<const WRITE: usize, const ERASE: usize> NorFlash for Chip<WRITE, ERASE> {
     }
 }
 
-/// A chip that shows `seen`, at each operation, all that a power cut in it could leave. `seen` is also told whether
-/// the commit word was being written.
+/// A chip that shows `seen`, at each operation, all that a power cut in it could leave. `seen` is also told
+/// whether the commit word was being written.
 pub struct Watched<'a, const WRITE: usize, const ERASE: usize> {
     pub chip: Chip<WRITE, ERASE>,
     pub seen: &'a mut dyn FnMut(&Chip<WRITE, ERASE>, bool),

@@ -124,7 +124,8 @@ impl Noise {
     }
 }
 
-/// A release in closed form: held for two seconds at `from_deg`, let go, `seconds` in all, read with white noise.
+/// A release in closed form: held for two seconds at `from_deg`, let go, `seconds` in all, read with white
+/// noise.
 #[derive(Clone, Copy, Debug)]
 pub struct Swing {
     pub wn: f64,

@@ -41,13 +41,14 @@ impl At {
         self.0.is_empty()
     }
 
-    /// Whether a wind-off release at this is the reference of one at `other`: nothing that it states is otherwise there.
+    /// Whether a wind-off release at this is the reference of one at `other`: nothing that it states is
+    /// otherwise there.
     pub fn serves(&self, other: &Self) -> bool {
         self.0.iter().all(|(name, value)| other.0.get(name) == Some(value))
     }
 
-    /// Of wind-off releases and what each was made under, the reference of one made under this: the one that serves it and
-    /// shares most of it, the first of such.
+    /// Of wind-off releases and what each was made under, the reference of one made under this: the one that
+    /// serves it and shares most of it, the first of such.
     pub fn reference<'a, T>(&self, off: impl Iterator<Item = (T, &'a Self)>) -> Option<T> {
         let serving = off.filter(|(_, at)| at.serves(self));
         let more = |best: (T, &'a Self), next: (T, &'a Self)| {
@@ -60,7 +61,8 @@ impl At {
         serving.reduce(more).map(|(which, _)| which)
     }
 
-    /// What cannot be the name of a setting: it becomes a column beside those that are there, and a key without quotes.
+    /// What cannot be the name of a setting: it becomes a column beside those that are there, and a key
+    /// without quotes.
     pub fn unusable_name(&self) -> Option<&str> {
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
         let is_derivative = |name: &str| name.starts_with("cn_") || name.starts_with("cy_");

@@ -157,8 +157,8 @@ pub struct ReleaseEntry {
     /// Absolute; in place of the density, with `temperature_deg_c` here or in [`AirEntry`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pressure_pa: Option<f64>,
-    /// What else it was made under, by name (`ride_height_mm`, `wing`); empty with the wind off where the reference
-    /// serves every setting.
+    /// What else it was made under, by name (`ride_height_mm`, `wing`); empty with the wind off where the
+    /// reference serves every setting.
     #[serde(default, skip_serializing_if = "At::is_empty")]
     pub at: At,
     /// Doubts about it that were looked into and are not said any more.
@@ -262,8 +262,8 @@ impl Campaign {
         release.at.reference(offs.map(|off| (&off.at, &off.at)))
     }
 
-    /// Fills in what is stated in another way: the stiffness by the spring's name, the density by temperature and
-    /// pressure, the wind's speed by its dynamic pressure. What is not stated at all stays not a number.
+    /// Fills in what is stated in another way: the stiffness by the spring's name, the density by temperature
+    /// and pressure, the wind's speed by its dynamic pressure. What is not stated at all stays not a number.
     ///
     /// # Errors
     /// The release, none for the head, and the entry that is said in two ways or wants another one.

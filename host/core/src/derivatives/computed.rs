@@ -117,8 +117,8 @@ impl<'a> Computed<'a> {
         }
     }
 
-    /// For each release: the wind-on mode that the derivatives give back from the wind-off one, thesis Fig 4.21.
-    /// `None` with the wind off, and where there is no point.
+    /// For each release: the wind-on mode that the derivatives give back from the wind-off one, thesis Fig
+    /// 4.21. `None` with the wind off, and where there is no point.
     pub fn responses(&self) -> Vec<Option<Modal>> {
         let mut responses = vec![None; self.identified.len()];
         let inertia = Axis::BOTH
@@ -219,8 +219,8 @@ impl<'a> Computed<'a> {
     }
 }
 
-/// Izz about `axis` (kg m2) as the table of these releases will have it: the campaign's own, or from those made with the
-/// wind off; `None` where there is neither.
+/// Izz about `axis` (kg m2) as the table of these releases will have it: the campaign's own, or from those
+/// made with the wind off; `None` where there is neither.
 pub fn inertia_kg_m2(campaign: &Campaign, identified: &[Identified], axis: Axis) -> Option<f64> {
     let conditions = group(campaign, identified);
     let layout = Layout::new(campaign, &conditions);

@@ -171,11 +171,11 @@ impl Condition {
 
 /// The conditions ([`settings`]), each with the means over its releases.
 ///
-/// Releases scatter more than their fits' uncertainties say; that excess is pooled over all repeated conditions
-/// (wind off and wind on apart, relative for wn, absolute for 2 zeta wn), since two or three repeats of one tell
-/// little, and it counts for the conditions released once too. Where the repeats of one condition scatter more than
-/// their fits state by more than chance, its mean's uncertainty is the stated one times the Birge ratio at least
-/// (R. T. Birge, Phys. Rev. 40, 1932).
+/// Releases scatter more than their fits' uncertainties say; that excess is pooled over all repeated
+/// conditions (wind off and wind on apart, relative for wn, absolute for 2 zeta wn), since two or three
+/// repeats of one tell little, and it counts for the conditions released once too. Where the repeats of one
+/// condition scatter more than their fits state by more than chance, its mean's uncertainty is the stated one
+/// times the Birge ratio at least (R. T. Birge, Phys. Rev. 40, 1932).
 pub(crate) fn group(campaign: &Campaign, identified: &[Identified]) -> Vec<Condition> {
     let nothing = Mean { value: 0.0, u_fit: 0.0, u_repeatability: 0.0, birge_ratio: 1.0 };
     let condition = |setting: Setting| Condition {
@@ -218,8 +218,8 @@ fn relative(values: &[Quantity]) -> Vec<Quantity> {
     values.iter().map(|q| Quantity::new(q.value / scale, q.u / scale)).collect()
 }
 
-/// Standard deviation between releases beyond their own uncertainties, pooled over the groups by moments; 0 where
-/// there is none or nothing was repeated.
+/// Standard deviation between releases beyond their own uncertainties, pooled over the groups by moments; 0
+/// where there is none or nothing was repeated.
 fn excess_scatter(groups: &[Vec<Quantity>]) -> f64 {
     let (mut excess, mut freedom) = (0.0, 0.0);
     for group in groups.iter().filter(|group| group.len() > 1) {
@@ -237,8 +237,8 @@ fn excess_scatter(groups: &[Vec<Quantity>]) -> f64 {
     }
 }
 
-/// Chi squared of repeats against their stated uncertainties with its degrees of freedom, and what the weighted mean's
-/// uncertainty would be by those; `None` for one release, or where one claims to be exact.
+/// Chi squared of repeats against their stated uncertainties with its degrees of freedom, and what the
+/// weighted mean's uncertainty would be by those; `None` for one release, or where one claims to be exact.
 fn chi_squared(values: &[Quantity]) -> Option<(f64, f64, f64)> {
     let freedom = values.len().checked_sub(1).filter(|n| *n > 0)? as f64;
     if !values.iter().all(|q| q.u > 0.0 && q.u.is_finite()) {
@@ -251,8 +251,8 @@ fn chi_squared(values: &[Quantity]) -> Option<(f64, f64, f64)> {
     Some((chi_squared, freedom, total.sqrt().recip()))
 }
 
-/// Square root of chi squared per degree of freedom, and what the weighted mean's uncertainty would be as stated; `None`
-/// also where chance alone exceeds it once in a hundred or more often.
+/// Square root of chi squared per degree of freedom, and what the weighted mean's uncertainty would be as
+/// stated; `None` also where chance alone exceeds it once in a hundred or more often.
 fn birge(values: &[Quantity]) -> Option<(f64, f64)> {
     let (chi_squared, freedom, stated) = chi_squared(values)?;
     let is_rare = chi_squared > rare_chi_squared(freedom);
@@ -328,7 +328,8 @@ mod tests {
         assert_eq!(mean(&groups[1], tau).u_repeatability, tau, "counts for what was released once");
     }
 
-    /// Five releases of each of 2000 conditions, normally distributed about one value by `scatter` times what they state.
+    /// Five releases of each of 2000 conditions, normally distributed about one value by `scatter` times what
+    /// they state.
     fn repeats(scatter: f64) -> Vec<Vec<Quantity>> {
         use rand::SeedableRng;
         use rand_distr::{Distribution, Normal};

@@ -1,8 +1,8 @@
 //! The best straight line through points uncertain in both coordinates.
 //!
-//! Reference: D. York, N. M. Evensen, M. López Martínez, J. De Basabe Delgado, "Unified equations for the slope,
-//! intercept, and standard errors of the best straight line", Am. J. Phys. 72 (2004) 367, without correlation
-//! between the two errors of a point.
+//! Reference: D. York, N. M. Evensen, M. López Martínez, J. De Basabe Delgado, "Unified equations for the
+//! slope, intercept, and standard errors of the best straight line", Am. J. Phys. 72 (2004) 367, without
+//! correlation between the two errors of a point.
 
 /// Iterations after which the slope has settled to rounding for any sensible data.
 const ITERATIONS: usize = 50;
@@ -31,8 +31,8 @@ pub(crate) struct StraightLine {
 }
 
 impl StraightLine {
-    /// By how much the points scatter more than stated: the square root of chi squared per degree of freedom, at
-    /// least 1 (Birge's ratio).
+    /// By how much the points scatter more than stated: the square root of chi squared per degree of freedom,
+    /// at least 1 (Birge's ratio).
     pub(crate) fn scatter_ratio(&self) -> f64 {
         if self.degrees_of_freedom == 0 {
             return 1.0;

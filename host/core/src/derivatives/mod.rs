@@ -1,8 +1,8 @@
 //! A campaign of releases, wind off and on, to aerodynamic derivatives.
 //!
-//! Records are identified one by one, repeats averaged ([`condition`]), the inertia taken from a straight line
-//! (`line`), the derivatives computed by the formulas host and device share, and every uncertainty carried
-//! through all of it.
+//! Records are identified one by one, repeats averaged ([`condition`]), the inertia taken from a straight
+//! line (`line`), the derivatives computed by the formulas host and device share, and every uncertainty
+//! carried through all of it.
 
 pub mod at;
 pub mod campaign;

@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use yawrig_shared::axis::Axis;
 
-/// Contributions to a standard uncertainty (k = 1), in the unit of the value; their squares add up to its square.
+/// Contributions to a standard uncertainty (k = 1), in the unit of the value; their squares add up to its
+/// square.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
     /// Scatter between releases of one condition beyond their fits' uncertainties.
@@ -184,8 +185,8 @@ pub struct ReleaseRow {
     /// Its natural frequency and damping ratio.
     #[serde(flatten)]
     pub identified: Identified,
-    /// Mean squared difference between the record and the response computed from the derivatives, over what was
-    /// analysed, deg2; `null` with the wind off.
+    /// Mean squared difference between the record and the response computed from the derivatives, over what
+    /// was analysed, deg2; `null` with the wind off.
     pub validation_mse_deg2: Option<f64>,
 }
 

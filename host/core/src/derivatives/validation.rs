@@ -4,11 +4,12 @@ use crate::record::Record;
 use crate::solver::linear_fit;
 use yawrig_shared::modal::Modal;
 
-/// Mean squared difference in deg2 between the record from `from_s` to `to_s` and the free response of `modal`.
+/// Mean squared difference in deg2 between the record from `from_s` to `to_s` and the free response of
+/// `modal`.
 ///
-/// Initial condition and the sensor's offset are fitted, since they are the release's and not the model's; the
-/// frequency and the damping are not. About the square of the sensor's noise where the derivatives are right.
-/// `None` for fewer than four samples.
+/// Initial condition and the sensor's offset are fitted, since they are the release's and not the model's;
+/// the frequency and the damping are not. About the square of the sensor's noise where the derivatives are
+/// right. `None` for fewer than four samples.
 pub fn mean_squared_error_deg2(
     record: &Record,
     from_s: f64,

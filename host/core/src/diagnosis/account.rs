@@ -19,7 +19,8 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-/// Uncertainties by which the rest angle is off the sensor's zero for it to be named, and the share of the amplitude.
+/// Uncertainties by which the rest angle is off the sensor's zero for it to be named, and the share of the
+/// amplitude.
 const OFF_ZERO: f64 = 3.0;
 const LEAST_OFFSET: f64 = 0.005;
 /// Residual of a part of the amplitudes, over that of all, from which on it is named.
@@ -47,7 +48,8 @@ pub(crate) struct Account {
     pub(crate) survivors: Survivors,
 }
 
-/// Every effect alone on long pieces. What they leave follows the motion: an independent residual each half cycle.
+/// Every effect alone on long pieces. What they leave follows the motion: an independent residual each half
+/// cycle.
 fn candidates(
     decay: &FreeDecay,
     survivors: &Survivors,
@@ -138,7 +140,8 @@ pub(crate) fn account(
         let judged = survivors::refit(&survivors.lengths, &structure, &survivors.path[0]);
         let model = of_judged(decay, &survivors, &judged);
         let held_out_rad = judged.prediction.rms_rad();
-        // Where the model is far off, a rest angle need not help it to predict: then it is no step of its own.
+        // Where the model is far off, a rest angle need not help it to predict: then it is no step of its
+        // own.
         if held_out_rad >= survivors.path[0].prediction.rms_rad() {
             steps.push(Step { added: None, model, held_out_rad, parameters: BTreeMap::new() });
         }
@@ -157,7 +160,8 @@ pub(crate) fn account(
             parameters.insert(name, moment);
         }
         let added = new.or((plain > 0 && steps.len() == plain).then(Effect::of_rest));
-        // Two effects may be needed before either helps: until then a smaller model of the path predicts better.
+        // Two effects may be needed before either helps: until then a smaller model of the path predicts
+        // better.
         let smaller = steps.last().map_or(f64::INFINITY, |step: &Step| step.held_out_rad);
         let held_out_rad = judged.prediction.rms_rad().min(smaller);
         steps.push(Step { added, model, held_out_rad, parameters });

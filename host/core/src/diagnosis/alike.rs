@@ -11,7 +11,8 @@ use crate::error::Result;
 use crate::fit::free_decay::FreeDecay;
 use rayon::prelude::*;
 
-/// For an effect that survives in `decay`, every other that predicts as well in its place and that physics allows.
+/// For an effect that survives in `decay`, every other that predicts as well in its place and that physics
+/// allows.
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.
@@ -51,7 +52,8 @@ fn fits_worse(sum: f64, survivor: f64) -> bool {
     sum * (1.0 - LEAST_GAIN).powi(2) > survivor
 }
 
-/// The same for an effect of `set` that was looked for in several releases, whose `prediction` is from the others.
+/// The same for an effect of `set` that was looked for in several releases, whose `prediction` is from the
+/// others.
 ///
 /// # Errors
 /// Interrupted, once somebody asked for it.

@@ -1,8 +1,8 @@
-//! The amplitude picture: natural frequency, damping ratio and mid-line of every three cycles against amplitude, as
-//! measured and as each model predicts them.
+//! The amplitude picture: natural frequency, damping ratio and mid-line of every three cycles against
+//! amplitude, as measured and as each model predicts them.
 //!
-//! A model's values are those of its simulated reading, cut into windows and fitted exactly as the measurement is:
-//! whatever the windows do to one they do to the other.
+//! A model's values are those of its simulated reading, cut into windows and fitted exactly as the
+//! measurement is: whatever the windows do to one they do to the other.
 
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
@@ -48,8 +48,8 @@ pub struct AmplitudePicture {
     pub predictions: Vec<PredictedAmplitudes>,
 }
 
-/// The picture of `decay` with what each of `models`, fitted to it, predicts. A model whose simulation has run away
-/// has no points.
+/// The picture of `decay` with what each of `models`, fitted to it, predicts. A model whose simulation has
+/// run away has no points.
 ///
 /// ```
 /// use yawrig_core::diagnosis::amplitude::picture;

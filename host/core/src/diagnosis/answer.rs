@@ -211,8 +211,8 @@ pub(crate) fn modal(model: &Fitted) -> Modal {
     }
 }
 
-/// What is said of `model`, whose last effect is the `effects`th (0: none was added): its residuals on what it was fitted
-/// to, and on the later part held out from another fit.
+/// What is said of `model`, whose last effect is the `effects`th (0: none was added): its residuals on what
+/// it was fitted to, and on the later part held out from another fit.
 pub fn step(decay: &FreeDecay, model: &Fitted, effects: usize) -> Step {
     let count = (FITTED_SHARE * decay.yaw_rad.len() as f64) as usize;
     let partial = refit(decay, model, count);

@@ -1,9 +1,10 @@
 //! Random forcing recognised: the likelihood of a Kalman filter with process noise against one without.
 //!
-//! State (b, r) of the plain model, driven by a white random moment of intensity q, read with white noise. The
-//! likelihood is that of the innovations, the noise's variance that of the floor: R. H. Jones, Technometrics 22 (1980).
-//! A deterministic effect that is missing also raises q; it is recognised by forcing, frequency or damping that are not the same
-//! in every quarter of the record, by innovations that are not white, know the state, or stand out.
+//! State (b, r) of the plain model, driven by a white random moment of intensity q, read with white noise.
+//! The likelihood is that of the innovations, the noise's variance that of the floor: R. H. Jones,
+//! Technometrics 22 (1980). A deterministic effect that is missing also raises q; it is recognised by
+//! forcing, frequency or damping that are not the same in every quarter of the record, by innovations that
+//! are not white, know the state, or stand out.
 
 use crate::bic;
 use crate::diagnosis::likelihood::is_explained;
@@ -38,8 +39,8 @@ pub(crate) struct Buffeted {
     pub(crate) state_dependence: f64,
 }
 
-/// Parts of a record that must agree, and the cycles that each has to hold: in fewer the forcing, three numbers and a
-/// random moment, follows any law.
+/// Parts of a record that must agree, and the cycles that each has to hold: in fewer the forcing, three
+/// numbers and a random moment, follows any law.
 const QUARTERS: usize = 4;
 const CYCLES: f64 = 2.0;
 /// First steps in the logarithm of the intensity, the frequency and the damping ratio.
@@ -56,7 +57,8 @@ struct Run {
     states: Vec<[f64; 2]>,
 }
 
-/// State transition over `h` (s), none where the model does not oscillate, and the covariance (bb, br, rr) that the forcing adds.
+/// State transition over `h` (s), none where the model does not oscillate, and the covariance (bb, br, rr)
+/// that the forcing adds.
 fn transition(h: f64, wn: f64, zeta: f64, ratio: f64) -> Option<([[f64; 2]; 2], [f64; 3])> {
     if zeta.abs() >= 1.0 || zeta.is_nan() {
         return None;
@@ -83,8 +85,8 @@ fn predicted(f: &[[f64; 2]; 2], p: [f64; 3], q: [f64; 3]) -> [f64; 3] {
     ]
 }
 
-/// Filters `yaw` with the model, its noise of variance `known` or that which is likeliest; `ratio` is q over the noise's variance. Discrete noise for a step short against the
-/// period.
+/// Filters `yaw` with the model, its noise of variance `known` or that which is likeliest; `ratio` is q over
+/// the noise's variance. Discrete noise for a step short against the period.
 fn filter(
     grid: &Grid,
     yaw: &[f64],
@@ -121,8 +123,8 @@ fn filter(
 /// Cells of yaw angle on which innovations are averaged, for either direction of motion.
 const CELLS: usize = 15;
 
-/// How far the innovations' means over yaw angle and direction are from zero, in standard deviations of their sum of
-/// squares: a random moment does not know the state, a missing law does.
+/// How far the innovations' means over yaw angle and direction are from zero, in standard deviations of their
+/// sum of squares: a random moment does not know the state, a missing law does.
 fn state_dependence(run: &Run) -> f64 {
     let largest = run.states.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x[0].abs()));
     let power = run.innovations.iter().map(|v| v * v).sum::<f64>();
@@ -139,8 +141,8 @@ fn state_dependence(run: &Run) -> f64 {
     (filled.iter().sum::<f64>() - n) / (2.0 * n).sqrt()
 }
 
-/// Neighbouring means of the swing that the filter averages: it needs a dozen a cycle, and the longer a mean the
-/// less its noise has to do with the next.
+/// Neighbouring means of the swing that the filter averages: it needs a dozen a cycle, and the longer a mean
+/// the less its noise has to do with the next.
 fn means_per_block(decay: &FreeDecay) -> usize {
     (decay.per_cycle() / PER_CYCLE).max(1.0) as usize
 }
@@ -152,8 +154,9 @@ fn reduced(series: &[f64], means_per_block: usize) -> Vec<f64> {
         .collect()
 }
 
-/// What [`Buffeted::deviance`] is compared with: that of a definite model, all of whose residual is noise, its numbers
-/// counted; and the count of residuals. The noise is what it leaves where it explains the record, and else the floor.
+/// What [`Buffeted::deviance`] is compared with: that of a definite model, all of whose residual is noise,
+/// its numbers counted; and the count of residuals. The noise is what it leaves where it explains the record,
+/// and else the floor.
 pub(crate) fn definite_criterion(decay: &FreeDecay, model: &Fitted) -> (f64, f64) {
     let (sum, n) = left(decay, model);
     if is_explained(model, decay) {
@@ -170,8 +173,8 @@ fn left(decay: &FreeDecay, model: &Fitted) -> (f64, f64) {
     (left.iter().map(|r| r * r).sum(), left.len() as f64)
 }
 
-/// Difference of BIC in favour of random forcing beside `plain`, as of any other effect: what `plain` leaves counts as
-/// noise.
+/// Difference of BIC in favour of random forcing beside `plain`, as of any other effect: what `plain` leaves
+/// counts as noise.
 pub(crate) fn gain_over(decay: &FreeDecay, plain: &Fitted, b: &Buffeted) -> f64 {
     let ((sum, n), numbers) = (left(decay, plain), plain.parameters.len());
     bic::of_squares(sum, n, numbers) - bic::of_deviance(b.deviance, n, numbers + 1)
@@ -184,8 +187,8 @@ pub(crate) fn fit(decay: &FreeDecay, plain: &Fitted) -> Option<Buffeted> {
     fit_series(decay, &yaw, plain, None)
 }
 
-/// The likeliest random forcing behind what `model` leaves, which follows the linear equation of motion as long as it
-/// is small.
+/// The likeliest random forcing behind what `model` leaves, which follows the linear equation of motion as
+/// long as it is small.
 pub(crate) fn fit_residuals(decay: &FreeDecay, model: &Fitted) -> Option<Buffeted> {
     let left: Vec<f64> = model.residuals.iter().map(|r| -r).collect();
     let (yaw, rate) = model.motion().readings_and_rates(&decay.grid);
@@ -282,8 +285,8 @@ fn strongest_line(innovations: &[f64]) -> f64 {
     power.iter().fold(0.0, |m: f64, p| m.max(*p)) / mean.max(f64::MIN_POSITIVE)
 }
 
-/// Turns what a model leaves into white innovations of unit size in units of the noise: the filter's gains for a
-/// start that is known, the model having its own.
+/// Turns what a model leaves into white innovations of unit size in units of the noise: the filter's gains
+/// for a start that is known, the model having its own.
 pub(crate) struct Whitener {
     transition: [[f64; 2]; 2],
     gains: Vec<[f64; 2]>,

@@ -24,7 +24,8 @@ use std::collections::BTreeMap;
 
 /// Residual over noise, on the part held out, up to which three effects and more count as an explanation.
 const MOST_HELD_OUT: f64 = 1.5;
-/// Uncertainties by which an effect beside random forcing is off zero for it to be believed, and how unsteady that is.
+/// Uncertainties by which an effect beside random forcing is off zero for it to be believed, and how unsteady
+/// that is.
 const BEYOND_DOUBT: f64 = 6.0;
 const STEADY: f64 = 25.0;
 
@@ -55,7 +56,8 @@ pub(super) fn by_likelihood(
     Ok((about_rest, good))
 }
 
-/// Names the constant moment of an answer whose effects act about the rest angle; `about_zero` begins without it.
+/// Names the constant moment of an answer whose effects act about the rest angle; `about_zero` begins without
+/// it.
 fn name_rest(answer: &mut Diagnosed, about_zero: &Diagnosed) {
     let diagnosis = &mut answer.diagnosis;
     for (step, model) in diagnosis.steps.iter_mut().zip(&answer.path) {
@@ -138,9 +140,9 @@ fn one_answer(
     ))
 }
 
-/// The answer by the random forcing that explains the record, with the effects beside it, where no definite effects do:
-/// the same throughout, its innovations white, blind to the state and down to the noise, and far likelier than `best`, a
-/// definite model.
+/// The answer by the random forcing that explains the record, with the effects beside it, where no definite
+/// effects do: the same throughout, its innovations white, blind to the state and down to the noise, and far
+/// likelier than `best`, a definite model.
 pub(super) fn random_forcing(
     decay: &FreeDecay,
     start: &SearchStart,
@@ -148,7 +150,8 @@ pub(super) fn random_forcing(
 ) -> Option<Diagnosed> {
     let (deterministic, n) = buffeting::definite_criterion(decay, best);
     let alone = buffeting::fit(decay, &start.plain)?;
-    // Beyond, an effect is not looked for beside random forcing that by itself is no better than a definite model.
+    // Beyond, an effect is not looked for beside random forcing that by itself is no better than a definite
+    // model.
     let far = start.plain.over_noise(decay) > USED_UP_TO;
     if far && deterministic - alone.deviance < bic::MARGIN {
         return None;
@@ -164,8 +167,8 @@ pub(super) fn random_forcing(
     Some(Diagnosed { diagnosis, path, decay: decay.clone(), singles: start.singles.clone() })
 }
 
-/// Random forcing and an effect together bend to much that the library lacks: one effect of the state beside it is believed
-/// that physics allows and whose size stands out of its uncertainty; others are named only.
+/// Random forcing and an effect together bend to much that the library lacks: one effect of the state beside
+/// it is believed that physics allows and whose size stands out of its uncertainty; others are named only.
 fn is_beyond_doubt(forced: &Forced, decay: &FreeDecay) -> bool {
     let model = &forced.model;
     let [effect] = &model.structure.effects[..] else { return false };
@@ -255,8 +258,8 @@ fn candidates(
     singles: &[Fitted],
     refused: &[Refusal],
 ) -> Vec<Candidate> {
-    // Ranked on one count of residuals, else the correlation that they leave would rank them; the difference of BIC is
-    // that of each with the plain model, on its own.
+    // Ranked on one count of residuals, else the correlation that they leave would rank them; the difference
+    // of BIC is that of each with the plain model, on its own.
     let mut ranked: Vec<&Fitted> = singles.iter().collect();
     ranked
         .sort_by(|a, b| b.converged.cmp(&a.converged).then(criterion(a).total_cmp(&criterion(b))));

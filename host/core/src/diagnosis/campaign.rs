@@ -1,5 +1,5 @@
-//! The verdict on a campaign: which effects its releases need together, where each comes from, and what it does to
-//! the derivatives.
+//! The verdict on a campaign: which effects its releases need together, where each comes from, and what it
+//! does to the derivatives.
 
 use crate::derivatives::campaign::Campaign as Made;
 use crate::derivatives::condition::{settings, Identified};
@@ -60,7 +60,8 @@ pub struct CampaignDiagnosis {
     pub steps: Vec<Step>,
     /// What `held_out_over_noise` was held out.
     pub held_out: HeldOut,
-    /// Every effect alone, best first: the gains added of the releases (eight at most) that the plain model explains worst.
+    /// Every effect alone, best first: the gains added of the releases (eight at most) that the plain model
+    /// explains worst.
     pub candidates: Vec<Candidate>,
     /// By effect: the first of its numbers in each condition, free of all others.
     pub coefficients: BTreeMap<String, Vec<Coefficient>>,
@@ -322,8 +323,8 @@ impl Campaign<'_> {
         out.add(&SharedEffect { effect, origin, reason, plan, seen });
     }
 
-    /// The derivative table with these wn and zeta; `None` where there is no point in it. Coefficients that releases
-    /// share make their errors alike; the propagation takes them for independent.
+    /// The derivative table with these wn and zeta; `None` where there is no point in it. Coefficients that
+    /// releases share make their errors alike; the propagation takes them for independent.
     fn table(&self, modal: &[(Quantity, Quantity)]) -> Option<Table> {
         let identified: Vec<Identified> = modal
             .iter()

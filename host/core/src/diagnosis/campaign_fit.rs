@@ -27,8 +27,8 @@ pub(super) const OWN: &str = "each release its own";
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HeldOut {
-    /// The last repeat of each condition released more than once: the effects' coefficients are those of the others,
-    /// natural frequency, damping ratio and state are its own.
+    /// The last repeat of each condition released more than once: the effects' coefficients are those of the
+    /// others, natural frequency, damping ratio and state are its own.
     Releases,
     /// The later part of each release.
     LaterPart,
@@ -206,7 +206,8 @@ impl Campaign<'_> {
         (kind, step)
     }
 
-    /// Random forcing in most releases with the wind on, or with it off, where definite effects do not explain them.
+    /// Random forcing in most releases with the wind on, or with it off, where definite effects do not
+    /// explain them.
     pub(super) fn randomly_forced(
         &self,
         judged: &ReleaseAnswers,

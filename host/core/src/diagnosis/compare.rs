@@ -12,7 +12,8 @@ const TIME_BINS: usize = 20;
 const AMPLITUDE_BINS: usize = 8;
 /// Cells of the phase plane on each side of zero.
 const PHASE_CELLS: i32 = 4;
-/// Cells of a cut on each side of zero, and how far from it a state may be: tangent of the angle in the plane.
+/// Cells of a cut on each side of zero, and how far from it a state may be: tangent of the angle in the
+/// plane.
 const CUT_CELLS: i32 = 8;
 const CUT_WIDTH: f64 = 0.25;
 const FREQUENCY_BINS: usize = 24;
@@ -282,8 +283,9 @@ fn cell(x: f64, most: f64, cells: i32) -> i32 {
     ((x / most * (f64::from(cells) + 0.5)).round() as i32).clamp(-cells, cells)
 }
 
-/// Moment along a line through the plane, where the first coordinate of `split` is about zero, against the second:
-/// means over the passages through the line, and their standard uncertainties from the passages' scatter.
+/// Moment along a line through the plane, where the first coordinate of `split` is about zero, against the
+/// second: means over the passages through the line, and their standard uncertainties from the passages'
+/// scatter.
 fn cut(
     states: &[Missing],
     along_max: f64,

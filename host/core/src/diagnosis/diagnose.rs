@@ -22,10 +22,11 @@ use crate::fit::free_decay::FreeDecay;
 use crate::record::Record;
 use rayon::prelude::*;
 
-/// Residual over noise, of what all effects at once would leave in one linear step, up to which a model down to the
-/// noise is looked for.
+/// Residual over noise, of what all effects at once would leave in one linear step, up to which a model down
+/// to the noise is looked for.
 const WITHIN_REACH: f64 = 8.0;
-/// The same for a model that is as near to the noise as that already; beyond it random forcing is looked for first.
+/// The same for a model that is as near to the noise as that already; beyond it random forcing is looked for
+/// first.
 const MISSED: f64 = 1.5;
 /// Residual over a floor of coloured noise beyond which what a model leaves says nothing about that floor.
 const FAR_FROM_FLOOR: f64 = 5.0;
@@ -87,7 +88,8 @@ pub fn diagnose_with_fits(record: &Record, options: &Options) -> Result<Diagnose
 pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Result<Diagnosed> {
     let options = &options.of(&decay);
     let present = &options.present;
-    // Pieces of a free decay do not show what follows time, and a flexible effect is not looked for beside another.
+    // Pieces of a free decay do not show what follows time, and a flexible effect is not looked for beside
+    // another.
     if !present.effects.iter().all(|e| e.is_strength_of_state() || e.is_own()) {
         let start = SearchStart::of(&decay, options)?;
         return Ok(by_likelihood(record, &decay, options, &start)?.0);
@@ -117,10 +119,12 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
     // From near the noise a linear step is to be believed.
     let out_of_reach = |least| least > MISSED && best.over_noise(&decay) < WITHIN_REACH;
     let within = reached.is_some_and(|least| least < WITHIN_REACH && !out_of_reach(least));
-    // A linear step does not see as far, and what follows time alone or has corners is not among what is predicted with.
+    // A linear step does not see as far, and what follows time alone or has corners is not among what is
+    // predicted with.
     let explains = |single: &Fitted| single.converged && search::is_explained(single, &decay);
     let one_explains = start.singles.iter().any(explains);
-    // What is random predicts nothing: it may stand beside effects that predict most of the record, not in their place.
+    // What is random predicts nothing: it may stand beside effects that predict most of the record, not in
+    // their place.
     let stands = |found: &Diagnosed| {
         let mut beside = found.diagnosis.effects.iter().filter(|e| !e.is_random()).peekable();
         let is_random = found.diagnosis.effects.iter().any(Effect::is_random);
@@ -148,8 +152,8 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
     by_prediction(record, decay, account, name)
 }
 
-/// Whether two effects that survive prediction bring the record down to its noise and leave no other anything to do: where
-/// no single effect does, no smaller set can, and none as small is likelier.
+/// Whether two effects that survive prediction bring the record down to its noise and leave no other anything
+/// to do: where no single effect does, no smaller set can, and none as small is likelier.
 fn predicts_to_noise(decay: &FreeDecay, account: &Account, start: &SearchStart) -> bool {
     let best = &account.last().model;
     let effects = &account.effects;
@@ -163,8 +167,8 @@ fn predicts_to_noise(decay: &FreeDecay, account: &Account, start: &SearchStart) 
     !larger.iter().any(|larger| search::is_worth(best, larger, decay, n))
 }
 
-/// `decay` with the floor of coloured noise as `model` shows it, where the one does not account for what the model leaves
-/// and the other does: in a short record the oscillation hides where such noise is strongest.
+/// `decay` with the floor of coloured noise as `model` shows it, where the one does not account for what the
+/// model leaves and the other does: in a short record the oscillation hides where such noise is strongest.
 fn with_floor_of(decay: FreeDecay, model: &Fitted) -> FreeDecay {
     let near = EXPLAINED..FAR_FROM_FLOOR;
     if !near.contains(&model.over_noise(&decay)) {

@@ -1,4 +1,5 @@
-//! Effects that bend to what simpler ones explain: near the noise they stand only where they are clearly likelier.
+//! Effects that bend to what simpler ones explain: near the noise they stand only where they are clearly
+//! likelier.
 
 use crate::bic::MARGIN;
 use crate::diagnosis::likelihood::{beyond, evidence, is_explained};
@@ -13,7 +14,8 @@ use rayon::prelude::*;
 const LEAST_GAIN: f64 = 0.05;
 /// Residual over noise beyond which likelihood has little to say, and a flexible effect is tried alone only.
 const BESIDE_UP_TO: f64 = 2.5;
-/// Of the sum of squares that the simple effects leave, what a linear step with a flexible one leaves at most.
+/// Of the sum of squares that the simple effects leave, what a linear step with a flexible one leaves at
+/// most.
 const PROMISING: f64 = 3.0;
 
 /// Whether what bends in `model` bends to what an effect with a name of its own is.
@@ -26,8 +28,9 @@ pub(super) fn is_simple(model: &Fitted, decay: &FreeDecay) -> bool {
     })
 }
 
-/// A model with one flexible effect that is clearly likelier than `accepted`, or as good with fewer effects: alone, beside
-/// one of the simple effects, or beside all of them. A single simple effect that explains the record stands as it is.
+/// A model with one flexible effect that is clearly likelier than `accepted`, or as good with fewer effects:
+/// alone, beside one of the simple effects, or beside all of them. A single simple effect that explains the
+/// record stands as it is.
 pub(super) fn instead(
     decay: &FreeDecay,
     plain: &Fitted,

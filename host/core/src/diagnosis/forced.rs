@@ -1,5 +1,5 @@
-//! Definite effects of a free decay that is forced at random besides: generalised least squares, residuals and
-//! sensitivities whitened by the Kalman filter of [`crate::diagnosis::buffeting`].
+//! Definite effects of a free decay that is forced at random besides: generalised least squares, residuals
+//! and sensitivities whitened by the Kalman filter of [`crate::diagnosis::buffeting`].
 
 use crate::bic;
 use crate::diagnosis::buffeting::{self, Buffeted, Whitener};
@@ -12,7 +12,8 @@ use crate::fit::problem::{problem_of_one, JointProblem, Release};
 use crate::solver::{minimise, Fit, Options, Problem, Rows};
 use rayon::prelude::*;
 
-/// Evidence below which an effect is not believed beside random forcing: the filter is linear, the effects are not.
+/// Evidence below which an effect is not believed beside random forcing: the filter is linear, the effects
+/// are not.
 const MARGIN: f64 = 15.0;
 /// Evidence that a linear step must predict for an effect to be tried, and how many are.
 const PROMISING: f64 = 3.0;
@@ -50,7 +51,8 @@ pub(crate) fn is_random(decay: &FreeDecay, model: &Fitted) -> bool {
         .is_some_and(|b| holds(&b, model.parameters.len(), deterministic, n))
 }
 
-/// Whether what a model of so many `numbers` leaves is random forcing, given the criterion of the best definite model.
+/// Whether what a model of so many `numbers` leaves is random forcing, given the criterion of the best
+/// definite model.
 pub(super) fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) -> bool {
     let random = bic::of_deviance(b.deviance, n, numbers + 1);
     deterministic - random > bic::MARGIN
@@ -122,7 +124,8 @@ fn whitener(decay: &FreeDecay, forcing: &Buffeted) -> Option<Whitener> {
     Whitener::new(&decay.grid, natural_frequency_rad_s, damping_ratio, ratio, decay.yaw_rad.len())
 }
 
-/// Those of `candidates` beside `inner` for which a linear step under the filter predicts evidence, most first.
+/// Those of `candidates` beside `inner` for which a linear step under the filter predicts evidence, most
+/// first.
 fn promising(
     decay: &FreeDecay,
     inner: &Fitted,

@@ -19,7 +19,8 @@ const PHASES: usize = 200;
 /// Damping ratio below zero that cannot be distinguished from none.
 const NEGATIVE: f64 = -1e-4;
 
-/// Share of its frequency within which a mode is at a harmonic, and factor within which its damping ratio is that of one.
+/// Share of its frequency within which a mode is at a harmonic, and factor within which its damping ratio is
+/// that of one.
 const HARMONIC: f64 = 0.01;
 const ALIKE: f64 = 1.7;
 
@@ -35,8 +36,8 @@ pub(super) fn refusal(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     unknown(model).or_else(|| cancelling(model)).or_else(|| feeding(model, decay))
 }
 
-/// A second mode that is none: nearer to the natural frequency than its own line is wide, or at two or three times that and
-/// dying out as that power of the amplitude does.
+/// A second mode that is none: nearer to the natural frequency than its own line is wide, or at two or three
+/// times that and dying out as that power of the amplitude does.
 pub(super) fn no_mode(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     let numbers = model.effect_parameters();
     let mode = model.structure.effects.iter().find(|e| e.dies_out())?;
@@ -132,8 +133,8 @@ fn cancelling(model: &Fitted) -> Option<Refusal> {
     })
 }
 
-/// Without wind nothing feeds the motion: where the damping would be below zero, of the model as a whole at some
-/// amplitude or of its plain part, the effect that makes it so.
+/// Without wind nothing feeds the motion: where the damping would be below zero, of the model as a whole at
+/// some amplitude or of its plain part, the effect that makes it so.
 fn feeding(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     let of_model = |w: &WindowEstimate| decay.measurand.of_model(w.amplitude_deg);
     let amplitudes: Vec<f64> = decay.windows.iter().map(of_model).collect();

@@ -1,8 +1,8 @@
 //! The release where a second mode has hidden it.
 //!
-//! The search for the release looks for a free motion of one mode, and finds it late where a second one is strong at
-//! first. Numbers that count from the release (amplitude and phase of that mode) are then off by its decay. With the
-//! model known the record is fitted again from where the model was let go.
+//! The search for the release looks for a free motion of one mode, and finds it late where a second one is
+//! strong at first. Numbers that count from the release (amplitude and phase of that mode) are then off by
+//! its decay. With the model known the record is fitted again from where the model was let go.
 
 use crate::fit::fitting::{refitted, Fitted};
 use crate::fit::free_decay::FreeDecay;
@@ -11,8 +11,8 @@ use crate::record::Record;
 /// Growth of the residual up to which the earlier part is the same free motion.
 const STILL_FREE: f64 = 1.05;
 
-/// `model` of `decay` fitted from the very release of `record`; none where that is where it begins already, or where
-/// the earlier part is no free motion of the model.
+/// `model` of `decay` fitted from the very release of `record`; none where that is where it begins already,
+/// or where the earlier part is no free motion of the model.
 pub(crate) fn from_release(record: &Record, decay: &FreeDecay, model: &Fitted) -> Option<Fitted> {
     if !model.structure.effects.iter().any(|e| e.dies_out()) {
         return None;

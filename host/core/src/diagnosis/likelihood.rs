@@ -7,10 +7,12 @@ use crate::fit::free_decay::FreeDecay;
 
 /// Residual over noise up to which a record counts as explained.
 pub(crate) const EXPLAINED: f64 = 1.10;
-/// Variance of the ratio of a residual to its floor over that of the residual alone: third differences of the same readings,
-/// from which the floor is known, have 924/400 of it, and the readings in common. Of means of several readings it is less.
+/// Variance of the ratio of a residual to its floor over that of the residual alone: third differences of the
+/// same readings, from which the floor is known, have 924/400 of it, and the readings in common. Of means of
+/// several readings it is less.
 const OF_RATIO: f64 = 924.0 / 400.0 - 1.0;
-/// Residual of the plain model over the noise up to which likelihood is asked: of what is farther off it says little.
+/// Residual of the plain model over the noise up to which likelihood is asked: of what is farther off it says
+/// little.
 pub(crate) const USED_UP_TO: f64 = 40.0;
 
 /// Difference of BIC in favour of `larger`, on `effective` independent residuals.
@@ -19,7 +21,8 @@ pub(crate) fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64
     bic::gain(smaller.sum_of_squares, larger.sum_of_squares, effective, more)
 }
 
-/// Residual over noise up to which so many independent residuals agree with their floor: of few the ratio scatters more.
+/// Residual over noise up to which so many independent residuals agree with their floor: of few the ratio
+/// scatters more.
 pub(super) fn explained_up_to(independent: f64) -> f64 {
     let scatter = 3.0 * (OF_RATIO / (2.0 * independent)).sqrt();
     EXPLAINED.max(1.0 + scatter.min(0.3))

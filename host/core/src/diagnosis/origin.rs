@@ -10,8 +10,8 @@ use yawrig_shared::axis::Axis;
 const THERE: f64 = 5.0;
 /// Differences of so many standard uncertainties are chance.
 const CHANCE: f64 = 3.0;
-/// A relative difference as small as this is the same coefficient, however well both are known: the model of an effect
-/// is not exact.
+/// A relative difference as small as this is the same coefficient, however well both are known: the model of
+/// an effect is not exact.
 const SAME: f64 = 0.10;
 /// Wind off, a coefficient that may be no larger than this share of the wind-on one is not there.
 const ABSENT: f64 = 0.5;
@@ -72,8 +72,8 @@ pub(crate) fn weighted_mean(values: impl IntoIterator<Item = Quantity>) -> Optio
     Some(Quantity::new(first.value + off / weights, u))
 }
 
-/// Off and on of the same springs and axes, weighted by how well each pair's difference is known; and the difference,
-/// its uncertainty widened where the pairs scatter more than theirs.
+/// Off and on of the same springs and axes, weighted by how well each pair's difference is known; and the
+/// difference, its uncertainty widened where the pairs scatter more than theirs.
 struct Paired {
     off: Quantity,
     on: Quantity,
@@ -196,9 +196,9 @@ pub(crate) struct Plan {
     pub(crate) groups: Vec<Option<usize>>,
 }
 
-/// The fewest coefficients that tell the releases' own (in the order of `seen`, one for each) apart no worse than many
-/// do: sum of squared misfits over their uncertainties, and ln(`effective`) for each coefficient. An aerodynamic effect is
-/// left out of the wind-off releases.
+/// The fewest coefficients that tell the releases' own (in the order of `seen`, one for each) apart no worse
+/// than many do: sum of squared misfits over their uncertainties, and ln(`effective`) for each coefficient.
+/// An aerodynamic effect is left out of the wind-off releases.
 pub(crate) fn plan(origin: Origin, seen: &[Seen], effective: f64) -> Plan {
     let aerodynamic = origin == Origin::Aerodynamic;
     type Same = fn(&Seen, &Seen) -> bool;

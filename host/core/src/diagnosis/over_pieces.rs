@@ -1,5 +1,5 @@
-//! A set of effects fitted to pieces of a free decay, short ones first, and to the whole over ever longer pieces: a fit
-//! that begins far off gets lost in the whole at once.
+//! A set of effects fitted to pieces of a free decay, short ones first, and to the whole over ever longer
+//! pieces: a fit that begins far off gets lost in the whole at once.
 
 use crate::effects::{Effect, Scale, Seen};
 use crate::fit::fitting::{refitted, reordered, Fitted, Limit, Number, Structure};
@@ -11,13 +11,14 @@ use crate::stop::Stop;
 /// Cycles of the pieces of the first, shortest fit, and of the next.
 const SHORT_CYCLES: f64 = 3.0;
 const LONGER_CYCLES: f64 = 9.0;
-/// Long pieces, on which models are compared, and shorter ones that are predicted; the cycles in one at least.
+/// Long pieces, on which models are compared, and shorter ones that are predicted; the cycles in one at
+/// least.
 const LONG_PIECES: f64 = 3.0;
 const MOST_PIECES: f64 = 8.0;
 const LEAST_CYCLES: f64 = 1.5;
-/// Cycles in the pieces of one length at most: of a longer record what its effects are is asked here and there, and its
-/// numbers are then those of the whole. For speed alone: twelve in each of the eight pieces that are predicted, more than in
-/// the longer ones of a shorter record.
+/// Cycles in the pieces of one length at most: of a longer record what its effects are is asked here and
+/// there, and its numbers are then those of the whole. For speed alone: twelve in each of the eight pieces
+/// that are predicted, more than in the longer ones of a shorter record.
 const MOST_CYCLES: f64 = 96.0;
 /// Gain at which a fit to long pieces has settled.
 const SETTLED: f64 = 1e-4;
@@ -97,8 +98,8 @@ impl Lengths {
     }
 }
 
-/// Fits `structure` from numbers for short pieces over ever longer ones, and from `near` those of a smaller model
-/// where there is one.
+/// Fits `structure` from numbers for short pieces over ever longer ones, and from `near` those of a smaller
+/// model where there is one.
 pub(crate) fn fitted(
     lengths: &Lengths,
     structure: &Structure,
@@ -140,8 +141,8 @@ pub(crate) fn without(lengths: &Lengths, model: &Model, effect: &Effect) -> Mode
     fitted(lengths, &structure, &less(&model.short.common), Some(&less(&fit.common)))
 }
 
-/// The second-order response about a rest angle of its own, taking energy out where the record does, and the shared
-/// parameters from which its fit begins.
+/// The second-order response about a rest angle of its own, taking energy out where the record does, and the
+/// shared parameters from which its fit begins.
 pub(crate) fn plain_start(decay: &FreeDecay) -> (Structure, [f64; 3]) {
     let windows = &decay.windows;
     let mean = |f: &dyn Fn(&crate::identify::WindowEstimate) -> f64| {
@@ -163,8 +164,8 @@ pub(crate) fn plain_start(decay: &FreeDecay) -> (Structure, [f64; 3]) {
     (structure, [mean(&|w| w.natural_frequency_rad_s), zeta, middle])
 }
 
-/// `structure`, all of whose effects are strengths of the state, fitted to the whole free decay over ever longer pieces,
-/// whatever their order; none where one is another.
+/// `structure`, all of whose effects are strengths of the state, fitted to the whole free decay over ever
+/// longer pieces, whatever their order; none where one is another.
 pub fn fit_over_pieces(decay: &FreeDecay, structure: &Structure) -> Option<Fitted> {
     if !structure.effects.iter().all(Effect::is_strength_of_state) {
         return None;

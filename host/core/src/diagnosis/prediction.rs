@@ -1,4 +1,5 @@
-//! What a model predicts of pieces of the record that it was not fitted to, their states alone estimated anew.
+//! What a model predicts of pieces of the record that it was not fitted to, their states alone estimated
+//! anew.
 //!
 //! Where the misfit is deterministic, likelihood buys any effect that bends; what counts then is prediction.
 
@@ -11,8 +12,8 @@ const STEPS: usize = 8;
 const LOST: f64 = 1.0;
 /// Standard errors by which the larger model has to predict better.
 const BETTER: f64 = 1.0;
-/// Share by which it has to predict better, too, in the mean over the pieces: of their logarithms, for the few cycles in which
-/// a hammer's other modes ring would outweigh all that follows.
+/// Share by which it has to predict better, too, in the mean over the pieces: of their logarithms, for the
+/// few cycles in which a hammer's other modes ring would outweigh all that follows.
 pub(crate) const LEAST_GAIN: f64 = 0.05;
 
 /// Errors of prediction, an item for each piece predicted in each split.
@@ -22,8 +23,8 @@ pub(crate) struct Prediction {
     errors: Vec<(f64, f64)>,
 }
 
-/// Predicts with `model`, which was fitted to all of the record: `short` pieces alternately, where frequency and shape
-/// show, and of the `long` ones the last and the middle one from the others, where damping shows.
+/// Predicts with `model`, which was fitted to all of the record: `short` pieces alternately, where frequency
+/// and shape show, and of the `long` ones the last and the middle one from the others, where damping shows.
 pub(crate) fn predict(short: &Pieces, long: &Pieces, model: &PieceFit) -> Prediction {
     let mut out = Prediction { errors: Vec::new() };
     let states = begins(short, model);
@@ -37,8 +38,8 @@ pub(crate) fn predict(short: &Pieces, long: &Pieces, model: &PieceFit) -> Predic
     out
 }
 
-/// Predicts every piece of `short` but the first, whose amplitudes no other reaches, from those beside it: what a law
-/// that is known over the amplitudes reached can be asked for.
+/// Predicts every piece of `short` but the first, whose amplitudes no other reaches, from those beside it:
+/// what a law that is known over the amplitudes reached can be asked for.
 pub(crate) fn predict_within(short: &Pieces, model: &PieceFit) -> Prediction {
     let mut out = Prediction { errors: Vec::new() };
     let states = begins(short, model);
@@ -61,7 +62,8 @@ impl Prediction {
         Self { errors }
     }
 
-    /// Whether it is better than `other`, which a smaller model makes, by more than chance and by a share that counts.
+    /// Whether it is better than `other`, which a smaller model makes, by more than chance and by a share
+    /// that counts.
     pub(crate) fn is_better_than(&self, other: &Self) -> bool {
         let (gain, u) = self.logarithmic_gain(other);
         gain > BETTER * u && gain > -2.0 * (1.0 - LEAST_GAIN).ln()
@@ -101,8 +103,8 @@ impl Prediction {
         gain / u
     }
 
-    /// The mean over the pieces of the logarithm of the squares of `other` over these, longer pieces weighing more, and its
-    /// standard error.
+    /// The mean over the pieces of the logarithm of the squares of `other` over these, longer pieces weighing
+    /// more, and its standard error.
     fn logarithmic_gain(&self, other: &Self) -> (f64, f64) {
         let floor = 1e-6 * other.rms_rad().powi(2);
         let mean = |e: &(f64, f64)| e.0 / e.1 + floor;

@@ -10,8 +10,8 @@ use nalgebra::{Cholesky, DMatrix};
 /// Damping ratios at which a line that dies out is tried.
 const MODE_DAMPING: [f64; 3] = [0.003, 0.015, 0.05];
 
-/// Residual over noise that one linear step with every effect of `candidates` beside `model` would leave. Bounds are
-/// not heeded: no set of them gets below, as far as linear steps tell.
+/// Residual over noise that one linear step with every effect of `candidates` beside `model` would leave.
+/// Bounds are not heeded: no set of them gets below, as far as linear steps tell.
 pub(super) fn reach(decay: &FreeDecay, model: &Fitted, candidates: &[Effect]) -> f64 {
     let release = Release { decay, count: model.count };
     let n = model.parameters.len();

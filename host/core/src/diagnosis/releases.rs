@@ -1,5 +1,5 @@
-//! Which effects several releases need: each is judged by itself, and what their answers name is tried in all of them, each
-//! with numbers of its own.
+//! Which effects several releases need: each is judged by itself, and what their answers name is tried in all
+//! of them, each with numbers of its own.
 
 use crate::bic::{self, MARGIN};
 use crate::diagnosis::alone::Alone;
@@ -22,8 +22,8 @@ use rayon::prelude::*;
 const JUDGED: usize = 8;
 /// Effects that are tried in common, those of most releases first.
 pub(super) const MOST_EFFECTS: usize = 5;
-/// An effect whose course is less than this share of the noise floor in every release does not matter, squared: more
-/// than in one record, the largest of many being more by chance.
+/// An effect whose course is less than this share of the noise floor in every release does not matter,
+/// squared: more than in one record, the largest of many being more by chance.
 const LEAST_SHARE_SQUARED: f64 = 0.03;
 
 /// The releases with the wind speed of each.
@@ -103,8 +103,9 @@ pub(crate) fn coefficient(fit: &Fitted, effect: &Effect) -> Option<Quantity> {
     fit.effect_parameters().into_iter().find(|(n, _)| *n == name).map(|(_, q)| q)
 }
 
-/// Gain in the information criterion by `effect`, which `larger` has and `smaller` has not. The best of: a coefficient
-/// of its own in each release that needs one; one coefficient for all releases, for the wind-on or the wind-off ones.
+/// Gain in the information criterion by `effect`, which `larger` has and `smaller` has not. The best of: a
+/// coefficient of its own in each release that needs one; one coefficient for all releases, for the wind-on
+/// or the wind-off ones.
 fn evidence(releases: &Releases, smaller: &[Fitted], larger: &[Fitted], effect: &Effect) -> f64 {
     let more = effect.parameters().len() as f64;
     let gains: Vec<(f64, f64)> = smaller
@@ -148,7 +149,8 @@ fn matters(releases: &Releases, smaller: &[Fitted], larger: &[Fitted]) -> bool {
     smaller.iter().zip(larger).zip(&releases.decays).any(share)
 }
 
-/// Judges all releases as one, from a model of `structure` on. Noise floors become those that the releases' own answers show.
+/// Judges all releases as one, from a model of `structure` on. Noise floors become those that the releases'
+/// own answers show.
 ///
 /// # Errors
 /// Where a model that is there cannot be fitted; interrupted.
@@ -205,7 +207,8 @@ pub(crate) fn judge(
     Ok(ReleaseAnswers { alone, path })
 }
 
-/// `fit` in every release, unless the user stops it; from where the release's own answer is, where that is nearer.
+/// `fit` in every release, unless the user stops it; from where the release's own answer is, where that is
+/// nearer.
 fn each(
     releases: &Releases,
     alone: &Alone,
@@ -284,8 +287,9 @@ fn pruned(
     Ok(model)
 }
 
-/// The releases `held` fitted with what they have in common with the others known from these; their own numbers are
-/// estimated anew. `repeat_of`: the place, among the others, of one that stands for a release which shares with none.
+/// The releases `held` fitted with what they have in common with the others known from these; their own
+/// numbers are estimated anew. `repeat_of`: the place, among the others, of one that stands for a release
+/// which shares with none.
 pub(super) fn from_others(
     decays: &[FreeDecay],
     joint: &JointFit,

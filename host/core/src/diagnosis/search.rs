@@ -20,9 +20,11 @@ use rayon::prelude::*;
 const LEAST_SHARE_SQUARED: f64 = 0.01;
 /// Residual over noise up to which what a model leaves may sharpen the floor of coloured noise.
 pub(super) const NEAR_NOISE: f64 = 1.6;
-/// Residual over noise that all effects together would leave a pair in one linear step, beyond which no more are tried.
+/// Residual over noise that all effects together would leave a pair in one linear step, beyond which no more
+/// are tried.
 const OUT_OF_REACH: f64 = 2.5;
-/// The same, beyond which random forcing of the plain model that holds is no cloak for effects yet to be tried.
+/// The same, beyond which random forcing of the plain model that holds is no cloak for effects yet to be
+/// tried.
 const FORCED_ABOVE: f64 = 1.10;
 /// Models carried on to the next round.
 const BEAM: usize = 4;
@@ -31,10 +33,12 @@ const MOST_EFFECTS: usize = 4;
 const MOST_REFUSED: usize = 3;
 /// Effects tried beside each model of a round after the first, those with the largest linear gain.
 const BRANCHES: usize = 5;
-/// Evidence that a linear step must predict for an effect to be tried beside a model that explains the record.
+/// Evidence that a linear step must predict for an effect to be tried beside a model that explains the
+/// record.
 const PROMISING: f64 = 3.0;
-/// Evidence by which one effect is ahead of another, in linear steps from near the noise, for the other not to be tried. For
-/// speed alone: three times what an effect needs to be believed, as a linear step tells less well than a fit.
+/// Evidence by which one effect is ahead of another, in linear steps from near the noise, for the other not
+/// to be tried. For speed alone: three times what an effect needs to be believed, as a linear step tells less
+/// well than a fit.
 const DECISIVE: f64 = 30.0;
 /// Share of an effect's linear gain that one must reach to be tried in its place.
 const RIVALLING: f64 = 0.7;
@@ -89,8 +93,8 @@ pub(crate) fn search(decay: &FreeDecay, start: &SearchStart) -> Result<SearchRes
     let mut refused = Vec::new();
     for _ in 0..MOST_REFUSED {
         let last = found.path.last().expect("the plain model");
-        // What a mode that is none stood for, or an effect that cannot stand and has kept out all others, is looked for again without
-        // it.
+        // What a mode that is none stood for, or an effect that cannot stand and has kept out all others, is
+        // looked for again without it.
         let another = match guards::no_mode(last, decay) {
             Some(no_mode) => Some(no_mode),
             None => found
@@ -109,7 +113,8 @@ pub(crate) fn search(decay: &FreeDecay, start: &SearchStart) -> Result<SearchRes
     Ok(found)
 }
 
-/// `decay` with the noise floor as the `leader` shows it, where that is near it: what is far off shows more than noise.
+/// `decay` with the noise floor as the `leader` shows it, where that is near it: what is far off shows more
+/// than noise.
 pub(super) fn sharpened(decay: FreeDecay, leader: &Fitted) -> FreeDecay {
     match leader.over_noise(&decay) < NEAR_NOISE {
         true => decay.with_noise_of(&leader.residuals),
@@ -124,7 +129,8 @@ fn search_from(decay: &FreeDecay, start: SearchStart) -> Result<SearchResult> {
     let mut decay = sharpened(decay.clone(), leading);
     let best_count = |models: &[Fitted]| best(models).map_or(count as f64, Fitted::effective_count);
 
-    // Rounds of pairs, threes and fours, as long as the best so far is not down to the noise or gains by another.
+    // Rounds of pairs, threes and fours, as long as the best so far is not down to the noise or gains by
+    // another.
     let mut rounds: Vec<Vec<Fitted>> = vec![singles.clone()];
     while rounds.len() < MOST_EFFECTS {
         let last = rounds.last().expect("a round");
@@ -206,8 +212,8 @@ pub(super) fn criterion(model: &Fitted) -> f64 {
     bic::of_squares(model.sum_of_squares, model.count as f64, model.parameters.len())
 }
 
-/// Every other effect for which a linear step predicts evidence beside `model`, which explains the record, fitted with it: the
-/// one with the most and those not decisively behind.
+/// Every other effect for which a linear step predicts evidence beside `model`, which explains the record,
+/// fitted with it: the one with the most and those not decisively behind.
 pub(super) fn beside(decay: &FreeDecay, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
     let n = model.effective_count();
     let predicted = all.par_iter().filter(|e| !model.structure.effects.contains(e)).map(|e| {

@@ -1,9 +1,10 @@
 //! What several releases of one rig lack, judged as one.
 //!
-//! Each release has a natural frequency, damping ratio, rest angle and state of its own, and unless asked otherwise one
-//! coefficient of each effect is common to all. The effects are those that the releases' own answers name, as far as all of
-//! them need them. Where a model with these is not down to the noise, those are kept without which a release
-//! that was left out is predicted worse: its own numbers are estimated anew, what is common comes from the others.
+//! Each release has a natural frequency, damping ratio, rest angle and state of its own, and unless asked
+//! otherwise one coefficient of each effect is common to all. The effects are those that the releases' own
+//! answers name, as far as all of them need them. Where a model with these is not down to the noise, those
+//! are kept without which a release that was left out is predicted worse: its own numbers are estimated anew,
+//! what is common comes from the others.
 
 use crate::diagnosis::account;
 use crate::diagnosis::alike::alike_in_releases;
@@ -53,7 +54,8 @@ pub struct SeveralDiagnosis {
     pub effects: Vec<Effect>,
     /// An accepted effect and one that does as well in its place.
     pub indistinguishable: Vec<[Effect; 2]>,
-    /// Every effect alone, best first: the gains added of the releases (eight at most) that are explained worst.
+    /// Every effect alone, best first: the gains added of the releases (eight at most) that are explained
+    /// worst.
     pub candidates: Vec<Candidate>,
     /// Of all releases, where they have it in common.
     pub modal: Option<Modal>,
@@ -366,7 +368,8 @@ impl SeveralDiagnosis {
         self
     }
 
-    /// What most releases name alone: a random moment, of another course in each, beside what they have in common.
+    /// What most releases name alone: a random moment, of another course in each, beside what they have in
+    /// common.
     fn add_random(&mut self, judged: &ReleaseAnswers, random: &Effect, model: &str) {
         let said =
             |of: &crate::diagnosis::answer::Diagnosed| of.diagnosis.status == Status::Explained;

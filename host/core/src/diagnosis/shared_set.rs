@@ -1,4 +1,5 @@
-//! A set of effects on several releases of one rig: fitted to all, and each release predicted from the others.
+//! A set of effects on several releases of one rig: fitted to all, and each release predicted from the
+//! others.
 
 use crate::diagnosis::over_pieces;
 use crate::diagnosis::prediction::Prediction;
@@ -86,8 +87,8 @@ impl Set<'_> {
         self.effects.iter().map(of).collect()
     }
 
-    /// Release `i` on its long pieces with these numbers of the effects that it has not for itself, and where it is the
-    /// same rig these modal values.
+    /// Release `i` on its long pieces with these numbers of the effects that it has not for itself, and where
+    /// it is the same rig these modal values.
     fn given(&self, i: usize, numbers: &[Vec<f64>], modal: Option<[f64; 2]>) -> PieceFit {
         let begun = &self.begun[i];
         let mut structure = self.structure(i);

@@ -1,8 +1,8 @@
 //! The effects that survive prediction, where the misfit is above the noise and likelihood means nothing.
 //!
-//! Rest angle, natural frequency and damping ratio are in every model, and what depends on the angle acts about the
-//! rest. Effects are added one at a time, the one whose addition predicts best first, as long as the prediction of
-//! what was not fitted gains by it; what others have made needless is taken out again.
+//! Rest angle, natural frequency and damping ratio are in every model, and what depends on the angle acts
+//! about the rest. Effects are added one at a time, the one whose addition predicts best first, as long as
+//! the prediction of what was not fitted gains by it; what others have made needless is taken out again.
 
 use crate::diagnosis::over_pieces::{fitted, plain_start, with_from, without, Lengths, Model};
 use crate::diagnosis::prediction::{predict, Prediction, LEAST_GAIN};
@@ -15,7 +15,8 @@ use crate::fit::segments::{fit_pieces, ROUGH};
 use crate::quantity::Quantity;
 use rayon::prelude::*;
 
-/// Gain in prediction, in standard errors and as a share, of an effect that bends to what simpler ones explain.
+/// Gain in prediction, in standard errors and as a share, of an effect that bends to what simpler ones
+/// explain.
 const CLEARLY_BETTER: f64 = 2.0;
 const CLEAR_GAIN: f64 = 0.4;
 /// Of the sum of squares, what a rough fit with it leaves at most.
@@ -41,7 +42,8 @@ fn with(lengths: &Lengths, inner: &Model, effect: &Effect) -> Model {
     with_from(lengths, inner, effect, &start)
 }
 
-/// The start for an effect that bends to much from which a rough fit to long pieces comes lowest, if that is promising.
+/// The start for an effect that bends to much from which a rough fit to long pieces comes lowest, if that is
+/// promising.
 fn promising(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<Vec<f64>> {
     let (sum, start) = rough_start(lengths, inner, effect)?;
     (sum < PROMISING * inner.fit.sum()).then_some(start)
@@ -97,8 +99,8 @@ fn expanded(lengths: &Lengths, models: &[Model], all: &[Effect]) -> Vec<Model> {
     out
 }
 
-/// Effects of the state: what follows time alone, or adds a line, is tried last, elsewhere. The rest angle is in every
-/// model.
+/// Effects of the state: what follows time alone, or adds a line, is tried last, elsewhere. The rest angle is
+/// in every model.
 pub(super) fn candidates(decay: &FreeDecay) -> Vec<Effect> {
     let is_one = |e: &Effect| {
         e.is_strength_of_state()
@@ -123,8 +125,8 @@ pub(crate) struct Survivors {
     simple: PredictedModel,
 }
 
-/// The model from which effects are looked for: the second-order response about a rest angle of its own, with the effects
-/// of `present`.
+/// The model from which effects are looked for: the second-order response about a rest angle of its own, with
+/// the effects of `present`.
 fn base(decay: &FreeDecay, lengths: &Lengths, present: &Structure) -> Model {
     let (mut structure, start) = plain_start(decay);
     structure.limits.extend(present.limits.iter().cloned());
@@ -190,8 +192,8 @@ pub(crate) fn search(decay: &FreeDecay, own: &[Effect], present: &Structure) -> 
     Ok(Survivors { path, singles, sets, lengths, simple })
 }
 
-/// `here` with a user's own effects beside which it predicts better, what they leave needed: they are slower than the
-/// library's, and tried where those have gone as far as they can.
+/// `here` with a user's own effects beside which it predicts better, what they leave needed: they are slower
+/// than the library's, and tried where those have gone as far as they can.
 fn with_own(
     lengths: &Lengths,
     there: &[Effect],

@@ -1,4 +1,5 @@
-//! A white random moment of intensity q: it has no definite course and is judged by likelihood, not simulated.
+//! A white random moment of intensity q: it has no definite course and is judged by likelihood, not
+//! simulated.
 
 use super::law::{not_negative, Acts, Card, Law, Parameter, Scale};
 use super::terms::Terms;

@@ -154,8 +154,8 @@ impl Shape {
         Curve { edges: self.knots, pieces, end_slope: slopes[KNOTS], scale }
     }
 
-    /// The curve through `values`, up to `reach`, as powers: slope and half the second derivative at zero, and for each
-    /// knot (its place first) a sixth of the third derivative's jump there.
+    /// The curve through `values`, up to `reach`, as powers: slope and half the second derivative at zero,
+    /// and for each knot (its place first) a sixth of the third derivative's jump there.
     pub(super) fn powers(&self, values: &[f64], reach: f64) -> ([f64; 2], [(f64, f64); KNOTS + 1]) {
         let pieces = self.curve(values, reach).pieces;
         let h = |k: usize| (self.knots[k + 1] - self.knots[k]) * reach;

@@ -1,5 +1,5 @@
-//! Elasto-plastic part of the spring, - h z with z' = r - |r| z / y (Bouc-Wen with n = 1: Y. K. Wen, J. Eng. Mech.
-//! Div. 102, 1976): a spring of stiffness h that yields at y.
+//! Elasto-plastic part of the spring, - h z with z' = r - |r| z / y (Bouc-Wen with n = 1: Y. K. Wen, J. Eng.
+//! Mech. Div. 102, 1976): a spring of stiffness h that yields at y.
 
 use super::law::{not_negative, numbers, within, Card, Equation, Law, Parameter, Scale, Seen};
 use super::memory::Memory;

@@ -1,7 +1,8 @@
 //! What an effect supplies: its names, sizes and starts, how it enters the motion, and its card for the user.
 //!
-//! An effect never integrates, fits, judges or plots. One whose size and phase belong to a line in the spectrum says so
-//! with a [`LineParameters`]: the fit varies its cosine and sine part, which have no corner at zero as size and phase have.
+//! An effect never integrates, fits, judges or plots. One whose size and phase belong to a line in the
+//! spectrum says so with a [`LineParameters`]: the fit varies its cosine and sine part, which have no corner
+//! at zero as size and phase have.
 
 use super::lines;
 use super::terms::Terms;
@@ -104,7 +105,8 @@ pub(crate) trait Law: Send + Sync {
         false
     }
 
-    /// Whether with these of the users' numbers a simpler effect has another name for it; exact ones have u = 0.
+    /// Whether with these of the users' numbers a simpler effect has another name for it; exact ones have u =
+    /// 0.
     fn is_simpler_one(&self, _users: &[Quantity], _amplitude_rad: f64) -> bool {
         false
     }
@@ -183,8 +185,8 @@ pub(crate) struct Seen<'a> {
 }
 
 impl Seen<'_> {
-    /// Frequencies of the strongest lines below and above the natural frequency in each of `parts`, rad/s, none twice:
-    /// from `slowest` natural frequencies on, `nearest` of it away.
+    /// Frequencies of the strongest lines below and above the natural frequency in each of `parts`, rad/s,
+    /// none twice: from `slowest` natural frequencies on, `nearest` of it away.
     pub(crate) fn lines(&self, parts: &[&[f64]], slowest: f64, nearest: f64) -> Vec<f64> {
         let wn = self.natural_frequency_rad_s;
         let all =
@@ -211,12 +213,13 @@ impl Scale {
     }
 }
 
-/// An effect as text of the language of a user's own effects: of `b`, `r`, `t`, `wn`, `wind` as there, of `spring`, the
-/// moment of the linear spring (-wn^2 b beyond any dead zone), and of the users' numbers by their names.
+/// An effect as text of the language of a user's own effects: of `b`, `r`, `t`, `wn`, `wind` as there, of
+/// `spring`, the moment of the linear spring (-wn^2 b beyond any dead zone), and of the users' numbers by
+/// their names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Equation<'a> {
-    /// Added to b'', a term of a sum on each line; its `sign(r)` holds the model at r = 0 while the other moments are below
-    /// it.
+    /// Added to b'', a term of a sum on each line; its `sign(r)` holds the model at r = 0 while the other
+    /// moments are below it.
     Moment(Cow<'a, str>),
     /// The angle up to which the spring does not act.
     DeadZone(&'a str),
@@ -237,8 +240,8 @@ impl<'a> Equation<'a> {
     }
 }
 
-/// A moment written once: as it is computed, and as its [`Equation`]. Its formula is of yaw angle, yaw rate, time and the
-/// spring's moment, in that order, and reads the same in Rust and as an expression.
+/// A moment written once: as it is computed, and as its [`Equation`]. Its formula is of yaw angle, yaw rate,
+/// time and the spring's moment, in that order, and reads the same in Rust and as an expression.
 macro_rules! moment {
     ($law:ident, [$($number:ident),*], |$b:pat_param, $r:pat_param, $t:pat_param, $spring:pat_param| $formula:expr) => {
         impl crate::effects::terms::Moment for $law {
@@ -278,7 +281,8 @@ macro_rules! reading {
 }
 pub(super) use reading;
 
-/// How a [`Law`] enters the motion that is one [`moment!`] or [`reading!`] of all its numbers, and its equation.
+/// How a [`Law`] enters the motion that is one [`moment!`] or [`reading!`] of all its numbers, and its
+/// equation.
 macro_rules! enters {
     (moment) => {
         crate::effects::law::enters!(add_moment);

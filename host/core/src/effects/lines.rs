@@ -6,7 +6,8 @@ use std::f64::consts::TAU;
 /// Highest frequency looked for, in natural frequencies: half a dozen block means a cycle.
 pub(crate) const FASTEST: f64 = 8.0;
 
-/// Strongest frequency of the residuals below and above the natural frequency, rad/s, at least `gap` of it away.
+/// Strongest frequency of the residuals below and above the natural frequency, rad/s, at least `gap` of it
+/// away.
 pub(super) fn peaks(residuals: &[f64], step_s: f64, wn: f64, least: f64, gap: f64) -> [f64; 2] {
     let fastest = FASTEST.min(0.45 * TAU / step_s / wn) * wn;
     strongest(residuals, step_s, [((1.0 + gap) * wn, fastest), (least * wn, (1.0 - gap) * wn)])

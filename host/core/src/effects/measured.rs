@@ -1,13 +1,15 @@
-//! `measured_law`: restoring moment and dissipation beside wn^2 b and 2 zeta wn r as smooth curves, estimated.
+//! `measured_law`: restoring moment and dissipation beside wn^2 b and 2 zeta wn r as smooth curves,
+//! estimated.
 //!
 //! b'' = -2 zeta wn r - wn^2 b - K(b) - D(r), with K(b) = sign(b) k(|b|) + e(|b|) and
-//! D(r) = sign(r) d(|r|) + u(|r|). The curves k, e, d and u, as far as the law has them, are natural cubic splines
-//! through their values at knots from zero to the largest yaw angle and rate reached, nearer where the law bends. They
-//! vanish at zero, but for d, which begins at the dry friction c where there is one; all but e with their slope, so that
-//! wn is that of small motions. How much of 2 zeta wn r stands in D is a choice: a law may say which line is not in d. Beyond the last knot a curve goes on at its end slope. What the values may do is
-//! limited by a roughness: the integral of the squared curvature (P. J. Green and B. W. Silverman, Nonparametric
-//! Regression and Generalized Linear Models, 1994, chapter 2), each curve with a weight of its own, and less where its
-//! knots are near.
+//! D(r) = sign(r) d(|r|) + u(|r|). The curves k, e, d and u, as far as the law has them, are natural cubic
+//! splines through their values at knots from zero to the largest yaw angle and rate reached, nearer where
+//! the law bends. They vanish at zero, but for d, which begins at the dry friction c where there is one; all
+//! but e with their slope, so that wn is that of small motions. How much of 2 zeta wn r stands in D is a
+//! choice: a law may say which line is not in d. Beyond the last knot a curve goes on at its end slope. What
+//! the values may do is limited by a roughness: the integral of the squared curvature (P. J. Green and B. W.
+//! Silverman, Nonparametric Regression and Generalized Linear Models, 1994, chapter 2), each curve with a
+//! weight of its own, and less where its knots are near.
 
 use super::curves::{Curves, Knots, Part, Shape, KNOTS};
 use super::law::{Card, Equation, Law, Parameter, Scale, Seen};
@@ -16,7 +18,8 @@ use nalgebra::{DMatrix, DVector};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Energy that a dissipation with its line taken out may put in, as a share of its largest value: nil is taken instead.
+/// Energy that a dissipation with its line taken out may put in, as a share of its largest value: nil is
+/// taken instead.
 const LITTLE: f64 = 0.02;
 
 /// The identifier of a measured law.
@@ -25,7 +28,8 @@ pub const MEASURED_LAW: &str = "measured_law";
 /// Of values at the knots of a curve, the slope of the line in them: of a curve that is 1 at its largest, 1.
 pub type Line = [f64; KNOTS];
 
-/// The shape of a measured law: its curves, where their knots are, and how rough they may be. Its values are parameters.
+/// The shape of a measured law: its curves, where their knots are, and how rough they may be. Its values are
+/// parameters.
 #[derive(Clone, Debug)]
 pub struct MeasuredLaw {
     /// Largest yaw angle about the rest that the law was measured at.
@@ -47,8 +51,9 @@ pub struct MeasuredLaw {
 }
 
 impl MeasuredLaw {
-    /// A law known up to `yaw_rad` and `rate_rad_s`. Its parameters: the values of each part at its knots (`k1` ... of
-    /// the stiffness, then `e`, `d`, `u`), and with `friction` the jump `c` of the dissipation at r = 0.
+    /// A law known up to `yaw_rad` and `rate_rad_s`. Its parameters: the values of each part at its knots
+    /// (`k1` ... of the stiffness, then `e`, `d`, `u`), and with `friction` the jump `c` of the dissipation
+    /// at r = 0.
     pub fn new(
         yaw_rad: f64,
         rate_rad_s: f64,
@@ -97,8 +102,8 @@ impl MeasuredLaw {
         Self { line, ..self.clone() }
     }
 
-    /// `values` with the line of the dissipation taken out, and its slope, 1/s: 2 zeta wn has to gain that. `None` where
-    /// there is none to take out, or where what is left would put energy in.
+    /// `values` with the line of the dissipation taken out, and its slope, 1/s: 2 zeta wn has to gain that.
+    /// `None` where there is none to take out, or where what is left would put energy in.
     pub(crate) fn leveled(&self, values: &[f64]) -> Option<(Vec<f64>, f64)> {
         let at = KNOTS * self.parts.iter().position(|(part, _)| *part == Part::Damping)?;
         let (mut out, line) = (values.to_vec(), self.line?);
@@ -185,7 +190,8 @@ impl MeasuredLaw {
         }
     }
 
-    /// K at `yaw_rad` and D at `rate_rad_s` as rows that the parameters are multiplied with, rad/s2. D at zero is zero.
+    /// K at `yaw_rad` and D at `rate_rad_s` as rows that the parameters are multiplied with, rad/s2. D at
+    /// zero is zero.
     pub(crate) fn rows(&self, yaw_rad: f64, rate_rad_s: f64) -> [DVector<f64>; 2] {
         let n = self.parameters.len();
         let (mut stiffness, mut damping) = (DVector::zeros(n), DVector::zeros(n));
@@ -213,8 +219,8 @@ impl MeasuredLaw {
         [stiffness, damping]
     }
 
-    /// Rows over the parameters in their sizes, whose squares are the roughness of each curve with its weight, and the line
-    /// in the dissipation.
+    /// Rows over the parameters in their sizes, whose squares are the roughness of each curve with its
+    /// weight, and the line in the dissipation.
     pub(crate) fn penalty(&self) -> DMatrix<f64> {
         let curves = KNOTS * self.parts.len();
         let lines = usize::from(self.line.is_some());

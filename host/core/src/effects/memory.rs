@@ -1,7 +1,7 @@
 //! Moments with a state of their own, which follows the angle and not the time.
 //!
-//! Between two turning points such a state is a function of the angle, so that it needs no integration: the motion
-//! says where it turns, and asks for the moment at an angle.
+//! Between two turning points such a state is a function of the angle, so that it needs no integration: the
+//! motion says where it turns, and asks for the moment at an angle.
 
 use super::padded::{padded, MOST_NUMBERS};
 
@@ -43,8 +43,8 @@ pub(crate) struct Memories {
 }
 
 impl Memories {
-    /// Of a motion at angle and rate `state` that turned last where its amplitude says. At a release its states come
-    /// from one deflection out of rest at `middle_rad`; later on, `swinging`, from many turns.
+    /// Of a motion at angle and rate `state` that turned last where its amplitude says. At a release its
+    /// states come from one deflection out of rest at `middle_rad`; later on, `swinging`, from many turns.
     pub(super) fn begun(
         remembered: &[Remembered],
         [yaw_rad, rate_rad_s]: [f64; 2],

@@ -1,7 +1,8 @@
 //! The effect library: what a second-order response may lack, each as a moment or a change of the reading.
 //!
-//! All moments are divided by Izz (rad/s2), angles in rad, time from the release in s. All that is an effect's own stands
-//! in its file, as a `Law`; a user's own effect stands beside those of the library as [`Effect::Own`].
+//! All moments are divided by Izz (rad/s2), angles in rad, time from the release in s. All that is an
+//! effect's own stands in its file, as a `Law`; a user's own effect stands beside those of the library as
+//! [`Effect::Own`].
 
 mod curves;
 mod law;
@@ -158,13 +159,14 @@ impl Effect {
         format!("{self}.{}", self.parameters()[0].name)
     }
 
-    /// As users read and write them. Friction, drag and play have one sign: they take energy out, or are lengths.
+    /// As users read and write them. Friction, drag and play have one sign: they take energy out, or are
+    /// lengths.
     pub fn parameters(&self) -> &[Parameter] {
         self.law().parameters()
     }
 
-    /// Sizes at which the effect rivals the spring, one for each number the fit varies; of a user's own, many times its
-    /// starts.
+    /// Sizes at which the effect rivals the spring, one for each number the fit varies; of a user's own, many
+    /// times its starts.
     pub(crate) fn sizes(&self, scale: &Scale) -> Vec<f64> {
         self.law().sizes(scale)
     }
@@ -184,8 +186,8 @@ impl Effect {
         self.law().line()
     }
 
-    /// Places among the users' parameters of those that the fit varies as they are: all but size and phase of a line,
-    /// which it varies as cosine and sine part, in the first two places.
+    /// Places among the users' parameters of those that the fit varies as they are: all but size and phase of
+    /// a line, which it varies as cosine and sine part, in the first two places.
     fn plain_places(&self, line: &LineParameters) -> impl Iterator<Item = usize> {
         let (count, size, phase) = (self.parameters().len(), line.size, line.phase);
         (0..count).filter(move |&place| place != size && place != phase)
@@ -220,8 +222,8 @@ impl Effect {
         parts.into_iter().chain(self.plain_places(&line).map(|place| users[place])).collect()
     }
 
-    /// Which of what the fit varies is the users' parameter `index`; `None` for size and phase of a line, which it
-    /// varies as cosine and sine part.
+    /// Which of what the fit varies is the users' parameter `index`; `None` for size and phase of a line,
+    /// which it varies as cosine and sine part.
     pub fn varied_place(&self, index: usize) -> Option<usize> {
         match self.line() {
             None => Some(index),
@@ -229,8 +231,8 @@ impl Effect {
         }
     }
 
-    /// What the fit varies of a line whose phase is `by_rad` further on and whose size is `growth` times as large; of
-    /// anything else the same.
+    /// What the fit varies of a line whose phase is `by_rad` further on and whose size is `growth` times as
+    /// large; of anything else the same.
     pub fn turned(&self, varied: &[f64], by_rad: f64, growth: f64) -> Vec<f64> {
         let mut turned = varied.to_vec();
         if self.line().is_some() {
@@ -255,21 +257,22 @@ impl Effect {
         self.line().is_some()
     }
 
-    /// Whether it is a line so near to `natural_frequency_rad_s` that a periodic moment is resonance and a second mode is
-    /// the first; `varied` is what the fit varies.
+    /// Whether it is a line so near to `natural_frequency_rad_s` that a periodic moment is resonance and a
+    /// second mode is the first; `varied` is what the fit varies.
     pub fn resonates(&self, varied: &[f64], natural_frequency_rad_s: f64) -> bool {
         let wn = natural_frequency_rad_s;
         let place = self.line().zip(self.line_of(varied));
         place.is_some_and(|(line, (w, _))| (w - wn).abs() < line.nearest * wn)
     }
 
-    /// Whether the `number`th of what the fit varies belongs to one release alone: phases and sizes of lines, drifts.
+    /// Whether the `number`th of what the fit varies belongs to one release alone: phases and sizes of lines,
+    /// drifts.
     pub fn belongs_to_release(&self, number: usize) -> bool {
         self.law().belongs_to_release(number)
     }
 
-    /// Bounds of what the fit varies, with its frequency kept on the side of the yaw mode where `start` is, and where it
-    /// begins near that, half as far from it at least.
+    /// Bounds of what the fit varies, with its frequency kept on the side of the yaw mode where `start` is,
+    /// and where it begins near that, half as far from it at least.
     pub(crate) fn bounds(&self, start: &[f64], natural_frequency_rad_s: f64) -> Vec<(f64, f64)> {
         let own = |p: &Parameter| (p.min, p.max);
         let Some(line) = self.line() else { return self.parameters().iter().map(own).collect() };
@@ -297,8 +300,8 @@ impl Effect {
         self.law().equation()
     }
 
-    /// Rows over what the fit varies, in its sizes, whose squares are added to those of the residuals: what keeps a
-    /// measured law smooth.
+    /// Rows over what the fit varies, in its sizes, whose squares are added to those of the residuals: what
+    /// keeps a measured law smooth.
     pub(crate) fn penalty(&self) -> Option<nalgebra::DMatrix<f64>> {
         self.measured().map(MeasuredLaw::penalty)
     }

@@ -1,4 +1,5 @@
-//! Stiffness that falls in a straight line with amplitude, - k |b| b with k < 0, as micro-slip in joints has it.
+//! Stiffness that falls in a straight line with amplitude, - k |b| b with k < 0, as micro-slip in joints has
+//! it.
 
 use super::law::{abs, enters, moment, not_positive, Card, Law, Parameter, Scale, Series};
 

@@ -5,8 +5,8 @@ use super::terms::Terms;
 use std::sync::Arc;
 use yawrig_expression::{OwnEffect, OwnTerm, Parameter};
 
-/// Of the start of a parameter: its size, so that the fit's differences stand out of what a step size that adapts
-/// itself leaves uncertain.
+/// Of the start of a parameter: its size, so that the fit's differences stand out of what a step size that
+/// adapts itself leaves uncertain.
 const SIZE: f64 = 30.0;
 
 impl Law for Arc<OwnEffect> {
@@ -23,8 +23,8 @@ impl Law for Arc<OwnEffect> {
         self.starts.iter().map(|s| SIZE * s.abs()).collect()
     }
 
-    /// Without it where one of its parameters is its size, then at its own starts, at the size which would show in this
-    /// record, and with each other parameter three times smaller and larger.
+    /// Without it where one of its parameters is its size, then at its own starts, at the size which would
+    /// show in this record, and with each other parameter three times smaller and larger.
     fn starts(&self, seen: &Seen) -> Vec<Vec<f64>> {
         let (wn, amplitude) = (seen.natural_frequency_rad_s, seen.scale.amplitude_rad);
         let own = self;

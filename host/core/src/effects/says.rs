@@ -35,13 +35,14 @@ impl Effect {
         self.law().acts_on()
     }
 
-    /// Whether it is of the state and all that it does in proportion to its only number, so that pieces of a free decay
-    /// show it as the whole does.
+    /// Whether it is of the state and all that it does in proportion to its only number, so that pieces of a
+    /// free decay show it as the whole does.
     pub(crate) fn is_strength_of_state(&self) -> bool {
         self.acts_on() == Acts::State && self.law().is_proportional()
     }
 
-    /// Whether it moves the angle of rest and does nothing else, so that a sensor which was not zeroed looks the same.
+    /// Whether it moves the angle of rest and does nothing else, so that a sensor which was not zeroed looks
+    /// the same.
     pub fn moves_rest(&self) -> bool {
         self.law().moves_rest()
     }
@@ -53,8 +54,8 @@ impl Effect {
         (measurand.is_of_angle() || !of_angle) && (measurand.shows_rest() || !needs_rest)
     }
 
-    /// The unit of its parameter of this name in a motion of this kind. Frequencies and phases of a line are none of the
-    /// motion's coordinate.
+    /// The unit of its parameter of this name in a motion of this kind. Frequencies and phases of a line are
+    /// none of the motion's coordinate.
     pub fn unit_in(&self, measurand: &Measurand, name: &str) -> String {
         let Some(at) = self.parameters().iter().position(|p| p.name == name) else {
             return String::new();
@@ -81,7 +82,8 @@ impl Effect {
         self.law().series()
     }
 
-    /// Whether it cannot stand beside `other`: a term of a series beside a law that has all of them bends against it.
+    /// Whether it cannot stand beside `other`: a term of a series beside a law that has all of them bends
+    /// against it.
     pub(crate) fn excludes(&self, other: &Self) -> bool {
         let (Some(a), Some(b)) = (self.series(), other.series()) else { return false };
         (a == Series::Whole) != (b == Series::Whole)
@@ -92,7 +94,8 @@ impl Effect {
         self.law().distinct_from_rad()
     }
 
-    /// Whether with these of the users' numbers a simpler effect has another name for it; exact ones have u = 0.
+    /// Whether with these of the users' numbers a simpler effect has another name for it; exact ones have u =
+    /// 0.
     pub(crate) fn is_simpler_one(&self, users: &[Quantity], amplitude_rad: f64) -> bool {
         self.law().is_simpler_one(users, amplitude_rad)
     }
@@ -102,7 +105,8 @@ impl Effect {
         self.line().is_some_and(|line| line.damping.is_some())
     }
 
-    /// Whether it bends to what simpler effects explain, so that it is tried only where they leave more than they should.
+    /// Whether it bends to what simpler effects explain, so that it is tried only where they leave more than
+    /// they should.
     pub fn is_flexible(&self) -> bool {
         self.law().is_flexible()
     }

@@ -1,4 +1,5 @@
-//! A second decaying mode in the reading: + amplitude exp(-zeta2 w2 t) cos(w2 t + phase), of a support that gives way.
+//! A second decaying mode in the reading: + amplitude exp(-zeta2 w2 t) cos(w2 t + phase), of a support that
+//! gives way.
 
 use super::lines;
 use super::law::{any, not_negative, numbers, within, Card, Equation, Law, LineParameters, Parameter, Scale, Seen};
@@ -8,7 +9,8 @@ pub(super) struct SecondMode;
 
 /// Nearer than this share to the yaw mode, or to standing still, it imitates whatever varies slowly,
 const NEAREST: f64 = 0.3;
-/// unless one mode alone leaves this share of the amplitude, as beats do, and the record parts the two: by so many turns.
+/// unless one mode alone leaves this share of the amplitude, as beats do, and the record parts the two: by so
+/// many turns.
 const BEATS: f64 = 0.08;
 const RESOLVED_TURNS: f64 = 1.5;
 /// Cycles after the release in which it shows best.

@@ -164,7 +164,8 @@ impl Terms {
         Self { observed: Derivative::None, ..self.clone() }
     }
 
-    /// The same without a periodic moment, with a sensor that shows the yaw angle: what a cycle of the free motion is of.
+    /// The same without a periodic moment, with a sensor that shows the yaw angle: what a cycle of the free
+    /// motion is of.
     pub(crate) fn free(&self) -> Self {
         Self { force_rad_s2: [0.0; 2], observed: Derivative::None, ..self.unread() }
     }
@@ -188,8 +189,8 @@ impl Terms {
         self.force_rad_s2[0] * c + self.force_rad_s2[1] * s
     }
 
-    /// The smooth moments with the periodic one, rad/s2. Friction, the dead zone and the constant moment are not among
-    /// them: they have corners, or are exact in the linear solution.
+    /// The smooth moments with the periodic one, rad/s2. Friction, the dead zone and the constant moment are
+    /// not among them: they have corners, or are exact in the linear solution.
     #[inline]
     pub(crate) fn smooth_moment(&self, state: &State, drive: f64) -> f64 {
         let curves =

@@ -1,4 +1,5 @@
-//! Natural frequency and damping ratio of a model against amplitude: what an engineer takes away where a law is not linear.
+//! Natural frequency and damping ratio of a model against amplitude: what an engineer takes away where a law
+//! is not linear.
 
 use crate::discrepancy::{add_shape, ABOVE_NOISE, SHAPES};
 use crate::fit::fitted::Fitted;
@@ -17,10 +18,10 @@ const PERIODS: f64 = 4.0;
 /// Step of the differences by which uncertainties are carried over, of a number's size.
 const DIFFERENCE: f64 = 1e-5;
 
-/// wn and zeta of `model` at amplitudes from the largest to the smallest that it was fitted to in `decay`, geometric. Periodic
-/// forcing is left out, what drifts is taken as it is when the decay passes the amplitude; uncertainties hold what the model
-/// lacks where [`crate::fit::joint::JointFit::with_discrepancy`] has asked for it. Amplitudes from which no cycle ends are
-/// left out.
+/// wn and zeta of `model` at amplitudes from the largest to the smallest that it was fitted to in `decay`,
+/// geometric. Periodic forcing is left out, what drifts is taken as it is when the decay passes the
+/// amplitude; uncertainties hold what the model lacks where [`crate::fit::joint::JointFit::with_discrepancy`]
+/// has asked for it. Amplitudes from which no cycle ends are left out.
 pub fn at_amplitudes(decay: &FreeDecay, model: &Fitted) -> Vec<AtAmplitude> {
     let own = model.motion();
     let wn = own.natural_frequency_rad_s;
@@ -37,8 +38,9 @@ pub fn at_amplitudes(decay: &FreeDecay, model: &Fitted) -> Vec<AtAmplitude> {
     AtAmplitude::amplitudes(first, last).filter_map(at).collect()
 }
 
-/// `model` with uncertainties that hold what it lacks, too: as far as what it leaves of `decay` shows how much that is, and,
-/// where a linear step from the model does not get there, as far as the record's own windows are off it.
+/// `model` with uncertainties that hold what it lacks, too: as far as what it leaves of `decay` shows how
+/// much that is, and, where a linear step from the model does not get there, as far as the record's own
+/// windows are off it.
 pub(crate) fn with_discrepancy(model: Fitted, decay: &FreeDecay) -> Fitted {
     with_windows(model.with_discrepancy(decay), decay)
 }
@@ -51,8 +53,8 @@ pub(crate) fn with_windows(mut model: Fitted, decay: &FreeDecay) -> Fitted {
     model
 }
 
-/// By how much the model's natural frequency and damping ratio are off the record's own, as its windows show them at the nearest
-/// amplitude, beyond what noise leaves uncertain of these: squares.
+/// By how much the model's natural frequency and damping ratio are off the record's own, as its windows show
+/// them at the nearest amplitude, beyond what noise leaves uncertain of these: squares.
 fn missed(decay: &FreeDecay, model: &Fitted, amplitude_rad: f64) -> [f64; 2] {
     let of_model = |m: &AtAmplitude| decay.measurand.of_model(m.amplitude_deg);
     let apart = |m: &&AtAmplitude| (of_model(m) / amplitude_rad).ln().abs();
@@ -137,7 +139,8 @@ fn of_cycle(
     })
 }
 
-/// wn and zeta of the cycle that begins at `start_s` at rest, `amplitude_rad` from the rest angle. `None` where none ends.
+/// wn and zeta of the cycle that begins at `start_s` at rest, `amplitude_rad` from the rest angle. `None`
+/// where none ends.
 fn cycle(motion: &Motion, amplitude_rad: f64, start_s: f64) -> Option<[f64; 2]> {
     let free = Motion { terms: motion.terms.free(), ..motion.clone() };
     let rest = free.rest_rad();
@@ -188,7 +191,8 @@ mod tests {
             (x, y) = (0.5 * (x + y), f64::sqrt(x * y));
         }
         let [frequency, zeta] = of(0.0, Some((Effect::PendulumGravity, &[wn * wn])));
-        // A kick in the middle of a step errs by (wn h)^2 / 24, 5e-5 of the moment at four hundred steps a cycle.
+        // A kick in the middle of a step errs by (wn h)^2 / 24, 5e-5 of the moment at four hundred steps a
+        // cycle.
         assert!((frequency / (wn * x) - 1.0).abs() < 2e-5, "{frequency} {}", wn * x);
         assert!(zeta.abs() < 2e-6, "{zeta}");
         // Dry friction takes 4 c / wn^2 off the amplitude in a cycle and leaves its period.
@@ -209,8 +213,8 @@ mod tests {
         assert_eq!(cycle(&motion, a, 0.0), None);
     }
 
-    /// A spring that is softer within ten degrees, as where a magnet stands behind the model; no effect is, and no small step
-    /// from a model leads there. What the record's windows show holds the truth.
+    /// A spring that is softer within ten degrees, as where a magnet stands behind the model; no effect is,
+    /// and no small step from a model leads there. What the record's windows show holds the truth.
     #[test]
     fn a_model_that_is_far_off_at_small_amplitudes_knows_its_natural_frequency_as_badly() {
         let (wn, zeta, share, width_rad) = (10.0, 0.012, 0.25, 10f64.to_radians());

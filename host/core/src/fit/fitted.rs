@@ -67,7 +67,8 @@ pub struct Fitted {
     pub(crate) modal_inflation: f64,
     /// What the model lacks, once it has been asked for and there is something.
     pub(crate) discrepancy: Option<Discrepancy>,
-    /// Squares of what natural frequency and damping ratio at rest are off the record's own at its smallest amplitudes.
+    /// Squares of what natural frequency and damping ratio at rest are off the record's own at its smallest
+    /// amplitudes.
     pub(crate) missed: [f64; 2],
     starts: Vec<usize>,
     around: Around,
@@ -105,7 +106,8 @@ impl Fitted {
         fitted.modal_inflation = fitted.inflation;
         fitted
     }
-    /// With uncertainties that hold what the model lacks, too, as far as what it leaves of `decay` shows how much that is.
+    /// With uncertainties that hold what the model lacks, too, as far as what it leaves of `decay` shows how
+    /// much that is.
     pub(crate) fn with_discrepancy(mut self, decay: &FreeDecay) -> Self {
         let Some(covariance) = self.covariance.take() else { return self };
         let fixed: Vec<bool> = covariance.diagonal().iter().map(|v| *v == 0.0).collect();
@@ -189,7 +191,8 @@ impl Fitted {
         let variance = self.covariance.as_ref().map_or(f64::NAN, |c| c[(PLAIN, PLAIN)]);
         Some(Quantity::new(self.parameters[PLAIN], deviation(variance * self.inflation)))
     }
-    /// `effect.name` and value with u of every number of the effects, in the units that [`Effect::parameters`] states.
+    /// `effect.name` and value with u of every number of the effects, in the units that
+    /// [`Effect::parameters`] states.
     pub fn effect_parameters(&self) -> Vec<(String, Quantity)> {
         let of = |(name, value, row): (String, f64, Vec<f64>)| {
             let variance = self.covariance.as_ref().map_or(f64::NAN, |c| between(c, &row, &row));
@@ -198,8 +201,8 @@ impl Fitted {
         self.published().map(of).collect()
     }
 
-    /// Covariance of natural frequency, damping ratio and everything the effects are made of. `None` where the fit has none, or
-    /// did not fit them.
+    /// Covariance of natural frequency, damping ratio and everything the effects are made of. `None` where
+    /// the fit has none, or did not fit them.
     pub fn named_covariance(&self) -> Option<Covariance> {
         let covariance = self.covariance.as_ref().filter(|c| c[(0, 0)] > 0.0)?;
         let unit =
@@ -241,13 +244,14 @@ impl Fitted {
         let n = effect.parameters().len();
         &self.parameters[at..at + n]
     }
-    /// The numbers of `effect` as the fit varies them ([`Effect::varied`]); `None` where it is not in the model.
+    /// The numbers of `effect` as the fit varies them ([`Effect::varied`]); `None` where it is not in the
+    /// model.
     pub fn varied(&self, effect: &Effect) -> Option<&[f64]> {
         let k = self.structure.effects.iter().position(|e| e == effect)?;
         Some(self.of_effect(effect, self.starts[k]))
     }
-    /// The numbers as `structure` orders them, zero for an effect that is not in the model, each with its variance
-    /// where it is known.
+    /// The numbers as `structure` orders them, zero for an effect that is not in the model, each with its
+    /// variance where it is known.
     pub(crate) fn in_order_of(&self, structure: &Structure) -> (Vec<f64>, Vec<Option<f64>>) {
         let mut from: Vec<Option<usize>> = (0..structure.own_numbers()).map(Some).collect();
         for effect in &structure.effects {
@@ -258,7 +262,8 @@ impl Fitted {
         let variance = |at: &Option<usize>| Some(self.covariance.as_ref()?[((*at)?, (*at)?)]);
         (from.iter().map(value).collect(), from.iter().map(variance).collect())
     }
-    /// The numbers for a fit of `structure`, a zero that was known being zero; none where it has an effect more.
+    /// The numbers for a fit of `structure`, a zero that was known being zero; none where it has an effect
+    /// more.
     pub(crate) fn numbers_for(&self, structure: &Structure) -> Option<Vec<f64>> {
         let mut p = self.parameters[..PLAIN].to_vec();
         if structure.zero_unknown {
@@ -279,8 +284,8 @@ impl Fitted {
         motion(&self.structure, &self.starts, &self.parameters, self.around).0
     }
 
-    /// The states of what remembers, in the order of the effects, at the first instant of a grid that starts at `start_s`:
-    /// of hysteresis the deflection z of what yields, rad.
+    /// The states of what remembers, in the order of the effects, at the first instant of a grid that starts
+    /// at `start_s`: of hysteresis the deflection z of what yields, rad.
     pub fn remembered(&self, start_s: f64) -> Vec<f64> {
         let motion = self.motion();
         motion.memories(start_s).states(motion.yaw_rad)

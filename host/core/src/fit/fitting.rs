@@ -1,4 +1,5 @@
-//! A model with effects fitted to a free decay: natural frequency, damping, initial state and every coefficient.
+//! A model with effects fitted to a free decay: natural frequency, damping, initial state and every
+//! coefficient.
 
 use crate::effects::Effect;
 pub use crate::fit::fitted::{Covariance, Fitted};
@@ -12,13 +13,14 @@ use crate::solver::Fit;
 /// Cycles of the first, shortest fit.
 const FIRST_CYCLES: f64 = 5.0;
 const LONGER: f64 = 1.8;
-/// Evaluations after which a further start has to be this near, in the sum of squares, to the best one so far.
+/// Evaluations after which a further start has to be this near, in the sum of squares, to the best one so
+/// far.
 const SHORT: usize = 7;
 const RIVAL_SQUARES: f64 = 1.5;
 /// Residual over noise below which no further start is tried.
 const AT_NOISE: f64 = 1.04;
-/// Sum of squares over the one that a linear step foresees, up to which a fit has found what that step points to.
-/// For speed alone: beyond, it is begun from a part of the record as well.
+/// Sum of squares over the one that a linear step foresees, up to which a fit has found what that step points
+/// to. For speed alone: beyond, it is begun from a part of the record as well.
 const FORESEEN: f64 = 1.05;
 /// For a user's own effect: from every start, and on from the best.
 const OWN_FIRST: usize = 6;
@@ -73,7 +75,8 @@ pub(crate) fn finished(decay: &FreeDecay, structure: &Structure, fit: Fit, count
     Fitted::new(structure.clone(), fit.parameters, residuals, converged, covariance, around)
 }
 
-/// The second-order model fitted to the first `count` means, with a free zero of the sensor if `zero_unknown`.
+/// The second-order model fitted to the first `count` means, with a free zero of the sensor if
+/// `zero_unknown`.
 pub fn fit_plain(decay: &FreeDecay, zero_unknown: bool, count: usize) -> Fitted {
     fit_plain_within(decay, &Structure { zero_unknown, ..Structure::default() }, count)
 }
@@ -110,8 +113,8 @@ fn first_reading(decay: &FreeDecay) -> (f64, f64) {
     (y[0], (y[n - 1] - y[0]) / ((n - 1) as f64 * decay.grid.step_s) * 0.5)
 }
 
-/// `inner` with `effect` added, never worse than `inner`: started from it with the effect at zero, over lengthening
-/// horizons, and from small sizes of either sign, until a start explains the free decay.
+/// `inner` with `effect` added, never worse than `inner`: started from it with the effect at zero, over
+/// lengthening horizons, and from small sizes of either sign, until a start explains the free decay.
 ///
 /// ```
 /// use yawrig_core::effects::Effect;
@@ -192,8 +195,8 @@ fn nested(
     fitted
 }
 
-/// The same where there is a user's own effect, whose simulations take long and whose parameters may be many: a few
-/// steps from every start, and on from the best.
+/// The same where there is a user's own effect, whose simulations take long and whose parameters may be many:
+/// a few steps from every start, and on from the best.
 fn fit_own(
     decay: &FreeDecay,
     inner: &Fitted,
@@ -224,8 +227,8 @@ fn fit_own(
     nested(decay, inner, structure, fit, &added)
 }
 
-/// `structure` fitted to the first `count` means from given numbers (in the order of [`Fitted::parameters`]), directly
-/// and over lengthening horizons.
+/// `structure` fitted to the first `count` means from given numbers (in the order of [`Fitted::parameters`]),
+/// directly and over lengthening horizons.
 pub fn fit_from(decay: &FreeDecay, structure: &Structure, start: &[f64], count: usize) -> Fitted {
     let direct = solve(decay, structure, start, count);
     let longer = lengthened(decay, structure, start, count);
@@ -259,8 +262,8 @@ pub(crate) fn fit_removed(decay: &FreeDecay, model: &Fitted, effect: &Effect) ->
     fit_from(decay, &structure, &p, model.count)
 }
 
-/// `model` with each of its lines looked for anew, beside all others: a line that was found first stands where it made up
-/// for what another effect has explained since. What is no better is left as it is.
+/// `model` with each of its lines looked for anew, beside all others: a line that was found first stands
+/// where it made up for what another effect has explained since. What is no better is left as it is.
 pub fn lines_anew(decay: &FreeDecay, model: Fitted) -> Fitted {
     let effects = model.structure.effects.clone();
     let is_free = |e: &&Effect| e.line().is_some() && !model.structure.limits_effect(e);

@@ -25,8 +25,8 @@ pub(crate) struct Noise {
     pub(crate) mean_rad: f64,
 }
 
-/// The noise of readings `kept` and of the `means` of blocks of them. `uneven`: that of readings whose clock is not even, one
-/// of them and a mean. `left`: what the modes that were found leave of a reading.
+/// The noise of readings `kept` and of the `means` of blocks of them. `uneven`: that of readings whose clock
+/// is not even, one of them and a mean. `left`: what the modes that were found leave of a reading.
 pub(crate) fn noise(
     kept: &[f64],
     means: &[f64],
@@ -50,8 +50,8 @@ pub(crate) fn noise(
                 }
                 Some((sample, mean)) => (sample, mean.max(rms_of_sixths(means))),
             };
-            // Of a coarse record differences hold some of the oscillation, and what its modes leave some misfit: each
-            // is the noise or more.
+            // Of a coarse record differences hold some of the oscillation, and what its modes leave some
+            // misfit: each is the noise or more.
             let is_fine = TAU / radians_per_sample / block as f64 >= FINE;
             (sample, if is_fine { mean } else { mean.min(left / (block as f64).sqrt()) })
         }
@@ -93,8 +93,9 @@ pub(crate) fn with_steps(mut decay: FreeDecay, record: &Record) -> FreeDecay {
     decay
 }
 
-/// Share of white noise that is left in means of `block` values at `rate_hz` of the curve through samples at `time_s`: of
-/// a sequence as white as noise, and the same every time (a sine of a phase that grows with the square).
+/// Share of white noise that is left in means of `block` values at `rate_hz` of the curve through samples at
+/// `time_s`: of a sequence as white as noise, and the same every time (a sine of a phase that grows with the
+/// square).
 pub(crate) fn share_of_noise(time_s: &[f64], rate_hz: f64, block: usize) -> f64 {
     let phase = |k: usize| (std::f64::consts::PI * std::f64::consts::SQRT_2 * (k * k) as f64) % TAU;
     let white: Vec<f64> = (0..time_s.len()).map(|k| phase(k).sin()).collect();
@@ -105,7 +106,8 @@ pub(crate) fn share_of_noise(time_s: &[f64], rate_hz: f64, block: usize) -> f64 
     (square(&means) / square(&white)).sqrt()
 }
 
-/// Noise of a mean of `block` samples of `sample_noise` each: white, unless the means themselves show another.
+/// Noise of a mean of `block` samples of `sample_noise` each: white, unless the means themselves show
+/// another.
 fn white_floor(means: &[f64], sample_noise: f64, block: usize) -> f64 {
     let white = sample_noise / (block as f64).sqrt();
     let shown = rms_of_sixths(means);

@@ -20,15 +20,16 @@ use std::f64::consts::TAU;
 /// Block means per cycle: those on which residual and noise floor are compared.
 const MEANS_PER_CYCLE: f64 = 50.0;
 
-/// Share of the largest amplitude from which on a rise is looked for; a rise from one window to the next, and a damping
-/// ratio within one.
+/// Share of the largest amplitude from which on a rise is looked for; a rise from one window to the next, and
+/// a damping ratio within one.
 const BEATING_FROM: f64 = 0.15;
 const RISE: f64 = 1.03;
 const RISING: f64 = 0.003;
 
 /// Movement of a held model, as a share of the amplitude.
 const STILL: f64 = 0.03;
-/// Part of a cycle after the release beyond which the first mean is taken to be late, and the release looked for.
+/// Part of a cycle after the release beyond which the first mean is taken to be late, and the release looked
+/// for.
 const LATE: f64 = 0.15;
 
 /// `means` of `stretch` on their even grid: where samples are left out, a mean may lie off it, or be missing.
@@ -67,8 +68,8 @@ pub(crate) struct Around {
     pub(crate) observed: Derivative,
 }
 
-/// A free decay. Angles in rad, time from the release in s. Of another measurand what is read is in its own unit (of a rate
-/// rad/s), and the motion's coordinate takes the angle's place.
+/// A free decay. Angles in rad, time from the release in s. Of another measurand what is read is in its own
+/// unit (of a rate rad/s), and the motion's coordinate takes the angle's place.
 #[derive(Clone, Debug)]
 pub struct FreeDecay {
     /// Instants of the block means.
@@ -205,8 +206,8 @@ impl FreeDecay {
         })
     }
 
-    /// The same free decay from where the model was let go, and whether it was held before; none where it begins there already.
-    /// The noise floor is kept.
+    /// The same free decay from where the model was let go, and whether it was held before; none where it
+    /// begins there already. The noise floor is kept.
     pub(crate) fn begun_at_release(&self, record: &Record) -> Option<(Self, bool)> {
         let record = &lines::without(record, &self.lines);
         let prepared = identify::prepare(record, &settings()).ok()?;
@@ -235,7 +236,8 @@ impl FreeDecay {
         Some((Self { grid, yaw_rad, smooth, release_time_s, ..self.clone() }, held))
     }
 
-    /// What a law that is smooth over the rate can hold of it: without the cycle in which dry friction stops the model.
+    /// What a law that is smooth over the rate can hold of it: without the cycle in which dry friction stops
+    /// the model.
     pub(crate) fn smooth(&self) -> Cow<'_, Self> {
         let count = self.smooth;
         if count >= self.yaw_rad.len() {
@@ -245,8 +247,8 @@ impl FreeDecay {
         Cow::Owned(Self { grid: Grid { count, ..self.grid }, yaw_rad, ..self.clone() })
     }
 
-    /// With the floor of coloured noise taken from the `residuals` of a good model, which show it down to frequencies
-    /// that the oscillation hides in the record.
+    /// With the floor of coloured noise taken from the `residuals` of a good model, which show it down to
+    /// frequencies that the oscillation hides in the record.
     pub(crate) fn sharpened(self, residuals: &[f64]) -> Self {
         if self.colour.is_none() {
             return self;
@@ -320,8 +322,8 @@ impl FreeDecay {
         TAU / self.frequency_rad_s / self.grid.step_s
     }
 
-    /// Raw rms of a single sample about a model whose means are off by `rms_rad`, deg or the measurand's unit: what the means leave out
-    /// is the samples' noise.
+    /// Raw rms of a single sample about a model whose means are off by `rms_rad`, deg or the measurand's
+    /// unit: what the means leave out is the samples' noise.
     pub fn raw_rms_deg(&self, rms_rad: f64) -> f64 {
         let hidden = self.sample_noise_rad.powi(2) * (1.0 - 1.0 / self.block as f64);
         self.measurand.shown((rms_rad * rms_rad + hidden).sqrt())
@@ -332,8 +334,8 @@ impl FreeDecay {
 mod tests {
     use super::*;
 
-    /// At some 80 samples a cycle, with stamps up to a third of a step off an even clock: what is left of the true motion
-    /// at the noise floor's means is the noise floor.
+    /// At some 80 samples a cycle, with stamps up to a third of a step off an even clock: what is left of the
+    /// true motion at the noise floor's means is the noise floor.
     #[test]
     fn the_noise_floor_of_uneven_samples_is_that_of_their_curve() {
         use rand::{Rng, SeedableRng};

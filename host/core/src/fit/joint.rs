@@ -1,12 +1,14 @@
 //! Joint fit of several releases: some numbers are each release's own, others they have in common.
 //!
-//! A release has its own initial state and, where unknown, its own zero of the sensor. Natural frequency and damping
-//! ratio are shared by the repeats of one condition, the coefficients of an effect as a [`Sharing`] says; a line's size
-//! and phase and a drift belong to their release whatever it says ([`Effect::belongs_to_release`]). Residuals count
-//! over each release's noise floor. One release is the case that [`crate::fit::fitting`] builds on.
+//! A release has its own initial state and, where unknown, its own zero of the sensor. Natural frequency and
+//! damping ratio are shared by the repeats of one condition, the coefficients of an effect as a [`Sharing`]
+//! says; a line's size and phase and a drift belong to their release whatever it says
+//! ([`Effect::belongs_to_release`]). Residuals count over each release's noise floor. One release is the case
+//! that [`crate::fit::fitting`] builds on.
 //!
-//! A release touches its own numbers and the shared ones only, so that many releases cost no more than one after the
-//! other: simulated on all cores, their normal equations summed block by block (`Rows::part` of the solver).
+//! A release touches its own numbers and the shared ones only, so that many releases cost no more than one
+//! after the other: simulated on all cores, their normal equations summed block by block (`Rows::part` of the
+//! solver).
 
 use crate::bic;
 use crate::discrepancy::Discrepancy;
@@ -96,7 +98,8 @@ impl JointFit {
         }
     }
 
-    /// With uncertainties that hold what the model lacks, too: one discrepancy of all `releases`, which are those of one rig.
+    /// With uncertainties that hold what the model lacks, too: one discrepancy of all `releases`, which are
+    /// those of one rig.
     pub fn with_discrepancy(mut self, releases: &[Release]) -> Self {
         let Some(covariance) = &self.covariance else { return self };
         let starts: Vec<Vec<f64>> = self.fits.iter().map(|fit| fit.parameters.clone()).collect();
@@ -147,14 +150,16 @@ impl JointFit {
         (self.sum_of_squares / freedom as f64).sqrt()
     }
 
-    /// Where number `number` (of those the fit varies) of `effect` in `release` is among [`Self::parameters`].
+    /// Where number `number` (of those the fit varies) of `effect` in `release` is among
+    /// [`Self::parameters`].
     pub fn place(&self, effect: &Effect, number: usize, release: usize) -> Option<usize> {
         let own = &self.fits[release].structure;
         let k = own.effects.iter().position(|e| e == effect)?;
         Some(self.places.of[release][own.starts()[k] + number])
     }
 
-    /// Covariance of two of [`Self::parameters`], inflated for correlated residuals. NaN where the fit has none.
+    /// Covariance of two of [`Self::parameters`], inflated for correlated residuals. NaN where the fit has
+    /// none.
     pub(crate) fn covariance(&self, a: usize, b: usize) -> f64 {
         self.covariance.as_ref().map_or(f64::NAN, |c| c[(a, b)] * self.inflation)
     }
@@ -181,10 +186,10 @@ impl JointFit {
     }
 }
 
-/// By what factor, at least 1, the covariance of each release's natural frequency and damping ratio is larger than its
-/// share in the joint fit: mean square of its condition's residuals over the noise, inflated for their correlation, over
-/// `common`, the same of all releases. Where the model explains some releases and others not, an average over all would
-/// make the others too certain.
+/// By what factor, at least 1, the covariance of each release's natural frequency and damping ratio is larger
+/// than its share in the joint fit: mean square of its condition's residuals over the noise, inflated for
+/// their correlation, over `common`, the same of all releases. Where the model explains some releases and
+/// others not, an average over all would make the others too certain.
 fn widening(releases: &[Release], sharing: &Sharing, fits: &[Fitted], common: f64) -> Vec<f64> {
     let of_group = |group: usize| {
         let (mut squares, mut count, mut effective, mut numbers) = (0.0, 0.0, 0.0, 2.0);
@@ -209,8 +214,8 @@ fn with_pressed(fit: &Fit, bounds: &[(f64, f64)]) -> Option<DMatrix<f64>> {
     Some(off_bounds(covariance, &fit.normal_matrix, fit.variance(), is_pressed))
 }
 
-/// Fits `structure` to `releases` at once, from `starts`: each release's numbers in the order of [`Fitted`], of which
-/// shared ones are averaged. One release's are fitted as they are.
+/// Fits `structure` to `releases` at once, from `starts`: each release's numbers in the order of [`Fitted`],
+/// of which shared ones are averaged. One release's are fitted as they are.
 ///
 /// ```
 /// use yawrig_core::effects::{Effect, Terms};
@@ -263,8 +268,8 @@ pub fn fit(
     JointFit::new(releases, structure, sharing, together, fit)
 }
 
-/// Fits `structure` from each release's own fit, which holds every effect that `sharing` gives the release; what is
-/// known better weighs more.
+/// Fits `structure` from each release's own fit, which holds every effect that `sharing` gives the release;
+/// what is known better weighs more.
 pub fn fit_from(
     releases: &[Release],
     structure: &Structure,

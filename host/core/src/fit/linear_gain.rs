@@ -7,8 +7,8 @@ use crate::fit::problem::{problem_of_one, Release};
 use crate::solver::{Normal, Problem};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// What one linear step would leave of `inner`'s sum of squares with `effect` added, and how many numbers it takes.
-/// Exact near the minimum, which is where it decides; elsewhere it orders.
+/// What one linear step would leave of `inner`'s sum of squares with `effect` added, and how many numbers it
+/// takes. Exact near the minimum, which is where it decides; elsewhere it orders.
 pub(crate) fn linear_gain(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> (f64, usize) {
     let structure = inner.structure.with(effect);
     let n = inner.parameters.len();
@@ -18,7 +18,8 @@ pub(crate) fn linear_gain(decay: &FreeDecay, inner: &Fitted, effect: &Effect) ->
     }
     let mut best = (inner.sum_of_squares, 1);
     for start in crate::fit::starts::of(decay, inner, effect) {
-        // From zero, where the model is that of `inner`; a frequency is tried where the residual has its lines.
+        // From zero, where the model is that of `inner`; a frequency is tried where the residual has its
+        // lines.
         if start[0] != 0.0 {
             continue;
         }
@@ -35,8 +36,8 @@ pub(crate) fn linear_gain(decay: &FreeDecay, inner: &Fitted, effect: &Effect) ->
     best
 }
 
-/// By how much one linear step from `p` lowers the sum of squares of `problem`, and how many numbers beyond the first `n`
-/// it takes; none where it leads out of the bounds of an effect that can only be positive.
+/// By how much one linear step from `p` lowers the sum of squares of `problem`, and how many numbers beyond
+/// the first `n` it takes; none where it leads out of the bounds of an effect that can only be positive.
 pub(crate) fn gain_of_step(problem: &dyn Problem, p: &[f64], n: usize) -> Option<(f64, usize)> {
     let mut normal = Normal::new(p.len());
     problem.evaluate(p, &mut normal);

@@ -1,5 +1,5 @@
-//! Steady lines in a reading, far above the oscillation: mains hum and its like, which means of samples would fold down
-//! among the motion.
+//! Steady lines in a reading, far above the oscillation: mains hum and its like, which means of samples would
+//! fold down among the motion.
 
 use crate::fit::noise::{bessel, periodogram};
 use crate::record::Record;
@@ -46,7 +46,8 @@ pub(crate) fn without(record: &Record, lines: &[SteadyLine]) -> Record {
     Record { yaw_deg, ..record.clone() }
 }
 
-/// The steady lines in `yaw_deg`, samples from `start_s` on every `step_s`, of an oscillation of `natural_frequency_rad_s`.
+/// The steady lines in `yaw_deg`, samples from `start_s` on every `step_s`, of an oscillation of
+/// `natural_frequency_rad_s`.
 pub(crate) fn steady(
     yaw_deg: &[f64],
     start_s: f64,

@@ -1,8 +1,9 @@
 //! White and coloured noise of a sensor, separated in the record's own spectrum.
 //!
-//! Between the harmonics of the oscillation a record holds nothing but noise, and the response to random forcing. The means
-//! of narrow bands there, lines left out, are fitted by a white level, a lag-one (first-order autoregressive)
-//! spectrum and that response. The window is Kaiser's with side lobes 170 dB down, below any swing over its noise.
+//! Between the harmonics of the oscillation a record holds nothing but noise, and the response to random
+//! forcing. The means of narrow bands there, lines left out, are fitted by a white level, a lag-one
+//! (first-order autoregressive) spectrum and that response. The window is Kaiser's with side lobes 170 dB
+//! down, below any swing over its noise.
 
 use std::f64::consts::{LN_2, PI, TAU};
 
@@ -67,8 +68,8 @@ struct Band {
     weight: f64,
 }
 
-/// The coloured noise in `samples`, evenly spaced, `turn` the oscillation's phase from one to the next (rad); none where
-/// white noise (and random forcing) accounts for the spectrum.
+/// The coloured noise in `samples`, evenly spaced, `turn` the oscillation's phase from one to the next (rad);
+/// none where white noise (and random forcing) accounts for the spectrum.
 pub(crate) fn colour(samples: &[f64], turn: f64) -> Option<Colour> {
     believed(&bands(samples, turn, &OF_RECORD)?, turn, 1)
 }
@@ -79,14 +80,14 @@ fn believed(bands: &[Band], turn: f64, block: usize) -> Option<Colour> {
     (white - coloured > BELIEVED).then_some(colour)
 }
 
-/// The same in the `residuals` of a model, means of `block` samples, where the record itself shows none: a short one has
-/// no room between the harmonics.
+/// The same in the `residuals` of a model, means of `block` samples, where the record itself shows none: a
+/// short one has no room between the harmonics.
 pub(crate) fn believed_of_residuals(residuals: &[f64], turn: f64, block: usize) -> Option<Colour> {
     believed(&bands(residuals, turn, &OF_RESIDUALS)?, turn, block)
 }
 
-/// The same from the `residuals` of a good model, means of `block` samples; it shows the noise down to frequencies that
-/// the oscillation hides in the record.
+/// The same from the `residuals` of a good model, means of `block` samples; it shows the noise down to
+/// frequencies that the oscillation hides in the record.
 pub(crate) fn colour_of_residuals(residuals: &[f64], turn: f64, block: usize) -> Option<Colour> {
     let bands = bands(residuals, turn, &OF_RESIDUALS)?;
     Some(coloured(&bands, turn, block)?.1)
@@ -323,8 +324,9 @@ mod tests {
 
     #[test]
     fn coloured_noise_beside_a_swing_is_measured_and_white_noise_is_left_alone() {
-        // The lowest frequencies, which the swing covers, weigh most in a mean: from the record its variance is known to
-        // some 15 %, from residuals to some 10 % (29 seeds: 0.66-1.27 and 0.75-1.21 of the truth).
+        // The lowest frequencies, which the swing covers, weigh most in a mean: from the record its variance
+        // is known to some 15 %, from residuals to some 10 % (29 seeds: 0.66-1.27 and 0.75-1.21 of the
+        // truth).
         let mut mean = 0.0;
         for (seed, correlation) in (1..30).map(|k| (k, [0.5, 0.8, 0.95][k as usize % 3])) {
             let truth = Colour { white_variance: 0.0, coloured_variance: 0.05 * 0.05, correlation };

@@ -1,6 +1,6 @@
-//! A user's own effect added to several releases at once. Its simulations take long, so its numbers are looked for in
-//! the releases that need it most, from there in all together, and by fixed steps as long as it is not steep; the last
-//! fit is by steps that adapt themselves.
+//! A user's own effect added to several releases at once. Its simulations take long, so its numbers are
+//! looked for in the releases that need it most, from there in all together, and by fixed steps as long as it
+//! is not steep; the last fit is by steps that adapt themselves.
 
 use crate::effects::Effect;
 use crate::fit::fitting::{enough, fit_added, Fitted, Structure};
@@ -9,8 +9,8 @@ use crate::fit::joint::{self, JointFit, Release, Sharing};
 /// Releases at most in which its numbers are looked for.
 const LOOKED_IN: usize = 2;
 
-/// `inner` with `effect` added, whose numbers `sharing` gives to all releases; never worse than `inner` where the effect
-/// can vanish.
+/// `inner` with `effect` added, whose numbers `sharing` gives to all releases; never worse than `inner` where
+/// the effect can vanish.
 pub fn added(
     releases: &[Release],
     sharing: &Sharing,

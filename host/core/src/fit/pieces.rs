@@ -13,8 +13,8 @@ const DIFFERENCE: f64 = 1e-6;
 /// Gain of a step, as a share of the sum of squares, below which a state is found.
 const SETTLED: f64 = 1e-6;
 
-/// Where a release has its own numbers among the common ones of a fit to several: behind the first release's wn, zeta and
-/// rest angle, before the effects.
+/// Where a release has its own numbers among the common ones of a fit to several: behind the first release's
+/// wn, zeta and rest angle, before the effects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Own {
     /// Of the natural frequency; the damping ratio is next.
@@ -113,8 +113,8 @@ impl Pieces {
         Self::with(decay, (0..count).map(|k| edge(k)..edge(k + 1)).collect())
     }
 
-    /// `count` pieces of the same length from beginning to end, of `most` means together at most: with gaps between them where
-    /// the free decay has more.
+    /// `count` pieces of the same length from beginning to end, of `most` means together at most: with gaps
+    /// between them where the free decay has more.
     pub(crate) fn spread(decay: &FreeDecay, count: usize, most: usize) -> Self {
         let n = decay.yaw_rad.len();
         if n <= most || count < 2 {
@@ -155,8 +155,8 @@ impl Pieces {
     }
 }
 
-/// Angle and rate at the beginning of a piece from a cubic through its first means, `zero` taken off, as a plain oscillation
-/// has them.
+/// Angle and rate at the beginning of a piece from a cubic through its first means, `zero` taken off, as a
+/// plain oscillation has them.
 fn first_state(piece: &FreeDecay, zero: f64, [wn, zeta]: [f64; 2]) -> [f64; 2] {
     let n = ((BEGINNING * piece.per_cycle()) as usize).clamp(4, 60).min(piece.yaw_rad.len());
     let h = 1.0 / n as f64;

@@ -16,8 +16,8 @@ const DIFFERENCE: f64 = 1e-6;
 const OWN_DIFFERENCE: f64 = 3e-5;
 /// By how much the sum of squares of such a fit may err, of the residuals' variance.
 const OWN_ACCURACY: f64 = 0.5;
-/// Distance to the minimum that is near enough, in standard errors; of a measured law, whose many numbers share what they
-/// explain, a valley is followed no further than that.
+/// Distance to the minimum that is near enough, in standard errors; of a measured law, whose many numbers
+/// share what they explain, a valley is followed no further than that.
 const TOLERANCE: f64 = 0.01;
 const LAW_TOLERANCE: f64 = 0.1;
 pub(crate) const EVALUATIONS: usize = 30;
@@ -134,8 +134,8 @@ impl Part<'_> {
         Observed { residuals, count, places, columns, responses }
     }
 
-    /// The roughness of a measured law as further residuals: in proportion to the means, so that pieces of a free decay
-    /// add up to the whole.
+    /// The roughness of a measured law as further residuals: in proportion to the means, so that pieces of a
+    /// free decay add up to the whole.
     fn add_penalty(&self, p: &[f64], residuals: &mut Vec<f64>, columns: &mut [Vec<f64>]) {
         let decay = self.release.decay;
         for (effect, &at) in self.structure.effects.iter().zip(&self.starts) {
@@ -232,7 +232,8 @@ impl<'a> JointProblem<'a> {
         sums.iter().map(|s| if s.0 > 0.0 { s.1 / s.0 } else { s.3 / s.2 }).collect()
     }
 
-    /// What the model lacks at its fitted numbers `all`, those marked `fixed` apart; `None` where it lacks nothing that shows.
+    /// What the model lacks at its fitted numbers `all`, those marked `fixed` apart; `None` where it lacks
+    /// nothing that shows.
     pub(crate) fn discrepancy(&self, all: &[f64], fixed: &[bool]) -> Option<Discrepancy> {
         let releases: Vec<Observed> =
             self.parts.par_iter().map(|part| part.observed(all, fixed)).collect();
@@ -240,7 +241,8 @@ impl<'a> JointProblem<'a> {
         discrepancy::of(&releases, all.len(), may_be_noise).filter(|found| !found.is_none())
     }
 
-    /// `covariance` at the numbers `all` of one release, with a variance for those that ended on a bound without being fixed.
+    /// `covariance` at the numbers `all` of one release, with a variance for those that ended on a bound
+    /// without being fixed.
     pub(crate) fn off_bounds(&self, all: &[f64], covariance: &DMatrix<f64>) -> DMatrix<f64> {
         let is_pressed =
             |j: usize| covariance[(j, j)] == 0.0 && self.bounds[j].0 < self.bounds[j].1;

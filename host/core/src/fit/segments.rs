@@ -1,9 +1,10 @@
 //! A model fitted to pieces of a free decay, each with an initial condition of its own.
 //!
-//! Single shooting over a long record has as many minima as the record has cycles; over a few cycles with a free
-//! state it has one. Natural frequency, damping ratio, rest angle and effects are common to all pieces; the states are
-//! eliminated from the normal equations piece by piece (the structure of multiple shooting: H. G. Bock, 1983), so that
-//! a fit costs what single shooting costs. From short pieces one goes to longer ones, and to the whole record.
+//! Single shooting over a long record has as many minima as the record has cycles; over a few cycles with a
+//! free state it has one. Natural frequency, damping ratio, rest angle and effects are common to all pieces;
+//! the states are eliminated from the normal equations piece by piece (the structure of multiple shooting: H.
+//! G. Bock, 1983), so that a fit costs what single shooting costs. From short pieces one goes to longer ones,
+//! and to the whole record.
 
 use crate::fit::pieces::{fit_state, Own, Piece, Pieces};
 use crate::fit::problem::{problem_of_one, JointProblem, Release};
@@ -12,7 +13,8 @@ use crate::solver::{step_within, Normal, Rows};
 use nalgebra::{DMatrix, DVector, Matrix2};
 use rayon::prelude::*;
 
-/// Gain of a step, as a share of the sum of squares, below which a fit that is only a start for the next has settled.
+/// Gain of a step, as a share of the sum of squares, below which a fit that is only a start for the next has
+/// settled.
 pub(crate) const ROUGH: f64 = 1e-3;
 /// Share of a matrix' diagonal that keeps it definite.
 const ROUNDING: f64 = 1e-12;
@@ -138,7 +140,8 @@ impl<'a> Fit<'a> {
         sums.iter().all(finite).then_some(sums)
     }
 
-    /// Matrix and gradient of the common numbers with the states eliminated, and what gives the states' steps.
+    /// Matrix and gradient of the common numbers with the states eliminated, and what gives the states'
+    /// steps.
     fn reduced(&self, sums: &[Sums], damping: f64) -> (DMatrix<f64>, DVector<f64>) {
         let n = self.free.len();
         let mut a = DMatrix::zeros(n, n);
@@ -152,7 +155,8 @@ impl<'a> Fit<'a> {
         (a, g)
     }
 
-    /// The step from common numbers and states at which the sums are those; none where the damping is too small for one.
+    /// The step from common numbers and states at which the sums are those; none where the damping is too
+    /// small for one.
     fn step(
         &self,
         here: &[Sums],
@@ -208,7 +212,8 @@ fn inverse_of_state(s: &Sums, n: usize, damping: f64) -> Matrix2<f64> {
     m.try_inverse().unwrap_or_else(Matrix2::zeros)
 }
 
-/// Fits `structure` to `pieces` from given common numbers and states; `settled` is the relative gain at which it ends.
+/// Fits `structure` to `pieces` from given common numbers and states; `settled` is the relative gain at which
+/// it ends.
 pub(crate) fn fit_pieces(
     pieces: &[&Piece],
     structure: &Structure,
@@ -276,7 +281,8 @@ pub(crate) fn fit_pieces(
     out
 }
 
-/// A piece's sum of squares over the noise as a quadratic of the free shared parameters, its state eliminated.
+/// A piece's sum of squares over the noise as a quadratic of the free shared parameters, its state
+/// eliminated.
 pub(crate) struct Quadratic {
     pub(crate) matrix: DMatrix<f64>,
     /// Half the slope.

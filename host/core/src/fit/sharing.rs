@@ -8,8 +8,8 @@ use std::collections::HashMap;
 pub struct Sharing {
     /// Of each release: those of one group have natural frequency and damping ratio in common.
     pub modal: Vec<usize>,
-    /// Of each effect of the structure and each release: those of one group have the effect's coefficients in common;
-    /// `None`: the release is without the effect.
+    /// Of each effect of the structure and each release: those of one group have the effect's coefficients in
+    /// common; `None`: the release is without the effect.
     pub effects: Vec<Vec<Option<usize>>>,
 }
 

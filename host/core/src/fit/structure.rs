@@ -31,7 +31,8 @@ pub struct Limit {
     pub high: f64,
 }
 
-/// Which effects a model holds, whether the sensor's zero is unknown, and what is fixed or kept within limits.
+/// Which effects a model holds, whether the sensor's zero is unknown, and what is fixed or kept within
+/// limits.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Structure {
     /// Beside the second-order response, in the order in which their numbers are kept.
@@ -64,9 +65,9 @@ impl Structure {
         Self { precise: !self.effects.is_empty(), ..self.clone() }
     }
 
-    /// With parameter `name` of `effect`, in the users' unit, kept from `low` to `high`. `None` where there is no such
-    /// parameter, or the fit does not vary it by itself: size and phase of a line, which are fixed jointly by a
-    /// [`Limit`] on each of [`Effect::varied`].
+    /// With parameter `name` of `effect`, in the users' unit, kept from `low` to `high`. `None` where there
+    /// is no such parameter, or the fit does not vary it by itself: size and phase of a line, which are fixed
+    /// jointly by a [`Limit`] on each of [`Effect::varied`].
     pub fn limited(mut self, effect: &Effect, name: &str, low: f64, high: f64) -> Option<Self> {
         let index = effect.parameters().iter().position(|p| p.name == name)?;
         let number = effect.varied_place(index)?;
@@ -137,7 +138,8 @@ impl Structure {
     }
 }
 
-/// The motion of a model with the numbers `p`, and the sensor's zero, rad; each effect's begin at its place in `starts`.
+/// The motion of a model with the numbers `p`, and the sensor's zero, rad; each effect's begin at its place
+/// in `starts`.
 pub(crate) fn motion(
     structure: &Structure,
     starts: &[usize],

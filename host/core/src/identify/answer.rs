@@ -73,8 +73,8 @@ pub struct Identification {
     /// What it holds, where that is no angle in deg.
     #[serde(flatten)]
     pub said: Said,
-    /// Beginning of the free motion on the record's own clock; the first sample where the release came before it
-    /// (flag `starts_in_mid_swing`).
+    /// Beginning of the free motion on the record's own clock; the first sample where the release came before
+    /// it (flag `starts_in_mid_swing`).
     pub release_time_s: f64,
     /// How the free motion begins.
     #[serde(default)]
@@ -89,8 +89,8 @@ pub struct Identification {
     pub rate_hz: f64,
     /// The part that was analysed.
     pub window: AmplitudeWindow,
-    /// Standard deviation of the noise: of what one mode leaves of the window where it explains it, of what three-cycle
-    /// fits leave where it does not.
+    /// Standard deviation of the noise: of what one mode leaves of the window where it explains it, of what
+    /// three-cycle fits leave where it does not.
     pub noise_rms_deg: f64,
     /// Wild samples left out.
     pub outliers: usize,

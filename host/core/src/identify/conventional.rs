@@ -1,10 +1,10 @@
 //! The conventional method of the thesis (3.4 and 3.5): spectrum and time to half amplitude.
 //!
 //! 10 Hz low-pass, amplitude window, damped frequency at the highest bin of the power spectral density (plain
-//! periodogram of the window, filled up with zeros to a power of two: 16384 at 1 kHz puts a bin at the 23.39 rad/s of
-//! the thesis's Table 4.7), one maximum a cycle, a fifth-degree polynomial
-//! through them, the time at which it has fallen to half, and (3.23) to (3.25). Two options replace its weak
-//! points: the bin by an interpolated peak, the half amplitude by a regression over all maxima.
+//! periodogram of the window, filled up with zeros to a power of two: 16384 at 1 kHz puts a bin at the 23.39
+//! rad/s of the thesis's Table 4.7), one maximum a cycle, a fifth-degree polynomial through them, the time at
+//! which it has fallen to half, and (3.23) to (3.25). Two options replace its weak points: the bin by an
+//! interpolated peak, the half amplitude by a regression over all maxima.
 
 use super::flag::Flag;
 use super::lowpass;
@@ -95,8 +95,8 @@ struct Peak {
     amplitude_deg: f64,
 }
 
-/// The largest value of each cycle, a cycle being what lies between two rising passages through the middle. Of the
-/// parts before the first and after the last passage those count that must hold a maximum.
+/// The largest value of each cycle, a cycle being what lies between two rising passages through the middle.
+/// Of the parts before the first and after the last passage those count that must hold a maximum.
 fn maxima(time: &[f64], yaw: &[f64], period: f64) -> Vec<Peak> {
     let mean = yaw.iter().sum::<f64>() / yaw.len() as f64;
     let mut ends: Vec<usize> = Vec::new();
@@ -123,7 +123,8 @@ fn maxima(time: &[f64], yaw: &[f64], period: f64) -> Vec<Peak> {
             (w[0] + at, highest, lowest)
         })
         .collect();
-    // A maximum, twice the minimum after it and the next maximum: their mean is the middle also of a fast decay.
+    // A maximum, twice the minimum after it and the next maximum: their mean is the middle also of a fast
+    // decay.
     let middles: Vec<f64> =
         extremes.windows(2).map(|w| 0.25 * (w[0].1 + 2.0 * w[0].2 + w[1].1)).collect();
     let middle = middles.iter().sum::<f64>() / middles.len() as f64;
@@ -134,8 +135,8 @@ fn maxima(time: &[f64], yaw: &[f64], period: f64) -> Vec<Peak> {
         .collect()
 }
 
-/// Time to half amplitude in s of the polynomial through the maxima, by interpolation; each maximum is known to
-/// `noise_deg` at best.
+/// Time to half amplitude in s of the polynomial through the maxima, by interpolation; each maximum is known
+/// to `noise_deg` at best.
 fn half_amplitude(peaks: &[Peak], noise_deg: f64) -> Result<Quantity, String> {
     let n = peaks.len();
     if n < 3 {
@@ -191,7 +192,8 @@ fn regression(peaks: &[Peak]) -> Result<Quantity, String> {
     let xx: f64 = peaks.iter().map(|p| (p.time_s - x0).powi(2)).sum();
     let xy: f64 = peaks.iter().map(|p| (p.time_s - x0) * (p.amplitude_deg.ln() - y0)).sum();
     let slope = xy / xx;
-    // The logarithm's noise grows as the amplitude falls: each maximum's own residual stands for its variance.
+    // The logarithm's noise grows as the amplitude falls: each maximum's own residual stands for its
+    // variance.
     let scatter: f64 = peaks
         .iter()
         .map(|p| {

@@ -1,16 +1,16 @@
 //! Where the model is driven before it is left to itself.
 //!
-//! What a free decay loses in a cycle is least at the smallest amplitude, whether it is lost to viscous damping, dry
-//! friction or drag: its envelope is convex. Where the amplitude stands or rises and from then on falls for good, something
-//! had kept it up until there.
+//! What a free decay loses in a cycle is least at the smallest amplitude, whether it is lost to viscous
+//! damping, dry friction or drag: its envelope is convex. Where the amplitude stands or rises and from then
+//! on falls for good, something had kept it up until there.
 
 use super::envelope::POINTS_PER_CYCLE;
 use super::release::Search;
 use crate::solver::linear_fit;
 use crate::statistics::median;
 
-/// Shares of the amplitude at the release between which the fall after it is looked at: below the first it is sure to
-/// have begun, above the last it is still the same.
+/// Shares of the amplitude at the release between which the fall after it is looked at: below the first it is
+/// sure to have begun, above the last it is still the same.
 const FALL: [f64; 2] = [0.97, 0.75];
 /// Share of the loss after the release that is left before it: dry friction and drag leave 0.8 and more.
 const LEAST_CHANGE: f64 = 0.3;
@@ -21,9 +21,9 @@ const DRIVEN_SHARE: f64 = 0.3;
 const FEWEST_POINTS: usize = 6;
 /// A rise from the least amplitude so far: beats rise again, what is pushed, too.
 const RISES: f64 = 1.15;
-/// The share of the amplitude at the release that has to be reached, and the one above which no rise is allowed for some
-/// time more, in times that this takes: two equal modes beat as the size of a cosine does, which is down to a half at 60
-/// degrees and up to a quarter again at 104.5, 1.74 times that.
+/// The share of the amplitude at the release that has to be reached, and the one above which no rise is
+/// allowed for some time more, in times that this takes: two equal modes beat as the size of a cosine does,
+/// which is down to a half at 60 degrees and up to a quarter again at 104.5, 1.74 times that.
 const FALLS_TO: f64 = 0.5;
 const RETURNS_TO: f64 = 0.25;
 const RETURNS_AFTER: f64 = 1.8;
@@ -45,7 +45,8 @@ impl Search<'_> {
         Some(self.points[0].time_s + at * hop_s)
     }
 
-    /// So many of the amplitudes, each the median of the cycle about it: a wild sample makes a spike of a cycle.
+    /// So many of the amplitudes, each the median of the cycle about it: a wild sample makes a spike of a
+    /// cycle.
     fn smoothed(&self, every: usize) -> Vec<f64> {
         let half = POINTS_PER_CYCLE / 2;
         let last = self.points.len() - 1;
@@ -57,7 +58,8 @@ impl Search<'_> {
         (0..=last).step_by(every).map(middle).collect()
     }
 
-    /// Where among the amplitudes the release is, if they stand or rise until about number `k` and fall for good after it.
+    /// Where among the amplitudes the release is, if they stand or rise until about number `k` and fall for
+    /// good after it.
     fn kink(&self, amplitude: &[f64], every: usize, k: usize) -> Option<f64> {
         let level = amplitude[k];
         let reaches = |share: f64| (k..amplitude.len()).find(|&j| amplitude[j] < share * level);

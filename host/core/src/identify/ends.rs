@@ -11,7 +11,8 @@ use crate::record::Derivative;
 use crate::statistics::median;
 use std::f64::consts::TAU;
 
-/// Misfit of the free decay continued backwards beyond which the model was still held, as a share of its amplitude and in noise.
+/// Misfit of the free decay continued backwards beyond which the model was still held, as a share of its
+/// amplitude and in noise.
 const MISFIT_SHARE: f64 = 0.12;
 const MISFIT_NOISE: f64 = 6.0;
 /// Amplitude over noise beyond which a hand, a push and a swing are distinguished from a wandering zero.
@@ -20,12 +21,12 @@ const CLEAR: f64 = 20.0;
 const GUARD_CYCLES: f64 = 0.02;
 /// Fall of the amplitude within a cycle that no damping in range explains (damping ratio 0.15).
 const STOPPED_RATIO: f64 = 2.5;
-/// Fall of the amplitude within the last cycle, over what damping and dry friction, which takes as much from each cycle, would
-/// let it fall by, from which on it was stopped. A hand takes all that is left: 1.63 times that at the damping ratio of 0.15,
-/// more at a smaller one.
+/// Fall of the amplitude within the last cycle, over what damping and dry friction, which takes as much from
+/// each cycle, would let it fall by, from which on it was stopped. A hand takes all that is left: 1.63 times
+/// that at the damping ratio of 0.15, more at a smaller one.
 const FALLS_FASTER: f64 = 1.5;
-/// A rise of the amplitude within three cycles, by this factor and this share of the largest, that is a push where the fall
-/// within the two cycles before it is less than its root: a beat falls as fast as it rises.
+/// A rise of the amplitude within three cycles, by this factor and this share of the largest, that is a push
+/// where the fall within the two cycles before it is less than its root: a beat falls as fast as it rises.
 const PUSHED_RATIO: f64 = 1.5;
 const PUSHED_SHARE: f64 = 0.25;
 /// Cycles that the model has swung before it can have been pushed again: what wanders is no swing.
@@ -52,7 +53,8 @@ impl Search<'_> {
         if grows && !is_clear {
             return by_itself;
         }
-        // Two cycles that are free for certain, continued backwards by half a cycle at a time as long as that fits.
+        // Two cycles that are free for certain, continued backwards by half a cycle at a time as long as that
+        // fits.
         let mut free_s = match is_clear {
             true => self.free_for_certain(run, peak),
             false => self.points[peak].time_s + 0.5 * self.period,
@@ -72,7 +74,8 @@ impl Search<'_> {
             if let Some(last) = misfit {
                 let seen_s = before.time_s[last] + self.means.step_s;
                 let amplitude_deg = mode.amplitude_deg(seen_s);
-                // A wandering zero stands still at times, too, but what follows is no damped mode far above the noise.
+                // A wandering zero stands still at times, too, but what follows is no damped mode far above
+                // the noise.
                 let is_let_go = || {
                     self.misfits(&core, &mode).next().is_none()
                         && self.hold_before(seen_s, amplitude_deg).is_some()
@@ -128,7 +131,8 @@ impl Search<'_> {
         amplitudes.fold(0.0, f64::max) > CLEAR * self.noise
     }
 
-    /// Half a cycle from the largest amplitude, or later, where the model stands still after that: it was a hand's.
+    /// Half a cycle from the largest amplitude, or later, where the model stands still after that: it was a
+    /// hand's.
     fn free_for_certain(&self, run: Run, peak: usize) -> f64 {
         let peak = self.points[peak];
         let last_s = self.points[run.last].time_s - 1.5 * self.period;
@@ -186,7 +190,8 @@ impl Search<'_> {
         (still as f64 >= 0.75 * before.len() as f64).then_some(level)
     }
 
-    /// When the mode leaves the hold: at its turning point if that is the hold's level, else where it crosses it.
+    /// When the mode leaves the hold: at its turning point if that is the hold's level, else where it crosses
+    /// it.
     fn leaves(&self, mode: &Mode, hold_deg: f64, seen_s: f64) -> f64 {
         let steps = 64;
         let span = 0.25 * self.period;
@@ -330,7 +335,8 @@ mod tests {
         }
     }
 
-    /// Dry friction takes as much from each cycle: three times in the last what is left after it, and no more than before.
+    /// Dry friction takes as much from each cycle: three times in the last what is left after it, and no more
+    /// than before.
     #[test]
     fn dry_friction_ends_a_free_decay_by_itself_and_a_hand_does_not() {
         let released = |cycle_deg: f64, zeta: f64, stopped_s: f64| -> Record {

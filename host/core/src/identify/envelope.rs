@@ -11,7 +11,8 @@ const HIGHEST_SHARE: f64 = 0.35;
 const MOST_FILLED: f64 = 4.0;
 /// Over the noise of a periodogram's bins, beyond the largest of them: what stands out by more is no noise.
 const STANDS_OUT: f64 = 3.0;
-/// An amplitude over what the sinusoid leaves of its own cycle, from which on there is an oscillation: a ramp comes to 1.8.
+/// An amplitude over what the sinusoid leaves of its own cycle, from which on there is an oscillation: a ramp
+/// comes to 1.8.
 const CLEAR: f64 = 2.0;
 /// Peaks nearer to each other are one.
 const SAME: f64 = 0.1;
@@ -22,9 +23,9 @@ pub(crate) const POINTS_PER_CYCLE: usize = 8;
 
 /// Frequency of the strongest oscillation in the record, rad/s, to a few percent; `None` for a constant.
 ///
-/// The step from the hold to the swing fills the low frequencies, vibration and noise the high ones. So the peaks of the
-/// spectra of angle, rate, and between them, as far as they stand out of the noise, are held against each other by their
-/// energy where they are clear of all else.
+/// The step from the hold to the swing fills the low frequencies, vibration and noise the high ones. So the
+/// peaks of the spectra of angle, rate, and between them, as far as they stand out of the noise, are held
+/// against each other by their energy where they are clear of all else.
 pub(crate) fn strongest_frequency_rad_s(samples: &Samples<'_>) -> Option<f64> {
     // Where most of the time nothing was sampled, no finer than there are samples.
     let duration_s = samples.all().duration_s();
@@ -93,7 +94,8 @@ pub(crate) struct Point {
 }
 
 /// Envelope of `means` at `frequency_rad_s`: a sinusoid and a constant fitted to each cycle, eight a cycle.
-/// Right to a few percent, also where the amplitude falls fast within the cycle. The first and last point lie half a cycle inside.
+/// Right to a few percent, also where the amplitude falls fast within the cycle. The first and last point lie
+/// half a cycle inside.
 pub(crate) fn envelope(means: &Stretch<'_>, frequency_rad_s: f64) -> Vec<Point> {
     let period = TAU / frequency_rad_s;
     // Three unknowns need some samples more, also where a cycle has hardly five.

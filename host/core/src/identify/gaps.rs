@@ -1,8 +1,8 @@
 //! Stretches of a record without samples, for methods that need an even grid.
 //!
-//! A spline across a gap overshoots by what the noise of the two samples at its edges makes of its slope. So a gap of up to half a
-//! period is filled with what one damped oscillation, fitted to the cycles on both sides of it, says of it; a longer one
-//! parts the record.
+//! A spline across a gap overshoots by what the noise of the two samples at its edges makes of its slope. So
+//! a gap of up to half a period is filled with what one damped oscillation, fitted to the cycles on both
+//! sides of it, says of it; a longer one parts the record.
 
 use super::envelope::strongest_frequency_rad_s;
 use super::least_squares::fit_mode;
@@ -14,8 +14,8 @@ use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::fmt;
 
-/// A longer time between two samples is a gap, where it is longer in median steps (irregular clocks stay below) and in
-/// periods (less does no harm).
+/// A longer time between two samples is a gap, where it is longer in median steps (irregular clocks stay
+/// below) and in periods (less does no harm).
 const LONGEST_STEP: f64 = 2.5;
 const SHORTEST: f64 = 0.005;
 /// Longest gap that is filled, in periods.

@@ -1,8 +1,8 @@
 //! Least squares on every sample of a free decay: amplitude, phase, offset, wn and zeta in one fit.
 //!
-//! The minimum has many neighbours, one for each wrong count of cycles. So the fit starts on three cycles, from
-//! several starts, and is carried to longer and longer horizons on block means; only the last steps see all
-//! samples. On synthetic decays its errors are those of the Cramer-Rao bound (see the tests).
+//! The minimum has many neighbours, one for each wrong count of cycles. So the fit starts on three cycles,
+//! from several starts, and is carried to longer and longer horizons on block means; only the last steps see
+//! all samples. On synthetic decays its errors are those of the Cramer-Rao bound (see the tests).
 
 use super::damped_sinusoid::{DampedSinusoid, Mode};
 use super::pencil;
@@ -10,7 +10,8 @@ use super::samples::Stretch;
 use crate::solver::{self, linear_fit, Fit, Options};
 use std::f64::consts::TAU;
 
-/// Block means per cycle while the start is sought: the fit of a sinusoid loses under 1 % of what it could know.
+/// Block means per cycle while the start is sought: the fit of a sinusoid loses under 1 % of what it could
+/// know.
 const MEANS_PER_CYCLE: f64 = 16.0;
 /// Cycles of the first horizon.
 const FIRST_HORIZON: f64 = 3.0;
@@ -27,8 +28,8 @@ pub struct ModeFit {
     pub(crate) fit: Fit,
 }
 
-/// Fits one mode to all of `stretch`; `frequency_rad_s` is known to some ten percent. `None` where no fit reaches a
-/// minimum with an oscillation in it.
+/// Fits one mode to all of `stretch`; `frequency_rad_s` is known to some ten percent. `None` where no fit
+/// reaches a minimum with an oscillation in it.
 pub fn fit_mode(stretch: &Stretch<'_>, frequency_rad_s: f64) -> Option<ModeFit> {
     if stretch.len() < FEWEST_SAMPLES {
         return None;
@@ -99,7 +100,8 @@ fn near(frequency: f64, guess: f64) -> bool {
     frequency > 0.5 * guess && frequency < 2.0 * guess
 }
 
-/// Starts for a stretch of a few cycles: the matrix pencil's poles and the spectrum's frequency at three dampings.
+/// Starts for a stretch of a few cycles: the matrix pencil's poles and the spectrum's frequency at three
+/// dampings.
 fn starts(stretch: &Stretch<'_>, frequency_rad_s: f64) -> Vec<Mode> {
     let by_pencil = pencil::poles(stretch.yaw_deg, stretch.step_s)
         .into_iter()
@@ -109,8 +111,8 @@ fn starts(stretch: &Stretch<'_>, frequency_rad_s: f64) -> Vec<Mode> {
     by_pencil.chain(by_spectrum).filter_map(|(s, w)| linear_start(stretch, s, w)).collect()
 }
 
-/// The mode with this decay rate (1/s) and damped frequency (rad/s): its amplitude, phase and offset by linear least
-/// squares. `None` where the samples do not determine them.
+/// The mode with this decay rate (1/s) and damped frequency (rad/s): its amplitude, phase and offset by
+/// linear least squares. `None` where the samples do not determine them.
 pub fn linear_start(stretch: &Stretch<'_>, decay_rate: f64, frequency: f64) -> Option<Mode> {
     if stretch.is_empty() {
         return None;

@@ -1,8 +1,8 @@
 //! The 10 Hz low-pass of the conventional method.
 //!
-//! Fourth-order Butterworth run forwards and backwards: no phase, half the power gone twice at the corner. At the
-//! rig's fastest mode (4.2 Hz) it takes 0.1 % of the amplitude, the same all along the record. The ends are
-//! continued by reflection through the end point.
+//! Fourth-order Butterworth run forwards and backwards: no phase, half the power gone twice at the corner. At
+//! the rig's fastest mode (4.2 Hz) it takes 0.1 % of the amplitude, the same all along the record. The ends
+//! are continued by reflection through the end point.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,8 @@ const QUALITIES: [f64; 2] = [0.541_196_100_146_197, 1.306_562_964_876_377];
 /// Periods of the corner frequency by which the ends are continued; the filter forgets within two.
 const PADDING_PERIODS: f64 = 5.0;
 
-/// `values` sampled at `rate_hz`, filtered at `corner_hz`; `None` where the corner is not below half the rate.
+/// `values` sampled at `rate_hz`, filtered at `corner_hz`; `None` where the corner is not below half the
+/// rate.
 pub(super) fn zero_phase(values: &[f64], rate_hz: f64, corner_hz: f64) -> Option<Vec<f64>> {
     let n = values.len();
     if corner_hz >= 0.5 * rate_hz || n == 0 {

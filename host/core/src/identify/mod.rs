@@ -1,7 +1,7 @@
 //! Natural frequency and damping ratio of recorded free decays.
 //!
-//! [`identify`] finds the free decay in a record and hands the part inside the amplitude window to each method.
-//! Angles in deg, as recorded; damping ratio negative where the oscillation grows.
+//! [`identify`] finds the free decay in a record and hands the part inside the amplitude window to each
+//! method. Angles in deg, as recorded; damping ratio negative where the oscillation grows.
 
 mod answer;
 pub mod conventional;
@@ -37,7 +37,8 @@ pub use answer::{
 pub(crate) use prepared::{prepare, Prepared, Values};
 pub use settings::{Method, Settings};
 
-/// Applies `methods` to a record: release, hold, end and offset are found in it. See the example of the crate.
+/// Applies `methods` to a record: release, hold, end and offset are found in it. See the example of the
+/// crate.
 ///
 /// ```
 /// use yawrig_core::error::Error;

@@ -3,12 +3,13 @@
 use super::samples::Samples;
 use crate::statistics::{median, sample_noise};
 
-/// How far, in standard deviations of white noise, a sample may lie from the median of its neighbours: far enough that
-/// correlated noise, which changes less from sample to sample than it seems to here, loses none.
+/// How far, in standard deviations of white noise, a sample may lie from the median of its neighbours: far
+/// enough that correlated noise, which changes less from sample to sample than it seems to here, loses none.
 const NOISE_FACTOR: f64 = 12.0;
 /// Share of the record's range below which a sample off the curve of its neighbours does no harm.
 const LEAST_OF_RANGE: f64 = 1e-3;
-/// Times that samples left out are put on the curve of their neighbours, which may have been left out as well.
+/// Times that samples left out are put on the curve of their neighbours, which may have been left out as
+/// well.
 const SWEEPS: usize = 30;
 /// Samples the median is taken over: a run of up to two wild ones is seen.
 const NEIGHBOURS: usize = 5;
@@ -22,7 +23,8 @@ pub(crate) fn exclude_spikes(samples: &mut Samples<'_>) {
         return;
     }
     let half = NEIGHBOURS / 2;
-    // At the ends the five outermost samples serve, so that a wild first sample does not stand for its own median.
+    // At the ends the five outermost samples serve, so that a wild first sample does not stand for its own
+    // median.
     let middle: Vec<f64> = (0..n)
         .map(|k| {
             let from = k.saturating_sub(half).min(n - NEIGHBOURS);
@@ -56,8 +58,8 @@ pub(crate) fn exclude_spikes(samples: &mut Samples<'_>) {
     }
 }
 
-/// `wild`, and samples off the curve through their six neighbours by more than `least`, the noise, and many times what
-/// those beside them are: where a cycle has some ten samples, the median of neighbours sees less.
+/// `wild`, and samples off the curve through their six neighbours by more than `least`, the noise, and many
+/// times what those beside them are: where a cycle has some ten samples, the median of neighbours sees less.
 fn off_the_curve(time_s: &[f64], mut yaw: Vec<f64>, wild: Vec<usize>, least: f64) -> Vec<usize> {
     let n = yaw.len();
     let mut steps: Vec<f64> = time_s.windows(2).map(|t| t[1] - t[0]).collect();
@@ -123,7 +125,8 @@ fn median_of_five(v: &[f64]) -> f64 {
     v[4].max(low).min(high)
 }
 
-/// The converter's step, where the record shows one: the smallest difference between neighbours that is not zero.
+/// The converter's step, where the record shows one: the smallest difference between neighbours that is not
+/// zero.
 fn smallest_step(yaw: &[f64]) -> f64 {
     let smallest = yaw
         .windows(2)

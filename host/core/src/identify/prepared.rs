@@ -21,13 +21,15 @@ use std::f64::consts::TAU;
 
 /// Below this many cycles a flag says so.
 const FEW_CYCLES: f64 = 6.0;
-/// Share of a three-cycle window's motion, white noise not counted, that one mode explains where there is an oscillation.
+/// Share of a three-cycle window's motion, white noise not counted, that one mode explains where there is an
+/// oscillation.
 const LEAST_EXPLAINED: f64 = 0.8;
-/// Largest middle deviation of the windows' frequencies from their median, as a share of it: what wanders has no
-/// frequency of its own.
+/// Largest middle deviation of the windows' frequencies from their median, as a share of it: what wanders has
+/// no frequency of its own.
 const LARGEST_WANDER: f64 = 0.1;
-/// Rms of the residual about the oscillation's frequency, in what three-cycle fits leave there, above which a flag is set. Few
-/// bins are behind either: by chance 1 % of records of four cycles come here, of longer ones hardly any.
+/// Rms of the residual about the oscillation's frequency, in what three-cycle fits leave there, above which a
+/// flag is set. Few bins are behind either: by chance 1 % of records of four cycles come here, of longer ones
+/// hardly any.
 const ABOVE_NOISE: f64 = 2.5;
 /// Raw rms of a residual over that of the noise, which a reader sees to be more.
 const VISIBLE: f64 = 1.1;
@@ -90,7 +92,8 @@ pub(crate) fn prepare<'a>(
     Ok(Prepared { record, samples, span, windows, settings: *settings, density, whole })
 }
 
-/// The free decay in `samples`, less what is wild in its windows, with these and the spectral density of what they leave.
+/// The free decay in `samples`, less what is wild in its windows, with these and the spectral density of what
+/// they leave.
 fn seen_with<'a>(
     mut samples: Samples<'a>,
     amplitudes: Amplitudes,
@@ -227,8 +230,8 @@ impl Prepared<'_> {
         })
     }
 
-    /// Where no one mode can be followed through the whole window, its frequency changing by so much: the mean of every three
-    /// cycles', and their spread, since one number then stands for many.
+    /// Where no one mode can be followed through the whole window, its frequency changing by so much: the
+    /// mean of every three cycles', and their spread, since one number then stands for many.
     fn of_windows(&self) -> Option<Values> {
         if self.windows.len() < 2 {
             return None;
@@ -249,8 +252,8 @@ impl Prepared<'_> {
         })
     }
 
-    /// The estimate with what the record says about it: its residual, flags, and where wn or zeta change with amplitude
-    /// an uncertainty that holds the change, since one number then stands for many.
+    /// The estimate with what the record says about it: its residual, flags, and where wn or zeta change with
+    /// amplitude an uncertainty that holds the change, since one number then stands for many.
     ///
     /// # Errors
     /// In words, where no oscillation has these values.
@@ -294,8 +297,8 @@ impl Prepared<'_> {
         })
     }
 
-    /// Whether one mode explains the record, this method's values are its within their own uncertainty, and what they
-    /// leave is no more than the noise to the eye.
+    /// Whether one mode explains the record, this method's values are its within their own uncertainty, and
+    /// what they leave is no more than the noise to the eye.
     fn is_explained_near(&self, misfit: &Misfit, wn: Quantity, zeta: Quantity) -> bool {
         let Some(ModeFit { mode, .. }) = &self.whole else { return false };
         let near = |q: Quantity, value: f64| (q.value - value).abs() <= 3.0 * q.u;
@@ -305,8 +308,8 @@ impl Prepared<'_> {
             && !self.misfit(mode).above_noise
     }
 
-    /// What `mode` leaves of the window. Compared about its own frequency, where a misfit lies and where neither the
-    /// sample noise nor a wandering zero hides it.
+    /// What `mode` leaves of the window. Compared about its own frequency, where a misfit lies and where
+    /// neither the sample noise nor a wandering zero hides it.
     fn misfit(&self, mode: &Mode) -> Misfit {
         let stretch = self.stretch();
         let residuals = DampedSinusoid { stretch }.residuals_deg(mode);

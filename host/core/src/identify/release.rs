@@ -72,7 +72,8 @@ pub(crate) struct FreeSpan {
     /// What is analysed.
     pub(crate) from_s: f64,
     pub(crate) to_s: f64,
-    /// Beyond it dry friction takes the amplitude within a cycle: no law that is smooth over the rate holds the model.
+    /// Beyond it dry friction takes the amplitude within a cycle: no law that is smooth over the rate holds
+    /// the model.
     pub(crate) smooth_to_s: f64,
     pub(crate) flags: Vec<Flag>,
 }
@@ -124,8 +125,8 @@ fn searched<T>(
     Ok(look(&Search { derivative, means, begin_s, end_s, frequency, period, noise, points }))
 }
 
-/// Standard deviation of the means' noise: the smaller of two values that the motion itself makes too large, one where it
-/// is sampled coarsely, the other where it decays fast.
+/// Standard deviation of the means' noise: the smaller of two values that the motion itself makes too large,
+/// one where it is sampled coarsely, the other where it decays fast.
 fn noise_of_means(means: &Stretch<'_>, points: &[Point]) -> f64 {
     let mut scatter: Vec<f64> = points.iter().map(|p| p.scatter_deg).collect();
     sample_noise(means.yaw_deg).min(median(&mut scatter))
@@ -227,7 +228,8 @@ impl Search<'_> {
         })
     }
 
-    /// The time from which it is left alone, and what it was before; none where the search finds that by itself.
+    /// The time from which it is left alone, and what it was before; none where the search finds that by
+    /// itself.
     fn left_alone(&self) -> Option<(f64, Begin)> {
         let driven = self.driven_until().map(|until_s| (until_s, Begin::Driven));
         driven.or_else(|| Some((self.pushed_until()?, Begin::Pushed)))
@@ -283,7 +285,8 @@ impl Search<'_> {
         (self.points[run.last].time_s - self.points[run.first].time_s) / self.period + 1.0
     }
 
-    /// Time from which the envelope is inside the window: the crossing, or `free_from` where it starts inside.
+    /// Time from which the envelope is inside the window: the crossing, or `free_from` where it starts
+    /// inside.
     fn start_inside(&self, run: Run, free_from: f64, from_deg: f64) -> f64 {
         // Only points whose whole cycle is free count.
         let whole = free_from + 0.49 * self.period;

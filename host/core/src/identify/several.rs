@@ -9,7 +9,8 @@ use std::ops::Range;
 
 /// A release is at least this share of the largest one.
 const LEAST_SHARE: f64 = 0.1;
-/// Where the free decay goes on, its amplitude is what it was; where it was released anew it is larger by more than this.
+/// Where the free decay goes on, its amplitude is what it was; where it was released anew it is larger by
+/// more than this.
 const LEAST_JUMP: f64 = 1.5;
 /// Share of its amplitude down to which a release is seen to fall.
 const DECAYS_TO: f64 = 0.9;
@@ -45,7 +46,8 @@ impl Decay {
     }
 }
 
-/// The parts of `record` that hold one release each, by samples, in order of time: all of it where there is one, or none.
+/// The parts of `record` that hold one release each, by samples, in order of time: all of it where there is
+/// one, or none.
 pub fn releases(record: &Record) -> Vec<Range<usize>> {
     let decays = decays(record);
     let ends = decays.iter().map(|d| record.time_s.partition_point(|t| *t < d.to_s));

@@ -2,10 +2,12 @@
 
 use super::windows::Window;
 
-/// How many standard uncertainties a slope must differ from zero: windows are few and their uncertainties estimates.
+/// How many standard uncertainties a slope must differ from zero: windows are few and their uncertainties
+/// estimates.
 const SIGNIFICANT: f64 = 5.0;
 
-/// Spread over the windows (weighted standard deviation) of what changes with amplitude; `None` where it does not.
+/// Spread over the windows (weighted standard deviation) of what changes with amplitude; `None` where it does
+/// not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Trends {
     /// rad/s.
@@ -29,8 +31,8 @@ pub(super) fn of(windows: &[Window]) -> Trends {
     }
 }
 
-/// Weighted regression on amplitude of (amplitude, value, weight = 1/u^2); the spread beyond the windows' own noise
-/// where the slope is significant.
+/// Weighted regression on amplitude of (amplitude, value, weight = 1/u^2); the spread beyond the windows' own
+/// noise where the slope is significant.
 fn significant_spread(points: &[(f64, f64, f64)]) -> Option<f64> {
     let weight: f64 = points.iter().map(|p| p.2).sum();
     let mean = |f: &dyn Fn(&(f64, f64, f64)) -> f64| {

@@ -1,9 +1,9 @@
 //! Standard uncertainties that hold for coloured residuals, and the Cramer-Rao bound beside them.
 //!
-//! The estimator looks at the record through J, whose columns are narrow-band about the damped frequency w. Of the
-//! residual's spectrum only the density there matters: J'RJ = S(w) J'J, so the white-noise covariance
-//! s^2 (J'J)^-1 becomes S(w) (J'J)^-1. S(w) is the mean periodogram of the residual over the bins about w, less the
-//! two complex bins' worth that the fit itself has taken out.
+//! The estimator looks at the record through J, whose columns are narrow-band about the damped frequency w.
+//! Of the residual's spectrum only the density there matters: J'RJ = S(w) J'J, so the white-noise covariance
+//! s^2 (J'J)^-1 becomes S(w) (J'J)^-1. S(w) is the mean periodogram of the residual over the bins about w,
+//! less the two complex bins' worth that the fit itself has taken out.
 
 use super::damped_sinusoid::{DampedSinusoid, Mode};
 use super::least_squares::ModeFit;
@@ -48,7 +48,8 @@ pub struct Bound {
 }
 
 impl ModeFit {
-    /// Standard uncertainties of wn and zeta, from the residual as it is, what is recorded being of this `derivative`.
+    /// Standard uncertainties of wn and zeta, from the residual as it is, what is recorded being of this
+    /// `derivative`.
     pub fn uncertainty(
         &self,
         stretch: &Stretch<'_>,
@@ -69,8 +70,8 @@ impl ModeFit {
     }
 }
 
-/// Standard deviations of wn and zeta by a smooth law beside one mode, as large as the residuals (record - mode) show it
-/// ([`crate::discrepancy`]). `None` where they show none.
+/// Standard deviations of wn and zeta by a smooth law beside one mode, as large as the residuals (record -
+/// mode) show it ([`crate::discrepancy`]). `None` where they show none.
 fn by_law(
     mode: &Mode,
     stretch: &Stretch<'_>,
@@ -173,7 +174,8 @@ fn modal_deviations(mode: &Mode, covariance: &DMatrix<f64>) -> Bound {
     Bound { natural_frequency_rad_s: deviation(wn), damping_ratio: deviation(zeta) }
 }
 
-/// Power spectral density of the residual about `frequency_rad_s`, scaled so that white noise of variance v gives v.
+/// Power spectral density of the residual about `frequency_rad_s`, scaled so that white noise of variance v
+/// gives v.
 pub(super) fn spectral_density(
     stretch: &Stretch<'_>,
     residuals_deg: &[f64],
@@ -191,8 +193,8 @@ pub(super) fn spectral_density(
     power(stretch, residuals_deg, &bins) / (bins.len() as f64 - ABSORBED)
 }
 
-/// Sum of the residual's periodogram over `bins` (rising multiples of one over the duration), each of which is v for
-/// white noise of variance v.
+/// Sum of the residual's periodogram over `bins` (rising multiples of one over the duration), each of which
+/// is v for white noise of variance v.
 pub(super) fn power(stretch: &Stretch<'_>, residuals_deg: &[f64], bins: &[usize]) -> f64 {
     let duration = stretch.duration_s();
     // The transform takes sums over a twentieth of the shortest period: it needs no finer time.

@@ -13,14 +13,15 @@ use std::f64::consts::TAU;
 pub(crate) const WINDOW_CYCLES: f64 = 3.0;
 /// Share of three cycles a window holds at least.
 pub(crate) const LEAST_SHARE: f64 = 0.95;
-/// A residual this many standard deviations out belongs to a wild sample: once in 500 million samples by chance.
+/// A residual this many standard deviations out belongs to a wild sample: once in 500 million samples by
+/// chance.
 const WILD: f64 = 6.0;
 
-/// Multiples of a third of the oscillation's frequency at which the residual's spectrum is looked at: about the
-/// oscillation, which the fit has emptied, and clear of its harmonics.
+/// Multiples of a third of the oscillation's frequency at which the residual's spectrum is looked at: about
+/// the oscillation, which the fit has emptied, and clear of its harmonics.
 const NEIGHBOURS: [usize; 3] = [2, 4, 5];
-/// What fitting amplitude, phase, wn and zeta leaves of white noise there, in bins. Of the columns t cos and t sin
-/// 30 % of the power lie one bin off on either side and 8 % two bins off.
+/// What fitting amplitude, phase, wn and zeta leaves of white noise there, in bins. Of the columns t cos and
+/// t sin 30 % of the power lie one bin off on either side and 8 % two bins off.
 const LEFT_OVER: f64 = 3.0 - 0.30 - 0.30 - 0.08;
 
 /// One window. Uncertainties hold for noise as coloured as the residuals of all windows.
@@ -62,8 +63,8 @@ impl Window {
     }
 }
 
-/// wn and zeta from the motion's largest amplitude in the windows to its smallest, each between its two neighbours in
-/// proportion to the logarithm of the amplitude.
+/// wn and zeta from the motion's largest amplitude in the windows to its smallest, each between its two
+/// neighbours in proportion to the logarithm of the amplitude.
 pub(crate) fn at_amplitudes(windows: &[Window], derivative: Derivative) -> Vec<AtAmplitude> {
     let of_motion = |w: &Window| Window { amplitude_deg: w.motion_amplitude_deg(derivative), ..*w };
     let mut sorted: Vec<Window> =
@@ -92,8 +93,8 @@ pub(crate) fn at_amplitudes(windows: &[Window], derivative: Derivative) -> Vec<A
     AtAmplitude::amplitudes(first.amplitude_deg, last.amplitude_deg).map(at).collect()
 }
 
-/// Consecutive windows over `from_s..to_s` and the spectral density, as a variance, of what they leave about the
-/// oscillation's frequency; wild samples are excluded from `samples` on the way.
+/// Consecutive windows over `from_s..to_s` and the spectral density, as a variance, of what they leave about
+/// the oscillation's frequency; wild samples are excluded from `samples` on the way.
 pub(crate) fn windows(
     samples: &mut Samples<'_>,
     from_s: f64,
@@ -101,7 +102,8 @@ pub(crate) fn windows(
     frequency: f64,
 ) -> (Vec<Window>, f64) {
     let mut fits = consecutive(samples, from_s, to_s, frequency);
-    // The middle scatter of all windows: in few cycles of coloured noise a window's own can be small by chance.
+    // The middle scatter of all windows: in few cycles of coloured noise a window's own can be small by
+    // chance.
     let mut scatters: Vec<f64> = fits.iter().map(|f| f.scatter_deg).collect();
     let scatter = median(&mut scatters);
     for f in &mut fits {

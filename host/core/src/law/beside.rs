@@ -1,4 +1,5 @@
-//! What a law of angle and rate leaves that no such law could hold: time, a second frequency, the sensor, randomness.
+//! What a law of angle and rate leaves that no such law could hold: time, a second frequency, the sensor,
+//! randomness.
 
 use super::estimate::{fit_whole, Measured};
 use super::releases::Releases;
@@ -72,12 +73,13 @@ pub struct Beside {
     pub kind: Kind,
     /// The effect of the library that shows it.
     pub effect: Effect,
-    /// Residual over noise, on pieces not fitted, of the law with the effect; of randomness, which cannot be predicted, of
-    /// the law alone.
+    /// Residual over noise, on pieces not fitted, of the law with the effect; of randomness, which cannot be
+    /// predicted, of the law alone.
     pub held_out_over_noise: f64,
     /// Of a line, rad/s.
     pub frequency_rad_s: Option<f64>,
-    /// Of the whole release what is not the law's, rad: the law as it is beside the effect; of randomness, alone.
+    /// Of the whole release what is not the law's, rad: the law as it is beside the effect; of randomness,
+    /// alone.
     pub(crate) residuals_rad: Vec<f64>,
 }
 
@@ -112,8 +114,8 @@ impl BesideFit {
     }
 }
 
-/// An effect beside the law of `structure`, from each of its starts, the law beginning as it was `found`, and as nothing where
-/// the effect alone explains much, to which the law has bent; `whole` is the record's fit.
+/// An effect beside the law of `structure`, from each of its starts, the law beginning as it was `found`, and
+/// as nothing where the effect alone explains much, to which the law has bent; `whole` is the record's fit.
 fn fitted(
     decay: &FreeDecay,
     lengths: &Lengths,
@@ -159,9 +161,9 @@ fn is_harmonic(decay: &FreeDecay, w_rad_s: f64) -> bool {
     (1..=MOST_HARMONIC).map(f64::from).any(|k| (least..most).contains(&(w_rad_s / k)))
 }
 
-/// The effect beside the law that predicts clearly better than the law alone; or random forcing, where that is far likelier
-/// than what the law leaves. `None` where the law leaves no more than noise, or for several releases, whose lines and
-/// drifts are each its own.
+/// The effect beside the law that predicts clearly better than the law alone; or random forcing, where that
+/// is far likelier than what the law leaves. `None` where the law leaves no more than noise, or for several
+/// releases, whose lines and drifts are each its own.
 pub(super) fn beside(releases: &Releases, lengths: &Lengths, found: &Measured) -> Option<Beside> {
     let decay = releases.alone().filter(|_| found.held_out_over_noise > HELD)?;
     let mut structure = found.fit.structure.clone();

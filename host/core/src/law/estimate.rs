@@ -1,7 +1,7 @@
 //! A law measured from free decays: K(b) and D(r) beside wn^2 b and 2 zeta wn r, fitted by simulation.
 //!
-//! The curves are fitted to short pieces of the records with states of their own, then to longer ones; how smooth they
-//! are is what predicts left-out pieces best.
+//! The curves are fitted to short pieces of the records with states of their own, then to longer ones; how
+//! smooth they are is what predicts left-out pieces best.
 
 use super::releases::Releases;
 use super::roughness::{inflation, reached};
@@ -29,7 +29,8 @@ const FIRST: [(Part, f64); 4] = [
     (Part::Damping, 1e-6),
     (Part::UnevenDamping, 1e-3),
 ];
-/// Factors on them: where the first fit is too smooth or too rough, the choice that is made near it is a bad one.
+/// Factors on them: where the first fit is too smooth or too rough, the choice that is made near it is a bad
+/// one.
 const SCALES: [f64; 3] = [1.0, 1e-2, 1e-4];
 /// Steps of a fit to the whole.
 const WHOLE_STEPS: usize = 60;
@@ -86,8 +87,8 @@ pub struct Measured {
 
 /// Measures the law that `releases` follow beside the second-order response and the effects of `inner`.
 ///
-/// `numbers`: those of the effects from which their fit begins, as [`Effect::varied`] has them, one after the other.
-/// `dissipative`: the law takes energy out at every rate.
+/// `numbers`: those of the effects from which their fit begins, as [`Effect::varied`] has them, one after the
+/// other. `dissipative`: the law takes energy out at every rate.
 ///
 /// # Errors
 /// Interrupted, or not converged.
@@ -213,7 +214,8 @@ impl Measured {
         Quantity::new(self.fit.common[1], self.covariance[(1, 1)].max(0.0).sqrt())
     }
 
-    /// Of the release from the largest angle without a law: what takes the place of the law's dissipation is in it.
+    /// Of the release from the largest angle without a law: what takes the place of the law's dissipation is
+    /// in it.
     pub fn plain_damping_ratio(&self) -> f64 {
         self.plain.common[1]
     }
@@ -247,8 +249,8 @@ impl Measured {
         self.fit.common[2]
     }
 
-    /// K(b) over the yaw angles reached, rad from the rest: what the whole restoring moment is beyond wn^2 b, whose line is
-    /// taken as it is. The uncertainty is that of the whole.
+    /// K(b) over the yaw angles reached, rad from the rest: what the whole restoring moment is beyond wn^2 b,
+    /// whose line is taken as it is. The uncertainty is that of the whole.
     pub fn stiffness(&self) -> Vec<Point> {
         self.tables().stiffness()
     }

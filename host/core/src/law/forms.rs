@@ -1,5 +1,5 @@
-//! Formulas that a measured law may be, each as an own effect's file has it. Some are effects of the library too; their
-//! parameters have names of their own here, for two formulas together become one file.
+//! Formulas that a measured law may be, each as an own effect's file has it. Some are effects of the library
+//! too; their parameters have names of their own here, for two formulas together become one file.
 
 use yawrig_expression::{OwnEffect, State};
 
@@ -24,7 +24,8 @@ pub(crate) struct FormParameter {
 }
 
 impl FormParameter {
-    /// The least value of it: a shape that a record can tell from a jump, `reach` being the largest yaw angle or rate.
+    /// The least value of it: a shape that a record can tell from a jump, `reach` being the largest yaw angle
+    /// or rate.
     fn least(&self, reach: f64) -> Option<f64> {
         self.positive.then_some(match self.role {
             Role::Size => 0.0,
@@ -216,8 +217,8 @@ impl Formula {
         self.forms.iter().flat_map(|f| f.parameters)
     }
 
-    /// The text of its file, `starts` being where a fit begins; `moment` of each form; `reach` the largest yaw angle (rad)
-    /// and rate (rad/s).
+    /// The text of its file, `starts` being where a fit begins; `moment` of each form; `reach` the largest
+    /// yaw angle (rad) and rate (rad/s).
     pub(crate) fn text(
         &self,
         starts: &[f64],

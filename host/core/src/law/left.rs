@@ -29,7 +29,8 @@ pub enum Over {
     Frequency,
     /// Its mean (rad) over the yaw angle shown (rad).
     Reading,
-    /// The moment that remembers (rad/s2) over yaw angle (rad), out and back between turning points at three amplitudes.
+    /// The moment that remembers (rad/s2) over yaw angle (rad), out and back between turning points at three
+    /// amplitudes.
     Turns,
 }
 

@@ -1,9 +1,9 @@
 //! What of a measured dissipation is its line, which the damping ratio takes.
 //!
-//! Any share of 2 zeta wn r may stand in D(r) instead: the motion is the same. Without a choice a fit ends wherever it began,
-//! and zeta has the uncertainty of all that D could take over. Chosen is the line that is left beside the simplest
-//! formula that does as well as any: beside dry friction or a power of the rate, the true one. The uncertainty of zeta is
-//! then that of the line beside this formula, not of the choice.
+//! Any share of 2 zeta wn r may stand in D(r) instead: the motion is the same. Without a choice a fit ends
+//! wherever it began, and zeta has the uncertainty of all that D could take over. Chosen is the line that is
+//! left beside the simplest formula that does as well as any: beside dry friction or a power of the rate, the
+//! true one. The uncertainty of zeta is then that of the line beside this formula, not of the choice.
 
 use super::on_curve::{OnCurve, Target};
 use super::tables::Tables;
@@ -23,8 +23,8 @@ const AS_WELL: f64 = 1.02;
 /// Least share of a line that no multiple of the curve can stand for.
 const APART: f64 = 1e-3;
 
-/// What to multiply the values of the law's dissipation with for its line; `None` where it has no such curve, or no
-/// formula. `plain` is the model without the law.
+/// What to multiply the values of the law's dissipation with for its line; `None` where it has no such curve,
+/// or no formula. `plain` is the model without the law.
 pub(super) fn line(lengths: &Lengths, plain: &Structure, found: &Tables) -> Option<Line> {
     let law = found.law;
     let is_damping = |(part, _): &(Part, f64)| *part == Part::Damping;

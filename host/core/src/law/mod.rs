@@ -1,4 +1,5 @@
-//! What the records say where no effect of the library does: the law itself, its name, and what no law can hold.
+//! What the records say where no effect of the library does: the law itself, its name, and what no law can
+//! hold.
 
 pub mod beside;
 pub mod estimate;

@@ -1,4 +1,5 @@
-//! The name of a measured law: formulas fitted to its curves, the best then to the record, ranked by what they predict.
+//! The name of a measured law: formulas fitted to its curves, the best then to the record, ranked by what
+//! they predict.
 
 use super::beside::{beside, Beside, HELD};
 use super::estimate::{over_noise, Measured};
@@ -18,21 +19,24 @@ use std::sync::Arc;
 
 /// Uncertainty of a curve at least, of its largest value.
 const LEAST_U: f64 = 0.01;
-/// Names that are kept at least, where there are so many. Each is a fit to the whole record, which takes the longest where no
-/// formula is right.
+/// Names that are kept at least, where there are so many. Each is a fit to the whole record, which takes the
+/// longest where no formula is right.
 const NAMED: usize = 3;
 /// Models tried on the record.
 const TRIED: usize = 12;
-/// Where the fit of a spring that yields begins: yield angles as shares of the largest, and its share of the stiffness.
+/// Where the fit of a spring that yields begins: yield angles as shares of the largest, and its share of the
+/// stiffness.
 const YIELDS: [f64; 3] = [0.05, 0.2, 0.6];
 const YIELDING: f64 = 0.03;
 const SETTLED: f64 = 1e-4;
-/// Standard errors by which a longer formula has to predict better, and the share by which its error has to be smaller.
+/// Standard errors by which a longer formula has to predict better, and the share by which its error has to
+/// be smaller.
 const BETTER: f64 = 1.0;
 const LEAST_GAIN: f64 = 0.05;
 /// Ratio of errors up to which the two numbers of hysteresis predict as well as the many of a law.
 const AS_WELL: f64 = 1.1;
-/// First steps of a fit, and how many times the squares of the best formula they may leave for it to be gone on with.
+/// First steps of a fit, and how many times the squares of the best formula they may leave for it to be gone
+/// on with.
 const FIRST_STEPS: usize = 6;
 const MOST_SQUARES: f64 = 4.0;
 /// Share of the squares missed without the law's stiffness that hysteresis in its place may leave.
@@ -58,12 +62,14 @@ pub struct Name {
 /// The formulas that a law may be.
 #[derive(Clone, Debug)]
 pub struct Names {
-    /// What predicts best first; where the difference is less than a standard error, what has fewer parameters.
+    /// What predicts best first; where the difference is less than a standard error, what has fewer
+    /// parameters.
     pub ranked: Vec<Name>,
     /// How many of the first, of as many parameters, cannot be told apart by this record.
     pub indistinguishable: usize,
-    /// Hysteresis, where it predicts better than every formula, and as well as the law or better beside it than the law
-    /// alone: the moment depends on where the model last turned, and no law of angle and rate can hold it.
+    /// Hysteresis, where it predicts better than every formula, and as well as the law or better beside it
+    /// than the law alone: the moment depends on where the model last turned, and no law of angle and rate
+    /// can hold it.
     pub memory: Option<Name>,
     /// What else no law of angle and rate holds, where it is no memory.
     pub beside: Option<Beside>,
@@ -104,7 +110,8 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     let memory = yields.min_by(least);
     stop.check()?;
     ranked.sort_by(|a, b| least(&a.0, &b.0));
-    // Among those that predict as well as the best, or leave no more than the noise, what has fewest parameters.
+    // Among those that predict as well as the best, or leave no more than the noise, what has fewest
+    // parameters.
     let noise_rad = releases.first().noise_rad;
     let alike = |k: &usize| {
         let (best, other) = (&ranked[0].0.prediction, &ranked[*k].0.prediction);
@@ -150,7 +157,8 @@ pub fn names(releases: &Releases, found: &Measured) -> Result<Names> {
     Ok(Names { ranked, indistinguishable, memory, beside })
 }
 
-/// Formulas whose curves are nearest to the measured ones: for both parts, and for one where the other is little.
+/// Formulas whose curves are nearest to the measured ones: for both parts, and for one where the other is
+/// little.
 fn nearest(releases: &Releases, found: &Measured) -> Result<Vec<OnCurve>> {
     let wn = found.fit.common[0];
     let of_angle = releases.first().measurand.is_of_angle();
@@ -212,9 +220,9 @@ impl Trial<'_> {
         !releases.first().stop.is_requested() && with.is_better_than(&found.prediction)
     }
 
-    /// Whether hysteresis stands for the law's stiffness: beside its dissipation it leaves little of what that alone misses,
-    /// and predicts better than `best`, the best formula. A curve through many knots may do as well where the springs that
-    /// yield are stiff.
+    /// Whether hysteresis stands for the law's stiffness: beside its dissipation it leaves little of what
+    /// that alone misses, and predicts better than `best`, the best formula. A curve through many knots may
+    /// do as well where the springs that yield are stiff.
     fn remembers(&self, hysteresis: &NameFit, best: Option<&NameFit>) -> bool {
         let Self { releases, lengths, found } = self;
         let of_yaw = |(part, _): &(Part, f64)| part.is_of_yaw();

@@ -22,8 +22,8 @@ pub struct Releases<'a> {
 }
 
 impl<'a> Releases<'a> {
-    /// At least one release, each with the number of its condition (springs, wind): those of one number have natural
-    /// frequency and damping ratio in common.
+    /// At least one release, each with the number of its condition (springs, wind): those of one number have
+    /// natural frequency and damping ratio in common.
     pub fn new(releases: &[(&'a FreeDecay, usize)]) -> Self {
         let mut given: Vec<usize> = (0..releases.len()).collect();
         given.sort_by(|&a, &b| releases[b].0.amplitude_rad.total_cmp(&releases[a].0.amplitude_rad));
@@ -80,7 +80,8 @@ impl<'a> Releases<'a> {
         Lengths::of_all(&each)
     }
 
-    /// The second-order response of each, taking energy out where all do, and the numbers from which its fit begins.
+    /// The second-order response of each, taking energy out where all do, and the numbers from which its fit
+    /// begins.
     pub(super) fn plain_start(&self) -> (Structure, Vec<f64>) {
         let each: Vec<(Structure, [f64; 3])> = self.decays.iter().map(|d| plain_start(d)).collect();
         let own: Vec<Own> = (0..each.len()).map(|i| self.own(i)).collect();
@@ -105,7 +106,8 @@ impl<'a> Releases<'a> {
         out
     }
 
-    /// `common` with so much more linear damping, 2 zeta wn in 1/s, in each release; `None` where that makes one grow.
+    /// `common` with so much more linear damping, 2 zeta wn in 1/s, in each release; `None` where that makes
+    /// one grow.
     pub(super) fn damped(&self, common: &[f64], more_per_s: f64) -> Option<Vec<f64>> {
         let mut out = common.to_vec();
         let modals: BTreeSet<usize> = (0..self.decays.len()).map(|i| self.own(i).modal).collect();

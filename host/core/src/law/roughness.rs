@@ -1,7 +1,8 @@
 //! How smooth a measured law has to be: as smooth as predicts best.
 //!
-//! About a fit, the sum of squares of each piece is a quadratic of the shared parameters, its state eliminated. So what
-//! any roughness would predict of a piece that was left out is a matter of linear algebra, and many can be tried.
+//! About a fit, the sum of squares of each piece is a quadratic of the shared parameters, its state
+//! eliminated. So what any roughness would predict of a piece that was left out is a matter of linear
+//! algebra, and many can be tried.
 
 use crate::effects::{Effect, MeasuredLaw, Part, KNOTS};
 use crate::fit::fitting::Structure;
@@ -21,7 +22,8 @@ const MOST: i32 = 2;
 const DAMPING: f64 = 1e-9;
 /// Times each curve's weight is chosen anew, the others' kept.
 const SWEEPS: usize = 2;
-/// Standard errors by which a curve or a jump has to predict better than none, and one that differs from side to side.
+/// Standard errors by which a curve or a jump has to predict better than none, and one that differs from side
+/// to side.
 const BETTER: f64 = 1.0;
 const BETTER_UNEVEN: f64 = 2.0;
 
@@ -41,7 +43,8 @@ pub(super) struct Nearby<'a> {
 }
 
 impl<'a> Nearby<'a> {
-    /// `fit` holds `law` as its last effect, whose parameters begin at `begin`; `states` are those of `pieces`.
+    /// `fit` holds `law` as its last effect, whose parameters begin at `begin`; `states` are those of
+    /// `pieces`.
     pub(super) fn new(
         pieces: &Pieces,
         states: &[[f64; 2]],
@@ -121,8 +124,8 @@ impl<'a> Nearby<'a> {
         Some((a, step))
     }
 
-    /// Mean square over the noise of each piece but the first, whose amplitudes no other reaches, predicted from the others:
-    /// its logarithm, the noise itself added.
+    /// Mean square over the noise of each piece but the first, whose amplitudes no other reaches, predicted
+    /// from the others: its logarithm, the noise itself added.
     fn predicted(&self, weights: &[f64], friction: bool) -> Vec<f64> {
         let penalty = self.penalty(weights);
         let of = |i: usize| {
@@ -152,7 +155,8 @@ impl<'a> Nearby<'a> {
         mean > by * squares.sum::<f64>().sqrt() / all
     }
 
-    /// The law with the weights that predict best. What does not earn a standard error is left out: a curve, friction.
+    /// The law with the weights that predict best. What does not earn a standard error is left out: a curve,
+    /// friction.
     pub(super) fn best(&self) -> MeasuredLaw {
         let mut weights: Vec<f64> = self.law.parts.iter().map(|(_, w)| *w).collect();
         let mut kept = vec![true; weights.len()];
@@ -226,7 +230,8 @@ fn simulated<'a>(
     })
 }
 
-/// The largest yaw angle about the rest and the largest yaw rate that the model reaches in `pieces`, rad and rad/s.
+/// The largest yaw angle about the rest and the largest yaw rate that the model reaches in `pieces`, rad and
+/// rad/s.
 pub(super) fn reached(pieces: &Pieces, fit: &PieceFit) -> (f64, f64) {
     let largest = |most: f64, x: &[f64]| x.iter().fold(most, |m, x| m.max(x.abs()));
     let further = |(yaw, rate): (f64, f64), (piece, motion, _): (&Piece, Motion, f64)| {

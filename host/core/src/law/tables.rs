@@ -16,7 +16,8 @@ pub struct Point {
     pub moment_rad_s2: Quantity,
 }
 
-/// A law among the shared parameters of a fit, which it ends; natural frequency and damping ratio are the first two.
+/// A law among the shared parameters of a fit, which it ends; natural frequency and damping ratio are the
+/// first two.
 pub(super) struct Tables<'a> {
     pub(crate) law: &'a MeasuredLaw,
     pub(crate) common: &'a [f64],

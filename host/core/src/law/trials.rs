@@ -20,8 +20,8 @@ const NO_BETTER: f64 = 0.02;
 const ROUNDS: usize = 2;
 /// Times knots are moved to where the best law bends.
 const BENDS: usize = 4;
-/// Share of the weight that predicts best with which a law is fitted in the end, where it predicts as well: its band knows
-/// of noise, not of what a curve that is as smooth as predicts best has lost.
+/// Share of the weight that predicts best with which a law is fitted in the end, where it predicts as well:
+/// its band knows of noise, not of what a curve that is as smooth as predicts best has lost.
 const ROUGHER: f64 = 0.1;
 /// Relative gain at which a fit to long pieces ends.
 pub(super) const SETTLED: f64 = 1e-5;
@@ -79,7 +79,8 @@ impl<'a> Trials<'a> {
         self.structure.with(&Effect::Measured(Arc::new(law.clone())))
     }
 
-    /// Rounds in which the law's roughness, and with [`Change::Knots`] its knots, are chosen anew; the best is kept.
+    /// Rounds in which the law's roughness, and with [`Change::Knots`] its knots, are chosen anew; the best
+    /// is kept.
     ///
     /// # Errors
     /// Interrupted.

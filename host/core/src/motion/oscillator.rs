@@ -54,8 +54,8 @@ pub(super) trait Walk {
 pub(crate) struct Flow(pub [f64; 4]);
 
 impl Flow {
-    /// Of the plain model with natural frequency `wn` (rad/s) and damping ratio `zeta`; one that does not oscillate is
-    /// taken as one that hardly does.
+    /// Of the plain model with natural frequency `wn` (rad/s) and damping ratio `zeta`; one that does not
+    /// oscillate is taken as one that hardly does.
     pub(crate) fn new(wn: f64, zeta: f64, time_s: f64) -> Self {
         let decay = zeta * wn;
         let damped = (wn * wn - decay * decay).max(1e-12 * wn * wn).sqrt();
@@ -67,7 +67,8 @@ impl Flow {
 }
 
 impl Motion {
-    /// What its moments with a state of their own remember at the first instant of a grid that starts at `start_s`.
+    /// What its moments with a state of their own remember at the first instant of a grid that starts at
+    /// `start_s`.
     pub(crate) fn memories(&self, start_s: f64) -> Memories {
         let wn = self.natural_frequency_rad_s;
         let middle = self.rest_rad();

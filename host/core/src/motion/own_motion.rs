@@ -1,12 +1,13 @@
-//! The yaw motion with a user's own effects, which may be steep, stiff, or have corners; or wherever the error of a
-//! splitting's step is not to be had ([`Terms::precise`](crate::effects::Terms::precise)).
+//! The yaw motion with a user's own effects, which may be steep, stiff, or have corners; or wherever the
+//! error of a splitting's step is not to be had ([`Terms::precise`](crate::effects::Terms::precise)).
 //!
-//! The plain model is solved in closed form and everything else enters through an embedded Runge-Kutta pair of orders 5
-//! and 4 in the frame that moves with it (J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6, 1980; J. D. Lawson,
-//! SIAM J. Numer. Anal. 4, 1967), so that the error is one of the effects only and none of the plain model. Steps are
-//! halved where the pair disagrees: at a friction of `tanh(r / 0.002)` each time the model turns. Corners whose place is
-//! known, `abs` and `sign` of the yaw rate or angle, dry friction and the dead zone, are located within the step, and a
-//! model whose rate is zero stays there while the moments of both directions hold it.
+//! The plain model is solved in closed form and everything else enters through an embedded Runge-Kutta pair
+//! of orders 5 and 4 in the frame that moves with it (J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6,
+//! 1980; J. D. Lawson, SIAM J. Numer. Anal. 4, 1967), so that the error is one of the effects only and none
+//! of the plain model. Steps are halved where the pair disagrees: at a friction of `tanh(r / 0.002)` each
+//! time the model turns. Corners whose place is known, `abs` and `sign` of the yaw rate or angle, dry
+//! friction and the dead zone, are located within the step, and a model whose rate is zero stays there while
+//! the moments of both directions hold it.
 
 use super::pair::{Flows, ERROR, NODES, WEIGHTS};
 use crate::effects::{Memories, State};
@@ -32,8 +33,8 @@ const CORNER_ATTEMPTS: u64 = 10;
 /// Disagreement, in tolerances, up to which the steps of another motion are followed.
 const FOLLOWED: f64 = 8.0;
 
-/// The steps that a motion took. Motions that hardly differ from it take the same, so that their difference is one of
-/// the motions and none of the steps.
+/// The steps that a motion took. Motions that hardly differ from it take the same, so that their difference
+/// is one of the motions and none of the steps.
 #[derive(Debug, Default)]
 pub(crate) struct Steps {
     /// Steps that the walker was asked for, of each step of the grid.
@@ -85,7 +86,8 @@ struct Piece {
     half: f64,
 }
 
-/// A step's end: the state, the moment there besides the plain model's, and the pair's disagreement of the amplitude.
+/// A step's end: the state, the moment there besides the plain model's, and the pair's disagreement of the
+/// amplitude.
 #[derive(Clone, Copy)]
 struct End {
     b: f64,

@@ -1,5 +1,5 @@
-//! The embedded Runge-Kutta pair of orders 5 and 4 (J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6, 1980), and the
-//! plain model's flow to its nodes.
+//! The embedded Runge-Kutta pair of orders 5 and 4 (J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6,
+//! 1980), and the plain model's flow to its nodes.
 
 use super::oscillator::{Flow, Motion};
 

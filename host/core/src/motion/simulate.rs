@@ -1,11 +1,11 @@
 //! The yaw motion with effects, integrated with a fixed step.
 //!
-//! b'' = -2 zeta wn r - wn^2 b + effects. The linear part, a constant moment, dry friction between two turning
-//! points and the spring beyond its dead zone are solved in closed form; the smooth rest enters as a kick in the
-//! middle of each step (Strang's splitting: G. Strang, SIAM J. Numer. Anal. 5, 1968), so its error is
-//! (wn h)^2 / 24 of the effect, 7e-4 at fifty steps a cycle, and none of the plain model. Turning points and edges
-//! of the dead zone are located within the step. A model with a user's own effects is left to `own_motion`,
-//! unless it only has to be swift.
+//! b'' = -2 zeta wn r - wn^2 b + effects. The linear part, a constant moment, dry friction between two
+//! turning points and the spring beyond its dead zone are solved in closed form; the smooth rest enters as a
+//! kick in the middle of each step (Strang's splitting: G. Strang, SIAM J. Numer. Anal. 5, 1968), so its
+//! error is (wn h)^2 / 24 of the effect, 7e-4 at fifty steps a cycle, and none of the plain model. Turning
+//! points and edges of the dead zone are located within the step. A model with a user's own effects is left
+//! to `own_motion`, unless it only has to be swift.
 
 use crate::effects::{Drive, Memories, Moments, State, LANES};
 use crate::motion::oscillator::{root, Flow, Walk};
@@ -116,8 +116,8 @@ impl Motion {
         self.read(grid, out, [self.rate_rad_s, last]);
     }
 
-    /// What the sensor sees at every instant of `grid`, the rates at its ends being given, as it is read: means over its
-    /// width.
+    /// What the sensor sees at every instant of `grid`, the rates at its ends being given, as it is read:
+    /// means over its width.
     fn read(&self, grid: &Grid, seen: &mut [f64], rates_rad_s: [f64; 2]) {
         let n = seen.len();
         if grid.mean_width_s > 0.0 && n > 1 {
@@ -156,8 +156,8 @@ fn curvature<'a>(mut values: impl Iterator<Item = &'a f64>) -> f64 {
     }
 }
 
-/// The readings of all `motions`, which hardly differ from the first, on one `grid`, an `out` each. A step of one motion
-/// waits for its last; those of four side by side need not wait for each other.
+/// The readings of all `motions`, which hardly differ from the first, on one `grid`, an `out` each. A step of
+/// one motion waits for its last; those of four side by side need not wait for each other.
 pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f64>]) {
     if motions.iter().any(|m| m.terms.adapts_steps()) {
         let mut steps = Steps::default();
@@ -175,7 +175,8 @@ pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f6
     }
 }
 
-/// [`Motion::readings`] of four motions of the same effects without corners; `None` where they are no such four.
+/// [`Motion::readings`] of four motions of the same effects without corners; `None` where they are no such
+/// four.
 fn smooth_readings(motions: &[Motion; LANES], grid: &Grid, out: &mut [Vec<f64>]) -> Option<()> {
     if !motions.iter().all(|m| m.terms.is_smooth()) {
         return None;

@@ -62,8 +62,8 @@ fn energy_is_kept_over_a_hundred_cycles() {
     }
 }
 
-/// Between two turning points friction shifts the middle by c/wn2: each half cycle takes 2 c/wn2, until a turning point
-/// lies within c/wn2 of zero.
+/// Between two turning points friction shifts the middle by c/wn2: each half cycle takes 2 c/wn2, until a
+/// turning point lies within c/wn2 of zero.
 #[test]
 fn dry_friction_stops_the_swing_where_the_closed_form_does() {
     let c = 0.37;
@@ -82,7 +82,8 @@ fn dry_friction_stops_the_swing_where_the_closed_form_does() {
     assert!((before.abs() - (rest.abs() + 2.0 * shift)).abs() < 1e-9 || rest.abs() < shift);
 }
 
-/// Sine arcs beyond the gap, straight lines through it: a period longer by the four times the half gap's crossing.
+/// Sine arcs beyond the gap, straight lines through it: a period longer by the four times the half gap's
+/// crossing.
 #[test]
 fn free_play_has_the_period_of_the_piecewise_solution() {
     let g = 0.03;
@@ -218,7 +219,8 @@ fn a_steep_own_effect_changes_smoothly_with_its_number() {
     assert!(bend_together < 0.1 * bend_alone, "{bend_together} {bend_alone}");
 }
 
-/// Means over a block are those of the motion sampled a hundred times as often, under gravity at large angles as well.
+/// Means over a block are those of the motion sampled a hundred times as often, under gravity at large angles
+/// as well.
 #[test]
 fn means_over_a_width_are_those_of_the_samples_in_it() {
     const FINE: usize = 100;

@@ -5,15 +5,16 @@ use super::own_motion::{Pace, Walker};
 use crate::record::Derivative;
 
 impl Motion {
-    /// The state that determines what follows: yaw angle (rad), yaw rate (rad/s), and of each moment that remembers what
-    /// it remembers (of hysteresis the deflection of what yields, rad); at the first instant, `start_s` from the release.
+    /// The state that determines what follows: yaw angle (rad), yaw rate (rad/s), and of each moment that
+    /// remembers what it remembers (of hysteresis the deflection of what yields, rad); at the first instant,
+    /// `start_s` from the release.
     pub fn state(&self, start_s: f64) -> Vec<f64> {
         let remembered = self.memories(start_s).states(self.yaw_rad);
         [self.yaw_rad, self.rate_rad_s].into_iter().chain(remembered).collect()
     }
 
-    /// How fast each number of `state`, ordered as in [`Self::state`], changes `time_s` from the release, per s. A model
-    /// that dry friction holds at rest stays there.
+    /// How fast each number of `state`, ordered as in [`Self::state`], changes `time_s` from the release, per
+    /// s. A model that dry friction holds at rest stays there.
     ///
     /// # Panics
     /// Where `state` has no angle and rate.
@@ -41,7 +42,8 @@ impl Motion {
         [rate_rad_s, acceleration].into_iter().chain(remembered).collect()
     }
 
-    /// What the sensor shows of `state`, ordered as in [`Self::state`], `time_s` from the release: of an angle rad.
+    /// What the sensor shows of `state`, ordered as in [`Self::state`], `time_s` from the release: of an
+    /// angle rad.
     ///
     /// # Panics
     /// As [`Self::slope`].

@@ -1,8 +1,8 @@
 //! Own effects that the fixed steps of [`super::simulate`] can follow: all that is not steep.
 //!
-//! A jump at r = 0 of the same size at every angle is dry friction, which is solved in closed form; the rest of the
-//! moment, continuous there, is a kick as those of the library are. What changes too much within a step, as
-//! tanh(r / 0.002) does, is left to `own_motion`.
+//! A jump at r = 0 of the same size at every angle is dry friction, which is solved in closed form; the rest
+//! of the moment, continuous there, is a kick as those of the library are. What changes too much within a
+//! step, as tanh(r / 0.002) does, is left to `own_motion`.
 
 use crate::effects::Terms;
 use std::cell::RefCell;
@@ -23,8 +23,8 @@ pub(super) struct SmoothOwn {
 }
 
 impl SmoothOwn {
-    /// The own effects of `terms` for steps of `step_s`, where all of them can be followed so. `amplitude_rad`, at
-    /// `wn` in rad/s: how far the motion goes.
+    /// The own effects of `terms` for steps of `step_s`, where all of them can be followed so.
+    /// `amplitude_rad`, at `wn` in rad/s: how far the motion goes.
     pub(super) fn of(terms: &Terms, wn: f64, amplitude_rad: f64, step_s: f64) -> Option<Self> {
         let prepared = |own: &yawrig_expression::OwnTerm| own.prepared(wn, terms.wind_speed_m_s);
         let mut own = Self {

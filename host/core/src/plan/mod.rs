@@ -1,20 +1,20 @@
 //! Which release would tell rival models apart.
 //!
-//! Each rival in turn is taken for the truth and simulated at every release that the rig can make; every other rival is
-//! fitted to that within what the records so far leave open to it. With the noise sigma of the new release and the
-//! covariance C of the numbers p that rival j shares with the records there are,
+//! Each rival in turn is taken for the truth and simulated at every release that the rig can make; every
+//! other rival is fitted to that within what the records so far leave open to it. With the noise sigma of the
+//! new release and the covariance C of the numbers p that rival j shares with the records there are,
 //!
 //! ```text
 //! S^2 = min over p of  |y_j(p) - y_i|^2 / sigma^2  +  (p - p_j)' C^-1 (p - p_j)
 //! ```
 //!
-//! is by how much j's sum of squares over old and new records will exceed i's if i is true: the release parts them by S
-//! standard deviations. Noise makes of that difference a normal variable of mean S^2 and standard deviation 2 S
-//! (A. C. Atkinson, V. V. Fedorov, Biometrika 62, 1975, with the errors of the numbers so far). All is counted over the
-//! noise as the best rival leaves it, residuals that are correlated for fewer.
+//! is by how much j's sum of squares over old and new records will exceed i's if i is true: the release parts
+//! them by S standard deviations. Noise makes of that difference a normal variable of mean S^2 and standard
+//! deviation 2 S (A. C. Atkinson, V. V. Fedorov, Biometrika 62, 1975, with the errors of the numbers so far).
+//! All is counted over the noise as the best rival leaves it, residuals that are correlated for fewer.
 //!
-//! A measured law takes the shape of any formula within its range and says nothing beyond: it is a truth that formulas
-//! are held to, at releases within its range; that it can follow a formula refutes neither.
+//! A measured law takes the shape of any formula within its range and says nothing beyond: it is a truth that
+//! formulas are held to, at releases within its range; that it can follow a formula refutes neither.
 
 mod possible;
 mod precision;
@@ -44,12 +44,14 @@ pub struct Ranked {
     pub release: Possible,
     /// S of [`crate::plan`] for the pair that it parts least, in standard deviations.
     pub separation_sigma: f64,
-    /// Probability that it leaves the right rival alone, whichever that is: every other's BIC is worse by [`MARGIN`].
+    /// Probability that it leaves the right rival alone, whichever that is: every other's BIC is worse by
+    /// [`MARGIN`].
     pub chance_to_decide: f64,
 }
 
-/// Ranks `possible`, best first; those in which a rival does not stay finite, or is a measured law that ends before, are
-/// left out. `decays` are the releases that the rivals were fitted to, `done` hears of each release that is through.
+/// Ranks `possible`, best first; those in which a rival does not stay finite, or is a measured law that ends
+/// before, are left out. `decays` are the releases that the rivals were fitted to, `done` hears of each
+/// release that is through.
 ///
 /// # Errors
 /// A rival whose numbers have no errors; or interrupted.
@@ -143,8 +145,8 @@ fn chance_of(separation: f64) -> f64 {
     }
 }
 
-/// Share of a normal variable below `x` of its standard deviations: within 7.5e-8 (M. Abramowitz, I. A. Stegun, Handbook
-/// of mathematical functions, 26.2.17).
+/// Share of a normal variable below `x` of its standard deviations: within 7.5e-8 (M. Abramowitz, I. A.
+/// Stegun, Handbook of mathematical functions, 26.2.17).
 fn normal(x: f64) -> f64 {
     let t = 1.0 / (1.0 + 0.231_641_9 * x.abs());
     let polynomial = [1.330_274_429, -1.821_255_978, 1.781_477_937, -0.356_563_782, 0.319_381_530]

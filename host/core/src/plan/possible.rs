@@ -68,12 +68,14 @@ pub struct Possible {
     /// Which of the releases there are it is most like: its sensor, its direction, its effects.
     #[serde(skip)]
     pub like: usize,
-    /// Made under the condition of that release, so that natural frequency and damping ratio are known already.
+    /// Made under the condition of that release, so that natural frequency and damping ratio are known
+    /// already.
     #[serde(skip)]
     pub repeated: bool,
 }
 
-/// The numbers of `rival` in `release` before it is fitted: moments are the same on every spring, and so is 2 zeta wn.
+/// The numbers of `rival` in `release` before it is fitted: moments are the same on every spring, and so is 2
+/// zeta wn.
 pub(super) fn numbers(rival: &Rival, release: &Possible) -> Vec<f64> {
     let mut p = rival.fit.fits[release.like].parameters.clone();
     if !release.repeated {

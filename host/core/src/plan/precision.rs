@@ -31,8 +31,9 @@ pub struct Narrowed {
     pub u_after: f64,
 }
 
-/// One more release of each condition of `campaign`, whose releases are `identified`: its result is as far from the mean
-/// of its condition as those are. Those that narrow most come first; `of` takes the derivative called `name` of a point.
+/// One more release of each condition of `campaign`, whose releases are `identified`: its result is as far
+/// from the mean of its condition as those are. Those that narrow most come first; `of` takes the derivative
+/// called `name` of a point.
 ///
 /// # Errors
 /// Where there is no table.

@@ -1,5 +1,6 @@
-//! What is wrong with a record that identification does not see: a reading that is cut off, a dead spot of the
-//! potentiometer, samples that were lost and counted as if they were not; and what tells that two records are one.
+//! What is wrong with a record that identification does not see: a reading that is cut off, a dead spot of
+//! the potentiometer, samples that were lost and counted as if they were not; and what tells that two records
+//! are one.
 
 use super::Record;
 use crate::solver::linear_fit;
@@ -8,17 +9,17 @@ use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// A reading is cut off where so many more samples than next to it are at its end: two and a half times as many are where a
-/// motion that does not decay turns round.
+/// A reading is cut off where so many more samples than next to it are at its end: two and a half times as
+/// many are where a motion that does not decay turns round.
 const PILED_UP: usize = 5;
-/// And at least so many, in at least so many swings, which are more samples apart than noise dips for; and the next
-/// reading is no further than this share of the range.
+/// And at least so many, in at least so many swings, which are more samples apart than noise dips for; and
+/// the next reading is no further than this share of the range.
 const FEWEST_AT_END: usize = 10;
 const FEWEST_SWINGS: usize = 2;
 const DIP: usize = 3;
 const NEXT: f64 = 0.1;
-/// A hole in the angles that were read is so many times as wide as the distance of neighbouring ones (the largest of n
-/// distances of chance is ln n), so many steps of the reading, and this share of the amplitude.
+/// A hole in the angles that were read is so many times as wide as the distance of neighbouring ones (the
+/// largest of n distances of chance is ln n), so many steps of the reading, and this share of the amplitude.
 const HOLE: f64 = 30.0;
 const HOLE_STEPS: f64 = 4.0;
 const HOLE_SHARE: f64 = 0.01;
@@ -35,8 +36,8 @@ const JUMP: f64 = 8.0;
 const SMALLEST_JUMP_RAD: f64 = 0.05;
 /// Amplitudes below this share of the first are not looked at: friction and play bend the phase there.
 const SMALLEST_SHARE: f64 = 0.15;
-/// Successive readings that are hashed together (coarse steps make a few of two releases the same), where one in how many
-/// places, how many hashes are kept, and how many two records must share.
+/// Successive readings that are hashed together (coarse steps make a few of two releases the same), where one
+/// in how many places, how many hashes are kept, and how many two records must share.
 const BLOCK: usize = 200;
 const PLACES: u64 = 8;
 const SKETCH: usize = 64;
@@ -115,7 +116,8 @@ fn content(yaw_deg: &[f64]) -> u64 {
     hash(yaw_deg)
 }
 
-/// Hashes of blocks of successive readings that begin where the readings themselves say, the smallest of them.
+/// Hashes of blocks of successive readings that begin where the readings themselves say, the smallest of
+/// them.
 fn sketch(yaw_deg: &[f64]) -> Vec<u64> {
     let begins = |block: &&[f64]| block[0] != block[1] && hash(&block[..3]).is_multiple_of(PLACES);
     let differ = |block: &&[f64]| block.windows(2).filter(|y| y[0] != y[1]).count() > BLOCK / 8;

@@ -25,8 +25,8 @@ impl Derivative {
         }
     }
 
-    /// The amplitude that is recorded of a motion of this amplitude and frequency: of a decaying oscillation, too, if it is
-    /// the undamped one.
+    /// The amplitude that is recorded of a motion of this amplitude and frequency: of a decaying oscillation,
+    /// too, if it is the undamped one.
     pub fn recorded(self, amplitude: f64, frequency_rad_s: f64) -> f64 {
         amplitude * frequency_rad_s.powi(self.order())
     }
@@ -275,7 +275,8 @@ impl Measurand {
     }
 }
 
-/// What a record's numbers are, where they are no angle in deg: fields of JSON that end in `_deg` are then in these units.
+/// What a record's numbers are, where they are no angle in deg: fields of JSON that end in `_deg` are then in
+/// these units.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Said {
     /// One of `displacement`, `rate` and `acceleration`.

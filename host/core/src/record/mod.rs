@@ -1,5 +1,5 @@
-//! Yaw angle, or what else was recorded of the motion, over time as it comes from a file, at whatever rate and with
-//! whatever jitter.
+//! Yaw angle, or what else was recorded of the motion, over time as it comes from a file, at whatever rate
+//! and with whatever jitter.
 
 pub mod faults;
 mod measurand;
@@ -15,7 +15,8 @@ use std::path::PathBuf;
 
 /// Samples of another rate for each of the record's own, at most: a record of 20 Hz at the device's 1 kHz.
 const MOST_BETWEEN: f64 = 50.0;
-/// A record is resampled to at most so many times the samples that its rate would make of those it has, and so many more.
+/// A record is resampled to at most so many times the samples that its rate would make of those it has, and
+/// so many more.
 const MOST_FILLED: f64 = 20.0;
 const ALWAYS_FILLED: f64 = 1e5;
 
@@ -56,12 +57,13 @@ pub struct Record {
     pub file: PathBuf,
     /// Seconds, strictly increasing, any origin.
     pub time_s: Vec<f64>,
-    /// Yaw angle in degrees as the potentiometer shows it, with its constant offset; of another quantity in the unit of
-    /// [`Self::measurand`].
+    /// Yaw angle in degrees as the potentiometer shows it, with its constant offset; of another quantity in
+    /// the unit of [`Self::measurand`].
     pub yaw_deg: Vec<f64>,
     /// What these numbers are.
     pub measurand: Measurand,
-    /// Whether its time stamps came in bursts, several samples under one, and were spread evenly by the samples' number.
+    /// Whether its time stamps came in bursts, several samples under one, and were spread evenly by the
+    /// samples' number.
     pub stamps_spread: bool,
 }
 
@@ -106,8 +108,8 @@ impl Record {
         timing::measure(&self.time_s)
     }
 
-    /// Standard deviation of white sample noise, in the record's unit, from the median of third differences; 0 for fewer than
-    /// four samples. At a few tens of samples a cycle it is an upper bound.
+    /// Standard deviation of white sample noise, in the record's unit, from the median of third differences;
+    /// 0 for fewer than four samples. At a few tens of samples a cycle it is an upper bound.
     pub fn noise_rms_deg(&self) -> f64 {
         sample_noise(&self.yaw_deg)
     }
@@ -137,12 +139,13 @@ impl Record {
     /// The same record at a uniform `rate_hz`, from its first sample to its last, by a cubic spline through
     /// every sample (not-a-knot ends).
     ///
-    /// The error for a sinusoid of f Hz sampled at s Hz is about 2 (f / (s - f))^4 of its amplitude: 1.2e-2 for
-    /// the rig's fastest mode (4.2 Hz) at 20 Hz, where straight lines are 0.2 out, and about 1e-6 at
-    /// 160 Hz. A record faster than `rate_hz` is sampled at points, as the device's converter would.
+    /// The error for a sinusoid of f Hz sampled at s Hz is about 2 (f / (s - f))^4 of its amplitude: 1.2e-2
+    /// for the rig's fastest mode (4.2 Hz) at 20 Hz, where straight lines are 0.2 out, and about 1e-6 at 160
+    /// Hz. A record faster than `rate_hz` is sampled at points, as the device's converter would.
     ///
     /// # Errors
-    /// For fewer than four samples, where fifty and more would stand for each of its own, and for gaps that are most of the record.
+    /// For fewer than four samples, where fifty and more would stand for each of its own, and for gaps that
+    /// are most of the record.
     pub fn resampled(&self, rate_hz: f64) -> Result<Self> {
         self.check_resampling(rate_hz)?;
         let (time_s, yaw_deg) = resample::uniform(&self.time_s, &self.yaw_deg, rate_hz);

@@ -13,8 +13,8 @@ pub(crate) struct Options {
     pub(crate) max_evaluations: usize,
     /// Distance to the minimum, in standard errors of the parameters, that is near enough.
     pub(crate) tolerance: f64,
-    /// By how much, of the residuals' variance, an evaluation's sum of squares may err: a step that promises no more, and
-    /// keeps less than half of it, is the last. 0: exact.
+    /// By how much, of the residuals' variance, an evaluation's sum of squares may err: a step that promises
+    /// no more, and keeps less than half of it, is the last. 0: exact.
     pub(crate) accuracy: f64,
     /// First damping, relative to the diagonal of J'J: small for a good start, near 1 for a poor one.
     pub(crate) damping: f64,

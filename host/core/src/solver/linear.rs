@@ -2,8 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
-/// The coefficients c for which the sum of (y - row c)^2 over all `(row, y)` is least; `None` where the rows do not
-/// determine them.
+/// The coefficients c for which the sum of (y - row c)^2 over all `(row, y)` is least; `None` where the rows
+/// do not determine them.
 ///
 /// ```
 /// use yawrig_core::solver::linear_fit;

@@ -30,8 +30,8 @@ pub(crate) trait Rows {
         let every: Vec<usize> = (0..columns.len()).collect();
         self.part(residuals, &every, columns);
     }
-    /// As [`Rows::block`] where only the parameters `which`, ascending, touch these residuals: `columns[i]` is of
-    /// parameter `which[i]`, and what is not named is zero.
+    /// As [`Rows::block`] where only the parameters `which`, ascending, touch these residuals: `columns[i]`
+    /// is of parameter `which[i]`, and what is not named is zero.
     fn part(&mut self, residuals: &[f64], which: &[usize], columns: &[&[f64]]);
 }
 
@@ -127,8 +127,8 @@ pub(crate) struct Fit {
     pub(crate) covariance: Result<DMatrix<f64>, NoCovariance>,
 }
 
-/// `covariance` with a variance for numbers that are pressed against a bound: what it would be off it. A friction of zero
-/// is known no better than one that is there.
+/// `covariance` with a variance for numbers that are pressed against a bound: what it would be off it. A
+/// friction of zero is known no better than one that is there.
 pub(crate) fn off_bounds(
     covariance: &DMatrix<f64>,
     normal_matrix: &DMatrix<f64>,

@@ -2,9 +2,9 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// The step down a quadratic of this `matrix` and `gradient` (half its slope) that keeps within the `bounds` of each
-/// part's step: what would pass a bound stays at it, and the others step as suits that. `None` where the matrix is not
-/// positive definite.
+/// The step down a quadratic of this `matrix` and `gradient` (half its slope) that keeps within the `bounds`
+/// of each part's step: what would pass a bound stays at it, and the others step as suits that. `None` where
+/// the matrix is not positive definite.
 pub(crate) fn step_within(
     matrix: &DMatrix<f64>,
     gradient: &DVector<f64>,

@@ -1,6 +1,7 @@
-//! The verdicts on records with a hidden effect. Every figure asserted is printed: `cargo test --release -p yawrig-core
-//! --test estimator diagnose -- --nocapture`. Chance is fixed by the seeds; YAWRIG_SEED moves all of them, and YAWRIG_HIDDEN,
-//! YAWRIG_PLAIN, YAWRIG_PAIRS and YAWRIG_OUTSIDE say how many of each.
+//! The verdicts on records with a hidden effect. Every figure asserted is printed:
+//! `cargo test --release -p yawrig-core --test estimator diagnose -- --nocapture`. Chance is fixed by the
+//! seeds; YAWRIG_SEED moves all of them, and YAWRIG_HIDDEN, YAWRIG_PLAIN, YAWRIG_PAIRS and YAWRIG_OUTSIDE say
+//! how many of each.
 
 #[path = "hidden/detectable.rs"]
 mod detectable;
@@ -144,7 +145,8 @@ fn one_hidden_effect_is_named_and_its_size_found() {
     assert!(right as f64 >= 0.9 * n as f64);
 }
 
-/// What bends to much is named where simple effects leave more than they should; where they do as well, they stand.
+/// What bends to much is named where simple effects leave more than they should; where they do as well, they
+/// stand.
 #[test]
 fn a_flexible_effect_is_named_where_simple_ones_do_not_explain() {
     let n = number("YAWRIG_FLEXIBLE", 4);
@@ -181,8 +183,8 @@ fn pair(i: u64, shift: u64) -> Plan {
     Plan { effects: [a, b].map(|k| hidden()[k].clone()).to_vec(), seed, ..Plan::default() }
 }
 
-/// Dry friction under random forcing, twice; friction and damping in noise that the swing hides; forcing that shows once
-/// the damping is known. Chosen by their seeds, which nothing moves.
+/// Dry friction under random forcing, twice; friction and damping in noise that the swing hides; forcing that
+/// shows once the damping is known. Chosen by their seeds, which nothing moves.
 #[test]
 fn pairs_of_which_one_hides_the_other_are_named() {
     let cases = cases_of([(22, 3), (22, 7), (2, 7), (15, 11)].map(|(i, s)| pair(i, s)).to_vec(), 0);

@@ -1,6 +1,7 @@
 //! Laws that the library does not hold, planted by another integrator, measured.
 //!
-//! More and other cases: `YAWRIG_LAWS=10 YAWRIG_SEED=3 cargo test --release -p yawrig-core --test estimator law:: -- --nocapture`.
+//! More and other cases:
+//! `YAWRIG_LAWS=10 YAWRIG_SEED=3 cargo test --release -p yawrig-core --test estimator law:: -- --nocapture`.
 
 use crate::planted_laws::{family, planted, Kind, Planted};
 use rayon::prelude::*;
@@ -86,7 +87,8 @@ impl Case {
         alike.iter().enumerate().find(is_right)
     }
 
-    /// Whether the right form has its exponent or scale within k = 2; `None` where it is not named, or has no error bar.
+    /// Whether the right form has its exponent or scale within k = 2; `None` where it is not named, or has no
+    /// error bar.
     fn is_exact(&self) -> Option<bool> {
         let (number, truth) = self.planted.number()?;
         let (_, q) = self.named()?.1.parameters.iter().find(|(name, _)| name == number)?;
@@ -132,9 +134,10 @@ impl Case {
     }
 }
 
-/// Short of the noise where friction grows with the angle, which no D(r) holds. Seen with three of each kind and
-/// YAWRIG_SEED=8: residual 29 of 30, held out 27 of 30, in the band 2067 of 2214, named 27 of 27, all of them first, numbers
-/// 23 of 27 (with YAWRIG_SEED=1 and one of each, 7 of 9), memory 6 of 6 and wrongly 0 of 30.
+/// Short of the noise where friction grows with the angle, which no D(r) holds. Seen with three of each kind
+/// and YAWRIG_SEED=8: residual 29 of 30, held out 27 of 30, in the band 2067 of 2214, named 27 of 27, all of
+/// them first, numbers 23 of 27 (with YAWRIG_SEED=1 and one of each, 7 of 9), memory 6 of 6 and wrongly 0 of
+/// 30.
 #[test]
 fn laws_that_the_library_does_not_hold_are_measured_and_named() {
     let (n, seed) = (number("YAWRIG_LAWS", 1), number("YAWRIG_SEED", 1));
@@ -182,7 +185,8 @@ fn laws_that_the_library_does_not_hold_are_measured_and_named() {
     assert!(wrongly as f64 <= 0.05 * laws.len() as f64, "memory where there is none");
 }
 
-/// Two springs, two angles, rests of their own: one law, and the natural frequency and damping ratio of each spring.
+/// Two springs, two angles, rests of their own: one law, and the natural frequency and damping ratio of each
+/// spring.
 ///
 /// Eight releases: `YAWRIG_RELEASES=8`.
 #[test]

@@ -1,5 +1,5 @@
-//! No effect of the library is matched by its name outside its own file, the library's list, and the rig, which writes
-//! each law anew: what is done with an effect follows from what it says of itself.
+//! No effect of the library is matched by its name outside its own file, the library's list, and the rig,
+//! which writes each law anew: what is done with an effect follows from what it says of itself.
 //!
 //! Read from the sources, without comments and tests: variants of `Effect` in code, identifiers in strings.
 

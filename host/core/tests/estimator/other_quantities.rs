@@ -1,5 +1,5 @@
-//! A rate and an acceleration of a motion with planted numbers, from the rig's integrator: fitted as what they are, they give
-//! the numbers that the angle gives.
+//! A rate and an acceleration of a motion with planted numbers, from the rig's integrator: fitted as what
+//! they are, they give the numbers that the angle gives.
 
 use std::f64::consts::PI;
 use yawrig_core::diagnosis::diagnose::{diagnose, Options, Status};
@@ -20,7 +20,8 @@ const DERIVATIVES: [(Derivative, Sees); 3] = [
     (Derivative::Acceleration, Sees::Acceleration),
 ];
 
-/// Held for two seconds and let go from 15 deg; a zero that is off, and noise of 0.5 % of the largest reading.
+/// Held for two seconds and let go from 15 deg; a zero that is off, and noise of 0.5 % of the largest
+/// reading.
 fn released(seen: (Derivative, Sees), effects: &str, rate_hz: f64, seed: u64) -> Record {
     let (derivative, sees) = seen;
     let modal = Modal { natural_frequency_rad_s: WN, damping_ratio: ZETA };
@@ -104,8 +105,8 @@ fn every_derivative_is_fitted_as_the_angle_is() {
             let name = format!("{effect}.{name}");
             let of = numbers.iter().find(|(n, _)| *n == name).expect("a number").1;
             if !fit.converged {
-                // The slope of an acceleration jumps at the edges of the play: no step of the fit gains any more, and what has
-                // not converged has no uncertainty.
+                // The slope of an acceleration jumps at the edges of the play: no step of the fit gains any
+                // more, and what has not converged has no uncertainty.
                 let acceleration = seen.0 == Derivative::Acceleration;
                 assert!(
                     acceleration && effect.id() == "free_play" && of.u.is_nan(),
@@ -139,7 +140,8 @@ fn what_is_missing_is_named_from_every_derivative() {
     }
 }
 
-/// The same numbers called a displacement, whatever their size: wn and zeta are the same, and an effect is per unit of it.
+/// The same numbers called a displacement, whatever their size: wn and zeta are the same, and an effect is
+/// per unit of it.
 #[test]
 fn a_displacement_is_the_angle_in_another_unit() {
     let effect = Effect::from_id("cubic_stiffness").unwrap();

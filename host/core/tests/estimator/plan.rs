@@ -1,7 +1,9 @@
-//! The proposed release, made on the rig, against one drawn at random: after which of them does the right rival stand?
+//! The proposed release, made on the rig, against one drawn at random: after which of them does the right
+//! rival stand?
 //!
-//! Every figure asserted is printed: `cargo test --release -p yawrig-core --test estimator plan -- --nocapture`. YAWRIG_PLAN says
-//! how many cases, YAWRIG_SEED moves them.
+//! Every figure asserted is printed:
+//! `cargo test --release -p yawrig-core --test estimator plan -- --nocapture`. YAWRIG_PLAN says how many
+//! cases, YAWRIG_SEED moves them.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -71,7 +73,8 @@ impl Case {
     }
 }
 
-/// `effect` fitted to all of `decays` with one coefficient; the repeated ones share natural frequency and damping.
+/// `effect` fitted to all of `decays` with one coefficient; the repeated ones share natural frequency and
+/// damping.
 fn fitted(decays: &[&FreeDecay], effect: &Effect, repeated: bool) -> JointFit {
     let single = |decay: &&FreeDecay| {
         fit_added(decay, &fit_plain(decay, false, decay.yaw_rad.len()), effect)

@@ -1,7 +1,8 @@
-//! The same effect asked in four ways: of one release, of two repeats of other amplitudes, of a model's two records,
-//! and of a campaign of the two. Every figure asserted is printed: `cargo test --release -p yawrig-core --test estimator same_answer
-//! -- --nocapture`. YAWRIG_SEED moves the rigs that are drawn, YAWRIG_ONLY names an effect. At full size every effect is
-//! asked in all four ways, else of one release and in the next of the others.
+//! The same effect asked in four ways: of one release, of two repeats of other amplitudes, of a model's two
+//! records, and of a campaign of the two. Every figure asserted is printed:
+//! `cargo test --release -p yawrig-core --test estimator same_answer -- --nocapture`. YAWRIG_SEED moves the
+//! rigs that are drawn, YAWRIG_ONLY names an effect. At full size every effect is asked in all four ways,
+//! else of one release and in the next of the others.
 
 use crate::hidden::laws::{draw, Law};
 use crate::hidden::{scaled, simulate, Setup};
@@ -17,7 +18,8 @@ use yawrig_core::record::Record;
 /// Released from, deg.
 const AMPLITUDES_DEG: [f64; 2] = [16.0, 12.0];
 
-/// Two releases of one rig with `effect` of a size at which the plain model leaves 2.5 to 20 times the noise of the first.
+/// Two releases of one rig with `effect` of a size at which the plain model leaves 2.5 to 20 times the noise
+/// of the first.
 fn releases(effect: &Effect, seed: u64) -> [Record; 2] {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     loop {
@@ -127,7 +129,7 @@ fn named_the_same(in_all_ways: bool) {
         }
     }
     println!("right {right} of {asked_in_all}, in all ways {same} of {count}");
-    // Of 68 effects, drawn with seeds 1 to 4, three are not named for what they are, their course being another's: of 17 one
-    // at most, as a rule.
+    // Of 68 effects, drawn with seeds 1 to 4, three are not named for what they are, their course being
+    // another's: of 17 one at most, as a rule.
     assert!(same + 1 >= count, "in all ways {same} of {count}");
 }

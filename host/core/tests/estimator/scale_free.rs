@@ -1,5 +1,5 @@
-//! The same record in other units of time and angle has the same answer in these units: `cargo test --release -p
-//! yawrig-core --test estimator scale_free -- --nocapture`.
+//! The same record in other units of time and angle has the same answer in these units:
+//! `cargo test --release -p yawrig-core --test estimator scale_free -- --nocapture`.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -38,7 +38,8 @@ pub struct BuiltInRig {
 }
 
 impl BuiltInRig {
-    /// `speed` times as fast as a real rig; springs K1 to K8, wind off and on, until it is told what to release.
+    /// `speed` times as fast as a real rig; springs K1 to K8, wind off and on, until it is told what to
+    /// release.
     pub fn new(speed: f64) -> Self {
         Self {
             rig: Rig::default(),
@@ -73,7 +74,8 @@ impl BuiltInRig {
         Ok(())
     }
 
-    /// The release that was ordered last is let go no sooner than with this sample, the first one played being 0.
+    /// The release that was ordered last is let go no sooner than with this sample, the first one played
+    /// being 0.
     pub fn ordered_from(&self) -> u64 {
         self.ordered_from.unwrap_or(self.played)
     }

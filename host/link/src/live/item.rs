@@ -19,8 +19,8 @@ pub enum Item {
     Samples { first: u64, yaw_deg: Vec<f64> },
     /// Samples that never came.
     Gap { first: u64, count: u64 },
-    /// What the device says; with a release's result, what of its windows changes with amplitude. `names` are those of
-    /// the numbers of effects in it.
+    /// What the device says; with a release's result, what of its windows changes with amplitude. `names` are
+    /// those of the numbers of effects in it.
     Event { at: u64, event: Event, trends: Vec<Trend>, names: Vec<Named> },
     /// Results that the device does not keep any more.
     EventsLost { at: u64, count: u64 },

@@ -143,8 +143,8 @@ impl Session {
         self.items.push_back(item);
     }
 
-    /// Says what the coming releases are made under; after a reset the device is told again. What it answers about
-    /// itself then: a release that is going on was begun before.
+    /// Says what the coming releases are made under; after a reset the device is told again. What it answers
+    /// about itself then: a release that is going on was begun before.
     ///
     /// # Errors
     /// Exit 2 for a condition that cannot be, naming the quantity; those of the line.

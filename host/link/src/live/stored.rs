@@ -59,7 +59,8 @@ impl Stored {
                 }
             }
         }
-        // The log has them in the order they came: a window is sent after marks that are set later than it ends.
+        // The log has them in the order they came: a window is sent after marks that are set later than it
+        // ends.
         items.sort_by_key(Item::at);
         Ok(Self { trace, finished, started, items })
     }

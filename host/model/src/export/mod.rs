@@ -1,5 +1,5 @@
-//! A model to take away: its right-hand side, its reading and its numbers as a program of another language, or its
-//! readings beside those measured as a table.
+//! A model to take away: its right-hand side, its reading and its numbers as a program of another language,
+//! or its readings beside those measured as a table.
 
 mod code;
 mod release;
@@ -29,8 +29,8 @@ pub enum What {
 /// What is in the file for the model at `path`, to be called `name`.
 ///
 /// # Errors
-/// Exit 3 where the model or a record cannot be used, 2 for a name that the language does not take, and for a program of
-/// what is no angle.
+/// Exit 3 where the model or a record cannot be used, 2 for a name that the language does not take, and for a
+/// program of what is no angle.
 pub fn exported(path: &Path, what: What, name: &Path) -> Result<String> {
     let model = Model::read(path)?;
     let effects: Vec<Effect> = model.effects.iter().map(|e| e.effect.clone()).collect();

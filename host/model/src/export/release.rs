@@ -5,8 +5,8 @@ use crate::model_fit::Recorded;
 use yawrig_core::effects::Effect;
 use yawrig_core::fit::fitting::Fitted;
 
-/// One number of a release: its name in programs, its unit, its value and standard uncertainty (0: taken as known, NaN:
-/// not known).
+/// One number of a release: its name in programs, its unit, its value and standard uncertainty (0: taken as
+/// known, NaN: not known).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Number {
     pub name: String,

@@ -127,8 +127,8 @@ impl Following<'_> {
         Ok(())
     }
 
-    /// Begins a campaign or a condition; what cannot be is said, and the one before goes on. It is recorded: in a folder
-    /// of its own, where its campaign.toml comes, too.
+    /// Begins a campaign or a condition; what cannot be is said, and the one before goes on. It is recorded:
+    /// in a folder of its own, where its campaign.toml comes, too.
     fn measure(&mut self, wanted: &Wanted, built_in: &mut Option<BuiltInRig>) -> Result<()> {
         let folder = Path::new(FOLDER).join(wanted.name());
         let begun = wanted.plan(self.is_built_in).and_then(|plan| match plan {

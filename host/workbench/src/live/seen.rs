@@ -1,4 +1,5 @@
-//! What a device or a stored session has shown so far: its trace thinned to what is drawn, its results, its marks.
+//! What a device or a stored session has shown so far: its trace thinned to what is drawn, its results, its
+//! marks.
 
 use serde_json::{json, Value};
 use std::collections::VecDeque;

@@ -16,7 +16,8 @@ pub fn release(
     swing(wn, zeta, rate_hz, from_deg, duration_s)
 }
 
-/// b'' = -2 zeta wn b' - wn^2 b from (`from_deg`, 0) by fourth-order Runge-Kutta, four steps a sample or more.
+/// b'' = -2 zeta wn b' - wn^2 b from (`from_deg`, 0) by fourth-order Runge-Kutta, four steps a sample or
+/// more.
 pub fn swing(
     wn: f64,
     zeta: f64,
@@ -62,8 +63,8 @@ pub fn with_noise(yaw: &[f64], rms: f64, correlation: f64, seed: u64) -> Vec<f64
         .collect()
 }
 
-/// Impulse response of the thesis's (4.1) with its middle term put right, wn^2 / (s^2 + 2 zeta wn s + wn^2), until its
-/// envelope is down to `to`. In closed form.
+/// Impulse response of the thesis's (4.1) with its middle term put right, wn^2 / (s^2 + 2 zeta wn s + wn^2),
+/// until its envelope is down to `to`. In closed form.
 pub fn impulse_response(wn: f64, zeta: f64, rate_hz: f64, to: f64) -> (Vec<f64>, Vec<f64>) {
     let wd = wn * (1.0 - zeta * zeta).sqrt();
     let peak = wn * wn / wd;

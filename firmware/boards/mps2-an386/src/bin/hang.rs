@@ -1,5 +1,5 @@
-//! The device with a fault put in: its main loop hangs for good after 3000 samples, and its watchdog resets it. For the
-//! test of what the host makes of that.
+//! The device with a fault put in: its main loop hangs for good after 3000 samples, and its watchdog resets
+//! it. For the test of what the host makes of that.
 #![no_std]
 #![no_main]
 

@@ -71,8 +71,8 @@ fn drain(device: &mut Board) {
     while device.transmit().is_some() {}
 }
 
-/// Bytes that an interrupt which sums samples up takes of the stack; the FPU's registers are among them, since the device
-/// computes with it.
+/// Bytes that an interrupt which sums samples up takes of the stack; the FPU's registers are among them,
+/// since the device computes with it.
 #[inline(never)]
 fn interrupt() -> u32 {
     let before = msp::read();
@@ -109,8 +109,8 @@ fn write(device: &mut Board) -> usize {
     deepest()
 }
 
-/// The same on a locked device, which checks both of an update's signatures; the deepest stack of it. What signs is none of
-/// the device's: its stack is painted over.
+/// The same on a locked device, which checks both of an update's signatures; the deepest stack of it. What
+/// signs is none of the device's: its stack is painted over.
 fn write_signed(device: &mut Board) -> usize {
     ask(device, &Request::Lock { key: *KeyPair::from_seed(Seed::new(SEED)).pk });
     let Some(Reply::Challenge { number, nonce }) = ask(device, &Request::Challenge) else {

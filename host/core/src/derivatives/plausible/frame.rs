@@ -7,8 +7,9 @@ use super::super::inputs::axis_index;
 use crate::statistics::median;
 use yawrig_shared::derivatives::torsional_stiffness_nm;
 
-/// Relative standard uncertainty of a stiffness that states none, and the least of one that does: what springs bought as
-/// equal differ by, and what a rig's friction and nonlinearity move the softest spring's frequency by.
+/// Relative standard uncertainty of a stiffness that states none, and the least of one that does: what
+/// springs bought as equal differ by, and what a rig's friction and nonlinearity move the softest spring's
+/// frequency by.
 pub(super) const STIFFNESS_U: f64 = 0.02;
 const STIFFNESS_LEAST_U: f64 = 0.01;
 /// Other stiffness than the springs', over the softest spring's.
@@ -23,7 +24,8 @@ const FREQUENCY_U: f64 = 5e-4;
 const REPEAT_U: f64 = 3e-3;
 /// A misfit of so many standard uncertainties does not go with the others.
 pub(super) const DISAGREES: f64 = 5.0;
-/// This quantile of the misfits of sound ones says by how much they scatter more than that; a normal's is 0.524 sigma.
+/// This quantile of the misfits of sound ones says by how much they scatter more than that; a normal's is
+/// 0.524 sigma.
 const QUANTILE: f64 = 0.4;
 const OF_NORMAL: f64 = 0.524;
 
@@ -265,7 +267,8 @@ impl Frame {
         (0..self.springs.len()).filter_map(of).collect()
     }
 
-    /// By how much the wind lowers wn^2 about `axis` at 1 m/s, as on most springs, and whether it damps on most of them.
+    /// By how much the wind lowers wn^2 about `axis` at 1 m/s, as on most springs, and whether it damps on
+    /// most of them.
     pub(super) fn wind(&self, axis: usize) -> Option<(f64, bool)> {
         let groups = self.groups();
         let shifts: Vec<f64> =
@@ -360,8 +363,8 @@ impl Frame {
         all
     }
 
-    /// How many places do not go together, and how badly everything does not, together with the springs that the wind
-    /// would have to feed.
+    /// How many places do not go together, and how badly everything does not, together with the springs that
+    /// the wind would have to feed.
     pub(super) fn cost(&self) -> (usize, f64) {
         let misfits = self.misfits();
         let flagged = misfits.iter().filter(|m| m.z > DISAGREES).count();

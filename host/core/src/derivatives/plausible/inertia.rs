@@ -1,5 +1,5 @@
-//! Inertias, given and measured, against each other, the model's size and the distance of the axes; and what the wind
-//! does against what it does to any body.
+//! Inertias, given and measured, against each other, the model's size and the distance of the axes; and what
+//! the wind does against what it does to any body.
 
 use super::super::campaign::Campaign;
 use super::super::doubt::{Doubt, Kind};

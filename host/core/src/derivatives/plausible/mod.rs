@@ -1,11 +1,11 @@
-//! Whether a campaign can be true: what its file says, what its records hold and what was identified in them, held
-//! against each other. All of it before any derivative is computed.
+//! Whether a campaign can be true: what its file says, what its records hold and what was identified in them,
+//! held against each other. All of it before any derivative is computed.
 //!
-//! Each release has a natural frequency that the others foretell: its spring's stiffness on the line through all
-//! springs, the other axis, the wind's share on the other springs, its repeats (`frame`). Where one is off by more
-//! than its own stated uncertainty and the scatter of sound campaigns allow, it is asked what would put it right: which
-//! two records exchanged, which unit (`explain`). What the numbers say by themselves is in `ranges` and
-//! `inertia`.
+//! Each release has a natural frequency that the others foretell: its spring's stiffness on the line through
+//! all springs, the other axis, the wind's share on the other springs, its repeats (`frame`). Where one is
+//! off by more than its own stated uncertainty and the scatter of sound campaigns allow, it is asked what
+//! would put it right: which two records exchanged, which unit (`explain`). What the numbers say by
+//! themselves is in `ranges` and `inertia`.
 
 mod copies;
 mod explain;
@@ -18,8 +18,8 @@ use super::condition::Identified;
 pub use super::doubt::{Doubt, Kind};
 use crate::record::faults::{Facts, FaultKind};
 
-/// All that is doubtful about a campaign, errors first, then in the order of its releases. `facts` are those of each
-/// release's record, or none where there is no record.
+/// All that is doubtful about a campaign, errors first, then in the order of its releases. `facts` are those
+/// of each release's record, or none where there is no record.
 pub fn doubts(campaign: &Campaign, identified: &[Identified], facts: &[Facts]) -> Vec<Doubt> {
     let mut all = ranges::doubts(campaign);
     all.extend(faults(campaign, facts));

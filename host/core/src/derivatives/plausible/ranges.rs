@@ -64,7 +64,8 @@ const DENSITY: Range = Range {
     possible: [0.05, 1100.0],
     units: &[(1e3, "g/m3"), (1e-3, "g/cm3")],
 };
-/// Of one spring. On two of the least usual ones, at an arm of 0.5 m, 1 kg m2 turns at 1 rad/s: few tunnels wait longer.
+/// Of one spring. On two of the least usual ones, at an arm of 0.5 m, 1 kg m2 turns at 1 rad/s: few tunnels
+/// wait longer.
 pub const STIFFNESS: Range = Range {
     section: "",
     name: "spring_stiffness_n_per_m",

@@ -1,6 +1,7 @@
-//! At which strength each effect of the library is first named in half of the records, in units of the least that a
-//! likelihood-ratio test which knew the effect could detect: `YAWRIG_RIGS=3 cargo test --release -p yawrig-core --test
-//! estimator detectable -- --nocapture`, three rigs each.
+//! At which strength each effect of the library is first named in half of the records, in units of the least
+//! that a likelihood-ratio test which knew the effect could detect:
+//! `YAWRIG_RIGS=3 cargo test --release -p yawrig-core --test estimator detectable -- --nocapture`, three rigs
+//! each.
 
 use super::least::ladder;
 use super::number;

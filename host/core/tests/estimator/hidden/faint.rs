@@ -1,6 +1,6 @@
-//! Effects of a quarter to half of the size that is plainly visible, up to three at once, under a sensor of 4096 steps a
-//! turn whose noise is correlated by 0.6 from one sample to the next. YAWRIG_FAINT, YAWRIG_FAINT_PAIRS,
-//! YAWRIG_FAINT_TRIPLES and YAWRIG_FAINT_PLAIN say how many of each.
+//! Effects of a quarter to half of the size that is plainly visible, up to three at once, under a sensor of
+//! 4096 steps a turn whose noise is correlated by 0.6 from one sample to the next. YAWRIG_FAINT,
+//! YAWRIG_FAINT_PAIRS, YAWRIG_FAINT_TRIPLES and YAWRIG_FAINT_PLAIN say how many of each.
 
 use super::{cases, hidden, number, pair, Case};
 use crate::hidden::Plan;

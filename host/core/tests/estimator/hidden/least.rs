@@ -1,7 +1,9 @@
-//! Effects at strengths in units of the least that a likelihood-ratio test which knew the effect could detect.
+//! Effects at strengths in units of the least that a likelihood-ratio test which knew the effect could
+//! detect.
 //!
-//! That unit: the strength at which chi^2 of the plain model, fitted again, less chi^2 of the model with the effect is
-//! expected to be what chance exceeds once in a thousand. Such a test names the effect in half of the records.
+//! That unit: the strength at which chi^2 of the plain model, fitted again, less chi^2 of the model with the
+//! effect is expected to be what chance exceeds once in a thousand. Such a test names the effect in half of
+//! the records.
 
 use crate::hidden::laws::{draw, Law};
 use crate::hidden::{scaled, simulate, Plan, Planted, Setup};
@@ -57,8 +59,8 @@ fn least(
     Some((expected / chi_squared).sqrt())
 }
 
-/// Share of what the random forcing of `law` moves at which twice the log likelihood with it is so much larger than
-/// without, the plain model fitted to that record.
+/// Share of what the random forcing of `law` moves at which twice the log likelihood with it is so much
+/// larger than without, the plain model fitted to that record.
 fn random(setup: &Setup, law: &Law, noise_seed: u64, expected: f64) -> Option<f64> {
     let (mut low, mut high) = (1e-3_f64.ln(), 0.0);
     for _ in 0..9 {
@@ -81,8 +83,8 @@ fn random(setup: &Setup, law: &Law, noise_seed: u64, expected: f64) -> Option<f6
     Some(high.exp())
 }
 
-/// Of readings `y` with white noise of variance one, the response to random forcing of this intensity from rest: by a
-/// Kalman filter, small steps between the readings.
+/// Of readings `y` with white noise of variance one, the response to random forcing of this intensity from
+/// rest: by a Kalman filter, small steps between the readings.
 fn minus_twice_log_likelihood(setup: &Setup, step_s: f64, intensity: f64, y: &[f64]) -> f64 {
     const PARTS: usize = 8;
     let h = step_s / PARTS as f64;

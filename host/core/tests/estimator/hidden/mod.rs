@@ -1,5 +1,6 @@
-//! Records with a hidden effect, from another integrator and sensor chain than the fits': Euler steps of 20 us with
-//! stiction by impulse or Runge-Kutta steps, noise white or coloured, a converter's step, a hand that holds.
+//! Records with a hidden effect, from another integrator and sensor chain than the fits': Euler steps of 20
+//! us with stiction by impulse or Runge-Kutta steps, noise white or coloured, a converter's step, a hand that
+//! holds.
 
 pub mod laws;
 

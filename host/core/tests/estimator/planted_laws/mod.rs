@@ -1,5 +1,5 @@
-//! Releases under laws that no effect of the library is, by a Runge-Kutta integration with steps of a tenth of a
-//! millisecond, seen by a sensor with noise and steps.
+//! Releases under laws that no effect of the library is, by a Runge-Kutta integration with steps of a tenth
+//! of a millisecond, seen by a sensor with noise and steps.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -155,7 +155,8 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
     released(rig, &mut rng)
 }
 
-/// Of one rig with two springs: releases from all of the first one's angle and from half of it, each with a rest of its own.
+/// Of one rig with two springs: releases from all of the first one's angle and from half of it, each with a
+/// rest of its own.
 pub fn family(kind: Kind, seed: u64, releases: usize) -> Vec<Planted> {
     let (mut rng, rig) = rig(kind, seed);
     let release = |k: usize| {

@@ -1,5 +1,5 @@
-//! Records whose release is known: driven, held, pushed, let go several times, disturbed. By a Runge-Kutta integration of
-//! their own with steps of a hundredth of a radian, at rates and sampling of any size.
+//! Records whose release is known: driven, held, pushed, let go several times, disturbed. By a Runge-Kutta
+//! integration of their own with steps of a hundredth of a radian, at rates and sampling of any size.
 
 use std::f64::consts::{PI, TAU};
 use yawrig_core::record::Record;
