@@ -1,7 +1,7 @@
 //! From windows to a release's result.
 
-use yawrig_shared::network::{Estimate, Network, Number, MOST_NUMBERS};
-use yawrig_shared::numbers::Numbers;
+use yawrig_shared::network::{Estimate, Network, Number};
+use yawrig_shared::numbers::{Numbers, MOST_NUMBERS};
 use yawrig_shared::wire::Measured;
 
 /// Weighted mean and scatter of a quantity, a value at a time (West 1979).

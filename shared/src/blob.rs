@@ -14,7 +14,8 @@
 use crate::checksum::{crc32, crc32_of_pieces};
 use crate::features::{features, Inputs, MOST_INPUTS};
 use crate::history::{History, Moment};
-use crate::network::{Network, NetworkError, Number, MOST_NUMBERS, MOST_OUTPUTS};
+use crate::network::{Network, NetworkError, Number, MOST_OUTPUTS};
+use crate::numbers::MOST_NUMBERS;
 use crate::source::{in_memory, Bytes, Source};
 use crate::window::Window;
 use heapless::{String, Vec};

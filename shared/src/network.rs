@@ -1,7 +1,7 @@
 //! Forward pass of a small multilayer perceptron, the same bits on host and device.
 
 use crate::features::{FeatureKind, Features, InputScaling, FEATURES, MOST_INPUTS};
-use crate::numbers::Numbers;
+use crate::numbers::{Numbers, MOST_NUMBERS};
 use crate::source::Bytes;
 use heapless::{String, Vec};
 use postcard::Deserializer;
@@ -17,9 +17,7 @@ pub const MOST_WEIGHTS: usize = 1024;
 /// Natural frequency and damping ratio, which every network says first.
 pub const OUTPUTS: usize = 2;
 /// Most outputs: those two, then numbers of effects.
-pub const MOST_OUTPUTS: usize = 4;
-/// Most numbers of effects.
-pub const MOST_NUMBERS: usize = MOST_OUTPUTS - OUTPUTS;
+pub const MOST_OUTPUTS: usize = OUTPUTS + MOST_NUMBERS;
 /// Largest [`Number::amplitude_power`].
 pub const MOST_POWER: u8 = 8;
 /// Columns of a layer that are summed side by side, each in a register of its own.

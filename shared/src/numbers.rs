@@ -1,10 +1,12 @@
 //! What of each number of an effect is said beside natural frequency and damping ratio: none to two of a
 //! kind.
 
-use crate::network::MOST_NUMBERS;
 use heapless::Vec;
 use postcard_schema::{schema::NamedType, Schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// Most numbers of effects that a network says.
+pub const MOST_NUMBERS: usize = 2;
 
 /// One for each number that the network says, in its order. Small, and copied like the results it is in.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,7 +1,7 @@
 //! A device's events as text and as JSON.
 
 use crate::client::Identity;
-use crate::numbers::{named, release_numbers, window_numbers, Named};
+use crate::numbers::{named, number, release_numbers, window_numbers, Named};
 use serde_json::{json, Value};
 use yawrig_core::quantity::Quantity;
 use yawrig_shared::wire::{
@@ -95,15 +95,6 @@ fn phase_name(phase: Phase) -> &'static str {
         Phase::Ringing => "ringing",
         Phase::Finished => "finished",
     }
-}
-
-/// A device's `f32` as the shortest decimal that means it.
-pub(crate) fn number(x: f32) -> Value {
-    if !x.is_finite() {
-        return Value::Null;
-    }
-    // Through its own shortest text: 0.0061 and not 0.006099999882280827.
-    x.to_string().parse::<f64>().map_or(Value::Null, |x| json!(x))
 }
 
 /// `{"value","u"}`.

@@ -1,7 +1,6 @@
 //! Numbers of effects that a device's network says beside natural frequency and damping ratio: their names
 //! and their JSON.
 
-use crate::follow::number;
 use serde_json::{json, Value};
 use yawrig_shared::numbers::Numbers;
 use yawrig_shared::wire::{Measured, NetworkStatus};
@@ -23,6 +22,15 @@ pub fn named(network: &NetworkStatus) -> Vec<Named> {
         Some(Named { name: format!("{effect}.{number}"), unit: unit.to_owned() })
     };
     network.numbers.lines().filter_map(named).collect()
+}
+
+/// A device's `f32` as the shortest decimal that means it.
+pub(crate) fn number(x: f32) -> Value {
+    if !x.is_finite() {
+        return Value::Null;
+    }
+    // Through its own shortest text: 0.0061 and not 0.006099999882280827.
+    x.to_string().parse::<f64>().map_or(Value::Null, |x| json!(x))
 }
 
 /// Numbers with their names, as a list of objects to which `add` gives the values.

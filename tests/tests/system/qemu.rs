@@ -171,7 +171,12 @@ fn qemu_ends_even_where_its_owner_is_killed() {
         return;
     }
     let mut owner = Command::new(std::env::current_exe().expect("this program"))
-        .args(["--exact", "qemu_ends_even_where_its_owner_is_killed", "--ignored", "--nocapture"])
+        .args([
+            "--exact",
+            "qemu::qemu_ends_even_where_its_owner_is_killed",
+            "--ignored",
+            "--nocapture",
+        ])
         .env(OWNER, "1")
         .stdout(Stdio::piped())
         .spawn()

@@ -2,9 +2,9 @@
 
 use crate::effects::Scale;
 use crate::error::Result;
-use crate::fit::floor;
 use crate::fit::lines::{self, SteadyLine};
 use crate::fit::noise::{self, Colour};
+use crate::fit::noise_floor;
 use crate::identify::gaps::{self, Warning};
 use crate::identify::outliers::exclude_spikes;
 use crate::identify::samples::{Means, Samples, Stretch};
@@ -175,10 +175,11 @@ impl FreeDecay {
         let kept: Vec<f64> = stretch.kept().map(|s| of_model(s.1)).collect();
         let uneven = uneven.map(|taken| {
             let sample = of_model(rms_of_uneven_sixths(&taken.time_s, &taken.yaw_deg));
-            (sample, sample * floor::share_of_noise(&taken.time_s, timing.rate_hz, block))
+            (sample, sample * noise_floor::share_of_noise(&taken.time_s, timing.rate_hz, block))
         });
         let left = of_model(prepared.noise_rms_deg());
-        let noise = floor::noise(&kept, &yaw_rad, block, frequency * stretch.step_s, uneven, left);
+        let noise =
+            noise_floor::noise(&kept, &yaw_rad, block, frequency * stretch.step_s, uneven, left);
         let windows = prepared.window_estimates();
         let amplitude_deg = windows.iter().map(|w| w.amplitude_deg).fold(0.0, f64::max);
         let amplitude_rad = of_model(amplitude_deg);

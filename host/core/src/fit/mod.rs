@@ -9,6 +9,7 @@ pub mod joint;
 pub(crate) mod linear_gain;
 pub mod lines;
 pub(crate) mod noise;
+mod noise_floor;
 pub mod own;
 pub(crate) mod pieces;
 pub(crate) mod problem;

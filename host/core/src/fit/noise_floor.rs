@@ -1,0 +1,79 @@
+//! What readings and the means of their blocks scatter by.
+
+use crate::fit::noise::{self, Colour};
+use crate::record::resample;
+use crate::statistics::{rms_of_sixths, rms_of_thirds};
+use std::f64::consts::TAU;
+
+/// Fewest means a cycle for which sixth differences leave next to nothing of the oscillation.
+const FINE: f64 = 40.0;
+/// Difference between two estimates of the noise that their scatter explains.
+const AGREE: f64 = 0.25;
+
+/// What readings scatter by.
+pub(crate) struct Noise {
+    pub(crate) colour: Option<Colour>,
+    /// Of one reading.
+    pub(crate) sample_rad: f64,
+    /// Of a mean of a block of them.
+    pub(crate) mean_rad: f64,
+}
+
+/// The noise of readings `kept` and of the `means` of blocks of them. `uneven`: that of readings whose clock
+/// is not even, one of them and a mean. `left`: what the modes that were found leave of a reading.
+pub(crate) fn noise(
+    kept: &[f64],
+    means: &[f64],
+    block: usize,
+    radians_per_sample: f64,
+    uneven: Option<(f64, f64)>,
+    left: f64,
+) -> Noise {
+    let colour = noise::colour(kept, radians_per_sample);
+    let (sample_rad, mean_rad) = match (colour, uneven) {
+        (Some(colour), _) => (
+            (colour.white_variance + colour.coloured_variance).sqrt(),
+            colour.mean_variance(block).sqrt(),
+        ),
+        // White noise is known best from the single samples; where the means show more, from them.
+        (None, uneven) => {
+            let (sample, mean) = match uneven {
+                None => {
+                    let thirds = rms_of_thirds(kept);
+                    (thirds, white_floor(means, thirds, block))
+                }
+                Some((sample, mean)) => (sample, mean.max(rms_of_sixths(means))),
+            };
+            // Of a coarse record differences hold some of the oscillation, and what its modes leave some
+            // misfit: each is the noise or more.
+            let is_fine = TAU / radians_per_sample / block as f64 >= FINE;
+            (sample, if is_fine { mean } else { mean.min(left / (block as f64).sqrt()) })
+        }
+    };
+    Noise { colour, sample_rad, mean_rad }
+}
+
+/// Share of white noise that is left in means of `block` values at `rate_hz` of the curve through samples at
+/// `time_s`: of a sequence as white as noise, and the same every time (a sine of a phase that grows with the
+/// square).
+pub(crate) fn share_of_noise(time_s: &[f64], rate_hz: f64, block: usize) -> f64 {
+    let phase = |k: usize| (std::f64::consts::PI * std::f64::consts::SQRT_2 * (k * k) as f64) % TAU;
+    let white: Vec<f64> = (0..time_s.len()).map(|k| phase(k).sin()).collect();
+    let (_, even) = resample::uniform(time_s, &white, rate_hz);
+    let means: Vec<f64> =
+        even.chunks_exact(block).map(|m| m.iter().sum::<f64>() / block as f64).collect();
+    let square = |y: &[f64]| y.iter().map(|y| y * y).sum::<f64>() / y.len() as f64;
+    (square(&means) / square(&white)).sqrt()
+}
+
+/// Noise of a mean of `block` samples of `sample_noise` each: white, unless the means themselves show
+/// another.
+fn white_floor(means: &[f64], sample_noise: f64, block: usize) -> f64 {
+    let white = sample_noise / (block as f64).sqrt();
+    let shown = rms_of_sixths(means);
+    if block > 1 && (shown / white - 1.0).abs() < AGREE {
+        white
+    } else {
+        shown
+    }
+}
