@@ -85,17 +85,33 @@ impl<const RING: usize, const KEPT: usize> Sums<RING, KEPT> {
         device: &mut Device<F, LOCKABLE>,
     ) -> bool {
         let mut came = false;
-        loop {
-            // Anew for each: the interrupt goes on.
-            let made = self.made.load(Ordering::Acquire);
-            match reader.overwritten(made, 1) {
-                0 => {}
-                missed => device.lost(missed),
-            }
-            let Some(at) = reader.next(made) else { return came };
-            input.take(Some(self.sums[at].load(Ordering::Relaxed)), device);
+        while self.give_one(reader, input, device) {
             came = true;
         }
+        came
+    }
+
+    /// The same of one sample, for a board that has something else to do between two.
+    pub fn give_one<F: NorFlash, const LOCKABLE: bool>(
+        &self,
+        reader: &mut Reader<KEPT>,
+        input: &mut Input<Converter>,
+        device: &mut Device<F, LOCKABLE>,
+    ) -> bool {
+        // Anew for each: the interrupt goes on.
+        let made = self.made.load(Ordering::Acquire);
+        match reader.overwritten(made, 1) {
+            0 => {}
+            missed => device.lost(missed),
+        }
+        let Some(at) = reader.next(made) else { return false };
+        input.take(Some(self.sums[at].load(Ordering::Relaxed)), device);
+        true
+    }
+
+    /// The converter says itself that a reading went missing.
+    pub fn tear(&self) {
+        self.torn.store(true, Ordering::Relaxed);
     }
 
     /// Whether the converter, DMA and this are to begin anew.

@@ -22,8 +22,7 @@ import struct
 import sys
 
 from elftools.elf.elffile import ELFFile
-from unicorn import UcError
-from unicorn.arm_const import UC_ARM_REG_LR, UC_ARM_REG_PC, UC_ARM_REG_SP
+from unicorn.arm_const import UC_ARM_REG_LR, UC_ARM_REG_SP
 
 CONVERSIONS = 16
 
@@ -33,7 +32,8 @@ class Wrong(Exception):
 
 
 class Board:
-    """A board has `power_on(cause, ram)`, which makes `uc`, `state()` and `flash()`; its vectors are at `VECTORS`."""
+    """A board has `power_on(cause, ram)`, which makes `uc`, and `go(until)`, `execute()`, `state()`, `flash()`; its vectors are
+    at `VECTORS`."""
 
     def __init__(self, elf):
         self.image = []
@@ -52,13 +52,6 @@ class Board:
         self.pc = entry | 1
         self.wanted, self.bytes, self.sent = [], bytearray(), bytearray()
         self.now_ms, self.stall_ms, self.quiet, self.reset_by = 0, 0, 0, None
-
-    def execute(self):
-        try:
-            self.uc.emu_start(self.pc, 0xFFFF_FFFF)
-        except UcError as error:
-            raise RuntimeError(f"{error} at {self.uc.reg_read(UC_ARM_REG_PC):#x}") from error
-        self.pc = self.uc.reg_read(UC_ARM_REG_PC) | 1
 
     def run(self):
         self.quiet, self.sent, self.reset_by = 0, bytearray(), None
@@ -86,7 +79,7 @@ class Board:
     def panic(self):
         """Power comes, and at the program's first instruction its peripherals are taken already: its own panic."""
         self.power_on("power")
-        self.uc.emu_start(self.pc, self.symbols["main"] & ~1)
+        self.go(self.symbols["main"] & ~1)
         self.uc.mem_write(self.symbols["DEVICE_PERIPHERALS"], b"\1")
         self.pc = self.symbols["main"] | 1
         return self.run()

@@ -301,6 +301,24 @@ fn samples_are_summed_up_in_time_and_kept_for_the_program() {
     }
 }
 
+/// What the converter says is missing is told after those samples that were summed up before.
+#[test]
+fn samples_that_wait_are_taken_one_by_one_and_none_is_lost_when_all_begins_anew() {
+    let sums = Sums::<64, 16>::new();
+    let mut desk = Desk::new(MemoryFlash::new());
+    let (mut reader, mut input) = (Reader::new(), Input::new(Potentiometer::<CONVERSIONS>));
+    sums.collect(3 * CONVERSIONS, 3 * CONVERSIONS, |_| 2048);
+    sums.tear();
+    sums.collect(4 * CONVERSIONS, 0, |_| 2048);
+    for taken in 1..=3 {
+        assert!(sums.give_one(&mut reader, &mut input, &mut desk.device));
+        assert_eq!(desk.device.samples(), taken);
+    }
+    assert!(!sums.give_one(&mut reader, &mut input, &mut desk.device));
+    assert!(sums.is_torn());
+    assert_eq!(sums.begin_anew(4 * CONVERSIONS), 1);
+}
+
 /// On while the model is held, blinking while it rings, dark but for a flash a second where nothing happens.
 #[test]
 fn the_light_tells_the_phase() {

@@ -6,7 +6,9 @@ mod accuracy;
 mod cases;
 mod harness;
 mod nucleo;
+mod pico;
 mod pico2;
+mod rp;
 
 /// What is tried on each board alike; the code of its image, where it crashes, is there.
 macro_rules! each_board {
@@ -52,8 +54,10 @@ pub(crate) use each_board;
 
 #[test]
 #[ignore = "needs unicorn: tests/run runs it"]
-fn a_campaign_s_releases_are_the_same_bits_emulated_and_executed_on_either_board() {
+fn a_campaign_s_releases_are_the_same_bits_emulated_and_executed_on_each_board() {
     let nucleo = cases::a_campaign_s_releases::<nucleo::Nucleo>();
     let pico2 = cases::a_campaign_s_releases::<pico2::Pico2>();
     assert_eq!(nucleo, pico2);
+    let pico = cases::a_campaign_s_releases::<pico::Pico>();
+    assert_eq!(nucleo, pico);
 }

@@ -1,34 +1,29 @@
-//! The boot ROM's flash functions (RP2350 datasheet, 5.4.8), called from RAM: while they are at work, and until the fast
-//! way of reading is set up again, nothing can be read from the flash, code neither.
+//! The boot ROM's flash functions (RP2040 datasheet, 2.8.3.1.3; RP2350's, 5.4.8), called from RAM: while
+//! they are at work, and until the fast way of reading is set up again, nothing can be read from the flash,
+//! code neither.
 
-use crate::flash::{Rom, FLASH_BYTES, PAGE, SECTOR};
+use super::chip::FLASH_BYTES;
+use super::flash::{Rom, PAGE, SECTOR};
+use super::hal::rom_data;
+use super::SETUP;
 use core::mem::transmute;
 use core::ptr::{copy_nonoverlapping, read_volatile};
 use cortex_m::asm::{dsb, isb};
-use rp235x_hal::rom_data;
 
 /// Where the flash is seen.
 const XIP: usize = 0x1000_0000;
-/// Where the boot ROM leaves the function that sets up reading as it found best; to be run in RAM (5.4.8.10).
-const BOOT_RAM: usize = 0x400e_0000;
 const SETUP_WORDS: usize = 64;
 /// Erases a block of 64 KiB, where one is to be erased; of sectors there is but one.
-const BLOCK: u32 = 1 << 16;
-const BLOCK_ERASE: u8 = 0xd8;
+const BLOCK: usize = 1 << 16;
+const BLOCK_ERASE: usize = 0xd8;
 
-/// What is to be done to the flash.
-#[derive(Clone, Copy)]
-enum Work {
-    Erase { offset: u32 },
-    Write { offset: u32, page: *const u8 },
-}
+/// A function with four arguments at most, none wider than a register.
+pub type Function = unsafe extern "C" fn(usize, usize, usize, usize);
 
 /// All that is called, found beforehand.
 struct Functions {
     connect: unsafe extern "C" fn(),
     exit_xip: unsafe extern "C" fn(),
-    erase: unsafe extern "C" fn(u32, usize, u32, u8),
-    write: unsafe extern "C" fn(u32, *const u8, usize),
     flush_cache: unsafe extern "C" fn(),
     set_up: unsafe extern "C" fn(),
 }
@@ -38,16 +33,20 @@ pub struct BootRom(());
 
 impl BootRom {
     /// # Safety
-    /// One of them, no interrupt handlers, and the other core not started.
+    /// One of them, and the other core not started.
     pub const unsafe fn new() -> Self {
         Self(())
     }
 
-    fn work(&mut self, work: Work) {
+    /// Calls it while the flash takes commands.
+    ///
+    /// # Safety
+    /// It touches nothing of the flash but by commands, and lies in RAM or the boot ROM.
+    pub unsafe fn call(&mut self, function: Function, arguments: [usize; 4]) {
         let mut code = [0_u32; SETUP_WORDS];
         for (index, word) in code.iter_mut().enumerate() {
-            // SAFETY: RAM of the boot ROM's, readable.
-            *word = unsafe { read_volatile((BOOT_RAM as *const u32).add(index)) };
+            // SAFETY: readable, wherever the chip keeps it.
+            *word = unsafe { read_volatile((SETUP as *const u32).add(index)) };
         }
         // SAFETY: thumb code of that many words at most, which stands wherever it is; now in RAM.
         let set_up =
@@ -57,26 +56,22 @@ impl BootRom {
         let functions = Functions {
             connect: rom_data::connect_internal_flash::ptr(),
             exit_xip: rom_data::flash_exit_xip::ptr(),
-            erase: rom_data::flash_range_erase::ptr(),
-            write: rom_data::flash_range_program::ptr(),
             flush_cache: rom_data::flash_flush_cache::ptr(),
             set_up,
         };
-        // SAFETY: within the networks' places, as the one caller's tests show; nothing runs beside it.
-        cortex_m::interrupt::free(|_| unsafe { in_ram(&functions, work) });
+        // SAFETY: as the caller says; nothing runs beside it.
+        cortex_m::interrupt::free(|_| unsafe { in_ram(&functions, function, &arguments) });
     }
 }
 
 /// Copied to RAM with the variables. It calls nothing but what is given.
 #[inline(never)]
 #[link_section = ".data.in_ram"]
-unsafe fn in_ram(functions: &Functions, work: Work) {
+unsafe fn in_ram(functions: &Functions, function: Function, arguments: &[usize; 4]) {
     (functions.connect)();
     (functions.exit_xip)();
-    match work {
-        Work::Erase { offset } => (functions.erase)(offset, SECTOR, BLOCK, BLOCK_ERASE),
-        Work::Write { offset, page } => (functions.write)(offset, page, PAGE),
-    }
+    let [first, second, third, fourth] = *arguments;
+    function(first, second, third, fourth);
     (functions.flush_cache)();
     (functions.set_up)();
 }
@@ -84,12 +79,21 @@ unsafe fn in_ram(functions: &Functions, work: Work) {
 impl Rom for BootRom {
     fn erase_sector(&mut self, offset: usize) {
         assert!(offset + SECTOR <= FLASH_BYTES);
-        self.work(Work::Erase { offset: offset as u32 });
+        // SAFETY: the boot ROM's, whose arguments take a register each; within the networks' places, as the
+        // caller's tests show.
+        unsafe {
+            let erase: Function = transmute(rom_data::flash_range_erase::ptr());
+            self.call(erase, [offset, SECTOR, BLOCK, BLOCK_ERASE]);
+        }
     }
 
     fn write_page(&mut self, offset: usize, page: &[u8; PAGE]) {
         assert!(offset + PAGE <= FLASH_BYTES);
-        self.work(Work::Write { offset: offset as u32, page: page.as_ptr() });
+        // SAFETY: as above; the page is in RAM.
+        unsafe {
+            let write: Function = transmute(rom_data::flash_range_program::ptr());
+            self.call(write, [offset, page.as_ptr() as usize, PAGE, 0]);
+        }
     }
 
     fn read(&self, offset: usize, room: &mut [u8]) {

@@ -1,4 +1,4 @@
-"""RP2350's USB controller as a device (datasheet 12.7), and the host at the other end of the plug: it resets the bus, asks for
+"""The USB controller of Raspberry Pi's processors as a device (RP2040 datasheet, 4.1; RP2350's, 12.7), and the host at the other end of the plug: it resets the bus, asks for
 descriptors, configures the serial port and then carries bytes, in bulk packets of at most 64.
 
 What the device does that its host or its controller would not take ends the run: a wrong data toggle, a buffer without its
@@ -10,8 +10,10 @@ import struct
 # Offsets of registers.
 ADDR_ENDP, MAIN_CTRL, SIE_CTRL, SIE_STATUS, BUFF_STATUS = 0x00, 0x40, 0x4C, 0x50, 0x58
 EP_STALL_ARM, USB_MUXING, USB_PWR, INTR, INTE, INTS = 0x68, 0x74, 0x78, 0x8C, 0x90, 0x98
-# SIE_STATUS; cleared by writing ones.
-SETUP_REC, BUS_RESET = 1 << 17, 1 << 19
+# SIE_STATUS; cleared by writing ones, but for the state of the line, which is J.
+SETUP_REC, BUS_RESET, CONNECTED, LINE_J = 1 << 17, 1 << 19, 1 << 16, 1 << 2
+# USB_MUXING: TO_DIGITAL_PAD, by which a program makes the line's state itself.
+TO_PADS = 1 << 2
 # INTR, INTE, INTS.
 ON_BUFFER, ON_BUS_RESET, ON_SETUP = 1 << 4, 1 << 12, 1 << 16
 # SIE_CTRL.
@@ -31,9 +33,11 @@ IN, TO_INTERFACE = 0x80, 0x21
 class Controller:
     """Its registers and its memory."""
 
-    def __init__(self):
+    def __init__(self, control, has_e5):
+        # RP2040-E5: on a busy bus it is connected after a reset of that once the program has made the line's state J.
+        self.has_e5, self.has_seen_j = has_e5, not has_e5
         self.memory = bytearray(4096)
-        self.registers = {MAIN_CTRL: 4, SIE_CTRL: 0x8000, USB_MUXING: 1}
+        self.registers = {MAIN_CTRL: control, SIE_CTRL: 0x8000, USB_MUXING: 1}
 
     def read(self, offset):
         if offset in (INTR, INTS):
@@ -41,11 +45,15 @@ class Controller:
             raw = (ON_BUFFER * bool(self.get(BUFF_STATUS)) | ON_BUS_RESET * bool(status & BUS_RESET)
                    | ON_SETUP * bool(status & SETUP_REC))
             return raw if offset == INTR else raw & self.get(INTE)
+        if offset == SIE_STATUS:
+            return self.get(offset) | LINE_J | CONNECTED * self.has_seen_j
         return self.get(offset)
 
     def write(self, offset, value):
         if offset in (SIE_STATUS, BUFF_STATUS):
             value = self.get(offset) & ~value
+        if offset == USB_MUXING and value & TO_PADS:
+            self.has_seen_j = True
         self.registers[offset] = value
 
     def get(self, offset):
@@ -178,7 +186,8 @@ class Host:
         self.address = 0
         self.toggles.clear()
         self.controller.set(SIE_STATUS, BUS_RESET)
-        while self.controller.get(SIE_STATUS) & BUS_RESET:
+        self.controller.has_seen_j = not self.controller.has_e5
+        while self.controller.get(SIE_STATUS) & BUS_RESET or not self.controller.has_seen_j:
             yield
 
     def talk(self):

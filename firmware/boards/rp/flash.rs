@@ -1,8 +1,9 @@
 //! The networks' places in the flash beside the processor: its last 64 KiB.
 //!
-//! Code runs from that flash. While it is erased (45 ms a sector, at most 0.4 s) or written (0.4 ms a page) the processor
-//! is in the boot ROM; DMA goes on into RAM, and USB lets the host wait.
+//! Code runs from that flash. While it is erased (45 ms a sector, at most 0.4 s) or written (0.4 ms a page)
+//! the processor is in the boot ROM; DMA goes on into RAM, and USB lets the host wait.
 
+use super::chip::FLASH_BYTES;
 use embedded_storage::nor_flash::{
     check_erase, check_read, check_write, ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash,
 };
@@ -11,8 +12,7 @@ use yawrig_firmware::slots::SLOT_BYTES;
 /// What the flash writes and erases at once.
 pub const PAGE: usize = 256;
 pub const SECTOR: usize = 4096;
-/// Of the whole flash, and where in it the places begin.
-pub const FLASH_BYTES: usize = 4 * 1024 * 1024;
+/// Where in the flash the places begin.
 pub const BEGIN: usize = FLASH_BYTES - BYTES;
 const BYTES: usize = 4 * SLOT_BYTES;
 

@@ -2,8 +2,9 @@
 
 use yawrig_firmware::conversions::{period, CONVERSIONS_HZ};
 
-/// What the converter's divider holds so that a conversion begins each so many cycles: one less. `None` where that leaves
-/// a remainder, is less than the 96 cycles a conversion takes, or does not fit the divider's 16 bits.
+/// What the converter's divider holds so that a conversion begins each so many cycles: one less. `None`
+/// where that leaves a remainder, is less than the 96 cycles a conversion takes, or does not fit the
+/// divider's 16 bits.
 pub fn divider(clock_hz: u32) -> Option<u16> {
     period(clock_hz).filter(|period| *period >= 95)?.try_into().ok()
 }
@@ -13,8 +14,5 @@ pub const fn readings(microseconds: u64) -> u32 {
     (microseconds * CONVERSIONS_HZ as u64 / 1_000_000) as u32 + 1
 }
 
-/// What DMA's count of transfers holds so that they never end (RP2350 datasheet, 12.6.2.2.1): mode 0xf, and a count that
-/// is not zero, with which a channel stops at once in any mode; the count does not go down.
-pub const ENDLESS: u32 = 0xf << 28 | 0x0fff_ffff;
 /// Within this the first reading comes, by far: a conversion takes 2 us.
 pub const FIRST_READING_US: u64 = 1000;

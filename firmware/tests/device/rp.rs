@@ -1,18 +1,24 @@
-//! What of the board pico2 can be tried without one: its sources, compiled for this machine, on a simulated
-//! boot ROM. The image itself is executed by `tests/tests/board_images`.
+//! What of the boards pico and pico2 can be tried without one: their sources, compiled for this machine, on a simulated boot
+//! ROM. The images themselves are executed by `tests/tests/board_images`.
 
-#[path = "../../boards/pico2/src/flash.rs"]
+#[path = "../../boards/pico2/src/chip.rs"]
+mod chip;
+#[path = "../../boards/rp/flash.rs"]
 mod flash;
-#[path = "../../boards/pico2/src/reset.rs"]
+#[path = "../../boards/pico/src/chip.rs"]
+mod pico;
+#[path = "../../boards/rp/reset.rs"]
 mod reset;
-#[path = "../../boards/pico2/src/serial_number.rs"]
+#[path = "../../boards/rp/serial_number.rs"]
 mod serial_number;
-#[path = "../../boards/pico2/src/timing.rs"]
+#[path = "../../boards/rp/timing.rs"]
 mod timing;
 
+use chip::FLASH_BYTES;
+
 use embedded_storage::nor_flash::{NorFlash, NorFlashErrorKind, ReadNorFlash};
-use flash::{Rom, Slots, BEGIN, FLASH_BYTES, PAGE, SECTOR};
-use timing::{divider, readings, ENDLESS, FIRST_READING_US};
+use flash::{Rom, Slots, BEGIN, PAGE, SECTOR};
+use timing::{divider, readings, FIRST_READING_US};
 use yawrig_firmware::conversions::CONVERSIONS_HZ;
 use yawrig_firmware::ring::Reader;
 use yawrig_firmware::slots::{Slot, Store};
@@ -85,24 +91,17 @@ fn networks_are_kept_in_the_last_64_kib_and_nothing_else_is_touched() {
 
 #[test]
 fn the_sampling_rate_is_exact_or_refused() {
-    // A conversion each 3000 cycles of the converter's 48 MHz (RP2350 datasheet, 12.4.3).
+    // A conversion each 3000 cycles of the converter's 48 MHz (RP2350 datasheet, 12.4.3; RP2040's, 4.9.2).
     assert_eq!(divider(48_000_000), Some(2999));
+    // The first of them is waited for long enough.
+    assert!(readings(FIRST_READING_US) > 10);
     for refused in [0, 48_000_001, 16_000 * 95, 16_000 * 70_000] {
         assert_eq!(divider(refused), None, "{refused}");
     }
 }
 
-/// As the datasheet has it (12.6.2.2.1): mode 0xf goes on for ever, any mode with a count of zero stops at
-/// once.
-#[test]
-fn transfers_never_end_and_the_first_is_waited_for_long_enough() {
-    assert_eq!(ENDLESS >> 28, 0xf);
-    assert_ne!(ENDLESS & 0x0fff_ffff, 0);
-    assert!(readings(FIRST_READING_US) > 10);
-}
-
-/// Readings come 62.5 us apart from the first on, 2 us after each begins; the timer shows whole microseconds,
-/// and DMA is looked at a little after it.
+/// Readings come 62.5 us apart from the first on, 2 us after each begins; the timer shows whole microseconds, and DMA is
+/// looked at a little after it.
 #[test]
 fn time_tells_how_many_readings_there_are() {
     const RING: usize = 16_384;
@@ -125,20 +124,38 @@ fn time_tells_how_many_readings_there_are() {
 }
 
 #[test]
+fn the_image_leaves_the_networks_places_out() {
+    for (board, flash_bytes, begins) in
+        [("pico", pico::FLASH_BYTES, " - 256"), ("pico2", FLASH_BYTES, "")]
+    {
+        let script = format!("{}/boards/{board}/memory.x", env!("CARGO_MANIFEST_DIR"));
+        let script = std::fs::read_to_string(script).expect("the board's");
+        let code = format!("LENGTH = {}K - 64K{begins}\n", flash_bytes / 1024);
+        assert!(script.contains(&code), "{board}: {code}");
+    }
+}
+
+/// RP2350 datasheet, 6.4; RP2040's, 2.10.6.
+#[test]
 fn the_cause_of_a_reset_is_told() {
-    for (chip, watchdog, wanted) in [
-        (1 << 16, 0, Cause::Power),
-        (1 << 17, 0, Cause::Power),
-        (1 << 18, 0, Cause::Pin),
-        (1 << 16, 1, Cause::Watchdog),
-        (1 << 18, 2, Cause::Software),
-        (0, 0, Cause::Unknown),
+    for (chip_reset, pico_reset, watchdog, wanted) in [
+        (1 << 16, 1 << 8, 0, Cause::Power),
+        (1 << 17, 1 << 8 | 1 << 16, 0, Cause::Power),
+        (1 << 18, 1 << 16, 0, Cause::Pin),
+        (1 << 16, 1 << 8, 1, Cause::Watchdog),
+        (1 << 18, 1 << 16, 2, Cause::Software),
+        (0, 0, 0, Cause::Unknown),
     ] {
-        assert_eq!(reset::cause(chip, watchdog), wanted, "{chip:#x} {watchdog}");
+        let pico2 = (chip_reset & chip::HAD_POWER_ON, chip_reset & chip::HAD_RUN_LOW);
+        let pico = (pico_reset & pico::HAD_POWER_ON, pico_reset & pico::HAD_RUN_LOW);
+        for (power, low) in [pico2, pico] {
+            let cause = reset::cause(power != 0, low != 0, watchdog);
+            assert_eq!(cause, wanted, "{chip_reset:#x} {pico_reset:#x} {watchdog}");
+        }
     }
 }
 
 #[test]
-fn the_chip_s_number_is_told_as_its_maker_writes_it() {
-    assert_eq!(&serial_number::digits([0x4d3c, 0x6f5e, 0x0b7a, 0xa1c9]), b"A1C90B7A6F5E4D3C");
+fn the_board_s_number_is_told_as_its_maker_writes_it() {
+    assert_eq!(&serial_number::digits(0xa1c9_0b7a_6f5e_4d3c), b"A1C90B7A6F5E4D3C");
 }
