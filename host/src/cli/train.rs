@@ -155,7 +155,7 @@ fn numbers(outputs: &str, source: &Source) -> Result<Vec<Asked>> {
         Some((name, range)) => match parse_range(range) {
             Ok(Span(range)) => Ok((name.trim(), Some(range))),
             Err(why) => Err(wrong(format!("{name}: {why}"))
-                .help("a number's range stands behind it: coulomb_friction.c=0.05..0.2")),
+                .help(format!("a number's range stands behind it: {name}=LOW..HIGH"))),
         },
     });
     let wanted: Vec<_> = wanted.collect::<Result<_>>()?;
