@@ -224,7 +224,7 @@ fn commands_that_need_hardware_parse() {
             images += 1;
         }
     }
-    assert!(ours.lines().count() >= 5 && images == 2, "{ours}");
+    assert!(ours.lines().count() >= 5 && images >= 3, "{images} images; {ours}");
     let page = Page { path: "boards".into(), text: format!("```sh\n{ours}```\n") };
     walk(&page, &|_| true).unwrap_or_else(|why| panic!("{why}"));
 }

@@ -5,6 +5,7 @@
 //! What can grow here is the host's side, whose resident set is looked at.
 
 use rayon::prelude::*;
+use std::process::Command;
 use std::time::{Duration, Instant};
 use yawrig_link::bench::{Bench, Target};
 use yawrig_rig::{End, Motion, Samples, Sensor, Start};
@@ -75,12 +76,26 @@ fn resident_kib() -> u64 {
     line.split_whitespace().nth(1).and_then(|kib| kib.parse().ok()).expect("a number")
 }
 
-/// Memory is that of the process: one test at a time.
-static ALONE: std::sync::Mutex<()> = std::sync::Mutex::new(());
+/// Memory is that of a process: this test's again, in one that runs no other.
+const ALONE: &str = "YAWRIG_TEST_SOAKS_ALONE";
 
 #[test]
 fn ten_thousand_releases_without_a_miss() {
-    let _alone = ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    if std::env::var_os(ALONE).is_some() {
+        return soak();
+    }
+    let output = Command::new(std::env::current_exe().expect("this program"))
+        .args(["--exact", "soak::ten_thousand_releases_without_a_miss", "--nocapture"])
+        .env(ALONE, "1")
+        .output()
+        .expect("this program again");
+    let said = String::from_utf8_lossy(&output.stdout);
+    print!("{said}");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(said.contains("10000 releases"), "{said}");
+}
+
+fn soak() {
     const ROUNDS: usize = 200;
     let releases = releases();
     let mut desk = Desk::default();
@@ -130,7 +145,6 @@ fn ten_thousand_releases_without_a_miss() {
 #[test]
 #[ignore = "needs QEMU: tests/run runs it"]
 fn two_hundred_releases_on_qemu() {
-    let _alone = ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
     const ROUNDS: usize = 4;
     let releases = releases();
     let mut bench = Bench::open(&Target::Qemu).expect("a board");

@@ -1,8 +1,9 @@
 //! Effects that bend to what simpler ones explain: near the noise they stand only where they are clearly
 //! likelier.
 
-use crate::bic::MARGIN;
+use crate::bic::{self, MARGIN};
 use crate::diagnosis::likelihood::{beyond, evidence, is_explained};
+use crate::diagnosis::search::{DECISIVE, NEAR_NOISE};
 use crate::effects::Effect;
 use crate::fit::fitting::{fit_added, Fitted};
 use crate::fit::free_decay::FreeDecay;
@@ -57,7 +58,16 @@ pub(super) fn instead(
     let best = tried
         .into_par_iter()
         .filter(|(inner, effect)| {
-            linear_gain(decay, inner, effect).0 < PROMISING * accepted.sum_of_squares
+            let (left, more) = linear_gain(decay, inner, effect);
+            let behind = |n| {
+                let numbers = (inner.parameters.len() + more) as f64;
+                bic::gain(left, accepted.sum_of_squares, n, accepted.parameters.len() as f64 - numbers)
+            };
+            // From near the noise a linear step is to be believed.
+            match inner.over_noise(decay) < NEAR_NOISE {
+                true => behind(inner.effective_count()) < DECISIVE,
+                false => left < PROMISING * accepted.sum_of_squares,
+            }
         })
         .map(|(inner, effect)| fit_added(decay, inner, effect))
         .filter(|larger| larger.converged && !is_simple(larger, decay))

@@ -39,7 +39,7 @@ const PROMISING: f64 = 3.0;
 /// Evidence by which one effect is ahead of another, in linear steps from near the noise, for the other not
 /// to be tried. For speed alone: three times what an effect needs to be believed, as a linear step tells less
 /// well than a fit.
-const DECISIVE: f64 = 30.0;
+pub(super) const DECISIVE: f64 = 30.0;
 /// Share of an effect's linear gain that one must reach to be tried in its place.
 const RIVALLING: f64 = 0.7;
 
