@@ -62,6 +62,17 @@ test("trials have the colours of the style sheet, again and again", () => {
   assert.deepEqual(new Set(names), styled);
 });
 
+test("the types know of what kind the page's elements are", () => {
+  const page = readFileSync(new URL("./scripts/index.html", import.meta.url), "utf8");
+  const types = readFileSync(new URL("../../tests/page/globals.d.ts", import.meta.url), "utf8");
+  const made = ["own-try", "own-add", "own-save"];
+  for (const kind of ["Button", "Dialog", "Input", "Select", "Table"]) {
+    const said = types.match(new RegExp(`type ${kind}Id = ([^;]*);`))[1].match(/[\w-]+/g).filter((id) => !made.includes(id));
+    const there = [...page.matchAll(new RegExp(`<${kind.toLowerCase()}\\b[^>]*? id="([^"]*)"`, "g"))].map((m) => m[1]);
+    assert.deepEqual(said.sort(), there.sort());
+  }
+});
+
 test("elements take properties, attributes and listeners", () => {
   const element = { attributes: {}, listeners: {}, children: [], title: "", append(...c) { this.children.push(...c); },
     setAttribute(name, value) { this.attributes[name] = value; }, addEventListener(name, heard) { this.listeners[name] = heard; } };
