@@ -169,7 +169,8 @@ interface Place { time_s: number; text: string }
 interface LiveHistory extends LiveState { trace: LiveTrace; lines: LogLine[]; places: Place[] }
 /** A number of an effect that a device's network says. */
 interface DeviceNumber { name: string; unit: string; value: number; u?: number }
-interface DeviceDerivatives { cn_beta: number; cn_beta_u: number; cn_r: number; cn_r_u: number }
+/** The uncertainties are null in sessions that were stored before devices said them. */
+interface DeviceDerivatives { cn_beta: number; cn_beta_u: number | null; cn_r: number; cn_r_u: number | null }
 interface Logged { text: string; number: number }
 interface WindowLine extends Logged {
   event: "window"; time_s: number; natural_frequency_rad_s: number; damping_ratio: number; numbers: DeviceNumber[];

@@ -3,6 +3,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import test from "node:test";
 import { wrapped } from "./scripts/own.js";
+import { shown } from "./scripts/measure.js";
 import { trialColour } from "./scripts/panels.js";
 import { called } from "./scripts/replay.js";
 import { toldApart } from "./scripts/releases.js";
@@ -32,6 +33,10 @@ test("a caret stays under its character where a line is cut", () => {
   assert.deepEqual(wrapped("abcdef", "   ^", 10), ["abcdef", "   ^"]);
   assert.deepEqual(wrapped("abcdef", "    ^^", 3), ["abc", "def", " ^^"]);
   assert.deepEqual(wrapped("abc", "   ^", 3), ["abc", "", "^"]);
+});
+
+test("a derivative has the digits of its uncertainty, and none of one that was not stored", () => {
+  assert.deepEqual([shown(-0.10623, 0.0021), shown(0.53, 0), shown(-0.5, null)], ["−0.1062 ±\u00a00.0021", "0.5300 ±\u00a00.0000", "−0.5000"]);
 });
 
 test("a session says how long it is and whether it ended", () => {

@@ -33,6 +33,12 @@ export function heard(line) {
   points.push({ at, name: `${spring} ${axis}, ${wind_speed_m_s} m/s`, d: line.derivatives });
 }
 
+/** A derivative with its uncertainty, where that is known. @param {number} value @param {number | null} u */
+export function shown(value, u) {
+  const places = u !== null && u > 0 ? Math.min(Math.max(1 - Math.floor(Math.log10(u)), 0), 9) : 4;
+  return `${value.toFixed(places)}${u === null ? "" : ` ±\u00a0${u.toFixed(places)}`}`.replace("-", "−");
+}
+
 /** @param {LiveState} [state] */
 export function draw(state) {
   if (state) by("live-measure").hidden = !state.is_followed;
@@ -42,10 +48,6 @@ export function draw(state) {
   by("measure-skip").hidden = isOne;
   by("measure-next").textContent = next ? next.text.split("\n").pop() ?? "" : "";
   by("measure-panel").hidden = !points.length;
-  const shown = (/** @type {number} */ value, /** @type {number} */ u) => {
-    const places = u > 0 ? Math.min(Math.max(1 - Math.floor(Math.log10(u)), 0), 9) : 4;
-    return `${value.toFixed(places)} ±\u00a0${u.toFixed(places)}`.replace("-", "−");
-  };
   // Newest first, as in the log: it is what one looks for.
   by("measure-points").tBodies[0].replaceChildren(...points.toReversed().map((p) => make("tr", {},
     ...[p.name, shown(p.d.cn_beta, p.d.cn_beta_u), shown(p.d.cn_r, p.d.cn_r_u)].map((t) => make("td", { textContent: t })))));
