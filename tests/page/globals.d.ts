@@ -120,7 +120,7 @@ interface Law {
 }
 /** The derivatives on one spring at one wind speed (derivatives/table.rs). */
 interface Point {
-  spring: string; wind_speed_m_s: number; reduced_frequency: number;
+  spring: string; wind_speed_m_s: number; at?: Record<string, number | string>; reduced_frequency: number;
   cn_beta: Quantity; cn_r: Quantity; cy_beta: Quantity | null; cy_r: Quantity | null;
 }
 interface Judged {

@@ -3,6 +3,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import test from "node:test";
 import { wrapped } from "./scripts/own.js";
+import { paired } from "./scripts/derivatives.js";
 import { shown } from "./scripts/measure.js";
 import { trialColour } from "./scripts/panels.js";
 import { called } from "./scripts/replay.js";
@@ -37,6 +38,13 @@ test("a caret stays under its character where a line is cut", () => {
 
 test("a derivative has the digits of its uncertainty, and none of one that was not stored", () => {
   assert.deepEqual([shown(-0.10623, 0.0021), shown(0.53, 0), shown(-0.5, null)], ["−0.1062 ±\u00a00.0021", "0.5300 ±\u00a00.0000", "−0.5000"]);
+});
+
+test("derivatives before and after are beside each other by what they are of, not by their number", () => {
+  const [k1, k2, k3] = ["K1", "K2", "K3"].map((spring) => ({ spring, wind_speed_m_s: 10 })), faster = { ...k2, wind_speed_m_s: 20 };
+  assert.deepEqual(paired({ before: [k1, k2], after: [k2, k3] }), [{ before: k1, after: undefined }, { before: k2, after: k2 }, { before: undefined, after: k3 }]);
+  assert.deepEqual(paired({ before: [k2], after: [faster] }).length, 2);
+  assert.deepEqual([paired({ before: null, after: [k1] }), paired({ before: null, after: null })], [[{ before: undefined, after: k1 }], []]);
 });
 
 test("a session says how long it is and whether it ended", () => {

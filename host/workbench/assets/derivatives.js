@@ -57,12 +57,20 @@ function shown(q) {
   return `${q.value.toFixed(places)}(${places ? Math.round(q.u * 10 ** places) : q.u.toFixed(0)})`.replace("-", "−");
 }
 
+/** The points one after the other, before and after beside each other: a step need not have those of another.
+ * @param {Both} both */
+export function paired({ before, after }) {
+  const of = (/** @type {Point} */ p) => JSON.stringify([p.spring, p.wind_speed_m_s, p.at]), earlier = before || [], later = after || [];
+  const pairs = earlier.map((p) => ({ before: p, after: later.find((q) => of(q) === of(p)) }));
+  return [...pairs, ...later.filter((q) => !earlier.some((p) => of(p) === of(q))).map((q) => ({ before: undefined, after: q }))];
+}
+
 /** @param {Both} both @param {("cn_beta" | "cn_r" | "cy_beta" | "cy_r")[]} names @param {string[]} titles */
-function half({ before, after }, names, titles) {
-  const points = before || after || [], speeds = new Set(points.map((p) => p.wind_speed_m_s));
+function half(both, names, titles) {
+  const speeds = new Set([...both.before || [], ...both.after || []].map((p) => p.wind_speed_m_s));
   const called = (/** @type {Point} */ p) => (speeds.size > 1 ? `${p.spring} ${p.wind_speed_m_s} m/s` : p.spring);
-  const rows = points.flatMap((p, k) => [before, after].flatMap((list, which) => (list && list[k] ? make("tr", { className: which ? "after" : "before" },
-    make("td", { textContent: which === 0 || !before ? called(p) : "" }), make("td", { textContent: which ? "after" : "before" }),
-    ...names.map((n) => make("td", { textContent: shown(list[k][n]) }))) : [])));
+  const row = (/** @type {Point | undefined} */ p, /** @type {"before" | "after"} */ which, isNamed = true) => (p ? [make("tr", { className: which },
+    make("td", { textContent: isNamed ? called(p) : "" }), make("td", { textContent: which }), ...names.map((n) => make("td", { textContent: shown(p[n]) })))] : []);
+  const rows = paired(both).flatMap(({ before, after }) => [...row(before, "before"), ...row(after, "after", !before)]);
   return make("table", { className: "numbers" }, make("thead", {}, make("tr", {}, make("th", { textContent: "spring" }), make("th"), ...titles.map((t) => make("th", { textContent: t })))), make("tbody", {}, ...rows));
 }
