@@ -3,6 +3,8 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import test from "node:test";
 import { wrapped } from "./scripts/own.js";
+import { paired } from "./scripts/derivatives.js";
+import { shown } from "./scripts/measure.js";
 import { trialColour } from "./scripts/panels.js";
 import { called } from "./scripts/replay.js";
 import { toldApart } from "./scripts/releases.js";
@@ -34,6 +36,17 @@ test("a caret stays under its character where a line is cut", () => {
   assert.deepEqual(wrapped("abc", "   ^", 3), ["abc", "", "^"]);
 });
 
+test("a derivative has the digits of its uncertainty, and none of one that was not stored", () => {
+  assert.deepEqual([shown(-0.10623, 0.0021), shown(0.53, 0), shown(-0.5, null)], ["−0.1062 ±\u00a00.0021", "0.5300 ±\u00a00.0000", "−0.5000"]);
+});
+
+test("derivatives before and after are beside each other by what they are of, not by their number", () => {
+  const [k1, k2, k3] = ["K1", "K2", "K3"].map((spring) => ({ spring, wind_speed_m_s: 10 })), faster = { ...k2, wind_speed_m_s: 20 };
+  assert.deepEqual(paired({ before: [k1, k2], after: [k2, k3] }), [{ before: k1, after: undefined }, { before: k2, after: k2 }, { before: undefined, after: k3 }]);
+  assert.deepEqual(paired({ before: [k2], after: [faster] }).length, 2);
+  assert.deepEqual([paired({ before: null, after: [k1] }), paired({ before: null, after: null })], [[{ before: undefined, after: k1 }], []]);
+});
+
 test("a session says how long it is and whether it ended", () => {
   const session = { session: "s.jsonl", started: "2026-11-02T10:00:00Z", duration_s: 12.34, releases: 1, marks: 2, is_damaged: false, is_finished: false };
   assert.equal(called(session), "2026-11-02 10:00:00 UTC · 12.3 s, 1 release, 2 marks, never ended · s.jsonl");
@@ -60,6 +73,17 @@ test("trials have the colours of the style sheet, again and again", () => {
   const styled = new Set(readFileSync(new URL("./scripts/workbench.css", import.meta.url), "utf8").match(/trial-\d+(?=:)/g));
   const names = Array.from({ length: 2 * styled.size }, (_, k) => trialColour(k));
   assert.deepEqual(new Set(names), styled);
+});
+
+test("the types know of what kind the page's elements are", () => {
+  const page = readFileSync(new URL("./scripts/index.html", import.meta.url), "utf8");
+  const types = readFileSync(new URL("../../tests/page/globals.d.ts", import.meta.url), "utf8");
+  const made = ["own-try", "own-add", "own-save"];
+  for (const kind of ["Button", "Dialog", "Input", "Select", "Table"]) {
+    const said = types.match(new RegExp(`type ${kind}Id = ([^;]*);`))[1].match(/[\w-]+/g).filter((id) => !made.includes(id));
+    const there = [...page.matchAll(new RegExp(`<${kind.toLowerCase()}\\b[^>]*? id="([^"]*)"`, "g"))].map((m) => m[1]);
+    assert.deepEqual(said.sort(), there.sort());
+  }
 });
 
 test("elements take properties, attributes and listeners", () => {

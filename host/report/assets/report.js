@@ -1,15 +1,22 @@
 "use strict";
 // The overlays of a report: drawn when they come to be seen, with one cursor and one zoom for both plots of a release.
 (() => {
+  /** @type {ReportData} */
   const report = JSON.parse(document.getElementById("report-data")?.textContent ?? "{}");
-  const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  const axis = label => ({
+  const colour = (/** @type {string} */ name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const axis = (/** @type {string} */ label) => ({
     label, stroke: () => colour("--ink"), labelFont: "13px system-ui, sans-serif", font: "12px system-ui, sans-serif",
     grid: { stroke: () => colour("--line"), width: 1 }, ticks: { stroke: () => colour("--line"), width: 1 },
   });
+  /** @type {(digits: number) => uPlot.Series.Value} */
   const number = digits => (_, value) => value == null ? "-" : value.toFixed(digits);
+  /** @type {{ chart: uPlot, box: HTMLElement, height: number }[]} */
   const drawn = [];
 
+  /**
+   * @param {HTMLElement} box @param {number} release @param {string} title @param {string} label @param {number} height
+   * @param {uPlot.Series[]} series @param {uPlot.AlignedData} values
+   */
   function plot(box, release, title, label, height, series, values) {
     const options = {
       title, width: box.clientWidth, height,
@@ -23,13 +30,18 @@
     return chart;
   }
 
-  function draw(figure) {
+  function draw(/** @type {HTMLElement} */ figure) {
     if (figure.dataset.drawn) return;
     figure.dataset.drawn = "yes";
     const index = Number(figure.dataset.release), trace = report.releases[index].trace;
+    /** @type {HTMLElement | null} */
     const box = figure.querySelector(".plots");
-    const { quantity, unit = "deg", amplitude_unit = "deg", motion = "yaw" } = trace.said || {};
-    const name = { rate: amplitude_unit === "deg" ? `${motion} rate` : "rate", acceleration: "acceleration", displacement: "displacement" }[quantity] || `${motion} angle`;
+    if (!trace || !box) return;
+    const { quantity = "angle", unit = "deg", amplitude_unit = "deg", motion = "yaw" } = trace.said || {};
+    /** @type {Record<string, string>} */
+    const names = { rate: amplitude_unit === "deg" ? `${motion} rate` : "rate", acceleration: "acceleration", displacement: "displacement" };
+    const name = names[quantity] || `${motion} angle`;
+    /** @type {(label: string, k: number, width: number, dash?: number[]) => uPlot.Series} */
     const line = (label, k, width, dash) =>
       ({ label, stroke: () => colour("--curve-" + (k % 7 + 1)), width, dash, value: number(4), points: { show: false } });
     const plots = [
@@ -45,7 +57,7 @@
       const follow = () => {
         if (busy) return;
         busy = true;
-        const { min, max } = one.scales.x;
+        const { min, max } = /** @type {{ min: number, max: number }} */ (one.scales.x);
         for (const other of plots) if (other !== one) other.setScale("x", { min, max });
         busy = false;
       };
@@ -53,7 +65,7 @@
     }
   }
 
-  const figures = [...document.querySelectorAll("figure.live")];
+  const figures = [.../** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll("figure.live"))];
   // Browsers lay out what a closed one holds, so that its size tells nothing.
   const seen = () => figures.filter(f => !f.closest("details:not([open])")).forEach(draw);
   seen();
@@ -66,7 +78,7 @@
   // On paper the colours are those of the light page.
   matchMedia("print").addEventListener("change", again);
 
-  function save(blob, name) {
+  function save(/** @type {Blob} */ blob, /** @type {string} */ name) {
     const link = document.createElement("a");
     link.href = URL.createObjectURL(blob);
     link.download = name;
@@ -75,10 +87,11 @@
   }
 
   // A drawing as an image of its own, in the colours of a light page, which stand in it.
+  /** @param {SVGSVGElement} svg @returns {Promise<{ one: HTMLImageElement, width: number, height: number }>} */
   function image(svg) {
     const { width, height } = svg.viewBox.baseVal;
-    const copy = svg.cloneNode(true);
-    for (const [name, value] of [["xmlns", "http://www.w3.org/2000/svg"], ["width", width], ["height", height]]) copy.setAttribute(name, value);
+    const copy = /** @type {SVGSVGElement} */ (svg.cloneNode(true));
+    for (const [name, value] of [["xmlns", "http://www.w3.org/2000/svg"], ["width", `${width}`], ["height", `${height}`]]) copy.setAttribute(name, value);
     copy.setAttribute("font-family", "sans-serif");
     return new Promise((done, fail) => {
       const one = new Image();
@@ -89,7 +102,7 @@
   }
 
   // All drawings of a figure below each other, two pixels for each of theirs.
-  async function png(figure, name) {
+  async function png(/** @type {Element} */ figure, /** @type {string} */ name) {
     const parts = await Promise.all([...figure.querySelectorAll("svg")].map(image));
     const canvas = document.createElement("canvas"), scale = 2;
     canvas.width = scale * Math.max(...parts.map(p => p.width));
@@ -102,7 +115,7 @@
       pen.drawImage(one, 0, y, scale * width, scale * height);
       y += scale * height;
     }
-    canvas.toBlob(blob => save(blob, name), "image/png");
+    canvas.toBlob(blob => { if (blob) save(blob, name); }, "image/png");
   }
 
   document.querySelectorAll("main > section figure").forEach((figure, k) => {

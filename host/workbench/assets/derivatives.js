@@ -1,8 +1,9 @@
 // Derivatives of a campaign, with the second-order model and with the present one.
 import { by, get, make } from "./talk.js";
 
-let plot = null;
+let /** @type {LinePlot | null} */ plot = null;
 
+/** @param {State} state @param {Act} act */
 export async function refresh(state, act) {
   const pane = by("pane-derivatives");
   if (pane.hidden) return;
@@ -32,6 +33,7 @@ export async function refresh(state, act) {
   }
   parts.push(make("p", { className: "caption", textContent: "Cn_r per radian against reduced frequency, bars of two standard uncertainties: second-order model grey, present model blue." }), host, table(both));
   pane.replaceChildren(...parts);
+  /** @type {(list: Point[] | null, colour: string) => PlotMark[]} */
   const points = (list, colour) => (list || []).map((p) => ({ x: p.reduced_frequency, y: p.cn_r.value, u: p.cn_r.u, colour }));
   const marks = [...points(both.before, "measured"), ...points(both.after, "model")];
   plot = Plots.lines(host, { x: { label: "reduced frequency", range: (a, b) => [0, (b || 1) * 1.05] }, y: { label: "Cn_r (1/rad)" }, marks: () => marks, cursor: false });
@@ -40,24 +42,35 @@ export async function refresh(state, act) {
   plot.set(Plots.joined(ends), [{ invisible: true }, { invisible: true }]);
 }
 
-function table({ before, after }) {
-  return make("div", {}, half(before, after, ["cn_beta", "cn_r"], ["Cn_β", "Cn_r"]), half(before, after, ["cy_beta", "cy_r"], ["Cy_β", "Cy_r"]),
+/** @typedef {{ before: Point[] | null, after: Point[] | null }} Both */
+/** @param {Both} both */
+function table(both) {
+  return make("div", {}, half(both, ["cn_beta", "cn_r"], ["Cn_β", "Cn_r"]), half(both, ["cy_beta", "cy_r"], ["Cy_β", "Cy_r"]),
     make("p", { className: "caption", textContent: "Per radian, Cn about the middle axis; Cn_r is the combined Cn_r − Cn_β̇. In brackets the standard uncertainty (k = 1) in units of the last digits." }));
 }
 
-/** To the second digit of the uncertainty. */
+/** To the second digit of the uncertainty. @param {Quantity | null} q */
 function shown(q) {
   if (!q) return "–";
-  if (!(q.u > 0)) return q.value.toFixed(4).replace("-", "−");
+  if (!(q.u && q.u > 0)) return q.value.toFixed(4).replace("-", "−");
   const places = Math.min(8, Math.max(0, 1 - Math.floor(Math.log10(q.u))));
   return `${q.value.toFixed(places)}(${places ? Math.round(q.u * 10 ** places) : q.u.toFixed(0)})`.replace("-", "−");
 }
 
-function half(before, after, names, titles) {
-  const speeds = new Set((before || after).map((p) => p.wind_speed_m_s));
-  const called = (p) => (speeds.size > 1 ? `${p.spring} ${p.wind_speed_m_s} m/s` : p.spring);
-  const rows = (before || after).flatMap((p, k) => [before, after].map((list, which) => (list && list[k] ? make("tr", { className: which ? "after" : "before" },
-    make("td", { textContent: which === 0 || !before ? called(p) : "" }), make("td", { textContent: which ? "after" : "before" }),
-    ...names.map((n) => make("td", { textContent: shown(list[k][n]) }))) : null))).filter(Boolean);
+/** The points one after the other, before and after beside each other: a step need not have those of another.
+ * @param {Both} both */
+export function paired({ before, after }) {
+  const of = (/** @type {Point} */ p) => JSON.stringify([p.spring, p.wind_speed_m_s, p.at]), earlier = before || [], later = after || [];
+  const pairs = earlier.map((p) => ({ before: p, after: later.find((q) => of(q) === of(p)) }));
+  return [...pairs, ...later.filter((q) => !earlier.some((p) => of(p) === of(q))).map((q) => ({ before: undefined, after: q }))];
+}
+
+/** @param {Both} both @param {("cn_beta" | "cn_r" | "cy_beta" | "cy_r")[]} names @param {string[]} titles */
+function half(both, names, titles) {
+  const speeds = new Set([...both.before || [], ...both.after || []].map((p) => p.wind_speed_m_s));
+  const called = (/** @type {Point} */ p) => (speeds.size > 1 ? `${p.spring} ${p.wind_speed_m_s} m/s` : p.spring);
+  const row = (/** @type {Point | undefined} */ p, /** @type {"before" | "after"} */ which, isNamed = true) => (p ? [make("tr", { className: which },
+    make("td", { textContent: isNamed ? called(p) : "" }), make("td", { textContent: which }), ...names.map((n) => make("td", { textContent: shown(p[n]) })))] : []);
+  const rows = paired(both).flatMap(({ before, after }) => [...row(before, "before"), ...row(after, "after", !before)]);
   return make("table", { className: "numbers" }, make("thead", {}, make("tr", {}, make("th", { textContent: "spring" }), make("th"), ...titles.map((t) => make("th", { textContent: t })))), make("tbody", {}, ...rows));
 }

@@ -1,11 +1,11 @@
 // A file dropped on the page, from any folder: read, or asked about, and opened.
-import { by, make, post, send } from "./talk.js";
+import { by, first, make, post, send } from "./talk.js";
 
 const QUANTITIES = [["", "what its unit says"], ["angle", "an angle"], ["rate", "a rate"], ["acceleration", "an acceleration"], ["displacement", "a displacement, or anything in proportion to it"]];
 
-/** `opened` is called with the release that a file has become. */
+/** `opened` is called with the release that a file has become. @param {Choose} opened @param {Failed} failed */
 export function take(opened, failed) {
-  const holds = (event) => event.dataTransfer && [...event.dataTransfer.types].includes("Files");
+  const holds = (/** @type {DragEvent} */ event) => event.dataTransfer && [...event.dataTransfer.types].includes("Files");
   document.addEventListener("dragover", (event) => { if (holds(event)) { event.preventDefault(); document.body.classList.add("dropping"); } });
   document.addEventListener("dragleave", (event) => { if (!event.relatedTarget) document.body.classList.remove("dropping"); });
   document.addEventListener("drop", async (event) => {
@@ -18,30 +18,37 @@ export function take(opened, failed) {
   });
 }
 
+/** @param {string} file @param {Reading} reading @param {Choose} opened */
 async function open(file, reading, opened) {
   opened((await post("/api/do", { do: "open", file, reading })).release);
 }
 
-/** Opens what is clear; of anything else the user says what it is. */
+/** Opens what is clear; of anything else the user says what it is.
+ * @param {Posts["/api/as_read"]["answer"]} asked @param {Choose} opened */
 async function answered(asked, opened) {
   if (asked.is_clear) return open(asked.file, {}, opened);
-  return new Promise((done) => ask(asked, opened, done));
+  return new Promise((/** @type {(none?: undefined) => void} */ done) => ask(asked, opened, done));
 }
 
+/** @param {Asked} asked @param {Choose} opened @param {() => void} done */
 function ask(asked, opened, done) {
   const dialog = by("drop-dialog");
   const usable = asked.channels.filter((c) => !c.wrong);
-  const fields = {};
-  const field = (name, label, element) => make("label", {}, `${label} `, (fields[name] = element));
-  const options = (pairs) => pairs.map(([value, textContent]) => make("option", { value, textContent }));
-  const channel = (c) => {
+  const field = (/** @type {string} */ label, /** @type {Node} */ element) => make("label", {}, `${label} `, element);
+  const options = (/** @type {string[][]} */ pairs) => pairs.map(([value, textContent]) => make("option", { value, textContent }));
+  const channel = (/** @type {Channel} */ c) => {
     const input = make("input", { type: "radio", name: "drop-channel", value: c.name, disabled: !!c.wrong });
     return make("label", { className: "channel" }, input, make("span", { className: "name", textContent: c.unit ? `${c.name}, ${c.unit}` : c.name }), sketch(c.sketch), make("span", { className: "caption", textContent: c.wrong || `${c.numbers} numbers` }));
   };
+  const quantity = make("select", {}, ...options(QUANTITIES)), unit = make("input", { size: 8, placeholder: "its unit" });
+  const time = make("select", {}, ...options([["", "the one that is called so"], ...usable.map((c) => [c.name, c.name])]));
+  const rate = make("input", { size: 8, inputMode: "decimal" });
   const error = make("p", { className: "error", textContent: asked.why });
+  /** @returns {Reading} */
   const reading = () => {
-    const chosen = dialog.querySelector("input[name=drop-channel]:checked");
-    const out = { yaw: chosen ? chosen.value : null, time: fields.time.value, quantity: fields.quantity.value, unit: fields.unit.value.trim(), rate_hz: fields.rate.value ? +fields.rate.value : null };
+    /** @type {HTMLInputElement | null} */
+    const chosen = first("input[name=drop-channel]:checked", dialog);
+    const out = { yaw: chosen ? chosen.value : null, time: time.value, quantity: quantity.value, unit: unit.value.trim(), rate_hz: rate.value ? +rate.value : null };
     return Object.fromEntries(Object.entries(out).filter(([, value]) => value));
   };
   const close = () => { dialog.close(); done(); };
@@ -55,13 +62,13 @@ function ask(asked, opened, done) {
   };
   dialog.replaceChildren(make("h2", { textContent: `${asked.file}: which of its channels swings?` }), error,
     make("div", { className: "channels" }, ...asked.channels.map(channel)),
-    make("p", { className: "row" }, field("quantity", "It is", make("select", {}, ...options(QUANTITIES))), field("unit", "in", make("input", { size: 8, placeholder: "its unit" }))),
-    make("p", { className: "row" }, field("time", "Time", make("select", {}, ...options([["", "the one that is called so"], ...usable.map((c) => [c.name, c.name])]))), field("rate", "or samples a second", make("input", { size: 8, inputMode: "decimal" }))),
+    make("p", { className: "row" }, field("It is", quantity), field("in", unit)),
+    make("p", { className: "row" }, field("Time", time), field("or samples a second", rate)),
     make("p", { className: "row" }, make("button", { type: "button", id: "drop-open", className: "primary", textContent: "Open", onclick: submit }), make("button", { type: "button", textContent: "Cancel", onclick: close })));
   dialog.showModal();
 }
 
-/** A channel's course, 120 by 26. */
+/** A channel's course, 120 by 26. @param {Column} values */
 function sketch(values) {
   const name = "http://www.w3.org/2000/svg";
   const svg = document.createElementNS(name, "svg"), line = document.createElementNS(name, "polyline");

@@ -1,10 +1,10 @@
 // The measured law: asked for, drawn over the cuts, and the ways to take it into the model.
-import { by, focused, get, make, ratio } from "./talk.js";
+import { by, first, focused, get, make, ratio } from "./talk.js";
 import { seen, showMeasured, trialColour } from "./panels.js";
 
-let law = null, drawn = "", asked = 0;
+let /** @type {Law | null} */ law = null, drawn = "", asked = 0;
 
-/** What is known of the law by now. */
+/** What is known of the law by now. @param {State} state @param {Act} act */
 export async function refresh(state, act) {
   const release = seen.release, mine = ++asked;
   let answer = null;
@@ -24,6 +24,7 @@ export async function refresh(state, act) {
  * @type {{ left: string, host: HTMLElement } | null}
  */
 let shown = null;
+/** @param {LeftByLaw} left */
 function picture(left) {
   if (shown?.left === JSON.stringify(left)) return shown.host;
   const host = make("div", { className: "plot left", role: "img", "aria-label": `${left.y_label} over ${left.x_label}` });
@@ -34,24 +35,26 @@ function picture(left) {
   return host;
 }
 
-const change = ([before, after]) => `${ratio(before)} → ${ratio(after)}`;
+const change = (/** @type {BeforeAfter} */ [before, after]) => `${ratio(before)} → ${ratio(after)}`;
 
+/** @param {State} state @param {Act} act */
 function draw(state, act) {
   const box = by("law"), busy = !!state.job;
   box.hidden = !law;
   if (!law) return box.replaceChildren();
   const { measured, found } = law;
-  const button = (name, text, title, job) => make("button", { type: "button", textContent: text, title, disabled: busy, "data-focus": `law-${name}`, onclick: () => act(job) });
-  const add = (effect, text, title) => button(effect, text, title, { do: "add", effect });
+  const button = (/** @type {string} */ name, /** @type {string} */ text, /** @type {string} */ title, /** @type {Job} */ job) => make("button", { type: "button", textContent: text, title, disabled: busy, "data-focus": `law-${name}`, onclick: () => act(job) });
+  const add = (/** @type {string} */ effect, /** @type {string} */ text, /** @type {string} */ title) => button(effect, text, title, { do: "add", effect });
+  /** @type {HTMLElement[]} */
   const parts = [make("strong", { textContent: "measured_law" }),
     make("p", { className: "caption", textContent: `from ${law.file}, known to ${ratio(law.yaw_deg)} ${law.units[0]} and ${ratio(law.rate_deg_s)} ${law.units[1]}` })];
   if (measured) parts.push(make("p", { textContent: `Residual over noise ${change(measured.residual_over_noise)}, held out ${change(measured.held_out_over_noise)}.` }));
   if (!found) parts.push(make("p", { className: "caption", textContent: measured ? "The formulas that it may be are being fitted." : "A first law; its band is being computed." }));
   else {
-    if (found.memory) parts.push(make("p", { className: "memory", textContent: `${found.memory}.` }), add(found.remembers, `Add as ${found.remembers}`, `yawrig add ${found.remembers}`));
+    if (found.memory && found.remembers) parts.push(make("p", { className: "memory", textContent: `${found.memory}.` }), add(found.remembers, `Add as ${found.remembers}`, `yawrig add ${found.remembers}`));
     if (found.beside) parts.push(make("p", { className: "memory", textContent: `${found.beside}.` }));
     if (found.left) parts.push(picture(found.left));
-    const may_drive = measured.may_drive, how = may_drive ? " --may-drive" : "";
+    const may_drive = !!measured?.may_drive, how = may_drive ? " --may-drive" : "";
     parts.push(button("measured_law", "Add as measured", `The curves themselves, fitted to all ticked releases: yawrig add measured_law${how}`, { do: "add", effect: "measured_law", may_drive }));
     parts.push(may_drive
       ? button("drive", "Measure again, taking energy out", "The damping takes energy out at every rate, as without wind.", { do: "law" })
@@ -70,5 +73,5 @@ function draw(state, act) {
   }
   const focus = focused();
   box.replaceChildren(...parts);
-  if (focus && focus.startsWith("law-")) box.querySelector(`[data-focus="${CSS.escape(focus)}"]`)?.focus({ preventScroll: true });
+  if (focus && focus.startsWith("law-")) first(`[data-focus="${CSS.escape(focus)}"]`, box)?.focus({ preventScroll: true });
 }

@@ -4,26 +4,37 @@ import * as numbers from "./numbers.js";
 import * as replay from "./replay.js";
 import { by, get, make, post } from "./talk.js";
 
+/** @typedef {"natural_frequency_rad_s" | "damping_ratio"} WindowColumn */
 const SPAN_S = 30, MOST = 6000, MOST_LINES = 200, RESULTS = 40;
+/** @type {LiveTrace} */
 const trace = { time_s: [], low_deg: [], high_deg: [] };
+const COLUMNS = /** @type {const} */ (["time_s", "low_deg", "high_deg"]);
 /** Marks and releases on the trace; the device's last word on a release. */
-let places = [], said = null;
-let windows = [], isOpen = false, plots = {}, due = false, last = 0, state = { is_followed: false }, fail = (_error) => {};
+let /** @type {{ x: number, text: string }[]} */ places = [], /** @type {LogLine | null} */ said = null;
+let /** @type {WindowLine[]} */ windows = [], isOpen = false, due = false, last = 0, /** @type {Failed} */ fail = () => {};
+let /** @type {{ trace: LinePlot, wn: LinePlot, zeta: LinePlot } | null} */ plots = null;
+/** Until the server has said what is. @type {LiveState} */
+let state = { epoch: 0, is_followed: false, device: "", samples: 0, missing_samples: 0, recording: null, replay: null, fault: null };
 // What is taken belongs to one beginning; news that come while its history is asked for wait.
-let refused = "", epoch = null, asking = false, waiting = [];
+let refused = "", /** @type {number | null} */ epoch = null, asking = false, /** @type {LiveNews[]} */ waiting = [];
 
-export function build(say, failed) {
+/** @param {Failed} failed */
+export function build(failed) {
   fail = failed;
-  plots.trace = Plots.lines(by("plot-live"), { x: { label: "session time (s)" }, y: { label: "yaw angle (deg)" }, places: () => places, cursor: false });
-  const marks = (column) => () => windows.map((w, k) => ({ x: w.time_s, y: w[column], colour: k === windows.length - 1 ? "ghost" : "model" }));
-  plots.wn = Plots.lines(by("plot-live-wn"), { x: { label: "session time (s)" }, y: { label: "wn (rad/s)" }, marks: marks("natural_frequency_rad_s"), cursor: false });
-  plots.zeta = Plots.lines(by("plot-live-zeta"), { x: { label: "session time (s)" }, y: { label: "damping ratio" }, marks: marks("damping_ratio"), cursor: false });
+  const marks = (/** @type {WindowColumn} */ column) => () => windows.map((w, k) => ({ x: w.time_s, y: w[column], colour: k === windows.length - 1 ? "ghost" : "model" }));
+  plots = {
+    trace: Plots.lines(by("plot-live"), { x: { label: "session time (s)" }, y: { label: "yaw angle (deg)" }, places: () => places, cursor: false }),
+    wn: Plots.lines(by("plot-live-wn"), { x: { label: "session time (s)" }, y: { label: "wn (rad/s)" }, marks: marks("natural_frequency_rad_s"), cursor: false }),
+    zeta: Plots.lines(by("plot-live-zeta"), { x: { label: "session time (s)" }, y: { label: "damping ratio" }, marks: marks("damping_ratio"), cursor: false }),
+  };
+  /** @type {ActLive} */
   const done = async (what) => {
     refused = "";
     try { await post("/api/do", what); } catch (/** @type {any} */ error) { refused = what.do === "replay" ? `${error.message}\n${error.help}` : ""; fail(error); draw(); }
   };
   // One after the other: two at once may arrive in another order.
   let queue = Promise.resolve();
+  /** @type {ActLive} */
   const act = (what) => { queue = queue.then(() => done(what)); return queue; };
   by("live-connect").onclick = () => {
     if (state.is_followed || state.replay) act({ do: "disconnect" });
@@ -43,7 +54,7 @@ export function build(say, failed) {
 }
 
 let told = () => {};
-/** Calls `listener` when there is another verdict on what is live. */
+/** Calls `listener` when there is another verdict on what is live. @param {() => void} listener */
 export const onVerdict = (listener) => { told = listener; };
 
 /** What is live, in a line, and its details; null while the releases are looked at. */
@@ -60,7 +71,7 @@ export async function open() {
   asking = true;
   try {
     const now = await get("/api/live");
-    for (const name of Object.keys(trace)) trace[name] = [];
+    for (const name of COLUMNS) trace[name] = [];
     windows = []; places = []; said = null; last = 0; epoch = now.epoch;
     measure.forget();
     numbers.forget();
@@ -90,7 +101,7 @@ export async function toggle() {
 async function offer() {
   try {
     const [{ ports }, { sessions }] = await Promise.all([get("/api/devices"), get("/api/sessions")]);
-    const choice = (id, options, before) => {
+    const choice = (/** @type {"live-device" | "live-session"} */ id, /** @type {Node[]} */ options, /** @type {string} */ before) => {
       const chosen = by(id).value || before;
       by(id).replaceChildren(...options);
       if (chosen) by(id).value = chosen;
@@ -99,28 +110,31 @@ async function offer() {
     choice("live-device", [make("option", { value: "emulated", textContent: "emulated" }), make("option", { value: "qemu", textContent: "qemu" }),
       ...ports.map((p) => make("option", { value: p.path, textContent: `${p.path}  ${p.description}` }))], state.device);
     choice("live-session", sessions.map((s) => make("option", { value: s.session, textContent: replay.called(s), title: s.session })),
-      state.replay && state.replay.file.replace(/\.csv(\.partial)?$/, ""));
+      state.replay ? state.replay.file.replace(/\.csv(\.partial)?$/, "") : "");
   } catch (error) { fail(error); }
   drawHead();
 }
 
+/** @param {LiveNews} news */
 export function heard(news) {
   if (asking) { waiting.push(news); return; }
-  if (news.state.epoch < epoch) return;
+  if (epoch !== null && news.state.epoch < epoch) return;
   if (news.state.epoch !== epoch) { waiting.push(news); open(); return; }
   take({ ...news.state, trace: news.trace, lines: news.lines });
 }
 
-/** Space, arrows and brackets while a stored session is on the page. Whether the key was one of them. */
+/** Space, arrows and brackets while a stored session is on the page. Whether the key was one of them.
+ * @param {KeyboardEvent} event */
 export const key = (event) => !by("live").hidden && !!state.replay && replay.key(event);
 
+/** @param {LiveState & Partial<LiveHistory>} now */
 function take(now) {
   const was = state;
   state = now;
   if (now.trace) {
     const { time_s } = trace, known = time_s.length ? time_s[time_s.length - 1] : -1;
     const from = now.trace.time_s.findIndex((t) => t > known);
-    for (const name of Object.keys(trace)) {
+    for (const name of COLUMNS) {
       if (from >= 0) trace[name].push(...now.trace[name].slice(from));
       if (trace[name].length > MOST) trace[name].splice(0, trace[name].length - MOST);
     }
@@ -131,13 +145,13 @@ function take(now) {
     measure.heard(line);
     numbers.heard(line);
     if (line.event === "window") { windows.push(line); if (windows.length > RESULTS) windows.shift(); }
-    if (line.event === "mark") places.push({ x: line.time_s, text: line.note || line.text.replace(/^mark at [^:]*: /, "") });
+    if (line.event === "mark") places.push({ x: line.time_s, text: line.text.replace(/^mark at [^:]*: /, "") });
     if (["release", "refined"].includes(line.event)) { said = line; told(); }
     const lost = ["gap", "events_lost", "restarted", "silent", "disconnected", "refused"].includes(line.event);
     by("live-log").prepend(make("li", { className: lost ? "lost" : "", textContent: line.text, "data-event": line.event }));
     if (line.event === "recorded") offer();
   }
-  while (by("live-log").childElementCount > MOST_LINES) by("live-log").lastChild.remove();
+  while (by("live-log").childElementCount > MOST_LINES) by("live-log").lastChild?.remove();
   if (now.fault && (!was.fault || was.fault.message !== now.fault.message)) fail(now.fault);
   if (now.replay) by("live-source").value = "session";
   drawHead();
@@ -151,12 +165,12 @@ function drawHead() {
   connect.textContent = state.is_followed ? "Disconnect" : state.replay ? "Leave" : isSession ? "Show" : "Connect";
   connect.classList.toggle("primary", !isOn);
   connect.disabled = !isOn && isSession && !by("live-session").options.length;
-  for (const id of ["live-source", "live-device", "live-session"]) by(id).disabled = isOn;
+  for (const id of /** @type {const} */ (["live-source", "live-device", "live-session"])) by(id).disabled = isOn;
   by("live-device").hidden = isSession;
   by("live-speed").hidden = isSession || !["emulated", "qemu"].includes(by("live-device").value);
   by("live-speed").disabled = isOn;
   by("live-session").hidden = !isSession;
-  for (const id of ["live-record", "live-mark", "live-note"]) { by(id).hidden = isSession; by(id).disabled = !state.is_followed; }
+  for (const id of /** @type {const} */ (["live-record", "live-mark", "live-note"])) { by(id).hidden = isSession; by(id).disabled = !state.is_followed; }
   by("live-record").textContent = state.recording ? "Stop recording" : "Record";
   by("live-record").classList.toggle("on", !!state.recording);
   const count = by("live-count");
@@ -179,8 +193,8 @@ function why() {
 }
 
 function draw() {
-  if (by("live").hidden) return;
-  const { time_s, low_deg, high_deg } = trace, xs = [], ys = [];
+  if (!plots || by("live").hidden) return;
+  const { time_s, low_deg, high_deg } = trace, /** @type {number[]} */ xs = [], /** @type {Column} */ ys = [];
   const first = state.replay ? state.replay.from_s : 0;
   const end = time_s.length ? time_s[time_s.length - 1] : first, from = time_s.findIndex((t) => t >= end - SPAN_S);
   for (let k = Math.max(from, 0); k < time_s.length; k++) {
@@ -195,7 +209,9 @@ function draw() {
   plots.trace.set([xs, ys], [{ colour: "model", width: 1.2 }], [Math.max(first, end - SPAN_S), Math.max(end, first + SPAN_S)]);
   plots.trace.say(xs.length ? null : why());
   numbers.draw();
-  for (const [plot, column] of [[plots.wn, "natural_frequency_rad_s"], [plots.zeta, "damping_ratio"]]) {
+  /** @type {[LinePlot, WindowColumn][]} */
+  const results = [[plots.wn, "natural_frequency_rad_s"], [plots.zeta, "damping_ratio"]];
+  for (const [plot, column] of results) {
     plot.set([windows.map((w) => w.time_s), windows.map((w) => w[column])], [{ invisible: true }]);
     plot.say(windows.length ? null : "each three cycles of a release");
   }

@@ -2,14 +2,15 @@
 import { by } from "./talk.js";
 
 const RESULTS = 40;
-let windows = [], releases = [], plots = [];
+let /** @type {WindowLine[]} */ windows = [], /** @type {ReleaseLine[]} */ releases = [], /** @type {LinePlot[]} */ plots = [];
 
-/** The name and unit of a number, as the device last said it. */
+/** The name and unit of a number, as the device last said it. @param {number} k */
 const called = (k) => {
   const last = windows[windows.length - 1], number = last && last.numbers[k];
   return number ? `${number.name.split(".").pop()}${number.unit === "1" ? "" : ` (${number.unit})`}` : "";
 };
 
+/** @param {number} k @returns {PlotMark[]} */
 const points = (k) => [
   ...windows.filter((w) => w.numbers[k]).map((w) => ({ x: w.time_s, y: w.numbers[k].value, colour: "model" })),
   ...releases.filter((r) => r.numbers[k]).map((r) => ({ x: r.time_s, y: r.numbers[k].value, u: r.numbers[k].u, colour: "ghost" })),
@@ -23,12 +24,11 @@ export function forget() {
   windows = []; releases = [];
 }
 
-/** Takes a line of the log. */
+/** Takes a line of the log. @param {LogLine} line */
 export function heard(line) {
-  if (!line.numbers || !line.numbers.length) return;
-  const all = line.event === "window" ? windows : releases;
-  all.push(line);
-  if (all.length > RESULTS) all.shift();
+  if (!("numbers" in line) || !line.numbers.length) return;
+  if (line.event === "window") windows.push(line); else releases.push(line);
+  for (const all of [windows, releases]) if (all.length > RESULTS) all.shift();
 }
 
 export function draw() {

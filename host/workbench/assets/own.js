@@ -2,26 +2,30 @@
 import { by, first, make, post } from "./talk.js";
 import { seen, showLaw } from "./panels.js";
 
+/** @type {OwnForm} */
 const form = {
   id: "my_effect", title: "My effect", moment: "-c * sign(r)",
   parameters: [{ name: "c", unit: "rad/s2", start: "0.05", min: "0", max: "" }],
 };
-let timer = null, number = 0, good = false, showing = false;
+let /** @type {number | undefined} */ timer = undefined, number = 0, good = false, showing = false;
 
-/** The pane; `act` takes steps, `say` tells how one went. */
+const FIELDS = /** @type {const} */ (["name", "unit", "start", "min", "max"]);
+
+/** The pane; `act` takes steps, `say` tells how one went.
+ * @param {Act} act @param {(text: string) => void} say @param {Failed} failed */
 export function build(act, say, failed) {
   const changed = () => { clearTimeout(timer); timer = setTimeout(preview, 120); };
-  const field = (name, label, /** @type {"input" | "textarea"} */ tag = "input") => make("label", {}, label,
+  const field = (/** @type {"id" | "title" | "moment"} */ name, /** @type {string} */ label, /** @type {"input" | "textarea"} */ tag = "input") => make("label", {}, label,
     make(tag, { value: form[name], spellcheck: false, autocomplete: "off", "data-field": name, oninput: (e) => { form[name] = e.target.value; changed(); } }));
   const rows = make("tbody", { id: "own-parameters" });
   const drawRows = () => rows.replaceChildren(...form.parameters.map((p, k) => make("tr", {},
-    ...["name", "unit", "start", "min", "max"].map((name) => make("td", {}, make("input", {
+    ...FIELDS.map((name) => make("td", {}, make("input", {
       value: p[name], spellcheck: false, "aria-label": `parameter ${k + 1}: ${name}`, "data-field": `parameters.${k}.${name}`,
       oninput: (e) => { p[name] = e.target.value; changed(); },
     }))),
     make("td", { className: "x" }, make("button", { type: "button", textContent: "×", title: "take this parameter away", "aria-label": `take parameter ${k + 1} away`, onclick: () => { form.parameters.splice(k, 1); drawRows(); changed(); } })))));
   drawRows();
-  const defined = async (then) => {
+  const defined = async (/** @type {(effect: string) => void} */ then) => {
     if (!await preview()) return;
     try { then((await post("/api/do", { do: "define", form })).effect); } catch (error) { failed(error); }
   };
@@ -30,10 +34,10 @@ export function build(act, say, failed) {
     field("id", "id: lower-case letters, digits, _"), field("title", "title"),
     field("moment", "moment (rad/s²) of b angle (rad), r rate (rad/s), t time (s), wn, wind (m/s); of a displacement in its unit", "textarea"),
     make("pre", { className: "caret", id: "own-error", hidden: true, role: "status" }),
-    make("table", { className: "parameters" }, make("thead", {}, make("tr", {}, ...["name", "unit", "start", "min", "max", ""].map((t) => make("th", { textContent: t })))), rows),
+    make("table", { className: "parameters" }, make("thead", {}, make("tr", {}, ...[...FIELDS, ""].map((t) => make("th", { textContent: t })))), rows),
     make("div", { className: "row" },
       make("button", { type: "button", textContent: "+ parameter", onclick: () => { form.parameters.push({ name: "", unit: "1", start: "1", min: "", max: "" }); drawRows(); changed(); } }),
-      make("button", { type: "button", id: "own-try", textContent: "Try", title: "Fit the release with it; nothing is written", onclick: () => defined((effect) => act({ do: "try", release: seen.release, effect })) }),
+      make("button", { type: "button", id: "own-try", textContent: "Try", title: "Fit the release with it; nothing is written", onclick: () => defined((effect) => { if (seen.release !== null) act({ do: "try", release: seen.release, effect }); }) }),
       make("button", { type: "button", id: "own-add", textContent: "Add", title: "Into the model, its text with it", onclick: () => defined((effect) => act({ do: "add", effect, why: null })) }),
       make("button", { type: "button", id: "own-save", textContent: "Save", title: "As a file beside the model, for --effect", onclick: async () => {
         try { say(`saved as ${(await post("/api/do", { do: "save", form })).file}`); } catch (error) { failed(error); }
@@ -41,7 +45,7 @@ export function build(act, say, failed) {
     make("p", { className: "caption", textContent: "abs sign exp ln log10 sqrt sin cos tan asin acos atan atan2 sinh cosh tanh pow (^) min max, and pi. The violet line in the two cuts is the moment with each parameter at its start." })));
 }
 
-/** Shows the law while the pane is open. */
+/** Shows the law while the pane is open. @param {boolean} is */
 export function opened(is) {
   showing = is;
   if (is) preview(); else showLaw(null);
@@ -49,21 +53,23 @@ export function opened(is) {
 
 async function preview() {
   const mine = ++number;
+  /** @type {Posts["/api/preview"]["answer"]} */
   let found;
   try { found = await post("/api/preview", { release: seen.release, form }); } catch (/** @type {any} */ error) { found = { error: { message: error.message, help: error.help, at: null } }; }
   if (mine !== number) return good;
   const box = by("own-error");
   document.querySelectorAll("#pane-own [aria-invalid]").forEach((e) => e.removeAttribute("aria-invalid"));
-  good = !found.error;
-  for (const id of ["own-try", "own-add", "own-save"]) by(id).disabled = !good || (id === "own-try" && seen.release === null);
-  if (found.error) {
+  good = !("error" in found);
+  for (const id of /** @type {const} */ (["own-try", "own-add", "own-save"])) by(id).disabled = !good || (id === "own-try" && seen.release === null);
+  if ("error" in found) {
     const { at, message, help } = found.error;
+    /** @type {HTMLInputElement | HTMLTextAreaElement | null} */
     const field = at && first(`#pane-own [data-field="${at.field}"]`);
     if (field) field.setAttribute("aria-invalid", "true");
     const value = field ? field.value.replace(/[\n\r]/g, " ") : "";
     // The characters before stand for themselves, so that the caret is under its character whatever the width.
     const characters = Math.max(20, Math.floor((by("pane-own").clientWidth - 40) / 7.3));
-    const lines = field ? wrapped(value, " ".repeat(at.column) + "^".repeat(at.width), characters) : [];
+    const lines = field && at ? wrapped(value, " ".repeat(at.column) + "^".repeat(at.width), characters) : [];
     box.textContent = [...lines, message, help].filter(Boolean).join("\n");
     box.className = "caret";
     box.hidden = false;
@@ -77,7 +83,8 @@ async function preview() {
   return good;
 }
 
-/** A long line and its caret cut after so many characters, each piece of the one over that of the other. */
+/** A long line and its caret cut after so many characters, each piece of the one over that of the other.
+ * @param {string} text @param {string} caret @param {number} width */
 export function wrapped(text, caret, width) {
   const out = [];
   for (let at = 0; at < Math.max(text.length, caret.length); at += width) {

@@ -1,9 +1,9 @@
 // The panels: one cursor and one stretch of time for all of them.
-import { by, digits, first, get, ratio } from "./talk.js";
+import { by, digits, get, ratio } from "./talk.js";
 
 /**
  * What is looked at. `span` is in seconds of the record's clock; nulls for all of it.
- * @type {{ release: number | null, span: (number | null)[], ghost: string | null, view: any, curves: any, fault: any }}
+ * @type {{ release: number | null, span: Span, ghost: string | null, view: View | null, curves: Curves | null, fault: Fault | null }}
  */
 export const seen = { release: null, span: [null, null], ghost: null, view: null, curves: null, fault: null };
 
@@ -12,21 +12,24 @@ export const DIAGNOSIS = "the diagnosis";
 const isDiagnosis = () => seen.ghost === DIAGNOSIS;
 
 let heard = () => {};
-/** Calls `listener` whenever another view of the release is there. */
+/** Calls `listener` whenever another view of the release is there. @param {() => void} listener */
 export const onView = (listener) => { heard = listener; };
 
+/** @typedef {"damping" | "stiffness"} CutPanel @typedef {"wn" | "zeta"} AmplitudePanel */
 const TRIALS = 5;
 const time = { label: "time in the record (s)" };
-const zoomed = (from, to) => zoom(from, to);
-const plots = {};
+const zoomed = (/** @type {number | null} */ from, /** @type {number | null} */ to) => zoom(from, to);
+const plots = /** @type {Record<"overlay" | "residual" | CutPanel | AmplitudePanel | "spectrum", LinePlot> & { phase: PlanePlot }} */ ({});
 
 /** Words and units of what is looked at. */
 const ANGLE = { recorded: "yaw angle", unit: "deg", coordinate: "yaw angle", word: "yaw", rate: "yaw rate", of: "deg", rate_unit: "deg/s", moment: "rad/s²", shows_rest: true };
+/** @returns {Units} */
 const units = () => (seen.curves && seen.curves.units) || ANGLE;
 
 /** The part of its record that a release is; `moved` asks for another. */
-let cutTo = (_from, _to) => {};
-export const onCut = (listener) => { cutTo = listener; };
+/** @typedef {(from: number | null, to: number | null) => void} Cutting */
+let /** @type {Cutting} */ cutTo = () => {};
+export const onCut = (/** @type {Cutting} */ listener) => { cutTo = listener; };
 
 /** Only what is in view is analysed, or all of the record again. */
 export function cut() {
@@ -37,53 +40,60 @@ export function cut() {
   cutTo(from, to);
 }
 
+/** @param {0 | 1} which @param {number} x */
 function moved(which, x) {
-  const now = seen.curves.cut_s || [null, null], time_s = +seconds(x, 2);
-  seen.curves.cut_s = which === 0 ? [time_s, now[1]] : [now[0], time_s];
-  seen.curves.analysed_s[which] = time_s;
-  cutTo(seen.curves.cut_s[0], seen.curves.cut_s[1]);
+  const c = seen.curves;
+  if (!c || !c.analysed_s) return;
+  const now = c.cut_s || [null, null], time_s = +seconds(c, x, 2);
+  c.cut_s = which === 0 ? [time_s, now[1]] : [now[0], time_s];
+  c.analysed_s[which] = time_s;
+  cutTo(c.cut_s[0], c.cut_s[1]);
 }
 
-/** A time with the digits that the record's length asks for, and so many more. */
-function seconds(t, more = 0) {
-  const [first, last] = seen.curves.whole_s;
+/** A time with the digits that the record's length asks for, and so many more.
+ * @param {Curves} c @param {number} t */
+function seconds(c, t, more = 0) {
+  const [first, last] = c.whole_s;
   return t.toFixed(Math.min(9, Math.max(0, 2 - Math.floor(Math.log10(last - first || 1))) + 1 + more));
 }
 
 /** Where what is analysed begins and ends, and why. */
 function drawEnds() {
-  const c = seen.curves, at = c && c.analysed_s;
+  const c = seen.curves, why = c && c.analysed, [from, to] = c && c.analysed_s ? c.analysed_s.map((t) => seconds(c, t)) : [];
   const caption = by("overlay-caption");
-  caption.textContent = at ? `${seconds(at[0])} to ${seconds(at[1])} s` : "";
-  caption.title = at ? `analysed from ${seconds(at[0])} s (${c.analysed[0]}) to ${seconds(at[1])} s (${c.analysed[1]})` : "";
+  caption.textContent = why ? `${from} to ${to} s` : "";
+  caption.title = why ? `analysed from ${from} s (${why[0]}) to ${to} s (${why[1]})` : "";
   by("uncut-button").hidden = !(c && c.cut_s);
 }
 
 export function build() {
-  const pointed = (source) => (t) => point(t, source);
-  plots.overlay = Plots.lines(by("plot-overlay"), { x: { label: "" }, y: { label: () => `${units().recorded} (${units().unit})`, size: 46 }, zoomed, pointed: pointed("overlay"), ends: () => seen.curves && seen.curves.analysed_s, reasons: () => seen.curves.analysed, moved });
+  const pointed = (/** @type {Pointed} */ source) => (/** @type {number | null} */ t) => point(t, source);
+  plots.overlay = Plots.lines(by("plot-overlay"), { x: { label: "" }, y: { label: () => `${units().recorded} (${units().unit})`, size: 46 }, zoomed, pointed: pointed("overlay"), ends: { at: () => seen.curves?.analysed_s ?? null, reasons: () => seen.curves?.analysed ?? [], moved } });
   by("uncut-button").onclick = () => cutTo(null, null);
   plots.residual = Plots.lines(by("plot-residual"), {
     x: time, y: { label: () => `residual (${units().unit})`, size: 46 }, zoomed, pointed: pointed("residual"),
-    band: () => seen.curves && seen.curves.noise_deg * 2,
+    band: () => 2 * (seen.curves?.noise_deg ?? 0),
   });
   plots.phase = Plots.plane(by("plot-phase"), { x: () => `${units().coordinate} (${units().of})`, y: () => `${units().rate} (${units().rate_unit})`, unit: () => units().moment, least: shows });
-  const law = (id, label) => Plots.lines(by(id), { x: { label }, y: { label: () => units().moment, range: (min, max) => around(id, min, max, beside[id]) }, marks: () => marks[id] || [], cursor: false });
-  plots.damping = law("plot-damping", () => `rate (${units().rate_unit})`);
-  plots.stiffness = law("plot-stiffness", () => `${units().word} (${units().of})`);
-  const amplitude = (id, y, x) => Plots.lines(by(id), {
-    x: { label: x, range: (min, max) => amplitudes(min, max) }, y: { label: y, range: (min, max) => around(id, min, max) }, marks: () => marks[id] || [],
+  const law = (/** @type {CutPanel} */ id, /** @type {Label} */ label) => Plots.lines(by(`plot-${id}`), { x: { label }, y: { label: () => units().moment, range: (min, max) => around(id, min, max, beside[id]) }, marks: () => marks[id], cursor: false });
+  plots.damping = law("damping", () => `rate (${units().rate_unit})`);
+  plots.stiffness = law("stiffness", () => `${units().word} (${units().of})`);
+  const amplitude = (/** @type {AmplitudePanel} */ id, /** @type {string} */ y) => Plots.lines(by(`plot-${id}`), {
+    x: { label: () => units().of, range: amplitudes }, y: { label: y, range: (min, max) => around(id, min, max) }, marks: () => marks[id],
     pointed: (a) => point(a === null ? null : when(a), "amplitude"),
   });
-  plots.wn = amplitude("plot-wn", "wn (rad/s)", () => units().of);
-  plots.zeta = amplitude("plot-zeta", "damping ratio", () => units().of);
+  plots.wn = amplitude("wn", "wn (rad/s)");
+  plots.zeta = amplitude("zeta", "damping ratio");
   plots.spectrum = Plots.lines(by("plot-spectrum"), {
     x: { label: "frequency (Hz)", range: (min, max) => [0, (max || 1) * 1.02] }, y: { label: "share of power (%)", range: (_, max) => [0, (max || 1) * 1.08] }, cursor: false,
   });
 }
 
 /** What is drawn as points, and values of lines that are to be seen whole, by plot. */
-const marks = {}, beside = {};
+/** @type {Record<CutPanel | AmplitudePanel, PlotMark[]>} */
+const marks = { damping: [], stiffness: [], wn: [], zeta: [] };
+/** @type {Record<CutPanel, number[]>} */
+const beside = { damping: [], stiffness: [] };
 
 /** A missing moment below this is noise: it keeps its pale colour however little else there is. */
 function shows() {
@@ -94,16 +104,17 @@ function shows() {
 
 /** The page asks for the record and what is known of it; old answers are thrown away. */
 let asked = 0;
-export async function show(release) {
+export async function show(/** @type {number} */ release) {
   if (release !== seen.release) { seen.span = [null, null]; seen.view = null; seen.curves = null; seen.ghost = null; }
   seen.release = release;
   await refresh();
 }
 
-/** What is to be drawn; throws what is wrong with a record that is bad data. */
-async function drawable(path, query) {
-  const answer = await get(path, query);
-  if (answer.fault) throw Object.assign(new Error(answer.fault.message), answer.fault);
+/** What is to be drawn; throws what is wrong with a record that is bad data.
+ * @template {object} T @param {Promise<T | { fault: Fault }>} asked @returns {Promise<T>} */
+async function drawable(asked) {
+  const answer = await asked;
+  if ("fault" in answer) throw Object.assign(new Error(answer.fault.message), answer.fault);
   return answer;
 }
 
@@ -112,15 +123,15 @@ export async function refresh() {
   if (release === null) return draw();
   const [from, to] = seen.span;
   const points = Math.max(300, Math.round(by("plot-overlay").clientWidth * 1.5));
-  const curves = drawable("/api/curves", { release, from, to, points, ghost: seen.ghost });
-  const view = drawable("/api/view", { release, from, to, ghost: seen.ghost });
+  const curves = drawable(get("/api/curves", { release, from, to, points, ghost: seen.ghost }));
+  const view = drawable(get("/api/view", { release, from, to, ghost: seen.ghost }));
   try {
     const now = await curves;
     if (number !== asked) return;
     seen.curves = now; seen.fault = null;
     drawTime();
     if (!document.documentElement.dataset.firstPicture) document.documentElement.dataset.firstPicture = String(Math.round(performance.now()));
-  } catch (error) {
+  } catch (/** @type {any} */ error) {
     if (number !== asked) return;
     seen.curves = null; seen.fault = error;
     drawTime();
@@ -128,8 +139,8 @@ export async function refresh() {
   try {
     const now = await view;
     if (number !== asked) return;
-    seen.view = now.pending ? null : now;
-  } catch (error) {
+    seen.view = "pending" in now ? null : now;
+  } catch (/** @type {any} */ error) {
     if (number !== asked) return;
     seen.view = null;
     seen.fault = error;
@@ -138,8 +149,9 @@ export async function refresh() {
   heard();
 }
 
+/** @param {number | null} from @param {number | null} to */
 export function zoom(from, to) {
-  if (from !== null) {
+  if (from !== null && to !== null) {
     const [first, last] = seen.curves ? seen.curves.whole_s : [from, to];
     if (to - from < 0.05) return;
     from = Math.max(first, from); to = Math.min(last, to);
@@ -149,7 +161,8 @@ export function zoom(from, to) {
   refresh();
 }
 
-/** Narrower (share below 1) or wider about the middle; by a share of its width to the side. */
+/** Narrower (share below 1) or wider about the middle; by a share of its width to the side.
+ * @param {number} share */
 export function zoomBy(share, aside = 0) {
   if (!seen.curves) return;
   const [first, last] = seen.curves.whole_s, from = seen.span[0] ?? first, to = seen.span[1] ?? last;
@@ -160,7 +173,7 @@ export function zoomBy(share, aside = 0) {
 
 // The cursor.
 
-/** Amplitude at a time, between the windows; and the time of an amplitude. */
+/** Amplitude at a time, between the windows; and the time of an amplitude. @param {number | null} t */
 function envelope(t) {
   const w = seen.view && seen.view.measured;
   if (!w || w.length < 2 || t === null) return null;
@@ -173,22 +186,25 @@ function envelope(t) {
   }
   return w[w.length - 1][0];
 }
-function when(amplitude) {
+function when(/** @type {number} */ amplitude) {
   const w = seen.view && seen.view.measured;
   if (!w || !w.length) return null;
   return w.reduce((best, row) => (Math.abs(row[0] - amplitude) < Math.abs(best[0] - amplitude) ? row : best))[5];
 }
+/** @param {number | null} t @returns {PlaneState} */
 function stateAt(t) {
   const s = seen.view && seen.view.states;
   if (!s || t === null || t < s.time_s[0]) return null;
   const k = s.time_s.findIndex((time) => time >= t);
   if (k < 1) return null;
   const share = (t - s.time_s[k - 1]) / (s.time_s[k] - s.time_s[k - 1]);
-  const mix = (v) => v[k - 1] + share * (v[k] - v[k - 1]);
+  const mix = (/** @type {number[]} */ v) => v[k - 1] + share * (v[k] - v[k - 1]);
   return [mix(s.yaw_deg), mix(s.rate_deg_s)];
 }
 
 let pointing = false;
+/** @typedef {"overlay" | "residual" | "amplitude"} Pointed */
+/** @param {number | null} t @param {Pointed} source */
 function point(t, source) {
   if (pointing) return;
   pointing = true;
@@ -200,7 +216,7 @@ function point(t, source) {
   pointing = false;
 }
 
-/** The amplitudes that the stretch of time holds. */
+/** The amplitudes that the stretch of time holds. @type {Ranged} */
 function amplitudes(min, max) {
   const [from, to] = seen.span;
   if (from !== null && to !== null && seen.view) {
@@ -211,10 +227,11 @@ function amplitudes(min, max) {
   return [Math.max(0, (min ?? 0) - pad), (max ?? 1) + pad];
 }
 
-/** What is measured with its bars, not every trial and not a bar that is long by chance: they would press the rest flat. */
+/** What is measured with its bars, not every trial and not a bar that is long by chance: they would press the rest flat.
+ * @type {(id: CutPanel | AmplitudePanel, min: number | null, max: number | null, more?: number[]) => Limits} */
 function around(id, min, max, more = []) {
-  const points = marks[id] || [], usual = points.map((m) => m.u || 0).sort((a, b) => a - b)[points.length >> 1] || 0;
-  const bar = (m) => 2 * Math.min(m.u || 0, 2.5 * usual);
+  const points = marks[id], usual = points.map((m) => m.u || 0).sort((a, b) => a - b)[points.length >> 1] || 0;
+  const bar = (/** @type {PlotMark} */ m) => 2 * Math.min(m.u || 0, 2.5 * usual);
   const values = [...points.map((m) => [m.y - bar(m), m.y + bar(m)]), ...more];
   if (!values.length) return [min ?? 0, max ?? 1];
   const sorted = values.flat().sort((a, b) => a - b);
@@ -231,6 +248,7 @@ function draw() {
   drawAmplitude();
 }
 
+/** @returns {Limits | null} */
 function limits() {
   const c = seen.curves;
   return c ? [seen.span[0] ?? c.whole_s[0], seen.span[1] ?? c.whole_s[1]] : null;
@@ -248,14 +266,13 @@ function drawTime() {
     plots.overlay.set([[]], []); plots.residual.set([[]], []); plots.residual.say(BLANK);
     return;
   }
-  const overlay = [c.time_s, c.measured_deg], how = [{ colour: "measured", width: 1.6 }];
+  const /** @type {PlotColumns} */ overlay = [c.time_s, c.measured_deg], /** @type {PlotLine[]} */ how = [{ colour: "measured", width: 1.6 }];
   if (c.model_deg) { overlay.push(c.model_deg); how.push({ colour: "model", width: 1 }); }
   if (c.ghost_deg) { overlay.push(c.ghost_deg); how.push({ colour: "ghost", width: 1.2, dash: [6, 4] }); }
   plots.overlay.set(overlay, how, limits());
-  const key = first(".key.ghost");
-  key.hidden = !c.ghost_deg;
-  key.textContent = c.ghost_deg ? `with ${c.ghost_title}` : "";
-  const residual = [c.time_s], styles = [];
+  by("key-ghost").hidden = !c.ghost_deg;
+  by("key-ghost").textContent = c.ghost_deg ? `with ${c.ghost_title}` : "";
+  const /** @type {PlotColumns} */ residual = [c.time_s], /** @type {PlotLine[]} */ styles = [];
   const alone = c.ghost === DIAGNOSIS;
   by("residual-caption").textContent = alone ? `measured less model with ${c.ghost_title}; band: ±2 noise` : "measured less model; band: ±2 noise";
   if (c.residual_deg && !alone) { residual.push(c.residual_deg); styles.push({ colour: "model", width: 1 }); }
@@ -265,31 +282,36 @@ function drawTime() {
 }
 
 /** The law of an effect that is being written, for the cuts; null for none. */
-let law = null;
-export function showLaw(now) { law = now; cutKeys(); drawWhere(); }
+let /** @type {OwnLaw | null} */ law = null;
+export function showLaw(/** @type {OwnLaw | null} */ now) { law = now; cutKeys(); drawWhere(); }
 
 /** The measured law with its formulas; null for none. */
-let measured = null;
-export function showMeasured(now) { measured = now && now.cuts ? now : null; cutKeys(); drawWhere(); }
+let /** @type {Law | null} */ measured = null;
+export function showMeasured(/** @type {Law | null} */ now) { measured = now && now.cuts ? now : null; cutKeys(); drawWhere(); }
 /** The keys take the place of the caption. */
 function cutKeys() {
-  first(".key.own").hidden = !law;
-  first(".key.law").hidden = !measured;
+  by("key-own").hidden = !law;
+  by("key-law").hidden = !measured;
   by("cuts-caption").hidden = !!(law || measured);
 }
 
-/** The measured law with its band and its names as lines of a cut; the values that are to be seen. */
-function drawMeasured(name, column, tables, how) {
-  if (!measured) return [];
-  const cut = measured.cuts[name], x = cut[column], y = cut.moment_rad_s2;
-  if (cut.u) {
+/** What is drawn along a cut. @template M @param {Cuts<M>} cuts @param {Cut} name */
+const along = ({ damping_law, stiffness_law }, name) => (name === "damping_law"
+  ? { x: damping_law.rate_deg_s, y: damping_law.moment_rad_s2 } : { x: stiffness_law.yaw_deg, y: stiffness_law.moment_rad_s2 });
+
+/** The measured law with its band and its names as lines of a cut; the values that are to be seen.
+ * @param {Cut} name @param {PlotTable[]} tables @param {PlotLine[]} how */
+function drawMeasured(name, tables, how) {
+  if (!measured || !measured.cuts) return [];
+  const { u } = measured.cuts[name], { x, y } = along(measured.cuts, name);
+  if (u) {
     // The upper edge is filled down to the lower.
-    tables.push({ x, y: y.map((v, k) => v - 2 * cut.u[k]) }, { x, y: y.map((v, k) => v + 2 * cut.u[k]) });
+    tables.push({ x, y: y.map((v, k) => v - 2 * u[k]) }, { x, y: y.map((v, k) => v + 2 * u[k]) });
     how.push({ colour: "law", width: 0, spanGaps: true, alpha: 0 }, { colour: "law", width: 0, spanGaps: true, alpha: 1, filledTo: how.length });
   }
   for (const [k, n] of (measured.found ? measured.found.names : []).entries()) {
-    const line = n.cuts[name];
-    tables.push({ x: line[column], y: line.moment_rad_s2 });
+    if (!n.cuts) continue;
+    tables.push(along(n.cuts, name));
     how.push({ colour: trialColour(k), width: 1, dash: [5, 3], alpha: 0.8, spanGaps: true });
   }
   tables.push({ x, y });
@@ -305,22 +327,22 @@ function drawWhere() {
   // Of a rate or an acceleration the residual shows no moment.
   const hidden = v && !units().shows_rest ? `A residual in ${units().unit} does not show it:\nmeasure the law.` : null;
   plots.phase.say(hidden);
-  const cut = (plot, id, name, column) => {
+  const cut = (/** @type {CutPanel} */ id, /** @type {Cut} */ name) => {
     const rows = v ? v.where[name] : [];
     marks[id] = rows.map(([x, y, u]) => ({ x, y, u, colour: "model" }));
     if (ghost) marks[id].push(...ghost[name].map(([x, y, u]) => ({ x, y, u, colour: "ghost" })));
-    const tables = [{ x: marks[id].map((m) => m.x), y: marks[id].map((m) => m.y) }];
+    const /** @type {PlotTable[]} */ tables = [{ x: marks[id].map((m) => m.x), y: marks[id].map((m) => m.y) }];
     /** @type {PlotLine[]} */
     const how = [{ invisible: true }];
-    beside[id] = drawMeasured(name, column, tables, how);
-    if (law) { tables.push({ x: law[name][column], y: law[name].moment_rad_s2 }); how.push({ colour: "own", width: 1.6, spanGaps: true }); }
-    plot.set(Plots.joined(tables), how);
-    plot.say(law || measured ? null : v ? hidden && BLANK : BLANK);
+    beside[id] = drawMeasured(name, tables, how);
+    if (law) { tables.push(along(law, name)); how.push({ colour: "own", width: 1.6, spanGaps: true }); }
+    plots[id].set(Plots.joined(tables), how);
+    plots[id].say(law || measured ? null : v ? hidden && BLANK : BLANK);
   };
-  cut(plots.damping, "plot-damping", "damping_law", "rate_deg_s");
-  cut(plots.stiffness, "plot-stiffness", "stiffness_law", "yaw_deg");
+  cut("damping", "damping_law");
+  cut("stiffness", "stiffness_law");
   const bars = v ? v.where.frequency : [];
-  const columns = [bars.map((b) => b[0]), bars.map((b) => 100 * b[1])];
+  const /** @type {PlotColumns} */ columns = [bars.map((b) => b[0]), bars.map((b) => 100 * b[1])];
   /** @type {PlotLine[]} */
   const how = [{ colour: "model", bars: true, width: 0 }];
   if (ghost) { columns.push(ghost.frequency.map((b) => 100 * b[1])); how.push({ colour: "ghost", width: 1.5 }); }
@@ -328,18 +350,18 @@ function drawWhere() {
   plots.spectrum.say(v ? null : BLANK);
 }
 
-/** The colour of the `k`th trial. */
+/** The colour of the `k`th trial. @param {number} k */
 export const trialColour = (k) => `trial-${(k % TRIALS) + 1}`;
 
 function drawAmplitude() {
   const v = seen.view;
-  for (const [plot, id, column] of [[plots.wn, "plot-wn", 1], [plots.zeta, "plot-zeta", 3]]) {
+  for (const [id, column] of /** @type {const} */ ([["wn", 1], ["zeta", 3]])) {
     const measured = v ? v.measured : [];
-    marks[id] = measured.map((w) => ({ x: w[0], y: w[column], u: w[column + 1], colour: "measured" }));
+    marks[id] = measured.map((w) => ({ x: w[0], y: w[column], u: w[column === 1 ? 2 : 4], colour: "measured" }));
     const tables = [{ x: measured.map((w) => w[0]), y: measured.map((w) => w[column]) }];
     /** @type {PlotLine[]} */
     const how = [{ invisible: true }];
-    const line = (points, style) => {
+    const line = (/** @type {AmplitudePoint[]} */ points, /** @type {PlotLine} */ style) => {
       const sorted = [...points].sort((a, b) => a[0] - b[0]);
       tables.push({ x: sorted.map((w) => w[0]), y: sorted.map((w) => w[column]) });
       how.push({ spanGaps: true, ...style });
@@ -348,17 +370,18 @@ function drawAmplitude() {
     for (const [k, trial] of (v ? v.trials : []).slice(0, TRIALS).entries()) {
       if (trial.points) line(trial.points, { colour: trialColour(k), width: trial.effect === seen.ghost ? 2.2 : 1, alpha: trial.effect === seen.ghost ? 1 : 0.6, dash: [5, 3] });
     }
-    plot.set(Plots.joined(tables), how);
-    plot.say(v ? null : BLANK);
+    plots[id].set(Plots.joined(tables), how);
+    plots[id].say(v ? null : BLANK);
   }
 }
 
 /** The figures of this release, for the head of the page. */
 export function figures() {
   const v = seen.view;
-  const set = (id, text, kind) => { const e = by(id); e.textContent = text; e.className = kind || ""; };
+  const set = (/** @type {string} */ id, /** @type {string} */ text, kind = "") => { const e = by(id); e.textContent = text; e.className = kind; };
   set("figure-white", v ? (v.is_white ? "white" : `not white, ${digits(v.correlation, 2)}`) : "–", v ? (v.is_white ? "good" : "warn") : "");
-  by("figure-white").parentElement.title = v
+  const figure = by("figure-white").parentElement;
+  if (figure) figure.title = v
     ? `Lag-one correlation of this release's residual: ${digits(v.correlation, 2)}. White noise stays within ±${digits(v.correlation_of_white, 2)}.` : "";
   set("figure-wn", v ? v.natural_frequency_rad_s.text : "–");
   set("figure-zeta", v ? v.damping_ratio.text : "–");

@@ -6,15 +6,31 @@
  * How a column is drawn.
  * @typedef {{ colour?: string, width?: number, alpha?: number, dash?: number[], spanGaps?: boolean, bars?: boolean,
  *   invisible?: boolean, filledTo?: number }} PlotLine
+ * @typedef {[from: number, to: number]} Limits
+ * @typedef {string | (() => string)} Label
+ * @typedef {(min: number | null, max: number | null) => Limits} Ranged
+ * @typedef {[x: number[], ...y: Column[]]} PlotColumns
+ * @typedef {{ label: Label, range?: Ranged, size?: number }} PlotAxis
+ * @typedef {{ x: number, y: number, u?: number | null, colour: string }} PlotMark
+ * @typedef {{ x: number[], y: Column }} PlotTable
+ * @typedef {{ x: PlotAxis, y: PlotAxis, zoomed?: (min: number | null, max: number | null) => void,
+ *   pointed?: (x: number | null) => void, band?: () => number | null, ends?: PlotEnds, marks?: () => PlotMark[],
+ *   places?: () => { x: number, text: string }[], cursor?: false }} PlotOptions
+ * @typedef {{ at: () => Limits | null, reasons: () => string[], moved: (which: 0 | 1, x: number) => void }} PlotEnds
+ * @typedef {{ resize: (width: number, height: number) => void, redraw: () => void }} Drawn
+ * @typedef {[yaw_deg: number, rate_deg_s: number] | null} PlaneState
+ * @typedef {ReturnType<typeof Plots.lines>} LinePlot
+ * @typedef {ReturnType<typeof Plots.plane>} PlanePlot
  */
 
 const Plots = (() => {
   const FONT = '11px system-ui, -apple-system, "Segoe UI", Roboto, "DejaVu Sans", sans-serif';
 
-  /** The page's colour of that name. */
+  /** The page's colour of that name. @param {string | undefined} name */
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim() || "#888";
 
-  /** A number as ticks show it, with the digits that tell it from the next, `step` on. */
+  /** A number as ticks show it, with the digits that tell it from the next, `step` on.
+   * @param {number} x @param {number} [step] */
   function tick(x, step) {
     if (x === 0) return "0";
     const size = Math.abs(x);
@@ -25,94 +41,114 @@ const Plots = (() => {
     return x.toFixed(Math.min(places, 12)).replace("-", "−");
   }
 
+  /** @type {Set<Drawn>} */
   const all = new Set();
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => all.forEach((plot) => plot.redraw()));
 
-  /** Columns over one x from columns over their own; what is not there is null. */
+  /** Columns over one x from columns over their own; what is not there is null.
+   * @param {PlotTable[]} tables @returns {PlotColumns} */
   function joined(tables) {
     const xs = [...new Set(tables.flatMap((table) => table.x))].sort((a, b) => a - b);
     const place = new Map(xs.map((x, k) => [x, k]));
     return [xs, ...tables.map((table) => {
+      /** @type {Column} */
       const column = new Array(xs.length).fill(null);
       table.x.forEach((x, k) => { column[/** @type {number} */ (place.get(x))] = table.y[k]; });
       return column;
     })];
   }
 
-  /** What is the same for every plot: it fills its host, and says so where there is nothing to draw. */
+  /** What is the same for every plot: it fills its host, and says so where there is nothing to draw.
+   * @template {Drawn} P @param {HTMLElement} host @param {P} plot */
   function filled(host, plot) {
     const note = document.createElement("div");
     note.className = "no-data";
     note.hidden = true;
     host.append(note);
-    plot.say = (text) => { note.textContent = text || ""; note.hidden = !text; };
+    const say = (/** @type {string | null | undefined} */ text) => { note.textContent = text || ""; note.hidden = !text; };
     new ResizeObserver(() => plot.resize(host.clientWidth, host.clientHeight)).observe(host);
     all.add(plot);
-    return plot;
+    return Object.assign(plot, { say });
   }
 
-  /** A label, which may be what a function says at the time. */
+  /** A label, which may be what a function says at the time. @param {Label} label */
   const told = (label) => (typeof label === "function" ? label() : label);
 
   /**
    * Lines and points over x; `filledTo` of a line is the number of another, up to which it is filled with its colour's band.
    * options: x, y: {label, range(min, max)}; zoomed(min, max), pointed(x or null); band(): half height about zero
-   * or null; ends(): [from, to] or null, two handles, beyond which all is pale, reasons() for them in words, and moved(0 or 1, x) where one is let go;
+   * or null; ends.at(): [from, to] or null, two handles, beyond which all is pale, reasons() for them in words, and moved(0 or 1, x) where one is let go;
    * marks(): [{x, y, u, colour}] with bars of two standard uncertainties; places(): [{x, text}], dashed lines with
    * their names; cursor: false for none.
+   * @param {HTMLElement} host @param {PlotOptions} options
    */
   function lines(host, options) {
-    let chart = null, data = [[]], series = [], limits = null, silent = false, mark = null, held = null;
+    /** @type {uPlot | null} */
+    let chart = null;
+    /** @type {PlotColumns} */
+    let data = [[]];
+    /** @type {PlotLine[]} */
+    let series = [];
+    /** @type {{ which: 0 | 1, x: number } | null} */
+    let held = null;
+    let /** @type {Limits | null} */ limits = null, /** @type {number | null} */ mark = null, silent = false;
     /** Where the handles are, the one that is held where it is held. */
-    function ends(u) {
-      const at = options.ends ? options.ends() : null;
-      return at && held ? at.map((x, k) => (k === held.which ? held.x : x)) : at;
+    function ends() {
+      const at = options.ends ? options.ends.at() : null, grip = held;
+      return at && grip ? at.map((x, k) => (k === grip.which ? grip.x : x)) : at;
     }
-    if (options.ends) {
+    const scale = (/** @type {uPlot} */ u) => /** @type {{ min: number, max: number }} */ (u.scales.x);
+    const grips = options.ends;
+    if (grips) {
       const GRIP = 7;
-      const place = (event) => event.clientX - chart.over.getBoundingClientRect().left;
-      const under = (event) => {
-        const at = chart && chart.over.contains(event.target) ? ends(chart) : null;
-        const away = at ? at.map((x) => Math.abs(chart.valToPos(x, "x") - place(event))) : [Infinity, Infinity];
+      const place = (/** @type {uPlot} */ u, /** @type {MouseEvent} */ event) => event.clientX - u.over.getBoundingClientRect().left;
+      const under = (/** @type {MouseEvent} */ event) => {
+        const u = chart, at = u && event.target instanceof Node && u.over.contains(event.target) ? ends() : null;
+        if (!u || !at) return null;
+        const away = at.map((x) => Math.abs(u.valToPos(x, "x") - place(u, event)));
         const which = away[0] < away[1] ? 0 : 1;
         return away[which] <= GRIP ? which : null;
       };
       // Before the plot's own, which would begin to zoom.
       host.addEventListener("mousedown", (event) => {
-        const which = under(event);
-        if (which === null || event.button !== 0) return;
+        const which = under(event), at = grips.at();
+        if (which === null || event.button !== 0 || !at) return;
         event.stopPropagation();
         event.preventDefault();
-        held = { which, x: options.ends()[which] };
-        const move = (now) => {
-          held.x = Math.min(Math.max(chart.posToVal(place(now), "x"), chart.scales.x.min), chart.scales.x.max);
+        const grip = held = { which, x: at[which] };
+        const move = (/** @type {MouseEvent} */ now) => {
+          if (!chart) return;
+          grip.x = Math.min(Math.max(chart.posToVal(place(chart, now), "x"), scale(chart).min), scale(chart).max);
           chart.redraw(false, false);
         };
         const end = () => {
           removeEventListener("mousemove", move, true);
-          const { which, x } = held, was = options.ends();
+          const was = grips.at();
           held = null;
-          chart.redraw(false, false);
-          if (was && x !== was[which]) options.moved(which, x);
+          chart?.redraw(false, false);
+          if (was && grip.x !== was[which]) grips.moved(which, grip.x);
         };
         addEventListener("mousemove", move, true);
         addEventListener("mouseup", end, { once: true, capture: true });
       }, true);
       host.addEventListener("mousemove", (event) => { if (chart) chart.over.style.cursor = under(event) === null ? "" : "ew-resize"; });
     }
+    /** @param {PlotAxis} it @param {2 | 3} side @returns {uPlot.Axis} */
     const axis = (it, side) => ({
-      side, label: told(it.label) || null, labelSize: it.label ? 15 : 0, labelGap: 0, labelFont: FONT, font: FONT, gap: 2,
+      side, label: told(it.label) || undefined, labelSize: it.label ? 15 : 0, labelGap: 0, labelFont: FONT, font: FONT, gap: 2,
       // As wide as its numbers, unless plots above each other are to share their time.
       size: side === 2 ? 21 : it.size || ((_, values) => Math.max(30, 9 + 6.3 * Math.max(0, ...(values || []).map((v) => v.length)))), ticks: { size: 3, stroke: () => colour("line") },
       stroke: () => colour("soft"), grid: { stroke: () => colour("grid"), width: 1 },
       // At least two numbers on the lowest of plots.
       space: side === 2 ? (host.clientWidth > 400 ? 56 : host.clientWidth > 130 ? 28 : 20) : (_, __, ___, ____, height) => Math.max(12, Math.min(20, height / 5)), values: (_, ticks, __, ___, step) => ticks.map((t) => (t === null ? "" : tick(t, side === 2 ? undefined : step))),
     });
+    /** @type {Ranged} */
     const padded = (min, max) => {
       if (min === null || max === null || !isFinite(min) || !isFinite(max)) return [0, 1];
       const pad = (max - min) * 0.06 || Math.abs(max) * 0.02 || 1;
       return [min - pad, max + pad];
     };
+    /** @param {uPlot} u */
     function extras(u) {
       const { ctx, bbox } = u;
       ctx.save();
@@ -125,7 +161,7 @@ const Plots = (() => {
         const px = u.valToPos(x, "x", true), py = u.valToPos(y, "y", true);
         ctx.strokeStyle = ctx.fillStyle = colour(name);
         ctx.lineWidth = devicePixelRatio;
-        if (deviation > 0) {
+        if (deviation && deviation > 0) {
           ctx.beginPath();
           ctx.moveTo(px, u.valToPos(y - 2 * deviation, "y", true));
           ctx.lineTo(px, u.valToPos(y + 2 * deviation, "y", true));
@@ -135,7 +171,7 @@ const Plots = (() => {
         ctx.arc(px, py, 2.4 * devicePixelRatio, 0, 7);
         ctx.fill();
       }
-      const labels = (options.places ? options.places() : []).filter(({ x }) => x >= u.scales.x.min && x <= u.scales.x.max);
+      const labels = (options.places ? options.places() : []).filter(({ x }) => x >= scale(u).min && x <= scale(u).max);
       ctx.font = FONT.replace("11px", `${11 * devicePixelRatio}px`);
       for (const [k, { x, text }] of labels.entries()) {
         const px = Math.round(u.valToPos(x, "x", true)) + 0.5, isLeft = px > bbox.left + 0.8 * bbox.width;
@@ -151,8 +187,8 @@ const Plots = (() => {
         // One under the other where they are close.
         ctx.fillText(text, px + (isLeft ? -4 : 4), bbox.top + (11 + 13 * (k % 3)) * devicePixelRatio);
       }
-      const at = ends(u);
-      if (at) {
+      const at = ends();
+      if (at && grips) {
         for (const [k, px] of at.map((x) => Math.round(u.valToPos(x, "x", true))).entries()) {
           const outside = k === 0 ? [bbox.left, px] : [px, bbox.left + bbox.width];
           ctx.globalAlpha = 0.55;
@@ -164,7 +200,7 @@ const Plots = (() => {
           ctx.fillRect(px - 3 * devicePixelRatio, bbox.top + 0.4 * bbox.height, 6 * devicePixelRatio, 0.2 * bbox.height);
           // Outside, where there is room for it.
           ctx.font = FONT.replace("11px", `${11 * devicePixelRatio}px`);
-          const reason = options.reasons()[k], fits = outside[1] - outside[0] > ctx.measureText(reason).width + 8 * devicePixelRatio;
+          const reason = grips.reasons()[k], fits = outside[1] - outside[0] > ctx.measureText(reason).width + 8 * devicePixelRatio;
           ctx.textAlign = (k === 0) === fits ? "right" : "left";
           ctx.fillText(reason, px + (ctx.textAlign === "right" ? -4 : 4) * devicePixelRatio, bbox.top + bbox.height - 4 * devicePixelRatio);
         }
@@ -180,6 +216,7 @@ const Plots = (() => {
       }
       ctx.restore();
     }
+    /** @param {uPlot} u */
     function under(u) {
       const half = options.band ? options.band() : null;
       const { ctx, bbox } = u;
@@ -212,7 +249,7 @@ const Plots = (() => {
         series: [{}, ...series.map((s) => ({
           stroke: () => colour(s.colour), width: s.width ?? 1.2, dash: s.dash, spanGaps: s.spanGaps ?? false,
           points: { show: false }, alpha: s.alpha ?? 1,
-          ...(s.bars ? { paths: uPlot.paths.bars({ size: [0.8, 40] }), fill: () => colour(s.colour) } : {}),
+          ...(s.bars ? { paths: uPlot.paths.bars?.({ size: [0.8, 40] }), fill: () => colour(s.colour) } : {}),
           ...(s.invisible ? { paths: () => null } : {}),
         }))],
         hooks: {
@@ -225,43 +262,46 @@ const Plots = (() => {
           }],
           setCursor: [(u) => {
             if (silent || !options.pointed) return;
-            options.pointed(u.cursor.left >= 0 ? u.posToVal(u.cursor.left, "x") : null);
+            const { left = -1 } = u.cursor;
+            options.pointed(left >= 0 ? u.posToVal(left, "x") : null);
           }],
         },
       }, data, host);
     }
     let shape = "";
     return filled(host, {
-      /** columns: [xs, ys, ...]; how: [{colour, width, dash, bars, ...}] for each column of ys; span: x limits or null. */
+      /** columns: [xs, ys, ...]; how: [{colour, width, dash, bars, ...}] for each column of ys; span: x limits or null.
+       * @param {PlotColumns} columns @param {PlotLine[]} how @param {Limits | null} [span] */
       set(columns, how, span) {
         data = columns; series = how; limits = span || null;
         const now = JSON.stringify([how, told(options.x.label), told(options.y.label)]);
         if (!chart || now !== shape) build(); else chart.setData(data, true);
         shape = now;
       },
-      /** Shows the cursor of another plot, without telling of it. */
+      /** Shows the cursor of another plot, without telling of it. @param {number | null} x */
       point(x) {
         if (!chart) return;
         silent = true;
-        const inside = x !== null && x >= chart.scales.x.min && x <= chart.scales.x.max;
+        const inside = x !== null && x >= scale(chart).min && x <= scale(chart).max;
         chart.setCursor(inside ? { left: chart.valToPos(x, "x"), top: 1 } : { left: -10, top: -10 }, false);
         silent = false;
       },
-      /** A dashed line at x that stays. */
+      /** A dashed line at x that stays. @param {number | null} x */
       mark(x) { if (x !== mark) { mark = x; if (chart) chart.redraw(false, false); } },
-      resize(width, height) {
+      resize(/** @type {number} */ width, /** @type {number} */ height) {
         if (!chart) build(); else if (width > 40 && height > 40) chart.setSize({ width, height });
       },
       redraw() { if (chart) chart.redraw(true, true); },
     });
   }
 
-  /** The plane of yaw angle and yaw rate, a colour for each cell's moment. */
+  /** The plane of yaw angle and yaw rate, a colour for each cell's moment.
+   * @param {HTMLElement} host @param {{ x: Label, y: Label, unit: Label, least?: () => number }} options */
   function plane(host, options) {
     const canvas = document.createElement("canvas");
     host.append(canvas);
-    let cells = [], state = null;
-    function steps(most) {
+    let /** @type {PhaseCell[]} */ cells = [], /** @type {PlaneState} */ state = null;
+    function steps(/** @type {number} */ most) {
       const raw = most / 2, base = 10 ** Math.floor(Math.log10(raw));
       return [1, 2, 5, 10].map((k) => k * base).filter((s) => s <= raw * 1.3).pop() || base;
     }
@@ -275,10 +315,10 @@ const Plots = (() => {
       g.clearRect(0, 0, width, height);
       if (!cells.length) return;
       const xs = [...new Set(cells.map((c) => c[0]))].sort((a, b) => a - b), ys = [...new Set(cells.map((c) => c[1]))].sort((a, b) => a - b);
-      const gap = (v) => v.slice(1).reduce((m, x, k) => Math.min(m, x - v[k]), Infinity);
+      const gap = (/** @type {number[]} */ v) => v.slice(1).reduce((m, x, k) => Math.min(m, x - v[k]), Infinity);
       const dx = gap(xs), dy = gap(ys), mx = Math.max(...xs.map(Math.abs)) + dx / 2, my = Math.max(...ys.map(Math.abs)) + dy / 2;
       const box = { left: 44, top: 5, width: width - 50, height: height - 5 - 34 - 20 };
-      const px = (x) => box.left + (x + mx) / (2 * mx) * box.width, py = (y) => box.top + (my - y) / (2 * my) * box.height;
+      const px = (/** @type {number} */ x) => box.left + (x + mx) / (2 * mx) * box.width, py = (/** @type {number} */ y) => box.top + (my - y) / (2 * my) * box.height;
       const most = Math.max(options.least ? options.least() : 0, ...cells.map((c) => Math.abs(c[2]))) || 1;
       g.fillStyle = colour("level");
       g.fillRect(box.left, box.top, box.width, box.height);
@@ -329,8 +369,8 @@ const Plots = (() => {
       }
     }
     return filled(host, {
-      set(now) { cells = now; draw(); },
-      /** A state, or null. */
+      set(/** @type {PhaseCell[]} */ now) { cells = now; draw(); },
+      /** A state, or null. @param {PlaneState} at */
       point(at) { if (at !== state) { state = at; draw(); } },
       resize: draw, redraw: draw,
     });

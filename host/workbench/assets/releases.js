@@ -1,5 +1,5 @@
 // The list of releases: grouped by spring and wind, a badge each, and what each is used for.
-import { by, focused, get, make, post, ratio } from "./talk.js";
+import { by, first, focused, get, make, post, ratio } from "./talk.js";
 import { seen } from "./panels.js";
 
 const BADGES = {
@@ -8,10 +8,11 @@ const BADGES = {
   bad: "bad data", pending: "being looked at",
 };
 
-const keep = new Map(), known = new Map();
+const /** @type {Map<number, HTMLElement>} */ keep = new Map(), /** @type {Map<number, string>} */ known = new Map();
 let order = "";
 
-/** Draws the list; `choose` is called with the release that the user takes. */
+/** Draws the list; `choose` is called with the release that the user takes.
+ * @param {State} state @param {Choose} choose @param {Failed} failed */
 export function draw(state, choose, failed) {
   const list = by("release-list");
   // A row that is as it was stays: a click or a focus on it is not lost while others become ready.
@@ -23,19 +24,20 @@ export function draw(state, choose, failed) {
       if (known.get(release.id) === text) continue;
       known.set(release.id, text);
       const old = keep.get(release.id);
-      old.replaceWith(row(release, choose, failed));
+      old?.replaceWith(row(release, choose, failed));
     }
     restore(focus);
     return buttons(state);
   }
   order = now;
   for (const release of state.releases) known.set(release.id, JSON.stringify(release));
-  const groups = new Map();
+  const /** @type {Map<string, Release[]>} */ groups = new Map();
   for (const release of state.releases) {
     const wind = release.wind_speed_m_s === null ? null : release.wind_speed_m_s === 0 ? "wind off" : `${release.wind_speed_m_s} m/s`;
     const name = release.spring === null ? "Records" : `${release.spring} · ${wind}`;
-    if (!groups.has(name)) groups.set(name, []);
-    groups.get(name).push(release);
+    const group = groups.get(name) ?? [];
+    groups.set(name, group);
+    group.push(release);
   }
   const rows = [];
   for (const [name, releases] of groups) {
@@ -48,28 +50,32 @@ export function draw(state, choose, failed) {
   buttons(state);
 }
 
+/** @param {string | null} focus */
 function restore(focus) {
-  const again = focus && by("release-list").querySelector(`[data-focus="${focus}"]`);
+  const again = focus && first(`[data-focus="${focus}"]`, by("release-list"));
   if (again && again !== document.activeElement) again.focus({ preventScroll: true });
 }
 
+/** @param {State} state */
 function buttons(state) {
   by("fit-button").textContent = !state.model.exists ? "Fit" : state.model.ticks_changed ? "Fit ticked" : "Fit again";
   by("fit-button").classList.toggle("primary", state.model.exists && state.model.ticks_changed);
   by("fit-button").disabled = !!state.job || !state.releases.length;
 }
 
-/** A release recorded here begins with the time of its session: its number and the time of day tell it from the others. */
+/** A release recorded here begins with the time of its session: its number and the time of day tell it from the others.
+ * @param {string} name */
 export function toldApart(name) {
   const found = name.match(/T(\d\d)-(\d\d)-(\d\d)Z-release-0*(\d+)\.csv$/);
   return found ? `no. ${found[4]}, ${found[1]}:${found[2]}:${found[3]}` : name;
 }
 
+/** @param {Release} release @param {Choose} choose @param {Failed} failed */
 function row(release, choose, failed) {
   const { id, used, badge } = release;
   const why = release.fault ? `${release.fault.message} ${release.fault.help}` : BADGES[badge];
   const short = release.spring === null ? toldApart(release.name) : `${release.axis} axis`;
-  const tick = (name, value, title) => make("input", {
+  const tick = (/** @type {string} */ name, /** @type {Use} */ value, /** @type {string} */ title) => make("input", {
     type: "checkbox", checked: used === value, disabled: release.is_left_out, title: release.is_left_out ? why : title, "aria-label": `${release.name}: ${name}`, "data-focus": `${name}-${id}`,
     onchange: (event) => set([id], event.target.checked ? value : "out", failed),
   });
@@ -85,32 +91,35 @@ function row(release, choose, failed) {
   return element;
 }
 
-/** Marks another one as looked at, at once. */
+/** Marks another one as looked at, at once. @param {number} id */
 export function mark(id) {
   for (const [other, element] of keep) {
     element.classList.toggle("selected", other === id);
     const button = element.querySelector("button");
+    if (!button) continue;
     if (other === id) { button.setAttribute("aria-current", "true"); element.scrollIntoView({ block: "nearest" }); } else button.removeAttribute("aria-current");
   }
 }
 
-/** The release so many places on in the order of the list. */
+/** The release so many places on in the order of the list. @param {number} step */
 export function neighbour(step) {
   const order = [...document.querySelectorAll(".release")].map((e) => Number(e.getAttribute("data-release")));
   const at = seen.release === null ? -1 : order.indexOf(seen.release);
   return order[Math.min(Math.max(at + step, 0), order.length - 1)] ?? null;
 }
 
+/** @param {number[]} releases @param {Use} used @param {Failed} failed */
 export async function set(releases, used, failed) {
   try { await post("/api/do", { do: "tick", releases, used }); } catch (error) { failed(error); }
 }
 
-/** `make_campaign` opens the form for a campaign of the folder's records. */
+/** `make_campaign` opens the form for a campaign of the folder's records.
+ * @param {Choose} choose @param {Failed} failed @param {() => void} make_campaign */
 export async function openDialog(choose, failed, make_campaign) {
   const dialog = by("open-dialog");
   try {
     const { files } = await get("/api/files");
-    const open = async (file) => {
+    const open = async (/** @type {string} */ file) => {
       dialog.close();
       try { choose((await post("/api/do", { do: "open", file })).release); } catch (error) { failed(error); }
     };

@@ -1,8 +1,9 @@
 // The staircase: residual over noise after each step of the journal, and the way back to any of them.
-import { by, focused, make, ratio } from "./talk.js";
+import { by, first, focused, make, ratio } from "./talk.js";
 
 let drawn = "";
 
+/** @param {State} state @param {Act} act */
 export function draw(state, act) {
   const { steps } = state, list = by("steps");
   const now = JSON.stringify([steps, !!state.job]);
@@ -12,10 +13,10 @@ export function draw(state, act) {
     list.replaceChildren(make("p", { className: "caption", textContent: "No step yet. Fit, or add an effect." }));
     return;
   }
-  const numbers = steps.flatMap((s) => [s.over_noise, s.held_out]).filter((x) => x !== null && isFinite(x) && x > 0);
+  const numbers = steps.flatMap((s) => [s.over_noise ?? 0, s.held_out ?? 0]).filter((x) => isFinite(x) && x > 0);
   const most = Math.max(2, ...numbers) * 1.5;
   // The lowest 28 pixels are the names.
-  const place = (x) => `calc(28px + ${height(x, most).toFixed(4)} * (100% - 28px))`;
+  const place = (/** @type {number | null} */ x) => `calc(28px + ${height(x, most).toFixed(4)} * (100% - 28px))`;
   const ticks = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].filter((t) => t < 0.75 * most);
   const few = ticks.filter((t, k) => ticks.length < 5 || [1, 10, 100, 1000].includes(t) || k === ticks.length - 1);
   const axis = few.map((t) => { const e = make("div", { className: "axis" }, make("span", { textContent: `${t}` })); e.style.bottom = place(t); return e; });
@@ -36,15 +37,16 @@ export function draw(state, act) {
   // The scale stays where it is seen.
   list.onscroll = () => list.style.setProperty("--at", `${list.scrollLeft}px`);
   list.scrollLeft = items.length > 6 ? list.scrollWidth : at;
-  if (focus) list.querySelector(`[data-step="${focus}"]`)?.focus({ preventScroll: true });
+  if (focus) first(`[data-step="${focus}"]`, list)?.focus({ preventScroll: true });
 }
 
-/** Share of the height, on a logarithmic scale. */
+/** Share of the height, on a logarithmic scale. @param {number | null} x @param {number} most */
 export function height(x, most) {
   const least = 0.7;
-  return x > 0 ? Math.max(0, Math.log(x / least) / Math.log(most / least)) : 0;
+  return x !== null && x > 0 ? Math.max(0, Math.log(x / least) / Math.log(most / least)) : 0;
 }
 
+/** @param {Pick<Step, "action" | "of" | "what">} s */
 export function short(s) {
   switch (s.action) {
     case "add": return `+${s.of}`;

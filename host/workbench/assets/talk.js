@@ -1,16 +1,26 @@
 // What is said to the server, and what it says by itself.
 
+/** @template {keyof Answers} P @param {P} path @param {Record<string, string | number | null>} query @returns {Promise<Answers[P]>} */
 export async function get(path, query = {}) {
-  const words = Object.entries(query).filter(([, v]) => v !== null && v !== undefined)
-    .map(([k, v]) => `${k}=${encodeURIComponent(v)}`).join("&");
+  const words = Object.entries(query).flatMap(([k, v]) => (v === null ? [] : [`${k}=${encodeURIComponent(v)}`])).join("&");
   return answer(await asked(words ? `${path}?${words}` : path));
 }
 
+/**
+ * @template {Order} O
+ * @overload @param {"/api/do"} path @param {O} body @returns {Promise<Done<O>>}
+ */
+/**
+ * @template {keyof Posts} P
+ * @overload @param {P} path @param {Posts[P]["body"]} body @returns {Promise<Posts[P]["answer"]>}
+ */
+/** @param {string} path @param {object} body */
 export async function post(path, body) {
   return answer(await asked(path, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) }));
 }
 
-/** A file's bytes, under its name. */
+/** A file's bytes, under its name.
+ * @param {string} path @param {File} file @returns {Promise<Posts["/api/as_read"]["answer"]>} */
 export async function send(path, file) {
   return answer(await asked(`${path}?name=${encodeURIComponent(file.name)}`, { method: "POST", headers: { "content-type": "application/octet-stream" }, body: file }));
 }
@@ -18,10 +28,12 @@ export async function send(path, file) {
 /** What the page says where yawrig has gone. */
 export const GONE = { message: "yawrig does not answer", help: "if it was ended, start yawrig workbench again and open the address it prints" };
 
+/** @param {string} path @param {RequestInit} [options] */
 async function asked(path, options) {
   try { return await fetch(path, options); } catch { throw Object.assign(new Error(GONE.message), GONE); }
 }
 
+/** @param {Response} response */
 async function answer(response) {
   const text = await response.text();
   let json;
@@ -33,10 +45,12 @@ async function answer(response) {
 }
 
 /** Calls `heard` with each piece of news; `lost` while the server does not answer. One tab holds the stream and tells
- * the others: a browser has six connections to a server, and a stream keeps one for itself. */
+ * the others: a browser has six connections to a server, and a stream keeps one for itself.
+ * @param {(news: News) => void} heard @param {(is: boolean) => void} lost */
 export function listen(heard, lost) {
-  const take = (told) => (told.news ? heard(told.news) : lost(told.lost));
-  const open = (tell) => {
+  /** @typedef {{ news: News } | { lost: boolean }} Told */
+  const take = (/** @type {Told} */ told) => ("news" in told ? heard(told.news) : lost(told.lost));
+  const open = (/** @type {(told: Told) => void} */ tell) => {
     const source = new EventSource("/api/news");
     source.onmessage = (event) => tell({ news: JSON.parse(event.data) });
     source.onopen = () => tell({ lost: false });
@@ -55,34 +69,37 @@ export function listen(heard, lost) {
 
 /**
  * An element: tag, properties, children.
- * @template {keyof HTMLElementTagNameMap} T
+ * @template {Tag} T
  * @param {T} tag
- * @param {Record<string, any>} properties
+ * @param {Properties<T>} [properties]
  * @param {...(Node | string | null | undefined)} children
  * @returns {HTMLElementTagNameMap[T]}
  */
-export function make(tag, properties = {}, ...children) {
+export function make(tag, properties, ...children) {
   const element = document.createElement(tag);
-  for (const [name, value] of Object.entries(properties)) {
+  /** @type {object} */
+  const given = properties ?? {};
+  for (const [name, value] of Object.entries(given)) {
     if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
-    else if (name in element && name !== "list") element[name] = value;
+    else if (name in element && name !== "list") Object.assign(element, { [name]: value });
     else if (value !== null && value !== undefined) element.setAttribute(name, value);
   }
-  element.append(...children.filter((c) => c !== null && c !== undefined));
+  element.append(...children.flatMap((c) => c ?? []));
   return element;
 }
 
-/** @returns {any} The element, of its own kind. */
-export const by = (id) => document.getElementById(id);
+/** The page's element. @template {string} I @param {I} id @returns {ElementOf<I>} */
+export const by = (id) => /** @type {any} */ (document.getElementById(id));
 
-/** @returns {any} The first element that the selector finds, of its own kind. */
+/** The first element found, of the kind asked for.
+ * @template {Element} [E=HTMLElement] @param {string} selector @param {ParentNode} within @returns {E | null} */
 export const first = (selector, within = document) => within.querySelector(selector);
 
 /** What has the focus, by its `data-` attribute of that name; null where it has none. */
 export const focused = (name = "focus") => (document.activeElement instanceof HTMLElement ? document.activeElement.dataset[name] ?? null : null);
 
-/** A number to so many digits, with a proper minus. */
+/** A number to so many digits, with a proper minus. @param {number | null | undefined} x */
 export const digits = (x, n = 3) => (x === null || x === undefined || !isFinite(x) ? "–" : String(+x.toPrecision(n)).replace("-", "−"));
 
-/** Three digits, but nothing needless behind large numbers. */
+/** Three digits, but nothing needless behind large numbers. @param {number | null | undefined} x */
 export const ratio = (x) => (x === null || x === undefined ? "–" : x >= 100 ? x.toFixed(0) : x >= 10 ? x.toFixed(1) : x.toFixed(2));

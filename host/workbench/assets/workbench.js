@@ -12,22 +12,23 @@ import * as derivatives from "./derivatives.js";
 import * as live from "./live.js";
 
 const { seen } = panels;
-let state = null, ended = 0, modelKey = "";
+let /** @type {State | null} */ state = null, ended = 0, modelKey = "";
 
-function say(text, isError = false) {
+function say(/** @type {string} */ text, isError = false) {
   const message = by("message");
   message.textContent = text;
   message.title = text;
   message.className = isError ? "error" : "";
 }
 /** A message without the lines of the file that it points at: there is one line for it. */
-const brief = (text) => text.split("\n")[0];
-const inWords = ({ message, help }) => (help ? `${brief(message)} — ${help}` : brief(message));
-const failed = (error) => say(inWords(error), true);
+const brief = (/** @type {string} */ text) => text.split("\n")[0];
+const inWords = (/** @type {Fault} */ { message, help }) => (help ? `${brief(message)} — ${help}` : brief(message));
+/** @type {Failed} */
+const failed = (error) => say(inWords(/** @type {Fault} */ (error)), true);
 
-/** Does what the user asks for. */
+/** Does what the user asks for. @type {Act} */
 async function act(what) {
-  if (what.do === "lay") { seen.ghost = what.ghost; await panels.refresh(); return effects.refresh(state, act); }
+  if (what.do === "lay") { seen.ghost = what.ghost; await panels.refresh(); if (state) await effects.refresh(state, act); return; }
   if (what.do === "try") seen.ghost = what.effect;
   try { await post("/api/do", what); } catch (error) { failed(error); }
 }
@@ -41,12 +42,12 @@ async function fetchState() {
   if (again) { again = false; fetchState(); }
 }
 
-function take(now) {
+function take(/** @type {State} */ now) {
   const was = state;
   state = now;
   releases.draw(state, choose, failed);
   steps.draw(state, act);
-  drawHead();
+  drawHead(state);
   drawJob(state.job);
   const key = JSON.stringify([state.model, state.own, state.steps.length]);
   const changed = key !== modelKey;
@@ -61,31 +62,33 @@ function take(now) {
     panels.refresh();
     derivatives.refresh(state, act).catch(failed);
   } else if (changed) {
-    if (was && !state.job) tellOutside(was);
+    if (was && !state.job) tellOutside(was, state);
     panels.refresh();
     derivatives.refresh(state, act).catch(failed);
   }
-  drawSide();
+  drawSide(state);
   if (seen.release === null && state.releases.length) choose((state.releases.find((r) => !r.is_left_out) || state.releases[0]).id);
 }
 
-/** What has happened to the model other than by a page: by a command, or by hand. */
-function tellOutside(was) {
-  const { model, steps } = state, last = steps[steps.length - 1];
+/** What has happened to the model other than by a page: by a command, or by hand.
+ * @param {State} was @param {State} now */
+function tellOutside(was, { model, steps }) {
+  const last = steps[steps.length - 1];
   if (model.fault) failed(model.fault);
   else if (steps.length > was.steps.length) say(`step ${last.step}, taken outside this page: ${last.what}`);
   else if (model.edited && !was.model.edited && model.exists) say(`${model.file} was edited by hand`);
   else if (was.model.fault) say(`${model.file} can be used again`);
 }
 
-/** Effects and law, as far as they are known of this release. */
-function drawSide() {
+/** Effects and law, as far as they are known of this release. @param {State} state */
+function drawSide(state) {
   effects.refresh(state, act);
   law.refresh(state, act);
   by("law-button").disabled = !!state.job || seen.release === null;
 }
 
-function drawHead() {
+/** @param {State} state */
+function drawHead(state) {
   const { overall, model } = state, release = state.releases.find((r) => r.id === seen.release), now = live.verdict();
   by("figures").hidden = !!now;
   if (now) {
@@ -108,14 +111,15 @@ function drawHead() {
     + (model.changed_records && model.changed_records.length ? `changed since the fit: ${model.changed_records.join(", ")}; ` : "");
   by("subtitle").textContent = `${model.file}${model.exists || model.fault ? "" : " (not made yet)"} · ${edited}${release ? [release.name, figures].filter(Boolean).join(" · ") : "no record is open"}`;
   by("subtitle").title = by("subtitle").textContent;
-  const set = (id, x) => { const e = by(id); e.textContent = ratio(x); e.className = x === null || x === undefined ? "" : x <= 1.1 ? "good" : "warn"; };
+  const set = (/** @type {string} */ id, /** @type {number | null} */ x) => { const e = by(id); e.textContent = ratio(x); e.className = x === null ? "" : x <= 1.1 ? "good" : "warn"; };
   set("figure-fitted", overall.over_noise);
   set("figure-held", overall.held_out);
-  by("figure-held").parentElement.title = `Residual over noise on what was not fitted: ${overall.held_out_is}.`;
+  const held = by("figure-held").parentElement;
+  if (held) held.title = `Residual over noise on what was not fitted: ${overall.held_out_is}.`;
   document.title = `${release ? release.name : "yawrig"} · workbench`;
 }
 
-function drawJob(job) {
+function drawJob(/** @type {Progress | null} */ job) {
   by("job").hidden = !job;
   document.body.toggleAttribute("data-busy", !!job);
   if (job) {
@@ -124,6 +128,7 @@ function drawJob(job) {
   }
 }
 
+/** @param {number | null} id */
 async function choose(id) {
   if (id === null) return;
   const begin = performance.now();
@@ -131,14 +136,14 @@ async function choose(id) {
   releases.mark(id);
   await panels.show(id);
   document.documentElement.dataset.lastClick = String(Math.round(performance.now() - begin));
-  if (state) { drawHead(); drawSide(); }
+  if (state) { drawHead(state); drawSide(state); }
 }
 
-live.onVerdict(() => { if (state) drawHead(); });
-panels.onView(() => { if (state) { drawHead(); drawSide(); } });
+live.onVerdict(() => { if (state) drawHead(state); });
+panels.onView(() => { if (state) { drawHead(state); drawSide(state); } });
 
-let soon = null;
-function heard(news) {
+let /** @type {number | null} */ soon = null;
+function heard(/** @type {News} */ news) {
   if (news.kind === "job") {
     drawJob(news.job);
     // Buttons that have to wait for it are drawn from the state.
@@ -154,8 +159,8 @@ function heard(news) {
 
 // Tabs.
 
-const TABS = ["effects", "own", "derivatives"];
-function tab(name) {
+const TABS = /** @type {const} */ (["effects", "own", "derivatives"]);
+function tab(/** @type {TABS[number]} */ name) {
   for (const other of TABS) {
     const is = other === name, button = by(`tab-${other}`);
     button.setAttribute("aria-selected", String(is));
@@ -168,19 +173,19 @@ function tab(name) {
 
 // Keys.
 
-/** @type {[shown: string, what: string, act: ((event: KeyboardEvent) => any) | null, keys: string[]][]} */
+/** @type {[shown: string, what: string, act: ((event: KeyboardEvent, state: State) => void) | null, keys: string[]][]} */
 const KEYS = [
   ["j  k", "next, previous release", (e) => choose(releases.neighbour(e.key === "j" ? 1 : -1)), ["j", "k"]],
-  ["f  h", "tick this release as fitted, as held out", (e) => toggle(e.key === "f" ? "fit" : "hold_out"), ["f", "h"]],
+  ["f  h", "tick this release as fitted, as held out", (e, now) => toggle(now, e.key === "f" ? "fit" : "hold_out"), ["f", "h"]],
   ["Shift F", "fit the model to the ticked releases", () => act({ do: "fit" }), ["F"]],
   ["d", "what is missing in this release?", () => diagnose(), ["d"]],
   ["m", "measure the law that the ticked releases show", () => act({ do: "law" }), ["m"]],
-  ["n  p", "next, previous effect", (e) => effects.key(e.key === "n" ? "next" : "previous", state, act), ["n", "p"]],
-  ["c", "the effect's card", () => effects.key("open", state, act), ["c"]],
-  ["t", "try it: lay it over the panels, or take it off again", () => effects.key("try", state, act), ["t"]],
-  ["a", "add it to the model", () => effects.key("add", state, act), ["a"]],
-  ["r", "reject it, with a reason", () => effects.key("reject", state, act), ["r"]],
-  ["u", "return to the model before the last step", () => back(), ["u"]],
+  ["n  p", "next, previous effect", (e, now) => effects.key(e.key === "n" ? "next" : "previous", now, act), ["n", "p"]],
+  ["c", "the effect's card", (_, now) => effects.key("open", now, act), ["c"]],
+  ["t", "try it: lay it over the panels, or take it off again", (_, now) => effects.key("try", now, act), ["t"]],
+  ["a", "add it to the model", (_, now) => effects.key("add", now, act), ["a"]],
+  ["r", "reject it, with a reason", (_, now) => effects.key("reject", now, act), ["r"]],
+  ["u", "return to the model before the last step", (_, now) => back(now), ["u"]],
   ["+  −", "zoom in and out", (e) => panels.zoomBy(e.key === "-" ? 2 : 0.5), ["+", "-", "="]],
   ["←  →", "earlier, later", (e) => panels.zoomBy(1, e.key === "ArrowLeft" ? -0.25 : 0.25), ["ArrowLeft", "ArrowRight"]],
   ["z", "all of the record", () => panels.zoom(null, null), ["z"]],
@@ -194,16 +199,17 @@ const KEYS = [
   ["?", "this list", () => by("help").showModal(), ["?"]],
 ];
 
-function toggle(used) {
+/** @param {State} state @param {Use} used */
+function toggle(state, used) {
   const release = state.releases.find((r) => r.id === seen.release);
   if (release) releases.set([release.id], release.used === used ? "out" : used, failed);
 }
 const diagnose = () => { if (seen.release !== null) act({ do: "diagnose", release: seen.release }); };
 const cancel = () => { if (!by("job").hidden) post("/api/do", { do: "cancel" }).catch(failed); };
 const makeCampaign = () => campaign.open(failed, fetchState);
-const opened = (id) => fetchState().then(() => choose(id));
-function back() {
-  const last = state.steps[state.steps.length - 1];
+const opened = (/** @type {number} */ id) => fetchState().then(() => choose(id));
+function back(/** @type {State} */ { steps }) {
+  const last = steps[steps.length - 1];
   if (last && last.step > 1) act({ do: "return", step: last.step - 1 });
 }
 
@@ -217,14 +223,14 @@ document.addEventListener("keydown", (event) => {
   }
   if (document.querySelector("dialog[open]")) return;
   if (target.matches("[role=tab]") && (event.key === "ArrowLeft" || event.key === "ArrowRight")) {
-    const at = TABS.indexOf(target.id.slice(4)), to = TABS[(at + (event.key === "ArrowRight" ? 1 : TABS.length - 1)) % TABS.length];
+    const at = TABS.findIndex((name) => target.id === `tab-${name}`), to = TABS[(at + (event.key === "ArrowRight" ? 1 : TABS.length - 1)) % TABS.length];
     tab(to);
     by(`tab-${to}`).focus();
     return event.preventDefault();
   }
   if (live.key(event)) return event.preventDefault();
   const run = KEYS.find(([, , , keys]) => keys.includes(event.key))?.[2];
-  if (run) { event.preventDefault(); run(event); }
+  if (run) { event.preventDefault(); run(event, state); }
 });
 
 function start() {
@@ -232,12 +238,13 @@ function start() {
   let cutting = Promise.resolve();
   panels.onCut((from_s, to_s) => {
     const release = seen.release;
+    if (release === null) return;
     // One after the other: what the first has cut is what the next begins with.
     cutting = cutting.then(() => post("/api/do", { do: "between", release, from_s, to_s })).then(fetchState)
       .catch(failed).then(() => { if (seen.release === release) return panels.refresh(); });
   });
   own.build(act, say, failed);
-  live.build(say, failed);
+  live.build(failed);
   by("live-button").onclick = live.toggle;
   by("help").replaceChildren(make("p", { className: "row close" }, make("button", { type: "button", textContent: "Close", onclick: () => by("help").close() })),
     make("h2", { textContent: "Keys" }),
