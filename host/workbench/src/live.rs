@@ -60,12 +60,16 @@ pub fn devices() -> Result<Value> {
 }
 
 /// The stored sessions that could be shown, newest first: those in the folder of the page's recordings,
-/// beside the model's file, and in the folders there.
+/// beside the model's file, and in the folders of both.
 pub fn stored(model: &Path) -> Value {
     let beside = model.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut folders = vec![PathBuf::from(following::FOLDER), beside.to_owned()];
-    let inside = beside.read_dir().into_iter().flatten().flatten();
-    folders.extend(inside.filter(|e| e.file_type().is_ok_and(|t| t.is_dir())).map(|e| e.path()));
+    let mut folders = Vec::new();
+    for place in [Path::new(following::FOLDER), beside] {
+        folders.push(place.to_owned());
+        let inside = place.read_dir().into_iter().flatten().flatten();
+        folders
+            .extend(inside.filter(|e| e.file_type().is_ok_and(|t| t.is_dir())).map(|e| e.path()));
+    }
     let listed = |session: &Listed| {
         let Listed { stem, duration_s, releases, marks, is_finished, is_damaged, .. } = session;
         // As a user would name it.

@@ -62,17 +62,18 @@ fn a_session_is_listed_played_and_gone_through() {
     let folder = bench.folder.path().to_owned();
     let (first_s, last_s, count) = trace(&folder);
 
-    // An older one that was never ended and one that is damaged, newest first; other logs are none.
+    // An older one that was never ended and one of a campaign that is damaged, newest first; other logs are none.
     let inside = folder.join("recordings");
-    std::fs::create_dir(&inside).expect("room");
+    let of_rig = inside.join("rig");
+    std::fs::create_dir_all(&of_rig).expect("room");
     let log = std::fs::read_to_string(folder.join("session.jsonl")).expect("a log");
     let begun = log.lines().next().expect("a line");
     let old = begun.replacen("\"started\":\"202", "\"started\":\"201", 1);
     std::fs::write(inside.join("old.jsonl"), format!("{old}\n")).expect("room");
     let rows = "time_s,yaw_deg\n1.000,0.5\n1.001,0.5\n1.002,0";
     std::fs::write(inside.join("old.csv.partial"), rows).expect("room");
-    std::fs::write(inside.join("torn.jsonl"), format!("{old}\nnothing\n")).expect("room");
-    std::fs::write(inside.join("torn.csv"), "time_s,yaw_deg\n0.000,1.0\n").expect("room");
+    std::fs::write(of_rig.join("torn.jsonl"), format!("{old}\nnothing\n")).expect("room");
+    std::fs::write(of_rig.join("torn.csv"), "time_s,yaw_deg\n0.000,1.0\n").expect("room");
     std::fs::write(folder.join("results.jsonl"), "{\"file\":\"a.csv\"}\n").expect("room");
     std::fs::write(folder.join("named-alike.jsonl"), "{\"file\":\"a.csv\"}\n").expect("room");
     std::fs::write(folder.join("named-alike.csv"), rows).expect("room");
@@ -83,7 +84,7 @@ fn a_session_is_listed_played_and_gone_through() {
         .iter()
         .map(|s| s["session"].as_str().expect("a name"))
         .collect();
-    assert_eq!(names, ["session", "recordings/torn", "recordings/old"], "{listed:#}");
+    assert_eq!(names, ["session", "recordings/rig/torn", "recordings/old"], "{listed:#}");
     let whole_s = last_s - first_s + 1e-3;
     assert!((listed[0]["duration_s"].as_f64().expect("s") - whole_s).abs() < 1e-6, "{listed:#}");
     let about = |k: usize| {
@@ -100,14 +101,14 @@ fn a_session_is_listed_played_and_gone_through() {
         assert!(!answer["error"]["help"].as_str().expect("help").is_empty(), "{answer}");
         answer["error"]["message"].as_str().expect("why").to_owned()
     };
-    assert!(refused("recordings/torn").contains("torn.jsonl, line 2"));
+    assert!(refused("recordings/rig/torn").contains("torn.jsonl, line 2"));
     assert!(refused("recordings/gone").contains("gone.jsonl"));
-    std::fs::remove_file(inside.join("torn.csv")).expect("it is there");
-    assert!(refused("recordings/torn").contains("torn.csv: the trace"));
-    std::fs::write(inside.join("torn.jsonl"), format!("{old}\n")).expect("room");
-    std::fs::write(inside.join("torn.csv"), "time_s,yaw_deg\n0.500,1.0\n0.400,1.0\n")
+    std::fs::remove_file(of_rig.join("torn.csv")).expect("it is there");
+    assert!(refused("recordings/rig/torn").contains("torn.csv: the trace"));
+    std::fs::write(of_rig.join("torn.jsonl"), format!("{old}\n")).expect("room");
+    std::fs::write(of_rig.join("torn.csv"), "time_s,yaw_deg\n0.500,1.0\n0.400,1.0\n")
         .expect("room");
-    let said = refused("recordings/torn");
+    let said = refused("recordings/rig/torn");
     assert!(said.contains("torn.csv, line 3") && said.contains("backwards"), "{said}");
     let (_, none) = bench.act(&json!({"do": "play"}));
     assert!(none["error"]["message"].as_str().expect("why").contains("no device"), "{none}");

@@ -61,7 +61,12 @@ pub(super) fn instead(
             let (left, more) = linear_gain(decay, inner, effect);
             let behind = |n| {
                 let numbers = (inner.parameters.len() + more) as f64;
-                bic::gain(left, accepted.sum_of_squares, n, accepted.parameters.len() as f64 - numbers)
+                bic::gain(
+                    left,
+                    accepted.sum_of_squares,
+                    n,
+                    accepted.parameters.len() as f64 - numbers,
+                )
             };
             // From near the noise a linear step is to be believed.
             match inner.over_noise(decay) < NEAR_NOISE {

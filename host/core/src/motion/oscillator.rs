@@ -53,12 +53,18 @@ pub(super) trait Walk {
 #[derive(Clone, Copy)]
 pub(crate) struct Flow(pub [f64; 4]);
 
+/// Frequency of an oscillation that decays by `decay` (1/s); of one that does not oscillate, one that hardly
+/// does.
+pub(super) fn damped_rad_s(wn: f64, decay: f64) -> f64 {
+    (wn * wn - decay * decay).max(1e-12 * wn * wn).sqrt()
+}
+
 impl Flow {
     /// Of the plain model with natural frequency `wn` (rad/s) and damping ratio `zeta`; one that does not
     /// oscillate is taken as one that hardly does.
     pub(crate) fn new(wn: f64, zeta: f64, time_s: f64) -> Self {
         let decay = zeta * wn;
-        let damped = (wn * wn - decay * decay).max(1e-12 * wn * wn).sqrt();
+        let damped = damped_rad_s(wn, decay);
         let e = (-decay * time_s).exp();
         let (s, c) = (damped * time_s).sin_cos();
         let (ec, es) = (e * c, e * s / damped);

@@ -8,7 +8,7 @@
 //! to `own_motion`, unless it only has to be swift.
 
 use crate::effects::{Drive, Memories, Moments, State, LANES};
-use crate::motion::oscillator::{root, Flow, Walk};
+use crate::motion::oscillator::{damped_rad_s, root, Flow, Walk};
 pub use crate::motion::oscillator::{Grid, Motion};
 use crate::motion::own_motion::{self, Pace, Steps};
 use crate::motion::smooth_own::SmoothOwn;
@@ -398,11 +398,7 @@ impl<'a> Walker<'a> {
             if !turned && edge.is_none() {
                 return (b1, r1);
             }
-            let at_turn = if turned {
-                root(left, |tau| self.travel(b, r, moment, tau).1 * self.direction)
-            } else {
-                f64::INFINITY
-            };
+            let at_turn = if turned { self.turning(b, r, moment, left) } else { f64::INFINITY };
             let at_edge = edge.map_or(f64::INFINITY, |edge| {
                 let from = (self.travel(b, r, moment, left).0 - edge).signum();
                 root(left, |tau| -from * (self.travel(b, r, moment, tau).0 - edge))
@@ -423,6 +419,18 @@ impl<'a> Walker<'a> {
             }
         }
         (b, r)
+    }
+
+    /// When, at most `left` from now, the rate is zero under the constant `moment`.
+    fn turning(&self, b: f64, r: f64, moment: f64, left: f64) -> f64 {
+        let g = self.motion.terms.dead_zone_rad;
+        if r * self.direction <= 0.0 || g > 0.0 && self.side == 0.0 {
+            return root(left, |tau| self.travel(b, r, moment, tau).1 * self.direction);
+        }
+        let damped = damped_rad_s(self.motion.natural_frequency_rad_s, self.decay);
+        let deflection = if g > 0.0 { b - g * self.side } else { b };
+        let opposing = self.stiffness * deflection - moment + self.decay * r;
+        ((damped * r * self.direction).atan2(opposing * self.direction) / damped).min(left)
     }
 
     /// b and r after `tau` under the constant `moment` and the spring of this side.
