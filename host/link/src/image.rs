@@ -45,7 +45,9 @@ pub fn find() -> Result<PathBuf> {
 /// Whether the image is still to be built, which takes a minute the first time; later a moment.
 pub fn takes_a_minute() -> bool {
     SOURCES.map(Path::new).is_some_and(|boards| {
-        boards.join("build").exists() && !boards.join(BOARD).join("target").exists()
+        let built = boards.join("../../target/boards");
+        let image = |folder| built.join(folder).join("thumbv7em-none-eabihf/release").join(NAME);
+        boards.join("build").exists() && !["", "debian"].map(image).iter().any(|path| path.exists())
     })
 }
 

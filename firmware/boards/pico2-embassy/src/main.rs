@@ -1,7 +1,7 @@
-//! An AS5600 at GP4 and GP5 (I2C0), a display with an SSD1306 at GP6 and GP7 (I2C1); the network is the one compiled in.
+//! An AS5600 at GP4 and GP5 (I2C0), a display with an SSD1306 at GP6 and GP7 (I2C1); the network is the one
+//! compiled in.
 #![no_std]
 #![no_main]
-
 mod shown;
 use core::fmt::Write;
 use embassy_executor::{main, task, InterruptExecutor, Spawner};

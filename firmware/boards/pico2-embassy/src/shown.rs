@@ -1,4 +1,5 @@
-//! What of the device's events is shown, and how: apart from the program, so that it is tried without a board.
+//! What of the device's events is shown, and how: apart from the program, so that it is tried without a
+//! board.
 
 use heapless::String;
 use yawrig_shared::wire::{Event, Flags, Phase};
