@@ -1,6 +1,6 @@
 //! An effect added to a fitted model.
 
-use crate::model_fit::{better, continued, fit_jointly, is_better, precisely, Data, ADDED_WELL};
+use crate::model_fit::{better, continued, fit_jointly, precisely, Data, ADDED_WELL};
 use rayon::prelude::*;
 use yawrig_base::error::Result;
 use yawrig_base::interrupt;
@@ -55,7 +55,7 @@ pub fn add(data: &Data, inner: &JointFit, effect: Effect) -> Result<JointFit> {
     // Another valley than the inner model's, or one that quick simulations have shifted.
     let (releases, sharing) = (data.releases(), data.sharing(structure.effects.len()));
     let beside = precisely(&releases, &structure, &sharing, &zero)?;
-    Ok(nested(if is_better(&beside, &fit) { beside } else { fit }, inner))
+    Ok(nested(if beside.is_better_than(&fit) { beside } else { fit }, inner))
 }
 
 /// What fits worse than the model it contains has not converged.

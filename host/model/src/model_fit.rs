@@ -283,11 +283,6 @@ fn numbers(fits: &[Fitted]) -> Vec<Vec<f64>> {
     fits.iter().map(|fit| fit.parameters.clone()).collect()
 }
 
-/// Whether `one` has converged where the `other` has not, or has the smaller sum of squares.
-pub(super) fn is_better(one: &JointFit, other: &JointFit) -> bool {
-    (other.converged, one.sum_of_squares) < (one.converged, other.sum_of_squares)
-}
-
 /// All records at once, from each one's own fit and from `others`.
 pub(super) fn fit_jointly(
     data: &Data,
@@ -301,7 +296,7 @@ pub(super) fn fit_jointly(
     for starts in others {
         interrupt::check()?;
         let other = joint::fit(&releases, structure, &sharing, starts);
-        if is_better(&other, &best) {
+        if other.is_better_than(&best) {
             best = other;
         }
     }

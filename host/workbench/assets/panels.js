@@ -125,6 +125,8 @@ export async function refresh() {
   const points = Math.max(300, Math.round(by("plot-overlay").clientWidth * 1.5));
   const curves = drawable(get("/api/curves", { release, from, to, points, ghost: seen.ghost }));
   const view = drawable(get("/api/view", { release, from, to, ghost: seen.ghost }));
+  // What is wrong with it is said below, or is of an old answer.
+  view.catch(() => {});
   try {
     const now = await curves;
     if (number !== asked) return;

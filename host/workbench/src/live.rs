@@ -9,7 +9,7 @@ mod teller;
 pub use shown::{Order, Shown};
 
 use serde_json::{json, Value};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use yawrig_base::error::Result;
 use yawrig_link::bench::Target;

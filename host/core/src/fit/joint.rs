@@ -129,6 +129,13 @@ impl JointFit {
         self
     }
 
+    /// Whether it has converged where the other has not, or has the smaller sum of squares; one that is no
+    /// number is the larger.
+    pub fn is_better_than(&self, other: &Self) -> bool {
+        let by_squares = self.sum_of_squares.total_cmp(&other.sum_of_squares);
+        other.converged.cmp(&self.converged).then(by_squares).is_lt()
+    }
+
     /// Residuals that count as independent.
     pub fn effective_count(&self) -> f64 {
         self.fits.iter().map(Fitted::effective_count).sum()

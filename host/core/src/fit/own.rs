@@ -32,11 +32,7 @@ pub fn added(
     let misfit = |k: &usize| inner.fits[*k].over_noise(releases[*k].decay);
     order.sort_by(|a, b| misfit(b).total_cmp(&misfit(a)));
     let better = |best: Option<JointFit>, fit: JointFit| match best {
-        Some(best)
-            if (best.converged, fit.sum_of_squares) >= (fit.converged, best.sum_of_squares) =>
-        {
-            best
-        }
+        Some(best) if !fit.is_better_than(&best) => best,
         _ => fit,
     };
     let mut best: Option<JointFit> = None;

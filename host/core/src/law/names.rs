@@ -11,7 +11,7 @@ use crate::diagnosis::over_pieces::Lengths;
 use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::{Effect, Part};
 use crate::error::Result;
-use crate::fit::fitting::{Fitted, Structure};
+use crate::fit::fitting::Fitted;
 use crate::fit::segments::{fit_from, fit_towards, PieceFit, ROUGH};
 use crate::quantity::Quantity;
 use rayon::prelude::*;
@@ -288,8 +288,7 @@ impl Trial<'_> {
     fn named(&self, tried: &NameFit) -> Option<Name> {
         let Self { releases, lengths, .. } = self;
         let NameFit { effect, fit, prediction } = tried;
-        let structure = Structure { swift: false, ..fit.structure.clone() };
-        let whole = releases.whole(&structure, fit).ok()?;
+        let whole = releases.whole(fit).ok()?;
         let prefix = format!("{effect}.");
         let own = |(name, q): (String, Quantity)| {
             // A number at its bound has no error bar.

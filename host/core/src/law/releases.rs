@@ -2,7 +2,7 @@
 
 use crate::diagnosis::over_pieces::{plain_start, Lengths};
 use crate::error::Result;
-use crate::fit::fitting::{refitted, Fitted, Structure};
+use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, Release, Sharing};
 use crate::fit::pieces::Own;
@@ -120,21 +120,24 @@ impl<'a> Releases<'a> {
         Some(out)
     }
 
-    /// All fitted whole from where their pieces have led; the first release's share of it.
-    pub(super) fn whole(&self, structure: &Structure, fit: &PieceFit) -> Result<Fitted> {
-        let first = self.first();
-        if self.decays.len() == 1 {
-            return Ok(refitted(first, structure, &fit.numbers(0)));
-        }
+    /// All fitted whole from where their pieces have led, by fixed steps and then by steps that adapt; the
+    /// first release's share of it.
+    pub(super) fn whole(&self, fit: &PieceFit) -> Result<Fitted> {
         // The first piece of each.
         let begins = |i: usize| fit.own.iter().position(|own| *own == self.own(i));
         let starts: Vec<Vec<f64>> =
             (0..self.decays.len()).filter_map(begins).map(|k| fit.numbers(k)).collect();
         let releases: Vec<Release> = self.decays.iter().map(|d| Release::whole(d)).collect();
-        let effects = vec![vec![Some(0); releases.len()]; structure.effects.len()];
+        let effects = vec![vec![Some(0); releases.len()]; fit.structure.effects.len()];
         let sharing = Sharing { modal: self.modal.clone(), effects };
-        let mut fit = joint::fit(&releases, structure, &sharing, &starts);
-        first.stop.check()?;
-        Ok(fit.fits.swap_remove(0))
+        let fitted = |swift: bool, starts: &[Vec<f64>]| {
+            let structure = Structure { swift, ..fit.structure.clone() };
+            let fit = joint::fit(&releases, &structure, &sharing, starts);
+            self.first().stop.check()?;
+            Ok(fit)
+        };
+        let near: Vec<Vec<f64>> =
+            fitted(true, &starts)?.fits.into_iter().map(|fit| fit.parameters).collect();
+        Ok(fitted(false, &near)?.fits.swap_remove(0))
     }
 }
