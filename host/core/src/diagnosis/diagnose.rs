@@ -8,7 +8,7 @@ pub use crate::diagnosis::answer::{
 };
 use crate::diagnosis::by_likelihood::{by_likelihood, random_forcing};
 use crate::diagnosis::compare;
-use crate::diagnosis::likelihood::{EXPLAINED, USED_UP_TO};
+use crate::diagnosis::likelihood::{EXPLAINED, NEAR_NOISE, USED_UP_TO};
 pub use crate::diagnosis::over_pieces::fit_over_pieces;
 use crate::diagnosis::reach;
 use crate::diagnosis::search::{self, SearchStart};
@@ -175,7 +175,7 @@ fn with_floor_of(decay: FreeDecay, model: &Fitted) -> FreeDecay {
         return decay;
     }
     let shown = decay.clone().with_noise_of(&model.residuals);
-    let accounts_for_it = model.over_noise(&shown) < search::NEAR_NOISE;
+    let accounts_for_it = model.over_noise(&shown) < NEAR_NOISE;
     if accounts_for_it {
         shown
     } else {

@@ -2,8 +2,7 @@
 //! likelier.
 
 use crate::bic::{self, MARGIN};
-use crate::diagnosis::likelihood::{beyond, evidence, is_explained};
-use crate::diagnosis::search::{DECISIVE, NEAR_NOISE};
+use crate::diagnosis::likelihood::{beyond, evidence, is_explained, DECISIVE, NEAR_NOISE};
 use crate::effects::Effect;
 use crate::fit::fitting::{fit_added, Fitted};
 use crate::fit::free_decay::FreeDecay;

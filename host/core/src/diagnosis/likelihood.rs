@@ -14,6 +14,12 @@ const OF_RATIO: f64 = 924.0 / 400.0 - 1.0;
 /// Residual of the plain model over the noise up to which likelihood is asked: of what is farther off it says
 /// little.
 pub(crate) const USED_UP_TO: f64 = 40.0;
+/// Residual over noise up to which what a model leaves may sharpen the floor of coloured noise.
+pub(crate) const NEAR_NOISE: f64 = 1.6;
+/// Evidence by which one effect is ahead of another, in linear steps from near the noise, for the other not
+/// to be tried. For speed alone: three times what an effect needs to be believed, as a linear step tells less
+/// well than a fit.
+pub(super) const DECISIVE: f64 = 30.0;
 
 /// Difference of BIC in favour of `larger`, on `effective` independent residuals.
 pub(crate) fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64 {

@@ -6,6 +6,7 @@ use crate::diagnosis::forced::forced_rather_than;
 use crate::diagnosis::guards::{self, Refusal};
 pub use crate::diagnosis::likelihood::is_explained;
 pub(crate) use crate::diagnosis::likelihood::{beyond, evidence, EXPLAINED};
+use crate::diagnosis::likelihood::{DECISIVE, NEAR_NOISE};
 use crate::diagnosis::reach::reach;
 pub use crate::diagnosis::search_start::present;
 pub(crate) use crate::diagnosis::search_start::SearchStart;
@@ -18,8 +19,6 @@ use rayon::prelude::*;
 
 /// An effect whose course is less than this share of the noise floor does not matter, squared.
 const LEAST_SHARE_SQUARED: f64 = 0.01;
-/// Residual over noise up to which what a model leaves may sharpen the floor of coloured noise.
-pub(super) const NEAR_NOISE: f64 = 1.6;
 /// Residual over noise that all effects together would leave a pair in one linear step, beyond which no more
 /// are tried.
 const OUT_OF_REACH: f64 = 2.5;
@@ -36,10 +35,6 @@ const BRANCHES: usize = 5;
 /// Evidence that a linear step must predict for an effect to be tried beside a model that explains the
 /// record.
 const PROMISING: f64 = 3.0;
-/// Evidence by which one effect is ahead of another, in linear steps from near the noise, for the other not
-/// to be tried. For speed alone: three times what an effect needs to be believed, as a linear step tells less
-/// well than a fit.
-pub(super) const DECISIVE: f64 = 30.0;
 /// Share of an effect's linear gain that one must reach to be tried in its place.
 const RIVALLING: f64 = 0.7;
 
