@@ -139,8 +139,11 @@ const Plots = (() => {
       // As wide as its numbers, unless plots above each other are to share their time.
       size: side === 2 ? 21 : it.size || ((_, values) => Math.max(30, 9 + 6.3 * Math.max(0, ...(values || []).map((v) => v.length)))), ticks: { size: 3, stroke: () => colour("line") },
       stroke: () => colour("soft"), grid: { stroke: () => colour("grid"), width: 1 },
-      // At least two numbers on the lowest of plots.
-      space: side === 2 ? (host.clientWidth > 400 ? 56 : host.clientWidth > 130 ? 28 : 20) : (_, __, ___, ____, height) => Math.max(12, Math.min(20, height / 5)), values: (_, ticks, __, ___, step) => ticks.map((t) => (t === null ? "" : tick(t, side === 2 ? undefined : step))),
+      // Numbers side by side are apart; at least two are on the lowest of plots.
+      space: side === 2
+        ? (_, __, ___, max) => Math.max(host.clientWidth > 400 ? 56 : host.clientWidth > 130 ? 28 : 20, 8 + 6.3 * String(Math.round(max)).length)
+        : (_, __, ___, ____, height) => Math.max(12, Math.min(20, height / 5)),
+      values: (_, ticks, __, ___, step) => ticks.map((t) => (t === null ? "" : tick(t, side === 2 ? undefined : step))),
     });
     /** @type {Ranged} */
     const padded = (min, max) => {
