@@ -62,7 +62,8 @@ fn a_session_is_listed_played_and_gone_through() {
     let folder = bench.folder.path().to_owned();
     let (first_s, last_s, count) = trace(&folder);
 
-    // An older one that was never ended and one of a campaign that is damaged, newest first; other logs are none.
+    // An older one that was never ended and one of a campaign that is damaged, newest first; other logs are
+    // none.
     let inside = folder.join("recordings");
     let of_rig = inside.join("rig");
     std::fs::create_dir_all(&of_rig).expect("room");

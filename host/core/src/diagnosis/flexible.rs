@@ -14,8 +14,8 @@ use rayon::prelude::*;
 const LEAST_GAIN: f64 = 0.05;
 /// Residual over noise beyond which likelihood has little to say, and a flexible effect is tried alone only.
 const BESIDE_UP_TO: f64 = 2.5;
-/// Of the sum of squares that the simple effects leave, what a linear step with a flexible one leaves at
-/// most.
+/// Of the sum of squares that the simple effects leave, what a linear step with a flexible one, from farther
+/// off than near the noise, leaves at most.
 const PROMISING: f64 = 3.0;
 
 /// Whether what bends in `model` bends to what an effect with a name of its own is.
