@@ -15,8 +15,7 @@ use yawrig_base::interrupt;
 use yawrig_base::lock;
 use yawrig_core::identify::{identify, Identification, Method, Settings};
 use yawrig_core::record::Record;
-use yawrig_records::{place, Selection};
-use yawrig_shared::checksum::crc32;
+use yawrig_records::{Content, Selection};
 
 /// Version of what is written.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -49,16 +48,9 @@ pub struct Source {
 }
 
 impl Source {
-    /// `None` where the record cannot be read, or only once (a pipe): then it is asked again.
-    fn of(file: &Path, options: &str) -> Option<Self> {
-        let (file, _) = place::parted(file);
-        let content = file.is_file().then(|| std::fs::read(&file).ok())??;
-        Some(Self {
-            crc32: format!("{:08x}", crc32(&content)),
-            bytes: content.len(),
-            options: options.to_owned(),
-            program: format!("yawrig {}", env!("CARGO_PKG_VERSION")),
-        })
+    fn of(Content { bytes, crc32 }: Content, options: &str) -> Self {
+        let program = format!("yawrig {}", env!("CARGO_PKG_VERSION"));
+        Self { crc32, bytes, options: options.to_owned(), program }
     }
 }
 
@@ -200,17 +192,19 @@ pub fn to_log(
     }
     let mut log = locked(out)?;
     let done = finished(out, &log)?;
-    let source = |file: &PathBuf| interrupt::check().map(|()| Source::of(file, &options));
-    let sources: Vec<Option<Source>> = files.par_iter().map(source).collect::<Result<_>>()?;
     let named = |file: &PathBuf| fingerprint(&file.display().to_string());
-    let is_kept = |file: &PathBuf, source: &Option<Source>| {
+    // What gives its bytes only once is asked again.
+    let is_kept = |file: &PathBuf| {
+        interrupt::check()?;
         let known = done.get(&named(file));
-        source.as_ref().is_some_and(|source| known == Some(&fingerprint_of(Some(source))))
+        let now = known.and_then(|_| yawrig_records::content(file));
+        Ok(now.is_some_and(|now| known == Some(&fingerprint_of(Some(&Source::of(now, &options))))))
     };
+    let kept: Vec<bool> = files.par_iter().map(is_kept).collect::<Result<_>>()?;
     let stale: Vec<u64> = files
         .iter()
-        .zip(&sources)
-        .filter(|(file, source)| done.contains_key(&named(file)) && !is_kept(file, source))
+        .zip(&kept)
+        .filter(|(file, kept)| !**kept && done.contains_key(&named(file)))
         .map(|(file, _)| named(file))
         .collect();
     if !stale.is_empty() {
@@ -220,14 +214,16 @@ pub fn to_log(
     log.seek(std::io::SeekFrom::End(0)).map_err(|e| files::cannot_write(out, &e))?;
     let tally = Tally { stale: stale.len(), ..Tally::default() };
     let state = Mutex::new((log, tally));
-    files.par_iter().zip(&sources).try_for_each(|(file, source)| {
-        if is_kept(file, source) {
+    files.par_iter().zip(&kept).try_for_each(|(file, kept)| {
+        if *kept {
             state.lock().unwrap_or_else(|e| e.into_inner()).1.kept += 1;
         } else {
             let answer = answer(file, how)?;
             let (log, tally) = &mut *state.lock().unwrap_or_else(|e| e.into_inner());
             tally.count(&answer);
-            let line = Line { schema_version: SCHEMA_VERSION, of: source.clone(), answer };
+            let content = yawrig_records::content_when_read(file);
+            let of = content.map(|content| Source::of(content, &options));
+            let line = Line { schema_version: SCHEMA_VERSION, of, answer };
             log.write_all(text(&line)?.as_bytes()).map_err(|e| files::cannot_write(out, &e))?;
         }
         progress();

@@ -9,7 +9,7 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::settings;
 use yawrig_core::effects::Effect;
 use yawrig_core::record::Said;
-use yawrig_records::format::is_record;
+use yawrig_records::format::{is_named_so, is_record};
 use yawrig_records::place::is_standard_input;
 use yawrig_records::Selection;
 use yawrig_shared::axis::Axis;
@@ -176,8 +176,12 @@ pub fn is_own(effect: &Effect, index: usize) -> bool {
     effect.varied_place(index).is_none_or(|number| effect.belongs_to_release(number))
 }
 
-/// Whether a TOML file is a model's rather than a campaign's: users may name either.
+/// Whether a file is a model's rather than a campaign's or a record: users may name any.
 pub fn is_model(file: &Path) -> bool {
+    // A pipe is read by whoever takes it for a record.
+    if is_named_so(file) || !file.is_file() {
+        return false;
+    }
     let text = std::fs::read_to_string(file).unwrap_or_default();
     text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("record"))
 }

@@ -361,7 +361,8 @@ pub fn updated(model: &Model, data: &Data, fit: &JointFit) -> Model {
     let mut new = model.clone();
     for entry in &mut new.records {
         let read = data.fitted.iter().chain(&data.held_out).find(|r| r.entry.file == entry.file);
-        entry.crc32 = read.and_then(|r| records::content(&r.path)).or(entry.crc32.take());
+        let content = read.and_then(|r| yawrig_records::content_when_read(&r.path));
+        entry.crc32 = content.map(|c| c.crc32).or(entry.crc32.take());
     }
     new.modal.clear();
     for (recorded, fitted) in data.fitted.iter().zip(&fit.fits) {

@@ -6,9 +6,8 @@ use yawrig_base::error::{Error, Result};
 use yawrig_base::settings;
 use yawrig_campaign::CampaignFile;
 use yawrig_core::record::Record;
-use yawrig_records::place::{canonical, is_standard_input, parted};
+use yawrig_records::place::{canonical, is_standard_input};
 use yawrig_records::Selection;
-use yawrig_shared::checksum::crc32;
 
 /// A record, and what is wrong with it as far as that is known without reading it.
 #[derive(Clone, Debug)]
@@ -136,16 +135,9 @@ pub fn known_or_new(model: &Model, path: &Path, file: &Path) -> Result<RecordEnt
     Ok(find(model, path, &new).map_or(new, |k| model.records[k].clone()))
 }
 
-/// Of the bytes of the record's file; none where it is read only once, as a pipe.
-pub fn content(file: &Path) -> Option<String> {
-    let (file, _) = parted(file);
-    let bytes = file.is_file().then(|| std::fs::read(&file).ok())??;
-    Some(format!("{:08x}", crc32(&bytes)))
-}
-
 /// What to say where the record in `file` is not the one that the model was fitted to.
 pub fn changed(entry: &RecordEntry, file: &Path) -> Option<String> {
-    let (was, is) = (entry.crc32.as_ref()?, content(file)?);
+    let (was, is) = (entry.crc32.as_ref()?, yawrig_records::content(file)?.crc32);
     (*was != is).then(|| {
         format!(
             "{} has changed since the model was fitted to it (checksum {was}, now {is}): the model's numbers are those of the \

@@ -2,9 +2,7 @@
 
 use super::grid;
 use super::table::Channel;
-use std::fs::File;
 use std::io::{Read, Seek};
-use std::path::Path;
 use yawrig_text::rows;
 use zip::ZipArchive;
 
@@ -14,18 +12,13 @@ const LARGEST: u64 = 1 << 30;
 const ENDINGS: [&str; 4] = ["csv", "tsv", "txt", "dat"];
 
 /// Whether it is a workbook, which is an archive, too.
-pub(super) fn is_workbook(archive: impl Read + Seek) -> bool {
-    // What is no archive at all the reader of workbooks says.
-    ZipArchive::new(archive).map_or(true, |archive| {
-        let mut names = archive.file_names().flatten();
-        names.any(|name| name == "[Content_Types].xml" || name.starts_with("xl/"))
-    })
+pub(super) fn is_workbook(archive: &ZipArchive<impl Read + Seek>) -> bool {
+    let mut names = archive.file_names().flatten();
+    names.any(|name| name == "[Content_Types].xml" || name.starts_with("xl/"))
 }
 
 /// The channels of the texts in it, with their names in front where there are several.
-pub(super) fn read(file: &Path) -> Result<Vec<Channel>, String> {
-    let opened = File::open(file).map_err(|e| e.to_string())?;
-    let mut archive = ZipArchive::new(opened).map_err(|e| e.to_string())?;
+pub(super) fn read(mut archive: ZipArchive<impl Read + Seek>) -> Result<Vec<Channel>, String> {
     let is_text = |name: &String| {
         let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending);
         let hidden = name.split('/').any(|part| ["meta", "__MACOSX"].contains(&part));

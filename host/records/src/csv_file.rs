@@ -5,8 +5,6 @@ use super::quantity::{self, Meant};
 use super::suggest;
 use super::table::{FEWEST_SAMPLES, LONGEST_S};
 use csv::ByteRecord;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
@@ -15,9 +13,6 @@ use yawrig_core::record::{Measurand, Record};
 
 /// The first lines a record may have.
 pub const ACCEPTED_COLUMNS: &str = "time_s,yaw_deg or time_s,yaw_rad";
-
-/// A first line is looked for in so many bytes.
-const LONGEST_HEADER: u64 = 65_536;
 
 /// Rows between two looks at Ctrl-C.
 const ROWS_PER_CHECK: usize = 100_000;
@@ -44,15 +39,17 @@ fn second_column(file: &Path, header: &ByteRecord) -> Result<Meant> {
     }
 }
 
+/// The first line with something in it.
+fn first_line(bytes: &[u8]) -> Option<&[u8]> {
+    bytes.split(|b| *b == b'\n').find(|line| !line.trim_ascii().is_empty())
+}
+
 /// What parts the columns: a comma, or where the first line has none a semicolon or a tabulator, as programs
 /// write it where the comma is the decimal sign.
-fn separator(file: &Path) -> std::io::Result<u8> {
-    let mut line = Vec::new();
-    let mut reader = BufReader::new(File::open(file)?.take(LONGEST_HEADER));
-    // Empty lines at the beginning are passed over when the file is read, too.
-    while reader.read_until(b'\n', &mut line)? > 0 && line.trim_ascii().is_empty() {}
+fn separator(bytes: &[u8]) -> u8 {
+    let line = first_line(bytes).unwrap_or_default();
     let others = [b';', b'\t'].into_iter().filter(|other| line.contains(other));
-    Ok(others.take_while(|_| !line.contains(&b',')).next().unwrap_or(b','))
+    others.take_while(|_| !line.contains(&b',')).next().unwrap_or(b',')
 }
 
 /// A finite number, or why it is none. A comma is its decimal sign where it does not part the columns.
@@ -70,75 +67,93 @@ fn number(field: &[u8], separator: u8) -> std::result::Result<f64, String> {
     }
 }
 
-pub(super) fn read(file: &Path) -> Result<Record> {
-    let named = file.display();
-    let unreadable = |e: &dyn std::fmt::Display| {
-        Error::data(format!("cannot read {named}: {e}")).help("give the path of a CSV record")
-    };
-    if file.is_dir() {
-        return Err(unreadable(&"it is a folder"));
+/// What is wrong with a line, and what to do.
+type Wrong = (String, String);
+
+const REPAIR: &str = "correct this line or leave it out";
+
+/// Time and motion of a line; none where the cell of the motion is empty, which is a gap.
+fn sample(
+    row: &ByteRecord,
+    separator: u8,
+    as_gaps: impl Fn() -> String,
+) -> std::result::Result<Option<(f64, f64)>, Wrong> {
+    if row.len() != 2 {
+        let what = match row.len() {
+            1 => "one field instead of two".to_owned(),
+            more => format!("{more} fields instead of two"),
+        };
+        let help = "each line holds a time and an angle, with a decimal point";
+        return Err((what, help.to_owned()));
     }
-    let separator = separator(file).map_err(|e| unreadable(&e))?;
+    let time_s =
+        number(&row[0], separator).map_err(|why| (format!("time_s: {why}"), REPAIR.to_owned()))?;
+    if row[1].is_empty() {
+        return Ok(None);
+    }
+    let yaw = number(&row[1], separator).map_err(|why| {
+        let is_gap = row[1].eq_ignore_ascii_case(b"nan");
+        (format!("yaw angle: {why}"), if is_gap { as_gaps() } else { REPAIR.to_owned() })
+    })?;
+    Ok(Some((time_s, yaw)))
+}
+
+/// Whether `time_s` goes on where `record` ends.
+fn goes_on(record: &Record, time_s: f64, yaw_name: &str) -> std::result::Result<(), Wrong> {
+    if let Some(&before) = record.time_s.last().filter(|before| time_s < **before) {
+        let what = format!("time runs backwards, from {before} s to {time_s} s");
+        let command = suggest::by_rate(record, record.len(), time_s, yaw_name);
+        let sort = || "sort the record by time, or cut it here".to_owned();
+        return Err((what, command.unwrap_or_else(sort)));
+    }
+    // A clock set anew in mid-record, or seconds since 1970 after seconds since the start: to fill such a gap
+    // at the device's rate would take more memory than there is.
+    if record.time_s.first().is_some_and(|first| time_s - first > LONGEST_S) {
+        let what = format!("time runs on to {time_s} s, more than a day after the first sample");
+        return Err((what, "cut the record here, or give time_s in seconds".to_owned()));
+    }
+    Ok(())
+}
+
+/// The record that these bytes of `file` are.
+pub(super) fn of_bytes(file: &Path, bytes: &[u8]) -> Result<Record> {
+    let at =
+        |line: u64, what: String| Error::data(format!("{}, line {line}: {what}", file.display()));
+    let unreadable = |e: csv::Error| {
+        Error::data(format!("cannot read {}: {e}", file.display()))
+            .help("give the path of a CSV record")
+    };
+    let separator = separator(bytes);
     let mut reader = csv::ReaderBuilder::new()
         .delimiter(separator)
         .has_headers(false)
         .flexible(true)
         .trim(csv::Trim::All)
-        .from_path(file)
-        .map_err(|e| unreadable(&e))?;
+        .from_reader(bytes);
     let mut row = ByteRecord::new();
-    if !reader.read_byte_record(&mut row).map_err(|e| unreadable(&e))? {
-        return Err(Error::data(format!("{named}, line 1: the file is empty"))
+    if !reader.read_byte_record(&mut row).map_err(unreadable)? {
+        return Err(at(1, "the file is empty".to_owned())
             .help(format!("a record starts with {ACCEPTED_COLUMNS}")));
     }
     let Meant { measurand, scale } = second_column(file, &row)?;
     let yaw_name = String::from_utf8_lossy(&row[1]).into_owned();
-    let as_gaps = format!(
-        "where it is a gap, leave the field empty, or read it so: {}",
-        suggest::reading(file, &[("yaw", &yaw_name)])
-    );
+    let as_gaps = || {
+        let command = suggest::reading(file, &[("yaw", &yaw_name)]);
+        format!("where it is a gap, leave the field empty, or read it so: {command}")
+    };
     let mut record = Record::new(file.to_owned(), Vec::new(), Vec::new());
     record.measurand = measurand;
     let mut line = 1;
-    while reader.read_byte_record(&mut row).map_err(|e| unreadable(&e))? {
+    while reader.read_byte_record(&mut row).map_err(unreadable)? {
         line = row.position().map_or(line + 1, csv::Position::line);
-        let fail = |what: String, help: &str| {
-            Error::data(format!("{named}, line {line}: {what}")).help(help.to_owned())
-        };
-        if row.len() != 2 {
-            let what = match row.len() {
-                1 => "one field instead of two".to_owned(),
-                more => format!("{more} fields instead of two"),
-            };
-            return Err(fail(what, "each line holds a time and an angle, with a decimal point"));
-        }
-        let repair = "correct this line or leave it out";
-        let time_s =
-            number(&row[0], separator).map_err(|why| fail(format!("time_s: {why}"), repair))?;
-        // An empty cell is a gap.
-        if row[1].is_empty() {
+        let wrong = |(what, help): Wrong| at(line, what).help(help);
+        let Some((time_s, yaw)) = sample(&row, separator, as_gaps).map_err(wrong)? else {
             continue;
-        }
-        let is_gap = row[1].eq_ignore_ascii_case(b"nan");
-        let repair = if is_gap { as_gaps.as_str() } else { repair };
-        let yaw =
-            number(&row[1], separator).map_err(|why| fail(format!("yaw angle: {why}"), repair))?;
-        if let Some(&before) = record.time_s.last().filter(|before| time_s < **before) {
-            let what = format!("time runs backwards, from {before} s to {time_s} s");
-            let command = suggest::by_rate(&record, record.len(), time_s, &yaw_name);
-            let sort = "sort the record by time, or cut it here".to_owned();
-            return Err(fail(what, &command.unwrap_or(sort)));
-        }
-        // A clock set anew in mid-record, or seconds since 1970 after seconds since the start: to fill
-        // such a gap at the device's rate would take more memory than there is.
-        if record.time_s.first().is_some_and(|first| time_s - first > LONGEST_S) {
-            let what =
-                format!("time runs on to {time_s} s, more than a day after the first sample");
-            return Err(fail(what, "cut the record here, or give time_s in seconds"));
-        }
+        };
+        goes_on(&record, time_s, &yaw_name).map_err(wrong)?;
         let yaw_deg = yaw * scale;
         if !yaw_deg.is_finite() {
-            return Err(fail(format!("yaw angle: {yaw} is too large"), repair));
+            return Err(wrong((format!("yaw angle: {yaw} is too large"), REPAIR.to_owned())));
         }
         record.time_s.push(time_s);
         record.yaw_deg.push(yaw_deg);
@@ -148,32 +163,19 @@ pub(super) fn read(file: &Path) -> Result<Record> {
     }
     clock::spread(&mut record);
     if record.len() < FEWEST_SAMPLES {
-        return Err(Error::data(format!(
-            "{named}, line {line}: the record ends after {} samples, too short for three cycles",
-            record.len()
-        ))
-        .help("record at least three cycles of the free decay"));
+        let what =
+            format!("the record ends after {} samples, too short for three cycles", record.len());
+        return Err(at(line, what).help("record at least three cycles of the free decay"));
     }
     Ok(record)
 }
 
 /// Whether the first line is that of a record of ours, or there is none.
-pub(super) fn is_ours(file: &Path) -> Result<bool> {
-    let unreadable = |e: std::io::Error| {
-        Error::data(format!("cannot read {}: {e}", file.display()))
-            .help("give the path of a CSV record")
-    };
-    let mut line = Vec::new();
-    let mut reader = BufReader::new(File::open(file).map_err(unreadable)?.take(LONGEST_HEADER));
-    while line.trim_ascii().is_empty() {
-        line.clear();
-        if reader.read_until(b'\n', &mut line).map_err(unreadable)? == 0 {
-            return Ok(true);
-        }
-    }
-    let text = String::from_utf8_lossy(&line);
+pub(super) fn is_ours(bytes: &[u8]) -> bool {
+    let Some(line) = first_line(bytes) else { return true };
+    let text = String::from_utf8_lossy(line);
     let names: Vec<&str> = text.trim_start_matches('\u{feff}').split([',', ';', '\t']).collect();
-    Ok(names[0].trim() == "time_s" && names.len() <= 2)
+    names[0].trim() == "time_s" && names.len() <= 2
 }
 
 /// Writes `time_s,yaw_deg` with microdegrees and microseconds, or another quantity with its unit and all its

@@ -2,13 +2,14 @@
 
 use super::table::Channel;
 use super::{archive, csv_file, grid, hdf5, labx, lvm, mat, parquet_file, tdms, xlsx};
-use std::fs::File;
-use std::io::Read;
+use bytes::Bytes;
+use std::io::Cursor;
 use std::path::Path;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::files;
 use yawrig_core::record::Record;
 use yawrig_text::rows;
+use zip::ZipArchive;
 
 /// A format that records are read from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,8 +20,7 @@ pub enum Format {
     Hdf5,
     Tdms,
     Parquet,
-    Xlsx,
-    /// An archive of texts.
+    /// A workbook of Excel, or an archive of texts.
     Zip,
     /// Leybold's CASSY Lab.
     Labx,
@@ -29,7 +29,7 @@ pub enum Format {
 impl Format {
     /// Whether a person or a measuring program named its channels, so that their names say what they are.
     pub(super) fn names_its_channels(self) -> bool {
-        matches!(self, Self::Csv | Self::Xlsx | Self::Zip | Self::Labx)
+        matches!(self, Self::Csv | Self::Zip | Self::Labx)
     }
 }
 
@@ -43,26 +43,12 @@ pub fn is_named_so(file: &Path) -> bool {
     ending.is_some_and(|e| ENDINGS.iter().any(|ending| e.eq_ignore_ascii_case(ending)))
 }
 
-/// A file's format; what is nothing else is taken for CSV.
+/// The format of a file that begins so; what is nothing else is taken for CSV.
 ///
 /// # Errors
-/// Exit 3 for a file that is not readable, or of a relative of these formats that is not read.
-pub(super) fn of(file: &Path) -> Result<Format> {
+/// Exit 3 for a relative of these formats that is not read.
+pub(super) fn of(file: &Path, head: &[u8]) -> Result<Format> {
     let named = file.display();
-    let fail = |e: &dyn std::fmt::Display| {
-        Error::data(format!("cannot read {named}: {e}")).help("give the path of a record")
-    };
-    if file.is_dir() {
-        let error = fail(&"it is a folder");
-        let campaign = file.join("campaign.toml");
-        return Err(match campaign.exists() {
-            true => error.help(format!("give the campaign in it: {}", campaign.display())),
-            false => error,
-        });
-    }
-    let mut head = Vec::new();
-    let opened = File::open(file).map_err(|e| fail(&e))?;
-    opened.take(4096).read_to_end(&mut head).map_err(|e| fail(&e))?;
     const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
     // It may stand after a block for others, as MATLAB's.
     if [0, 512, 1024, 2048]
@@ -75,8 +61,7 @@ pub(super) fn of(file: &Path) -> Result<Format> {
         return Ok(Format::Mat);
     }
     if head.starts_with(b"PK\x03\x04") {
-        let archive = File::open(file).map_err(|e| fail(&e))?;
-        return Ok(if archive::is_workbook(archive) { Format::Xlsx } else { Format::Zip });
+        return Ok(Format::Zip);
     }
     if head.starts_with(b"\xd0\xcf\x11\xe0") {
         return Err(Error::data(format!("{named} is a workbook of Excel until 2003"))
@@ -97,7 +82,7 @@ pub(super) fn of(file: &Path) -> Result<Format> {
             .help("save it again in MATLAB with -v7 or -v7.3"));
     }
     let is_wide = matches!(
-        head.as_slice(),
+        head,
         [0xff, 0xfe, ..]
             | [0xfe, 0xff, ..]
             | [1..=255, 0, 1..=255, 0, ..]
@@ -107,7 +92,7 @@ pub(super) fn of(file: &Path) -> Result<Format> {
         return Err(Error::data(format!("{named} is neither text nor of a format that is read"))
             .help("give a record: CSV with time_s,yaw_deg, MATLAB, HDF5, TDMS or Parquet"));
     }
-    Ok(if labx::is_one(&head) { Format::Labx } else { Format::Csv })
+    Ok(if labx::is_one(head) { Format::Labx } else { Format::Csv })
 }
 
 /// Whether a text is a record in CSV and not a file of another kind.
@@ -115,17 +100,20 @@ pub fn is_record(text: &str) -> bool {
     text.trim_start_matches('\u{feff}').trim_start().starts_with("time_s")
 }
 
-/// The channels of a file.
-pub(super) fn channels(file: &Path, format: Format) -> Result<Vec<Channel>> {
+/// The channels of a file, of which these are the bytes.
+pub(super) fn channels(file: &Path, format: Format, bytes: Bytes) -> Result<Vec<Channel>> {
     let read = match format {
-        Format::Csv => text_channels(file),
-        Format::Mat => mat::read(file),
-        Format::Hdf5 => hdf5::read(file),
-        Format::Tdms => tdms::read(file),
-        Format::Parquet => parquet_file::read(file),
-        Format::Xlsx => xlsx::read(file),
-        Format::Zip => archive::read(file),
-        Format::Labx => text_of(file).and_then(|text| labx::of_text(&text)),
+        Format::Csv => text_channels(&rows::decoded(&bytes)),
+        Format::Mat => mat::of_bytes(&bytes),
+        Format::Hdf5 => hdf5::of_bytes(bytes),
+        Format::Tdms => tdms::of_bytes(&bytes),
+        Format::Parquet => parquet_file::of_bytes(bytes),
+        // A workbook is an archive, too; what is no archive at all its reader says.
+        Format::Zip => match ZipArchive::new(Cursor::new(&bytes)) {
+            Ok(archive) if !archive::is_workbook(&archive) => archive::read(archive),
+            _ => xlsx::of_bytes(&bytes),
+        },
+        Format::Labx => labx::of_text(&rows::decoded(&bytes)),
     };
     read.map_err(|why| {
         Error::data(format!("cannot read {}: {why}", file.display()))
@@ -134,17 +122,11 @@ pub(super) fn channels(file: &Path, format: Format) -> Result<Vec<Channel>> {
 }
 
 /// The channels of a text, whatever parts its columns.
-fn text_channels(file: &Path) -> std::result::Result<Vec<Channel>, String> {
-    let text = text_of(file)?;
-    match lvm::is_one(&text) {
-        true => lvm::of_text(&text),
-        false => grid::of_text(&text),
+fn text_channels(text: &str) -> std::result::Result<Vec<Channel>, String> {
+    match lvm::is_one(text) {
+        true => lvm::of_text(text),
+        false => grid::of_text(text),
     }
-}
-
-fn text_of(file: &Path) -> std::result::Result<String, String> {
-    let bytes = std::fs::read(file).map_err(|e| e.to_string())?;
-    Ok(rows::decoded(&bytes).into_owned())
 }
 
 /// Writes a record under a name whose ending says the format.

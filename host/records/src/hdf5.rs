@@ -2,16 +2,16 @@
 
 use super::mat;
 use super::table::Channel;
+use bytes::Bytes;
 use hdf5_pure::mat::{MatBuilder, Options};
 use hdf5_pure::{AttrValue, DType, Dataset, File, FileBuilder, Group};
-use std::path::Path;
 use yawrig_core::record::Record;
 
 /// Groups in groups, at most.
 const DEEPEST: usize = 8;
 
-pub(super) fn read(file: &Path) -> std::result::Result<Vec<Channel>, String> {
-    let opened = File::open_streaming(file).map_err(|e| e.to_string())?;
+pub(super) fn of_bytes(bytes: Bytes) -> std::result::Result<Vec<Channel>, String> {
+    let opened = File::from_bytes(bytes.into()).map_err(|e| e.to_string())?;
     let mut channels = Vec::new();
     gather(&opened.root(), "", DEEPEST, &mut channels)?;
     Ok(channels)

@@ -24,7 +24,7 @@ mod once;
 mod parquet_file;
 pub mod place;
 mod quantity;
-mod standard_input;
+mod source;
 mod suggest;
 mod table;
 mod tdms;
@@ -34,6 +34,7 @@ mod xlsx;
 pub use csv_file::{as_written, write, write_samples, write_samples_of, ACCEPTED_COLUMNS};
 pub use kept::keep;
 pub use quantity::Quantity;
+pub use source::{content, content_when_read, Content};
 pub use table::{Channel, Selection, TimeUnit};
 
 use place::{Part, Times};
@@ -60,14 +61,16 @@ pub fn read(file: &Path) -> Result<Record> {
 /// # Errors
 /// As [`read`]; with the channels there are where it is not clear which are meant.
 pub fn read_selected(named: &Path, selection: &Selection) -> Result<Record> {
-    if let Some(part) = standard_input::part(named) {
-        return standard_input::read(named, part, |file| read_selected(file, selection));
+    match place::is_standard_input(named) {
+        true => part_of(named, selection, Selection::default()).map_err(source::said),
+        // What neither the file nor the user says may have been said for its folder.
+        false => part_of(named, selection, kept::for_record(&place::parted(named).0)?),
     }
+}
+
+fn part_of(named: &Path, selection: &Selection, kept: Selection) -> Result<Record> {
     let (file, part) = place::parted(named);
-    let file = file.as_path();
-    // What neither the file nor the user says may have been said for its folder.
-    let kept = kept::for_record(file)?;
-    let whole = once::whole(file, [selection, &kept], || parsed(file, selection, &kept))?;
+    let whole = once::whole(&file, [selection, &kept], || parsed(&file, selection, &kept))?;
     let all = || whole.record.clone();
     let mut record = match part {
         // What is said of one record goes before what is kept for its folder.
@@ -81,23 +84,22 @@ pub fn read_selected(named: &Path, selection: &Selection) -> Result<Record> {
         }
         None => cut::between(all(), kept.times(), true)?,
     };
-    if part.is_some() {
-        record.file = named.to_owned();
-    }
+    record.file = named.to_owned();
     Ok(record)
 }
 
 /// All of `file`'s record, from the channels that are meant.
 fn parsed(file: &Path, selection: &Selection, kept: &Selection) -> Result<Record> {
-    let format = format::of(file)?;
+    let (format, bytes) = source::read(file)?;
+    let file = source::shown(file);
     let is_text = format.names_its_channels();
     // A name for the motion changes nothing in how it is read.
     let reading = Selection { motion: None, ..selection.clone() };
     let mut record =
-        if format == format::Format::Csv && reading.is_empty() && csv_file::is_ours(file)? {
-            csv_file::read(file)?
+        if format == format::Format::Csv && reading.is_empty() && csv_file::is_ours(&bytes) {
+            csv_file::of_bytes(file, &bytes)?
         } else {
-            let table = format::channels(file, format)?;
+            let table = format::channels(file, format, bytes)?;
             let with = |selection: &Selection| asked::record(file, &table, selection, is_text);
             match with(&reading) {
                 Err(unclear) if kept.is_empty() => return Err(unclear),
@@ -165,7 +167,8 @@ fn release(record: &Record, parts: &[Range<usize>], number: usize) -> Result<Rec
 /// # Errors
 /// Exit 3 where it cannot be read.
 pub fn channels(file: &Path) -> Result<Vec<Channel>> {
-    format::channels(file, format::of(file)?)
+    let (format, bytes) = source::read(file)?;
+    format::channels(source::shown(file), format, bytes)
 }
 
 /// How many releases a file holds, read as `selection` says.

@@ -6,7 +6,6 @@
 use super::table::Channel;
 use flate2::read::ZlibDecoder;
 use std::io::Read;
-use std::path::Path;
 
 type Result<T> = std::result::Result<T, String>;
 
@@ -23,8 +22,7 @@ const DEEPEST: usize = 8;
 
 /// A variable is a channel, a column of a matrix `data(:,2)`, a field of a structure `run/yaw_deg`, of one of
 /// several `run(3)/yaw_deg`, of a cell `runs{3}`; a matrix that lies on its side has rows, `data(2,:)`.
-pub(super) fn read(file: &Path) -> Result<Vec<Channel>> {
-    let bytes = std::fs::read(file).map_err(|e| e.to_string())?;
+pub(super) fn of_bytes(bytes: &[u8]) -> Result<Vec<Channel>> {
     let (header, body) = bytes.split_at_checked(HEADER).ok_or_else(cut)?;
     let little = match &header[126..] {
         b"IM" => true,

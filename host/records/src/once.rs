@@ -1,10 +1,10 @@
 //! Records that this process has read already: each file is parsed once, as long as it stays as it is.
 
+use super::source::Stamp;
 use super::table::Selection;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
-use std::time::SystemTime;
 use yawrig_base::error::Result;
 use yawrig_core::identify::several;
 use yawrig_core::record::Record;
@@ -28,35 +28,10 @@ impl Whole {
 #[derive(PartialEq)]
 struct Key {
     file: PathBuf,
-    bytes: u64,
-    /// When its content was last changed.
-    changed: Option<SystemTime>,
-    identity: [i64; 4],
+    /// None of what gives its bytes only once.
+    stamp: Option<Stamp>,
     /// As it was asked for, and as is kept for its folder.
     reading: [Selection; 2],
-}
-
-impl Key {
-    fn of(file: &Path, reading: [&Selection; 2]) -> Option<Self> {
-        let m = file.metadata().ok().filter(std::fs::Metadata::is_file)?;
-        let (bytes, changed, identity) = (m.len(), m.modified().ok(), identity(&m));
-        let reading = reading.map(Clone::clone);
-        Some(Self { file: file.to_owned(), bytes, changed, identity, reading })
-    }
-}
-
-/// Device and number on it, and when its entry was last changed.
-#[cfg(unix)]
-fn identity(m: &std::fs::Metadata) -> [i64; 4] {
-    use std::os::unix::fs::MetadataExt;
-    [m.dev() as i64, m.ino() as i64, m.ctime(), m.ctime_nsec()]
-}
-
-/// When it was made.
-#[cfg(windows)]
-fn identity(m: &std::fs::Metadata) -> [i64; 4] {
-    use std::os::windows::fs::MetadataExt;
-    [m.creation_time() as i64, 0, 0, 0]
 }
 
 /// The oldest first.
@@ -73,22 +48,19 @@ pub(super) fn whole(
     parse: impl FnOnce() -> Result<Record>,
 ) -> Result<Arc<Whole>> {
     // What changes while it is read is taken as it was before, and so read again.
-    let key = Key::of(file, reading);
+    let (stamp, reading) = (Stamp::of(file), reading.map(Clone::clone));
+    let key = Key { file: file.to_owned(), stamp, reading };
     let all = || READ.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(key) = &key
-        && let Some((_, whole)) = all().iter().find(|(known, _)| known == key)
-    {
+    if let Some((_, whole)) = all().iter().find(|(known, _)| *known == key) {
         return Ok(Arc::clone(whole));
     }
     let whole = Arc::new(Whole { record: parse()?, releases: OnceLock::new() });
-    if let Some(key) = key {
-        let mut all = all();
-        all.retain(|(known, _)| known.file != key.file || known.reading != key.reading);
-        all.push((key, Arc::clone(&whole)));
-        let mut samples: usize = all.iter().map(|(_, whole)| whole.record.len()).sum();
-        while samples > MOST_SAMPLES {
-            samples -= all.remove(0).1.record.len();
-        }
+    let mut all = all();
+    all.retain(|(known, _)| known.file != key.file || known.reading != key.reading);
+    all.push((key, Arc::clone(&whole)));
+    let mut samples: usize = all.iter().map(|(_, whole)| whole.record.len()).sum();
+    while samples > MOST_SAMPLES {
+        samples -= all.remove(0).1.record.len();
     }
     Ok(whole)
 }

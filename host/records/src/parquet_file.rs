@@ -1,6 +1,7 @@
 //! Parquet.
 
 use super::table::Channel;
+use bytes::Bytes;
 use parquet::basic::{ConvertedType, LogicalType};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{DataType, DoubleType};
@@ -9,17 +10,14 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
 use parquet::schema::types::ColumnDescriptor;
-use std::fs::File;
-use std::path::Path;
 use std::sync::Arc;
 use yawrig_core::record::Record;
 
 /// Numbers read at a time.
 const BATCH: usize = 65_536;
 
-pub(super) fn read(file: &Path) -> std::result::Result<Vec<Channel>, String> {
-    let opened = File::open(file).map_err(|e| e.to_string())?;
-    let reader = SerializedFileReader::new(opened).map_err(|e| e.to_string())?;
+pub(super) fn of_bytes(bytes: Bytes) -> std::result::Result<Vec<Channel>, String> {
+    let reader = SerializedFileReader::new(bytes).map_err(|e| e.to_string())?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
     let columns = schema.columns().iter().enumerate();
     let channels = columns.map(|(index, column)| Channel {
@@ -45,7 +43,7 @@ fn is_number(column: &ColumnDescriptor) -> std::result::Result<(), String> {
 }
 
 fn numbers(
-    reader: &SerializedFileReader<File>,
+    reader: &SerializedFileReader<Bytes>,
     column: usize,
 ) -> std::result::Result<Vec<f64>, String> {
     let mut values = Vec::new();

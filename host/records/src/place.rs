@@ -1,6 +1,5 @@
 //! `r.csv#2`: one of several releases in one file; `r.csv#12.5s..40s`: what lies between these times.
 
-use super::standard_input;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -45,10 +44,11 @@ impl Part {
     }
 }
 
-/// The file that `named` means, and which part of it; the whole of it where none is named.
+/// The file that `named` means, `-` being standard input, and which part of it; the whole of it where none is
+/// named.
 pub fn parted(named: &Path) -> (PathBuf, Option<Part>) {
     let part = || {
-        if named.exists() {
+        if named.exists() && !named.to_str()?.starts_with("-#") {
             return None;
         }
         let (file, part) = named.to_str()?.rsplit_once('#')?;
@@ -71,7 +71,7 @@ pub fn is_file(named: &Path) -> bool {
 
 /// Whether it is `-`, the record that comes by standard input, or a release of it.
 pub fn is_standard_input(named: &Path) -> bool {
-    standard_input::part(named).is_some()
+    parted(named).0.as_os_str() == "-"
 }
 
 /// As [`Path::canonicalize`]; standard input has its name everywhere.

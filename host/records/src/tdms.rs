@@ -10,7 +10,6 @@
 
 use super::table::Channel;
 use std::collections::HashMap;
-use std::path::Path;
 
 const META_DATA: u32 = 1 << 1;
 const NEW_OBJECTS: u32 = 1 << 2;
@@ -49,12 +48,11 @@ enum Property {
     Other,
 }
 
-pub(super) fn read(file: &Path) -> Result<Vec<Channel>> {
-    let bytes = std::fs::read(file).map_err(|e| e.to_string())?;
+pub(super) fn of_bytes(bytes: &[u8]) -> Result<Vec<Channel>> {
     let mut objects = Objects::default();
     let mut at = 0;
     while at < bytes.len() {
-        at = objects.segment(&bytes, at)?;
+        at = objects.segment(bytes, at)?;
     }
     let channels = objects.order.iter().filter_map(|path| {
         let object = objects.by_path.get(path)?;

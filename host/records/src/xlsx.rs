@@ -3,8 +3,8 @@
 
 use super::grid;
 use super::table::Channel;
-use calamine::{open_workbook, Data, Range, Reader, Xlsx};
-use std::path::Path;
+use calamine::{Data, Range, Reader, Xlsx, XlsxError};
+use std::io::Cursor;
 use yawrig_text::rows::Row;
 
 const SECONDS_PER_DAY: f64 = 86_400.0;
@@ -12,8 +12,8 @@ const SECONDS_PER_DAY: f64 = 86_400.0;
 /// Channels of a sheet that is at least so long, of the longest, are among those to choose from.
 const SHARE: f64 = 0.5;
 
-pub(super) fn read(file: &Path) -> Result<Vec<Channel>, String> {
-    let mut book: Xlsx<_> = open_workbook(file).map_err(|e: calamine::XlsxError| e.to_string())?;
+pub(super) fn of_bytes(bytes: &[u8]) -> Result<Vec<Channel>, String> {
+    let mut book = Xlsx::new(Cursor::new(bytes)).map_err(|e: XlsxError| e.to_string())?;
     let names = book.sheet_names();
     let mut sheets: Vec<(String, Vec<Channel>)> = Vec::new();
     let mut why = "there is no sheet in it".to_owned();

@@ -40,8 +40,8 @@ use yawrig_core::diagnosis::compare::Where;
 use yawrig_core::identify::AtAmplitude;
 use yawrig_core::quantity::Quantity;
 use yawrig_core::record::Said;
+use yawrig_records::{content, content_when_read, Content};
 use yawrig_shared::axis::Axis;
-use yawrig_shared::checksum::crc32;
 
 pub const SCHEMA_VERSION: u32 = 1;
 /// Largest page, bytes.
@@ -157,12 +157,12 @@ impl SourceFile {
     /// # Errors
     /// Exit 3 where it cannot be read.
     pub fn of(file: &Path) -> Result<Self> {
-        let bytes = std::fs::read(file).map_err(|e| {
-            Error::data(format!("cannot read {}: {e}", file.display()))
+        let content = content_when_read(file).or_else(|| content(file)).ok_or_else(|| {
+            Error::data(format!("cannot read {}", file.display()))
                 .help("see to it that you may read it")
         })?;
-        let file = file.display().to_string();
-        Ok(Self { file, bytes: bytes.len(), crc32: format!("{:08x}", crc32(&bytes)) })
+        let Content { bytes, crc32 } = content;
+        Ok(Self { file: file.display().to_string(), bytes, crc32 })
     }
 }
 

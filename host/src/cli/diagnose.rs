@@ -368,19 +368,30 @@ fn several(files: &[PathBuf], reading: &Selection, options: Options) -> Result<C
 fn beside(path: &Path, file: Option<&Path>, reading: &Selection, options: Options) -> Result<Case> {
     let model = Model::read(path)?;
     edits::warn(&model, path);
-    let fitted: Vec<&RecordEntry> = model.records.iter().filter(|r| !r.held_out).collect();
+    let case = lacking(&model, path, file, reading, options)?;
     for entry in &model.records {
         if let Some(changed) = records::changed(entry, &Model::record_path(path, entry)) {
             crate::warn!("{changed}");
         }
     }
+    Ok(case)
+}
+
+fn lacking(
+    model: &Model,
+    path: &Path,
+    file: Option<&Path>,
+    reading: &Selection,
+    options: Options,
+) -> Result<Case> {
+    let fitted: Vec<&RecordEntry> = model.records.iter().filter(|r| !r.held_out).collect();
     let options = Options {
         zero_unknown: options.zero_unknown || model.unknown_zero,
-        present: structure(&model)?,
+        present: structure(model)?,
         ..options
     };
     let entry = match (file, fitted.as_slice()) {
-        (Some(file), _) => records::known_or_new(&model, path, file)?.read_as(reading),
+        (Some(file), _) => records::known_or_new(model, path, file)?.read_as(reading),
         (None, [entry]) => (*entry).clone(),
         (None, all) => {
             let read = |entry: &&RecordEntry| {

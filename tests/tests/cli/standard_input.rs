@@ -1,4 +1,4 @@
-//! `-`: a record that comes by standard input.
+//! A record that can be read only once: `-`, which comes by standard input, and a pipe with a name.
 
 use serde_json::Value;
 use std::path::Path;
@@ -82,4 +82,38 @@ fn what_comes_by_standard_input_is_refused_by_that_name() {
     let (code, _, stderr) = fed(at, "fit -", "bad.csv");
     assert_eq!(code, Some(2));
     assert!(stderr.contains("a model keeps the names of its records"), "{stderr}");
+}
+
+#[test]
+fn every_command_reads_a_record_once() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let planted = "--natural-frequency 7 --damping 0.006 --seconds 16 --rate-hz 100 --effect coulomb_friction:c=0.15";
+    yawrig(&format!("simulate {planted} --out r.csv")).in_folder(at).run().exits(0);
+    let bytes = std::fs::read(at.join("r.csv")).expect("a record");
+    for (number, verb) in [
+        "identify PIPE",
+        "identify PIPE --release all",
+        "identify PIPE --out log.jsonl",
+        "convert PIPE copy.csv",
+        "diagnose PIPE",
+        "diagnose PIPE r.csv",
+        "law PIPE",
+        "compare PIPE --effect coulomb_friction",
+        "report PIPE --out page.html",
+        "fit PIPE --model model.toml",
+        "diagnose PIPE --model model.toml",
+        "train --records PIPE --samples 200 --epochs 1 --out network.yrn",
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let pipe = format!("{number}.csv");
+        nix::unistd::mkfifo(&at.join(&pipe), nix::sys::stat::Mode::S_IRWXU).expect("a pipe");
+        let (fed, bytes) = (at.join(&pipe), bytes.clone());
+        // Opened again, it waits for somebody who writes until the test is out of patience.
+        let feeder = std::thread::spawn(move || std::fs::write(fed, bytes));
+        yawrig(&verb.replace("PIPE", &pipe)).in_folder(at).run().exits(0);
+        feeder.join().expect("a thread").expect("a reader");
+    }
 }

@@ -1,0 +1,197 @@
+//! A record's bytes, taken in once by a file's name: a pipe gives them only once, and what is said of a file
+//! is said of the bytes that were read.
+
+use super::format::{self, Format};
+use super::place;
+use bytes::Bytes;
+use std::collections::HashMap;
+use std::fmt::Display;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+use std::time::SystemTime;
+use yawrig_base::error::{Error, Result};
+use yawrig_shared::checksum::crc32;
+
+/// A format is told by so many bytes.
+const HEAD: u64 = 4096;
+
+/// What standard input is called while its record is read.
+const INPUT: &str = "standard-input";
+
+/// What gives its bytes only once.
+static TAKEN_IN: LazyLock<Mutex<HashMap<PathBuf, Bytes>>> = LazyLock::new(Mutex::default);
+
+/// What was in the files that were read.
+static CONTENTS: LazyLock<Mutex<HashMap<PathBuf, (Stamp, Content)>>> =
+    LazyLock::new(Mutex::default);
+
+/// By what the bytes of a file are known again.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Content {
+    pub bytes: usize,
+    pub crc32: String,
+}
+
+impl Content {
+    fn of(bytes: &[u8]) -> Self {
+        Self { bytes: bytes.len(), crc32: format!("{:08x}", crc32(bytes)) }
+    }
+}
+
+/// A file as it was when it was read.
+#[derive(Clone, PartialEq)]
+pub(super) struct Stamp {
+    bytes: u64,
+    /// When its content was last changed.
+    changed: Option<SystemTime>,
+    identity: [i64; 4],
+}
+
+impl Stamp {
+    /// None of what is no file, or not there.
+    pub(super) fn of(file: &Path) -> Option<Self> {
+        let m = file.metadata().ok().filter(std::fs::Metadata::is_file)?;
+        Some(Self { bytes: m.len(), changed: m.modified().ok(), identity: identity(&m) })
+    }
+}
+
+/// Device and number on it, and when its entry was last changed.
+#[cfg(unix)]
+fn identity(m: &std::fs::Metadata) -> [i64; 4] {
+    use std::os::unix::fs::MetadataExt;
+    [m.dev() as i64, m.ino() as i64, m.ctime(), m.ctime_nsec()]
+}
+
+/// When it was made.
+#[cfg(windows)]
+fn identity(m: &std::fs::Metadata) -> [i64; 4] {
+    use std::os::windows::fs::MetadataExt;
+    [m.creation_time() as i64, 0, 0, 0]
+}
+
+/// What messages call `file`, until [`said`] has them say it as the user does.
+pub(super) fn shown(file: &Path) -> &Path {
+    if place::is_standard_input(file) {
+        Path::new(INPUT)
+    } else {
+        file
+    }
+}
+
+/// An error about the record that comes by standard input.
+pub(super) fn said(error: Error) -> Error {
+    Error {
+        message: error.message.replace(INPUT, "standard input"),
+        // A command that is printed takes it in again.
+        help: error.help.replace(INPUT, "-"),
+        ..error
+    }
+}
+
+/// The format of `file`, or standard input, and all its bytes.
+///
+/// # Errors
+/// Exit 3 where it cannot be read, or is of a relative of the formats that is not read.
+pub(super) fn read(file: &Path) -> Result<(Format, Bytes)> {
+    // What changes while it is read is taken as it was before, and so read again.
+    if let Some(stamp) = stamp(file) {
+        let (format, bytes) = read_now(file)?;
+        contents().insert(file.to_owned(), (stamp, Content::of(&bytes)));
+        return Ok((format, bytes));
+    }
+    let mut taken_in = taken_in();
+    if let Some(bytes) = taken_in.get(file) {
+        return Ok((format::of(shown(file), bytes)?, bytes.clone()));
+    }
+    let (format, bytes) = read_now(file)?;
+    taken_in.insert(file.to_owned(), bytes.clone());
+    Ok((format, bytes))
+}
+
+fn read_now(file: &Path) -> Result<(Format, Bytes)> {
+    let shown = shown(file);
+    let fail = |e: &dyn Display| {
+        Error::data(format!("cannot read {}: {e}", shown.display()))
+            .help("give the path of a record")
+    };
+    let (mut from, size): (Box<dyn Read>, u64) = if place::is_standard_input(file) {
+        (Box::new(std::io::stdin()), 0)
+    } else if file.is_dir() {
+        let error = fail(&"it is a folder");
+        let campaign = file.join("campaign.toml");
+        return Err(match campaign.exists() {
+            true => error.help(format!("give the campaign in it: {}", campaign.display())),
+            false => error,
+        });
+    } else {
+        let opened = File::open(file).map_err(|e| fail(&e))?;
+        let size = opened.metadata().map_or(0, |m| m.len());
+        (Box::new(opened), size)
+    };
+    let mut bytes = Vec::with_capacity(usize::try_from(size).unwrap_or(0));
+    from.by_ref().take(HEAD).read_to_end(&mut bytes).map_err(|e| fail(&e))?;
+    // A device may never end.
+    let format = format::of(shown, &bytes)?;
+    from.read_to_end(&mut bytes).map_err(|e| fail(&e))?;
+    Ok((format, bytes.into()))
+}
+
+/// What is in `file`, a record or any other, now; read only where it is not as this process has read it. None
+/// where it cannot be read, or gives its bytes only once and has not yet.
+pub fn content(file: &Path) -> Option<Content> {
+    let (file, _) = place::parted(file);
+    let Some(stamp) = stamp(&file) else { return content_when_read(&file) };
+    let known = contents().get(&file).cloned();
+    match known.filter(|(known, _)| *known == stamp) {
+        Some((_, content)) => Some(content),
+        None => Some(Content::of(&std::fs::read(&file).ok()?)),
+    }
+}
+
+/// What was in `file` when this process last read its record, whatever has become of it since; none where it
+/// has not.
+pub fn content_when_read(file: &Path) -> Option<Content> {
+    let (file, _) = place::parted(file);
+    let read = contents().get(&file).map(|(_, content)| content.clone());
+    read.or_else(|| taken_in().get(&file).map(|bytes| Content::of(bytes)))
+}
+
+/// None of what gives its bytes only once.
+fn stamp(file: &Path) -> Option<Stamp> {
+    if place::is_standard_input(file) {
+        None
+    } else {
+        Stamp::of(file)
+    }
+}
+
+fn taken_in() -> MutexGuard<'static, HashMap<PathBuf, Bytes>> {
+    TAKEN_IN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn contents() -> MutexGuard<'static, HashMap<PathBuf, (Stamp, Content)>> {
+    CONTENTS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_in_a_file_is_said_of_the_bytes_that_were_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("r.csv");
+        let of = |bytes: &str| Some(Content::of(bytes.as_bytes()));
+        std::fs::write(&file, "one").unwrap();
+        assert_eq!((content(&file), content_when_read(&file)), (of("one"), None));
+        assert_eq!(read(&file).unwrap().1, "one");
+        std::fs::write(&file, "longer").unwrap();
+        let release = folder.path().join("r.csv#2");
+        assert_eq!((content(&release), content_when_read(&release)), (of("longer"), of("one")));
+        read(&file).unwrap();
+        std::fs::remove_file(&file).unwrap();
+        assert_eq!((content(&file), content_when_read(&file)), (None, of("longer")));
+    }
+}
