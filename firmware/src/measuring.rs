@@ -1,24 +1,24 @@
 //! From samples to results: the tracker, the release logic and the network put together.
 
+mod ending;
 mod free;
+mod gaps;
+mod settings;
 mod windows;
 
 use crate::estimator::Collector;
-use crate::learning::{Learning, Seen};
+use crate::learning::Learning;
 use crate::line::Line;
-use crate::reference::{Known, Reference};
+use crate::reference::Reference;
 use crate::refining::Refining;
 use crate::release::{Step, Watch};
 use crate::sampler::Sampler;
-use crate::signal::{Gap, Signal, BRIDGED, LONGEST_GAP};
+use crate::signal::Signal;
 use crate::swings::Swings;
 use yawrig_shared::history::BLOCK;
-use yawrig_shared::modal::Modal;
-use yawrig_shared::network::{Estimate, Network};
+use yawrig_shared::network::Network;
 use yawrig_shared::window::{Extreme, Finding, Limits, Tracker};
-use yawrig_shared::wire::{
-    Condition, Event, Flags, Measured, Phase, Refined, Refusal, ReleaseResult, Settings,
-};
+use yawrig_shared::wire::{Condition, Event, Flags, Measured, Phase, Refined, Settings};
 
 /// Samples until a released model has turned twice: a cycle and a half at 0.3 rad/s.
 const PATIENCE: u32 = 31_416;
@@ -102,30 +102,6 @@ impl Measuring {
         }
     }
 
-    /// `count` samples before the next one were lost.
-    pub fn lost(&mut self, count: u32, context: &mut Context) {
-        if count == 0 {
-            return;
-        }
-        self.lost_samples = self.lost_samples.saturating_add(count);
-        self.current.flags.set(Flags::LOST_SAMPLES);
-        // Of many, only what is left beside whole blocks.
-        let (blocks, bridged) = match count {
-            ..=LONGEST_GAP => (0, count),
-            _ => (count / BLOCK as u32, count % BLOCK as u32),
-        };
-        let from = self.now();
-        if blocks > 0 {
-            self.give_up(from, context);
-        }
-        (0..bridged).for_each(|_| self.take(self.signal.last(), context));
-        self.tracker.skip(blocks);
-        if count > BRIDGED {
-            self.signal.rejoin();
-            self.after_gap(from, context);
-        }
-    }
-
     /// Readings of the sensor come so many samples from one another.
     pub fn set_spread(&mut self, samples: u32) {
         self.signal.set_spread(samples);
@@ -146,49 +122,6 @@ impl Measuring {
         }
         self.take(good, context);
         self.end_if_due(context);
-    }
-
-    /// Readings were not the model's for a while.
-    fn gap(&mut self, gap: Gap, context: &mut Context) {
-        let from = self.now().wrapping_sub(gap.length);
-        let too_long = gap.length > LONGEST_GAP;
-        // A jump without a gap is none of the contact's.
-        let disturbed = too_long || gap.jumped && gap.length <= BRIDGED;
-        self.current.flags.set(if disturbed { Flags::DISTURBED } else { Flags::SPIKES });
-        // And after a release it is a hand that moves the model.
-        if too_long || gap.jumped && self.watch.phase() == Phase::Finished {
-            self.give_up(from, context);
-        }
-        if gap.length > BRIDGED || gap.jumped {
-            self.after_gap(from, context);
-        }
-    }
-
-    /// Tracks anew: no turning point in a gap, or before it, is one of what comes.
-    fn after_gap(&mut self, from: u32, context: &mut Context) {
-        self.spoil(from, context);
-        self.restart(None);
-        self.current.swings = Swings::default();
-        self.current.turned_sample = self.now();
-    }
-
-    /// Ends the release that is going on, if one is, and waits for whatever comes.
-    fn give_up(&mut self, end: u32, context: &mut Context) {
-        self.finish(Flags::CUT_SHORT, end, context);
-        if self.watch.phase() != Phase::Waiting {
-            self.watch = Watch::new();
-            self.announce(self.now(), context);
-        }
-    }
-
-    /// What has come since `from` is of no use for windows, nor for the record.
-    fn spoil(&mut self, from: u32, context: &mut Context) {
-        self.current.spoilt_until = Some(self.now());
-        context.refining.interrupt(from, self.current.smallest_deg);
-    }
-
-    fn is_spoilt(&self, start: u32) -> bool {
-        self.current.spoilt_until.is_some_and(|until| start.wrapping_sub(until) as i32 <= 0)
     }
 
     /// Whether the host has ended the record, and nothing has come since.
@@ -379,28 +312,6 @@ impl Measuring {
         self.tracker.restart(held);
     }
 
-    /// Takes no turn for one that may be noise.
-    fn set_limits(&mut self, times: f32) {
-        let settings = self.sampler.settings();
-        let mut limits = limits(settings);
-        limits.least_swing_deg = limits.least_swing_deg.max(times * self.signal.block_noise_deg());
-        self.tracker.configure(settings.degrees_per_count, limits);
-    }
-
-    /// A new release may begin: settings and condition that were waiting for it take effect.
-    fn prepare(&mut self, context: &mut Context) {
-        self.take_condition(context);
-        if let Some(settings) = self.next_settings.take() {
-            let was = self.sampler.settings().degrees_per_count;
-            let times = settings.degrees_per_count / was;
-            self.sampler = Sampler::new(settings);
-            self.tracker.configure(settings.degrees_per_count, limits(&settings));
-            self.signal.rescale(settings.degrees_per_count, times);
-            self.watch.rescale(times);
-        }
-        self.current = Current::default();
-    }
-
     fn at_rest(&mut self, was: Phase, context: &mut Context) {
         if was == Phase::Ringing {
             self.watch.set_phase(Phase::Ringing);
@@ -448,152 +359,9 @@ impl Measuring {
         }
     }
 
-    /// Ends the release at the host's wish.
-    fn end_release(&mut self, context: &mut Context) {
-        match self.watch.phase() {
-            Phase::Ringing => self.finish(Flags::CUT_SHORT, self.now(), context),
-            Phase::Finished => {}
-            // The host waits for a result; what came gives none.
-            phase => {
-                if self.signal.is_stuck() {
-                    self.current.flags.set(Flags::STUCK);
-                }
-                if phase != Phase::Released {
-                    self.watch.set_phase(Phase::Ringing);
-                }
-                self.finish(Flags::CUT_SHORT, self.now(), context);
-            }
-        }
-        self.tracker.restart(None);
-        self.watch = Watch::new();
-    }
-
-    /// Sends the release's result, if one is running, and begins to refine it from the samples before `end`.
-    fn finish(&mut self, extra: Flags, end: u32, context: &mut Context) {
-        let rings = self.watch.phase() == Phase::Ringing;
-        if !self.is_releasing() {
-            return;
-        }
-        self.watch.set_phase(Phase::Finished);
-        let current = core::mem::take(&mut self.current);
-        let mut flags = current.flags;
-        flags.set(extra);
-        if current.windows.count() == 0 {
-            let small = rings && current.largest_deg < self.sampler.settings().to_deg;
-            flags.set(if small { Flags::TOO_SMALL } else { Flags::TOO_FEW_CYCLES });
-        }
-        let (rms, bias) =
-            context.network.map_or(([0.0; 2], [0.0; 2]), |n| (n.test_rms, n.bias_rms));
-        let means = current.windows.result(rms, [0.0; 2]);
-        let windows = current.windows.count();
-        let seen = Seen { release: self.releases, means, windows, single: rms, bias };
-        let mut corrected = self.learning.result(&seen);
-        if current.windows.count() < 2 {
-            // One alone has the network's whole error.
-            (0..2).for_each(|output| corrected[output].u = means[output].u);
-        }
-        let [natural_frequency_rad_s, damping_ratio] = corrected;
-        let numbers = context.network.map(|network| current.windows.numbers(network));
-        let numbers = numbers.unwrap_or_default();
-        let mean = Estimate {
-            natural_frequency_rad_s: natural_frequency_rad_s.value,
-            damping_ratio: damping_ratio.value,
-            numbers: numbers.iter().map(|number| number.value).collect(),
-        };
-        let outside = context.network.is_some_and(|network| !network.holds(&mean));
-        if outside && current.windows.count() > 0 {
-            flags.set(Flags::OUT_OF_RANGE);
-        }
-        let known = Known {
-            modal: Modal {
-                natural_frequency_rad_s: f64::from(natural_frequency_rad_s.value),
-                damping_ratio: f64::from(damping_ratio.value),
-            },
-            natural_frequency_u: natural_frequency_rad_s.u,
-            damping_ratio_u: damping_ratio.u,
-            clock_u: self.clock_u(),
-        };
-        // What its refined estimate is held against is another matter.
-        let of_release = flags;
-        let derivatives =
-            self.reference.judge(self.releases, Some(known), &mut flags, self.condition.as_ref());
-        let result = ReleaseResult {
-            release: self.releases,
-            release_sample: current.begun_sample,
-            finished_sample: self.now().wrapping_sub(1),
-            windows: current.windows.count(),
-            natural_frequency_rad_s,
-            damping_ratio,
-            numbers,
-            derivatives,
-            flags,
-        };
-        context.line.event(&Event::Release(result));
-        if current.windows.count() > 1 && context.second_order && !of_release.unusable() {
-            self.learning.expect(seen);
-        }
-        let estimate = current.swings.start().filter(|_| context.second_order);
-        let clock_u = self.clock_u();
-        context.refining.finish(self.releases, of_release, estimate, self.condition, clock_u, end);
-        self.releases = self.releases.wrapping_add(1);
-        self.announce(self.now(), context);
-    }
-
-    /// New settings, from the next release on; at once where none is running.
-    pub fn configure(&mut self, settings: Settings, context: &mut Context) -> Result<(), Refusal> {
-        if !Sampler::check(&settings) {
-            return Err(Refusal::Settings);
-        }
-        self.next_settings = Some(settings);
-        if !self.is_releasing() {
-            self.prepare(context);
-            self.tracker.restart(None);
-            self.watch = Watch::new();
-        }
-        Ok(())
-    }
-
-    /// What the coming releases are made under: a release that is going on ends under the condition it began
-    /// with.
-    pub fn set_condition(
-        &mut self,
-        condition: Condition,
-        context: &mut Context,
-    ) -> Result<(), Refusal> {
-        condition.check().map_err(Refusal::Condition)?;
-        self.next_condition = Some(condition);
-        if !self.is_releasing() {
-            self.take_condition(context);
-        }
-        Ok(())
-    }
-
     /// The model has been let go, and the release is not over yet.
     pub fn is_releasing(&self) -> bool {
         matches!(self.watch.phase(), Phase::Ringing | Phase::Released)
-    }
-
-    fn take_condition(&mut self, context: &mut Context) {
-        if let Some(condition) = self.next_condition.take() {
-            self.condition = Some(condition);
-            self.reference.mount(&condition);
-            self.learning.mount(&condition);
-            context.refining.mount(&condition);
-        }
-    }
-
-    /// Ends the running release once this many samples have come.
-    pub fn end_after(&mut self, samples: u32, context: &mut Context) {
-        self.end_at = Some(samples);
-        self.end_if_due(context);
-    }
-
-    fn end_if_due(&mut self, context: &mut Context) {
-        if self.end_at.is_some_and(|end| self.now().wrapping_sub(end) as i32 >= 0) {
-            self.end_at = None;
-            self.end_release(context);
-            self.is_over = true;
-        }
     }
 }
 

@@ -18,6 +18,7 @@ mod crossing;
 pub mod derivatives;
 pub mod features;
 pub mod flags;
+mod forward;
 pub mod frame;
 pub mod history;
 pub mod misfit;
