@@ -5,6 +5,7 @@
 pub mod adding;
 pub mod appraisal;
 pub mod comparison;
+mod data;
 pub mod document;
 pub mod edits;
 pub mod effects;

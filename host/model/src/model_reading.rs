@@ -1,12 +1,14 @@
 //! Reading `model.toml`: every entry checked, errors pointing at the character.
 
+mod raw;
+
 use super::{edits, effects};
 use crate::document::{
     is_own, of_file, read_text, EffectEntry, MadeUnder, ModalEntry, Model, ParameterEntry,
     RecordEntry, DAMPING_RATIO, NATURAL_FREQUENCY, SCHEMA_VERSION,
 };
 use crate::journal::Journal;
-use serde::Deserialize;
+use raw::{RawEffect, RawModal, RawModel, RawParameter, RawRecord, Version};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
@@ -14,109 +16,10 @@ use std::sync::Arc;
 use toml::Spanned;
 use yawrig_base::error::{Error, Result};
 use yawrig_base::settings;
-use yawrig_core::effects::{Effect, Knots, Line, MeasuredLaw, Part, MEASURED_LAW, MOST_OWN};
-use yawrig_core::plan::Can;
-use yawrig_core::record::{Measurand, Said};
+use yawrig_core::effects::{Effect, Knots, MeasuredLaw, Part, MEASURED_LAW, MOST_OWN};
+use yawrig_core::record::Measurand;
 use yawrig_expression::is_file;
-use yawrig_records::Selection;
-use yawrig_shared::axis::Axis;
 use yawrig_text::pointed;
-
-#[derive(Deserialize)]
-struct Version {
-    schema_version: Spanned<u32>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawModel {
-    #[serde(rename = "schema_version")]
-    _schema_version: u32,
-    #[serde(default)]
-    unknown_zero: bool,
-    #[serde(default)]
-    recorded: Said,
-    #[serde(default)]
-    record: Vec<Spanned<RawRecord>>,
-    #[serde(default)]
-    modal: BTreeMap<Spanned<String>, RawModal>,
-    #[serde(default)]
-    effect: Vec<RawEffect>,
-    /// Read where further releases are planned.
-    #[serde(default, rename = "can")]
-    _can: Option<Can>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawRecord {
-    file: Spanned<String>,
-    condition: Option<String>,
-    #[serde(default)]
-    reading: Selection,
-    #[serde(default)]
-    held_out: bool,
-    spring: Option<String>,
-    axis: Option<Axis>,
-    wind_speed_m_s: Option<f64>,
-    crc32: Option<String>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawModal {
-    natural_frequency_rad_s: Option<Spanned<RawParameter>>,
-    damping_ratio: Option<Spanned<RawParameter>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawEffect {
-    id: Spanned<String>,
-    definition: Option<Spanned<String>>,
-    law: Option<Spanned<RawLaw>>,
-    #[serde(default)]
-    parameters: BTreeMap<Spanned<String>, Spanned<RawParameter>>,
-}
-
-/// A measured law: how far it is known, and the weight of each curve's roughness.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawLaw {
-    yaw_deg: f64,
-    rate_deg_s: f64,
-    #[serde(default)]
-    friction: bool,
-    #[serde(default)]
-    dissipative: bool,
-    stiffness: Option<RawCurve>,
-    uneven_stiffness: Option<RawCurve>,
-    damping: Option<RawCurve>,
-    uneven_damping: Option<RawCurve>,
-    damping_line: Option<Line>,
-}
-
-/// Older files hold its weight alone.
-#[derive(Clone, Copy, Deserialize)]
-#[serde(
-    deny_unknown_fields,
-    expecting = "weight and knots; a law of an older file is to be measured again: delete its [[effect]], then yawrig add measured_law"
-)]
-struct RawCurve {
-    weight: f64,
-    knots: Knots,
-}
-
-#[derive(Clone, Deserialize, Default)]
-#[serde(deny_unknown_fields)]
-struct RawParameter {
-    value: Option<f64>,
-    u: Option<f64>,
-    unit: Option<String>,
-    min: Option<f64>,
-    max: Option<f64>,
-    free: Option<bool>,
-}
 
 /// What a number must satisfy.
 struct Law<'a> {

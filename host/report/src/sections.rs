@@ -1,18 +1,21 @@
 //! The sections of a report's page.
 
+mod cells;
+mod lacking;
+mod releases;
+
 use super::beside;
-use super::charts::{self, Chart};
-use super::conditions;
+use super::charts::{self};
 use super::escape::escaped;
 use super::table::table;
 use super::trust::{budget, doubts, springs};
-use super::{Criticism, EffectFound, Estimate, PointReport, ReleaseReport, Report};
-use crate::plot::Plot;
-use crate::units::sized;
+use super::{PointReport, Report};
+use cells::{figure, quantity, shown};
+use lacking::lacking;
+use releases::releases;
 use std::fmt::Write as _;
 use yawrig_base::error::Result;
 use yawrig_core::derivatives::at::At;
-use yawrig_core::quantity::Quantity;
 
 /// Everything the reader sees.
 pub fn body(report: &Report) -> Result<String> {
@@ -58,31 +61,6 @@ pub fn body(report: &Report) -> Result<String> {
     }
     out.push_str("</main>");
     Ok(out)
-}
-
-/// A chart, each plot a drawing of its own: one is as high as a printed page has room for, several may not
-/// be.
-fn figure(chart: &Chart) -> Result<String> {
-    let alone = |plot: &Plot| {
-        Chart { name: chart.name, caption: plot.title.clone(), plots: vec![plot.clone()] }.inline()
-    };
-    let drawings = chart.plots.iter().map(alone).collect::<Result<String>>()?;
-    Ok(format!(
-        "<figure>\n{drawings}<figcaption>{}</figcaption>\n</figure>\n",
-        escaped(&chart.caption)
-    ))
-}
-
-fn shown(q: Option<Quantity>) -> String {
-    q.map_or("-".to_owned(), quantity)
-}
-
-/// An uncertainty that is not known is not shown.
-fn quantity(q: Quantity) -> String {
-    match q.u.is_finite() && q.u > 0.0 {
-        true => q.to_string(),
-        false => format!("{:.6}", q.value),
-    }
 }
 
 fn derivatives(report: &Report) -> Result<String> {
@@ -144,246 +122,6 @@ fn points(points: &[PointReport], caption: &str) -> String {
     };
     let caption = if caption.is_empty() { String::new() } else { format!("<p>{caption}</p>\n") };
     caption + &table(&header, 1, points.iter().map(row))
-}
-
-fn lacking(c: &Criticism) -> Result<String> {
-    let mut out = String::new();
-    for sentence in &c.sentences {
-        let _ = writeln!(out, "<p>{}.</p>", escaped(sentence));
-    }
-    if let Some(chart) = charts::staircase(c) {
-        // A staircase needs two steps.
-        if c.steps.len() > 1 {
-            out.push_str(&figure(&chart)?);
-        }
-        let row = |s: &super::StaircaseStep| {
-            [
-                escaped(&s.name),
-                sized(&c.said.measurand(), s.residual_rms_deg, 5),
-                format!("{:.4}", s.residual_over_noise),
-                format!("{:.4}", s.held_out_over_noise),
-            ]
-        };
-        let residual = format!("residual rms ({})", c.said.measurand().unit());
-        let header = ["model", &residual, "residual / noise", "held out / noise"];
-        out.push_str(&table(&header, 1, c.steps.iter().map(row)));
-    }
-    for effect in &c.effects {
-        out.push_str(&card(effect));
-    }
-    for [a, b] in &c.indistinguishable {
-        let _ = writeln!(
-            out,
-            "<p class=\"note\">{} and {} cannot be distinguished in these data.</p>",
-            escaped(a),
-            escaped(b)
-        );
-    }
-    if !c.candidates.is_empty() {
-        let row = |c: &super::CandidateRow| {
-            let evidence = match c.converged {
-                true => format!("{:.1}", c.evidence),
-                false => "not converged".to_owned(),
-            };
-            [escaped(&c.effect), format!("{:.4}", c.residual_over_noise), evidence]
-        };
-        out.push_str("<h3>Every effect alone</h3>\n");
-        let header = ["effect", "residual / noise", "difference of BIC"];
-        out.push_str(&table(&header, 1, c.candidates.iter().map(row)));
-    }
-    if let Some(chart) = charts::laws(c) {
-        out.push_str("<h3>Where it fails</h3>\n");
-        out.push_str(&figure(&chart)?);
-    }
-    Ok(out)
-}
-
-fn card(e: &EffectFound) -> String {
-    let mut out = format!(
-        "<div class=\"card\"><h3>{} <code>{}</code></h3>\n<p class=\"formula\">{}</p>\n",
-        escaped(&e.title),
-        escaped(&e.id),
-        escaped(&e.formula)
-    );
-    if !e.parameters.is_empty() {
-        let row = |p: &super::ParameterRow| {
-            let value = quantity(Quantity::new(p.value, p.u.unwrap_or(f64::NAN)));
-            [escaped(&p.name), value, escaped(&p.unit)]
-        };
-        out.push_str(&table(
-            &["parameter", "value, k = 1", "unit"],
-            1,
-            e.parameters.iter().map(row),
-        ));
-    }
-    out.push_str("<dl>");
-    if let Some([origin, reason]) = &e.origin {
-        let _ = write!(out, "<dt>Origin</dt><dd>{}: {}</dd>", escaped(origin), escaped(reason));
-    }
-    for (name, text) in [
-        ("Usual cause", &e.cause),
-        ("Fingerprint", &e.fingerprint),
-        ("To confirm", &e.confirm),
-        ("To remove", &e.remove),
-    ] {
-        let _ = write!(out, "<dt>{name}</dt><dd>{}</dd>", escaped(text));
-    }
-    out.push_str("</dl></div>\n");
-    out
-}
-
-/// Header of the table of releases; UNIT is that of their records.
-const HEADER: [&str; 9] = [
-    "release",
-    "method",
-    "wn (rad/s)",
-    "zeta",
-    "residual rms (UNIT)",
-    "noise (UNIT)",
-    "residual / noise",
-    "wn planted",
-    "zeta planted",
-];
-
-fn releases(report: &Report) -> Result<String> {
-    let all = &report.releases;
-    if all.is_empty() {
-        return Ok(String::new());
-    }
-    let unit = all[0].said.measurand();
-    let unit = match all.iter().all(|release| release.said.measurand() == unit) {
-        true => unit.unit(),
-        false => "its unit",
-    };
-    let header = HEADER.map(|name| name.replace("UNIT", unit));
-    let header = header.each_ref().map(String::as_str);
-    let mut out = conditions::pictures(all) + &table(&header, 2, all.iter().flat_map(rows));
-    // Each remark once, with all that it is about.
-    let mut remarks: Vec<(&String, Vec<String>)> = Vec::new();
-    for release in all {
-        for text in release.estimates.iter().flat_map(|e| &e.remarks) {
-            let say_so: Vec<&str> = (release.estimates.iter())
-                .filter(|e| e.remarks.contains(text))
-                .map(|e| e.method.as_str())
-                .collect();
-            let whose = match say_so.len() == release.estimates.len() {
-                true => release.name.clone(),
-                false => format!("{}, {}", release.name, say_so.join(" and ")),
-            };
-            match remarks.iter_mut().find(|(known, _)| *known == text) {
-                Some((_, about)) if about.contains(&whose) => {}
-                Some((_, about)) => about.push(whose),
-                None => remarks.push((text, vec![whose])),
-            }
-        }
-    }
-    if !remarks.is_empty() {
-        let item = |(text, about): &(&String, Vec<String>)| {
-            format!("<li>{}: {}</li>", escaped(text), escaped(&about.join("; ")))
-        };
-        let items: String = remarks.iter().map(item).collect();
-        let _ = writeln!(out, "<ul class=\"note\">{items}</ul>");
-    }
-    // The release with the largest residual over noise is unfolded.
-    let over = |r: &ReleaseReport| r.residual_over_noise.last().copied().unwrap_or(0.0);
-    let worst = (0..all.len()).max_by(|&a, &b| over(&all[a]).total_cmp(&over(&all[b])));
-    let mut room = DRAWINGS;
-    for (k, release) in all.iter().enumerate() {
-        if release.trace.is_some() || release.amplitude.is_some() {
-            let text = drawn(release, k, worst == Some(k), room)?;
-            room = room.saturating_sub(text.len());
-            out.push_str(&text);
-        }
-    }
-    Ok(out)
-}
-
-/// Most bytes that the drawings of all releases take.
-const DRAWINGS: usize = 2_200_000;
-
-/// A row for each estimate; those without any have one all the same.
-fn rows(release: &ReleaseReport) -> Vec<[String; HEADER.len()]> {
-    let dash = || "-".to_owned();
-    let name = match release.held_out {
-        true => format!("{} (held out)", escaped(&release.name)),
-        false => escaped(&release.name),
-    };
-    let digits = |x: Option<f64>, n: usize| x.map_or_else(dash, |x| format!("{x:.n$}"));
-    let measurand = release.said.measurand();
-    let read = |x: Option<f64>, n: usize| x.map_or_else(dash, |x| sized(&measurand, x, n));
-    let row = |e: Option<&Estimate>| {
-        [
-            name.clone(),
-            e.map_or_else(dash, |e| escaped(&e.method)),
-            shown(e.map(|e| e.natural_frequency_rad_s)),
-            shown(e.map(|e| e.damping_ratio)),
-            read(e.and_then(|e| e.residual_rms_deg), 5),
-            read(release.noise_rms_deg, 4),
-            digits(
-                e.and_then(|e| e.residual_over_noise)
-                    .or(release.residual_over_noise.last().copied()),
-                3,
-            ),
-            digits(release.truth.map(|t| t[0]), 5),
-            digits(release.truth.map(|t| t[1]), 6),
-        ]
-    };
-    match release.estimates.is_empty() {
-        true => vec![row(None)],
-        false => release.estimates.iter().map(|e| row(Some(e))).collect(),
-    }
-}
-
-/// `room`: most bytes for its drawings.
-fn drawn(release: &ReleaseReport, index: usize, open: bool, room: usize) -> Result<String> {
-    let open = if open { " open" } else { "" };
-    let mut out = format!("<details{open}>\n<summary>{}</summary>\n", escaped(&release.name));
-    if let Some(trace) = &release.trace {
-        let drawn = match trace.of > trace.time_s.len() {
-            true => format!(
-                "Drawn decimated by minimum and maximum: {} values of {}, the least and the largest of each stretch, \
-                 whose times are rounded to it.",
-                trace.time_s.len(),
-                trace.of
-            ),
-            false => format!("All {} values.", trace.of),
-        };
-        let _ = writeln!(
-            out,
-            "<figure class=\"live\" data-release=\"{index}\"><div class=\"plots\"></div>\
-             <noscript><p>The overlay is drawn by a script of this page, which is switched off.</p></noscript>\
-             <figcaption>Measured {} and models above, measured less model below; means over a fiftieth of a period, \
-             as the fits see them, of {} samples at {} Hz. {drawn} Drag to zoom, double click for all.</figcaption>\
-             </figure>",
-            trace.said.measurand().word(),
-            release.samples,
-            (release.rate_hz * 1e3).round() / 1e3
-        );
-    }
-    let live = out.len();
-    if let Some(picture) = &release.amplitude {
-        out.push_str(&figure(&charts::amplitude(picture, release.truth))?);
-    }
-    let measurand = release.said.measurand();
-    let rows = release.at_amplitude.iter().map(|at| {
-        let [wn, zeta] = [at.natural_frequency_rad_s, at.damping_ratio].map(quantity);
-        [sized(&measurand, at.amplitude_deg, 4), wn, zeta]
-    });
-    let amplitude = format!("amplitude ({})", measurand.coordinate_unit());
-    let header = [&amplitude, "wn (rad/s)", "zeta"];
-    if !release.at_amplitude.is_empty() {
-        out.push_str("<p>A cycle begun at rest at each amplitude:</p>\n");
-        out.push_str(&table(&header, 0, rows));
-    }
-    if let Some(criticism) = &release.criticism {
-        out.push_str(&lacking(criticism)?);
-    }
-    if out.len() > room {
-        out.truncate(live);
-        out.push_str("<p class=\"note\">Its further drawings would make the page too large; their values are in the data.</p>\n");
-    }
-    out.push_str("</details>\n");
-    Ok(out)
 }
 
 /// A column for each model.

@@ -1,15 +1,19 @@
 //! `diagnose`: which physical effect a second-order model of a record, or of a campaign's, lacks.
 
-use super::common::{print_json, print_line, EffectsArg, SCHEMA_VERSION};
+mod case;
+mod json;
+
+use super::common::{print_json, print_line, EffectsArg};
 use super::csv;
 use super::diagnosis_text;
 use super::law;
 use super::model::{JudgeArgs, DEFAULT};
-use super::releases::{warn_of_more, ReleaseArg};
+use super::releases::ReleaseArg;
 use super::roll::{self, RollArgs};
 use crate::answer::{Answer, Drawn, OfRecord};
+use case::{beside, one, several, Case, PRESENT};
 use clap::Args;
-use serde::Serialize;
+use json::{campaign_object, object, several_object};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use yawrig_base::error::{Error, Result};
@@ -19,18 +23,13 @@ use yawrig_core::diagnosis::campaign::CampaignDiagnosis;
 use yawrig_core::diagnosis::diagnose::{
     diagnose_with_fits, name_of, verdict, Diagnosed, Diagnosis, Options, Status, SECOND_ORDER,
 };
-use yawrig_core::diagnosis::several::{
-    diagnose_several_with_fits, Common, DiagnosedSeveral, SeveralDiagnosis,
-};
+use yawrig_core::diagnosis::several::{diagnose_several_with_fits, Common, DiagnosedSeveral};
 use yawrig_core::record::Record;
 use yawrig_core::roll::RollDecay;
-use yawrig_model::document::{is_model, Model, RecordEntry};
-use yawrig_model::edits;
+use yawrig_model::document::{is_model, Model};
 use yawrig_model::effects::named;
 use yawrig_model::law::LawAnswer;
 use yawrig_model::limits::structure;
-use yawrig_model::records;
-use yawrig_records::Selection;
 
 /// Which physical effect a second-order model of a record lacks.
 ///
@@ -83,13 +82,6 @@ pub struct Diagnose {
     /// Print CSV, a row for each model that was gone through, units in the header
     #[arg(long, conflicts_with = "json")]
     pub csv: bool,
-}
-
-/// What is judged, and beside which model.
-enum Case {
-    Record(Record, Options, &'static str),
-    Several(Vec<Record>, Options),
-    Campaign(PathBuf, Options),
 }
 
 /// What came of it.
@@ -349,69 +341,6 @@ impl Diagnose {
     }
 }
 
-fn one(file: &Path, reading: &Selection, options: Options, model: &'static str) -> Result<Case> {
-    warn_of_more(file, reading);
-    Ok(Case::Record(yawrig_records::read_selected(file, reading)?, options, model))
-}
-
-/// `files`, releases of one rig.
-fn several(files: &[PathBuf], reading: &Selection, options: Options) -> Result<Case> {
-    if let Some(file) = files.iter().find(|f| f.extension().is_some_and(|e| e == "toml")) {
-        return Err(Error::usage(format!("{} among several records", file.display()))
-            .help("give records only, or one campaign.toml alone"));
-    }
-    let records = files.iter().map(|file| yawrig_records::read_selected(file, reading));
-    Ok(Case::Several(records.collect::<Result<_>>()?, options))
-}
-
-/// What the model at `path` lacks, in `file` or its own records.
-fn beside(path: &Path, file: Option<&Path>, reading: &Selection, options: Options) -> Result<Case> {
-    let model = Model::read(path)?;
-    edits::warn(&model, path);
-    let case = lacking(&model, path, file, reading, options)?;
-    for entry in &model.records {
-        if let Some(changed) = records::changed(entry, &Model::record_path(path, entry)) {
-            crate::warn!("{changed}");
-        }
-    }
-    Ok(case)
-}
-
-fn lacking(
-    model: &Model,
-    path: &Path,
-    file: Option<&Path>,
-    reading: &Selection,
-    options: Options,
-) -> Result<Case> {
-    let fitted: Vec<&RecordEntry> = model.records.iter().filter(|r| !r.held_out).collect();
-    let options = Options {
-        zero_unknown: options.zero_unknown || model.unknown_zero,
-        present: structure(model)?,
-        ..options
-    };
-    let entry = match (file, fitted.as_slice()) {
-        (Some(file), _) => records::known_or_new(model, path, file)?.read_as(reading),
-        (None, [entry]) => (*entry).clone(),
-        (None, all) => {
-            let read = |entry: &&RecordEntry| {
-                yawrig_records::read_selected(&Model::record_path(path, entry), &entry.reading)
-            };
-            let records = all.iter().map(read).collect::<Result<_>>()?;
-            return Ok(Case::Several(records, options));
-        }
-    };
-    let wind_speed_m_s = entry.made_under.as_ref().map_or(0.0, |m| m.wind_speed_m_s);
-    one(
-        &Model::record_path(path, &entry),
-        &entry.reading,
-        Options { wind_speed_m_s, ..options },
-        PRESENT,
-    )
-}
-
-const PRESENT: &str = "the present model";
-
 /// The law of a record of which nothing in the library explains what is missing.
 fn law_of(record: &Record, diagnosis: &Diagnosis, options: &Options) -> Result<Option<LawAnswer>> {
     if diagnosis.status != Status::Unexplained || !options.present.effects.is_empty() {
@@ -425,56 +354,4 @@ fn law_of(record: &Record, diagnosis: &Diagnosis, options: &Options) -> Result<O
         crate::warn!("no law was measured: {error}");
     }
     Ok(law.ok())
-}
-
-#[derive(Serialize)]
-struct Object<'a, D> {
-    schema_version: u32,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    campaign: Option<&'a Path>,
-    #[serde(flatten)]
-    diagnosis: &'a D,
-    seconds: f64,
-    /// As `law` prints it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    law: Option<serde_json::Value>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    roll: Option<RollDecay>,
-}
-
-fn object<'a>(
-    diagnosis: &'a Diagnosis,
-    law: Option<&LawAnswer>,
-    files: &[PathBuf],
-    roll: Option<RollDecay>,
-    seconds: f64,
-) -> Object<'a, Diagnosis> {
-    let law = law.map(|found| law::object(found, files));
-    Object { schema_version: SCHEMA_VERSION, campaign: None, diagnosis, seconds, law, roll }
-}
-
-fn several_object(diagnosis: &SeveralDiagnosis, seconds: f64) -> Object<'_, SeveralDiagnosis> {
-    Object {
-        schema_version: SCHEMA_VERSION,
-        campaign: None,
-        diagnosis,
-        seconds,
-        law: None,
-        roll: None,
-    }
-}
-
-fn campaign_object<'a>(
-    path: &'a Path,
-    diagnosis: &'a CampaignDiagnosis,
-    seconds: f64,
-) -> Object<'a, CampaignDiagnosis> {
-    Object {
-        schema_version: SCHEMA_VERSION,
-        campaign: Some(path),
-        diagnosis,
-        seconds,
-        law: None,
-        roll: None,
-    }
 }

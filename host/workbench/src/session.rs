@@ -1,26 +1,29 @@
 //! What the page is about: releases with their ticks, the model as it stands on the disk, and what has been
 //! computed.
 
+mod found;
+mod source;
+mod standing;
+
 use super::options::ServeOptions;
-use super::shown_law::{about, ShownLaw};
+use super::shown_law::ShownLaw;
 use super::view::{Ghost, Loaded, View};
 use serde::{Deserialize, Serialize};
-use std::collections::hash_map::DefaultHasher;
+use source::origin;
+pub use source::RecordSource;
+pub use standing::Standing;
+use standing::{stamp, Stamp};
 use std::collections::HashMap;
-use std::hash::{Hash, Hasher};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 use yawrig_base::error::{Error, Result};
 use yawrig_campaign::CampaignFile;
 use yawrig_core::diagnosis::campaign::CampaignDiagnosis;
 use yawrig_core::diagnosis::diagnose::Diagnosed;
 use yawrig_core::effects::Effect;
-use yawrig_model::document::{is_model, of_file, read_text, Model, RecordEntry, DEFAULT};
-use yawrig_model::journal::{path_of, Journal, JournalStep};
-use yawrig_model::law::File;
+use yawrig_model::document::{is_model, of_file, Model, RecordEntry, DEFAULT};
 use yawrig_model::records::{self, Listed};
-use yawrig_model::{edits, effects};
-use yawrig_records::place::{canonical, is_file, parted, Part};
+use yawrig_records::place::{canonical, is_file};
 use yawrig_records::Selection;
 
 /// Views and trials kept, over all models.
@@ -35,108 +38,11 @@ pub enum Use {
     Out,
 }
 
-/// A record, read once and when it is first wanted.
-#[derive(Debug)]
-pub struct RecordSource {
-    pub path: PathBuf,
-    /// The record of which it is what lies between two times, or itself.
-    pub origin: PathBuf,
-    pub reading: Selection,
-    pub wind_speed_m_s: f64,
-    loaded: OnceLock<std::result::Result<Loaded, Error>>,
-}
-
-impl RecordSource {
-    pub fn loaded(&self) -> std::result::Result<&Loaded, &Error> {
-        let read = || Loaded::read(&self.path, &self.origin, &self.reading, self.wind_speed_m_s);
-        self.loaded.get_or_init(read).as_ref()
-    }
-
-    /// Why nothing can be said about it, once it has been read.
-    pub fn fault(&self) -> Option<&Error> {
-        match self.loaded.get()? {
-            Err(error) => Some(error),
-            Ok(loaded) => loaded.decay.as_ref().err(),
-        }
-    }
-}
-
-/// The record that a release is cut from: what it was opened as, but for times between which it was opened.
-fn origin(path: &Path) -> PathBuf {
-    match parted(path) {
-        (file, Some(Part::Between(_))) => file,
-        _ => path.to_owned(),
-    }
-}
-
 #[derive(Clone, Debug)]
 pub struct ListedRelease {
     pub entry: RecordEntry,
     pub used: Use,
     pub source: Arc<RecordSource>,
-}
-
-/// The model and its journal as they are on the disk.
-#[derive(Clone, Debug, Default)]
-pub struct Standing {
-    pub model: Option<Arc<Model>>,
-    pub steps: Arc<Vec<JournalStep>>,
-    /// The file was changed since the last step.
-    pub is_edited: bool,
-    /// Records that have changed since the model was fitted to them.
-    pub changed: Vec<String>,
-    /// Why it cannot be used.
-    pub fault: Option<Error>,
-    /// Hash of the model's text; 0 without one.
-    pub key: u64,
-}
-
-impl Standing {
-    pub fn read(path: &Path) -> Self {
-        let journal = Journal::of(path);
-        let fault = journal.as_ref().err().cloned();
-        let steps = Arc::new(journal.map(|j| j.steps).unwrap_or_default());
-        if !path.exists() {
-            return Self { steps, fault, ..Self::default() };
-        }
-        let read = || {
-            let text = read_text(path)?;
-            let model = Model::parse(&text, path)?;
-            let model = edits::seen(model, &text, path, &steps);
-            Ok((text, model))
-        };
-        match read() {
-            Ok((text, model)) => {
-                let mut hasher = DefaultHasher::new();
-                text.hash(&mut hasher);
-                Self {
-                    is_edited: steps.last().map(|s| s.model.as_str()) != Some(text.as_str()),
-                    changed: model
-                        .records
-                        .iter()
-                        .filter(|e| records::changed(e, &Model::record_path(path, e)).is_some())
-                        .map(|e| e.file.clone())
-                        .collect(),
-                    key: hasher.finish().max(1),
-                    model: Some(Arc::new(model)),
-                    steps,
-                    fault,
-                }
-            }
-            Err(error) => Self { steps, fault: Some(error), ..Self::default() },
-        }
-    }
-}
-
-/// Fingerprint of the files' state, without reading them.
-type Stamp = [Option<(std::time::SystemTime, u64)>; 2];
-
-fn stamp(path: &Path) -> Stamp {
-    let of = |path: &Path| {
-        let about = path.metadata().ok()?;
-        Some((about.modified().ok()?, about.len()))
-    };
-    [of(path), of(&path_of(path))]
 }
 
 /// What several releases lack, judged as one.
@@ -397,12 +303,6 @@ impl Session {
         self.releases.get(id).is_some_and(|release| Arc::ptr_eq(&release.source, source))
     }
 
-    fn forget_what_was_found(&mut self, id: usize) {
-        self.views.retain(|(other, _), _| *other != id);
-        self.diagnosed.retain(|(other, _), _| *other != id);
-        self.ghosts.retain(|(other, _, _), _| *other != id);
-    }
-
     /// Reads the model again where its files have changed. Whether they had.
     pub fn refresh(&mut self) -> bool {
         let now = stamp(&self.model_path);
@@ -469,46 +369,7 @@ impl Session {
         fitted.map(|r| r.source.clone()).collect()
     }
 
-    /// What the ticked releases lack together beside the present model, if they have been judged.
-    pub fn together(&self) -> Option<&Together> {
-        self.together.as_ref().filter(|found| found.about == about(&self.next_model()))
-    }
-
-    /// The law of the present model and ticks, if it has been measured.
-    pub fn law(&self) -> Option<Arc<ShownLaw>> {
-        self.shown_law.clone().filter(|law| law.about == about(&self.next_model()))
-    }
-
-    /// The formula of that law whose file is `path`.
-    pub fn formula(&self, path: &str) -> Option<File> {
-        self.law()?.files().into_iter().find(|file| file.path == Path::new(path))
-    }
-
     pub fn release(&self, id: usize) -> Result<&ListedRelease> {
         self.releases.get(id).ok_or_else(|| Error::usage(format!("there is no release {id}")))
-    }
-
-    pub fn view(&self, id: usize) -> Option<&std::result::Result<Arc<View>, Error>> {
-        self.views.get(&(id, self.standing.key))
-    }
-
-    /// An effect of the library, of the model, one that was defined on the page or given at the start, or a
-    /// formula's file.
-    pub fn effect(&self, id: &str) -> Result<Effect> {
-        let model =
-            self.standing.model.iter().flat_map(|m| m.effects.iter().map(|e| e.effect.clone()));
-        let known = self.own.iter().cloned().chain(model).find(|e| e.id() == id);
-        match (known, self.formula(id)) {
-            (Some(effect), _) => Ok(effect),
-            (None, Some(file)) => effects::defined(&file.path, &file.text),
-            (None, None) => effects::named(id),
-        }
-    }
-
-    /// Makes a user's own effect one of those that are tried, in place of an earlier one of its name.
-    pub fn take_own(&mut self, effect: Effect) {
-        self.own.retain(|e| e.id() != effect.id());
-        self.own.push(effect.clone());
-        self.ghosts.retain(|k, _| k.2 != effect.id());
     }
 }
