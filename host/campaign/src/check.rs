@@ -46,30 +46,8 @@ pub fn check(path: &Path) -> Result<Checked> {
 
 /// The same of `text`, which stands or will stand at `path`; its records are opened only with `records`.
 pub fn check_text(text: &str, path: &Path, records: bool) -> Checked {
-    let named = path.display();
-    let mut checked = Checked::default();
-    // What is missing is said once, and the rest looked at as if it were there.
-    let mut filled = String::new();
-    for (index, line) in text.lines().enumerate() {
-        let (entry, comment) = line.split_once('#').unwrap_or((line, ""));
-        let key = entry.split('=').next().unwrap_or("").trim();
-        let value = entry.split_once('=').map_or("", |(_, value)| value.trim());
-        let is_missing = value.contains(MISSING) || value == "nan";
-        if is_missing {
-            let what = comment.trim().trim_start_matches(MISSING).trim_start_matches(':').trim();
-            let doubt = Doubt::new(Kind::Missing, format!("{key} is missing: {what}"), "");
-            let (file, line) = (Some(named.to_string()), Some(index + 1));
-            checked.doubts.push(Doubt { file, line, ..doubt.field(key).error_if(true) });
-        }
-        filled += &match (is_missing, key) {
-            (true, "axis") => "axis = \"mid\"".to_owned(),
-            (true, "spring") => format!("spring = \"{MISSING} {index}\""),
-            (true, "wind_speed_m_s") => "wind_speed_m_s = 0.0".to_owned(),
-            (true, key) => format!("{key} = 1.0"),
-            (false, _) => line.to_owned(),
-        };
-        filled.push('\n');
-    }
+    let (filled, doubts_of_text) = filled(text, path);
+    let mut checked = Checked { doubts: doubts_of_text, ..Checked::default() };
     let is_whole = checked.doubts.is_empty();
     let file = match CampaignFile::parsed(&filled, path) {
         Ok(file) => file,
@@ -127,6 +105,32 @@ pub fn check_text(text: &str, path: &Path, records: bool) -> Checked {
         }
     }
     checked
+}
+
+/// `text` as if all that is missing were there, and that it is missing.
+fn filled(text: &str, path: &Path) -> (String, Vec<Doubt>) {
+    let (mut filled, mut missing) = (String::new(), Vec::new());
+    for (index, line) in text.lines().enumerate() {
+        let (entry, comment) = line.split_once('#').unwrap_or((line, ""));
+        let key = entry.split('=').next().unwrap_or("").trim();
+        let value = entry.split_once('=').map_or("", |(_, value)| value.trim());
+        let is_missing = value.contains(MISSING) || value == "nan";
+        if is_missing {
+            let what = comment.trim().trim_start_matches(MISSING).trim_start_matches(':').trim();
+            let doubt = Doubt::new(Kind::Missing, format!("{key} is missing: {what}"), "");
+            let (file, line) = (Some(path.display().to_string()), Some(index + 1));
+            missing.push(Doubt { file, line, ..doubt.field(key).error_if(true) });
+        }
+        filled += &match (is_missing, key) {
+            (true, "axis") => "axis = \"mid\"".to_owned(),
+            (true, "spring") => format!("spring = \"{MISSING} {index}\""),
+            (true, "wind_speed_m_s") => "wind_speed_m_s = 0.0".to_owned(),
+            (true, key) => format!("{key} = 1.0"),
+            (false, _) => line.to_owned(),
+        };
+        filled.push('\n');
+    }
+    (filled, missing)
 }
 
 /// An error as it names its place itself.

@@ -45,15 +45,8 @@ pub fn read(file: &Path, taken: &[&str]) -> Result<OwnEffect> {
 pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
     let document = Document::read(file, text)?;
     let place = Text { file, text };
-    check_id(&place, &document.id, taken)?;
-    if document.title.get_ref().trim().is_empty() {
-        return Err(place.error(&document.title, "the title is empty", "say what the effect is"));
-    }
+    check_head(&place, &document, taken)?;
     let declared = &document.parameters;
-    if let Some((name, _)) = declared.get(MOST_PARAMETERS) {
-        let message = format!("more than {MOST_PARAMETERS} parameters");
-        return Err(place.error(name, &message, "no record tells so many apart"));
-    }
     let (mut parameters, mut units, mut starts) = (Vec::new(), Vec::new(), Vec::new());
     for (name, d) in declared {
         let (parameter, unit) = parameter(&place, name, d)?;
@@ -134,6 +127,18 @@ pub fn from_text(file: &Path, text: &str, taken: &[&str]) -> Result<OwnEffect> {
 fn one_line(moment: &str, node: &Node) -> String {
     let start = node.span.start.min(moment.len() - moment.trim_start().len());
     moment[start..].split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Identifier, title, and how many parameters there are.
+fn check_head(place: &Text, document: &Document, taken: &[&str]) -> Result<()> {
+    check_id(place, &document.id, taken)?;
+    if document.title.get_ref().trim().is_empty() {
+        return Err(place.error(&document.title, "the title is empty", "say what the effect is"));
+    }
+    document.parameters.get(MOST_PARAMETERS).map_or(Ok(()), |(name, _)| {
+        let message = format!("more than {MOST_PARAMETERS} parameters");
+        Err(place.error(name, &message, "no record tells so many apart"))
+    })
 }
 
 fn check_id(place: &Text, id: &Spanned<String>, taken: &[&str]) -> Result<()> {

@@ -142,7 +142,7 @@ fn read_now(file: &Path) -> Result<(Format, Bytes)> {
 /// where it cannot be read, or gives its bytes only once and has not yet.
 pub fn content(file: &Path) -> Option<Content> {
     let (file, _) = place::parted(file);
-    let Some(stamp) = stamp(&file) else { return content_when_read(&file) };
+    let Some(stamp) = stamp(&file) else { return taken_in().get(&file).map(|b| Content::of(b)) };
     let known = contents().get(&file).cloned();
     match known.filter(|(known, _)| *known == stamp) {
         Some((_, content)) => Some(content),

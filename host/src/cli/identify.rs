@@ -281,7 +281,27 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
     for missing in &found.unavailable {
         let _ = writeln!(text, " {} none: {}", name(missing.method), missing.reason);
     }
-    let mut said = Vec::new();
+    text.push_str(&notes(found));
+    let windows = found.estimates.iter().find(|e| with_windows && !e.windows.is_empty());
+    if let Some(estimate) = windows {
+        let amplitude = format!("amplitude ({})", measurand.coordinate_unit());
+        let mut rows = bare(&["time (s)", &amplitude, "wn (rad/s)", "zeta"]);
+        for window in &estimate.windows {
+            rows.add_row([
+                format!("{:.3}", window.time_s),
+                sized(&measurand, window.amplitude_deg, 3),
+                format!("{:.4}", window.natural_frequency_rad_s),
+                format!("{:.5}", window.damping_ratio),
+            ]);
+        }
+        let _ = writeln!(text, "{}", rows.trim_fmt());
+    }
+    text
+}
+
+/// What is to be known of a record and its estimates, a line each.
+fn notes(found: &Identification) -> String {
+    let (mut text, mut said) = (String::new(), Vec::new());
     for flag in found.estimates.iter().flat_map(|e| &e.flags) {
         if !said.contains(flag) {
             said.push(*flag);
@@ -305,20 +325,6 @@ pub fn table(found: &Identification, with_windows: bool) -> String {
             };
             let _ = writeln!(text, "  note: {whose}{}{more}", flag.reason());
         }
-    }
-    let windows = found.estimates.iter().find(|e| with_windows && !e.windows.is_empty());
-    if let Some(estimate) = windows {
-        let amplitude = format!("amplitude ({})", measurand.coordinate_unit());
-        let mut rows = bare(&["time (s)", &amplitude, "wn (rad/s)", "zeta"]);
-        for window in &estimate.windows {
-            rows.add_row([
-                format!("{:.3}", window.time_s),
-                sized(&measurand, window.amplitude_deg, 3),
-                format!("{:.4}", window.natural_frequency_rad_s),
-                format!("{:.5}", window.damping_ratio),
-            ]);
-        }
-        let _ = writeln!(text, "{}", rows.trim_fmt());
     }
     text
 }

@@ -150,28 +150,8 @@ fn from(
     }?;
     let test_history = progress.history(&trained);
     let mut network = freeze(&trained.weights)?;
-    let test = freeze::errors(&network, &test_draws);
-    let bias = freeze::errors(&network, &quiet_draws);
-    let rms =
-        |e: &Errors| [e.natural_frequency_mse.sqrt() as f32, e.damping_ratio_mse.sqrt() as f32];
-    (network.test_rms, network.bias_rms) = (rms(&test), rms(&bias));
-    let noisy = freeze::number_errors(&network, &test_draws);
-    let quiet = freeze::number_errors(&network, &quiet_draws);
-    for ((number, noisy), quiet) in network.numbers.iter_mut().zip(&noisy).zip(&quiet) {
-        (number.test_rms, number.bias_rms) = (noisy.rms as f32, quiet.rms as f32);
-        // The noise was drawn as a share of the amplitude; a sensor's is the same at all of them.
-        let power = 2.0 - 2.0 * noisy.amplitude_power;
-        number.amplitude_power = power.round().clamp(0.0, f64::from(MOST_POWER)) as u8;
-    }
+    let (test, numbers) = tested(&mut network, &test_draws, &quiet_draws, &asked);
     network.number_names = model.and_then(Augmented::number_names).unwrap_or_default();
-    let told = asked.iter().zip(noisy.iter().zip(&quiet));
-    let numbers: Vec<Told> = told
-        .map(|(asked, (noisy, quiet))| Told {
-            asked: asked.clone(),
-            rms: noisy.rms,
-            rms_without_noise: quiet.rms,
-        })
-        .collect();
     if trained.stopped != Stop::Interrupted {
         numbers.iter().try_for_each(tells)?;
     }
@@ -186,6 +166,35 @@ fn from(
     let blob = freeze::blob(network.clone(), provenance, &test_draws)?;
     let train = freeze::errors(&network, &draws);
     Ok(Outcome { network, blob, trained, topology, train, test, numbers, test_history })
+}
+
+/// How far the network is off in windows it was not trained on, with noise and without, which it carries
+/// with it.
+fn tested(
+    network: &mut Network,
+    test_draws: &[Draw],
+    quiet_draws: &[Draw],
+    asked: &[Asked],
+) -> (Errors, Vec<Told>) {
+    let test = freeze::errors(network, test_draws);
+    let bias = freeze::errors(network, quiet_draws);
+    let rms =
+        |e: &Errors| [e.natural_frequency_mse.sqrt() as f32, e.damping_ratio_mse.sqrt() as f32];
+    (network.test_rms, network.bias_rms) = (rms(&test), rms(&bias));
+    let noisy = freeze::number_errors(network, test_draws);
+    let quiet = freeze::number_errors(network, quiet_draws);
+    let mut numbers = Vec::new();
+    for (((number, noisy), quiet), asked) in
+        network.numbers.iter_mut().zip(&noisy).zip(&quiet).zip(asked)
+    {
+        (number.test_rms, number.bias_rms) = (noisy.rms as f32, quiet.rms as f32);
+        // The noise was drawn as a share of the amplitude; a sensor's is the same at all of them.
+        let power = 2.0 - 2.0 * noisy.amplitude_power;
+        number.amplitude_power = power.round().clamp(0.0, f64::from(MOST_POWER)) as u8;
+        let (rms, rms_without_noise) = (noisy.rms, quiet.rms);
+        numbers.push(Told { asked: asked.clone(), rms, rms_without_noise });
+    }
+    (test, numbers)
 }
 
 /// # Errors

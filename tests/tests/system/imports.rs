@@ -5,307 +5,104 @@
 //! counts as that of the file it comes from. What only tests import does not count (`#[cfg(test)] mod x { }`,
 //! and files whose names end in `tests.rs`).
 
+use proc_macro2::{Delimiter, Spacing, TokenStream, TokenTree};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A crate, its sources, the crates of the workspace that it may import, and what else it may not name.
-struct Room {
-    name: &'static str,
-    sources: &'static str,
-    imports: &'static [&'static str],
-    never: &'static [&'static str],
-}
+/// A crate's folder, the crates of the workspace that it may import, and what else it may not name.
+pub type Room = (&'static str, &'static str, &'static str);
 
 /// Nothing that prints, reads or writes files, asks the surroundings, parses arguments or waits for others.
-const PURE: &[&str] = &[
-    "std::fs",
-    "std::io",
-    "std::env",
-    "std::process",
-    "std::net",
-    "print",
-    "println",
-    "eprint",
-    "eprintln",
-    "clap",
-    "toml",
-    "axum",
-    "tokio",
-];
+const PURE: &str = "std::fs std::io std::env std::process std::net print println eprint eprintln \
+    clap toml axum tokio";
 /// The library that programs are made of does not print, end the process, parse arguments or serve a page.
-const NO_PROGRAM: &[&str] = &[
-    "print",
-    "println",
-    "eprint",
-    "eprintln",
-    "std::io::stdout",
-    "std::io::stderr",
-    "std::process::exit",
-    "clap",
-    "indicatif",
-    "comfy_table",
-    "axum",
-    "tokio",
-];
+const NO_PROGRAM: &str = "print println eprint eprintln std::io::stdout std::io::stderr \
+    std::process::exit clap indicatif comfy_table axum tokio";
 /// The same, but for the page.
-const SERVER: &[&str] = NO_PROGRAM.split_at(NO_PROGRAM.len() - 2).0;
+const SERVER: &str = NO_PROGRAM.split_at(NO_PROGRAM.len() - "axum tokio".len()).0;
 
-const ROOMS: [Room; 18] = [
-    Room { name: "yawrig_shared", sources: "shared/src", imports: &[], never: PURE },
-    Room {
-        name: "yawrig_firmware",
-        sources: "firmware/src",
-        imports: &["yawrig_shared"],
-        never: PURE,
-    },
-    Room { name: "yawrig_text", sources: "host/text/src", imports: &[], never: PURE },
-    Room {
-        name: "yawrig_expression",
-        sources: "host/expression/src",
-        imports: &["yawrig_text"],
-        never: NO_PROGRAM,
-    },
-    Room {
-        name: "yawrig_base",
-        sources: "host/base/src",
-        imports: &["yawrig_core", "yawrig_expression", "yawrig_rig"],
-        never: NO_PROGRAM,
-    },
-    Room {
-        name: "yawrig_core",
-        sources: "host/core/src",
-        imports: &["yawrig_expression", "yawrig_firmware", "yawrig_shared"],
-        never: PURE,
-    },
-    Room {
-        name: "yawrig_rig",
-        sources: "host/rig/src",
-        imports: &["yawrig_expression", "yawrig_shared", "yawrig_text"],
-        never: PURE,
-    },
-    Room {
-        name: "yawrig_records",
-        sources: "host/records/src",
-        imports: &[
-            "yawrig_base",
-            "yawrig_core",
-            "yawrig_expression",
-            "yawrig_shared",
-            "yawrig_text",
-        ],
-        never: NO_PROGRAM,
-    },
-    Room {
-        name: "yawrig_train",
-        sources: "host/train/src",
-        imports: &["yawrig_base", "yawrig_core", "yawrig_shared"],
-        never: NO_PROGRAM,
-    },
-    Room {
-        name: "yawrig_link",
-        sources: "host/link/src",
-        imports: &[
-            "yawrig_base",
-            "yawrig_core",
-            "yawrig_firmware",
-            "yawrig_records",
-            "yawrig_rig",
-            "yawrig_shared",
-            "yawrig_text",
-        ],
-        never: NO_PROGRAM,
-    },
-    Room {
-        name: "yawrig_campaign",
-        sources: "host/campaign/src",
-        imports: &[
-            "yawrig_base",
-            "yawrig_core",
-            "yawrig_records",
-            "yawrig_rig",
-            "yawrig_shared",
-            "yawrig_text",
-        ],
-        never: NO_PROGRAM,
-    },
-    Room {
-        name: "yawrig_measuring",
-        sources: "host/measuring/src",
-        imports: &["yawrig_base", "yawrig_campaign", "yawrig_core", "yawrig_link", "yawrig_shared"],
-        never: NO_PROGRAM,
-    },
-    Room {
-        name: "yawrig_model",
-        sources: "host/model/src",
-        imports: &[
-            "yawrig_base",
-            "yawrig_campaign",
-            "yawrig_core",
-            "yawrig_expression",
-            "yawrig_records",
-            "yawrig_shared",
-            "yawrig_text",
-            "yawrig_train",
-        ],
-        never: NO_PROGRAM,
-    },
-    Room {
-        name: "yawrig_report",
-        sources: "host/report/src",
-        imports: &[
-            "yawrig_base",
-            "yawrig_campaign",
-            "yawrig_core",
-            "yawrig_model",
-            "yawrig_records",
-            "yawrig_shared",
-        ],
-        never: NO_PROGRAM,
-    },
-    Room {
-        name: "yawrig_study",
-        sources: "host/study/src",
-        imports: &[
-            "yawrig_base",
-            "yawrig_campaign",
-            "yawrig_core",
-            "yawrig_firmware",
-            "yawrig_report",
-            "yawrig_rig",
-            "yawrig_shared",
-            "yawrig_train",
-        ],
-        never: NO_PROGRAM,
-    },
-    Room {
-        name: "yawrig_workbench",
-        sources: "host/workbench/src",
-        imports: &[
-            "yawrig_base",
-            "yawrig_campaign",
-            "yawrig_core",
-            "yawrig_expression",
-            "yawrig_link",
-            "yawrig_measuring",
-            "yawrig_model",
-            "yawrig_records",
-            "yawrig_report",
-            "yawrig_shared",
-        ],
-        never: SERVER,
-    },
-    Room {
-        name: "yawrig",
-        sources: "host/src",
-        imports: &[
-            "yawrig_base",
-            "yawrig_campaign",
-            "yawrig_core",
-            "yawrig_firmware",
-            "yawrig_link",
-            "yawrig_measuring",
-            "yawrig_model",
-            "yawrig_records",
-            "yawrig_report",
-            "yawrig_rig",
-            "yawrig_shared",
-            "yawrig_study",
-            "yawrig_text",
-            "yawrig_train",
-            "yawrig_workbench",
-        ],
-        never: &[],
-    },
-    Room {
-        name: "yawrig_python",
-        sources: "host/python/src",
-        imports: &["yawrig", "yawrig_base", "yawrig_core", "yawrig_records"],
-        never: NO_PROGRAM,
-    },
+pub const ROOMS: [Room; 18] = [
+    ("shared", "", PURE),
+    ("firmware", "shared", PURE),
+    ("host/text", "", PURE),
+    ("host/expression", "text", NO_PROGRAM),
+    ("host/base", "core expression rig", NO_PROGRAM),
+    ("host/core", "expression firmware shared", PURE),
+    ("host/rig", "expression shared text", PURE),
+    ("host/records", "base core expression shared text", NO_PROGRAM),
+    ("host/train", "base core shared", NO_PROGRAM),
+    ("host/link", "base core firmware records rig shared text", NO_PROGRAM),
+    ("host/campaign", "base core records rig shared text", NO_PROGRAM),
+    ("host/measuring", "base campaign core link shared", NO_PROGRAM),
+    ("host/model", "base campaign core expression records shared text train", NO_PROGRAM),
+    ("host/report", "base campaign core model records shared", NO_PROGRAM),
+    ("host/study", "base campaign core firmware report rig shared train", NO_PROGRAM),
+    (
+        "host/workbench",
+        "base campaign core expression link measuring model records report shared",
+        SERVER,
+    ),
+    (
+        "host",
+        "base campaign core firmware link measuring model records report rig shared study text \
+         train workbench",
+        "",
+    ),
+    ("host/python", "yawrig base core records", NO_PROGRAM),
 ];
 
-fn root() -> PathBuf {
+/// How a crate is called in the sources, by the last part of its folder.
+fn named(folder: &str) -> String {
+    match folder.rsplit('/').next() {
+        Some("host" | "yawrig") | None => "yawrig".to_owned(),
+        Some(name) => format!("yawrig_{name}"),
+    }
+}
+
+pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("a folder above").to_owned()
 }
 
-/// `text` without comments, and with nothing in its strings and character literals.
-fn code(text: &str) -> String {
-    let c: Vec<char> = text.chars().collect();
-    let starts =
-        |k: usize, what: &str| what.chars().enumerate().all(|(i, w)| c.get(k + i) == Some(&w));
-    let mut out = String::new();
-    let mut k = 0;
-    while k < c.len() {
-        let hashes = c[k + 1..].iter().take_while(|x| **x == '#').count();
-        let is_word = |at: Option<&char>| at.is_some_and(|x| x.is_alphanumeric() || *x == '_');
-        if starts(k, "//") {
-            while k < c.len() && c[k] != '\n' {
-                k += 1;
-            }
-        } else if starts(k, "/*") {
-            let mut depth = 0;
-            loop {
-                if starts(k, "/*") {
-                    (depth, k) = (depth + 1, k + 2);
-                } else if starts(k, "*/") {
-                    (depth, k) = (depth - 1, k + 2);
-                } else {
-                    k += 1;
+/// Words, `::`, and every other character by itself; what is no code, and modules for tests, left out.
+fn tokens(text: &str) -> Vec<String> {
+    const FOR_TESTS: [&str; 8] = ["#", "[", "cfg", "(", "test", ")", "]", "mod"];
+    fn gather(code: TokenStream, out: &mut Vec<String>) {
+        let mut is_half = false;
+        for tree in code {
+            let mark = match tree {
+                TokenTree::Group(group) => {
+                    let [open, close] = match group.delimiter() {
+                        Delimiter::Brace => ["{", "}"],
+                        Delimiter::Parenthesis => ["(", ")"],
+                        Delimiter::Bracket => ["[", "]"],
+                        Delimiter::None => ["", ""],
+                    };
+                    let before = out.len().checked_sub(FOR_TESTS.len() + 1);
+                    let is_tests = before.is_some_and(|k| out[k..out.len() - 1] == FOR_TESTS);
+                    out.push(open.to_owned());
+                    if open != "{" || !is_tests {
+                        gather(group.stream(), out);
+                    }
+                    close.to_owned()
                 }
-                if depth == 0 || k >= c.len() {
-                    break;
+                TokenTree::Punct(mark) if is_half => {
+                    is_half = false;
+                    out.pop();
+                    format!(":{mark}")
                 }
-            }
-        } else if c[k] == 'r'
-            && c.get(k + 1 + hashes) == Some(&'"')
-            && !(k > 0 && is_word(c.get(k - 1)))
-        {
-            let end = format!("\"{}", "#".repeat(hashes));
-            k += hashes + 2;
-            while k < c.len() && !starts(k, &end) {
-                k += 1;
-            }
-            k += end.len();
-        } else if c[k] == '"' {
-            k += 1;
-            while k < c.len() && c[k] != '"' {
-                k += if c[k] == '\\' { 2 } else { 1 };
-            }
-            k += 1;
-        } else if c[k] == '\'' && c.get(k + 1) == Some(&'\\') {
-            k += 3;
-            while k < c.len() && c[k] != '\'' {
-                k += 1;
-            }
-            k += 1;
-        } else if c[k] == '\'' && c.get(k + 2) == Some(&'\'') {
-            k += 3;
-        } else {
-            out.push(c[k]);
-            k += 1;
+                TokenTree::Punct(mark) => {
+                    is_half = mark.as_char() == ':' && mark.spacing() == Spacing::Joint;
+                    mark.to_string()
+                }
+                TokenTree::Ident(word) => word.to_string(),
+                TokenTree::Literal(_) => "0".to_owned(),
+            };
+            out.push(mark);
         }
     }
-    out
-}
-
-/// Words, `::`, and every other character by itself.
-fn tokens(code: &str) -> Vec<String> {
-    let mut out: Vec<String> = Vec::new();
-    let mut rest = code.chars().peekable();
-    while let Some(first) = rest.next() {
-        if first.is_alphanumeric() || first == '_' {
-            let mut word = first.to_string();
-            while let Some(next) = rest.next_if(|x| x.is_alphanumeric() || *x == '_') {
-                word.push(next);
-            }
-            out.push(word);
-        } else if first == ':' && rest.next_if_eq(&':').is_some() {
-            out.push("::".to_owned());
-        } else if !first.is_whitespace() {
-            out.push(first.to_string());
-        }
-    }
+    let mut out = Vec::new();
+    gather(text.parse().expect("Rust"), &mut out);
     out
 }
 
@@ -313,25 +110,9 @@ fn is_word(token: &str) -> bool {
     token.starts_with(|x: char| x.is_alphabetic() || x == '_')
 }
 
-/// The index after the bracket that closes the one at `open`.
-fn closed(tokens: &[String], open: usize) -> usize {
-    let mut depth = 0;
-    for (k, token) in tokens.iter().enumerate().skip(open) {
-        depth += match token.as_str() {
-            "{" => 1,
-            "}" => -1,
-            _ => 0,
-        };
-        if depth == 0 {
-            return k + 1;
-        }
-    }
-    tokens.len()
-}
-
 /// What one file says of others.
 #[derive(Default)]
-struct File {
+pub struct File {
     /// Paths it names, whether with `use` or written out; `!` at the end of a macro's.
     paths: Vec<Vec<String>>,
     /// Names handed on by `pub use`, each with its path; `*` for all of a module.
@@ -341,31 +122,26 @@ struct File {
 impl File {
     fn read(path: &Path) -> Self {
         let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-        let tokens = tokens(&code(&text));
+        let tokens = tokens(&text);
         let mut file = Self::default();
-        let is = |k: usize, what: &[&str]| {
-            what.iter().enumerate().all(|(i, w)| tokens.get(k + i).is_some_and(|t| t == w))
-        };
+        let is = |k: usize, what: &str| tokens.get(k).is_some_and(|token| token == what);
         let mut k = 0;
         while k < tokens.len() {
-            if is(k, &["#", "[", "cfg", "(", "test", ")", "]", "mod"]) {
-                let name = k + 8;
-                k = if is(name + 1, &["{"]) { closed(&tokens, name + 1) } else { name + 1 };
-            } else if tokens[k] == "use" {
+            if tokens[k] == "use" {
                 let is_pub = k > 0 && (tokens[k - 1] == "pub" || tokens[k - 1] == ")");
-                k = file.tree(&tokens, k + 1, &[], is_pub);
+                let length = tokens[k..].iter().position(|token| token == ";").expect("an end");
+                file.tree(&tokens[k..=k + length], is_pub);
+                k += length;
             } else if is_word(&tokens[k])
                 && !(k > 0 && (tokens[k - 1] == "::" || tokens[k - 1] == "."))
             {
                 let mut path = vec![tokens[k].clone()];
                 k += 1;
-                while tokens.get(k).is_some_and(|t| t == "::")
-                    && tokens.get(k + 1).is_some_and(|t| is_word(t))
-                {
+                while is(k, "::") && tokens.get(k + 1).is_some_and(|t| is_word(t)) {
                     path.push(tokens[k + 1].clone());
                     k += 2;
                 }
-                if is(k, &["!"]) && !is(k + 1, &["="]) {
+                if is(k, "!") && !is(k + 1, "=") {
                     path.push("!".to_owned());
                 }
                 // A word by itself is as likely a variable.
@@ -379,62 +155,45 @@ impl File {
         file
     }
 
-    /// One branch of a `use`, from token `k` on; the index after it.
-    fn tree(&mut self, tokens: &[String], mut k: usize, before: &[String], is_pub: bool) -> usize {
-        let mut path = before.to_vec();
-        loop {
-            match tokens.get(k).map(String::as_str) {
-                Some("{") => {
-                    k += 1;
-                    while tokens.get(k).is_some_and(|t| t != "}") {
-                        k = self.tree(tokens, k, &path, is_pub);
-                        if tokens.get(k).is_some_and(|t| t == ",") {
-                            k += 1;
-                        }
+    /// A whole `use`, its end included.
+    fn tree(&mut self, tokens: &[String], is_pub: bool) {
+        let (mut before, mut path) = (Vec::new(), Vec::<String>::new());
+        for pair in tokens.windows(2) {
+            let last = pair[0].as_str();
+            match pair[1].as_str() {
+                "::" | "as" => {}
+                "self" if last == "{" || last == "," => {}
+                "{" => before.push(path.clone()),
+                end @ ("," | "}" | ";") => {
+                    let own = path.last().filter(|_| last == "self");
+                    let name = own.cloned().unwrap_or_else(|| last.to_owned());
+                    match is_pub {
+                        _ if ["{", "}", ","].contains(&last) => {}
+                        true => self.handed_on.push((name, path.clone())),
+                        false => self.paths.push(path.clone()),
                     }
-                    return k + 1;
+                    path = before.last().cloned().unwrap_or_default();
+                    if end == "}" {
+                        before.pop();
+                    }
                 }
-                Some("::") => k += 1,
-                Some("self") if path.len() > before.len() || !before.is_empty() => k += 1,
-                Some("*") => {
-                    path.push("*".to_owned());
-                    k += 1;
-                }
-                Some("as") => {
-                    self.leaf(&path, &tokens[k + 1], is_pub);
-                    return k + 2;
-                }
-                Some(word) if is_word(word) => {
-                    path.push(word.to_owned());
-                    k += 1;
-                }
-                _ => {
-                    let name = path.last().cloned().unwrap_or_default();
-                    self.leaf(&path, &name, is_pub);
-                    return k;
-                }
+                _ if last == "as" => {}
+                word => path.push(word.to_owned()),
             }
-        }
-    }
-
-    fn leaf(&mut self, path: &[String], name: &str, is_pub: bool) {
-        match is_pub {
-            true => self.handed_on.push((name.to_owned(), path.to_vec())),
-            false => self.paths.push(path.to_vec()),
         }
     }
 }
 
 /// A crate's modules by their path in it.
-struct Modules {
-    room: &'static Room,
-    files: BTreeMap<Vec<String>, (String, File)>,
+pub struct Modules {
+    name: String,
+    pub files: BTreeMap<Vec<String>, (String, File)>,
 }
 
 impl Modules {
-    fn read(room: &'static Room) -> Self {
-        let folder = root().join(room.sources);
-        let mut modules = Self { room, files: BTreeMap::new() };
+    pub fn read((folder, ..): &Room) -> Self {
+        let mut modules = Self { name: named(folder), files: BTreeMap::new() };
+        let folder = root().join(folder).join("src");
         modules.gather(&folder, &folder);
         assert!(!modules.files.is_empty(), "no sources in {}", folder.display());
         modules
@@ -475,7 +234,7 @@ impl Modules {
                     rest = &rest[1..];
                 }
             }
-            name if name == self.room.name => (base, rest) = (Vec::new(), &path[1..]),
+            name if name == self.name => (base, rest) = (Vec::new(), &path[1..]),
             child => {
                 base.push(child.to_owned());
                 if !self.files.contains_key(&base) {
@@ -574,7 +333,7 @@ fn no_circle_between_files() {
     for room in &ROOMS {
         let modules = Modules::read(room);
         for (files, way) in circles(&modules.arrows()) {
-            wrong.push(format!("{}: {way}; in all {files:?}", room.sources));
+            wrong.push(format!("{}: {way}; in all {files:?}", room.0));
         }
     }
     assert!(wrong.is_empty(), "imports in a circle:\n{}", wrong.join("\n"));
@@ -583,78 +342,22 @@ fn no_circle_between_files() {
 #[test]
 fn crates_import_only_what_they_are_built_on() {
     let mut wrong = Vec::new();
-    for room in &ROOMS {
+    for room @ (folder, imports, never) in &ROOMS {
+        let may: Vec<String> = imports.split(' ').chain([*folder]).map(named).collect();
         for (name, file) in Modules::read(room).files.values() {
             for path in file.paths.iter().chain(file.handed_on.iter().map(|(_, path)| path)) {
-                let first = path[0].as_str();
+                let (first, whole) = (&path[0], path.join("::") + "::");
                 let is_ours = first == "yawrig" || first.starts_with("yawrig_");
-                let whole = path.join("::");
-                let is_never =
-                    |never: &&&str| whole == **never || whole.starts_with(&format!("{never}::"));
-                if path.len() > 1 && is_ours && first != room.name && !room.imports.contains(&first)
-                {
-                    wrong.push(format!("{}/{name}: imports {first}", room.sources));
-                } else if let Some(never) = room.never.iter().find(is_never) {
-                    wrong.push(format!("{}/{name}: names {never}", room.sources));
+                let is_never = |never: &&str| whole.starts_with(&format!("{never}::"));
+                if path.len() > 1 && is_ours && !may.contains(first) {
+                    wrong.push(format!("{folder}: {name} imports {first}"));
+                } else if let Some(never) = never.split_whitespace().find(is_never) {
+                    wrong.push(format!("{folder}: {name} names {never}"));
                 }
             }
         }
     }
     assert!(wrong.is_empty(), "imports across walls:\n{}", wrong.join("\n"));
-}
-
-/// Crates that name no flags: what they say of settings, the program spells (`yawrig_base::settings`).
-const FLAGLESS: [&str; 13] = [
-    "yawrig_shared",
-    "yawrig_firmware",
-    "yawrig_text",
-    "yawrig_expression",
-    "yawrig_base",
-    "yawrig_core",
-    "yawrig_rig",
-    "yawrig_records",
-    "yawrig_train",
-    "yawrig_link",
-    "yawrig_campaign",
-    "yawrig_measuring",
-    "yawrig_model",
-];
-/// Of another program.
-const FOREIGN_FLAGS: [&str; 1] = ["--pdeathsig"];
-
-/// Flags in a line, as `--rate-hz`; a rule of dashes is none, nor is what stands inside a word.
-fn flags(line: &str) -> Vec<&str> {
-    let starts = line.match_indices("--").map(|(at, _)| at);
-    let flag = |at: usize| {
-        let after = &line[at + 2..];
-        let length = after.find(|c: char| !c.is_ascii_alphanumeric() && c != '-');
-        let is_flag = after.starts_with(|c: char| c.is_ascii_lowercase())
-            && !line[..at].ends_with(|c: char| c.is_alphanumeric() || c == '-');
-        is_flag.then(|| &line[at..at + 2 + length.unwrap_or(after.len())])
-    };
-    starts.filter_map(flag).collect()
-}
-
-#[test]
-fn libraries_name_no_flags() {
-    let mut wrong = Vec::new();
-    for room in ROOMS.iter().filter(|room| FLAGLESS.contains(&room.name)) {
-        for (name, _) in Modules::read(room).files.values() {
-            let path = root().join(room.sources).join(name);
-            let text = fs::read_to_string(&path).expect("it was read");
-            for (index, line) in text.lines().enumerate() {
-                let named = flags(line).into_iter().filter(|flag| !FOREIGN_FLAGS.contains(flag));
-                wrong.extend(named.map(|flag| format!("{}:{}: {flag}", path.display(), index + 1)));
-            }
-        }
-    }
-    assert!(wrong.is_empty(), "flags in libraries:\n{}", wrong.join("\n"));
-}
-
-#[test]
-fn flags_are_told_from_dashes() {
-    let line = r#"help("--yaw {} or --rate-hz") // ----- a--b x --- {}--{} "--""#;
-    assert_eq!(flags(line), ["--yaw", "--rate-hz"]);
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod clock;
 mod common;
 mod conventional_table;
 mod device_in_memory;
+mod flags;
 mod imports;
 mod least_squares_figures;
 mod line_faults;
