@@ -1,10 +1,17 @@
 //! `yawrig demo`: the main job against the contract and against the rig's truth.
 
 use serde_json::{json, Value};
+use std::sync::OnceLock;
 use yawrig_tests::process::{yawrig, Ended};
 
 pub fn demo(arguments: &str) -> Ended {
     yawrig(&format!("demo --json --no-report {arguments}")).run()
+}
+
+/// `demo --seed 1`, run once for all tests.
+pub fn of_seed_1() -> &'static Ended {
+    static ENDED: OnceLock<Ended> = OnceLock::new();
+    ENDED.get_or_init(|| demo("--seed 1").exits(0))
 }
 
 /// Shares by which the table misses the truth, sorted.
@@ -30,7 +37,7 @@ fn within(misses: &[f64], median: f64, worst: f64) {
 
 #[test]
 fn the_main_job_finds_the_planted_derivatives() {
-    let ended = demo("--seed 1").exits(0);
+    let ended = of_seed_1();
     // Results on stdout, one object and nothing else; what goes on meanwhile on stderr.
     ended.says_in_order(&["trained 41-6-2", "device: emulated at /dev/", "flashed and verified"]);
     let object = ended.json();

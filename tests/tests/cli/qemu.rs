@@ -1,6 +1,6 @@
 //! The same commands on the ARM image, and that no QEMU is left behind.
 
-use crate::demo::demo;
+use crate::demo::of_seed_1;
 use nix::sys::signal::Signal;
 use std::time::{Duration, Instant};
 use yawrig_link::bench::{Bench, Target};
@@ -46,7 +46,7 @@ fn swinging() -> (Running, Vec<u32>) {
 #[test]
 #[ignore = "needs QEMU: tests/run runs it"]
 fn the_main_job_gives_the_same_bits_on_the_arm_image() {
-    let here = demo("--seed 1").exits(0).json();
+    let here = of_seed_1().json();
     let mut running = yawrig("demo --no-report --json --seed 1 --device qemu").start();
     running.says("--device /dev/");
     let qemu = children(running.pid());
