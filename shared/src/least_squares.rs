@@ -17,8 +17,8 @@ impl<const N: usize> Equations<N> {
     pub fn add(&mut self, row: [f32; N], value: f32, weight: f32) {
         for i in 0..N {
             let weighted = row[i] * weight;
-            for j in 0..i + 1 {
-                self.left[i][j] += weighted * row[j];
+            for (sum, x) in self.left[i].iter_mut().zip(&row).take(i + 1) {
+                *sum += weighted * x;
             }
             self.right[i] += weighted * value;
         }
