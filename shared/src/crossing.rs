@@ -2,8 +2,8 @@
 //! of its own.
 
 use crate::history::{History, Moment, BLOCK};
-use crate::least_squares::Equations;
 use heapless::Deque;
+use nalgebra::{Cholesky, SMatrix, SVector};
 
 /// Cycles in a window (thesis 4.5.2).
 pub const CYCLES: usize = 3;
@@ -99,14 +99,17 @@ pub(crate) fn regress(crossings: &Deque<Crossing, HALF_CYCLES>) -> Option<Fit> {
     }
     let first = crossings.front()?;
     let origin = first.at.sample;
-    // t = start + k half + (-1)^k alternation.
-    let mut equations = Equations::new();
+    // Normal equations for t = start + k half + (-1)^k alternation.
+    let mut a = SMatrix::<f32, 3, 3>::zeros();
+    let mut b = SVector::<f32, 3>::zeros();
     for crossing in crossings.iter() {
         let k = crossing.number.wrapping_sub(first.number);
-        let row = [1.0, k as f32, if k.is_multiple_of(2) { 1.0 } else { -1.0 }];
-        equations.add(row, crossing.at.since(origin), crossing.weight / first.weight);
+        let row = SVector::from([1.0, k as f32, if k.is_multiple_of(2) { 1.0 } else { -1.0 }]);
+        let weighted = row * (crossing.weight / first.weight);
+        a += weighted * row.transpose();
+        b += weighted * crossing.at.since(origin);
     }
-    let [start, half, _] = equations.solve()?;
+    let [[start, half, _]] = Cholesky::new(a)?.solve(&b).data.0;
     let length = HALF_CYCLES as f32 * half;
     Some(Fit {
         start: Moment::after(origin, start),

@@ -21,7 +21,6 @@ pub mod flags;
 mod forward;
 pub mod frame;
 pub mod history;
-mod least_squares;
 pub mod misfit;
 pub mod modal;
 pub mod network;

@@ -1,7 +1,6 @@
 //! How far a window is from one damped oscillation.
 
 use crate::features::{FEATURES, SHAPE};
-use crate::least_squares::Equations;
 use crate::window::CYCLES;
 
 /// Neighbouring bins are averaged: half the work, and what disturbs an oscillation is slower still.
@@ -36,13 +35,17 @@ fn pairs(shape: &[f32], damping_ratio: f32, mut each: impl FnMut([f32; BASIS], f
 /// below 3e-4; not a number where the shape is nothing.
 pub fn misfit(features: &[f32; FEATURES], damping_ratio: f32) -> f32 {
     let shape = &features[..SHAPE];
-    let mut equations = Equations::new();
+    let mut a = nalgebra::SMatrix::<f32, BASIS, BASIS>::zeros();
+    let mut right = nalgebra::SVector::<f32, BASIS>::zeros();
     let mut whole = 0.0_f32;
     pairs(shape, damping_ratio, |row, value| {
-        equations.add(row, value, 1.0);
+        let row = nalgebra::SVector::from(row);
+        a += row * row.transpose();
+        right += row * value;
         whole += value * value;
     });
-    let Some(share) = equations.solve() else { return f32::NAN };
+    let Some(factor) = nalgebra::Cholesky::new(a) else { return f32::NAN };
+    let share = factor.solve(&right);
     // Summed anew: as the difference of large numbers it would be lost.
     let mut left = 0.0_f32;
     pairs(shape, damping_ratio, |row, value| {
