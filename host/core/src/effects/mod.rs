@@ -23,7 +23,7 @@ pub use measured::{Line, MeasuredLaw, MEASURED_LAW};
 pub(crate) use memory::Memories;
 pub use terms::Terms;
 pub(crate) use terms::{Drive, State};
-pub(crate) use terms::{Moment, Moments, LANES};
+pub(crate) use terms::{Moment, Moments, States, LANES};
 pub use yawrig_expression::{Parameter, MOST_OWN};
 
 use law::Law;

@@ -5,6 +5,7 @@ use super::memory::{Memories, Memory, Remembered};
 use super::padded::{padded, MOST_NUMBERS};
 use crate::record::Derivative;
 use std::any::TypeId;
+use std::array::from_fn;
 use std::sync::Arc;
 use yawrig_expression::OwnTerm;
 
@@ -22,6 +23,27 @@ pub(crate) struct State {
     pub(crate) spring_moment_rad_s2: f64,
 }
 
+/// The same of motions side by side.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct States {
+    pub(crate) yaw_rad: [f64; LANES],
+    pub(crate) rate_rad_s: [f64; LANES],
+    pub(crate) time_s: f64,
+    pub(crate) spring_moment_rad_s2: [f64; LANES],
+}
+
+impl States {
+    #[inline]
+    fn of(&self, l: usize) -> State {
+        State {
+            yaw_rad: self.yaw_rad[l],
+            rate_rad_s: self.rate_rad_s[l],
+            time_s: self.time_s,
+            spring_moment_rad_s2: self.spring_moment_rad_s2[l],
+        }
+    }
+}
+
 /// A smooth moment over the inertia, rad/s2.
 pub(crate) trait Moment {
     fn moment(p: &[f64], state: &State) -> f64;
@@ -37,7 +59,7 @@ pub(crate) trait Reading {
 pub(super) struct SmoothMoment {
     law: TypeId,
     one: fn(&[f64], &State) -> f64,
-    lanes: fn(&[[f64; MOST_NUMBERS]; LANES], &[State; LANES], &mut [f64; LANES]),
+    lanes: fn(&[[f64; LANES]; MOST_NUMBERS], &States, &mut [f64; LANES]),
     p: [f64; MOST_NUMBERS],
 }
 
@@ -48,12 +70,13 @@ struct ReadingChange {
 }
 
 fn lanes<M: Moment>(
-    p: &[[f64; MOST_NUMBERS]; LANES],
-    states: &[State; LANES],
+    p: &[[f64; LANES]; MOST_NUMBERS],
+    states: &States,
     sums: &mut [f64; LANES],
 ) {
-    for lane in 0..LANES {
-        sums[lane] += M::moment(&p[lane], &states[lane]);
+    let moments: [f64; LANES] = from_fn(|l| M::moment(&p.map(|p| p[l]), &states.of(l)));
+    for l in 0..LANES {
+        sums[l] += moments[l];
     }
 }
 
@@ -144,9 +167,9 @@ impl Terms {
         &self.own
     }
 
-    /// Whether the splitting follows it without corners to locate.
-    pub(crate) fn is_smooth(&self) -> bool {
-        !self.turns() && self.dead_zone_rad == 0.0 && !self.adapts_steps()
+    /// Whether the splitting follows it with no other corners than those of dry friction.
+    pub(crate) fn is_smooth_between_turns(&self) -> bool {
+        self.remembered.is_empty() && self.dead_zone_rad == 0.0 && !self.adapts_steps()
     }
 
     /// Whether something changes where the model turns.
@@ -178,6 +201,11 @@ impl Terms {
             now: (w * time_s).sin_cos(),
             turn: (w * step_s).sin_cos(),
         }
+    }
+
+    /// Whether there is a periodic moment.
+    pub(crate) fn is_driven(&self) -> bool {
+        self.force_rad_s2 != [0.0; 2]
     }
 
     /// The periodic moment at one instant, rad/s2.
@@ -231,7 +259,7 @@ impl Drive {
 
 /// The smooth moments of four motions of the same effects.
 pub(crate) struct Moments {
-    each: Vec<(SmoothMoment, [[f64; MOST_NUMBERS]; LANES])>,
+    each: Vec<(SmoothMoment, [[f64; LANES]; MOST_NUMBERS])>,
     curves: [Option<Arc<Curves>>; LANES],
 }
 
@@ -243,19 +271,20 @@ impl Moments {
         if others.iter().any(|other| laws(other) != laws(first)) {
             return None;
         }
-        let lanes = |k: usize| terms.map(|t| t.moments[k].p);
+        let lanes = |k: usize| from_fn(|i| terms.map(|t| t.moments[k].p[i]));
         let each = first.moments.iter().enumerate().map(|(k, m)| (*m, lanes(k))).collect();
         Some(Self { each, curves: terms.map(|t| t.curves.clone()) })
     }
 
     /// Adds the moments in each of `states` to `sums`, rad/s2.
     #[inline]
-    pub(crate) fn add(&self, states: &[State; LANES], sums: &mut [f64; LANES]) {
+    pub(crate) fn add(&self, states: &States, sums: &mut [f64; LANES]) {
         for (moment, p) in &self.each {
             (moment.lanes)(p, states, sums);
         }
-        for ((curves, state), sum) in self.curves.iter().zip(states).zip(sums) {
-            *sum += curves.as_ref().map_or(0.0, |c| c.moment(state.yaw_rad, state.rate_rad_s));
+        for (l, curves) in self.curves.iter().enumerate() {
+            let Some(curves) = curves else { continue };
+            sums[l] += curves.moment(states.yaw_rad[l], states.rate_rad_s[l]);
         }
     }
 }

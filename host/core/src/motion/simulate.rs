@@ -7,10 +7,11 @@
 //! points and edges of the dead zone are located within the step. A model with a user's own effects is left
 //! to `own_motion`, unless it only has to be swift.
 
-use crate::effects::{Drive, Memories, Moments, State, LANES};
+use crate::effects::{Drive, Memories, State};
 use crate::motion::oscillator::{damped_rad_s, root, Flow, Walk};
 pub use crate::motion::oscillator::{Grid, Motion};
-use crate::motion::own_motion::{self, Pace, Steps};
+use crate::motion::own_motion::{self, Pace};
+pub(crate) use crate::motion::side_by_side::readings_of_all;
 use crate::motion::smooth_own::SmoothOwn;
 use crate::record::Derivative;
 
@@ -53,7 +54,7 @@ impl Motion {
     }
 
     /// The readings into `out`; `store` is given each rate.
-    fn run(&self, grid: &Grid, mut pace: Pace, out: &mut [f64], store: impl FnMut(usize, f64)) {
+    pub(super) fn run(&self, grid: &Grid, mut pace: Pace, out: &mut [f64], store: impl FnMut(usize, f64)) {
         let wn = self.natural_frequency_rad_s;
         let terms = &self.terms;
         let enough =
@@ -118,7 +119,7 @@ impl Motion {
 
     /// What the sensor sees at every instant of `grid`, the rates at its ends being given, as it is read:
     /// means over its width.
-    fn read(&self, grid: &Grid, seen: &mut [f64], rates_rad_s: [f64; 2]) {
+    pub(super) fn read(&self, grid: &Grid, seen: &mut [f64], rates_rad_s: [f64; 2]) {
         let n = seen.len();
         if grid.mean_width_s > 0.0 && n > 1 {
             // A mean over a width falls short of the middle by y'' width^2 / 24.
@@ -156,130 +157,24 @@ fn curvature<'a>(mut values: impl Iterator<Item = &'a f64>) -> f64 {
     }
 }
 
-/// The readings of all `motions`, which hardly differ from the first, on one `grid`, an `out` each. A step of
-/// one motion waits for its last; those of four side by side need not wait for each other.
-pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f64>]) {
-    if motions.iter().any(|m| m.terms.adapts_steps()) {
-        let mut steps = Steps::default();
-        for (k, (motion, out)) in motions.iter().zip(out).enumerate() {
-            let pace = if k == 0 { Pace::Kept(&mut steps) } else { Pace::Followed(&steps) };
-            motion.run(grid, pace, out, |_, _| {});
-        }
-        return;
-    }
-    for (motions, out) in motions.chunks(LANES).zip(out.chunks_mut(LANES)) {
-        match <&[Motion; LANES]>::try_from(motions) {
-            Ok(four) if smooth_readings(four, grid, out).is_some() => {}
-            _ => motions.iter().zip(out).for_each(|(m, out)| m.readings(grid, out)),
-        }
-    }
-}
-
-/// [`Motion::readings`] of four motions of the same effects without corners; `None` where they are no such
-/// four.
-fn smooth_readings(motions: &[Motion; LANES], grid: &Grid, out: &mut [Vec<f64>]) -> Option<()> {
-    if !motions.iter().all(|m| m.terms.is_smooth()) {
-        return None;
-    }
-    let moments = Moments::of(std::array::from_fn(|l| &motions[l].terms))?;
-    let each =
-        |f: &dyn Fn(&Motion) -> f64| -> [f64; LANES] { std::array::from_fn(|l| f(&motions[l])) };
-    let fastest = motions.iter().map(|m| m.natural_frequency_rad_s).fold(0.0, f64::max);
-    let substeps =
-        (grid.step_s * fastest * STEPS_PER_CYCLE / std::f64::consts::TAU).ceil().clamp(1.0, 1e4);
-    let h = grid.step_s / substeps;
-    let flows: [Flow; LANES] = std::array::from_fn(|l| motions[l].flow(0.5 * h));
-    let stiffness = each(&|m| m.natural_frequency_rad_s.powi(2));
-    let middle = each(&|m| m.terms.constant_moment_rad_s2 / m.natural_frequency_rad_s.powi(2));
-    let mut drives: [_; LANES] =
-        std::array::from_fn(|l| motions[l].terms.drive(grid.start_s + 0.5 * h, h));
-    let (mut b, mut r) = (each(&|m| m.yaw_rad), each(&|m| m.rate_rad_s));
-    let observed = motions[0].terms.observed;
-    let damping = each(&|m| 2.0 * m.damping_ratio * m.natural_frequency_rad_s);
-    let accelerations = |b: &[f64; LANES], r: &[f64; LANES], t: f64| {
-        let states = std::array::from_fn(|l| State {
-            yaw_rad: b[l],
-            rate_rad_s: r[l],
-            time_s: t,
-            spring_moment_rad_s2: -stiffness[l] * b[l],
-        });
-        let mut sums = std::array::from_fn(|l| {
-            -damping[l] * r[l] - stiffness[l] * (b[l] - middle[l]) + motions[l].terms.drive_at(t)
-        });
-        moments.add(&states, &mut sums);
-        sums
-    };
-    let mut last = r;
-    for k in 0..grid.count {
-        let t = grid.time_s(k);
-        let seen = match observed {
-            Derivative::None => b,
-            Derivative::Rate => r,
-            Derivative::Acceleration => accelerations(&b, &r, t),
-        };
-        out.iter_mut().zip(seen).for_each(|(out, seen)| out[k] = seen);
-        last = r;
-        for i in 0..substeps as usize {
-            let at = t + (i as f64 + 0.5) * h;
-            let drive: [f64; LANES] = std::array::from_fn(|l| drives[l].step());
-            let mut states =
-                [State { yaw_rad: 0.0, rate_rad_s: 0.0, time_s: at, spring_moment_rad_s2: 0.0 };
-                    LANES];
-            let mut rate = [0.0; LANES];
-            for l in 0..LANES {
-                let Flow([p, q, u, v]) = flows[l];
-                let x = b[l] - middle[l];
-                let angle = middle[l] + p * x + q * r[l];
-                rate[l] = u * x + v * r[l];
-                states[l].yaw_rad = angle;
-                states[l].rate_rad_s = rate[l];
-                states[l].spring_moment_rad_s2 = -stiffness[l] * angle;
-            }
-            let mut first = [0.0; LANES];
-            moments.add(&states, &mut first);
-            for l in 0..LANES {
-                states[l].rate_rad_s = rate[l] + 0.5 * h * (first[l] + drive[l]);
-            }
-            let mut second = [0.0; LANES];
-            moments.add(&states, &mut second);
-            for l in 0..LANES {
-                let Flow([p, q, u, v]) = flows[l];
-                let rate = rate[l] + h * (second[l] + drive[l]);
-                let x = states[l].yaw_rad - middle[l];
-                (b[l], r[l]) = (middle[l] + p * x + q * rate, u * x + v * rate);
-            }
-        }
-    }
-    // What has run away is no number, as where one motion is followed.
-    for (l, out) in out.iter_mut().enumerate() {
-        motions[l].read(grid, out, [motions[l].rate_rad_s, last[l]]);
-        let runaway =
-            observed.recorded(motions[l].runaway_rad(), motions[l].natural_frequency_rad_s);
-        if let Some(first) = out.iter().position(|y| !y.is_finite() || y.abs() > runaway) {
-            out[first..].fill(f64::NAN);
-        }
-    }
-    Some(())
-}
-
 /// The motion with the regime it is in.
-struct Walker<'a> {
+pub(super) struct Walker<'a> {
     motion: &'a Motion,
     half: f64,
-    flow: Flow,
-    stiffness: f64,
+    pub(super) flow: Flow,
+    pub(super) stiffness: f64,
     decay: f64,
     corners: bool,
     /// There is something that changes where the rate changes sign.
-    turns: bool,
+    pub(super) turns: bool,
     memories: Memories,
     /// Sign of the rate; 0: stuck, or to be decided.
-    direction: f64,
+    pub(super) direction: f64,
     /// Side of the dead zone, 0 inside; always 1 without one.
     side: f64,
     /// Own effects, and dry friction with theirs, rad/s2.
     own: Option<SmoothOwn>,
-    friction: f64,
+    pub(super) friction: f64,
     drive: Drive,
 }
 
@@ -305,7 +200,7 @@ impl Walk for Walker<'_> {
 }
 
 impl<'a> Walker<'a> {
-    fn new(motion: &'a Motion, half: f64, start_s: f64, own: Option<SmoothOwn>) -> Self {
+    pub(super) fn new(motion: &'a Motion, half: f64, start_s: f64, own: Option<SmoothOwn>) -> Self {
         let play = motion.terms.dead_zone_rad;
         let friction =
             motion.terms.dry_friction_rad_s2 + own.as_ref().map_or(0.0, |own| own.friction_rad_s2);
@@ -361,7 +256,7 @@ impl<'a> Walker<'a> {
         r
     }
 
-    fn half_step(&mut self, b: f64, r: f64, t: f64, drive: f64) -> (f64, f64) {
+    pub(super) fn half_step(&mut self, b: f64, r: f64, t: f64, drive: f64) -> (f64, f64) {
         let constant = self.motion.terms.constant_moment_rad_s2;
         if !self.corners {
             let middle = constant / self.stiffness;
