@@ -6,7 +6,7 @@ use crate::diagnosis::likelihood::{beyond, evidence, is_explained, DECISIVE, NEA
 use crate::effects::Effect;
 use crate::fit::fitting::{fit_added, Fitted};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::linear_gain::linear_gain;
+use crate::fit::linear_gain::Screen;
 use crate::quantity::Quantity;
 use rayon::prelude::*;
 
@@ -51,13 +51,17 @@ pub(super) fn instead(
         }
     }
     let flexible: Vec<Effect> = Effect::deterministic().filter(Effect::is_flexible).collect();
-    let tried: Vec<(&Fitted, &Effect)> =
-        inner.iter().flat_map(|i| flexible.iter().map(move |e| (*i, e))).collect();
+    let screens: Vec<Screen> = inner.par_iter().map(|inner| Screen::new(decay, inner)).collect();
+    let tried: Vec<(&Fitted, &Screen, &Effect)> = inner
+        .iter()
+        .zip(&screens)
+        .flat_map(|(i, screen)| flexible.iter().map(move |e| (*i, screen, e)))
+        .collect();
     let gain = |larger: &Fitted| evidence(accepted, larger, larger.effective_count());
     let best = tried
         .into_par_iter()
-        .filter(|(inner, effect)| {
-            let (left, more) = linear_gain(decay, inner, effect);
+        .filter(|(inner, screen, effect)| {
+            let (left, more) = screen.left_with(effect);
             let behind = |n| {
                 let numbers = (inner.parameters.len() + more) as f64;
                 bic::gain(
@@ -73,7 +77,7 @@ pub(super) fn instead(
                 false => left < PROMISING * accepted.sum_of_squares,
             }
         })
-        .map(|(inner, effect)| fit_added(decay, inner, effect))
+        .map(|(inner, _, effect)| fit_added(decay, inner, effect))
         .filter(|larger| larger.converged && !is_simple(larger, decay))
         .filter(|larger| {
             beyond(plain, larger).len() < simple.len()

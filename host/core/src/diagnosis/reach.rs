@@ -24,9 +24,10 @@ pub(super) fn reach(decay: &FreeDecay, model: &Fitted, candidates: &[Effect]) ->
         p.extend(start);
         let problem = problem_of_one(release, &structure, &p);
         let part = &problem.parts[0];
-        let (r, all) = part.linearised(&p);
-        let own = part.free.iter().zip(all).filter(|(j, _)| effect.is_none() || **j >= n);
-        columns.extend(own.map(|(_, c)| c));
+        let is_own = |j: &&usize| effect.is_none() || **j >= n;
+        let own: Vec<usize> = part.free.iter().filter(is_own).copied().collect();
+        let (r, by_own) = part.linearised_by(&p, &own);
+        columns.extend(by_own);
         residuals = r;
     };
     add(None, &[]);

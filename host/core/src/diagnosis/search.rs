@@ -14,7 +14,7 @@ use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::fitting::{fit_added, fit_removed, reordered, Fitted};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::linear_gain::linear_gain;
+use crate::fit::linear_gain::Screen;
 use rayon::prelude::*;
 
 /// An effect whose course is less than this share of the noise floor does not matter, squared.
@@ -211,8 +211,9 @@ pub(super) fn criterion(model: &Fitted) -> f64 {
 /// fitted with it: the one with the most and those not decisively behind.
 pub(super) fn beside(decay: &FreeDecay, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
     let n = model.effective_count();
+    let screen = Screen::new(decay, model);
     let predicted = all.par_iter().filter(|e| !model.structure.effects.contains(e)).map(|e| {
-        let (left, more) = linear_gain(decay, model, e);
+        let (left, more) = screen.left_with(e);
         (bic::gain(model.sum_of_squares, left, n, more as f64), e)
     });
     let predicted: Vec<(f64, &Effect)> = predicted.collect();
@@ -231,10 +232,11 @@ fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -
     let promising: Vec<Vec<(f64, Effect)>> = order
         .par_iter()
         .map(|inner| {
+            let screen = Screen::new(decay, inner);
             let mut out: Vec<(f64, Effect)> = all
                 .par_iter()
                 .filter(|e| !inner.structure.effects.contains(e))
-                .map(|e| (linear_gain(decay, inner, e).0, e.clone()))
+                .map(|e| (screen.left_with(e).0, e.clone()))
                 .collect();
             out.sort_by(|a, b| a.0.total_cmp(&b.0));
             out
@@ -321,7 +323,8 @@ fn rivals(
                 .collect();
         }
         let inner = fit_removed(decay, model, inside);
-        let gain = |e: &Effect| inner.sum_of_squares - linear_gain(decay, &inner, e).0;
+        let screen = Screen::new(decay, &inner);
+        let gain = |e: &Effect| inner.sum_of_squares - screen.left_with(e).0;
         let least = RIVALLING * gain(inside);
         outside
             .par_iter()
@@ -383,6 +386,7 @@ mod tests {
         let decay = FreeDecay::of(&record).unwrap();
         let plain = fit_plain(&decay, false, decay.yaw_rad.len());
         assert!(is_explained(&plain, &decay), "{}", plain.over_noise(&decay));
+        let screen = Screen::new(&decay, &plain);
         for effect in Effect::deterministic() {
             let larger = fit_added(&decay, &plain, &effect);
             assert!(larger.sum_of_squares <= plain.sum_of_squares * (1.0 + 1e-9), "{effect}");
@@ -392,7 +396,7 @@ mod tests {
                 1000.0 * (plain.sum_of_squares / larger.sum_of_squares).ln() - more * 1000f64.ln();
             assert!((gain - by_hand).abs() < 1e-9 && gain < MARGIN, "{effect}: {gain}");
             // A linear step predicts no more than noise either.
-            let (left, _) = linear_gain(&decay, &plain, &effect);
+            let (left, _) = screen.left_with(&effect);
             assert!(left > 0.98 * plain.sum_of_squares, "{effect}");
         }
     }

@@ -103,6 +103,24 @@ impl Reading for SecondMode {
         let (s, c) = (damped * time_s).sin_cos();
         (-zeta2 * w2 * time_s).exp() * (cosine * c + sine * s)
     }
+
+    /// Turned on by one step each time.
+    fn add_changes(p: &[f64], _seen: &[f64], start_s: f64, step_s: f64, sums: &mut [f64]) {
+        let [cosine, sine, w2, zeta2] = numbers(p);
+        if cosine == 0.0 && sine == 0.0 {
+            return;
+        }
+        let after = |time_s: f64| {
+            let (s, c) = (w2 * (1.0 - zeta2 * zeta2).sqrt() * time_s).sin_cos();
+            let size = (-zeta2 * w2 * time_s).exp();
+            [size * c, size * s]
+        };
+        let ([mut c, mut s], [turn_c, turn_s]) = (after(start_s), after(step_s));
+        for sum in sums {
+            *sum += cosine * c + sine * s;
+            [c, s] = [c * turn_c - s * turn_s, s * turn_c + c * turn_s];
+        }
+    }
 }
 
 #[cfg(test)]
@@ -116,5 +134,16 @@ mod tests {
         assert!((SecondMode::change(&p, 0.1, 0.0) - 0.01).abs() < 1e-15);
         let later = 0.01 * (-0.02 * 20.0 * period_s).exp();
         assert!((SecondMode::change(&p, 0.1, period_s) - later).abs() < 1e-15);
+    }
+
+    #[test]
+    fn followed_step_by_step_it_is_what_it_is_at_each_instant() {
+        let p = [0.01, -0.004, 20.0, 0.002];
+        let (seen, mut sums) = (vec![0.1; 30_000], vec![0.0; 30_000]);
+        SecondMode::add_changes(&p, &seen, 0.3, 0.002, &mut sums);
+        for (k, sum) in sums.iter().enumerate() {
+            let alone = SecondMode::change(&p, 0.1, 0.3 + k as f64 * 0.002);
+            assert!((sum - alone).abs() < 1e-12, "{k}: {sum} {alone}");
+        }
     }
 }

@@ -52,6 +52,13 @@ pub(crate) trait Moment {
 /// A change of the sensor's reading, rad.
 pub(crate) trait Reading {
     fn change(p: &[f64], yaw_rad: f64, time_s: f64) -> f64;
+
+    /// Adds the changes of all readings to `sums`: of what is `seen` at `start_s` and every `step_s` from there on.
+    fn add_changes(p: &[f64], seen: &[f64], start_s: f64, step_s: f64, sums: &mut [f64]) {
+        for (k, (sum, seen)) in sums.iter_mut().zip(seen).enumerate() {
+            *sum += Self::change(p, *seen, start_s + k as f64 * step_s);
+        }
+    }
 }
 
 /// A smooth moment with its numbers.
@@ -66,14 +73,11 @@ pub(super) struct SmoothMoment {
 #[derive(Clone, Copy, Debug)]
 struct ReadingChange {
     change: fn(&[f64], f64, f64) -> f64,
+    add_changes: fn(&[f64], &[f64], f64, f64, &mut [f64]),
     p: [f64; MOST_NUMBERS],
 }
 
-fn lanes<M: Moment>(
-    p: &[[f64; LANES]; MOST_NUMBERS],
-    states: &States,
-    sums: &mut [f64; LANES],
-) {
+fn lanes<M: Moment>(p: &[[f64; LANES]; MOST_NUMBERS], states: &States, sums: &mut [f64; LANES]) {
     let moments: [f64; LANES] = from_fn(|l| M::moment(&p.map(|p| p[l]), &states.of(l)));
     for l in 0..LANES {
         sums[l] += moments[l];
@@ -117,7 +121,8 @@ impl Terms {
     }
 
     pub(crate) fn add_reading<R: Reading>(&mut self, p: &[f64]) {
-        self.readings.push(ReadingChange { change: R::change, p: padded(p) });
+        let (change, add_changes) = (R::change, R::add_changes);
+        self.readings.push(ReadingChange { change, add_changes, p: padded(p) });
     }
 
     pub(crate) fn add_memory<M: Memory>(&mut self, p: &[f64]) {
@@ -226,9 +231,12 @@ impl Terms {
         self.moments.iter().map(|m| (m.one)(&m.p, state)).sum::<f64>() + curves + drive
     }
 
-    /// Whether the sensor shows something else than what it sees.
-    pub(crate) fn changes_reading(&self) -> bool {
-        !self.readings.is_empty()
+    /// Puts what the sensor shows at `start_s` and every `step_s` from there on in the place of what it sees.
+    pub(crate) fn read(&self, seen: &mut [f64], start_s: f64, step_s: f64) {
+        let as_seen = if self.readings.is_empty() { Vec::new() } else { seen.to_vec() };
+        for r in &self.readings {
+            (r.add_changes)(&r.p, &as_seen, start_s, step_s, seen);
+        }
     }
 
     /// What the sensor shows, at a time, of what it sees: of the yaw angle rad.

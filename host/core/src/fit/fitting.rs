@@ -4,6 +4,7 @@
 use crate::effects::Effect;
 pub use crate::fit::fitted::{Covariance, Fitted};
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::linear_gain::Screen;
 use crate::fit::problem::{solve_one, Release, EVALUATIONS};
 use crate::fit::structure::motion;
 pub use crate::fit::structure::{Limit, Number, Structure};
@@ -147,8 +148,7 @@ pub fn fit_added(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Fitted {
     if structure.effects.iter().any(|e| e.is_own()) {
         return fit_own(decay, inner, &structure, &starts);
     }
-    let foreseen =
-        crate::fit::linear_gain::linear_gain(decay, inner, effect).0 / decay.noise_rad.powi(2);
+    let foreseen = Screen::new(decay, inner).left_with(effect).0 / decay.noise_rad.powi(2);
     for (k, start) in starts.iter().enumerate() {
         let mut p = inner.parameters.clone();
         p.extend(start);

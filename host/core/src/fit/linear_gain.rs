@@ -4,36 +4,64 @@ use crate::effects::Effect;
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::{problem_of_one, Release};
-use crate::solver::{Normal, Problem};
+use crate::solver::{Normal, Problem, Rows};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// What one linear step would leave of `inner`'s sum of squares with `effect` added, and how many numbers it
-/// takes. Exact near the minimum, which is where it decides; elsewhere it orders.
-pub(crate) fn linear_gain(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> (f64, usize) {
-    let structure = inner.structure.with(effect);
-    let n = inner.parameters.len();
-    if effect.is_own() {
-        // Its parameters may be many and none of them a size: it is always worth a try.
-        return (0.0, effect.parameters().len());
+/// A model to which effects may be added.
+pub(crate) struct Screen<'a> {
+    decay: &'a FreeDecay,
+    inner: &'a Fitted,
+    /// Its free numbers, and the derivatives of its residuals by them.
+    free: Vec<usize>,
+    columns: Vec<Vec<f64>>,
+}
+
+impl<'a> Screen<'a> {
+    pub(crate) fn new(decay: &'a FreeDecay, inner: &'a Fitted) -> Self {
+        let p = &inner.parameters;
+        let problem = problem_of_one(Release { decay, count: inner.count }, &inner.structure, p);
+        let part = &problem.parts[0];
+        let (_, columns) = part.linearised(p);
+        Self { decay, inner, free: part.free.clone(), columns }
     }
-    let mut best = (inner.sum_of_squares, 1);
-    for start in crate::fit::starts::of(decay, inner, effect) {
-        // From zero, where the model is that of `inner`; a frequency is tried where the residual has its
-        // lines.
-        if start[0] != 0.0 {
-            continue;
+
+    /// What one linear step would leave of the sum of squares with `effect` added, and how many numbers it takes.
+    /// Exact near the minimum, which is where it decides; elsewhere it orders.
+    pub(crate) fn left_with(&self, effect: &Effect) -> (f64, usize) {
+        let Self { decay, inner, .. } = *self;
+        let structure = inner.structure.with(effect);
+        let n = inner.parameters.len();
+        if effect.is_own() {
+            // Its parameters may be many and none of them a size: it is always worth a try.
+            return (0.0, effect.parameters().len());
         }
-        let mut p = inner.parameters.clone();
-        p.extend(&start);
-        let problem = problem_of_one(Release { decay, count: inner.count }, &structure, &p);
-        let Some((gain, more)) = gain_of_step(&problem, &p, n) else { continue };
-        // The problem's residuals count over the noise, the model's are angles.
-        let left = (inner.sum_of_squares - gain * decay.noise_rad.powi(2)).max(0.0);
-        if left < best.0 {
-            best = (left, more);
+        let mut best = (inner.sum_of_squares, 1);
+        for start in crate::fit::starts::of(decay, inner, effect) {
+            // From zero, where the model is that of `inner`; a frequency is tried where the residual has its
+            // lines.
+            if start[0] != 0.0 {
+                continue;
+            }
+            let mut p = inner.parameters.clone();
+            p.extend(&start);
+            let problem = problem_of_one(Release { decay, count: inner.count }, &structure, &p);
+            let part = &problem.parts[0];
+            let own: Vec<usize> = part.free.iter().filter(|j| **j >= n).copied().collect();
+            let (residuals, by_own) = part.linearised_by(&p, &own);
+            let places: Vec<usize> = self.free.iter().chain(&own).copied().collect();
+            let columns: Vec<&[f64]> =
+                self.columns.iter().chain(&by_own).map(Vec::as_slice).collect();
+            let mut normal = Normal::new(p.len());
+            normal.part(&residuals, &places, &columns);
+            let Some((gain, more)) = gain_at(&normal, n, problem.bounds(n)) else { continue };
+            // The problem's residuals count over the noise, the model's are angles.
+            let left = (inner.sum_of_squares - gain * decay.noise_rad.powi(2)).max(0.0);
+            if left < best.0 {
+                best = (left, more);
+            }
         }
+        best
     }
-    best
 }
 
 /// By how much one linear step from `p` lowers the sum of squares of `problem`, and how many numbers beyond
@@ -41,9 +69,13 @@ pub(crate) fn linear_gain(decay: &FreeDecay, inner: &Fitted, effect: &Effect) ->
 pub(crate) fn gain_of_step(problem: &dyn Problem, p: &[f64], n: usize) -> Option<(f64, usize)> {
     let mut normal = Normal::new(p.len());
     problem.evaluate(p, &mut normal);
+    gain_at(&normal, n, problem.bounds(n))
+}
+
+fn gain_at(normal: &Normal, n: usize, bounds: (f64, f64)) -> Option<(f64, usize)> {
     let (a, g) = (normal.matrix(), normal.gradient());
-    let only_up = problem.bounds(n).0 == 0.0;
-    let used: Vec<usize> = (0..p.len()).filter(|&i| i < n || a[(i, i)] > 0.0).collect();
+    let only_up = bounds.0 == 0.0;
+    let used: Vec<usize> = (0..g.len()).filter(|&i| i < n || a[(i, i)] > 0.0).collect();
     let mut part = DMatrix::from_fn(used.len(), used.len(), |i, j| a[(used[i], used[j])]);
     let diagonal: Vec<f64> = (0..used.len()).map(|i| part[(i, i)]).collect();
     for (i, d) in diagonal.iter().enumerate() {

@@ -72,6 +72,11 @@ impl Part<'_> {
 
     /// Residuals and their derivatives by the free numbers, over the noise, at the parameters `all`.
     pub(crate) fn linearised(&self, all: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
+        self.linearised_by(all, &self.free)
+    }
+
+    /// The same by some of the free numbers.
+    pub(crate) fn linearised_by(&self, all: &[f64], by: &[usize]) -> (Vec<f64>, Vec<Vec<f64>>) {
         let decay = self.release.decay;
         let weight = decay.noise_rad.recip();
         let p: Vec<f64> = self.places.iter().map(|&at| all[at]).collect();
@@ -82,7 +87,7 @@ impl Part<'_> {
         };
         add(self.motion(&p));
         let mut q = p.clone();
-        for &j in &self.free {
+        for &j in by {
             // Into the range of the parameter.
             let moved = p[j] + self.steps[j];
             q[j] = if moved <= self.bounds[j].1 { moved } else { p[j] - self.steps[j] };
@@ -106,7 +111,7 @@ impl Part<'_> {
         for (r, y) in residuals.iter_mut().zip(&decay.yaw_rad) {
             *r = (*r - y) * weight;
         }
-        self.add_penalty(&p, &mut residuals, &mut columns);
+        self.add_penalty(&p, by, &mut residuals, &mut columns);
         (residuals, columns)
     }
 
@@ -136,7 +141,13 @@ impl Part<'_> {
 
     /// The roughness of a measured law as further residuals: in proportion to the means, so that pieces of a
     /// free decay add up to the whole.
-    fn add_penalty(&self, p: &[f64], residuals: &mut Vec<f64>, columns: &mut [Vec<f64>]) {
+    fn add_penalty(
+        &self,
+        p: &[f64],
+        by: &[usize],
+        residuals: &mut Vec<f64>,
+        columns: &mut [Vec<f64>],
+    ) {
         let decay = self.release.decay;
         for (effect, &at) in self.structure.effects.iter().zip(&self.starts) {
             let Some(rows) = effect.penalty() else { continue };
@@ -147,7 +158,7 @@ impl Part<'_> {
             });
             let values = &rows * DVector::from_column_slice(&p[at..at + rows.ncols()]);
             residuals.extend(values.iter());
-            for (column, &j) in columns.iter_mut().zip(&self.free) {
+            for (column, &j) in columns.iter_mut().zip(by) {
                 let inside = j.checked_sub(at).filter(|k| *k < rows.ncols());
                 column.extend((0..rows.nrows()).map(|i| inside.map_or(0.0, |k| rows[(i, k)])));
             }

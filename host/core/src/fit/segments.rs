@@ -6,6 +6,7 @@
 //! G. Bock, 1983), so that a fit costs what single shooting costs. From short pieces one goes to longer ones,
 //! and to the whole record.
 
+use crate::effects::LANES;
 use crate::fit::pieces::{fit_state, Own, Piece, Pieces};
 use crate::fit::problem::{problem_of_one, JointProblem, Release};
 use crate::fit::structure::Structure;
@@ -140,6 +141,24 @@ impl<'a> Fit<'a> {
         sums.iter().all(finite).then_some(sums)
     }
 
+    /// Whether derivatives cost so much more than residuals that these are asked first whether a step gains.
+    fn is_wide(&self) -> bool {
+        self.free.len() > 2 * LANES
+    }
+
+    /// The sum of squares alone; `None` where the model has no course there.
+    fn squares(&self, common: &[f64], states: &[[f64; 2]]) -> Option<f64> {
+        let each = self.problems.par_iter().zip(self.pieces).zip(states);
+        let squares = each.map(|((problem, piece), state)| {
+            let part = &problem.parts[0];
+            let numbers = piece.numbers(&part.structure, common, *state);
+            let (residuals, _) = part.linearised_by(&numbers, &[]);
+            residuals.iter().map(|r| r * r).sum::<f64>()
+        });
+        let squares: f64 = squares.collect::<Vec<f64>>().iter().sum();
+        (!self.is_stopped() && squares.is_finite()).then_some(squares)
+    }
+
     /// Matrix and gradient of the common numbers with the states eliminated, and what gives the states'
     /// steps.
     fn reduced(&self, sums: &[Sums], damping: f64) -> (DMatrix<f64>, DVector<f64>) {
@@ -250,7 +269,8 @@ pub(crate) fn fit_pieces(
                 }
                 continue;
             };
-            let next = fit.sums(&trial, &there);
+            let falls = !fit.is_wide() || fit.squares(&trial, &there).is_some_and(|s| s < squares);
+            let next = falls.then(|| fit.sums(&trial, &there)).flatten();
             let gained = next.as_ref().map_or(f64::NEG_INFINITY, |s| squares - total(s));
             if gained > 0.0 {
                 here = next.expect("gained");

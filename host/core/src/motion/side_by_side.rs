@@ -102,7 +102,9 @@ impl<'a> Four<'a> {
             let seen = match observed {
                 Derivative::None => b,
                 Derivative::Rate => r,
-                Derivative::Acceleration => from_fn(|l| self.walkers[l].acceleration(b[l], r[l], t)),
+                Derivative::Acceleration => {
+                    from_fn(|l| self.walkers[l].acceleration(b[l], r[l], t))
+                }
             };
             out.iter_mut().zip(seen).for_each(|(out, seen)| out[k] = seen);
             last = r;

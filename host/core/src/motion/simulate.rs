@@ -54,7 +54,13 @@ impl Motion {
     }
 
     /// The readings into `out`; `store` is given each rate.
-    pub(super) fn run(&self, grid: &Grid, mut pace: Pace, out: &mut [f64], store: impl FnMut(usize, f64)) {
+    pub(super) fn run(
+        &self,
+        grid: &Grid,
+        mut pace: Pace,
+        out: &mut [f64],
+        store: impl FnMut(usize, f64),
+    ) {
         let wn = self.natural_frequency_rad_s;
         let terms = &self.terms;
         let enough =
@@ -140,11 +146,7 @@ impl Motion {
             }
             seen[n - 1] += share * last;
         }
-        if self.terms.changes_reading() {
-            for (k, y) in seen.iter_mut().enumerate() {
-                *y = self.terms.reading(*y, grid.time_s(k));
-            }
-        }
+        self.terms.read(seen, grid.start_s, grid.step_s);
     }
 }
 
