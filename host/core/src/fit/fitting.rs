@@ -228,9 +228,12 @@ fn fit_own(
 }
 
 /// `structure` fitted to the first `count` means from given numbers (in the order of [`Fitted::parameters`]),
-/// directly and over lengthening horizons.
+/// directly, and where that is not down to the noise over lengthening horizons.
 pub fn fit_from(decay: &FreeDecay, structure: &Structure, start: &[f64], count: usize) -> Fitted {
     let direct = solve(decay, structure, start, count);
+    if direct.stop.is_minimum() && direct.sum_of_squares <= enough(count) {
+        return finished(decay, structure, direct, count);
+    }
     let longer = lengthened(decay, structure, start, count);
     let fit = if longer.sum_of_squares < direct.sum_of_squares { longer } else { direct };
     finished(decay, structure, fit, count)
