@@ -146,17 +146,18 @@ impl<'a> Fit<'a> {
         self.free.len() > 2 * LANES
     }
 
-    /// The sum of squares alone; `None` where the model has no course there.
-    fn squares(&self, common: &[f64], states: &[[f64; 2]]) -> Option<f64> {
+    /// Each piece's squares alone, and of them the misfit; `None` where the model has no course there.
+    fn squares(&self, common: &[f64], states: &[[f64; 2]]) -> Option<Vec<[f64; 2]>> {
         let each = self.problems.par_iter().zip(self.pieces).zip(states);
         let squares = each.map(|((problem, piece), state)| {
             let part = &problem.parts[0];
             let numbers = piece.numbers(&part.structure, common, *state);
             let (residuals, _) = part.linearised_by(&numbers, &[]);
-            residuals.iter().map(|r| r * r).sum::<f64>()
+            let sum = |residuals: &[f64]| residuals.iter().map(|r| r * r).sum::<f64>();
+            [sum(&residuals), sum(&residuals[..part.release.count])]
         });
-        let squares: f64 = squares.collect::<Vec<f64>>().iter().sum();
-        (!self.is_stopped() && squares.is_finite()).then_some(squares)
+        let squares: Vec<[f64; 2]> = squares.collect();
+        (!self.is_stopped() && squares.iter().all(|s| s[0].is_finite())).then_some(squares)
     }
 
     /// Matrix and gradient of the common numbers with the states eliminated, and what gives the states'
@@ -254,6 +255,7 @@ pub(crate) fn fit_pieces(
         converged: false,
     };
     let Some(mut here) = fit.sums(&common, &states) else { return out };
+    let mut misfit: Vec<f64> = here.iter().map(|s| s.misfit).collect();
     let total = |sums: &[Sums]| sums.iter().map(|s| s.squares).sum::<f64>();
     let (mut damping, mut growth) = (1e-4, 2.0);
     let mut converged = false;
@@ -269,11 +271,22 @@ pub(crate) fn fit_pieces(
                 }
                 continue;
             };
-            let falls = !fit.is_wide() || fit.squares(&trial, &there).is_some_and(|s| s < squares);
+            let mut falls = true;
+            if fit.is_wide() {
+                let left = fit.squares(&trial, &there).unwrap_or_default();
+                let gained = squares - left.iter().map(|s| s[0]).sum::<f64>();
+                falls = !left.is_empty() && gained > 0.0;
+                if falls && gained < settled * squares {
+                    misfit = left.iter().map(|s| s[1]).collect();
+                    (common, states, converged) = (trial, there, true);
+                    break 'steps;
+                }
+            }
             let next = falls.then(|| fit.sums(&trial, &there)).flatten();
             let gained = next.as_ref().map_or(f64::NEG_INFINITY, |s| squares - total(s));
             if gained > 0.0 {
                 here = next.expect("gained");
+                misfit = here.iter().map(|s| s.misfit).collect();
                 (common, states) = (trial, there);
                 damping = (damping * if gained > 0.5 * predicted { 0.1 } else { 0.5 }).max(1e-12);
                 growth = 2.0;
@@ -295,7 +308,7 @@ pub(crate) fn fit_pieces(
             }
         }
     }
-    let squares = here.iter().zip(pieces).map(|(s, piece)| s.misfit * piece.noise_rad.powi(2));
+    let squares = misfit.iter().zip(pieces).map(|(m, piece)| m * piece.noise_rad.powi(2));
     out.squares = squares.collect();
     (out.common, out.states, out.converged) = (common, states, converged);
     out

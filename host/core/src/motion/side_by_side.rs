@@ -6,10 +6,14 @@ use crate::motion::oscillator::{Grid, Motion, Walk};
 use crate::motion::own_motion::{Pace, Steps};
 use crate::motion::simulate::{Walker, STEPS_PER_CYCLE};
 use crate::record::Derivative;
+use rayon::prelude::*;
 use std::array::from_fn;
 use std::f64::consts::TAU;
 
 type Lanes = [f64; LANES];
+
+/// Motions beyond which their fours are parted among the processors.
+const MANY: usize = 2 * LANES;
 
 /// The readings of all `motions`, which hardly differ from the first, on one `grid`, an `out` each.
 pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f64>]) {
@@ -21,12 +25,17 @@ pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f6
         }
         return;
     }
-    for (motions, out) in motions.chunks(LANES).zip(out.chunks_mut(LANES)) {
+    let each = |(motions, out): (&[Motion], &mut [Vec<f64>])| {
         let several = motions.len() > 1;
         match several.then(|| Four::new(motions, grid)).flatten() {
             Some(mut four) => four.readings(grid, out),
             None => motions.iter().zip(out).for_each(|(m, out)| m.readings(grid, out)),
         }
+    };
+    // Of a measured law there are a dozen fours; of most models one or two, and other models beside them.
+    match motions.len() > MANY {
+        true => motions.par_chunks(LANES).zip(out.par_chunks_mut(LANES)).for_each(each),
+        false => motions.chunks(LANES).zip(out.chunks_mut(LANES)).for_each(each),
     }
 }
 

@@ -16,7 +16,7 @@ use crate::motion::smooth_own::SmoothOwn;
 use crate::record::Derivative;
 
 /// Steps a cycle at least.
-pub(crate) const STEPS_PER_CYCLE: f64 = 44.0;
+pub(crate) const STEPS_PER_CYCLE: f64 = 48.0;
 /// Corners within one half step: more than these are chatter.
 const MOST_CORNERS: usize = 16;
 
