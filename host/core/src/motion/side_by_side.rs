@@ -1,5 +1,5 @@
-//! Motions of the same effects that hardly differ, four at a time: a step of one motion waits for its last, those of
-//! four side by side need not wait for each other.
+//! Motions of the same effects that hardly differ, four at a time: a step of one motion waits for its last,
+//! those of four side by side need not wait for each other.
 
 use crate::effects::{Moments, States, LANES};
 use crate::motion::oscillator::{Grid, Motion, Walk};
@@ -56,8 +56,8 @@ struct Four<'a> {
 }
 
 impl<'a> Four<'a> {
-    /// `None` where the motions have not the same effects, or other corners than those of friction. Where they are
-    /// fewer than four, the last stands in for the rest.
+    /// `None` where the motions have not the same effects, or other corners than those of friction. Where they
+    /// are fewer than four, the last stands in for the rest.
     fn new(motions: &'a [Motion], grid: &Grid) -> Option<Self> {
         let motions: [&Motion; LANES] = from_fn(|l| &motions[l.min(motions.len() - 1)]);
         if !motions.iter().all(|m| m.terms.is_smooth_between_turns()) {

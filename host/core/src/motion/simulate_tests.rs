@@ -98,30 +98,39 @@ fn free_play_has_the_period_of_the_piecewise_solution() {
     assert!((y[8] - arc).abs() < 1e-9);
 }
 
+/// Fewer than four among them, one with friction among others without, and all with so much of it that they stick.
 #[test]
 fn motions_followed_together_are_those_followed_alone() {
-    let all: Vec<Motion> = (0..7)
-        .map(|i| {
-            let friction = if i == 5 { 0.05 } else { 0.0 };
+    let followed = |frictions: &[f64], force_rad_s2: f64| {
+        let motion = |(i, friction): (usize, &f64)| {
             let terms = Terms::of([
-                (Effect::CubicDamping, &[0.5 * f64::from(i)][..]),
-                (Effect::HarmonicForcing, &[0.3, 11.0, 0.4]),
+                (Effect::CubicDamping, &[0.5 * i as f64][..]),
+                (Effect::HarmonicForcing, &[force_rad_s2, 11.0, 0.4]),
                 (Effect::StaticOffset, &[0.2]),
                 (Effect::SecondMode, &[0.01, 0.0, 20.0, 0.01]),
-                (Effect::CoulombFriction, &[friction]),
+                (Effect::CoulombFriction, &[*friction]),
             ]);
             released(0.01, terms)
-        })
-        .collect();
-    let grid = Grid { start_s: 0.3, step_s: TAU / WN / 50.0, count: 600, mean_width_s: 0.01 };
-    let mut together = vec![vec![0.0; grid.count]; all.len()];
-    readings_of_all(&all, &grid, &mut together);
-    for (motion, together) in all.iter().zip(&together) {
-        let alone = readings(motion, &grid);
-        for (a, b) in alone.iter().zip(together) {
-            assert!((a - b).abs() < 1e-12);
+        };
+        let all: Vec<Motion> = frictions.iter().enumerate().map(motion).collect();
+        let grid = Grid { start_s: 0.3, step_s: TAU / WN / 50.0, count: 600, mean_width_s: 0.01 };
+        let mut together = vec![vec![0.0; grid.count]; all.len()];
+        readings_of_all(&all, &grid, &mut together);
+        for (motion, together) in all.iter().zip(&together) {
+            let alone = readings(motion, &grid);
+            for (a, b) in alone.iter().zip(together) {
+                assert!((a - b).abs() < 1e-12);
+            }
         }
-    }
+        let sticks = |m: &&Motion| {
+            let (_, rates) = m.readings_and_rates(&grid);
+            rates[590..].iter().all(|r| *r == 0.0)
+        };
+        all.iter().filter(sticks).count()
+    };
+    assert_eq!(followed(&[0.0, 0.0, 0.0, 0.0, 0.0, 0.05, 0.0], 0.3), 0);
+    assert_eq!(followed(&[0.05, 0.06, 0.04, 0.05, 0.05, 0.05], 0.3), 0);
+    assert_eq!(followed(&[0.5, 0.6, 0.4, 0.5, 0.5, 0.55, 0.5, 0.5, 0.5], 0.0), 9);
 }
 
 /// A spring that yields takes the area of its loop out of the energy.
