@@ -167,25 +167,18 @@ fn on_the_device(bench: &Bench, arguments: &str) -> f64 {
     number(&own["damping_ratio"]["value"])
 }
 
+/// On a release that the model has not seen.
 #[test]
 fn a_device_that_learnt_a_measured_law_is_five_times_nearer() {
-    taught(&[&format!("odd.toml:h=0.25,n={EXPONENT}")]);
-}
-
-#[test]
-fn devices_that_learnt_drag_or_friction_are_five_times_nearer_at_full_size() {
-    taught(&[&format!("odd.toml:h=0.25,n={EXPONENT}"), "odd.toml:h=0.05,n=0.5"]);
-}
-
-/// On a release that the model has not seen.
-fn taught(effects: &[&str]) {
     let bench = Bench::new();
-    for (n, effect) in effects.iter().enumerate() {
+    for (effect, n) in
+        [(format!("odd.toml:h=0.25,n={EXPONENT}"), 1), ("odd.toml:h=0.05,n=0.5".into(), 2)]
+    {
         for (file, seed) in [("seen", 5), ("fresh", 6)] {
             bench
                 .of("simulate --natural-frequency 7 --damping 0.004")
                 .and("--effect")
-                .and(effect)
+                .and(&effect)
                 .and("--seed")
                 .and(seed.to_string())
                 .and("--out")
@@ -244,33 +237,20 @@ fn friction_that_falls_with_the_rate_is_measured_named_by_diagnose_and_added() {
     assert!(number(&fitted["residual_over_noise"]) < 1.1, "{fitted}");
 }
 
-/// Two effects of damping, two of stiffness.
+/// Where the library holds the effect a law bends to its noise too: the name wins.
 #[test]
 fn the_right_formula_predicts_as_well_as_the_measured_law_or_better() {
-    predicts(&[HELD[0], HELD[2], HELD[3], HELD[7]]);
-}
-
-#[test]
-fn every_right_formula_predicts_as_well_as_the_measured_law_at_full_size() {
-    predicts(&HELD);
-}
-
-/// Effects of the library, the form of a law that each is, and the angle in degrees from which it shows.
-const HELD: [(&str, &str, u32); 8] = [
-    ("coulomb_friction:c=0.02", "dry_friction", 12),
-    ("quadratic_damping:d=0.03", "drag", 12),
-    ("cubic_damping:c=1.5", "square_angle_damping", 20),
-    ("cubic_stiffness:k3=40", "cubic", 12),
-    ("quadratic_stiffness:k2=8", "quadratic", 12),
-    ("odd_quadratic_stiffness:k=8", "odd_quadratic", 12),
-    ("quintic_stiffness:k5=800", "quintic", 12),
-    ("pendulum_gravity:g=20", "sine", 50),
-];
-
-/// Where the library holds the effect a law bends to its noise too: the name wins.
-fn predicts(effects: &[(&str, &str, u32)]) {
     let bench = Bench::new();
-    for &(effect, form, amplitude_deg) in effects {
+    for (effect, form, amplitude_deg) in [
+        ("coulomb_friction:c=0.02", "dry_friction", 12),
+        ("quadratic_damping:d=0.03", "drag", 12),
+        ("cubic_damping:c=1.5", "square_angle_damping", 20),
+        ("cubic_stiffness:k3=40", "cubic", 12),
+        ("quadratic_stiffness:k2=8", "quadratic", 12),
+        ("odd_quadratic_stiffness:k=8", "odd_quadratic", 12),
+        ("quintic_stiffness:k5=800", "quintic", 12),
+        ("pendulum_gravity:g=20", "sine", 50),
+    ] {
         let rig = format!(
             "--natural-frequency 7 --damping 0.004 --amplitude-deg {amplitude_deg} --seconds 30 --rate-hz 200 \
              --noise-deg 0.04 --seed 41"

@@ -2,7 +2,7 @@
 //! records, and of a campaign of the two. Every figure asserted is printed:
 //! `cargo test --release -p yawrig-core --test estimator same_answer -- --nocapture`. YAWRIG_SEED moves the
 //! rigs that are drawn, YAWRIG_ONLY names an effect. At full size every effect is asked in all four ways,
-//! else in the next of the last three: `diagnose` asks each of one release.
+//! else of one release and in the next of the others.
 
 use crate::hidden::laws::{draw, Law};
 use crate::hidden::{scaled, simulate, Setup};
@@ -62,7 +62,7 @@ fn campaign() -> Campaign {
 
 type Answer = (Status, Vec<Effect>, Vec<[Effect; 2]>, f64);
 
-/// The four ways, of which one of the last three is asked, or all.
+/// The four ways, of which the first and the `other` is asked, or all.
 fn asked(records: &[Record; 2], other: Option<usize>) -> Vec<(&'static str, Answer)> {
     let options = Options::default();
     let begin = || std::time::Instant::now();
@@ -83,8 +83,7 @@ fn asked(records: &[Record; 2], other: Option<usize>) -> Vec<(&'static str, Answ
         [("two", &|| several(true)), ("model", &|| several(false)), ("campaign", &made)];
     let asked = others.iter().enumerate().filter(|(k, _)| other.is_none_or(|other| other == *k));
     let asked = asked.map(|(_, (way, ask))| (*way, ask()));
-    let first = other.is_none().then(|| ("one", one()));
-    first.into_iter().chain(asked).collect()
+    std::iter::once(("one", one())).chain(asked).collect()
 }
 
 /// Whether `effect` alone is named, or what the record cannot tell from it.
@@ -95,7 +94,7 @@ fn is_right(effect: &Effect, (status, effects, alike, _): &Answer) -> bool {
 }
 
 #[test]
-fn an_effect_is_named_however_it_is_asked() {
+fn an_effect_is_named_the_same_asked_in_two_ways() {
     named_the_same(false);
 }
 
