@@ -22,8 +22,8 @@ pub(crate) use lines::FASTEST;
 pub use measured::{Line, MeasuredLaw, MEASURED_LAW};
 pub(crate) use memory::Memories;
 pub use terms::Terms;
-pub(crate) use terms::{Drive, State};
 pub(crate) use terms::{Moment, Moments, States, LANES};
+pub(crate) use terms::{Rotation, State};
 pub use yawrig_expression::{Parameter, MOST_OWN};
 
 use law::Law;

@@ -3,7 +3,7 @@
 
 use super::lines;
 use super::law::{any, not_negative, numbers, within, Card, Equation, Law, LineParameters, Parameter, Scale, Seen};
-use super::terms::{Reading, Terms};
+use super::terms::{Reading, Rotation, Terms};
 
 pub(super) struct SecondMode;
 
@@ -104,21 +104,12 @@ impl Reading for SecondMode {
         (-zeta2 * w2 * time_s).exp() * (cosine * c + sine * s)
     }
 
-    /// Turned on by one step each time.
     fn add_changes(p: &[f64], _seen: &[f64], start_s: f64, step_s: f64, sums: &mut [f64]) {
         let [cosine, sine, w2, zeta2] = numbers(p);
-        if cosine == 0.0 && sine == 0.0 {
-            return;
-        }
-        let after = |time_s: f64| {
-            let (s, c) = (w2 * (1.0 - zeta2 * zeta2).sqrt() * time_s).sin_cos();
-            let size = (-zeta2 * w2 * time_s).exp();
-            [size * c, size * s]
-        };
-        let ([mut c, mut s], [turn_c, turn_s]) = (after(start_s), after(step_s));
+        let damped = w2 * (1.0 - zeta2 * zeta2).sqrt();
+        let mut mode = Rotation::new([cosine, sine], damped, zeta2 * w2, [start_s, step_s]);
         for sum in sums {
-            *sum += cosine * c + sine * s;
-            [c, s] = [c * turn_c - s * turn_s, s * turn_c + c * turn_s];
+            *sum += mode.step();
         }
     }
 }

@@ -53,7 +53,8 @@ pub(crate) trait Moment {
 pub(crate) trait Reading {
     fn change(p: &[f64], yaw_rad: f64, time_s: f64) -> f64;
 
-    /// Adds the changes of all readings to `sums`: of what is `seen` at `start_s` and every `step_s` from there on.
+    /// Adds the changes of all readings to `sums`: of what is `seen` at `start_s` and every `step_s` from there
+    /// on.
     fn add_changes(p: &[f64], seen: &[f64], start_s: f64, step_s: f64, sums: &mut [f64]) {
         for (k, (sum, seen)) in sums.iter_mut().zip(seen).enumerate() {
             *sum += Self::change(p, *seen, start_s + k as f64 * step_s);
@@ -199,13 +200,8 @@ impl Terms {
     }
 
     /// The periodic moment, to be followed in steps of `step_s` from `time_s` on.
-    pub(crate) fn drive(&self, time_s: f64, step_s: f64) -> Drive {
-        let w = self.force_frequency_rad_s;
-        Drive {
-            force: self.force_rad_s2,
-            now: (w * time_s).sin_cos(),
-            turn: (w * step_s).sin_cos(),
-        }
+    pub(crate) fn drive(&self, time_s: f64, step_s: f64) -> Rotation {
+        Rotation::new(self.force_rad_s2, self.force_frequency_rad_s, 0.0, [time_s, step_s])
     }
 
     /// Whether there is a periodic moment.
@@ -231,7 +227,7 @@ impl Terms {
         self.moments.iter().map(|m| (m.one)(&m.p, state)).sum::<f64>() + curves + drive
     }
 
-    /// Puts what the sensor shows at `start_s` and every `step_s` from there on in the place of what it sees.
+    /// Puts what the sensor shows in the place of what it sees, at `start_s` and every `step_s` from there on.
     pub(crate) fn read(&self, seen: &mut [f64], start_s: f64, step_s: f64) {
         let as_seen = if self.readings.is_empty() { Vec::new() } else { seen.to_vec() };
         for r in &self.readings {
@@ -247,21 +243,38 @@ impl Terms {
     }
 }
 
-/// A periodic moment followed step by step, its angle turned on by one step each time.
+/// A line followed step by step, its angle turned on by one step each time: a periodic moment, or a decaying
+/// part of the reading.
 #[derive(Clone, Copy)]
-pub(crate) struct Drive {
-    force: [f64; 2],
+pub(crate) struct Rotation {
+    /// Cosine and sine part.
+    parts: [f64; 2],
     now: (f64, f64),
     turn: (f64, f64),
 }
 
-impl Drive {
-    /// The moment now, rad/s2, and one step on.
+impl Rotation {
+    /// From `time_s` on in steps of `step_s`.
+    pub(super) fn new(
+        parts: [f64; 2],
+        frequency_rad_s: f64,
+        decay_per_s: f64,
+        [time_s, step_s]: [f64; 2],
+    ) -> Self {
+        let after = |time_s: f64| {
+            let size = (-decay_per_s * time_s).exp();
+            let (sin, cos) = (frequency_rad_s * time_s).sin_cos();
+            (size * sin, size * cos)
+        };
+        Self { parts, now: after(time_s), turn: after(step_s) }
+    }
+
+    /// Its value now, and one step on.
     #[inline]
     pub(crate) fn step(&mut self) -> f64 {
         let ((sin, cos), (turn_sin, turn_cos)) = (self.now, self.turn);
         self.now = (sin * turn_cos + cos * turn_sin, cos * turn_cos - sin * turn_sin);
-        self.force[0] * cos + self.force[1] * sin
+        self.parts[0] * cos + self.parts[1] * sin
     }
 }
 

@@ -25,8 +25,8 @@ impl<'a> Screen<'a> {
         Self { decay, inner, free: part.free.clone(), columns }
     }
 
-    /// What one linear step would leave of the sum of squares with `effect` added, and how many numbers it takes.
-    /// Exact near the minimum, which is where it decides; elsewhere it orders.
+    /// What one linear step would leave of the sum of squares with `effect` added, and how many numbers it
+    /// takes. Exact near the minimum, which is where it decides; elsewhere it orders.
     pub(crate) fn left_with(&self, effect: &Effect) -> (f64, usize) {
         let Self { decay, inner, .. } = *self;
         let structure = inner.structure.with(effect);

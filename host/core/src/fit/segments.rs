@@ -141,13 +141,14 @@ impl<'a> Fit<'a> {
         sums.iter().all(finite).then_some(sums)
     }
 
-    /// Whether derivatives cost so much more than residuals that these are asked first whether a step gains.
+    /// Whether derivatives cost so much more than residuals that these are asked first whether a step gains, and
+    /// whether it is the last.
     fn is_wide(&self) -> bool {
         self.free.len() > 2 * LANES
     }
 
-    /// Each piece's squares alone, and of them the misfit; `None` where the model has no course there.
-    fn squares(&self, common: &[f64], states: &[[f64; 2]]) -> Option<Vec<[f64; 2]>> {
+    /// Each piece's squares alone, and of them the misfit; no numbers where the model has no course there.
+    fn squares(&self, common: &[f64], states: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let each = self.problems.par_iter().zip(self.pieces).zip(states);
         let squares = each.map(|((problem, piece), state)| {
             let part = &problem.parts[0];
@@ -156,8 +157,7 @@ impl<'a> Fit<'a> {
             let sum = |residuals: &[f64]| residuals.iter().map(|r| r * r).sum::<f64>();
             [sum(&residuals), sum(&residuals[..part.release.count])]
         });
-        let squares: Vec<[f64; 2]> = squares.collect();
-        (!self.is_stopped() && squares.iter().all(|s| s[0].is_finite())).then_some(squares)
+        squares.collect()
     }
 
     /// Matrix and gradient of the common numbers with the states eliminated, and what gives the states'
@@ -271,18 +271,17 @@ pub(crate) fn fit_pieces(
                 }
                 continue;
             };
-            let mut falls = true;
-            if fit.is_wide() {
-                let left = fit.squares(&trial, &there).unwrap_or_default();
-                let gained = squares - left.iter().map(|s| s[0]).sum::<f64>();
-                falls = !left.is_empty() && gained > 0.0;
-                if falls && gained < settled * squares {
-                    misfit = left.iter().map(|s| s[1]).collect();
-                    (common, states, converged) = (trial, there, true);
-                    break 'steps;
-                }
+            let left = if fit.is_wide() { fit.squares(&trial, &there) } else { Vec::new() };
+            let ahead = match fit.is_wide() {
+                true => squares - left.iter().map(|s| s[0]).sum::<f64>(),
+                false => f64::INFINITY,
+            };
+            if ahead > 0.0 && ahead < settled * squares {
+                misfit = left.iter().map(|s| s[1]).collect();
+                (common, states, converged) = (trial, there, true);
+                break 'steps;
             }
-            let next = falls.then(|| fit.sums(&trial, &there)).flatten();
+            let next = (ahead > 0.0).then(|| fit.sums(&trial, &there)).flatten();
             let gained = next.as_ref().map_or(f64::NEG_INFINITY, |s| squares - total(s));
             if gained > 0.0 {
                 here = next.expect("gained");

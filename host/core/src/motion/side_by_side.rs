@@ -4,11 +4,10 @@
 use crate::effects::{Moments, States, LANES};
 use crate::motion::oscillator::{Grid, Motion, Walk};
 use crate::motion::own_motion::{Pace, Steps};
-use crate::motion::simulate::{Walker, STEPS_PER_CYCLE};
+use crate::motion::simulate::{substeps, Walker};
 use crate::record::Derivative;
 use rayon::prelude::*;
 use std::array::from_fn;
-use std::f64::consts::TAU;
 
 type Lanes = [f64; LANES];
 
@@ -65,7 +64,7 @@ impl<'a> Four<'a> {
         }
         let moments = Moments::of(motions.map(|m| &m.terms))?;
         let fastest = motions.iter().map(|m| m.natural_frequency_rad_s).fold(0.0, f64::max);
-        let substeps = (grid.step_s * fastest * STEPS_PER_CYCLE / TAU).ceil().clamp(1.0, 1e4);
+        let substeps = substeps(grid, fastest);
         let step_s = grid.step_s / substeps;
         let walkers = motions.map(|m| Walker::new(m, 0.5 * step_s, grid.start_s, None));
         let mut four = Self {

@@ -7,7 +7,7 @@
 //! points and edges of the dead zone are located within the step. A model with a user's own effects is left
 //! to `own_motion`, unless it only has to be swift.
 
-use crate::effects::{Drive, Memories, State};
+use crate::effects::{Memories, Rotation, State};
 use crate::motion::oscillator::{damped_rad_s, root, Flow, Walk};
 pub use crate::motion::oscillator::{Grid, Motion};
 use crate::motion::own_motion::{self, Pace};
@@ -16,7 +16,7 @@ use crate::motion::smooth_own::SmoothOwn;
 use crate::record::Derivative;
 
 /// Steps a cycle at least.
-pub(crate) const STEPS_PER_CYCLE: f64 = 48.0;
+const STEPS_PER_CYCLE: f64 = 48.0;
 /// Corners within one half step: more than these are chatter.
 const MOST_CORNERS: usize = 16;
 
@@ -63,11 +63,9 @@ impl Motion {
     ) {
         let wn = self.natural_frequency_rad_s;
         let terms = &self.terms;
-        let enough =
-            (grid.step_s * wn * STEPS_PER_CYCLE / std::f64::consts::TAU).ceil().clamp(1.0, 1e4);
         let substeps = match &pace {
             Pace::Followed(steps) if steps.substeps > 0.0 => steps.substeps,
-            _ => enough,
+            _ => substeps(grid, wn),
         };
         let h = grid.step_s / substeps;
         let own = match terms.swift && !terms.precise && !terms.own().is_empty() {
@@ -150,6 +148,12 @@ impl Motion {
     }
 }
 
+/// Steps from one instant of `grid` to the next, of a motion with this natural frequency.
+pub(super) fn substeps(grid: &Grid, natural_frequency_rad_s: f64) -> f64 {
+    let steps = grid.step_s * natural_frequency_rad_s * STEPS_PER_CYCLE / std::f64::consts::TAU;
+    steps.ceil().clamp(1.0, 1e4)
+}
+
 /// Second difference at the first of `values`, from a cubic through four of them; 0 with fewer.
 fn curvature<'a>(mut values: impl Iterator<Item = &'a f64>) -> f64 {
     let mut next = || values.next().copied();
@@ -177,7 +181,7 @@ pub(super) struct Walker<'a> {
     /// Own effects, and dry friction with theirs, rad/s2.
     own: Option<SmoothOwn>,
     pub(super) friction: f64,
-    drive: Drive,
+    drive: Rotation,
 }
 
 impl Walk for Walker<'_> {

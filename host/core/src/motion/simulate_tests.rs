@@ -98,7 +98,8 @@ fn free_play_has_the_period_of_the_piecewise_solution() {
     assert!((y[8] - arc).abs() < 1e-9);
 }
 
-/// Fewer than four among them, one with friction among others without, and all with so much of it that they stick.
+/// Fewer than four among them, one with friction among others without, and all with so much of it that they
+/// stick.
 #[test]
 fn motions_followed_together_are_those_followed_alone() {
     let followed = |frictions: &[f64], force_rad_s2: f64| {
