@@ -13,7 +13,6 @@ use crate::error::Result;
 use crate::fit::at_amplitude::with_discrepancy;
 use crate::fit::fitting::{refitted, Fitted, Limit, Number};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::structure::PLAIN;
 use crate::quantity::Quantity;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -82,16 +81,10 @@ pub(super) fn of_judged(
     refitted(decay, &whole.structure, &whole.numbers(0))
 }
 
-/// Angle of rest on the sensor's scale, rad.
-pub(crate) fn rest_angle(model: &Fitted) -> Quantity {
-    let variance = model.covariance.as_ref().map_or(f64::NAN, |c| c[(PLAIN, PLAIN)]);
-    Quantity::new(model.parameters[PLAIN], (variance * model.inflation).max(0.0).sqrt())
-}
-
 /// The constant moment under which `model` rests where it does, over Izz, as the parameter of that effect.
 pub(super) fn moment_of_rest(model: &Fitted) -> (String, Quantity) {
     let stiffness = model.parameters[0].powi(2);
-    let rest = rest_angle(model);
+    let rest = model.rest_rad().expect("a rest angle that was fitted");
     (Effect::of_rest().first_name(), Quantity::new(stiffness * rest.value, stiffness * rest.u))
 }
 
@@ -128,7 +121,7 @@ pub(crate) fn account(
         smaller.par_iter().map(|judged| of_judged(decay, &survivors, judged)).collect();
     fits.push(last);
     decay.stop.check()?;
-    let rest = rest_angle(fits.last().expect("the plain model"));
+    let rest = fits.last().and_then(Fitted::rest_rad).expect("a rest angle that was fitted");
     let offset = !zero_unknown
         && rest.value.abs() > OFF_ZERO * rest.u
         && rest.value.abs() > LEAST_OFFSET * decay.reading_rad();

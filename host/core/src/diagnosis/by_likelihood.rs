@@ -1,10 +1,7 @@
 //! The answer by likelihood: which effects, or which random forcing, bring a model near the noise down to it.
 
 use crate::bic;
-use crate::diagnosis::account;
-use crate::diagnosis::answer::{
-    modal, step, Candidate, Diagnosed, Diagnosis, Modal, Options, Status, Step,
-};
+use crate::diagnosis::answer::{modal, step, Candidate, Diagnosed, Diagnosis, Modal, Status, Step};
 use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::compare;
 use crate::diagnosis::forced::{self, Forced};
@@ -32,51 +29,8 @@ const STEADY: f64 = 25.0;
 /// The answer by likelihood, which holds near the noise; and whether it explains the record.
 ///
 /// # Errors
-/// Where the model that is there cannot be fitted, or interrupted.
+/// Interrupted, once somebody asked for it.
 pub(super) fn by_likelihood(
-    record: &Record,
-    decay: &FreeDecay,
-    options: &Options,
-    start: &SearchStart,
-) -> Result<(Diagnosed, bool)> {
-    let about_zero = one_answer(record, decay, start)?;
-    let fresh = options.present.effects.is_empty() && !options.zero_unknown;
-    let effects = &about_zero.0.diagnosis.effects;
-    // Beside a single effect the two models are one, with other numbers.
-    if !about_zero.1 || !fresh || effects.len() < 3 || !effects.iter().any(Effect::moves_rest) {
-        return Ok(about_zero);
-    }
-    let options = Options { zero_unknown: true, ..options.clone() };
-    let (mut about_rest, good) = one_answer(record, decay, &SearchStart::of(decay, &options)?)?;
-    let of = |d: &Diagnosed| d.path.last().map_or(f64::INFINITY, search::criterion);
-    if !good || of(&about_rest) >= of(&about_zero.0) {
-        return Ok(about_zero);
-    }
-    name_rest(&mut about_rest, &about_zero.0);
-    Ok((about_rest, good))
-}
-
-/// Names the constant moment of an answer whose effects act about the rest angle; `about_zero` begins without
-/// it.
-fn name_rest(answer: &mut Diagnosed, about_zero: &Diagnosed) {
-    let diagnosis = &mut answer.diagnosis;
-    for (step, model) in diagnosis.steps.iter_mut().zip(&answer.path) {
-        let (name, moment) = account::moment_of_rest(model);
-        step.parameters.insert(name, moment);
-    }
-    if let Some(model) = answer.path.last() {
-        let rest = account::rest_angle(model);
-        diagnosis.rest_angle_deg = Some(rest.by(|x| answer.decay.measurand.shown(x)));
-    }
-    diagnosis.steps[0].added = Some(Effect::of_rest());
-    diagnosis.steps.insert(0, about_zero.diagnosis.steps[0].clone());
-    diagnosis.effects.insert(0, Effect::of_rest());
-    diagnosis.candidates.clone_from(&about_zero.diagnosis.candidates);
-    answer.path.insert(0, about_zero.path[0].clone());
-    answer.singles.clone_from(&about_zero.singles);
-}
-
-fn one_answer(
     record: &Record,
     decay: &FreeDecay,
     start: &SearchStart,
@@ -131,7 +85,7 @@ fn one_answer(
         where_: compare::locate(decay, last),
         left: None,
         sentence: None,
-        rest_angle_deg: None,
+        rest_angle_deg: last.rest_rad().map(|rest| rest.by(|x| decay.measurand.shown(x))),
     };
     let good = status != Status::Unexplained;
     Ok((

@@ -92,7 +92,7 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
     // another.
     if !present.effects.iter().all(|e| e.is_strength_of_state() || e.is_own()) {
         let start = SearchStart::of(&decay, options)?;
-        return Ok(by_likelihood(record, &decay, options, &start)?.0);
+        return Ok(by_likelihood(record, &decay, &start)?.0);
     }
     let survivors = survivors::search(&decay, &options.own, present)?;
     let rest_is_known = options.zero_unknown || present.effects.iter().any(Effect::moves_rest);
@@ -131,9 +131,6 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
         let beside_them = beside.peek().is_some() && beside.all(|e| account.effects.contains(e));
         !is_random || !account.explains_most() || beside_them
     };
-    if !one_explains && predicts_to_noise(&decay, &account, &start) {
-        return by_prediction(record, decay, account, name);
-    }
     let forced_first = reached.is_some_and(|least| least > MISSED) && !one_explains;
     if forced_first {
         let single = search::best(&start.singles).unwrap_or(plain);
@@ -143,28 +140,13 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
         }
     }
     if within || one_explains {
-        let (diagnosed, good) = by_likelihood(record, &decay, options, &start)?;
+        let (diagnosed, good) = by_likelihood(record, &decay, &start)?;
         if good && stands(&diagnosed) {
             return Ok(diagnosed);
         }
     }
     decay.stop.check()?;
     by_prediction(record, decay, account, name)
-}
-
-/// Whether two effects that survive prediction bring the record down to its noise and leave no other anything
-/// to do: where no single effect does, no smaller set can, and none as small is likelier.
-fn predicts_to_noise(decay: &FreeDecay, account: &Account, start: &SearchStart) -> bool {
-    let best = &account.last().model;
-    let effects = &account.effects;
-    if effects.iter().filter(|e| !e.moves_rest()).count() != 2 || !search::is_explained(best, decay)
-    {
-        return false;
-    }
-    let outside = start.candidates.iter().filter(|e| !e.moves_rest()).cloned();
-    let n = best.effective_count();
-    let larger = search::beside(decay, best, &outside.collect::<Vec<_>>());
-    !larger.iter().any(|larger| search::is_worth(best, larger, decay, n))
 }
 
 /// `decay` with the floor of coloured noise as `model` shows it, where the one does not account for what the

@@ -1,10 +1,11 @@
 //! Effects that bend to what simpler ones explain: near the noise they stand only where they are clearly
 //! likelier.
 
-use crate::bic::{self, MARGIN};
-use crate::diagnosis::likelihood::{beyond, evidence, is_explained, DECISIVE, NEAR_NOISE};
+use crate::bic::MARGIN;
+use crate::diagnosis::likelihood::{beyond, evidence, is_explained, may_rival};
+use crate::diagnosis::search::added;
 use crate::effects::Effect;
-use crate::fit::fitting::{fit_added, Fitted};
+use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
 use crate::quantity::Quantity;
@@ -14,10 +15,6 @@ use rayon::prelude::*;
 const LEAST_GAIN: f64 = 0.05;
 /// Residual over noise beyond which likelihood has little to say, and a flexible effect is tried alone only.
 const BESIDE_UP_TO: f64 = 2.5;
-/// Of the sum of squares that the simple effects leave, what a linear step with a flexible one, from farther
-/// off than near the noise, leaves at most.
-const PROMISING: f64 = 3.0;
-
 /// Whether what bends in `model` bends to what an effect with a name of its own is.
 pub(super) fn is_simple(model: &Fitted, decay: &FreeDecay) -> bool {
     let numbers = model.effect_parameters();
@@ -60,24 +57,8 @@ pub(super) fn instead(
     let gain = |larger: &Fitted| evidence(accepted, larger, larger.effective_count());
     let best = tried
         .into_par_iter()
-        .filter(|(inner, screen, effect)| {
-            let (left, more) = screen.left_with(effect);
-            let behind = |n| {
-                let numbers = (inner.parameters.len() + more) as f64;
-                bic::gain(
-                    left,
-                    accepted.sum_of_squares,
-                    n,
-                    accepted.parameters.len() as f64 - numbers,
-                )
-            };
-            // From near the noise a linear step is to be believed.
-            match inner.over_noise(decay) < NEAR_NOISE {
-                true => behind(inner.effective_count()) < DECISIVE,
-                false => left < PROMISING * accepted.sum_of_squares,
-            }
-        })
-        .map(|(inner, _, effect)| fit_added(decay, inner, effect))
+        .filter(|(_, screen, effect)| may_rival(screen, effect, accepted))
+        .map(|(inner, _, effect)| added(decay, inner, effect))
         .filter(|larger| larger.converged && !is_simple(larger, decay))
         .filter(|larger| {
             beyond(plain, larger).len() < simple.len()

@@ -4,6 +4,7 @@ use crate::bic;
 use crate::effects::Effect;
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
+use crate::fit::linear_gain::Screen;
 
 /// Residual over noise up to which a record counts as explained.
 pub(crate) const EXPLAINED: f64 = 1.10;
@@ -20,6 +21,9 @@ pub(crate) const NEAR_NOISE: f64 = 1.6;
 /// to be tried. For speed alone: three times what an effect needs to be believed, as a linear step tells less
 /// well than a fit.
 pub(super) const DECISIVE: f64 = 30.0;
+/// Sum of squares that a linear step from farther off leaves, over that of a model, for it to be tried in
+/// that model's place.
+const PROMISING: f64 = 3.0;
 
 /// Difference of BIC in favour of `larger`, on `effective` independent residuals.
 pub(crate) fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64 {
@@ -42,6 +46,18 @@ pub fn is_explained(fitted: &Fitted, decay: &FreeDecay) -> bool {
 /// The same of every release.
 pub(super) fn are_explained(fits: &[Fitted], decays: &[FreeDecay]) -> bool {
     fits.iter().zip(decays).all(|(fit, decay)| is_explained(fit, decay))
+}
+
+/// Whether one linear step with `effect` from the model of `screen` says that it may be as good as `model`.
+pub(super) fn may_rival(screen: &Screen, effect: &Effect, model: &Fitted) -> bool {
+    let (left, more) = screen.left_with(effect);
+    // From near the noise a linear step is to be believed.
+    if screen.inner.over_noise(screen.decay) >= NEAR_NOISE {
+        return left < PROMISING * model.sum_of_squares;
+    }
+    let numbers = screen.inner.parameters.len() + more;
+    let fewer = model.parameters.len() as f64 - numbers as f64;
+    bic::gain(left, model.sum_of_squares, screen.inner.effective_count(), fewer) < DECISIVE
 }
 
 /// What `model` holds beyond `plain`, whose effects come first in it.

@@ -6,13 +6,13 @@ use crate::diagnosis::forced::forced_rather_than;
 use crate::diagnosis::guards::{self, Refusal};
 pub use crate::diagnosis::likelihood::is_explained;
 pub(crate) use crate::diagnosis::likelihood::{beyond, evidence, EXPLAINED};
-use crate::diagnosis::likelihood::{DECISIVE, NEAR_NOISE};
+use crate::diagnosis::likelihood::{may_rival, DECISIVE, NEAR_NOISE};
 use crate::diagnosis::reach::reach;
 pub use crate::diagnosis::search_start::present;
 pub(crate) use crate::diagnosis::search_start::SearchStart;
 use crate::effects::Effect;
 use crate::error::Result;
-use crate::fit::fitting::{fit_added, fit_removed, reordered, Fitted};
+use crate::fit::fitting::{about_nearer, fit_added, fit_removed, reordered, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
 use rayon::prelude::*;
@@ -35,8 +35,6 @@ const BRANCHES: usize = 5;
 /// Evidence that a linear step must predict for an effect to be tried beside a model that explains the
 /// record.
 const PROMISING: f64 = 3.0;
-/// Share of an effect's linear gain that one must reach to be tried in its place.
-const RIVALLING: f64 = 0.7;
 
 /// What the search found.
 pub(crate) struct SearchResult {
@@ -67,14 +65,19 @@ impl SearchResult {
 }
 
 /// Whether `larger` is worth its effect: believed, and of a size that shows.
-pub(super) fn is_worth(
-    smaller: &Fitted,
-    larger: &Fitted,
-    decay: &FreeDecay,
-    effective: f64,
-) -> bool {
+fn is_worth(smaller: &Fitted, larger: &Fitted, decay: &FreeDecay, effective: f64) -> bool {
     let share = smaller.over_noise(decay).powi(2) - larger.over_noise(decay).powi(2);
     larger.converged && evidence(smaller, larger, effective) > MARGIN && share > LEAST_SHARE_SQUARED
+}
+
+/// `inner` with `effect`, about the sensor's zero or the angle of rest.
+pub(super) fn added(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Fitted {
+    about_nearer(decay, fit_added(decay, inner, effect))
+}
+
+/// `model` less `effect`, likewise.
+fn removed(decay: &FreeDecay, model: &Fitted, effect: &Effect) -> Fitted {
+    about_nearer(decay, fit_removed(decay, model, effect))
 }
 
 /// Searches for what the present model lacks.
@@ -178,19 +181,21 @@ fn search_from(decay: &FreeDecay, start: SearchStart) -> Result<SearchResult> {
             accepted = leader.clone();
         }
     }
-    let accepted = pruned(&decay, &plain, accepted);
+    let mut accepted = pruned(&decay, &plain, accepted);
     decay.stop.check()?;
-    let accepted = match flexible::instead(&decay, &plain, &accepted, &singles) {
-        Some(bent) => pruned(&decay, &plain, bent),
-        None => accepted,
-    };
+    if let Some(bent) = flexible::instead(&decay, &plain, &accepted.model, &singles) {
+        accepted = pruned(&decay, &plain, bent);
+    }
     decay.stop.check()?;
     let (accepted, refused) = guarded(&decay, &plain, accepted);
     decay.stop.check()?;
-    let explained = is_explained(&accepted, &decay);
-    let indistinguishable = rivals(&decay, &plain, &accepted, &candidates, &rounds);
+    let explained = is_explained(&accepted.model, &decay);
+    let indistinguishable = match explained {
+        true => rivals(&decay, &plain, &accepted, &candidates, &rounds),
+        false => Vec::new(),
+    };
     decay.stop.check()?;
-    let path = path(&plain, &accepted, &singles, &decay);
+    let path = path(&plain, accepted, &singles, &decay);
     Ok(SearchResult { decay, plain, singles, path, explained, indistinguishable, refused })
 }
 
@@ -209,7 +214,7 @@ pub(super) fn criterion(model: &Fitted) -> f64 {
 
 /// Every other effect for which a linear step predicts evidence beside `model`, which explains the record,
 /// fitted with it: the one with the most and those not decisively behind.
-pub(super) fn beside(decay: &FreeDecay, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
+fn beside(decay: &FreeDecay, model: &Fitted, all: &[Effect]) -> Vec<Fitted> {
     let n = model.effective_count();
     let screen = Screen::new(decay, model);
     let predicted = all.par_iter().filter(|e| !model.structure.effects.contains(e)).map(|e| {
@@ -221,7 +226,7 @@ pub(super) fn beside(decay: &FreeDecay, model: &Fitted, all: &[Effect]) -> Vec<F
     let of_library = predicted.iter().filter(|p| !p.1.is_own());
     let most = of_library.map(|p| p.0).fold(f64::NEG_INFINITY, f64::max);
     let tried = |p: &&(f64, &Effect)| p.0 > PROMISING.max(most - DECISIVE) || p.1.is_own();
-    predicted.par_iter().filter(tried).map(|(_, e)| fit_added(decay, model, e)).collect()
+    predicted.par_iter().filter(tried).map(|(_, e)| added(decay, model, e)).collect()
 }
 
 /// Each of the `width` best with the effects of the largest linear gain beside it, each set once.
@@ -260,50 +265,51 @@ fn expanded(decay: &FreeDecay, round: &[Fitted], all: &[Effect], width: usize) -
             }
         }
     }
-    jobs.into_par_iter().map(|(inner, effect)| fit_added(decay, inner, &effect)).collect()
+    jobs.into_par_iter().map(|(inner, effect)| added(decay, inner, &effect)).collect()
+}
+
+/// A model none of whose effects is needless.
+struct Pruned {
+    model: Fitted,
+    /// The model less each of its effects beyond the plain one, in their order.
+    without: Vec<Fitted>,
 }
 
 /// Takes out again what the others have made needless.
-fn pruned(decay: &FreeDecay, plain: &Fitted, mut model: Fitted) -> Fitted {
+fn pruned(decay: &FreeDecay, plain: &Fitted, mut model: Fitted) -> Pruned {
     loop {
         let effective = model.effective_count();
-        let smaller: Vec<Fitted> = beyond(plain, &model)
-            .par_iter()
-            .map(|effect| fit_removed(decay, &model, effect))
-            .collect();
-        let needless = smaller
-            .into_iter()
+        let without: Vec<Fitted> =
+            beyond(plain, &model).par_iter().map(|effect| removed(decay, &model, effect)).collect();
+        let needless = without
+            .iter()
             .filter(|s| s.converged && !is_worth(s, &model, decay, effective))
             .min_by(|a, b| criterion(a).total_cmp(&criterion(b)));
-        match needless {
+        match needless.cloned() {
             Some(smaller) => model = smaller,
-            None => return model,
+            None => return Pruned { model, without },
         }
     }
 }
 
 /// Takes out what physics forbids or the record does not fix.
-fn guarded(decay: &FreeDecay, plain: &Fitted, mut model: Fitted) -> (Fitted, Vec<Refusal>) {
+fn guarded(decay: &FreeDecay, plain: &Fitted, mut found: Pruned) -> (Pruned, Vec<Refusal>) {
     let mut refused = Vec::new();
-    while let Some(refusal) = guards::refusal(&model, decay) {
-        if !beyond(plain, &model).contains(&refusal.effect) {
-            break;
-        }
-        let smaller = fit_removed(decay, &model, &refusal.effect);
-        if !smaller.converged {
-            break;
-        }
-        model = pruned(decay, plain, smaller);
+    while let Some(refusal) = guards::refusal(&found.model, decay) {
+        let at = beyond(plain, &found.model).iter().position(|e| *e == refusal.effect);
+        let smaller = at.map(|at| &found.without[at]).filter(|s| s.converged);
+        let Some(smaller) = smaller.cloned() else { break };
+        found = pruned(decay, plain, smaller);
         refused.push(refusal);
     }
-    (model, refused)
+    (found, refused)
 }
 
 /// Which effect outside the model does as well in the place of one inside.
 fn rivals(
     decay: &FreeDecay,
     plain: &Fitted,
-    model: &Fitted,
+    Pruned { model, without }: &Pruned,
     candidates: &[Effect],
     rounds: &[Vec<Fitted>],
 ) -> Vec<(Effect, Effect)> {
@@ -314,7 +320,7 @@ fn rivals(
     };
     let outside: Vec<Effect> =
         candidates.iter().filter(|&c| !effects.contains(c)).cloned().collect();
-    let in_place_of = |inside: &Effect| -> Vec<(Effect, Effect)> {
+    let in_place_of = |(inside, inner): (&Effect, &Fitted)| -> Vec<(Effect, Effect)> {
         if effects.len() == 1 {
             let others = rounds[0].iter().filter(|m| beyond(plain, m) != effects);
             return others
@@ -322,35 +328,38 @@ fn rivals(
                 .map(|m| (inside.clone(), beyond(plain, m)[0].clone()))
                 .collect();
         }
-        let inner = fit_removed(decay, model, inside);
-        let screen = Screen::new(decay, &inner);
-        let gain = |e: &Effect| inner.sum_of_squares - screen.left_with(e).0;
-        let least = RIVALLING * gain(inside);
+        let screen = Screen::new(decay, inner);
         outside
             .par_iter()
-            .filter(|e| gain(e) >= least && as_good(&fit_added(decay, &inner, e)))
+            .filter(|e| may_rival(&screen, e, model) && as_good(&added(decay, inner, e)))
             .map(|e| (inside.clone(), e.clone()))
             .collect()
     };
-    effects.par_iter().flat_map_iter(in_place_of).collect()
+    effects.par_iter().zip(without).flat_map_iter(in_place_of).collect()
 }
 
-/// From plain to `model`, the effect that helps most first: what is missed least is taken out first.
-fn path(plain: &Fitted, model: &Fitted, singles: &[Fitted], decay: &FreeDecay) -> Vec<Fitted> {
-    let mut models = vec![model.clone()];
+/// From plain to the accepted model, the effect that helps most first: what is missed least is taken out
+/// first.
+fn path(plain: &Fitted, accepted: Pruned, singles: &[Fitted], decay: &FreeDecay) -> Vec<Fitted> {
+    let Pruned { model, mut without } = accepted;
+    let mut models = vec![model];
     let mut out_of: Vec<Effect> = Vec::new();
     let there = plain.structure.effects.len();
     while let Some(larger) = models.last().filter(|m| beyond(plain, m).len() > 1) {
         let known = |left: &[Effect]| singles.iter().find(|s| s.structure.effects == left).cloned();
-        let smaller = beyond(plain, larger)
-            .par_iter()
-            .map(|effect| {
+        if without.is_empty() {
+            let less = |effect: &Effect| {
                 let left = larger.structure.without(effect).effects;
-                (effect.clone(), known(&left).unwrap_or_else(|| fit_removed(decay, larger, effect)))
-            })
-            .min_by(|a, b| a.1.sum_of_squares.total_cmp(&b.1.sum_of_squares));
-        let Some((effect, smaller)) = smaller else { break };
-        out_of.push(effect);
+                known(&left).unwrap_or_else(|| removed(decay, larger, effect))
+            };
+            without = beyond(plain, larger).par_iter().map(less).collect();
+        }
+        let least = without
+            .drain(..)
+            .zip(beyond(plain, larger))
+            .min_by(|a, b| a.0.sum_of_squares.total_cmp(&b.0.sum_of_squares));
+        let Some((smaller, effect)) = least else { break };
+        out_of.push(effect.clone());
         models.push(smaller);
     }
     let first = models.last().map(|m| m.structure.effects.clone()).unwrap_or_default();

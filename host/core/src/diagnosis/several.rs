@@ -319,7 +319,7 @@ fn told(
     let sharing = sharing.collect();
     let worst = releases::worst(last, decays);
     let record = |((fit, file), decay): ((&Fitted, &String), &FreeDecay)| {
-        let rest = account::rest_angle(fit);
+        let rest = fit.rest_rad().expect("a rest angle that was fitted");
         let mut parameters: BTreeMap<String, Quantity> =
             fit.effect_parameters().into_iter().collect();
         parameters

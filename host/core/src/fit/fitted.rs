@@ -185,11 +185,29 @@ impl Fitted {
     }
     /// The sensor's reading at no yaw, rad, where the fit varies it.
     pub fn sensor_zero_rad(&self) -> Option<Quantity> {
-        if !self.structure.zero_unknown {
-            return None;
+        let row = || vec![(PLAIN, 1.0)];
+        self.structure.zero_unknown.then(|| self.quantity(self.parameters[PLAIN], row()))
+    }
+
+    /// The angle of rest on the sensor's scale, rad, about which the effects act, where the fit varies it.
+    pub(crate) fn rest_rad(&self) -> Option<Quantity> {
+        let moment = self.structure.effects.iter().position(Effect::moves_rest);
+        match moment.filter(|_| self.structure.about_rest).map(|k| self.starts[k]) {
+            Some(at) => {
+                let (wn, moment) = (self.parameters[0], self.parameters[at]);
+                let rest = moment / wn.powi(2);
+                Some(self.quantity(rest, vec![(0, -2.0 * rest / wn), (at, wn.powi(-2))]))
+            }
+            None => self.sensor_zero_rad(),
         }
-        let variance = self.covariance.as_ref().map_or(f64::NAN, |c| c[(PLAIN, PLAIN)]);
-        Some(Quantity::new(self.parameters[PLAIN], deviation(variance * self.inflation)))
+    }
+
+    /// `value` with the uncertainty that its derivatives by the fitted numbers give it.
+    fn quantity(&self, value: f64, derivatives: Vec<(usize, f64)>) -> Quantity {
+        let mut row = vec![0.0; self.parameters.len()];
+        derivatives.into_iter().for_each(|(at, derivative)| row[at] = derivative);
+        let variance = self.covariance.as_ref().map_or(f64::NAN, |c| between(c, &row, &row));
+        Quantity::new(value, deviation(variance * self.inflation))
     }
     /// `effect.name` and value with u of every number of the effects, in the units that
     /// [`Effect::parameters`] states.
@@ -262,13 +280,18 @@ impl Fitted {
         let variance = |at: &Option<usize>| Some(self.covariance.as_ref()?[((*at)?, (*at)?)]);
         (from.iter().map(value).collect(), from.iter().map(variance).collect())
     }
-    /// The numbers for a fit of `structure`, a zero that was known being zero; none where it has an effect
-    /// more.
+    /// The numbers for a fit of `structure`; none where it has an effect more.
     pub(crate) fn numbers_for(&self, structure: &Structure) -> Option<Vec<f64>> {
         let mut p = self.parameters[..PLAIN].to_vec();
-        if structure.zero_unknown {
-            p.push(if self.structure.zero_unknown { self.parameters[PLAIN] } else { 0.0 });
-        }
+        let zero = |of: &Structure| {
+            of.zero_unknown || of.about_rest && of.effects.iter().any(Effect::moves_rest)
+        };
+        let moment = self.structure.effects.iter().find(|e| e.moves_rest());
+        let moment = moment.and_then(|e| self.varied(e)).map_or(0.0, |m| m[0]);
+        let rest = self.rest_rad().map_or(moment / p[0].powi(2), |rest| rest.value);
+        // The angle counts from where the effects act.
+        p[2] += rest * (f64::from(zero(&self.structure)) - f64::from(zero(structure)));
+        p.extend(structure.zero_unknown.then_some(rest));
         for effect in &structure.effects {
             p.extend(self.varied(effect)?);
         }

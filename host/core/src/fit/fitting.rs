@@ -265,6 +265,27 @@ pub(crate) fn fit_removed(decay: &FreeDecay, model: &Fitted, effect: &Effect) ->
     fit_from(decay, &structure, &p, model.count)
 }
 
+/// `model`, or with the same numbers and effects the one whose effects act about the angle of rest in place of
+/// the sensor's zero, or the other way round, where that is nearer.
+pub(crate) fn about_nearer(decay: &FreeDecay, model: Fitted) -> Fitted {
+    let effects = &model.structure.effects;
+    let alone = |e: &Effect| e.moves_rest() || e.line().is_some();
+    if !effects.iter().any(Effect::moves_rest) || effects.iter().all(alone) {
+        return model;
+    }
+    let about_rest = !model.structure.about_rest;
+    let structure = Structure { about_rest, ..model.structure.clone() };
+    let start = model.numbers_for(&structure).expect("effects of the model");
+    let fit = solve(decay, &structure, &start, model.count);
+    let other = finished(decay, &structure, fit, model.count);
+    let nearer = other.converged && other.sum_of_squares < model.sum_of_squares;
+    if nearer {
+        other
+    } else {
+        model
+    }
+}
+
 /// `model` with each of its lines looked for anew, beside all others: a line that was found first stands
 /// where it made up for what another effect has explained since. What is no better is left as it is.
 pub fn lines_anew(decay: &FreeDecay, model: Fitted) -> Fitted {

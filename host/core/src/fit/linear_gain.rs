@@ -9,8 +9,8 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// A model to which effects may be added.
 pub(crate) struct Screen<'a> {
-    decay: &'a FreeDecay,
-    inner: &'a Fitted,
+    pub(crate) decay: &'a FreeDecay,
+    pub(crate) inner: &'a Fitted,
     /// Its free numbers, and the derivatives of its residuals by them.
     free: Vec<usize>,
     columns: Vec<Vec<f64>>,

@@ -39,6 +39,8 @@ pub struct Structure {
     pub effects: Vec<Effect>,
     /// The sensor's zero is a number of the fit.
     pub zero_unknown: bool,
+    /// The other effects act about the angle of rest under a constant moment, not about the sensor's zero.
+    pub about_rest: bool,
     /// One for each number that is fixed or kept within narrower bounds.
     pub limits: Vec<Limit>,
     /// Simulated without the error that the step of a splitting has: some ten times slower.
@@ -150,8 +152,12 @@ pub(crate) fn motion(
     terms.observed = around.observed;
     terms.precise = structure.precise;
     terms.swift = structure.swift;
+    let mut zero = if structure.zero_unknown { p[PLAIN] } else { 0.0 };
     for (effect, &at) in structure.effects.iter().zip(starts) {
-        effect.write(&p[at..], &mut terms);
+        match structure.about_rest && effect.moves_rest() {
+            true => zero += p[at] / p[0].powi(2),
+            false => effect.write(&p[at..], &mut terms),
+        }
     }
     let motion = Motion {
         natural_frequency_rad_s: p[0],
@@ -160,5 +166,5 @@ pub(crate) fn motion(
         rate_rad_s: p[3],
         terms,
     };
-    (motion, if structure.zero_unknown { p[PLAIN] } else { 0.0 })
+    (motion, zero)
 }
