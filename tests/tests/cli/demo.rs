@@ -8,7 +8,7 @@ pub fn demo(arguments: &str) -> Ended {
     yawrig(&format!("demo --json --no-report {arguments}")).run()
 }
 
-/// `demo --seed 1`, run once for all tests.
+/// `demo --seed 1`, run once for all tests; that it is the same again to the last bit, `qemu.rs` sees.
 pub fn of_seed_1() -> &'static Ended {
     static ENDED: OnceLock<Ended> = OnceLock::new();
     ENDED.get_or_init(|| demo("--seed 1").exits(0))
@@ -99,12 +99,6 @@ fn without_json_a_table_is_printed_as_the_releases_come() {
     for kept in ["demo.json", "network.yrn", "report.html"] {
         assert!(folder.path().join("yawrig-demo").join(kept).is_file(), "{kept}");
     }
-    // The same seed again, to the last bit.
-    let kept = std::fs::read(folder.path().join("yawrig-demo/demo.json")).expect("what it found");
-    let kept: Value = serde_json::from_slice(&kept).expect("JSON");
-    let object = of_seed_1().json();
-    assert_eq!(object["releases"], kept["releases"]);
-    assert_eq!(object["points"], kept["points"]);
     let again = yawrig("demo --out yawrig-demo").in_folder(folder.path()).run().exits(2).helps();
     assert!(!again.stderr.contains("trained"), "{}", again.report());
     assert!(!ended.stdout.contains("± 0.0000000 ") && !ended.stdout.contains("± 0.00000 "));
