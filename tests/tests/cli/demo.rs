@@ -8,7 +8,7 @@ pub fn demo(arguments: &str) -> Ended {
     yawrig(&format!("demo --json --no-report {arguments}")).run()
 }
 
-/// `demo --seed 1`, run once for all tests.
+/// `demo --seed 1`, run once for all tests; that it is the same again to the last bit, `qemu.rs` sees.
 pub fn of_seed_1() -> &'static Ended {
     static ENDED: OnceLock<Ended> = OnceLock::new();
     ENDED.get_or_init(|| demo("--seed 1").exits(0))
@@ -79,11 +79,6 @@ fn the_main_job_finds_the_planted_derivatives() {
             assert!(window["natural_frequency_rad_s"].is_f64());
         }
     }
-
-    // The same seed again, to the last bit; another seed is another noise.
-    let again = demo("--seed 1").exits(0).json();
-    assert_eq!(object["releases"], again["releases"]);
-    assert_eq!(object["points"], again["points"]);
 }
 
 #[test]

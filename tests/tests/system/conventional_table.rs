@@ -7,6 +7,9 @@ use yawrig_core::identify::{identify, Method, Settings};
 use yawrig_core::record::Record;
 use yawrig_study::{TABLE_4_7, TABLE_4_7_SAMPLES};
 
+/// On which the method's two options are tried, too.
+const OPTIONS_SEEDS: u64 = 4;
+
 fn found(wn: f64, zeta: f64, noise: f64, seed: u64, options: Options) -> (f64, f64) {
     let (time_s, clean) = common::impulse_response(wn, zeta, 1000.0, 0.5);
     let yaw_deg = common::with_noise(&clean, noise, 0.0, seed);
@@ -21,7 +24,7 @@ fn found(wn: f64, zeta: f64, noise: f64, seed: u64, options: Options) -> (f64, f
 fn at_least_as_close_as_the_thesis() {
     let mut worse = Vec::new();
     println!(
-        "noise | wn, zeta: truth, thesis, ours (largest error of 20 seeds), ours with both options"
+        "noise | wn, zeta: truth, thesis, ours (largest error of 20 seeds), both options (of {OPTIONS_SEEDS})"
     );
     for (noise, thesis, _) in TABLE_4_7 {
         print!("{noise:.2}");
@@ -33,7 +36,10 @@ fn at_least_as_close_as_the_thesis() {
                 .into_par_iter()
                 .map(|seed| {
                     let plain = found(wn, zeta, noise, seed, Options::default());
-                    let better = found(wn, zeta, noise, seed, improved);
+                    // Printed only, on a spectrum four times as long. `max` passes over what is no number.
+                    let better =
+                        (seed < OPTIONS_SEEDS).then(|| found(wn, zeta, noise, seed, improved));
+                    let better = better.unwrap_or((f64::NAN, f64::NAN));
                     [plain.0 - wn, plain.1 - zeta, better.0 - wn, better.1 - zeta].map(f64::abs)
                 })
                 .reduce(|| [0.0; 4], |a, b| std::array::from_fn(|i| f64::max(a[i], b[i])));
