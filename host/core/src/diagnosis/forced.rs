@@ -23,8 +23,6 @@ const EVALUATIONS: usize = 20;
 
 /// Gain of deviance by intensity, frequency and damping of each quarter's own: 12 +- 5 by chance.
 const MOST_UNSTEADY: f64 = 45.0;
-/// Innovations over their expected size, below which the forcing is a cloak for something else.
-const LEAST_INNOVATIONS: f64 = 0.85;
 /// Innovation, in standard deviations, that chance brings once in thousands of records.
 const LARGEST: f64 = 6.0;
 /// The same of a line in their spectrum, beyond ln(n/2).
@@ -61,7 +59,7 @@ pub(super) fn holds(b: &Buffeted, numbers: usize, deterministic: f64, n: f64) ->
         && b.state_dependence < MOST_DEPENDENT
         && b.largest < LARGEST
         && b.line < (0.5 * n).ln() + STRONGEST_LINE
-        && (LEAST_INNOVATIONS..=explained_up_to(n)).contains(&b.over_noise)
+        && b.over_noise <= explained_up_to(n)
 }
 
 /// A model under random forcing.

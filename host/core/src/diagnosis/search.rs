@@ -2,12 +2,10 @@
 
 use crate::bic::{self, MARGIN};
 use crate::diagnosis::flexible;
-use crate::diagnosis::forced::forced_rather_than;
 use crate::diagnosis::guards::{self, Refusal};
 pub use crate::diagnosis::likelihood::is_explained;
 pub(crate) use crate::diagnosis::likelihood::{beyond, evidence, EXPLAINED};
 use crate::diagnosis::likelihood::{may_rival, DECISIVE, NEAR_NOISE};
-use crate::diagnosis::reach::reach;
 pub use crate::diagnosis::search_start::present;
 pub(crate) use crate::diagnosis::search_start::SearchStart;
 use crate::effects::Effect;
@@ -19,12 +17,6 @@ use rayon::prelude::*;
 
 /// An effect whose course is less than this share of the noise floor does not matter, squared.
 const LEAST_SHARE_SQUARED: f64 = 0.01;
-/// Residual over noise that all effects together would leave a pair in one linear step, beyond which no more
-/// are tried.
-const OUT_OF_REACH: f64 = 2.5;
-/// The same, beyond which random forcing of the plain model that holds is no cloak for effects yet to be
-/// tried.
-const FORCED_ABOVE: f64 = 1.10;
 /// Models carried on to the next round.
 const BEAM: usize = 4;
 const MOST_EFFECTS: usize = 4;
@@ -50,18 +42,6 @@ pub(crate) struct SearchResult {
     pub(crate) indistinguishable: Vec<(Effect, Effect)>,
     /// Effects that helped and cannot stand.
     pub(crate) refused: Vec<Refusal>,
-}
-
-impl SearchResult {
-    fn unexplained(
-        decay: FreeDecay,
-        plain: Fitted,
-        singles: Vec<Fitted>,
-        path: Vec<Fitted>,
-    ) -> Self {
-        let (indistinguishable, refused) = (Vec::new(), Vec::new());
-        Self { decay, plain, singles, path, explained: false, indistinguishable, refused }
-    }
 }
 
 /// Whether `larger` is worth its effect: believed, and of a size that shows.
@@ -141,17 +121,6 @@ fn search_from(decay: &FreeDecay, start: SearchStart) -> Result<SearchResult> {
         // The round gained nothing even on the kindest count of residuals: no further one will.
         if !is_worth(&smaller, leader, &decay, count as f64) {
             break;
-        }
-        if rounds.len() > 1 {
-            let least = reach(&decay, leader, &candidates);
-            let forced = || forced_rather_than(&decay, &plain, leader).is_some();
-            if least > FORCED_ABOVE && forced() {
-                let path = vec![plain.clone(), leader.clone()];
-                return Ok(SearchResult::unexplained(decay, plain, singles, path));
-            }
-            if least > OUT_OF_REACH {
-                break;
-            }
         }
         let next = if is_explained(leader, &decay) {
             let mut next = beside(&decay, leader, &candidates);
