@@ -20,6 +20,9 @@ pub struct Quantity {
     pub u: f64,
 }
 
+/// Standard uncertainties that chance explains.
+pub(crate) const CHANCE: f64 = 3.0;
+
 impl Quantity {
     /// `value` with its standard uncertainty, of the same unit.
     pub fn new(value: f64, u: f64) -> Self {

@@ -13,14 +13,12 @@ use crate::error::Result;
 use crate::fit::at_amplitude::with_discrepancy;
 use crate::fit::fitting::{refitted, Fitted, Limit, Number};
 use crate::fit::free_decay::FreeDecay;
-use crate::quantity::Quantity;
+use crate::quantity::{Quantity, CHANCE};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-/// Uncertainties by which the rest angle is off the sensor's zero for it to be named, and the share of the
-/// amplitude.
-const OFF_ZERO: f64 = 3.0;
+/// Share of the amplitude by which the rest angle is off the sensor's zero for it to be named.
 const LEAST_OFFSET: f64 = 0.005;
 /// Residual of a part of the amplitudes, over that of all, from which on it is named.
 const STANDS_OUT: f64 = 1.3;
@@ -123,7 +121,7 @@ pub(crate) fn account(
     decay.stop.check()?;
     let rest = fits.last().and_then(Fitted::rest_rad).expect("a rest angle that was fitted");
     let offset = !zero_unknown
-        && rest.value.abs() > OFF_ZERO * rest.u
+        && rest.value.abs() > CHANCE * rest.u
         && rest.value.abs() > LEAST_OFFSET * decay.reading_rad();
     let mut steps = Vec::new();
     let mut effects = Vec::new();

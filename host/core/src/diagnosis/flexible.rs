@@ -3,16 +3,15 @@
 
 use crate::bic::MARGIN;
 use crate::diagnosis::likelihood::{beyond, evidence, is_explained, may_rival};
-use crate::diagnosis::search::added;
+use crate::diagnosis::prediction::LEAST_GAIN;
 use crate::effects::Effect;
+use crate::fit::about_rest::added;
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
 use crate::quantity::Quantity;
 use rayon::prelude::*;
 
-/// Share of the residual that they have to take off what the simpler ones leave.
-const LEAST_GAIN: f64 = 0.05;
 /// Residual over noise beyond which likelihood has little to say, and a flexible effect is tried alone only.
 const BESIDE_UP_TO: f64 = 2.5;
 /// Whether what bends in `model` bends to what an effect with a name of its own is.

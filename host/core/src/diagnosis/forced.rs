@@ -3,7 +3,7 @@
 
 use crate::bic;
 use crate::diagnosis::buffeting::{self, Buffeted, Whitener};
-use crate::diagnosis::likelihood::explained_up_to;
+use crate::diagnosis::likelihood::{explained_up_to, PROMISING};
 use crate::effects::Effect;
 use crate::fit::fitting::{finished, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
@@ -15,8 +15,7 @@ use rayon::prelude::*;
 /// Evidence below which an effect is not believed beside random forcing: the filter is linear, the effects
 /// are not.
 const MARGIN: f64 = 15.0;
-/// Evidence that a linear step must predict for an effect to be tried, and how many are.
-const PROMISING: f64 = 3.0;
+/// Effects that are tried, those of the most predicted evidence.
 const TRIED: usize = 4;
 const MOST_EFFECTS: usize = 2;
 const EVALUATIONS: usize = 20;

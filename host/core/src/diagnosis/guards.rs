@@ -4,11 +4,10 @@ use crate::effects::{Effect, Parameter, State, Terms};
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::identify::WindowEstimate;
+use crate::quantity::CHANCE;
 use crate::statistics::median;
 use std::f64::consts::{PI, TAU};
 
-/// Uncertainties that a number is away from zero at least.
-const SIGNIFICANT: f64 = 3.0;
 /// Of its uncertainty, how near to its bound a number is at it.
 const AT_BOUND: f64 = 0.01;
 /// Correlation of two numbers from which on only one combination of them is known.
@@ -98,7 +97,7 @@ fn unknown(model: &Fitted) -> Option<Refusal> {
         if let Some((p, _)) = own.iter().find(|(_, q)| q.u == 0.0 || !q.u.is_finite()) {
             return refused(format!("the record does not say how well {} is known", p.name));
         }
-        let known = |q: crate::quantity::Quantity| q.value.abs() > SIGNIFICANT * q.u;
+        let known = |q: crate::quantity::Quantity| q.value.abs() > CHANCE * q.u;
         match own.iter().any(|(_, q)| known(*q)) {
             true => None,
             false => {
@@ -170,7 +169,7 @@ fn feeding(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
             });
         }
     }
-    if zeta.value + SIGNIFICANT * zeta.u < 0.0 {
+    if zeta.value + CHANCE * zeta.u < 0.0 {
         let each: Vec<f64> = effects.iter().map(|e| of(e, largest)).collect();
         let most = (0..effects.len()).max_by(|a, b| each[*a].total_cmp(&each[*b]))?;
         return Some(Refusal {

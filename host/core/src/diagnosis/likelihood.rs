@@ -23,7 +23,9 @@ pub(crate) const NEAR_NOISE: f64 = 1.6;
 pub(super) const DECISIVE: f64 = 30.0;
 /// Sum of squares that a linear step from farther off leaves, over that of a model, for it to be tried in
 /// that model's place.
-const PROMISING: f64 = 3.0;
+const FROM_AFAR: f64 = 3.0;
+/// Evidence that a linear step must predict for an effect to be tried beside a model.
+pub(super) const PROMISING: f64 = 3.0;
 
 /// Difference of BIC in favour of `larger`, on `effective` independent residuals.
 pub(crate) fn evidence(smaller: &Fitted, larger: &Fitted, effective: f64) -> f64 {
@@ -53,7 +55,7 @@ pub(super) fn may_rival(screen: &Screen, effect: &Effect, model: &Fitted) -> boo
     let (left, more) = screen.left_with(effect);
     // From near the noise a linear step is to be believed.
     if screen.inner.over_noise(screen.decay) >= NEAR_NOISE {
-        return left < PROMISING * model.sum_of_squares;
+        return left < FROM_AFAR * model.sum_of_squares;
     }
     let numbers = screen.inner.parameters.len() + more;
     let fewer = model.parameters.len() as f64 - numbers as f64;

@@ -1,15 +1,13 @@
 //! Where an effect comes from: the rig, the air, or undecided; and which releases share its coefficient.
 
 use crate::derivatives::condition::is_same_speed;
-use crate::quantity::Quantity;
+use crate::quantity::{Quantity, CHANCE};
 use serde::Serialize;
 use std::fmt;
 use yawrig_shared::axis::Axis;
 
 /// A coefficient this many standard uncertainties from zero is there.
 const THERE: f64 = 5.0;
-/// Differences of so many standard uncertainties are chance.
-const CHANCE: f64 = 3.0;
 /// A relative difference as small as this is the same coefficient, however well both are known: the model of
 /// an effect is not exact.
 const SAME: f64 = 0.10;

@@ -5,7 +5,7 @@ use crate::effects::{Effect, Scale, Seen};
 use crate::fit::fitting::{refitted, reordered, Fitted, Limit, Number, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::pieces::{fit_state, Own, Piece, Pieces};
-use crate::fit::segments::{fit_from, fit_pieces, PieceFit, ROUGH, STEPS};
+use crate::fit::segments::{fit_from, fit_pieces, PieceFit, ROUGH, SETTLED, STEPS};
 use crate::stop::Stop;
 
 /// Cycles of the pieces of the first, shortest fit, and of the next.
@@ -20,8 +20,6 @@ const LEAST_CYCLES: f64 = 1.5;
 /// there, and its numbers are then those of the whole. For speed alone: twelve in each of the eight pieces
 /// that are predicted, more than in the longer ones of a shorter record.
 const MOST_CYCLES: f64 = 96.0;
-/// Gain at which a fit to long pieces has settled.
-const SETTLED: f64 = 1e-4;
 /// Effects up to which a set is fitted from short pieces on: beyond, a smaller set's numbers are near.
 const FROM_SHORT: usize = 2;
 

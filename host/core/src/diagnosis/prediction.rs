@@ -11,7 +11,7 @@ const STEPS: usize = 8;
 /// Error at which a prediction counts as lost, as a share of the amplitude.
 const LOST: f64 = 1.0;
 /// Standard errors by which the larger model has to predict better.
-const BETTER: f64 = 1.0;
+pub(crate) const BETTER: f64 = 1.0;
 /// Share by which it has to predict better, too, in the mean over the pieces: of their logarithms, for the
 /// few cycles in which a hammer's other modes ring would outweigh all that follows.
 pub(crate) const LEAST_GAIN: f64 = 0.05;

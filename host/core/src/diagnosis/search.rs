@@ -5,12 +5,13 @@ use crate::diagnosis::flexible;
 use crate::diagnosis::guards::{self, Refusal};
 pub use crate::diagnosis::likelihood::is_explained;
 pub(crate) use crate::diagnosis::likelihood::{beyond, evidence, EXPLAINED};
-use crate::diagnosis::likelihood::{may_rival, DECISIVE, NEAR_NOISE};
+use crate::diagnosis::likelihood::{may_rival, DECISIVE, NEAR_NOISE, PROMISING};
 pub use crate::diagnosis::search_start::present;
 pub(crate) use crate::diagnosis::search_start::SearchStart;
 use crate::effects::Effect;
 use crate::error::Result;
-use crate::fit::fitting::{about_nearer, fit_added, fit_removed, reordered, Fitted};
+use crate::fit::about_rest::{added, removed};
+use crate::fit::fitting::{reordered, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
 use rayon::prelude::*;
@@ -24,9 +25,6 @@ const MOST_EFFECTS: usize = 4;
 const MOST_REFUSED: usize = 3;
 /// Effects tried beside each model of a round after the first, those with the largest linear gain.
 const BRANCHES: usize = 5;
-/// Evidence that a linear step must predict for an effect to be tried beside a model that explains the
-/// record.
-const PROMISING: f64 = 3.0;
 
 /// What the search found.
 pub(crate) struct SearchResult {
@@ -48,16 +46,6 @@ pub(crate) struct SearchResult {
 fn is_worth(smaller: &Fitted, larger: &Fitted, decay: &FreeDecay, effective: f64) -> bool {
     let share = smaller.over_noise(decay).powi(2) - larger.over_noise(decay).powi(2);
     larger.converged && evidence(smaller, larger, effective) > MARGIN && share > LEAST_SHARE_SQUARED
-}
-
-/// `inner` with `effect`, about the sensor's zero or the angle of rest.
-pub(super) fn added(decay: &FreeDecay, inner: &Fitted, effect: &Effect) -> Fitted {
-    about_nearer(decay, fit_added(decay, inner, effect))
-}
-
-/// `model` less `effect`, likewise.
-fn removed(decay: &FreeDecay, model: &Fitted, effect: &Effect) -> Fitted {
-    about_nearer(decay, fit_removed(decay, model, effect))
 }
 
 /// Searches for what the present model lacks.
@@ -343,7 +331,7 @@ fn path(plain: &Fitted, accepted: Pruned, singles: &[Fitted], decay: &FreeDecay)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::fitting::fit_plain;
+    use crate::fit::fitting::{fit_added, fit_plain};
     use crate::record::Record;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;

@@ -11,7 +11,7 @@ use crate::error::Result;
 use crate::fit::fitting::Structure;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::pieces::Piece;
-use crate::fit::segments::{fit_pieces, ROUGH};
+use crate::fit::segments::{fit_pieces, FIRST_STEPS, ROUGH};
 use crate::quantity::Quantity;
 use rayon::prelude::*;
 
@@ -20,8 +20,7 @@ use rayon::prelude::*;
 const CLEARLY_BETTER: f64 = 2.0;
 const CLEAR_GAIN: f64 = 0.4;
 /// Of the sum of squares, what a rough fit with it leaves at most.
-const PROMISING: f64 = 0.7;
-const FEW_STEPS: usize = 6;
+const ROUGH_SHARE: f64 = 0.7;
 const MOST_EFFECTS: usize = 6;
 /// Models of a round, best fits first, from which the next is made, and whose prediction is tried.
 const BEAM: usize = 3;
@@ -46,7 +45,7 @@ fn with(lengths: &Lengths, inner: &Model, effect: &Effect) -> Model {
 /// promising.
 fn promising(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<Vec<f64>> {
     let (sum, start) = rough_start(lengths, inner, effect)?;
-    (sum < PROMISING * inner.fit.sum()).then_some(start)
+    (sum < ROUGH_SHARE * inner.fit.sum()).then_some(start)
 }
 
 /// The start from which a rough fit to long pieces comes lowest, and its sum of squares.
@@ -56,7 +55,7 @@ fn rough_start(lengths: &Lengths, inner: &Model, effect: &Effect) -> Option<(f64
     let rough = |start: Vec<f64>| {
         let common = [&inner.fit.common[..], &start].concat();
         let states = &inner.fit.states;
-        let fit = fit_pieces(&pieces, &structure, &common, states, ROUGH, FEW_STEPS);
+        let fit = fit_pieces(&pieces, &structure, &common, states, ROUGH, FIRST_STEPS);
         (fit.sum(), start)
     };
     lengths.starts(effect).into_par_iter().map(rough).min_by(|a, b| a.0.total_cmp(&b.0))

@@ -12,7 +12,7 @@ use crate::motion::simulate::Grid;
 use crate::solver::Fit;
 
 /// Cycles of the first, shortest fit.
-const FIRST_CYCLES: f64 = 5.0;
+pub(crate) const FIRST_CYCLES: f64 = 5.0;
 const LONGER: f64 = 1.8;
 /// Evaluations after which a further start has to be this near, in the sum of squares, to the best one so
 /// far.
@@ -263,27 +263,6 @@ pub(crate) fn fit_removed(decay: &FreeDecay, model: &Fitted, effect: &Effect) ->
     let structure = model.structure.without(effect);
     let p = model.numbers_for(&structure).expect("effects of the model");
     fit_from(decay, &structure, &p, model.count)
-}
-
-/// `model`, or with the same numbers and effects the one whose effects act about the angle of rest in place of
-/// the sensor's zero, or the other way round, where that is nearer.
-pub(crate) fn about_nearer(decay: &FreeDecay, model: Fitted) -> Fitted {
-    let effects = &model.structure.effects;
-    let alone = |e: &Effect| e.moves_rest() || e.line().is_some();
-    if !effects.iter().any(Effect::moves_rest) || effects.iter().all(alone) {
-        return model;
-    }
-    let about_rest = !model.structure.about_rest;
-    let structure = Structure { about_rest, ..model.structure.clone() };
-    let start = model.numbers_for(&structure).expect("effects of the model");
-    let fit = solve(decay, &structure, &start, model.count);
-    let other = finished(decay, &structure, fit, model.count);
-    let nearer = other.converged && other.sum_of_squares < model.sum_of_squares;
-    if nearer {
-        other
-    } else {
-        model
-    }
 }
 
 /// `model` with each of its lines looked for anew, beside all others: a line that was found first stands

@@ -18,7 +18,7 @@ use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 /// Block means per cycle: those on which residual and noise floor are compared.
-const MEANS_PER_CYCLE: f64 = 50.0;
+pub(crate) const MEANS_PER_CYCLE: f64 = 50.0;
 
 /// Share of the largest amplitude from which on a rise is looked for; a rise from one window to the next, and
 /// a damping ratio within one.

@@ -1,5 +1,6 @@
 //! Models with effects fitted to one release or to several.
 
+pub(crate) mod about_rest;
 pub mod at_amplitude;
 pub(crate) mod fitted;
 pub mod fitting;

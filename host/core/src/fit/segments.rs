@@ -17,10 +17,14 @@ use rayon::prelude::*;
 /// Gain of a step, as a share of the sum of squares, below which a fit that is only a start for the next has
 /// settled.
 pub(crate) const ROUGH: f64 = 1e-3;
+/// The same of one whose numbers models are compared by.
+pub(crate) const SETTLED: f64 = 1e-4;
 /// Share of a matrix' diagonal that keeps it definite.
 const ROUNDING: f64 = 1e-12;
 /// Steps of a fit to longer pieces; it is continued at the next level.
 pub(crate) const STEPS: usize = 40;
+/// Steps of a fit from one of several starts, the best of which is gone on with.
+pub(crate) const FIRST_STEPS: usize = 6;
 
 /// A model on pieces: what they have in common, and the state of each at its first instant.
 #[derive(Clone, Debug)]

@@ -9,17 +9,15 @@ use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::{Acts, Effect};
 use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::segments::{fit_from, fit_towards, PieceFit, ROUGH};
+use crate::fit::segments::{fit_from, fit_towards, PieceFit, FIRST_STEPS, ROUGH, SETTLED};
 use crate::fit::starts;
 use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Held out over the noise, up to which a law of angle and rate holds all there is.
 pub(super) const HELD: f64 = 1.15;
-const SETTLED: f64 = 1e-4;
-/// Beginnings of each effect that are tried, steps of each, and how many are fitted to their end.
+/// Beginnings of each effect that are tried, and how many are fitted to their end.
 const STARTS: usize = 3;
-const FIRST_STEPS: usize = 6;
 const SETTLED_ON: usize = 2;
 
 /// Share of what the law alone fails to predict, that is left where an effect beside it is believed.

@@ -6,7 +6,7 @@
 use super::releases::Releases;
 use super::roughness::{inflation, reached};
 use super::tables::{Point, Tables};
-use super::trials::{fit_all, Change, Trial, Trials, SETTLED};
+use super::trials::{fit_all, Change, Trial, Trials, LAW_SETTLED};
 use crate::diagnosis::over_pieces::{whole, Lengths};
 use crate::diagnosis::prediction::{predict_within, Prediction};
 use crate::effects::{Effect, MeasuredLaw, Part};
@@ -178,7 +178,7 @@ pub fn fit_whole(decay: &FreeDecay, structure: &Structure, start: &[f64]) -> Fit
     common.extend(&start[4..]);
     let states = [[start[2], start[3]]];
     let direct =
-        fit_pieces(&[&Piece::whole(decay)], structure, &common, &states, SETTLED, WHOLE_STEPS);
+        fit_pieces(&[&Piece::whole(decay)], structure, &common, &states, LAW_SETTLED, WHOLE_STEPS);
     let lengths = Lengths::of(decay);
     let long = fit_from(&lengths.long, structure, &common, ROUGH);
     // A phase that is lost over the whole record shows in pieces with states of their own.
@@ -192,7 +192,7 @@ pub fn fit_whole(decay: &FreeDecay, structure: &Structure, start: &[f64]) -> Fit
         }
         let before = best.sum_of_squares;
         best = refitted(decay, structure, &best.parameters);
-        if before - best.sum_of_squares < SETTLED * before {
+        if before - best.sum_of_squares < LAW_SETTLED * before {
             break;
         }
     }

@@ -17,7 +17,7 @@ const HIGHEST: f64 = 3.0;
 const KAISER: f64 = 6.0;
 /// Of loops: their amplitudes, of the release's; half cycles before one is closed; and points of each half.
 const AMPLITUDES: [f64; 3] = [1.0, 0.5, 0.25];
-const SETTLED: usize = 12;
+const ROUNDS: usize = 12;
 const POINTS: usize = 40;
 
 /// What the lines are over.
@@ -64,7 +64,7 @@ impl Left {
         for amplitude_rad in AMPLITUDES.map(|share| share * decay.amplitude_rad) {
             let mut memories = fit.motion().memories(0.0);
             let mut end = amplitude_rad;
-            for _ in 0..SETTLED {
+            for _ in 0..ROUNDS {
                 memories.turn(end);
                 end = -end;
             }

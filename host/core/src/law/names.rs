@@ -8,11 +8,11 @@ use super::on_curve::{OnCurve, Target};
 use super::releases::Releases;
 use super::tables::Point;
 use crate::diagnosis::over_pieces::Lengths;
-use crate::diagnosis::prediction::{predict_within, Prediction};
+use crate::diagnosis::prediction::{predict_within, Prediction, BETTER, LEAST_GAIN};
 use crate::effects::{Effect, Part};
 use crate::error::Result;
 use crate::fit::fitting::Fitted;
-use crate::fit::segments::{fit_from, fit_towards, PieceFit, ROUGH};
+use crate::fit::segments::{fit_from, fit_towards, PieceFit, FIRST_STEPS, ROUGH, SETTLED};
 use crate::quantity::Quantity;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -28,16 +28,10 @@ const TRIED: usize = 12;
 /// stiffness.
 const YIELDS: [f64; 3] = [0.05, 0.2, 0.6];
 const YIELDING: f64 = 0.03;
-const SETTLED: f64 = 1e-4;
-/// Standard errors by which a longer formula has to predict better, and the share by which its error has to
-/// be smaller.
-const BETTER: f64 = 1.0;
-const LEAST_GAIN: f64 = 0.05;
 /// Ratio of errors up to which the two numbers of hysteresis predict as well as the many of a law.
 const AS_WELL: f64 = 1.1;
-/// First steps of a fit, and how many times the squares of the best formula they may leave for it to be gone
-/// on with.
-const FIRST_STEPS: usize = 6;
+/// How many times the squares of the best formula the first steps of a fit may leave for it to be gone on
+/// with.
 const MOST_SQUARES: f64 = 4.0;
 /// Share of the squares missed without the law's stiffness that hysteresis in its place may leave.
 const LITTLE: f64 = 0.01;

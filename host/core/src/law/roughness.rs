@@ -4,6 +4,7 @@
 //! eliminated. So what any roughness would predict of a piece that was left out is a matter of linear
 //! algebra, and many can be tried.
 
+use crate::diagnosis::prediction::BETTER;
 use crate::effects::{Effect, MeasuredLaw, Part, KNOTS};
 use crate::fit::fitting::Structure;
 use crate::fit::pieces::{fit_state, Piece, Pieces};
@@ -22,9 +23,8 @@ const MOST: i32 = 2;
 const DAMPING: f64 = 1e-9;
 /// Times each curve's weight is chosen anew, the others' kept.
 const SWEEPS: usize = 2;
-/// Standard errors by which a curve or a jump has to predict better than none, and one that differs from side
-/// to side.
-const BETTER: f64 = 1.0;
+/// Standard errors by which a curve that differs from side to side has to predict better than one that does
+/// not.
 const BETTER_UNEVEN: f64 = 2.0;
 
 /// A fit's neighbourhood.

@@ -24,7 +24,7 @@ const BENDS: usize = 4;
 /// its band knows of noise, not of what a curve that is as smooth as predicts best has lost.
 const ROUGHER: f64 = 0.1;
 /// Relative gain at which a fit to long pieces ends.
-pub(super) const SETTLED: f64 = 1e-5;
+pub(super) const LAW_SETTLED: f64 = 1e-5;
 
 /// A law fitted with one choice of its curves and their roughness.
 #[derive(Clone)]
@@ -158,7 +158,7 @@ impl<'a> Trials<'a> {
 
     /// `law` fitted to long pieces from `common`.
     fn fitted(&self, law: &MeasuredLaw, common: &[f64]) -> Result<PieceFit> {
-        let fit = fit_from(&self.lengths.long, &self.with(law), common, SETTLED);
+        let fit = fit_from(&self.lengths.long, &self.with(law), common, LAW_SETTLED);
         self.releases.first().stop.check()?;
         Ok(fit)
     }
@@ -191,7 +191,7 @@ pub(super) fn fit_all(
         common = fit_from(pieces, structure, &common, ROUGH).common;
         releases.first().stop.check()?;
     }
-    let fit = fit_from(&lengths.long, structure, &common, SETTLED);
+    let fit = fit_from(&lengths.long, structure, &common, LAW_SETTLED);
     releases.first().stop.check()?;
     Ok(fit)
 }

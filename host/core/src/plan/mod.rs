@@ -25,16 +25,13 @@ pub use precision::{precision, Narrowed};
 
 use crate::bic::MARGIN;
 use crate::error::Result;
-use crate::fit::free_decay::FreeDecay;
+use crate::fit::free_decay::{FreeDecay, MEANS_PER_CYCLE};
 use crate::motion::simulate::Grid;
 use possible::numbers;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::f64::consts::TAU;
 use tied::Tied;
-
-/// Means a cycle of a simulated release, as of a measured one.
-const MEANS_PER_CYCLE: f64 = 50.0;
 
 /// A possible release, and what it would tell.
 #[derive(Clone, Debug, PartialEq, Serialize)]

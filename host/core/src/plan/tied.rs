@@ -2,13 +2,13 @@
 
 use super::possible::{numbers, Possible, Rival};
 use crate::error::{Error, Result};
+use crate::fit::fitting::FIRST_CYCLES;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::problem::{problem_of_one, JointProblem, Release};
 use crate::solver::{minimise, Options, Problem, Rows};
 use nalgebra::{Cholesky, DMatrix};
 
-/// Cycles of the first fit, and by how much longer each further one is.
-const FIRST_CYCLES: f64 = 5.0;
+/// By how much longer each further fit is than the one before.
 const LONGER: f64 = 3.0;
 const EVALUATIONS: usize = 12;
 
