@@ -14,6 +14,7 @@ use rayon::prelude::*;
 
 /// Residual over noise beyond which likelihood has little to say, and a flexible effect is tried alone only.
 const BESIDE_UP_TO: f64 = 2.5;
+
 /// Whether what bends in `model` bends to what an effect with a name of its own is.
 pub(super) fn is_simple(model: &Fitted, decay: &FreeDecay) -> bool {
     let numbers = model.effect_parameters();

@@ -185,8 +185,11 @@ impl Fitted {
     }
     /// The sensor's reading at no yaw, rad, where the fit varies it.
     pub fn sensor_zero_rad(&self) -> Option<Quantity> {
-        let row = || vec![(PLAIN, 1.0)];
-        self.structure.zero_unknown.then(|| self.quantity(self.parameters[PLAIN], row()))
+        self.structure.zero_unknown.then(|| {
+            let mut row = vec![0.0; self.parameters.len()];
+            row[PLAIN] = 1.0;
+            self.quantity(self.parameters[PLAIN], &row)
+        })
     }
 
     /// The angle of rest on the sensor's scale, rad, about which the effects act, where the fit varies it.
@@ -196,27 +199,23 @@ impl Fitted {
             Some(at) => {
                 let (wn, moment) = (self.parameters[0], self.parameters[at]);
                 let rest = moment / wn.powi(2);
-                Some(self.quantity(rest, vec![(0, -2.0 * rest / wn), (at, wn.powi(-2))]))
+                let mut row = vec![0.0; self.parameters.len()];
+                (row[0], row[at]) = (-2.0 * rest / wn, wn.powi(-2));
+                Some(self.quantity(rest, &row))
             }
             None => self.sensor_zero_rad(),
         }
     }
 
-    /// `value` with the uncertainty that its derivatives by the fitted numbers give it.
-    fn quantity(&self, value: f64, derivatives: Vec<(usize, f64)>) -> Quantity {
-        let mut row = vec![0.0; self.parameters.len()];
-        derivatives.into_iter().for_each(|(at, derivative)| row[at] = derivative);
-        let variance = self.covariance.as_ref().map_or(f64::NAN, |c| between(c, &row, &row));
+    /// `value` with the uncertainty that its derivatives by the fitted numbers, a `row`, give it.
+    fn quantity(&self, value: f64, row: &[f64]) -> Quantity {
+        let variance = self.covariance.as_ref().map_or(f64::NAN, |c| between(c, row, row));
         Quantity::new(value, deviation(variance * self.inflation))
     }
     /// `effect.name` and value with u of every number of the effects, in the units that
     /// [`Effect::parameters`] states.
     pub fn effect_parameters(&self) -> Vec<(String, Quantity)> {
-        let of = |(name, value, row): (String, f64, Vec<f64>)| {
-            let variance = self.covariance.as_ref().map_or(f64::NAN, |c| between(c, &row, &row));
-            (name, Quantity::new(value, deviation(variance * self.inflation)))
-        };
-        self.published().map(of).collect()
+        self.published().map(|(name, value, row)| (name, self.quantity(value, &row))).collect()
     }
 
     /// Covariance of natural frequency, damping ratio and everything the effects are made of. `None` where
