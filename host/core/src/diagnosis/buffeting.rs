@@ -10,7 +10,8 @@ use crate::bic;
 use crate::diagnosis::likelihood::is_explained;
 use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
-use crate::motion::oscillator::{Flow, Grid};
+use crate::motion::oscillator::Grid;
+use crate::motion::random::{predicted, transition, updated};
 
 /// A free decay under random forcing.
 #[derive(Clone, Debug)]
@@ -55,34 +56,6 @@ struct Run {
     innovations: Vec<f64>,
     /// The state predicted for each innovation.
     states: Vec<[f64; 2]>,
-}
-
-/// State transition over `h` (s), none where the model does not oscillate, and the covariance (bb, br, rr)
-/// that the forcing adds.
-fn transition(h: f64, wn: f64, zeta: f64, ratio: f64) -> Option<([[f64; 2]; 2], [f64; 3])> {
-    if zeta.abs() >= 1.0 || zeta.is_nan() {
-        return None;
-    }
-    let Flow([p, q, u, v]) = Flow::new(wn, zeta, h);
-    Some(([[p, q], [u, v]], [ratio * h.powi(3) / 3.0, ratio * h * h / 2.0, ratio * h]))
-}
-
-/// Covariance after a reading with `gain`.
-fn updated(p: [f64; 3], gain: [f64; 2]) -> [f64; 3] {
-    [p[0] - gain[0] * p[0], p[1] - gain[0] * p[1], p[2] - gain[1] * p[1]]
-}
-
-/// Covariance one step on.
-fn predicted(f: &[[f64; 2]; 2], p: [f64; 3], q: [f64; 3]) -> [f64; 3] {
-    let a = [
-        [f[0][0] * p[0] + f[0][1] * p[1], f[0][0] * p[1] + f[0][1] * p[2]],
-        [f[1][0] * p[0] + f[1][1] * p[1], f[1][0] * p[1] + f[1][1] * p[2]],
-    ];
-    [
-        a[0][0] * f[0][0] + a[0][1] * f[0][1] + q[0],
-        a[0][0] * f[1][0] + a[0][1] * f[1][1] + q[1],
-        a[1][0] * f[1][0] + a[1][1] * f[1][1] + q[2],
-    ]
 }
 
 /// Filters `yaw` with the model, its noise of variance `known` or that which is likeliest; `ratio` is q over
@@ -285,42 +258,6 @@ fn strongest_line(innovations: &[f64]) -> f64 {
     power.iter().fold(0.0, |m: f64, p| m.max(*p)) / mean.max(f64::MIN_POSITIVE)
 }
 
-/// Turns what a model leaves into white innovations of unit size in units of the noise: the filter's gains
-/// for a start that is known, the model having its own.
-pub(crate) struct Whitener {
-    transition: [[f64; 2]; 2],
-    gains: Vec<[f64; 2]>,
-    roots: Vec<f64>,
-}
-
-impl Whitener {
-    /// `ratio`: intensity over the noise's variance.
-    pub(crate) fn new(grid: &Grid, wn: f64, zeta: f64, ratio: f64, count: usize) -> Option<Self> {
-        let (transition, q) = transition(grid.step_s, wn, zeta, ratio)?;
-        let mut p = [0.0_f64; 3];
-        let (mut gains, mut roots) = (Vec::with_capacity(count), Vec::with_capacity(count));
-        for _ in 0..count {
-            let variance = p[0] + 1.0;
-            let gain = [p[0] / variance, p[1] / variance];
-            gains.push(gain);
-            roots.push(variance.sqrt());
-            p = predicted(&transition, updated(p, gain), q);
-        }
-        Some(Self { transition, gains, roots })
-    }
-
-    pub(crate) fn whiten(&self, series: &mut [f64]) {
-        let f = &self.transition;
-        let mut x = [0.0; 2];
-        for ((y, gain), root) in series.iter_mut().zip(&self.gains).zip(&self.roots) {
-            let innovation = *y - x[0];
-            *y = innovation / root;
-            x = [x[0] + gain[0] * innovation, x[1] + gain[1] * innovation];
-            x = [f[0][0] * x[0] + f[0][1] * x[1], f[1][0] * x[0] + f[1][1] * x[1]];
-        }
-    }
-}
-
 /// Pattern search along the coordinates: the likelihood is cheap and has one valley here.
 fn descend(f: impl Fn(&[f64; 3]) -> f64, mut p: [f64; 3], mut step: [f64; 3]) -> [f64; 3] {
     let mut here = f(&p);
@@ -393,19 +330,5 @@ mod tests {
         let deviance = n * variance.ln() + all.1 - first.1;
         assert!((run.noise_variance / variance - 1.0).abs() < 1e-5);
         assert!((run.deviance - deviance).abs() < 1e-4, "{} {deviance}", run.deviance);
-    }
-
-    /// Innovations of a known start are those of the filter once it has forgotten its own.
-    #[test]
-    fn whitened_residuals_are_the_filters_innovations() {
-        let (wn, zeta, ratio) = (5.0, 0.03, 4e3);
-        let grid = Grid { start_s: 0.0, step_s: 0.05, count: 400, mean_width_s: 0.0 };
-        let yaw: Vec<f64> = (0..400).map(|k| f64::from(k * k * 7 % 13) - 6.0).collect();
-        let run = filter(&grid, &yaw, [wn, zeta, ratio], None).unwrap();
-        let mut whitened = yaw.clone();
-        Whitener::new(&grid, wn, zeta, ratio, 400).unwrap().whiten(&mut whitened);
-        for (a, b) in run.innovations.iter().rev().zip(whitened.iter().rev()).take(100) {
-            assert!((a - b).abs() < 1e-6);
-        }
     }
 }

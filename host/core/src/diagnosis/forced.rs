@@ -1,14 +1,15 @@
 //! Definite effects of a free decay that is forced at random besides: generalised least squares, residuals
-//! and sensitivities whitened by the Kalman filter of [`crate::diagnosis::buffeting`].
+//! and sensitivities whitened by the Kalman filter of [`crate::motion::random`].
 
 use crate::bic;
-use crate::diagnosis::buffeting::{self, Buffeted, Whitener};
+use crate::diagnosis::buffeting::{self, Buffeted};
 use crate::diagnosis::likelihood::{explained_up_to, PROMISING};
 use crate::effects::Effect;
 use crate::fit::fitting::{finished, Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::gain_of_step;
 use crate::fit::problem::{problem_of_one, JointProblem, Release};
+use crate::motion::random::Whitener;
 use crate::solver::{minimise, Fit, Options, Problem, Rows};
 use rayon::prelude::*;
 
@@ -118,7 +119,13 @@ fn solve(decay: &FreeDecay, structure: &Structure, start: &[f64], whitener: &Whi
 
 fn whitener(decay: &FreeDecay, forcing: &Buffeted) -> Option<Whitener> {
     let Buffeted { natural_frequency_rad_s, damping_ratio, ratio, .. } = *forcing;
-    Whitener::new(&decay.grid, natural_frequency_rad_s, damping_ratio, ratio, decay.yaw_rad.len())
+    Whitener::new(
+        decay.grid.step_s,
+        natural_frequency_rad_s,
+        damping_ratio,
+        ratio,
+        decay.yaw_rad.len(),
+    )
 }
 
 /// Those of `candidates` beside `inner` for which a linear step under the filter predicts evidence, most

@@ -92,7 +92,7 @@ fn of_cycle(
     let values = of(&model.parameters, None)?;
     let missed = missed(decay, model, amplitude_rad);
     let mut variances = [f64::NAN; 2];
-    if let Some(covariance) = model.covariance_of_noise() {
+    if let Some(covariance) = model.covariance_but_for_law() {
         let sizes = model.structure.sizes(decay);
         let mut p = model.parameters.clone();
         // By each number but the state and the sensor's zero, which a cycle from rest has not.

@@ -138,10 +138,10 @@ impl Fitted {
         self
     }
 
-    /// Covariance of the numbers by noise alone.
-    pub(crate) fn covariance_of_noise(&self) -> Option<DMatrix<f64>> {
+    /// Covariance of the numbers but for what a smooth moment beside the model adds.
+    pub(crate) fn covariance_but_for_law(&self) -> Option<DMatrix<f64>> {
         let all = self.covariance.as_ref()? * self.inflation;
-        Some(self.discrepancy.as_ref().map_or_else(|| all.clone(), |d| &all - d.covariance()))
+        Some(self.discrepancy.as_ref().map_or_else(|| all.clone(), |d| &all - d.of_law()))
     }
     /// Root mean square of the residuals, less the numbers fitted.
     pub fn rms_rad(&self) -> f64 {

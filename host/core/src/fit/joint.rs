@@ -11,7 +11,6 @@
 //! solver).
 
 use crate::bic;
-use crate::discrepancy::Discrepancy;
 use crate::effects::Effect;
 use crate::fit::at_amplitude::with_windows;
 use crate::fit::fitting::{Fitted, Structure};
@@ -119,9 +118,7 @@ impl JointFit {
             fit.covariance = Some(DMatrix::from_fn(n, n, own));
             fit.modal_inflation /= fit.inflation;
             fit.inflation = 1.0;
-            let shift =
-                DMatrix::from_fn(n, found.shift.ncols(), |a, k| found.shift[(places[a], k)]);
-            fit.discrepancy = Some(Discrepancy { shift, ..found.clone() });
+            fit.discrepancy = Some(found.of_release(places));
         }
         let each = self.fits.into_iter().zip(releases);
         self.fits = each.map(|(fit, release)| with_windows(fit, release.decay)).collect();

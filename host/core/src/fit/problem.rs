@@ -1,11 +1,12 @@
 //! The residuals of one or several releases as a problem to be minimised.
 
-use crate::discrepancy::{self, Discrepancy, Observed};
+use crate::discrepancy::{self, Discrepancy, Observed, Swing};
 use crate::effects::Effect;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::sharing::{Places, Sharing};
 use crate::fit::structure::{motion, Structure};
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
+use crate::record::Derivative;
 use crate::solver::{minimise, off_bounds, Fit, Options, Problem, Rows};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -136,7 +137,14 @@ impl Part<'_> {
             response.truncate(count);
             response.resize(residuals.len(), 0.0);
         }
-        Observed { residuals, count, places, columns, responses }
+        let mut still = motion.clone();
+        still.terms.observed = Derivative::None;
+        let grid = Grid { count, ..self.grid() };
+        let (mut yaw, rate) = still.readings_and_rates(&grid);
+        let rest = still.rest_rad();
+        yaw.iter_mut().for_each(|b| *b -= rest);
+        let swing = Swing::of(grid.step_s, &yaw, &rate, p[0]);
+        Observed { residuals, count, places, columns, responses, swing }
     }
 
     /// The roughness of a measured law as further residuals: in proportion to the means, so that pieces of a
@@ -249,7 +257,7 @@ impl<'a> JointProblem<'a> {
         let releases: Vec<Observed> =
             self.parts.par_iter().map(|part| part.observed(all, fixed)).collect();
         let may_be_noise = releases.iter().all(Observed::may_be_noise);
-        discrepancy::of(&releases, all.len(), may_be_noise).filter(|found| !found.is_none())
+        discrepancy::of(&releases, all.len(), may_be_noise)
     }
 
     /// `covariance` at the numbers `all` of one release, with a variance for those that ended on a bound

@@ -8,7 +8,7 @@
 use super::damped_sinusoid::{DampedSinusoid, Mode};
 use super::least_squares::ModeFit;
 use super::samples::Stretch;
-use crate::discrepancy::{self, Observed};
+use crate::discrepancy::{self, Observed, Swing};
 use crate::effects::Terms;
 use crate::motion::simulate::{Grid, Motion};
 use crate::record::Derivative;
@@ -118,8 +118,11 @@ fn by_law(
         responses.iter_mut().for_each(|response| response[k] = 0.0);
     }
     let places = (0..5).collect();
-    let observed = Observed { residuals: sums, count, places, columns, responses };
-    let found = discrepancy::of(&[observed], 5, true).filter(|found| !found.is_none())?;
+    let phase_rad = (0..count).map(|k| w * k as f64 * step_s).collect();
+    let amplitudes = [1.0, (-s * count as f64 * step_s).exp()];
+    let swing = Some(Swing { step_s, phase_rad, amplitudes });
+    let observed = Observed { residuals: sums, count, places, columns, responses, swing };
+    let found = discrepancy::of(&[observed], 5, true)?;
     Some(modal_deviations(mode, &found.covariance()))
 }
 

@@ -4,6 +4,7 @@ mod at_times;
 pub(crate) mod oscillator;
 pub(crate) mod own_motion;
 mod pair;
+pub(crate) mod random;
 mod side_by_side;
 pub mod simulate;
 mod slope;

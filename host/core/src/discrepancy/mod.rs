@@ -1,4 +1,5 @@
-//! By how much the numbers of a fit may be off because no model is the rig: the law discrepancy.
+//! By how much the numbers of a fit may be off because no model is the rig: the law discrepancy, and a moment
+//! in time ([`random`]).
 //!
 //! Beside its effects the true equation of motion has a smooth moment that no effect of the model is,
 //!
@@ -13,11 +14,15 @@
 //! readings' derivatives by the strengths. Each combination of strengths that the residual tells from the
 //! others, whatever the shapes they are written in, counts as an error as large as the residual shows it, of
 //! a sign that is not known; the noise adds what is left of the residual. Where the residual is noise there
-//! is no discrepancy, and nothing is added.
+//! is no discrepancy, and nothing is added; where a random moment is the likelier cause there is no law.
 //!
 //! With the strengths' whole prior in place of what is seen of them, uncertainties come out several times too
 //! wide: shapes that an effect of the model imitates are seen by nothing.
 
+mod random;
+
+use self::random::Shaken;
+pub(crate) use self::random::Swing;
 use crate::effects::{Moment, State};
 use crate::motion::simulate::{readings_of_all, Grid, Motion};
 use crate::solver::{Normal, Rows};
@@ -99,6 +104,8 @@ pub(crate) struct Discrepancy {
     /// Derivatives of the fitted numbers by the strengths: a row for each number of the fit, a column for
     /// each shape.
     pub(crate) shift: DMatrix<f64>,
+    /// Covariance that a random moment beside the model puts into the fitted numbers.
+    pub(crate) random: DMatrix<f64>,
     /// Variance of what is left of the residuals over the noise, each counted as one of so many independent.
     pub(crate) left: f64,
 }
@@ -106,17 +113,31 @@ pub(crate) struct Discrepancy {
 impl Discrepancy {
     /// The covariance that it adds to the fitted numbers.
     pub(crate) fn covariance(&self) -> DMatrix<f64> {
+        self.of_law() + &self.random
+    }
+
+    /// What of it the smooth moment adds.
+    pub(crate) fn of_law(&self) -> DMatrix<f64> {
         let moved = &self.shift * &self.strengths;
         &moved * moved.transpose()
     }
 
-    pub(crate) fn is_none(&self) -> bool {
-        self.strengths.iter().all(|v| *v == 0.0)
+    /// That of one of several releases, whose numbers have these `places` among all.
+    pub(crate) fn of_release(&self, places: &[usize]) -> Self {
+        let n = places.len();
+        let random = DMatrix::from_fn(n, n, |a, b| self.random[(places[a], places[b])]);
+        let shift = DMatrix::from_fn(n, SHAPES, |a, k| self.shift[(places[a], k)]);
+        Self { shift, random, ..self.clone() }
+    }
+
+    fn is_none(&self) -> bool {
+        self.strengths.iter().chain(self.random.iter()).all(|v| *v == 0.0)
     }
 }
 
 /// Rows of one release: residuals (model less record) with their derivatives by the model's numbers and by
 /// the shapes' strengths, all over the noise.
+#[derive(Clone)]
 pub(crate) struct Observed {
     pub(crate) residuals: Vec<f64>,
     /// The means among them; what follows keeps a law smooth.
@@ -125,6 +146,8 @@ pub(crate) struct Observed {
     pub(crate) places: Vec<usize>,
     pub(crate) columns: Vec<Vec<f64>>,
     pub(crate) responses: Vec<Vec<f64>>,
+    /// The oscillation, where a random moment would show.
+    pub(crate) swing: Option<Swing>,
 }
 
 impl Observed {
@@ -156,15 +179,36 @@ pub(crate) fn responses(motion: &Motion, grid: &Grid, yaw_rad: f64, step: f64) -
 }
 
 /// What a model of so many `numbers`, fitted to `releases`, lacks; `may_be_noise`: all that is left. `None`
-/// where there is nothing to be said: too few residuals, or numbers that they do not determine.
+/// where it lacks nothing that shows: too few residuals as well, or numbers that they do not determine.
 pub(crate) fn of(releases: &[Observed], numbers: usize, may_be_noise: bool) -> Option<Discrepancy> {
     let sums = Sums::new(releases, numbers)?;
     let needed = if may_be_noise { BELIEVED } else { 0.0 };
     let first = sums.likeliest(AT_FIRST, needed)?;
-    let share = independent_share(sums.correlation(releases, &first));
-    let best = sums.likeliest(share, needed)?;
+    let share = independent_share(correlation(&sums.left(releases, &first)));
+    let law = sums.likeliest(share, needed)?;
+    let none = sums.evidence(DVector::zeros(SHAPES), share)?.1;
+    let shaken = |law: &Likeliest| Shaken::of(releases, numbers, &law.deviations, needed);
+    let evidence = |s: &Option<Shaken>| s.as_ref().map_or(f64::NEG_INFINITY, |s| s.evidence);
+    let (beside_law, alone) = (shaken(&law), shaken(&none));
+    let is_law = evidence(&beside_law) >= evidence(&alone);
+    let (shaken, best) = if is_law { (beside_law, law) } else { (alone, none) };
+    let random = shaken
+        .and_then(|shaken| shaken.covariance(releases, &sums.root))
+        .unwrap_or_else(|| DMatrix::zeros(numbers, numbers));
     let strengths = sums.apart(&best);
-    Some(Discrepancy { strengths, shift: sums.shift, left: best.noise / share })
+    let found = Discrepancy { strengths, shift: sums.shift, random, left: best.noise / share };
+    Some(found).filter(|found| !found.is_none())
+}
+
+/// Lag-one correlation of what is `left` of all releases.
+fn correlation(left: &[Vec<f64>]) -> f64 {
+    let lag: f64 = left.iter().flat_map(|left| left.windows(2).map(|w| w[0] * w[1])).sum();
+    let power: f64 = left.iter().flatten().map(|r| r * r).sum();
+    if power > 0.0 {
+        lag / power
+    } else {
+        0.0
+    }
 }
 
 /// The rows as sums, the model's numbers eliminated.
@@ -178,6 +222,10 @@ struct Sums {
     gradient: DVector<f64>,
     squares: f64,
     shift: DMatrix<f64>,
+    /// R with R'R the inverse of J'J: the columns of JR' are of length 1 and at right angles.
+    root: DMatrix<f64>,
+    /// Half the logarithm of its determinant: what it costs that the numbers are free.
+    elimination: f64,
 }
 
 /// Strengths of the likeliest size, and the variance of the residuals that is left.
@@ -213,6 +261,9 @@ impl Sums {
         let cross = DMatrix::from_fn(m, SHAPES, |a, k| all[(used[a], numbers + k)] / size[a]);
         let own_slope = DVector::from_fn(m, |a, _| slope[used[a]] / size[a]);
         let own = Cholesky::new(own)?;
+        let logs = |v: &mut dyn Iterator<Item = f64>| v.map(f64::ln).sum::<f64>();
+        let elimination =
+            logs(&mut own.l().diagonal().iter().copied()) + logs(&mut size.iter().copied());
         let solved = own.solve(&cross);
         let mut shift = DMatrix::zeros(numbers, SHAPES);
         for (a, &i) in used.iter().enumerate() {
@@ -220,13 +271,28 @@ impl Sums {
                 shift[(i, k)] = solved[(a, k)] / size[a];
             }
         }
+        let scaled = own.l().try_inverse()?;
+        let mut root = DMatrix::zeros(m, numbers);
+        for (a, &i) in used.iter().enumerate() {
+            root.column_mut(i).copy_from(&(scaled.column(a) / size[a]));
+        }
         let count = releases.iter().map(|r| r.count).sum::<usize>() as f64;
         let matrix = all.view((numbers, numbers), (SHAPES, SHAPES)) - cross.transpose() * &solved;
         // Record less model.
         let gradient = solved.transpose() * &own_slope - slope.rows(numbers, SHAPES);
         let squares = normal.sum_of_squares() - own_slope.dot(&own.solve(&own_slope));
         let enough = count > (m + SHAPES) as f64 && squares > 0.0;
-        enough.then_some(Self { count, numbers, used, matrix, gradient, squares, shift })
+        enough.then_some(Self {
+            count,
+            numbers,
+            used,
+            matrix,
+            gradient,
+            squares,
+            shift,
+            root,
+            elimination,
+        })
     }
 
     /// The strengths parted along the combinations of shapes that are seen independently of each other: the
@@ -294,125 +360,22 @@ impl Sums {
         Some(best.filter(|b| b.0 > none).map_or(plain, |b| b.1))
     }
 
-    /// Lag-one correlation of what the model with the discrepancy leaves.
-    fn correlation(&self, releases: &[Observed], likeliest: &Likeliest) -> f64 {
+    /// What the model with the discrepancy leaves of each release.
+    fn left(&self, releases: &[Observed], likeliest: &Likeliest) -> Vec<Vec<f64>> {
         let mut moved = DVector::zeros(self.numbers + SHAPES);
         moved.rows_mut(0, self.numbers).copy_from(&(-&self.shift * &likeliest.strengths));
         moved.rows_mut(self.numbers, SHAPES).copy_from(&likeliest.strengths);
-        let (mut lag, mut power) = (0.0, 0.0);
-        for release in releases {
+        let of = |release: &Observed| {
             let mut left = release.residuals[..release.count].to_vec();
             let shapes = (self.numbers..).zip(&release.responses);
             for (at, column) in release.places.iter().copied().zip(&release.columns).chain(shapes) {
                 left.iter_mut().zip(column).for_each(|(left, c)| *left += moved[at] * c);
             }
-            lag += left.windows(2).map(|w| w[0] * w[1]).sum::<f64>();
-            power += left.iter().map(|r| r * r).sum::<f64>();
-        }
-        if power > 0.0 {
-            lag / power
-        } else {
-            0.0
-        }
+            left
+        };
+        releases.iter().map(of).collect()
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use crate::effects::{Effect, Terms};
-    use crate::fit::fitting::{fit_added, fit_plain, Fitted};
-    use crate::fit::free_decay::FreeDecay;
-    use crate::motion::simulate::{Grid, Motion};
-    use crate::record::Record;
-    use rand::{Rng, SeedableRng};
-    use rand_distr::StandardNormal;
-
-    const TRUTH: [f64; 2] = [6.0, 0.008];
-
-    /// A record of 60 s with `effects`, noise 0.05 deg; the motion is followed by steps that adapt
-    /// themselves, the fit's by a splitting.
-    fn decay(effects: &[(Effect, f64)], amplitude_deg: f64, seed: u64) -> FreeDecay {
-        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
-        let [natural_frequency_rad_s, damping_ratio] = TRUTH;
-        let users: Vec<[f64; 1]> = effects.iter().map(|(_, value)| [*value]).collect();
-        let each = effects.iter().zip(&users).map(|((effect, _), p)| (effect.clone(), &p[..]));
-        let mut terms = Terms::of(each);
-        terms.precise = !effects.is_empty();
-        let motion = Motion {
-            natural_frequency_rad_s,
-            damping_ratio,
-            yaw_rad: amplitude_deg.to_radians(),
-            rate_rad_s: 0.0,
-            terms,
-        };
-        let grid = Grid { start_s: 0.0, step_s: 0.01, count: 6000, mean_width_s: 0.0 };
-        let mut yaw_rad = vec![0.0; grid.count];
-        motion.readings(&grid, &mut yaw_rad);
-        let noisy = |y: &f64| y.to_degrees() + 0.05 * rng.sample::<f64, _>(StandardNormal);
-        let yaw_deg = yaw_rad.iter().map(noisy).collect();
-        let time_s = (0..grid.count).map(|k| grid.time_s(k)).collect();
-        FreeDecay::of(&Record::new("planted", time_s, yaw_deg)).expect("a free decay")
-    }
-
-    fn u_of(fit: &Fitted) -> [f64; 2] {
-        [fit.natural_frequency_rad_s().u, fit.damping_ratio().u]
-    }
-
-    fn misses(fit: &Fitted) -> [f64; 2] {
-        let found = [fit.natural_frequency_rad_s(), fit.damping_ratio()];
-        [0, 1].map(|k| (found[k].value - TRUTH[k]).abs() / found[k].u)
-    }
-
-    /// Where the model is true the record shows no discrepancy, but by chance: of a hundred, five or fewer.
-    #[test]
-    fn a_true_model_lacks_nothing() {
-        let mut wider = 0;
-        for seed in 0..50 {
-            for effects in [&[][..], &[(Effect::CoulombFriction, 0.02)]] {
-                let decay = decay(effects, 12.0, seed);
-                let plain = fit_plain(&decay, false, decay.yaw_rad.len());
-                let add = |fit: Fitted, (e, _): &(Effect, f64)| fit_added(&decay, &fit, e);
-                let fit = effects.iter().fold(plain, add);
-                let with = fit.clone().with_discrepancy(&decay);
-                wider += u8::from(u_of(&with) != u_of(&fit));
-            }
-        }
-        assert!(wider <= 5, "{wider} of 100");
-    }
-
-    /// A model that lacks an effect knows less: its wn and zeta hold the planted ones, which they miss by
-    /// many of the standard uncertainties that know of noise alone.
-    #[test]
-    fn numbers_of_a_model_that_lacks_an_effect_hold_the_truth() {
-        let lacking = [
-            (Effect::CoulombFriction, 0.02),
-            (Effect::QuadraticDamping, 0.05),
-            (Effect::CubicDamping, 1.5),
-            (Effect::CubicStiffness, 20.0),
-            (Effect::CubicStiffness, -40.0),
-            (Effect::PendulumGravity, 30.0),
-            (Effect::OddQuadraticStiffness, -2.0),
-            (Effect::QuinticStiffness, 400.0),
-        ];
-        let (mut all, mut inside, mut before) = (0, 0, 0);
-        for (seed, effect) in lacking.iter().enumerate() {
-            for amplitude_deg in [8.0, 16.0] {
-                let decay = decay(std::slice::from_ref(effect), amplitude_deg, seed as u64);
-                let fit = fit_plain(&decay, false, decay.yaw_rad.len());
-                let with = fit.clone().with_discrepancy(&decay);
-                println!(
-                    "{effect:?} from {amplitude_deg} deg: {:.1?} u of noise, {:.1?} u",
-                    misses(&fit),
-                    misses(&with)
-                );
-                for k in 0..2 {
-                    all += 1;
-                    before += u8::from(misses(&fit)[k] < 2.0);
-                    inside += u8::from(misses(&with)[k] < 2.0);
-                }
-            }
-        }
-        println!("within 2 u: {before} of {all} by noise, {inside} with what the model lacks");
-        assert!(f64::from(inside) >= 0.9 * f64::from(all), "{inside} of {all}");
-    }
-}
+mod tests;

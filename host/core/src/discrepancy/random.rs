@@ -1,0 +1,290 @@
+//! By how much the numbers of a fit may be off because the rig is shaken: a random moment beside the model.
+//!
+//! What it adds to the readings is largest, and moves natural frequency and damping, about the oscillation's
+//! own frequency. There the residuals, turned back by the motion's phase and averaged over each cycle, are a
+//! first-order process that decays as the motion does, beside white noise; halfway between the harmonics,
+//! where a law leaves nothing, they are that noise and a little of the response. The evidence of each intensity
+//! is that of these means, with the fit's numbers and a law's strengths integrated out; the expected one is
+//! taken. Least squares knows nothing of it: its numbers' covariance is (J'J)^-1 J'CJ (J'J)^-1, C being that of
+//! what the moment adds to the readings.
+
+use super::{Observed, Sums};
+use crate::motion::random::transition;
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// Logarithms (to 10) of the sizes that are tried: variance that the moment adds to a cycle's mean within a
+/// cycle, over that of the mean's noise.
+const SIZES: std::ops::RangeInclusive<i32> = -4..=8;
+/// Frequencies, over that of the oscillation, at which its noise is seen: below it the zero wanders, and
+/// far above it noise has another density.
+const BETWEEN: [f64; 2] = [1.5, 2.5];
+/// Readings a cycle, over such a frequency, from which it is seen.
+const READINGS: f64 = 2.5;
+
+/// The oscillation that a moment would shake.
+#[derive(Clone, Debug)]
+pub(crate) struct Swing {
+    pub(crate) step_s: f64,
+    /// Of the motion at each reading, rising.
+    pub(crate) phase_rad: Vec<f64>,
+    /// Amplitudes at the ends of the readings, in any unit.
+    pub(crate) amplitudes: [f64; 2],
+}
+
+impl Swing {
+    /// From angles, from rest, and rates, of a motion of about this natural frequency.
+    pub(crate) fn of(step_s: f64, yaw_rad: &[f64], rate_rad_s: &[f64], wn: f64) -> Option<Self> {
+        let mut phase_rad = Vec::with_capacity(yaw_rad.len());
+        for (b, r) in yaw_rad.iter().zip(rate_rad_s) {
+            let there = (-r / wn).atan2(*b);
+            let before = phase_rad.last().copied().unwrap_or(there);
+            phase_rad.push(there + ((before - there) / TAU).round() * TAU);
+        }
+        let last = yaw_rad.len().checked_sub(1)?;
+        let amplitudes = [0, last].map(|k| yaw_rad[k].hypot(rate_rad_s[k] / wn));
+        Some(Self { step_s, phase_rad, amplitudes })
+    }
+
+    fn cycles(&self) -> f64 {
+        let ends = self.phase_rad.first().zip(self.phase_rad.last());
+        ends.map_or(0.0, |(first, last)| (last - first) / TAU)
+    }
+
+    fn seconds(&self) -> f64 {
+        self.phase_rad.len() as f64 * self.step_s
+    }
+
+    /// 1/s.
+    fn decay(&self) -> f64 {
+        (self.amplitudes[0] / self.amplitudes[1]).ln() / self.seconds()
+    }
+
+    fn period_s(&self) -> f64 {
+        self.seconds() / self.cycles()
+    }
+
+    fn frequency_rad_s(&self) -> f64 {
+        TAU * self.cycles() / self.seconds()
+    }
+
+    /// Means of `series`, turned back by `ratio` times the phase, over as many whole `cycles` each: cosines,
+    /// then sines, scaled so that white noise has the same variance in all means.
+    fn means(&self, series: &[f64], ratio: f64, cycles: f64) -> [Vec<f64>; 2] {
+        let count = (self.cycles() / cycles) as usize;
+        let mut sums = [vec![0.0; count], vec![0.0; count]];
+        let mut seen = vec![0.0_f64; count];
+        for (y, phase) in series.iter().zip(&self.phase_rad) {
+            let turned = phase - self.phase_rad[0];
+            let which = (turned / (TAU * cycles)) as usize;
+            if which < count {
+                let (sin, cos) = (ratio * turned).sin_cos();
+                sums[0][which] += y * cos;
+                sums[1][which] += y * sin;
+                seen[which] += 1.0;
+            }
+        }
+        let scale = 2.0 * cycles.sqrt();
+        let mean = |(sum, seen): (f64, &f64)| sum * scale / seen.max(1.0);
+        sums.map(|sums| sums.into_iter().zip(&seen).map(mean).collect())
+    }
+}
+
+/// Whitens means over a cycle each of a first-order process from a known start, by its Kalman filter; gives
+/// half the logarithm of their covariance's determinant. `size`: variance that the process gains in a cycle, a
+/// third of which is in the cycle's mean, which shares half with the cycle's end.
+fn whiten(means: &mut [f64], transition: f64, size: f64) -> f64 {
+    let (mut state, mut variance, mut logs) = (0.0, 0.0, 0.0);
+    let middle = transition.sqrt();
+    for y in means {
+        let all: f64 = transition * variance + size / 3.0 + 1.0;
+        let innovation = *y - middle * state;
+        let gain = (transition * middle * variance + 0.5 * size) / all;
+        logs += 0.5 * all.ln();
+        state = transition * state + gain * innovation;
+        variance = transition * transition * variance + size - gain * gain * all;
+        *y = innovation / all.sqrt();
+    }
+    logs
+}
+
+/// Means of one release's readings.
+struct Means {
+    /// Of each cycle, cosines and then sines, and of the residuals those between the harmonics.
+    rows: Observed,
+    /// Cycles, and what is left of an oscillation from one to the next.
+    cycles: usize,
+    transition: f64,
+    /// Variance of each mean between the harmonics by a moment of unit size.
+    between: Vec<f64>,
+}
+
+impl Means {
+    fn of(release: &Observed, swing: &Swing) -> Self {
+        let means = |series: &Vec<f64>| swing.means(&series[..release.count], 1.0, 1.0).concat();
+        let mut residuals = means(&release.residuals);
+        let cycles = residuals.len() / 2;
+        let per_cycle = swing.phase_rad.len() as f64 / swing.cycles();
+        let mut between = Vec::new();
+        for ratio in BETWEEN.into_iter().filter(|ratio| READINGS * ratio < per_cycle) {
+            let more = swing.means(&release.residuals[..release.count], ratio, 2.0).concat();
+            let response = 4.0 / (TAU * (1.0 - ratio * ratio)).powi(2);
+            between.extend(std::iter::repeat_n(response, more.len()));
+            residuals.extend(more);
+        }
+        let rows = |columns: &[Vec<f64>]| {
+            let mut rows: Vec<Vec<f64>> = columns.iter().map(means).collect();
+            rows.iter_mut().for_each(|row| row.resize(residuals.len(), 0.0));
+            rows
+        };
+        let rows = Observed {
+            count: residuals.len(),
+            places: release.places.clone(),
+            columns: rows(&release.columns),
+            responses: rows(&release.responses),
+            residuals,
+            swing: None,
+        };
+        let transition = (-swing.decay() * swing.period_s()).exp();
+        Self { rows, cycles, transition, between }
+    }
+
+    /// The rows in which a moment of this `size` is white noise, and half the logarithm of the determinant that
+    /// this costs.
+    fn white(&self, size: f64) -> (Observed, f64) {
+        let mut white = self.rows.clone();
+        let Observed { residuals, columns, responses, .. } = &mut white;
+        let mut logs = 0.0;
+        for series in columns.iter_mut().chain(responses).chain([residuals]) {
+            let (cycles, between) = series.split_at_mut(2 * self.cycles);
+            logs = 0.0;
+            for part in cycles.chunks_mut(self.cycles.max(1)) {
+                logs += whiten(part, self.transition, size);
+            }
+            for (mean, response) in between.iter_mut().zip(&self.between) {
+                let variance = 1.0 + size * response;
+                *mean /= variance.sqrt();
+                logs += 0.5 * variance.ln();
+            }
+        }
+        (white, logs)
+    }
+}
+
+/// What the cycles' means tell of a random moment.
+pub(super) struct Shaken {
+    /// Logarithm of the evidence, all sizes of a moment that may be taken together.
+    pub(super) evidence: f64,
+    /// Expected variance that the moment adds to a cycle's mean within a cycle, .
+    variance: f64,
+}
+
+impl Shaken {
+    /// Beside a law whose strengths have these `deviations`. That there is `none` is so much likelier
+    /// beforehand, as a logarithm, than that there is one, of whatever size.
+    pub(super) fn of(
+        releases: &[Observed],
+        numbers: usize,
+        deviations: &DVector<f64>,
+        none: f64,
+    ) -> Option<Self> {
+        let means = |release: &Observed| Some(Means::of(release, release.swing.as_ref()?));
+        let means: Option<Vec<Means>> = releases.iter().map(means).collect();
+        let means = means?;
+        let sizes = std::iter::once(0.0).chain(SIZES.map(|size| 10f64.powi(size)));
+        let tried: Vec<[f64; 2]> = sizes
+            .filter_map(|size| {
+                let (rows, logs): (Vec<Observed>, Vec<f64>) =
+                    means.iter().map(|means| means.white(size)).unzip();
+                let sums = Sums::new(&rows, numbers)?;
+                let (evidence, found) = sums.evidence(deviations.clone(), 1.0)?;
+                let evidence = evidence - sums.elimination - logs.iter().sum::<f64>();
+                let prior = if size == 0.0 { none + (SIZES.count() as f64).ln() } else { 0.0 };
+                Some([evidence + prior, size * found.noise])
+            })
+            .filter(|tried| tried.iter().all(|v| v.is_finite()))
+            .collect();
+        let most = tried.iter().map(|t| t[0]).fold(f64::NEG_INFINITY, f64::max);
+        let weights: f64 = tried.iter().map(|t| (t[0] - most).exp()).sum();
+        let variance = tried.iter().map(|t| (t[0] - most).exp() * t[1]).sum::<f64>() / weights;
+        (!tried.is_empty()).then_some(Self { evidence: most + weights.ln(), variance })
+    }
+
+    /// The covariance that it puts into the fitted numbers, R'R being the inverse of J'J and `root` R.
+    pub(super) fn covariance(
+        &self,
+        releases: &[Observed],
+        root: &DMatrix<f64>,
+    ) -> Option<DMatrix<f64>> {
+        let mut sum = DMatrix::zeros(root.nrows(), root.nrows());
+        for release in releases {
+            let swing = release.swing.as_ref()?;
+            // A moment of intensity q adds q T / (2 w^2) to the variance of either part within a cycle T.
+            let intensity =
+                self.variance * 2.0 * swing.frequency_rad_s().powi(2) / swing.period_s();
+            gather(release, swing, intensity, root, &mut sum)?;
+        }
+        Some(root.transpose() * sum * root)
+    }
+}
+
+/// Adds R J'CJ R' of one release under a moment of `intensity` in the readings' unit, by the adjoint, which
+/// runs backwards.
+fn gather(
+    release: &Observed,
+    swing: &Swing,
+    intensity: f64,
+    root: &DMatrix<f64>,
+    sum: &mut DMatrix<f64>,
+) -> Option<()> {
+    let wn = swing.frequency_rad_s();
+    let (f, q) = transition(swing.step_s, wn, swing.decay() / wn, intensity)?;
+    let own = root.select_columns(&release.places);
+    let mut adjoint = vec![[0.0; 2]; root.nrows()];
+    for k in (1..release.count).rev() {
+        let row = &own * DVector::from_iterator(own.ncols(), release.columns.iter().map(|c| c[k]));
+        for (x, row) in adjoint.iter_mut().zip(&row) {
+            *x = [f[0][0] * x[0] + f[1][0] * x[1] + row, f[0][1] * x[0] + f[1][1] * x[1]];
+        }
+        for (i, a) in adjoint.iter().enumerate() {
+            let [b, r] = [q[0] * a[0] + q[1] * a[1], q[1] * a[0] + q[2] * a[1]];
+            for (j, c) in adjoint.iter().enumerate() {
+                sum[(i, j)] += b * c[0] + r * c[1];
+            }
+        }
+    }
+    Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The joint density of means over a cycle each of a first-order process that is followed in a hundred steps
+    /// a cycle, beside noise of unit variance.
+    #[test]
+    fn whitened_means_have_the_likelihood_of_their_covariance() {
+        let (cycles, steps, transition, size) = (12, 100, 0.97_f64, 3.0_f64);
+        let step = transition.powf(1.0 / f64::from(steps));
+        let mut covariance = DMatrix::<f64>::identity(cycles, cycles);
+        // Column by column what one kick does to all means.
+        for kick in 0..cycles * steps as usize {
+            let mut response = DVector::<f64>::zeros(cycles);
+            let mut there = 1.0;
+            for k in kick..cycles * steps as usize {
+                response[k / steps as usize] += there / f64::from(steps);
+                there *= step;
+            }
+            covariance += &response * response.transpose() * (size / f64::from(steps));
+        }
+        let y = DVector::from_fn(cycles, |k, _| ((k * k * 7 % 13) as f64) - 6.0);
+        let mut white = y.as_slice().to_vec();
+        let logs = whiten(&mut white, transition, size);
+        let root = nalgebra::Cholesky::new(covariance).unwrap();
+        let squares: f64 = white.iter().map(|v| v * v).sum();
+        let wanted = y.dot(&root.solve(&y));
+        assert!((squares / wanted - 1.0).abs() < 0.03, "{squares} {wanted}");
+        let wanted: f64 = root.l().diagonal().iter().map(|d| d.ln()).sum();
+        assert!((logs / wanted - 1.0).abs() < 0.03, "{logs} {wanted}");
+    }
+}
