@@ -8,7 +8,7 @@ pub use crate::diagnosis::answer::{
 };
 use crate::diagnosis::by_likelihood::{by_likelihood, random_forcing};
 use crate::diagnosis::compare;
-use crate::diagnosis::likelihood::{EXPLAINED, NEAR_NOISE, USED_UP_TO};
+use crate::diagnosis::likelihood::{is_explained, EXPLAINED, NEAR_NOISE, USED_UP_TO};
 pub use crate::diagnosis::over_pieces::fit_over_pieces;
 use crate::diagnosis::reach;
 use crate::diagnosis::search::{self, SearchStart};
@@ -108,7 +108,8 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
     let plain = &start.plain;
     let lowest = plain.rms_rad().min(account.plain_rad());
     let from = |model: &Fitted| reach::reach(&decay, model, &start.candidates);
-    let reached = (lowest < USED_UP_TO * decay.noise_rad).then(|| {
+    let near = lowest < USED_UP_TO * decay.noise_rad || is_explained(best, &decay);
+    let reached = near.then(|| {
         let least = from(best).min(from(plain));
         if least < MISSED {
             return least;
