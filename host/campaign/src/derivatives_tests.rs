@@ -87,13 +87,7 @@ fn measured(planted: Planted, repeats: u32, seed: u64) -> Table {
                 0.01 * planted.repeatability,
             );
             let zeta = identify(record.truth.damping_ratio, fit, planted.repeatability);
-            Identified {
-                natural_frequency_rad_s: wn,
-                damping_ratio: zeta,
-                from_s: 0.0,
-                to_s: 1.0,
-                flags: Vec::new(),
-            }
+            Identified::new(wn, zeta, 0.0, 1.0)
         })
         .collect();
     Computed::new(&file, &identified).unwrap().table("campaign.toml".as_ref(), "planted")
@@ -225,12 +219,9 @@ fn exact_data_give_the_planted_values_back() {
 
 /// Exactly identified releases of a rig in the wind.
 fn exact(planned: &[Planned]) -> Vec<Identified> {
-    let identify = |record: &Planned| Identified {
-        natural_frequency_rad_s: Quantity::new(record.truth.natural_frequency_rad_s, 1e-5),
-        damping_ratio: Quantity::new(record.truth.damping_ratio, 1e-6),
-        from_s: 0.0,
-        to_s: 1.0,
-        flags: Vec::new(),
+    let identify = |record: &Planned| {
+        let wn = Quantity::new(record.truth.natural_frequency_rad_s, 1e-5);
+        Identified::new(wn, Quantity::new(record.truth.damping_ratio, 1e-6), 0.0, 1.0)
     };
     planned.iter().map(identify).collect()
 }

@@ -52,13 +52,8 @@ impl Answer {
     fn identified(&self, by: By) -> Identified {
         let seconds = |sample: u32| f64::from(sample) / f64::from(SAMPLE_RATE_HZ);
         let [natural_frequency_rad_s, damping_ratio] = self.estimate(by);
-        Identified {
-            natural_frequency_rad_s,
-            damping_ratio,
-            from_s: seconds(self.result.release_sample),
-            to_s: seconds(self.result.finished_sample),
-            flags: Vec::new(),
-        }
+        let [from_s, to_s] = [self.result.release_sample, self.result.finished_sample].map(seconds);
+        Identified::new(natural_frequency_rad_s, damping_ratio, from_s, to_s)
     }
 }
 

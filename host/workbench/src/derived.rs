@@ -56,13 +56,8 @@ fn points(campaign: &CampaignFile, modal: &Modal) -> Option<Vec<Point>> {
         chosen.campaign.release.push(entry.clone());
         chosen.release_lines.push(*line);
         let quantity = |k: Known| Quantity::new(k.value, k.u.unwrap_or(0.0));
-        identified.push(Identified {
-            natural_frequency_rad_s: quantity(found.natural_frequency_rad_s),
-            damping_ratio: quantity(found.damping_ratio),
-            from_s: 0.0,
-            to_s: 0.0,
-            flags: Vec::new(),
-        });
+        let [wn, zeta] = [found.natural_frequency_rad_s, found.damping_ratio].map(quantity);
+        identified.push(Identified::new(wn, zeta, 0.0, 0.0));
     }
     let computed = Computed::new(&chosen.campaign, &identified).ok()?;
     let points = computed.table(&chosen.path, "model").points;

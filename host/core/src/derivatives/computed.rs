@@ -35,12 +35,8 @@ use yawrig_shared::modal::Modal;
 ///         vec![release("off.csv", 0.0), release("on.csv", 10.0)],
 ///     )
 /// };
-/// let identified = [(8.0, 0.010), (7.9, 0.015)].map(|(wn, zeta)| Identified {
-///     natural_frequency_rad_s: Quantity::new(wn, 0.001),
-///     damping_ratio: Quantity::new(zeta, 0.0001),
-///     from_s: 0.0,
-///     to_s: 30.0,
-///     flags: Vec::new(),
+/// let identified = [(8.0, 0.010), (7.9, 0.015)].map(|(wn, zeta)| {
+///     Identified::new(Quantity::new(wn, 0.001), Quantity::new(zeta, 0.0001), 0.0, 30.0)
 /// });
 /// let table = Computed::new(&campaign, &identified)?.table("campaign.toml".as_ref(), "mine");
 /// let point = &table.points[0];

@@ -3,7 +3,8 @@
 use super::at::At;
 use super::campaign::{Campaign, ReleaseEntry};
 use crate::identify::flag::Flag;
-use crate::identify::Identification;
+use crate::identify::uncertainty::Lacking;
+use crate::identify::{AtAmplitude, Identification};
 use crate::quantity::Quantity;
 use crate::statistics::rare_chi_squared;
 use serde::Serialize;
@@ -23,9 +24,33 @@ pub struct Identified {
     pub to_s: f64,
     /// What a reader must know besides.
     pub flags: Vec<Flag>,
+    /// What of the uncertainties is for a law that the linear model lacks.
+    #[serde(skip)]
+    pub lacking: Lacking,
+    /// How wn and zeta go with amplitude, where that is known.
+    #[serde(skip)]
+    pub at_amplitude: Vec<AtAmplitude>,
 }
 
 impl Identified {
+    /// With nothing to be said besides.
+    pub fn new(
+        natural_frequency_rad_s: Quantity,
+        damping_ratio: Quantity,
+        from_s: f64,
+        to_s: f64,
+    ) -> Self {
+        Self {
+            natural_frequency_rad_s,
+            damping_ratio,
+            from_s,
+            to_s,
+            flags: Vec::new(),
+            lacking: Lacking::default(),
+            at_amplitude: Vec::new(),
+        }
+    }
+
     /// The first method's answer of an identification; `None` where no method had one.
     pub fn of(identification: Identification) -> Option<Self> {
         let window = identification.window;
@@ -36,6 +61,8 @@ impl Identified {
             from_s: window.from_s,
             to_s: window.to_s,
             flags: estimate.flags,
+            lacking: estimate.lacking,
+            at_amplitude: estimate.at_amplitude,
         })
     }
 }
@@ -58,12 +85,18 @@ pub struct Scatter {
 pub(crate) struct Mean {
     pub(crate) value: f64,
     pub(crate) u_fit: f64,
+    /// What of it is for a law that the linear model lacks.
+    pub(crate) u_lacking: f64,
     pub(crate) u_repeatability: f64,
     /// By how much the repeats scatter more than their fits state, where that is more than chance; else 1.
     pub(crate) birge_ratio: f64,
 }
 
 impl Mean {
+    fn lack(&mut self, u: f64) {
+        self.u_lacking = u.min(self.u_fit);
+    }
+
     pub(crate) fn u(&self) -> f64 {
         self.u_fit.hypot(self.u_repeatability)
     }
@@ -143,6 +176,8 @@ pub(crate) struct Condition {
     pub(crate) natural_frequency_rad_s: Mean,
     /// 2 zeta wn.
     pub(crate) damping_rad_s: Mean,
+    /// How both go with amplitude in its first release.
+    pub(crate) at_amplitude: Vec<AtAmplitude>,
 }
 
 impl Condition {
@@ -177,11 +212,13 @@ impl Condition {
 /// condition scatter more than their fits state by more than chance, its mean's uncertainty is the stated one
 /// times the Birge ratio at least (R. T. Birge, Phys. Rev. 40, 1932).
 pub(crate) fn group(campaign: &Campaign, identified: &[Identified]) -> Vec<Condition> {
-    let nothing = Mean { value: 0.0, u_fit: 0.0, u_repeatability: 0.0, birge_ratio: 1.0 };
+    let nothing =
+        Mean { value: 0.0, u_fit: 0.0, u_lacking: 0.0, u_repeatability: 0.0, birge_ratio: 1.0 };
     let condition = |setting: Setting| Condition {
-        setting,
         natural_frequency_rad_s: nothing,
         damping_rad_s: nothing,
+        at_amplitude: identified[setting.releases[0]].at_amplitude.clone(),
+        setting,
     };
     let mut conditions: Vec<Condition> = settings(campaign).into_iter().map(condition).collect();
     for wind_on in [false, true] {
@@ -202,6 +239,13 @@ pub(crate) fn group(campaign: &Campaign, identified: &[Identified]) -> Vec<Condi
             let middle = frequencies[place][0].value;
             condition.natural_frequency_rad_s = mean(&frequencies[place], tau_frequency * middle);
             condition.damping_rad_s = mean(&dampings[place], tau_damping);
+            // Repeats lack the same law: their mean knows of it what each does.
+            let found = || condition.setting.releases.iter().map(|&index| &identified[index]);
+            let most = |of: fn(&Identified) -> f64| found().map(of).fold(0.0, f64::max);
+            let lacking =
+                [most(|f| f.lacking.natural_frequency_rad_s), most(lacking_damping_rad_s)];
+            condition.natural_frequency_rad_s.lack(lacking[0]);
+            condition.damping_rad_s.lack(lacking[1]);
         }
     }
     conditions
@@ -211,6 +255,13 @@ pub(crate) fn group(campaign: &Campaign, identified: &[Identified]) -> Vec<Condi
 fn damping_rad_s(found: &Identified) -> Quantity {
     let (wn, zeta) = (found.natural_frequency_rad_s, found.damping_ratio);
     Quantity::new(2.0 * zeta.value * wn.value, 2.0 * (zeta.u * wn.value).hypot(zeta.value * wn.u))
+}
+
+/// What of its uncertainty is for a law that the linear model lacks.
+fn lacking_damping_rad_s(found: &Identified) -> f64 {
+    let (wn, zeta) = (found.natural_frequency_rad_s.value, found.damping_ratio.value);
+    let Lacking { natural_frequency_rad_s, damping_ratio } = found.lacking;
+    2.0 * (damping_ratio * wn).hypot(zeta * natural_frequency_rad_s)
 }
 
 fn relative(values: &[Quantity]) -> Vec<Quantity> {
@@ -298,6 +349,7 @@ fn mean(values: &[Quantity], tau: f64) -> Mean {
     Mean {
         value: both().map(|(q, share)| share * q.value).sum(),
         u_fit,
+        u_lacking: 0.0,
         u_repeatability: pooled.max(widened.max(0.0).sqrt()),
         birge_ratio,
     }

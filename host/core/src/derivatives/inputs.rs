@@ -1,8 +1,10 @@
 //! Everything the derivatives are computed from, as numbers that can each be changed to see what follows.
 
+use super::alike::alike;
 use super::campaign::Campaign;
-use super::condition::{Condition, Setting};
+use super::condition::{Condition, Mean, Setting};
 use super::line::{self, Point, StraightLine};
+use std::collections::HashMap;
 use yawrig_shared::axis::Axis;
 use yawrig_shared::derivatives::{
     inertia_kg_m2, reduced_frequency, side_force, torsional_stiffness_nm, Model, Wind,
@@ -262,7 +264,8 @@ impl Inputs {
     }
 }
 
-/// Every uncertain number. Those of different conditions are independent of each other, the wind speed's too;
+/// Every uncertain number. Those of different conditions are independent of each other, but for a law that the
+/// linear model lacks with the wind on and off, the wind speed's too;
 /// air density, geometry, springs and arm are common to all they enter.
 pub(super) fn uncertain(
     campaign: &Campaign,
@@ -276,15 +279,49 @@ pub(super) fn uncertain(
             all.push(Uncertain { source, u, change });
         }
     };
+    let pairs = layout.places.iter().flat_map(|place| [Some(place.mid), place.front]).flatten();
+    let alike: HashMap<usize, (usize, [f64; 2])> = pairs
+        .map(|Pair { on, off }| (on, (off, alike(&conditions[on], &conditions[off]))))
+        .collect();
     for (i, c) in conditions.iter().enumerate() {
         let (wn, damping) = (c.natural_frequency_rad_s, c.damping_rad_s);
-        add(Source::Fit, wn.u_fit, Box::new(move |x, d| x.natural_frequency_rad_s[i] += d));
+        // What of a law that the linear model lacks is not in the release without wind as well.
+        let own = |mean: Mean, which: usize| {
+            let alike = match (c.setting.wind_speed_m_s > 0.0, alike.get(&i)) {
+                (true, known) => known.map_or(0.0, |(_, alike)| alike[which]),
+                (false, _) => 1.0,
+            };
+            (mean.u_fit.powi(2) - (alike * mean.u_lacking).powi(2)).max(0.0).sqrt()
+        };
+        let (u_wn, u_damping) = (own(wn, 0), own(damping, 1));
+        add(Source::Fit, u_wn, Box::new(move |x, d| x.natural_frequency_rad_s[i] += d));
+        add(Source::Fit, u_damping, Box::new(move |x, d| x.damping_rad_s[i] += d));
+        if c.setting.wind_speed_m_s == 0.0 {
+            let with_wind = alike.iter().filter(|(_, (off, _))| *off == i);
+            let of = |on: usize| &conditions[on];
+            let wn: Vec<(usize, f64)> = with_wind
+                .clone()
+                .map(|(&on, (_, alike))| (on, alike[0] * of(on).natural_frequency_rad_s.u_lacking))
+                .chain([(i, wn.u_lacking)])
+                .collect();
+            let damping: Vec<(usize, f64)> = with_wind
+                .map(|(&on, (_, alike))| (on, alike[1] * of(on).damping_rad_s.u_lacking))
+                .chain([(i, damping.u_lacking)])
+                .collect();
+            let change = move |x: &mut Inputs, d: f64| {
+                wn.iter().for_each(|&(k, u)| x.natural_frequency_rad_s[k] += d * u);
+            };
+            add(Source::Fit, 1.0, Box::new(change));
+            let change = move |x: &mut Inputs, d: f64| {
+                damping.iter().for_each(|&(k, u)| x.damping_rad_s[k] += d * u);
+            };
+            add(Source::Fit, 1.0, Box::new(change));
+        }
         add(
             Source::Repeatability,
             wn.u_repeatability,
             Box::new(move |x, d| x.natural_frequency_rad_s[i] += d),
         );
-        add(Source::Fit, damping.u_fit, Box::new(move |x, d| x.damping_rad_s[i] += d));
         add(
             Source::Repeatability,
             damping.u_repeatability,

@@ -4,6 +4,7 @@
 //! line (`line`), the derivatives computed by the formulas host and device share, and every uncertainty
 //! carried through all of it.
 
+mod alike;
 pub mod at;
 pub mod campaign;
 mod computed;

@@ -329,12 +329,10 @@ impl Campaign<'_> {
         let identified: Vec<Identified> = modal
             .iter()
             .zip(&self.releases.decays)
-            .map(|(&(natural_frequency_rad_s, damping_ratio), decay)| Identified {
-                natural_frequency_rad_s,
-                damping_ratio,
-                from_s: decay.release_time_s + decay.grid.start_s,
-                to_s: decay.release_time_s + decay.grid.time_s(decay.grid.count),
-                flags: Vec::new(),
+            .map(|(&(wn, zeta), decay)| {
+                let begun_s = decay.release_time_s + decay.grid.start_s;
+                let ended_s = decay.release_time_s + decay.grid.time_s(decay.grid.count);
+                Identified::new(wn, zeta, begun_s, ended_s)
             })
             .collect();
         let computed = Computed::new(self.made, &identified).ok()?;

@@ -3,7 +3,7 @@
 use super::cycle::Cycle;
 use super::flag::Flag;
 use super::settings::Method;
-use super::uncertainty::Bound;
+use super::uncertainty::{Bound, Lacking};
 use crate::error::Error;
 use crate::quantity::Quantity;
 use crate::record::{Record, Said};
@@ -206,6 +206,9 @@ pub struct Estimate {
     /// Least standard deviations any unbiased method could reach in white noise of the residual's size.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cramer_rao: Option<Bound>,
+    /// What of the uncertainties is for a law that one mode lacks; not stored.
+    #[serde(skip)]
+    pub lacking: Lacking,
 }
 
 /// wn and zeta over three cycles.

@@ -9,6 +9,7 @@
 use super::flag::Flag;
 use super::lowpass;
 pub use super::settings::{Conventional as Options, Decay, SpectralPeak};
+use super::uncertainty::Lacking;
 use super::{Prepared, Values};
 use crate::quantity::Quantity;
 use crate::spectrum::Periodogram;
@@ -69,6 +70,7 @@ pub(crate) fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
         at_amplitude: Vec::new(),
         flags,
         cramer_rao: None,
+        lacking: Lacking::default(),
     })
 }
 

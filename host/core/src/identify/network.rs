@@ -1,6 +1,7 @@
 //! The frozen network over consecutive windows, by the code the device runs.
 
 use super::flag::Flag;
+use super::uncertainty::Lacking;
 use super::{Prepared, Values, WindowEstimate};
 use crate::quantity::Quantity;
 use std::sync::OnceLock;
@@ -74,6 +75,7 @@ pub(crate) fn values(prepared: &Prepared<'_>) -> Result<Values, String> {
         at_amplitude: Vec::new(),
         flags,
         cramer_rao: None,
+        lacking: Lacking::default(),
     })
 }
 

@@ -9,7 +9,7 @@ use super::least_squares::{self, ModeFit};
 use super::outliers;
 use super::release::{self, Amplitudes, FreeSpan};
 use super::samples::{Samples, Stretch};
-use super::uncertainty::{self, Bound};
+use super::uncertainty::{self, Bound, Lacking};
 use super::windows::{self, Window};
 use super::{
     trend, AmplitudeWindow, AtAmplitude, Estimate, Method, Refusal, Settings, WindowEstimate,
@@ -58,6 +58,7 @@ pub(crate) struct Values {
     /// What only the method knows.
     pub(crate) flags: Vec<Flag>,
     pub(crate) cramer_rao: Option<Bound>,
+    pub(crate) lacking: Lacking,
 }
 
 /// Finds the free decay in `record` and fits its three-cycle windows and the whole.
@@ -227,6 +228,7 @@ impl Prepared<'_> {
             at_amplitude: self.at_amplitudes(),
             flags: Vec::new(),
             cramer_rao: Some(u.bound),
+            lacking: u.lacking,
         })
     }
 
@@ -249,6 +251,7 @@ impl Prepared<'_> {
             at_amplitude: self.at_amplitudes(),
             flags: Vec::new(),
             cramer_rao: None,
+            lacking: Lacking::default(),
         })
     }
 
@@ -265,8 +268,15 @@ impl Prepared<'_> {
             .ok_or("no oscillation has its values")?;
         let misfit = self.misfit(&mode);
         let trends = trend::of(&self.windows);
-        wn.u = wn.u.max(trends.frequency.unwrap_or(0.0));
-        zeta.u = zeta.u.max(trends.damping.unwrap_or(0.0));
+        let mut lacking = values.lacking;
+        let spreads = [
+            (&mut wn.u, &mut lacking.natural_frequency_rad_s, trends.frequency),
+            (&mut zeta.u, &mut lacking.damping_ratio, trends.damping),
+        ];
+        for (u, lacking, spread) in spreads {
+            let more = spread.map_or(0.0, |spread| spread * spread - *u * *u).max(0.0).sqrt();
+            (*u, *lacking) = (u.hypot(more), lacking.hypot(more));
+        }
         let mut flags = values.flags;
         flags.extend(&self.span.flags);
         let tests = [
@@ -294,6 +304,7 @@ impl Prepared<'_> {
             at_amplitude: values.at_amplitude,
             flags,
             cramer_rao: values.cramer_rao,
+            lacking,
         })
     }
 

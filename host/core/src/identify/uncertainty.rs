@@ -8,7 +8,7 @@
 use super::damped_sinusoid::{DampedSinusoid, Mode};
 use super::least_squares::ModeFit;
 use super::samples::Stretch;
-use crate::discrepancy::{self, Observed, Swing};
+use crate::discrepancy::{self, Discrepancy, Observed, Swing};
 use crate::effects::Terms;
 use crate::motion::simulate::{Grid, Motion};
 use crate::record::Derivative;
@@ -33,9 +33,20 @@ pub struct Uncertainty {
     pub(crate) damping_ratio: f64,
     /// What an unbiased estimate could reach at best if the residual were white noise.
     pub(crate) bound: Bound,
+    /// What of both is for a law that one mode lacks.
+    pub(crate) lacking: Lacking,
     /// S(w) over the residual's variance: 1 for white noise, (1 + r)/(1 - r) at low frequency for lag-one
     /// correlation r.
     pub(crate) spectral_ratio: f64,
+}
+
+/// What of the standard uncertainties of wn and zeta is for a law that one mode lacks.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Lacking {
+    /// Of wn.
+    pub natural_frequency_rad_s: f64,
+    /// Of zeta.
+    pub damping_ratio: f64,
 }
 
 /// Cramer-Rao bound on the standard deviations of wn and zeta.
@@ -57,27 +68,32 @@ impl ModeFit {
     ) -> Option<Uncertainty> {
         let residuals = DampedSinusoid { stretch: *stretch }.residuals_deg(&self.mode);
         let noise = of(self, stretch, &residuals)?;
-        let Some(law) = by_law(&self.mode, stretch, derivative, &residuals) else {
+        let Some(found) = discrepancy(&self.mode, stretch, derivative, &residuals) else {
             return Some(noise);
         };
+        let all = modal_deviations(&self.mode, &found.covariance());
+        let law = modal_deviations(&self.mode, &found.of_law());
         Some(Uncertainty {
             natural_frequency_rad_s: noise
                 .natural_frequency_rad_s
-                .hypot(law.natural_frequency_rad_s),
-            damping_ratio: noise.damping_ratio.hypot(law.damping_ratio),
+                .hypot(all.natural_frequency_rad_s),
+            damping_ratio: noise.damping_ratio.hypot(all.damping_ratio),
+            lacking: Lacking {
+                natural_frequency_rad_s: law.natural_frequency_rad_s,
+                damping_ratio: law.damping_ratio,
+            },
             ..noise
         })
     }
 }
 
-/// Standard deviations of wn and zeta by a smooth law beside one mode, as large as the residuals (record -
-/// mode) show it ([`crate::discrepancy`]). `None` where they show none.
-fn by_law(
+/// What one mode lacks, as large as the residuals (record - mode) show it. `None` where they show nothing.
+fn discrepancy(
     mode: &Mode,
     stretch: &Stretch<'_>,
     derivative: Derivative,
     residuals_deg: &[f64],
-) -> Option<Bound> {
+) -> Option<Discrepancy> {
     let per_cycle = TAU / mode.damped_frequency_rad_s / stretch.step_s;
     let step_s = (per_cycle / MEANS_PER_CYCLE).floor().max(1.0) * stretch.step_s;
     let count = (stretch.duration_s() / step_s) as usize;
@@ -122,8 +138,7 @@ fn by_law(
     let amplitudes = [1.0, (-s * count as f64 * step_s).exp()];
     let swing = Some(Swing { step_s, phase_rad, amplitudes });
     let observed = Observed { residuals: sums, count, places, columns, responses, swing };
-    let found = discrepancy::of(&[observed], 5, true)?;
-    Some(modal_deviations(mode, &found.covariance()))
+    discrepancy::of(&[observed], 5, true)
 }
 
 /// From a fit and its residuals (record - model, at every sample of the stretch).
@@ -141,6 +156,7 @@ pub(crate) fn of(
         natural_frequency_rad_s: bound.natural_frequency_rad_s * ratio.sqrt(),
         damping_ratio: bound.damping_ratio * ratio.sqrt(),
         bound,
+        lacking: Lacking::default(),
         spectral_ratio: ratio,
     })
 }
