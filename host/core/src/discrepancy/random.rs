@@ -8,7 +8,8 @@
 //! taken. Least squares knows nothing of it: its numbers' covariance is (J'J)^-1 J'CJ (J'J)^-1, C being that of
 //! what the moment adds to the readings.
 
-use super::{Observed, Sums};
+use super::sums::{Observed, Sums};
+use super::swing::Swing;
 use crate::motion::random::transition;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
@@ -21,74 +22,6 @@ const SIZES: std::ops::RangeInclusive<i32> = -4..=8;
 const BETWEEN: [f64; 2] = [1.5, 2.5];
 /// Readings a cycle, over such a frequency, from which it is seen.
 const READINGS: f64 = 2.5;
-
-/// The oscillation that a moment would shake.
-#[derive(Clone, Debug)]
-pub(crate) struct Swing {
-    pub(crate) step_s: f64,
-    /// Of the motion at each reading, rising.
-    pub(crate) phase_rad: Vec<f64>,
-    /// Amplitudes at the ends of the readings, in any unit.
-    pub(crate) amplitudes: [f64; 2],
-}
-
-impl Swing {
-    /// From angles, from rest, and rates, of a motion of about this natural frequency.
-    pub(crate) fn of(step_s: f64, yaw_rad: &[f64], rate_rad_s: &[f64], wn: f64) -> Option<Self> {
-        let mut phase_rad = Vec::with_capacity(yaw_rad.len());
-        for (b, r) in yaw_rad.iter().zip(rate_rad_s) {
-            let there = (-r / wn).atan2(*b);
-            let before = phase_rad.last().copied().unwrap_or(there);
-            phase_rad.push(there + ((before - there) / TAU).round() * TAU);
-        }
-        let last = yaw_rad.len().checked_sub(1)?;
-        let amplitudes = [0, last].map(|k| yaw_rad[k].hypot(rate_rad_s[k] / wn));
-        Some(Self { step_s, phase_rad, amplitudes })
-    }
-
-    fn cycles(&self) -> f64 {
-        let ends = self.phase_rad.first().zip(self.phase_rad.last());
-        ends.map_or(0.0, |(first, last)| (last - first) / TAU)
-    }
-
-    fn seconds(&self) -> f64 {
-        self.phase_rad.len() as f64 * self.step_s
-    }
-
-    /// 1/s.
-    fn decay(&self) -> f64 {
-        (self.amplitudes[0] / self.amplitudes[1]).ln() / self.seconds()
-    }
-
-    fn period_s(&self) -> f64 {
-        self.seconds() / self.cycles()
-    }
-
-    fn frequency_rad_s(&self) -> f64 {
-        TAU * self.cycles() / self.seconds()
-    }
-
-    /// Means of `series`, turned back by `ratio` times the phase, over as many whole `cycles` each: cosines,
-    /// then sines, scaled so that white noise has the same variance in all means.
-    fn means(&self, series: &[f64], ratio: f64, cycles: f64) -> [Vec<f64>; 2] {
-        let count = (self.cycles() / cycles) as usize;
-        let mut sums = [vec![0.0; count], vec![0.0; count]];
-        let mut seen = vec![0.0_f64; count];
-        for (y, phase) in series.iter().zip(&self.phase_rad) {
-            let turned = phase - self.phase_rad[0];
-            let which = (turned / (TAU * cycles)) as usize;
-            if which < count {
-                let (sin, cos) = (ratio * turned).sin_cos();
-                sums[0][which] += y * cos;
-                sums[1][which] += y * sin;
-                seen[which] += 1.0;
-            }
-        }
-        let scale = 2.0 * cycles.sqrt();
-        let mean = |(sum, seen): (f64, &f64)| sum * scale / seen.max(1.0);
-        sums.map(|sums| sums.into_iter().zip(&seen).map(mean).collect())
-    }
-}
 
 /// Whitens means over a cycle each of a first-order process from a known start, by its Kalman filter; gives
 /// half the logarithm of their covariance's determinant. `size`: variance that the process gains in a cycle, a
