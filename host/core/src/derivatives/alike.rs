@@ -1,5 +1,5 @@
-//! How far a law that the linear model lacks is the same with the wind on and off: then what it puts into wn and
-//! damping cancels in their difference.
+//! How far a law that the linear model lacks is the same with the wind on and off: then what it puts into wn
+//! and damping cancels in their difference.
 
 use super::condition::Condition;
 use crate::identify::AtAmplitude;
@@ -7,10 +7,10 @@ use crate::identify::AtAmplitude;
 /// Amplitudes that both releases have, at least: of fewer, nothing is said.
 const LEAST_AMPLITUDES: usize = 3;
 
-/// Correlation of the errors that a missing law puts into wn, and into 2 zeta wn, of a condition with wind and
-/// of the one without. It shows in how wn^2 and 2 zeta wn at an amplitude depart from those that were fitted to
-/// the whole, by `s_on` and `s_off`: of the two errors' squares sum (s_on - s_off)^2 / sum (s_on^2 + s_off^2)
-/// is left in their difference.
+/// Correlation of the errors that a missing law puts into wn, and into 2 zeta wn, of a condition with wind
+/// and of the one without. It shows in how wn^2 and 2 zeta wn at an amplitude depart from those that were
+/// fitted to the whole, by `s_on` and `s_off`: of the two errors' squares sum (s_on - s_off)^2 / sum (s_on^2
+/// + s_off^2) is left in their difference.
 pub(super) fn alike(on: &Condition, off: &Condition) -> [f64; 2] {
     let wn = |a: &AtAmplitude| a.natural_frequency_rad_s.value;
     let stiffness = |c: &Condition| {

@@ -264,9 +264,9 @@ impl Inputs {
     }
 }
 
-/// Every uncertain number. Those of different conditions are independent of each other, but for a law that the
-/// linear model lacks with the wind on and off, the wind speed's too;
-/// air density, geometry, springs and arm are common to all they enter.
+/// Every uncertain number. Those of different conditions are independent of each other, but for a law that
+/// the linear model lacks with the wind on and off, the wind speed's too; air density, geometry, springs and
+/// arm are common to all they enter.
 pub(super) fn uncertain(
     campaign: &Campaign,
     conditions: &[Condition],

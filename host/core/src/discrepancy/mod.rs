@@ -74,8 +74,9 @@ impl Discrepancy {
         Self { shift, random, ..self.clone() }
     }
 
-    fn is_none(&self) -> bool {
-        self.strengths.iter().chain(self.random.iter()).all(|v| *v == 0.0)
+    /// Whether there is a smooth moment.
+    pub(crate) fn has_law(&self) -> bool {
+        self.strengths.iter().any(|v| *v != 0.0)
     }
 }
 
@@ -98,7 +99,7 @@ pub(crate) fn of(releases: &[Observed], numbers: usize, may_be_noise: bool) -> O
         .unwrap_or_else(|| DMatrix::zeros(numbers, numbers));
     let strengths = sums.apart(&best);
     let found = Discrepancy { strengths, shift: sums.shift, random, left: best.noise / share };
-    Some(found).filter(|found| !found.is_none())
+    Some(found).filter(|found| found.has_law() || found.random.iter().any(|v| *v != 0.0))
 }
 
 /// Lag-one correlation of what is `left` of all releases.

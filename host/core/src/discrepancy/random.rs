@@ -3,10 +3,10 @@
 //! What it adds to the readings is largest, and moves natural frequency and damping, about the oscillation's
 //! own frequency. There the residuals, turned back by the motion's phase and averaged over each cycle, are a
 //! first-order process that decays as the motion does, beside white noise; halfway between the harmonics,
-//! where a law leaves nothing, they are that noise and a little of the response. The evidence of each intensity
-//! is that of these means, with the fit's numbers and a law's strengths integrated out; the expected one is
-//! taken. Least squares knows nothing of it: its numbers' covariance is (J'J)^-1 J'CJ (J'J)^-1, C being that of
-//! what the moment adds to the readings.
+//! where a law leaves nothing, they are that noise and a little of the response. The evidence of each
+//! intensity is that of these means, with the fit's numbers and a law's strengths integrated out; the
+//! expected one is taken. Least squares knows nothing of it: its numbers' covariance is (J'J)^-1 J'CJ
+//! (J'J)^-1, C being that of what the moment adds to the readings.
 
 use super::sums::{Observed, Sums};
 use super::swing::Swing;
@@ -24,8 +24,8 @@ const BETWEEN: [f64; 2] = [1.5, 2.5];
 const READINGS: f64 = 2.5;
 
 /// Whitens means over a cycle each of a first-order process from a known start, by its Kalman filter; gives
-/// half the logarithm of their covariance's determinant. `size`: variance that the process gains in a cycle, a
-/// third of which is in the cycle's mean, which shares half with the cycle's end.
+/// half the logarithm of their covariance's determinant. `size`: variance that the process gains in a cycle,
+/// a third of which is in the cycle's mean, which shares half with the cycle's end.
 fn whiten(means: &mut [f64], transition: f64, size: f64) -> f64 {
     let (mut state, mut variance, mut logs) = (0.0, 0.0, 0.0);
     let middle = transition.sqrt();
@@ -82,8 +82,8 @@ impl Means {
         Self { rows, cycles, transition, between }
     }
 
-    /// The rows in which a moment of this `size` is white noise, and half the logarithm of the determinant that
-    /// this costs.
+    /// The rows in which a moment of this `size` is white noise, and half the logarithm of the determinant
+    /// that this costs.
     fn white(&self, size: f64) -> (Observed, f64) {
         let mut white = self.rows.clone();
         let Observed { residuals, columns, responses, .. } = &mut white;
@@ -108,7 +108,7 @@ impl Means {
 pub(super) struct Shaken {
     /// Logarithm of the evidence, all sizes of a moment that may be taken together.
     pub(super) evidence: f64,
-    /// Expected variance that the moment adds to a cycle's mean within a cycle, .
+    /// Expected variance that the moment adds to a cycle's mean within a cycle.
     variance: f64,
 }
 
@@ -193,8 +193,8 @@ fn gather(
 mod tests {
     use super::*;
 
-    /// The joint density of means over a cycle each of a first-order process that is followed in a hundred steps
-    /// a cycle, beside noise of unit variance.
+    /// The joint density of means over a cycle each of a first-order process that is followed in a hundred
+    /// steps a cycle, beside noise of unit variance.
     #[test]
     fn whitened_means_have_the_likelihood_of_their_covariance() {
         let (cycles, steps, transition, size) = (12, 100, 0.97_f64, 3.0_f64);

@@ -45,8 +45,8 @@ fn misses(fit: &Fitted) -> [f64; 2] {
     [0, 1].map(|k| (found[k].value - TRUTH[k]).abs() / found[k].u)
 }
 
-/// Where the model is true its uncertainties widen by a twentieth or more by chance only: of a hundred, five or
-/// fewer.
+/// Where the model is true its uncertainties widen by a twentieth or more by chance only: of a hundred, five
+/// or fewer.
 #[test]
 fn a_true_model_lacks_nothing() {
     let mut wider = 0;
@@ -100,8 +100,8 @@ fn numbers_of_a_model_that_lacks_an_effect_hold_the_truth() {
     assert!(f64::from(inside) >= 0.9 * f64::from(all), "{inside} of {all}");
 }
 
-/// A free decay of 40 s under a white random moment of `intensity` (rad2/s3), noise 0.05 deg: the exact flow of
-/// a hundredth of a second and a kick, over and over.
+/// A free decay of 40 s under a white random moment of `intensity` (rad2/s3), noise 0.05 deg: the exact flow
+/// of a hundredth of a second and a kick, over and over.
 fn shaken(intensity: f64, seed: u64) -> Record {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
     let ([wn, zeta], step_s) = ([6.0_f64, 0.02_f64], 0.01_f64);
@@ -123,8 +123,8 @@ fn shaken(intensity: f64, seed: u64) -> Record {
     Record::new("shaken", (0..4000).map(|k| f64::from(k) * step_s).collect(), yaw_deg)
 }
 
-/// Of 80 numbers 76 are within 2 u if these are true, give or take 2, and their median is 0.67 u. Where a moment
-/// is so faint that it may be noise one in a hundred is further off.
+/// Of 80 numbers 76 are within 2 u if these are true, give or take 2, and their median is 0.67 u. Where a
+/// moment is so faint that it may be noise one in a hundred is further off.
 #[test]
 fn numbers_of_a_rig_that_is_shaken_hold_the_truth() {
     for intensity in [1e-5, 1e-4, 1e-3] {

@@ -1,7 +1,7 @@
 //! Natural frequency and damping ratio of a model against amplitude: what an engineer takes away where a law
 //! is not linear.
 
-use crate::discrepancy::{add_shape, ABOVE_NOISE, SHAPES};
+use crate::discrepancy::{add_shape, Discrepancy, ABOVE_NOISE, SHAPES};
 use crate::fit::fitted::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::structure::motion;
@@ -60,7 +60,8 @@ fn missed(decay: &FreeDecay, model: &Fitted, amplitude_rad: f64) -> [f64; 2] {
     let apart = |m: &&AtAmplitude| (of_model(m) / amplitude_rad).ln().abs();
     let nearest = decay.measured.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
     // Where the phase is lost a linear step sees no law.
-    let lacks = model.discrepancy.is_some() || model.over_noise(decay) > ABOVE_NOISE;
+    let has_law = model.discrepancy.as_ref().is_some_and(Discrepancy::has_law);
+    let lacks = has_law || model.over_noise(decay) > ABOVE_NOISE;
     let Some(seen) = nearest.filter(|_| lacks) else { return [0.0; 2] };
     let window = |w: &&WindowEstimate| (w.amplitude_deg - seen.amplitude_deg).abs();
     let passed = decay.windows.iter().min_by(|a, b| window(a).total_cmp(&window(b)));
