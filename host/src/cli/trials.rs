@@ -71,7 +71,11 @@ impl Trials {
         let largest = |t: &Trial| t.at.first().map(|a| a.amplitude_deg);
         let largest: Option<Vec<f64>> = self.all.iter().map(largest).collect();
         let amplitude = largest?.into_iter().fold(f64::INFINITY, f64::min);
-        let each = self.all.iter().map(|t| between(&t.at, amplitude)).collect::<Option<_>>();
+        let there = |t: &Trial| {
+            let there = AtAmplitude::between(&t.at, amplitude)?;
+            Some([there.natural_frequency_rad_s, there.damping_ratio])
+        };
+        let each = self.all.iter().map(there).collect::<Option<_>>();
         each.filter(|_| same).map(|each| (amplitude, each))
     }
 
@@ -146,22 +150,6 @@ impl Trials {
     pub fn not_drawn(&self) -> usize {
         self.all.len().saturating_sub(DRAWN)
     }
-}
-
-/// wn and zeta at an amplitude, in proportion to its logarithm between the two nearest; none beyond them.
-fn between(at: &[AtAmplitude], amplitude: f64) -> Option<[Quantity; 2]> {
-    let inside = |pair: &&[AtAmplitude]| {
-        pair[1].amplitude_deg <= amplitude && amplitude <= pair[0].amplitude_deg
-    };
-    let pair = at.windows(2).find(inside)?;
-    let ln = |a: &AtAmplitude| a.amplitude_deg.ln();
-    let share = (ln(&pair[0]) - amplitude.ln()) / (ln(&pair[0]) - ln(&pair[1]));
-    let mean = |of: fn(&AtAmplitude) -> Quantity| {
-        let (a, b) = (of(&pair[0]), of(&pair[1]));
-        let value = a.value + share * (b.value - a.value);
-        Quantity::new(value, ((1.0 - share) * a.u).hypot(share * b.u))
-    };
-    Some([mean(|a| a.natural_frequency_rad_s), mean(|a| a.damping_ratio)])
 }
 
 /// Mean and scatter of `all`, and how large that is against their uncertainties.

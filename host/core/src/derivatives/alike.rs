@@ -34,7 +34,7 @@ fn correlation(
 ) -> f64 {
     let departures: Vec<(f64, f64)> = off
         .iter()
-        .filter_map(|there| Some((between(on, there.amplitude_deg)?, there)))
+        .filter_map(|there| Some((AtAmplitude::between(on, there.amplitude_deg)?, there)))
         .map(|(on, off)| (of(&on) - fitted_on, of(off) - fitted_off))
         .collect();
     if departures.len() < LEAST_AMPLITUDES {
@@ -48,23 +48,6 @@ fn correlation(
     } else {
         0.0
     }
-}
-
-/// Between two neighbouring amplitudes, in proportion to the logarithm; `None` outside.
-fn between(all: &[AtAmplitude], amplitude_deg: f64) -> Option<AtAmplitude> {
-    let pair = all
-        .windows(2)
-        .find(|pair| (pair[1].amplitude_deg..=pair[0].amplitude_deg).contains(&amplitude_deg))?;
-    let span = (pair[0].amplitude_deg / pair[1].amplitude_deg).ln();
-    let share = if span > 0.0 { (pair[0].amplitude_deg / amplitude_deg).ln() / span } else { 0.0 };
-    let mut there = pair[0];
-    let along = |a: f64, b: f64| a + share * (b - a);
-    there.amplitude_deg = amplitude_deg;
-    let [first, second] = [pair[0], pair[1]];
-    there.natural_frequency_rad_s.value =
-        along(first.natural_frequency_rad_s.value, second.natural_frequency_rad_s.value);
-    there.damping_ratio.value = along(first.damping_ratio.value, second.damping_ratio.value);
-    Some(there)
 }
 
 #[cfg(test)]
@@ -112,8 +95,8 @@ mod tests {
     #[test]
     fn between_amplitudes_it_goes_with_the_logarithm_and_outside_there_is_nothing() {
         let all = release(8.0, 0.1, 0.5);
-        let there = between(&all, 50f64.sqrt() / 2f64.sqrt()).unwrap();
+        let there = AtAmplitude::between(&all, 50f64.sqrt() / 2f64.sqrt()).unwrap();
         assert!((there.damping_ratio.value - all[2].damping_ratio.value).abs() < 1e-12);
-        assert!(between(&all, 10.1).is_none() && between(&all, 0.9).is_none());
+        assert!([10.1, 0.9].iter().all(|beyond| AtAmplitude::between(&all, *beyond).is_none()));
     }
 }

@@ -297,25 +297,26 @@ pub(super) fn uncertain(
         add(Source::Fit, u_wn, Box::new(move |x, d| x.natural_frequency_rad_s[i] += d));
         add(Source::Fit, u_damping, Box::new(move |x, d| x.damping_rad_s[i] += d));
         if c.setting.wind_speed_m_s == 0.0 {
-            let with_wind = alike.iter().filter(|(_, (off, _))| *off == i);
-            let of = |on: usize| &conditions[on];
-            let wn: Vec<(usize, f64)> = with_wind
-                .clone()
-                .map(|(&on, (_, alike))| (on, alike[0] * of(on).natural_frequency_rad_s.u_lacking))
-                .chain([(i, wn.u_lacking)])
-                .collect();
-            let damping: Vec<(usize, f64)> = with_wind
-                .map(|(&on, (_, alike))| (on, alike[1] * of(on).damping_rad_s.u_lacking))
-                .chain([(i, damping.u_lacking)])
-                .collect();
-            let change = move |x: &mut Inputs, d: f64| {
-                wn.iter().for_each(|&(k, u)| x.natural_frequency_rad_s[k] += d * u);
-            };
-            add(Source::Fit, 1.0, Box::new(change));
-            let change = move |x: &mut Inputs, d: f64| {
-                damping.iter().for_each(|&(k, u)| x.damping_rad_s[k] += d * u);
-            };
-            add(Source::Fit, 1.0, Box::new(change));
+            for which in 0..2 {
+                let lacking = |k: usize| {
+                    let Condition { natural_frequency_rad_s, damping_rad_s, .. } = &conditions[k];
+                    [natural_frequency_rad_s, damping_rad_s][which].u_lacking
+                };
+                let with_wind = alike.iter().filter(|(_, (off, _))| *off == i);
+                let together: Vec<(usize, f64)> = with_wind
+                    .map(|(&on, (_, alike))| (on, alike[which] * lacking(on)))
+                    .chain([(i, lacking(i))])
+                    .filter(|(_, u)| *u > 0.0)
+                    .collect();
+                let any = if together.is_empty() { 0.0 } else { 1.0 };
+                let change = move |x: &mut Inputs, d: f64| {
+                    let rates = [&mut x.natural_frequency_rad_s, &mut x.damping_rad_s];
+                    for (k, u) in &together {
+                        rates[which][*k] += d * u;
+                    }
+                };
+                add(Source::Fit, any, Box::new(change));
+            }
         }
         add(
             Source::Repeatability,

@@ -290,6 +290,7 @@ fn descend(f: impl Fn(&[f64; 3]) -> f64, mut p: [f64; 3], mut step: [f64; 3]) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::motion::random::Whitener;
     use nalgebra::{DMatrix, DVector, Matrix2};
 
     /// The joint density of all readings less that of the first four, from their covariance matrix.
@@ -330,5 +331,19 @@ mod tests {
         let deviance = n * variance.ln() + all.1 - first.1;
         assert!((run.noise_variance / variance - 1.0).abs() < 1e-5);
         assert!((run.deviance - deviance).abs() < 1e-4, "{} {deviance}", run.deviance);
+    }
+
+    /// Innovations of a known start are those of the filter once it has forgotten its own.
+    #[test]
+    fn whitened_residuals_are_the_filters_innovations() {
+        let (wn, zeta, ratio) = (5.0, 0.03, 4e3);
+        let grid = Grid { start_s: 0.0, step_s: 0.05, count: 400, mean_width_s: 0.0 };
+        let yaw: Vec<f64> = (0..400).map(|k| f64::from(k * k * 7 % 13) - 6.0).collect();
+        let run = filter(&grid, &yaw, [wn, zeta, ratio], None).unwrap();
+        let mut whitened = yaw.clone();
+        Whitener::new(grid.step_s, wn, zeta, ratio, 400).unwrap().whiten(&mut whitened);
+        for (a, b) in run.innovations.iter().rev().zip(whitened.iter().rev()).take(100) {
+            assert!((a - b).abs() < 1e-6);
+        }
     }
 }

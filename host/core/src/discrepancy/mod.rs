@@ -89,7 +89,8 @@ pub(crate) fn of(releases: &[Observed], numbers: usize, may_be_noise: bool) -> O
     let share = independent_share(correlation(&sums.left(releases, &first)));
     let law = sums.likeliest(share, needed)?;
     let none = sums.evidence(DVector::zeros(SHAPES), share)?.1;
-    let shaken = |law: &Likeliest| Shaken::of(releases, numbers, &law.deviations, needed);
+    let tried = random::tried(releases, numbers);
+    let shaken = |law: &Likeliest| Shaken::of(&tried, &law.deviations, needed);
     let evidence = |s: &Option<Shaken>| s.as_ref().map_or(f64::NEG_INFINITY, |s| s.evidence);
     let (beside_law, alone) = (shaken(&law), shaken(&none));
     let is_law = evidence(&beside_law) >= evidence(&alone);

@@ -104,6 +104,29 @@ impl Means {
     }
 }
 
+/// The cycles' means of all releases under a moment of one size.
+pub(super) struct Tried {
+    size: f64,
+    sums: Sums,
+    /// What it costs in the logarithm of the evidence that numbers and moment are free.
+    cost: f64,
+}
+
+/// No moment and each of those that are tried; none where the means do not determine the fit's `numbers`, or a
+/// moment does not show in what is read.
+pub(super) fn tried(releases: &[Observed], numbers: usize) -> Vec<Tried> {
+    let means = |release: &Observed| Some(Means::of(release, release.swing.as_ref()?));
+    let means: Option<Vec<Means>> = releases.iter().map(means).collect();
+    let Some(means) = means else { return Vec::new() };
+    let of = |size: f64| {
+        let (rows, logs): (Vec<Observed>, Vec<f64>) =
+            means.iter().map(|means| means.white(size)).unzip();
+        let sums = Sums::new(&rows, numbers)?;
+        Some(Tried { size, cost: sums.elimination + logs.iter().sum::<f64>(), sums })
+    };
+    std::iter::once(0.0).chain(SIZES.map(|size| 10f64.powi(size))).filter_map(of).collect()
+}
+
 /// What the cycles' means tell of a random moment.
 pub(super) struct Shaken {
     /// Logarithm of the evidence, all sizes of a moment that may be taken together.
@@ -115,32 +138,18 @@ pub(super) struct Shaken {
 impl Shaken {
     /// Beside a law whose strengths have these `deviations`. That there is `none` is so much likelier
     /// beforehand, as a logarithm, than that there is one, of whatever size.
-    pub(super) fn of(
-        releases: &[Observed],
-        numbers: usize,
-        deviations: &DVector<f64>,
-        none: f64,
-    ) -> Option<Self> {
-        let means = |release: &Observed| Some(Means::of(release, release.swing.as_ref()?));
-        let means: Option<Vec<Means>> = releases.iter().map(means).collect();
-        let means = means?;
-        let sizes = std::iter::once(0.0).chain(SIZES.map(|size| 10f64.powi(size)));
-        let tried: Vec<[f64; 2]> = sizes
-            .filter_map(|size| {
-                let (rows, logs): (Vec<Observed>, Vec<f64>) =
-                    means.iter().map(|means| means.white(size)).unzip();
-                let sums = Sums::new(&rows, numbers)?;
-                let (evidence, found) = sums.evidence(deviations.clone(), 1.0)?;
-                let evidence = evidence - sums.elimination - logs.iter().sum::<f64>();
-                let prior = if size == 0.0 { none + (SIZES.count() as f64).ln() } else { 0.0 };
-                Some([evidence + prior, size * found.noise])
-            })
-            .filter(|tried| tried.iter().all(|v| v.is_finite()))
-            .collect();
-        let most = tried.iter().map(|t| t[0]).fold(f64::NEG_INFINITY, f64::max);
-        let weights: f64 = tried.iter().map(|t| (t[0] - most).exp()).sum();
-        let variance = tried.iter().map(|t| (t[0] - most).exp() * t[1]).sum::<f64>() / weights;
-        (!tried.is_empty()).then_some(Self { evidence: most + weights.ln(), variance })
+    pub(super) fn of(tried: &[Tried], deviations: &DVector<f64>, none: f64) -> Option<Self> {
+        let of = |Tried { size, sums, cost }: &Tried| {
+            let (evidence, found) = sums.evidence(deviations.clone(), 1.0)?;
+            let prior = if *size == 0.0 { none + (SIZES.count() as f64).ln() } else { 0.0 };
+            Some([evidence - cost + prior, size * found.noise])
+        };
+        let known = |each: &[f64; 2]| each.iter().all(|v| v.is_finite());
+        let each: Vec<[f64; 2]> = tried.iter().filter_map(of).filter(known).collect();
+        let most = each.iter().map(|t| t[0]).fold(f64::NEG_INFINITY, f64::max);
+        let weights: f64 = each.iter().map(|t| (t[0] - most).exp()).sum();
+        let variance = each.iter().map(|t| (t[0] - most).exp() * t[1]).sum::<f64>() / weights;
+        (!each.is_empty()).then_some(Self { evidence: most + weights.ln(), variance })
     }
 
     /// The covariance that it puts into the fitted numbers, R'R being the inverse of J'J and `root` R.

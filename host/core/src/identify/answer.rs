@@ -244,6 +244,27 @@ impl AtAmplitude {
         (0..AMPLITUDES)
             .map(move |k| first * (last / first).powf(k as f64 / (AMPLITUDES - 1) as f64))
     }
+
+    /// At `amplitude_deg`, in proportion to its logarithm between the two nearest of `all`, whose amplitudes
+    /// fall; `None` beyond them.
+    pub fn between(all: &[Self], amplitude_deg: f64) -> Option<Self> {
+        let inside = |pair: &&[Self]| {
+            (pair[1].amplitude_deg..=pair[0].amplitude_deg).contains(&amplitude_deg)
+        };
+        let pair = all.windows(2).find(inside)?;
+        let ln = |a: &Self| a.amplitude_deg.ln();
+        let share = (ln(&pair[0]) - amplitude_deg.ln()) / (ln(&pair[0]) - ln(&pair[1]));
+        let mean = |of: fn(&Self) -> Quantity| {
+            let (a, b) = (of(&pair[0]), of(&pair[1]));
+            let value = a.value + share * (b.value - a.value);
+            Quantity::new(value, ((1.0 - share) * a.u).hypot(share * b.u))
+        };
+        Some(Self {
+            amplitude_deg,
+            natural_frequency_rad_s: mean(|a| a.natural_frequency_rad_s),
+            damping_ratio: mean(|a| a.damping_ratio),
+        })
+    }
 }
 
 /// A method without an answer.
