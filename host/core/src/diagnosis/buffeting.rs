@@ -70,6 +70,8 @@ fn filter(
     // Unknown at first: the first means fix it, and are left out of the likelihood.
     let (mut x, mut p) = ([yaw[0], 0.0], [1e6, 0.0, 1e6 * wn * wn]);
     let (mut sum, mut logs, mut n) = (0.0, 0.0, 0.0);
+    // Of variances, none below one: a logarithm each would take as long as all the rest.
+    let mut product: f64 = 1.0;
     let mut innovations = Vec::with_capacity(yaw.len());
     let mut states = Vec::with_capacity(yaw.len());
     for (k, &y) in yaw.iter().enumerate() {
@@ -77,7 +79,11 @@ fn filter(
         let innovation = y - x[0];
         if k >= 4 {
             sum += innovation * innovation / variance;
-            logs += variance.ln();
+            product *= variance;
+            if product > 1e200 {
+                logs += product.ln();
+                product = 1.0;
+            }
             n += 1.0;
             innovations.push(innovation / variance.sqrt());
             states.push(x);
@@ -87,6 +93,7 @@ fn filter(
         x = [f[0][0] * x[0] + f[0][1] * x[1], f[1][0] * x[0] + f[1][1] * x[1]];
         p = predicted(&f, updated(p, gain), q);
     }
+    logs += product.ln();
     let noise_variance = sum / n;
     let level = known.unwrap_or(noise_variance);
     let deviance = n * level.ln() + sum / level - n + logs;

@@ -23,6 +23,10 @@ const AT_NOISE: f64 = 1.04;
 /// Sum of squares over the one that a linear step foresees, up to which a fit has found what that step points
 /// to. For speed alone: beyond, it is begun from a part of the record as well.
 const FORESEEN: f64 = 1.05;
+/// Times a fit to the whole that has not converged is gone on with, and the share of its sum of squares that it
+/// has to gain by that for one more: the numbers of a law or of a large swing share what they explain.
+const AGAIN: usize = 4;
+const GONE_ON_FOR: f64 = 1e-5;
 /// For a user's own effect: from every start, and on from the best.
 const OWN_FIRST: usize = 6;
 const OWN_EVALUATIONS: usize = 50;
@@ -242,7 +246,18 @@ pub fn fit_from(decay: &FreeDecay, structure: &Structure, start: &[f64], count: 
 /// `structure` fitted to the whole free decay from numbers near its own.
 pub(crate) fn refitted(decay: &FreeDecay, structure: &Structure, start: &[f64]) -> Fitted {
     let count = decay.yaw_rad.len();
-    finished(decay, structure, solve(decay, structure, start, count), count)
+    let mut fit = solve(decay, structure, start, count);
+    for _ in 0..AGAIN {
+        if fit.stop.is_minimum() || decay.stop.is_requested() {
+            break;
+        }
+        let before = fit.sum_of_squares;
+        fit = solve(decay, structure, &fit.parameters, count);
+        if before - fit.sum_of_squares < GONE_ON_FOR * before {
+            break;
+        }
+    }
+    finished(decay, structure, fit, count)
 }
 
 /// `model` fitted again to the first `count` means, from its own values.

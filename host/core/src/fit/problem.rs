@@ -15,8 +15,10 @@ use rayon::prelude::*;
 const DIFFERENCE: f64 = 1e-6;
 /// The same with a user's own effects, whose integration adapts its steps.
 const OWN_DIFFERENCE: f64 = 3e-5;
-/// By how much the sum of squares of such a fit may err, of the residuals' variance.
+/// By how much the sum of squares of such a fit may err, of the residuals' variance; of any other, friction
+/// stopping the model in one step or the next.
 const OWN_ACCURACY: f64 = 0.5;
+const ACCURACY: f64 = 0.01;
 /// Distance to the minimum that is near enough, in standard errors; of a measured law, whose many numbers
 /// share what they explain, a valley is followed no further than that.
 const TOLERANCE: f64 = 0.01;
@@ -282,7 +284,7 @@ impl<'a> JointProblem<'a> {
     pub(crate) fn minimise(&self, start: &[f64], max_evaluations: usize) -> Fit {
         let has_law = self.parts.iter().any(|p| p.structure.has_law());
         let adapts = self.parts.iter().any(|p| adapts_steps(&p.structure));
-        let accuracy = if adapts || has_law { OWN_ACCURACY } else { 0.0 };
+        let accuracy = if adapts || has_law { OWN_ACCURACY } else { ACCURACY };
         let tolerance = if has_law { LAW_TOLERANCE } else { TOLERANCE };
         let options = Options { max_evaluations, tolerance, accuracy, damping: 1e-4 };
         minimise(self, start, &options)

@@ -34,8 +34,6 @@ const FIRST: [(Part, f64); 4] = [
 const SCALES: [f64; 3] = [1.0, 1e-2, 1e-4];
 /// Steps of a fit to the whole.
 const WHOLE_STEPS: usize = 60;
-/// Times a fit to the whole that has not converged is gone on with: a law's numbers are many.
-const AGAIN: usize = 4;
 /// Squares of a fit to the whole over those of long pieces, from which on the former has lost the phase.
 const PHASE_LOST: f64 = 2.0;
 /// Of a largest value that is reached once: the law's last knot.
@@ -185,18 +183,7 @@ pub fn fit_whole(decay: &FreeDecay, structure: &Structure, start: &[f64]) -> Fit
     let is_lost = direct.sum() > PHASE_LOST * long.sum();
     let stepped = is_lost.then(|| whole(decay, &lengths, &long));
     let fit = stepped.filter(|stepped| stepped.sum() < direct.sum()).unwrap_or(direct);
-    let mut best = refitted(decay, structure, &fit.numbers(0));
-    for _ in 0..AGAIN {
-        if best.converged || decay.stop.is_requested() {
-            break;
-        }
-        let before = best.sum_of_squares;
-        best = refitted(decay, structure, &best.parameters);
-        if before - best.sum_of_squares < LAW_SETTLED * before {
-            break;
-        }
-    }
-    best
+    refitted(decay, structure, &fit.numbers(0))
 }
 
 impl Measured {
