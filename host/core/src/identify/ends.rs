@@ -224,6 +224,14 @@ impl Search<'_> {
         let amplitude = |i: usize| self.points[i].amplitude_deg;
         let largest = (run.first..=run.last).map(amplitude).fold(0.0, f64::max);
         let [before, after] = [2, 3].map(|cycles| cycles * POINTS_PER_CYCLE);
+        // Another mode in the cycles that the envelope is made of lifts it again and again.
+        let rises_by_itself = |i: usize| {
+            let mut least = f64::INFINITY;
+            (i - after..i).map(amplitude).any(|a| {
+                least = least.min(a);
+                a > PUSHED_RATIO * least
+            })
+        };
         let is_before_push = |i: &usize| {
             let then = (*i..=(i + after).min(run.last)).map(amplitude).fold(0.0, f64::max);
             let now = amplitude(*i);
@@ -231,6 +239,7 @@ impl Search<'_> {
                 && then - now > PUSHED_SHARE * largest
                 && (i - before..*i).all(|j| amplitude(j) >= now)
                 && (amplitude(i - before) / now).powi(2) < then / now
+                && !rises_by_itself(*i)
         };
         let first = (run.first + SWUNG * POINTS_PER_CYCLE..run.last).find(is_before_push)?;
         (first..run.last).take_while(is_before_push).last()
