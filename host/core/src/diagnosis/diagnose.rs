@@ -124,13 +124,14 @@ pub(super) fn judged(record: &Record, decay: FreeDecay, options: &Options) -> Re
     // predicted with.
     let explains = |single: &Fitted| single.converged && search::is_explained(single, &decay);
     let one_explains = start.singles.iter().any(explains);
-    // What is random predicts nothing: it may stand beside effects that predict most of the record, not in
-    // their place.
+    // What is random predicts nothing: it may stand beside effects that predict most of the record, where it is
+    // believed, not in their place.
     let stands = |found: &Diagnosed| {
         let mut beside = found.diagnosis.effects.iter().filter(|e| !e.is_random()).peekable();
         let is_random = found.diagnosis.effects.iter().any(Effect::is_random);
         let beside_them = beside.peek().is_some() && beside.all(|e| account.effects.contains(e));
-        !is_random || !account.explains_most() || beside_them
+        let is_believed = found.diagnosis.status == Status::Explained;
+        !is_random || !account.explains_most() || (is_believed && beside_them)
     };
     let forced_first = reached.is_some_and(|least| least > MISSED) && !one_explains;
     if forced_first {
