@@ -6,6 +6,7 @@ use crate::diagnosis::compare::{self, Where};
 use crate::diagnosis::flexible::is_simple;
 use crate::diagnosis::guards::{self, Refusal};
 use crate::diagnosis::likelihood::is_explained;
+use crate::diagnosis::lines;
 use crate::diagnosis::over_pieces;
 use crate::diagnosis::survivors::{self, PredictedModel, Survivors};
 use crate::effects::Effect;
@@ -139,7 +140,11 @@ pub(crate) fn account(
         effects.push(Effect::of_rest());
     }
     let plain = steps.len();
-    for (model, judged) in fits.into_iter().zip(&survivors.path) {
+    let longer = lines::beside(decay, fits.last().expect("the plain model"))?;
+    let held_out = survivors.path.iter().map(|judged| judged.prediction.rms_rad());
+    let mut models: Vec<(Fitted, f64)> = fits.into_iter().zip(held_out).collect();
+    models.extend(longer.into_iter().map(|longer| (longer.model, longer.held_out_rad)));
+    for (model, held_out_rad) in models {
         let model = with_discrepancy(model, decay);
         let is_new = |e: &&Effect| !effects.contains(e) && !survivors.there().contains(e);
         let new = model.structure.effects.iter().find(is_new).cloned();
@@ -154,7 +159,7 @@ pub(crate) fn account(
         // Two effects may be needed before either helps: until then a smaller model of the path predicts
         // better.
         let smaller = steps.last().map_or(f64::INFINITY, |step: &Step| step.held_out_rad);
-        let held_out_rad = judged.prediction.rms_rad().min(smaller);
+        let held_out_rad = held_out_rad.min(smaller);
         steps.push(Step { added, model, held_out_rad, parameters });
     }
     let candidates = candidates(decay, &survivors, refused);

@@ -1,7 +1,7 @@
 //! Numbers that physics forbids, or that a record does not fix: their effect is refused, and it is said why.
 
 use crate::effects::{Effect, Parameter, State, Terms};
-use crate::fit::fitting::{Fitted, Structure};
+use crate::fit::fitting::Fitted;
 use crate::fit::free_decay::FreeDecay;
 use crate::identify::WindowEstimate;
 use crate::quantity::CHANCE;
@@ -35,34 +35,48 @@ pub(super) fn refusal(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     unknown(model).or_else(|| cancelling(model)).or_else(|| feeding(model, decay))
 }
 
-/// A second mode that is none: nearer to the natural frequency than its own line is wide, or at two or three
-/// times that and dying out as that power of the amplitude does.
-pub(super) fn no_mode(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
+/// A line that is none. A second mode nearer to the natural frequency than its own line is wide, or at two or
+/// three times that and dying out as that power of the amplitude does; a periodic moment that the record does
+/// not distinguish from two or three times that.
+pub(super) fn no_line(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
+    model.structure.effects.iter().find_map(|effect| no_line_of(effect, model, decay))
+}
+
+fn no_line_of(effect: &Effect, model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
+    let line = effect.line()?;
     let numbers = model.effect_parameters();
-    let mode = model.structure.effects.iter().find(|e| e.dies_out())?;
-    let line = mode.line()?;
-    let name = |place: usize| &mode.parameters()[place].name;
+    let name = |place: usize| &effect.parameters()[place].name;
     let number = |place: usize| {
-        let name = format!("{mode}.{}", name(place));
-        numbers.iter().find(|(n, _)| *n == name).map(|(_, q)| q.value)
+        let name = format!("{effect}.{}", name(place));
+        numbers.iter().find(|(n, _)| *n == name).map(|(_, q)| *q)
     };
-    let (w2_rad_s, zeta2) = (number(line.frequency)?, number(line.damping?)?);
-    let w2 = name(line.frequency);
-    let wn_rad_s = decay.frequency_rad_s;
-    let refused = |reason| Some(Refusal { effect: mode.clone(), reason });
-    if (w2_rad_s - wn_rad_s).abs() < zeta2 * w2_rad_s {
+    let (frequency, w) = (number(line.frequency)?, name(line.frequency));
+    let w_rad_s = frequency.value;
+    let mut seen: Vec<f64> = decay.windows.iter().map(|w| w.natural_frequency_rad_s).collect();
+    let wn_rad_s = match model.has_strongest_second(decay) || seen.is_empty() {
+        true => model.parameters[0],
+        false => median(&mut seen),
+    };
+    let refused = |reason| Some(Refusal { effect: effect.clone(), reason });
+    let harmonic = |is_at: &dyn Fn(f64) -> bool| [2.0, 3.0].into_iter().find(|k| is_at(*k));
+    let Some(damping) = line.damping else {
+        let order = harmonic(&|k| frequency.holds(k * wn_rad_s, CHANCE))?;
         return refused(format!(
-            "{w2} = {w2_rad_s:.4} rad/s is nearer to the natural frequency than its line is wide: it stands for what varies with the amplitude, no mode"
+            "{w} = {frequency} rad/s is not distinguished from {order} times the natural frequency: a harmonic of the restoring moment or of the sensor would be there"
+        ));
+    };
+    let zeta2 = number(damping)?.value;
+    if (w_rad_s - wn_rad_s).abs() < zeta2 * w_rad_s {
+        return refused(format!(
+            "{w} = {w_rad_s:.4} rad/s is nearer to the natural frequency than its line is wide: it stands for what varies with the amplitude, no mode"
         ));
     }
-    let mut zetas: Vec<f64> = decay.windows.iter().map(|w| w.damping_ratio).collect();
-    let zeta = median(&mut zetas);
-    let order =
-        [2.0, 3.0].into_iter().find(|k| (w2_rad_s / wn_rad_s / k - 1.0).abs() < HARMONIC)?;
+    let order = harmonic(&|k| (w_rad_s / wn_rad_s / k - 1.0).abs() < HARMONIC)?;
+    let zeta = model.parameters[1] + losses(model, decay.amplitude_rad).iter().sum::<f64>();
     let dies_with_it = zeta2 > zeta / ALIKE && zeta2 < zeta * ALIKE;
     match dies_with_it {
         true => refused(format!(
-            "{w2} = {w2_rad_s:.2} rad/s is {order} times the natural frequency and dies out as that power of the amplitude: a harmonic of the restoring moment or of the sensor, no mode"
+            "{w} = {w_rad_s:.2} rad/s is {order} times the natural frequency and dies out as that power of the amplitude: a harmonic of the restoring moment or of the sensor, no mode"
         )),
         false => None,
     }
@@ -143,19 +157,11 @@ fn feeding(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
     if decay.wind_speed_m_s > 0.0 || grows || least <= 0.0 {
         return None;
     }
-    let wn = model.parameters[0];
     let zeta = model.damping_ratio();
-    let of = |effect: &Effect, amplitude: f64| {
-        let structure = Structure { effects: vec![effect.clone()], ..Structure::default() };
-        let varied = model.varied(effect).unwrap_or_default();
-        let mut terms = Terms::default();
-        structure.effects[0].write(varied, &mut terms);
-        equivalent_damping_ratio(&terms, wn, amplitude)
-    };
     let effects = &model.structure.effects;
     for k in 0..=AMPLITUDES {
         let amplitude = least * (largest / least).powf(k as f64 / AMPLITUDES as f64);
-        let each: Vec<f64> = effects.iter().map(|e| of(e, amplitude)).collect();
+        let each = losses(model, amplitude);
         let total = zeta.value + each.iter().sum::<f64>();
         if total < NEGATIVE {
             let worst = (0..effects.len()).min_by(|a, b| each[*a].total_cmp(&each[*b]))?;
@@ -170,7 +176,7 @@ fn feeding(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
         }
     }
     if zeta.value + CHANCE * zeta.u < 0.0 {
-        let each: Vec<f64> = effects.iter().map(|e| of(e, largest)).collect();
+        let each = losses(model, largest);
         let most = (0..effects.len()).max_by(|a, b| each[*a].total_cmp(&each[*b]))?;
         return Some(Refusal {
             effect: effects[most].clone(),
@@ -180,6 +186,16 @@ fn feeding(model: &Fitted, decay: &FreeDecay) -> Option<Refusal> {
         });
     }
     None
+}
+
+/// Of each effect of `model`, the damping ratio that takes as much energy out of a cycle of this amplitude.
+fn losses(model: &Fitted, amplitude_rad: f64) -> Vec<f64> {
+    let of = |effect: &Effect| {
+        let mut terms = Terms::default();
+        effect.write(model.varied(effect).unwrap_or_default(), &mut terms);
+        equivalent_damping_ratio(&terms, model.parameters[0], amplitude_rad)
+    };
+    model.structure.effects.iter().map(of).collect()
 }
 
 /// Damping ratio that takes as much energy out of a cycle of this amplitude as the moments do.
@@ -198,6 +214,7 @@ fn equivalent_damping_ratio(terms: &Terms, wn: f64, amplitude_rad: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::fitting::Structure;
     use crate::record::Record;
     use nalgebra::DMatrix;
 
@@ -250,28 +267,34 @@ mod tests {
     }
 
     #[test]
-    fn a_mode_at_a_harmonic_that_dies_out_as_one_is_none_nor_one_at_the_natural_frequency() {
-        for (w2_rad_s, zeta2, refused) in [
-            (14.02, 0.012, true),
-            (21.0, 0.011, true),
-            (14.3, 0.012, false),
-            (14.0, 0.003, false),
-            (7.05, 0.03, true),
-            (7.4, 0.01, false),
+    fn a_line_at_a_harmonic_that_dies_out_as_one_is_none_nor_one_at_the_natural_frequency() {
+        // Of a mode its damping ratio, of a periodic moment the uncertainty of its frequency.
+        for (effect, w_rad_s, number, refused) in [
+            (Effect::SecondMode, 14.02, 0.012, true),
+            (Effect::SecondMode, 21.0, 0.011, true),
+            (Effect::SecondMode, 14.3, 0.012, false),
+            (Effect::SecondMode, 14.0, 0.003, false),
+            (Effect::SecondMode, 7.05, 0.03, true),
+            (Effect::SecondMode, 7.4, 0.01, false),
+            (Effect::HarmonicForcing, 21.1, 0.05, true),
+            (Effect::HarmonicForcing, 21.1, 0.02, false),
+            (Effect::HarmonicForcing, 17.0, 0.05, false),
         ] {
             let (_, decay) = model(0.0114, &[], 0.0, 0.0);
-            let structure = Structure { effects: vec![Effect::SecondMode], ..Structure::default() };
+            let structure = Structure { effects: vec![effect.clone()], ..Structure::default() };
             let mut p = vec![7.0, 0.0114, 0.2, 0.0];
-            p.extend(Effect::SecondMode.parameters().iter().map(|p| match &*p.name {
-                "w2" => w2_rad_s,
-                "zeta2" => zeta2,
+            let users = effect.parameters().iter().map(|p| match &*p.name {
+                "w2" | "w" => w_rad_s,
+                "zeta2" => number,
                 _ => 0.1,
-            }));
-            let covariance = DMatrix::identity(p.len(), p.len()) * 1e-8;
-            let model =
-                Fitted::new(structure, p, vec![1e-4; 1000], true, Some(covariance), decay.around());
-            let found = no_mode(&model, &decay).map(|r| r.reason);
-            assert_eq!(found.is_some(), refused, "{w2_rad_s} {zeta2}: {found:?}");
+            });
+            p.extend(effect.varied(&users.collect::<Vec<f64>>()));
+            let variance = if effect == Effect::SecondMode { 1e-8 } else { number * number };
+            let white = (0..1000).map(|k| if k % 2 == 0 { 1e-4 } else { -1e-4 }).collect();
+            let covariance = DMatrix::identity(p.len(), p.len()) * variance;
+            let model = Fitted::new(structure, p, white, true, Some(covariance), decay.around());
+            let found = no_line(&model, &decay).map(|r| r.reason);
+            assert_eq!(found.is_some(), refused, "{effect} {w_rad_s} {number}: {found:?}");
         }
     }
 

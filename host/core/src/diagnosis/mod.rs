@@ -16,6 +16,7 @@ pub(crate) mod forced;
 mod guards;
 pub(crate) mod late_release;
 mod likelihood;
+mod lines;
 pub mod origin;
 pub(crate) mod over_pieces;
 pub(crate) mod prediction;

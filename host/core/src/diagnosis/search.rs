@@ -59,10 +59,10 @@ pub(crate) fn search(decay: &FreeDecay, start: &SearchStart) -> Result<SearchRes
     let mut refused = Vec::new();
     for _ in 0..MOST_REFUSED {
         let last = found.path.last().expect("the plain model");
-        // What a mode that is none stood for, or an effect that cannot stand and has kept out all others, is
+        // What a line that is none stood for, or an effect that cannot stand and has kept out all others, is
         // looked for again without it.
-        let another = match guards::no_mode(last, decay) {
-            Some(no_mode) => Some(no_mode),
+        let another = match guards::no_line(last, decay) {
+            Some(no_line) => Some(no_line),
             None => found
                 .refused
                 .first()

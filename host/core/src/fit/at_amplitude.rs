@@ -62,6 +62,8 @@ fn missed(decay: &FreeDecay, model: &Fitted, amplitude_rad: f64) -> [f64; 2] {
     // Where the phase is lost a linear step sees no law.
     let has_law = model.discrepancy.as_ref().is_some_and(Discrepancy::has_law);
     let lacks = has_law || model.over_noise(decay) > ABOVE_NOISE;
+    // Windows are of the strongest mode.
+    let lacks = lacks && !model.has_strongest_second(decay);
     let Some(seen) = nearest.filter(|_| lacks) else { return [0.0; 2] };
     let window = |w: &&WindowEstimate| (w.amplitude_deg - seen.amplitude_deg).abs();
     let passed = decay.windows.iter().min_by(|a, b| window(a).total_cmp(&window(b)));

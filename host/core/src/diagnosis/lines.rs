@@ -1,0 +1,105 @@
+//! Lines beside the effects that survive: pieces of a free decay do not show them, but the later part of the
+//! record does, predicted from the earlier one. What drifts is none of them: in one release it varies with the
+//! amplitude as a law does.
+
+use crate::diagnosis::answer::{FITTED_SHARE, MOST_LEFT};
+use crate::diagnosis::guards;
+use crate::diagnosis::likelihood::{is_explained, FROM_AFAR};
+use crate::diagnosis::prediction::LEAST_GAIN;
+use crate::effects::Effect;
+use crate::error::Result;
+use crate::fit::about_rest::added;
+use crate::fit::fitting::{held_out_over_noise, refit, Fitted};
+use crate::fit::free_decay::FreeDecay;
+use crate::fit::linear_gain::Screen;
+use rayon::prelude::*;
+
+/// A model that accounts for most of what a smaller one leaves, and the rms of its later part predicted from
+/// the earlier one, rad.
+pub(super) struct Longer {
+    pub(super) model: Fitted,
+    pub(super) held_out_rad: f64,
+}
+
+/// From `model` on, a line more each, as long as it accounts for most of what is left and predicts the later
+/// part no worse, in which a mode may have died out.
+///
+/// # Errors
+/// Interrupted, once somebody asked for it.
+pub(super) fn beside(decay: &FreeDecay, model: &Fitted) -> Result<Vec<Longer>> {
+    let count = (FITTED_SHARE * decay.yaw_rad.len() as f64) as usize;
+    let held_out_rad =
+        |model: &Fitted| decay.noise_rad * held_out_over_noise(decay, &refit(decay, model, count));
+    let mut found: Vec<Longer> = Vec::new();
+    loop {
+        decay.stop.check()?;
+        let here = found.last().map_or(model, |longer| &longer.model);
+        let larger =
+            best(decay, here).map(|model| Longer { held_out_rad: held_out_rad(&model), model });
+        let before = || found.last().map_or_else(|| held_out_rad(model), |l| l.held_out_rad);
+        match larger.filter(|l| l.held_out_rad < (1.0 + LEAST_GAIN) * before()) {
+            Some(larger) => found.push(larger),
+            None => return Ok(found),
+        }
+    }
+}
+
+/// `inner` with the one that leaves the least, if that is little.
+fn best(decay: &FreeDecay, inner: &Fitted) -> Option<Fitted> {
+    if is_explained(inner, decay) {
+        return None;
+    }
+    let there = &inner.structure.effects;
+    let is_one = |e: &Effect| {
+        e.line().is_some()
+            && e.is_seen_in(&decay.measurand)
+            && there.iter().all(|t| t != e && !t.excludes(e))
+    };
+    let all: Vec<Effect> = Effect::deterministic().filter(is_one).collect();
+    let most = MOST_LEFT * inner.sum_of_squares;
+    let screen = Screen::new(decay, inner);
+    all.par_iter()
+        .filter(|e| screen.left_with(e).0 < FROM_AFAR * most)
+        .map(|e| added(decay, inner, e))
+        .filter(|larger| larger.converged && larger.sum_of_squares < most)
+        .filter(|larger| {
+            guards::no_line(larger, decay).or(guards::refusal(larger, decay)).is_none()
+        })
+        .min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::fitting::fit_plain;
+    use crate::record::Record;
+
+    /// Two modes, or one and what its own law adds, and some noise.
+    fn found(more_deg: impl Fn(f64) -> f64) -> (Fitted, Vec<Longer>) {
+        let time_s: Vec<f64> = (0..6000).map(|k| f64::from(k) * 0.01).collect();
+        let noise_deg = |t: f64| 0.002 * (12989.8 * t * t).sin();
+        let yaw_deg =
+            |t: &f64| 10.0 * (-0.02 * t).exp() * (6.0 * t).cos() + more_deg(*t) + noise_deg(*t);
+        let yaw_deg = time_s.iter().map(yaw_deg).collect();
+        let decay = FreeDecay::of(&Record::new("planted", time_s, yaw_deg)).unwrap();
+        let plain = fit_plain(&decay, true, decay.yaw_rad.len());
+        let longer = beside(&decay, &plain).unwrap();
+        (plain, longer)
+    }
+
+    #[test]
+    fn a_mode_far_above_the_noise_is_found_and_a_harmonic_is_none() {
+        let second = |t: f64| 4.0 * (-0.1 * t).exp() * (14.3 * t + 0.5).cos();
+        // Beside it what no line is.
+        let third = |t: f64| 0.1 * (-0.06 * t).exp() * (18.0 * t).cos();
+        let (plain, longer) = found(|t| second(t) + third(t));
+        let [Longer { model, held_out_rad }] = &longer[..] else { panic!("{}", longer.len()) };
+        let numbers = model.effect_parameters();
+        let number = |name: &str| numbers.iter().find(|(n, _)| n.ends_with(name)).unwrap().1.value;
+        println!("{numbers:?}, held out {held_out_rad}");
+        assert!((number(".w2") / 14.3 - 1.0).abs() < 1e-3);
+        assert!((number(".zeta2") * 14.3 / 0.1 - 1.0).abs() < 0.05);
+        assert!(model.sum_of_squares < 0.01 * plain.sum_of_squares);
+        assert!(found(third).1.is_empty());
+    }
+}
