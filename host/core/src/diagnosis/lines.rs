@@ -9,9 +9,11 @@ use crate::diagnosis::prediction::LEAST_GAIN;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::about_rest::added;
-use crate::fit::fitting::{held_out_over_noise, refit, Fitted};
+use crate::fit::fitting::{held_out_over_noise, refit, refitted, Fitted};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::linear_gain::Screen;
+use crate::motion::oscillator::damped_rad_s;
+use crate::record::Derivative;
 use rayon::prelude::*;
 
 /// A model that accounts for most of what a smaller one leaves, and the rms of its later part predicted from
@@ -60,12 +62,51 @@ fn best(decay: &FreeDecay, inner: &Fitted) -> Option<Fitted> {
     let screen = Screen::new(decay, inner);
     all.par_iter()
         .filter(|e| screen.left_with(e).0 < FROM_AFAR * most)
-        .map(|e| added(decay, inner, e))
+        .map(|e| with_lasting_mode(decay, added(decay, inner, e), e))
         .filter(|larger| larger.converged && larger.sum_of_squares < most)
         .filter(|larger| {
             guards::no_line(larger, decay).or(guards::refusal(larger, decay)).is_none()
         })
         .min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
+}
+
+/// `model`, or where nothing distinguishes its own mode from the second one that is its `line`, and that lasts
+/// longer, the two exchanged.
+fn with_lasting_mode(decay: &FreeDecay, model: Fitted, line: &Effect) -> Fitted {
+    let is_linear = model.structure.effects.iter().all(|e| e.is_line() || e.moves_rest());
+    let is_angle = decay.measurand.derivative() == Derivative::None;
+    let own = model.motion();
+    let own_decay = own.damping_ratio * own.natural_frequency_rad_s;
+    let varied = model.varied(line).unwrap_or_default();
+    let second = line.line_of(varied).filter(|(_, decay)| *decay < own_decay);
+    let Some((damped, slower)) = second.filter(|_| line.dies_out() && is_linear && is_angle) else {
+        return model;
+    };
+    // Of a line cosine and sine part are at the release, of the own mode angle and rate at the first instant.
+    let start_s = decay.grid.start_s;
+    let turned = |parts: [f64; 2], damped: f64, decay: f64, by_s: f64| {
+        line.turned(&parts, -damped * by_s, (-decay * by_s).exp())
+    };
+    let [cosine, sine] = turned([varied[0], varied[1]], damped, slower, start_s)[..] else {
+        return model;
+    };
+    let rest = own.rest_rad();
+    let own_damped = damped_rad_s(own.natural_frequency_rad_s, own_decay);
+    let angle = own.yaw_rad - rest;
+    let parts = [angle, (own.rate_rad_s + own_decay * angle) / own_damped];
+    let mut p = model.parameters.clone();
+    let w = damped.hypot(slower);
+    p[..4].copy_from_slice(&[w, slower / w, cosine + rest, damped * sine - slower * cosine]);
+    let at = model.start_of(line);
+    p[at..at + 2].copy_from_slice(&turned(parts, own_damped, own_decay, -start_s));
+    p[at + 2..at + 4].copy_from_slice(&[own.natural_frequency_rad_s, own.damping_ratio]);
+    let other = refitted(decay, &model.structure, &p);
+    let as_good = other.sum_of_squares < (1.0 + LEAST_GAIN) * model.sum_of_squares;
+    if other.converged && as_good {
+        other
+    } else {
+        model
+    }
 }
 
 #[cfg(test)]
@@ -101,5 +142,19 @@ mod tests {
         assert!((number(".zeta2") * 14.3 / 0.1 - 1.0).abs() < 0.05);
         assert!(model.sum_of_squares < 0.01 * plain.sum_of_squares);
         assert!(found(third).1.is_empty());
+    }
+
+    /// Whichever is stronger: the natural frequency is that of the mode that lasts.
+    #[test]
+    fn the_mode_that_lasts_is_the_models_own() {
+        let second = |t: f64| 30.0 * (-0.4 * t).exp() * (14.3 * t + 0.5).cos();
+        let third = |t: f64| 0.2 * (-0.3 * t).exp() * (29.0 * t).cos();
+        let (_, longer) = found(|t| second(t) + third(t));
+        let [Longer { model, .. }] = &longer[..] else { panic!("{}", longer.len()) };
+        let numbers = model.effect_parameters();
+        let number = |name: &str| numbers.iter().find(|(n, _)| n.ends_with(name)).unwrap().1;
+        println!("{} {numbers:?}", model.natural_frequency_rad_s());
+        assert!((model.natural_frequency_rad_s().value / 6.0 - 1.0).abs() < 1e-3);
+        assert!((number(".w2").value / 14.3 - 1.0).abs() < 1e-3);
     }
 }

@@ -184,18 +184,23 @@ pub fn fit_over_pieces(decay: &FreeDecay, structure: &Structure) -> Option<Fitte
 pub(crate) fn whole(decay: &FreeDecay, lengths: &Lengths, fit: &PieceFit) -> PieceFit {
     let mut count = (lengths.long.count() * decay.yaw_rad.len()).div_ceil(lengths.long.means());
     let mut best = fit.clone();
+    let mut shorter = &lengths.long.decays;
+    let mut pieces;
     while count > 1 {
         count = count.div_ceil(2);
-        let pieces = Pieces::of(decay, count);
-        let states: Vec<[f64; 2]> = (0..count)
-            .map(|k| {
-                let piece = &pieces.decays[k];
-                let start = piece.begun(&best.structure, &best.common);
-                fit_state(piece, &best.structure, &best.common, start).0
-            })
-            .collect();
-        let all: Vec<&Piece> = pieces.decays.iter().collect();
+        let longer = Pieces::of(decay, count);
+        let state = |piece: &Piece| {
+            // A shorter piece that begins there knows the phase; of the longer one it may be missed.
+            let same = |s: &(&Piece, &[f64; 2])| s.0.grid.start_s == piece.grid.start_s;
+            let known = shorter.iter().zip(&best.states).find(same).map(|(_, state)| *state);
+            let start = || piece.begun(&best.structure, &best.common);
+            known.unwrap_or_else(|| fit_state(piece, &best.structure, &best.common, start()).0)
+        };
+        let states: Vec<[f64; 2]> = longer.decays.iter().map(state).collect();
+        let all: Vec<&Piece> = longer.decays.iter().collect();
         best = fit_pieces(&all, &best.structure, &best.common, &states, 1e-5, STEPS);
+        pieces = longer;
+        shorter = &pieces.decays;
     }
     best
 }

@@ -55,7 +55,7 @@ pub(crate) struct Flow(pub [f64; 4]);
 
 /// Frequency of an oscillation that decays by `decay` (1/s); of one that does not oscillate, one that hardly
 /// does.
-pub(super) fn damped_rad_s(wn: f64, decay: f64) -> f64 {
+pub(crate) fn damped_rad_s(wn: f64, decay: f64) -> f64 {
     (wn * wn - decay * decay).max(1e-12 * wn * wn).sqrt()
 }
 
