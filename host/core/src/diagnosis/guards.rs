@@ -72,7 +72,11 @@ fn no_line_of(effect: &Effect, model: &Fitted, decay: &FreeDecay) -> Option<Refu
         ));
     }
     let order = harmonic(&|k| (w_rad_s / wn_rad_s / k - 1.0).abs() < HARMONIC)?;
-    let zeta = model.parameters[1] + losses(model, decay.amplitude_rad).iter().sum::<f64>();
+    let mut amplitudes: Vec<f64> =
+        decay.windows.iter().map(|w| decay.measurand.of_model(w.amplitude_deg)).collect();
+    let amplitude =
+        if amplitudes.is_empty() { decay.amplitude_rad } else { median(&mut amplitudes) };
+    let zeta = model.parameters[1] + losses(model, amplitude).iter().sum::<f64>();
     let dies_with_it = zeta2 > zeta / ALIKE && zeta2 < zeta * ALIKE;
     match dies_with_it {
         true => refused(format!(
@@ -111,11 +115,15 @@ fn unknown(model: &Fitted) -> Option<Refusal> {
         if let Some((p, _)) = own.iter().find(|(_, q)| q.u == 0.0 || !q.u.is_finite()) {
             return refused(format!("the record does not say how well {} is known", p.name));
         }
-        let known = |q: crate::quantity::Quantity| q.value.abs() > CHANCE * q.u;
-        match own.iter().any(|(_, q)| known(*q)) {
+        // Of a line where there is none a frequency may well be known.
+        let sizes = match effect.line() {
+            Some(line) => &own[line.size..=line.size],
+            None => &own[..],
+        };
+        match sizes.iter().any(|(_, q)| q.value.abs() > CHANCE * q.u) {
             true => None,
             false => {
-                let (p, q) = own[0];
+                let (p, q) = sizes[0];
                 refused(format!("{} = {q} {} is not known to be other than zero", p.name, p.unit))
             }
         }

@@ -23,7 +23,7 @@ pub(crate) const NEAR_NOISE: f64 = 1.6;
 pub(super) const DECISIVE: f64 = 30.0;
 /// Sum of squares that a linear step from farther off leaves, over that of a model, for it to be tried in
 /// that model's place.
-pub(super) const FROM_AFAR: f64 = 3.0;
+const FROM_AFAR: f64 = 3.0;
 /// Evidence that a linear step must predict for an effect to be tried beside a model.
 pub(super) const PROMISING: f64 = 3.0;
 

@@ -4,15 +4,16 @@
 
 use crate::diagnosis::answer::{FITTED_SHARE, MOST_LEFT};
 use crate::diagnosis::guards;
-use crate::diagnosis::likelihood::{is_explained, FROM_AFAR};
+use crate::diagnosis::likelihood::is_explained;
 use crate::diagnosis::prediction::LEAST_GAIN;
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::about_rest::added;
+use crate::fit::at_amplitude::with_discrepancy;
 use crate::fit::fitting::{held_out_over_noise, refit, refitted, Fitted};
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::linear_gain::Screen;
 use crate::motion::oscillator::damped_rad_s;
+use crate::quantity::CHANCE;
 use crate::record::Derivative;
 use rayon::prelude::*;
 
@@ -58,16 +59,24 @@ fn best(decay: &FreeDecay, inner: &Fitted) -> Option<Fitted> {
             && there.iter().all(|t| t != e && !t.excludes(e))
     };
     let all: Vec<Effect> = Effect::deterministic().filter(is_one).collect();
-    let most = MOST_LEFT * inner.sum_of_squares;
-    let screen = Screen::new(decay, inner);
+    let stands = |larger: &Fitted| {
+        larger.converged
+            && larger.sum_of_squares < MOST_LEFT * inner.sum_of_squares
+            && guards::no_line(larger, decay).is_none()
+            && guards::refusal(larger, decay).is_none()
+            && has_size(&with_discrepancy(larger.clone(), decay))
+    };
     all.par_iter()
-        .filter(|e| screen.left_with(e).0 < FROM_AFAR * most)
         .map(|e| with_lasting_mode(decay, added(decay, inner, e), e))
-        .filter(|larger| larger.converged && larger.sum_of_squares < most)
-        .filter(|larger| {
-            guards::no_line(larger, decay).or(guards::refusal(larger, decay)).is_none()
-        })
+        .filter(stands)
         .min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
+}
+
+/// Whether the size of the last effect of `model` is known to be other than zero.
+fn has_size(model: &Fitted) -> bool {
+    let size = model.structure.effects.last().map(Effect::first_name);
+    let numbers = model.effect_parameters();
+    numbers.iter().any(|(name, q)| Some(name) == size.as_ref() && !q.holds(0.0, CHANCE))
 }
 
 /// `model`, or where nothing distinguishes its own mode from the second one that is its `line`, and that lasts
