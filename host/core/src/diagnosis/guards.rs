@@ -19,7 +19,7 @@ const PHASES: usize = 200;
 const NEGATIVE: f64 = -1e-4;
 
 /// Share of its frequency within which a mode is at a harmonic, and factor within which its damping ratio is
-/// that of one.
+/// one of the motion's at its amplitudes.
 const HARMONIC: f64 = 0.01;
 const ALIKE: f64 = 1.7;
 
@@ -72,12 +72,12 @@ fn no_line_of(effect: &Effect, model: &Fitted, decay: &FreeDecay) -> Option<Refu
         ));
     }
     let order = harmonic(&|k| (w_rad_s / wn_rad_s / k - 1.0).abs() < HARMONIC)?;
-    let mut amplitudes: Vec<f64> =
-        decay.windows.iter().map(|w| decay.measurand.of_model(w.amplitude_deg)).collect();
-    let amplitude =
-        if amplitudes.is_empty() { decay.amplitude_rad } else { median(&mut amplitudes) };
-    let zeta = model.parameters[1] + losses(model, amplitude).iter().sum::<f64>();
-    let dies_with_it = zeta2 > zeta / ALIKE && zeta2 < zeta * ALIKE;
+    let of_model = |w: &WindowEstimate| decay.measurand.of_model(w.amplitude_deg);
+    let amplitudes = decay.windows.iter().map(of_model).chain([decay.amplitude_rad]);
+    let zetas = amplitudes.map(|a| model.parameters[1] + losses(model, a).iter().sum::<f64>());
+    let (least, most) =
+        zetas.fold((f64::INFINITY, 0.0f64), |(least, most), z| (least.min(z), most.max(z)));
+    let dies_with_it = zeta2 > least / ALIKE && zeta2 < most * ALIKE;
     match dies_with_it {
         true => refused(format!(
             "{w} = {w_rad_s:.2} rad/s is {order} times the natural frequency and dies out as that power of the amplitude: a harmonic of the restoring moment or of the sensor, no mode"

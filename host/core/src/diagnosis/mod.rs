@@ -25,5 +25,6 @@ pub(crate) mod releases;
 pub mod search;
 mod search_start;
 pub mod several;
+mod several_fit;
 mod shared_set;
 pub(crate) mod survivors;

@@ -7,29 +7,23 @@
 //! what is common comes from the others.
 
 use crate::diagnosis::account;
-use crate::diagnosis::alike::alike_in_releases;
-use crate::diagnosis::alone::most_first;
 use crate::diagnosis::answer::{Candidate, Left, Options};
 use crate::diagnosis::campaign_fit::in_common;
 use crate::diagnosis::compare::{self, Where};
 use crate::diagnosis::diagnose::{modal, name_of, Modal, Status, Step};
 use crate::diagnosis::likelihood::are_explained;
 use crate::diagnosis::origin::weighted_mean;
-use crate::diagnosis::releases::{self, mean_square, ReleaseAnswers, Releases, MOST_EFFECTS};
-use crate::diagnosis::shared_set::{Set, Surviving};
-use crate::diagnosis::survivors;
+use crate::diagnosis::releases::{self, mean_square, ReleaseAnswers, Releases};
+use crate::diagnosis::several_fit::{by_prediction, in_common_at_once, Path};
 use crate::effects::Effect;
 use crate::error::Result;
 use crate::fit::at_amplitude::{at_amplitudes, AtAmplitude};
 use crate::fit::fitting::{Covariance, Fitted, Structure};
-use crate::fit::floor;
 use crate::fit::free_decay::FreeDecay;
-use crate::fit::joint::{self, JointFit, Release, Sharing};
 use crate::identify::gaps::Warning;
 use crate::quantity::Quantity;
 use crate::record::{Record, Said};
 use crate::roll::{RollDecay, Ship};
-use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -106,13 +100,6 @@ pub struct OfRecord {
     pub roll: Option<RollDecay>,
 }
 
-/// Models of all releases from plain to final, and what each predicts.
-struct Path {
-    effects: Vec<Effect>,
-    joint: JointFit,
-    held_out_over_noise: f64,
-}
-
 /// A diagnosis of several releases with the fits it rests on.
 #[derive(Clone, Debug)]
 pub struct DiagnosedSeveral {
@@ -164,7 +151,10 @@ pub fn diagnose_several_with_fits(
     let explains = |fits: &[Fitted]| are_explained(fits, &releases.decays);
     let each = judged.path.last().expect("a model");
     let near = (is_forced || explains(&each.fits))
-        .then(|| in_common_at_once(&releases, &judged, common))
+        .then(|| {
+            let model = |model| in_common_at_once(&releases, model, common);
+            judged.path.iter().map(model).collect::<Vec<Path>>()
+        })
         .filter(|path| is_forced || path.last().is_some_and(|p| explains(&p.joint.fits)));
     let (mut path, indistinguishable) = match near {
         Some(path) => (path, judged.alone.indistinguishable(&each.effects)),
@@ -179,102 +169,6 @@ pub fn diagnose_several_with_fits(
     }
     let fits = path.pop().expect("a model").joint.fits;
     Ok(DiagnosedSeveral { diagnosis: found, decays: releases.decays, fits })
-}
-
-/// The models that the releases' own answers lead to, with what is common in common.
-fn in_common_at_once(releases: &Releases, judged: &ReleaseAnswers, common: &Common) -> Vec<Path> {
-    let whole: Vec<Release> = releases.decays.iter().map(Release::whole).collect();
-    let n = whole.len();
-    let of_model = |model: &releases::ModelOfReleases| {
-        let each = |is_own: bool| (0..n).map(move |i| if is_own { i } else { 0 });
-        let groups = |e: &Effect| each(common.own.contains(e)).map(Some).collect();
-        let sharing = Sharing {
-            modal: each(!common.same_rig).collect(),
-            effects: model.effects.iter().map(groups).collect(),
-        };
-        let structure =
-            Structure { effects: model.effects.clone(), ..model.fits[0].structure.clone() };
-        let fits: Vec<&Fitted> = model.fits.iter().collect();
-        let joint = joint::fit_from(&whole, &structure, &sharing, &fits);
-        // Each is held out once.
-        let alone = |i| releases::from_others(&releases.decays, &joint, &[i], |_, _| None);
-        let held: Vec<Fitted> = (0..n).into_par_iter().flat_map(alone).collect();
-        let held_out_over_noise = releases::over_noise(&held, &releases.decays);
-        let joint = joint.with_discrepancy(&whole);
-        Path { effects: model.effects.clone(), joint, held_out_over_noise }
-    };
-    judged.path.iter().map(of_model).collect()
-}
-
-/// The models whose effects survive prediction, release by release.
-fn by_prediction(
-    records: &[Record],
-    releases: &Releases,
-    judged: &ReleaseAnswers,
-    common: &Common,
-    options: &Options,
-    present: &[Effect],
-) -> Result<(Vec<Path>, Vec<[Effect; 2]>)> {
-    let begun: Vec<Surviving> = records
-        .iter()
-        .zip(&releases.decays)
-        .map(|(record, decay)| {
-            let survivors = survivors::search(decay, &options.own, &Structure::default())?;
-            Ok(Surviving { decay: floor::with_steps(decay.clone(), record), survivors })
-        })
-        .collect::<Result<_>>()?;
-    // From all that survives somewhere down to the plain model, what is missed least left out first.
-    let effects = proposed(&begun, judged, present);
-    let mut sets = vec![Set { begun: &begun, common, effects, stop: &options.stop }];
-    let mut predictions = vec![sets[0].predicted()?];
-    while let Some(larger) =
-        sets.last().filter(|s| s.effects.len() > present.len()).map(|s| s.effects.clone())
-    {
-        let from = sets.last().expect("a set");
-        let mut smaller = Vec::new();
-        for effect in larger.iter().filter(|e| !present.contains(e)) {
-            let set = from.without(effect);
-            smaller.push((set.predicted()?, set));
-        }
-        let best = smaller
-            .into_iter()
-            .min_by(|a, b| a.0.rms_rad().total_cmp(&b.0.rms_rad()))
-            .expect("an effect");
-        predictions.push(best.0);
-        sets.push(best.1);
-    }
-    sets.reverse();
-    predictions.reverse();
-    let mut last = 0;
-    for larger in 1..sets.len() {
-        if predictions[larger].is_better_than(&predictions[last]) {
-            last = larger;
-        }
-    }
-    sets.truncate(last + 1);
-    let alike = alike_in_releases(&sets[last], &predictions[last], present)?;
-    let noise_rad = mean_square(&releases.decays, |d| d.noise_rad);
-    let whole: Vec<Release> = begun.iter().map(|b| Release::whole(&b.decay)).collect();
-    let path = sets.iter().zip(&predictions).map(|(set, prediction)| Path {
-        effects: set.effects.clone(),
-        joint: set.whole().with_discrepancy(&whole),
-        held_out_over_noise: prediction.rms_rad() / noise_rad,
-    });
-    Ok((path.collect(), alike))
-}
-
-/// Effects that survive somewhere, those of most releases first, behind those that stay.
-fn proposed(begun: &[Surviving], judged: &ReleaseAnswers, present: &[Effect]) -> Vec<Effect> {
-    let mut votes: BTreeMap<Effect, usize> = BTreeMap::new();
-    for effect in begun.iter().flat_map(|b| &b.alone().structure.effects) {
-        *votes.entry(effect.clone()).or_default() += 1;
-    }
-    let of_pieces = |e: &Effect| e.is_strength_of_state() || e.is_own();
-    for effect in judged.alone.named().into_iter().filter(of_pieces) {
-        votes.entry(effect).or_insert(1);
-    }
-    votes.retain(|e, _| !present.contains(e) && !e.moves_rest());
-    present.iter().cloned().chain(most_first(votes).into_iter().take(MOST_EFFECTS)).collect()
 }
 
 fn told(

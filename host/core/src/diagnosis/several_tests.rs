@@ -109,3 +109,31 @@ fn laws_that_several_releases_cannot_separate_are_a_group() {
     assert!(found.effects.contains(&Effect::CubicStiffness), "{:?}", found.effects);
     assert!(!odd(&found.indistinguishable), "{:?}", found.indistinguishable);
 }
+
+/// Two modes far above the noise and what is no line beside them: one record and two have the same answer.
+#[test]
+fn two_releases_of_two_modes_are_answered_as_each_alone() {
+    let release = |k: u8, size_deg: f64| {
+        let time_s: Vec<f64> = (0..4000).map(|k| f64::from(k) * 0.01).collect();
+        let mode =
+            |t: f64, decay: f64, w: f64, phase: f64| (-decay * t).exp() * (w * t + phase).cos();
+        let phase = f64::from(k);
+        let yaw_deg = time_s.iter().map(|t| {
+            let both = mode(*t, 0.03, WN, 0.0) + 0.4 * mode(*t, 0.15, 14.3, phase);
+            size_deg * (both + 0.01 * mode(*t, 0.08, 18.0, 0.0)) + 0.001 * (12989.8 * t * t).sin()
+        });
+        let yaw_deg = yaw_deg.collect();
+        Record::new(format!("{k}.csv"), time_s, yaw_deg)
+    };
+    let records = [release(0, 12.0), release(1, 8.0)];
+    for record in &records {
+        let alone = crate::diagnosis::diagnose::diagnose(record, &Options::default()).unwrap();
+        assert_eq!(alone.effects, [Effect::SecondMode], "{:?}", alone.status);
+    }
+    let common = Common { same_rig: true, own: Vec::new() };
+    let found = diagnose_several(&records, &common, &Options::default()).unwrap();
+    println!("{:?} {:?} {}", found.status, found.effects, found.sentence);
+    assert_eq!((found.effects, found.status), (vec![Effect::SecondMode], Status::MostlyExplained));
+    let w2 = found.steps.last().unwrap().parameters["second_mode.w2"];
+    assert!((w2.value / 14.3 - 1.0).abs() < 1e-3, "{w2}");
+}
