@@ -129,10 +129,8 @@ fn is_beyond_doubt(forced: &Forced, decay: &FreeDecay) -> bool {
     if matches!(effect.acts_on(), Acts::Time | Acts::Line) || forced.forcing.unsteadiness > STEADY {
         return false;
     }
-    let size = effect.first_name();
-    let numbers = model.effect_parameters();
-    let stands_out = |(name, q): &(String, Quantity)| *name == size && !q.holds(0.0, BEYOND_DOUBT);
-    numbers.iter().any(stands_out) && guards::refusal(model, decay).is_none()
+    let stands_out = model.coefficient(effect).is_some_and(|q| !q.holds(0.0, BEYOND_DOUBT));
+    stands_out && guards::refusal(model, decay).is_none()
 }
 
 fn buffeted_verdict(

@@ -8,7 +8,7 @@ use crate::diagnosis::diagnose::{Step, FITTED_SHARE};
 use crate::diagnosis::likelihood::are_explained;
 use crate::diagnosis::origin::{self, weighted_mean, Origin, Plan, Seen};
 use crate::diagnosis::releases::{
-    coefficient, from_others, over_noise, ModelOfReleases, ReleaseAnswers, Releases,
+    from_others, over_noise, ModelOfReleases, ReleaseAnswers, Releases,
 };
 use crate::effects::Effect;
 use crate::error::Result;
@@ -129,7 +129,7 @@ impl Campaign<'_> {
 
     fn attributed(&self, effect: &Effect, fits: &[&Fitted], effective: f64) -> SharedEffect {
         let parameter = &effect.parameters()[0];
-        let seen = self.by_condition(|i| coefficient(fits[i], effect));
+        let seen = self.by_condition(|i| fits[i].coefficient(effect));
         let (origin, mut reason) = origin::decide(&seen, &parameter.unit);
         if effect.moves_rest() && origin == Origin::Undecided {
             reason.push_str(
@@ -149,7 +149,8 @@ impl Campaign<'_> {
                         spring: entry.spring.clone(),
                         axis: entry.axis,
                         wind_speed_m_s: entry.wind_speed_m_s,
-                        coefficient: coefficient(fits[i], effect)
+                        coefficient: fits[i]
+                            .coefficient(effect)
                             .unwrap_or(Quantity::new(0.0, f64::INFINITY)),
                     }
                 })

@@ -74,9 +74,8 @@ fn best(decay: &FreeDecay, inner: &Fitted) -> Option<Fitted> {
 
 /// Whether the size of the last effect of `model` is known to be other than zero.
 fn has_size(model: &Fitted) -> bool {
-    let size = model.structure.effects.last().map(Effect::first_name);
-    let numbers = model.effect_parameters();
-    numbers.iter().any(|(name, q)| Some(name) == size.as_ref() && !q.holds(0.0, CHANCE))
+    let size = model.structure.effects.last().and_then(|line| model.coefficient(line));
+    size.is_some_and(|q| !q.holds(0.0, CHANCE))
 }
 
 /// `model`, or where nothing distinguishes its own mode from the second one that is its `line`, and that lasts

@@ -97,12 +97,6 @@ pub(crate) fn over_noise<'a>(
     f64::sqrt(sum / f64::max(n, 1.0))
 }
 
-/// The first of an effect's numbers in a release.
-pub(crate) fn coefficient(fit: &Fitted, effect: &Effect) -> Option<Quantity> {
-    let name = format!("{effect}.{}", effect.parameters()[0].name);
-    fit.effect_parameters().into_iter().find(|(n, _)| *n == name).map(|(_, q)| q)
-}
-
 /// Gain in the information criterion by `effect`, which `larger` has and `smaller` has not. The best of: a
 /// coefficient of its own in each release that needs one; one coefficient for all releases, for the wind-on
 /// or the wind-off ones.
@@ -121,7 +115,7 @@ fn evidence(releases: &Releases, smaller: &[Fitted], larger: &[Fitted], effect: 
     if more > 1.0 || effect.belongs_to_release(0) {
         return own;
     }
-    let sizes: Vec<Option<Quantity>> = larger.iter().map(|fit| coefficient(fit, effect)).collect();
+    let sizes: Vec<Option<Quantity>> = larger.iter().map(|fit| fit.coefficient(effect)).collect();
     let one = |among: &dyn Fn(f64) -> bool| {
         let inside: Vec<usize> =
             (0..larger.len()).filter(|&i| among(releases.wind_speed_m_s[i])).collect();

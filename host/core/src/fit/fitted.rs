@@ -124,6 +124,13 @@ impl Fitted {
         self.discrepancy = Some(found);
         self
     }
+
+    /// The first of the numbers of `effect`; none where the model has it not.
+    pub(crate) fn coefficient(&self, effect: &Effect) -> Option<Quantity> {
+        let name = effect.first_name();
+        self.effect_parameters().into_iter().find(|(n, _)| *n == name).map(|(_, q)| q)
+    }
+
     /// Whether the strongest oscillation of `decay` is a second mode of the model, not its own.
     pub(crate) fn has_strongest_second(&self, decay: &FreeDecay) -> bool {
         let off = (decay.frequency_rad_s / self.parameters[0] - 1.0).abs();

@@ -15,8 +15,8 @@ use rayon::prelude::*;
 const DIFFERENCE: f64 = 1e-6;
 /// The same with a user's own effects, whose integration adapts its steps.
 const OWN_DIFFERENCE: f64 = 3e-5;
-/// By how much the sum of squares of such a fit may err, of the residuals' variance; of any other, friction
-/// stopping the model in one step or the next.
+/// By how much the sum of squares of such a fit may err, of the residuals' variance; of any other a tenth
+/// of a standard error, squared: friction stops the model in one step or the next.
 const OWN_ACCURACY: f64 = 0.5;
 const ACCURACY: f64 = 0.01;
 /// Distance to the minimum that is near enough, in standard errors; of a measured law, whose many numbers
