@@ -9,9 +9,11 @@ use std::fmt::Display;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 use yawrig_base::error::{Error, Result};
+use yawrig_base::interrupt;
 use yawrig_shared::checksum::crc32;
 
 /// A format is told by so many bytes.
@@ -105,9 +107,23 @@ pub(super) fn read(file: &Path) -> Result<(Format, Bytes)> {
     if let Some(bytes) = taken_in.get(file) {
         return Ok((format::of(shown(file), bytes)?, bytes.clone()));
     }
-    let (format, bytes) = read_now(file)?;
+    let (format, bytes) = read_as_it_comes(file)?;
     taken_in.insert(file.to_owned(), bytes.clone());
     Ok((format, bytes))
+}
+
+/// Of a pipe, for which another program may be long: read by a thread of its own, so that Ctrl-C ends the wait.
+fn read_as_it_comes(file: &Path) -> Result<(Format, Bytes)> {
+    let (sender, read) = mpsc::channel();
+    let from = file.to_owned();
+    std::thread::spawn(move || sender.send(read_now(&from)));
+    loop {
+        match read.recv_timeout(Duration::from_millis(50)) {
+            Ok(read) => return read,
+            Err(RecvTimeoutError::Timeout) => interrupt::check()?,
+            Err(RecvTimeoutError::Disconnected) => panic!("whatever is read, it is sent"),
+        }
+    }
 }
 
 fn read_now(file: &Path) -> Result<(Format, Bytes)> {

@@ -158,6 +158,17 @@ fn waiting_for_a_silent_device_can_be_interrupted() {
 }
 
 #[test]
+fn waiting_for_a_record_can_be_interrupted() {
+    // Nobody ever writes to either.
+    let folder = tempfile::tempdir().expect("a folder");
+    let pipe = folder.path().join("r.csv");
+    nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).expect("a pipe");
+    interrupted(yawrig("identify").and(&pipe).start());
+    let (waiting, _stdin) = yawrig("diagnose -").typing();
+    interrupted(waiting.start());
+}
+
+#[test]
 fn termination_and_hangup_end_it_as_ctrl_c_does() {
     for signal in [Signal::SIGTERM, Signal::SIGHUP] {
         let mut monitor = yawrig("monitor --device emulated --speed 20").start();
