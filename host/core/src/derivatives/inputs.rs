@@ -2,8 +2,9 @@
 
 use super::alike::alike;
 use super::campaign::Campaign;
-use super::condition::{Condition, Mean, Setting};
+use super::condition::{Condition, Setting};
 use super::line::{self, Point, StraightLine};
+use super::repeats::Mean;
 use std::collections::HashMap;
 use yawrig_shared::axis::Axis;
 use yawrig_shared::derivatives::{
