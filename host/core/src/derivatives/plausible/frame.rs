@@ -205,9 +205,13 @@ impl Frame {
             let ratio = self.stiffness_nm[spring] / by_line;
             (spring, ratio.ln().abs() / self.stiffness_u[spring], ratio)
         };
-        let softest =
-            points.iter().map(|(s, _)| self.stiffness_nm[*s]).fold(f64::INFINITY, f64::min);
-        (points.iter().map(of).collect(), line.other_nm.abs() / (OTHER_STIFFNESS * softest))
+        (points.iter().map(of).collect(), line.other_nm.abs() / self.other_u_nm(points))
+    }
+
+    /// Standard uncertainty of no other stiffness.
+    fn other_u_nm(&self, points: &[(usize, f64)]) -> f64 {
+        let of_springs = points.iter().map(|(spring, _)| self.stiffness_nm[*spring]);
+        OTHER_STIFFNESS * of_springs.fold(f64::INFINITY, f64::min)
     }
 
     fn line_of(&self, groups: &[Group], axis: usize) -> Option<Line> {
@@ -241,9 +245,7 @@ impl Frame {
     fn refined(&self, points: &[(usize, f64)], line: &Line) -> Option<Line> {
         let (springs, _) = self.off_line(points, line);
         let near = points.iter().zip(&springs).filter(|(_, (_, z, _))| *z < DISAGREES);
-        let softest =
-            points.iter().map(|(s, _)| self.stiffness_nm[*s]).fold(f64::INFINITY, f64::min);
-        let origin = ([(OTHER_STIFFNESS * softest).recip(), 0.0], 0.0);
+        let origin = ([self.other_u_nm(points).recip(), 0.0], 0.0);
         let rows = near.map(|(&(spring, square), _)| {
             let weight = (self.stiffness_u[spring] * self.stiffness_nm[spring]).recip();
             ([weight, weight * square], weight * self.stiffness_nm[spring])
@@ -254,8 +256,7 @@ impl Frame {
 
     /// wn_off^2 about the middle axis over that about the front one, as most springs have it.
     pub(super) fn axes_ratio(&self) -> Option<f64> {
-        let groups = self.groups();
-        let ratios: Vec<f64> = self.axes_ratios(&groups).iter().map(|(_, ratio)| *ratio).collect();
+        let ratios = self.axes_ratios(&self.groups());
         (!ratios.is_empty()).then(|| most(&ratios))
     }
 
@@ -271,8 +272,7 @@ impl Frame {
     /// most of them.
     pub(super) fn wind(&self, axis: usize) -> Option<(f64, bool)> {
         let groups = self.groups();
-        let shifts: Vec<f64> =
-            self.shifts(&groups, axis, |_| true).iter().map(|(_, shift)| *shift).collect();
+        let shifts = self.shifts(&groups, axis, |_| true);
         let damped =
             groups.iter().filter(|g| g.axis == axis && g.speed_m_s > 0.0).filter_map(|on| {
                 let off = self.reference(&groups, on)?;
@@ -316,7 +316,7 @@ impl Frame {
         }
         let ratios = self.axes_ratios(&groups);
         if ratios.len() > 1 {
-            let usual = most(&ratios.iter().map(|(_, ratio)| *ratio).collect::<Vec<_>>());
+            let usual = most(&ratios);
             let of = |(spring, ratio): (usize, f64)| {
                 let ratio = ratio / usual;
                 Misfit { place: Place::Axes { spring }, z: ratio.ln().abs() / AXES_U, ratio }
@@ -342,7 +342,7 @@ impl Frame {
         if shifts.len() < 2 {
             return Vec::new();
         }
-        let usual = most(&shifts.iter().map(|(_, shift)| *shift).collect::<Vec<_>>());
+        let usual = most(&shifts);
         let mut all = Vec::new();
         for (index, _) in shifts {
             let Group { spring, speed_m_s, ref nodes, .. } = groups[index];
@@ -379,9 +379,9 @@ impl Frame {
     }
 }
 
-/// The middle of the closest half of them, at least of two.
-fn most(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
+/// The middle of the closest half of their values, at least of two.
+fn most(values: &[(usize, f64)]) -> f64 {
+    let mut sorted: Vec<f64> = values.iter().map(|(_, value)| *value).collect();
     sorted.sort_by(f64::total_cmp);
     let half = (sorted.len().div_ceil(2)).max(2).min(sorted.len());
     let width = |k: &usize| sorted[k + half - 1] - sorted[*k];
