@@ -230,7 +230,7 @@ pub(crate) fn group(campaign: &Campaign, identified: &[Identified]) -> Vec<Condi
 }
 
 /// 2 zeta wn; the two are estimated independently of each other at small damping.
-fn damping_rad_s(found: &Identified) -> Quantity {
+pub(super) fn damping_rad_s(found: &Identified) -> Quantity {
     let (wn, zeta) = (found.natural_frequency_rad_s, found.damping_ratio);
     Quantity::new(2.0 * zeta.value * wn.value, 2.0 * (zeta.u * wn.value).hypot(zeta.value * wn.u))
 }

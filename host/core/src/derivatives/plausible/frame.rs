@@ -2,7 +2,7 @@
 
 use super::super::at::At;
 use super::super::campaign::Campaign;
-use super::super::condition::{is_same_speed, Identified};
+use super::super::condition::{damping_rad_s, is_same_speed, Identified};
 use super::super::inputs::axis_index;
 use crate::statistics::median;
 use yawrig_shared::derivatives::torsional_stiffness_nm;
@@ -118,10 +118,9 @@ impl Frame {
             let known = frame.springs.iter().position(|name| *name == entry.spring);
             let spring = known.unwrap_or_else(|| {
                 let stiffness = entry.spring_stiffness_n_per_m;
+                let stiffness_nm = torsional_stiffness_nm(stiffness, campaign.rig.spring_arm_m);
                 frame.springs.push(entry.spring.clone());
-                frame
-                    .stiffness_nm
-                    .push(torsional_stiffness_nm(stiffness, campaign.rig.spring_arm_m));
+                frame.stiffness_nm.push(stiffness_nm);
                 let u = entry.spring_stiffness_u_n_per_m.map(|u| u / stiffness);
                 frame.stiffness_u.push(u.map_or(STIFFNESS_U, |u| u.hypot(STIFFNESS_LEAST_U)));
                 frame.springs.len() - 1
@@ -131,7 +130,7 @@ impl Frame {
                 frame.ats.len() - 1
             });
             let density_ratio = campaign.density_kg_m3(entry) / air.density_kg_m3;
-            let (wn, zeta) = (found.natural_frequency_rad_s, found.damping_ratio);
+            let (wn, damping) = (found.natural_frequency_rad_s, damping_rad_s(found));
             frame.nodes.push(Node {
                 release,
                 spring,
@@ -140,8 +139,8 @@ impl Frame {
                 speed_m_s: entry.wind_speed_m_s * density_ratio.sqrt(),
                 square: wn.value * wn.value,
                 u: 2.0 * wn.value * wn.u,
-                damping: 2.0 * zeta.value * wn.value,
-                u_damping: 2.0 * (zeta.u * wn.value).hypot(zeta.value * wn.u),
+                damping: damping.value,
+                u_damping: damping.u,
             });
         }
         frame
@@ -157,14 +156,10 @@ impl Frame {
             };
             match groups.iter_mut().find(is_it) {
                 Some(group) => group.nodes.push(index),
-                None => groups.push(Group {
-                    spring,
-                    axis,
-                    at,
-                    speed_m_s,
-                    nodes: vec![index],
-                    square: 0.0,
-                }),
+                None => {
+                    let nodes = vec![index];
+                    groups.push(Group { spring, axis, at, speed_m_s, nodes, square: 0.0 });
+                }
             }
         }
         for group in &mut groups {
@@ -208,7 +203,7 @@ impl Frame {
         (points.iter().map(of).collect(), line.other_nm.abs() / self.other_u_nm(points))
     }
 
-    /// Standard uncertainty of no other stiffness.
+    /// Standard uncertainty of there being no stiffness but the springs', N m/rad.
     fn other_u_nm(&self, points: &[(usize, f64)]) -> f64 {
         let of_springs = points.iter().map(|(spring, _)| self.stiffness_nm[*spring]);
         OTHER_STIFFNESS * of_springs.fold(f64::INFINITY, f64::min)
