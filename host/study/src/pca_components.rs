@@ -91,8 +91,14 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
             times(tested[last].1, tested[best].1)
         ),
     ];
+    let plots = plots(&projection, sse, tested);
+    Ok(Outcome { tables: vec![table], findings, plots })
+}
+
+/// `sse` and `tested`: of each number of components.
+fn plots(projection: &Projection, sse: Vec<(f64, f64)>, tested: Vec<(f64, f64)>) -> Vec<Plot> {
     let cumulative = (1..=60).map(|n| (n as f64, 100.0 * projection.explained(n))).collect();
-    let plots = vec![
+    vec![
         Plot {
             title: "SSE and test error against components (Fig 5.5)".into(),
             x: Axis::linear("components"),
@@ -112,6 +118,5 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
                 Curve::points("thesis", vec![(32.0, THESIS_SHARE_AT_32)]),
             ],
         },
-    ];
-    Ok(Outcome { tables: vec![table], findings, plots })
+    ]
 }
