@@ -59,9 +59,8 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
         sse.push((n as f64, fit.sse()));
         tested.push((n as f64, errors.damping_ratio_rms_percent));
     }
-    let best = (0..COUNTS.len())
-        .min_by(|a, b| f64::total_cmp(&tested[*a].1, &tested[*b].1))
-        .unwrap_or_default();
+    let by_error = |a: &usize, b: &usize| tested[*a].1.total_cmp(&tested[*b].1);
+    let best = (0..COUNTS.len()).min_by(by_error).unwrap_or_default();
     let last = COUNTS.len() - 1;
     // Kaiser's criterion is meant for inputs of variance one.
     let mean = projection.variances.iter().sum::<f64>() / projection.variances.len() as f64;

@@ -93,12 +93,10 @@ pub(crate) fn minimise(problem: &impl Problem, start: &[f64], options: &Options)
         if g.amax() == 0.0 {
             break Ended::Converged;
         }
-        if let Some(full) = Cholesky::new(a.clone()) {
-            // g'(J'J)^-1 g / s^2 is the squared distance to the minimum in standard errors.
-            let distance = full.solve(&g).dot(&g);
-            if distance <= options.tolerance.powi(2) * variance {
-                break Ended::Converged;
-            }
+        // g'(J'J)^-1 g / s^2 is the squared distance to the minimum in standard errors.
+        let distance = Cholesky::new(a.clone()).map(|full| full.solve(&g).dot(&g));
+        if distance.is_some_and(|distance| distance <= options.tolerance.powi(2) * variance) {
+            break Ended::Converged;
         }
         loop {
             if evaluations >= options.max_evaluations {
