@@ -4,17 +4,16 @@
 #![forbid(unsafe_code)]
 
 pub mod answers;
+mod kept;
 mod parts;
 
 use answers::{identified, Answer, By};
-use parts::{by_records, condition, head, text};
-use std::path::{Path, PathBuf};
+use kept::Kept;
+use parts::{condition, head, text};
+use std::path::Path;
 use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Result};
-use yawrig_base::files;
 use yawrig_campaign::plan::Plan;
-use yawrig_campaign::simulated::CAMPAIGN_FILE;
-use yawrig_campaign::CampaignFile;
 use yawrig_core::derivatives::campaign::{Campaign, ReleaseEntry};
 use yawrig_core::derivatives::condition::{are_repeats, Identified};
 use yawrig_core::derivatives::{inertia_kg_m2, plausible, Computed};
@@ -64,11 +63,7 @@ pub struct Measuring {
     unchecked: bool,
     /// Releases that count, by their places in the plan.
     made: Vec<(usize, Answer)>,
-    /// Those that were in the folder before, by their records.
-    before: Vec<(ReleaseEntry, Identified)>,
-    /// What is written: the releases that have a record, those that were there before first.
-    kept: Campaign,
-    folder: Option<PathBuf>,
+    kept: Kept,
     ended: bool,
 }
 
@@ -96,23 +91,8 @@ impl Measuring {
                 Error { message: format!("{which}: {}", error.message), ..error }
             })?;
         }
-        let (mut kept, mut before) = (head(&plan.campaign), Vec::new());
-        let file = folder.map(|folder| folder.join(CAMPAIGN_FILE));
-        if let Some(file) = file.filter(|file| file.exists()) {
-            let there = CampaignFile::read_releases(&file)?;
-            before = by_records(&there)?;
-            let CampaignFile { campaign: there, .. } = there;
-            kept.rig.clock_u_ppm = kept.rig.clock_u_ppm.or(there.rig.clock_u_ppm);
-            if head(&there) != kept {
-                return Err(Error::data(format!(
-                    "{} is of another model, air or rig than this campaign",
-                    file.display()
-                ))
-                .help("record into another folder"));
-            }
-            kept = there;
-        }
-        let mut there: Vec<&ReleaseEntry> = kept.release.iter().collect();
+        let kept = Kept::of(&plan.campaign, folder)?;
+        let mut there: Vec<&ReleaseEntry> = kept.campaign.release.iter().collect();
         let mut is_there = |wanted: &ReleaseEntry| {
             there
                 .iter()
@@ -135,9 +115,7 @@ impl Measuring {
             waiting: None,
             unchecked: false,
             made: Vec::new(),
-            before,
             kept,
-            folder: folder.map(Path::to_owned),
             ended: false,
         };
         measuring.at = measuring.next_from(0);
@@ -175,20 +153,7 @@ impl Measuring {
             return Ok(());
         };
         self.made.remove(of);
-        self.unlist(place)
-    }
-
-    /// Takes the release at `place` of the plan out of the campaign's file, where that lists it.
-    fn unlist(&mut self, place: usize) -> Result<()> {
-        let entry = &self.plan.campaign.release[place];
-        let mut listed = self.kept.release.iter().skip(self.before.len());
-        let same = listed.rposition(|r| {
-            (&r.spring, r.axis, &r.at, r.wind_speed_m_s)
-                == (&entry.spring, entry.axis, &entry.at, entry.wind_speed_m_s)
-        });
-        let Some(at) = same else { return Ok(()) };
-        self.kept.release.remove(self.before.len() + at);
-        self.write()
+        self.kept.unlist(&self.plan.campaign.release[place])
     }
 
     /// The last release was made under `condition`: it does not count where the device was told another.
@@ -201,7 +166,7 @@ impl Measuring {
         self.told = None;
         self.not_counted =
             Some("another program has given the device its own condition".to_owned());
-        self.unlist(place)
+        self.kept.unlist(&self.plan.campaign.release[place])
     }
 
     fn go_to(&mut self, place: usize) {
@@ -332,7 +297,7 @@ impl Measuring {
         if self.told != Some(condition) {
             let status = session.set_condition(condition)?;
             self.told = Some(condition);
-            self.kept.rig.clock_u_ppm.get_or_insert(f64::from(status.clock_u_ppm));
+            self.kept.campaign.rig.clock_u_ppm.get_or_insert(f64::from(status.clock_u_ppm));
             // What is going on was begun under another condition, seen or not.
             self.stale = matches!(status.phase, Phase::Released | Phase::Ringing);
         }
@@ -371,8 +336,8 @@ impl Measuring {
         let entries = self.made.iter().map(|(place, _)| self.plan.campaign.release[*place].clone());
         let (made, answers): (Vec<_>, Vec<_>) = entries.zip(self.made.iter().map(|m| m.1)).unzip();
         let identified = identified(&made, &answers, By::Refined);
-        let release = self.before.iter().map(|(entry, _)| entry.clone()).chain(made).collect();
-        let before = self.before.iter().map(|(_, identified)| identified.clone());
+        let release = self.kept.before.iter().map(|(entry, _)| entry.clone()).chain(made).collect();
+        let before = self.kept.before.iter().map(|(_, identified)| identified.clone());
         let campaign = Campaign { release, ..self.plan.campaign.clone() };
         (campaign, before.chain(identified).collect())
     }
@@ -381,15 +346,11 @@ impl Measuring {
     fn derivatives(&self, at: u64) -> Option<Item> {
         let (campaign, identified) = self.so_far();
         let table = Computed::new(&campaign, &identified).ok()?;
-        let mut table = table.table(&self.file().unwrap_or_default(), "device");
+        let file = self.kept.file();
+        let mut table = table.table(file.unwrap_or(Path::new("")), "device");
         table.doubts = plausible::doubts(&campaign, &identified, &[]);
-        let text = text(&table, self.file().as_deref());
+        let text = text(&table, file);
         Some(Item::Derivatives { at, table: serde_json::to_value(&table).ok()?, text })
-    }
-
-    /// The campaign's file that is being made.
-    fn file(&self) -> Option<PathBuf> {
-        self.folder.as_ref().map(|folder| folder.join(CAMPAIGN_FILE))
     }
 
     /// A release that counts has its record: the campaign's file lists it from now on.
@@ -397,15 +358,7 @@ impl Measuring {
         let made = self.made.iter().rfind(|(_, answer)| answer.result.release == release);
         let Some((place, _)) = made else { return Ok(()) };
         let entry = self.plan.campaign.release[*place].clone();
-        self.kept.release.push(ReleaseEntry { file: file.to_owned(), ..entry });
-        self.write()
-    }
-
-    fn write(&self) -> Result<()> {
-        let Some(path) = self.file() else { return Ok(()) };
-        let text = toml::to_string(&self.kept)
-            .map_err(|e| Error::internal(format!("cannot write {}: {e}", path.display())))?;
-        files::write_atomically(&path, text.as_bytes())
+        self.kept.list(ReleaseEntry { file: file.to_owned(), ..entry })
     }
 }
 

@@ -1,9 +1,12 @@
 //! `yawrig monitor`: follow a device as it measures, store it, and show again what was stored.
 
-use super::common::{print_json_line, print_line, within, DeviceArg};
+mod shown;
+
+use super::common::{within, DeviceArg};
 use super::condition::ConditionArgs;
 use super::keys;
 use clap::Args;
+use shown::Shown;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
@@ -170,52 +173,6 @@ fn measuring(arguments: &Monitor, is_built_in: bool) -> Result<Option<Measuring>
             .help("give --record a folder: a campaign.toml comes there, too"));
     }
     Measuring::new(plan, arguments.record.as_deref()).map(Some)
-}
-
-/// What is shown of a session, live or stored.
-struct Shown {
-    jsonl: bool,
-    /// Of the device's network.
-    effects: String,
-    releases: u32,
-    /// The refined estimate of the last of them has come.
-    refined: bool,
-}
-
-impl Shown {
-    /// Results on stdout; what befalls the line on stderr, but in JSON on stdout with them.
-    fn show(&mut self, item: &Item) -> Result<()> {
-        if let Some(effects) = item.effects() {
-            self.effects = effects;
-        }
-        match item {
-            Item::Event { event: Event::Release(_), .. } => {
-                self.releases += 1;
-                self.refined = false;
-            }
-            Item::Event { event: Event::Refined(_), .. } => self.refined = true,
-            _ => {}
-        }
-        match (item, item.to_text(&self.effects)) {
-            (Item::Samples { .. }, _) => Ok(()),
-            (_, text) if self.jsonl => {
-                let is_result = matches!(item, Item::Event { .. } | Item::Derivatives { .. });
-                if let (Some(text), false) = (text, is_result) {
-                    crate::say!("{text}");
-                }
-                print_json_line(&item.to_json())
-            }
-            (
-                Item::Event { .. } | Item::Condition { .. } | Item::Derivatives { .. },
-                Some(text),
-            ) => print_line(&text),
-            (_, Some(text)) => {
-                crate::say!("{text}");
-                Ok(())
-            }
-            (_, None) => Ok(()),
-        }
-    }
 }
 
 struct Following<'a> {

@@ -151,10 +151,9 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
                     all.iter().filter_map(|found| value(found, *method)).collect();
                 let middle =
                     [0, 1].map(|k| median(&mut values.iter().map(|v| v[k]).collect::<Vec<_>>()));
-                row.push(pair((middle[0], middle[1])));
-                let largest =
-                    values.iter().map(|v| 100.0 * (v[1] / zeta - 1.0).abs()).fold(0.0, f64::max);
-                worst.push(percent(largest));
+                row.push(pair(middle.into()));
+                let errors = values.iter().map(|v| percent_off(*v)[1].abs());
+                worst.push(percent(errors.fold(0.0, f64::max)));
                 off.push(percent_off(middle));
                 curve.points.push((noise, percent_off(middle)[1]));
             }
@@ -168,20 +167,7 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
             }
             (setting.progress)(&format!("conventional: wn {wn} rad/s, noise {noise}"));
         }
-        let names = METHODS.map(|(_, name)| name);
-        let names = [names[0], names[1], names[2], "thesis's conventional", "thesis's network"];
-        let said = names.iter().zip(&off).map(|(name, off)| {
-            let [wn, zeta] = [0, 1].map(|k| extremes(off.iter().map(|o| o[k])));
-            format!(
-                "{name} wn {:+.2} to {:+.2}, zeta {:+.1} to {:+.1}",
-                wn[0], wn[1], zeta[0], zeta[1]
-            )
-        });
-        findings.push(format!(
-            "wn {wn} rad/s, zeta {zeta}: errors in % from the least to the largest over the noise levels, medians here and \
-             one response a level in the thesis: {}.",
-            said.collect::<Vec<_>>().join("; ")
-        ));
+        findings.push(finding((wn, zeta), &off));
         tables.push(table);
         plots.push(Plot {
             title: format!("zeta, wn {wn} rad/s, zeta {zeta} (Table 4.7)"),
@@ -191,4 +177,19 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
         });
     }
     Ok(Outcome { tables, findings, plots })
+}
+
+/// `off`: errors of wn and zeta in percent at each noise level, of our methods and of the thesis's two.
+fn finding((wn, zeta): WnAndZeta, off: &[Vec<[f64; 2]>; 5]) -> String {
+    let [a, b, c] = METHODS.map(|(_, name)| name);
+    let names = [a, b, c, "thesis's conventional", "thesis's network"];
+    let said = names.iter().zip(off).map(|(name, off)| {
+        let [wn, zeta] = [0, 1].map(|k| extremes(off.iter().map(|o| o[k])));
+        format!("{name} wn {:+.2} to {:+.2}, zeta {:+.1} to {:+.1}", wn[0], wn[1], zeta[0], zeta[1])
+    });
+    format!(
+        "wn {wn} rad/s, zeta {zeta}: errors in % from the least to the largest over the noise levels, medians here and \
+         one response a level in the thesis: {}.",
+        said.collect::<Vec<_>>().join("; ")
+    )
 }

@@ -59,9 +59,8 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
         sse.push((n as f64, fit.sse()));
         tested.push((n as f64, errors.damping_ratio_rms_percent));
     }
-    let best = (0..COUNTS.len())
-        .min_by(|a, b| f64::total_cmp(&tested[*a].1, &tested[*b].1))
-        .unwrap_or_default();
+    let by_error = |a: &usize, b: &usize| tested[*a].1.total_cmp(&tested[*b].1);
+    let best = (0..COUNTS.len()).min_by(by_error).unwrap_or_default();
     let last = COUNTS.len() - 1;
     // Kaiser's criterion is meant for inputs of variance one.
     let mean = projection.variances.iter().sum::<f64>() / projection.variances.len() as f64;
@@ -91,8 +90,14 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
             times(tested[last].1, tested[best].1)
         ),
     ];
+    let plots = plots(&projection, sse, tested);
+    Ok(Outcome { tables: vec![table], findings, plots })
+}
+
+/// `sse` and `tested`: of each number of components.
+fn plots(projection: &Projection, sse: Vec<(f64, f64)>, tested: Vec<(f64, f64)>) -> Vec<Plot> {
     let cumulative = (1..=60).map(|n| (n as f64, 100.0 * projection.explained(n))).collect();
-    let plots = vec![
+    vec![
         Plot {
             title: "SSE and test error against components (Fig 5.5)".into(),
             x: Axis::linear("components"),
@@ -112,6 +117,5 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
                 Curve::points("thesis", vec![(32.0, THESIS_SHARE_AT_32)]),
             ],
         },
-    ];
-    Ok(Outcome { tables: vec![table], findings, plots })
+    ]
 }

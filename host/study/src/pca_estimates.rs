@@ -15,6 +15,9 @@ const WN_RAD_S: [f64; 3] = [3.5, 15.5, 23.5];
 /// Rms on the impulse response.
 const LEVELS: [f64; 3] = [0.02, 0.1, 0.2];
 
+/// Which of wn and zeta, the noise, and the median error of a line.
+type LineError = (usize, f64, f64);
+
 pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let noise = Noise::OfImpulseResponse([0.02, 0.2]);
     let thesis = WholeRecord::thesis(noise);
@@ -30,8 +33,7 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
         ("1000 records, appendix D", &fits[0], thesis),
         ("6000 records, one scale", &fits[1], ours),
     ];
-    // Of each network: which of the two, the noise, the median error of a line.
-    let mut all: [Vec<(usize, f64, f64)>; 2] = Default::default();
+    let mut all: [Vec<LineError>; 2] = Default::default();
     let mut tables = Vec::new();
     let mut plots = Vec::new();
     for (which, fixed, title) in [
@@ -84,16 +86,7 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
         tables.push(table);
     }
     let said = fits.iter().zip(&all).map(|((name, _, _), all)| {
-        let of = |which: usize, level: f64| {
-            let chosen = all.iter().filter(|(w, l, _)| *w == which && *l == level);
-            extremes(chosen.map(|(_, _, median)| *median)).map(percent)
-        };
-        let [quiet, loud] = [LEVELS[0], LEVELS[LEVELS.len() - 1]];
-        let by_level = |which: usize| {
-            let [a, b] = [of(which, quiet), of(which, loud)];
-            format!("{} to {} % at {quiet}, {} to {} % at {loud}", a[0], a[1], b[0], b[1])
-        };
-        format!("{name}: wn {}; zeta {}", by_level(0), by_level(1))
+        format!("{name}: wn {}; zeta {}", by_level(all, 0), by_level(all, 1))
     });
     let findings = vec![format!(
         "Thesis: wn is estimated well at any noise, zeta not, but better at high natural frequency. Here, median errors \
@@ -101,6 +94,17 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
         said.collect::<Vec<_>>().join(". ")
     )];
     Ok(Outcome { tables, findings, plots })
+}
+
+/// From the best line to the worst, at least noise and at most.
+fn by_level(all: &[LineError], which: usize) -> String {
+    let of = |level: f64| {
+        let chosen = all.iter().filter(|(w, l, _)| *w == which && *l == level);
+        extremes(chosen.map(|(_, _, median)| *median)).map(percent)
+    };
+    let [quiet, loud] = [LEVELS[0], LEVELS[LEVELS.len() - 1]];
+    let [a, b] = [of(quiet), of(loud)];
+    format!("{} to {} % at {quiet}, {} to {} % at {loud}", a[0], a[1], b[0], b[1])
 }
 
 fn figures(e: &Errors, which: usize) -> [f64; 3] {

@@ -144,7 +144,8 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
             }
         }
     }
-    let (derivatives, misses, plots) = derivatives(&rig, &releases, &ways, &whole, &three);
+    let (derivatives, misses, plots) =
+        derivatives(&rig, &releases, &columns(&ways, &whole, &three));
     let mut findings = findings(&ways, &bars);
     findings.extend(misses);
     let mut tables = vec![holds];
@@ -184,16 +185,12 @@ fn over_windows(fit: &Fit, record: &Record) -> Option<Modal> {
     })
 }
 
-/// The table of derivatives on the varying rig at the middle axis, what it says, and its plots.
-fn derivatives(
-    rig: &Rig,
-    releases: &[Releases],
-    ways: &[Way],
-    whole: &[Fit],
-    three: &[Fit],
-) -> (Vec<Table>, Vec<String>, Vec<Plot>) {
+/// A column of the tables of derivatives: how wn and zeta are found in a release of the varying rig.
+type Column<'a> = (&'static str, Box<dyn Fn(&Releases) -> Option<Modal> + 'a>);
+
+fn columns<'a>(ways: &'a [Way], whole: &'a [Fit], three: &'a [Fit]) -> Vec<Column<'a>> {
     let last = ways.len() - 1;
-    let by_record = |at: usize, r: &Releases| {
+    let by_record = move |at: usize, r: &Releases| {
         let record = &r.records[1];
         let way = &ways[at];
         let eight = EightSeconds::of(record, way.cut)?;
@@ -206,14 +203,21 @@ fn derivatives(
         let found = eight.least_squares(record, r.truth.damped_frequency_rad_s())?;
         Some(Modal { natural_frequency_rad_s: found[0], damping_ratio: found[1] })
     };
-    type Way8<'a> = (&'a str, Box<dyn Fn(&Releases) -> Option<Modal> + 'a>);
-    let columns: Vec<Way8<'_>> = vec![
+    vec![
         ("whole, thesis's way", Box::new(move |r| by_record(0, r))),
         ("whole, what holds", Box::new(move |r| by_record(last, r))),
         ("whole, least squares", Box::new(least_squares)),
         ("3 cycles, 10 components", Box::new(|r| over_windows(&three[1], &r.records[1]))),
         ("3 cycles, 41 inputs", Box::new(|r| over_windows(&three[0], &r.records[1]))),
-    ];
+    ]
+}
+
+/// The tables of derivatives on the varying rig at the middle axis, what they say, and their plots.
+fn derivatives(
+    rig: &Rig,
+    releases: &[Releases],
+    columns: &[Column<'_>],
+) -> (Vec<Table>, Vec<String>, Vec<Plot>) {
     let mut tables = Vec::new();
     let mut plots = Vec::new();
     let mut misses = Vec::new();

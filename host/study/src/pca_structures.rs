@@ -33,18 +33,7 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
     let jobs: Vec<_> = structures.iter().map(|hidden| (&train, spec(hidden))).collect();
     let fits = setting.fit_all("pca-structures", &jobs)?;
     let tests: Vec<Draws> = LEVELS.map(|l| kind([l, l]).draw(setting.tests(), 22)).into();
-    let mut header = vec!["structure".to_owned()];
-    header.extend(LEVELS.iter().map(|l| format!("wn {l}")));
-    header.extend(LEVELS.iter().map(|l| format!("zeta {l}")));
-    header.extend(["zeta median".to_owned(), "95 % below".to_owned(), "effective".to_owned()]);
-    let mut table = Table {
-        caption: format!(
-            "rms errors in % on {} test records by noise (rms on the impulse response); medians at 0.2",
-            setting.tests()
-        ),
-        header,
-        rows: Vec::new(),
-    };
+    let mut table = empty_table(setting.tests());
     let (mut curves, mut at_worst) = (Vec::new(), Vec::new());
     for (hidden, fit) in structures.iter().zip(&fits) {
         let errors: Vec<Errors> = tests.iter().map(|test| fit.errors(test)).collect();
@@ -102,4 +91,18 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
         curves,
     };
     Ok(Outcome { tables: vec![table], findings, plots: vec![plot] })
+}
+
+fn empty_table(tests: usize) -> Table {
+    let mut header = vec!["structure".to_owned()];
+    header.extend(LEVELS.iter().map(|l| format!("wn {l}")));
+    header.extend(LEVELS.iter().map(|l| format!("zeta {l}")));
+    header.extend(["zeta median".to_owned(), "95 % below".to_owned(), "effective".to_owned()]);
+    Table {
+        caption: format!(
+            "rms errors in % on {tests} test records by noise (rms on the impulse response); medians at 0.2"
+        ),
+        header,
+        rows: Vec::new(),
+    }
 }

@@ -70,22 +70,7 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
         THESIS_ZETA[0],
         THESIS_ZETA[1]
     )];
-    for (name, [wn, wn_true], [zeta, zeta_true]) in &found {
-        let [of_wn, planted] = [wn, wn_true].map(|points| extremes(points.iter().map(|p| p.1)));
-        let of_zeta = extremes(zeta.iter().map(|p| p.1));
-        findings.push(format!(
-            "{name}: wn {:.3} to {:.3} rad/s, a spread of {} % where {} % were planted, off the planted curve {} % rms; \
-             zeta {:.5} to {:.5}, off {} % rms",
-            of_wn[0],
-            of_wn[1],
-            percent(spread(of_wn)),
-            percent(spread(planted)),
-            percent(off(wn, wn_true)),
-            of_zeta[0],
-            of_zeta[1],
-            percent(off(zeta, zeta_true))
-        ));
-    }
+    findings.extend(found.iter().map(finding));
     let plot = |title: &str, unit: &str, curves| Plot {
         title: title.into(),
         x: PlotAxis::linear("amplitude, deg"),
@@ -97,6 +82,27 @@ pub(super) fn run(setting: &StudySetting<'_>) -> Result<Outcome> {
         plot("Damping ratio through a response of K4 (Fig 4.20)", "zeta", zeta_curves),
     ];
     Ok(Outcome { tables, findings, plots })
+}
+
+/// What is found on a rig, and what is planted: of wn and of zeta against amplitude.
+type Found = (&'static str, [Points; 2], [Points; 2]);
+type Points = Vec<(f64, f64)>;
+
+fn finding((name, [wn, wn_true], [zeta, zeta_true]): &Found) -> String {
+    let [of_wn, planted] = [wn, wn_true].map(|points| extremes(points.iter().map(|p| p.1)));
+    let of_zeta = extremes(zeta.iter().map(|p| p.1));
+    format!(
+        "{name}: wn {:.3} to {:.3} rad/s, a spread of {} % where {} % were planted, off the planted curve {} % rms; \
+         zeta {:.5} to {:.5}, off {} % rms",
+        of_wn[0],
+        of_wn[1],
+        percent(spread(of_wn)),
+        percent(spread(planted)),
+        percent(off(wn, wn_true)),
+        of_zeta[0],
+        of_zeta[1],
+        percent(off(zeta, zeta_true))
+    )
 }
 
 /// Percent of the mean of both.

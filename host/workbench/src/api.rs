@@ -6,7 +6,7 @@ use super::live::{self, Order};
 use super::own::Form;
 use super::session::Use;
 use super::work::Job;
-use super::{dropped, show, state};
+use super::{dropped, folder, show, state};
 use axum::body::Bytes;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
@@ -156,7 +156,7 @@ pub async fn campaign_check(State(app): State<Arc<App>>, Json(form): Json<Campai
 
 /// Records in the folder that are not open yet.
 pub async fn files(State(app): State<Arc<App>>) -> Answer {
-    aside(app, |app| show::files(app)).await
+    aside(app, |app| folder::files(app)).await
 }
 
 #[derive(Deserialize)]
@@ -311,12 +311,12 @@ fn do_it(app: &Arc<App>, act: Act) -> yawrig_base::error::Result<Value> {
             return Ok(state::state(app));
         }
         Act::Open { file, reading } => {
-            let id = show::open(app, &file, &reading)?;
+            let id = folder::open(app, &file, &reading)?;
             app.news.all_may_differ();
             return Ok(json!({"release": id}));
         }
         Act::Between { release, from_s, to_s } => {
-            show::between(app, release, Times { from_s, to_s })?;
+            folder::between(app, release, Times { from_s, to_s })?;
             app.news.all_may_differ();
         }
         Act::Connect { device, speed } => app.follow(&device, speed.unwrap_or(1.0))?,

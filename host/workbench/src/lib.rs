@@ -13,6 +13,7 @@ mod assets;
 mod campaign;
 mod derived;
 mod dropped;
+mod folder;
 mod jobs;
 mod law;
 mod live;

@@ -2,8 +2,9 @@
 
 use super::alike::alike;
 use super::campaign::Campaign;
-use super::condition::{Condition, Mean, Setting};
+use super::condition::{Condition, Setting};
 use super::line::{self, Point, StraightLine};
+use super::repeats::Mean;
 use std::collections::HashMap;
 use yawrig_shared::axis::Axis;
 use yawrig_shared::derivatives::{
@@ -80,6 +81,12 @@ pub(super) struct Uncertain {
     pub(crate) source: Source,
     pub(crate) u: f64,
     pub(crate) change: Change,
+}
+
+impl Uncertain {
+    fn new(source: Source, u: f64, change: impl Fn(&mut Inputs, f64) + 'static) -> Self {
+        Self { source, u, change: Box::new(change) }
+    }
 }
 
 /// The campaign's structure, which no uncertainty changes.
@@ -264,6 +271,9 @@ impl Inputs {
     }
 }
 
+/// Of a condition with wind: the one without that it is held against, and what of what each lacks is alike.
+type Alike = HashMap<usize, (usize, [f64; 2])>;
+
 /// Every uncertain number. Those of different conditions are independent of each other, but for a law that
 /// the linear model lacks with the wind on and off, the wind speed's too; air density, geometry, springs and
 /// arm are common to all they enter.
@@ -273,106 +283,113 @@ pub(super) fn uncertain(
     layout: &Layout,
     inputs: &Inputs,
 ) -> Vec<Uncertain> {
-    let mut all: Vec<Uncertain> = Vec::new();
-    let mut add = |source, u: f64, change: Change| {
-        if u > 0.0 {
-            all.push(Uncertain { source, u, change });
-        }
-    };
     let pairs = layout.places.iter().flat_map(|place| [Some(place.mid), place.front]).flatten();
-    let alike: HashMap<usize, (usize, [f64; 2])> = pairs
+    let alike: Alike = pairs
         .map(|Pair { on, off }| (on, (off, alike(&conditions[on], &conditions[off]))))
         .collect();
-    for (i, c) in conditions.iter().enumerate() {
-        let (wn, damping) = (c.natural_frequency_rad_s, c.damping_rad_s);
-        // What of a law that the linear model lacks is not in the release without wind as well.
-        let own = |mean: Mean, which: usize| {
-            let alike = match (c.setting.wind_speed_m_s > 0.0, alike.get(&i)) {
-                (true, known) => known.map_or(0.0, |(_, alike)| alike[which]),
-                (false, _) => 1.0,
-            };
-            (mean.u_fit.powi(2) - (alike * mean.u_lacking).powi(2)).max(0.0).sqrt()
+    let of_conditions = (0..conditions.len()).flat_map(|i| of_condition(conditions, &alike, i));
+    let mut all: Vec<Uncertain> = of_conditions.collect();
+    all.extend(of_stiffness(campaign, layout, inputs));
+    all.extend(of_all_releases(campaign));
+    all.retain(|uncertain| uncertain.u > 0.0);
+    all
+}
+
+/// The numbers of one condition.
+fn of_condition(conditions: &[Condition], alike: &Alike, i: usize) -> Vec<Uncertain> {
+    let c = &conditions[i];
+    let (wn, damping) = (c.natural_frequency_rad_s, c.damping_rad_s);
+    // What of a law that the linear model lacks is not in the release without wind as well.
+    let own = |mean: Mean, which: usize| {
+        let alike = match (c.setting.wind_speed_m_s > 0.0, alike.get(&i)) {
+            (true, known) => known.map_or(0.0, |(_, alike)| alike[which]),
+            (false, _) => 1.0,
         };
-        let (u_wn, u_damping) = (own(wn, 0), own(damping, 1));
-        add(Source::Fit, u_wn, Box::new(move |x, d| x.natural_frequency_rad_s[i] += d));
-        add(Source::Fit, u_damping, Box::new(move |x, d| x.damping_rad_s[i] += d));
-        if c.setting.wind_speed_m_s == 0.0 {
-            for which in 0..2 {
-                let lacking = |k: usize| {
-                    let Condition { natural_frequency_rad_s, damping_rad_s, .. } = &conditions[k];
-                    [natural_frequency_rad_s, damping_rad_s][which].u_lacking
-                };
-                let with_wind = alike.iter().filter(|(_, (off, _))| *off == i);
-                let together: Vec<(usize, f64)> = with_wind
-                    .map(|(&on, (_, alike))| (on, alike[which] * lacking(on)))
-                    .chain([(i, lacking(i))])
-                    .filter(|(_, u)| *u > 0.0)
-                    .collect();
-                let any = if together.is_empty() { 0.0 } else { 1.0 };
-                let change = move |x: &mut Inputs, d: f64| {
-                    let rates = [&mut x.natural_frequency_rad_s, &mut x.damping_rad_s];
-                    for (k, u) in &together {
-                        rates[which][*k] += d * u;
-                    }
-                };
-                add(Source::Fit, any, Box::new(change));
-            }
-        }
-        add(
-            Source::Repeatability,
-            wn.u_repeatability,
-            Box::new(move |x, d| x.natural_frequency_rad_s[i] += d),
-        );
-        add(
-            Source::Repeatability,
-            damping.u_repeatability,
-            Box::new(move |x, d| x.damping_rad_s[i] += d),
-        );
-        add(
-            Source::WindSpeed,
-            c.setting.wind_speed_u_m_s,
-            Box::new(move |x, d| x.wind_speed_m_s[i] += d),
-        );
+        (mean.u_fit.powi(2) - (alike * mean.u_lacking).powi(2)).max(0.0).sqrt()
+    };
+    let add_wn = move |x: &mut Inputs, d: f64| x.natural_frequency_rad_s[i] += d;
+    let add_damping = move |x: &mut Inputs, d: f64| x.damping_rad_s[i] += d;
+    let mut all = vec![
+        Uncertain::new(Source::Fit, own(wn, 0), add_wn),
+        Uncertain::new(Source::Fit, own(damping, 1), add_damping),
+    ];
+    if c.setting.wind_speed_m_s == 0.0 {
+        all.extend([0, 1].map(|which| lacking(conditions, alike, i, which)));
     }
-    for (k, name) in layout.springs.iter().enumerate() {
+    all.extend([
+        Uncertain::new(Source::Repeatability, wn.u_repeatability, add_wn),
+        Uncertain::new(Source::Repeatability, damping.u_repeatability, add_damping),
+        Uncertain::new(Source::WindSpeed, c.setting.wind_speed_u_m_s, move |x, d| {
+            x.wind_speed_m_s[i] += d;
+        }),
+    ]);
+    all
+}
+
+/// What a wind-off condition and those with wind that are held against it lack of the same law, of wn (0) or
+/// 2 zeta wn (1).
+fn lacking(conditions: &[Condition], alike: &Alike, off: usize, which: usize) -> Uncertain {
+    let u_of = |k: usize| {
+        let Condition { natural_frequency_rad_s, damping_rad_s, .. } = &conditions[k];
+        [natural_frequency_rad_s, damping_rad_s][which].u_lacking
+    };
+    let with_wind = alike.iter().filter(|(_, (its, _))| *its == off);
+    let together: Vec<(usize, f64)> = with_wind
+        .map(|(&on, (_, alike))| (on, alike[which] * u_of(on)))
+        .chain([(off, u_of(off))])
+        .filter(|(_, u)| *u > 0.0)
+        .collect();
+    let any = if together.is_empty() { 0.0 } else { 1.0 };
+    Uncertain::new(Source::Fit, any, move |x, d| {
+        let rates = [&mut x.natural_frequency_rad_s, &mut x.damping_rad_s];
+        for (k, u) in &together {
+            rates[which][*k] += d * u;
+        }
+    })
+}
+
+/// The springs' stiffness and the inertia.
+fn of_stiffness(campaign: &Campaign, layout: &Layout, inputs: &Inputs) -> Vec<Uncertain> {
+    let of_spring = |(k, name): (usize, &String)| {
         let release = campaign.release.iter().find(|release| release.spring == *name);
         let u = release.and_then(|release| release.spring_stiffness_u_n_per_m).unwrap_or(0.0);
-        add(Source::Inertia, u, Box::new(move |x, d| x.stiffness_n_per_m[k] += d));
-    }
+        Uncertain::new(Source::Inertia, u, move |x, d| x.stiffness_n_per_m[k] += d)
+    };
+    let mut all: Vec<Uncertain> = layout.springs.iter().enumerate().map(of_spring).collect();
     let known = campaign.inertia.clone().unwrap_or_default();
     let known_u = [known.mid_u_kg_m2, known.front_u_kg_m2];
     for axis in Axis::BOTH {
         let a = axis_index(axis);
         if inputs.known_inertia_kg_m2[a].is_some() {
-            let change = move |x: &mut Inputs, d: f64| {
+            all.push(Uncertain::new(Source::Inertia, known_u[a].unwrap_or(0.0), move |x, d| {
                 x.known_inertia_kg_m2[a] = x.known_inertia_kg_m2[a].map(|inertia| inertia + d);
-            };
-            add(Source::Inertia, known_u[a].unwrap_or(0.0), Box::new(change));
+            }));
         } else if let Some(line) = layout.line(inputs, axis) {
             let excess = (line.scatter_ratio().powi(2) - 1.0).sqrt();
-            add(
-                Source::Inertia,
-                line.u_slope * excess,
-                Box::new(move |x, d| x.slope_shift_kg_m2[a] += d),
-            );
+            all.push(Uncertain::new(Source::Inertia, line.u_slope * excess, move |x, d| {
+                x.slope_shift_kg_m2[a] += d;
+            }));
         }
     }
-    let Campaign { model, air, rig, .. } = campaign;
-    let given = |u: Option<f64>| u.unwrap_or(0.0);
-    add(Source::Inertia, given(rig.spring_arm_u_m), Box::new(|x, d| x.spring_arm_m += d));
-    add(Source::AirDensity, given(air.density_u_kg_m3), Box::new(|x, d| x.density_kg_m3 += d));
-    add(Source::Geometry, given(model.length_u_m), Box::new(|x, d| x.model.length_m += d));
-    add(
-        Source::Geometry,
-        given(model.frontal_area_u_m2),
-        Box::new(|x, d| x.model.frontal_area_m2 += d),
-    );
-    add(Source::Geometry, given(rig.axis_offset_u_m), Box::new(|x, d| x.axis_offset_m += d));
-    // One clock for all releases: every frequency and every damping goes with it.
-    let clock = |x: &mut Inputs, d: f64| {
-        let rates = x.natural_frequency_rad_s.iter_mut().chain(&mut x.damping_rad_s);
-        rates.for_each(|rate| *rate *= 1.0 + d);
-    };
-    add(Source::Clock, 1e-6 * given(rig.clock_u_ppm), Box::new(clock));
     all
+}
+
+/// What all releases share.
+fn of_all_releases(campaign: &Campaign) -> [Uncertain; 6] {
+    let Campaign { model, air, rig, .. } = campaign;
+    let new = |source, u: Option<f64>, change: fn(&mut Inputs, f64)| {
+        Uncertain::new(source, u.unwrap_or(0.0), change)
+    };
+    [
+        new(Source::Inertia, rig.spring_arm_u_m, |x, d| x.spring_arm_m += d),
+        new(Source::AirDensity, air.density_u_kg_m3, |x, d| x.density_kg_m3 += d),
+        new(Source::Geometry, model.length_u_m, |x, d| x.model.length_m += d),
+        new(Source::Geometry, model.frontal_area_u_m2, |x, d| x.model.frontal_area_m2 += d),
+        new(Source::Geometry, rig.axis_offset_u_m, |x, d| x.axis_offset_m += d),
+        // One clock for all releases: every frequency and every damping goes with it.
+        new(Source::Clock, rig.clock_u_ppm.map(|ppm| 1e-6 * ppm), |x, d| {
+            let rates = x.natural_frequency_rad_s.iter_mut().chain(&mut x.damping_rad_s);
+            rates.for_each(|rate| *rate *= 1.0 + d);
+        }),
+    ]
 }

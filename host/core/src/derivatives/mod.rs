@@ -14,6 +14,7 @@ mod inputs;
 pub(crate) mod line;
 pub mod plausible;
 mod propagation;
+mod repeats;
 pub mod table;
 pub mod validation;
 

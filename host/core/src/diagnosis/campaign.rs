@@ -205,27 +205,11 @@ impl Campaign<'_> {
         let left = left(plain, &last.joint.fits, decays, &files);
         let effects: Vec<Effect> = last.effects.iter().map(|e| e.effect.clone()).collect();
         let status = left.status(last.is_explained(decays), &effects);
-        let modal = |fit: &Fitted| (fit.natural_frequency_rad_s(), fit.damping_ratio());
-        let mut after: Vec<(Quantity, Quantity)> = last.joint.fits.iter().map(modal).collect();
-        let rows = (0..decays.len()).map(|i| {
-            let fit = &last.joint.fits[i];
-            let entry = &self.made.release[i];
-            ReleaseVerdict {
-                file: entry.file.clone(),
-                spring: entry.spring.clone(),
-                axis: entry.axis,
-                wind_speed_m_s: entry.wind_speed_m_s,
-                noise_rms_deg: decays[i].measurand.shown(decays[i].sample_noise_rad),
-                natural_frequency_rad_s: after[i].0,
-                damping_ratio: after[i].1,
-                before_over_noise: plain[i].over_noise(&decays[i]),
-                residual_over_noise: fit.over_noise(&decays[i]),
-                explained: is_explained(fit, &decays[i]),
-                at_amplitude: at_amplitudes(&decays[i], fit),
-                covariance: fit.named_covariance(),
-            }
-        });
-        let mut releases: Vec<ReleaseVerdict> = rows.collect();
+        let mut after: Vec<(Quantity, Quantity)> =
+            last.joint.fits.iter().map(wn_and_zeta).collect();
+        let rows = plain.iter().zip(&last.joint.fits).enumerate();
+        let mut releases: Vec<ReleaseVerdict> =
+            rows.map(|(i, (plain, fit))| self.release(i, plain, fit)).collect();
         let worst = worst(&last.joint.fits, decays);
         let shown = |rms_rad: f64| decays[0].measurand.shown(rms_rad);
         let mut out = CampaignDiagnosis {
@@ -270,11 +254,31 @@ impl Campaign<'_> {
             }
         }
         out.releases = releases;
-        let before: Vec<_> = plain.iter().map(modal).collect();
+        let before: Vec<_> = plain.iter().map(wn_and_zeta).collect();
         let before = self.table(&before).map(|t| t.points);
         let after = self.table(&after).map(|t| t.points);
         out.derivatives = before.zip(after).map(|(before, after)| BeforeAndAfter { before, after });
         Ok(out)
+    }
+
+    /// The `i`th release with the plain model and with the last.
+    fn release(&self, i: usize, plain: &Fitted, last: &Fitted) -> ReleaseVerdict {
+        let (entry, decay) = (&self.made.release[i], &self.releases.decays[i]);
+        let (natural_frequency_rad_s, damping_ratio) = wn_and_zeta(last);
+        ReleaseVerdict {
+            file: entry.file.clone(),
+            spring: entry.spring.clone(),
+            axis: entry.axis,
+            wind_speed_m_s: entry.wind_speed_m_s,
+            noise_rms_deg: decay.measurand.shown(decay.sample_noise_rad),
+            natural_frequency_rad_s,
+            damping_ratio,
+            before_over_noise: plain.over_noise(decay),
+            residual_over_noise: last.over_noise(decay),
+            explained: is_explained(last, decay),
+            at_amplitude: at_amplitudes(decay, last),
+            covariance: last.named_covariance(),
+        }
     }
 
     /// The verdict that a random moment moves the model.
@@ -357,4 +361,8 @@ impl CampaignDiagnosis {
         });
         self.coefficients.insert(id, rows.collect());
     }
+}
+
+fn wn_and_zeta(fit: &Fitted) -> (Quantity, Quantity) {
+    (fit.natural_frequency_rad_s(), fit.damping_ratio())
 }

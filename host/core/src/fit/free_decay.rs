@@ -32,6 +32,18 @@ const STILL: f64 = 0.03;
 /// for.
 const LATE: f64 = 0.15;
 
+/// `record` with so many samples a second, and the samples it is made of where they did not come evenly.
+fn evenly(record: &Record, rate_hz: f64) -> Result<(Cow<'_, Record>, Option<Record>)> {
+    let mut samples = Samples::new(&record.time_s, &record.yaw_deg);
+    if samples.is_uniform() {
+        return Ok((Cow::Borrowed(record), None));
+    }
+    // A wild sample would bend the curve through its neighbours.
+    exclude_spikes(&mut samples);
+    let taken = samples.all().record(record);
+    Ok((Cow::Owned(taken.resampled(rate_hz)?), Some(taken)))
+}
+
 /// `means` of `stretch` on their even grid: where samples are left out, a mean may lie off it, or be missing.
 fn even(means: Means, stretch: &Stretch<'_>, step_s: f64) -> Means {
     if !stretch.excluded.contains(&true) || means.len() < 4 {
@@ -125,21 +137,9 @@ impl FreeDecay {
     fn of_reading(record: &Record, lines: Vec<SteadyLine>) -> Result<Self> {
         let as_read = record;
         let (record, mut warnings) = gaps::without(record);
+        let rate_hz = record.timing().rate_hz;
+        let (record, uneven) = evenly(&record, rate_hz)?;
         let record = &*record;
-        let timing = record.timing();
-        let mut samples = Samples::new(&record.time_s, &record.yaw_deg);
-        let resampled;
-        let mut uneven = None;
-        let record = if samples.is_uniform() {
-            record
-        } else {
-            // A wild sample would bend the curve through its neighbours.
-            exclude_spikes(&mut samples);
-            let taken = samples.all().record(record);
-            resampled = taken.resampled(timing.rate_hz)?;
-            uneven = Some(taken);
-            &resampled
-        };
         let prepared =
             identify::prepare(record, &settings()).map_err(|refusal| refusal.of(record))?;
         let stretch = prepared.stretch();
@@ -175,7 +175,7 @@ impl FreeDecay {
         let kept: Vec<f64> = stretch.kept().map(|s| of_model(s.1)).collect();
         let uneven = uneven.map(|taken| {
             let sample = of_model(rms_of_uneven_sixths(&taken.time_s, &taken.yaw_deg));
-            (sample, sample * noise_floor::share_of_noise(&taken.time_s, timing.rate_hz, block))
+            (sample, sample * noise_floor::share_of_noise(&taken.time_s, rate_hz, block))
         });
         let left = of_model(prepared.noise_rms_deg());
         let noise =

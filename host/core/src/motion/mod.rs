@@ -3,6 +3,7 @@
 mod at_times;
 pub(crate) mod oscillator;
 pub(crate) mod own_motion;
+mod pace;
 mod pair;
 pub(crate) mod random;
 mod side_by_side;

@@ -9,6 +9,7 @@
 //! friction and the dead zone, are located within the step, and a model whose rate is zero stays there while
 //! the moments of both directions hold it.
 
+use super::pace::Pace;
 use super::pair::{Flows, ERROR, NODES, WEIGHTS};
 use crate::effects::{Memories, State};
 use crate::motion::oscillator::{root, Flow, Motion, Walk};
@@ -32,27 +33,6 @@ const ATTEMPTS: (u64, u64) = (20_000, 50);
 const CORNER_ATTEMPTS: u64 = 10;
 /// Disagreement, in tolerances, up to which the steps of another motion are followed.
 const FOLLOWED: f64 = 8.0;
-
-/// The steps that a motion took. Motions that hardly differ from it take the same, so that their difference
-/// is one of the motions and none of the steps.
-#[derive(Debug, Default)]
-pub(crate) struct Steps {
-    /// Steps that the walker was asked for, of each step of the grid.
-    pub(crate) substeps: f64,
-    /// Halvings of each step taken; [`END`] where the next one asked for begins.
-    halvings: Vec<u8>,
-}
-
-/// No number of halvings.
-const END: u8 = u8::MAX;
-
-/// Whose steps a motion takes.
-pub(crate) enum Pace<'p> {
-    Own,
-    /// Its own, which are kept for others.
-    Kept(&'p mut Steps),
-    Followed(&'p Steps),
-}
 
 impl Motion {
     /// b'' at this angle and rate and at the first instant, rad/s2; what remembers, as if it began there.
@@ -114,8 +94,6 @@ pub(crate) struct Walker<'a> {
     level: usize,
     attempts_left: u64,
     pace: Pace<'a>,
-    /// How many of the steps that are followed have been taken.
-    followed: usize,
 }
 
 impl<'a> Walker<'a> {
@@ -159,7 +137,6 @@ impl<'a> Walker<'a> {
             level: 0,
             attempts_left: ATTEMPTS.0 + ATTEMPTS.1 * steps,
             pace,
-            followed: 0,
         }
     }
 
@@ -239,14 +216,6 @@ impl<'a> Walker<'a> {
         linear + self.moment(b, r, t, piece)
     }
 
-    /// How often the next step is halved, where another motion says so.
-    fn next_followed(&mut self) -> Option<usize> {
-        let Pace::Followed(steps) = &self.pace else { return None };
-        let next = steps.halvings.get(self.followed).filter(|h| **h != END)?;
-        self.followed += 1;
-        Some(usize::from(*next))
-    }
-
     /// Sees to it that there are flows of the step halved so often.
     fn halve(&mut self, level: usize) {
         self.level = level.min(MOST_HALVINGS);
@@ -278,7 +247,7 @@ impl<'a> Walker<'a> {
             if !moment.is_finite() {
                 return (f64::NAN, f64::NAN);
             }
-            let followed = self.next_followed();
+            let followed = self.pace.next();
             if let Some(level) = followed {
                 self.halve(level);
             }
@@ -301,9 +270,7 @@ impl<'a> Walker<'a> {
             if !end.error.is_finite() {
                 return (f64::NAN, f64::NAN);
             }
-            if let Pace::Kept(steps) = &mut self.pace {
-                steps.halvings.push(self.level as u8);
-            }
+            self.pace.keep(self.level);
             if end.error < SLACK * self.tolerance {
                 self.level = self.level.saturating_sub(1);
             }
@@ -415,14 +382,7 @@ impl Walk for Walker<'_> {
     /// NaN where a moment is not finite, or where a step takes too many attempts.
     fn advance(&mut self, b: f64, r: f64, t: f64) -> (f64, f64) {
         let end = self.walk(b, r, t);
-        match &mut self.pace {
-            Pace::Own => {}
-            Pace::Kept(steps) => steps.halvings.push(END),
-            Pace::Followed(steps) => {
-                let rest = steps.halvings.get(self.followed..).unwrap_or_default();
-                self.followed += rest.iter().position(|&h| h == END).map_or(0, |at| at + 1);
-            }
-        }
+        self.pace.end();
         end
     }
 

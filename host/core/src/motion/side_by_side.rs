@@ -3,7 +3,7 @@
 
 use crate::effects::{Moments, States, LANES};
 use crate::motion::oscillator::{Grid, Motion, Walk};
-use crate::motion::own_motion::{Pace, Steps};
+use crate::motion::pace::{Pace, Steps};
 use crate::motion::simulate::{substeps, Walker};
 use crate::record::Derivative;
 use rayon::prelude::*;
@@ -19,7 +19,7 @@ pub(crate) fn readings_of_all(motions: &[Motion], grid: &Grid, out: &mut [Vec<f6
     if motions.iter().any(|m| m.terms.adapts_steps()) {
         let mut steps = Steps::default();
         for (k, (motion, out)) in motions.iter().zip(out).enumerate() {
-            let pace = if k == 0 { Pace::Kept(&mut steps) } else { Pace::Followed(&steps) };
+            let pace = if k == 0 { Pace::Kept(&mut steps) } else { Pace::followed(&steps) };
             motion.run(grid, pace, out, |_, _| {});
         }
         return;

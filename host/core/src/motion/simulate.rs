@@ -10,7 +10,8 @@
 use crate::effects::{Memories, Rotation, State};
 use crate::motion::oscillator::{damped_rad_s, root, Flow, Walk};
 pub use crate::motion::oscillator::{Grid, Motion};
-use crate::motion::own_motion::{self, Pace};
+use crate::motion::own_motion;
+use crate::motion::pace::Pace;
 pub(crate) use crate::motion::side_by_side::readings_of_all;
 use crate::motion::smooth_own::SmoothOwn;
 use crate::record::Derivative;
@@ -64,7 +65,7 @@ impl Motion {
         let wn = self.natural_frequency_rad_s;
         let terms = &self.terms;
         let substeps = match &pace {
-            Pace::Followed(steps) if steps.substeps > 0.0 => steps.substeps,
+            Pace::Followed(steps, _) if steps.substeps > 0.0 => steps.substeps,
             _ => substeps(grid, wn),
         };
         let h = grid.step_s / substeps;

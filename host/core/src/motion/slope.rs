@@ -1,7 +1,8 @@
 //! The right-hand side of a motion's differential equation, for whoever integrates it by other means.
 
 use super::oscillator::{Motion, Walk};
-use super::own_motion::{Pace, Walker};
+use super::own_motion::Walker;
+use super::pace::Pace;
 use crate::record::Derivative;
 
 impl Motion {

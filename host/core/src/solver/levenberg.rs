@@ -26,6 +26,42 @@ impl Default for Options {
     }
 }
 
+/// Nielsen's damping of the steps.
+struct Damping {
+    value: f64,
+    growth: f64,
+}
+
+impl Damping {
+    /// After a step that gained, of which it kept this share of what it promised.
+    fn lower(&mut self, kept: f64) {
+        self.value *= (1.0 - (2.0 * kept - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0);
+        self.value = self.value.max(1e-15);
+        self.growth = 2.0;
+    }
+
+    /// After a step that did not.
+    fn raise(&mut self) {
+        self.value *= self.growth;
+        self.growth *= 2.0;
+    }
+
+    /// The step down `g`, where `a` is positive definite with this damping on its `scale`.
+    fn step(
+        &self,
+        a: &DMatrix<f64>,
+        g: &DVector<f64>,
+        scale: impl Iterator<Item = f64>,
+    ) -> Option<DVector<f64>> {
+        let mut damped = a.clone();
+        for (k, scale) in scale.enumerate() {
+            damped[(k, k)] += self.value * scale.max(f64::MIN_POSITIVE);
+        }
+        let step = Cholesky::new(damped).map(|c| -c.solve(g));
+        step.filter(|s| s.iter().all(|x| x.is_finite()))
+    }
+}
+
 /// Smallest sum of squares reached from `start` (brought inside the bounds first).
 pub(crate) fn minimise(problem: &impl Problem, start: &[f64], options: &Options) -> Fit {
     let n = problem.parameters();
@@ -35,8 +71,7 @@ pub(crate) fn minimise(problem: &impl Problem, start: &[f64], options: &Options)
     let mut there = Normal::new(n);
     problem.evaluate(&p, &mut here);
     let mut evaluations = 1;
-    let mut damping = options.damping;
-    let mut growth = 2.0;
+    let mut damping = Damping { value: options.damping, growth: 2.0 };
     // The largest column norms seen: the scaling of the damping, so that units do not matter.
     let mut scale = vec![0.0_f64; n];
 
@@ -58,23 +93,16 @@ pub(crate) fn minimise(problem: &impl Problem, start: &[f64], options: &Options)
         if g.amax() == 0.0 {
             break Ended::Converged;
         }
-        if let Some(full) = Cholesky::new(a.clone()) {
-            // g'(J'J)^-1 g / s^2 is the squared distance to the minimum in standard errors.
-            let distance = full.solve(&g).dot(&g);
-            if distance <= options.tolerance.powi(2) * variance {
-                break Ended::Converged;
-            }
+        // g'(J'J)^-1 g / s^2 is the squared distance to the minimum in standard errors.
+        let distance = Cholesky::new(a.clone()).map(|full| full.solve(&g).dot(&g));
+        if distance.is_some_and(|distance| distance <= options.tolerance.powi(2) * variance) {
+            break Ended::Converged;
         }
         loop {
             if evaluations >= options.max_evaluations {
                 break 'fit Ended::MaxEvaluations;
             }
-            let mut damped = a.clone();
-            for (k, &i) in free.iter().enumerate() {
-                damped[(k, k)] += damping * scale[i].max(f64::MIN_POSITIVE);
-            }
-            let step = Cholesky::new(damped).map(|c| -c.solve(&g));
-            if let Some(step) = step.filter(|s| s.iter().all(|x| x.is_finite())) {
+            if let Some(step) = damping.step(&a, &g, free.iter().map(|&i| scale[i])) {
                 let mut trial = p.clone();
                 for (k, &i) in free.iter().enumerate() {
                     trial[i] = clamp(problem, i, p[i] + step[k]);
@@ -94,10 +122,7 @@ pub(crate) fn minimise(problem: &impl Problem, start: &[f64], options: &Options)
                 let predicted = -(2.0 * g.dot(&taken) + taken.dot(&(&a * &taken)));
                 let last = predicted <= options.accuracy * variance && gained < 0.5 * predicted;
                 if there.is_finite() && gained > 0.0 {
-                    let ratio = if predicted > 0.0 { gained / predicted } else { 1.0 };
-                    damping *= (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0);
-                    damping = damping.max(1e-15);
-                    growth = 2.0;
+                    damping.lower(if predicted > 0.0 { gained / predicted } else { 1.0 });
                     p = trial;
                     std::mem::swap(&mut here, &mut there);
                     if last {
@@ -109,9 +134,8 @@ pub(crate) fn minimise(problem: &impl Problem, start: &[f64], options: &Options)
                     break 'fit Ended::Converged;
                 }
             }
-            damping *= growth;
-            growth *= 2.0;
-            if damping > 1e16 {
+            damping.raise();
+            if damping.value > 1e16 {
                 break 'fit Ended::NoDescent;
             }
         }

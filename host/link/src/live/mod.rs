@@ -5,6 +5,7 @@
 //! items of a session that was stored by [`recording::Recording`]. Who shows them need not know which.
 
 pub mod built_in_rig;
+mod clock;
 pub mod item;
 pub mod recording;
 pub mod session;

@@ -1,5 +1,6 @@
 //! A device followed: what it says in order, with what was lost, over unplugging and restarts.
 
+use super::clock::Clock;
 use super::item::{Item, Windows};
 use crate::bench::Bench;
 use crate::client::LinkError;
@@ -10,7 +11,6 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 use yawrig_base::error::{Error, Result};
 use yawrig_base::interrupt;
-use yawrig_shared::window::SAMPLE_RATE_HZ;
 use yawrig_shared::wire::{Condition, Event, Learnt, Reply, Request, Samples, Settings, Status};
 
 /// Samples asked for at a time, and how often: many questions may be lost before the stream ends.
@@ -64,31 +64,6 @@ pub struct Session {
     learnt: Learnt,
 }
 
-/// From the device's numbers of samples to the session's.
-#[derive(Clone, Copy, Debug)]
-struct Clock {
-    /// A sample's number on the device, and in the session.
-    device: u32,
-    session: u64,
-    /// When it was known.
-    known: Instant,
-}
-
-impl Clock {
-    fn of(&self, sample: u32) -> u64 {
-        self.session.saturating_add_signed(self.since(sample))
-    }
-
-    fn since(&self, sample: u32) -> i64 {
-        i64::from(sample.wrapping_sub(self.device) as i32)
-    }
-
-    /// Samples that went by since then if the device goes on at its rate.
-    fn due(&self) -> u64 {
-        (self.known.elapsed().as_secs_f64() * f64::from(SAMPLE_RATE_HZ)) as u64
-    }
-}
-
 impl Session {
     /// Follows a device from now on.
     ///
@@ -96,13 +71,12 @@ impl Session {
     /// Exit 7 where it does not answer, 4 where it is gone.
     pub fn new(mut bench: Bench, follow: Follow) -> Result<Self> {
         let status = bench.client.status()?;
-        let clock = Clock { device: status.samples, session: 0, known: Instant::now() };
         let mut session = Self {
             bench,
             follow,
             items: VecDeque::new(),
             windows: Windows::default(),
-            clock,
+            clock: Clock::new(status.samples, 0),
             latest: 0,
             gone: false,
             moved_from: None,
@@ -298,7 +272,7 @@ impl Session {
     /// The device's clock begins anew.
     fn restarted(&mut self, status: &Status) {
         let session = self.clock.session + self.clock.due();
-        self.clock = Clock { device: status.samples, session, known: Instant::now() };
+        self.clock = Clock::new(status.samples, session);
         self.windows = Windows::default();
         self.forgotten = true;
         let why = start_text(&status.start);
@@ -323,11 +297,8 @@ impl Session {
             .map(|counts| f64::from(i32::from(*counts) - i32::from(samples.zero_counts)) * degrees);
         self.items.push_back(Item::Samples { first, yaw_deg: yaw_deg.collect() });
         let count = samples.counts.len();
-        self.clock = Clock {
-            device: samples.first_sample.wrapping_add(count as u32),
-            session: first + count as u64,
-            known: Instant::now(),
-        };
+        let device = samples.first_sample.wrapping_add(count as u32);
+        self.clock = Clock::new(device, first + count as u64);
     }
 
     fn take_event(&mut self, event: Event) {
@@ -344,8 +315,7 @@ impl Session {
             }
         };
         if self.follow == Follow::Results && self.clock.since(sample) > 0 {
-            let session = self.clock.of(sample);
-            self.clock = Clock { device: sample, session, known: Instant::now() };
+            self.clock = Clock::new(sample, self.clock.of(sample));
         }
         let at = self.clock.of(sample);
         self.latest = self.latest.max(at);

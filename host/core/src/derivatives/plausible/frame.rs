@@ -2,7 +2,7 @@
 
 use super::super::at::At;
 use super::super::campaign::Campaign;
-use super::super::condition::{is_same_speed, Identified};
+use super::super::condition::{damping_rad_s, is_same_speed, Identified};
 use super::super::inputs::axis_index;
 use crate::statistics::median;
 use yawrig_shared::derivatives::torsional_stiffness_nm;
@@ -118,10 +118,9 @@ impl Frame {
             let known = frame.springs.iter().position(|name| *name == entry.spring);
             let spring = known.unwrap_or_else(|| {
                 let stiffness = entry.spring_stiffness_n_per_m;
+                let stiffness_nm = torsional_stiffness_nm(stiffness, campaign.rig.spring_arm_m);
                 frame.springs.push(entry.spring.clone());
-                frame
-                    .stiffness_nm
-                    .push(torsional_stiffness_nm(stiffness, campaign.rig.spring_arm_m));
+                frame.stiffness_nm.push(stiffness_nm);
                 let u = entry.spring_stiffness_u_n_per_m.map(|u| u / stiffness);
                 frame.stiffness_u.push(u.map_or(STIFFNESS_U, |u| u.hypot(STIFFNESS_LEAST_U)));
                 frame.springs.len() - 1
@@ -131,7 +130,7 @@ impl Frame {
                 frame.ats.len() - 1
             });
             let density_ratio = campaign.density_kg_m3(entry) / air.density_kg_m3;
-            let (wn, zeta) = (found.natural_frequency_rad_s, found.damping_ratio);
+            let (wn, damping) = (found.natural_frequency_rad_s, damping_rad_s(found));
             frame.nodes.push(Node {
                 release,
                 spring,
@@ -140,8 +139,8 @@ impl Frame {
                 speed_m_s: entry.wind_speed_m_s * density_ratio.sqrt(),
                 square: wn.value * wn.value,
                 u: 2.0 * wn.value * wn.u,
-                damping: 2.0 * zeta.value * wn.value,
-                u_damping: 2.0 * (zeta.u * wn.value).hypot(zeta.value * wn.u),
+                damping: damping.value,
+                u_damping: damping.u,
             });
         }
         frame
@@ -157,14 +156,10 @@ impl Frame {
             };
             match groups.iter_mut().find(is_it) {
                 Some(group) => group.nodes.push(index),
-                None => groups.push(Group {
-                    spring,
-                    axis,
-                    at,
-                    speed_m_s,
-                    nodes: vec![index],
-                    square: 0.0,
-                }),
+                None => {
+                    let nodes = vec![index];
+                    groups.push(Group { spring, axis, at, speed_m_s, nodes, square: 0.0 });
+                }
             }
         }
         for group in &mut groups {
@@ -205,9 +200,13 @@ impl Frame {
             let ratio = self.stiffness_nm[spring] / by_line;
             (spring, ratio.ln().abs() / self.stiffness_u[spring], ratio)
         };
-        let softest =
-            points.iter().map(|(s, _)| self.stiffness_nm[*s]).fold(f64::INFINITY, f64::min);
-        (points.iter().map(of).collect(), line.other_nm.abs() / (OTHER_STIFFNESS * softest))
+        (points.iter().map(of).collect(), line.other_nm.abs() / self.other_u_nm(points))
+    }
+
+    /// Standard uncertainty of there being no stiffness but the springs', N m/rad.
+    fn other_u_nm(&self, points: &[(usize, f64)]) -> f64 {
+        let of_springs = points.iter().map(|(spring, _)| self.stiffness_nm[*spring]);
+        OTHER_STIFFNESS * of_springs.fold(f64::INFINITY, f64::min)
     }
 
     fn line_of(&self, groups: &[Group], axis: usize) -> Option<Line> {
@@ -241,9 +240,7 @@ impl Frame {
     fn refined(&self, points: &[(usize, f64)], line: &Line) -> Option<Line> {
         let (springs, _) = self.off_line(points, line);
         let near = points.iter().zip(&springs).filter(|(_, (_, z, _))| *z < DISAGREES);
-        let softest =
-            points.iter().map(|(s, _)| self.stiffness_nm[*s]).fold(f64::INFINITY, f64::min);
-        let origin = ([(OTHER_STIFFNESS * softest).recip(), 0.0], 0.0);
+        let origin = ([self.other_u_nm(points).recip(), 0.0], 0.0);
         let rows = near.map(|(&(spring, square), _)| {
             let weight = (self.stiffness_u[spring] * self.stiffness_nm[spring]).recip();
             ([weight, weight * square], weight * self.stiffness_nm[spring])
@@ -254,8 +251,7 @@ impl Frame {
 
     /// wn_off^2 about the middle axis over that about the front one, as most springs have it.
     pub(super) fn axes_ratio(&self) -> Option<f64> {
-        let groups = self.groups();
-        let ratios: Vec<f64> = self.axes_ratios(&groups).iter().map(|(_, ratio)| *ratio).collect();
+        let ratios = self.axes_ratios(&self.groups());
         (!ratios.is_empty()).then(|| most(&ratios))
     }
 
@@ -271,8 +267,7 @@ impl Frame {
     /// most of them.
     pub(super) fn wind(&self, axis: usize) -> Option<(f64, bool)> {
         let groups = self.groups();
-        let shifts: Vec<f64> =
-            self.shifts(&groups, axis, |_| true).iter().map(|(_, shift)| *shift).collect();
+        let shifts = self.shifts(&groups, axis, |_| true);
         let damped =
             groups.iter().filter(|g| g.axis == axis && g.speed_m_s > 0.0).filter_map(|on| {
                 let off = self.reference(&groups, on)?;
@@ -316,7 +311,7 @@ impl Frame {
         }
         let ratios = self.axes_ratios(&groups);
         if ratios.len() > 1 {
-            let usual = most(&ratios.iter().map(|(_, ratio)| *ratio).collect::<Vec<_>>());
+            let usual = most(&ratios);
             let of = |(spring, ratio): (usize, f64)| {
                 let ratio = ratio / usual;
                 Misfit { place: Place::Axes { spring }, z: ratio.ln().abs() / AXES_U, ratio }
@@ -342,7 +337,7 @@ impl Frame {
         if shifts.len() < 2 {
             return Vec::new();
         }
-        let usual = most(&shifts.iter().map(|(_, shift)| *shift).collect::<Vec<_>>());
+        let usual = most(&shifts);
         let mut all = Vec::new();
         for (index, _) in shifts {
             let Group { spring, speed_m_s, ref nodes, .. } = groups[index];
@@ -379,9 +374,9 @@ impl Frame {
     }
 }
 
-/// The middle of the closest half of them, at least of two.
-fn most(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
+/// The middle of the closest half of their values, at least of two.
+fn most(values: &[(usize, f64)]) -> f64 {
+    let mut sorted: Vec<f64> = values.iter().map(|(_, value)| *value).collect();
     sorted.sort_by(f64::total_cmp);
     let half = (sorted.len().div_ceil(2)).max(2).min(sorted.len());
     let width = |k: &usize| sorted[k + half - 1] - sorted[*k];

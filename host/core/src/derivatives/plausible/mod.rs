@@ -11,6 +11,7 @@ mod copies;
 mod explain;
 mod frame;
 mod inertia;
+mod mistake;
 pub mod ranges;
 
 use super::campaign::Campaign;
