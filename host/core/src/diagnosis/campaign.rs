@@ -3,7 +3,7 @@
 
 use crate::derivatives::campaign::Campaign as Made;
 use crate::derivatives::condition::{settings, Identified};
-use crate::derivatives::table::{Point, Table};
+use crate::derivatives::table::Point;
 use crate::derivatives::Computed;
 use crate::diagnosis::account;
 use crate::diagnosis::answer::Left;
@@ -22,8 +22,10 @@ use crate::fit::at_amplitude::{at_amplitudes, AtAmplitude};
 use crate::fit::fitting::Fitted;
 use crate::fit::fitting::{Covariance, Structure};
 use crate::fit::free_decay::FreeDecay;
+use crate::identify::{identify, Method, Settings};
 use crate::quantity::Quantity;
 use crate::record::{Record, Said};
+use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -131,7 +133,7 @@ pub struct ReleaseVerdict {
 /// The derivatives from wn and zeta of the plain model and of the final one.
 #[derive(Clone, Debug, Serialize)]
 pub struct BeforeAndAfter {
-    /// By the plain second-order model of each release.
+    /// As the derivatives of the campaign are without a diagnosis: each release by one damped mode.
     pub before: Vec<Point>,
     /// By the final model of each release.
     pub after: Vec<Point>,
@@ -176,7 +178,7 @@ pub fn diagnose_with_fits(
     let options = &options.of(&releases.decays[0]);
     let structure = Structure { zero_unknown: options.zero_unknown, ..Structure::default() };
     let judged = releases::judge(records, &mut releases, &structure, options)?;
-    let campaign = Campaign { made, settings: settings(made), releases: &releases };
+    let campaign = Campaign { made, settings: settings(made), records, releases: &releases };
     let shared: Vec<Shared> =
         judged.path.iter().map(|model| campaign.shared(model)).collect::<Result<_>>()?;
     let forced = campaign.randomly_forced(&judged, shared.last().expect("a model"));
@@ -254,9 +256,11 @@ impl Campaign<'_> {
             }
         }
         out.releases = releases;
-        let before: Vec<_> = plain.iter().map(wn_and_zeta).collect();
-        let before = self.table(&before).map(|t| t.points);
-        let after = self.table(&after).map(|t| t.points);
+        let before = self.points(&self.linear(plain));
+        let after = match out.effects.is_empty() {
+            true => before.clone(),
+            false => self.points(&self.identified(&after)),
+        };
         out.derivatives = before.zip(after).map(|(before, after)| BeforeAndAfter { before, after });
         Ok(out)
     }
@@ -327,20 +331,32 @@ impl Campaign<'_> {
         out.add(&SharedEffect { effect, origin, reason, plan, seen });
     }
 
-    /// The derivative table with these wn and zeta; `None` where there is no point in it. Coefficients that
+    /// Each release as `derivatives` takes it, so that both say the same; where least squares has no answer,
+    /// by its plain model.
+    fn linear(&self, plain: &[Fitted]) -> Vec<Identified> {
+        let fitted = self.identified(&plain.iter().map(wn_and_zeta).collect::<Vec<_>>());
+        let found = self.records.par_iter().zip(fitted).map(|(record, fitted)| {
+            let found = identify(record, &[Method::LeastSquares], &Settings::default()).ok();
+            found.and_then(Identified::of).unwrap_or(fitted)
+        });
+        found.collect()
+    }
+
+    /// wn and zeta of each release's free decay.
+    fn identified(&self, modal: &[(Quantity, Quantity)]) -> Vec<Identified> {
+        let of = |(&(wn, zeta), decay): (&(Quantity, Quantity), &FreeDecay)| {
+            let begun_s = decay.release_time_s + decay.grid.start_s;
+            let ended_s = decay.release_time_s + decay.grid.time_s(decay.grid.count);
+            Identified::new(wn, zeta, begun_s, ended_s)
+        };
+        modal.iter().zip(&self.releases.decays).map(of).collect()
+    }
+
+    /// The derivatives with these wn and zeta; `None` where there is no point to compute. Coefficients that
     /// releases share make their errors alike; the propagation takes them for independent.
-    fn table(&self, modal: &[(Quantity, Quantity)]) -> Option<Table> {
-        let identified: Vec<Identified> = modal
-            .iter()
-            .zip(&self.releases.decays)
-            .map(|(&(wn, zeta), decay)| {
-                let begun_s = decay.release_time_s + decay.grid.start_s;
-                let ended_s = decay.release_time_s + decay.grid.time_s(decay.grid.count);
-                Identified::new(wn, zeta, begun_s, ended_s)
-            })
-            .collect();
-        let computed = Computed::new(self.made, &identified).ok()?;
-        Some(computed.table(Path::new(""), "least-squares"))
+    fn points(&self, identified: &[Identified]) -> Option<Vec<Point>> {
+        let computed = Computed::new(self.made, identified).ok()?;
+        Some(computed.table(Path::new(""), "least-squares").points)
     }
 }
 

@@ -16,6 +16,7 @@ use crate::fit::fitting::{Fitted, Structure};
 use crate::fit::free_decay::FreeDecay;
 use crate::fit::joint::{self, JointFit, Release, Sharing};
 use crate::quantity::Quantity;
+use crate::record::Record;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -59,6 +60,7 @@ pub(super) struct SharedEffect {
 pub(super) struct Campaign<'a> {
     pub(crate) made: &'a Made,
     pub(crate) settings: Vec<Setting>,
+    pub(crate) records: &'a [Record],
     pub(crate) releases: &'a Releases,
 }
 
