@@ -117,7 +117,7 @@ fn a_session_is_listed_played_and_gone_through() {
     bench.wait("it is left", |s| replay(s).is_null());
 }
 
-/// An older one that was never ended and one of a campaign that is damaged, newest first; other logs are none.
+/// One never ended and one of a campaign that is damaged, newest first; other logs are none.
 fn the_older_ones_are_listed(bench: &Bench, whole_s: f64) {
     let folder = bench.folder.path();
     let inside = folder.join("recordings");
